@@ -43,27 +43,20 @@ void kmp_reduced_set_tolerances(kmp_reduced *d)
         atol[kmp_reduced_work(d)] = 1e300; /* measured, not controlled */
 }
 
-/* Predicts v along the tangent from the last accepted step and its curvature: dv = B du + x_t tau + c tau^2 / 2. */
-static void predict_v(kmp_reduced *d, double t, const double *y)
+static void place_q(kmp_reduced *d, const double *u, const double *v)
 {
-    double tau = t - d->t;
-    for (int i = 0; i < d->r; i++) {
-        double v = d->anchor_v[i] + tau * (d->anchor_t[i] + 0.5 * tau * d->anchor_c[i]);
-        for (int k = 0; k < d->p; k++)
-            v += d->anchor_b[i + k * d->r] * (y[k] - d->anchor_u[k]);
-        d->q[d->part.v[i]] = v;
-    }
+    for (int k = 0; k < d->p; k++)
+        d->q[d->part.u[k]] = u[k];
+    for (int i = 0; i < d->r; i++)
+        d->q[d->part.v[i]] = v[i];
 }
 
 /* Puts q, with integrated or predicted v. */
 static void put_q(kmp_reduced *d, double t, const double *y)
 {
-    for (int k = 0; k < d->p; k++)
-        d->q[d->part.u[k]] = y[k];
     if (!d->integrated)
-        predict_v(d, t, y);
-    for (int i = 0; d->integrated && i < d->r; i++)
-        d->q[d->part.v[i]] = y[2 * d->p + i];
+        kmp_reduced_extrapolate(d, t, y);
+    place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
 }
 
 /* qd at the placed q. */
@@ -142,48 +135,48 @@ static bool is_fused(const kmp_reduced *d)
  * weights. */
 static double measure(const kmp_reduced *d, const double *dv, bool *small)
 {
-    double size = 0;
-    *small = true;
+    double size = 0, weighted = 0, sum = 0;
     for (int i = 0; i < d->r; i++) {
-        int k = d->part.v[i];
-        double change = fabs(dv[i]), scaled = change / d->s->scale[k];
-        *small = *small && change <= KMP_CORRECTION_IN_STAGE * d->weight[k];
-        size = scaled <= size ? size : scaled <= DBL_MAX ? scaled : INFINITY;
+        double change = fabs(dv[i]), scaled = change * d->by_scale[i], part = change * d->by_weight[i];
+        sum += change;
+        size = scaled > size ? scaled : size;
+        weighted = part > weighted ? part : weighted;
     }
-    return size;
+    *small = weighted <= KMP_CORRECTION_IN_STAGE && sum <= DBL_MAX;
+    return sum <= DBL_MAX ? size : INFINITY;
 }
 
-/* Closes v of the predicted d->q by corrections of the fused program, as kmp_reduction_close does. d->state is then
- * where the program stands. false: corrections do not contract. */
+/* Closes the predicted d->v by corrections of the fused program, as kmp_reduction_close does. d->state is then where
+ * the program stands. false: corrections do not contract. */
 static bool close_fused(kmp_reduced *d, double t)
 {
-    double last = INFINITY, rounding = kmp_close_noise(d->n, d->s->scale, d->q), *v = d->state + 2 * d->p;
-    bool small;
-    for (int k = 0; k < MOST_CORRECTIONS; k++) {
-        for (int i = 0; i < d->r; i++)
-            v[i] = d->q[d->part.v[i]];
+    double last = INFINITY, *v = d->state + 2 * d->p;
+    bool small = false;
+    for (int k = 0; k < MOST_CORRECTIONS && !small; k++) {
+        memcpy(v, d->v, (size_t)d->r * sizeof *v);
         const double *dv = kmp_fused_close(d->fused, t, d->state);
         double size = measure(d, dv, &small);
-        small = small || size <= rounding;
+        small = small || size <= d->noise;
         d->red.newton++;
         if (!small && !(size <= 0.9 * last))
             return false;
         for (int i = 0; i < d->r; i++)
-            d->q[d->part.v[i]] += dv[i];
-        if (small)
-            return true;
+            d->v[i] = v[i] + dv[i];
         last = size;
     }
-    return false;
+    return small;
 }
 
 /* Evaluates the newton form by the fused program; false: it does not apply, or fails here. */
 static bool evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
 {
     size_t p = (size_t)d->p;
-    put_q(d, t, y);
+    kmp_reduced_predict(d, t, y);
     memcpy(d->state, y, 2 * p * sizeof *y);
-    d->closed_fused = close_fused(d, t) && kmp_fused_finish(d->fused, t, d->state, d->slope);
+    bool closed = close_fused(d, t);
+    if (closed)
+        kmp_reduced_note(d, t, y);
+    d->closed_fused = closed && kmp_fused_finish(d->fused, t, d->state, d->slope);
     memcpy(dy, d->slope, 2 * p * sizeof *dy);
     return d->closed_fused;
 }
@@ -321,8 +314,7 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused
         return KMP_GO;
     }
     *end = kmp_fused_at_end(d->fused);
-    if (d->integrated)
-        put_q(d, t, y);
+    place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
     kmp_eval_lend_closure(d->eval, t, d->q, end->h, end->jacobian, end->h_t);
     if (d->r > 0) {
         memcpy(d->red.bvu, end->bvu, (size_t)(d->r * d->p) * sizeof *end->bvu);
@@ -357,32 +349,6 @@ static int correct(kmp_reduced *d, double *v, const double *w)
     return KMP_GO;
 }
 
-/* The i-th component of vdd without the part of udd. */
-static double vdd_alone(const kmp_reduced *d, int i)
-{
-    double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
-    for (int k = 0; d->by_saddle && k < d->p; k++)
-        vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
-    return vdd;
-}
-
-static void remember(kmp_reduced *d, double t, const double *y)
-{
-    d->t = t;
-    if (d->integrated)
-        return;
-    memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
-    for (int i = 0; i < d->r; i++)
-        d->anchor_v[i] = d->q[d->part.v[i]];
-    memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
-    for (int i = 0; i < d->r; i++)
-        d->anchor_t[i] = d->red.x_t[d->part.v[i]];
-    for (int i = 0; i < d->r; i++)
-        d->anchor_c[i] = vdd_alone(d, i);
-    for (int i = 0; i < d->n; i++)
-        d->weight[i] = d->start.atol * d->s->scale[i] + d->start.rtol * fabs(d->q[i]);
-}
-
 int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fused_end *end)
 {
     int said = kmp_reduced_watch(d, t, end->signs);
@@ -392,7 +358,7 @@ int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fus
         said = KMP_RETRY;
     if (said != KMP_GO)
         return said;
-    remember(d, t, y);
+    kmp_reduced_remember(d, t, y);
     d->formulation.newton = d->red.newton;
     d->formulation.factorizations = d->red.factorizations + d->saddle.factorizations;
     d->steps++;
@@ -483,13 +449,14 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
 
 int kmp_reduced_settle(kmp_reduced *d, double t, const double *y)
 {
+    d->states = d->last_state = 0;
     kmp_eval_closure(d->eval, t, d->q);
     if (kmp_reduction_factor(&d->red))
         return KMP_HALT;
     kmp_reduction_tangent(&d->red);
     if (d->r > 0)
         kmp_block_take_signs(d->red.block, d->signs);
-    remember(d, t, y);
+    kmp_reduced_remember(d, t, y);
     return KMP_GO;
 }
 
@@ -529,9 +496,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
 static void release(kmp_formulation *formulation)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
-    kmp_stage_lanes_free(&d->stages);
-    kmp_fused_free(d->fused);
-    kmp_solved_free(d->solved);
+    kmp_reduced_free_programs(d);
     kmp_reduced_jacobian_free(&d->tangents);
     kmp_reduction_free(&d->red);
     kmp_saddle_free(&d->saddle);
@@ -545,9 +510,13 @@ static bool allocate(kmp_reduced *d)
     kmp_formulation_make_unknowns(&d->formulation, kmp_reduced_work(d) + d->has_work, false);
     d->signs = KMP_ARENA_NEW(a, int, d->r);
     d->signs_now = KMP_ARENA_NEW(a, int, d->r);
-    return KMP_ARENA_GROUPS(a, {d->n, {&d->q, &d->qd, &d->qdd, &d->weight}}, {d->part.m, {&d->lambda}},
-                            {d->p, {&d->udd, &d->anchor_u}}, {2 * d->p + d->r, {&d->state, &d->slope}},
-                            {d->r * d->p, {&d->anchor_b}}, {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c}});
+    return KMP_ARENA_GROUPS(
+        a, {d->n, {&d->q, &d->qd, &d->qdd, &d->weight}}, {d->part.m, {&d->lambda}},
+        {d->p, {&d->udd, &d->anchor_u, &d->anchor_w}}, {2 * d->p + d->r, {&d->state, &d->slope}},
+        {d->r * d->p, {&d->anchor_b}},
+        {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c, &d->v_here, &d->v, &d->by_scale, &d->by_weight}},
+        {KMP_REDUCED_STATES, {&d->state_t, &d->state_s}}, {KMP_REDUCED_STATES * d->p, {&d->state_u}},
+        {KMP_REDUCED_STATES * d->r, {&d->state_v, &d->state_e}});
 }
 
 static kempe_status begin(kmp_reduced *d, const kmp_formulation_start *start)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Internals of the reduced formulation: states, steps and rows (reduced.c), monitoring of the choice of u and exchanges
- * (reduced_choice.c), the equations as a DAE (reduced_dae.c). */
+ * (reduced_choice.c), programs (reduced_programs.c), prediction of v (reduced_predict.c), the equations as a DAE
+ * (reduced_dae.c). */
 #ifndef KMP_INTEGRATORS_FORMULATIONS_REDUCED_H
 #define KMP_INTEGRATORS_FORMULATIONS_REDUCED_H
 
@@ -9,6 +10,9 @@
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
 #include "integrators/formulations/stage_lanes.h"
+
+/* Earlier choices of u whose programs are kept; closed states that predict the next. */
+enum { KMP_REDUCED_KEPT = 8, KMP_REDUCED_STATES = 3 };
 
 typedef struct kmp_reduced {
     kmp_formulation formulation; /* first */
@@ -21,12 +25,15 @@ typedef struct kmp_reduced {
     bool closed_fused;      /* newton: the fused program made the last evaluation */
     kmp_stage_lanes stages; /* the fused program for several stages at once */
     kmp_solved *solved; /* solved program of the integrated form, with many degrees of freedom; NULL: there is none */
-    long evaluations, due_solved; /* by parts; the number from which on the solved program pays */
-    bool by_solved;               /* it made the last evaluation */
-    bool cancelled;               /* rounding showed in its accelerations */
-    bool apart;                   /* the order of elimination in either is bad at the end of the last step */
-    long steps;                   /* since the last exchange, or since the fused program was made */
-    bool fuses_late;              /* the fused program is made once it lasts for KMP_FORMULATION_BRIEF steps */
+    struct kmp_reduced_kept *kept; /* of earlier choices; NULL: none yet */
+    int kept_next;                 /* record for the next new one */
+    bool had_solved;               /* the last choice had a solved program */
+    long evaluations, due_solved;  /* by parts; the number from which on the solved program pays */
+    bool by_solved;                /* it made the last evaluation */
+    bool cancelled;                /* rounding showed in its accelerations */
+    bool apart;                    /* the order of elimination in either is bad at the end of the last step */
+    long steps;                    /* since the last exchange, or since the fused program was made */
+    bool fuses_late;               /* the fused program is made once it lasts for KMP_FORMULATION_BRIEF steps */
     bool by_saddle;    /* accelerations and multipliers come from the saddle system: by articulated bodies, or with many
                         * degrees of freedom */
     kmp_saddle saddle; /* rates of v come from the reduction in any case */
@@ -35,20 +42,30 @@ typedef struct kmp_reduced {
     bool integrated, has_work;
     bool due; /* an exchange is due before the next step */
     int n, p, r;
-    double *q, *qd;        /* n */
-    double *weight;        /* n: error weights of coordinates at the last accepted step */
-    double *anchor_u;      /* p, of the last accepted step */
-    double *anchor_v;      /* r */
-    double *anchor_b;      /* r x p: tangent of the last accepted step */
-    double *anchor_t;      /* r: part of vd from moving closures, in the last accepted step */
-    double *anchor_c;      /* r: vdd of the last accepted step without the part of udd */
-    double *udd;           /* p */
-    double *state, *slope; /* 2 p + r each: (u, ud, v) and its derivative, of the newton form */
-    double *qdd, *lambda;  /* n, m: for moving closures */
-    int *signs;            /* r: signs of the determinants of Jv's blocks, at the start, the last exchange or step */
-    int *signs_now;        /* r */
-    double t;              /* of the last accepted step */
-    bool crossed;          /* det Jv had changed its sign at the end of the last attempted step */
+    double *q, *qd;               /* n */
+    double *weight;               /* n: error weights of coordinates at the last accepted step */
+    bool by_time;                 /* the progress is the time */
+    double noise;                 /* rounding of closed coordinates there */
+    double *anchor_u;             /* p, of the last accepted step */
+    double *anchor_w;             /* p: weights of u in the progress since then */
+    double *anchor_v;             /* r */
+    double *anchor_b;             /* r x p: tangent of the last accepted step */
+    double *anchor_t;             /* r: part of vd from moving closures, in the last accepted step */
+    double *anchor_c;             /* r: vdd of the last accepted step without the part of udd */
+    double *v;                    /* r: of the present evaluation of the newton form */
+    double *by_scale, *by_weight; /* r: reciprocal scales and error weights of v */
+    int states, last_state;       /* number of the last closed states; the place of the last one */
+    double *state_t, *state_s;    /* by state: time, progress since the last accepted step */
+    double *state_u, *state_v;    /* p, r values each */
+    double *state_e;              /* r each: v minus that of tangent and curvature */
+    double s_here, *v_here;       /* of the present evaluation: its progress; r: v of tangent and curvature */
+    double *udd;                  /* p */
+    double *state, *slope;        /* 2 p + r each: (u, ud, v) and its derivative, of the newton form */
+    double *qdd, *lambda;         /* n, m: for moving closures */
+    int *signs;     /* r: signs of the determinants of Jv's blocks, at the start, the last exchange or step */
+    int *signs_now; /* r */
+    double t;       /* of the last accepted step */
+    bool crossed;   /* det Jv had changed its sign at the end of the last attempted step */
     double corrected, corrected_t; /* the last correction of v in error weights, of a step from t */
     double growth;                 /* scaled |Bvu| at t, and its v and u */
     int growth_v, growth_u;
@@ -85,6 +102,17 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused
 /** Decides if the step may end at y, evaluated by kmp_reduced_come_to_end, and then records the end. */
 int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fused_end *end);
 
+/* reduced_predict.c */
+
+/** Predicts d->v of (t, u) from the last accepted step alone; and from the states closed since then, which are near an
+ * evaluation, but not near a row between steps. */
+void kmp_reduced_extrapolate(kmp_reduced *d, double t, const double *u);
+void kmp_reduced_predict(kmp_reduced *d, double t, const double *u);
+/** Records d->v, which has been closed since kmp_reduced_predict. */
+void kmp_reduced_note(kmp_reduced *d, double t, const double *u);
+/** Records the end of a step, from which v is predicted. */
+void kmp_reduced_remember(kmp_reduced *d, double t, const double *y);
+
 /* reduced_choice.c */
 
 /** Computes |Bvu| of the present tangent, and decides if an exchange is due. */
@@ -100,10 +128,20 @@ void kmp_reduced_explain(kmp_formulation *formulation);
 /** Makes a due exchange at d->q and d->qd, the evaluator's place; y becomes the state in the new unknowns. */
 int kmp_reduced_exchange(kmp_reduced *d, double t, double *y);
 
+/** Makes the saddle system of the partition's rows, if it is used. false: no memory. */
+bool kmp_reduced_renew_saddle(kmp_reduced *d);
+bool kmp_reduced_try_saddle(kmp_reduced *d);
+
+/* reduced_programs.c */
+
+/** Keeps the programs of the present choice of u, which is about to change, for its return. false: no memory. */
+bool kmp_reduced_keep(kmp_reduced *d);
+
 /** Operations of a right-hand side by parts: of the program, and of the linear algebra. */
 double kmp_reduced_operations(const kmp_reduced *d);
 
-/** Makes the fused program for the present choice of u with its factors, if it is `worth` while. The solved program,
+/** Makes the fused program for the present choice of u with its factors, if it is `worth` while or the choice
+ * returns; or takes the one that was kept. The solved program,
  * where there is none, is made when it pays. */
 int kmp_reduced_fuse(kmp_reduced *d, bool worth);
 
@@ -113,9 +151,7 @@ int kmp_reduced_solve(kmp_reduced *d, double t);
 /** True if that program must be made again, for other charts. */
 bool kmp_reduced_is_stale(kmp_reduced *d);
 
-/** Makes the saddle system of the partition's rows, if it is used. false: no memory. */
-bool kmp_reduced_renew_saddle(kmp_reduced *d);
-bool kmp_reduced_try_saddle(kmp_reduced *d);
+void kmp_reduced_free_programs(kmp_reduced *d);
 
 /* reduced_dae.c */
 

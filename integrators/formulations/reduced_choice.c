@@ -90,88 +90,6 @@ void kmp_reduced_explain(kmp_formulation *formulation)
 
 /* -- evaluators --------------------------------------------------------------------------------------- */
 
-/* True if a fused program is possible. Without a reduced mass there is nothing to write out. The power of a drive needs
- * multipliers, and so do forces that depend on them, by iteration. */
-static bool can_fuse(const kmp_reduced *d)
-{
-    bool explicit = !d->start.implicit && !d->start.dae;
-    return (d->integrated || explicit) && !d->by_saddle && !(d->has_work && d->s->rheonomic) &&
-           d->s->load_row_count == 0;
-}
-
-double kmp_reduced_operations(const kmp_reduced *d)
-{
-    const kmp_program *program = d->eval->by_bodies ? d->s->articulated : d->s->motion;
-    double sum = (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
-    double reduction = KMP_LOOPS_COST * (double)kmp_reduction_count(&d->red).paper;
-    return sum + (d->by_saddle ? kmp_saddle_cost(&d->saddle) : reduction);
-}
-
-/* With many degrees of freedom the saddle system written out costs less than the reduced mass, from some number of
- * evaluations on, or `at_once`. */
-static int wait_for_solved(kmp_reduced *d, bool at_once)
-{
-    long wait = d->integrated ? kmp_solved_wait(d->eval, &d->part, kmp_reduced_operations(d)) : LONG_MAX;
-    if (wait >= 0)
-        d->due_solved = wait < LONG_MAX - d->evaluations ? d->evaluations + (at_once ? 0 : wait) : LONG_MAX;
-    return wait < 0 ? KMP_HALT : KMP_GO;
-}
-
-/* Lanes of a program of states, if the integrator uses them. */
-static int prepare_stages(kmp_reduced *d, const kmp_program *program)
-{
-    int states = 2 * d->p + d->r;
-    if (!d->start.lanes || kmp_stage_lanes_init(&d->stages, program, d->eval, states, kmp_lanes_best()))
-        return KMP_GO;
-    (void)kmp_fail_memory(d->s->context);
-    return KMP_HALT;
-}
-
-int kmp_reduced_solve(kmp_reduced *d, double t)
-{
-    if (d->fuses_late && d->steps >= KMP_FORMULATION_BRIEF)
-        return kmp_reduced_fuse(d, true);
-    if (d->evaluations < d->due_solved)
-        return KMP_GO;
-    d->due_solved = LONG_MAX;
-    kmp_eval_closure(d->eval, t, d->q);
-    if (kmp_reduction_factor(&d->red))
-        return KMP_GO;
-    if (kmp_solved_new_reduced(&d->solved, &d->red) != KEMPE_OK)
-        return KMP_HALT;
-    return prepare_stages(d, d->solved ? kmp_solved_program(d->solved) : NULL);
-}
-
-static void forget_programs(kmp_reduced *d)
-{
-    kmp_stage_lanes_free(&d->stages);
-    kmp_fused_free(d->fused);
-    kmp_solved_free(d->solved);
-    d->fused = NULL;
-    d->solved = NULL;
-    d->by_solved = false;
-    d->apart = false;
-    d->steps = 0;
-}
-
-int kmp_reduced_fuse(kmp_reduced *d, bool worth)
-{
-    bool at_once = worth && (d->solved || d->start.lanes);
-    forget_programs(d);
-    d->fuses_late = !worth && can_fuse(d);
-    if (worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red, !d->integrated) != KEMPE_OK)
-        return KMP_HALT;
-    if (!d->fused)
-        return wait_for_solved(d, at_once);
-    d->due_solved = LONG_MAX;
-    return prepare_stages(d, kmp_fused_program(d->fused));
-}
-
-bool kmp_reduced_is_stale(kmp_reduced *d)
-{
-    return (d->fused && kmp_fused_is_stale(d->fused)) || (d->solved && kmp_solved_is_stale(d->solved));
-}
-
 /* With many degrees of freedom the sparse saddle system costs less than the reduced mass, which has fewer zeros. */
 bool kmp_reduced_try_saddle(kmp_reduced *d)
 {
@@ -247,7 +165,7 @@ int kmp_reduced_exchange(kmp_reduced *d, double t, double *y)
 {
     kmp_partition before;
     d->due = false;
-    if (!kmp_partition_copy(&before, &d->part))
+    if (!kmp_reduced_keep(d) || !kmp_partition_copy(&before, &d->part))
         return KMP_HALT;
     int said = kmp_partition_exchange(&d->part, d->s, d->eval->jacobian, exchange_growth(d)) == KEMPE_OK
                    ? take_over(d, t, y)

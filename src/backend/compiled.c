@@ -109,7 +109,7 @@ static bool extend(kmp_frame *f, const kmp_packs *packs, uint32_t places)
 
 /* USUAL_LENGTH: bytes of machine code of an operation, 5 to 9, with loads and stores. MOST_PACKED: larger programs run
  * from memory beyond the first cache, and the search for pairs takes longer than all else. */
-enum { USUAL_LENGTH = 10, MOST_PACKED = 20000 };
+enum { USUAL_LENGTH = 10, MOST_PACKED = 50000 };
 
 static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, size_t *offset)
 {

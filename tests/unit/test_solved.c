@@ -139,11 +139,11 @@ static double difference_of_corrections(bench *b)
     return apart(s->n, b->dx, b->expected);
 }
 
-/* Difference of accelerations, beside those of each coordinate alone, the squares of rates and 1: all may cancel. */
+/* Difference of accelerations, beside those of each coordinate alone and the squares of rates, which may cancel. */
 static double apart_of_accelerations(const bench *b, const double *qdd, const double *qd)
 {
     const kmp_pattern *mass = &b->eval->system->mass;
-    double off = 0, size = 1;
+    double off = 0, size = 1e-300;
     for (int k = 0; k < mass->count; k++)
         if (mass->row[k] == mass->col[k]) {
             int i = mass->row[k];
@@ -154,8 +154,25 @@ static double apart_of_accelerations(const bench *b, const double *qdd, const do
     return off / size;
 }
 
-/* The right-hand side of a state, at rates that meet the closures. */
-static double difference_of_state(bench *b, double t, const double *q, const double *qd, double power)
+/* The power of forces and of moving closures, and the size of its terms, which may cancel. A multiplier is accurate to
+ * the rounding of the largest one: that of a drive may be what remains of large ones. */
+static double power_at(bench *b, double t, const double *q, const double *qd, double *size)
+{
+    const kempe_system *s = b->eval->system;
+    double power = kmp_eval_power(b->by_mass, t, q, qd) + kmp_eval_drive_power(b->by_mass, b->lambda);
+    double most = 0;
+    *size = check_max(fabs(power), 1e-300);
+    for (int k = 0; k < s->m; k++)
+        most = check_max(most, fabs(b->lambda[k]));
+    for (int i = 0; i < s->n; i++)
+        *size += fabs(b->by_mass->bias[i] * qd[i]);
+    for (int k = 0; b->by_mass->h_t && k < s->m; k++)
+        *size += most * fabs(b->by_mass->h_t[k]);
+    return power;
+}
+
+/* The right-hand side of a state, at rates that meet the closures. `size`: of the terms of the power. */
+static double difference_of_state(bench *b, double t, const double *q, const double *qd, double power, double size)
 {
     int p = b->part.p, r = b->part.r;
     double *y = KMP_NEW(double, 4 * p + 2 * r), *dy = y + 2 * p + r, own = 0, rates = 0, fastest = 1e-300;
@@ -179,7 +196,7 @@ static double difference_of_state(bench *b, double t, const double *q, const dou
         fastest = check_max(fastest, fabs(qd[b->part.v[i]]));
     }
     double off = check_max(apart_of_accelerations(b, qdd, qd), rates / fastest);
-    CHECK(fabs(own - power) <= 1e-9 * (1 + fabs(power)));
+    CHECK(fabs(own - power) <= 1e-9 * size);
     kmp_solved_lend(b->reduced, t, q);
     CHECK(kmp_solved_order_is_good(b->reduced));
     off = check_max(off, apart(b->eval->system->jacobian.count, b->eval->jacobian, b->by_mass->jacobian));
@@ -201,7 +218,7 @@ static double difference(bench *b, double t, const double *q, const double *qd)
     kmp_saddle_accelerations(&b->saddle, b->qdd, b->lambda);
     const double *out = kmp_solved_run(b->solved, t, q, qd, &good);
     CHECK(good);
-    double worst = apart_of_accelerations(b, out + l->qdd, qd), most = 0, off = 0;
+    double worst = apart_of_accelerations(b, out + l->qdd, qd), most = 0, off = 0, size = 0;
     for (int k = 0; k < l->r; k++) {
         most = check_max(most, fabs(b->lambda[b->part.rows[k]]));
         off = check_max(off, fabs(b->lambda[b->part.rows[k]] - out[l->lambda + k]));
@@ -209,14 +226,10 @@ static double difference(bench *b, double t, const double *q, const double *qd)
     worst = check_max(worst, l->r > 0 ? off / most : 0);
     CHECK((l->power >= 0) == s->dissipative);
     if (l->power >= 0) {
-        double power = kmp_eval_power(b->by_mass, t, q, qd) + kmp_eval_drive_power(b->by_mass, b->lambda), scale = 0;
-        for (int i = 0; i < s->n; i++)
-            scale += fabs(b->by_mass->bias[i] * qd[i]);
-        for (int k = 0; b->by_mass->h_t && k < s->m; k++)
-            scale += most * fabs(b->by_mass->h_t[k]);
-        worst = check_max(worst, fabs(out[l->power] - power) / check_max(fabs(power), scale + 1e-300));
+        double power = power_at(b, t, q, qd, &size);
+        worst = check_max(worst, fabs(out[l->power] - power) / size);
     }
-    double state = difference_of_state(b, t, q, qd, l->power >= 0 ? out[l->power] : 0);
+    double state = difference_of_state(b, t, q, qd, l->power >= 0 ? out[l->power] : 0, size);
     CHECK(state < 1e-8); /* rates of the motion meet the closures to that */
     worst = check_max(worst, difference_at_end(b, t, q));
     worst = check_max(worst, difference_of_open(b, b->eval->h + l->open - l->h));

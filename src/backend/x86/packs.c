@@ -20,11 +20,11 @@ typedef struct writer {
     kmp_packs *p;
     kmp_pack_choice c;
     kmp_straight *out;
-    uint32_t count;
-    uint8_t *state;    /* by operation: 0, EXPANDED, WRITTEN */
-    uint8_t *alone;    /* by operation: its value is taken out of its pack */
-    uint32_t *pack;    /* by operation of lane 0: the slot of the pack */
-    uint32_t *pending; /* operations to be written */
+    uint32_t count, most; /* with more pairs do not pay */
+    uint8_t *state;       /* by operation: 0, EXPANDED, WRITTEN */
+    uint8_t *alone;       /* by operation: its value is taken out of its pack */
+    uint32_t *pack;       /* by operation of lane 0: the slot of the pack */
+    uint32_t *pending;    /* operations to be written */
     joint *joints;
     uint32_t mask;
 } writer;
@@ -47,8 +47,9 @@ static uint32_t new_slots(writer *w)
 
 static kmp_straight *append(writer *w, kmp_x86_op op, uint32_t d, uint32_t x, uint32_t y)
 {
-    w->out[w->count] = (kmp_straight){.op = op, .d = d, .x = x, .y = y};
-    return &w->out[w->count++];
+    uint32_t k = w->count < w->most ? w->count++ : w->most;
+    w->out[k] = (kmp_straight){.op = op, .d = d, .x = x, .y = y};
+    return &w->out[k];
 }
 
 /* The operation that writes a slot, KMP_NO_OPERATION: it comes from elsewhere; of a pair, that of lane 0. */
@@ -211,13 +212,13 @@ static void write_with_operands(writer *w, uint32_t k)
 
 static bool begin(writer *w, kmp_packs *p, uint32_t count, const kmp_straight *operations)
 {
-    *w = (writer){.p = p, .mask = 63};
-    while (w->mask < 2 * count)
+    *w = (writer){.p = p, .most = (uint32_t)(WORTH * count), .mask = 63};
+    while (w->mask < count)
         w->mask = 2 * w->mask + 1;
     for (uint32_t k = 0; k < count; k++)
         p->writer[operations[k].d] = k + 1;
     w->joints = KMP_ARENA_NEW(p->arena, joint, w->mask + 1);
-    w->out = KMP_ARENA_NEW(p->arena, kmp_straight, 4 * count);
+    w->out = KMP_ARENA_NEW(p->arena, kmp_straight, w->most + 1);
     KMP_ARENA_EACH(p->arena, uint8_t, count, &w->state, &w->alone);
     return KMP_ARENA_EACH(p->arena, uint32_t, 3 * count, &w->pack, &w->pending) &&
            kmp_pack_choose(&w->c, p->arena, count, operations, p->writer);
@@ -237,7 +238,7 @@ bool kmp_packs_make(kmp_packs *p, uint32_t *count, const kmp_straight **operatio
             write_with_operands(&w, k);
     for (uint32_t k = 0; k < *count; k++)
         p->writer[(*operations)[k].d] = 0;
-    if (w.count > WORTH * *count) {
+    if (w.count == w.most) {
         p->next = next;
         p->constants = constants;
         return !p->arena->failed;

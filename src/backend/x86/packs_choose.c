@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Operations of one shape are candidates: the same operations on operands of one shape, down to values from elsewhere.
- * From the largest shapes on, each operation tries some candidates; a trial pairs operands of both as deep as they fit.
- * Operations of one shape are equally deep, so that none of a pair needs the other. */
+ * From the highest shapes on, each operation tries some candidates; a trial pairs operands of both as deep as they fit.
+ * Operations of one shape are equally high, so that none of a pair needs the other. */
 #include "backend/x86/packs.h"
-#include <stdlib.h>
 
 /* CANDIDATES: trials of an operation. The gain of a trial is counted in tenths of an operation. */
 enum { CANDIDATES = 4, GAIN_PAIR = 10, LOSS_JOIN = 10, LOSS_SHARED = 3 };
@@ -12,13 +11,15 @@ enum { CANDIDATES = 4, GAIN_PAIR = 10, LOSS_JOIN = 10, LOSS_SHARED = 3 };
 typedef struct shape {
     uint32_t op, x, y;
     uint32_t first, last; /* operations */
-    double size;          /* operations below, each as often as it is read */
+    uint32_t height;      /* of the expression */
+    uint32_t lower;       /* the next shape of the same height */
 } shape;
 
 typedef struct shapes {
     shape *shape; /* from 1 on */
     uint32_t count;
-    uint32_t *table, mask; /* numbers by hash; 0: free */
+    uint32_t *table, mask;     /* numbers by hash; 0: free */
+    uint32_t height, *highest; /* the greatest; by height: the last shape of it */
 } shapes;
 
 static uint32_t operation_of(const kmp_pack_choice *c, uint32_t slot)
@@ -70,9 +71,13 @@ static void add_to_shape(kmp_pack_choice *c, shapes *all, uint32_t k)
     shape asked = {.op = kind_of(s), .x = turn ? y : x, .y = turn ? x : y, .first = k, .last = k};
     uint32_t *number = find_shape(all, &asked);
     if (*number == 0) {
-        asked.size = 1 + all->shape[x].size + all->shape[y].size;
+        uint32_t below = all->shape[x].height > all->shape[y].height ? all->shape[x].height : all->shape[y].height;
+        asked.height = below + 1;
+        asked.lower = all->highest[asked.height];
         *number = ++all->count;
         all->shape[*number] = asked;
+        all->highest[asked.height] = *number;
+        all->height = asked.height > all->height ? asked.height : all->height;
     } else {
         c->next[all->shape[*number].last] = k;
         all->shape[*number].last = k;
@@ -89,6 +94,7 @@ static bool find_shapes(kmp_pack_choice *c, kmp_arena *arena, shapes *all)
     all->mask = size - 1;
     all->table = KMP_ARENA_NEW(arena, uint32_t, size);
     all->shape = KMP_ARENA_NEW(arena, shape, c->count + 1);
+    all->highest = KMP_ARENA_NEW(arena, uint32_t, c->count + 1);
     if (arena->failed)
         return false;
     for (uint32_t k = 0; k < c->count; k++)
@@ -153,7 +159,8 @@ static int visit(kmp_pack_choice *c, uint32_t u, uint32_t v, uint32_t *pairs, ui
     c->paired[2 * *pairs] = a;
     c->paired[2 * (*pairs)++ + 1] = b;
     c->pending[(*pending)++] = *pairs - 1;
-    return GAIN_PAIR;
+    bool negates = c->operations[a].op == KMP_X86_ADD && c->operations[b].op == KMP_X86_SUB;
+    return negates ? GAIN_PAIR - LOSS_JOIN : GAIN_PAIR;
 }
 
 /* Pairs two operations and what they read. Returns the gain; *pairs: their number. */
@@ -190,35 +197,33 @@ static uint32_t next_alone(kmp_pack_choice *c, uint32_t k)
     return next;
 }
 
+/* Tries two operations in either order of lanes; *low and *high: the best pair so far. */
+static void try_both(kmp_pack_choice *c, uint32_t a, uint32_t b, int *best, uint32_t *low, uint32_t *high)
+{
+    for (int order = 0; order < 2; order++) {
+        uint32_t pairs, first = order ? b : a, second = order ? a : b;
+        int gain = try_pair(c, first, second, &pairs);
+        if (gain > *best) {
+            *best = gain;
+            *low = first;
+            *high = second;
+        }
+    }
+}
+
 static void take_best(kmp_pack_choice *c, uint32_t k)
 {
     int best = 0;
-    uint32_t with = KMP_NO_OPERATION, pairs, other = next_alone(c, k);
-    for (int trial = 0; trial < CANDIDATES && other != KMP_NO_OPERATION; trial++, other = next_alone(c, other)) {
-        int gain = try_pair(c, k, other, &pairs);
-        if (gain > best) {
-            best = gain;
-            with = other;
-        }
-    }
-    if (with == KMP_NO_OPERATION)
+    uint32_t low = KMP_NO_OPERATION, high = low, pairs, other = next_alone(c, k);
+    for (int trial = 0; trial < CANDIDATES && other != KMP_NO_OPERATION; trial++, other = next_alone(c, other))
+        try_both(c, k, other, &best, &low, &high);
+    if (low == KMP_NO_OPERATION)
         return;
-    (void)try_pair(c, k, with, &pairs);
+    (void)try_pair(c, low, high, &pairs);
     for (uint32_t i = 0; i < 2 * pairs; i++) {
         c->mate[c->paired[i]] = c->trial[c->paired[i]];
         c->lane[c->paired[i]] = c->side[c->paired[i]];
     }
-}
-
-typedef struct place {
-    double size;
-    uint32_t shape;
-} place;
-
-static int by_size(const void *a, const void *b)
-{
-    const place *x = a, *y = b;
-    return x->size < y->size ? 1 : x->size > y->size ? -1 : (x->shape > y->shape) - (x->shape < y->shape);
 }
 
 bool kmp_pack_choose(kmp_pack_choice *c, kmp_arena *arena, uint32_t count, const kmp_straight *operations,
@@ -231,18 +236,13 @@ bool kmp_pack_choose(kmp_pack_choice *c, kmp_arena *arena, uint32_t count, const
                    &c->pending);
     if (arena->failed || !find_shapes(c, arena, &all))
         return false;
-    place *order = KMP_ARENA_NEW(arena, place, all.count);
-    if (!order)
-        return false;
     for (uint32_t k = 0; k < count; k++)
         c->mate[k] = KMP_NO_OPERATION;
-    for (uint32_t k = 0; k < all.count; k++)
-        order[k] = (place){all.shape[k + 1].size, k + 1};
-    qsort(order, all.count, sizeof *order, by_size);
-    for (uint32_t i = 0; i < all.count; i++)
-        for (uint32_t k = all.shape[order[i].shape].first; k != KMP_NO_OPERATION; k = c->next[k])
-            if (c->mate[k] == KMP_NO_OPERATION && c->operations[k].op != KMP_X86_LOAD)
-                take_best(c, k);
+    for (uint32_t height = all.height; height > 0; height--)
+        for (uint32_t number = all.highest[height]; number > 0; number = all.shape[number].lower)
+            for (uint32_t k = all.shape[number].first; k != KMP_NO_OPERATION; k = c->next[k])
+                if (c->mate[k] == KMP_NO_OPERATION && operations[k].op != KMP_X86_LOAD)
+                    take_best(c, k);
     c->now++;
     return true;
 }

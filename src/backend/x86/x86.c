@@ -6,8 +6,10 @@
 
 enum { LONGEST = 16, SHORT = 128 /* least and, but one, greatest distance in a byte */ };
 
-/* rdi, then registers that a function may overwrite and whose number needs no prefix: rsi, rdx, rcx, rax. */
-static const int base_register[KMP_X86_BASES] = {7, 6, 2, 1, 0};
+/* rdi, then registers whose number needs no prefix: rsi, rdx, rcx, rax, which a function may overwrite; and rbx, rbp,
+ * from SAVED on, which it has to restore. */
+static const int base_register[KMP_X86_BASES] = {7, 6, 2, 1, 0, 3, 5};
+enum { SAVED = 5 };
 
 /* Room for one more instruction. */
 static uint8_t *room(kmp_x86 *c)
@@ -124,6 +126,9 @@ void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance)
     uint8_t *at = room(c);
     if (!at)
         return;
+    if (base >= SAVED)
+        at = put(at, 0x50 + base_register[base]); /* push */
+    c->saved = base >= SAVED ? base : c->saved;
     at = put(at, 0x48); /* lea */
     at = put(at, 0x8d);
     at = put(at, 2 << 6 | base_register[base] << 3 | base_register[0]);
@@ -150,6 +155,9 @@ void kmp_x86_return(kmp_x86 *c)
         at = put(at, 0xf8);
         at = put(at, 0x77);
     }
+    for (; c->saved >= SAVED; c->saved--)
+        at = put(at, 0x58 + base_register[c->saved]); /* pop */
+    c->saved = 0;
     finish(c, put(at, 0xc3));
 }
 

@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { KMP_X86_REGISTERS = 32, KMP_X86_BASES = 5 }; /* bounds */
+enum { KMP_X86_REGISTERS = 32, KMP_X86_BASES = 7 }; /* bounds */
 
 /** A form is its number of doubles. */
 typedef enum kmp_x86_form { KMP_X86_ONE = 1, KMP_X86_FOUR = 4, KMP_X86_EIGHT = 8 } kmp_x86_form;
@@ -61,6 +61,7 @@ typedef struct kmp_x86 {
     size_t size, capacity;
     size_t expected; /* about its size, in bytes; 0: unknown */
     kmp_x86_form form;
+    int saved; /* the last base that the end of the function restores; 0: none */
     bool failed;
 } kmp_x86;
 
@@ -68,7 +69,7 @@ typedef struct kmp_x86 {
 void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y);
 /** d = x op y with y in memory, at a distance in bytes from a base. LOAD: d = y, x is 0; STORE: y = d, x is 0. */
 void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y);
-/** Sets a base other than 0 to a distance in bytes from base 0. */
+/** Sets a base other than 0 to a distance in bytes from base 0, in ascending order before all else of a function. */
 void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance);
 /** The end of a function. */
 void kmp_x86_return(kmp_x86 *c);

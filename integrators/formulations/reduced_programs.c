@@ -1,0 +1,203 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Programs of the reduced formulation for the present choice of u: the fused program, or the solved one where that
+ * pays. Those of earlier choices are kept, because a motion returns to them: a rocker that swings exchanges u at each
+ * end. */
+#include "base/memory.h"
+#include "integrators/formulations/reduced.h"
+#include <limits.h>
+#include <string.h>
+
+/* Programs of a choice of u and rows. `part`: only u and rows, which determine v. */
+struct kmp_reduced_kept {
+    int *u, *rows; /* p, r */
+    kmp_fused *fused;
+    kmp_solved *solved;
+    kmp_stage_lanes stages;
+};
+
+/* -- earlier choices ----------------------------------------------------------------------------------- */
+
+static void release(struct kmp_reduced_kept *kept)
+{
+    kmp_stage_lanes_free(&kept->stages);
+    kmp_fused_free(kept->fused);
+    kmp_solved_free(kept->solved);
+    kept->fused = NULL;
+    kept->solved = NULL;
+}
+
+void kmp_reduced_free_programs(kmp_reduced *d)
+{
+    for (int k = 0; k < KMP_REDUCED_KEPT && d->kept; k++) {
+        release(&d->kept[k]);
+        kmp_free(d->kept[k].u);
+    }
+    kmp_free(d->kept);
+    kmp_stage_lanes_free(&d->stages);
+    kmp_fused_free(d->fused);
+    kmp_solved_free(d->solved);
+}
+
+static bool is_of(const struct kmp_reduced_kept *kept, const kmp_partition *part)
+{
+    return kept->u && memcmp(kept->u, part->u, (size_t)part->p * sizeof *part->u) == 0 &&
+           memcmp(kept->rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0;
+}
+
+/* The record of the present choice; NULL: it has not been left before. */
+static struct kmp_reduced_kept *find_kept(const kmp_reduced *d)
+{
+    for (int k = 0; k < KMP_REDUCED_KEPT && d->kept; k++)
+        if (is_of(&d->kept[k], &d->part))
+            return &d->kept[k];
+    return NULL;
+}
+
+/* A record for the present choice, in place of the oldest one. NULL: no memory. */
+static struct kmp_reduced_kept *new_kept(kmp_reduced *d)
+{
+    const kmp_partition *part = &d->part;
+    if (!d->kept)
+        d->kept = KMP_NEW(struct kmp_reduced_kept, KMP_REDUCED_KEPT);
+    if (!d->kept)
+        return NULL;
+    struct kmp_reduced_kept *kept = &d->kept[d->kept_next];
+    d->kept_next = (d->kept_next + 1) % KMP_REDUCED_KEPT;
+    release(kept);
+    kmp_free(kept->u);
+    *kept = (struct kmp_reduced_kept){.u = KMP_NEW(int, 1 + part->p + part->r)};
+    if (!kept->u)
+        return NULL;
+    kept->rows = kept->u + part->p;
+    memcpy(kept->u, part->u, (size_t)part->p * sizeof *part->u);
+    memcpy(kept->rows, part->rows, (size_t)part->r * sizeof *part->rows);
+    return kept;
+}
+
+bool kmp_reduced_keep(kmp_reduced *d)
+{
+    struct kmp_reduced_kept *kept = find_kept(d);
+    kept = kept ? kept : new_kept(d);
+    if (!kept)
+        return kmp_fail_memory(d->s->context) == KEMPE_OK;
+    release(kept);
+    kept->fused = d->fused;
+    kept->solved = d->solved;
+    kept->stages = d->stages;
+    d->had_solved = d->solved;
+    d->fused = NULL;
+    d->solved = NULL;
+    d->stages = (kmp_stage_lanes){0};
+    return true;
+}
+
+/* Takes the programs that were kept for the present choice, if their order of elimination is good at d->q. */
+static void take_kept(kmp_reduced *d, struct kmp_reduced_kept *kept)
+{
+    kmp_reduced_pack(&d->part, true, d->q, d->qd, d->state);
+    bool good = kept->fused ? !kmp_fused_is_stale(kept->fused) && kmp_fused_is_good(kept->fused, d->t, d->state)
+                            : kept->solved && !kmp_solved_is_stale(kept->solved) &&
+                                  kmp_solved_order_is_good_at(kept->solved, d->t, d->state);
+    if (!good) {
+        release(kept);
+        return;
+    }
+    d->fused = kept->fused;
+    d->solved = kept->solved;
+    d->stages = kept->stages;
+    kept->fused = NULL;
+    kept->solved = NULL;
+    kept->stages = (kmp_stage_lanes){0};
+}
+
+/* -- programs ------------------------------------------------------------------------------------------ */
+
+/* True if a fused program is possible. Without a reduced mass there is nothing to write out. The power of a drive needs
+ * multipliers, and so do forces that depend on them, by iteration. */
+static bool can_fuse(const kmp_reduced *d)
+{
+    bool explicit = !d->start.implicit && !d->start.dae;
+    return (d->integrated || explicit) && !d->by_saddle && !(d->has_work && d->s->rheonomic) &&
+           d->s->load_row_count == 0;
+}
+
+double kmp_reduced_operations(const kmp_reduced *d)
+{
+    const kmp_program *program = d->eval->by_bodies ? d->s->articulated : d->s->motion;
+    double sum = (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
+    double reduction = KMP_LOOPS_COST * (double)kmp_reduction_count(&d->red).paper;
+    return sum + (d->by_saddle ? kmp_saddle_cost(&d->saddle) : reduction);
+}
+
+/* With many degrees of freedom the saddle system written out costs less than the reduced mass, from some number of
+ * evaluations on, or `at_once`. */
+static int wait_for_solved(kmp_reduced *d, bool at_once)
+{
+    long wait = d->integrated ? kmp_solved_wait(d->eval, &d->part, kmp_reduced_operations(d)) : LONG_MAX;
+    if (wait >= 0)
+        d->due_solved = wait < LONG_MAX - d->evaluations ? d->evaluations + (at_once ? 0 : wait) : LONG_MAX;
+    return wait < 0 ? KMP_HALT : KMP_GO;
+}
+
+/* Lanes of a program of states, if the integrator uses them. */
+static int prepare_stages(kmp_reduced *d, const kmp_program *program)
+{
+    int states = 2 * d->p + d->r;
+    if (!d->start.lanes || kmp_stage_lanes_init(&d->stages, program, d->eval, states, kmp_lanes_best()))
+        return KMP_GO;
+    (void)kmp_fail_memory(d->s->context);
+    return KMP_HALT;
+}
+
+int kmp_reduced_solve(kmp_reduced *d, double t)
+{
+    if (d->fuses_late && d->steps >= KMP_FORMULATION_BRIEF)
+        return kmp_reduced_fuse(d, true);
+    if (d->evaluations < d->due_solved)
+        return KMP_GO;
+    d->due_solved = LONG_MAX;
+    kmp_eval_closure(d->eval, t, d->q);
+    if (kmp_reduction_factor(&d->red))
+        return KMP_GO;
+    if (kmp_solved_new_reduced(&d->solved, &d->red) != KEMPE_OK)
+        return KMP_HALT;
+    return prepare_stages(d, d->solved ? kmp_solved_program(d->solved) : NULL);
+}
+
+static void forget_programs(kmp_reduced *d)
+{
+    kmp_stage_lanes_free(&d->stages);
+    kmp_fused_free(d->fused);
+    kmp_solved_free(d->solved);
+    d->fused = NULL;
+    d->solved = NULL;
+    d->by_solved = false;
+    d->apart = false;
+    d->steps = 0;
+}
+
+int kmp_reduced_fuse(kmp_reduced *d, bool worth)
+{
+    bool at_once = worth && (d->solved || d->had_solved || d->start.lanes);
+    forget_programs(d);
+    struct kmp_reduced_kept *kept = find_kept(d);
+    d->fuses_late = !worth && !kept && can_fuse(d);
+    if (kept)
+        take_kept(d, kept);
+    if (d->fused || d->solved) {
+        d->due_solved = LONG_MAX;
+        return KMP_GO;
+    }
+    worth = worth || kept;
+    if (worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red, !d->integrated) != KEMPE_OK)
+        return KMP_HALT;
+    if (!d->fused)
+        return wait_for_solved(d, at_once);
+    d->due_solved = LONG_MAX;
+    return prepare_stages(d, kmp_fused_program(d->fused));
+}
+
+bool kmp_reduced_is_stale(kmp_reduced *d)
+{
+    return (d->fused && kmp_fused_is_stale(d->fused)) || (d->solved && kmp_solved_is_stale(d->solved));
+}
