@@ -59,7 +59,7 @@ class Generator(Trees, Loops, Laws):
         if formulation == "reduced" and self.chance(0.3):
             self.features["integrators"] += 1
             run["formulation"] = formulation
-            run["integrator"] = self.one_of("radau9", "radau5", "dopri5", "bdf", "adams", "dop853")
+            run["integrator"] = self.one_of("radau9", "radau5", "radau", "dopri5", "bdf", "adams", "dop853")
         if self.chance(0.3):
             self.features["dynamics"] += 1
             articulated = () if self.features["force-of-lambda"] else ("articulated",)
