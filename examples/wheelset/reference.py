@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The wheelset of the Test Set for IVP Solvers by itself: the published equations in index-1 form, with scipy.
 
-    python3 examples/wheelset/reference.py [T_END [RTOL]]
+    python3 examples/wheelset/reference.py > reference.csv
 
-prints a row with the columns of reference.csv and the contacts. State p = (x, y, z, yaw, roll), p', beta. At each state the
+prints the published row and the contacts; T_END and RTOL may follow its name. State p = (x, y, z, yaw, roll), p', beta. At each state the
 contacts follow from the two conditions of each side, the multipliers from the rows differentiated twice along the motion (their
 second derivatives by differences of the exact first ones), accelerations from the published equations; the terms of the
 multipliers stand as they are published, those of yaw without the division by cos(roll) that Lagrange's equations have.
