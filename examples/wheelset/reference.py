@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The wheelset of the Test Set for IVP Solvers by itself: the published equations in index-1 form, with scipy.
 
-    python3 examples/wheelset/reference.py [T_END [RTOL]]
+    python3 examples/wheelset/reference.py > reference.csv
 
-State p = (x, y, z, yaw, roll), p', beta. At each state the contacts follow from the two conditions of each side, the
-multipliers from the rows differentiated twice along the motion (their second derivatives by differences of the exact
-first ones), accelerations from the published equations; the terms of the multipliers stand as they are published, those
-of yaw without the division by cos(roll) that Lagrange's equations have.
+prints the published row and the contacts; T_END and RTOL may follow its name. State p = (x, y, z, yaw, roll), p', beta. At each state the
+contacts follow from the two conditions of each side, the multipliers from the rows differentiated twice along the motion (their
+second derivatives by differences of the exact first ones), accelerations from the published equations; the terms of the
+multipliers stand as they are published, those of yaw without the division by cos(roll) that Lagrange's equations have.
 """
 import sys
 import numpy as np
@@ -180,5 +180,9 @@ if __name__ == "__main__":
     run = solve_ivp(rhs, (0, t_end), start(), method="DOP853", rtol=rtol, atol=1e-12, first_step=1e-5)
     y = run.y[:, -1]
     _, _, u, e = accelerations(y)
-    for name, values in (("p", y[:5]), ("v", y[5:10]), ("beta", y[10:]), ("psi, xi of L", u[0]), ("psi, xi of R", u[1]), ("lambda", e)):
-        print(name, " ".join(f"{x:.12e}" for x in values))
+    names = ["x", "y", "z", "yaw", "roll"]
+    columns = ["t", *(f"q.{x}" for x in names), *(f"qd.{x}" for x in names), "beta", "lambda.L.1", "lambda.R.1",
+               *(f"{x}.{side}" for side in "LR" for x in ("psi", "xi"))]
+    print(f"# The published equations in index-1 form by reference.py, DOP853 at rtol {rtol:g}.")
+    print(",".join(columns))
+    print(",".join([repr(t_end), *(f"{x:.14g}" for x in (*y, *e, *u[0], *u[1]))]))
