@@ -163,7 +163,7 @@
  * Its right-hand side is a function of u alone, whose series converges only up to u's dead centre: most of its error is
  * made near it. An integrator that restarts at each exchange takes GROWTH, since it would lose more than it gains. */
 #define KMP_EXCHANGE_GROWTH 1.5
-#define KMP_EXCHANGE_CLOSED 1.3
+#define KMP_EXCHANGE_CLOSED 1.1
 #define KMP_EXCHANGE_WISH   10.0
 /** Growth limits without integration, where digits alone matter. Equilibria take few steps, so that a good choice costs
  * little; sweeps and prescribed motions take many. */
