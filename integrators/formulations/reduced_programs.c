@@ -151,13 +151,15 @@ static int prepare_stages(kmp_reduced *d, const kmp_program *program)
 
 int kmp_reduced_solve(kmp_reduced *d, double t)
 {
-    if (d->fuses_late && d->steps >= KMP_FORMULATION_BRIEF)
-        return kmp_reduced_fuse(d, true);
-    if (d->evaluations < d->due_solved)
+    bool fuses = d->fuses_late && d->steps >= KMP_FORMULATION_BRIEF;
+    if (!fuses && d->evaluations < d->due_solved)
         return KMP_GO;
-    d->due_solved = LONG_MAX;
     kmp_eval_closure(d->eval, t, d->q);
-    if (kmp_reduction_factor(&d->red))
+    bool regular = !kmp_reduction_factor(&d->red);
+    if (fuses)
+        return regular ? kmp_reduced_fuse(d, true) : KMP_GO;
+    d->due_solved = LONG_MAX;
+    if (!regular)
         return KMP_GO;
     if (kmp_solved_new_reduced(&d->solved, &d->red) != KEMPE_OK)
         return KMP_HALT;

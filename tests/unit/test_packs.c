@@ -18,7 +18,7 @@ static double initial[ROOM];
 
 static uint32_t add(kmp_x86_op op, uint32_t x, uint32_t y, bool kept)
 {
-    operations[count] = (kmp_straight){.op = op, .d = LEAVES + count, .x = x, .y = y, .kept = kept};
+    operations[count] = (kmp_straight){.op = (uint16_t)op, .d = LEAVES + count, .x = x, .y = y, .kept = kept};
     return LEAVES + count++;
 }
 

@@ -27,7 +27,7 @@ static void make_operations(int count, int reach)
                                      KMP_X86_MUL, KMP_X86_SQRT, KMP_X86_DIV, KMP_X86_LOAD};
     for (int k = 0; k < count; k++) {
         kmp_straight *s = &operations[k];
-        *s = (kmp_straight){.op = ops[pick(8)],
+        *s = (kmp_straight){.op = (uint16_t)ops[pick(8)],
                             .d = (uint32_t)(LEAVES + k),
                             .x = operand(LEAVES + k, reach),
                             .y = operand(LEAVES + k, reach),

@@ -48,7 +48,7 @@ static uint32_t new_slots(writer *w)
 static kmp_straight *append(writer *w, kmp_x86_op op, uint32_t d, uint32_t x, uint32_t y)
 {
     uint32_t k = w->count < w->most ? w->count++ : w->most;
-    w->out[k] = (kmp_straight){.op = op, .d = d, .x = x, .y = y};
+    w->out[k] = (kmp_straight){.op = (uint16_t)op, .d = d, .x = x, .y = y};
     return &w->out[k];
 }
 
