@@ -48,7 +48,7 @@ static void scheme_init(scheme *s, const kempe_model *model, unsigned sets, bool
                              .body_inputs = inputs,
                              .labels = true,
                              .loops_alone = true,
-                             .ways = &plain};
+                             .savings = &plain};
     *s = (scheme){0};
     if (!ready || kmp_equations_derive_once(&s->eq, model, &scene) != KEMPE_OK)
         stop("not derived:");

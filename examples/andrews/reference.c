@@ -5,8 +5,8 @@
 //
 //     reference > reference.csv
 //
-// `reference 1e-20 kane` takes the second way, to the same 17 digits; `reference 1e-20 published 80` has 80 rows in each
-// 0.01 s (bench/before_after).
+// `reference 1e-20 kane` takes the second way, to the same 17 digits; `reference 1e-20 published 80` has 80 rows in
+// each 0.01 s (bench/before_after).
 #include "../references/kane.h"
 
 enum { ANGLES = 7, ROWS = 6 };

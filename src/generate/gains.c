@@ -94,9 +94,8 @@ static void take_away(kmp_savings *savings, const kempe_model *model, int kind)
     const struct {
         uint8_t *choice;
         size_t count;
-    } list[KMP_GAINS_KINDS] = {{savings->point, points}, {savings->origin, n}, {savings->give, n},
-                               {savings->spread, 1},      {savings->stay, n},   {savings->about, n},
-                               {savings->apart, 1}};
+    } list[KMP_GAINS_KINDS] = {{savings->point, points}, {savings->origin, n}, {savings->give, n}, {savings->spread, 1},
+                               {savings->stay, n},       {savings->about, n},  {savings->apart, 1}};
     memset(list[kind].choice, 0, list[kind].count);
     if (list[kind].choice == savings->give)
         memset(savings->lump, 0, n);

@@ -26,7 +26,7 @@ bool kmp_registers_init(kmp_registers *r, kmp_arena *arena, uint32_t packs, uint
                          .places = shared ? 0 : KMP_PLACES,
                          .place = KMP_ARENA_NEW(arena, uint32_t, slots),
                          .next = KMP_ARENA_NEW(arena, uint32_t, slots),
-                         .in = KMP_ARENA_NEW(arena, int8_t, slots),
+                         .in = KMP_ARENA_NEW(arena, int16_t, slots),
                          .missing = KMP_ARENA_NEW(arena, uint8_t, slots),
                          .after = KMP_ARENA_NEW(arena, uint32_t, 2 * longest)};
     if (arena->failed)
@@ -129,11 +129,16 @@ static void use_memory(const writer *w, kmp_x86_op op, int d, int x, uint32_t sl
 
 /* -- registers --------------------------------------------------------------------------------------- */
 
+static uint32_t bit_of(int reg)
+{
+    return 1u << (reg & (KMP_X86_REGISTERS - 1));
+}
+
 static void forget(kmp_registers *r, int reg)
 {
     r->in[r->holds[reg] - 1] = -1;
     r->holds[reg] = 0;
-    r->is_free |= 1u << reg;
+    r->is_free |= bit_of(reg);
 }
 
 /* Notes the next use of a slot, which may be in a register. */
@@ -179,8 +184,8 @@ static void hold(kmp_registers *r, int reg, uint32_t slot)
 {
     r->holds[reg] = slot + 1;
     r->until[reg] = r->next[slot];
-    r->is_free &= ~(1u << reg);
-    r->in[slot] = (int8_t)reg;
+    r->is_free &= ~bit_of(reg);
+    r->in[slot] = (int16_t)reg;
 }
 
 static void load(writer *w, int reg, uint32_t slot)

@@ -26,7 +26,7 @@ typedef struct kmp_registers {
     uint64_t taken[KMP_PLACES / 64];
     uint32_t *place;                   /* of a value that has left its register: + 1; 0: its slot */
     uint32_t *next;                    /* next use, as a position */
-    int8_t *in;                        /* register, -1: none */
+    int16_t *in;                       /* register, -1: none */
     uint8_t *missing;                  /* the register's value is not yet stored in the slot */
     uint32_t *after;                   /* by operation: next uses of x and y after it */
     uint32_t holds[KMP_X86_REGISTERS]; /* slot + 1 in each register, 0: none */
