@@ -13,6 +13,7 @@
 #include "integrators/formulations/tangent.h"
 #include "integrators/run/run.h"
 #include "studies/simulate/trajectory.h"
+#include "wrapped.h"
 #include <dirent.h>
 #include <kempe/cache.h>
 #include <kempe/check.h>
@@ -30,9 +31,9 @@ static struct {
     double since, spent[STAGES];
 } at;
 
-static stage enter(stage to)
+static int enter(stage to)
 {
-    stage from = at.current;
+    int from = (int)at.current;
     double now = bench_now();
     at.spent[from] += now - at.since;
     at.since = now;
@@ -40,27 +41,10 @@ static stage enter(stage to)
     return from;
 }
 
-#define REAL(name) __real_##name
-#define OURS(name) __wrap_##name
-#define TIMED(to, type, name, parameters, arguments)                                                                   \
-    type REAL(name) parameters;                                                                                        \
-    type OURS(name) parameters;                                                                                        \
-    type OURS(name) parameters                                                                                         \
-    {                                                                                                                  \
-        stage from = enter(to);                                                                                        \
-        type result = REAL(name) arguments;                                                                            \
-        (void)enter(from);                                                                                             \
-        return result;                                                                                                 \
-    }
-#define TIMED_VOID(to, name, parameters, arguments)                                                                    \
-    void REAL(name) parameters;                                                                                        \
-    void OURS(name) parameters;                                                                                        \
-    void OURS(name) parameters                                                                                         \
-    {                                                                                                                  \
-        stage from = enter(to);                                                                                        \
-        REAL(name) arguments;                                                                                          \
-        (void)enter(from);                                                                                             \
-    }
+static void leave(int from)
+{
+    (void)enter((stage)from);
+}
 
 TIMED(DERIVE, kempe_status, kmp_system_new_by, (const kempe_model *model, const char *word, kempe_system **system),
       (model, word, system))
@@ -121,10 +105,10 @@ static bool prepare(const char *path, const char *cache)
     memset(at.spent, 0, sizeof at.spent);
     at.current = REST;
     at.since = bench_now();
-    stage from = enter(READ);
+    int from = enter(READ);
     if (kempe_model_read(b.context, path, &b.model))
         give_up(path, b.context);
-    (void)enter(from);
+    leave(from);
     if (kempe_system_new(b.model, &b.system))
         give_up(path, b.context);
     bool runs = kmp_spec_of(b.system, &options, &arena, &spec) == KEMPE_OK &&

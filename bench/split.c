@@ -16,6 +16,7 @@
 #include "integrators/run/run.h"
 #include "integrators/sundials/linear.h"
 #include "linalg/sparse.h"
+#include "wrapped.h"
 #include <kempe/check.h>
 #include <signal.h>
 #include <string.h>
@@ -33,14 +34,14 @@ static struct {
     uint64_t random;
 } at;
 
-static part enter(part to)
+static int enter(part to)
 {
-    part from = (part)at.current;
+    int from = (int)at.current;
     at.current = (sig_atomic_t)to;
     return from;
 }
 
-static void leave(part from)
+static void leave(int from)
 {
     at.current = (sig_atomic_t)from;
 }
@@ -67,30 +68,6 @@ static void disarm(void)
 }
 
 /* -- programs that are timed ----------------------------------------------------------------------------- */
-
-#define REAL(name) __real_##name
-#define OURS(name) __wrap_##name
-
-/* A function, of a value or of none. */
-#define TIMED(to, type, name, parameters, arguments)                                                                   \
-    type REAL(name) parameters;                                                                                        \
-    type OURS(name) parameters;                                                                                        \
-    type OURS(name) parameters                                                                                         \
-    {                                                                                                                  \
-        part from = enter(to);                                                                                         \
-        type result = REAL(name) arguments;                                                                            \
-        leave(from);                                                                                                   \
-        return result;                                                                                                 \
-    }
-#define TIMED_VOID(to, name, parameters, arguments)                                                                    \
-    void REAL(name) parameters;                                                                                        \
-    void OURS(name) parameters;                                                                                        \
-    void OURS(name) parameters                                                                                         \
-    {                                                                                                                  \
-        part from = enter(to);                                                                                         \
-        REAL(name) arguments;                                                                                          \
-        leave(from);                                                                                                   \
-    }
 
 TIMED(at.current == FUSED ? FUSED : MODEL, const double *, kmp_machine_run, (kmp_machine * machine, int stage),
       (machine, stage))
@@ -141,7 +118,7 @@ static int (*solve)(SUNLinearSolver, SUNMatrix, N_Vector, N_Vector, sunrealtype)
 
 static int timed_setup(SUNLinearSolver s, SUNMatrix a)
 {
-    part from = enter(ALGEBRA);
+    int from = enter(ALGEBRA);
     int result = setup(s, a);
     leave(from);
     return result;
@@ -149,7 +126,7 @@ static int timed_setup(SUNLinearSolver s, SUNMatrix a)
 
 static int timed_solve(SUNLinearSolver s, SUNMatrix a, N_Vector x, N_Vector b, sunrealtype tolerance)
 {
-    part from = enter(ALGEBRA);
+    int from = enter(ALGEBRA);
     int result = solve(s, a, x, b, tolerance);
     leave(from);
     return result;
