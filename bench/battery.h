@@ -52,7 +52,7 @@ static const hard_formulation hard_formulations[] = {
     {"reduced", "integrated", NULL}, {"reduced", "newton", NULL},        {"projected", "none", NULL},
     {"dae", "stabilized1", NULL},    {"reduced", "integrated", "radau"}, {"projected", "none", "radau"}};
 /* Numbers of methods: by the usual integrators, and in all. */
-enum { HARD_FORMULATIONS = 4, HARD_WAYS = 6, HARD_ROWS = 101 };
+enum { HARD_FORMULATIONS = 4, HARD_METHODS = 6, HARD_ROWS = 101 };
 
 typedef struct hard_scene {
     kempe_context *context;

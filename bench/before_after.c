@@ -28,7 +28,7 @@ static void use_cache(kempe_context *context)
     (void)kempe_context_set_cache(context, folder);
     kempe_text_free(folder);
 }
-#else /* a library before the version had parts: other names of the same things */
+#else /* older public headers: members of the options had other names there */
 typedef kempe_run kempe_run_options;
 #define formulation          road
 #define output_step          every

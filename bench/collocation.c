@@ -20,17 +20,17 @@ enum { ROWS = 240, TARGETS = 3, MOST_POINTS = 24, TURNS = 3 };
 
 static const double target[TARGETS] = {1e-6, 1e-8, 1e-10};
 
-typedef struct way {
+typedef struct method {
     const char *formulation, *form, *integrator;
-} way;
+} method;
 
-static const way ways[] = {{"reduced", NULL, "dop853"},
-                           {"projected", NULL, "dop853"},
-                           {"reduced", "newton", "radau9"},
-                           {"reduced", NULL, "radau"},
-                           {"projected", NULL, "radau"}};
+static const method methods[] = {{"reduced", NULL, "dop853"},
+                                 {"projected", NULL, "dop853"},
+                                 {"reduced", "newton", "radau9"},
+                                 {"reduced", NULL, "radau"},
+                                 {"projected", NULL, "radau"}};
 
-enum { WAYS = sizeof ways / sizeof *ways };
+enum { METHODS = sizeof methods / sizeof *methods };
 
 static char *windows_2(void)
 {
@@ -95,7 +95,7 @@ static int ignore_row(void *user, double t, const double *q, const double *qd, c
     return 0;
 }
 
-static bool run(const bench *b, const kempe_assembly *start, const way *w, double rtol, int rows, double t_end,
+static bool run(const bench *b, const kempe_assembly *start, const method *w, double rtol, int rows, double t_end,
                 kmp_samples *table, kmp_run_report *report)
 {
     double times[ROWS];
@@ -126,7 +126,7 @@ static double error_of(const kmp_samples *table, const kmp_samples *reference)
 }
 
 /* A point more of a curve; false when the run fails or is as exact as the reference. */
-static bool add_point(const bench *b, const kempe_assembly *start, const problem *p, const way *w, double rtol,
+static bool add_point(const bench *b, const kempe_assembly *start, const problem *p, const method *w, double rtol,
                       const kmp_samples *reference, curve *c)
 {
     kmp_samples table;
@@ -160,7 +160,7 @@ static double time_to(const curve *c, double error)
     return best;
 }
 
-static void print_points(const way *w, const curve *c)
+static void print_points(const method *w, const curve *c)
 {
     for (int k = 0; k < c->count; k++) {
         const point *a = &c->points[k];
@@ -173,11 +173,11 @@ static void print_points(const way *w, const curve *c)
 static void print_problem(const problem *p, const curve *curves, bool verbose)
 {
     double best[TARGETS] = {INFINITY, INFINITY, INFINITY};
-    for (int w = 0; verbose && w < WAYS; w++)
-        print_points(&ways[w], &curves[w]);
-    for (int w = 0; w < WAYS; w++) {
-        bool lanes = strcmp(ways[w].integrator, "radau") == 0;
-        printf("  %-16s %-9s %-6s", p->name, ways[w].formulation, ways[w].integrator);
+    for (int w = 0; verbose && w < METHODS; w++)
+        print_points(&methods[w], &curves[w]);
+    for (int w = 0; w < METHODS; w++) {
+        bool lanes = strcmp(methods[w].integrator, "radau") == 0;
+        printf("  %-16s %-9s %-6s", p->name, methods[w].formulation, methods[w].integrator);
         for (int k = 0; k < TARGETS; k++) {
             double ms = time_to(&curves[w], target[k]);
             best[k] = lanes ? best[k] : fmin(best[k], ms);
@@ -199,7 +199,7 @@ static void solve(const problem *p, bool verbose)
     kempe_assembly *start = NULL;
     kmp_samples reference;
     kmp_run_report report;
-    static curve curves[WAYS];
+    static curve curves[METHODS];
     char *own = p->text ? p->text() : NULL;
     const char *text = p->stiffness ? stiffened(p->path, p->given, p->stiffness) : own;
     if ((text ? kempe_model_read_text(b.context, text, p->name, &b.model)
@@ -210,17 +210,17 @@ static void solve(const problem *p, bool verbose)
     }
     memset(curves, 0, sizeof curves);
     kmp_samples_init(&reference, b.system->n, b.system->m);
-    if (run(&b, start, &ways[p->stiffness ? 2 : 0], 1e-13, ROWS, p->t_end, &reference, &report))
-        for (int w = 0; w < WAYS; w++)
+    if (run(&b, start, &methods[p->stiffness ? 2 : 0], 1e-13, ROWS, p->t_end, &reference, &report))
+        for (int w = 0; w < METHODS; w++)
             for (double e = -3; e >= -12.5 && (!p->stiffness || w >= 2); e -= 0.5)
-                if (!add_point(&b, start, p, &ways[w], pow(10, e), &reference, &curves[w]))
+                if (!add_point(&b, start, p, &methods[w], pow(10, e), &reference, &curves[w]))
                     break;
     for (int turn = 0; turn < TURNS; turn++)
-        for (int w = 0; w < WAYS; w++)
+        for (int w = 0; w < METHODS; w++)
             for (int k = 0; k < curves[w].count; k++) {
                 point *a = &curves[w].points[k];
                 for (int again = 0; again < (a->ms < 2 ? 5 : 1); again++)
-                    if (run(&b, start, &ways[w], a->rtol, 1, p->t_end, NULL, &report))
+                    if (run(&b, start, &methods[w], a->rtol, 1, p->t_end, NULL, &report))
                         a->ms = fmin(a->ms, 1e3 * report.cpu_s);
             }
     print_problem(p, curves, verbose);

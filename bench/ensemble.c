@@ -97,9 +97,9 @@ int main(void)
     static double values[COUNT * COLUMNS];
     bench b = bench_load("examples/four_bar/four_bar.yaml");
     kmp_ensemble *e = NULL;
-    execution ways[] = {{.name = "lanes", .stride = 1},
-                        {.name = "one lane", .how = {.width = 1}, .stride = SAMPLE},
-                        {.name = "runs one by one", .how = {.alone = true}, .stride = SAMPLE}};
+    execution executions[] = {{.name = "lanes", .stride = 1},
+                              {.name = "one lane", .how = {.width = 1}, .stride = SAMPLE},
+                              {.name = "runs one by one", .how = {.alone = true}, .stride = SAMPLE}};
     double median[3];
     int n = b.model->motion_count, differ;
     if (kmp_ensemble_new(b.model, COLUMNS, names, &e) != KEMPE_OK || n > MOST_N) {
@@ -110,10 +110,10 @@ int main(void)
         values[i] = value_of(b.model, names[i % COLUMNS]) * (1 + 0.05 * (2 * next_random() - 1));
     for (int round = 0; round < ROUNDS; round++)
         for (int k = 0; k < 3; k++)
-            run(e, n, values, &ways[k], round);
+            run(e, n, values, &executions[k], round);
     for (int k = 0; k < 3; k++)
-        median[k] = bench_median(ROUNDS, ways[k].seconds);
-    run(e, n, values, &ways[0], 0);
+        median[k] = bench_median(ROUNDS, executions[k].seconds);
+    run(e, n, values, &executions[0], 0);
     kmp_ensemble_work work = kmp_ensemble_get_work(e);
     printf("four-bars of %d, lengths and masses by up to 5 %% from the example's; 5 s, rtol 1e-10; CPU time, start and "
            "end "
@@ -123,16 +123,16 @@ int main(void)
     printf("%-24s %6s %10s %10s %8s %8s %8s %6s %6s\n", "", "count", "1/s", "us each", "ns/rhs", "steps", "exch.",
            "alone", "failed");
     for (int k = 0; k < 3; k++)
-        report(&ways[k], median[k]);
-    double off = distance(&ways[0], &ways[1], n, &differ), apart = 0;
+        report(&executions[k], median[k]);
+    double off = distance(&executions[0], &executions[1], n, &differ), apart = 0;
     int other;
-    apart = distance(&ways[0], &ways[2], n, &other);
+    apart = distance(&executions[0], &executions[2], n, &other);
     printf("\nlanes against one lane: %.2f times as fast, %d numbers differ (%.2g)\n", median[1] / median[0], differ,
            off);
     printf("lanes against runs one by one: %.2f times as fast (target %.0f), coordinates within %.2g\n",
            median[2] / median[0], TARGET, apart);
     for (int k = 0; k < 3; k++)
-        free(ways[k].q);
+        free(executions[k].q);
     kmp_ensemble_free(e);
     bench_free(&b);
     return median[2] / median[0] >= TARGET && differ == 0 ? 0 : 1;

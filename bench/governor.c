@@ -12,18 +12,18 @@ typedef struct mechanism {
     double t_end, every;
 } mechanism;
 
-typedef struct way {
+typedef struct method {
     const char *formulation, *integrator;
     int last; /* exponent of rtol */
-} way;
+} method;
 
-static const way ways[] = {{"reduced", "bdf", -12},    {"reduced", "ida", -12},    {"dae", "ida", -12},
-                           {"reduced", "radau5", -12}, {"reduced", "radau9", -12}, {"reduced", "dirk", -8},
-                           {"projected", "radau", -12}};
+static const method methods[] = {{"reduced", "bdf", -12},    {"reduced", "ida", -12},    {"dae", "ida", -12},
+                                 {"reduced", "radau5", -12}, {"reduced", "radau9", -12}, {"reduced", "dirk", -8},
+                                 {"projected", "radau", -12}};
 
-enum { WAYS = sizeof ways / sizeof *ways, MOST_TIMES = 64 };
+enum { METHODS = sizeof methods / sizeof *methods, MOST_TIMES = 64 };
 
-static void one(const judged *with, const kempe_assembly *start, const way *w, double rtol)
+static void one(const judged *with, const kempe_assembly *start, const method *w, double rtol)
 {
     judged j = *with;
     kmp_run_spec spec = {.formulation = w->formulation,
@@ -72,9 +72,9 @@ static void scene(const mechanism *m, const char *stiffness, const char *digits)
         exit(1);
     judged with = {.b = &b, .reference = &reference};
     printf("%s, %s\n", kempe_model_name(b.model), stiffness);
-    for (int w = 0; w < WAYS; w++)
-        for (int e = -6; e >= ways[w].last; e -= 2)
-            one(&with, start, &ways[w], pow(10, e));
+    for (int w = 0; w < METHODS; w++)
+        for (int e = -6; e >= methods[w].last; e -= 2)
+            one(&with, start, &methods[w], pow(10, e));
     kmp_samples_free(&reference);
     kempe_assembly_free(start);
     bench_free(&b);

@@ -40,7 +40,7 @@ static void run_case(const hard_case *c)
     hard_scene s;
     if (!hard_load(&s, ".", c))
         printf("%-28s %s: %s\n", c->name, kempe_context_message(s.context), mark(c->end == HARD_STOPS));
-    for (int k = 0; s.system && k < HARD_WAYS; k++) {
+    for (int k = 0; s.system && k < HARD_METHODS; k++) {
         hard_result r = hard_run(&s, ".", c, &hard_formulations[k], 0);
         print_one(c, &hard_formulations[k], &r);
     }

@@ -155,9 +155,10 @@ static double push_held(push_scene *p, double size)
     return off;
 }
 
-/* All pushed off, nothing held: as near as Newton's method of least norm comes, `ways` their distances from the start.
+/* All pushed off, nothing held: as near as Newton's method of least norm comes, `distances` their distances from the
+ * start.
  */
-static double push_free(push_scene *p, double size, double ways[2])
+static double push_free(push_scene *p, double size, double distances[2])
 {
     kempe_assembly *assembly = NULL;
     int n = p->s.system->n;
@@ -173,8 +174,8 @@ static double push_free(push_scene *p, double size, double ways[2])
     kmp_free(x);
     push_start(p, p->given, p->qd, false);
     if (kempe_assembly_new(p->s.system, &assembly) == KEMPE_OK) {
-        ways[0] = push_apart(p, kempe_assembly_q(assembly), p->given);
-        ways[1] = push_apart(p, p->own, p->given);
+        distances[0] = push_apart(p, kempe_assembly_q(assembly), p->given);
+        distances[1] = push_apart(p, p->own, p->given);
         off = push_apart(p, kempe_assembly_q(assembly), p->own);
     }
     kempe_assembly_free(assembly);
@@ -207,9 +208,9 @@ static double push_rates(push_scene *p, double size)
 
 /* Both states near the start are closed ones, as near to it; the last steps of an assembly move v alone, so that they
  * may differ by a part of the way. */
-static bool push_well(double size, double held, double loose, const double ways[2], double rates)
+static bool push_well(double size, double held, double loose, const double distances[2], double rates)
 {
-    return held < 1e-11 && loose <= 0.15 * size && ways[0] <= 1.2 * ways[1] && rates < 1e-12;
+    return held < 1e-11 && loose <= 0.15 * size && distances[0] <= 1.2 * distances[1] && rates < 1e-12;
 }
 
 static bool push_run(const char *root, const push_case *c)
@@ -217,9 +218,9 @@ static bool push_run(const char *root, const push_case *c)
     push_scene p;
     bool well = push_load(&p, root, c);
     for (int k = 0; k < PUSH_SIZES; k++) {
-        double size = push_sizes[k], ways[2] = {INFINITY, 0}, held = push_held(&p, size);
-        double loose = push_free(&p, size, ways), rates = push_rates(&p, size);
-        bool good = push_well(size, held, loose, ways, rates);
+        double size = push_sizes[k], distances[2] = {INFINITY, 0}, held = push_held(&p, size);
+        double loose = push_free(&p, size, distances), rates = push_rates(&p, size);
+        bool good = push_well(size, held, loose, distances, rates);
         printf("%-28s %s, off by %.0e: %.1e from the closed state with u held; %.1e from the nearest; rates %.1e  %s\n",
                "inconsistent start", c->name, size, held, loose, rates, good ? "pass" : "FAIL");
         well = well && good;

@@ -79,7 +79,7 @@ static void trees(kempe_context *context, const char *folder)
 static void formulation(kempe_context *context, const char *path, const char *name)
 {
     static const unsigned values = 1u << KMP_VALUE_R | 1u << KMP_VALUE_RATE | 1u << KMP_VALUE_CURVE;
-    static const char *const ways[2] = {"composite", "differentiated"};
+    static const char *const methods[2] = {"composite", "differentiated"};
     kempe_model *model = read(context, path);
     kempe_system *system = NULL;
     kmp_tangents t;
@@ -90,7 +90,7 @@ static void formulation(kempe_context *context, const char *path, const char *na
     long chosen = kmp_program_count(t.tangent.program, 0, 1).paper;
     long differentiated = t.choice.second ? t.choice.second : chosen;
     printf("%-22s %3d %3d | %7ld %7ld  %.2f | %-14s %s\n", name, t.n, t.m, differentiated, chosen,
-           (double)chosen / (double)differentiated, ways[t.choice.by_q], ways[t.choice.by_qd]);
+           (double)chosen / (double)differentiated, methods[t.choice.by_q], methods[t.choice.by_qd]);
     kmp_tangents_free(&t);
     kempe_system_free(system);
     kempe_model_free(model);

@@ -154,15 +154,15 @@ static void put_evaluations(const bench *b, const kempe_assembly *start)
 
 static const struct {
     const char *formulation, *integrator;
-} ways[] = {{"reduced", "radau5"}, {"reduced", "dop853"}, {"dae", "ida"}};
-enum { WAYS = sizeof ways / sizeof *ways };
+} methods[] = {{"reduced", "radau5"}, {"reduced", "dop853"}, {"dae", "ida"}};
+enum { METHODS = sizeof methods / sizeof *methods };
 
 /* Seconds of the integration alone; the sum of the last state says whether it was the same. */
-static double time_of_run(const bench *b, const kempe_assembly *start, int execution, int threads, double t_end,
+static double time_of_run(const bench *b, const kempe_assembly *start, int method, int threads, double t_end,
                           double *sum)
 {
-    kmp_run_spec spec = {.formulation = ways[execution].formulation,
-                         .integrator = ways[execution].integrator,
+    kmp_run_spec spec = {.formulation = methods[method].formulation,
+                         .integrator = methods[method].integrator,
                          .rtol = 1e-6,
                          .t_end = t_end,
                          .threads = threads};
@@ -181,17 +181,17 @@ static double time_of_run(const bench *b, const kempe_assembly *start, int execu
     return status == KEMPE_OK ? time : NAN;
 }
 
-static void put_runs(const bench *b, const kempe_assembly *start, int execution, double t_end, int runs)
+static void put_runs(const bench *b, const kempe_assembly *start, int method, double t_end, int runs)
 {
     double least[MOST], sum[MOST];
     bool same = true;
     for (int k = 0; k < runs; k++)
         for (int t = 0; t < MOST; t++) {
-            double time = time_of_run(b, start, execution, t + 1, t_end, &sum[t]);
+            double time = time_of_run(b, start, method, t + 1, t_end, &sum[t]);
             least[t] = k == 0 || time < least[t] ? time : least[t];
             same = same && sum[t] == sum[0];
         }
-    printf("%-8s %-7s |", ways[execution].formulation, ways[execution].integrator);
+    printf("%-8s %-7s |", methods[method].formulation, methods[method].integrator);
     for (int t = 0; t < MOST; t++)
         printf(" %7.3f", least[t]);
     printf(" |");
@@ -203,8 +203,8 @@ static void put_runs(const bench *b, const kempe_assembly *start, int execution,
 
 static bool takes_part(const char *integrator)
 {
-    for (int execution = 0; execution < WAYS; execution++)
-        if (strcmp(integrator, ways[execution].integrator) == 0)
+    for (int method = 0; method < METHODS; method++)
+        if (strcmp(integrator, methods[method].integrator) == 0)
             return true;
     return false;
 }
@@ -227,9 +227,9 @@ int main(int argc, char **argv)
     printf("%s: %d coordinates, %d rows\n\n", model, b.system->n, b.system->m);
     put_evaluations(&b, start);
     printf("\n%-16s | s of %g s by 1, 2, 3, 4 threads | gain by 2, 3, 4 | end\n", "run", t_end);
-    for (int execution = 0; execution < WAYS; execution++)
-        if (argc <= 4 || strcmp(argv[4], ways[execution].integrator) == 0)
-            put_runs(&b, start, execution, t_end, runs);
+    for (int method = 0; method < METHODS; method++)
+        if (argc <= 4 || strcmp(argv[4], methods[method].integrator) == 0)
+            put_runs(&b, start, method, t_end, runs);
     kempe_assembly_free(start);
     bench_free(&b);
     return 0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Whether a test takes every case, or the sample that is enough for ./check. */
+/* Tests take every case or a sample: ./check takes samples. */
 #ifndef KEMPE_TESTS_FULL_H
 #define KEMPE_TESTS_FULL_H
 

@@ -450,7 +450,7 @@ static void base_parameters_pay(void)
     long given = count_of(model, &savings, NULL);
     savings.lump[1] = savings.lump[2] = KMP_GIVE_ALL;
     long lumped = count_of(model, &savings, NULL);
-    savings.origin[1] = KMP_ORIGIN_CHILD; /* c hangs on the axis of b */
+    savings.origin[1] = KMP_ORIGIN_CHILD; /* the joint of c is on the axis of b's */
     long moved = count_of(model, &savings, NULL);
     long best = count_of(model, NULL, &found);
     printf("   %ld operations, %ld %ld %ld with one way more, %ld found\n", plain, given, lumped, moved, best);

@@ -7,7 +7,7 @@
 
 static void run_formulations(const hard_case *c, hard_scene *s)
 {
-    for (int k = 0; k < HARD_WAYS; k++) {
+    for (int k = 0; k < HARD_METHODS; k++) {
         hard_result r = hard_run(s, KEMPE_ROOT, c, &hard_formulations[k], 0);
         bool passed = r.passed || hard_is_known(c, &r);
         if (!r.passed)
@@ -33,7 +33,7 @@ static void cases_keep_their_bars(void)
         hard_unload(&s);
         count++;
     }
-    printf("  %d cases by %d ways\n", count, HARD_WAYS);
+    printf("  %d cases by %d methods\n", count, HARD_METHODS);
 }
 
 /* Places of a position output at whole seconds, against published ones (x, y by second). */
