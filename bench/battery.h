@@ -348,7 +348,7 @@ static const hard_case hard_cases[] = {
      .rtol_dae = 1e-10, /* at 1e-11 IDA's Newton method stops in rounding, and says so */
      .known = 3.3e-8},
     {.name = "Stewart", HARD_EXAMPLE("stewart"), .t_end = 1, .energy = HARD_ANY},
-    {.name = "Bennett", .model = "tests/models/bennett.yaml", .rule = hard_bennett, .t_end = 10},
+    {.name = "Bennett", .model = "tests/models/bennett_balls.yaml", .rule = hard_bennett, .t_end = 10},
     {.name = "Bennett driven", HARD_EXAMPLE("bennett"), .t_end = 10, .energy = HARD_ANY},
     {.name = "Peaucellier", HARD_EXAMPLE("peaucellier"), .t_end = 4, .energy = HARD_ANY},
     {.name = "Chebyshev", HARD_EXAMPLE("chebyshev"), .t_end = 8, .energy = HARD_ANY},

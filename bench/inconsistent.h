@@ -18,7 +18,7 @@ static const push_case push_cases[] = {
     {"spatial slider-crank", "examples/spatial_slider_crank/spatial_slider_crank.yaml"},
     {"Stewart", "examples/stewart/stewart.yaml"},
     {"Bricard, a row redundant", "examples/bricard/bricard.yaml"},
-    {"Bennett, three redundant", "tests/models/bennett.yaml"}};
+    {"Bennett, three redundant", "tests/models/bennett_balls.yaml"}};
 enum { PUSH_CASES = sizeof push_cases / sizeof *push_cases };
 
 static const double push_sizes[] = {1e-3, 1e-2, 0.1};

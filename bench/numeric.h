@@ -12,7 +12,7 @@
 
 #include "backend/sincos.h"
 #include "base/memory.h"
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 #include <string.h>
 
 typedef struct numeric_link {

@@ -7,10 +7,10 @@
 
 /* -- rank of the scaled J: a pivot or singular value over the first ------------------------------------ */
 
-/** At a closed state. bench/ranks.c measured 430 random mechanisms, redundant lamps, linkages and hard cases at tens of
- * thousands of states, assembled, on random walks and in runs. Pivots that count are above 4e-5, the others below
- * 4e-13, the size of the remaining |h|. The value is nearer to the latter, because pivots that count approach zero near
- * a change point. */
+/** At a closed state. bench/bench_ranks.c measured 430 random mechanisms, redundant lamps, linkages and hard cases at
+ * tens of thousands of states, assembled, on random walks and in runs. Pivots that count are above 4e-5, the others
+ * below 4e-13, the size of the remaining |h|. The value is nearer to the latter, because pivots that count approach
+ * zero near a change point. */
 #define KMP_RANK 1e-10
 /** The first pivot itself: of size 1, smaller if lengths differ much. A first pivot of the size of the root of rounding
  * belongs to closures that hold to second order alone, as of a rod across its end: pivots give no rank. */

@@ -14,12 +14,12 @@ import sys
 DOCS = pathlib.Path(__file__).resolve().parent
 PAGES = DOCS / "model"
 sys.path.insert(0, str(DOCS.parent / "schema"))
-import generate  # noqa: E402
+import generate_schema  # noqa: E402
 
 MARK = re.compile(r"<!-- (\w+): ([\w ]+) -->\n(.*?)<!-- /table -->", re.S)
 HEAD = """# Index of keys
 
-Every key, kind, function, unit and output of the model language, with its section. The page is generated (`docs/generate`).
+Every key, kind, function, unit and output of the model language, with its section. The page is generated (`docs/generate_pages`).
 """
 OWNERS = {"model": "model", "edge": "joint between two bodies", "piece": "piece of a course", "irregularity": "irregularities",
           "algebraic": "implicit variables", "inertia": "inertia"}
@@ -83,7 +83,7 @@ def key_lines(rows, pages=()):
 
 def number_lines(macro):
     """Keys of numbers that belong to one kind of joint or closure."""
-    return [(f"`{row[1]}`", "number, m", f"required with `{row[0]}`", row[-1].split(": ", 1)[1]) for row in generate.rows("closure_numbers.def", macro)]
+    return [(f"`{row[1]}`", "number, m", f"required with `{row[0]}`", row[-1].split(": ", 1)[1]) for row in generate_schema.rows("closure_numbers.def", macro)]
 
 
 SECTIONS = {"include": "include.md", "parameters": "parameters.md", "tables": "tables.md", "profiles": "tracks.md#profiles",
@@ -95,7 +95,7 @@ KEY_HEAD = ("key", "value", "when absent", "meaning")
 
 def keys(name):
     more = {"joint": "KMP_COUPLING_NUMBER", "edge": "KMP_COUPLING_NUMBER", "closure": "KMP_CLOSURE_NUMBER"}.get(name)
-    return table(KEY_HEAD, key_lines(generate.keys(name), SECTIONS if name == "model" else ()) + (number_lines(more) if more else []))
+    return table(KEY_HEAD, key_lines(generate_schema.keys(name), SECTIONS if name == "model" else ()) + (number_lines(more) if more else []))
 
 
 def product(powers):
@@ -116,7 +116,7 @@ def unit_of(kind, powers):
 
 def place_lines(kind, place, word):
     """The keys for the place of action and for the kind of a force."""
-    rows = {row.key: row for row in generate.keys("force")}
+    rows = {row.key: row for row in generate_schema.keys("force")}
     value_of = {"spring": "mapping" if place == "joint" else "two points"}
     meaning = {"spring": "numbers of the spring, below" if place == "joint" else "its two points `[BODY.POINT, BODY.POINT]`"}
     for key in ("torque", "force"):  # "on a rotation, or three components .."
@@ -130,7 +130,7 @@ def place_lines(kind, place, word):
 def number_line(kind, word, field):
     """A number of a force."""
     key, three, powers, required, meaning = field
-    units = {row.key: row.unit for row in generate.keys("force") if row.unit and word == "NULL"}
+    units = {row.key: row.unit for row in generate_schema.keys("force") if row.unit and word == "NULL"}
     shown = "`torque` or `force`" if key == "effort" else f"`{key}`"
     absent = "required" if required else "none" if (kind, key) in (("STOPS", "lower"), ("STOPS", "upper")) else "0"
     return shown, value("number or three" if three else "number", units.get(key) or unit_of(kind, powers)), absent, meaning
@@ -138,8 +138,8 @@ def number_line(kind, word, field):
 
 def force(kind):
     """The place of action, the word of the kind, its numbers."""
-    place, word = next((row[2], row[3]) for row in generate.rows("force_kinds.def", "KMP_FORCE") if row[0] == kind)
-    return table(KEY_HEAD, [*place_lines(kind, place, word), *(number_line(kind, word, field) for field in generate.fields(kind))])
+    place, word = next((row[2], row[3]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[0] == kind)
+    return table(KEY_HEAD, [*place_lines(kind, place, word), *(number_line(kind, word, field) for field in generate_schema.fields(kind))])
 
 
 def motions(chain):
@@ -153,9 +153,9 @@ def motions(chain):
 
 
 def joint_kinds(_):
-    found, cuts = places(), {row[0]: row for row in generate.rows("cuts.def", "KMP_CUT")}
+    found, cuts = places(), {row[0]: row for row in generate_schema.rows("cuts.def", "KMP_CUT")}
     lines = []
-    for name, chain in generate.rows("joints.def", "KMP_JOINT"):
+    for name, chain in generate_schema.rows("joints.def", "KMP_JOINT"):
         count = len(re.findall("[RT][abc]", chain))
         names = ["none", "`J`", "`J.1`, `J.2`"][count] if count < 3 else f"`J.1` to `J.{count}`"
         cut = f"`{cuts[name][1]}`, {cuts[name][2]}" if name in cuts else "stays in the tree"
@@ -175,9 +175,9 @@ def part_rows():
 def closure_kinds(_):
     text = re.sub(r"/\*.*?\*/", "", (DOCS.parent / "constraints/kinds/kinds.def").read_text(), flags=re.S)
     parts, count = {name: two for name, *two in re.findall(r"KMP_KIND\((\w+), (\w+), (\w+)\)", text)}, part_rows()
-    numbers, found = {row[0]: f"`{row[1]}`" for row in generate.rows("closure_numbers.def", "KMP_CLOSURE_NUMBER")}, places()
+    numbers, found = {row[0]: f"`{row[1]}`" for row in generate_schema.rows("closure_numbers.def", "KMP_CLOSURE_NUMBER")}, places()
     lines = []
-    for name, needs in generate.rows("closure_kinds.def", "KMP_CLOSURE"):
+    for name, needs in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE"):
         rows = "1 or 2" if needs == "CURVE" else str(sum(count.get(part, 0) for part in parts[name]))
         first = {"TERMS": "coordinates with factors", "EXPRESSION": "expression"}.get(needs, "two points")
         lines.append((link(f"`{name}`", heading(name), found), first, NEEDS.get(needs) if needs != "NUMBER" else numbers[name], rows))
@@ -189,7 +189,7 @@ UNITS_OF_COORDINATES = {"q": "rad or m", "qd": "rad/s or m/s", "qdd": "rad/s^2 o
 
 def outputs(_):
     lines = []
-    for _, word, argument, _, unit, meaning in generate.rows("output_kinds.def", "KMP_OUTPUT"):
+    for _, word, argument, _, unit, meaning in generate_schema.rows("output_kinds.def", "KMP_OUTPUT"):
         of = argument[6:].replace("COORDINATE", "JOINT")
         shown = f"`{word}`, `{word}({of})`" if argument.startswith("MAYBE") else f"`{word}{ARGUMENTS[argument]}`"
         lines.append((shown, unit or UNITS_OF_COORDINATES.get(word, "by its object"), meaning))
@@ -242,9 +242,9 @@ def entries():
                         found.setdefault((word, owner(what, name)), link_of)
             for word, role in written_by_hand(MARK.sub("", body)):
                 found[word, role] = place
-    for name, _ in generate.rows("joints.def", "KMP_JOINT"):
+    for name, _ in generate_schema.rows("joints.def", "KMP_JOINT"):
         found[name, "kind of joint"] = link(heading(name, True), heading(name, True), where)
-    for name, _ in generate.rows("closure_kinds.def", "KMP_CLOSURE"):
+    for name, _ in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE"):
         found[name, "kind of closure"] = link(heading(name), heading(name), where)
     found["angle", "output"] = next(place for (word, role), place in found.items() if role == "output")
     return found
@@ -271,7 +271,7 @@ def without_page():
     """Tables of rows that no page shows."""
     shown = {(what, name) for text in texts().values() for what, name, _ in MARK.findall(text)}
     wanted = {("keys", path.stem[:-5]) for path in (DOCS.parent / "src/model/keys").glob("*_keys.def")} - {("keys", "ground")}
-    wanted |= {("force", row[0]) for row in generate.rows("force_kinds.def", "KMP_FORCE") if row[2] != "wheel"}
+    wanted |= {("force", row[0]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[2] != "wheel"}
     return sorted(wanted - shown)
 
 

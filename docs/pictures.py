@@ -14,7 +14,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / "examples"))
-import plot  # noqa: E402
+import panels  # noqa: E402
 from draw import PALETTE  # noqa: E402
 
 
@@ -25,7 +25,7 @@ def run(kempe, model, *words):
         (path / "model.yaml").write_text(model)
         subprocess.run([kempe, "simulate", "model.yaml", "--no-convergence-check", "-o", "rows.csv", *words], cwd=folder, check=True,
                        stdout=subprocess.DEVNULL)
-        rows = plot.rows(path / "rows.csv")
+        rows = panels.rows(path / "rows.csv")
     return {name: [row[name] for row in rows] for name in rows[0]}
 
 
@@ -137,7 +137,7 @@ def linkage(columns, angle):
 
 
 def graph(columns, name, factor, title, colour, top, ticks):
-    panel = plot.Panel(420, top, 280, 100, (0, 5), ticks)
+    panel = panels.Panel(420, top, 280, 100, (0, 5), ticks)
     panel.frame(title)
     panel.curve([(t, factor * v) for t, v in zip(columns["t"], columns[name])], colour, "", 0)
     panel.axis(range(6), "s", 6)

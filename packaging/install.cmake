@@ -23,7 +23,7 @@ if(KEMPE_COMMAND)
         REGEX "/docs/.*\\.(md|svg|png)$" REGEX "/bench/README\\.md$" REGEX "/bench/results/.*\\.(txt|md|csv)$"
         PATTERN site EXCLUDE PATTERN peers EXCLUDE)
     install(DIRECTORY examples DESTINATION ${KEMPE_DOCDIR} PATTERN CMakeLists.txt EXCLUDE PATTERN __pycache__ EXCLUDE)
-    add_custom_target(site COMMAND ${PROJECT_SOURCE_DIR}/docs/build ${PROJECT_BINARY_DIR}/site USES_TERMINAL VERBATIM)
+    add_custom_target(site COMMAND ${PROJECT_SOURCE_DIR}/docs/build_site ${PROJECT_BINARY_DIR}/site USES_TERMINAL VERBATIM)
     install(DIRECTORY ${PROJECT_BINARY_DIR}/site/ DESTINATION ${KEMPE_DOCDIR}/html OPTIONAL PATTERN .buildinfo EXCLUDE)
 endif()
 

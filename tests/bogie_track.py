@@ -59,7 +59,7 @@ class Balance(unittest.TestCase):
         front, so that its centre, 0.93 m above its ends, is nearer to the ball, by 7 N; and the ball, 0.1 m above the cradle's tilt, moves by
         15 um. What is left, 6e-6, is rolling: 1.3 N at the ball. The crank K3, 8 kg, stands on the left alone."""
         with tempfile.TemporaryDirectory() as folder:
-            model, steady = steadied(folder, "on_rails.yaml")
+            model, steady = steadied(folder, "bogie_on_rails.yaml")
             row = runs.simulated(model, "--t-end", 0.02)[1][0]
         load = {wheel: row[f"force.{wheel}.z"] for wheel in ("FL", "FR", "RL", "RR")}
         q, car = steady["q"], 5000 / 5.5
@@ -73,7 +73,7 @@ class Balance(unittest.TestCase):
 
     def test_plain(self):
         """The plain command finds the same by itself, on rigid and on elastic wheels."""
-        for model in ("on_rails.yaml", "bogie_track.yaml"):
+        for model in ("bogie_on_rails.yaml", "bogie_track.yaml"):
             plain, told = kempe("equilibrium", HERE / model), kempe("equilibrium", HERE / model, *STEADY)
             for spin in SPINS:
                 self.assertLess(abs(plain["free"][f"qd({spin})"] - told["qd"][spin]), 1e-9)
@@ -82,7 +82,7 @@ class Balance(unittest.TestCase):
     def test_elastic(self):
         """Elastic wheels stand lower by Hertz's approach and as the rigid ones in all else; 0.25 and 0.16 % more, as places nearby
         count, too: patches reach to where the rail's arc of 80 mm begins."""
-        rigid = kempe("equilibrium", HERE / "on_rails.yaml", *STEADY)["q"]
+        rigid = kempe("equilibrium", HERE / "bogie_on_rails.yaml", *STEADY)["q"]
         elastic = kempe("equilibrium", HERE / "bogie_track.yaml", *STEADY, *MIDDLE)["q"]
         driven, small = (reference.contact(*given)[2] for given in zip(reference.LOADS, reference.RADII))
         lower = rigid["z"] - elastic["z"]
@@ -109,7 +109,7 @@ class SlowMode(unittest.TestCase):
         self.assertEqual(len(table), 8)
         for row in table if runs.FULL else table[::3]:  # 5 and 20 m/s with the damper, 15 m/s without
             v, damper = row["speed"], row["yaw_damper"]
-            there, back = (slow(HERE / "on_rails.yaml", "--at", "start", *runs.settings(speed=way, yaw_damper=damper)) for way in (v, -v))
+            there, back = (slow(HERE / "bogie_on_rails.yaml", "--at", "start", *runs.settings(speed=way, yaw_damper=damper)) for way in (v, -v))
             with self.subTest(speed=v, damper=damper):
                 self.assertLess(abs((there.imag + back.imag) / 2 / row["im"] - 1), 3e-3)
                 self.assertLess(abs((there.real - back.real) / 2 / row["re"] - 1), 0.025)
@@ -119,7 +119,7 @@ class SlowMode(unittest.TestCase):
         """Eigenvalues do not depend on the choice of u, at the steady motion itself."""
         cases = {"bogie_track.yaml": ("psi,car_pitch,car_roll,yaw,roll,pitch,K2,K3", "y,car_roll,psi,stroke,z,pitch,roll,warp",
                                       "x,y,car_pitch,car_roll,yaw,roll,K2,K3"),
-                 "on_rails.yaml": ("y,yaw,stroke,car_roll", "psi,yaw,car_pitch,car_roll", "y,psi,K1,car_roll", "yaw,psi,tilt,car_roll")}
+                 "bogie_on_rails.yaml": ("y,yaw,stroke,car_roll", "psi,yaw,car_pitch,car_roll", "y,psi,K1,car_roll", "yaw,psi,tilt,car_roll")}
         for name, choices in cases.items():
             with self.subTest(name), tempfile.TemporaryDirectory() as folder:
                 model, _ = steadied(folder, name, *MIDDLE)
@@ -144,7 +144,7 @@ class Clearance(unittest.TestCase):
         way = [(row["t"], row["q.y"]) for row in simulated(16)]
         rail, near, centre = max(y for _, y in way), 6.2e-3, 0.25e-3 / (2 * 0.05)
         self.assertTrue(6.3e-3 < rail < 6.4e-3)
-        s = slow(HERE / "on_rails.yaml", "--at", "start")
+        s = slow(HERE / "bogie_on_rails.yaml", "--at", "start")
         at = lambda t: centre + (rail - centre) * (cmath.exp(s * t) * (1 + 1j * s.real / s.imag)).real  # it begins at rest
         swing = [(k * 2e-3, at(k * 2e-3)) for k in range(round(2 * math.pi / s.imag / 2e-3))]
         free = [t for t, y in swing if y < near]

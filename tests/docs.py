@@ -26,7 +26,7 @@ sys.path.insert(0, str(ROOT / "docs"))
 import api  # noqa: E402
 import figures  # noqa: E402
 import gallery  # noqa: E402
-import generate  # noqa: E402
+import generate_schema  # noqa: E402
 import model_pages  # noqa: E402
 import pictures  # noqa: E402
 import problems  # noqa: E402
@@ -142,12 +142,12 @@ def files(page):
 class Tables(unittest.TestCase):
     def kinds(self):
         """(kind, what a model writes, heading) of all kinds of joints, closures and forces."""
-        for name, _ in generate.rows("joints.def", "KMP_JOINT"):
+        for name, _ in generate_schema.rows("joints.def", "KMP_JOINT"):
             yield name, f"{name}:", model_pages.heading(name, True)
-        for name, _ in generate.rows("closure_kinds.def", "KMP_CLOSURE"):
+        for name, _ in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE"):
             yield name, f"{name}:", model_pages.heading(name)
         pages = model_pages.texts()
-        for kind, name, place, word, _ in generate.rows("force_kinds.def", "KMP_FORCE"):
+        for kind, name, place, word, _ in generate_schema.rows("force_kinds.def", "KMP_FORCE"):
             if place != "wheel":  # of a page of its own
                 titles = [title for text in pages.values() for title, body in model_pages.sections(text) if f"<!-- force: {kind} -->" in body]
                 yield name, {"NULL": f"{place}:", "effort": "torque:"}.get(word, f"{word}:"), titles[0]
@@ -167,21 +167,21 @@ class Tables(unittest.TestCase):
     def test_figures_of_kinds(self):
         """Every kind of joint has a figure, and every closure between points."""
         text = (ROOT / "docs/model/joint_kinds.md").read_text()
-        for name, _ in generate.rows("joints.def", "KMP_JOINT"):
+        for name, _ in generate_schema.rows("joints.def", "KMP_JOINT"):
             self.assertIn(f"(figures/joint_{name}.svg)", text)
         text = "".join((ROOT / f"docs/model/{page}.md").read_text() for page in ("closures", "curves"))
-        between = [name for name, needs in generate.rows("closure_kinds.def", "KMP_CLOSURE") if needs not in ("TERMS", "EXPRESSION")]
+        between = [name for name, needs in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE") if needs not in ("TERMS", "EXPRESSION")]
         self.assertEqual(text.count("](figures/"), len(between))
 
     def test_cuts(self):
         """The closure that a joint becomes has the rows of its kind."""
         kinds = dict(re.findall(r"^\| \[`(\w+)`\].*\| (\w+) \|$", model_pages.closure_kinds(""), re.M))
-        cuts = generate.rows("cuts.def", "KMP_CUT")
+        cuts = generate_schema.rows("cuts.def", "KMP_CUT")
         self.assertEqual([kinds[closure] for _, closure, _, _ in cuts], [count for _, _, count, _ in cuts])
 
     def test_units_of_keys(self):
         """Units that pages and editors show have the dimensions that the reader expects."""
-        units = {row[0]: [float(power) for power in row[3:6]] for row in generate.rows("units.def", "KMP_UNIT")}
+        units = {row[0]: [float(power) for power in row[3:6]] for row in generate_schema.rows("units.def", "KMP_UNIT")}
 
         def dimension(text):
             total = [0.0] * 3
@@ -190,16 +190,16 @@ class Tables(unittest.TestCase):
                 for k in range(3):
                     total[k] += (-1 if sign == "/" else 1) * float(power or 1) * (units[name][k] if name != "1" else 0)
             return total
-        wheels = {row[0]: [float(power) for power in row[1:4]] for row in generate.rows("wheel_numbers.def", "KMP_WHEEL_NUMBER")}
-        for row in generate.keys("wheel"):
+        wheels = {row[0]: [float(power) for power in row[1:4]] for row in generate_schema.rows("wheel_numbers.def", "KMP_WHEEL_NUMBER")}
+        for row in generate_schema.keys("wheel"):
             if row.key in wheels:
                 self.assertEqual(dimension(row.unit) if row.unit else [0, 0, 0], wheels[row.key], row.key)
-        forces = {row.key: row.unit for row in generate.keys("force") if row.unit}
+        forces = {row.key: row.unit for row in generate_schema.keys("force") if row.unit}
         for kind in ("SPRING", "BUSHING"):
-            for key, _, (effort, coordinate, time), _, _ in generate.fields(kind):
+            for key, _, (effort, coordinate, time), _, _ in generate_schema.fields(kind):
                 if key in forces:
                     self.assertEqual(dimension(forces[key]), [effort + coordinate, effort, time - 2 * effort], f"{kind} {key}")
-        for row in generate.rows("closure_numbers.def", "KMP_CLOSURE_NUMBER") + generate.rows("closure_numbers.def", "KMP_COUPLING_NUMBER"):
+        for row in generate_schema.rows("closure_numbers.def", "KMP_CLOSURE_NUMBER") + generate_schema.rows("closure_numbers.def", "KMP_COUPLING_NUMBER"):
             self.assertEqual([power for power in row if re.fullmatch(r"-?\d", power)], ["1", "0", "0"], "the pages say m")
 
     def printed(self, *words, model=None):
@@ -210,8 +210,8 @@ class Tables(unittest.TestCase):
 
     def test_values_of_absent_keys(self):
         """Numbers and words that the tables give for absent keys are those that the program uses."""
-        given = lambda table, key: next(row.absent for row in generate.keys(table) if row.key == key).strip("`")
-        example = (ROOT / "examples/manchester/wheelset.yaml").read_text()
+        given = lambda table, key: next(row.absent for row in generate_schema.keys(table) if row.key == key).strip("`")
+        example = (ROOT / "examples/manchester/manchester_wheelset.yaml").read_text()
         keys = ("contact", "creep", "friction", "shear_modulus", "poisson", "damping", "speed")
         model = re.sub(rf", (?:{'|'.join(keys)}): [^,}}]+(?=[,}}])", "", example) + "\n"
         wheels = [line for line in model.split("\n") if "on: line." in line]
@@ -234,25 +234,25 @@ class Tables(unittest.TestCase):
         pages = model_pages.texts()
         with unittest.mock.patch.object(model_pages, "texts", lambda: {name: text.replace("<!-- keys: wheel -->", "") for name, text in pages.items()}):
             self.assertEqual(model_pages.without_page(), [("keys", "wheel")])
-        rows = generate.keys
-        more = lambda table: [*rows(table), generate.Key("colour", "word", "", "none", "colour")] if table == "body" else rows(table)
-        with unittest.mock.patch.object(generate, "keys", more):
+        rows = generate_schema.keys
+        more = lambda table: [*rows(table), generate_schema.Key("colour", "word", "", "none", "colour")] if table == "body" else rows(table)
+        with unittest.mock.patch.object(generate_schema, "keys", more):
             self.assertNotEqual(model_pages.made()["bodies.md"], pages["bodies.md"])
 
     def test_functions_and_units(self):
         page = (ROOT / "docs/model/expressions.md").read_text()
         called = {word.split("(")[0] for word in words(page)}
-        functions = {row[0] for row in generate.rows("functions.def", "KMP_FUNCTION")}
+        functions = {row[0] for row in generate_schema.rows("functions.def", "KMP_FUNCTION")}
         self.assertEqual(functions - called, set())
         table = page[page.index("| dimension"):page.index("## Dimensions")]
         units = words("".join(line.split("|")[2] for line in table.split("\n") if line.startswith("| ")))
-        self.assertEqual(units, {row[0] for row in generate.rows("units.def", "KMP_UNIT")})
+        self.assertEqual(units, {row[0] for row in generate_schema.rows("units.def", "KMP_UNIT")})
 
     def test_choices(self):
         """Words that a key may have are on the pages of the run."""
         page = (ROOT / "docs/model/run.md").read_text()
         for table, macro in (("dynamics.def", "KMP_DYNAMICS"), ("change_points.def", "KMP_CHANGE_POINTS")):
-            self.assertEqual({row[-1] for row in generate.rows(table, macro)} - words(page), set())
+            self.assertEqual({row[-1] for row in generate_schema.rows(table, macro)} - words(page), set())
 
     def test_solvers(self):
         page = (ROOT / "docs/solvers.md").read_text()

@@ -1,75 +1,108 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""One name, one thing: files and types of the library have names of their own, and rooms stay small.
+"""One name, one thing: files and types have names of their own in the whole tree, and folders stay small.
 
     python3 tests/names.py               checks the tree this script stands in
     python3 tests/names.py --self-test   proves that planted mistakes are found
 
-- Two files of one stem are X.c, X.h, X.def or X_inside.h of one folder. A public header include/kempe/X.h may share its
-  stem with the files of the folder that implements it.
+- Two programs of one stem are files of one folder: X.c, X.h, X.def, X.py, ... Programs are sources in any language and
+  commands without an ending. CONVENTIONS lists what each folder calls the same, with the reason.
+- Two models of one stem are X.yaml and X.mbs of one folder. A model is named for its mechanism; programs may be, too.
 - No type name `kmp_...` or `kempe_...` is defined twice.
-- A folder has at most MOST_FILES files.
+- A folder of the library has at most MOST_FILES files.
 - A public function that returns a whole number is a count, `..._count`, or one of WHOLE.
 """
 import collections
 import pathlib
 import re
+import subprocess
 import sys
 import tempfile
 
-ROOMS = ("include", "src", "constraints", "integrators")
+LIBRARY = ("include", "src", "constraints", "integrators")
 MOST_FILES = 25
-ENDINGS = {".c", ".h", ".def", ".js", ".html", ".css"}
+PROGRAMS = {"", ".c", ".h", ".def", ".cpp", ".hpp", ".py", ".sh", ".js", ".html", ".css"}
+MODELS = {".yaml", ".mbs"}
+CONVENTIONS = {
+    r"(?:.*/)?run": "the command of a folder that is a set of cases",
+    r"(?:check|start)": "the commands of the repository, called from its root",
+    r"examples/\w+/reference\.(?:c|py)": "the program that writes the folder's reference.csv, found by this name",
+}
+CASES = {
+    r"tests/malformed/": "a model a mistake, named for the key that is wrong",
+    r"tests/fuzz/corpus/": "inputs, named for their digest or for the model that they come from",
+    r"\.[\w-]+": "settings of a tool, whose names the tool fixes",
+    r"(?:.*/)?LICENSE": "no program",
+}
 WHOLE = re.compile(r"_count$|_is_\w+$|_dof$|_rank$|_find$")
 RETURNS_WHOLE = re.compile(r"^KEMPE_API (?:int|long|size_t) (\w+)\(", re.M)
 DEFINED = re.compile(r"^(?:typedef [^;{}]*?\b|\} )((?:kmp|kempe)_\w+);", re.M)
 
 
-def files_of(root):
-    return sorted(p for room in ROOMS for p in (root / room).rglob("*") if p.suffix in ENDINGS)
+def tracked(root):
+    """Files of a tree below git; all files of another one but those of builds."""
+    if not (root / ".git").exists():
+        files = (path.relative_to(root) for path in root.rglob("*") if path.is_file())
+        return sorted(path.as_posix() for path in files if not path.parts[0].startswith("build"))
+    listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=root, capture_output=True, text=True, check=True)
+    return sorted(name for name in listed.stdout.splitlines() if (root / name).is_file())
 
 
-def check_files(root, files):
-    stems, rooms = collections.defaultdict(set), collections.Counter()
-    for path in files:
-        folder = path.parent.relative_to(root).as_posix()
-        rooms[folder] += 1
-        if not folder.startswith("include"):
-            stems[path.stem].add(folder)
+def repeated(names, endings):
+    """Stems in more than one folder, but for conventions and cases."""
+    stems = collections.defaultdict(set)
+    for name in names:
+        path = pathlib.PurePosixPath(name)
+        if path.suffix in endings and not any(re.match(case, name) for case in CASES) \
+                and not any(re.fullmatch(convention, name) for convention in CONVENTIONS):
+            stems[path.stem].add(path.parent.as_posix())
     for stem, folders in stems.items():
         if len(folders) > 1:
             yield f"{stem}: in {' and '.join(sorted(folders))}"
-    for folder, count in rooms.items():
+
+
+def check_rooms(files):
+    for folder, count in collections.Counter(path.parent.as_posix() for path in files).items():
         if count > MOST_FILES:
             yield f"{folder}: {count} files, at most {MOST_FILES}"
 
 
-def check_types(root, files):
+def check_types(texts):
     places = collections.defaultdict(list)
-    for path in files:
-        if path.suffix in (".c", ".h"):
-            for name in DEFINED.findall(path.read_text()):
-                places[name].append(path.relative_to(root).as_posix())
-    for name, where in places.items():
+    for name, text in texts.items():
+        for word in DEFINED.findall(text):
+            places[word].append(name)
+    for word, where in places.items():
         if len(where) > 1:
-            yield f"type {name}: in {' and '.join(where)}"
+            yield f"type {word}: in {' and '.join(where)}"
 
 
-def check_counts(files):
-    for path in files:
-        for name in RETURNS_WHOLE.findall(path.read_text() if path.suffix == ".h" else ""):
+def check_counts(texts):
+    for text in texts.values():
+        for name in RETURNS_WHOLE.findall(text):
             if not WHOLE.search(name):
                 yield f"{name}: a count ends with _count"
 
 
 def check(root):
-    files = files_of(root)
-    return len(files), [*check_files(root, files), *check_types(root, files), *check_counts(files)]
+    names = tracked(root)
+    library = [path for path in map(pathlib.PurePosixPath, names) if path.parts[0] in LIBRARY and path.suffix in PROGRAMS]
+    texts = {name: (root / name).read_text() for name in names if name.endswith((".c", ".h"))}
+    headers = {name: text for name, text in texts.items() if name.startswith("include/")}
+    return len(names), [*repeated(names, PROGRAMS), *repeated(names, MODELS), *check_rooms(library), *check_types(texts), *check_counts(headers)]
 
 
 PLANTED = [
     ({"src/base/a.c": "", "src/model/a.h": ""}, True),
-    ({"src/base/a.c": "", "src/base/a.h": "", "include/kempe/a.h": ""}, False),
+    ({"src/base/a.c": "", "src/base/a.h": "", "src/base/a.def": ""}, False),
+    ({"src/base/a.c": "", "include/kempe/a.h": ""}, True),
+    ({"src/base/a.c": "", "tests/a.py": ""}, True),
+    ({"src/base/a.c": "", "bench/a": ""}, True),
+    ({"bench/bench_a.c": "", "bench/a": "", "examples/a/a.yaml": "", "examples/a/README.md": ""}, False),
+    ({"examples/a/b.yaml": "", "examples/c/b.yaml": ""}, True),
+    ({"examples/a/reference.c": "", "examples/b/reference.py": "", "bench/peers/run": "", "tests/fuzz/run": ""}, False),
+    ({"examples/a/make.py": "", "examples/b/make.py": ""}, True),
+    ({"src/base/check.h": "", "check": "", "tests/malformed/b.yaml": "", "tests/models/b.yaml": ""}, False),
     ({"src/base/a.h": "typedef struct kmp_a {\n    int n;\n} kmp_a;\n", "src/base/b.h": "typedef enum kmp_b {\n    A\n} kmp_a;\n"}, True),
     ({"src/base/a.h": "typedef int kmp_a_fn(int n);\ntypedef struct kmp_a kmp_a;\n", "src/base/b.h": "typedef double kmp_a;\n"}, True),
     ({"include/kempe/a.h": "KEMPE_API int kempe_a_rows(const kempe_a *a);\n"}, True),
@@ -97,7 +130,7 @@ def main(arguments):
     if arguments == ["--self-test"]:
         return 1 if self_test() else 0
     count, problems = check(pathlib.Path(__file__).resolve().parents[1])
-    print(*problems, f"{count} files, {len(problems)} names or rooms to mend", sep="\n")
+    print(*problems, f"{count} files, {len(problems)} names or folders to mend", sep="\n")
     return 1 if problems else 0
 
 

@@ -55,7 +55,7 @@ def upright(p):
 class Profiles(unittest.TestCase):
     def test_they_are_what_the_definitions_make(self):
         with tempfile.TemporaryDirectory() as folder:
-            subprocess.run([sys.executable, FOLDER / "make.py", folder], check=True)
+            subprocess.run([sys.executable, FOLDER / "make_profiles.py", folder], check=True)
             made = {path.name: path.read_bytes() for path in pathlib.Path(folder).iterdir()}
         self.assertEqual(made, {path.name: path.read_bytes() for path in FOLDER.glob("*.csv")})
 

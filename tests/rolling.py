@@ -153,7 +153,7 @@ class Hunting(unittest.TestCase):
             with self.subTest(cone=row["cone"], G=row["shear_modulus"], spin=row["spin"]):
                 values = settings(cone=row["cone"], G=row["shear_modulus"], spin=row["spin"])
                 about = f"V={0.9 * row['speed']}:{1.1 * row['speed']}:3"
-                locus = kempe("modes", SPRINGS / "on_rails.yaml", "--at", "start", *values, "--sweep", about)["locus"]
+                locus = kempe("modes", SPRINGS / "wheelset_on_rails.yaml", "--at", "start", *values, "--sweep", about)["locus"]
                 critical, = locus["critical"]
                 self.assertEqual(critical["grows"], "above")
                 self.assertLess(abs(critical["value"] / row["speed"] - 1), 1e-5)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The JSON Schema: it is what schema/generate.py makes, its keys are those of the reader, and where a YAML module is at
+"""The JSON Schema: it is what schema/generate_schema.py makes, its keys are those of the reader, and where a YAML module is at
 hand every example and test model fits it.
 
     python3 tests/schema.py
@@ -14,7 +14,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / "schema"))
-import generate  # noqa: E402
+import generate_schema  # noqa: E402
 
 SCHEMA = json.loads((ROOT / "schema/kempe.schema.json").read_text())
 TYPES = {"object": dict, "array": list, "string": str, "number": (int, float), "null": type(None)}
@@ -60,7 +60,7 @@ def faults(schema, value, path="model"):
 
 class Schema(unittest.TestCase):
     def test_is_generated(self):
-        self.assertEqual(SCHEMA, json.loads(json.dumps(generate.schema())), "python3 schema/generate.py again")
+        self.assertEqual(SCHEMA, json.loads(json.dumps(generate_schema.schema())), "python3 schema/generate_schema.py again")
 
     def test_the_reader_includes_every_table(self):
         """The tables of keys, from which the schema is made, are the arrays of the reader."""

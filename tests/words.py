@@ -16,7 +16,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
-import commands  # noqa: E402
+import command_page  # noqa: E402
 
 RETIRED = {  # pattern: the word instead
     r"\broads?\b(?! vehicle)": "formulation",
@@ -132,13 +132,13 @@ def main(arguments):
         return count()
     kempe = str(pathlib.Path(arguments[0]).resolve())
     found = [f for page in pages() for f in faults(page.relative_to(ROOT).as_posix(), page.read_text())]
-    for command in ["", *commands.commands(kempe)]:
-        found += faults(f"kempe {command} --help", commands.help_of(kempe, *command.split()), whole=True)
+    for command in ["", *command_page.commands(kempe)]:
+        found += faults(f"kempe {command} --help", command_page.help_of(kempe, *command.split()), whole=True)
     found += [f for path in sources() for words in literals(path.read_text())
               for f in faults(path.relative_to(ROOT).as_posix(), words, whole=True)]
     long = [f for page in pages() for f in long_sentences(page.relative_to(ROOT).as_posix(), page.read_text())]
     print(*found, *long, f"{len(found)} retired words, {len(long)} sentences above {LONGEST} words", sep="\n")
-    return 1 if commands.main([kempe, "--check"]) or found or long else 0
+    return 1 if command_page.main([kempe, "--check"]) or found or long else 0
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Cost of making the program, in operations for each of its own: measured by bench/evaluations.c, 450 to 1200. */
+/* Cost of making the program, in operations for each of its own: measured by bench/bench_evaluations.c, 450 to 1200. */
 #define MAKING 700.0
 /* Fewer evaluations than this are those of some dozen steps, which nearly every run takes. */
 #define AT_ONCE 200.0

@@ -4,7 +4,7 @@
 #ifndef KMP_CONSTRAINTS_KINDS_KIND_H
 #define KMP_CONSTRAINTS_KINDS_KIND_H
 
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 
 enum { KMP_KIND_MAX_ROWS = KMP_CLOSURE_ROWS, KMP_KIND_POWER_OF_COORDINATE = -1, KMP_KIND_POWER_GIVEN = -2 };
 

@@ -50,7 +50,7 @@ class Katex:
     @classmethod
     def render(cls, source, display):
         if cls.process is None:
-            cls.process = subprocess.Popen(["node", str(SITE / "equations.js"), str(KATEX / "katex.js")], stdin=subprocess.PIPE,
+            cls.process = subprocess.Popen(["node", str(SITE / "katex_lines.js"), str(KATEX / "katex.js")], stdin=subprocess.PIPE,
                                            stdout=subprocess.PIPE, text=True)
         print(json.dumps({"source": source, "display": display}), file=cls.process.stdin, flush=True)
         answer = json.loads(cls.process.stdout.readline())

@@ -5,7 +5,7 @@
     python3 docs/site/pages.py build/site             the site
     python3 docs/site/pages.py build/site --plain     without its design, in half the time: links and equations are checked alike
 
-Exit code 77: a tool is not installed (docs/build installs them). Links that lead nowhere are errors.
+Exit code 77: a tool is not installed (docs/build_site installs them). Links that lead nowhere are errors.
 """
 import os
 import pathlib

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The slow mode of on_rails.yaml without masses: a stiff frame that two axles steer, whose driven one feels its motors.
+"""The slow mode of bogie_on_rails.yaml without masses: a stiff frame that two axles steer, whose driven one feels its motors.
 
     python3 reference.py > reference.csv
 
@@ -14,7 +14,7 @@ Besides the damper c against the car body's yaw, which is -(y + a psi)/p: the ba
 c (psi' + (y' + a psi')/p) as a moment, and what of it goes through ball and P.
 
 Weight on the slopes and creep by spin nearly balance each other and are left out, as are masses and how axles roll on their cones.
-Hertz's ellipses and Kalker's coefficients: ../kalker.py.
+Hertz's ellipses and Kalker's coefficients: ../rolling_contact.py.
 """
 import cmath
 import math
@@ -23,7 +23,7 @@ import sys
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from kalker import coefficients, ellipse  # noqa: E402
+from rolling_contact import coefficients, ellipse  # noqa: E402
 
 L, B, SLOPE, MOTORS, BALL, PIVOT = 1.7, 0.75, 0.05, 5000.0, 0.765, 5.5
 SHEAR, POISSON, RAIL = 82e9, 0.28, 0.3  # of rails: the arc where the cone stands on it
@@ -65,7 +65,7 @@ def mode(speed, damper):
 
 
 if __name__ == "__main__":
-    print("# of on_rails.yaml: eigenvalue of its slow mode, 1/s; backwards it is the same but for the sign of re\nspeed,yaw_damper,re,im")
+    print("# of bogie_on_rails.yaml: eigenvalue of its slow mode, 1/s; backwards it is the same but for the sign of re\nspeed,yaw_damper,re,im")
     for c in (5000, 0):
         for v in (5, 10, 15, 20):
             s = mode(v, c)

@@ -9,7 +9,7 @@
 #include "constraints/partition/margin.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
-#include "integrators/lanes/ensemble.h"
+#include "integrators/lanes/ensemble_run.h"
 #include "integrators/run/work_bound.h"
 #include "integrators/steppers/rk.h"
 #include "model/variant.h"

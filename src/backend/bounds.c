@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Each value has bounds of itself and of its rate; a program's constants are evaluated once. */
 #include "backend/bounds.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model's algebraic variables as nodes: an implicit block for each group, made when its first variable is used. */
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "symbolic/enclose.h"
 
 /* The value of a name, or all variables of a group. */

@@ -6,7 +6,7 @@
 #ifndef KMP_DYNAMICS_EQUATIONS_H
 #define KMP_DYNAMICS_EQUATIONS_H
 
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/shorten/variants.h"
 
 /** The sets of equations to derive. */

@@ -2,8 +2,8 @@
 /* The cost of a right-hand side is counted as in the reduced formulation: the program, and the solves with its values.
  * By M and C these are the mass of n - m independent coordinates and its Cholesky factors, or the sparse saddle system
  * where that costs less. By articulated bodies it is the m x m system of the multipliers, and none on a tree. The work
- * common to both, Jv and its tangent, is left out. bench/articulated.c measures the size from which articulated bodies
- * are faster. */
+ * common to both, Jv and its tangent, is left out. bench/bench_articulated.c measures the size from which articulated
+ * bodies are faster. */
 #include "dynamics/motion.h"
 #include "base/memory.h"
 #include "dynamics/load_dependent.h"

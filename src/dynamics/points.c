@@ -4,7 +4,7 @@
  * Positions are summed from the point inwards. Along a run of rotations about one common axis each constant vector is
  * rotated by the sum of the angles, and the run's vectors are added at its end only. A planar mechanism is then a sum
  * of vectors rotated by absolute angles. */
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 
 int kmp_point_link(const kmp_tree *tree, int point)
 {

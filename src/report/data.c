@@ -2,7 +2,7 @@
 /* Data of a comparison's page: the comparison, the runs in detail, the picture. */
 #include "report/motion_picture.h"
 #include "report/page.h"
-#include "studies/compare/compare.h"
+#include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>
 #include <string.h>

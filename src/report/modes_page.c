@@ -6,7 +6,7 @@
 #include "output/quantity.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
-#include "studies/modes/modes.h"
+#include "studies/modes/modes_study.h"
 #include <kempe/compare.h>
 #include <kempe/modes.h>
 #include <math.h>

@@ -4,7 +4,7 @@
 #define KMP_REPORT_MOTION_PICTURE_H
 
 #include "base/json.h"
-#include "report/record.h"
+#include "report/step_record.h"
 #include <stdint.h>
 
 /** Writes an object whose frames are the rows; null where there are none. */

@@ -3,7 +3,7 @@
 #ifndef KMP_REPORT_PAGE_H
 #define KMP_REPORT_PAGE_H
 
-#include "report/record.h"
+#include "report/step_record.h"
 #include <kempe/compare.h>
 
 /** The files of the same names line by line, newlines included, as embedded by the build; NULL ends each. */

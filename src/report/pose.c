@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The position of a body relative to its parent: from the parent's point over the frame along the chain of motions to
- * its own point, as in symbols in dynamics/kinematics/kinematics.c. */
+ * its own point, as in symbols in dynamics/kinematics/link_tree.c. */
 #include "report/pose.h"
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rails are drawn over the range of the wheels, and a little more. */
 #include "report/railway.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 
 enum { COURSE_POINTS = 400, LOOKED_AT = 200 };

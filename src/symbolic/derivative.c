@@ -5,7 +5,7 @@
 #include "symbolic/implicit.h"
 #include "symbolic/rotation.h"
 #include "symbolic/stack.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 
 #define UNKNOWN UINT32_MAX
 

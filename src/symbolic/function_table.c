@@ -2,7 +2,7 @@
 /* Constructors of all operations except arithmetic, and their simplifications: numbers, signs of odd and even
  * functions, choices that are already decided. */
 #include "symbolic/implicit.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 
 kmp_ref kmp_unary(kmp_graph *g, kmp_op op, kmp_ref a)

@@ -9,7 +9,7 @@
 #include "symbolic/label.h"
 #include "symbolic/rotation.h"
 #include "symbolic/rules/rules.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 

@@ -18,7 +18,7 @@
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
 #include "symbolic/sums/average.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 
 /* The fixed spread in units of the least spread: as much as every other place resolves. */

@@ -10,7 +10,7 @@
 #include "wheel/laws.h"
 #include "contact/hertz.h"
 #include "contact/kalker.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 
 /* Ratios of curvatures from e^-12 to e^12: ellipses from 1 : 1200 to 1200 : 1. */

@@ -19,7 +19,7 @@
  * from 1 to 0 around the border as the next zone's rises. */
 #include "wheel/pair.h"
 #include "symbolic/derivative.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 

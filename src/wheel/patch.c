@@ -3,7 +3,7 @@
  * it lies on the rail. */
 #include "wheel/patch.h"
 #include "symbolic/implicit.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include "wheel/contact_spread.h"
 #include "wheel/pair.h"
 #include <math.h>

@@ -3,7 +3,7 @@
  * distance to the middle line r: (p - r(s)) . r'(s) = 0. */
 #include "wheel/track.h"
 #include "symbolic/implicit.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <string.h>
 
 /* The track's own point and axes. */

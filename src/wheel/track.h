@@ -3,7 +3,7 @@
 #ifndef KMP_WHEEL_TRACK_H
 #define KMP_WHEEL_TRACK_H
 
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "model/rail/wheels.h"
 
 /** A cross-section of a track; vectors in the axes of the ground's link. */

@@ -4,7 +4,7 @@
 #ifndef KEMPE_TESTS_FOUR_BAR_H
 #define KEMPE_TESTS_FOUR_BAR_H
 
-#include "check.h"
+#include "testing.h"
 #include <kempe/build.h>
 #include <kempe/kempe.h>
 

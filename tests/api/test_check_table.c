@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of `check` and `compare` as tables, without any JSON. */
-#include "check.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
 #include <kempe/table.h>

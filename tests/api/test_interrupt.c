@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An interrupt ends one computation, the running one or the next, and no other. */
-#include "check.h"
+#include "testing.h"
 #include <kempe/compare.h>
 #include <kempe/kempe.h>
 #include <kempe/kinematics.h>

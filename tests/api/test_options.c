@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Options of programs that were compiled against an older or a newer header: shorter structs, longer ones, wrong sizes.
  */
-#include "check.h"
+#include "testing.h"
 #include <kempe/kinematics.h>
 #include <kempe/sensitivity.h>
 #include <stddef.h>

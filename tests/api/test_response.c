@@ -6,7 +6,7 @@
  *
  * G likewise of the dampers, and the formulation w at the right side (kt + i omega ct) (1, L)' w. Neither the spring
  * nor the tyre changes it by its load: their ends move on circles to which they are tangent. */
-#include "check.h"
+#include "testing.h"
 #include <complex.h>
 #include <kempe/kempe.h>
 #include <kempe/linearize.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The log of a run: a triple-rocker, whose coordinates all have dead centres, exchanges them. */
-#include "check.h"
+#include "testing.h"
 #include <kempe/table.h>
 #include <string.h>
 

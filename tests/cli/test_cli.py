@@ -331,7 +331,7 @@ class Angles(Case):
             text = (self.folder / f"{unit}.svg").read_text()
             paths = re.findall(r'<path class="(?:curve|critical)" [^>]*d="([^"]*)"', text)
             return [float(x) for path in paths for x in re.findall(r"-?\d+\.?\d*", path)], text
-        governor, manchester = ROOT / "examples/governor/governor.yaml", ROOT / "examples/manchester/wheelset.yaml"
+        governor, manchester = ROOT / "examples/governor/governor.yaml", ROOT / "examples/manchester/manchester_wheelset.yaml"
         for words, rad, deg in ((("modes", governor, "--rates", "shaft=6:8:3"), ["qd.shaft, rad/s<"], ["qd.shaft, deg/s<", " to 458.366 deg/s<"]),
                                 (("contact", manchester, "--sweep", "axle.4=0:0.01:3"), ["contact angle, rad<", "axle.4, rad<", "0.01 rad<"],
                                  ["contact angle, deg<", "axle.4, deg<", "0.572958 deg<"]),
@@ -605,7 +605,7 @@ class Contact(Case):
     """Wheels on rails over a shift: table, picture, what follows, mistakes."""
 
     MODEL = ROOT / "examples/manchester/manchester.yaml"
-    WHEELSET = ROOT / "examples/manchester/wheelset.yaml"
+    WHEELSET = ROOT / "examples/manchester/manchester_wheelset.yaml"
     RANGE = ("--sweep", "shift=0:10 mm:5", "--law", "fastsim")
 
     def test_table(self):
@@ -1222,7 +1222,7 @@ class Check(Case):
         self.assertKeys(found["mobility"], "dof counted generic_dof margin explanation second_order")
         self.assertAlmostEqual(found["limits"]["range"]["slider"]["low"], -0.4, delta=1e-12)
         self.assertEqual(abs(found["limits"]["range"]["crank"]["turns"]), 1)
-        bennett = self.object(0, "check", ROOT / "tests/models/bennett.yaml")
+        bennett = self.object(0, "check", ROOT / "tests/models/bennett_balls.yaml")
         self.assertEqual([d["when"] for d in bennett["dependent"]], ["always"] * 4)
         self.assertEqual({r["closure"]: r["may_lose"] for r in bennett["repairs"]}, {"B": 3, "X": 3})
 
@@ -1820,7 +1820,7 @@ class Compare(Case):
         return [[float(line.split(",")[k]) for k in columns] for line in lines[1:]]
 
     def test_multipliers_that_are_not_unique_have_no_error(self):
-        done = self.object(0, "compare", ROOT / "tests/models/bennett.yaml", "--rtol", "1e-6", "--t-end", 1)
+        done = self.object(0, "compare", ROOT / "tests/models/bennett_balls.yaml", "--rtol", "1e-6", "--t-end", 1)
         self.assertTrue(all(run["error"]["lambda"] is None for run in done["runs"]))
         self.assertIn("6 of 6 multipliers are not unique", "".join(done["warnings"]))
 

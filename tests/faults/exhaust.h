@@ -4,9 +4,9 @@
 #define KEMPE_TESTS_EXHAUST_H
 
 #include "base/memory.h"
-#include "check.h"
 #include "dynamics/kept.h"
 #include "full.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
 #include <kempe/kempe.h>

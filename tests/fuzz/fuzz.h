@@ -16,7 +16,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 /** Ends the process with a sentence on standard error when `kept` is false. */
 void fuzz_promise(bool kept, const char *sentence);
 
-/* -- files in memory (files.c): no other can be read while there are any --------------------------------- */
+/* -- files in memory (memory_files.c): no other can be read while there are any --------------------------------- */
 
 /** The input is the file `name`, up to a line that begins with `#== NAME` and the end of that line: there the file
  *  NAME begins, and so on. Nothing is copied. */

@@ -4,7 +4,7 @@
 #include "unit/random_model.h"
 /* after it: a name is in both */
 #include "full.h"
-#include "generate/emitted.h"
+#include "generate/compiled_equations.h"
 #include <kempe/generate.h>
 
 /* -- tools ------------------------------------------------------------------------------------------- */

@@ -3,10 +3,10 @@
  * number of it they are of. What p does not have is told. */
 #include "backend/x86/machine.h"
 #include "base/memory.h"
-#include "check.h"
 #include "generate/models.h"
 #include "generate/source.h"
 #include "model/tables/force_table.h"
+#include "testing.h"
 #include "unit/random.h"
 #include <kempe/generate.h>
 #include <kempe/settings.h>

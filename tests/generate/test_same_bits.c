@@ -5,7 +5,7 @@
  */
 #include "constraints/evaluation/evaluator.h"
 #include "full.h"
-#include "generate/emitted.h"
+#include "generate/compiled_equations.h"
 #include "generate/models.h"
 #include <kempe/generate.h>
 

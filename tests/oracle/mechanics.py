@@ -4,8 +4,8 @@ and moves by the laws of Newton and Euler. Joints and closures are constraints b
 and multipliers follow from one linear system. The first axis of all arrays counts instants."""
 import numpy as np
 
-import closures
-import forces
+import closure_residuals
+import force_wrenches
 from convention import broken
 from jets import Jet, cross, matmul, matvec, tilde, transposed, turning, untilde, value
 from mechanism import Item
@@ -236,7 +236,7 @@ class Motion:
         self.items = items
         at = 0
         for item in items:
-            part = self.coordinate_rows(item) if item.kind in closures.ON_COORDINATES else self.body_rows(item)
+            part = self.coordinate_rows(item) if item.kind in closure_residuals.ON_COORDINATES else self.body_rows(item)
             self.rows[item.name] = slice(at, at + part[0].shape[1])
             at += part[0].shape[1]
             parts.append(part)
@@ -248,8 +248,8 @@ class Motion:
 
     def body_rows(self, item):
         first, second = (p.body for p in item.points)
-        ends = closures.Ends(item, self.pose(first, 0), self.pose(second, 1))
-        rows = closures.ROWS[item.kind](ends, self.timed(item.scope, 13))
+        ends = closure_residuals.Ends(item, self.pose(first, 0), self.pose(second, 1))
+        rows = closure_residuals.ROWS[item.kind](ends, self.timed(item.scope, 13))
         h, d, e = stacked(rows, self.count, 13)
         gradient = np.zeros((self.count, len(rows), 6 * self.bodies))
         for side, body in ((0, first), (1, second)):
@@ -260,7 +260,7 @@ class Motion:
 
     def coordinate_rows(self, item):
         env = self.directions(item.scope)
-        rows = closures.ON_COORDINATES[item.kind](item, env)
+        rows = closure_residuals.ON_COORDINATES[item.kind](item, env)
         h, d, e = stacked(rows, self.count, 1 + self.n)
         bias = 0 * e[:, :, 0] if item.kind == "drive" and broken("acceleration of drives") else e[:, :, 0]
         return h, d[:, :, 0], bias, np.zeros((self.count, len(rows), 6 * self.bodies)), d[:, :, 1:]
@@ -268,7 +268,7 @@ class Motion:
     # -- forces and the linear system
 
     def load(self):
-        self.loads = forces.Loads(self)
+        self.loads = force_wrenches.Loads(self)
         return self.loads
 
     def inertia(self):

@@ -7,7 +7,7 @@ import pathlib
 import numpy as np
 
 from convention import broken
-from expression import Table, compiled
+from expression_values import Table, compiled
 
 KINDS = {"revolute": "Ra", "prismatic": "Ta", "cylindrical": "TaRa", "screw": "TaRa", "universal": "RaRb",
          "spherical": "RaRbRc", "planar": "TbTcRa", "free": "TaTbTcRaRbRc", "weld": ""}
@@ -185,13 +185,13 @@ class Mechanism:
         return scope
 
     def read_inner(self, scope, keys):
-        import files
+        import yaml_texts
         base = scope.point(keys.get("at", "ground"))
         offset = scope.vector(keys.get("offset", ["0", "0", "0"])) * (0 if broken("offset of includes") else 1)
         path = scope.folder / keys["file"]
         settings = {name: scope.number(text) for name, text in keys.get("set", {}).items()
                     if not broken("settings of includes")}
-        return self.read(files.load(path), path.parent, scope.prefix + keys.get("prefix", ""),
+        return self.read(yaml_texts.load(path), path.parent, scope.prefix + keys.get("prefix", ""),
                          Point(base.body, base.place + offset), settings)
 
     def add_body(self, scope, name, keys):

@@ -3,10 +3,10 @@
 #ifndef KEMPE_TESTS_INVERTED_H
 #define KEMPE_TESTS_INVERTED_H
 
-#include "check.h"
 #include "dynamics/system.h"
 #include "loaded.h"
-#include "studies/inverse/inverse.h"
+#include "studies/inverse/inverse_study.h"
+#include "testing.h"
 #include <kempe/extend.h>
 #include <kempe/inverse.h>
 #include <stdbool.h>

@@ -3,7 +3,7 @@
 #ifndef KEMPE_TESTS_LOADED_H
 #define KEMPE_TESTS_LOADED_H
 
-#include "check.h"
+#include "testing.h"
 #include <kempe/kempe.h>
 #include <kempe/settings.h>
 #include <stdbool.h>

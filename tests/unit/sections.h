@@ -4,10 +4,10 @@
 #define KEMPE_TESTS_SECTIONS_H
 
 #include "backend/x86/machine.h"
-#include "check.h"
 #include "model/model.h"
 #include "symbolic/derivative.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
+#include "testing.h"
 #include "wheel/track.h"
 
 enum { ALONG = 0, ORIGIN = 1, AXES = 4, OUTWARDS = 13, UPWARDS = 15, VALUES = 17 };

@@ -5,10 +5,10 @@
 #include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "check.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/run/run.h"
 #include "output/reference.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <kempe/extend.h>
 #include <kempe/settings.h>
@@ -182,7 +182,7 @@ static void driven_and_overconstrained(void)
 {
     compare_file("examples/driven_slider_crank/driven_slider_crank.yaml", 1e-11, 0.5, 1e-11, true);
     compare_file("examples/bennett/bennett.yaml", 1e-11, 0.5, 1e-10, false);
-    compare_file("tests/models/bricard.yaml", 1e-11, 0.5, 1e-8, false);
+    compare_file("tests/models/bricard_balls.yaml", 1e-11, 0.5, 1e-8, false);
 }
 
 static void exchanges_and_change_points(void)
@@ -320,7 +320,7 @@ static void compare_workspaces(const scene *s)
 static void the_workspace_goes_by_either(void)
 {
     static const char *const paths[] = {"examples/four_bar/four_bar.yaml", "examples/andrews/andrews.yaml",
-                                        "tests/models/bennett.yaml"}; /* the last has redundant rows */
+                                        "tests/models/bennett_balls.yaml"}; /* the last has redundant rows */
     for (int k = 0; k < 3; k++) {
         scene s = read_file(paths[k]);
         compare_workspaces(&s);

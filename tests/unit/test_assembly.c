@@ -2,12 +2,12 @@
 /* Assembly from near and from afar, against states known beforehand; what cannot be assembled says which loop and how
  * far, against plane geometry. */
 #include "base/memory.h"
-#include "check.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "loaded.h"
 #include "random.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <stdlib.h>
 
@@ -196,7 +196,7 @@ static void held_coordinates_that_cannot_be_kept(void)
 /* Six rows of rank four: one degree of freedom. Away from closed states their rank is five. */
 static void redundant_closures_assemble(void)
 {
-    loaded l = load("tests/models/bricard.yaml");
+    loaded l = load("tests/models/bricard_balls.yaml");
     random_seed(10);
     for (int trial = 0; trial < 50; trial++) {
         double size = trial < 25 ? 1e-3 : 0.2;

@@ -5,10 +5,10 @@
 #include "backend/x86/machine.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "check.h"
 #include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
 #include "symbolic/sums/average.h"
+#include "testing.h"
 #include <math.h>
 
 enum { PLACES = 81, VALUES = 4, OUTPUTS = 3 * VALUES, STEEP = 500 };

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The bound on work: hopeless runs end soon and say why, long ones that get on do not, and none is called singular for
  * its length. */
-#include "check.h"
 #include "integrators/run/work_bound.h"
 #include "integrators/steppers/solver.h"
 #include "loaded.h"
+#include "testing.h"
 #include <float.h>
 #include <kempe/settings.h>
 

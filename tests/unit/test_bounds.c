@@ -4,10 +4,10 @@
  * as the piece becomes short, the values with it and the width of them with its square beside the rates. */
 #include "backend/bounds.h"
 #include "backend/x86/machine.h"
-#include "check.h"
 #include "random.h"
 #include "random_graph.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
+#include "testing.h"
 #include <math.h>
 
 enum { GRAPHS = 3000, SAMPLES = 33 };

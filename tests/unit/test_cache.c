@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Digests, programs as bytes, and systems from a cache. What damaged files and several processes do: tests/cache.py. */
+/* Digests, programs as bytes, and systems from a cache. What damaged files and several processes do:
+ * tests/cache_folders.py. */
 #include "base/cache/digest.h"
 #include "dynamics/kept.h"
 #include "dynamics/system_record.h"

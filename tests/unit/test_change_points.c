@@ -4,9 +4,9 @@
  * formulation. */
 #include "base/memory.h"
 #include "bench/chain.h"
-#include "check.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
+#include "testing.h"
 
 typedef struct last_row {
     int n;

@@ -2,12 +2,12 @@
 /* Spherical joints pass every orientation: the maps between charts against differences, tumbling bodies against Euler's
  * closed form, the same motion in angles that never become singular, loops cut elsewhere. */
 #include "base/text.h"
-#include "check.h"
-#include "constraints/closing/branches.h"
+#include "constraints/closing/assembly_modes.h"
 #include "constraints/closing/charts.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
+#include "testing.h"
 #include <kempe/branches.h>
 #include <kempe/check.h>
 #include <kempe/extend.h>

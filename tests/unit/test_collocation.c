@@ -3,13 +3,13 @@
  * bits with lanes and one by one, stiff motions, events. */
 #include "backend/x86/x86.h"
 #include "base/memory.h"
-#include "check.h"
 #include "constraints/evaluation/solved.h"
 #include "integrators/formulations/stage_lanes.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/collocation_table.h"
 #include "integrators/steppers/solver.h"
 #include "loaded.h"
+#include "testing.h"
 #include <kempe/kempe.h>
 #include <stdlib.h>
 #include <string.h>

@@ -2,9 +2,9 @@
 /* Comparisons: which runs count at equal error, what is advised and why, how far the own reference may be off, stiff
  * models, motions that amplify all errors, and what there is no time for. */
 #include "base/memory.h"
-#include "check.h"
 #include "loaded.h"
-#include "studies/compare/compare.h"
+#include "studies/compare/compare_study.h"
+#include "testing.h"
 #include <kempe/compare.h>
 #include <kempe/settings.h>
 #include <stdlib.h>

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Derivatives of the inverse dynamics on random trees and loops: by recursion with composite bodies as by
  * differentiation, in axes that turn or stay, and both as two-sided differences say. */
-#include "check.h"
 #include "derived.h"
 #include "integrators/formulations/tangent.h"
 #include "random_model.h"
+#include "testing.h"
 
 enum {
     MODELS = 96,

@@ -3,10 +3,10 @@
  * switch: rates jump as in a plastic impact. Conditions that end a run, of the state and of multipliers. All against
  * closed forms, on every formulation. */
 #include "base/memory.h"
-#include "check.h"
 #include "dynamics/equations.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
+#include "testing.h"
 #include <kempe/stepper.h>
 
 /* A graph of the model with its events, as programs are derived from. */

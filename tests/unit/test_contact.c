@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rolling contact against tables of others, closed forms and limits. */
-#include "check.h"
 #include "contact/elliptic.h"
 #include "contact/hertz.h"
+#include "testing.h"
 #include <kempe/contact.h>
 #include <math.h>
 

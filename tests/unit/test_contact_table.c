@@ -4,7 +4,7 @@
 #include "loaded.h"
 #include "model/model.h"
 #include "studies/wheel_contact/contact_sweep.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <kempe/contact.h>
 #include <kempe/contacts.h>
 #include <stdlib.h>

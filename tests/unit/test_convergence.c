@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* No run ends well with a wrong answer and without a word: what makes errors grow warns, what does not keeps silent. */
-#include "check.h"
 #include "loaded.h"
+#include "testing.h"
 #include <kempe/kempe.h>
 #include <math.h>
 #include <string.h>

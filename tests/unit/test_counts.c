@@ -3,9 +3,9 @@
  * as inputs. */
 #include "backend/x86/machine.h"
 #include "base/memory.h"
-#include "check.h"
 #include "generate/sets.h"
 #include "symbolic/program/steps.h"
+#include "testing.h"
 
 static kempe_context *context;
 

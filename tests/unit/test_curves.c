@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Beads on curves that are given by expressions, against closed forms, arc lengths and an equation of motion of the
  * test's own. A bead moves freely in its plane or in space; the curve is all that holds it. */
-#include "check.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <stdlib.h>
 

@@ -2,11 +2,11 @@
 /* `check` as a doctor and the assembly modes, against plane trigonometry and what is known of the classical
  * overconstrained linkages. */
 #include "base/memory.h"
-#include "check.h"
-#include "constraints/closing/branches.h"
+#include "constraints/closing/assembly_modes.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
 #include "random_model.h"
+#include "testing.h"
 #include <kempe/branches.h>
 #include <kempe/check.h>
 #include <stdlib.h>
@@ -116,8 +116,8 @@ static void always_redundant(const char *path, int redundant, int may_lose)
 
 static void overconstrained_linkages(void)
 {
-    always_redundant("tests/models/bricard.yaml", 2, 2);
-    always_redundant("tests/models/bennett.yaml", 4, 3);
+    always_redundant("tests/models/bricard_balls.yaml", 2, 2);
+    always_redundant("tests/models/bennett_balls.yaml", 4, 3);
 }
 
 static void same_rows(const patient *p, const kmp_dependent *set, const char *one, const char *two)

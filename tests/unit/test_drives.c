@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Closures that move: a driven slider-crank against its closed form and its power balance, a rod whose length is a
  * function of time, and structures without any freedom, on all formulations. */
-#include "check.h"
 #include "loaded.h"
+#include "testing.h"
 #include <kempe/kempe.h>
 #include <math.h>
 

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tangents number by number against derived ones: of random mechanisms, of every function of the language, of loops
  * with functions of time; and that few evaluations and many give the same. */
-#include "check.h"
 #include "derivatives/linearized.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
 #include "random_model.h"
+#include "testing.h"
 #include <kempe/settings.h>
 
 enum { MODELS = 64, SIZE = 96 };

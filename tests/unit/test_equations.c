@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The equations of random spatial mechanisms against each other and against plain mechanics: Lagrange's equations by
  * differences, kinematics by rotation matrices. */
-#include "check.h"
 #include "constraints/evaluation/evaluator.h"
 #include "derived.h"
 #include "distance.h"
 #include "random_model.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
+#include "testing.h"
 
 enum { MODELS = 128, ALL_SETS = 255 };
 

@@ -461,7 +461,7 @@ static void examples_settle(void)
                                          "slider_crank_spatial/slider_crank_spatial",
                                          "stephenson/stephenson",
                                          "stewart/stewart",
-                                         "suspension/corner",
+                                         "suspension/suspension_corner",
                                          "suspension/suspension"};
     for (size_t k = 0; k < sizeof models / sizeof *models; k++) {
         char path[128];
@@ -482,7 +482,7 @@ static void examples_settle(void)
  * which the mechanism is none. */
 static void every_row_is_closed_at_the_end(void)
 {
-    static const char *const models[] = {"exact_bennett", "exact_sarrus", "bennett"};
+    static const char *const models[] = {"exact_bennett", "exact_sarrus", "bennett_balls"};
     for (size_t k = 0; k < sizeof models / sizeof *models; k++) {
         char path[128];
         (void)snprintf(path, sizeof path, "tests/models/%s.yaml", models[k]);

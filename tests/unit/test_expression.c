@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Expressions: values, precedence, complaints with their columns, and text that reads back. */
-#include "check.h"
 #include "model/expressions/expression.h"
+#include "testing.h"
 #include <string.h>
 
 static kempe_context *context;

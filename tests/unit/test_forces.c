@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Force elements: their efforts against formulas written out, and their bookkeeping: what they do to the motion is what
  * their potential and their power say. */
-#include "check.h"
 #include "derived.h"
 #include "model/model.h"
+#include "testing.h"
 #include <math.h>
 
 enum { SETS = KMP_SET_BIAS | KMP_SET_ENERGY };

@@ -5,11 +5,11 @@
 #include "bench/classical.h"
 #include "bench/numeric_classical.h"
 #include "bench/plain_articulated.h"
-#include "check.h"
 #include "derived.h"
 #include "distance.h"
 #include "dynamics/forces.h"
 #include "random_model.h"
+#include "testing.h"
 #include <stdlib.h>
 
 enum { MODELS = 96, MOTION = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL };

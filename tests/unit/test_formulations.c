@@ -2,12 +2,12 @@
 /* Every formulation against digits that Kempe did not produce: examples' reference.csv, the IFToMM and Modelica
  * problems of tests/models. Where a choice of u fails, it must say so. */
 #include "base/memory.h"
-#include "check.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"
 #include "loaded.h"
 #include "output/reference.h"
+#include "testing.h"
 #include <stdlib.h>
 
 enum { LARGEST = 32 };
@@ -205,7 +205,7 @@ static void spatial_problems_reach_their_digits(void)
         CHECK_NEAR(row.q[1], -0.417541177807820895, 1e-10);
         unload(&l);
 
-        l = load("tests/models/bricard.yaml"); /* IFToMM A04: P3 after 10 s; 6 rows of rank 4 */
+        l = load("tests/models/bricard_balls.yaml"); /* IFToMM A04: P3 after 10 s; 6 rows of rank 4 */
         CHECK(run(&l, methods[k][0], methods[k][1], 1e-12, 10, 1, &end, &row, NULL) == KEMPE_OK);
         kmp_evaluator *eval = kmp_eval_new(l.system, "tape");
         const double *p3 = kmp_eval_shown(eval, 10, row.q, row.qd, row.qdd, row.lambda);
@@ -220,7 +220,7 @@ static void spatial_problems_reach_their_digits(void)
 /* Bennett's loop turns several times; the independent two of its six rows must be chosen anew on the way. */
 static void bennett_keeps_its_closed_form(void)
 {
-    loaded l = load("tests/models/bennett.yaml");
+    loaded l = load("tests/models/bennett_balls.yaml");
     static const char *const methods[3][2] = {{"reduced", "integrated"}, {"reduced", "newton"}, {"projected", "none"}};
     double end = 10, alpha = 40 * M_PI / 180, beta = 75 * M_PI / 180, first = 0;
     double k = sin((beta + alpha) / 2) / sin((beta - alpha) / 2);

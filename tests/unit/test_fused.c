@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The reduced right-hand side as one program against the same by parts, on the examples: at the start, and at states
  * along the motion for which the order of elimination was not chosen. */
-#include "../check.h"
 #include "base/memory.h"
 #include "constraints/evaluation/fused.h"
 #include "random.h"
 #include "states.h"
+#include "testing.h"
 #include <math.h>
 
 enum { STATES = 8, FAR = 40, MOST_ROWS = 200 };

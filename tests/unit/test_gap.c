@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rows of balls and rods by the shortest way: the values that differentiation gives, and fewer operations; and the
  * counting and the exchange of nodes that the choice rests on. */
-#include "check.h"
 #include "dynamics/equations.h"
 #include "dynamics/forces.h"
 #include "random_model.h"
@@ -9,6 +8,7 @@
 #include "symbolic/program/cost.h"
 #include "symbolic/program/program.h"
 #include "symbolic/substitute.h"
+#include "testing.h"
 
 enum { MODELS = 60, SETS = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL };
 

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Goals of the start: the nearest closed position against searches of the test's own over positions written down in
  * closed form, against plane geometry, and against what scipy finds. */
-#include "check.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
 #include "random.h"
+#include "testing.h"
 #include <kempe/build.h>
 #include <kempe/check.h>
 #include <stdlib.h>
@@ -305,7 +305,7 @@ static double distance_at(const loaded *l, int held, double value, const double 
 static void redundant_closures_have_a_nearest_position(void)
 {
     static kmp_goal goals[3];
-    loaded l = load("tests/models/bricard.yaml");
+    loaded l = load("tests/models/bricard_balls.yaml");
     const int n = l.system->n;
     for (int k = 0; k < 3; k++) {
         goals[k] = (kmp_goal){.motion = k, .point = -1, .width = 1};

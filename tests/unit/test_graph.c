@@ -3,10 +3,10 @@
  * differences. */
 #include "base/memory.h"
 #include "base/text.h"
-#include "check.h"
 #include "random_graph.h"
 #include "symbolic/derivative.h"
 #include "symbolic/program/program.h"
+#include "testing.h"
 
 /* -- simplification ---------------------------------------------------------------------------------- */
 

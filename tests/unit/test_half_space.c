@@ -4,8 +4,8 @@
  * one rectangle to the next is what the bodies would slip by (Kalker 1990, section 4). The grid's error is some per
  * cent; that of C23 has one sign where spin makes a force, and the other where creep makes a moment. */
 #include "base/memory.h"
-#include "check.h"
 #include "linalg/dense/dense.h"
+#include "testing.h"
 #include <kempe/contact.h>
 #include <math.h>
 

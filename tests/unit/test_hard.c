@@ -3,7 +3,7 @@
  * case known to miss its bar must miss it by no more than is known. */
 #include "bench/battery.h"
 #include "bench/inconsistent.h"
-#include "check.h"
+#include "testing.h"
 
 static void run_formulations(const hard_case *c, hard_scene *s)
 {
@@ -102,7 +102,7 @@ static void a_lock_is_named(void)
  * with as many of them as before, or it stops, or swallows the motion. */
 static void bennett_turns_on_the_dae_formulation(void)
 {
-    static const char *const models[2] = {"tests/models/bennett.yaml", "examples/bennett/bennett.yaml"};
+    static const char *const models[2] = {"tests/models/bennett_balls.yaml", "examples/bennett/bennett.yaml"};
     for (int k = 0; k < 2; k++) {
         hard_case c = {.name = "Bennett", .model = models[k], .rule = hard_bennett, .t_end = 10, .rtol = 1e-8};
         hard_scene s;

@@ -2,7 +2,7 @@
 /* Balance of what is not held: a roller on an elastic floor, dropped from above it, against its closed form. */
 #include "base/memory.h"
 #include "loaded.h"
-#include "studies/equilibrium/equilibrium.h"
+#include "studies/equilibrium/equilibrium_study.h"
 
 /* A roller that is pushed along, presses the floor by its weight and is dragged round by it against a brake: the floor
  * gives K d^1.5, and a traction of f (slip). */

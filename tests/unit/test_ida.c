@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* IDA with every linear solver on Robertson's reaction as a DAE, its dense output and refusals; KINSOL on a 2 x 2
  * system. */
-#include "check.h"
 #include "constraints/closing/kinsol.h"
 #include "integrators/steppers/solver.h"
 #include "integrators/sundials/linear.h"
+#include "testing.h"
 
 static const kmp_solver_kind *const ida = &kmp_solver_ida;
 

@@ -4,9 +4,9 @@
 #include "backend/x86/machine.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "check.h"
 #include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
+#include "testing.h"
 #include <math.h>
 
 /* y^3 + y = p */

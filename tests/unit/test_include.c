@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Included models: what they become, and that their equations are those of the model written out. */
-#include "check.h"
 #include "derived.h"
 #include "model/model.h"
+#include "testing.h"
 #include <kempe/settings.h>
 #include <stdlib.h>
 

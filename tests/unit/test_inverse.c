@@ -5,7 +5,7 @@
 #include "inverted.h"
 #include "linalg/dense/lapack.h"
 #include "studies/inverse/inverse_dynamics.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <kempe/workspace.h>
 
 /* -- singular values ------------------------------------------------------------------------------------------ */

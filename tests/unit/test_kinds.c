@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Mechanisms with every joint and closure against closed forms, published digits and each other. */
 #include "base/text.h"
-#include "check.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
 #include "model/model.h"
+#include "testing.h"
 #include <kempe/check.h>
 
 enum { MOST = 32 };
@@ -80,7 +80,7 @@ static void test_car_axis(void)
     } formulations[] = {
         {"reduced", 1e-13, 1e-11, 1e-10}, {"projected", 1e-13, 1e-11, 1e-10}, {"dae", 1e-9, 1e-6, 2e-5}};
     for (size_t k = 0; k < sizeof formulations / sizeof *formulations; k++) {
-        end e = run("car_axis", formulations[k].formulation, 3, formulations[k].rtol, NULL);
+        end e = run("car_axis_compact", formulations[k].formulation, 3, formulations[k].rtol, NULL);
         check_same(4, e.q, q, formulations[k].near);
         check_same(4, e.qd, qd, formulations[k].rate);
         check_same(2, e.lambda, lambda, formulations[k].rate);
@@ -133,17 +133,17 @@ static void test_stewart(void)
                                   0.00363008127117684, 0.0169378911112010,  -0.0232104567492020};
     static const double one[] = {-0.0321326300284273,   0.00148593609150708, -0.0140969988747868,
                                  -0.000468991901972122, 0.0188465551438251,  0.0114330935154515};
-    end e = run("stewart", NULL, 0.5, 1e-12, NULL);
+    end e = run("stewart_tree", NULL, 0.5, 1e-12, NULL);
     CHECK(e.n == 24 && e.rank == 18);
     check_same(6, e.q, half, 1e-12);
-    e = run("stewart", "projected", 1, 1e-12, NULL);
+    e = run("stewart_tree", "projected", 1, 1e-12, NULL);
     check_same(6, e.q, one, 1e-12);
 }
 
 /* Cut at the ball and cut at the universal joint. */
 static void test_spatial_slider_crank(void)
 {
-    static const char *const models[] = {"spatial_slider_crank", "spatial_slider_crank_ball"};
+    static const char *const models[] = {"spatial_slider_crank_hung", "spatial_slider_crank_ball"};
     for (int k = 0; k < 2; k++) {
         end e = run(models[k], NULL, 2, 1e-13, NULL);
         CHECK_NEAR(e.q[0], 20.1566346080908167, 1e-10);
@@ -172,7 +172,7 @@ static void test_bricard(void)
 /* Five rows of rank two; the same motion as with two balls on the axis, and the closed form. */
 static void test_bennett(void)
 {
-    end e = run("bennett_hinge", NULL, 1.5, 1e-12, NULL), balls = run("bennett", NULL, 1.5, 1e-12, NULL);
+    end e = run("bennett_hinge", NULL, 1.5, 1e-12, NULL), balls = run("bennett_balls", NULL, 1.5, 1e-12, NULL);
     const double rad = atan(1) / 45, a = 40 * rad, b = 75 * rad;
     CHECK(e.m == 5 && e.rank == 2);
     check_same(3, e.q, balls.q, 1e-9);

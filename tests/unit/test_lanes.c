@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Lanes of random programs against one machine a lane, to the last bit: each width, as machine code and as loops, every
  * slot filled with NaN before. */
-#include "../check.h"
 #include "backend/lanes.h"
 #include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "random_graph.h"
+#include "testing.h"
 
 enum { OUTPUTS = 12, PARAMETERS = 3 };
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dense factorisations against random matrices, the block solver against dense LU. */
 #include "base/memory.h"
-#include "check.h"
 #include "linalg/assign.h"
 #include "linalg/block.h"
 #include "linalg/dense/dense.h"
+#include "testing.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Graphs of joints: which are cut, and what is said of it. */
-#include "check.h"
 #include "constraints/kinds/kind.h"
-#include "linkage.h"
+#include "joint_graphs.h"
+#include "testing.h"
 #include <kempe/check.h>
 
 /* -- the choice ---------------------------------------------------------------------------------------------- */

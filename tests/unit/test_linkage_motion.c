@@ -2,8 +2,8 @@
 /* Graphs of joints move the same whatever is cut: examples against digits that Kempe did not make. */
 #include "base/file.h"
 #include "base/memory.h"
-#include "check.h"
-#include "linkage.h"
+#include "joint_graphs.h"
+#include "testing.h"
 
 static void put_four_bar(kmp_text *text, int cut)
 {

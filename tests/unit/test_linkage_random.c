@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Random graphs of joints in space: the same motion from every tree, and the tree that is chosen among all that there
  * are. */
-#include "check.h"
 #include "distance.h"
-#include "linkage.h"
+#include "joint_graphs.h"
 #include "random_model.h"
+#include "testing.h"
 
 enum { GRAPH_BODIES = 5, GRAPH_LOOPS = 3, GRAPH_JOINTS = GRAPH_BODIES + GRAPH_LOOPS };
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints seen from their second body, and a body's own joint that is turned round. */
-#include "check.h"
-#include "linkage.h"
+#include "joint_graphs.h"
 #include "random_model.h"
+#include "testing.h"
 
 /* The second point of the joint against the first, for coordinates by name. */
 static pose between_points(const kempe_model *model, const double *q, const char *a, const char *b)

@@ -2,12 +2,12 @@
 /* Results of the equations near a state, where forces depend on multipliers: inverse dynamics there and back,
  * sensitivities of motions against differences, and what refuses. */
 #include "base/memory.h"
-#include "check.h"
 #include "constraints/closing/assemble.h"
 #include "derivatives/linearized.h"
 #include "loaded.h"
 #include "studies/inverse/inverse_dynamics.h"
-#include "studies/sensitivity/sensitivity.h"
+#include "studies/sensitivity/sensitivity_study.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <kempe/extend.h>
 #include <kempe/sensitivity.h>

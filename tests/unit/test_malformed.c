@@ -3,7 +3,7 @@
  * (`# expect: LINE:COLUMN: part of the sentence`, in XML a comment) and with no others. */
 #include "base/file.h"
 #include "base/memory.h"
-#include "check.h"
+#include "testing.h"
 #include <dirent.h>
 #include <kempe/kempe.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Motions that carry no mass are named: at their place where the tree shows them, by the reduced mass otherwise.
  * Bodies of loops, driven ones and those that carry others may do without. */
-#include "check.h"
+#include "testing.h"
 #include <kempe/kempe.h>
 
 #define HEAD "kempe: 1\nground: {points: {D: [2, 0, 0]}}\nbodies:\n"

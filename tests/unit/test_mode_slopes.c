@@ -5,7 +5,7 @@
 #include "loaded.h"
 #include "model/model.h"
 #include "model/variant.h"
-#include "studies/equilibrium/equilibrium.h"
+#include "studies/equilibrium/equilibrium_study.h"
 #include "studies/equilibrium/operating.h"
 #include "studies/modes/mode_slopes.h"
 #include <complex.h>

@@ -2,10 +2,10 @@
 /* Modes against closed forms, against each other in other independent coordinates, against a companion matrix, and
  * against simulations that begin on one; and what becomes of them when a parameter varies. */
 #include "base/memory.h"
-#include "check.h"
 #include "linalg/assign.h"
 #include "loaded.h"
-#include "studies/modes/modes.h"
+#include "studies/modes/modes_study.h"
+#include "testing.h"
 #include <complex.h>
 #include <kempe/modes.h>
 #include <kempe/settings.h>
@@ -378,7 +378,7 @@ static void rigid_wheels_do_not_depend_on_u(const loaded *m, int zeros)
 static void forces_of_multipliers_leave_u_free(void)
 {
     const kempe_setting middle[] = {{"aside", "0"}, {"spin", "40"}};
-    loaded m = load("examples/restrained_wheelset/on_rails.yaml");
+    loaded m = load("examples/restrained_wheelset/wheelset_on_rails.yaml");
     rigid_wheels_do_not_depend_on_u(&m, 3);
     unload(&m);
     m = load_set("examples/rolling_wheel/independent.yaml", middle, 2);

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Axes as the manual has them: of what closures transmit, those of the nearest common ancestor, however that one hangs;
  * of one axis that is given alone, those of the shortest turn. */
-#include "check.h"
 #include "integrators/run/run.h"
 #include "linalg/dot.h"
 #include "loaded.h"
 #include "model/read/reading.h"
 #include "studies/simulate/trajectory.h"
+#include "testing.h"
 #include <math.h>
 
 /* -- forces and moments of closures ------------------------------------------------------------------ */

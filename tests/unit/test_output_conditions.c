@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Conditions in what a run shows: each row has them at its own state, whatever they depend on, and those that no
  * equation of motion has are no events. */
-#include "check.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
+#include "testing.h"
 #include <math.h>
 
 enum { SENSORS = 12, FORCES = 2, MOST = SENSORS + FORCES };

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Machine code with operations in pairs against the same operations in C, to the bit: random expressions that occur
  * again on other leaves, with sums for differences and operands exchanged, that share values, and that are summed. */
-#include "../check.h"
 #include "backend/x86/packs.h"
 #include "random.h"
+#include "testing.h"
 #include <math.h>
 #include <string.h>
 

@@ -2,7 +2,6 @@
 /* The choice of independent coordinates: rank and growth on random matrices, the same choice in metres and millimetres,
  * the user's wish. */
 #include "base/memory.h"
-#include "check.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/evaluation/evaluator.h"
@@ -11,6 +10,7 @@
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "random.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <stdlib.h>
 

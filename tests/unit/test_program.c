@@ -3,10 +3,10 @@
 #include "backend/x86/machine.h"
 #include "backend/x86/x86.h"
 #include "base/memory.h"
-#include "check.h"
 #include "random_graph.h"
 #include "symbolic/passes/shorten.h"
 #include "symbolic/program/program.h"
+#include "testing.h"
 
 #if defined(__linux__) && defined(__GLIBC__)
 #include <malloc.h>

@@ -3,10 +3,10 @@
 #include "backend/x86/machine.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "check.h"
 #include "random_graph.h"
 #include "symbolic/program/program.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
+#include "testing.h"
 
 static kempe_context *context;
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Radau IIA: its numbers against the conditions that define them, its orders by halving steps, with one Jacobian and
  * with those of all stages, dense output, van der Pol's equation, how long a Jacobian is kept. */
-#include "check.h"
 #include "integrators/steppers/radau.h"
+#include "testing.h"
 #include <stdlib.h>
 
 /* -- the numbers -------------------------------------------------------------------------------------- */

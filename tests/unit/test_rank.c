@@ -27,7 +27,7 @@ static const char *const models[] = {"examples/andrews/andrews.yaml",
                                      "tests/models/near_parallelogram.yaml",
                                      "tests/models/parallelogram.yaml",
                                      "tests/models/piston4.yaml",
-                                     "tests/models/spatial_slider_crank.yaml",
+                                     "tests/models/spatial_slider_crank_hung.yaml",
 
                                      "tests/models/triple_rocker.yaml",
                                      "tests/models/two_armed_lamp.yaml"};

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Good models: every part of the language, as the reader understands it. */
 #include "base/memory.h"
-#include "check.h"
 #include "model/model.h"
+#include "testing.h"
 #include <kempe/settings.h>
 #include <math.h>
 #include <stdlib.h>

@@ -3,12 +3,12 @@
  * and Bennett's four-bar cut at one hinge. The margin is held against singular values, rows that a formulation cannot
  * complete against its own. */
 #include "base/memory.h"
-#include "check.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/run/run.h"
 #include "integrators/run/runner.h"
 #include "loaded.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <stdlib.h>
 

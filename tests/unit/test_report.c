@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Parts of the report pages: poses against the symbolic positions, runs watched, numbers in few characters, and the
- * page with libraries that would break it. tests/report.py opens the page in a browser. */
+ * page with libraries that would break it. tests/report_pages.py opens the page in a browser. */
 #include "base/file.h"
 #include "base/memory.h"
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "loaded.h"
 #include "random.h"
 #include "report/drawing.h"

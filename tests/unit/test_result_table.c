@@ -2,8 +2,8 @@
 /* Tables of results: what getters give, text, JSON and CSV, files by their ending, and want of memory at any place. */
 #include "base/file.h"
 #include "base/memory.h"
-#include "check.h"
 #include "output/result_table.h"
+#include "testing.h"
 #include <math.h>
 #include <stdlib.h>
 #include <unistd.h>

@@ -3,10 +3,10 @@
  * reports of what failed. */
 #include "base/json.h"
 #include "base/memory.h"
-#include "check.h"
 #include "loaded.h"
 #include "output/times.h"
 #include "output/verdict.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
 #include <stdlib.h>

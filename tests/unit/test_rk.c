@@ -3,8 +3,8 @@
  * says.
  */
 #include "base/memory.h"
-#include "check.h"
 #include "integrators/steppers/rk.h"
+#include "testing.h"
 
 /* The one that the tests run, what it must do, and how hard it may work. */
 static const kmp_solver_kind *kind;

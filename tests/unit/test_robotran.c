@@ -5,8 +5,8 @@
 #include "backend/x86/machine.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "check.h"
 #include "generate/sets.h"
+#include "testing.h"
 #include <dirent.h>
 #include <math.h>
 #include <stdlib.h>

@@ -2,13 +2,13 @@
 /* Drawings whose closures are redundant but for their last digit: taken as the mechanism that is meant, on every
  * formulation, with the misfit told; what is no rounding stays as it is, to the last bit. */
 #include "base/memory.h"
-#include "check.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/rounding/rounding.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <kempe/settings.h>
 

@@ -2,9 +2,9 @@
 /* Rows between steps, of every formulation, form and integrator: a mass on a spring, whose q, qd and energy are known
  * at any time, at many more rows than there are steps. */
 #include "base/memory.h"
-#include "check.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
+#include "testing.h"
 #include <math.h>
 
 static const char text[] = "kempe: 1\n"

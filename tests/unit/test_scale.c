@@ -3,7 +3,6 @@
  * products and in bytes. */
 #include "base/memory.h"
 #include "bench/chain.h"
-#include "check.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/partition/pick.h"
@@ -13,6 +12,7 @@
 #include "linalg/sparse.h"
 #include "loaded.h"
 #include "random.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <kempe/settings.h>
 #include <kempe/workspace.h>

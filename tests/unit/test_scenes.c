@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Only what the scene needs: operation counts of the examples, planar mechanisms without any spatial work, programs
  * without what was not asked for. */
-#include "check.h"
 #include "constraints/evaluation/evaluator.h"
 #include "derived.h"
 #include "loaded.h"
 #include "model/model.h"
+#include "testing.h"
 
 enum { MOTION = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD };
 

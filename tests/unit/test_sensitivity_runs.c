@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensitivities see what a run sees, and say when their digits do not hold: events that lie within a step, against the
  * exact motion; an ill-conditioned motion, forward and backward; an interrupt; ensembles of such motions. */
-#include "check.h"
-#include "studies/sensitivity/sensitivity.h"
+#include "studies/sensitivity/sensitivity_study.h"
+#include "testing.h"
 #include <kempe/ensemble.h>
 #include <kempe/kempe.h>
 #include <kempe/sensitivity.h>

@@ -2,7 +2,7 @@
 /* Derivatives of equilibria, modes and reactions as they are asked for: against two-sided differences of models that
  * are read anew with other values, with a sweep of steps; the governor's height by its speed; what is refused. */
 #include "loaded.h"
-#include "studies/sensitivity/sensitivity.h"
+#include "studies/sensitivity/sensitivity_study.h"
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
 #include <stdbool.h>

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The passes: what each one makes of a small example, and that values stay on random graphs. */
 #include "base/memory.h"
-#include "check.h"
 #include "random.h"
 #include "symbolic/passes/shorten.h"
 #include "symbolic/program/cost.h"
+#include "testing.h"
 #include <math.h>
 
 static kmp_ref q(kmp_graph *g, uint32_t k)

@@ -2,7 +2,7 @@
 /* Sine and cosine: accuracy against the wider long double of x87 (where there is one), identity of the forms
  * to the last bit, and the corners of the double range. */
 #include "backend/sincos.h"
-#include "check.h"
+#include "testing.h"
 
 #include <float.h>
 #include <kempe/runtime.h>

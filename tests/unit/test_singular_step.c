@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Steps across singular places, on equations whose right-hand side is 0/0 at one time while their solution is smooth,
  * or turns close by. */
-#include "check.h"
 #include "integrators/steppers/singular_step.h"
+#include "testing.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -2,12 +2,12 @@
 /* Derivatives by parameters of h, its rate and curve, of M qdd + C - J' lambda and of the outputs, against differences
  * of the numbers that a run works with, of the best step; those of the outputs by the state likewise; what follows from
  * a parameter, what stands for itself. */
-#include "check.h"
 #include "constraints/evaluation/evaluator.h"
 #include "derivatives/parameter_slopes.h"
 #include "loaded.h"
 #include "model/variant.h"
 #include "random.h"
+#include "testing.h"
 
 enum { MOST = 64, MOST_NUMBERS = 600 };
 

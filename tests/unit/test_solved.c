@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Accelerations and multipliers of the solved program against the dense saddle system, at states along the motion of
  * examples; its lanes against its scalar code, to the last bit. */
-#include "../check.h"
 #include "constraints/closing/saddle.h"
 #include "constraints/evaluation/solved.h"
 #include "constraints/tolerances.h"
 #include "random.h"
 #include "states.h"
+#include "testing.h"
 
 enum { STATES = 4 };
 

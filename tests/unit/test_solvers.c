@@ -2,8 +2,8 @@
 /* Every integrator of ODEs behind its socket, whatever it is made of: accuracy, dense output, starting anew, failing
  * right-hand sides, refusals, giving up; and a stiff problem for those that use a Jacobian. */
 #include "base/memory.h"
-#include "check.h"
 #include "integrators/steppers/solver.h"
+#include "testing.h"
 
 /* An oscillator with a slow drift of its frequency: y'' = -(1 + t/10)^2 y + .., solved by y = sin(t + t^2/20). */
 typedef struct formulation {

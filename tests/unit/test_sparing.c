@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Values that are not evaluated twice: the power of forces comes with the forces and equals that of the judging
  * program; rows without rates, accelerations and multipliers are the rows with them. */
-#include "check.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/fused.h"
 #include "integrators/formulations/formulation.h"
 #include "loaded.h"
 #include "random.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <kempe/extend.h>
 

@@ -3,8 +3,8 @@
  * defect is made by what a forgotten row would be: a kind of closure that models know and constraints/kinds does not.
  */
 #include "base/memory.h"
-#include "check.h"
 #include "model/model.h"
+#include "testing.h"
 
 static const char loop[] =
     "kempe: 1\n"

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Vector step indices: of small programs by hand, and of the pendulum of Fisette and Samin 1996, section 3.2. */
-#include "check.h"
 #include "generate/sets.h"
 #include "symbolic/program/program.h"
 #include "symbolic/program/steps.h"
+#include "testing.h"
 
 static int steps_of(kmp_graph *g, int count, const kmp_ref *out)
 {

@@ -4,9 +4,9 @@
  * hundredfold.
  */
 #include "base/memory.h"
-#include "check.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
+#include "testing.h"
 #include <stdlib.h>
 
 /* t, slider, rods, shaft, rate of the shaft */

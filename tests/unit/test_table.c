@@ -2,10 +2,10 @@
 /* Tables: what they reproduce exactly, their ends, their derivatives, and the same bits from graph and tape. */
 #include "backend/x86/machine.h"
 #include "base/memory.h"
-#include "check.h"
 #include "random.h"
 #include "symbolic/derivative.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
+#include "testing.h"
 #include <kempe/runtime.h>
 #include <math.h>
 

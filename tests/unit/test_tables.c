@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables of the model language: from lists and from a CSV file, as numbers and in equations. */
-#include "check.h"
 #include "derived.h"
 #include "model/model.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
+#include "testing.h"
 
 static kempe_context *context;
 

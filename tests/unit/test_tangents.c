@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The iteration matrix of every form of the dae formulation against differences of its residual, column by column,
  * multipliers included. */
-#include "check.h"
 #include "integrators/formulations/formulation.h"
 #include "loaded.h"
 #include "random_model.h"
+#include "testing.h"
 
 enum { SIZE = 64, DOF = 32, MODELS = 40 };
 

@@ -2,7 +2,7 @@
 /* Texts: what XML and JSON want escaped; a text that is written is freed, whatever comes. */
 #include "base/file.h"
 #include "base/memory.h"
-#include "check.h"
+#include "testing.h"
 #include <stdlib.h>
 #include <unistd.h>
 

@@ -2,11 +2,11 @@
 /* State spaces: A against the Jacobian that integrators use, B, C and D against differences whose error falls with the
  * square of the step, the properties of K and G that mechanics gives them, the linear motion against the nonlinear one.
  */
-#include "check.h"
 #include "integrators/formulations/reduced_jacobian.h"
 #include "loaded.h"
 #include "studies/linearize/channels.h"
-#include "studies/linearize/linearize.h"
+#include "studies/linearize/linearize_study.h"
+#include "testing.h"
 #include <kempe/linearize.h>
 #include <kempe/settings.h>
 
@@ -55,7 +55,7 @@ static void a_is_the_jacobian_of_the_reduced_formulation(void)
     /* on rails: forces of multipliers, with which Mr is not symmetric */
     const char *const examples[] = {
         "four_bar/four_bar", "stephenson/stephenson", "andrews/andrews",      "governor/governor",
-        "stewart/stewart",   "suspension/suspension", "bogie_track/on_rails", "restrained_wheelset/on_rails"};
+        "stewart/stewart",   "suspension/suspension", "bogie_track/bogie_on_rails", "restrained_wheelset/wheelset_on_rails"};
     static double j[MOST * MOST];
     for (size_t k = 0; k < sizeof examples / sizeof *examples; k++) {
         char path[128];

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels on rails: the gap against the least distance of both surfaces in space, its derivatives against differences,
  * left and right, closed forms, and both forms of contact against each other. */
-#include "check.h"
 #include "derived.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
+#include "testing.h"
 #include "wheel/pair.h"
 #include <kempe/kempe.h>
 #include <math.h>

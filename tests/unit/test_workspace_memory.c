@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A workspace allocates when it is made and never again. */
 #include "base/memory.h"
-#include "check.h"
 #include "loaded.h"
+#include "testing.h"
 #include <kempe/check.h>
 #include <kempe/kempe.h>
 #include <kempe/workspace.h>
@@ -35,7 +35,7 @@ static void four_bar(void)
 /* Redundant rows. */
 static void bricard(void)
 {
-    no_allocation("tests/models/bricard.yaml");
+    no_allocation("tests/models/bricard_balls.yaml");
 }
 
 int main(void)

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Machine code of random straight-line operations against the same in C, to the bit, in each form: values that live
  * long enough to be spilled, operands in memory and in registers, every register. */
-#include "../check.h"
 #include "backend/x86/registers.h"
 #include "random.h"
+#include "testing.h"
 #include <math.h>
 #include <string.h>
 

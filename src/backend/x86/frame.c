@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/x86/frame.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <string.h>
 
 void kmp_frame_free(kmp_frame *f)

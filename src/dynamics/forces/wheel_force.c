@@ -5,7 +5,7 @@
  * forwards, left, up.
  */
 #include "dynamics/forces/law.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include "wheel/wheel_contact.h"
 
 /* Applies to the wheel's link a force, at a place relative to the centre, and a moment, ground axes. */

@@ -3,7 +3,7 @@
 #ifndef KMP_DYNAMICS_FORMALISMS_NEWTON_EULER_H
 #define KMP_DYNAMICS_FORMALISMS_NEWTON_EULER_H
 
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 
 /** An applied wrench on each link (F_ext and its moment about the link's origin, link axes). */
 typedef struct kmp_wrench {

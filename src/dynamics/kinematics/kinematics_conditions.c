@@ -3,7 +3,7 @@
  * there. */
 #include "base/memory.h"
 #include "base/text.h"
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 #include <stdarg.h>
 
 void kmp_events_free(kmp_events *events)

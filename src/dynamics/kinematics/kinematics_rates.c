@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rates: total derivatives by time, and angular velocities of links. */
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "symbolic/derivative.h"
 
 static kmp_derivative *along_time(const kmp_tree *tree, bool rates)

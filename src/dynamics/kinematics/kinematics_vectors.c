@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Vectors, tensors and matrices from the axes of one link in those of another, and the path between links. */
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "symbolic/rotation.h"
 
 kmp_ref kmp_link_axes(const kmp_tree *tree, int i, int row, int column)

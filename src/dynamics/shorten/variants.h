@@ -3,7 +3,7 @@
 #ifndef KMP_DYNAMICS_SHORTEN_VARIANTS_H
 #define KMP_DYNAMICS_SHORTEN_VARIANTS_H
 
-#include "dynamics/kinematics/kinematics.h"
+#include "dynamics/kinematics/link_tree.h"
 #include <stdint.h>
 
 /** Methods for derivatives of the inverse dynamics (formalisms/tangents.h). */

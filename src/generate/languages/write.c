@@ -4,7 +4,7 @@
 #include "generate/languages/levels.h"
 #include "generate/languages/runtime_lines.h"
 #include "generate/scalar.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 

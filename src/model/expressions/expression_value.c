@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The numbers of expressions. */
 #include "model/expressions/expression.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 
 static double call(kmp_function function, double a, double b, double c)

@@ -3,7 +3,7 @@
 #include "model/print/model_print.h"
 #include "model/tables/closure_table.h"
 #include "model/tables/output_table.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 
 /* -- pieces -------------------------------------------------------------------------------------- */

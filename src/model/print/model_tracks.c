@@ -2,7 +2,7 @@
 /* Profiles and tracks, as they were understood, in both forms. */
 #include "model/print/model_print.h"
 #include "model/rail/rail.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 
 /* -- the summary --------------------------------------------------------------------------------- */
 

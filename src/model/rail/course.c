@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "model/limits.h"
 #include "model/rail/rail.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 

@@ -3,7 +3,7 @@
  * band becomes one harmonic, of the band's variance and with a random phase. */
 #include "base/memory.h"
 #include "model/rail/rail.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <stdint.h>
 

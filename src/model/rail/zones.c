@@ -3,7 +3,7 @@
  * touches. The heights of both are on fine even grids. */
 #include "base/arena.h"
 #include "model/rail/rail.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables: functions of one variable by points, in the file or in columns of a CSV file in its folder. */
 #include "model/read/reading.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <string.h>
 
 static bool check_points(const kmp_points *p, kmp_place place)

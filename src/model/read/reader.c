@@ -4,11 +4,11 @@
  * docs/model. */
 #include "base/file.h"
 #include "base/memory.h"
-#include "model/build.h"
 #include "model/files/document.h"
+#include "model/model_builder.h"
 #include "model/rail/rail.h"
 #include "model/read/reading.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <kempe/settings.h>
 #include <math.h>
 #include <stdlib.h>

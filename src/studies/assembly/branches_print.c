@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `assemble --branches`: each assembly mode, and the start values that select it. */
-#include "constraints/closing/branches.h"
+#include "constraints/closing/assembly_modes.h"
 #include "output/print.h"
 #include <kempe/branches.h>
 #include <math.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The recommended method, by the rules in docs/compare.md, and the measurements that support it. */
-#include "studies/compare/compare.h"
+#include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Comma-separated lists of formulations, forms, integrators and tolerances, compared with the table of methods. */
 #include "integrators/steppers/solver.h"
-#include "studies/compare/compare.h"
+#include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>
 #include <string.h>

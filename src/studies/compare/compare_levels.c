@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The table at equal error: the cheapest run of each method within a level of error, except accidental ones, and what
  * the method would need for the level itself. */
-#include "studies/compare/compare.h"
+#include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The two tables of a comparison as text: each ratio of times is split into steps, evaluations a step and time an
  * evaluation. */
-#include "studies/compare/compare.h"
+#include "studies/compare/compare_study.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

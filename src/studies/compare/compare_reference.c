@@ -4,7 +4,7 @@
  * reference. Its uncertainty combines its distance from the others, its own tolerances and rounding (docs/compare.md).
  */
 #include "base/memory.h"
-#include "studies/compare/compare.h"
+#include "studies/compare/compare_study.h"
 #include <float.h>
 #include <kempe/check.h>
 #include <kempe/compare.h>

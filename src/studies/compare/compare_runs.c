@@ -2,7 +2,7 @@
 /* The runs of a comparison: every method at every tolerance, coarse ones first, each judged at the reference's times. A
  * method that is much slower than the fastest is stopped, and runs without remaining time are left out. */
 #include "base/memory.h"
-#include "studies/compare/compare.h"
+#include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>
 

@@ -2,7 +2,7 @@
 /* Stiffness detection by numbers of steps. In a stiff model stability limits explicit steps, whose number hardly grows
  * at a tighter tolerance, and implicit integrators need far fewer. */
 #include "base/memory.h"
-#include "studies/compare/compare.h"
+#include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A comparison as tables for other programs. */
 #include "output/result_table.h"
-#include "studies/compare/compare.h"
+#include "studies/compare/compare_study.h"
 #include <math.h>
 
 static void put_method(kempe_table *table, const kmp_method *method)

@@ -2,7 +2,7 @@
 /* The two tables at equal error: one integrator on several formulations, which shows what a formulation costs, and the
  * best method of each formulation, which is what a user chooses from. */
 #include "integrators/steppers/solver.h"
-#include "studies/compare/compare.h"
+#include "studies/compare/compare_study.h"
 #include <math.h>
 #include <string.h>
 

@@ -2,7 +2,7 @@
 /* Results of an ensemble: the state of each instance, as a summary, as JSON and as a table. */
 #include "base/clock.h"
 #include "base/memory.h"
-#include "integrators/lanes/ensemble.h"
+#include "integrators/lanes/ensemble_run.h"
 #include "output/convergence.h"
 #include "output/print.h"
 #include "output/result_table.h"

@@ -4,7 +4,7 @@
 #include "studies/equilibrium/balances.h"
 #include "backend/x86/machine.h"
 #include "base/memory.h"
-#include "constraints/closing/branches.h"
+#include "constraints/closing/assembly_modes.h"
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include "output/quantity.h"

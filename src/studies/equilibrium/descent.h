@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Common definitions of the search for an equilibrium. equilibrium.c descends from afar, descent_least.c is Newton's
- * method by damped least squares, with which all searches end. The current state, its unknowns and its measure are in
- * descent.c. */
+/* Common definitions of the search for an equilibrium. equilibrium_study.c descends from afar, descent_least.c is
+ * Newton's method by damped least squares, with which all searches end. The current state, its unknowns and its measure
+ * are in descent.c. */
 #ifndef KMP_STUDIES_EQUILIBRIUM_DESCENT_H
 #define KMP_STUDIES_EQUILIBRIUM_DESCENT_H
 
 #include "base/arena.h"
-#include "studies/equilibrium/equilibrium.h"
+#include "studies/equilibrium/equilibrium_study.h"
 
 #define KMP_WAY_BALANCED 1e-10 /* residual of an equilibrium */
 #define KMP_WAY_FLAT     1e-11 /* an eigenvalue of the scaled Kr below is zero */

@@ -7,7 +7,7 @@
 
 #include "derivatives/parameter_slopes.h"
 #include "model/variant.h"
-#include "studies/equilibrium/equilibrium.h"
+#include "studies/equilibrium/equilibrium_study.h"
 
 /** One additional equation. */
 typedef struct kmp_exchange_target {

@@ -4,7 +4,7 @@
 #define KMP_STUDIES_EQUILIBRIUM_OPERATING_H
 
 #include "base/arena.h"
-#include "studies/equilibrium/equilibrium.h"
+#include "studies/equilibrium/equilibrium_study.h"
 
 typedef struct kmp_operating {
     const kempe_system *system;

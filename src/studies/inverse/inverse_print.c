@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An inverse dynamics as a report and as one JSON object. */
 #include "output/print.h"
-#include "studies/inverse/inverse.h"
+#include "studies/inverse/inverse_study.h"
 #include <kempe/inverse.h>
 #include <math.h>
 #include <string.h>

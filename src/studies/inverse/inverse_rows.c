@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rows of an inverse dynamics study, and their summary. */
 #include "output/print.h"
-#include "studies/inverse/inverse.h"
+#include "studies/inverse/inverse_study.h"
 #include <kempe/inverse.h>
 #include <math.h>
 

@@ -2,7 +2,7 @@
 /* Inverse dynamics as a table. */
 #include "dynamics/closures.h"
 #include "output/result_table.h"
-#include "studies/inverse/inverse.h"
+#include "studies/inverse/inverse_study.h"
 #include <kempe/inverse.h>
 
 static void put_columns(kempe_table *table, const kempe_inverse *r)

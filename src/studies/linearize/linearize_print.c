@@ -2,7 +2,7 @@
 /* Output of `linearize`: the state, names, the matrices that are small enough to be read. */
 #include "base/memory.h"
 #include "output/print.h"
-#include "studies/linearize/linearize.h"
+#include "studies/linearize/linearize_study.h"
 #include <kempe/linearize.h>
 #include <math.h>
 #include <string.h>

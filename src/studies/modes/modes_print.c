@@ -3,7 +3,7 @@
 #include "output/print.h"
 #include "output/quantity.h"
 #include "studies/assembly/check_print.h"
-#include "studies/modes/modes.h"
+#include "studies/modes/modes_study.h"
 #include <kempe/modes.h>
 #include <math.h>
 #include <string.h>

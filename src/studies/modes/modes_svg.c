@@ -2,7 +2,7 @@
 /* A locus as a picture: eigenvalues in the plane on the left, frequencies over the value on the right (Campbell). */
 #include "base/file.h"
 #include "output/plot.h"
-#include "studies/modes/modes.h"
+#include "studies/modes/modes_study.h"
 #include <kempe/modes.h>
 #include <math.h>
 

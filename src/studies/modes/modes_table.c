@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes as tables. */
 #include "output/result_table.h"
-#include "studies/modes/modes.h"
+#include "studies/modes/modes_study.h"
 #include <kempe/modes.h>
 
 static void fill_modes(kempe_table *table, const void *result)

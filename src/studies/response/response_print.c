@@ -2,7 +2,7 @@
 /* Output of `response`: undamped poles, peaks, the static response; as JSON every frequency. */
 #include "base/memory.h"
 #include "output/print.h"
-#include "studies/response/response.h"
+#include "studies/response/response_study.h"
 #include <kempe/response.h>
 #include <math.h>
 #include <stdio.h>

@@ -4,7 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "output/plot.h"
-#include "studies/response/response.h"
+#include "studies/response/response_study.h"
 #include <kempe/response.h>
 #include <math.h>
 #include <stdlib.h>

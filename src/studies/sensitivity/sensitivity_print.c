@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "output/print.h"
 #include "output/result_table.h"
-#include "studies/sensitivity/sensitivity.h"
+#include "studies/sensitivity/sensitivity_study.h"
 #include <kempe/sensitivity.h>
 #include <math.h>
 #include <string.h>

@@ -6,7 +6,7 @@
 #include "derivatives/state_sensitivity.h"
 #include "derivatives/varied.h"
 #include "studies/equilibrium/operating.h"
-#include "studies/sensitivity/sensitivity.h"
+#include "studies/sensitivity/sensitivity_study.h"
 #include <kempe/sensitivity.h>
 
 typedef struct kmp_sensitivity_state {

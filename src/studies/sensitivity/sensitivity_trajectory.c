@@ -7,7 +7,7 @@
 #include "model/tables/output_table.h"
 #include "output/times.h"
 #include "studies/sensitivity/adjoint.h"
-#include "studies/sensitivity/sensitivity.h"
+#include "studies/sensitivity/sensitivity_study.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/sensitivity.h>
 #include <math.h>

@@ -2,7 +2,7 @@
 /* Simulating: options to a run, a run to a trajectory. */
 #include "studies/simulate/trajectory.h"
 #include "base/memory.h"
-#include "constraints/closing/branches.h"
+#include "constraints/closing/assembly_modes.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"

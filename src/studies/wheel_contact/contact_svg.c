@@ -5,7 +5,7 @@
 #include "model/model.h"
 #include "output/plot.h"
 #include "studies/wheel_contact/contact_sweep.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <kempe/contact.h>
 #include <kempe/contacts.h>
 #include <math.h>

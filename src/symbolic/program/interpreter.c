@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/program/interpreter.h"
 #include "base/memory.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 

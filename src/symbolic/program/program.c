@@ -5,7 +5,7 @@
 #include "symbolic/implicit.h"
 #include "symbolic/passes/shorten.h"
 #include "symbolic/program/live.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <string.h>
 
 enum { PARAMETER_STAGE = 1 }; /* marks are stage + 1 */

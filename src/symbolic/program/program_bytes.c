@@ -2,7 +2,7 @@
 /* A program's arrays one after another. A table is written where it is first used; later uses have its number. */
 #include "symbolic/program/program_bytes.h"
 #include "base/memory.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <limits.h>
 
 enum { MOST_STAGES = 64, MOST_DEPTH = 8, NO_PROGRAM = 0, PROGRAM = 1 };

@@ -4,7 +4,7 @@
 #include "symbolic/implicit.h"
 #include "symbolic/program/program.h"
 #include "symbolic/program/program_words.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <string.h>
 
 /* -- lines ------------------------------------------------------------------------------------------- */

@@ -2,7 +2,7 @@
 /* The text of a program: docs/program_format.md. */
 #include "symbolic/program/program.h"
 #include "symbolic/program/program_words.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 
 static void print_number(double x, kmp_text *text)

@@ -7,7 +7,7 @@
 #include "base/memory.h"
 #include "base/simd4.h"
 #include "symbolic/program/interpreter.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,0 +1,360 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/closing/assembly_modes.h"
+#include "base/memory.h"
+#include "constraints/closing/charts.h"
+#include "constraints/tolerances.h"
+#include "linalg/dense/dense.h"
+#include <kempe/branches.h>
+#include <kempe/check.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STARTS = 200, STARTS_OF_LARGE = 50, LARGE = 40 };
+#define TWO_PI   6.283185307179586
+#define ROUNDING 1e-13
+#define FAR      3.0 /* a translation is sampled within this many characteristic lengths */
+
+/* -- states ------------------------------------------------------------------------------------------ */
+
+bool kmp_state_same(const kempe_system *system, double within, int apart_count, const int *apart, const double *a,
+                    const double *b)
+{
+    for (int c = 0; c < system->chart_count; c++)
+        if (!(kmp_chart_apart(system, c, a, b) < within))
+            return false;
+    for (int k = 0; k < system->n; k++) {
+        double off = (a[k] - b[k]) / system->scale[k];
+        if (system->model->motions[k].rotation)
+            off = remainder(off, TWO_PI);
+        if (fabs(off) < within || kmp_chart_of(system, k) >= 0)
+            continue;
+        int i = 0;
+        while (i < apart_count && apart[i] != k)
+            i++;
+        if (i == apart_count)
+            return false;
+    }
+    return true;
+}
+
+bool kmp_state_before(const kempe_system *system, double within, const double *a, const double *b)
+{
+    int k = 0;
+    while (k < system->n && !(fabs(a[k] - b[k]) > within * system->scale[k]))
+        k++;
+    return k < system->n && a[k] < b[k];
+}
+
+kempe_status kmp_scatter_next(kmp_scatter *scatter, kempe_assembly **closed)
+{
+    const kempe_system *system = scatter->system;
+    for (int k = 0; k < system->n; k++) {
+        double reach = system->model->motions[k].rotation ? TWO_PI / 2 : scatter->far * system->length;
+        scatter->guess[k] = scatter->from[k];
+        if (!scatter->still[k])
+            scatter->guess[k] += reach * kmp_walk_random(&scatter->state);
+    }
+    kmp_guess guess = {scatter->guess, scatter->still, 0, false, 0};
+    KMP_TRY(kmp_assemble_from(system, &guess, closed));
+    scatter->starts++;
+    if ((*closed)->closed) {
+        scatter->closed++;
+        return KEMPE_OK;
+    }
+    kempe_assembly_free(*closed);
+    *closed = NULL;
+    return KEMPE_OK;
+}
+
+/* -- search -------------------------------------------------------------------------------------------- */
+
+/* The most coordinates of a mechanism whose assembly modes are watched: J is dense here. */
+enum { MOST_WATCHED = 60 };
+
+typedef struct search {
+    kempe_branches *b;
+    kmp_walk *walk;
+    kmp_partition part; /* r = 0: no signs */
+    kmp_loop_block *blocks;
+    int block_count;
+    double *matrix;
+    int *order;
+} search;
+
+/* Evaluates the walk at the assembled state, in the charts in which it was found, so that J has its rank. */
+static void stand_at_start(search *s)
+{
+    const kempe_assembly *a = s->b->assembly;
+    if (a->chart)
+        kmp_eval_set_charts(s->walk->eval, a->chart);
+    kmp_walk_evaluate(s->walk, a->inner_q ? a->inner_q : a->q);
+}
+
+/* True for a coordinate in the user's own chart: not of a centred joint. */
+static bool is_own(const search *s, int k)
+{
+    int c = kmp_chart_of(s->b->system, k);
+    return c < 0 || !s->b->assembly->chart || kmp_chart_is_own(s->b->assembly->chart, c);
+}
+
+/* Chooses the kept coordinates: the held ones, or else the model's independent ones; then further coordinates of a good
+ * choice, up to the number of degrees of freedom. */
+static bool choose_kept(search *s)
+{
+    const kempe_system *system = s->b->system;
+    const kempe_model *model = system->model;
+    bool *kept = s->b->kept;
+    int n = system->n, count = 0;
+    for (int k = 0; k < n; k++)
+        count += kept[k] = model->start.hold[k];
+    for (int k = 0; count == 0 && k < model->run.independent_count; k++)
+        kept[model->run.independent[k]] = true;
+    for (int k = count = 0; k < n; k++)
+        count += kept[k];
+    stand_at_start(s);
+    int free = kmp_partition_prefer(system, s->walk->eval->jacobian, kept, s->order);
+    for (int k = free - 1; k >= 0 && count < free; k--)
+        if (is_own(s, s->order[k])) {
+            count += !kept[s->order[k]];
+            kept[s->order[k]] = true;
+        }
+    return free >= 0;
+}
+
+/* Chooses rows and v for the signs, with the kept coordinates in u if these can be independent. */
+static void choose_blocks(search *s)
+{
+    const kempe_system *system = s->b->system;
+    int count = 0;
+    for (int k = 0; k < system->n; k++)
+        if (s->b->kept[k])
+            s->order[count++] = k;
+    if (count == 0 || kmp_partition_init(&s->part, system, s->walk->eval->jacobian, s->order, count) != KEMPE_OK)
+        (void)kmp_partition_init(&s->part, system, s->walk->eval->jacobian, NULL, 0);
+    s->block_count = s->part.r > 0 ? kmp_loop_blocks(s->walk->eval, &s->part, &s->b->arena, &s->blocks) : 0;
+    kmp_context_clear(system->context);
+}
+
+/* -- one state --------------------------------------------------------------------------------------- */
+
+static char sign_of_block(const search *s, const kmp_loop_block *block)
+{
+    int size = block->size, sign = 1;
+    double least = INFINITY, most = 0;
+    for (int i = 0; i < size; i++)
+        for (int k = 0; k < size; k++)
+            s->matrix[i + k * size] = s->walk->jacobian[block->rows[i] + block->columns[k] * s->walk->m];
+    if (kmp_lu_factor(size, s->matrix, s->order) != 0)
+        return '0';
+    for (int i = 0; i < size; i++) {
+        double u = s->matrix[i + i * size];
+        sign = (u < 0) != (s->order[i] != i) ? -sign : sign;
+        least = fmin(least, fabs(u));
+        most = fmax(most, fabs(u));
+    }
+    return least < KMP_RANK_SIGN * most ? '0' : sign > 0 ? '+' : '-';
+}
+
+/* Adds q to the list. */
+static void keep(search *s, const double *q, double residual)
+{
+    const kempe_system *system = s->b->system;
+    for (int k = 0; k < s->b->count; k++)
+        if (kmp_state_same(system, KMP_SAME_STATE, 0, NULL, q, s->b->branch[k].q)) {
+            s->b->branch[k].hits++;
+            return;
+        }
+    if (s->b->count == KMP_MOST_BRANCHES) {
+        s->b->many = true;
+        return;
+    }
+    kmp_branch branch = {.residual = residual, .hits = 1};
+    branch.q = KMP_ARENA_NEW(&s->b->arena, double, system->n);
+    branch.sign = KMP_ARENA_NEW(&s->b->arena, char, s->block_count + 1);
+    if (!branch.q || !branch.sign)
+        return;
+    for (int k = 0; k < system->n; k++) {
+        double off = q[k] - s->b->assembly->q[k];
+        off = system->model->motions[k].rotation ? remainder(off, TWO_PI) : off;
+        branch.q[k] = s->b->assembly->q[k] + (fabs(off) < ROUNDING * system->scale[k] ? 0 : off);
+    }
+    kmp_walk_evaluate(s->walk, branch.q);
+    for (int k = 0; k < s->block_count; k++)
+        branch.sign[k] = sign_of_block(s, &s->blocks[k]);
+    s->b->branch[s->b->count++] = branch;
+}
+
+static kempe_status sample(search *s, int seed)
+{
+    kempe_branches *b = s->b;
+    kmp_scatter scatter = {.system = b->system, .from = b->assembly->q, .still = b->kept, .far = FAR};
+    scatter.state = (unsigned)seed;
+    scatter.guess = KMP_ARENA_NEW(&b->arena, double, b->system->n);
+    int starts = b->system->n > LARGE ? STARTS_OF_LARGE : STARTS;
+    keep(s, b->assembly->q, b->assembly->residual);
+    while (b->starts < starts && !b->many && !b->arena.failed && !kmp_interrupted(b->system->context)) {
+        kempe_assembly *a = NULL;
+        KMP_TRY(kmp_scatter_next(&scatter, &a));
+        if (a)
+            keep(s, a->q, a->residual);
+        kempe_assembly_free(a);
+        b->starts = scatter.starts;
+        b->closed = scatter.closed;
+    }
+    return KEMPE_OK;
+}
+
+/* -- order ------------------------------------------------------------------------------------------- */
+
+static bool comes_before(const kempe_system *system, const kmp_branch *a, const kmp_branch *b)
+{
+    int order = strcmp(a->sign, b->sign);
+    return order ? order < 0 : kmp_state_before(system, KMP_SAME_STATE, a->q, b->q);
+}
+
+static void sort(kempe_branches *b)
+{
+    for (int i = 2; i < b->count; i++) {
+        kmp_branch moved = b->branch[i];
+        int k = i;
+        for (; k > 1 && comes_before(b->system, &moved, &b->branch[k - 1]); k--)
+            b->branch[k] = b->branch[k - 1];
+        b->branch[k] = moved;
+    }
+}
+
+static kempe_status find(kempe_branches *b, int seed)
+{
+    int n = b->system->n;
+    search s = {.b = b, .walk = kmp_walk_new(b->system)};
+    b->kept = KMP_ARENA_NEW(&b->arena, bool, n);
+    s.matrix = KMP_ARENA_NEW(&b->arena, double, n *n);
+    s.order = KMP_ARENA_NEW(&b->arena, int, n);
+    kempe_status status = KEMPE_E_MEMORY;
+    bool made = s.walk && !b->arena.failed && choose_kept(&s);
+    if (made) {
+        choose_blocks(&s);
+        kmp_charts_reset(b->system, s.walk->eval->chart);
+        kmp_eval_set_charts(s.walk->eval, s.walk->eval->chart);
+        status = b->arena.failed ? KEMPE_E_MEMORY : sample(&s, seed);
+        sort(b);
+    }
+    if (!made || b->arena.failed)
+        status = kmp_fail_memory(b->system->context);
+    kmp_partition_free(&s.part);
+    kmp_walk_free(s.walk);
+    return status;
+}
+
+/* -- changes of the assembly mode ---------------------------------------------------------------------- */
+
+struct kmp_mode_watch {
+    kempe_branches b;
+    search s;
+    char *sign; /* of each block at the last state where it was known */
+};
+
+/* Prepares the signs with the held coordinates independent. False: these do not determine the others, or no memory. */
+static bool watch_init(kmp_mode_watch *w, const kempe_system *system, const double *q)
+{
+    const bool *held = system->model->start.hold;
+    int n = system->n, count = 0;
+    w->b.system = system;
+    w->s = (search){.b = &w->b, .walk = kmp_walk_new_of_closures(system)};
+    w->b.kept = KMP_ARENA_NEW(&w->b.arena, bool, n);
+    w->s.matrix = KMP_ARENA_NEW(&w->b.arena, double, n *n);
+    w->s.order = KMP_ARENA_NEW(&w->b.arena, int, n);
+    if (!w->s.walk || w->b.arena.failed)
+        return false;
+    for (int k = 0; k < n; k++)
+        count += w->b.kept[k] = held[k];
+    kmp_walk_evaluate(w->s.walk, q);
+    choose_blocks(&w->s);
+    bool fits = count > 0 && w->s.part.r > 0 && w->s.part.p == count;
+    for (int k = 0; fits && k < count; k++)
+        fits = w->b.kept[w->s.part.u[k]];
+    w->sign = KMP_ARENA_NEW(&w->b.arena, char, w->s.block_count + 1);
+    for (int k = 0; w->sign && k < w->s.block_count; k++)
+        w->sign[k] = '0';
+    return fits && w->sign;
+}
+
+kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const double *q)
+{
+    bool possible = !system->rheonomic && system->chart_count == 0 && system->n <= MOST_WATCHED;
+    kmp_mode_watch *w = possible ? KMP_NEW(kmp_mode_watch, 1) : NULL;
+    if (w && !watch_init(w, system, q)) {
+        kmp_mode_watch_free(w);
+        return NULL;
+    }
+    return w;
+}
+
+void kmp_mode_watch_free(kmp_mode_watch *w)
+{
+    if (!w)
+        return;
+    kmp_partition_free(&w->s.part);
+    kmp_walk_free(w->s.walk);
+    kmp_arena_free(&w->b.arena);
+    kmp_free(w);
+}
+
+const kmp_loop_block *kmp_mode_watch_next(kmp_mode_watch *w, const double *q)
+{
+    const kmp_loop_block *changed = NULL;
+    kmp_walk_evaluate(w->s.walk, q);
+    for (int k = 0; k < w->s.block_count; k++) {
+        char sign = sign_of_block(&w->s, &w->s.blocks[k]);
+        if (sign == '0')
+            continue;
+        if (w->sign[k] != '0' && w->sign[k] != sign && !changed)
+            changed = &w->s.blocks[k];
+        w->sign[k] = sign;
+    }
+    return changed;
+}
+
+kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches)
+{
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, branches, "branches");
+    kempe_branches *b = KMP_NEW(kempe_branches, 1);
+    kmp_context_begin(system->context);
+    if (!b)
+        return kmp_fail_memory(system->context);
+    b->system = system;
+    kempe_status status = kempe_assembly_new(system, &b->assembly);
+    if (status == KEMPE_OK)
+        status = find(b, seed);
+    b->warnings = kmp_context_warnings(system->context);
+    if (status != KEMPE_OK) {
+        kempe_branches_free(b);
+        return status;
+    }
+    *branches = b;
+    return KEMPE_OK;
+}
+
+void kempe_branches_free(kempe_branches *branches)
+{
+    if (!branches)
+        return;
+    kempe_assembly_free(branches->assembly);
+    kmp_free(branches->warnings);
+    kmp_arena_free(&branches->arena);
+    kmp_free(branches);
+}
+
+int kempe_branches_count(const kempe_branches *branches)
+{
+    KMP_GIVEN(branches, 0);
+    return branches->count;
+}
+
+const double *kempe_branches_q(const kempe_branches *branches, int k)
+{
+    KMP_GIVEN(branches && k >= 0 && k < branches->count, NULL);
+    return branches->branch[k].q;
+}

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Other assembly modes of a mechanism: closed states that share the kept coordinates with the model's, found by
+ * assembling from many starts. Sampling may miss some modes. */
+#ifndef KMP_CONSTRAINTS_CLOSING_ASSEMBLY_MODES_H
+#define KMP_CONSTRAINTS_CLOSING_ASSEMBLY_MODES_H
+
+#include "base/arena.h"
+#include "constraints/diagnosis/diagnosis.h"
+#include <kempe/branches.h>
+#include <kempe/check.h>
+
+/** Random starts: uniform over all angles, and translations within some characteristic lengths. The loops are then
+ * closed. */
+typedef struct kmp_scatter {
+    const kempe_system *system;
+    const double *from; /* n */
+    const bool *still;  /* n: coordinates that keep their values */
+    double far;         /* range of a translation, in characteristic lengths */
+    double *guess;      /* n: work space */
+    unsigned state;     /* of the sequence */
+    int starts, closed; /* number of starts so far, and of closed ones */
+} kmp_scatter;
+
+/** Assembles from the next start; kempe_assembly_free frees it. NULL: it did not close. */
+kempe_status kmp_scatter_next(kmp_scatter *scatter, kempe_assembly **closed);
+
+/** True if two states (n) differ by at most `within`, scaled. Angles count modulo a turn, those of spherical joints by
+ * the rotations they represent; coordinates of the list `apart` do not count. */
+bool kmp_state_same(const kempe_system *system, double within, int apart_count, const int *apart, const double *a,
+                    const double *b);
+
+/** True if a comes before b by the first coordinate that differs. */
+bool kmp_state_before(const kempe_system *system, double within, const double *a, const double *b);
+
+enum { KMP_MOST_BRANCHES = 64 };
+
+typedef struct kmp_branch {
+    double *q;       /* n; angles within half a turn of the model's */
+    double residual; /* scaled |h| */
+    char *sign;      /* sign of det Jv, block by block in order of solution: '+', '-', '0' when singular */
+    int hits;        /* starts that ended here */
+} kmp_branch;
+
+struct kempe_branches {
+    const kempe_system *system;
+    kempe_assembly *assembly; /* the model's */
+    bool *kept;               /* n */
+    int starts, closed;       /* number of starts, and of closed ones */
+    bool many;                /* ended early: more than KMP_MOST_BRANCHES */
+    kmp_branch branch[KMP_MOST_BRANCHES];
+    int count; /* branch[0] is the model's; the others are sorted by sign, then by q */
+    kmp_arena arena;
+    char *warnings; /* of the computation, one per line */
+};
+
+/** Changes of the assembly mode along a motion: the sign of det Jv, block by block, with the coordinates that the start
+ * holds independent. q (n): a state at which the blocks are chosen. NULL: they do not determine the others, the
+ * closures depend on time, joints have charts, the mechanism is large, or there is no memory. */
+typedef struct kmp_mode_watch kmp_mode_watch;
+kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const double *q);
+void kmp_mode_watch_free(kmp_mode_watch *watch);
+
+/** The next state (n). The block of coordinates whose sign has changed since the last state where both were certain,
+ * owned by the watch; NULL: none. */
+const kmp_loop_block *kmp_mode_watch_next(kmp_mode_watch *watch, const double *q);
+
+#endif

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Many instances of one mechanism, each with its own values of some parameters and start values, by DOP853 on the
+ * reduced formulation in its integrated form. Several run at once, one in each lane, with their own steps and error
+ * control.
+ *
+ * Lanes make the decisions of a run of one mechanism. If a lane cannot decide, a separate run repeats that instance
+ * from its start: for change points, events, charts of spherical joints, drives, redundant rows, large systems, failed
+ * steps. */
+#ifndef KMP_INTEGRATORS_LANES_ENSEMBLE_RUN_H
+#define KMP_INTEGRATORS_LANES_ENSEMBLE_RUN_H
+
+#include "integrators/run/run.h"
+
+typedef struct kmp_ensemble kmp_ensemble;
+
+/** Options of the execution. */
+typedef struct kmp_ensemble_execution {
+    int width;  /* number of lanes: 0 the best for this machine, else 1 to KMP_LANES_MOST */
+    bool plain; /* no machine code in lanes */
+    bool alone; /* no lanes: a separate run for each instance */
+} kmp_ensemble_execution;
+
+typedef struct kmp_ensemble_result {
+    kempe_status status; /* KEMPE_OK, KEMPE_STOPPED, KEMPE_E_FAILED; KEMPE_E_INPUT: the values are impossible for the
+                          * model */
+    char *reason;        /* NULL: there is none; freed with kmp_free */
+    bool alone;          /* made by a separate run */
+    bool rates_changed;  /* its start rates were given and could not be kept */
+    const char *why;     /* reason for a separate run; NULL: it ran in a lane, or nothing had to be done */
+    double t;
+    long steps, rejected, refused, rhs, exchanges;
+    double h, hdot, drift; /* at the end: max |h| and |hdot|, scaled; energy drift relative to the size of the energy */
+} kmp_ensemble_result;
+
+/** Derives the equations with the named values (model/variant.h) kept symbolic. The model must outlive the ensemble. */
+kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *const *names, kmp_ensemble **ensemble);
+void kmp_ensemble_free(kmp_ensemble *ensemble);
+
+/** The system; its parameters are those of the last instance that ran. */
+const kempe_system *kmp_ensemble_system(const kmp_ensemble *ensemble);
+
+/** Runs `instances` rows of values (row-major, in the order of the names) to the end of the spec, which need not be
+ * resolved; its times are ignored. Fills results, q and qd (instances x n); an instance without a state has NaN.
+ * KEMPE_E_ARGUMENT, KEMPE_E_MEMORY; an interrupt leaves KEMPE_STOPPED in the results. */
+kempe_status kmp_ensemble_run(kmp_ensemble *ensemble, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
+                              int instances, const double *values, kmp_ensemble_result *results, double *q, double *qd);
+
+/** Measurements of the last run: machine code, lanes, choices of u and work of the lanes. */
+typedef struct kmp_ensemble_work {
+    int width, pools, alone;
+    bool native;
+    long sweeps;     /* steps of all lanes together */
+    long lane_steps; /* attempted steps of instances in these */
+} kmp_ensemble_work;
+kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *ensemble);
+
+#endif

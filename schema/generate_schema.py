@@ -1,0 +1,243 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes the JSON Schema of the model language (draft 7, for editors) from the tables that the reader uses:
+
+    python3 schema/generate_schema.py > schema/kempe.schema.json
+"""
+import json
+import pathlib
+import re
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+NAME = "^[^\\x00-\\x40\\x5b-\\x5e\\x60\\x7b-\\x7f][^\\x00-\\x2f\\x3a-\\x40\\x5b-\\x5e\\x60\\x7b-\\x7f]*$"
+
+
+def arguments(text):
+    """The arguments of a macro whose opening parenthesis is the last character before the text: strings without their quotes,
+    adjacent ones joined."""
+    found, depth = [""], 0
+    for token in re.findall(r'"(?:[^"\\]|\\.)*"|[(),]|[^"(),]+', text):
+        if token in "()":
+            depth += 1 if token == "(" else -1
+        if depth < 0:
+            return [argument.strip() for argument in found]
+        if token == "," and depth == 0:
+            found.append("")
+        elif token[0] == '"':
+            found[-1] = found[-1].lstrip() + token[1:-1].replace('\\"', '"')
+        else:
+            found[-1] += token.strip("\n") if found[-1] else token.strip()
+    raise ValueError(text[:60])
+
+
+def rows(table, macro):
+    """The arguments of every row `macro(..)` of a .def table."""
+    text = re.sub(r"/\*.*?\*/|^#.*?$", "", next((ROOT / "src/model").rglob(table)).read_text(), flags=re.S | re.M)
+    return [arguments(text[match.end():]) for match in re.finditer(rf"^ *{macro}\(", text, re.M)]
+
+
+class Key:
+    """A row of a table of src/model/keys."""
+
+    def __init__(self, key, value, unit, absent, meaning):
+        self.key, self.value, self.unit, self.absent, self.meaning = key, value, unit, absent, meaning
+
+
+def keys(table):
+    """The rows of src/model/keys/TABLE_keys.def."""
+    return [Key(*row) for row in rows(f"{table}_keys.def", "KMP_KEY")]
+
+
+def fields(kind):
+    """The numbers of a kind of force: (key, three or one, exponents of effort, coordinate and s, required, meaning)."""
+    return [(key, size == "3", [float(power) for power in powers], required == "true", meaning)
+            for of, _, key, size, *powers, required, _, meaning in rows("force_kinds.def", "KMP_FIELD") if of == kind]
+
+
+def described(schema, meaning):
+    return {**schema, "description": meaning.replace("`", "")}
+
+
+def keyed(table, more=(), **own):
+    """A mapping with the keys of a table: their schemas are those of their values, or `own`."""
+    properties = {row.key: described(own.get(row.key) or VALUES[row.value], row.meaning) for row in keys(table)}
+    return closed({**dict(more), **properties}, [row.key for row in keys(table) if row.absent == "required"])
+
+
+def ref(name):
+    return {"$ref": f"#/definitions/{name}"}
+
+
+def named(value):
+    return {"type": ["object", "null"], "propertyNames": {"pattern": NAME}, "additionalProperties": value}
+
+
+def closed(properties, required=()):
+    schema = {"type": "object", "additionalProperties": False, "properties": properties}
+    if required:
+        schema["required"] = sorted(required)
+    return schema
+
+
+WORD, NUMBER = ref("word"), ref("number")
+NUMBER_OR_THREE = {"anyOf": [NUMBER, ref("vector")]}
+NUMBERS = {"type": "array", "items": NUMBER, "minItems": 1}
+COLUMN = {"anyOf": [WORD, {"type": "array", "items": NUMBER}]}
+WORDS = {"type": "array", "items": WORD}
+PAIR = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
+VALUES = {  # the words of the tables of src/model/keys
+    "word": WORD, "number": NUMBER, "expression": NUMBER, "point": WORD, "body": WORD, "coordinate": WORD, "rail": WORD,
+    "[x, y, z]": ref("vector"), "axis": ref("axis"), "[a, b]": ref("two_axes"), "axes": ref("axes"), "`yes`": ref("yes"),
+    "`1`": {"enum": [1, "1"]}, "yes or no": {"enum": ["yes", "no", True, False]}, "two points": ref("two_points"), "names": WORDS,
+    "parameters": named(NUMBER), "points": named(ref("point")), "values": {"type": ["object", "null"], "additionalProperties": NUMBER},
+    "number or three": NUMBER_OR_THREE, "expression or three": NUMBER_OR_THREE, "numbers or a column": COLUMN,
+    "expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=6)]}, "[shortest, longest]": PAIR,
+    "one or two expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=2)]},
+    "zones": {"type": "array", "items": PAIR, "minItems": 1}, "condition or list": {"anyOf": [WORD, WORDS]}, "joint": ref("joint"),
+    "inertia": ref("inertia"), "coordinates": {"type": "array", "items": {"type": ["string", "number", "null"]}},
+}
+
+
+def force_element(kind):
+    """The mapping of a kind of force that has one of its own."""
+    properties, wanted = {}, []
+    for key, three, _, required, meaning in fields(kind):
+        for name in ("torque", "force") if key == "effort" else (key,):
+            properties[name] = described(NUMBER_OR_THREE if three else NUMBER, meaning)
+        if required and key != "effort":
+            wanted.append(key)
+    return closed(properties, wanted)
+
+
+def force():
+    own = {word: force_element(kind) for kind, _, place, word, _ in rows("force_kinds.def", "KMP_FORCE")
+           if place == "joint" and word != "effort"}
+    own["spring"] = {"anyOf": [ref("two_points"), own["spring"]]}
+    return keyed("force", **own)
+
+
+def joint_numbers():
+    return {row[1]: described(NUMBER, row[-1]) for row in rows("closure_numbers.def", "KMP_COUPLING_NUMBER")}
+
+
+def joint():
+    chains = dict(rows("joints.def", "KMP_JOINT"))
+    pair = {"anyOf": [ref("axis"), ref("two_axes")]}
+    kinds = {name: pair if "b" in chain else ref("axis") if chain else ref("yes") for name, chain in chains.items()}
+    motion = {"anyOf": [{"type": "string", "pattern": "^-?[RT][123]$"}, closed({"R": ref("axis")}, ["R"]),
+                        closed({"T": ref("axis")}, ["T"])]}
+    motions = {"type": "array", "minItems": 1, "items": motion}
+    return dict(keyed("joint", {**kinds, **joint_numbers()}, motions=motions), oneOf=[{"required": [key]} for key in [*chains, "motions"]])
+
+
+def edge():
+    """A joint between two bodies."""
+    chains = dict(rows("joints.def", "KMP_JOINT"))
+    chains.pop("free")
+    kinds = {name: ref("two_points") for name in chains}
+    wants = {name: [chain.split("=")[1]] for name, chain in chains.items() if "=" in chain}
+    return dict(keyed("edge", {**kinds, **joint_numbers()}), oneOf=[{"required": [name, *wants.get(name, [])]} for name in chains])
+
+
+def loop():
+    kinds = dict(rows("closure_kinds.def", "KMP_CLOSURE"))
+    terms = {"type": "object", "additionalProperties": NUMBER, "minProperties": 2}
+    own = {"TERMS": terms, "EXPRESSION": NUMBER}
+    numbers = {row[0]: row for row in rows("closure_numbers.def", "KMP_CLOSURE_NUMBER")}
+    wants = {name: [numbers[name][1]] if name in numbers else ["axes"] if needs == "TWO_AXES" else []
+             for name, needs in kinds.items()}
+    more = {name: own.get(needs, ref("two_points")) for name, needs in kinds.items()}
+    more.update({row[1]: described(NUMBER, row[-1]) for row in numbers.values()})
+    return dict(keyed("closure", more), oneOf=[{"required": [name, *wants[name]]} for name in kinds])
+
+
+def drive():
+    schema = keyed("drive")
+    return dict(schema, oneOf=[{"required": [key]} for key in schema["properties"] if key != "joint"])
+
+
+def piece():
+    """Of the course of a track."""
+    schema = keyed("piece")
+    kinds = [name for name in schema["properties"] if name not in ("radius", "cant")]
+    return dict(schema, oneOf=[{"required": [kind] + (["radius"] if kind in ("left", "right") else [])} for kind in kinds])
+
+
+def irregularities():
+    return keyed("irregularity", spectrum={"enum": [row[0] for row in rows("spectra.def", "KMP_SPECTRUM")]})
+
+
+def track():
+    return keyed("track", irregularities=ref("irregularities"), course={"type": "array", "items": ref("piece")})
+
+
+def words(source, array):
+    """The strings of a list of words in a source."""
+    text = next((ROOT / "src/model").rglob(source)).read_text()
+    return {"enum": re.findall(r'"(\w+)"', re.search(rf"{array}\[[^]]*\] = \{{(.*?)\}};", text, re.S).group(1))}
+
+
+def wheel():
+    return keyed("wheel", contact=words("model_wheels.c", "kmp_contact_form_words"), creep=words("model_wheels.c", "kmp_creep_law_words"))
+
+
+def run():
+    return keyed("run", algorithm={"enum": [word for _, word in rows("dynamics.def", "KMP_DYNAMICS")]},
+                 change_points={"enum": [word for _, word in rows("change_points.def", "KMP_CHANGE_POINTS")]})
+
+
+def start():
+    goals = {"type": ["object", "null"], "additionalProperties": {"anyOf": [*NUMBER_OR_THREE["anyOf"], keyed("goal")]}}
+    return keyed("start", goals=goals)
+
+
+def definitions():
+    return {
+        "number": {"description": "a number, or an expression of numbers with units and parameters",
+                   "type": ["number", "string"]},
+        "word": {"type": ["string", "number"]},
+        "vector": {"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3},
+        "axis": {"anyOf": [{"type": "string", "pattern": "^-?[xyz]$"}, ref("vector")]},
+        "two_axes": {"type": "array", "items": ref("axis"), "minItems": 2, "maxItems": 2},
+        "axes": dict(closed({key: ref("axis") for key in "xyz"}), minProperties=1),
+        "point": {"anyOf": [ref("vector"), keyed("point")]},
+        "yes": {"enum": ["yes", True]},
+        "two_points": {"type": "array", "items": WORD, "minItems": 2, "maxItems": 2},
+        "joint": joint(),
+        "edge": edge(),
+        "inertia": keyed("inertia"),
+        "body": keyed("body"),
+        "loop": loop(),
+        "drive": drive(),
+        "force": force(),
+        "table": keyed("table", method={"enum": ["spline", "linear"]}),
+        "profile": keyed("profile"),
+        "piece": piece(),
+        "irregularities": irregularities(),
+        "track": track(),
+        "wheel": wheel(),
+        "algebraic": {"anyOf": [NUMBER, keyed("algebraic", of=dict(named(NUMBER), minProperties=1, maxProperties=6))]},
+        "include": keyed("include"),
+        "start": start(),
+        "run": run(),
+    }
+
+
+def sections():
+    """Schemas of the sections of a model."""
+    entries = {"tables": "table", "profiles": "profile", "tracks": "track", "algebraic": "algebraic", "wheels": "wheel", "joints": "edge",
+               "loops": "loop", "drives": "drive", "forces": "force", "parameters": "number", "sensors": "number"}
+    return {**{section: named(ref(entry)) for section, entry in entries.items()}, "start": ref("start"), "run": ref("run"),
+            "ground": keyed("ground"), "bodies": dict(named(ref("body")), minProperties=1),
+            "include": {"type": "array", "items": ref("include")}}
+
+
+def schema():
+    model = keyed("model", **sections())
+    return {"$schema": "http://json-schema.org/draft-07/schema#", "title": "Kempe model",
+            **closed(model["properties"], ["kempe"]), "anyOf": [{"required": ["bodies"]}, {"required": ["include"]}],
+            "definitions": definitions()}
+
+
+if __name__ == "__main__":
+    print(json.dumps(schema(), indent=2))

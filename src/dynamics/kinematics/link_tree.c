@@ -1,0 +1,370 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Links from bodies and motions; welded bodies are joined to the bodies that carry them. */
+#include "dynamics/kinematics/link_tree.h"
+#include "base/memory.h"
+#include "symbolic/rotation.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* -- constant rotations ------------------------------------------------------------------------------ */
+
+static void identity(double m[3][3])
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            m[i][j] = i == j;
+}
+
+static kmp_vec apply_chart(kmp_graph *g, int chart, bool transposed, kmp_vec v)
+{
+    kmp_matrix m;
+    for (int k = 0; chart >= 0 && k < 9; k++)
+        m.x[k / 3][k % 3] = kmp_input(g, KMP_IN_CHART, (uint32_t)(9 * chart + k));
+    return chart >= 0 ? kmp_matrix_apply(g, &m, transposed, v) : v;
+}
+
+static kmp_vec apply(kmp_graph *g, double m[3][3], bool transposed, kmp_vec v)
+{
+    kmp_matrix numbers;
+    for (int k = 0; k < 9; k++)
+        numbers.x[k / 3][k % 3] = kmp_const(g, m[k / 3][k % 3]);
+    return kmp_matrix_apply(g, &numbers, transposed, v);
+}
+
+/* Axes whose third is the unit vector e: Rodrigues' turn of z onto e about z x e. */
+static void axes_along(const double e[3], double m[3][3])
+{
+    double c = e[2];
+    if (c < 0) { /* turn -z instead, then half a turn about x: far from the singular case */
+        double f[3] = {e[0], -e[1], -e[2]};
+        axes_along(f, m);
+        for (int j = 0; j < 3; j++) {
+            m[1][j] = -m[1][j];
+            m[2][j] = -m[2][j];
+        }
+        return;
+    }
+    double k = 1 / (1 + c);
+    double r[3][3] = {{1 - k * e[0] * e[0], -k * e[0] * e[1], e[0]},
+                      {-k * e[0] * e[1], 1 - k * e[1] * e[1], e[1]},
+                      {-e[0], -e[1], c}};
+    memcpy(m, r, sizeof r);
+}
+
+/* Chooses the link's axes in model axes: the model's own when the motion is about one of them. */
+static void choose_axes(kmp_link *link, const double e[3])
+{
+    identity(link->a);
+    for (int k = 0; k < 3; k++)
+        if (fabs(e[k]) == 1) {
+            link->axis = k;
+            link->reversed = e[k] < 0;
+            return;
+        }
+    link->axis = 2;
+    axes_along(e, link->a);
+}
+
+/* out = a' b when transposed, else a b; no negative zeros, so that equal rotations have equal bits. */
+static void multiply(double a[3][3], bool transposed, double b[3][3], double out[3][3])
+{
+    double product[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            product[i][j] = 0;
+            for (int k = 0; k < 3; k++)
+                product[i][j] += (transposed ? a[k][i] : a[i][k]) * b[k][j];
+        }
+    memcpy(out, product, sizeof product);
+}
+
+/* A product of rotations that is one of axes onto axes but for rounding is made so exactly. */
+static void round_axes(double m[3][3])
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            if (fabs(m[i][j] - round(m[i][j])) < 4 * DBL_EPSILON)
+                m[i][j] = round(m[i][j]) + 0.0;
+}
+
+static bool is_identity(double m[3][3])
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            if (m[i][j] != (i == j))
+                return false;
+    return true;
+}
+
+/* g = a_parent' r a_link, where v_parent = r v_child in model axes at q = 0; `turned` unless it is the identity. */
+static void relate_axes(kmp_link *link, kmp_link *parent, double r[3][3])
+{
+    bool same = memcmp(link->a, parent->a, sizeof link->a) == 0;
+    identity(link->g);
+    if (!same || !is_identity(r)) {
+        multiply(parent->a, true, r, link->g);
+        multiply(link->g, false, link->a, link->g);
+    }
+    link->turned = !is_identity(link->g);
+}
+
+/* The relative rotation including the charts of both: columns of a_parent' C_parent r C_link a_link. */
+static void relate_chart(kmp_graph *g, kmp_link *link, kmp_link *parent, double r[3][3])
+{
+    if (link->before < 0 && parent->after < 0)
+        return;
+    for (int k = 0; k < 3; k++) {
+        kmp_vec e = kmp_vec_zero();
+        for (int i = 0; i < 3; i++)
+            e.x[i] = kmp_const(g, link->a[i][k]);
+        e = apply(g, r, false, apply_chart(g, link->before, false, e));
+        e = apply(g, parent->a, true, apply_chart(g, parent->after, false, e));
+        for (int i = 0; i < 3; i++)
+            link->chart[i][k] = e.x[i];
+    }
+    link->turned = true;
+}
+
+/* v in axes that turn with the body's link, also where the link's own axes do not. */
+static kmp_vec turning_vector(const kmp_tree *tree, int body, kmp_vec v)
+{
+    kmp_mount *mount = &tree->mounts[body];
+    kmp_link *link = &tree->links[mount->link];
+    if (mount->turned)
+        v = apply(tree->graph, mount->r, false, v);
+    v = apply_chart(tree->graph, link->after, false, v);
+    return link->axis == 2 && link->a[2][2] != 1 ? apply(tree->graph, link->a, true, v) : v;
+}
+
+kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v)
+{
+    const kmp_link *link = &tree->links[tree->mounts[body].link];
+    v = turning_vector(tree, body, v);
+    kmp_link_turn(tree, link, link->lag, &v);
+    return v;
+}
+
+/* The inverse of turning_vector. */
+static kmp_vec own_vector(const kmp_tree *tree, int body, kmp_vec v)
+{
+    kmp_mount *mount = &tree->mounts[body];
+    kmp_link *link = &tree->links[mount->link];
+    if (link->axis == 2 && link->a[2][2] != 1)
+        v = apply(tree->graph, link->a, false, v);
+    v = apply_chart(tree->graph, link->after, true, v);
+    return mount->turned ? apply(tree->graph, mount->r, true, v) : v;
+}
+
+kmp_vec kmp_body_vector_back(const kmp_tree *tree, int body, kmp_vec v)
+{
+    const kmp_link *link = &tree->links[tree->mounts[body].link];
+    kmp_link_turn(tree, link, kmp_neg(link->lag), &v);
+    return own_vector(tree, body, v);
+}
+
+/* -- the tree ---------------------------------------------------------------------------------------- */
+
+/* A body's tensor in link axes: b' I b with v_body = b v_link, by columns. */
+static kmp_tensor body_inertia(const kmp_tree *tree, int body)
+{
+    static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+    const kmp_number *number = tree->model->bodies[body].inertia;
+    kmp_mount *mount = &tree->mounts[body];
+    const kmp_link *link = &tree->links[mount->link];
+    double b[3][3];
+    kmp_tensor t, r;
+    for (int k = 0; k < 6; k++)
+        t.x[k] = kmp_tree_number(tree, &number[k]);
+    multiply(mount->r, true, tree->links[mount->link].a, b);
+    bool charted = link->after >= 0;
+    if (is_identity(b) && !charted)
+        return t;
+    for (int k = 0; charted && k < 6; k++) {
+        kmp_vec ie = kmp_tensor_apply(tree->graph, t, own_vector(tree, body, kmp_vec_axis(KMP_ONE, column[k])));
+        r.x[k] = turning_vector(tree, body, ie).x[row[k]];
+    }
+    for (int k = 0; !charted && k < 6; k++) {
+        kmp_vec e = kmp_vec_zero();
+        for (int j = 0; j < 3; j++)
+            e.x[j] = kmp_const(tree->graph, b[j][column[k]]);
+        kmp_vec ie = apply(tree->graph, b, true, kmp_tensor_apply(tree->graph, t, e));
+        r.x[k] = ie.x[row[k]];
+    }
+    return r;
+}
+
+/* Two bodies as one: m = m1 + m2, c = (m1 c1 + m2 c2)/m, I = I1 + I2 + m1 m2/m (d.d 1 - d d') with d = c2 - c1
+ * (Steiner). */
+static void join(kmp_graph *g, kmp_link *link, kmp_ref mass, kmp_vec com, kmp_tensor inertia)
+{
+    link->inertia = kmp_tensor_add(g, link->inertia, inertia);
+    if (mass == KMP_ZERO)
+        return;
+    kmp_ref total = kmp_add(g, link->mass, mass), share = kmp_div(g, mass, total);
+    kmp_vec d = kmp_vec_sub(g, com, link->com);
+    if (link->mass == KMP_ZERO) {
+        link->com = com;
+    } else {
+        link->com = kmp_vec_add(g, link->com, kmp_vec_scale(g, share, d));
+        link->inertia = kmp_tensor_add(g, link->inertia, kmp_tensor_steiner(g, kmp_mul(g, share, link->mass), d, d));
+    }
+    link->mass = total;
+}
+
+/* Adds a body to the link that carries it; the ground needs no mass. */
+static void add_body(kmp_tree *tree, int b)
+{
+    const kmp_body *body = &tree->model->bodies[b];
+    const kmp_mount *mount = &tree->mounts[b];
+    if (mount->link == 0)
+        return;
+    kmp_vec com = kmp_body_vector(tree, b, kmp_tree_vector(tree, body->com));
+    com = kmp_vec_add(tree->graph, com, mount->p);
+    if (tree->links[mount->link].body == b)
+        tree->links[mount->link].com = com; /* where inputs act also when it has no mass */
+    join(tree->graph, &tree->links[mount->link], kmp_tree_number(tree, &body->mass), com, body_inertia(tree, b));
+}
+
+/* The base of body b's joint: axes and origin with all its coordinates zero, on the parent's link. */
+static kmp_mount find_base(const kmp_tree *tree, int b)
+{
+    const kempe_model *model = tree->model;
+    const kmp_body *body = &model->bodies[b];
+    kmp_mount base = tree->mounts[body->parent];
+    double axes[3][3], frame[3][3];
+    if (body->at >= 0) {
+        base.p = kmp_point_local(tree, body->at);
+        memcpy(axes, model->points[body->at].axes, sizeof axes);
+        if (model->points[body->at].turned)
+            multiply(base.r, false, axes, base.r);
+    }
+    memcpy(frame, body->frame, sizeof frame);
+    if (body->turned && !body->reversed)
+        multiply(base.r, false, frame, base.r);
+    round_axes(base.r);
+    base.turned = !is_identity(base.r);
+    return base;
+}
+
+static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
+{
+    const kmp_motion *motion = &tree->model->motions[k];
+    const kmp_body *body = &tree->model->bodies[motion->body];
+    kmp_link *link = &tree->links[k + 1];
+    bool last = k == body->first_motion + body->motion_count - 1;
+    link->parent = base->link;
+    link->body = last ? motion->body : -1;
+    link->rotation = motion->rotation;
+    link->p = base->p;
+    choose_axes(link, motion->axis);
+    relate_axes(link, &tree->links[link->parent], base->r);
+    relate_chart(tree->graph, link, &tree->links[link->parent], base->r);
+    link->q = kmp_input(tree->graph, KMP_IN_Q, (uint32_t)k);
+    link->qd = kmp_input(tree->graph, KMP_IN_QD, (uint32_t)k);
+    if (link->reversed) {
+        link->q = kmp_neg(link->q);
+        link->qd = kmp_neg(link->qd);
+    }
+    *base = (kmp_mount){.link = k + 1, .p = kmp_vec_zero()};
+    identity(base->r);
+}
+
+/* r m' */
+static void turn_back(double r[3][3], double m[3][3])
+{
+    double back[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            back[i][j] = m[j][i];
+    multiply(r, false, back, r);
+    round_axes(r);
+}
+
+/* Attaches body b to the end of its chain by its own point: constants of the link, without motion. */
+static void hang(kmp_tree *tree, int b, const kmp_mount *end)
+{
+    const kempe_model *model = tree->model;
+    kmp_body *body = &model->bodies[b];
+    kmp_mount *mount = &tree->mounts[b];
+    *mount = *end;
+    if (body->turned && body->reversed)
+        turn_back(mount->r, body->frame);
+    if (body->to >= 0 && model->points[body->to].turned)
+        turn_back(mount->r, model->points[body->to].axes);
+    mount->turned = !is_identity(mount->r);
+    if (body->to < 0)
+        return;
+    kmp_vec at = kmp_body_vector(tree, b, kmp_tree_vector(tree, model->points[body->to].at));
+    mount->p = kmp_vec_sub(tree->graph, mount->p, at);
+}
+
+static void set_body(kmp_tree *tree, int b)
+{
+    const kmp_body *body = &tree->model->bodies[b];
+    kmp_mount base = find_base(tree, b);
+    for (int k = 0; k < body->motion_count; k++)
+        set_motion(tree, body->first_motion + k, &base);
+    hang(tree, b, &base);
+    add_body(tree, b);
+}
+
+bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
+{
+    *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
+    tree->links = KMP_ARENA_NEW(&tree->arena, kmp_link, tree->count);
+    tree->mounts = KMP_ARENA_NEW(&tree->arena, kmp_mount, model->body_count);
+    tree->symbols = KMP_ARENA_NEW(&tree->arena, double, kmp_tree_symbol_count(tree));
+    tree->unknown = KMP_ARENA_NEW(&tree->arena, kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count);
+    tree->solved = KMP_ARENA_NEW(&tree->arena, bool, model->unknowns_count);
+    if (tree->arena.failed || !kmp_tree_place_charts(tree)) {
+        kmp_tree_free(tree);
+        return false;
+    }
+    tree->links[0].parent = -1;
+    identity(tree->links[0].a);
+    identity(tree->mounts[0].r);
+    for (int b = 1; b < model->body_count; b++)
+        set_body(tree, b);
+    tree->gravity = kmp_tree_vector(tree, model->gravity);
+    return !kmp_graph_failed(g);
+}
+
+void kmp_tree_sum_up(kmp_tree *tree)
+{
+    for (int i = 1; i < tree->count; i++) {
+        kmp_link *link = &tree->links[i];
+        link->own = link->base = kmp_composite_of(tree->graph, link->mass, link->com, link->inertia);
+    }
+}
+
+static bool is_in(const char *list, const char *name)
+{
+    size_t length = strlen(name);
+    for (const char *s = list; s && *s; s += strcspn(s, ","), s += *s == ',')
+        if (strncmp(s, name, length) == 0 && (s[length] == ',' || s[length] == '\0'))
+            return true;
+    return false;
+}
+
+void kmp_tree_add_inputs(kmp_tree *tree, const char *without)
+{
+    for (int i = 1; i < tree->count; i++) {
+        kmp_link *link = &tree->links[i];
+        kmp_vec push, twist;
+        if (link->body < 0 || is_in(without, tree->model->bodies[link->body].name))
+            continue;
+        for (int k = 0; k < 3; k++) {
+            uint32_t number = (uint32_t)(3 * (link->body - 1) + k);
+            push.x[k] = kmp_input(tree->graph, KMP_IN_FORCE, number);
+            twist.x[k] = kmp_input(tree->graph, KMP_IN_TORQUE, number);
+        }
+        link->push = kmp_body_vector(tree, link->body, push);
+        link->twist = kmp_body_vector(tree, link->body, twist);
+    }
+}
+
+void kmp_tree_free(kmp_tree *tree)
+{
+    kmp_arena_free(&tree->arena);
+}

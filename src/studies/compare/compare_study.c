@@ -1,0 +1,277 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Comparison: every chosen method at every tolerance from one assembled start, judged at the reference's times. */
+#include "studies/compare/compare_study.h"
+#include "base/memory.h"
+#include "constraints/evaluation/load_multipliers.h"
+#include "output/times.h"
+#include <kempe/check.h>
+#include <kempe/compare.h>
+#include <math.h>
+#include <string.h>
+
+/* The default processor time of all runs, s, and the part of it available for the reference. */
+#define BUDGET         60.0
+#define REFERENCE_PART 0.4
+/* Rows of runs whose time counts, less one. */
+#define FEW 10
+
+/* A given table of fewer rows is extended by the own reference if both differ in q by at most AGREED. */
+#define MANY_ROWS 200
+#define AGREED    1e-5
+
+/* -- end --------------------------------------------------------------------------------------------- */
+
+/* One successful run makes a comparison; without one, the first failure gives its reason. */
+static kempe_status conclude(kmp_compare_job *j)
+{
+    kempe_comparison *c = j->comparison;
+    const kmp_compared *first = NULL;
+    c->status = kmp_interrupted(j->context) ? KEMPE_STOPPED : KEMPE_E_FAILED;
+    for (int k = 0; k < c->count; k++) {
+        if (c->runs[k].status == KEMPE_OK && c->status != KEMPE_STOPPED)
+            c->status = KEMPE_OK;
+        else if (c->runs[k].status != KEMPE_OK && !first)
+            first = &c->runs[k];
+    }
+    if (c->status == KEMPE_E_FAILED && first && first->status == KEMPE_STOPPED)
+        c->status = KEMPE_STOPPED;
+    const char *reason = c->status == KEMPE_OK ? "" : kmp_interrupted(j->context) ? "interrupted" : "no run was made";
+    if (c->status != KEMPE_OK && !kmp_interrupted(j->context) && first)
+        reason = first->reason;
+    c->reason = reason;
+    return c->status == KEMPE_E_FAILED ? kmp_fail(j->context, c->status, "%s", c->reason) : c->status;
+}
+
+/* -- preparing --------------------------------------------------------------------------------------- */
+
+static const char *base_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+/* Values of a given table replace those of the own reference at the same times. */
+static void put_given(kmp_reference *own, const kmp_reference *given)
+{
+    for (int row = 0, r = 0; row < own->rows && r < given->rows; row++) {
+        if (own->t[row] < given->t[r])
+            continue;
+        for (int k = 0; k < KMP_QUANTITIES; k++) {
+            size_t width = (size_t)(k == KMP_QUANTITY_LAMBDA ? own->m : own->n);
+            for (size_t i = 0; i < width; i++) {
+                double x = given->value[k][(size_t)r * width + i], *place = &own->value[k][(size_t)row * width + i];
+                *place = isnan(x) ? *place : x;
+            }
+        }
+        r++;
+    }
+}
+
+/* Takes the given table alone: errors are judged at its rows only. */
+static void take_given(kmp_compare_job *j, kmp_reference *given, const char *name)
+{
+    kempe_comparison *c = j->comparison;
+    kmp_samples_free(&j->reference);
+    j->reference = *given;
+    *given = (kmp_reference){0};
+    c->has_reference = true;
+    c->until = c->t_end;
+    c->source = kmp_arena_strdup(&c->arena, name);
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        c->uncertainty[k] = 0;
+}
+
+/* A table with few rows says nothing of the time between them: there the own reference counts, if it agrees with the
+ * table. */
+static kempe_status extend_given(kmp_compare_job *j, kmp_reference *given, const char *name)
+{
+    kempe_comparison *c = j->comparison;
+    double off[KMP_QUANTITIES];
+    int reported = c->warnings.count;
+    KMP_TRY(kmp_compare_own_reference(j, REFERENCE_PART * j->left_s, given));
+    given->shared = c->shared;
+    kmp_verdict_errors(&j->reference, c->system, given, INFINITY, off);
+    if (c->has_reference && c->until >= c->t_end && off[KMP_QUANTITY_Q] <= AGREED) {
+        kmp_text source = {0};
+        kmp_text_printf(&source, "%s, which agrees to %.0e in q with the one between its rows, %s", name,
+                        off[KMP_QUANTITY_Q], c->source);
+        c->source = kmp_sentence_keep(&c->arena, &source);
+        put_given(&j->reference, given);
+        return KEMPE_OK;
+    }
+    c->warnings.count = reported;
+    if (c->has_reference && off[KMP_QUANTITY_Q] > AGREED)
+        kmp_sentences_add(&c->arena, &c->warnings, "Kempe's own reference differs by %.1g in q from %s",
+                          off[KMP_QUANTITY_Q], name);
+    kmp_sentences_add(&c->arena, &c->warnings,
+                      "errors are judged at the rows of %s only: between them they may be larger", name);
+    take_given(j, given, name);
+    return KEMPE_OK;
+}
+
+static kempe_status use_reference(kmp_compare_job *j, const char *path)
+{
+    kempe_comparison *c = j->comparison;
+    kmp_reference given = {0};
+    kempe_status status = KEMPE_OK;
+    if (!path)
+        return kmp_compare_own_reference(j, REFERENCE_PART * j->left_s, NULL);
+    KMP_TRY(kmp_reference_read(c->system, path, &given));
+    kmp_samples_limit(&given, c->t_end);
+    if (given.rows < MANY_ROWS)
+        status = extend_given(j, &given, base_name(path));
+    else
+        take_given(j, &given, base_name(path));
+    kmp_samples_free(&given);
+    j->reference.shared = c->shared;
+    return status == KEMPE_OK && !c->source ? kmp_fail_memory(j->context) : status;
+}
+
+static kempe_status settle_t_end(kmp_compare_job *j, const kempe_compare_options *options)
+{
+    const kmp_method *method = &j->comparison->methods[0];
+    kmp_run_spec spec = {.formulation = method->formulation,
+                         .form = method->form,
+                         .integrator = method->integrator,
+                         .t_end = options->t_end};
+    if (!(options->t_end >= 0) || isinf(options->t_end))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end = %g: a positive number is expected", options->t_end);
+    KMP_TRY(kmp_run_resolve(j->comparison->system, &spec));
+    if (!(spec.t_end > 0))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
+    j->comparison->t_end = j->comparison->until = spec.t_end;
+    j->eval = kmp_eval_new(j->comparison->system, spec.backend);
+    return j->eval ? KEMPE_OK : KEMPE_E_MEMORY;
+}
+
+static kempe_status settle_budget(kmp_compare_job *j, double budget_s)
+{
+    if (!(budget_s >= 0) || isinf(budget_s))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "budget_s = %g: a positive number is expected", budget_s);
+    j->comparison->budget_s = j->left_s = budget_s > 0 ? budget_s : BUDGET;
+    return KEMPE_OK;
+}
+
+/* A stiff model is also run with implicit integrators, unless the user chose others. */
+static kempe_status widen(kmp_compare_job *j, const kempe_compare_options *options)
+{
+    bool stiff = false;
+    if (options->integrators)
+        return KEMPE_OK;
+    KMP_TRY(kmp_compare_probe(j, &stiff));
+    return stiff ? kmp_compare_add_implicit(j->comparison, options) : KEMPE_OK;
+}
+
+/* Finds multipliers that redundant rows leave undetermined: their errors are undefined, which the report states. */
+static kempe_status find_shared(kmp_compare_job *j)
+{
+    kempe_comparison *c = j->comparison;
+    const double *q = j->start->inner_q ? j->start->inner_q : j->start->q;
+    int count = 0;
+    c->shared = KMP_ARENA_NEW(&c->arena, bool, c->system->m);
+    if (!c->shared)
+        return kmp_fail_memory(j->context);
+    if (j->start->chart)
+        kmp_eval_set_charts(j->eval, j->start->chart);
+    KMP_TRY(kmp_find_shared(j->eval, 0, q, c->shared, &count));
+    if (count > 0)
+        kmp_sentences_add(&c->arena, &c->warnings,
+                          "%d of %d multipliers are not unique because of redundant rows: their errors are omitted "
+                          "('kempe check' lists them)",
+                          count, c->system->m);
+    return KEMPE_OK;
+}
+
+/* The options are judged before anything is computed. */
+static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *options)
+{
+    kempe_comparison *c = j->comparison;
+    KMP_TRY(kmp_compare_choose(c, options));
+    KMP_TRY(settle_budget(j, options->budget_s));
+    KMP_TRY(settle_t_end(j, options));
+    KMP_TRY(kempe_assembly_new(c->system, &j->start));
+    KMP_TRY(widen(j, options));
+    KMP_TRY(find_shared(j));
+    KMP_TRY(use_reference(j, options->reference));
+    kmp_context_clear(j->context);
+    if (!kmp_times_init(&j->times, c->t_end, c->t_end, c->has_reference ? &j->reference : NULL) ||
+        !kmp_times_init(&j->few, c->t_end / FEW, c->t_end, NULL))
+        return kmp_fail_memory(j->context);
+    if (c->has_reference)
+        c->scales = kmp_verdict_scales(c->system, &j->reference);
+    for (int k = 0; c->has_reference && k < j->reference.rows; k++)
+        c->instants += j->reference.t[k] <= c->until;
+    return KEMPE_OK;
+}
+
+static void release(kmp_compare_job *j)
+{
+    kempe_assembly_free(j->start);
+    kmp_eval_free(j->eval);
+    kmp_samples_free(&j->reference);
+    kmp_times_free(&j->times);
+    kmp_times_free(&j->few);
+}
+
+/* -- the comparison ---------------------------------------------------------------------------------- */
+
+/* Repeats the warnings of the start. */
+static kempe_status repeat_warnings(kmp_compare_job *j)
+{
+    kempe_comparison *c = j->comparison;
+    char *lines = kmp_context_warnings(j->context);
+    for (const char *at = lines; at && *at; at += strcspn(at, "\n") + 1)
+        kmp_sentences_add(&c->arena, &c->warnings, "%.*s", (int)strcspn(at, "\n"), at);
+    kmp_free(lines);
+    return lines ? KEMPE_OK : kmp_fail_memory(j->context);
+}
+
+static kempe_status compare(kmp_compare_job *j, const kempe_compare_options *options)
+{
+    kempe_comparison *c = j->comparison;
+    KMP_TRY(prepare(j, options));
+    KMP_TRY(repeat_warnings(j));
+    KMP_TRY(kmp_compare_run_all(j));
+    kmp_compare_levels(c);
+    if (!c->arena.failed) {
+        kmp_compare_tables(c);
+        kmp_compare_remark(c);
+        kmp_compare_advise(c);
+    }
+    return c->arena.failed ? kmp_fail_memory(j->context) : conclude(j);
+}
+
+kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compare_options *options,
+                                  kempe_comparison **comparison)
+{
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, comparison, "comparison");
+    KMP_OPTIONS(system->context, kempe_compare_options, options);
+    kempe_comparison *c = KMP_NEW(kempe_comparison, 1);
+    kmp_compare_job j = {.comparison = c, .context = system->context};
+    kmp_context_begin(j.context);
+    if (!c)
+        return kmp_fail_memory(j.context);
+    *c = (kempe_comparison){
+        .system = system, .source = "none", .amplification = NAN, .advice = {.run = -1, .level = NAN}};
+    kempe_status status = compare(&j, options);
+    if (status == KEMPE_E_FAILED && !c->reason) { /* it cannot be assembled: message and result give the reason */
+        c->status = status;
+        c->reason = kmp_arena_strdup(&c->arena, kempe_context_message(j.context));
+    }
+    if (c->arena.failed)
+        status = kmp_fail_memory(j.context);
+    release(&j);
+    if (kmp_has_result(status))
+        *comparison = c;
+    else
+        kempe_comparison_free(c);
+    return status;
+}
+
+void kempe_comparison_free(kempe_comparison *comparison)
+{
+    if (comparison)
+        kmp_arena_free(&comparison->arena);
+    kmp_free(comparison);
+}

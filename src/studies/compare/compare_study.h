@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Many methods and tolerances on one scene, judged against one reference. */
+#ifndef KMP_STUDIES_COMPARE_COMPARE_STUDY_H
+#define KMP_STUDIES_COMPARE_COMPARE_STUDY_H
+
+#include "integrators/run/run.h"
+#include "output/print.h"
+#include "output/times.h"
+#include "output/verdict.h"
+#include <kempe/check.h>
+#include <kempe/compare.h>
+
+/** One method at one tolerance. Unknown values (of a failed run) are NaN. */
+typedef struct kmp_compared {
+    const kmp_method *method;
+    double rtol;
+    kempe_status status;
+    const char *reason; /* "" when ok */
+    kmp_verdict verdict;
+    kmp_run_report report; /* its reason has moved to `reason` */
+    double cpu_s;          /* of the integration: the least of the repeats */
+    double build_s;        /* of the run's own preparation, likewise */
+    double apart;          /* the difference of q from the run at the next tighter tolerance */
+    bool left_out;         /* not run, or stopped, for lack of time: the reason explains it */
+} kmp_compared;
+
+/** Cost of a method for an error of q. NaN: it does not attain the error. */
+typedef struct kmp_method_cost {
+    double cpu_s, steps, rhs;
+} kmp_method_cost;
+
+enum { KMP_MOST_LEVELS = 9, KMP_MOST_AIMS = 2 };
+
+/** The cost of each method for an error of q: the table at equal error. A run counts for a level when it and all
+ * complete runs of its method at tighter tolerances are within it. Runs are indices into `runs`. */
+typedef struct kmp_levels {
+    int count;                     /* 0: there is no reference */
+    double level[KMP_MOST_LEVELS]; /* descending */
+    bool blank[KMP_MOST_LEVELS];   /* below ten times the reference's uncertainty: no statement is possible */
+    int best[KMP_MOST_LEVELS];     /* the run of the cheapest method, -1: none */
+    int *run;                      /* way_count x count: the cheapest of the method, -1: none, or blank */
+    kmp_method_cost *cost;         /* likewise: between that run and the next coarser one, at the level itself */
+} kmp_levels;
+
+/** Error levels that the tables and the advice are for, coarse first. */
+typedef struct kmp_aims {
+    int count, level[KMP_MOST_AIMS];
+} kmp_aims;
+
+/** The two tables: methods with integrators that run on more than one formulation, those of a family together; and the
+ * best method of each formulation. */
+typedef struct kmp_tables {
+    kmp_aims aims;
+    int same_count, *same;
+    int best_count, *best;
+} kmp_tables;
+
+/** In an arena, whose failure tells of missing memory. */
+typedef struct kmp_sentences {
+    int count, room;
+    const char **s;
+} kmp_sentences;
+
+/** The recommended method, with reasons. */
+typedef struct kmp_advice {
+    int run;      /* index into `runs`; -1: nothing can be advised */
+    double level; /* the error of q that it is for; NaN where errors are unknown */
+    bool stiff;   /* explicit steps follow the fastest decay, not the motion */
+    kmp_sentences because;
+} kmp_advice;
+
+enum { KMP_MOST_SOURCES = 4 };
+
+/** One of the runs for Kempe's own reference. */
+typedef struct kmp_source {
+    kmp_method method;
+    double rtol;
+    double own;      /* the difference of q at a tenfold tolerance */
+    double distance; /* of q from the reference; 0 for the reference itself */
+} kmp_source;
+
+struct kempe_comparison {
+    const kempe_system *system;
+    kmp_arena arena; /* of all below */
+    kempe_status status;
+    const char *reason; /* "" when ok */
+    const char *source; /* description of the reference */
+    bool has_reference;
+    double uncertainty[KMP_QUANTITIES]; /* of the reference; 0 for a given one, NaN when unknown */
+    int source_count;                   /* of an own reference */
+    kmp_source sources[KMP_MOST_SOURCES];
+    int instants;         /* at which errors are judged, of the whole time; 0: there is no reference */
+    kmp_scales scales;    /* of the errors */
+    bool *shared;         /* m: multipliers that redundant rows leave open, which are not judged */
+    double amplification; /* of a small change of the start, at worst, in q; NaN when unknown */
+    double until;         /* errors are judged up to this time */
+    double t_end, budget_s;
+    int method_count, rtol_count;
+    kmp_method *methods; /* those run */
+    double *rtols;
+    int count;
+    kmp_compared *runs; /* by method, then by tolerance in the order of the request: rtol_count each */
+    kmp_levels levels;
+    kmp_tables tables;
+    kmp_advice advice;
+    kmp_sentences failures; /* incomplete runs, in groups, with the reason */
+    kmp_sentences warnings; /* of the reference, and of complete runs */
+};
+
+/** Chooses the methods and tolerances from the lists of the options; lists of methods that are not given contain the
+ * standard ones. KEMPE_E_ARGUMENT: the unknown name, and the valid ones. */
+kempe_status kmp_compare_choose(kempe_comparison *comparison, const kempe_compare_options *options);
+
+/** Adds the methods with implicit integrators, for a stiff model. */
+kempe_status kmp_compare_add_implicit(kempe_comparison *comparison, const kempe_compare_options *options);
+
+/** Working data of a comparison. */
+typedef struct kmp_compare_job {
+    kempe_comparison *comparison;
+    kempe_context *context;
+    kempe_assembly *start;
+    kmp_evaluator *eval;
+    kmp_reference reference;
+    kmp_times times; /* of judged rows */
+    kmp_times few;   /* of rows in timed runs */
+    double left_s;   /* of the processor, for the remaining runs */
+    bool quiet;      /* messages of runs have been reported: the first run speaks for all */
+} kmp_compare_job;
+
+/** Runs a method once, stopped after limit_s; its time is subtracted from the rest. The rows replace those in `table`.
+ * The caller frees report->reason. */
+kempe_status kmp_compare_once(kmp_compare_job *job, const kmp_method *method, double rtol, const kmp_times *times,
+                              double limit_s, kmp_samples *table, kmp_run_report *report);
+
+/** Determines by a few coarse runs if the model is stiff. */
+kempe_status kmp_compare_probe(kmp_compare_job *job, bool *stiff);
+
+/** Makes the comparison's own reference from several formulations and integrators, in at most `budget_s` of the
+ * remaining time, at its own instants and at the times of a given reference (NULL: none). Without one, has_reference
+ * stays false and `source` gives the reason. */
+kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s, const kmp_reference *given);
+
+/** Runs all methods at all tolerances, from coarse ones to fine ones. */
+kempe_status kmp_compare_run_all(kmp_compare_job *job);
+
+/** Fill `levels`; `tables`; `failures` and `warnings`; `advice` from the runs. The arena tells of missing memory. */
+void kmp_compare_levels(kempe_comparison *comparison);
+void kmp_compare_tables(kempe_comparison *comparison);
+void kmp_compare_remark(kempe_comparison *comparison);
+void kmp_compare_advise(kempe_comparison *comparison);
+
+/** Results of explicit steps at two tolerances and of implicit ones at the coarser. */
+typedef struct kmp_stiffness {
+    int loose, tight, implicit; /* runs; -1: none with a result */
+    bool stiff;
+} kmp_stiffness;
+
+bool kmp_is_implicit(const kmp_method *method);
+bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit);
+kmp_stiffness kmp_compare_stiffness(const kempe_comparison *comparison);
+
+/** The cost of a method at a level. */
+kmp_method_cost kmp_compare_cost(const kempe_comparison *comparison, int method, int level);
+
+/** The time of a method at a level relative to the cheapest; infinite where the level is not attained. The largest of
+ * these ratios over the aims. */
+double kmp_compare_ratio(const kempe_comparison *comparison, int method, int level);
+double kmp_compare_worst(const kempe_comparison *comparison, const kmp_aims *aims, int method);
+
+/** The method that the others of its family are compared with in the table of equal integrators: the first that attains
+ * the level; -1: none. */
+int kmp_compare_base(const kempe_comparison *comparison, int method, int level);
+
+/** The first method of the table of the best ones that attains the level; -1: none. */
+int kmp_compare_best(const kempe_comparison *comparison, int level);
+
+/** Time from the model that has been read to the end of a run: preparation of the equations and of the run,
+ * integration. */
+double kmp_compare_first_s(const kempe_comparison *comparison, const kmp_compared *run);
+
+/** "reduced integrated dop853", "projected dop853", "dae stabilized1 ida klu". */
+void kmp_compare_name(kmp_text *text, const kmp_method *method);
+
+/** Adds a sentence; the text, unless it is empty, which is emptied. */
+void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+void kmp_sentences_take(kmp_arena *arena, kmp_sentences *list, kmp_text *text);
+
+/** A copy of the text in the arena, which is emptied. */
+const char *kmp_sentence_keep(kmp_arena *arena, kmp_text *text);
+
+/** True when an error is too close to the reference's own uncertainty: below ten times it. */
+bool kmp_compared_is_below(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
+
+/* -- reports ---------------------------------------------------------------------------------------- */
+
+enum { KMP_COMPARE_SHOWN = 3 };
+
+/** The quantities whose errors are shown. */
+extern const kmp_quantity kmp_compare_shown[KMP_COMPARE_SHOWN];
+
+/** The error of a run; NaN where it is unknown, or too close to the reference's own uncertainty. */
+double kmp_compare_error(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
+
+/** An array of sentences. */
+void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *list);
+
+kmp_put_fn kmp_compare_json;
+
+/** A blank and a number of three digits, without an exponent below a million. */
+void kmp_compare_put_number(kmp_text *text, int width, double x);
+
+/** Ends a line without blanks before its end. */
+void kmp_compare_end_line(kmp_text *text);
+
+/** The width of the column of methods' names. */
+int kmp_compare_name_width(const kempe_comparison *comparison);
+
+/** The two tables as text. */
+void kmp_compare_print_tables(kmp_text *text, const kempe_comparison *comparison);
+
+#endif

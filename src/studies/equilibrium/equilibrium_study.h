@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Static or steady equilibrium: R(u) = N'(M qdd + C) = 0 at given constant rates ud and udd = 0 (static: all rates
+ * zero), with the closures satisfied. R is measured as work: R_k times the size of u_k. It is relative to the sum of
+ * the works of all forces along u_k and of their changes by one such size of any coordinate. */
+#ifndef KMP_STUDIES_EQUILIBRIUM_EQUILIBRIUM_STUDY_H
+#define KMP_STUDIES_EQUILIBRIUM_EQUILIBRIUM_STUDY_H
+
+#include "derivatives/linearized.h"
+#include "studies/equilibrium/steady.h"
+
+enum { KMP_MOST_ITERATIONS = 400 };
+
+typedef struct kmp_search {
+    kmp_steady *rates; /* of coordinates that stay independent; released ones receive the result */
+    int rate_count;    /* 0: `rates` has room for all coordinates */
+    bool newton;   /* Newton's method from the guess, to any equilibrium nearby; otherwise a descent, to a stable one */
+    bool balanced; /* descent in short steps, to any balanced state */
+    bool quiet;    /* failures give no further message */
+    struct kmp_exchange *exchange; /* other unknowns and equations (exchange.h); NULL: none */
+    int iterations;
+    double residuals[KMP_MOST_ITERATIONS], steps[KMP_MOST_ITERATIONS]; /* a step's length: the largest |dq| / scale */
+    double residual;                                                   /* reached */
+    int exchanges; /* of independent coordinates during the search */
+} kmp_search;
+
+/** Searches from q (n, closed, in the charts of linear->eval), which becomes the equilibrium; charts may be centred.
+ * `linear` then has this state, with its matrices, and possibly other independent coordinates. KEMPE_E_FAILED, with the
+ * reason: there is none, or it is not found; q and rates are then restored. */
+kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search);
+
+/** Searches an equilibrium; if there is none, and no other quantity is requested, the steady motion that a start with
+ * the rates qd (n) leads to. Coordinates that nothing depends on then move at the rates at which R = 0. These rates are
+ * then in search->rates, and a note reports them. Errors as kmp_equilibrium_find. */
+kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search);
+
+/** Coordinates that nothing depends on, at the state and near it, in `idle` (p); returns their number, -1: no memory.
+ */
+int kmp_equilibrium_idle(kmp_linear *linear, int *idle);
+
+/** The residual of the last state, its matrices made. */
+double kmp_equilibrium_residual(const kmp_linear *linear);
+
+#endif

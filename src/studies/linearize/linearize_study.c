@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* State spaces: one made, its matrices, and the file for NumPy. */
+#include "studies/linearize/linearize_study.h"
+#include "base/memory.h"
+#include "output/npz.h"
+#include <kempe/linearize.h>
+#include <string.h>
+
+kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
+{
+    const kmp_transfer *transfer = &l->channels.transfer;
+    const kmp_linear *linear = &l->channels.linear;
+    int p = transfer->p, n = transfer->n, inputs = transfer->columns, outputs = transfer->outputs;
+    const kmp_matrix_row row[] = {
+#define KMP_MATRIX(name, word, rows, columns, values, meaning) {word, meaning, values, rows, columns},
+#include "studies/linearize/matrices.def"
+#undef KMP_MATRIX
+    };
+    return k >= 0 && k < (int)(sizeof row / sizeof *row) ? row[k] : (kmp_matrix_row){0};
+}
+
+/* -- construction ------------------------------------------------------------------------------------ */
+
+static kempe_status make_first_order(kempe_linearization *l)
+{
+    const kempe_system *system = l->channels.system;
+    const kmp_transfer *t = &l->channels.transfer;
+    ptrdiff_t p = t->p, inputs = t->columns, outputs = t->outputs;
+    const kmp_arena_group groups[] = {
+        {4 * p * p, {&l->a}}, {2 * p * inputs, {&l->b}}, {2 * p * outputs, {&l->c}}, {outputs * inputs, {&l->d}}};
+    bool made = kmp_arena_make_groups(&l->channels.arena, sizeof groups / sizeof *groups, groups);
+    int failed = made ? kmp_transfer_first_order(t, l->a, l->b, l->c, l->d) : -1;
+    if (failed == -2)
+        return kmp_fail(system->context, KEMPE_E_FAILED,
+                        "the state does not determine the accelerations: forces that depend on multipliers cancel the "
+                        "inertia of some motion, and there is no state-space model (kempe response needs none)");
+    if (failed < 0)
+        return kmp_fail_memory(system->context);
+    if (failed == 0)
+        return KEMPE_OK;
+    return kmp_fail(system->context, KEMPE_E_FAILED,
+                    "the reduced mass is not positive along '%s': there is no state-space model (kempe response needs "
+                    "none); give every body that moves along it a mass",
+                    system->model->motions[l->channels.linear.part.u[failed - 1]].name);
+}
+
+kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *options,
+                                     kempe_linearization **linearization)
+{
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, linearization, "linearization");
+    KMP_OPTIONS(system->context, kempe_linearize_options, options);
+    kmp_context_begin(system->context);
+    kempe_linearization *l = KMP_NEW(kempe_linearization, 1);
+    if (!l)
+        return kmp_fail_memory(system->context);
+    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
+                                            options->backend};
+    kempe_status status = kmp_channels_init(&l->channels, system, &requested);
+    if (status == KEMPE_OK)
+        status = make_first_order(l);
+    l->channels.warnings = kmp_context_warnings(system->context);
+    if (status == KEMPE_OK)
+        *linearization = l;
+    else
+        kempe_linearization_free(l);
+    return status;
+}
+
+void kempe_linearization_free(kempe_linearization *l)
+{
+    if (!l)
+        return;
+    kmp_channels_free(&l->channels);
+    kmp_free(l);
+}
+
+/* -- results ----------------------------------------------------------------------------------------- */
+
+const double *kempe_linearization_matrix(const kempe_linearization *l, kempe_matrix matrix, int *rows, int *columns)
+{
+    KMP_GIVEN(l, NULL);
+    kmp_matrix_row row = kmp_linearization_row(l, (int)matrix);
+    if (rows)
+        *rows = row.rows;
+    if (columns)
+        *columns = row.columns;
+    return row.values;
+}
+
+static const kmp_names *names_of(const kempe_linearization *l, kempe_channel channel)
+{
+    static const kmp_names none;
+    if ((unsigned)channel > KEMPE_CHANNEL_OUTPUT)
+        return &none;
+    return channel == KEMPE_CHANNEL_STATE   ? &l->channels.states
+           : channel == KEMPE_CHANNEL_INPUT ? &l->channels.loads
+                                            : &l->channels.outputs;
+}
+
+int kempe_linearization_count(const kempe_linearization *l, kempe_channel channel)
+{
+    KMP_GIVEN(l, 0);
+    return names_of(l, channel)->count;
+}
+
+const char *kempe_linearization_name(const kempe_linearization *l, kempe_channel channel, int k)
+{
+    KMP_GIVEN(l && k >= 0 && k < kempe_linearization_count(l, channel), "");
+    return names_of(l, channel)->name[k];
+}
+
+const char *kempe_linearization_unit(const kempe_linearization *l, kempe_channel channel, int k)
+{
+    KMP_GIVEN(l && k >= 0 && k < kempe_linearization_count(l, channel), "");
+    return names_of(l, channel)->unit[k];
+}
+
+const double *kempe_linearization_q(const kempe_linearization *l)
+{
+    KMP_GIVEN(l, NULL);
+    return l->channels.at->q;
+}
+
+const double *kempe_linearization_qd(const kempe_linearization *l)
+{
+    KMP_GIVEN(l, NULL);
+    return l->channels.at->qd;
+}
+
+const double *kempe_linearization_y(const kempe_linearization *l)
+{
+    KMP_GIVEN(l, NULL);
+    return l->channels.transfer.value;
+}
+
+int kempe_linearization_is_equilibrium(const kempe_linearization *l)
+{
+    KMP_GIVEN(l, 0);
+    return l->channels.rests;
+}
+
+/* -- for NumPy --------------------------------------------------------------------------------------- */
+
+static void add_names(kmp_npz *npz, const char *names, const char *units, const kmp_names *of)
+{
+    kmp_npz_words(npz, names, of->count, of->name);
+    kmp_npz_words(npz, units, of->count, of->unit);
+}
+
+kempe_status kempe_linearization_write_npz(const kempe_linearization *l, const char *path)
+{
+    KMP_WANTED(NULL, l, "linearization");
+    KMP_WANTED(l->channels.linear.system->context, path, "path");
+    const kmp_channels *c = &l->channels;
+    const kempe_system *system = c->system;
+    int n = system->n;
+    kmp_npz npz = {0};
+    kmp_context_clear(system->context);
+    char **coordinates = KMP_NEW(char *, n);
+    npz.failed = !coordinates;
+    for (int k = 0; k < KMP_MATRICES; k++) {
+        kmp_matrix_row row = kmp_linearization_row(l, k);
+        kmp_npz_matrix(&npz, row.name, row.rows, row.columns, row.values);
+    }
+    add_names(&npz, "states", "state_units", &c->states);
+    add_names(&npz, "inputs", "input_units", &c->loads);
+    add_names(&npz, "outputs", "output_units", &c->outputs);
+    for (int k = 0; coordinates && k < n; k++)
+        coordinates[k] = (char *)system->model->motions[k].name; /* read only */
+    if (coordinates)
+        kmp_npz_words(&npz, "coordinates", n, coordinates);
+    kmp_npz_matrix(&npz, "q", n, KMP_NPZ_VECTOR, c->at->q);
+    kmp_npz_matrix(&npz, "qd", n, KMP_NPZ_VECTOR, c->at->qd);
+    kmp_npz_matrix(&npz, "y", c->outputs.count, KMP_NPZ_VECTOR, c->transfer.value);
+    kempe_status status = kmp_npz_write(system->context, &npz, path);
+    kmp_npz_free(&npz);
+    kmp_free(coordinates);
+    return status;
+}

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#ifndef KMP_STUDIES_LINEARIZE_LINEARIZE_STUDY_H
+#define KMP_STUDIES_LINEARIZE_LINEARIZE_STUDY_H
+
+#include "studies/linearize/channels.h"
+#include <kempe/linearize.h>
+
+struct kempe_linearization {
+    kmp_channels channels;
+    double *a, *b, *c, *d; /* of the channels' arena */
+};
+
+/** A matrix by its row of matrices.def: its name, its description, its values. */
+typedef struct kmp_matrix_row {
+    const char *name, *meaning;
+    const double *values;
+    int rows, columns;
+} kmp_matrix_row;
+
+enum {
+    KMP_MATRICES = 0
+#define KMP_MATRIX(name, word, rows, columns, values, meaning) +1
+#include "studies/linearize/matrices.def"
+#undef KMP_MATRIX
+};
+
+kmp_matrix_row kmp_linearization_row(const kempe_linearization *linearization, int k);
+
+#endif

@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Derivatives by parameters: options, the equations with variable parameters, the table. */
+#include "studies/sensitivity/sensitivity_study.h"
+#include "base/clock.h"
+#include "base/memory.h"
+#include "constraints/rounding/mend.h"
+#include "model/tables/nearest.h"
+#include "model/tables/requested.h"
+#include <kempe/sensitivity.h>
+#include <math.h>
+#include <string.h>
+
+static const kmp_sensitivity_kind *const kinds[] = {
+#define KMP_SENSITIVITY(name) &kmp_sensitivity_##name,
+#include "studies/sensitivity/sensitivities.def"
+#undef KMP_SENSITIVITY
+};
+
+enum { KINDS = sizeof kinds / sizeof *kinds };
+
+/* -- options ----------------------------------------------------------------------------------------- */
+
+static kempe_status find_kind(kempe_sensitivity *s)
+{
+    const char *word = s->options->of ? s->options->of : kinds[0]->name;
+    kmp_text names = {0};
+    for (int k = 0; k < KINDS; k++) {
+        if (strcmp(kinds[k]->name, word) == 0) {
+            s->kind = kinds[k];
+            kmp_text_free(&names);
+            return KEMPE_OK;
+        }
+        kmp_text_printf(&names, "%s%s", k ? ", " : "", kinds[k]->name);
+    }
+    kempe_status status = kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' are unknown; available: %s",
+                                   word, names.s ? names.s : "");
+    kmp_text_free(&names);
+    return status;
+}
+
+static kempe_status check_method(const kempe_sensitivity *s)
+{
+    const char *method = s->options->method;
+    if (method && strcmp(method, "forward") != 0 && strcmp(method, "adjoint") != 0)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: forward, adjoint", method);
+    if ((method || s->options->integral) && !s->kind->integrals)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
+                        s->kind->name);
+    if (s->run->checkpoint || s->run->resume)
+        return kmp_fail(
+            s->context, KEMPE_E_ARGUMENT,
+            "sensitivities have no checkpoints: the rows of a checkpoint have no derivatives to continue from");
+    if (s->options->at && s->kind->integrals && strcmp(s->options->at, "start") != 0)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "a trajectory begins at the start, not at '%s': use --of reactions, modes or equilibrium there",
+                        s->options->at);
+    return KEMPE_OK;
+}
+
+static void add_name(kempe_sensitivity *s, const char *name, size_t length)
+{
+    kmp_text text = {0};
+    kmp_text_printf(&text, "%.*s", (int)length, name);
+    s->name[s->count++] = kmp_text_keep(&text, &s->arena);
+}
+
+/* All plain numbers among the parameters that may vary. */
+static void take_all(kempe_sensitivity *s)
+{
+    s->name = KMP_ARENA_NEW(&s->arena, char *, s->model->parameter_count);
+    for (int k = 0; s->name && k < s->model->parameter_count; k++) {
+        const kmp_parameter *p = &s->model->parameters[k];
+        if (!p->fixed && !p->number.expr)
+            add_name(s, p->name, strlen(p->name));
+    }
+}
+
+static void take_listed(kempe_sensitivity *s, const char *list)
+{
+    int most = 1;
+    for (const char *c = list; *c; c++)
+        most += *c == ',' || *c == ' ';
+    s->name = KMP_ARENA_NEW(&s->arena, char *, most);
+    while (s->name && *list) {
+        list += strspn(list, ", ");
+        size_t length = strcspn(list, ", ");
+        if (length > 0)
+            add_name(s, list, length);
+        list += length;
+    }
+}
+
+static kempe_status take_names(kempe_sensitivity *s)
+{
+    if (s->options->parameters)
+        take_listed(s, s->options->parameters);
+    else
+        take_all(s);
+    if (s->arena.failed)
+        return kmp_fail_memory(s->context);
+    if (s->count == 0)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "there is no parameter to differentiate with respect to: define some in the model "
+                        "(parameters:), or name start values as q.NAME and qd.NAME");
+    return KEMPE_OK;
+}
+
+static double value_of(const kempe_model *m, const char *name)
+{
+    int k = kmp_parameter_find(m, name);
+    return k < 0 ? 0 : m->parameters[k].number.value;
+}
+
+/* The requested outputs, or the usual ones of the kind. */
+static kempe_status take_outputs(kempe_sensitivity *s)
+{
+    kmp_text words = {0};
+    if (s->options->outputs)
+        kmp_text_put(&words, s->options->outputs);
+    else if (s->kind->outputs)
+        s->kind->outputs(s->model, &words);
+    kempe_status status = words.failed ? kmp_fail_memory(s->context) : KEMPE_OK;
+    if (status == KEMPE_OK && words.s)
+        status = kmp_requested_outputs(kmp_variant_model(s->variant), words.s, &s->parts);
+    kmp_text_free(&words);
+    return status;
+}
+
+static kempe_status derive(kempe_sensitivity *s)
+{
+    const kmp_arena_group groups[] = {{s->count, {&s->parameter, &s->size}}};
+    KMP_TRY(kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant));
+    KMP_TRY(take_outputs(s));
+    KMP_TRY(kmp_system_of_variant(s->variant, &s->system));
+    if (!kmp_arena_make_groups(&s->arena, 1, groups))
+        return kmp_fail_memory(s->context);
+    for (int k = 0; k < s->count; k++) {
+        s->parameter[k] = value_of(kmp_variant_model(s->variant), s->name[k]);
+        s->size[k] = s->parameter[k] != 0 ? fabs(s->parameter[k]) : 1;
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status prepare(kempe_sensitivity *s)
+{
+    KMP_TRY(find_kind(s));
+    KMP_TRY(check_method(s));
+    KMP_TRY(take_names(s));
+    return derive(s);
+}
+
+/* -- the object -------------------------------------------------------------------------------------- */
+
+kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *options,
+                                   kempe_sensitivity **sensitivity)
+{
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, sensitivity, "sensitivity");
+    KMP_OPTIONS(model->context, kempe_sensitivity_options, options);
+    const kempe_run_options *run = options->run;
+    KMP_OPTIONS(model->context, kempe_run_options, run);
+    double begin = kmp_cpu_now();
+    kmp_context_begin(model->context);
+    KMP_TRY(kmp_model_check_finished(model));
+    kempe_sensitivity *s = KMP_NEW(kempe_sensitivity, 1);
+    if (!s)
+        return kmp_fail_memory(model->context);
+    *s = (kempe_sensitivity){.kind = kinds[0],
+                             .model = model,
+                             .context = model->context,
+                             .options = options,
+                             .integral = options->integral,
+                             .run = run,
+                             .method = "",
+                             .integrator = ""};
+    kempe_status status = prepare(s);
+    double derived = s->build_s = kmp_cpu_now() - begin;
+    begin = kmp_cpu_now();
+    s->status = status == KEMPE_OK ? s->kind->find(s) : status;
+    s->cpu_s = kmp_cpu_now() - begin - (s->build_s - derived) - s->again_s;
+    s->options = NULL;
+    s->run = NULL;
+    s->warnings = kmp_context_warnings(s->context);
+    bool partly = status == KEMPE_OK && s->rows > 0 && (s->status == KEMPE_E_FAILED || s->status == KEMPE_STOPPED);
+    if (s->status != KEMPE_OK && !partly) {
+        status = s->status;
+        kempe_sensitivity_free(s);
+        return status;
+    }
+    if (!s->reason)
+        s->reason = kmp_strdup("");
+    *sensitivity = s;
+    return s->status;
+}
+
+void kempe_sensitivity_free(kempe_sensitivity *s)
+{
+    if (!s)
+        return;
+    kempe_system_free(s->system);
+    kmp_variant_free(s->variant);
+    kmp_columns_free(&s->outputs);
+    kmp_free(s->column);
+    kmp_free(s->unit);
+    kmp_free(s->at);
+    kmp_free(s->cell);
+    kmp_free(s->warnings);
+    kmp_free(s->reason);
+    kmp_arena_free(&s->arena);
+    kmp_free(s);
+}
+
+/* -- columns and rows -------------------------------------------------------------------------------- */
+
+bool kmp_sensitivity_add_column(kempe_sensitivity *s, const char *name, const char *unit)
+{
+    char **column = kmp_realloc(s->column, (size_t)s->columns + 1, sizeof *column);
+    s->column = column ? column : s->column;
+    char **units = kmp_realloc(s->unit, (size_t)s->columns + 1, sizeof *units);
+    s->unit = units ? units : s->unit;
+    if (!column || !units)
+        return false;
+    column[s->columns] = kmp_arena_strdup(&s->arena, name);
+    units[s->columns++] = kmp_arena_strdup(&s->arena, unit);
+    return !s->arena.failed;
+}
+
+bool kmp_sensitivity_choose(kempe_sensitivity *s)
+{
+    bool ok = kmp_columns_init(&s->outputs, s->system);
+    s->chosen = ok ? KMP_ARENA_NEW(&s->arena, int, s->outputs.count) : NULL;
+    for (int k = 0; s->chosen && ok && k < s->outputs.count; k++) {
+        const kmp_column *of = &s->outputs.of[k];
+        if (of->output < 0 || (s->parts && !(s->parts[of->output] >> of->component & 1u)))
+            continue;
+        s->chosen[s->columns] = k;
+        ok = kmp_sensitivity_add_column(s, s->outputs.name[k], s->outputs.unit[k]);
+    }
+    return s->chosen && ok;
+}
+
+void kmp_sensitivity_fill(const kempe_sensitivity *s, const kmp_sensitivity_source *source, double *row)
+{
+    const int n = s->system->n, size[] = {n, n, n, s->system->m, source->shown};
+    for (int c = 0; c < s->columns; c++) {
+        const kmp_column *of = &s->outputs.of[s->chosen[c]];
+        row[c] = source->value[of->quantity][of->index];
+        for (int k = 0; k < s->count; k++)
+            row[s->columns + c * s->count + k] = source->slope[of->quantity][k * size[of->quantity] + of->index];
+    }
+}
+
+double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at)
+{
+    if (s->rows == s->room) {
+        size_t room = 2 * (size_t)s->room + 16;
+        double *times = kmp_realloc(s->at, room, sizeof *times);
+        s->at = times ? times : s->at;
+        double *cell = kmp_realloc(s->cell, room * kmp_sensitivity_width(s), sizeof *cell);
+        s->cell = cell ? cell : s->cell;
+        if (!times || !cell)
+            return NULL;
+        s->room = (int)room;
+    }
+    s->at[s->rows] = at;
+    return s->cell + (size_t)s->rows++ * kmp_sensitivity_width(s);
+}
+
+/* -- queries ----------------------------------------------------------------------------------------- */
+
+const char *kempe_sensitivity_method(const kempe_sensitivity *s)
+{
+    KMP_GIVEN(s, "");
+    return s->method;
+}
+
+kempe_slope_work kempe_sensitivity_work(const kempe_sensitivity *s)
+{
+    KMP_GIVEN(s, (kempe_slope_work){0});
+    return s->work;
+}

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Functions of one variable given by points: straight lines or a cubic spline through them.
+ *
+ * The spline is not-a-knot (the first two and the last two pieces are one cubic each; three points make a parabola, two
+ * a line), so that a table of a cubic is that cubic. Beyond its ends a table is extrapolated linearly: value and
+ * derivative are continuous there. At a knot the piece on its right counts. */
+#ifndef KMP_SYMBOLIC_TABLE_FUNCTION_H
+#define KMP_SYMBOLIC_TABLE_FUNCTION_H
+
+#include "base/arena.h"
+#include "symbolic/graph.h"
+#include <stdatomic.h>
+
+typedef enum kmp_table_method { KMP_TABLE_LINEAR, KMP_TABLE_CUBIC, KMP_TABLE_METHODS } kmp_table_method;
+
+/* Read-only once made, but for the count of its owners. */
+typedef struct kmp_table {
+    kmp_arena arena;  /* of all arrays */
+    atomic_int *owns; /* number of owners; the last one frees the table */
+    kmp_table_method method;
+    int count;          /* knots, at least 2 */
+    double *x, *y;      /* count: x increasing */
+    double (*piece)[4]; /* count - 1: y = sum piece[k][i] (x - x[k])^i */
+    int *last;          /* by equal parts of the range of x: the last knot but one that lies in the part or before it */
+    double per_length;  /* parts over the range */
+    double last_slope;  /* at the last knot */
+} kmp_table;
+
+/** -1 when a table can be made of the points; otherwise the index of the first point that is not finite or whose x does
+ * not exceed the one before it. With fewer than two points, their count. */
+int kmp_table_check(int count, const double *x, const double *y);
+
+/** Copies the points, which must have passed kmp_table_check. NULL: no memory. */
+kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, const double *y);
+void kmp_table_free(kmp_table *table);
+
+/** The table for a further owner, who frees it too. */
+kmp_table *kmp_table_share(kmp_table *table);
+
+/** True if method and points are equal, to the bit. */
+bool kmp_table_equal(const kmp_table *a, const kmp_table *b);
+
+/** Value (derivative 0) or derivative of a given order at x; NaN for NaN. Its piece is found by the part of
+ *  the range that x is in: no state, no allocation. */
+double kmp_table_value(const kmp_table *table, int derivative, double x);
+/** Bounds of the table, or of a derivative of a given order, while x is within [from, to]. */
+void kmp_table_bounds(const kmp_table *table, int derivative, double from, double to, double *low, double *high);
+
+/** Pieces and values of n points, a multiple of four, each times `sign`, equal to single calls to the bit.
+ * kmp_table_find finds the pieces, which serve all derivatives. */
+void kmp_table_find(const kmp_table *table, int n, double sign, const double *x, int *piece);
+void kmp_table_values(const kmp_table *table, int derivative, int n, double sign, const double *x, const int *piece,
+                      double *y);
+
+/** Derivatives of a higher order are zero everywhere: 1 or 3. */
+int kmp_table_degree(const kmp_table *table);
+
+/** "linear", "cubic". */
+const char *kmp_table_method_name(kmp_table_method method);
+
+/* Tables in the graph. A graph owns its tables, a program those that it needs. */
+
+/** Number of the table in the graph (an equal one is not added twice); -1: no memory, or no table (NULL),
+ * and the graph has failed. */
+int kmp_graph_add_table(kmp_graph *g, kmp_table *table);
+/** NULL when there is no such number. Owned by the graph. */
+kmp_table *kmp_graph_table(const kmp_graph *g, int table);
+
+/** table(x). Its derivatives are nodes of the same table with a higher order. */
+kmp_ref kmp_table_at(kmp_graph *g, int table, kmp_ref x);
+kmp_ref kmp_table_derivative_at(kmp_graph *g, int table, int derivative, kmp_ref x);
+
+#endif

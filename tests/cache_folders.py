@@ -1,0 +1,203 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The cache of derived equations changes no result, whatever happens to its folder.
+
+    python3 tests/cache_folders.py KEMPE [EXAMPLE ..]
+
+Every third example (./check full: every one) runs without a cache, with an empty one, and with the files that this has left: the results are equal but
+for times, and the third run writes nothing. Damaged files do not count and are replaced. Other sources, settings and
+algorithms have files of their own. Processes share a folder; a folder that cannot be written to, or is no folder, is
+ignored; the folder has a bound.
+"""
+import os
+import pathlib
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+TIMES = re.compile(r'"(\w*_s|time_\w+)": [-+0-9.eE]+')
+DAMAGED = "four_bar"
+
+
+def run(kempe, folder, words, limit=None):
+    """The output of the command with a cache folder (None: no cache), without times."""
+    environment = dict(os.environ, KEMPE_CACHE=str(folder) if folder else "off", OPENBLAS_NUM_THREADS="1")
+    bound = (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))) if limit is not None else None
+    done = subprocess.run([kempe, *map(str, words)], capture_output=True, text=True, env=environment, cwd=ROOT,
+                          preexec_fn=bound, timeout=300)
+    return done.returncode, TIMES.sub(r'"\1": T', done.stdout), done.stderr
+
+
+def model_of(name):
+    return ROOT / "examples" / name / f"{name}.yaml"
+
+
+def simulation(name, *more):
+    return ["simulate", model_of(name), "--t-end", "2e-3", "--no-convergence-check", "--json", "-", *more]
+
+
+def stamps(folder):
+    """The files of a folder: content, and the file itself."""
+    return {f.name: (f.read_bytes(), f.stat().st_ino) for f in sorted(folder.iterdir())} if folder.exists() else {}
+
+
+def expect(good, what):
+    if not good:
+        sys.exit(f"cache_folders.py: {what}")
+
+
+def compare_examples(kempe, names, folder):
+    """Cold and warm runs equal those without a cache."""
+    for name in names:
+        for words in (["check", model_of(name), "--json", "-"], simulation(name)):
+            without = run(kempe, None, words)
+            cold = run(kempe, folder, words)
+            left = stamps(folder)
+            warm = run(kempe, folder, words)
+            expect(cold == without, f"{name}: '{words[0]}' with an empty cache differs")
+            expect(warm == without, f"{name}: '{words[0]}' with a filled cache differs")
+            expect(stamps(folder) == left, f"{name}: '{words[0]}' wrote to a filled cache")
+    expect(len(stamps(folder)) >= len(names) // 2, "most examples were not cached")
+
+
+def damages(content):
+    """Ways in which a file may be damaged."""
+    middle = len(content) // 2
+    yield "empty", b""
+    yield "a single byte", content[:1]
+    yield "its head alone", content[:56]
+    yield "without its last byte", content[:-1]
+    yield "half", content[:middle]
+    yield "longer", content + b"\0"
+    yield "zeros", bytes(len(content))
+    for at in (0, 7, 8, 20, 40, 48, 56, 60, middle, len(content) - 1):
+        yield f"byte {at} changed", content[:at] + bytes([content[at] ^ 0x10]) + content[at + 1:]
+    yield "parts exchanged", content[:56] + content[middle:] + content[56:middle]
+
+
+def damage_files(kempe, folder):
+    words = simulation(DAMAGED)
+    without = run(kempe, None, words)
+    run(kempe, folder, words)
+    files = stamps(folder)
+    expect(files, f"{DAMAGED} is not cached")
+    for name, (content, _) in files.items():
+        for what, damaged in damages(content):
+            (folder / name).write_bytes(damaged)
+            expect(run(kempe, folder, words) == without, f"a damaged file ({what}) changes the result")
+            expect((folder / name).read_bytes() == content, f"a damaged file ({what}) stays")
+        other = next(o for o in [*files, None] if o != name)
+        if other:
+            (folder / name).write_bytes(files[other][0])
+            expect(run(kempe, folder, words) == without, "a file under another name changes the result")
+    for name in files:
+        (folder / name).unlink()
+        (folder / name).mkdir()
+    expect(run(kempe, folder, words) == without, "a folder in a file's place changes the result")
+    for name in files:
+        (folder / name).rmdir()
+        os.mkfifo(folder / name)
+    expect(run(kempe, folder, words) == without, "a pipe in a file's place changes the result")
+
+
+def tell_apart(kempe, folder):
+    """Inputs that differ have files of their own."""
+    model = folder.parent / "model.yaml"
+    text = model_of(DAMAGED).read_text()
+    model.write_text(text)
+    words = ["simulate", model, "--t-end", "2e-3", "--no-convergence-check", "--json", "-"]
+    seen = set()
+    for change in ([], ["--set", "crank=0.31"], ["--set", "crank=0.32"], ["--algorithm", "plain"],
+                   ["--closure-tolerance", "1e-5"]):
+        without = run(kempe, None, [*words, *change])
+        for _ in range(2):
+            expect(run(kempe, folder, [*words, *change]) == without, f"{change}: a file of other inputs is taken")
+        expect(not set(stamps(folder)) <= seen, f"{change}: no file of its own")
+        seen |= set(stamps(folder))
+    model.write_text(text.replace("-9.81", "-9.82"))
+    expect(model.read_text() != text, "the model has another gravity")
+    expect(run(kempe, folder, words) == run(kempe, None, words), "an edited model takes the old file")
+
+
+def share(kempe, folder):
+    """Processes at the same time, some of which fill the cache."""
+    words = simulation(DAMAGED)
+    without = run(kempe, None, words)
+    environment = dict(os.environ, KEMPE_CACHE=str(folder), OPENBLAS_NUM_THREADS="1")
+    for _ in range(3):
+        for f in folder.glob("*"):
+            f.unlink()
+        running = [subprocess.Popen([kempe, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                    text=True, env=environment, cwd=ROOT) for _ in range(8)]
+        for p in running:
+            out, err = p.communicate(timeout=300)
+            expect((p.returncode, TIMES.sub(r'"\1": T', out), err) == without, "processes at the same time differ")
+        expect(all(f.endswith(".kempe") for f in stamps(folder)), "temporary files stay")
+
+
+def spoil_folder(kempe, folder):
+    """Folders that cannot be used."""
+    words = simulation(DAMAGED)
+    without = run(kempe, None, words)
+    file = folder.parent / "file"
+    file.write_text("")
+    expect(run(kempe, file, words) == without, "a file in the folder's place changes the result")
+    expect(run(kempe, file / "below", words) == without, "a folder below a file changes the result")
+    expect(run(kempe, "/proc/kempe", words) == without, "a folder that cannot be made changes the result")
+    empty = folder.parent / "full"
+    expect(run(kempe, empty, words, limit=0) == without, "a limit on the size of files changes the result")
+    expect(not stamps(empty), "a limit on the size of files leaves some")
+    run(kempe, folder, words)
+    left = stamps(folder)
+    folder.chmod(0o500)
+    expect(run(kempe, folder, words) == without, "a read-only folder changes the result")
+    folder.chmod(0o700)
+    expect(stamps(folder) == left, "a read-only folder was written to")
+
+
+def switch_off(kempe, folder):
+    words = simulation(DAMAGED)
+    run(kempe, folder, [*words, "--no-cache"])
+    expect(not stamps(folder), "--no-cache writes files")
+
+
+def keep_bound(kempe, folder):
+    """The oldest files go; temporary files without an owner go too."""
+    folder.mkdir()
+    names = [f"{k:064x}.kempe" for k in range(4)]
+    for k, name in enumerate(names):
+        with open(folder / name, "wb") as f:
+            f.truncate(80 << 20)
+        os.utime(folder / name, (1000 + k, 1000 + k))
+    for name, age in (("new.old", 1000), ("other", 1000)):
+        (folder / name).write_text("x")
+        os.utime(folder / name, (age, age))
+    (folder / "new.young").write_text("x")
+    run(kempe, folder, simulation(DAMAGED))
+    left = set(stamps_names(folder))
+    expect(names[0] not in left and names[1] not in left and {names[2], names[3]} <= left,
+           "not the oldest files were removed")
+    expect("new.old" not in left and {"other", "new.young"} <= left, "other files were removed, or old ones stay")
+
+
+def stamps_names(folder):
+    return [f.name for f in folder.iterdir()]
+
+
+def main():
+    kempe = str(pathlib.Path(sys.argv[1]).resolve())
+    names = sorted(f.parent.name for f in ROOT.glob("examples/*/*.yaml") if f.stem == f.parent.name)
+    names = sys.argv[2:] or (names if "KEMPE_FULL" in os.environ else names[::3])
+    steps = (lambda k, f: compare_examples(k, names, f), damage_files, tell_apart, share, spoil_folder, switch_off,
+             keep_bound)
+    for step in steps:
+        with tempfile.TemporaryDirectory() as parent:
+            step(kempe, pathlib.Path(parent) / "cache")
+    print(f"{len(names)} examples are the same with and without a cache")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,299 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pages of `kempe compare --report` and `kempe modes --report`: made of several models, small, without anything from
+elsewhere, and drawn by Chromium without a complaint. Called with the path of the command:
+
+    python3 tests/report_pages.py build/dev/kempe [unittest arguments]
+
+Ends with 77 (skipped) where Chromium or the libraries that pages are made with are not installed.
+"""
+import base64
+import html.parser
+import json
+import os
+import pathlib
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+MOST_BYTES = 3_000_000
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+LIBRARIES = [pathlib.Path("/usr/share/javascript") / name for name in ("three/three.min.js", "chart.js/chart.min.js")]
+HARMLESS = re.compile("software WebGL|GPU stall|GL Driver Message")  # of a machine without a graphics card
+COST, HISTORY, CLOSURES = ["by-cpu", "by-rhs"], ["over-energy", "over-step"], ["over-h", "over-hdot"]
+KEMPE = "kempe"  # set by main
+
+#   name: model, options, exit code, runs shown in detail, whether it moves, options of the browser
+FLAT, DARK = ["--disable-3d-apis"], ["--blink-settings=preferredColorScheme=0", "--window-size=500,800"]
+CASES = {
+    "andrews": ("examples/andrews/andrews.yaml", ["--rtol", "1e-4,1e-6,1e-8,1e-10"], 0, 3, True, []),
+    "four_bar": ("examples/four_bar/four_bar.yaml", ["--rtol", "1e-5,1e-7,1e-9", "--t-end", "0.5"], 0, 3, True, FLAT),
+    "stewart": ("examples/stewart/stewart.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "0.2"], 0, 3, True, DARK),
+    "pendulum": ("tests/models/pendulum.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "1"], 0, 3, True, []),
+    "parallelogram": ("tests/models/parallelogram.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "0.6"], 0, 3, True, []),
+    "rolling": ("examples/rolling_wheel/rolling_wheel.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "2", "--integrators", "radau5,ida"], 0, 2, True, FLAT),
+    "friction": ("tests/models/friction_loop.yaml", ["--rtol", "1e-5"], 1, 0, False, []),
+    "open": ("tests/models/robotran.yaml", ["--rtol", "1e-5"], 1, 0, False, []),
+}
+
+#   name: model, options, modes in the list, of these zeros, curves in the plane, critical values
+MODES = {
+    "quarter_car": ("examples/quarter_car/quarter_car.yaml", ["--sweep", "damper=0:4000:21", "--orders", "0.01"], 2, 0, 4, 0),
+    "car": ("examples/suspension/suspension.yaml", [], 15, 4, 0, 0),
+    "wheelset": ("examples/restrained_wheelset/restrained_wheelset.yaml", ["--sweep", "V=40:140:11"], 2, 0, 4, 1),
+}
+
+
+class Page(html.parser.HTMLParser):
+    """Tags with their attributes, texts of elements with an id, and the script that holds the data."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.by_id, self.open, self.data = [], {}, [], ""
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        self.tags.append((tag, attributes))
+        if "id" in attributes:
+            self.by_id[attributes["id"]] = attributes
+        if tag not in ("meta", "link", "img", "input", "br", "line", "circle"):
+            self.open.append((tag, attributes.get("id")))
+
+    def handle_endtag(self, tag):
+        while self.open and self.open.pop()[0] != tag:
+            pass
+
+    def handle_data(self, text):
+        for _, name in self.open:
+            if name == "data":
+                self.data += text
+            elif name:
+                self.by_id[name]["text"] = self.by_id[name].get("text", "") + text
+
+    def words(self, name):
+        return " ".join(self.by_id[name].get("text", "").split())
+
+
+def kempe(*words, **environment):
+    return subprocess.run([KEMPE, *map(str, words)], capture_output=True, text=True, timeout=300,
+                          env={**os.environ, **environment})
+
+
+def browse(page, profile, *options):
+    """What Chromium makes of a page: its document, and what it has to say."""
+    command = [CHROMIUM, "--headless", "--no-sandbox", f"--user-data-dir={profile}", "--window-size=1280,800",
+               "--disable-dev-shm-usage", "--virtual-time-budget=500", "--enable-logging=stderr", "--dump-dom", *options,
+               page.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    said = [line for line in done.stderr.split("\n") if "CONSOLE" in line and not HARMLESS.search(line)]
+    return Page(done.stdout), said
+
+
+def check_by_itself(self, page):
+    text = page.read_text()
+    self.assertLess(len(text.encode()), MOST_BYTES)
+    own = Page(text)
+    loads = [(tag, key) for tag, attributes in own.tags for key in attributes if key in ("src", "href", "srcset")]
+    self.assertEqual(loads, [])
+    self.assertEqual([tag for tag, _ in own.tags if tag in ("link", "iframe", "object", "base")], [])
+    policy = [a["content"] for tag, a in own.tags if a.get("http-equiv") == "Content-Security-Policy"]
+    self.assertTrue(policy[0].startswith("default-src 'none'"), policy)
+    self.assertNotIn("http", policy[0])
+    ours = text[text.rindex("<script>"):]
+    self.assertIsNone(re.search(r"\bfetch\(|XMLHttpRequest|\bimport\b|url\(|https?://", ours))
+    for licence in ("three.js authors", "Chart.js Contributors", "Permission is hereby granted"):
+        self.assertIn(licence, text)
+
+
+class Case(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.place = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.place.name)
+        cls.pages = {}
+        for name, (model, options, code, *_) in CASES.items():
+            page = cls.folder / f"{name}.html"
+            done = kempe("compare", ROOT / model, *options, "--report", page)
+            if done.returncode != code or not page.exists():
+                raise AssertionError(f"{name}: exit code {done.returncode}\n{done.stderr}")
+            cls.pages[name] = page
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.place.cleanup()
+
+    def test_small_and_by_itself(self):
+        for name, page in self.pages.items():
+            with self.subTest(name):
+                check_by_itself(self, page)
+
+    def check_words(self, name, page, data):
+        self.assertTrue(page.words("answer"))
+        if CASES[name][2] == 0:
+            best = data["runs"][data["advice"]["run"]]
+            self.assertTrue(page.words("answer").startswith("Use " + data["methods"][best["method"]]["name"].split()[0]))
+            self.assertEqual(len(re.findall("CPU time|error of q|evaluations", page.words("facts"))), 3)
+            self.assertIn("Reference", page.words("reference"))
+        else:
+            reason = {"friction": "slides", "open": "cannot be closed"}[name]
+            self.assertIn("No run reached the end", page.words("answer"))
+            self.assertIn(reason, page.words("because"))
+            self.assertIn(reason if data["runs"] else "", page.words("failures"))
+
+    def check_plots(self, page, data, shown):
+        for plot in COST + HISTORY + (CLOSURES if data["m"] > 0 else []):
+            drawn = page.by_id[plot]
+            self.assertGreater(int(drawn["data-ink"]), 100, plot)
+            self.assertGreaterEqual(int(drawn["data-lines"]), len(data["methods"]) if plot in COST else shown)
+            self.assertGreater(int(drawn["data-points"]), 20 if plot in HISTORY else 3, plot)
+        points = sum(run["error"][0] is not None for run in data["runs"])
+        self.assertEqual(int(page.by_id["by-cpu"]["data-points"]), points)
+
+    def check_stage(self, name, stage, data):
+        _, _, _, _, moves, options = CASES[name]
+        self.assertGreater(int(stage["data-ink"]), 100)
+        self.assertIn(stage["data-view"], ["canvas"] if options == FLAT else ["canvas", "webgl"])
+        self.assertEqual(stage["data-planar"], str(name not in ("stewart", "open")).lower())
+        self.assertEqual(stage["data-follows"], str(name == "rolling").lower())
+        self.assertEqual(int(stage["data-frames"]) > 1, moves)
+
+    def test_drawn(self):
+        for name, page in self.pages.items():
+            with self.subTest(name):
+                _, _, code, shown, _, options = CASES[name]
+                drawn, said = browse(page, self.folder / "profile", *options)
+                self.assertEqual(said, [])
+                self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
+                data = json.loads(drawn.data)
+                ended = {data["methods"][run["method"]]["name"].split()[0] for run in data["runs"] if run["status"] == "ok"}
+                shown = len(ended) if name == "rolling" else shown  # slow runs are left out after a time
+                self.assertGreaterEqual(shown, 2 if code == 0 else 0)
+                self.assertEqual(len(data["shown"]), shown)
+                self.check_words(name, drawn, data)
+                if code == 0:
+                    self.check_plots(drawn, data, shown)
+                self.check_stage(name, drawn.by_id["view"], data)
+                if name == "parallelogram":
+                    self.assertIn("change point", drawn.words("marks"))
+                    self.assertIn("change point", drawn.words("log"))
+
+    def test_a_page_that_complains_is_noticed(self):
+        """What these tests look for is there when something is wrong; and the switch of quantities does its work."""
+        broken = self.folder / "broken.html"
+        text = self.pages["pendulum"].read_text()
+        broken.write_text(text.replace("\nbegin();\n", "\nbegin();\nbyId('rates').click();\n"
+                                       "new Image().src = 'https://kempe.invalid/';\nnone();\n"))
+        drawn, said = browse(broken, self.folder / "profile")
+        self.assertTrue(any("none is not defined" in line for line in said), said)
+        self.assertTrue(any("Content Security Policy" in line for line in said), said)
+        self.assertEqual((drawn.by_id["rates"]["aria-pressed"], drawn.by_id["by-cpu"]["data-quantity"]), ("true", "qd"))
+
+    def test_same_bytes(self):
+        """All but measured times is the same again."""
+
+        def without_times(page):
+            data = json.loads(Page(page.read_text()).data)
+            for run in data["runs"]:
+                for key in ("cpu", "ready", "memory"):
+                    del run[key]
+            times = ("shown", "picture") if page.stem != "again" else ()
+            return {key: data[key] for key in data if key not in ("advice", "levels", "same", "bests", "failures", "warnings", *times)}, data
+
+        again = self.folder / "again.html"
+        model, options, *_ = CASES["pendulum"]
+        kempe("compare", ROOT / model, *options, "--report", again)
+        first, one = without_times(self.pages["pendulum"])
+        _, two = without_times(again)
+        for key in first:
+            self.assertEqual(first[key], two[key], key)
+        if one["shown"][0]["run"] == two["shown"][0]["run"]:
+            self.assertEqual(one["shown"][0], two["shown"][0])
+            self.assertEqual(one["picture"], two["picture"])
+
+
+class Modes(unittest.TestCase):
+    """Pages of modes."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.place = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.place.name)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.place.cleanup()
+
+    def make(self, name):
+        model, options, *_ = MODES[name]
+        page = self.folder / f"{name}.html"
+        done = kempe("modes", ROOT / model, *options, "--report", page)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return page
+
+    def test_drawn(self):
+        for name, (_, _, modes, zeros, curves, critical) in MODES.items():
+            with self.subTest(name):
+                page = self.make(name)
+                check_by_itself(self, page)
+                drawn, said = browse(page, self.folder / "profile")
+                self.assertEqual(said, [])
+                self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
+                data = json.loads(drawn.data)
+                self.assertEqual((len(data["modes"]), sum(mode["zero"] for mode in data["modes"])), (modes, zeros))
+                buttons = [a for tag, a in drawn.tags if tag == "button" and "data-mode" in a]
+                self.assertEqual([a["aria-pressed"] for a in buttons].index("true"), zeros)
+                self.assertEqual(len(buttons), modes)
+                self.assertIn(data["stability"], drawn.words("answer"))
+                self.assertIn(f"Mode {zeros + 1}:", drawn.words("stage-note"))
+                plane, right, stage = (drawn.by_id[key] for key in ("plane", "campbell", "view"))
+                self.assertEqual(int(plane["data-lines"]), curves + 1 + (curves > 0))
+                for canvas in (plane, right, stage):
+                    self.assertGreater(int(canvas["data-ink"]), 100)
+                self.assertEqual(int(stage["data-frames"]), data["frames"] * modes)
+                if curves:
+                    self.assertEqual(len(data["locus"]["critical"]), critical)
+
+    def test_a_mode_is_chosen(self):
+        """The frames go from the state in both directions, and choosing another shows another."""
+        page = self.make("quarter_car")
+        other = self.folder / "other.html"
+        text = page.read_text()
+        other.write_text(text.replace("\nbegin();\n", "\nbegin();\ndocument.querySelectorAll('#modes button')[1].click();\n"))
+        drawn, said = browse(other, self.folder / "profile")
+        self.assertEqual(said, [])
+        self.assertIn("Mode 2:", drawn.words("stage-note"))
+        data = json.loads(drawn.data)
+        frames = data["frames"]
+        unit, raw = data["picture"]["frames"]["unit"], base64.b64decode(data["picture"]["frames"]["position"])
+        height = [x * unit for x in struct.unpack(f"<{len(raw) // 2}h", raw)][2::6]  # of the wheel, frame by frame
+        for k, mode in enumerate(data["modes"]):
+            own = height[k * frames:(k + 1) * frames]
+            wanted = abs(complex(mode["shape_re"][0], mode["shape_im"][0])) * mode["amplitude"]
+            self.assertEqual(own[0], own[-1])
+            self.assertAlmostEqual((max(own) - min(own)) / 2, wanted, delta=0.01 * wanted + unit)
+
+    def test_same_bytes(self):
+        first = self.make("wheelset").read_bytes()
+        self.assertEqual(self.make("wheelset").read_bytes(), first)
+
+
+def main():
+    global KEMPE
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    KEMPE = os.path.abspath(sys.argv.pop(1))
+    missing = [str(path) for path in LIBRARIES if not path.exists()] + ([] if CHROMIUM else ["chromium"])
+    if missing:
+        print(f"skipped: not installed here: {', '.join(missing)}")
+        sys.exit(77)
+    unittest.main()
+
+
+if __name__ == "__main__":
+    main()

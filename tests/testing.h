@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A test program is `int main(void) { TEST(name); ... return check_report(); }`. Each TEST prints one line,
+ * each failing CHECK one sentence with its place. */
+#ifndef KEMPE_TESTS_TESTING_H
+#define KEMPE_TESTS_TESTING_H
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static int check_failures, check_tests, check_failed_tests;
+
+#define CHECK(condition)                                                                                               \
+    do {                                                                                                               \
+        if (!(condition)) {                                                                                            \
+            check_failures++;                                                                                          \
+            printf("%s:%d: not true: %s\n", __FILE__, __LINE__, #condition);                                           \
+        }                                                                                                              \
+    } while (0)
+
+/* |a - b| <= tolerance * max(|b|, 1) */
+#define CHECK_NEAR(a, b, tolerance)                                                                                    \
+    do {                                                                                                               \
+        double check_a = (a), check_b = (b), check_t = (tolerance);                                                    \
+        if (!(fabs(check_a - check_b) <= check_t * fmax(fabs(check_b), 1.0))) {                                        \
+            check_failures++;                                                                                          \
+            printf("%s:%d: %s = %.17g, expected %.17g (off %.3g, allowed %.3g relative)\n", __FILE__, __LINE__, #a,    \
+                   check_a, check_b, check_a - check_b, check_t);                                                      \
+        }                                                                                                              \
+    } while (0)
+
+#define CHECK_TEXT(a, b)                                                                                               \
+    do {                                                                                                               \
+        const char *check_s = (a), *check_r = (b);                                                                     \
+        if (strcmp(check_s, check_r) != 0) {                                                                           \
+            check_failures++;                                                                                          \
+            printf("%s:%d: %s is\n%s\nexpected\n%s\n", __FILE__, __LINE__, #a, check_s, check_r);                      \
+        }                                                                                                              \
+    } while (0)
+
+/* The larger one; no number, if either is none: fmax drops it, and nothing would fail. */
+static inline double check_max(double a, double b)
+{
+    return isnan(a) || b <= a ? a : b;
+}
+
+#define TEST(function)                                                                                                 \
+    do {                                                                                                               \
+        int check_before = check_failures;                                                                             \
+        function();                                                                                                    \
+        check_tests++;                                                                                                 \
+        check_failed_tests += check_failures > check_before;                                                           \
+        printf("%s %s\n", check_failures > check_before ? "FAILED" : "ok", #function);                                 \
+    } while (0)
+
+static int check_report(void)
+{
+    printf("%d passed, %d failed\n", check_tests - check_failed_tests, check_failed_tests);
+    return check_tests == 0 || check_failed_tests > 0;
+}
+
+#endif
