@@ -231,6 +231,17 @@ static uint32_t most_angles(const kmp_layout *l, uint32_t segments)
     return count + (KMP_LANES - 1) * (segments < count ? segments : count);
 }
 
+/* A block with another list of arguments, in the room of an earlier one. Parts of a stage that run at the same time
+ * (team) need rooms of their own. */
+static kmp_solving *solving_of(const kmp_frame *f, const kmp_instruction *in, const kmp_instruction *const *first)
+{
+    uint32_t k = 0;
+    while (k < f->solving_count && (f->team || first[k]->b != in->b))
+        k++;
+    return k < f->solving_count ? kmp_solving_beside(f->solving[k])
+                                : kmp_solving_new(&f->program->block[in->b], f->runner.run ? &f->runner : NULL);
+}
+
 /* Unknowns of one block for one list of arguments are solved together. */
 static bool place_block(kmp_layout *l, int i, const kmp_instruction **first)
 {
@@ -242,7 +253,7 @@ static bool place_block(kmp_layout *l, int i, const kmp_instruction **first)
     l->solving_of[i] = k;
     if (k < f->solving_count)
         return true;
-    f->solving[k] = kmp_solving_new(&l->program->block[in->b], f->runner.run ? &f->runner : NULL);
+    f->solving[k] = solving_of(f, in, first);
     first[f->solving_count++] = in;
     return f->solving[k];
 }

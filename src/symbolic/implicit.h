@@ -61,11 +61,14 @@ typedef struct kmp_block_runner {
     const double *(*outputs)(const void *code, int stage);
 } kmp_block_runner;
 
-/* Room to solve a block in: one for each thread. */
+/* A block with one list of arguments, and room to solve it in: one for each thread. */
 typedef struct kmp_solving kmp_solving;
 
 /** The block must outlive it. Without a runner the program is interpreted. NULL: no memory. */
 kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_runner *runner);
+/** The block of another one with another list of arguments, in the other's room: both belong to one thread, and the
+ * other outlives it. NULL: no memory. */
+kmp_solving *kmp_solving_beside(const kmp_solving *other);
 void kmp_solving_free(kmp_solving *solving);
 
 /** The array to write the arguments to. */

@@ -18,10 +18,12 @@ enum { MOST = KMP_IMPLICIT_MOST, MOST_STEPS = 60, MOST_HALVINGS = 12 };
 struct kmp_solving {
     const kmp_program_block *block;
     const kmp_block_runner *runner;
+    bool shares;    /* the next three belong to another one */
     void *code;     /* the runner's */
     kmp_scan *scan; /* of candidates, if there are some */
     kmp_average *average;
-    double *p, *solved; /* arguments: the current ones, and those of y */
+    double *p, *solved; /* arguments: the current ones, and those of the solution */
+    double *component;  /* the solution */
     double y[MOST], merit;
     bool known;
 };
@@ -77,19 +79,43 @@ static bool prepare_block(kmp_solving *s)
     return s->code && (s->block->candidates == 0 || s->scan);
 }
 
-kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_runner *runner)
+/* Without a program's code or room. */
+static kmp_solving *begin(const kmp_program_block *block, const kmp_block_runner *runner)
 {
     kmp_solving *s = KMP_NEW(kmp_solving, 1);
     if (!s)
         return NULL;
     s->block = block;
     s->runner = runner ? runner : &interpreted;
-    s->p = KMP_NEW(double, 2 * block->arguments);
-    if (!s->p || !prepare_block(s)) {
-        kmp_solving_free(s);
+    s->p = KMP_NEW(double, 2 * block->arguments + block->unknowns);
+    if (!s->p) {
+        kmp_free(s);
         return NULL;
     }
     s->solved = s->p + block->arguments;
+    s->component = s->solved + block->arguments;
+    return s;
+}
+
+kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_runner *runner)
+{
+    kmp_solving *s = begin(block, runner);
+    if (s && !prepare_block(s)) {
+        kmp_solving_free(s);
+        return NULL;
+    }
+    return s;
+}
+
+kmp_solving *kmp_solving_beside(const kmp_solving *other)
+{
+    kmp_solving *s = begin(other->block, other->runner);
+    if (!s)
+        return NULL;
+    s->shares = true;
+    s->code = other->code;
+    s->scan = other->scan;
+    s->average = other->average;
     return s;
 }
 
@@ -97,10 +123,12 @@ void kmp_solving_free(kmp_solving *s)
 {
     if (!s)
         return;
-    if (s->code)
-        s->runner->release(s->code);
-    kmp_scan_free(s->scan);
-    kmp_average_room_free(s->average);
+    if (!s->shares) {
+        if (s->code)
+            s->runner->release(s->code);
+        kmp_scan_free(s->scan);
+        kmp_average_room_free(s->average);
+    }
     kmp_free(s->p);
     kmp_free(s);
 }
@@ -423,11 +451,13 @@ static bool solve(kmp_solving *s)
 /* Solves for the current arguments; NaN where there is no solution. */
 static void solve_anew(kmp_solving *s)
 {
+    int n = s->block->unknowns;
     if (s->average)
         kmp_average_run(s->average, s->p);
     else if (!solve(s))
-        for (int i = 0; i < s->block->unknowns; i++)
+        for (int i = 0; i < n; i++)
             s->y[i] = NAN;
+    memcpy(s->component, s->average ? kmp_average_values(s->average) : s->y, (size_t)n * sizeof(double));
 }
 
 double kmp_solving_value(kmp_solving *s, int component)
@@ -438,5 +468,5 @@ double kmp_solving_value(kmp_solving *s, int component)
         memcpy(s->solved, s->p, bytes);
         s->known = true;
     }
-    return s->average ? kmp_average_values(s->average)[component] : s->y[component];
+    return s->component[component];
 }

@@ -243,6 +243,24 @@ static double solve_waves(int sign, int candidates, const double *candidate, dou
     return y;
 }
 
+/* Two lists of arguments in one room have the bits that each has in a room of its own. */
+static void test_shared_room(void)
+{
+    const double candidate[] = {-1.5, -0.5, 0.25, 1.25}, p[2] = {-1.1, 0.7};
+    kmp_graph *g = kmp_graph_new();
+    int block = waves_block(g, 1, 4, candidate);
+    kmp_solving *first = kmp_solving_new(kmp_implicit_block(kmp_graph_implicit(g, block)), NULL);
+    kmp_solving *both[2] = {first, kmp_solving_beside(first)};
+    for (int k = 0; k < 2; k++)
+        *kmp_solving_arguments(both[k]) = p[k];
+    for (int k = 0; k < 4; k++) /* by turns; the last two are kept solutions */
+        CHECK(kmp_solving_value(both[k % 2], 0) == solve_waves(1, 4, candidate, p[k % 2]));
+    kmp_solving_free(both[1]);
+    CHECK(kmp_solving_value(first, 0) == solve_waves(1, 4, candidate, p[0]));
+    kmp_solving_free(first);
+    kmp_graph_free(g);
+}
+
 static void test_lowest_valley(void)
 {
     double candidate[17];
@@ -422,6 +440,7 @@ int main(void)
     TEST(test_bits);
     TEST(test_no_solution);
     TEST(test_nesting);
+    TEST(test_shared_room);
     TEST(test_lowest_valley);
     TEST(test_coarse_candidates);
     TEST(test_sides);

@@ -18,7 +18,7 @@
 #define BEYOND 2e-3   /* extent of a zone beyond the last point that touches */
 #define FAR    1.0    /* below the rail's top, where there is no rail */
 #define TURN   0.3    /* rad: contacts of an elastic wheel whose normals differ by less are in one zone */
-enum { BISECTIONS = 10, FEWEST_POINTS = 40, MOST_POINTS = 4000 };
+enum { BISECTIONS = 10, FEWEST_POINTS = 40, MOST_POINTS = 4000, RUN = 16 };
 
 static const double rolls[] = {-0.01, 0, 0.01};
 
@@ -39,8 +39,9 @@ typedef struct scan {
     int rail_count;
     double rail_first, rail_step;
     double *rail;
-    double top;            /* the greatest of them */
     double *aside, *below; /* the wheel's points at the current roll: laterally and upwards from its centre */
+    double *low, *over;    /* by run of RUN points: the least of `below`; the point of the rail that it begins over */
+    double *top;           /* of the rail under a run that begins at a point of the rail */
     bool elastic;
 } scan;
 
@@ -88,13 +89,13 @@ static bool begin(scan *s, const kmp_track *track, const kmp_wheel *wheel)
     s->lowest = s->count - 1;
     s->aside = KMP_ARENA_NEW(&s->arena, double, s->count);
     s->below = KMP_ARENA_NEW(&s->arena, double, s->count);
+    s->over = KMP_ARENA_NEW(&s->arena, double, (s->count + RUN - 1) / RUN);
+    s->low = KMP_ARENA_NEW(&s->arena, double, (s->count + RUN - 1) / RUN);
+    s->top = KMP_ARENA_NEW(&s->arena, double, s->rail_count);
     if (s->arena.failed)
         return false;
     for (int k = 0; k < s->count; k++)
         s->radius[k] = wheel->radius.value - s->radius[k];
-    s->top = -FAR * s->scale;
-    for (int k = 0; k < s->rail_count; k++)
-        s->top = fmax(s->top, s->rail[k]);
     return true;
 }
 
@@ -108,19 +109,62 @@ static double rail_at(const scan *s, double y)
     return s->rail[k] + (x - k) * (s->rail[k + 1] - s->rail[k]);
 }
 
-/* The first point that touches with the wheel's centre there. `near` is tried first: points that are farther above the
- * rail's top than it is above the rail need no look. */
+/* The greatest heights of the rail under a run that is as wide. */
+static void find_tops(scan *s, double widest)
+{
+    int reach = (int)fmin(widest / s->rail_step, MOST_POINTS) + 5; /* with the points around either end */
+    for (int k = 0; k < s->rail_count; k++) {
+        s->top[k] = fmax(s->rail[k], -FAR * s->scale);
+        for (int l = k + 1; l < k + reach && l < s->rail_count; l++)
+            s->top[k] = fmax(s->top[k], s->rail[l]);
+    }
+}
+
+/* The wheel's points at a roll, and their runs with the wheel's centre at 0. */
+static void turn(scan *s, double roll)
+{
+    double cosine = cos(roll), sine = sin(roll), widest = 0;
+    for (int k = 0; k < s->count; k++) {
+        double along = s->first + s->step * k, r = s->radius[k];
+        s->aside[k] = along * cosine + r * sine;
+        s->below[k] = along * sine - r * cosine;
+    }
+    for (int k = 0, run = 0; k < s->count; k += RUN, run++) {
+        double from = s->aside[k], to = from, low = s->below[k];
+        for (int l = k + 1; l < k + RUN && l < s->count; l++) {
+            from = fmin(from, s->aside[l]);
+            to = fmax(to, s->aside[l]);
+            low = fmin(low, s->below[l]);
+        }
+        s->low[run] = low - 1e-9 * s->scale; /* room for rounding, as half a point is */
+        s->over[run] = (from - s->rail_first) / s->rail_step - 0.5;
+        widest = fmax(widest, to - from);
+    }
+    find_tops(s, widest);
+}
+
+/* An upper limit of the rail's height under a run. */
+static double top_under(const scan *s, double points, int run)
+{
+    double x = points + s->over[run], last = s->rail_count - 1;
+    return s->top[x <= 0 ? 0 : x < last ? (int)x : (int)last];
+}
+
+/* The first point that touches with the wheel's centre there. `near` is tried first: runs of points that are farther
+ * above all of the rail under them than it is above the rail need no look. */
 static int touching(const scan *s, double out, int near)
 {
     int best = near;
-    double least = s->below[near] - rail_at(s, out + s->aside[near]);
-    for (int k = 0; k < s->count; k++) {
-        if (s->below[k] - s->top > least)
+    double least = s->below[near] - rail_at(s, out + s->aside[near]), points = out / s->rail_step;
+    for (int first = 0, run = 0; first < s->count; first += RUN, run++) {
+        if (s->low[run] - top_under(s, points, run) > least)
             continue;
-        double gap = s->below[k] - rail_at(s, out + s->aside[k]);
-        if (gap < least || (gap == least && k < best)) {
-            least = gap;
-            best = k;
+        for (int k = first; k < first + RUN && k < s->count; k++) {
+            double gap = s->below[k] - rail_at(s, out + s->aside[k]);
+            if (gap < least || (gap == least && k < best)) {
+                least = gap;
+                best = k;
+            }
         }
     }
     return best;
@@ -166,13 +210,8 @@ static void follow(scan *s, double out, int k, double next, int l, int depth)
 /* Moves the rail under the wheel from one end of its profile to the other. */
 static void roll_over(scan *s, double middle, double roll)
 {
-    double cosine = cos(roll), sine = sin(roll);
-    for (int k = 0; k < s->count; k++) {
-        double along = s->first + s->step * k, r = s->radius[k];
-        s->aside[k] = along * cosine + r * sine;
-        s->below[k] = along * sine - r * cosine;
-    }
-    double reach = s->first + s->step * (s->count - 1), lean = s->radius[s->count / 2] * sine;
+    turn(s, roll);
+    double reach = s->first + s->step * (s->count - 1), lean = s->radius[s->count / 2] * sin(roll);
     double out = middle - reach - lean, last = middle - s->first - lean, shift = SHIFT * s->scale;
     int k = touching(s, out, 0);
     while (out < last) {
@@ -287,8 +326,8 @@ static bool find_kinks(scan *s, const kmp_track *track, const kmp_wheel *wheel, 
         const kmp_table *height = wheel->profile->height;
         double at = s->first + s->step * k, slope = atan(kmp_table_value(height, 1, at)), least = 0;
         for (int l = 0; l < s->rail_count; l += 2)
-            if (fabs(angle[l] - slope) <= ALIKE)
-                least = fmin(least, curved[l]);
+            if (curved[l] < least && fabs(angle[l] - slope) <= ALIKE)
+                least = curved[l];
         curvature[k] = kmp_table_value(height, 2, at) - least;
     }
     return true;
