@@ -141,11 +141,11 @@ bool kmp_solved_by_bodies(const kmp_solved *solved)
     return solved->by_bodies;
 }
 
-long kmp_solved_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations)
+long kmp_solved_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations, bool lanes)
 {
     double own = kmp_solved_operations(eval, part), saved = operations - own;
-    if (own < 0)
-        return -1;
+    if (own < 0 || (lanes && isfinite(own)))
+        return own < 0 ? -1 : 0;
     double wait = saved > 0 ? MAKING * own / saved : INFINITY;
     return wait < AT_ONCE ? 0 : wait < 1e9 ? (long)wait : LONG_MAX;
 }

@@ -46,8 +46,9 @@ bool kmp_solved_is_possible(const kempe_system *system, int unknowns);
  * that depend on multipliers, too many operations, or bad pivots at the evaluator's last closure. KEMPE_E_MEMORY. */
 kempe_status kmp_solved_new(kmp_solved **solved, kmp_evaluator *eval, const kmp_partition *part);
 /** The number of evaluations of so many operations after which the program pays: as many as it saves in its making. A
- * run that ends before does without. 0: so few that it is made at once; LONG_MAX: it never does; -1: no memory. */
-long kmp_solved_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations);
+ * run that ends before does without. 0: so few that it is made at once, or it is needed for several stages in `lanes`;
+ * LONG_MAX: it never does; -1: no memory. */
+long kmp_solved_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations, bool lanes);
 
 /** Makes the program for states (u, ud, v) of a reduction with its factors at the evaluator's last closure, whose
  * values determine the order of elimination of v. Results as kmp_solved_new. */

@@ -44,13 +44,14 @@ typedef struct kmp_formulation_start {
 typedef struct kmp_formulation_kind {
     const char *formulation, *form;
     bool dae;
-    bool standard;  /* compare runs it by default */
-    bool corrected; /* `accept` corrects y: multistep methods are excluded */
-    bool both;      /* the ODE is also available as a DAE */
-    bool solved;    /* a DAE that integrators of several stages at once may solve for the accelerations */
-    bool jacobian;  /* the Jacobian of the ODE is available, for implicit integrators */
-    bool by_bodies; /* uses articulated bodies if the evaluator has them */
-    bool in_lanes;  /* stages evaluated together make its default integrator one that uses them, where they exist */
+    bool standard;    /* compare runs it by default */
+    bool corrected;   /* `accept` corrects y: multistep methods are excluded */
+    bool both;        /* the ODE is also available as a DAE */
+    bool solved;      /* a DAE that integrators of several stages at once may solve for the accelerations */
+    bool jacobian;    /* the Jacobian of the ODE is available, for implicit integrators */
+    bool by_bodies;   /* uses articulated bodies if the evaluator has them */
+    bool in_lanes;    /* evaluates several stages at once, if the integrator does (kmp_ode.lanes) */
+    bool lanes_first; /* such an integrator is its default, where the stages have lanes */
     const struct kmp_formulation_kind
         *near_singular; /* formulation across change points; NULL: kmp_formulation_near_singular */
     const void *detail; /* for `create`, if several kinds share it */

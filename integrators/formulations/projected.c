@@ -380,10 +380,8 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
     bool solves = made && kind != &kmp_formulation_near_singular;
     d->formulation.ode.operations = made ? operations_by_parts(d) : 0;
-    d->due = solves ? kmp_solved_wait(d->eval, d->part, d->formulation.ode.operations) : LONG_MAX;
+    d->due = solves ? kmp_solved_wait(d->eval, d->part, d->formulation.ode.operations, start->lanes) : LONG_MAX;
     bool failed = !made || d->due < 0;
-    if (start->lanes && d->due < LONG_MAX)
-        d->due = 0;
     if (!failed && d->due == 0 && !start->brief)
         failed = renew_solved(d, start->t, start->q) != KMP_GO;
     if (failed) {
@@ -405,6 +403,7 @@ const kmp_formulation_kind kmp_formulation_projected = {.formulation = "projecte
                                                         .corrected = true,
                                                         .by_bodies = true,
                                                         .in_lanes = true,
+                                                        .lanes_first = true,
                                                         .create = create};
 
 /* Uses M and C: the equations of articulated bodies have the square of J's condition. */

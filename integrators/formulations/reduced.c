@@ -595,6 +595,7 @@ const kmp_formulation_kind kmp_formulation_integrated = {.formulation = "reduced
                                                          .standard = true,
                                                          .corrected = true,
                                                          .by_bodies = true,
+                                                         .in_lanes = true,
                                                          .create = create};
 const kmp_formulation_kind kmp_formulation_newton = {.formulation = "reduced",
                                                      .form = "newton",

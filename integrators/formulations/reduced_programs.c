@@ -133,7 +133,8 @@ double kmp_reduced_operations(const kmp_reduced *d)
  * evaluations on, or `at_once`. */
 static int wait_for_solved(kmp_reduced *d, bool at_once)
 {
-    long wait = d->integrated ? kmp_solved_wait(d->eval, &d->part, kmp_reduced_operations(d)) : LONG_MAX;
+    long wait =
+        d->integrated ? kmp_solved_wait(d->eval, &d->part, kmp_reduced_operations(d), d->start.lanes) : LONG_MAX;
     if (wait >= 0)
         d->due_solved = wait < LONG_MAX - d->evaluations ? d->evaluations + (at_once ? 0 : wait) : LONG_MAX;
     return wait < 0 ? KMP_HALT : KMP_GO;

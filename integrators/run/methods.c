@@ -24,14 +24,23 @@ static bool fits(const kmp_formulation_kind *formulation, const kmp_solver_kind 
     return same && (solver->corrects || !formulation->corrected) && (!solver->implicit || formulation->jacobian);
 }
 
+/* An integrator of several stages at once is standard where the formulation evaluates them together. */
+static kmp_method method_of(const kmp_formulation_kind *formulation, const kmp_solver_kind *solver)
+{
+    bool solved = formulation->solved && solver->lanes, lanes = !solver->lanes || formulation->in_lanes || solved;
+    return (kmp_method){.formulation = formulation->formulation,
+                        .form = formulation->form,
+                        .integrator = solver->name,
+                        .standard_form = formulation->standard || solved,
+                        .standard_integrator = solver->standard && lanes};
+}
+
 bool kmp_method_get(int k, kmp_method *method)
 {
     for (int r = 0; r < (int)FORMULATIONS; r++)
         for (int i = 0; kmp_solver_get(i); i++)
             if (fits(formulations[r], kmp_solver_get(i)) && k-- == 0) {
-                const kmp_solver_kind *solver = kmp_solver_get(i);
-                *method = (kmp_method){formulations[r]->formulation, formulations[r]->form, solver->name,
-                                       formulations[r]->standard,    solver->standard,      NULL};
+                *method = method_of(formulations[r], kmp_solver_get(i));
                 return true;
             }
     return false;
@@ -88,7 +97,7 @@ static const char *or_default(const char *requested, const char *otherwise)
 /* True if the accelerations of several stages can be computed together, by machine code. */
 static bool has_lanes(const kempe_system *system, const kmp_formulation_kind *formulation)
 {
-    return formulation->in_lanes && !system->force && kmp_solved_is_possible(system, system->n + system->m) &&
+    return formulation->lanes_first && !system->force && kmp_solved_is_possible(system, system->n + system->m) &&
            (kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT));
 }
 

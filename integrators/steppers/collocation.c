@@ -302,6 +302,7 @@ static kempe_status dense(void *solver, double t, double *y, double *yp)
 const kmp_solver_kind kmp_solver_radau = {.name = "radau",
                                           .corrects = true,
                                           .lanes = true,
+                                          .standard = true,
                                           .create = create,
                                           .release = kmp_solver_free,
                                           .start = start,

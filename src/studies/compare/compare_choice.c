@@ -103,7 +103,7 @@ static bool is_chosen(const kmp_method *method, const char *const list[PARTS])
 bool kmp_is_implicit(const kmp_method *method)
 {
     const kmp_solver_kind *solver = kmp_solver_find(method->integrator);
-    return solver->dae || solver->implicit;
+    return solver->dae || solver->implicit || solver->lanes;
 }
 
 /* Adds a method: once, or with each linear solver of the list if its integrator takes one. */
@@ -135,7 +135,7 @@ static kempe_status check_linear(kempe_context *context, const char *list)
     return KEMPE_OK;
 }
 
-/* Chooses methods; `implicit`: implicit integrators count as standard. */
+/* Chooses methods; `implicit`: integrators that use the Jacobian count as standard. */
 static kempe_status choose_methods(kempe_comparison *c, const char *const list[PARTS], const char *linear,
                                    bool implicit)
 {
@@ -150,7 +150,8 @@ static kempe_status choose_methods(kempe_comparison *c, const char *const list[P
     if (!c->methods)
         return kmp_fail_memory(c->system->context);
     for (int k = 0; kmp_method_get(k, &method); k++) {
-        method.standard_integrator = method.standard_integrator || (implicit && kmp_is_implicit(&method));
+        method.standard_integrator =
+            method.standard_integrator || (implicit && kmp_solver_find(method.integrator)->implicit);
         if (is_chosen(&method, list))
             add_method(c, method, linear);
     }
