@@ -83,7 +83,7 @@ def key_lines(rows, pages=()):
 
 def number_lines(macro):
     """Keys of numbers that belong to one kind of joint or closure."""
-    return [(f"`{row[1]}`", "number, m", f"required with `{row[0]}`", row[-1].split(": ", 1)[1]) for row in generate_schema.rows("closure_numbers.def", macro)]
+    return [(f"`{row[1]}`", f"number, {row[2]}", f"required with `{row[0]}`", row[-1].split(": ", 1)[1]) for row in generate_schema.rows("closure_numbers.def", macro)]
 
 
 SECTIONS = {"include": "include.md", "parameters": "parameters.md", "tables": "tables.md", "profiles": "tracks.md#profiles",

@@ -4,6 +4,7 @@
 #include "model/model_builder.h"
 #include "base/memory.h"
 #include "model/files/nodes.h"
+#include "model/print/model_print.h"
 #include <kempe/build.h>
 #include <math.h>
 #include <string.h>
@@ -239,10 +240,9 @@ static const kmp_yaml *joint(kmp_builder *b, const kempe_body_def *def)
 
 static const kmp_yaml *inertia(kmp_builder *b, const kempe_number inertia[6])
 {
-    static const char *const keys[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
     for (int i = 0; i < 6; i++)
-        put_given(b, map, keys[i], inertia[i]);
+        put_given(b, map, kmp_inertia_names[i], inertia[i]);
     return map;
 }
 

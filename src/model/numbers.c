@@ -5,8 +5,7 @@
 #include <stddef.h>
 
 const kmp_wheel_field kmp_wheel_fields[KMP_WHEEL_FIELDS] = {
-#define KMP_WHEEL_NUMBER(member, m, kg, s, rule)                                                                       \
-    {#member, offsetof(kmp_wheel, member), {KMP_DIMENSION_KNOWN, {m, kg, s}, false}, KMP_FIELD_##rule},
+#define KMP_WHEEL_NUMBER(member, rule) {#member, offsetof(kmp_wheel, member), KMP_FIELD_##rule},
 #include "model/rail/wheel_numbers.def"
 #undef KMP_WHEEL_NUMBER
 };

@@ -16,12 +16,11 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *visit, void *
 typedef struct kmp_wheel_field {
     const char *key;
     size_t offset; /* in kmp_wheel */
-    kmp_dimension dimension;
     kmp_field_rule rule;
 } kmp_wheel_field;
 
 enum {
-#define KMP_WHEEL_NUMBER(member, m, kg, s, rule) KMP_WHEEL_##member,
+#define KMP_WHEEL_NUMBER(member, rule) KMP_WHEEL_##member,
 #include "model/rail/wheel_numbers.def"
 #undef KMP_WHEEL_NUMBER
     KMP_WHEEL_FIELDS

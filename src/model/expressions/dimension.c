@@ -113,6 +113,22 @@ bool kmp_unit_find(const char *name, size_t length, kmp_unit *unit)
     return false;
 }
 
+kmp_dimension kmp_dimension_of(const char *unit)
+{
+    kmp_dimension d = KMP_DIM_NUMBER;
+    for (double sign = 1; *unit; sign = *unit == '/' ? -1 : 1, unit += *unit != '\0') {
+        size_t name = strcspn(unit, "^/ ");
+        kmp_unit factor = {.dimension = KMP_DIM_NUMBER}; /* 1 in "1/s" */
+        double power = 1;
+        (void)kmp_unit_find(unit, name, &factor);
+        unit += name;
+        if (*unit == '^')
+            unit += 1 + kmp_text_to_number(unit + 1, &power);
+        d = kmp_dimension_times(d, factor.dimension, sign * power);
+    }
+    return d;
+}
+
 void kmp_unit_multiply(kmp_unit *unit, const kmp_unit *other, int power)
 {
     for (int k = 0; k < (power < 0 ? -power : power); k++) {

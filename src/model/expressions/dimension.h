@@ -24,16 +24,16 @@ typedef struct kmp_dimension {
 #define KMP_DIM_ANY       ((kmp_dimension){.kind = KMP_DIMENSION_FREE})
 #define KMP_DIM_NUMBER    KMP_DIM(0, 0, 0)
 #define KMP_DIM_LENGTH    KMP_DIM(1, 0, 0)
-#define KMP_DIM_MASS      KMP_DIM(0, 1, 0)
 #define KMP_DIM_TIME      KMP_DIM(0, 0, 1)
-#define KMP_DIM_INERTIA   KMP_DIM(2, 1, 0)
 #define KMP_DIM_FORCE     KMP_DIM(1, 1, -2)
 #define KMP_DIM_TORQUE    KMP_DIM(2, 1, -2)
-#define KMP_DIM_GRAVITY   KMP_DIM(1, 0, -2)
 
 /** a * b^sign */
 kmp_dimension kmp_dimension_times(kmp_dimension a, kmp_dimension b, double sign);
 kmp_dimension kmp_dimension_power(kmp_dimension a, double exponent);
+
+/** The dimension of a product of units with decimal powers, "N/m^1.5", "s/m", "1/s"; "": a plain number. */
+kmp_dimension kmp_dimension_of(const char *unit);
 
 /** False only when both are known and differ. */
 bool kmp_dimension_fits(kmp_dimension a, kmp_dimension b);

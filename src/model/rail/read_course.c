@@ -5,10 +5,9 @@
 #include "model/read/reading.h"
 #include <string.h>
 
-static const char *const piece_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key piece_keys[] = {
 #include "model/keys/piece_keys.def"
-    NULL};
+    {0}};
 
 typedef struct reading {
     kmp_reader *r;
@@ -30,7 +29,8 @@ static const kmp_yaml *find_kind(const reading *c, const kmp_yaml *map, kmp_cour
 
 static bool read_length(const reading *c, const kmp_yaml *node, const char *key, double *value)
 {
-    return kmp_read_fixed(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what), KMP_DIM_LENGTH, value);
+    return kmp_read_fixed(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what),
+                          kmp_key_dimension(piece_keys, key), value);
 }
 
 static bool read_radius(const reading *c, const kmp_yaml *map, double *radius)

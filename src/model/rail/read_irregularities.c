@@ -7,10 +7,9 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const irregularity_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key irregularity_keys[] = {
 #include "model/keys/irregularity_keys.def"
-    NULL};
+    {0}};
 static const char *const spectrum_keys[] = {"seed", "from", "to", "wavelengths", "scale"};
 
 static const double farthest = 1e6, finest = 1e-3; /* m */
@@ -23,9 +22,10 @@ typedef struct reading {
     kmp_wave_spectrum *spectrum;
 } reading;
 
-static bool read_value(const reading *c, const kmp_yaml *node, const char *key, kmp_dimension wanted, double *value)
+static bool read_value(const reading *c, const kmp_yaml *node, const char *key, double *value)
 {
-    return kmp_read_fixed(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what), wanted, value);
+    return kmp_read_fixed(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what),
+                          kmp_key_dimension(irregularity_keys, key), value);
 }
 
 static bool read_kind(const reading *c, const kmp_yaml *node)
@@ -40,7 +40,7 @@ static bool read_seed(const reading *c)
 {
     const kmp_yaml *node = kmp_read_required(c->r, c->map, c->what, "seed");
     double *seed = &c->spectrum->seed;
-    if (!node || !read_value(c, node, "seed", KMP_DIM_NUMBER, seed))
+    if (!node || !read_value(c, node, "seed", seed))
         return false;
     if (*seed >= 0 && *seed <= 1e9 && *seed == floor(*seed))
         return true;
@@ -51,8 +51,8 @@ static bool read_seed(const reading *c)
 static bool read_stretch(const reading *c)
 {
     const kmp_yaml *from = kmp_yaml_get(c->map, "from"), *to = kmp_read_required(c->r, c->map, c->what, "to");
-    bool good = !from || read_value(c, from, "from", KMP_DIM_LENGTH, &c->spectrum->from);
-    if (!to || !read_value(c, to, "to", KMP_DIM_LENGTH, &c->spectrum->to) || !good)
+    bool good = !from || read_value(c, from, "from", &c->spectrum->from);
+    if (!to || !read_value(c, to, "to", &c->spectrum->to) || !good)
         return false;
     if (fmax(fabs(c->spectrum->from), fabs(c->spectrum->to)) <= farthest)
         return true;
@@ -69,9 +69,8 @@ static bool read_wavelengths(const reading *c)
     if (!list)
         return true;
     const char *what = kmp_reader_say(c->r, "wavelengths of %s", c->what);
-    if (!kmp_read_list(c->r, list, what, 2) ||
-        !read_value(c, list->items[0], "wavelengths", KMP_DIM_LENGTH, shortest) ||
-        !read_value(c, list->items[1], "wavelengths", KMP_DIM_LENGTH, longest))
+    if (!kmp_read_list(c->r, list, what, 2) || !read_value(c, list->items[0], "wavelengths", shortest) ||
+        !read_value(c, list->items[1], "wavelengths", longest))
         return false;
     if (*shortest >= finest && *longest > *shortest)
         return true;
@@ -103,7 +102,7 @@ static bool read_scale(const reading *c)
     double *scale = &c->spectrum->scale;
     if (!node)
         return true;
-    if (!read_value(c, node, "scale", KMP_DIM_NUMBER, scale))
+    if (!read_value(c, node, "scale", scale))
         return false;
     if (*scale >= 0 && *scale <= largest_scale)
         return true;
@@ -136,7 +135,8 @@ static void make(const reading *c, kmp_irregularities *all)
 void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track)
 {
     kmp_irregularities *all = &track->irregularities;
-    all->spectrum = (kmp_wave_spectrum){.kind = -1, .shortest = 3, .longest = 100, .scale = 1};
+    all->spectrum = (kmp_wave_spectrum){.kind = -1, .shortest = 3, .longest = 100};
+    (void)kmp_key_default(irregularity_keys, "scale", &all->spectrum.scale);
     reading c = {r, map, kmp_reader_say(r, "the irregularities of %s", what), &all->spectrum};
     if (!map || !kmp_read_map(r, map, c.what, irregularity_keys))
         return;

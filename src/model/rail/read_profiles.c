@@ -102,15 +102,14 @@ static bool check_spline(const kmp_points *p, const kmp_table *t)
 
 static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profile)
 {
-    static const char *const keys[] = {
-#define KMP_KEY(key, ...) #key,
+    static const kmp_key keys[] = {
 #include "model/keys/profile_keys.def"
-        NULL};
+        {0}};
     kmp_points p = {.r = r,
                     .map = map,
                     .what = kmp_reader_say(r, "profile '%s'", profile->name),
                     .key = {"y", "z"},
-                    .dimension = KMP_DIM_LENGTH};
+                    .dimension = kmp_key_dimension(keys, "y")};
     kmp_unit unit;
     if (!kmp_read_map(r, map, p.what, keys))
         return;

@@ -4,17 +4,15 @@
 #include "model/read/reading.h"
 #include <math.h>
 
-static const char *const track_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key track_keys[] = {
 #include "model/keys/track_keys.def"
-    NULL};
+    {0}};
 
-static const double usual_depth = 0.014; /* m below the top of the rails, where a gauge is measured (EN 13848-1) */
-
-static bool read_length(kmp_reader *r, const kmp_yaml *node, const char *what, double *value)
+static bool read_length(kmp_reader *r, const kmp_yaml *node, const char *key, const char *of, double *value)
 {
+    const char *what = kmp_reader_say(r, "%s of %s", key, of);
     double read;
-    if (!kmp_read_fixed(r, node, what, KMP_DIM_LENGTH, &read))
+    if (!kmp_read_fixed(r, node, what, kmp_key_dimension(track_keys, key), &read))
         return false;
     if (read > 0)
         *value = read;
@@ -26,7 +24,7 @@ static bool read_length(kmp_reader *r, const kmp_yaml *node, const char *what, d
 static bool read_inclination(kmp_reader *r, const kmp_yaml *node, const char *what, double *value)
 {
     double read;
-    if (!kmp_read_fixed(r, node, what, KMP_DIM_NUMBER, &read))
+    if (!kmp_read_fixed(r, node, what, kmp_key_dimension(track_keys, "inclination"), &read))
         return false;
     if (fabs(read) < 1)
         *value = read;
@@ -50,12 +48,12 @@ static bool read_rails(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
 {
     const kmp_yaml *rail = kmp_read_required(r, map, what, "rail"), *gauge = kmp_read_required(r, map, what, "gauge"),
                    *depth = kmp_yaml_get(map, "gauge_depth"), *inclination = kmp_yaml_get(map, "inclination");
-    track->gauge_depth = usual_depth;
+    (void)kmp_key_default(track_keys, "gauge_depth", &track->gauge_depth);
     track->profile = rail ? kmp_read_profile(r, rail, what) : NULL;
     bool good = track->profile && gauge;
-    if (gauge && !read_length(r, gauge, kmp_reader_say(r, "gauge of %s", what), &track->gauge))
+    if (gauge && !read_length(r, gauge, "gauge", what, &track->gauge))
         good = false;
-    if (depth && !read_length(r, depth, kmp_reader_say(r, "gauge_depth of %s", what), &track->gauge_depth))
+    if (depth && !read_length(r, depth, "gauge_depth", what, &track->gauge_depth))
         good = false;
     if (inclination &&
         !read_inclination(r, inclination, kmp_reader_say(r, "inclination of %s", what), &track->inclination))

@@ -5,10 +5,9 @@
 #include "model/read/reading.h"
 #include <string.h>
 
-static const char *const wheel_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key wheel_keys[] = {
 #include "model/keys/wheel_keys.def"
-    NULL};
+    {0}};
 
 /* A wheel being read. */
 typedef struct reading {
@@ -70,10 +69,12 @@ static bool read_centre(const reading *w, const kmp_yaml *node)
 static bool read_poisson(const reading *w)
 {
     double *poisson = &w->wheel->poisson;
+    (void)kmp_key_default(wheel_keys, "poisson", poisson);
     const kmp_yaml *node = kmp_yaml_get(w->map, "poisson");
     if (!node)
         return true;
-    if (!kmp_read_fixed(w->r, node, kmp_reader_say(w->r, "poisson of %s", w->what), KMP_DIM_NUMBER, poisson))
+    if (!kmp_read_fixed(w->r, node, kmp_reader_say(w->r, "poisson of %s", w->what),
+                        kmp_key_dimension(wheel_keys, "poisson"), poisson))
         return false;
     if (*poisson >= 0 && *poisson <= 0.5)
         return true;
@@ -85,18 +86,15 @@ static bool read_numbers(const reading *w)
 {
     kmp_wheel *wheel = w->wheel;
     bool good = kmp_read_required(w->r, w->map, w->what, "radius");
-    wheel->friction.value = 0.3;
-    wheel->shear_modulus.value = 82e9;
-    wheel->poisson = 0.28;
-    wheel->speed.value = 0.01;
     wheel->has_stiffness = kmp_yaml_get(w->map, "stiffness");
     for (int k = 0; k < KMP_WHEEL_FIELDS; k++) {
         const kmp_wheel_field *field = &kmp_wheel_fields[k];
         const kmp_yaml *node = kmp_yaml_get(w->map, field->key);
         const char *name = kmp_reader_say(w->r, "the %s of %s", field->key, w->what);
         kmp_number *number = (kmp_number *)(void *)((char *)wheel + field->offset);
+        (void)kmp_key_default(wheel_keys, field->key, &number->value);
         if (node)
-            good = kmp_read_number(w->r, node, name, field->dimension, number) &&
+            good = kmp_read_number(w->r, node, name, kmp_key_dimension(wheel_keys, field->key), number) &&
                    kmp_check_rule(w->r, node, name, field->rule, number->value, "") && good;
     }
     return read_poisson(w) && good;
@@ -125,7 +123,7 @@ static bool read_zone(const reading *w, const kmp_yaml *node, int k, double (*zo
     if (!kmp_read_list(w->r, node, what, 2))
         return false;
     for (int i = 0; i < 2; i++)
-        if (!kmp_read_fixed(w->r, node->items[i], what, KMP_DIM_LENGTH, &zone[k][i]))
+        if (!kmp_read_fixed(w->r, node->items[i], what, kmp_key_dimension(wheel_keys, "zones"), &zone[k][i]))
             return false;
     if (zone[k][0] < zone[k][1] && (k == 0 || zone[k][0] >= zone[k - 1][1]))
         return true;

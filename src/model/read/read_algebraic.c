@@ -152,10 +152,9 @@ static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what
 
 static void read_entry(kmp_reader *r, const kmp_yaml *node, int index)
 {
-    static const char *const keys[] = {
-#define KMP_KEY(key, ...) #key,
+    static const kmp_key keys[] = {
 #include "model/keys/algebraic_keys.def"
-        NULL};
+        {0}};
     kmp_unknowns *u = &r->model->unknowns[index];
     const char *what = kmp_reader_say(r, "algebraic '%s'", u->name);
     if (node->kind == KMP_YAML_SCALAR) {

@@ -100,7 +100,7 @@ bool kmp_square_axes(int k, const double first[3], int l, const double second[3]
     return true;
 }
 
-static const char *const axes_keys[] = {"x", "y", "z", NULL};
+static const kmp_key axes_keys[] = {{"x", "", ""}, {"y", "", ""}, {"z", "", ""}, {0}};
 
 bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double m[3][3])
 {

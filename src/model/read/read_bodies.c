@@ -20,14 +20,12 @@ typedef struct sources {
     int placed;
 } sources;
 
-static const char *const ground_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key ground_keys[] = {
 #include "model/keys/ground_keys.def"
-    NULL};
-static const char *const body_keys[] = {
-#define KMP_KEY(key, ...) #key,
+    {0}};
+const kmp_key kmp_body_keys[] = {
 #include "model/keys/body_keys.def"
-    NULL};
+    {0}};
 
 static void complain_body_key(kmp_reader *r, const kmp_yaml *key)
 {
@@ -51,7 +49,7 @@ static bool take_sources(sources *s, const kmp_yaml *map)
         to->map = map->items[i];
         to->parent = -1;
         complain_body_key(r, to->key);
-        if (!kmp_read_map(r, to->map, what, body_keys))
+        if (!kmp_read_map(r, to->map, what, kmp_body_keys))
             continue;
         to->joint = r->linkage ? kmp_linkage_joint(r->linkage, i + 1) : kmp_read_required(r, to->map, what, "joint");
         if (to->joint && to->joint->kind == KMP_YAML_MAP)
@@ -191,10 +189,9 @@ static void resolve_ends(sources *s, int k)
 
 /* -- points -------------------------------------------------------------------------------------- */
 
-static const char *const point_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key point_keys[] = {
 #include "model/keys/point_keys.def"
-    NULL};
+    {0}};
 
 /* [x, y, z], or {at: [x, y, z], axes: {..}}. */
 static void read_point(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_point *point)
@@ -206,7 +203,7 @@ static void read_point(kmp_reader *r, const kmp_yaml *node, const char *what, km
         node = kmp_read_required(r, node, what, "at");
     }
     if (node)
-        kmp_read_vector(r, node, what, KMP_DIM_LENGTH, point->at);
+        kmp_read_vector(r, node, what, kmp_key_dimension(point_keys, "at"), point->at);
 }
 
 static void read_points(kmp_reader *r, const kmp_yaml *owner, int body)
@@ -276,7 +273,8 @@ static int place_ground(kmp_reader *r, const kmp_include_instance *instance)
             "'at' of an include: the axes of point '%s' are rotated: a file is included in the axes of a body",
             instance->at->text);
     if (instance->offset)
-        kmp_read_vector(r, instance->offset, "the offset of an include", KMP_DIM_LENGTH, offset);
+        kmp_read_vector(r, instance->offset, "the offset of an include", kmp_key_dimension(kmp_include_keys, "offset"),
+                        offset);
     *point = (kmp_point){.name = kmp_arena_strdup(&model->arena, kmp_reader_say(r, "%sground", instance->prefix)),
                          .body = body < 0 ? 0 : body};
     if (!point->name)

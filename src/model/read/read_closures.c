@@ -17,15 +17,14 @@ static const closure_kind kinds[] = {
 #undef KMP_CLOSURE
 };
 
-static const char *const closure_keys[] = {
-#define KMP_CLOSURE(name, needs) #name,
+static const kmp_key closure_keys[] = {
+#define KMP_CLOSURE(name, needs) {#name, "", ""},
 #include "model/closure_kinds.def"
 #undef KMP_CLOSURE
-#define KMP_CLOSURE_NUMBER(kind, key, ...) #key,
+#define KMP_CLOSURE_NUMBER(kind, key, unit, ...) {#key, unit, ""},
 #include "model/closure_numbers.def"
-#define KMP_KEY(key, ...) #key,
 #include "model/keys/closure_keys.def"
-    NULL};
+    {0}};
 
 /* The kinds that accept a key; a number's own key belongs to the kind of its row. */
 static const struct {
@@ -61,7 +60,8 @@ static void read_number(kmp_reader *r, const kmp_yaml *map, const char *what, km
     const kmp_yaml *node = kmp_read_required(r, map, what, own->key);
     const char *name = kmp_reader_say(r, "the %s of %s", own->key, what);
     double first = 0;
-    const kmp_expr *expr = node ? kmp_read_function(r, node, name, own->dimension, &first) : NULL;
+    const kmp_expr *expr =
+        node ? kmp_read_function(r, node, name, kmp_key_dimension(closure_keys, own->key), &first) : NULL;
     if (!expr)
         return;
     closure->number = kmp_number_of(expr, first);
@@ -118,7 +118,8 @@ static bool is_condition(const kmp_expr *e, const void *user)
 static void read_curve_expression(kmp_reader *r, const kmp_yaml *node, const char *what, int side, kmp_closure *closure)
 {
     const kmp_expr *expr =
-        kmp_read_expr(r, node, what, side ? KMP_DIM_LENGTH : KMP_DIM_ANY, side ? KMP_OF_X : KMP_OF_PLACE);
+        kmp_read_expr(r, node, what, side ? kmp_key_dimension(closure_keys, side == 1 ? "y" : "z") : KMP_DIM_ANY,
+                      side ? KMP_OF_X : KMP_OF_PLACE);
     if (kmp_expr_find(expr, is_condition, NULL))
         kmp_reader_complain(r, node->place, "%s: a curve must be smooth, without 'if' and 'sign'", what);
     add_curve(closure, expr, side);
@@ -243,10 +244,9 @@ static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, k
 
 /* -- drives -------------------------------------------------------------------------------------- */
 
-static const char *const drive_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key drive_keys[] = {
 #include "model/keys/drive_keys.def"
-    NULL};
+    {0}};
 
 static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *drive)
 {

@@ -4,10 +4,9 @@
 #include "model/tables/force_table.h"
 #include <string.h>
 
-static const char *const force_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key force_keys[] = {
 #include "model/keys/force_keys.def"
-    NULL};
+    {0}};
 
 static const char *const places[] = {"joint", "spring", "bushing", "at", "on"};
 
@@ -101,13 +100,13 @@ static void read_fields(const element *e, const kmp_yaml *map, const char *what)
 }
 
 /* The keys of an element's own mapping. */
-static const char *const *keys_of(const element *e)
+static const kmp_key *keys_of(const element *e)
 {
-    const char **keys = KMP_ARENA_NEW(&e->r->scratch, const char *, kmp_force_field_count + 1);
+    kmp_key *keys = KMP_ARENA_NEW(&e->r->scratch, kmp_key, kmp_force_field_count + 1);
     int count = 0;
     for (int k = 0; keys && k < kmp_force_field_count; k++)
         if (kmp_force_fields[k].kind == e->force->kind)
-            keys[count++] = kmp_force_key(e->r->model, e->force->motion, kmp_force_fields[k].key);
+            keys[count++].name = kmp_force_key(e->r->model, e->force->motion, kmp_force_fields[k].key);
     return keys;
 }
 
@@ -151,7 +150,7 @@ static void read_in_joint(const element *e)
     }
     const kmp_yaml *map = kmp_yaml_get(e->map, kmp_force_rows[e->force->kind].word);
     const char *what = kmp_reader_say(e->r, "%s of %s", kmp_force_rows[e->force->kind].word, e->what);
-    const char *const *keys = e->force->motion < 0 ? NULL : keys_of(e);
+    const kmp_key *keys = e->force->motion < 0 ? NULL : keys_of(e);
     if (!keys || !kmp_read_map(e->r, map, what, keys))
         return;
     read_fields(e, map, what);
@@ -159,8 +158,10 @@ static void read_in_joint(const element *e)
         check_stops(e, map);
 }
 
-static void read_components(const element *e, const kmp_yaml *list, kmp_dimension wanted)
+static void read_components(const element *e, const char *key)
 {
+    const kmp_yaml *list = kmp_yaml_get(e->map, key);
+    kmp_dimension wanted = kmp_key_dimension(force_keys, key);
     if (!kmp_read_list(e->r, list, e->what, 3))
         return;
     for (int i = 0; i < 3; i++)
@@ -174,7 +175,7 @@ static void read_at_point(const element *e)
     e->force->point[0] = kmp_read_point(e->r, at, e->what);
     if (e->force->point[0] >= 0 && e->r->model->points[e->force->point[0]].body == 0)
         kmp_reader_complain(e->r, at->place, "%s: the ground does not move: a force on it has no effect", e->what);
-    read_components(e, kmp_yaml_get(e->map, "force"), KMP_DIM_FORCE);
+    read_components(e, "force");
 }
 
 static void read_on_body(const element *e)
@@ -183,7 +184,7 @@ static void read_on_body(const element *e)
     e->force->body = kmp_read_body(e->r, on, e->what);
     if (e->force->body == 0)
         kmp_reader_complain(e->r, on->place, "%s: the ground does not move: a torque on it has no effect", e->what);
-    read_components(e, kmp_yaml_get(e->map, "torque"), KMP_DIM_TORQUE);
+    read_components(e, "torque");
 }
 
 /* Reports keys that are known but belong to another kind. */
@@ -198,8 +199,8 @@ static void refuse_others(const element *e, const char *place)
         for (int k = 0; !row->word && k < kmp_force_field_count; k++)
             good =
                 good || (kmp_force_fields[k].kind == e->force->kind && strcmp(key->text, kmp_force_fields[k].key) == 0);
-        for (int k = 0; force_keys[k] && !good; k++)
-            if (strcmp(force_keys[k], key->text) == 0)
+        for (int k = 0; force_keys[k].name && !good; k++)
+            if (strcmp(force_keys[k].name, key->text) == 0)
                 kmp_reader_complain(e->r, e->map->items[i]->place,
                                     "%s: the key '%s' does not belong to a force with the key '%s'", e->what, key->text,
                                     place);

@@ -3,10 +3,9 @@
 #include "model/read/reading.h"
 #include <string.h>
 
-static const char *const goal_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key goal_keys[] = {
 #include "model/keys/goal_keys.def"
-    NULL};
+    {0}};
 
 /* The BODY.POINT of "position(BODY.POINT)"; NULL when the key is of another form. */
 static const char *point_of(kmp_reader *r, const char *text)
@@ -57,8 +56,8 @@ static void read_values(kmp_reader *r, const kmp_yaml *node, const char *what, k
 /* One weight for all components, or one for each. */
 static void read_weights(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_goal *goal)
 {
-    bool good =
-        (goal->width == 3 ? kmp_read_one_or_three : kmp_read_number)(r, node, what, KMP_DIM_NUMBER, goal->weight);
+    bool good = (goal->width == 3 ? kmp_read_one_or_three : kmp_read_number)(
+        r, node, what, kmp_key_dimension(goal_keys, "weight"), goal->weight);
     for (int k = 0; good && k < goal->width; k++)
         good = kmp_check_rule(r, node, what, KMP_FIELD_NOT_NEGATIVE, goal->weight[k].value, "");
 }

@@ -9,10 +9,9 @@
 #include "model/read/reading.h"
 #include <string.h>
 
-static const char *const include_keys[] = {
-#define KMP_KEY(key, ...) #key,
+const kmp_key kmp_include_keys[] = {
 #include "model/keys/include_keys.def"
-    NULL};
+    {0}};
 
 /* Merged parts, and a flag if their keys are new names (those of `start` are references). */
 static const char *const joined_parts[] = {"parameters", "tables", "profiles", "tracks", "algebraic", "bodies",
@@ -228,7 +227,7 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
         kmp_reader_complain(r, node->place, "an include is a mapping such as {file: leg.yaml, prefix: left_}");
         return;
     }
-    kmp_read_map(r, node, "an include", include_keys);
+    kmp_read_map(r, node, "an include", kmp_include_keys);
     const kmp_yaml *name = kmp_read_required(r, node, "an include", "file"), *prefix = kmp_yaml_get(node, "prefix");
     const char *word = name ? kmp_read_word(r, name, "file of an include") : NULL;
     const char *own = prefix ? kmp_read_name(r, prefix, "the prefix of an include") : "";

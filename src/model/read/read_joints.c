@@ -12,15 +12,14 @@ static const char *const kinds[] = {
 #undef KMP_JOINT
     "motions"};
 
-static const char *const joint_keys[] = {
-#define KMP_JOINT(name, chain) #name,
+static const kmp_key joint_keys[] = {
+#define KMP_JOINT(name, chain) {#name, "", ""},
 #include "model/tables/joints.def"
 #undef KMP_JOINT
-#define KMP_COUPLING_NUMBER(kind, joint_key, ...) #joint_key,
+#define KMP_COUPLING_NUMBER(kind, joint_key, unit, ...) {#joint_key, unit, ""},
 #include "model/closure_numbers.def"
-#define KMP_KEY(key, ...) #key,
 #include "model/keys/joint_keys.def"
-    NULL};
+    {0}};
 
 static void add_motion(kmp_reader *r, int body, bool rotation, const double axis[3])
 {
@@ -156,8 +155,8 @@ static void read_number(kmp_reader *r, const kmp_joint_row *row, const kmp_yaml 
     const kmp_yaml *node = key ? kmp_read_required(r, joint, what, key) : NULL;
     body->coupling = key ? row : NULL;
     if (node)
-        kmp_read_number(r, node, kmp_reader_say(r, "the %s of %s", key, what),
-                        kmp_closure_number_of(row->name)->dimension, &body->number);
+        kmp_read_number(r, node, kmp_reader_say(r, "the %s of %s", key, what), kmp_key_dimension(joint_keys, key),
+                        &body->number);
 }
 
 /* The one key that determines the kind of joint. */

@@ -6,15 +6,14 @@
 #include "model/read/linkage.h"
 #include <string.h>
 
-static const char *const edge_keys[] = {
-#define KMP_JOINT(name, chain) #name,
+static const kmp_key edge_keys[] = {
+#define KMP_JOINT(name, chain) {#name, "", ""},
 #include "model/tables/joints.def"
 #undef KMP_JOINT
-#define KMP_COUPLING_NUMBER(kind, joint_key, ...) #joint_key,
+#define KMP_COUPLING_NUMBER(kind, joint_key, unit, ...) {#joint_key, unit, ""},
 #include "model/closure_numbers.def"
-#define KMP_KEY(key, ...) #key,
 #include "model/keys/edge_keys.def"
-    NULL};
+    {0}};
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 

@@ -4,10 +4,9 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const inertia_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key inertia_keys[] = {
 #include "model/keys/inertia_keys.def"
-    NULL};
+    {0}};
 
 /* Published data is rounded: a flat body's xx + yy may fall short of zz by that much. */
 static const double slack = 1e-4;
@@ -54,8 +53,8 @@ static bool check_diagonal(kmp_reader *r, const kmp_yaml *node, const kmp_body *
     bool good = true;
     for (int i = 0; i < 3; i++)
         if (body->inertia[i].value < 0) {
-            say_impossible(r, node, kmp_yaml_get(node, inertia_keys[i])->place, body,
-                           kmp_reader_say(r, "%s = %.6g is negative", inertia_keys[i], body->inertia[i].value));
+            say_impossible(r, node, kmp_yaml_get(node, inertia_keys[i].name)->place, body,
+                           kmp_reader_say(r, "%s = %.6g is negative", inertia_keys[i].name, body->inertia[i].value));
             good = false;
         }
     return good;
@@ -72,8 +71,8 @@ static void check_tensor(kmp_reader *r, const kmp_yaml *node, const kmp_body *bo
         if (body->inertia[i].value <= two + slack * scale)
             continue;
         say_impossible(r, node, node->place, body,
-                       kmp_reader_say(r, "%s = %.6g is more than %s + %s = %.6g", inertia_keys[i],
-                                      body->inertia[i].value, inertia_keys[j], inertia_keys[k], two));
+                       kmp_reader_say(r, "%s = %.6g is more than %s + %s = %.6g", inertia_keys[i].name,
+                                      body->inertia[i].value, inertia_keys[j].name, inertia_keys[k].name, two));
         return;
     }
     if (!is_possible(body->inertia))
@@ -89,10 +88,10 @@ static void read_inertia(kmp_reader *r, const kmp_yaml *node, kmp_body *body)
         return;
     (void)is_as_given(r, node);
     for (int i = 0; i < 6; i++) {
-        const kmp_yaml *entry = kmp_yaml_get(node, inertia_keys[i]);
+        const kmp_yaml *entry = kmp_yaml_get(node, inertia_keys[i].name);
         if (entry &&
-            !kmp_read_number(r, entry, kmp_reader_say(r, "inertia %s of body '%s'", inertia_keys[i], body->name),
-                             KMP_DIM_INERTIA, &body->inertia[i]))
+            !kmp_read_number(r, entry, kmp_reader_say(r, "inertia %s of body '%s'", inertia_keys[i].name, body->name),
+                             kmp_dimension_of(inertia_keys[i].unit), &body->inertia[i]))
             good = false;
         if (!entry && i < 3)
             complete = false;
@@ -107,10 +106,12 @@ void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, kmp_body *body)
     const kmp_yaml *mass = kmp_yaml_get(map, "mass"), *com = kmp_yaml_get(map, "com");
     const kmp_yaml *inertia = kmp_yaml_get(map, "inertia");
     const char *what = kmp_reader_say(r, "the mass of body '%s'", body->name);
-    if (mass && kmp_read_number(r, mass, what, KMP_DIM_MASS, &body->mass) && body->mass.value < 0)
+    if (mass && kmp_read_number(r, mass, what, kmp_key_dimension(kmp_body_keys, "mass"), &body->mass) &&
+        body->mass.value < 0)
         kmp_reader_complain(r, mass->place, "%s is negative: %.6g", what, body->mass.value);
     if (com)
-        kmp_read_vector(r, com, kmp_reader_say(r, "the com of body '%s'", body->name), KMP_DIM_LENGTH, body->com);
+        kmp_read_vector(r, com, kmp_reader_say(r, "the com of body '%s'", body->name),
+                        kmp_key_dimension(kmp_body_keys, "com"), body->com);
     if (inertia)
         read_inertia(r, inertia, body);
 }

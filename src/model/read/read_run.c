@@ -8,10 +8,9 @@
 
 /* -- start --------------------------------------------------------------------------------------- */
 
-static const char *const start_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key start_keys[] = {
 #include "model/keys/start_keys.def"
-    NULL};
+    {0}};
 
 /* `power` of s: 0 for coordinates, -1 for rates. */
 static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, double power, kmp_number *values,
@@ -68,17 +67,16 @@ void kmp_read_start(kmp_reader *r)
 
 /* -- settings ------------------------------------------------------------------------------------ */
 
-static const char *const run_keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key run_keys[] = {
 #include "model/keys/run_keys.def"
-    NULL};
+    {0}};
 
-static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_dimension wanted, double *value)
+static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, double *value)
 {
     const kmp_yaml *node = kmp_yaml_get(map, key);
     const char *what = kmp_reader_say(r, "run %s", key);
     kmp_number number;
-    if (!node || !kmp_read_number(r, node, what, wanted, &number))
+    if (!node || !kmp_read_number(r, node, what, kmp_key_dimension(run_keys, key), &number))
         return;
     kmp_reader_fix_setting(r, &number);
     if (kmp_check_rule(r, node, what, KMP_FIELD_POSITIVE, number.value, ""))
@@ -90,7 +88,7 @@ static void read_every(kmp_reader *r, const kmp_yaml *map)
     kmp_run_settings *run = &r->model->run;
     const kmp_yaml *node = kmp_yaml_get(map, "output_step");
     kmp_text complaint = {0};
-    read_positive(r, map, "output_step", KMP_DIM_TIME, &run->output_step);
+    read_positive(r, map, "output_step", &run->output_step);
     if (!(run->output_step > 0))
         return;
     run->every_place = node->place;
@@ -102,7 +100,7 @@ static void read_max_steps(kmp_reader *r, const kmp_yaml *map)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "max_steps");
     double steps = 0;
-    read_positive(r, map, "max_steps", KMP_DIM_NUMBER, &steps);
+    read_positive(r, map, "max_steps", &steps);
     if (steps > 0 && steps <= KMP_MOST_STEPS && steps == floor(steps))
         r->model->run.max_steps = (long)steps;
     else if (steps > 0)
@@ -171,9 +169,9 @@ void kmp_read_run(kmp_reader *r)
     kmp_read_outputs(r, kmp_yaml_get(map, "outputs"));
     if (!map || !kmp_read_map(r, map, "run", run_keys))
         return;
-    read_positive(r, map, "t_end", KMP_DIM_TIME, &run->t_end);
-    read_positive(r, map, "rtol", KMP_DIM_NUMBER, &run->rtol);
-    read_positive(r, map, "atol", KMP_DIM_NUMBER, &run->atol);
+    read_positive(r, map, "t_end", &run->t_end);
+    read_positive(r, map, "rtol", &run->rtol);
+    read_positive(r, map, "atol", &run->atol);
     read_every(r, map);
     read_max_steps(r, map);
     read_choice(r, map, "formulation", &run->formulation);

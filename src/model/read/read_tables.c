@@ -27,10 +27,9 @@ static bool is_linear(kmp_reader *r, const kmp_yaml *node, const char *what)
 
 static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *table)
 {
-    static const char *const keys[] = {
-#define KMP_KEY(key, ...) #key,
+    static const kmp_key keys[] = {
 #include "model/keys/table_keys.def"
-        NULL};
+        {0}};
     kmp_points p = {.r = r,
                     .map = map,
                     .what = kmp_reader_say(r, "table '%s'", table->name),

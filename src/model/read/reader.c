@@ -14,10 +14,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const kmp_model_keys[] = {
-#define KMP_KEY(key, ...) #key,
+const kmp_key kmp_model_keys[] = {
 #include "model/keys/model_keys.def"
-    NULL};
+    {0}};
 
 /* -- the file's own keys --------------------------------------------------------------------------- */
 
@@ -48,14 +47,15 @@ static void read_head(kmp_reader *r)
     const char *given = name ? kmp_read_word(r, name, "name") : name_of_file(r);
     r->model->name = given ? kmp_arena_strdup(&r->model->arena, given) : "";
     if (gravity)
-        kmp_read_vector(r, gravity, "gravity", KMP_DIM_GRAVITY, r->model->gravity);
+        kmp_read_vector(r, gravity, "gravity", kmp_key_dimension(kmp_model_keys, "gravity"), r->model->gravity);
 }
 
 static void read_closure_tolerance(kmp_reader *r)
 {
     const kmp_yaml *node = kmp_yaml_get(r->root, "closure_tolerance");
     kmp_number *tolerance = &r->model->closure_tolerance;
-    if (!node || !kmp_read_number(r, node, "closure_tolerance", KMP_DIM_LENGTH, tolerance))
+    if (!node || !kmp_read_number(r, node, "closure_tolerance", kmp_key_dimension(kmp_model_keys, "closure_tolerance"),
+                                  tolerance))
         return;
     r->model->closure_tolerance_given = tolerance->value >= 0;
     if (!r->model->closure_tolerance_given)

@@ -87,7 +87,7 @@ static void complain_key(kmp_reader *r, const kmp_yaml *key, const char *what, k
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 
-bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const char *const *keys)
+bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_key *keys)
 {
     if (node->empty)
         return true;
@@ -96,12 +96,34 @@ bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const c
         return false;
     }
     kmp_name_list known = KMP_NAMES(keys, 0);
-    while (keys && keys[known.count])
+    while (keys && keys[known.count].name)
         known.count++;
     for (int i = 0; keys && i < node->count; i++)
         if (kmp_name_find(known, node->keys[i]->text) < 0)
             complain_key(r, node->keys[i], what, known);
     return true;
+}
+
+static const kmp_key *find_key(const kmp_key *keys, const char *name)
+{
+    while (strcmp(keys->name, name) != 0)
+        keys++;
+    return keys;
+}
+
+kmp_dimension kmp_key_dimension(const kmp_key *keys, const char *name)
+{
+    return kmp_dimension_of(find_key(keys, name)->unit);
+}
+
+bool kmp_key_default(const kmp_key *keys, const char *name, double *value)
+{
+    const char *absent = find_key(keys, name)->absent;
+    size_t length = kmp_text_to_number(absent, value);
+    kmp_unit unit;
+    if (absent[length] == ' ' && kmp_unit_read(absent + length + 1, strlen(absent + length + 1), &unit))
+        *value = *value * unit.factor / unit.divisor;
+    return length > 0;
 }
 
 bool kmp_read_list(kmp_reader *r, const kmp_yaml *node, const char *what, int count)

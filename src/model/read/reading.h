@@ -10,6 +10,13 @@
 #include "model/tables/force_table.h"
 #include <kempe/settings.h>
 
+/** A key of a mapping: a row of a table of src/model/keys. */
+typedef struct kmp_key {
+    const char *name, *unit, *absent; /* unit: "" none; absent: what holds without the key */
+} kmp_key;
+
+#define KMP_KEY(key, value, unit, absent, ...) {#key, unit, absent},
+
 /** One inclusion of a file. */
 typedef struct kmp_include_instance {
     int file, parent;            /* of the model's files: its own, and the including one */
@@ -54,7 +61,8 @@ kempe_status kmp_reader_sort_complaints(kmp_reader *r);
 
 /* -- included files (read_include.c) ----------------------------------------------------------------- */
 
-extern const char *const kmp_model_keys[];
+/* Keys of a model, of a body and of an include; other mappings have theirs beside their reader. */
+extern const kmp_key kmp_model_keys[], kmp_body_keys[], kmp_include_keys[];
 
 /** Checks the version of the format; false when the rest means something else in it. */
 bool kmp_read_version(kmp_reader *r, const kmp_yaml *root, const char *what);
@@ -119,9 +127,15 @@ const char *kmp_reader_cycle(kmp_reader *r, kmp_name_list names, int (*next)(con
 
 /* -- nodes (reading.c) --------------------------------------------------------------------------- */
 
-/** True when `node` is a mapping (nothing counts as an empty one); unknown keys are errors. `keys` ends with NULL; NULL
- * allows all. */
-bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const char *const *keys);
+/** True when `node` is a mapping (nothing counts as an empty one); unknown keys are errors. `keys` ends with a row
+ * without a name; NULL allows all. */
+bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const kmp_key *keys);
+
+/** The dimension of a key's number, by its unit. */
+kmp_dimension kmp_key_dimension(const kmp_key *keys, const char *name);
+
+/** The number that holds without a key, in SI; false: the row has none. */
+bool kmp_key_default(const kmp_key *keys, const char *name, double *value);
 
 /** True when `node` is a list, of `count` items when that is not negative. */
 bool kmp_read_list(kmp_reader *r, const kmp_yaml *node, const char *what, int count);

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/tables/closure_table.h"
+#include <string.h>
 
 static const kmp_closure_number rows[] = {
-#define KMP_CLOSURE_NUMBER(kind, key, m, kg, s, rule, hint, ...)                                                       \
-    {#kind, #key, {KMP_DIMENSION_KNOWN, {m, kg, s}, false}, KMP_FIELD_##rule, hint},
-#define KMP_COUPLING_NUMBER(kind, joint_key, key, m, kg, s, ...)                                                       \
-    {#kind, #key, {KMP_DIMENSION_KNOWN, {m, kg, s}, false}, KMP_FIELD_ANY, ""},
+#define KMP_CLOSURE_NUMBER(kind, key, unit, rule, hint, ...) {#kind, #key, unit, KMP_FIELD_##rule, hint},
+#define KMP_COUPLING_NUMBER(kind, joint_key, unit, key, ...) {#kind, #key, unit, KMP_FIELD_ANY, ""},
 #include "model/closure_numbers.def"
 };
 
@@ -18,6 +17,5 @@ const kmp_closure_number *kmp_closure_number_of(const char *kind)
 const kmp_number *kmp_closure_length(const kmp_closure *closure)
 {
     const kmp_closure_number *row = kmp_closure_number_of(closure->kind);
-    return row && closure->number.value > 0 && kmp_dimension_fits(row->dimension, KMP_DIM_LENGTH) ? &closure->number
-                                                                                                  : NULL;
+    return row && closure->number.value > 0 && strcmp(row->unit, "m") == 0 ? &closure->number : NULL;
 }

@@ -6,8 +6,7 @@
 #include "model/tables/force_table.h"
 
 typedef struct kmp_closure_number {
-    const char *kind, *key;
-    kmp_dimension dimension;
+    const char *kind, *key, *unit;
     kmp_field_rule rule;
     const char *hint;
 } kmp_closure_number;
