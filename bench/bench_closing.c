@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The forms of the reduced formulation at equal error: integrated, and newton, which closes the loops in every
- * evaluation. Errors are at the end, against projected at a tolerance of 1e-13; times are the least of several runs by
- * turns. The ratio compares newton's runs with integrated ones, whose time is interpolated at the same error. */
+ * evaluation, both by DOP853. An error is the largest at equidistant rows of the whole run, against projected at a
+ * tolerance of 1e-13; times are the least of several runs by turns with one row. The ratio compares newton's runs with
+ * integrated ones, whose time is interpolated at the same error. */
 #include "bench.h"
 #include "integrators/run/run.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 
-enum { RUNS = 7, TOLERANCES = 8, FORMS = 2 };
+enum { RUNS = 7, TOLERANCES = 8, FORMS = 2, ROWS = 240 };
 
 static const double rtols[TOLERANCES] = {1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12};
 static const char *const forms[FORMS] = {"integrated", "newton"};
@@ -18,40 +19,45 @@ typedef struct result {
     kmp_run_report report;
 } result;
 
-typedef struct ending {
-    int n;
-    double *q;
-} ending;
+/* Rows of q. */
+typedef struct motion {
+    int n, count;
+    double *q; /* ROWS x n */
+} motion;
 
-static int keep_last(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
-                     double work)
+static int keep_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
 {
-    const ending *e = user;
+    motion *m = user;
     (void)t, (void)qd, (void)qdd, (void)lambda, (void)work;
-    memcpy(e->q, q, (size_t)e->n * sizeof *q);
+    memcpy(m->q + m->count++ * m->n, q, (size_t)m->n * sizeof *q);
     return 0;
 }
 
-/* False: the run fails. */
-static bool run_once(const bench *b, const kempe_assembly *start, kmp_run_spec spec, ending *e, kmp_run_report *report)
+/* With so many equidistant rows, the last one at the end. False: the run fails. */
+static bool run_once(const bench *b, const kempe_assembly *start, kmp_run_spec spec, int rows, motion *m,
+                     kmp_run_report *report)
 {
-    double end;
+    double times[ROWS];
     if (kmp_run_resolve(b->system, &spec) != KEMPE_OK)
         return false;
-    end = spec.t_end;
-    spec.time_count = 1;
-    spec.times = &end;
+    for (int k = 0; k < rows; k++)
+        times[k] = spec.t_end * (k + 1) / rows;
+    spec.time_count = rows;
+    spec.times = times;
+    m->count = 0;
     *report = (kmp_run_report){0};
-    bool good = kmp_run(b->system, &spec, start, keep_last, e, report) == KEMPE_OK;
+    bool good = kmp_run(b->system, &spec, start, keep_row, m, report) == KEMPE_OK;
     free(report->reason);
     return good;
 }
 
-static void compare_with(const ending *reference, const ending *e, result *r)
+static double error_of(const motion *reference, const motion *m)
 {
-    r->error = 0;
-    for (int i = 0; i < e->n; i++)
-        r->error = fmax(r->error, fabs(e->q[i] - reference->q[i]) / fmax(1, fabs(reference->q[i])));
+    double worst = 0;
+    for (int i = 0; i < ROWS * m->n; i++)
+        worst = fmax(worst, fabs(m->q[i] - reference->q[i]) / fmax(1, fabs(reference->q[i])));
+    return worst;
 }
 
 /* Time of the integrated form at an error, on the straight line through its two nearest runs in logarithms. */
@@ -65,24 +71,27 @@ static double time_at(const result *r, double error)
     return NAN;
 }
 
-static void measure(const bench *b, const kempe_assembly *start, ending *reference, ending *e)
+static void measure(const bench *b, const kempe_assembly *start, motion *reference, motion *m)
 {
     result all[FORMS][TOLERANCES];
     kmp_run_report ignored;
-    kmp_run_spec exact = {.formulation = "projected", .rtol = 1e-13};
-    if (!run_once(b, start, exact, reference, &ignored))
+    kmp_run_spec exact = {.formulation = "projected", .integrator = "dop853", .rtol = 1e-13};
+    if (!run_once(b, start, exact, ROWS, reference, &ignored))
         return;
     for (int f = 0; f < FORMS; f++)
-        for (int k = 0; k < TOLERANCES; k++)
-            all[f][k] = (result){.cpu = INFINITY, .error = NAN};
+        for (int k = 0; k < TOLERANCES; k++) {
+            const kmp_run_spec spec = {
+                .formulation = "reduced", .form = forms[f], .integrator = "dop853", .rtol = rtols[k]};
+            bool good = run_once(b, start, spec, ROWS, m, &ignored);
+            all[f][k] = (result){.cpu = INFINITY, .error = good ? error_of(reference, m) : NAN};
+        }
     for (int k = 0; k < TOLERANCES; k++)
         for (int turn = 0; turn < RUNS * FORMS; turn++) {
             result *r = &all[turn % FORMS][k];
-            kmp_run_spec spec = {.formulation = "reduced", .form = forms[turn % FORMS], .rtol = rtols[k]};
-            if (!run_once(b, start, spec, e, &r->report))
-                continue;
-            compare_with(reference, e, r);
-            r->cpu = fmin(r->cpu, r->report.cpu_s);
+            const kmp_run_spec spec = {
+                .formulation = "reduced", .form = forms[turn % FORMS], .integrator = "dop853", .rtol = rtols[k]};
+            if (run_once(b, start, spec, 1, m, &r->report))
+                r->cpu = fmin(r->cpu, r->report.cpu_s);
         }
     for (int k = 0; k < TOLERANCES; k++) {
         const result *i = &all[0][k], *w = &all[1][k];
@@ -103,14 +112,14 @@ int main(int count, char **paths)
         const char *path = count > 1 ? paths[k + 1] : usual[k];
         bench b = bench_load(path);
         kempe_assembly *start = NULL;
-        ending reference = {.n = b.system->n, .q = calloc((size_t)b.system->n, sizeof(double))};
-        ending e = {.n = b.system->n, .q = calloc((size_t)b.system->n, sizeof(double))};
+        motion reference = {.n = b.system->n, .q = calloc((size_t)(ROWS * b.system->n), sizeof(double))};
+        motion m = {.n = b.system->n, .q = calloc((size_t)(ROWS * b.system->n), sizeof(double))};
         printf("%s\n", path);
         if (kempe_assembly_new(b.system, &start) == KEMPE_OK)
-            measure(&b, start, &reference, &e);
+            measure(&b, start, &reference, &m);
         kempe_assembly_free(start);
         free(reference.q);
-        free(e.q);
+        free(m.q);
         bench_free(&b);
     }
     return 0;

@@ -146,6 +146,9 @@
 /** Newton in an evaluation stops at this fraction of the error weights. The fused program has its accelerations before
  * the last correction: with 1e-2 errors of the newton form are 2 to 4 times as large. */
 #define KMP_CORRECTION_IN_STAGE 1e-3
+/** Largest angle (rad) by which a correction of v turns sines and cosines by series: their error, its fifth power over
+ * 120, is 8e-18. After a larger one they are computed anew. */
+#define KMP_TURN_SMALL 1e-3
 /** Last Newton correction of a state from which a step across a change point starts: the error is its square. */
 #define KMP_CORRECTION_LAST 1e-8
 
@@ -161,10 +164,13 @@
 /** Exchanges continue as long as they enlarge |det Jv| by this factor: 1 would never end on ties. */
 #define KMP_PICK_GROWTH 1.5
 /** Growth at which u and v are exchanged: GROWTH for Kempe's choice, WISH for the user's, CLOSED in the newton form.
- * Its right-hand side is a function of u alone, whose series converges only up to u's dead centre: most of its error is
- * made near it. An integrator that restarts at each exchange takes GROWTH, since it would lose more than it gains. */
+ * Its right-hand side is a function of u alone, whose series converges only up to u's dead centre: much of its error is
+ * made near it. Below 1.3 nothing is gained at equal error (docs/decisions/forms.md). An integrator that restarts at
+ * each exchange takes GROWTH, since it would lose more than it gains. VARIED: with sensitivities, which grow faster
+ * towards the dead centre than the motion. */
 #define KMP_EXCHANGE_GROWTH 1.5
-#define KMP_EXCHANGE_CLOSED 1.1
+#define KMP_EXCHANGE_CLOSED 1.3
+#define KMP_EXCHANGE_VARIED 1.1
 #define KMP_EXCHANGE_WISH   10.0
 /** Growth limits without integration, where digits alone matter. Equilibria take few steps, so that a good choice costs
  * little; sweeps and prescribed motions take many. */

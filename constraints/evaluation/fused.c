@@ -19,6 +19,8 @@ struct kmp_fused {
     double *effort;      /* n; NULL: there are none */
     double *q, *qd;      /* n, for the efforts */
     double *state;       /* 2 n: y, and the rates of v */
+    const double *dv;    /* r: the last correction, where it closes */
+    const double *left;  /* r: the one that is left after it */
     const double *power; /* of the last run */
 };
 
@@ -132,7 +134,7 @@ static const double *with_efforts(kmp_fused *f, double t, const double *y, const
         f->qd[part->u[c]] = y[p + c];
     }
     for (int i = 0; i < r; i++) {
-        f->q[part->v[i]] = y[2 * p + i];
+        f->q[part->v[i]] = y[2 * p + i] + (f->closes ? f->dv[i] : 0);
         f->qd[part->v[i]] = state[2 * p + r + i] = rate[i];
     }
     kmp_machine_set(f->made.machine, KMP_IN_QD, state);
@@ -141,10 +143,20 @@ static const double *with_efforts(kmp_fused *f, double t, const double *y, const
     return kmp_machine_run(f->made.machine, KMP_FUSED_ACCELERATIONS);
 }
 
-const double *kmp_fused_close(kmp_fused *f, double t, const double *y)
+kmp_fused_correction kmp_fused_close(kmp_fused *f, double t, const double *y)
 {
+    double turn = 0;
     kmp_written_machine_place(&f->made, t, y);
-    return kmp_machine_run(f->made.machine, KMP_FUSED_CLOSE);
+    f->dv = kmp_machine_run(f->made.machine, KMP_FUSED_CLOSE);
+    const double *angle = f->dv + f->red->r;
+    for (int k = 0; k < f->layout.turns; k++)
+        turn = fabs(angle[k]) <= turn ? turn : fabs(angle[k]);
+    return (kmp_fused_correction){f->dv, turn};
+}
+
+const double *kmp_fused_left(const kmp_fused *f)
+{
+    return f->left;
 }
 
 bool kmp_fused_run(kmp_fused *f, double t, const double *y, double *dy)
@@ -161,6 +173,7 @@ bool kmp_fused_finish(kmp_fused *f, double t, const double *y, double *dy)
     int p = f->red->p, r = f->red->r;
     bool positive = true;
     const double *out = kmp_machine_run(f->made.machine, KMP_FUSED_RATES), *pivot = out + p + r;
+    f->left = f->effort ? out + r : pivot + p + f->red->eval->system->dissipative;
     if (f->effort) {
         memcpy(dy + 2 * p, out, (size_t)r * sizeof *dy);
         out = with_efforts(f, t, y, out);

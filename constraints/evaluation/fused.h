@@ -11,7 +11,7 @@ typedef struct kmp_fused kmp_fused;
 
 /** Makes the program from a reduction with its factors at the evaluator's last closure, whose values determine the
  * order of elimination. *fused is NULL if there is none: large blocks, many degrees of freedom, implicit blocks.
- * `closes`: with the correction of v as a stage by itself (kmp_fused_close). KEMPE_E_MEMORY. */
+ * `closes`: it corrects v before (kmp_fused_close). KEMPE_E_MEMORY. */
 kempe_status kmp_fused_new(kmp_fused **fused, const kmp_reduction *red, bool closes);
 void kmp_fused_free(kmp_fused *fused);
 
@@ -19,9 +19,17 @@ void kmp_fused_free(kmp_fused *fused);
  * may be NaN. false: the reduced mass is not positive. No allocation. */
 bool kmp_fused_run(kmp_fused *fused, double t, const double *y, double *dy);
 
-/** The correction of v (r), -Jv^-1 h, at (t, y), owned by the program. Then the rest of kmp_fused_run there. */
-const double *kmp_fused_close(kmp_fused *fused, double t, const double *y);
+/** Correction of v, -Jv^-1 h, at (t, y): dv (r), owned by the program, and the largest angle by which it turns a sine
+ * or cosine. If that is at most KMP_TURN_SMALL, kmp_fused_finish does the rest of kmp_fused_run at v + dv, and
+ * kmp_fused_left returns the correction (r) that is left there. kmp_fused_run does all. */
+typedef struct kmp_fused_correction {
+    const double *dv;
+    double turn;
+} kmp_fused_correction;
+
+kmp_fused_correction kmp_fused_close(kmp_fused *fused, double t, const double *y);
 bool kmp_fused_finish(kmp_fused *fused, double t, const double *y, double *dy);
+const double *kmp_fused_left(const kmp_fused *fused);
 
 /** The power of non-conservative forces, user-defined ones included, at the last run. */
 double kmp_fused_power(const kmp_fused *fused);

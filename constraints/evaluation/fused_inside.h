@@ -7,16 +7,17 @@
 
 enum { KMP_FUSED_FREEDOMS = 8 }; /* bound: independent coordinates */
 
-/* Stages: the correction of v, where it is asked for by itself; qd of v from (t, q) and qd of u; udd, then the pivots
- * of the reduced mass; values for the end of a step. Without user-defined forces, which are functions of qd, the second
- * stage has all of these: udd, qd of v, pivots. */
+/* Stages: where it is asked for, the correction dv of v, and the angles by which it turns sines and cosines; then, at v
+ * + dv, qd of v from (t, q) and qd of u; udd, then the pivots of the reduced mass; values for the end of a step.
+ * Without user-defined forces, which are functions of qd, the second stage has all of these: udd, qd of v, pivots,
+ * power. With KMP_FUSED_CLOSE it ends with the next correction. */
 enum { KMP_FUSED_CLOSE = 1, KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS, KMP_FUSED_END, KMP_FUSED_STAGES };
 
 /* Outputs of the last stage: the multipliers of the elimination in the blocks, a pivot or determinant for each factor
  * of det Jv, h, J, h_t if there is one, Bvu, the correction of v; with KMP_FUSED_CLOSE also the parts of qd and qdd of
  * v that do not depend on ud and udd. */
 typedef struct kmp_fused_layout {
-    int multipliers, pivots;
+    int multipliers, pivots, turns;
     double *factor; /* of each multiplier: its factor from row scaling; always owned by the caller */
 } kmp_fused_layout;
 

@@ -19,6 +19,7 @@ typedef struct maker {
     kmp_ref *h, *h_t, *jdqd; /* r, of the independent rows; h_t is NULL if there is none */
     kmp_ref *b, *x_t, *a0;   /* r x p row by row, r, r */
     kmp_ref *dv;             /* r: the correction of v */
+    kmp_ref *first;          /* r: the one before, with which v is closed */
     kmp_ref *rate;           /* r: qd of v */
     kmp_ref *mx;             /* n x p, row by row */
 } maker;
@@ -27,6 +28,13 @@ static void negate(int count, kmp_ref *x)
 {
     for (int i = 0; i < count; i++)
         x[i] = kmp_neg(x[i]);
+}
+
+/* Rows of independent closures in the order of the partition, selected from all rows. */
+static void select_rows(const maker *k, const kmp_ref *all, kmp_ref *into)
+{
+    for (int i = 0; i < k->r; i++)
+        into[i] = all[k->red->part->rows[i]];
 }
 
 /* Bvu, x_t and the correction: -Jv^-1 of Ju, h_t and h. */
@@ -42,6 +50,21 @@ static void make_tangent(maker *k)
     negate(k->r * k->p, k->b);
     negate(k->r, k->x_t);
     negate(k->r, k->dv);
+}
+
+/* Replaces v by its corrected values. */
+static bool close_loops(maker *k)
+{
+    kmp_written_blocks jv = {.red = k->red, .order = k->plan->order, .row_scale = k->plan->row_scale};
+    if (!kmp_written_import_closure(&k->w) || !kmp_written_blocks_init(&jv, &k->w.arena, k->g, k->w.jacobian))
+        return false;
+    select_rows(k, k->w.h, k->h);
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
+        kmp_written_blocks_factor(&jv, number);
+        kmp_written_blocks_solve(&jv, number, 1, k->h, k->first);
+    }
+    negate(k->r, k->first);
+    return kmp_written_correct(&k->w, k->red->part, k->first);
 }
 
 /* a0 = -Jv^-1 jdqd. */
@@ -140,14 +163,7 @@ static bool allocate(maker *k)
     k->mx = KMP_ARENA_NEW(a, kmp_ref, k->n * k->p);
     k->h_t = k->w.s->rheonomic ? KMP_ARENA_NEW(a, kmp_ref, r) : NULL;
     k->b = KMP_ARENA_NEW(a, kmp_ref, r * k->p);
-    return KMP_ARENA_EACH(a, kmp_ref, r, &k->h, &k->jdqd, &k->x_t, &k->a0, &k->dv, &k->rate);
-}
-
-/* Rows of independent closures in the order of the partition, selected from all rows. */
-static void select_rows(const maker *k, const kmp_ref *all, kmp_ref *into)
-{
-    for (int i = 0; i < k->r; i++)
-        into[i] = all[k->red->part->rows[i]];
+    return KMP_ARENA_EACH(a, kmp_ref, r, &k->h, &k->jdqd, &k->x_t, &k->a0, &k->dv, &k->first, &k->rate);
 }
 
 /* Outputs of the motion program for qd. Without user-defined forces, which are functions of qd, the rates of v are
@@ -166,12 +182,14 @@ static kmp_program *schedule(maker *k, const kmp_ref *end)
 {
     kmp_written *w = &k->w;
     int closures = kmp_written_closure_count(w->s);
-    if (!kmp_written_room(w, 5 * k->r + 2 * k->p + 1 + k->jv.multipliers + k->jv.pivots + closures + k->r * k->p +
-                                 3 * k->r))
+    if (!kmp_written_room(w, 6 * k->r + 2 * k->p + 1 + w->turns.count + k->jv.multipliers + k->jv.pivots + closures +
+                                 k->r * k->p))
         return NULL;
     kmp_written_stage(w);
-    if (k->plan->closes)
-        kmp_written_put(w, k->r, k->dv);
+    if (k->plan->closes) {
+        kmp_written_put(w, k->r, k->first);
+        kmp_written_put(w, w->turns.count, w->turns.angle);
+    }
     kmp_written_stage(w);
     if (!w->s->force)
         kmp_written_put(w, k->p, end);
@@ -180,6 +198,8 @@ static kmp_program *schedule(maker *k, const kmp_ref *end)
         kmp_written_put(w, k->p, end + k->p);
         kmp_written_put(w, k->plan->power, &w->power);
     }
+    if (k->plan->closes)
+        kmp_written_put(w, k->r, k->dv);
     kmp_written_stage(w);
     if (w->s->force) {
         kmp_written_put(w, 2 * k->p, end);
@@ -226,6 +246,8 @@ static kmp_program *make_program(maker *k)
     if (!begun || !allocate(k))
         return NULL;
     kmp_written_take_state(&k->w, k->red->part);
+    if (k->plan->closes && !close_loops(k))
+        return NULL;
     return kmp_written_import(&k->w) ? write_program(k) : NULL;
 }
 
@@ -238,7 +260,7 @@ kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *pla
                .p = red->p,
                .r = red->r};
     kmp_program *program = make_program(&k);
-    *layout = (kmp_fused_layout){k.jv.multipliers, k.jv.pivots, KMP_NEW(double, 1 + k.jv.multipliers)};
+    *layout = (kmp_fused_layout){k.jv.multipliers, k.jv.pivots, k.w.turns.count, KMP_NEW(double, 1 + k.jv.multipliers)};
     for (int i = 0; layout->factor && i < k.jv.multipliers; i++)
         layout->factor[i] = k.jv.factor[i];
     if (!layout->factor) {

@@ -74,16 +74,46 @@ bool kmp_written_take_rates(kmp_written *w, const kmp_partition *part, const kmp
     return kmp_written_import(w);
 }
 
+bool kmp_written_correct(kmp_written *w, const kmp_partition *part, const kmp_ref *dv)
+{
+    w->at = KMP_ARENA_NEW(&w->arena, kmp_ref, w->inputs);
+    w->turns.angle = KMP_ARENA_NEW(&w->arena, kmp_ref, w->source->code[w->source->stages]);
+    if (!w->at || !w->turns.angle)
+        return false;
+    memcpy(w->at, w->by, (size_t)w->inputs * sizeof *w->at);
+    for (int i = 0; i < part->r; i++) {
+        kmp_ref *v = &w->by[w->named + 2 * (part->p + i)];
+        *v = kmp_add(w->g, *v, dv[i]);
+    }
+    return true;
+}
+
+/* The first stages; 0: all. */
+static bool import(kmp_written *w, int stages)
+{
+    const kmp_importing how = {
+        .stages = stages, .count = w->inputs, .input = w->input, .by = w->by, .at = w->at, .turns = &w->turns};
+    const kempe_system *s = w->s;
+    if (!kmp_program_import(w->source, w->g, &how, w->out))
+        return false;
+    w->closure = w->h = w->out + w->source->outputs[KMP_STAGE_CLOSURE];
+    w->jacobian = w->h + s->m;
+    w->h_t = s->rheonomic ? w->jacobian + s->jacobian.count : NULL;
+    return true;
+}
+
+bool kmp_written_import_closure(kmp_written *w)
+{
+    return import(w, KMP_STAGE_CLOSURE + 1);
+}
+
 bool kmp_written_import(kmp_written *w)
 {
     const kempe_system *s = w->s;
     const int *first = w->source->outputs;
     bool by_bodies = w->source == s->articulated;
-    if (!kmp_program_import(w->source, w->g, w->inputs, w->input, w->by, w->out))
+    if (!import(w, 0))
         return false;
-    w->closure = w->h = w->out + first[KMP_STAGE_CLOSURE];
-    w->jacobian = w->h + s->m;
-    w->h_t = s->rheonomic ? w->jacobian + s->jacobian.count : NULL;
     const kmp_ref *mass = w->out + first[KMP_STAGE_MASS];
     w->mass = by_bodies ? NULL : mass;
     w->compliance = by_bodies ? mass : NULL;

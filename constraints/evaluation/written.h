@@ -16,8 +16,10 @@ typedef struct kmp_written {
     kmp_graph *g;
     kmp_arena arena;
     kmp_ref *input, *by; /* inputs of the source, and their replacements */
-    int inputs, named;   /* number; the first of those of kmp_written_take_state */
-    kmp_ref *out;        /* outputs of the source */
+    kmp_ref *at;     /* replacements at a place nearby, from which sines and cosines are turned; NULL: there is none */
+    kmp_turns turns; /* by these angles */
+    int inputs, named; /* number; the first of those of kmp_written_take_state */
+    kmp_ref *out;      /* outputs of the source */
     /* in `out`: */
     const kmp_ref *closure;               /* h, J and h_t, one after the other */
     const kmp_ref *h, *jacobian, *h_t;    /* m, jacobian.count, m; h_t is NULL if there is none */
@@ -40,14 +42,18 @@ void kmp_written_free(kmp_written *w);
 /** Replaces an input of the source. */
 void kmp_written_replace(kmp_written *w, kmp_input_kind kind, int index, kmp_ref by);
 
-/** Brings the outputs of the source into the graph, with the present replacements, and sorts them. False: no memory, or
- * implicit blocks. */
+/** Brings the outputs of the source into the graph, with the present replacements, and sorts them; or those of the
+ * closures alone. False: no memory, or implicit blocks. */
 bool kmp_written_import(kmp_written *w);
+bool kmp_written_import_closure(kmp_written *w);
 
 /** Replaces q and qd by positions in the state (u, ud, v) of a partition, given as q, and in the rates of v, which
  * follow it, given as qd. Then, where rates of v are expressions (r), imports again with these. */
 void kmp_written_take_state(kmp_written *w, const kmp_partition *part);
 bool kmp_written_take_rates(kmp_written *w, const kmp_partition *part, const kmp_ref *rate);
+
+/** Adds corrections (r) to v of such a state: later imports are those of the corrected state. */
+bool kmp_written_correct(kmp_written *w, const kmp_partition *part, const kmp_ref *dv);
 
 /** The rate of a coordinate: of such a state, before its rates are expressions, or among qd where part is NULL. */
 kmp_ref kmp_written_rate(const kmp_written *w, const kmp_partition *part, int coordinate);

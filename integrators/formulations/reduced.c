@@ -4,29 +4,27 @@
  *
  * - integrated: v is integrated by vd = Bvu ud + x_t; stages never iterate. At each accepted step one simplified Newton
  *   correction with the present factors returns v to the closure; a larger one than the error weight rejects the step.
- * - newton: every evaluation closes v for its u by Newton's method, predicted along the tangent from the last accepted
- *   step only. An evaluation whose corrections stop contracting fails and shortens the step. */
+ * - newton: every evaluation closes v for its u by Newton's method. Explicit one-step methods predict v by integrating
+ *   it, others along the tangent from the last accepted step only. An evaluation whose corrections stop contracting
+ *   fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
 #include "constraints/evaluation/fused_inside.h"
 #include "constraints/tolerances.h"
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { MOST_CORRECTIONS = 12 };
-
 int kmp_reduced_work(const kmp_reduced *d)
 {
-    return 2 * d->p + (d->integrated ? d->r : 0);
+    return 2 * d->p + (d->has_v ? d->r : 0);
 }
 
-void kmp_reduced_pack(const kmp_partition *part, bool integrated, const double *q, const double *qd, double *y)
+void kmp_reduced_pack(const kmp_partition *part, bool has_v, const double *q, const double *qd, double *y)
 {
     for (int k = 0; k < part->p; k++) {
         y[k] = q[part->u[k]];
         y[part->p + k] = qd[part->u[k]];
     }
-    for (int i = 0; integrated && i < part->r; i++)
+    for (int i = 0; has_v && i < part->r; i++)
         y[2 * part->p + i] = q[part->v[i]];
 }
 
@@ -37,7 +35,7 @@ void kmp_reduced_set_tolerances(kmp_reduced *d)
         atol[k] = d->start.atol * d->s->scale[d->part.u[k]];
         atol[d->p + k] = atol[k] * d->start.rate_scale;
     }
-    for (int i = 0; d->integrated && i < d->r; i++)
+    for (int i = 0; d->has_v && i < d->r; i++)
         atol[2 * d->p + i] = d->start.atol * d->s->scale[d->part.v[i]];
     if (d->has_work)
         atol[kmp_reduced_work(d)] = 1e300; /* measured, not controlled */
@@ -51,12 +49,12 @@ static void place_q(kmp_reduced *d, const double *u, const double *v)
         d->q[d->part.v[i]] = v[i];
 }
 
-/* Puts q, with integrated or predicted v. */
+/* Puts q, with v of the unknowns or predicted. */
 static void put_q(kmp_reduced *d, double t, const double *y)
 {
-    if (!d->integrated)
+    if (!d->has_v)
         kmp_reduced_extrapolate(d, t, y);
-    place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
+    place_q(d, y, d->has_v ? y + 2 * d->p : d->v);
 }
 
 /* qd at the placed q. */
@@ -131,56 +129,6 @@ static bool is_fused(const kmp_reduced *d)
     return d->fused && !d->apart && !d->by_saddle && kmp_fused_applies(d->fused);
 }
 
-/* Size of a correction of v, in scales; infinite where it is not finite. *small: it is within a fraction of the error
- * weights. */
-static double measure(const kmp_reduced *d, const double *dv, bool *small)
-{
-    double size = 0, weighted = 0, sum = 0;
-    for (int i = 0; i < d->r; i++) {
-        double change = fabs(dv[i]), scaled = change * d->by_scale[i], part = change * d->by_weight[i];
-        sum += change;
-        size = scaled > size ? scaled : size;
-        weighted = part > weighted ? part : weighted;
-    }
-    *small = weighted <= KMP_CORRECTION_IN_STAGE && sum <= DBL_MAX;
-    return sum <= DBL_MAX ? size : INFINITY;
-}
-
-/* Closes the predicted d->v by corrections of the fused program, as kmp_reduction_close does. d->state is then where
- * the program stands. false: corrections do not contract. */
-static bool close_fused(kmp_reduced *d, double t)
-{
-    double last = INFINITY, *v = d->state + 2 * d->p;
-    bool small = false;
-    for (int k = 0; k < MOST_CORRECTIONS && !small; k++) {
-        memcpy(v, d->v, (size_t)d->r * sizeof *v);
-        const double *dv = kmp_fused_close(d->fused, t, d->state);
-        double size = measure(d, dv, &small);
-        small = small || size <= d->noise;
-        d->red.newton++;
-        if (!small && !(size <= 0.9 * last))
-            return false;
-        for (int i = 0; i < d->r; i++)
-            d->v[i] = v[i] + dv[i];
-        last = size;
-    }
-    return small;
-}
-
-/* Evaluates the newton form by the fused program; false: it does not apply, or fails here. */
-static bool evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
-{
-    size_t p = (size_t)d->p;
-    kmp_reduced_predict(d, t, y);
-    memcpy(d->state, y, 2 * p * sizeof *y);
-    bool closed = close_fused(d, t);
-    if (closed)
-        kmp_reduced_note(d, t, y);
-    d->closed_fused = closed && kmp_fused_finish(d->fused, t, d->state, d->slope);
-    memcpy(dy, d->slope, 2 * p * sizeof *dy);
-    return d->closed_fused;
-}
-
 /* Evaluates q, qd and udd at (t, y), and dy. The fused program gives dy alone. */
 static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
 {
@@ -191,7 +139,7 @@ static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
         dy[k] = y[d->p + k];
         dy[d->p + k] = d->udd[k];
     }
-    for (int i = 0; d->integrated && i < d->r; i++)
+    for (int i = 0; d->has_v && i < d->r; i++)
         dy[2 * d->p + i] = d->qd[d->part.v[i]];
     return KMP_GO;
 }
@@ -215,7 +163,7 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
     kmp_reduced *d = self;
     bool fused = is_fused(d), solved = !fused && evaluate_solved(d, t, y, dy);
     if (fused && !d->integrated)
-        fused = evaluate_closing(d, t, y, dy);
+        fused = kmp_reduced_evaluate_closing(d, t, y, dy);
     int said = solved                    ? KMP_GO
                : fused && !d->integrated ? KMP_GO
                : fused                   ? (kmp_fused_run(d->fused, t, y, dy) ? KMP_GO : KMP_RETRY)
@@ -374,7 +322,11 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     int said = kmp_reduced_come_to_end(d, t, y, &end);
     if (said == KMP_GO)
         said = correct(d, y + 2 * d->p, w + 2 * d->p);
-    return said == KMP_GO ? kmp_reduced_may_end(d, t, y, &end) : said;
+    if (said == KMP_GO)
+        said = kmp_reduced_may_end(d, t, y, &end);
+    for (int i = 0; said == KMP_GO && d->has_v && !d->integrated && i < d->r; i++)
+        y[2 * d->p + i] = d->q[d->part.v[i]];
+    return said;
 }
 
 /* -- rows -------------------------------------------------------------------------------------------- */
@@ -382,7 +334,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 static void position(kmp_formulation *formulation, double t, const double *y, double *q)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
-    if (d->integrated)
+    if (d->has_v)
         put_q(d, t, y);
     else
         (void)kmp_reduced_place(d, t, y);
@@ -450,6 +402,7 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
 int kmp_reduced_settle(kmp_reduced *d, double t, const double *y)
 {
     d->states = d->last_state = 0;
+    d->contraction = 0;
     kmp_eval_closure(d->eval, t, d->q);
     if (kmp_reduction_factor(&d->red))
         return KMP_HALT;
@@ -480,7 +433,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     kmp_reduced *d = (kmp_reduced *)formulation;
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
     memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
-    kmp_reduced_pack(&d->part, d->integrated, q, qd, y);
+    kmp_reduced_pack(&d->part, d->has_v, q, qd, y);
     if (kmp_reduced_settle(d, t, y) != KMP_GO)
         return KMP_HALT;
     kmp_reduced_judge(d);
@@ -522,7 +475,7 @@ static bool allocate(kmp_reduced *d)
 static kempe_status begin(kmp_reduced *d, const kmp_formulation_start *start)
 {
     memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
-    kmp_reduced_pack(&d->part, d->integrated, start->q, start->qd, d->formulation.y);
+    kmp_reduced_pack(&d->part, d->has_v, start->q, start->qd, d->formulation.y);
     if (d->has_work)
         d->formulation.y[kmp_reduced_work(d)] = start->work;
     return kmp_reduced_settle(d, start->t, d->formulation.y) == KMP_GO
@@ -563,6 +516,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->s = start->system;
     d->eval = start->eval;
     d->integrated = kind->corrected || part->p == 0; /* without other unknowns, v controls the step size */
+    d->has_v = d->integrated || !(start->restarts || start->implicit || start->dae);
     d->has_work = start->system->dissipative;
     d->n = part->n;
     d->p = part->p;

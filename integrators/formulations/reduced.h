@@ -40,7 +40,9 @@ typedef struct kmp_reduced {
     kmp_reduced_jacobian tangents; /* if the Jacobian is used */
     double *jacobian;              /* size x size: of the residual by y, as a DAE */
     bool integrated, has_work;
-    bool due; /* an exchange is due before the next step */
+    bool has_v; /* v is among the unknowns: integrated; or predicted for the newton form by an explicit one-step method
+                 */
+    bool due;   /* an exchange is due before the next step */
     int n, p, r;
     double *q, *qd;               /* n */
     double *weight;               /* n: error weights of coordinates at the last accepted step */
@@ -53,6 +55,7 @@ typedef struct kmp_reduced {
     double *anchor_t;             /* r: part of vd from moving closures, in the last accepted step */
     double *anchor_c;             /* r: vdd of the last accepted step without the part of udd */
     double *v;                    /* r: of the present evaluation of the newton form */
+    double contraction;           /* of the last evaluation: a scaled correction over the square of the one before */
     double *by_scale, *by_weight; /* r: reciprocal scales and error weights of v */
     int states, last_state;       /* number of the last closed states; the place of the last one */
     double *state_t, *state_s;    /* by state: time, progress since the last accepted step */
@@ -76,8 +79,8 @@ typedef struct kmp_reduced {
 /** Index of the work among the unknowns. */
 int kmp_reduced_work(const kmp_reduced *d);
 
-/** Sets the unknowns of a state, except the work, with v if it is `integrated`. */
-void kmp_reduced_pack(const kmp_partition *part, bool integrated, const double *q, const double *qd, double *y);
+/** Sets the unknowns of a state, except the work, with v if it is among them. */
+void kmp_reduced_pack(const kmp_partition *part, bool has_v, const double *q, const double *qd, double *y);
 
 /** Sets the tolerances of the unknowns. */
 void kmp_reduced_set_tolerances(kmp_reduced *d);
@@ -101,6 +104,12 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused
 
 /** Decides if the step may end at y, evaluated by kmp_reduced_come_to_end, and then records the end. */
 int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fused_end *end);
+
+/* reduced_close.c */
+
+/** Evaluates the newton form by the fused program: d->v is then closed, and dy its derivative. false: the program fails
+ * here. */
+bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy);
 
 /* reduced_predict.c */
 

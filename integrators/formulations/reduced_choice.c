@@ -154,7 +154,7 @@ static int take_over(kmp_reduced *d, double t, double *y)
     kmp_reduction_free(&before);
     if (!kmp_reduced_renew_saddle(d))
         return KMP_HALT;
-    kmp_reduced_pack(&d->part, d->integrated, d->q, d->qd, y);
+    kmp_reduced_pack(&d->part, d->has_v, d->q, d->qd, y);
     kmp_reduced_set_tolerances(d);
     d->formulation.exchanges++;
     bool worth = d->steps >= KMP_FORMULATION_BRIEF;

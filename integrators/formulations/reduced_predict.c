@@ -143,10 +143,24 @@ static void see_from_here(kmp_reduced *d)
     }
 }
 
+static void weigh(kmp_reduced *d)
+{
+    for (int i = 0; i < d->n; i++)
+        d->weight[i] = d->start.atol * d->s->scale[i] + d->start.rtol * fabs(d->q[i]);
+    for (int i = 0; i < d->r; i++) {
+        d->by_scale[i] = 1 / d->s->scale[d->part.v[i]];
+        d->by_weight[i] = 1 / d->weight[d->part.v[i]];
+    }
+    d->noise = kmp_close_noise(d->n, d->s->scale, d->q);
+}
+
 void kmp_reduced_remember(kmp_reduced *d, double t, const double *y)
 {
     d->t = t;
     if (d->integrated)
+        return;
+    weigh(d);
+    if (d->has_v)
         return;
     memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
     set_progress(d, y + d->p);
@@ -156,12 +170,5 @@ void kmp_reduced_remember(kmp_reduced *d, double t, const double *y)
         d->anchor_t[i] = d->red.x_t[d->part.v[i]];
         d->anchor_c[i] = vdd_alone(d, i);
     }
-    for (int i = 0; i < d->n; i++)
-        d->weight[i] = d->start.atol * d->s->scale[i] + d->start.rtol * fabs(d->q[i]);
-    for (int i = 0; i < d->r; i++) {
-        d->by_scale[i] = 1 / d->s->scale[d->part.v[i]];
-        d->by_weight[i] = 1 / d->weight[d->part.v[i]];
-    }
-    d->noise = kmp_close_noise(d->n, d->s->scale, d->q);
     see_from_here(d);
 }

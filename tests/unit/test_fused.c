@@ -3,6 +3,7 @@
  * along the motion for which the order of elimination was not chosen. */
 #include "base/memory.h"
 #include "constraints/evaluation/fused.h"
+#include "constraints/tolerances.h"
 #include "random.h"
 #include "states.h"
 #include "testing.h"
@@ -103,6 +104,52 @@ static double difference(kmp_fused *fused, kmp_reduction *red, double t, const d
     return worst;
 }
 
+/* Predicted v, off by `off` scales, is corrected, and the rest is evaluated at the corrected v, whose sines and cosines
+ * are turned: beside the program without corrections there. Returns the largest difference, relative to the largest
+ * number. */
+static double difference_closing(kmp_fused *closing, kmp_fused *plain, const kmp_reduction *red, double t, double *y,
+                                 double off)
+{
+    int p = red->p, r = red->r, size = 2 * p + r;
+    double *dy = KMP_NEW(double, 2 * size), *beside = dy + size, most = 1e-300;
+    for (int i = 0; i < r; i++)
+        y[2 * p + i] += off * cos(1 + i) * red->eval->system->scale[red->part->v[i]];
+    kmp_fused_correction c = kmp_fused_close(closing, t, y);
+    CHECK(kmp_fused_finish(closing, t, y, dy));
+    CHECK(c.turn <= KMP_TURN_SMALL);
+    for (int i = 0; i < r; i++)
+        y[2 * p + i] += c.dv[i];
+    CHECK(kmp_fused_run(plain, t, y, beside));
+    for (int i = 0; i < size; i++)
+        most = check_max(most, fabs(beside[i]));
+    double worst = 0;
+    const double *left = kmp_fused_left(closing), *open = kmp_fused_at_end(plain).dv;
+    for (int i = 0; i < size; i++)
+        worst = check_max(worst, fabs(dy[i] - beside[i]) / most);
+    for (int i = 0; i < r; i++) /* both are almost zero */
+        worst = check_max(worst, fabs(left[i] - open[i]) / red->eval->system->scale[red->part->v[i]]);
+    kmp_free(dy);
+    return worst;
+}
+
+static void closed_along_the_motion(kmp_fused *plain, const kmp_reduction *red, const states *at, const char *name)
+{
+    static const double offs[] = {0, 1e-9, 1e-5, 2e-4};
+    kmp_fused *closing = NULL;
+    double *y = KMP_NEW(double, 2 * red->n), worst = 0;
+    CHECK(kmp_fused_new(&closing, red, true) == KEMPE_OK);
+    for (int k = 0; closing && k < at->count; k++)
+        for (size_t o = 0; o < sizeof offs / sizeof *offs; o++) {
+            put_state(red->part, at->q + k * at->n, at->qd + k * at->n, y);
+            worst = check_max(worst, difference_closing(closing, plain, red, at->t[k], y, offs[o]));
+        }
+    CHECK(closing && worst < 1e-13);
+    if (!(worst < 1e-13))
+        printf("  %s: %g by the closing program\n", name, worst);
+    kmp_fused_free(closing);
+    kmp_free(y);
+}
+
 static bool is_good(kmp_fused *fused, const kmp_reduction *red, double t, const double *q)
 {
     double *y = KMP_NEW(double, 2 * red->n);
@@ -157,6 +204,9 @@ static void along_the_motion(const kempe_system *system, const states *at, const
         printf("  %-36s p %d r %d: %.1e, %ld + %ld operations, as one %ld, worn out at %d states\n", name, part.p,
                part.r, worst, parts.paper, algebra.paper, one.paper, bad);
         CHECK(one.paper < parts.paper + algebra.paper);
+        kmp_eval_closure(eval, 0, at->q);
+        CHECK(kmp_reduction_factor(&red) == 0);
+        closed_along_the_motion(fused, &red, at, name);
         far_away(fused, &red, name);
     }
     kmp_fused_free(fused);

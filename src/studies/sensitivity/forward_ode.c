@@ -167,7 +167,7 @@ void kmp_forward_settle(kmp_forward_formulation *f)
         return;
     kmp_block_take_signs(l->red.block, f->signs);
     f->growth = kmp_reduction_growth(&l->red, &row, &column);
-    f->due = !f->start.fixed && !f->zone && f->growth > KMP_EXCHANGE_CLOSED;
+    f->due = !f->start.fixed && !f->zone && f->growth > KMP_EXCHANGE_VARIED;
 }
 
 int kmp_forward_take_up(kmp_forward_formulation *f, double t, double *y)

@@ -75,10 +75,24 @@ typedef struct kmp_program {
 kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs);
 void kmp_program_free(kmp_program *p);
 
-/** The program's outputs, of all stages, as references in a graph, with `by` in place of `count` inputs (kmp_input).
- * False: no memory, or it has implicit blocks. */
-bool kmp_program_import(const kmp_program *p, kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by,
-                        kmp_ref *outputs);
+/** Small angles by which sines and cosines are turned: room for as many as the program has instructions. */
+typedef struct kmp_turns {
+    kmp_ref *angle;
+    int count;
+} kmp_turns;
+
+typedef struct kmp_importing {
+    int stages;           /* of the program; 0: all */
+    int count;            /* replaced inputs */
+    const kmp_ref *input; /* count: kmp_input */
+    const kmp_ref *by;    /* what takes their place */
+    const kmp_ref *at;    /* the same at a place nearby; NULL: there is none */
+    kmp_turns *turns;     /* with `at`: sines and cosines are those of `at`, turned by these angles d; the error of a
+                           * value is |d|^5 / 120 */
+} kmp_importing;
+
+/** The program's outputs as references in a graph. False: no memory, or it has implicit blocks. */
+bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing *how, kmp_ref *outputs);
 
 /** An empty program with room in all arrays for so many stages, instructions, outputs, constants and inputs. NULL: no
  * memory. */

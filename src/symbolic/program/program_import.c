@@ -19,8 +19,8 @@ static kmp_ref import(const kmp_program *p, kmp_graph *g, const kmp_instruction 
     return table < 0 ? KMP_ZERO : kmp_table_derivative_at(g, table, (int)in->c, x[0]);
 }
 
-/* The inputs, or their replacements. */
-static bool import_inputs(const kmp_program *p, kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by,
+/* Constants, and inputs or their replacements. */
+static bool import_leaves(const kmp_program *p, kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by,
                           kmp_ref *value)
 {
     uint32_t nodes = kmp_graph_count(g);
@@ -30,30 +30,96 @@ static bool import_inputs(const kmp_program *p, kmp_graph *g, int count, const k
     for (int k = 0; which && k < p->input_count; k++) {
         kmp_ref x = kmp_input(g, p->input[k].kind, p->input[k].index);
         int replaced = kmp_id(x) < nodes ? which[kmp_id(x)] : 0;
-        value[k] = replaced ? by[replaced - 1] : x;
+        value[p->constant_count + k] = replaced ? by[replaced - 1] : x;
     }
+    for (int k = 0; which && k < p->constant_count; k++)
+        value[k] = kmp_const(g, p->constant[k]);
     bool made = which;
     kmp_free(which);
     return made;
 }
 
-bool kmp_program_import(const kmp_program *p, kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by,
-                        kmp_ref *outputs)
+/* -- two places near each other ------------------------------------------------------------------------ */
+
+/* Instructions whose values at the first place are needed: operands of sines and cosines, and what these need. */
+static void mark_needed(const kmp_program *p, bool *needed)
 {
-    int leaves = p->constant_count + p->input_count, code = p->code[p->stages];
+    int leaves = p->constant_count + p->input_count;
+    for (int i = p->code[p->stages]; i-- > 0;) {
+        const kmp_instruction *in = &p->instruction[i];
+        bool turns = in->op == KMP_OP_SIN || in->op == KMP_OP_COS;
+        for (int k = 0; (turns || needed[i]) && k < kmp_op_arity((kmp_op)in->op); k++) {
+            int from = (int)(kmp_instruction_operand(in, k) >> 1) - leaves;
+            if (from >= 0)
+                needed[from] = true;
+        }
+    }
+}
+
+/* sin d and cos d - 1 of a small angle, by their series. */
+static void small_angle(kmp_graph *g, kmp_ref d, kmp_ref *sine, kmp_ref *versine)
+{
+    kmp_ref square = kmp_mul(g, d, d);
+    *sine = kmp_mul(g, d, kmp_sub(g, KMP_ONE, kmp_mul(g, square, kmp_const(g, 1.0 / 6))));
+    *versine = kmp_mul(g, square, kmp_sub(g, kmp_mul(g, square, kmp_const(g, 1.0 / 24)), kmp_const(g, 0.5)));
+}
+
+static void note_turn(kmp_turns *turns, kmp_ref d)
+{
+    for (int k = 0; k < turns->count; k++)
+        if (kmp_id(turns->angle[k]) == kmp_id(d))
+            return;
+    turns->angle[turns->count++] = d;
+}
+
+/* Sine or cosine of b = a + d, of those of a, as it is plus a small part. */
+static kmp_ref turn(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b, kmp_turns *turns)
+{
+    kmp_ref d = kmp_sub(g, b, a), sine, versine, s = kmp_sin(g, a), c = kmp_cos(g, a);
+    if (d == KMP_ZERO)
+        return kmp_unary(g, op, a);
+    note_turn(turns, d);
+    small_angle(g, d, &sine, &versine);
+    if (op == KMP_OP_SIN)
+        return kmp_add(g, s, kmp_add(g, kmp_mul(g, c, sine), kmp_mul(g, s, versine)));
+    return kmp_add(g, c, kmp_sub(g, kmp_mul(g, c, versine), kmp_mul(g, s, sine)));
+}
+
+/* -- import -------------------------------------------------------------------------------------------- */
+
+/* Values of all instructions. With `at`, values at the first place, sines and cosines come from there. */
+static void import_code(const kmp_program *p, kmp_graph *g, int stages, kmp_ref *value, kmp_ref *at, const bool *needed,
+                        kmp_turns *turns)
+{
+    int leaves = p->constant_count + p->input_count;
+    for (int i = 0; i < p->code[stages]; i++) {
+        const kmp_instruction *in = &p->instruction[i];
+        bool turned = at && (in->op == KMP_OP_SIN || in->op == KMP_OP_COS);
+        if (at && needed[i])
+            at[leaves + i] = import(p, g, in, at);
+        value[leaves + i] = turned ? turn(g, (kmp_op)in->op, operand(at, in->a), operand(value, in->a), turns)
+                                   : import(p, g, in, value);
+    }
+}
+
+bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing *how, kmp_ref *outputs)
+{
+    int leaves = p->constant_count + p->input_count, code = p->code[p->stages], stages = how->stages;
+    stages = stages > 0 ? stages : p->stages;
     if (p->block_count > 0)
         return false;
-    kmp_ref *value = KMP_NEW(kmp_ref, leaves + code);
-    if (!value || !import_inputs(p, g, count, input, by, value + p->constant_count)) {
-        kmp_free(value);
-        return false;
-    }
-    for (int k = 0; k < p->constant_count; k++)
-        value[k] = kmp_const(g, p->constant[k]);
-    for (int i = 0; i < code; i++)
-        value[leaves + i] = import(p, g, &p->instruction[i], value);
-    for (int k = 0; k < p->outputs[p->stages]; k++)
+    kmp_ref *value = KMP_NEW(kmp_ref, leaves + code), *at = how->at ? KMP_NEW(kmp_ref, leaves + code) : NULL;
+    bool *needed = how->at ? KMP_NEW(bool, code) : NULL;
+    bool made = value && (!how->at || (at && needed)) && import_leaves(p, g, how->count, how->input, how->by, value) &&
+                (!at || import_leaves(p, g, how->count, how->input, how->at, at));
+    if (made && needed)
+        mark_needed(p, needed);
+    if (made)
+        import_code(p, g, stages, value, at, needed, how->turns);
+    for (int k = 0; made && k < p->outputs[stages]; k++)
         outputs[k] = operand(value, p->output[k]);
     kmp_free(value);
-    return !kmp_graph_failed(g);
+    kmp_free(at);
+    kmp_free(needed);
+    return made && !kmp_graph_failed(g);
 }

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* An evaluation of the newton form by the fused program: corrections of the predicted v until the rest of the program,
+ * which is evaluated at the corrected v, finds it closed. The correction that is left there tests that. */
+#include "constraints/tolerances.h"
+#include "integrators/formulations/reduced.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MOST_CORRECTIONS = 12 };
+
+/* The largest component of a correction of v, in scales and in error weights; infinite where one is not finite. */
+typedef struct extent {
+    double scaled, weighted;
+} extent;
+
+static extent measure(const kmp_reduced *d, const double *dv)
+{
+    extent e = {0};
+    double sum = 0;
+    for (int i = 0; i < d->r; i++) {
+        double change = fabs(dv[i]), scaled = change * d->by_scale[i], part = change * d->by_weight[i];
+        sum += change;
+        e.scaled = scaled > e.scaled ? scaled : e.scaled;
+        e.weighted = part > e.weighted ? part : e.weighted;
+    }
+    return sum <= DBL_MAX ? e : (extent){INFINITY, INFINITY};
+}
+
+static bool is_small(const kmp_reduced *d, extent e)
+{
+    return e.weighted <= KMP_CORRECTION_IN_STAGE || e.scaled <= d->noise;
+}
+
+static void add(kmp_reduced *d, const double *dv)
+{
+    for (int i = 0; i < d->r; i++)
+        d->v[i] += dv[i];
+}
+
+/* True if the next correction is expected to be small: it is about the square of this one, times a factor that the last
+ * corrections had. */
+static bool will_be_closed(const kmp_reduced *d, kmp_fused_correction c, extent e)
+{
+    extent next = {d->contraction * e.scaled * e.scaled, INFINITY};
+    next.weighted = e.scaled > 0 ? next.scaled * e.weighted / e.scaled : 0;
+    return c.turn <= KMP_TURN_SMALL && is_small(d, next);
+}
+
+/* Closes d->v and evaluates there. false: corrections do not contract, or the reduced mass is not positive. */
+static bool close_and_finish(kmp_reduced *d, double t, double *dy)
+{
+    double last = INFINITY, *v = d->state + 2 * d->p;
+    for (int k = 0; k < MOST_CORRECTIONS; k++) {
+        memcpy(v, d->v, (size_t)d->r * sizeof *v);
+        kmp_fused_correction c = kmp_fused_close(d->fused, t, d->state);
+        extent e = measure(d, c.dv), left;
+        d->red.newton++;
+        if (!is_small(d, e) && !(e.scaled <= 0.9 * last))
+            return false;
+        add(d, c.dv);
+        last = e.scaled;
+        if (!will_be_closed(d, c, e))
+            continue;
+        bool regular = kmp_fused_finish(d->fused, t, d->state, dy);
+        left = measure(d, kmp_fused_left(d->fused));
+        if (left.scaled > d->noise)
+            d->contraction = left.scaled / (e.scaled * e.scaled);
+        if (!is_small(d, left) && !(left.scaled <= 0.9 * last))
+            return false;
+        add(d, kmp_fused_left(d->fused));
+        last = left.scaled;
+        if (is_small(d, left))
+            return regular;
+    }
+    return false;
+}
+
+bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
+{
+    size_t p = (size_t)d->p, r = (size_t)d->r;
+    if (d->has_v)
+        memcpy(d->v, y + 2 * p, r * sizeof *y);
+    else
+        kmp_reduced_predict(d, t, y);
+    memcpy(d->state, y, 2 * p * sizeof *y);
+    d->closed_fused = close_and_finish(d, t, d->slope);
+    if (d->closed_fused && !d->has_v)
+        kmp_reduced_note(d, t, y);
+    memcpy(dy, d->slope, (2 * p + (d->has_v ? r : 0)) * sizeof *dy);
+    return d->closed_fused;
+}
