@@ -63,7 +63,7 @@ TIMED(START, kempe_status, kempe_assembly_new, (const kempe_system *system, kemp
 TIMED(CACHE, kempe_system *, kmp_system_recall, (const kempe_model *model, const char *word), (model, word))
 TIMED(CACHE, bool, kmp_tangents_recall, (kmp_tangents * tangents, const kempe_system *system, unsigned values),
       (tangents, system, values))
-TIMED_VOID(CACHE, kmp_system_keep, (const kempe_system *system), (system))
+TIMED_VOID(CACHE, kmp_system_keep, (kempe_system * system), (system))
 TIMED_VOID(CACHE, kmp_tangents_keep, (const kmp_tangents *tangents, const kempe_system *system, unsigned values),
            (tangents, system, values))
 TIMED(DERIVE, kempe_status, kmp_tangents_init,

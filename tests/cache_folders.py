@@ -20,6 +20,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TIMES = re.compile(r'"(\w*_s|time_\w+)": [-+0-9.eE]+')
 DAMAGED = "four_bar"
+CODED = "bogie"  # large enough that machine code is kept
 
 
 def run(kempe, folder, words, limit=None):
@@ -76,6 +77,30 @@ def damages(content):
     for at in (0, 7, 8, 20, 40, 48, 56, 60, middle, len(content) - 1):
         yield f"byte {at} changed", content[:at] + bytes([content[at] ^ 0x10]) + content[at + 1:]
     yield "parts exchanged", content[:56] + content[middle:] + content[56:middle]
+
+
+def damage_code(kempe, folder):
+    """Files of programs and of their machine code."""
+    words = simulation(CODED)
+    without = run(kempe, None, words)
+    run(kempe, folder, words)
+    files = stamps(folder)
+    run(kempe, folder, [*simulation(CODED), "--backend", "tape"])
+    expect(stamps(folder) == files, "the interpreter has files of its own")
+    expect(len(files) > len(tape_files(kempe, folder.parent / "tape")), f"no machine code of {CODED} is kept")
+    for name, (content, _) in files.items():
+        for what, damaged in list(damages(content))[::4]:
+            (folder / name).write_bytes(damaged)
+            expect(run(kempe, folder, words) == without, f"a damaged file ({what}) changes the result")
+            expect((folder / name).read_bytes() == content, f"a damaged file ({what}) stays")
+        (folder / name).chmod(0o622)
+        expect(run(kempe, folder, words) == without, "a file that others may write changes the result")
+        expect((folder / name).stat().st_mode & 0o22 == 0, "a file that others may write is used")
+
+
+def tape_files(kempe, folder):
+    run(kempe, folder, [*simulation(CODED), "--backend", "tape"])
+    return stamps(folder)
 
 
 def damage_files(kempe, folder):
@@ -191,8 +216,8 @@ def main():
     kempe = str(pathlib.Path(sys.argv[1]).resolve())
     names = sorted(f.parent.name for f in ROOT.glob("examples/*/*.yaml") if f.stem == f.parent.name)
     names = sys.argv[2:] or (names if "KEMPE_FULL" in os.environ else names[::3])
-    steps = (lambda k, f: compare_examples(k, names, f), damage_files, tell_apart, share, spoil_folder, switch_off,
-             keep_bound)
+    steps = (lambda k, f: compare_examples(k, names, f), damage_files, damage_code, tell_apart, share, spoil_folder,
+             switch_off, keep_bound)
     for step in steps:
         with tempfile.TemporaryDirectory() as parent:
             step(kempe, pathlib.Path(parent) / "cache")

@@ -10,8 +10,8 @@
  * Results are the same to the bit with and without it. The key of a file is a digest of the model's files and settings
  * and of the algorithm. It includes the build of Kempe and of the libraries in the process, and the processor's
  * features. A file that is damaged does not count; errors of the folder are not reported, since everything can be
- * computed again. Files hold programs of numbers, never machine code. Several processes and threads may share a folder.
- * Above 256 MiB, files go that have not been used for the longest time.
+ * computed again. Files hold programs of numbers and machine code: files that others may write are not read. Several
+ * processes and threads may share a folder. Above 256 MiB, files go that have not been used for the longest time.
  *
  * Models that are built in code and variants with parameters that vary are always derived anew.
  */

@@ -13,6 +13,13 @@ static kmp_kept_name name_of(const kempe_system *system, unsigned values)
     return (kmp_kept_name){"tangents", values | (system->force ? FORCED : 0)};
 }
 
+static void name_programs(const kmp_tangents *t, const kempe_system *system, unsigned values)
+{
+    unsigned variant = name_of(system, values).variant;
+    kmp_kept_name_program(system, (kmp_kept_name){"code of values", variant}, t->value.program);
+    kmp_kept_name_program(system, (kmp_kept_name){"code of tangents", variant}, t->tangent.program);
+}
+
 void kmp_tangents_keep(const kmp_tangents *t, const kempe_system *system, unsigned values)
 {
     kmp_bytes b = {0};
@@ -26,6 +33,7 @@ void kmp_tangents_keep(const kmp_tangents *t, const kempe_system *system, unsign
     kmp_program_put(&b, &pool, t->tangent.program);
     kmp_table_pool_free(&pool);
     kmp_kept_add(system, name_of(system, values), &b);
+    name_programs(t, system, values);
 }
 
 static bool is_within(const kmp_tangents *t, const kmp_tangent *e, int block)
@@ -78,6 +86,7 @@ bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, uns
     t.tangent.program = good ? kmp_program_get(&s, &pool) : NULL;
     kmp_table_pool_free(&pool);
     good = good && !s.failed && s.at == s.end && t.value.program && t.tangent.program && is_sound(&t);
+    name_programs(&t, system, values);
     if (good)
         *tangents = t;
     else

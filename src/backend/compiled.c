@@ -111,7 +111,7 @@ static bool extend(kmp_frame *f, const kmp_packs *packs, uint32_t places)
  * from memory beyond the first cache, and the search for pairs takes longer than all else. */
 enum { USUAL_LENGTH = 10, MOST_PACKED = 50000 };
 
-static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, size_t *offset)
+static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, uint32_t *offset)
 {
     kmp_registers registers;
     uint32_t segments = l->frame->segment_count, slots = l->frame->slots;
@@ -128,36 +128,41 @@ static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, si
     if (!kmp_registers_init(&registers, &l->arena, packs.slots, packs.next, longest, l->frame->team))
         return false;
     for (uint32_t g = 0; g < segments; g++) {
-        offset[g] = x86->size;
+        offset[g] = pieces[g].count > 0 ? (uint32_t)x86->size : KMP_NO_ROUTINE;
         if (pieces[g].count > 0)
             kmp_registers_write(&registers, x86, pieces[g].count, pieces[g].operations);
     }
-    return !x86->failed && extend(l->frame, &packs, registers.used);
+    return !x86->failed && x86->size < KMP_NO_ROUTINE && extend(l->frame, &packs, registers.used);
 }
 
 /* C converts an object's address to a function pointer only by copying. */
-static kmp_routine *routine_at(const kmp_code *code, uint32_t segment, size_t offset)
+static kmp_routine *routine_at(const void *pages, uint32_t offset)
 {
     kmp_routine *routine = NULL;
-    const char *at = (const char *)code->pages + offset;
-    if (code->start[segment + 1] > code->start[segment])
-        memcpy(&routine, &at, sizeof routine);
+    const char *at = (const char *)pages + offset;
+    memcpy(&routine, &at, sizeof routine);
     return routine;
+}
+
+bool kmp_code_load(kmp_code *code, kmp_arena *arena, const void *bytes, size_t size, uint32_t segments,
+                   const uint32_t *offset)
+{
+    code->segment = KMP_ARENA_NEW(arena, kmp_routine *, segments);
+    code->pages = code->segment && size > 0 ? kmp_pages_new(bytes, size) : NULL;
+    code->size = code->pages ? size : 0;
+    for (uint32_t g = 0; code->pages && g < segments; g++)
+        if (offset[g] != KMP_NO_ROUTINE)
+            code->segment[g] = routine_at(code->pages, offset[g]);
+    return code->segment;
 }
 
 bool kmp_code_write(kmp_code *code, kmp_layout *l, kmp_x86_form form)
 {
     uint32_t segments = l->frame->segment_count;
     kmp_x86 x86 = {.form = form, .expected = USUAL_LENGTH * (size_t)code->start[segments]};
-    size_t *offset = KMP_ARENA_NEW(&l->arena, size_t, segments);
-    code->segment = KMP_ARENA_NEW(&l->frame->arena, kmp_routine *, segments);
-    bool ok = offset && code->segment && write_segments(code, l, &x86, offset);
-    if (ok && x86.size > 0) {
-        code->size = x86.size;
-        code->pages = kmp_pages_new(x86.code, x86.size);
-    }
-    for (uint32_t g = 0; ok && code->pages && g < segments; g++)
-        code->segment[g] = routine_at(code, g, offset[g]);
+    code->offset = KMP_ARENA_NEW(&l->frame->arena, uint32_t, segments);
+    bool ok = code->offset && write_segments(code, l, &x86, code->offset) &&
+              kmp_code_load(code, &l->frame->arena, x86.code, x86.size, segments, code->offset);
     kmp_x86_free(&x86);
     return ok;
 }

@@ -16,6 +16,7 @@ typedef struct kmp_code {
     void *pages;     /* NULL: the system does not let code run */
     size_t size;
     kmp_routine **segment; /* in the frame's arena; NULL: it has no arithmetic */
+    uint32_t *offset;      /* of each in the code, there too */
 } kmp_code;
 
 /** True if an instruction is straight-line arithmetic of this back end: for kmp_layout_init. */
@@ -26,6 +27,13 @@ bool kmp_code_list(kmp_code *code, kmp_layout *l);
 
 /** Writes them as machine code; where it cannot run, `pages` stays NULL. false: no memory. */
 bool kmp_code_write(kmp_code *code, kmp_layout *l, kmp_x86_form form);
+
+#define KMP_NO_ROUTINE UINT32_MAX
+
+/** Lets machine code run that begins at `offset` for each segment (KMP_NO_ROUTINE: it has no arithmetic), all in
+ * `arena`. Where it cannot run, `pages` stays NULL. false: no memory. */
+bool kmp_code_load(kmp_code *code, kmp_arena *arena, const void *bytes, size_t size, uint32_t segments,
+                   const uint32_t *offset);
 
 void kmp_code_free(kmp_code *code);
 

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/lanes.h"
-#include "backend/compiled.h"
+#include "backend/prepared.h"
 #include "backend/sincos.h"
 #include "base/memory.h"
 #include <math.h>
 #include <string.h>
 
 struct kmp_lanes {
-    kmp_frame frame; /* of one instance: positions of values */
-    kmp_code code;
+    kmp_frame frame;             /* of one instance: positions of values */
+    kmp_code code;               /* operations, where there is no machine code */
+    kmp_routine *const *segment; /* machine code; NULL: there is none */
     int width;
     double *v;    /* slots x width */
     double *lane; /* 3 x angles x width */
@@ -28,30 +29,44 @@ static bool has_form(int width)
     return exists && kmp_x86_runs((kmp_x86_form)width);
 }
 
-/* Constants in all lanes. */
-static bool spread(kmp_lanes *lanes)
+static bool add_room(kmp_lanes *lanes)
 {
     size_t w = (size_t)lanes->width, slots = lanes->frame.slots;
     lanes->v = kmp_arena_aligned(&lanes->frame.arena, slots * w);
     lanes->lane = KMP_ARENA_NEW(&lanes->frame.arena, double, 3 * w * lanes->frame.angles);
-    if (lanes->frame.arena.failed)
-        return false;
-    for (size_t k = 0; k < slots; k++)
-        for (size_t l = 0; l < w; l++)
-            lanes->v[k * w + l] = lanes->frame.v[k];
-    return true;
+    return !lanes->frame.arena.failed;
 }
 
-static bool make(kmp_lanes *lanes, const kmp_program *p, bool plain)
+/* A constant in all lanes. */
+static void spread(kmp_lanes *lanes, size_t slot, double value)
+{
+    size_t w = (size_t)lanes->width;
+    for (size_t l = 0; l < w; l++)
+        lanes->v[slot * w + l] = value;
+}
+
+/* With loops over the lanes. */
+static bool make_plain(kmp_lanes *lanes, const kmp_program *p, const kmp_backend *blocks)
 {
     kmp_layout layout = {0};
-    bool ok =
-        kmp_layout_init(&layout, &lanes->frame, p, kmp_code_is_straight, 0, plain ? NULL : &kmp_backend_native, NULL) &&
-        kmp_code_list(&lanes->code, &layout);
-    if (ok && !plain && has_form(lanes->width))
-        ok = kmp_code_write(&lanes->code, &layout, (kmp_x86_form)lanes->width);
+    bool ok = kmp_layout_init(&layout, &lanes->frame, p, kmp_code_is_straight, 0, blocks, NULL) &&
+              kmp_code_list(&lanes->code, &layout) && kmp_frame_add_blocks(&lanes->frame) && add_room(lanes);
     kmp_layout_free(&layout);
-    return ok && spread(lanes);
+    for (size_t k = 0; ok && k < lanes->frame.slots; k++)
+        spread(lanes, k, lanes->frame.v[k]);
+    return ok;
+}
+
+static bool make(kmp_lanes *lanes, const kmp_program *p)
+{
+    const kmp_prepared *prepared = kmp_prepared_of(p, (kmp_x86_form)lanes->width);
+    if (!prepared || !prepared->code.pages)
+        return prepared && make_plain(lanes, p, &kmp_backend_native);
+    lanes->segment = prepared->code.segment;
+    bool ok = kmp_prepared_frame(prepared, &lanes->frame) && add_room(lanes);
+    for (uint32_t k = 0; ok && k < prepared->start_count; k++)
+        spread(lanes, prepared->start[k].slot, prepared->start[k].value);
+    return ok;
 }
 
 kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain)
@@ -60,7 +75,8 @@ kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain)
     if (!lanes)
         return NULL;
     lanes->width = width;
-    if (make(lanes, program, plain))
+    bool native = !plain && has_form(width);
+    if (native ? make(lanes, program) : make_plain(lanes, program, plain ? NULL : &kmp_backend_native))
         return lanes;
     kmp_lanes_free(lanes);
     return NULL;
@@ -77,7 +93,7 @@ void kmp_lanes_free(kmp_lanes *lanes)
 
 bool kmp_lanes_native(const kmp_lanes *lanes)
 {
-    return lanes->code.pages;
+    return lanes->segment;
 }
 
 void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values)
@@ -130,9 +146,9 @@ static void run_operation(const kmp_straight *s, size_t w, double *v)
 static void run_arithmetic(kmp_lanes *lanes, uint32_t segment)
 {
     const kmp_code *code = &lanes->code;
-    if (code->pages) {
-        if (code->segment[segment])
-            code->segment[segment](lanes->v);
+    if (lanes->segment) {
+        if (lanes->segment[segment])
+            lanes->segment[segment](lanes->v);
         return;
     }
     for (uint32_t k = code->start[segment]; k < code->start[segment + 1]; k++)
@@ -180,6 +196,6 @@ const double *kmp_lanes_run(kmp_lanes *lanes, int stage)
                 kmp_frame_special(f, &f->specials[i], lanes->v + l, (size_t)lanes->width);
     }
     run_copies(lanes, stage);
-    size_t first = (size_t)(f->out - f->v) + (size_t)f->program->outputs[stage];
+    size_t first = f->out + (size_t)f->program->outputs[stage];
     return lanes->v + first * (size_t)lanes->width;
 }

@@ -231,19 +231,8 @@ static uint32_t most_angles(const kmp_layout *l, uint32_t segments)
     return count + (KMP_LANES - 1) * (segments < count ? segments : count);
 }
 
-/* A block with another list of arguments, in the room of an earlier one. Parts of a stage that run at the same time
- * (team) need rooms of their own. */
-static kmp_solving *solving_of(const kmp_frame *f, const kmp_instruction *in, const kmp_instruction *const *first)
-{
-    uint32_t k = 0;
-    while (k < f->solving_count && (f->team || first[k]->b != in->b))
-        k++;
-    return k < f->solving_count ? kmp_solving_beside(f->solving[k])
-                                : kmp_solving_new(&f->program->block[in->b], f->runner.run ? &f->runner : NULL);
-}
-
 /* Unknowns of one block for one list of arguments are solved together. */
-static bool place_block(kmp_layout *l, int i, const kmp_instruction **first)
+static void place_block(kmp_layout *l, int i, const kmp_instruction **first)
 {
     kmp_frame *f = l->frame;
     const kmp_instruction *in = &l->program->instruction[i];
@@ -252,13 +241,12 @@ static bool place_block(kmp_layout *l, int i, const kmp_instruction **first)
         k++;
     l->solving_of[i] = k;
     if (k < f->solving_count)
-        return true;
-    f->solving[k] = solving_of(f, in, first);
+        return;
+    f->block_of[k] = in->b;
     first[f->solving_count++] = in;
-    return f->solving[k];
 }
 
-static bool allocate_blocks(kmp_layout *l)
+static bool list_blocks(kmp_layout *l)
 {
     kmp_frame *f = l->frame;
     const kmp_program *p = l->program;
@@ -269,13 +257,13 @@ static bool allocate_blocks(kmp_layout *l)
             items += (size_t)p->block[p->instruction[i].b].arguments;
         }
     f->items = KMP_ARENA_NEW(&f->arena, kmp_list_item, items);
-    f->solving = KMP_ARENA_NEW(&f->arena, kmp_solving *, count);
+    f->block_of = KMP_ARENA_NEW(&f->arena, uint32_t, count);
     l->solving_of = count > 0 ? KMP_ARENA_NEW(&l->arena, uint32_t, p->code[p->stages]) : NULL;
     const kmp_instruction **first = KMP_ARENA_NEW(&l->arena, const kmp_instruction *, count); /* of each solving */
     bool ok = !f->arena.failed && !l->arena.failed;
     for (int i = 0; ok && i < p->code[p->stages]; i++)
         if (p->instruction[i].op == KMP_OP_IMPLICIT)
-            ok = place_block(l, i, first);
+            place_block(l, i, first);
     return ok;
 }
 
@@ -289,7 +277,8 @@ static bool allocate(kmp_layout *l, uint32_t extra)
     l->lanes = KMP_FIRST_SLOT + (uint32_t)l->leaves + code + outputs;
     l->lanes += (KMP_LANES - l->lanes % KMP_LANES) % KMP_LANES;
     f->slots = l->lanes + 2 * angles;
-    f->v = kmp_arena_aligned(a, f->slots + extra); /* eight doubles that are stored together are not torn apart */
+    f->v =
+        kmp_arena_aligned(&f->values, f->slots + extra); /* eight doubles that are stored together are not torn apart */
     f->specials = KMP_ARENA_NEW(a, kmp_special, l->special_count);
     f->angle = KMP_ARENA_NEW(a, uint32_t, angles);
     f->sine = KMP_ARENA_NEW(a, uint32_t, angles);
@@ -301,7 +290,7 @@ static bool allocate(kmp_layout *l, uint32_t extra)
     f->feeds = KMP_ARENA_NEW(a, kmp_feed, p->input_count);
     l->segment_start = KMP_ARENA_NEW(&l->arena, uint32_t, segments);
     l->angle_of = angles > 0 ? KMP_ARENA_NEW(&l->arena, uint32_t, f->slots) : NULL;
-    return !a->failed && !l->arena.failed;
+    return f->v && !a->failed && !l->arena.failed;
 }
 
 /* Gives every value its slot, except sines and cosines, which get theirs when segments are written. An instruction that
@@ -312,7 +301,7 @@ static void place_values(kmp_layout *l)
     kmp_frame *f = l->frame;
     const kmp_program *p = l->program;
     uint32_t values = (uint32_t)(l->leaves + p->code[p->stages]), first = KMP_FIRST_SLOT + values, copies = 0;
-    f->out = f->v + first;
+    f->out = first;
     for (uint32_t k = 0; k < values; k++)
         l->slot[k] = KMP_FIRST_SLOT + k;
     for (int s = 0; s < p->stages; s++) {
@@ -372,15 +361,20 @@ static bool begin(kmp_layout *l)
     return !a->failed && !l->frame->arena.failed;
 }
 
+kmp_block_runner kmp_layout_runner(const kmp_backend *backend)
+{
+    return (kmp_block_runner){backend->prepare, backend->release, backend->set, backend->run, backend->outputs};
+}
+
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,
                      bool (*straight)(const kmp_instruction *in), uint32_t extra, const kmp_backend *blocks,
                      kmp_team *team)
 {
     *frame = (kmp_frame){.program = program, .team = team};
     if (blocks)
-        frame->runner = (kmp_block_runner){blocks->prepare, blocks->release, blocks->set, blocks->run, blocks->outputs};
+        frame->runner = kmp_layout_runner(blocks);
     *l = (kmp_layout){.frame = frame, .program = program, .leaves = program->constant_count + program->input_count};
-    if (!begin(l) || !analyse(l, straight) || !allocate(l, extra) || !allocate_blocks(l))
+    if (!begin(l) || !analyse(l, straight) || !allocate(l, extra) || !list_blocks(l))
         return false;
     place_values(l);
     place_inputs(l);

@@ -25,12 +25,15 @@ typedef struct kmp_layout {
 } kmp_layout;
 
 /** Fills the frame, in parts for a thread pool (NULL: no sharing). `extra` slots from frame->slots on belong to the
- * back end; frame->slots grows as they are taken. `blocks` runs the contents of implicit blocks (NULL: interpreted).
- * False: no memory. kmp_layout_free and kmp_frame_free in any case. */
+ * back end; frame->slots grows as they are taken. `blocks` runs the contents of implicit blocks (NULL: interpreted),
+ * after kmp_frame_add_blocks. False: no memory. kmp_layout_free and kmp_frame_free in any case. */
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,
                      bool (*straight)(const kmp_instruction *in), uint32_t extra, const kmp_backend *blocks,
                      kmp_team *team);
 void kmp_layout_free(kmp_layout *l);
+
+/** What runs the contents of implicit blocks by a back end. */
+kmp_block_runner kmp_layout_runner(const kmp_backend *backend);
 
 /** Visits the straight instructions in the program's order, segment by segment. `start` receives *count, which the
  * callback increases, at the beginning of each segment and at the end. */

@@ -140,7 +140,8 @@ static bool begin(builder *b, const kmp_program *p)
 {
     int code = p->code[p->stages];
     tape *t = b->t;
-    if (!kmp_layout_init(&b->layout, &t->frame, p, is_record, (uint32_t)p->constant_count, NULL, NULL))
+    if (!kmp_layout_init(&b->layout, &t->frame, p, is_record, (uint32_t)p->constant_count, NULL, NULL) ||
+        !kmp_frame_add_blocks(&t->frame))
         return false;
     kmp_arena *own = &b->layout.arena, *a = &t->frame.arena;
     t->frame.taped = true;

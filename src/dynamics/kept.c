@@ -2,6 +2,7 @@
 #include "dynamics/kept.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "symbolic/program/program_forms.h"
 #include <pthread.h>
 #include <string.h>
 
@@ -93,6 +94,14 @@ void kmp_kept_write(const kempe_system *s, kmp_kept_name name, const kmp_bytes *
         return;
     const kmp_cache_key key = key_of(s, name);
     kmp_cache_write(folder, &key, bytes->at, bytes->size, KMP_CACHE_BYTES);
+}
+
+void kmp_kept_name_program(const kempe_system *s, kmp_kept_name name, kmp_program *program)
+{
+    if (!s->has_key || !program)
+        return;
+    const kmp_cache_key key = key_of(s, name);
+    kmp_program_set_key(program, s->context, &key);
 }
 
 /* -- items ------------------------------------------------------------------------------------------- */

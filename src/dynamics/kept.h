@@ -31,6 +31,9 @@ void kmp_kept_add(const kempe_system *system, kmp_kept_name name, kmp_bytes *byt
 kmp_cached kmp_kept_recall(const kempe_system *system, kmp_kept_name name);
 void kmp_kept_write(const kempe_system *system, kmp_kept_name name, const kmp_bytes *bytes);
 
+/** Lets machine code of a program of the system be kept, by a name of the program (NULL: there is none). */
+void kmp_kept_name_program(const kempe_system *system, kmp_kept_name name, kmp_program *program);
+
 /** Sets the key of a system: its model, the algorithm (NULL: the model's), this build and processor. None without a
  * cache. */
 void kmp_kept_set_key(kempe_system *system, const char *algorithm);

@@ -134,13 +134,31 @@ static void take_flags(kmp_byte_source *b, kempe_system *s)
     atomic_store(&s->rounding->state, none ? KMP_ROUNDING_NONE : KMP_ROUNDING_UNKNOWN);
 }
 
-void kmp_system_keep(const kempe_system *s)
+enum { PROGRAMS = 5 };
+
+static void list_programs(kempe_system *s, kmp_program **list[PROGRAMS])
+{
+    kmp_program **const all[PROGRAMS] = {&s->motion, &s->articulated, &s->judge, &s->changes, &s->goals};
+    memcpy(list, all, sizeof all);
+}
+
+static void name_programs(kempe_system *s)
+{
+    kmp_program **list[PROGRAMS];
+    list_programs(s, list);
+    for (unsigned k = 0; k < PROGRAMS; k++)
+        kmp_kept_name_program(s, (kmp_kept_name){"code", k}, *list[k]);
+}
+
+void kmp_system_keep(kempe_system *s)
 {
     kmp_bytes b = {0};
     kmp_table_pool pool = {0};
+    kmp_program **list[PROGRAMS];
     if (!s->has_key)
         return;
-    const kmp_program *const programs[] = {s->motion, s->articulated, s->judge, s->changes, s->goals};
+    list_programs(s, list);
+    name_programs(s);
     kmp_bytes_put_int(&b, s->n);
     kmp_bytes_put_int(&b, s->m);
     KMP_BYTES_PUT(&b, s->rows, s->m);
@@ -154,8 +172,8 @@ void kmp_system_keep(const kempe_system *s)
     kmp_bytes_put_int(&b, s->load_row_count);
     KMP_BYTES_PUT(&b, s->load_rows, s->load_row_count);
     put_events(&b, s);
-    for (size_t k = 0; k < sizeof programs / sizeof *programs; k++)
-        kmp_program_put(&b, &pool, programs[k]);
+    for (int k = 0; k < PROGRAMS; k++)
+        kmp_program_put(&b, &pool, *list[k]);
     kmp_kept_write(s, whole, &b);
     kmp_table_pool_free(&pool);
     kmp_bytes_free(&b);
@@ -182,10 +200,12 @@ static bool take_rows(kmp_byte_source *b, kempe_system *s)
 static void take_programs(kmp_byte_source *b, kempe_system *s)
 {
     kmp_table_pool pool = {0};
-    kmp_program **const programs[] = {&s->motion, &s->articulated, &s->judge, &s->changes, &s->goals};
-    for (size_t k = 0; k < sizeof programs / sizeof *programs; k++)
-        *programs[k] = kmp_program_get(b, &pool);
+    kmp_program **list[PROGRAMS];
+    list_programs(s, list);
+    for (int k = 0; k < PROGRAMS; k++)
+        *list[k] = kmp_program_get(b, &pool);
     kmp_table_pool_free(&pool);
+    name_programs(s);
     if (!b->failed && s->motion && s->judge && s->motion->stages > KMP_STAGE_BIAS)
         s->closing = kmp_program_first(s->motion, KMP_STAGE_MASS);
 }

@@ -10,6 +10,6 @@
 kempe_system *kmp_system_recall(const kempe_model *model, const char *word);
 
 /** Keeps a system for kmp_system_recall. It must be as derived, and its numbers not rounded. */
-void kmp_system_keep(const kempe_system *system);
+void kmp_system_keep(kempe_system *system);
 
 #endif

@@ -5,22 +5,49 @@
 
 void kmp_frame_free(kmp_frame *f)
 {
-    for (uint32_t k = 0; k < f->solving_count; k++)
+    for (uint32_t k = 0; f->solving && k < f->solving_count; k++)
         kmp_solving_free(f->solving[k]);
     kmp_arena_free(&f->arena);
+    kmp_arena_free(&f->values);
     *f = (kmp_frame){0};
 }
 
 bool kmp_frame_extend(kmp_frame *f, uint32_t slots)
 {
-    double *v = kmp_arena_aligned(&f->arena, f->slots + slots);
+    kmp_arena values = {0};
+    double *v = slots > 0 ? kmp_arena_aligned(&values, f->slots + slots) : f->v;
     if (!v)
         return false;
-    memcpy(v, f->v, f->slots * sizeof *v);
-    f->out = v + (f->out - f->v);
+    if (slots > 0) {
+        memcpy(v, f->v, f->slots * sizeof *v);
+        kmp_arena_free(&f->values);
+        f->values = values;
+    }
     f->v = v;
     f->slots += slots;
     return true;
+}
+
+/* A block with another list of arguments, in the room of an earlier one. Parts of a stage that run at the same time
+ * (team) need rooms of their own. */
+static kmp_solving *solving_of(const kmp_frame *f, uint32_t which)
+{
+    uint32_t block = f->block_of[which], k = 0;
+    while (k < which && (f->team || f->block_of[k] != block))
+        k++;
+    return k < which ? kmp_solving_beside(f->solving[k])
+                     : kmp_solving_new(&f->program->block[block], f->runner.run ? &f->runner : NULL);
+}
+
+bool kmp_frame_add_blocks(kmp_frame *f)
+{
+    f->solving = KMP_ARENA_NEW(&f->arena, kmp_solving *, f->solving_count);
+    bool ok = f->solving;
+    for (uint32_t k = 0; ok && k < f->solving_count; k++) {
+        f->solving[k] = solving_of(f, k);
+        ok = f->solving[k];
+    }
+    return ok;
 }
 
 void kmp_frame_set(void *code, kmp_input_kind kind, const double *values)
@@ -35,7 +62,7 @@ void kmp_frame_set(void *code, kmp_input_kind kind, const double *values)
 const double *kmp_frame_outputs(const void *code, int stage)
 {
     const kmp_frame *f = code;
-    return f->out + f->program->outputs[stage];
+    return f->v + f->out + f->program->outputs[stage];
 }
 
 static double run_implicit(const kmp_frame *f, const kmp_special *s, const double *v, size_t width)

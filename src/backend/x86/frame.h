@@ -32,7 +32,7 @@ typedef struct kmp_copy {
 /* An item of the list that an implicit block takes. */
 typedef struct kmp_list_item {
     uint32_t slot;
-    double factor; /* 1 or -1 */
+    float factor; /* 1 or -1 */
 } kmp_list_item;
 
 /* A stage in parts that do not read each other (backend/program_parts.c). Entries are first segments within the stage:
@@ -52,8 +52,9 @@ enum { KMP_LANES = 8 }; /* of sines and cosines */
 
 typedef struct kmp_frame {
     const kmp_program *program;
-    kmp_arena arena; /* of all arrays */
-    double *v;       /* slots: those of signs and ones, constants, inputs, instructions, outputs, the back end's own */
+    kmp_arena arena;  /* of all arrays but v */
+    kmp_arena values; /* of v */
+    double *v;        /* slots: those of signs and ones, constants, inputs, instructions, outputs, the back end's own */
     uint32_t slots;
     kmp_special *specials;
     uint32_t special_count;
@@ -64,11 +65,12 @@ typedef struct kmp_frame {
     uint32_t *stage;        /* stages + 1: first segment */
     kmp_copy *copies;
     uint32_t *copy_start; /* stages + 1: first copy */
-    double *out;          /* the outputs' slots */
+    uint32_t out;         /* the first of the outputs' slots */
     kmp_feed *feeds;
     int feed_start[KMP_IN_COUNT + 1]; /* first feed of each kind */
     kmp_block_runner runner;          /* of implicit blocks */
-    kmp_solving **solving;            /* of each block with each list of arguments: both keep their last solution */
+    uint32_t *block_of;               /* blocks with a list of arguments each, all different */
+    kmp_solving **solving;            /* of these: each keeps its last solution. NULL: kmp_frame_add_blocks */
     uint32_t solving_count;
     kmp_list_item *items; /* of implicit instructions, one after another */
     uint32_t item_count;
@@ -81,6 +83,9 @@ void kmp_frame_free(kmp_frame *frame);
 
 /** Adds slots after the others. False: no memory. */
 bool kmp_frame_extend(kmp_frame *frame, uint32_t slots);
+
+/** Room to solve the blocks in. False: no memory. */
+bool kmp_frame_add_blocks(kmp_frame *frame);
 
 /** One function, with slots of `width` numbers from v on. */
 void kmp_frame_special(const kmp_frame *frame, const kmp_special *special, double *v, size_t width);

@@ -2,12 +2,13 @@
 /* Machine code for the arithmetic between functions, in the program's order: the operations and the roundings of the
  * tape, so that the bits are its bits. Where the machine has no such code, or the system does not let it run, the code
  * is the tape's. */
-#include "backend/compiled.h"
+#include "backend/prepared.h"
 #include "base/memory.h"
 
 typedef struct native {
-    kmp_frame frame; /* first, as in the tape */
-    kmp_code code;
+    kmp_frame frame;             /* first, as in the tape */
+    kmp_code code;               /* of a thread pool; otherwise the prepared one */
+    kmp_routine *const *segment; /* of either */
 } native;
 
 /* -- construction ------------------------------------------------------------------------------------ */
@@ -24,22 +25,29 @@ static void release(void *code)
     }
 }
 
-/* false: no memory. Without pages there is no code. */
-static bool make(native *n, const kmp_program *p, kmp_team *team)
+/* In parts for a thread pool. false: no memory. Without segments there is no code. */
+static bool make_parts(native *n, const kmp_program *p, kmp_team *team)
 {
-    kmp_layout layout = {0};
-    bool ok = kmp_layout_init(&layout, &n->frame, p, kmp_code_is_straight, 0, &kmp_backend_native, team) &&
-              kmp_code_list(&n->code, &layout) && kmp_code_write(&n->code, &layout, KMP_X86_ONE);
-    kmp_layout_free(&layout);
-    kmp_arena_free(&n->code.list);
+    bool ok = kmp_prepared_write(&n->frame, &n->code, p, KMP_X86_ONE, team) && kmp_frame_add_blocks(&n->frame);
+    n->segment = n->code.pages ? n->code.segment : NULL;
     return ok;
+}
+
+/* From the code that all machines of the program share. */
+static bool make(native *n, const kmp_program *p)
+{
+    const kmp_prepared *prepared = kmp_prepared_of(p, KMP_X86_ONE);
+    if (!prepared || !prepared->code.pages)
+        return prepared;
+    n->segment = prepared->code.segment;
+    return kmp_prepared_frame(prepared, &n->frame) && kmp_prepared_values(prepared, &n->frame);
 }
 
 static void *share(const kmp_program *p, kmp_team *team)
 {
     native *n = KMP_NEW(native, 1);
-    bool ok = n && (!kmp_x86_runs(KMP_X86_ONE) || make(n, p, team));
-    if (ok && n->code.pages)
+    bool ok = n && (!kmp_x86_runs(KMP_X86_ONE) || (team ? make_parts(n, p, team) : make(n, p)));
+    if (ok && n->segment)
         return n;
     release(n);
     return ok ? kmp_backend_tape.prepare(p) : NULL;
@@ -55,8 +63,8 @@ static void *prepare(const kmp_program *p)
 static void run_segments(native *n, uint32_t begin, uint32_t end)
 {
     for (uint32_t g = begin; g < end; g++) {
-        if (n->code.segment[g])
-            n->code.segment[g](n->frame.v);
+        if (n->segment[g])
+            n->segment[g](n->frame.v);
         kmp_frame_functions(&n->frame, g);
     }
 }

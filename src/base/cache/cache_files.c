@@ -55,12 +55,18 @@ static bool read_whole(int fd, unsigned char *to, size_t size)
     return true;
 }
 
+/* True if nobody else can have written it: some files have machine code. */
+static bool is_own(const struct stat *about)
+{
+    return S_ISREG(about->st_mode) && about->st_uid == geteuid() && !(about->st_mode & (S_IWGRP | S_IWOTH));
+}
+
 /* The file if it is whole and of this key. */
 static kmp_cached read_file(int fd, const kmp_cache_key *key)
 {
     struct stat about;
     kmp_cached file = {0};
-    if (fstat(fd, &about) != 0 || !S_ISREG(about.st_mode) || about.st_size < (off_t)sizeof(head) ||
+    if (fstat(fd, &about) != 0 || !is_own(&about) || about.st_size < (off_t)sizeof(head) ||
         about.st_size > KMP_CACHE_BYTES)
         return file;
     size_t size = (size_t)about.st_size - sizeof(head);

@@ -3,8 +3,8 @@
  * cannot be read is computed, and what cannot be written is not kept.
  *
  * A file is written under a temporary name and then renamed, so that other processes see all of it or nothing. It has
- * its key and a checksum: a file that is damaged, truncated or of another key does not count. Where the folder becomes
- * too large, files go that have not been used for the longest time. */
+ * its key and a checksum: a file that is damaged, truncated, of another key, or that others may write does not count.
+ * Where the folder becomes too large, files go that have not been used for the longest time. */
 #ifndef KMP_BASE_CACHE_CACHE_FILES_H
 #define KMP_BASE_CACHE_CACHE_FILES_H
 

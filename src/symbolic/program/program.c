@@ -5,6 +5,7 @@
 #include "symbolic/implicit.h"
 #include "symbolic/passes/shorten.h"
 #include "symbolic/program/live.h"
+#include "symbolic/program/program_forms.h"
 #include "symbolic/table_function.h"
 #include <string.h>
 
@@ -83,6 +84,7 @@ kmp_program *kmp_program_with_room(size_t stages, size_t code, size_t outputs, s
     p->instruction = KMP_ARENA_NEW(&p->arena, kmp_instruction, code);
     p->constant = KMP_ARENA_NEW(&p->arena, double, constants);
     p->input = KMP_ARENA_NEW(&p->arena, kmp_program_input, inputs);
+    p->shared = KMP_ARENA_NEW(&p->arena, kmp_program_shared, 1);
     if (!p->arena.failed)
         return p;
     kmp_program_free(p);
@@ -185,7 +187,7 @@ kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const k
 
 void kmp_program_free(kmp_program *p)
 {
-    if (!p)
+    if (!p || !kmp_program_leave(p))
         return;
     for (int k = 0; k < p->table_count; k++)
         kmp_table_free(p->table[k]);

@@ -66,8 +66,9 @@ typedef struct kmp_program {
     int table_count;
     kmp_program_block *block; /* the blocks in use, copied */
     int block_count;
-    kmp_label *label;     /* by instruction; NULL where the graph kept none */
-    uint32_t graph_nodes; /* before useless ones were left out */
+    kmp_label *label;                  /* by instruction; NULL where the graph kept none */
+    uint32_t graph_nodes;              /* before useless ones were left out */
+    struct kmp_program_shared *shared; /* program_forms.h */
 } kmp_program;
 
 /** A program with one group of outputs per stage, from stage 1 on; addition theorems are applied to all together. NULL:

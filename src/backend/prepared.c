@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "backend/prepared.h"
+#include "base/memory.h"
+#include <string.h>
+
+/* Operations of a program whose code is kept: smaller ones are written in less time than a file is read. */
+enum { LEAST_KEPT = 3000 };
+
+static int operations_of(const kmp_program *p)
+{
+    return p->code[p->stages];
+}
+
+static void release(kmp_program_form *form)
+{
+    kmp_prepared *prepared = (kmp_prepared *)form;
+    kmp_frame_free(&prepared->frame);
+    kmp_code_free(&prepared->code);
+    kmp_free(prepared);
+}
+
+/* -- writing ----------------------------------------------------------------------------------------- */
+
+bool kmp_prepared_write(kmp_frame *frame, kmp_code *code, const kmp_program *program, kmp_x86_form form, kmp_team *team)
+{
+    kmp_layout layout = {0};
+    bool ok = kmp_layout_init(&layout, frame, program, kmp_code_is_straight, 0, &kmp_backend_native, team) &&
+              kmp_code_list(code, &layout) && kmp_code_write(code, &layout, form);
+    kmp_layout_free(&layout);
+    kmp_arena_free(&code->list);
+    return ok;
+}
+
+static bool is_zero(double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits == 0;
+}
+
+/* Notes the slots that are not zero, and forgets all. */
+static bool take_start(kmp_prepared *prepared)
+{
+    kmp_frame *f = &prepared->frame;
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < f->slots; k++)
+        count += !is_zero(f->v[k]);
+    prepared->start = KMP_ARENA_NEW(&f->arena, kmp_slot_start, count);
+    for (uint32_t k = 0; prepared->start && k < f->slots; k++)
+        if (!is_zero(f->v[k]))
+            prepared->start[prepared->start_count++] = (kmp_slot_start){f->v[k], k};
+    kmp_arena_free(&f->values);
+    f->v = NULL;
+    return prepared->start;
+}
+
+/* -- the cache --------------------------------------------------------------------------------------- */
+
+static void keep(kmp_prepared *prepared, const char *folder, const kmp_cache_key *key)
+{
+    kmp_bytes bytes = {0};
+    if (!prepared->code.pages)
+        return;
+    kmp_prepared_put(&bytes, prepared);
+    if (!bytes.failed)
+        kmp_cache_write(folder, key, bytes.at, bytes.size, KMP_CACHE_BYTES);
+    kmp_bytes_free(&bytes);
+}
+
+static bool recall(kmp_prepared *prepared, const kmp_program *program, const char *folder, const kmp_cache_key *key)
+{
+    kmp_cached file = kmp_cache_read(folder, key);
+    kmp_byte_source source = kmp_byte_source_of(file.bytes, file.size);
+    bool good = file.whole && kmp_prepared_take(&source, program, prepared);
+    kmp_free(file.whole);
+    return good;
+}
+
+/* -- one for all ------------------------------------------------------------------------------------- */
+
+static kmp_prepared *new_prepared(kmp_x86_form form)
+{
+    kmp_prepared *prepared = KMP_NEW(kmp_prepared, 1);
+    if (prepared)
+        prepared->form = (kmp_program_form){.kind = (int)form, .release = release};
+    return prepared;
+}
+
+static kmp_prepared *make(const kmp_program *program, kmp_x86_form form)
+{
+    kmp_cache_key key;
+    const char *folder = operations_of(program) < LEAST_KEPT ? NULL : kmp_program_folder(program, (int)form, &key);
+    kmp_prepared *prepared = new_prepared(form);
+    if (prepared && folder) {
+        if (recall(prepared, program, folder, &key))
+            return prepared;
+        release(&prepared->form);
+        prepared = new_prepared(form);
+    }
+    if (!prepared)
+        return NULL;
+    if (!kmp_prepared_write(&prepared->frame, &prepared->code, program, form, NULL) || !take_start(prepared)) {
+        release(&prepared->form);
+        return NULL;
+    }
+    if (folder)
+        keep(prepared, folder, &key);
+    return prepared;
+}
+
+const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form)
+{
+    kmp_program_form *found = kmp_program_find_form(program, (int)form);
+    if (found)
+        return (const kmp_prepared *)found;
+    kmp_prepared *made = make(program, form);
+    return made ? (const kmp_prepared *)kmp_program_add_form(program, &made->form) : NULL;
+}
+
+bool kmp_prepared_frame(const kmp_prepared *prepared, kmp_frame *frame)
+{
+    *frame = prepared->frame;
+    frame->arena = frame->values = (kmp_arena){0};
+    frame->v = NULL;
+    frame->solving = NULL;
+    return kmp_frame_add_blocks(frame);
+}
+
+bool kmp_prepared_values(const kmp_prepared *prepared, kmp_frame *frame)
+{
+    frame->v = kmp_arena_aligned(&frame->values, frame->slots);
+    for (uint32_t k = 0; frame->v && k < prepared->start_count; k++)
+        frame->v[prepared->start[k].slot] = prepared->start[k].value;
+    return frame->v;
+}

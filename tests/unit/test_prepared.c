@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Layout and machine code made once for all machines of a program: each has values of its own and the bits of the tape,
+ * in several threads too; as bytes they are the same again, and damaged bytes are refused. */
+#include "backend/lanes.h"
+#include "backend/prepared.h"
+#include "dynamics/system.h"
+#include "loaded.h"
+#include <pthread.h>
+
+enum { MACHINES = 4, STAGE = KMP_STAGE_BIAS };
+
+static const char *const path = "examples/bogie/bogie.yaml";
+
+/* Runs all stages at a state that depends on `seed`; the outputs of the last one. */
+static const double *run(const loaded *l, kmp_machine *m, int seed)
+{
+    double q[128], qd[128], t = 0.1 * seed;
+    for (int k = 0; k < 128; k++) {
+        q[k] = 0.01 * ((seed + k) % 7);
+        qd[k] = 0.1 * ((2 * seed + k) % 5);
+    }
+    kmp_machine_set(m, KMP_IN_PARAMETER, l->system->parameters);
+    kmp_machine_set(m, KMP_IN_TIME, &t);
+    kmp_machine_set(m, KMP_IN_Q, q);
+    kmp_machine_set(m, KMP_IN_QD, qd);
+    for (int s = 0; s < STAGE; s++)
+        (void)kmp_machine_run(m, s);
+    return kmp_machine_run(m, STAGE);
+}
+
+static int outputs_of(const kmp_program *p)
+{
+    return p->outputs[STAGE + 1] - p->outputs[STAGE];
+}
+
+/* A program of its own, so that nothing of it is prepared. */
+static kmp_program *fresh(const loaded *l)
+{
+    kmp_program *p = kmp_program_copy(l->system->motion);
+    CHECK(p && !kmp_program_find_form(p, KMP_X86_ONE));
+    return p;
+}
+
+static bool has_bits(const loaded *l, const kmp_program *p, kmp_machine *m, int seed)
+{
+    kmp_machine *tape = kmp_machine_new(p, &kmp_backend_tape);
+    const double *expected = run(l, tape, seed), *out = run(l, m, seed);
+    bool same = memcmp(out, expected, (size_t)outputs_of(p) * sizeof *out) == 0;
+    kmp_machine_free(tape);
+    return same;
+}
+
+static void machines_share_code(void)
+{
+    loaded l = load(path);
+    kmp_program *p = fresh(&l);
+    kmp_machine *m[MACHINES];
+    for (int k = 0; k < MACHINES; k++)
+        m[k] = kmp_machine_new(p, &kmp_backend_native);
+    const kmp_program_form *form = kmp_program_find_form(p, KMP_X86_ONE);
+    CHECK(!form == !kmp_x86_runs(KMP_X86_ONE));
+    CHECK(!form || form == &kmp_prepared_of(p, KMP_X86_ONE)->form);
+    for (int k = 0; k < MACHINES; k++) /* what others ran before does not matter */
+        CHECK(has_bits(&l, p, m[k], k));
+    kmp_machine_free(m[0]);
+    CHECK(has_bits(&l, p, m[1], 0));
+    for (int k = 1; k < MACHINES; k++)
+        kmp_machine_free(m[k]);
+    kmp_program_free(p);
+    unload(&l);
+}
+
+/* A holder may leave before the others. */
+static void programs_have_holders(void)
+{
+    loaded l = load(path);
+    kmp_program *p = fresh(&l), *again = kmp_program_share(p);
+    kmp_machine *m = kmp_machine_new(again, &kmp_backend_native);
+    CHECK(again == p);
+    kmp_program_free(p);
+    CHECK(has_bits(&l, again, m, 3));
+    kmp_machine_free(m);
+    kmp_program_free(again);
+    unload(&l);
+}
+
+typedef struct work {
+    const loaded *l;
+    const kmp_program *p;
+    int seed;
+    bool good;
+} work;
+
+static void *work_on(void *self)
+{
+    work *w = self;
+    kmp_machine *m = kmp_machine_new(w->p, &kmp_backend_native);
+    w->good = m && has_bits(w->l, w->p, m, w->seed);
+    kmp_machine_free(m);
+    return NULL;
+}
+
+static void threads_share_code(void)
+{
+    loaded l = load(path);
+    kmp_program *p = fresh(&l);
+    pthread_t thread[MACHINES];
+    work w[MACHINES];
+    for (int k = 0; k < MACHINES; k++) {
+        w[k] = (work){&l, p, k, false};
+        CHECK(pthread_create(&thread[k], NULL, work_on, &w[k]) == 0);
+    }
+    for (int k = 0; k < MACHINES; k++) {
+        CHECK(pthread_join(thread[k], NULL) == 0);
+        CHECK(w[k].good);
+    }
+    kmp_program_free(p);
+    unload(&l);
+}
+
+/* -- bytes ------------------------------------------------------------------------------------------- */
+
+static void put(const kmp_program *p, kmp_x86_form form, kmp_bytes *b)
+{
+    /* the form belongs to the program, which is not frozen here */
+    kmp_prepared *prepared = (kmp_prepared *)kmp_program_find_form(p, kmp_prepared_of(p, form) ? (int)form : -1);
+    kmp_prepared_put(b, prepared);
+    CHECK(!b->failed && b->size > 1000);
+}
+
+static void release(kmp_program_form *form)
+{
+    kmp_prepared *prepared = (kmp_prepared *)form;
+    kmp_frame_free(&prepared->frame);
+    kmp_code_free(&prepared->code);
+}
+
+/* Takes the bytes for the program; NULL: they are refused. */
+static bool take(const kmp_bytes *b, const kmp_program *p, kmp_x86_form form, kmp_prepared *taken)
+{
+    kmp_byte_source s = kmp_byte_source_of(b->at, b->size);
+    *taken = (kmp_prepared){.form = {.kind = (int)form, .release = release}};
+    if (kmp_prepared_take(&s, p, taken))
+        return true;
+    release(&taken->form);
+    return false;
+}
+
+static void bytes_are_the_same(void)
+{
+    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT};
+    loaded l = load(path);
+    for (size_t k = 0; k < sizeof forms / sizeof *forms; k++) {
+        kmp_program *p = fresh(&l), *other = fresh(&l);
+        kmp_prepared taken;
+        kmp_bytes b = {0}, again = {0};
+        if (kmp_x86_runs(forms[k])) {
+            put(p, forms[k], &b);
+            CHECK(take(&b, other, forms[k], &taken));
+            kmp_prepared_put(&again, &taken);
+            CHECK(again.size == b.size && memcmp(again.at, b.at, b.size) == 0);
+            CHECK(kmp_program_add_form(other, &taken.form) == &taken.form);
+            kmp_machine *m = kmp_machine_new(other, &kmp_backend_native);
+            CHECK(has_bits(&l, other, m, 5));
+            kmp_machine_free(m);
+        }
+        kmp_bytes_free(&b);
+        kmp_bytes_free(&again);
+        kmp_program_free(p);
+        kmp_program_free(other);
+    }
+    unload(&l);
+}
+
+/* What C reads is checked; the code itself has the checksum of its file alone. */
+static void damaged_bytes_are_refused(void)
+{
+    loaded l = load(path);
+    kmp_program *p = fresh(&l);
+    kmp_prepared taken;
+    kmp_bytes b = {0};
+    if (kmp_x86_runs(KMP_X86_ONE)) {
+        put(p, KMP_X86_ONE, &b);
+        for (size_t size = 0, whole = b.size, step = whole / 100; size < whole; size += step) {
+            b.size = size;
+            CHECK(!take(&b, p, KMP_X86_ONE, &taken));
+            b.size = whole;
+        }
+        for (size_t at = 12; at < 48; at++) { /* counts of arrays */
+            b.at[at] ^= 0x20;
+            CHECK(!take(&b, p, KMP_X86_ONE, &taken));
+            b.at[at] ^= 0x20;
+        }
+        for (size_t at = 0, step = b.size / 2000 + 1; at < b.size; at += step) { /* refused, or of no harm */
+            b.at[at] ^= 0xff;
+            if (take(&b, p, KMP_X86_ONE, &taken))
+                release(&taken.form);
+            b.at[at] ^= 0xff;
+        }
+        CHECK(!take(&b, l.system->judge, KMP_X86_ONE, &taken));
+        CHECK(!take(&b, p, KMP_X86_FOUR, &taken));
+    }
+    kmp_bytes_free(&b);
+    kmp_program_free(p);
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(machines_share_code);
+    TEST(programs_have_holders);
+    TEST(threads_share_code);
+    TEST(bytes_are_the_same);
+    TEST(damaged_bytes_are_refused);
+    return check_report();
+}
