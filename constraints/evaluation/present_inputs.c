@@ -18,8 +18,11 @@ bool kmp_present_inputs_init(kmp_present_inputs *inputs, kmp_arena *arena, const
 static void follow(const kmp_present_inputs *inputs, int k, double t)
 {
     const kmp_signal_piece *piece = &inputs->piece[k];
-    if (!inputs->replaced[k] && !(t >= piece->from && t < piece->until))
-        inputs->piece[k] = kmp_signal_at(&inputs->model->inputs[k].signal, t);
+    const kmp_signal *signal = &inputs->model->inputs[k].signal;
+    bool before = inputs->before && t > 0;
+    bool inside = before ? t > piece->from && t <= piece->until : t >= piece->from && t < piece->until;
+    if (!inputs->replaced[k] && !inside)
+        inputs->piece[k] = before ? kmp_signal_before(signal, t) : kmp_signal_at(signal, t);
 }
 
 const double *kmp_present_inputs_at(const kmp_present_inputs *inputs, double t)

@@ -14,6 +14,7 @@ typedef struct kmp_present_inputs {
     bool *replaced;          /* the piece is a caller's: samples of the model are ignored */
     double *vector;          /* t, then the value of each input and two derivatives */
     bool held;               /* pieces are constant between calls of kmp_present_inputs_enter */
+    bool before;             /* at a sample after t = 0 the piece that ends there, as rows of runs have it */
 } kmp_present_inputs;
 
 /** False: no memory. */

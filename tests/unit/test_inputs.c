@@ -3,7 +3,7 @@
  * integrator; drives and conditions follow them; what cannot be followed is refused. */
 #include "integrators/run/run.h"
 #include "unit/loaded.h"
-#include <kempe/generate.h>
+#include <kempe/table.h>
 
 /* Values after t = 0, 0.7, 1.3, 2.1 s: times that are no multiples of each other. */
 #define WHEEL                                                                                                          \
@@ -12,8 +12,8 @@
     "  u: {default: 0, unit: kN*m, t: [0, 0.7, 1.3, 2.1], value: [0, 2e-3, -1e-3, 0.5e-3], method: %s}\n"              \
     "bodies:\n"                                                                                                        \
     "  wheel: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}\n"                                \
-    "forces: {motor: {joint: A, torque: %s}}\n"                                                                        \
-    "run: {t_end: 3, output_step: 0.25, rtol: 1e-9}\n"
+    "forces: {motor: {joint: A, torque: %s}}\n"
+#define RUN "run: {t_end: 3, output_step: 0.25, rtol: 1e-9}\n"
 
 static const double knot[4] = {0, 0.7, 1.3, 2.1}, value[4] = {0, 2, -1, 0.5};
 
@@ -99,7 +99,7 @@ static void everywhere(const char *text, double (*rate)(double t))
 static void check_wheel(const char *method, const char *torque, double (*rate)(double t))
 {
     char text[1024];
-    (void)snprintf(text, sizeof text, WHEEL, method, torque);
+    (void)snprintf(text, sizeof text, WHEEL RUN, method, torque);
     everywhere(text, rate);
 }
 
@@ -216,7 +216,7 @@ static void settings(void)
     (void)fputs("t,torque\n0,0\n0.7,2e-3\n1.3,-1e-3\n2.1,0.5e-3\n", csv);
     (void)fclose(csv);
     (void)snprintf(samples, sizeof samples, "%s:torque:hold", path);
-    (void)snprintf(text, sizeof text, WHEEL, "linear", "u");
+    (void)snprintf(text, sizeof text, WHEEL RUN, "linear", "u");
     const kempe_setting set[] = {{"u", "3e-3"}, {"u", "4 N*m"}, {"u", samples}};
     const double want[] = {9, 12, held(3)};
     for (int k = 0; k < 3; k++) {
@@ -262,6 +262,27 @@ static void mistakes(void)
     refused("u: {}\n  v: {default: u}", "input 'u' is not allowed here: a constant is expected");
 }
 
+/* Outputs at the time of a jump have the value before it, as the accelerations have. */
+static void rows_at_jumps(void)
+{
+    char text[1024];
+    (void)snprintf(text, sizeof text,
+                   WHEEL "sensors: {s: u}\n"
+                         "run: {t_end: 3, output_step: 0.1, outputs: [qdd, s]}\n",
+                   "hold", "u");
+    loaded l = load_text(text);
+    kempe_trajectory *trajectory = NULL;
+    kempe_table *table = NULL;
+    CHECK(l.system && kempe_simulate(l.system, NULL, &trajectory) == KEMPE_OK);
+    CHECK(trajectory && kempe_trajectory_table(trajectory, "rows", &table) == KEMPE_OK);
+    int qdd = kempe_table_find(table, "qdd.A"), s = kempe_table_find(table, "sensor.s");
+    for (int k = 0; k < kempe_table_row_count(table); k++)
+        CHECK_NEAR(kempe_table_number(table, k, qdd), kempe_table_number(table, k, s), 1e-12);
+    kempe_table_free(table);
+    kempe_trajectory_free(trajectory);
+    unload(&l);
+}
+
 /* Programs of such models read back from text; generated code has no inputs yet and refuses the sets. */
 static void printed(void)
 {
@@ -285,6 +306,7 @@ int main(void)
     TEST(drive_by_jumps);
     TEST(settings);
     TEST(mistakes);
+    TEST(rows_at_jumps);
     TEST(printed);
     return check_report();
 }

@@ -2,7 +2,7 @@
 /* Inputs: their defaults and samples, and values given by settings: a number, or FILE:COLUMN:METHOD. */
 #include "model/files/nodes.h"
 #include "model/read/reading.h"
-#include "symbolic/table.h"
+#include "symbolic/table_function.h"
 #include <string.h>
 
 static const char *const keys[] = {

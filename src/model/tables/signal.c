@@ -78,9 +78,8 @@ static int last_of_piece(const kmp_signal *s, int k, const double c[4])
     return k;
 }
 
-kmp_signal_piece kmp_signal_at(const kmp_signal *signal, double t)
+static kmp_signal_piece piece_from(const kmp_signal *signal, int k)
 {
-    int k = sample_before(signal, t);
     kmp_signal_piece piece = {.from = signal->t[k < 0 ? 0 : k]};
     bool inside = k > 0 && k < signal->count - 1;
     coefficients(signal, k, piece.c);
@@ -88,6 +87,17 @@ kmp_signal_piece kmp_signal_at(const kmp_signal *signal, double t)
     piece.until = k + 1 < signal->count ? signal->t[k + 1] : INFINITY;
     piece.jump = signal->method == KMP_SIGNAL_HOLD ? 0 : signal->method == KMP_SIGNAL_CUBIC && inside ? 3 : 1;
     return piece;
+}
+
+kmp_signal_piece kmp_signal_at(const kmp_signal *signal, double t)
+{
+    return piece_from(signal, sample_before(signal, t));
+}
+
+kmp_signal_piece kmp_signal_before(const kmp_signal *signal, double t)
+{
+    int k = sample_before(signal, t);
+    return piece_from(signal, k >= 0 && signal->t[k] == t ? k - 1 : k);
 }
 
 void kmp_signal_values(const kmp_signal_piece *piece, double t, double values[3])

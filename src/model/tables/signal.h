@@ -35,6 +35,9 @@ bool kmp_signal_init(kmp_signal *signal, kmp_arena *arena, kmp_signal_method met
 /** The piece that contains t; at a sample the one that begins there. Equal constants are one piece. */
 kmp_signal_piece kmp_signal_at(const kmp_signal *signal, double t);
 
+/** The piece that contains t or ends there. */
+kmp_signal_piece kmp_signal_before(const kmp_signal *signal, double t);
+
 /** Value and two derivatives by time of a piece at t, also outside of it. */
 void kmp_signal_values(const kmp_signal_piece *piece, double t, double values[3]);
 
