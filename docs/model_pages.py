@@ -86,7 +86,7 @@ def number_lines(macro):
     return [(f"`{row[1]}`", f"number, {row[2]}", f"required with `{row[0]}`", row[-1].split(": ", 1)[1]) for row in generate_schema.rows("closure_numbers.def", macro)]
 
 
-SECTIONS = {"include": "include.md", "parameters": "parameters.md", "tables": "tables.md", "profiles": "tracks.md#profiles",
+SECTIONS = {"include": "include.md", "parameters": "parameters.md", "inputs": "inputs.md", "tables": "tables.md", "profiles": "tracks.md#profiles",
             "tracks": "tracks.md", "algebraic": "algebraic.md", "closure_tolerance": "../diagnosis.md#rounded-drawings", "ground": "bodies.md#ground",
             "bodies": "bodies.md", "wheels": "wheels.md", "joints": "graphs.md", "loops": "closures.md", "drives": "drives.md",
             "forces": "forces.md", "sensors": "outputs.md#sensors", "start": "start.md", "run": "run.md"}

@@ -75,6 +75,7 @@ def rewritten(printed):
                           "points": points(b)} for b in printed["bodies"]}
     start = {key: printed["start"][key] for key in ("q", "qd", "hold", "goals")}
     made = {"kempe": 1, "name": printed["name"], "gravity": printed["gravity"], "tables": printed["tables"],
+            "inputs": printed.get("inputs"),
             "parameters": printed["parameters"], "ground": {"points": points(printed["ground"])}, "bodies": bodies,
             "loops": loops, "start": start}
     made.update({key: printed[key] for key in ("profiles", "tracks") if key in printed})

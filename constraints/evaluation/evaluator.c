@@ -48,7 +48,7 @@ static void visit(kmp_evaluator *eval, const double *t, const double *q, const d
     if (!eval->changes || eval->frozen)
         return;
     if (t)
-        kmp_machine_set(eval->changes, KMP_IN_TIME, t);
+        kmp_machine_set(eval->changes, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, *t));
     if (q)
         kmp_machine_set(eval->changes, KMP_IN_Q, q);
     if (qd)
@@ -60,7 +60,7 @@ const double *kmp_eval_changes(kmp_evaluator *eval, double t, const double *q, c
 {
     if (!eval->changes)
         return NULL;
-    kmp_machine_set(eval->changes, KMP_IN_TIME, &t);
+    kmp_machine_set(eval->changes, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
     kmp_machine_set(eval->changes, KMP_IN_Q, q);
     kmp_machine_set(eval->changes, KMP_IN_QD, qd);
     return kmp_machine_run(eval->changes, 1);
@@ -158,7 +158,7 @@ static bool prepare(kmp_evaluator *eval)
         eval->nu = KMP_ARENA_NEW(&eval->arena, double, eval->m);
         eval->load = kmp_load_work_new(eval->system, &eval->arena);
     }
-    if (eval->arena.failed || !made)
+    if (!kmp_present_inputs_init(&eval->inputs, &eval->arena, eval->system->model) || eval->arena.failed || !made)
         return false;
     if (eval->nu)
         set_all(eval, KMP_IN_LAMBDA, eval->nu);
@@ -248,7 +248,7 @@ void kmp_eval_free(kmp_evaluator *eval)
 void kmp_eval_closure(kmp_evaluator *eval, double t, const double *q)
 {
     visit(eval, &t, q, NULL);
-    kmp_machine_set(eval->motion, KMP_IN_TIME, &t);
+    kmp_machine_set(eval->motion, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
     kmp_machine_set(eval->motion, KMP_IN_Q, q);
     eval->h = kmp_machine_run(eval->motion, KMP_STAGE_CLOSURE);
     eval->jacobian = eval->h + eval->m;
@@ -392,7 +392,7 @@ void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double 
 double kmp_eval_potential(kmp_evaluator *eval, double t, const double *q)
 {
     visit(eval, &t, q, NULL);
-    kmp_machine_set(eval->judge, KMP_IN_TIME, &t);
+    kmp_machine_set(eval->judge, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
     kmp_machine_set(eval->judge, KMP_IN_Q, q);
     return *kmp_machine_run(eval->judge, KMP_STAGE_POTENTIAL);
 }

@@ -6,6 +6,7 @@
 
 #include "backend/x86/machine.h"
 #include "base/arena.h"
+#include "constraints/evaluation/present_inputs.h"
 #include "dynamics/system.h"
 
 typedef struct kmp_load_work kmp_load_work;
@@ -22,7 +23,8 @@ typedef struct kmp_evaluator {
     double *chart;      /* of the system's spherical joints: nine numbers each, initially C = 1 */
     long chart_version; /* number of their changes */
     double *mode;       /* the conditions (1 or 0), branches of kinks */
-    bool frozen;        /* conditions are fixed; otherwise they follow the state */
+    kmp_present_inputs inputs;
+    bool frozen; /* conditions are fixed; otherwise they follow the state */
     int n, m;
     const double *h;          /* m; the first four are those of the last kmp_eval_closure */
     const double *jacobian;   /* system->jacobian.count values */

@@ -238,7 +238,7 @@ void kmp_written_machine_place(kmp_written_machine *w, double t, const double *q
     if (w->reads[KMP_IN_MODE])
         kmp_machine_set(w->machine, KMP_IN_MODE, w->eval->mode);
     if (w->reads[KMP_IN_TIME])
-        kmp_machine_set(w->machine, KMP_IN_TIME, &t);
+        kmp_machine_set(w->machine, KMP_IN_TIME, kmp_present_inputs_at(&w->eval->inputs, t));
     kmp_machine_set(w->machine, KMP_IN_Q, q);
 }
 

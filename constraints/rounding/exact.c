@@ -278,16 +278,18 @@ static void contract(const search *x, double *out)
 /* Adds scaled h of the model at all places, times the factor `times`, to x->h. */
 static kempe_status add_closures(search *x, double times)
 {
-    static const double start = 0;
     const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
     const kempe_system *s = x->s;
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive_once(&eq, x->model, &scene));
     int m = s->m;
     double *value = KMP_NEW(double, kmp_graph_count(eq.graph));
-    for (int k = 0; value && k < all_places(x); k++) {
+    double *start = KMP_NEW(double, 1 + KMP_TIME_NUMBERS * x->model->input_count);
+    if (start)
+        kmp_model_times(x->model, 0, start);
+    for (int k = 0; value && start && k < all_places(x); k++) {
         const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = s->parameters,
-                                              [KMP_IN_TIME] = &start,
+                                              [KMP_IN_TIME] = start,
                                               [KMP_IN_Q] = x->at.q + (size_t)k * (size_t)s->n,
                                               [KMP_IN_CHART] = x->walk->eval->chart};
         kmp_graph_eval(eq.graph, inputs, value);
@@ -297,8 +299,9 @@ static kempe_status add_closures(search *x, double times)
             x->h[k * m + r] += (kmp_is_negative(h) ? -times : times) * value[kmp_id(h)] / s->row_scale[r];
         }
     }
-    kempe_status status = value ? KEMPE_OK : KEMPE_E_MEMORY;
+    kempe_status status = value && start ? KEMPE_OK : KEMPE_E_MEMORY;
     kmp_free(value);
+    kmp_free(start);
     kmp_equations_free(&eq);
     return status;
 }

@@ -9,12 +9,13 @@
 
 KEMPE_BEGIN
 
-/** A new value of a model parameter: an expression as in the file ("0.3", "7800 kg/m^3", "2*L1"). */
+/** A new value of a model parameter: an expression as in the file ("0.3", "7800 kg/m^3", "2*L1"). Of an input: such a
+ * constant, or samples as "FILE:COLUMN:METHOD" from a CSV file with a column t, METHOD being hold, linear or cubic. */
 typedef struct kempe_setting {
     const char *name, *value;
 } kempe_setting;
 
-/** Reads a model with `count` settings of declared parameters; for repeated names the last one counts. */
+/** Reads a model with `count` settings of declared parameters and inputs; for repeated names the last one counts. */
 KEMPE_API kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *settings,
                                             int count, kempe_model **model);
 KEMPE_API kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,

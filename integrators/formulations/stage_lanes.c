@@ -33,7 +33,8 @@ static bool add_halves(kmp_stage_lanes *stages)
         int count = stages->program->outputs[k + 1] - stages->program->outputs[k];
         most = count > most ? count : most;
     }
-    stages->half = KMP_NEW(double, stages->width *(stages->inputs > 0 ? stages->inputs : 1));
+    int times = kmp_present_inputs_size(&stages->eval->inputs);
+    stages->half = KMP_NEW(double, stages->width *(stages->inputs > times ? stages->inputs : times));
     stages->outputs = KMP_NEW(double, KMP_STAGE_LANES *(most > 0 ? most : 1));
     return stages->half && stages->outputs;
 }
@@ -47,7 +48,9 @@ bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, c
         return true;
     stages->lanes = kmp_lanes_new(program, width, false);
     stages->mode = conditions > 0 ? KMP_NEW(double, conditions) : NULL;
-    if (!stages->lanes || (conditions > 0 && !stages->mode) || (width < KMP_STAGE_LANES && !add_halves(stages))) {
+    stages->times = KMP_NEW(double, KMP_STAGE_LANES *kmp_present_inputs_size(&eval->inputs));
+    if (!stages->lanes || !stages->times || (conditions > 0 && !stages->mode) ||
+        (width < KMP_STAGE_LANES && !add_halves(stages))) {
         kmp_stage_lanes_free(stages);
         return false;
     }
@@ -62,6 +65,7 @@ void kmp_stage_lanes_free(kmp_stage_lanes *stages)
 {
     kmp_lanes_free(stages->lanes);
     kmp_free(stages->mode);
+    kmp_free(stages->times);
     kmp_free(stages->half);
     kmp_free(stages->outputs);
     *stages = (kmp_stage_lanes){0};
@@ -86,11 +90,11 @@ static void set_half(kmp_stage_lanes *stages, kmp_input_kind kind, int count, in
     kmp_lanes_set(stages->lanes, kind, stages->half);
 }
 
-static const double *run_halves(kmp_stage_lanes *stages, int stage, const double *t, const double *q, const double *qd)
+static const double *run_halves(kmp_stage_lanes *stages, int stage, const double *q, const double *qd)
 {
     int count = stages->program->outputs[stage + 1] - stages->program->outputs[stage];
     for (int first = 0; first < KMP_STAGE_LANES; first += stages->width) {
-        set_half(stages, KMP_IN_TIME, 1, first, t);
+        set_half(stages, KMP_IN_TIME, kmp_present_inputs_size(&stages->eval->inputs), first, stages->times);
         set_half(stages, KMP_IN_Q, stages->inputs, first, q);
         if (qd)
             set_half(stages, KMP_IN_QD, stages->inputs, first, qd);
@@ -106,9 +110,10 @@ const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const doub
                                   const double *qd)
 {
     renew(stages);
+    kmp_present_inputs_lanes(&stages->eval->inputs, KMP_STAGE_LANES, t, stages->times);
     if (stages->width < KMP_STAGE_LANES)
-        return run_halves(stages, stage, t, q, qd);
-    kmp_lanes_set(stages->lanes, KMP_IN_TIME, t);
+        return run_halves(stages, stage, q, qd);
+    kmp_lanes_set(stages->lanes, KMP_IN_TIME, stages->times);
     kmp_lanes_set(stages->lanes, KMP_IN_Q, q);
     if (qd)
         kmp_lanes_set(stages->lanes, KMP_IN_QD, qd);

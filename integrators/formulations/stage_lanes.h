@@ -16,8 +16,9 @@ typedef struct kmp_stage_lanes {
     int width;        /* of a register */
     const kmp_program *program;
     const kmp_evaluator *eval;
-    int inputs;   /* numbers of q, and of qd */
-    double *half; /* inputs of a half, NULL where there is none; then the outputs of all stages */
+    int inputs;    /* numbers of q, and of qd */
+    double *times; /* t and the inputs of the model in all lanes */
+    double *half;  /* inputs of a half, NULL where there is none; then the outputs of all stages */
     double *outputs;
     long chart_version; /* of the charts in the lanes */
     double *mode;       /* conditions in the lanes; NULL: the model has none */

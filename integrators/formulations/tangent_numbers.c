@@ -202,7 +202,7 @@ const double *kmp_tangent_numbers_eval(kmp_tangent_numbers *numbers, const kmp_i
 {
     kmp_tangent_numbers *x = numbers;
     const outputs out = find_outputs(x->system);
-    kmp_duals_set(x->duals, KMP_IN_TIME, &at->t);
+    kmp_duals_set(x->duals, KMP_IN_TIME, kmp_instant_times(at));
     kmp_duals_set(x->duals, KMP_IN_Q, at->q);
     kmp_duals_set(x->duals, KMP_IN_QD, at->qd);
     kmp_duals_set(x->duals, KMP_IN_CHART, at->chart);

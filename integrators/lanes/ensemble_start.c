@@ -25,6 +25,7 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
         {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
         {spec->keep_independent, "fixed independent coordinates"},
         {s->rheonomic, "closures that move in time"},
+        {s->model->input_count > 0, "inputs"},
         {s->events.count > 0, "conditions or kinks during the run"},
         {s->chart_count > 0, "spherical joints"},
         {s->articulated != NULL, "the articulated-body algorithm"},

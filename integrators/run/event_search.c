@@ -150,6 +150,20 @@ typedef struct piece {
     const kmp_look *a, *m, *b;
 } piece;
 
+/* Bound of the time, or of an input of the model: a cubic between its ends, of a derivative one of lower degree. */
+static kmp_bound time_over(const kmp_crossing *c, uint32_t index, const piece *p)
+{
+    double a[KMP_TIME_NUMBERS + 2] = {0}, b[KMP_TIME_NUMBERS + 2] = {0};
+    if (index == 0)
+        return (kmp_bound){p->a->t, p->b->t, 1, 1};
+    const kmp_signal_piece *cubic = &c->eval->inputs.piece[(index - 1) / KMP_TIME_NUMBERS];
+    uint32_t d = (index - 1) % KMP_TIME_NUMBERS;
+    kmp_signal_values(cubic, p->a->t, a);
+    kmp_signal_values(cubic, p->b->t, b);
+    a[KMP_TIME_NUMBERS] = b[KMP_TIME_NUMBERS] = 6 * cubic->c[3];
+    return over(p->b->t - p->a->t, a[d], a[d + 1], b[d], b[d + 1]);
+}
+
 static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, const piece *p)
 {
     size_t n = (size_t)c->s->n, i = in->index;
@@ -157,7 +171,7 @@ static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, 
     double h = p->b->t - p->a->t;
     switch (in->kind) {
     case KMP_IN_TIME:
-        return (kmp_bound){p->a->t, p->b->t, 1, 1};
+        return time_over(c, in->index, p);
     case KMP_IN_Q:
         return over(h, x[i], x[n + i], y[i], y[n + i]);
     case KMP_IN_QD:

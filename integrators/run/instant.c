@@ -5,7 +5,7 @@
 kmp_instant kmp_instant_of(const kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                            const double *lambda)
 {
-    return (kmp_instant){t, q, qd, qdd, lambda, NULL, eval->mode, eval->chart, eval->chart_version};
+    return (kmp_instant){t, q, qd, qdd, lambda, NULL, eval->mode, eval->chart, eval->chart_version, &eval->inputs};
 }
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
@@ -102,7 +102,7 @@ void kmp_formulas_place(kmp_formulas *formulas, const kmp_instant *at)
         (void)kmp_machine_run(machine, 0);
         formulas->charts = at->chart_version;
     }
-    kmp_machine_set(machine, KMP_IN_TIME, &at->t);
+    kmp_machine_set(machine, KMP_IN_TIME, kmp_instant_times(at));
     kmp_machine_set(machine, KMP_IN_Q, at->q);
     kmp_machine_set(machine, KMP_IN_QD, at->qd);
     kmp_machine_set(machine, KMP_IN_QDD, at->qdd);

@@ -14,7 +14,14 @@ typedef struct kmp_instant {
     const double *mode;  /* of the conditions, NULL without conditions */
     const double *chart; /* of the spherical joints, and the number of their changes */
     long chart_version;
+    const kmp_present_inputs *inputs; /* NULL: of a model without inputs */
 } kmp_instant;
+
+/** The vector KMP_IN_TIME there. */
+static inline const double *kmp_instant_times(const kmp_instant *at)
+{
+    return at->inputs ? kmp_present_inputs_at(at->inputs, at->t) : &at->t;
+}
 
 /** A state with the evaluator's present conditions and charts. */
 kmp_instant kmp_instant_of(const kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,

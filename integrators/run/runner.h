@@ -38,7 +38,8 @@ struct kmp_runner {
     kmp_crossing *crossing; /* NULL without conditions */
     bool at_event;
     double event_t; /* the end of the last step if at_event */
-    double stop;    /* no step goes beyond; spec.t_end unless the caller sets it (kmp_runner_cut) */
+    double stop;    /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it
+                       (kmp_runner_cut) */
     bool anew;      /* the next step restarts the integrator: external inputs of the equations may have changed */
     double pace;    /* the proposed step, if steps that end at `stop` are shorter; 0: they are not */
     double *y, *yp; /* at a row; yp for a DAE only */
@@ -80,17 +81,37 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
 /** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: of its own choice). */
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h);
 
+/** The end of the integrator's steps: the caller's, or the next sample of an input. */
+double kmp_runner_limit(const kmp_runner *run);
+
+/* runner_inputs.c */
+
+/** Goes on beyond a sample of an input where the last step has ended at it: restarts the integrator where the value
+ * jumps. */
+kempe_status kmp_runner_pass_samples(kmp_runner *run, double t);
+
+/** Takes the inputs from t on, after the row at t within the last step has been made. */
+kempe_status kmp_runner_take_inputs(kmp_runner *run, double t);
+
+/** Changes the conditions that the inputs from t on have changed, at the state in run->state; ends the run where one of
+ * them says so. */
+kempe_status kmp_runner_take_conditions(kmp_runner *run, double t);
+
 /* runner_change.c */
 
 /** Handles the end of the last step at t: passes an event, changes the formulation or the unknowns. */
 kempe_status kmp_runner_change(kmp_runner *run, double t);
 
-/** Restarts the integrator at t within the last step, a one-step method with its present step size. */
+/** Takes the inputs from t within the last step on, and restarts the integrator there, a one-step method with its
+ * present step size. */
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t);
 
 /** Recovers from a step that failed: an implicit integrator restarts from a consistent state. The reduced formulation,
  * if the user did not choose it, is replaced by the projected one. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t);
+
+/** Ends the run at t with the sentence of a condition: KEMPE_STOPPED. */
+kempe_status kmp_runner_end(kmp_runner *run, double t, int condition);
 
 /** Continues with another formulation from a state in the present charts (q, qd, qdd in run->state) with a first
  * step. */

@@ -261,6 +261,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
 {
     double *q = run->state, h = t - run->solver->t_old, work, energy;
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    KMP_TRY(kmp_runner_take_inputs(run, t));
     KMP_TRY(meet_closures(run, t, &energy));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > run->spec.rtol * before)
@@ -269,8 +270,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     return kmp_runner_take_up(run, t, false, work + energy, h);
 }
 
-/* Ends the run with the sentence of a condition. */
-static kempe_status end_run(kmp_runner *run, double t, int condition)
+kempe_status kmp_runner_end(kmp_runner *run, double t, int condition)
 {
     kmp_text text = {0};
     run->ended = true;
@@ -288,7 +288,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
     if (!run->at_event)
         return KEMPE_OK;
     if (run->crossing->end >= 0)
-        return end_run(run, t, run->crossing->end);
+        return kmp_runner_end(run, t, run->crossing->end);
     kempe_status status = run->s->switches ? pass_switch(run, t) : kmp_crossing_pass(run->crossing, t);
     if (status == KEMPE_OK && !run->s->switches)
         status = kmp_runner_start(run, t, run->y, run->yp, h);
@@ -303,10 +303,23 @@ static double step_it_had(const kmp_runner *run, double t)
     return fmax(run->solver->h > 0 ? run->solver->h : last, run->pace);
 }
 
+/* Inputs may change conditions that closures depend on. */
+static kempe_status restart_with_switches(kmp_runner *run, double t)
+{
+    run->anew = false;
+    KMP_TRY(pass_switch(run, t));
+    return kmp_runner_take_conditions(run, t);
+}
+
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 {
     double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
+    bool given = run->eval->inputs.count > 0;
+    if (given && run->crossing && run->s->switches)
+        return restart_with_switches(run, t);
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    KMP_TRY(kmp_runner_take_inputs(run, t));
+    KMP_TRY(kmp_runner_take_conditions(run, t));
     if (run->formulation->resume(run->formulation, t, q, qd, run->y, run->yp) != KMP_GO)
         return KEMPE_E_FAILED;
     if (run->crossing)
@@ -324,6 +337,7 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
     KMP_TRY(watch_margin(run, t));
     KMP_TRY(watch_bodies(run, t));
     KMP_TRY(renew(run, t));
+    KMP_TRY(kmp_runner_pass_samples(run, t));
     return run->anew ? kmp_runner_begin_anew(run, t) : KEMPE_OK;
 }
 

@@ -222,10 +222,16 @@ static double first_step_of(const kmp_runner *run)
     return fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);
 }
 
+double kmp_runner_limit(const kmp_runner *run)
+{
+    return fmin(run->stop, kmp_present_inputs_until(&run->eval->inputs));
+}
+
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h)
 {
-    double first = run->kind->corrects ? fmin(h, run->stop - t) : first_step_of(run);
-    return run->kind->start(run->solver, t, y, yp, run->stop, first);
+    double end = kmp_runner_limit(run);
+    double first = run->kind->corrects ? fmin(h, end - t) : first_step_of(run);
+    return run->kind->start(run->solver, t, y, yp, end, first);
 }
 
 /* Measures the distance of the start from a change point, unless change points are ignored. */
@@ -253,6 +259,9 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         !KMP_ARENA_GROUPS(&run->arena, {n, {&run->seen, &run->next_seen}}, {3 * n + m, {&run->moved, &run->state}}))
         return kmp_fail_memory(run->s->context);
     double *q = run->state, *qd = q + n;
+    int input;
+    (void)kmp_present_inputs_enter(&run->eval->inputs, t, &input);
+    run->eval->inputs.held = true;
     run->qdd = q + 2 * n;
     run->lambda = q + 3 * n;
     kmp_runner_center_start(run, start);

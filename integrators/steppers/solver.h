@@ -57,6 +57,9 @@ typedef struct kmp_solver_kind {
     /** Starts or restarts at (t, y[, yp]) towards t_end; h0 is the first step, 0: an explicit method chooses it. */
     kempe_status (*start)(void *solver, double t, const double *y, const double *yp, double t_end, double h0);
 
+    /** Takes another t_end beyond t between two steps, which continue as they were. NULL: the member t_end is all. */
+    kempe_status (*extend)(void *solver, double t_end);
+
     /** Makes one accepted step, the last one ending exactly at t_end. KEMPE_E_FAILED: no step was possible. Without a
      * message in the context the step became too small or the formulation gave up. */
     kempe_status (*step)(void *solver);

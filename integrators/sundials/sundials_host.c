@@ -198,6 +198,14 @@ kempe_status kmp_sun_start(void *solver, double t, const double *y, const double
     return bad ? complain(s, bad) : KEMPE_OK;
 }
 
+kempe_status kmp_sun_extend(void *solver, double t_end)
+{
+    kmp_sun *s = solver;
+    s->base.t_end = t_end;
+    int bad = t_end > s->base.t ? s->package->set_end(s->memory, t_end) : 0;
+    return bad ? complain(s, bad) : KEMPE_OK;
+}
+
 /* Asks the formulation to accept the step that ended at t; its correction of y, for an ODE, is left in out. */
 static int consent(kmp_sun *s, double t)
 {

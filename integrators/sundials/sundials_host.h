@@ -107,13 +107,14 @@ N_Vector kmp_vector_new(sunindextype n, SUNContext context);
 void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup);
 void kmp_sun_release(void *solver);
 kempe_status kmp_sun_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0);
+kempe_status kmp_sun_extend(void *solver, double t_end);
 kempe_status kmp_sun_step(void *solver);
 kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp);
 
 /** The functions of a kind, whose method is a kmp_sun_package. */
 #define KMP_SUN_FUNCTIONS                                                                                              \
-    .create = kmp_sun_create, .release = kmp_sun_release, .start = kmp_sun_start, .step = kmp_sun_step,                \
-    .dense = kmp_sun_dense
+    .create = kmp_sun_create, .release = kmp_sun_release, .start = kmp_sun_start, .extend = kmp_sun_extend,            \
+    .step = kmp_sun_step, .dense = kmp_sun_dense
 
 /** Writes the pattern of a DAE's matrix. */
 void kmp_sun_put_pattern(const kmp_dae *dae, SUNMatrix a);

@@ -67,6 +67,9 @@ typedef struct option {
 static const option options[] = {
     {CLI_ALL & ~CLI_NEW, IN_MODEL, "set", OPTION_SETTING, 0, "NAME=VALUE",
      "set a parameter of the model to another value; may be repeated"},
+    {CLI_ALL & ~CLI_NEW, IN_MODEL, "input", OPTION_SETTING, 0, "NAME=VALUE",
+     "value of an input of the model, or FILE:COLUMN:METHOD: samples of a CSV file over its column t, with the method "
+     "hold, linear or cubic; may be repeated"},
     {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance",
      VALUE(LENGTH, closure_tolerance), "X",
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
@@ -415,15 +418,15 @@ static bool has_ending(const option *o, const char *path)
 }
 
 /* Splits NAME=VALUE at the sign, in place. */
-static bool store_setting(char *text, cli_settings *settings)
+static bool store_setting(const option *o, char *text, cli_settings *settings)
 {
     size_t length = strcspn(text, "=");
     if (length == 0 || !text[length] || !text[length + 1]) {
-        cli_complain("--set needs NAME=VALUE, not '%s'", text);
+        cli_complain("--%s needs NAME=VALUE, not '%s'", o->name, text);
         return false;
     }
     if (settings->set_count == CLI_MOST_SETS) {
-        cli_complain("--set: at most %d parameters can be set", CLI_MOST_SETS);
+        cli_complain("--%s: at most %d values can be set", o->name, CLI_MOST_SETS);
         return false;
     }
     text[length] = '\0';
@@ -439,7 +442,7 @@ static bool store(const option *o, char *text, cli_settings *settings)
     if (kinds[o->kind].unit)
         return store_quantity(o, text, place);
     if (o->kind == OPTION_SETTING)
-        return store_setting(text, settings);
+        return store_setting(o, text, settings);
     if (!has_ending(o, text)) {
         cli_complain("--%s writes %s files; '%s' has another ending", o->name, kinds[o->kind].ending, text);
         return false;

@@ -37,17 +37,19 @@ static const char *component_name(const kmp_closure *closure, int component)
 /* The value of an expression without coordinates, at t = 0; NaN when there is no memory. */
 static double constant_value(const kmp_equations *eq, kmp_ref h)
 {
-    static const double start = 0;
     double *value = KMP_NEW(double, kmp_graph_count(eq->graph)), gap = NAN;
     double *parameter = KMP_NEW(double, kmp_tree_symbol_count(&eq->tree));
-    const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = parameter, [KMP_IN_TIME] = &start};
-    if (value && parameter) {
+    double *times = KMP_NEW(double, 1 + KMP_TIME_NUMBERS * eq->model->input_count);
+    const double *inputs[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = parameter, [KMP_IN_TIME] = times};
+    if (value && parameter && times) {
+        kmp_model_times(eq->model, 0, times);
         kmp_tree_symbol_values(&eq->tree, parameter);
         kmp_graph_eval(eq->graph, inputs, value);
         gap = kmp_is_negative(h) ? -value[kmp_id(h)] : value[kmp_id(h)];
     }
     kmp_free(value);
     kmp_free(parameter);
+    kmp_free(times);
     return gap;
 }
 
@@ -255,7 +257,10 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
         KMP_TRY(check_multipliers(eq));
     if (sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL)) {
         kmp_partials_all(eq->graph, eq->m, eq->h, KMP_IN_Q, eq->n, eq->jacobian);
-        kmp_derivatives_by(eq->graph, kmp_input(eq->graph, KMP_IN_TIME, 0), eq->m, eq->h, eq->h_t);
+        kmp_derivative *d = kmp_partial_time_derivative(&eq->tree);
+        for (int r = 0; r < eq->m; r++)
+            eq->h_t[r] = kmp_derivative_of(d, eq->h[r]);
+        kmp_derivative_free(d);
     }
     if (sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL)) /* hdot = J qd + h_t */
         differentiate(eq, eq->h, eq->hdot);

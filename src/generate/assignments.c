@@ -69,7 +69,11 @@ static void print_input(printer *p, const kmp_node *n)
         kmp_text_put(p->text, model->parameters[n->b].name);
         return;
     case KMP_IN_TIME:
-        kmp_text_put(p->text, "t");
+        if (n->b == 0)
+            kmp_text_put(p->text, "t");
+        else
+            kmp_text_printf(p->text, "%s%.*s", model->inputs[(n->b - 1) / KMP_TIME_NUMBERS].name,
+                            (int)((n->b - 1) % KMP_TIME_NUMBERS), "''");
         return;
     case KMP_IN_Q:
     case KMP_IN_QD:

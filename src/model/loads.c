@@ -73,3 +73,35 @@ bool kmp_model_has_time(const kempe_model *model)
         found = found || closure_has_time(&model->closures[k]);
     return found;
 }
+
+typedef struct input_of {
+    int input;
+} input_of;
+
+static bool is_input(const kmp_expr *expr, const void *user)
+{
+    return expr->kind == KMP_EXPR_INPUT && expr->index == ((const input_of *)user)->input;
+}
+
+const kmp_closure *kmp_model_moved_by(const kempe_model *model, int input)
+{
+    const input_of wanted = {input};
+    for (int k = 0; k < model->closure_count; k++) {
+        const kmp_closure *closure = &model->closures[k];
+        bool found = kmp_expr_find(closure->function, is_input, &wanted);
+        for (int i = 0; i < closure->curve_count && i < 2; i++)
+            found = found || kmp_expr_find(closure->curve[i], is_input, &wanted);
+        if (found)
+            return closure;
+    }
+    return NULL;
+}
+
+void kmp_model_times(const kempe_model *model, double t, double *vector)
+{
+    vector[0] = t;
+    for (int k = 0; k < model->input_count; k++) {
+        kmp_signal_piece piece = kmp_signal_at(&model->inputs[k].signal, t);
+        kmp_signal_values(&piece, t, vector + 1 + 3 * k);
+    }
+}

@@ -10,6 +10,7 @@
 #include "model/rail/wheels.h"
 #include "model/tables/joint_table.h"
 #include "model/tables/run_settings.h"
+#include "model/tables/signal.h"
 #include <kempe/kempe.h>
 #include <stdbool.h>
 
@@ -22,6 +23,18 @@ typedef struct kmp_parameter {
     bool unused; /* nothing of the model depends on it, and the user was warned */
     bool varies; /* of a variant (model/variant.h): an input of its equations */
 } kmp_parameter;
+
+/** A function of time that is given to a run: a constant, or samples. Expressions use it by its name. */
+typedef struct kmp_model_input {
+    const char *name;
+    kmp_place place;
+    const char *unit;        /* as written, "" without one */
+    kmp_dimension dimension; /* of its values */
+    double si;               /* a number in its unit, times this, is in SI */
+    double value;            /* the default, in SI; a given constant takes its place */
+    kmp_signal signal;       /* in SI; of a constant one sample */
+    bool used;               /* some expression has it */
+} kmp_model_input;
 
 /** A point fixed to a body, in the body's axes, from the body's origin. */
 typedef struct kmp_point {
@@ -193,6 +206,8 @@ struct kempe_model {
     int parameter_count;
     int *led; /* dependent variable parameters, each after those that it needs; of a variant (model/variant.h) */
     int led_count;
+    kmp_model_input *inputs;
+    int input_count;
     kmp_named_table *tables;
     int table_count;
     kmp_unknowns *unknowns;
@@ -234,6 +249,12 @@ bool kmp_model_has_loads(const kempe_model *model);
 
 /** True if a drive, a closure or a force of the model is a function of time. */
 bool kmp_model_has_time(const kempe_model *model);
+
+/** The first closure that depends on an input, NULL when there is none. */
+const kmp_closure *kmp_model_moved_by(const kempe_model *model, int input);
+
+/** The vector KMP_IN_TIME at t: t, then the value of each input and two derivatives (1 + 3 input_count). */
+void kmp_model_times(const kempe_model *model, double t, double *vector);
 
 /** True if an output shows multipliers, or quantities that depend on them. */
 bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output);

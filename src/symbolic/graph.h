@@ -30,7 +30,7 @@ typedef enum kmp_op {
 /** The vectors that inputs belong to. */
 typedef enum kmp_input_kind {
     KMP_IN_PARAMETER,
-    KMP_IN_TIME,
+    KMP_IN_TIME, /* t, then for each given function of t three numbers: value and two derivatives */
     KMP_IN_Q,
     KMP_IN_QD,
     KMP_IN_QDD,
@@ -45,6 +45,13 @@ typedef enum kmp_input_kind {
     KMP_IN_ALONG,  /* directions of differentiation, one after the other */
     KMP_IN_COUNT
 } kmp_input_kind;
+
+/** Index in KMP_IN_TIME of a given function of t, or of a derivative of it by t. */
+enum { KMP_TIME_NUMBERS = 3 };
+static inline uint32_t kmp_time_index(int function, int derivative)
+{
+    return (uint32_t)(1 + KMP_TIME_NUMBERS * function + derivative);
+}
 
 /* The inputs that a node depends on: bits (1 << kmp_input_kind). */
 typedef struct kmp_node {

@@ -3,11 +3,33 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "symbolic/derivative.h"
 
+int kmp_tree_time_leaves(const kmp_tree *tree, kmp_ref *leaf, kmp_ref *direction)
+{
+    kmp_graph *g = tree->graph;
+    int count = 0;
+    leaf[count] = kmp_input(g, KMP_IN_TIME, 0);
+    direction[count++] = KMP_ONE;
+    for (int k = 0; k < tree->model->input_count; k++)
+        for (int d = 0; d + 1 < KMP_TIME_NUMBERS; d++) {
+            leaf[count] = kmp_input(g, KMP_IN_TIME, kmp_time_index(k, d));
+            direction[count++] = kmp_input(g, KMP_IN_TIME, kmp_time_index(k, d + 1));
+        }
+    return count;
+}
+
+kmp_derivative *kmp_partial_time_derivative(const kmp_tree *tree)
+{
+    int count = kmp_tree_time_leaf_count(tree);
+    kmp_ref *leaf = KMP_GRAPH_NEW(tree->graph, kmp_ref, 2 * count), *direction = leaf + count;
+    return leaf ? kmp_derivative_new(tree->graph, kmp_tree_time_leaves(tree, leaf, direction), leaf, direction) : NULL;
+}
+
 static kmp_derivative *along_time(const kmp_tree *tree, bool rates)
 {
     kmp_graph *g = tree->graph;
     int n = tree->count - 1, last = rates ? 2 * n : n;
-    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, 2 * (last + 1)), *direction = leaf + last + 1;
+    int room = last + kmp_tree_time_leaf_count(tree);
+    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, 2 * room), *direction = leaf + room;
     if (!leaf)
         return NULL;
     for (int k = 0; k < n; k++) {
@@ -18,9 +40,8 @@ static kmp_derivative *along_time(const kmp_tree *tree, bool rates)
             direction[n + k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);
         }
     }
-    leaf[last] = kmp_input(g, KMP_IN_TIME, 0);
-    direction[last] = KMP_ONE;
-    return kmp_derivative_new(g, last + 1, leaf, direction);
+    last += kmp_tree_time_leaves(tree, leaf + last, direction + last);
+    return kmp_derivative_new(g, last, leaf, direction);
 }
 
 kmp_derivative *kmp_time_derivative(const kmp_tree *tree)

@@ -207,6 +207,17 @@ kmp_vec kmp_from_ancestor(const kmp_tree *tree, int link, int ancestor, kmp_vec 
  * axes may be non-rotating. */
 kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor);
 
+/** The inputs KMP_IN_TIME whose derivatives by t equations need, and these derivatives: of t, and of the inputs of the
+ * model. No equation needs a third derivative of an input. The number of them. */
+static inline int kmp_tree_time_leaf_count(const kmp_tree *tree)
+{
+    return 1 + (KMP_TIME_NUMBERS - 1) * tree->model->input_count;
+}
+int kmp_tree_time_leaves(const kmp_tree *tree, kmp_ref *leaf, kmp_ref *direction);
+
+/** Direction of derivatives by t at constant q and qd. NULL: no memory, and the graph has failed. */
+struct kmp_derivative *kmp_partial_time_derivative(const kmp_tree *tree);
+
 /** Direction of total time derivatives: q -> qd, t -> 1. NULL: no memory, and the graph has failed. */
 struct kmp_derivative *kmp_time_derivative(const kmp_tree *tree);
 

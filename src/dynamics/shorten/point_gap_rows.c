@@ -59,10 +59,12 @@ static void gradients(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec *
 static void rates(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec v, kmp_vec a, kmp_ref *rate)
 {
     kmp_graph *g = s->eq->graph;
-    kmp_ref leaf[7], to[7];
-    leaf[0] = kmp_input(g, KMP_IN_TIME, 0);
-    to[0] = KMP_ONE;
-    int first = 1 + kmp_gap_leaves(p, &v, leaf + 1, to + 1), count = first;
+    int room = 6 + kmp_tree_time_leaf_count(&s->eq->tree);
+    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, 2 * room), *to = leaf + room;
+    if (!leaf)
+        return;
+    int times = kmp_tree_time_leaves(&s->eq->tree, leaf, to);
+    int first = times + kmp_gap_leaves(p, &v, leaf + times, to + times), count = first;
     kmp_derivative *d = kmp_gap_along(s, first, leaf, to);
     for (int r = 0; r < p->count; r++)
         rate[r] = kmp_derivative_of(d, h[r]);

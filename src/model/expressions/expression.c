@@ -308,6 +308,17 @@ static const kmp_expr *parse_time(parser *p, const char *where)
     return make(p, where, (kmp_expr){.kind = KMP_EXPR_TIME});
 }
 
+/* An input, which is a function of time. */
+static const kmp_expr *parse_input(parser *p, const char *where, const char *name, kmp_expr made)
+{
+    if (*p->at == '(')
+        return complain(p, where, "'%s' is an input, not a function", name);
+    if (!p->scope->time)
+        return complain(p, where, "input '%s' is not allowed here: a constant is expected", name);
+    made.kind = KMP_EXPR_INPUT;
+    return make(p, where, made);
+}
+
 static const kmp_expr *parse_table(parser *p, const char *where, const kmp_named_table *table)
 {
     if (!take(p, '('))
@@ -367,6 +378,9 @@ static const kmp_expr *parse_word(parser *p)
         return complain(p, where, "'%s' is a parameter, not a function", name);
     if (index >= 0)
         return make(p, where, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = index});
+    kmp_expr input = {0};
+    if (p->scope->input && p->scope->input(p->scope->user, name, &input))
+        return parse_input(p, where, name, input);
     const kmp_named_table *table = p->scope->table ? p->scope->table(p->scope->user, name) : NULL;
     if (table)
         return parse_table(p, where, table);

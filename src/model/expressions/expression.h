@@ -14,6 +14,7 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_NUMBER,    /* value */
     KMP_EXPR_PARAMETER, /* index of the parameter */
     KMP_EXPR_TIME,      /* t */
+    KMP_EXPR_INPUT,     /* index of the input; value: at t = 0 */
     KMP_EXPR_Q,         /* index of the coordinate: q(NAME) */
     KMP_EXPR_QD,        /* index of the coordinate: qd(NAME) */
     KMP_EXPR_LAMBDA,    /* index of the closure, number among its multipliers: lambda(LOOP), lambda(LOOP.k) */
@@ -54,7 +55,7 @@ typedef struct kmp_expr {
     kmp_function function;
     int index, number; /* number: from 0 */
     double value;
-    kmp_dimension unit; /* of a number */
+    kmp_dimension unit; /* of a number, of an input */
     const kmp_named_table *table;
     const struct kmp_unknowns *unknowns;
     int symbol; /* of a constant law, as in kmp_number */
@@ -103,7 +104,9 @@ typedef struct kmp_expr_scope {
     void *user;
     int (*parameter)(void *user, const char *name);
     int (*coordinate)(void *user, const char *name);
-    int (*closure)(void *user, const char *name);                  /* closures whose multipliers are allowed */
+    int (*closure)(void *user, const char *name); /* closures whose multipliers are allowed */
+    /* Sets index, unit and value of an input; false: there is none. */
+    bool (*input)(void *user, const char *name, struct kmp_expr *input);
     const kmp_named_table *(*table)(void *user, const char *name); /* NULL: there is none */
     /* The unknowns that a name is one of: their index, and which; -1: there are none. */
     int (*unknown)(void *user, const char *name, const struct kmp_unknowns **unknowns, int *number);
@@ -115,7 +118,7 @@ typedef struct kmp_expr_scope {
 
 /** Names of an expression's symbols. */
 typedef struct kmp_expr_names {
-    kmp_name_list parameters, coordinates, closures;
+    kmp_name_list parameters, coordinates, closures, inputs;
 } kmp_expr_names;
 
 /** NULL after an error (with the column inside the expression), or when the arena has failed for want of memory. */
@@ -151,7 +154,7 @@ const kmp_expr *kmp_expr_find(const kmp_expr *expr, kmp_expr_test is, const void
 /** The first lambda(..) in an expression, NULL when there is none; NULL has none. */
 const kmp_expr *kmp_expr_lambda(const kmp_expr *expr);
 
-/** True if an expression contains the time. NULL: false. */
+/** True if an expression contains the time or an input. NULL: false. */
 bool kmp_expr_has_time(const kmp_expr *expr);
 
 /** True when only numbers and parameters occur. */

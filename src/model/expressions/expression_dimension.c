@@ -83,6 +83,8 @@ static kmp_dimension dimension_of(walk *w, const kmp_expr *expr)
     switch (expr->kind) {
     case KMP_EXPR_NUMBER:
         return expr->unit;
+    case KMP_EXPR_INPUT: /* an input without unit may have any dimension */
+        return expr->unit.kind == KMP_DIMENSION_BARE ? KMP_DIM_ANY : expr->unit;
     case KMP_EXPR_PARAMETER: /* a parameter without unit may have any dimension */
         return w->dimensions[expr->index].kind == KMP_DIMENSION_BARE ? KMP_DIM_ANY : w->dimensions[expr->index];
     case KMP_EXPR_NEG:

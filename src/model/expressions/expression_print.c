@@ -54,6 +54,9 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
     case KMP_EXPR_PARAMETER:
         kmp_text_put(text, kmp_name_at(names->parameters, expr->index));
         break;
+    case KMP_EXPR_INPUT:
+        kmp_text_put(text, kmp_name_at(names->inputs, expr->index));
+        break;
     case KMP_EXPR_PLACE:
         kmp_text_printf(text, "%c", "xyz"[expr->index]);
         break;

@@ -41,6 +41,8 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
         return expr->table->table ? kmp_table_value(expr->table->table, 0, a) : 0;
     case KMP_EXPR_TIME:
         return t;
+    case KMP_EXPR_INPUT:
+        return isnan(t) ? NAN : expr->value;
     default:
         return NAN;
     }
@@ -74,7 +76,7 @@ const kmp_expr *kmp_expr_lambda(const kmp_expr *expr)
 static bool is_time(const kmp_expr *expr, const void *user)
 {
     (void)user;
-    return expr->kind == KMP_EXPR_TIME;
+    return expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_INPUT;
 }
 
 bool kmp_expr_has_time(const kmp_expr *expr)
@@ -84,8 +86,7 @@ bool kmp_expr_has_time(const kmp_expr *expr)
 
 static bool is_variable(const kmp_expr *expr, const void *user)
 {
-    (void)user;
-    return expr->kind == KMP_EXPR_TIME || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD ||
+    return is_time(expr, user) || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD ||
            expr->kind == KMP_EXPR_LAMBDA || expr->kind == KMP_EXPR_UNKNOWN || expr->kind == KMP_EXPR_PLACE;
 }
 

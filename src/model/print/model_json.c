@@ -90,6 +90,24 @@ static void put_parameters(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+/* Values and samples in SI, without a unit. */
+static void put_inputs(kmp_json *json, const kempe_model *model)
+{
+    kmp_model_json_begin(json, "inputs");
+    for (int i = 0; i < model->input_count; i++) {
+        const kmp_signal *s = &model->inputs[i].signal;
+        kmp_json_object(json, model->inputs[i].name);
+        kmp_json_number(json, "default", model->inputs[i].value);
+        if (s->count > 1) {
+            kmp_json_string(json, "method", kmp_name_at(kmp_signal_words, (int)s->method));
+            kmp_json_numbers(json, "t", s->count, s->t);
+            kmp_json_numbers(json, "value", s->count, s->u);
+        }
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
 static void put_tables(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "tables");
@@ -403,6 +421,8 @@ static kmp_json put_mechanism(kmp_text *text, const kempe_model *model)
     kmp_json_string(&json, "name", model->name);
     put_vector(&json, "gravity", model->gravity);
     put_parameters(&json, model);
+    if (model->input_count > 0)
+        put_inputs(&json, model);
     put_tables(&json, model);
     kmp_model_json_tracks(&json, model);
     if (model->unknowns_count > 0)

@@ -5,7 +5,8 @@
 
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
 {
-    const kmp_expr_names names = {KMP_NAMED(model, parameter), KMP_NAMED(model, motion), KMP_NAMED(model, closure)};
+    const kmp_expr_names names = {KMP_NAMED(model, parameter), KMP_NAMED(model, motion), KMP_NAMED(model, closure),
+                                  KMP_NAMED(model, input)};
     kmp_expr_print(text, expr, &names);
 }
 

@@ -69,6 +69,22 @@ static void show_parameters(kmp_text *text, const kempe_model *model)
     }
 }
 
+static void show_inputs(kmp_text *text, const kempe_model *model)
+{
+    begin(text, "inputs", model->input_count);
+    for (int i = 0; i < model->input_count; i++) {
+        const kmp_model_input *input = &model->inputs[i];
+        const kmp_signal *s = &input->signal;
+        kmp_text_printf(text, "  %s", input->name);
+        if (s->count == 1)
+            put_number(text, " = ", s->u[0]);
+        else
+            kmp_text_printf(text, ": %s, %d samples, t from %.9g to %.9g s",
+                            kmp_name_at(kmp_signal_words, (int)s->method), s->count, s->t[0], s->t[s->count - 1]);
+        kmp_text_put(text, "\n");
+    }
+}
+
 static void show_tables(kmp_text *text, const kempe_model *model)
 {
     begin(text, "tables", model->table_count);
@@ -342,6 +358,7 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     put_vector(text, "\ngravity ", model->gravity);
     kmp_text_put(text, "\n");
     show_parameters(text, model);
+    show_inputs(text, model);
     show_tables(text, model);
     kmp_model_show_tracks(text, model);
     show_unknowns(text, model);

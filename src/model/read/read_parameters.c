@@ -109,6 +109,8 @@ static bool take_settings(kmp_reader *r, const kmp_yaml **items)
     kmp_name_list names = KMP_NAMED(r->model, parameter);
     for (int k = 0; k < r->setting_count; k++) {
         const kempe_setting *setting = &r->settings[k];
+        if (kmp_is_input_setting(r, setting->name))
+            continue;
         int file = kmp_reader_add_file(r, kmp_reader_say(r, "--set %s", setting->name));
         kmp_place place = {.line = 1, .column = 1, .file = file};
         const kmp_yaml *node = file < 0 ? NULL : kmp_yaml_word(&r->scratch, place, setting->value);

@@ -83,6 +83,18 @@ static const kmp_named_table *find_table(void *user, const char *name)
     return found < 0 ? NULL : &r->model->tables[found];
 }
 
+static bool find_input(void *user, const char *name, kmp_expr *made)
+{
+    kmp_reader *r = user;
+    int found = kmp_name_find(KMP_NAMED(r->model, input), kmp_reader_name(r, r->scope, name));
+    const kmp_model_input *input = found < 0 ? NULL : &r->model->inputs[found];
+    if (input && input->signal.count > 0) /* the errors of others are reported */
+        *made = (kmp_expr){.index = found, .unit = input->dimension, .value = kmp_signal_value(&input->signal, 0)};
+    else if (input)
+        *made = (kmp_expr){.index = found, .unit = KMP_DIM_ANY};
+    return input;
+}
+
 static int find_unknown(void *user, const char *name, const kmp_unknowns **unknowns, int *number)
 {
     kmp_reader *r = user;
@@ -102,6 +114,7 @@ static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *s
     kmp_nearest nearest = kmp_nearest_begin(name);
     kmp_nearest_offer(&nearest, "pi");
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, parameter));
+    kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, input));
     for (int i = 0; i < r->model->unknowns_count; i++)
         kmp_nearest_offer_all(&nearest, kmp_unknown_names(&r->model->unknowns[i]));
     if (!nearest.best && find_joint(r->model, name))
@@ -161,6 +174,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .parameter = find_parameter,
                             .coordinate = allowed == KMP_OF_STATE || of_loads ? find_in_expression : NULL,
                             .closure = of_loads ? find_closure : NULL,
+                            .input = find_input,
                             .table = find_table,
                             .unknown = find_unknown,
                             .suggest = suggest,
@@ -298,6 +312,22 @@ bool kmp_read_fixed(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_d
     return true;
 }
 
+bool kmp_read_quantity(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double si,
+                       double *value)
+{
+    const kmp_expr *expr = parse(r, node, what, KMP_OF_PARAMETERS);
+    kmp_dimension dimension;
+    if (!expr || !is_known(r, expr))
+        return false;
+    double x = kmp_expr_value(expr, r->parameter_values);
+    if (!kmp_check_finite(r, node, what, x) || !kmp_check_dimension(r, node, what, expr, wanted, &dimension))
+        return false;
+    const kmp_number number = kmp_number_of(expr, x);
+    kmp_reader_fix(r, &number);
+    *value = dimension.kind == KMP_DIMENSION_BARE ? x * si : x;
+    return true;
+}
+
 bool kmp_check_rule(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_field_rule rule, double value,
                     const char *hint)
 {
@@ -312,6 +342,8 @@ static void mark(kempe_model *model, const kmp_expr *expr, size_t flag)
 {
     if (!expr)
         return;
+    if (expr->kind == KMP_EXPR_INPUT)
+        model->inputs[expr->index].used = true;
     if (expr->kind != KMP_EXPR_PARAMETER) {
         mark(model, expr->a, flag);
         mark(model, expr->b, flag);

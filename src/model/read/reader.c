@@ -74,6 +74,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_map(r, r->root, "the model", kmp_model_keys);
     kmp_read_includes(r);
     kmp_read_parameters(r);
+    kmp_read_inputs(r);
     kmp_read_tables(r);
     kmp_read_profiles(r);
     read_head(r);
@@ -89,6 +90,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_sensors(r);
     kmp_read_run(r);
     kmp_settle_parameters(r);
+    kmp_settle_inputs(r);
 }
 
 /* -- reading ------------------------------------------------------------------------------------- */

@@ -193,6 +193,10 @@ bool kmp_read_one_or_three(kmp_reader *r, const kmp_yaml *node, const char *what
 /** A number outside the equations: its parameters cannot vary (kmp_reader_fix). */
 bool kmp_read_fixed(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double *value);
 
+/** A number outside the equations that is in a unit if it has none of its own: `si` of it are one in SI. */
+bool kmp_read_quantity(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted, double si,
+                       double *value);
+
 /** Reports a number that is not positive or, for NOT_NEGATIVE, negative; `hint` ends the sentence. */
 bool kmp_check_rule(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_field_rule rule, double value,
                     const char *hint);
@@ -315,6 +319,7 @@ void kmp_add_wheel_forces(kmp_reader *r);
 /* -- parts of the file, in this order -------------------------------------------------------------- */
 
 void kmp_read_parameters(kmp_reader *r);
+void kmp_read_inputs(kmp_reader *r);
 void kmp_read_tables(kmp_reader *r);
 /** True if expressions use a name already: a function, a parameter, a symbol. */
 bool kmp_name_means_something(const kmp_reader *r, const char *name);
@@ -336,6 +341,12 @@ void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list);
 
 /** The NAME of "word(NAME)"; NULL when `text` is not of that form. */
 const char *kmp_read_argument(kmp_reader *r, const char *text, const char *word);
+
+/** True if a setting names an input; its value is then read by kmp_read_inputs. */
+bool kmp_is_input_setting(const kmp_reader *r, const char *name);
+
+/** After all reading: warns of inputs that nothing uses. */
+void kmp_settle_inputs(const kmp_reader *r);
 
 /** After all reading: marks each parameter of the model as fixed or variable, used or unused, and warns of unused ones.
  */

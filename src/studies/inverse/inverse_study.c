@@ -393,7 +393,7 @@ static void keep_row(job *j)
     kempe_inverse *r = j->r;
     const kmp_prescribed_motion *g = &j->prescribed;
     const kmp_inverse *v = &j->inverse;
-    const kmp_instant at = {.t = g->t, .q = g->q, .lambda = v->lambda};
+    const kmp_instant at = {.t = g->t, .q = g->q, .lambda = v->lambda, .inputs = &g->eval->inputs};
     double *row = kmp_inverse_part(r, r->rows, 0), *lambda = row + r->at.lambda;
     size_t state = (size_t)r->n * sizeof *row, vector = 3 * sizeof *row;
     r->t[r->rows] = g->t;

@@ -221,6 +221,7 @@ static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
 
 const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_evaluator *eval, int row)
 {
+    eval->inputs.before = true;
     return kmp_eval_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_get(&t->table, KMP_QUANTITY_Q, row),
                           kmp_samples_get(&t->table, KMP_QUANTITY_QD, row),
                           kmp_samples_get(&t->table, KMP_QUANTITY_QDD, row),

@@ -21,7 +21,7 @@ static void print_operand(const kmp_program *p, uint32_t operand_, kmp_text *tex
         print_number(p->constant[value], text);
     } else if (value < p->constant_count + p->input_count) {
         const kmp_program_input *in = &p->input[value - p->constant_count];
-        if (in->kind == KMP_IN_TIME)
+        if (in->kind == KMP_IN_TIME && in->index == 0)
             kmp_text_put(text, "t");
         else
             kmp_text_printf(text, "%s[%u]", kmp_input_words[in->kind], in->index);

@@ -184,7 +184,8 @@ static bool read_variable(kmp_program_reader *r, uint32_t *operand)
     for (int kind = 0; kind < KMP_IN_COUNT; kind++) {
         if (!kmp_words_take_word(r, kmp_input_words[kind]))
             continue;
-        if (kind != KMP_IN_TIME && !(kmp_words_want(r, "[") && kmp_words_index(r, &index) && kmp_words_want(r, "]")))
+        bool alone = kind == KMP_IN_TIME && *r->at != '[';
+        if (!alone && !(kmp_words_want(r, "[") && kmp_words_index(r, &index) && kmp_words_want(r, "]")))
             return false;
         *operand = input_operand(r, (kmp_input_kind)kind, index);
         return true;

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/evaluation/present_inputs.h"
+#include <math.h>
+
+bool kmp_present_inputs_init(kmp_present_inputs *inputs, kmp_arena *arena, const kempe_model *model)
+{
+    *inputs = (kmp_present_inputs){.model = model, .count = model->input_count};
+    inputs->piece = KMP_ARENA_NEW(arena, kmp_signal_piece, inputs->count);
+    inputs->replaced = KMP_ARENA_NEW(arena, bool, inputs->count);
+    inputs->vector = KMP_ARENA_NEW(arena, double, kmp_present_inputs_size(inputs));
+    if (arena->failed)
+        return false;
+    for (int k = 0; k < inputs->count; k++)
+        inputs->piece[k] = kmp_signal_at(&model->inputs[k].signal, 0);
+    return true;
+}
+
+static void follow(const kmp_present_inputs *inputs, int k, double t)
+{
+    const kmp_signal_piece *piece = &inputs->piece[k];
+    const kmp_signal *signal = &inputs->model->inputs[k].signal;
+    bool before = inputs->before && t > 0;
+    bool inside = before ? t > piece->from && t <= piece->until : t >= piece->from && t < piece->until;
+    if (!inputs->replaced[k] && !inside)
+        inputs->piece[k] = before ? kmp_signal_before(signal, t) : kmp_signal_at(signal, t);
+}
+
+const double *kmp_present_inputs_at(const kmp_present_inputs *inputs, double t)
+{
+    inputs->vector[0] = t;
+    for (int k = 0; k < inputs->count; k++) {
+        if (!inputs->held)
+            follow(inputs, k, t);
+        kmp_signal_values(&inputs->piece[k], t, inputs->vector + kmp_time_index(k, 0));
+    }
+    return inputs->vector;
+}
+
+void kmp_present_inputs_lanes(const kmp_present_inputs *inputs, int width, const double *t, double *vectors)
+{
+    for (int lane = 0; lane < width; lane++) {
+        const double *vector = kmp_present_inputs_at(inputs, t[lane]);
+        for (int k = 0; k < kmp_present_inputs_size(inputs); k++)
+            vectors[k * width + lane] = vector[k];
+    }
+}
+
+double kmp_present_inputs_until(const kmp_present_inputs *inputs)
+{
+    double until = INFINITY;
+    for (int k = 0; k < inputs->count; k++)
+        until = fmin(until, inputs->piece[k].until);
+    return until;
+}
+
+int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
+{
+    int least = KMP_SIGNAL_SMOOTH;
+    for (int k = 0; k < inputs->count; k++) {
+        if (inputs->replaced[k] || t < inputs->piece[k].until)
+            continue;
+        inputs->piece[k] = kmp_signal_at(&inputs->model->inputs[k].signal, t);
+        if (inputs->piece[k].jump < least) {
+            least = inputs->piece[k].jump;
+            *input = k;
+        }
+    }
+    return least;
+}

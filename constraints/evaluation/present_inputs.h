@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The inputs of a model at an evaluation: the vector KMP_IN_TIME of all programs. During a step of a run every input is
+ * one polynomial, so that the step is smooth; otherwise inputs follow their samples. */
+#ifndef KMP_CONSTRAINTS_EVALUATION_PRESENT_INPUTS_H
+#define KMP_CONSTRAINTS_EVALUATION_PRESENT_INPUTS_H
+
+#include "model/model.h"
+#include "symbolic/graph.h"
+
+typedef struct kmp_present_inputs {
+    const kempe_model *model;
+    int count;
+    kmp_signal_piece *piece; /* of each input */
+    bool *replaced;          /* the piece is a caller's: samples of the model are ignored */
+    double *vector;          /* t, then the value of each input and two derivatives */
+    bool held;               /* pieces are constant between calls of kmp_present_inputs_enter */
+    bool before;             /* at a sample after t = 0 the piece that ends there, as rows of runs have it */
+} kmp_present_inputs;
+
+/** False: no memory. */
+bool kmp_present_inputs_init(kmp_present_inputs *inputs, kmp_arena *arena, const kempe_model *model);
+
+/** The vector at t, valid until the next call. */
+const double *kmp_present_inputs_at(const kmp_present_inputs *inputs, double t);
+
+/** Takes the vectors of several lanes: t of each in, number k of lane l at k width + l out. */
+void kmp_present_inputs_lanes(const kmp_present_inputs *inputs, int width, const double *t, double *vectors);
+
+/** The numbers in the vector. */
+static inline int kmp_present_inputs_size(const kmp_present_inputs *inputs)
+{
+    return 1 + KMP_TIME_NUMBERS * inputs->count;
+}
+
+/** The first time after the present pieces began at which one of them ends; INFINITY: never. */
+double kmp_present_inputs_until(const kmp_present_inputs *inputs);
+
+/** Takes the pieces that begin at t or contain it. The least order of a derivative that jumps there, KMP_SIGNAL_SMOOTH
+ * without a jump; *input: the one that jumps. */
+int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input);
+
+#endif
