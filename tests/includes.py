@@ -51,7 +51,7 @@ LAYERS["output"] = CORE
 LAYERS["derivatives"] = CORE
 for study, others in STUDIES.items():
     LAYERS[f"studies/{study}"] = " ".join([CORE, "output derivatives contact", *(f"studies/{name}" for name in others.split())])
-LAYERS["report"] = f"{CORE} output studies/compare studies/modes"
+LAYERS["report"] = " ".join([CORE, "output", *(f"studies/{study}" for study in STUDIES)])
 LAYERS["generate"] = f"{CORE} output"
 FOLDERS = [  # first match wins
     ("src/dynamics/kinematics/", "kinematics"),

@@ -292,7 +292,7 @@ def main():
     if missing:
         print(f"skipped: not installed here: {', '.join(missing)}")
         sys.exit(77)
-    unittest.main()
+    unittest.main(module="__main__")
 
 
 if __name__ == "__main__":

@@ -231,6 +231,11 @@ KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory
 KEMPE_API kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const char *name,
                                               kempe_table **table);
 
+/** Writes a self-contained HTML page: the mechanism moving up to the end of the run, all outputs over time with their
+ * extreme values, events, energies, residuals, parameters and the text of the model. The run is repeated with
+ * monitoring. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check (compare.h). */
+KEMPE_API kempe_status kempe_trajectory_write_report(kempe_trajectory *trajectory, const char *path);
+
 /** Writes text to a file whole or not at all (through a temporary file in the same folder, then renamed). */
 KEMPE_API kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text);
 

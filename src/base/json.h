@@ -5,6 +5,7 @@
 #define KMP_BASE_JSON_H
 
 #include "base/text.h"
+#include <stdint.h>
 
 enum { KMP_JSON_DEPTH = 16 };
 
@@ -44,6 +45,10 @@ void kmp_json_boolean(kmp_json *json, const char *key, bool x);
 /** An array of numbers on one line. */
 void kmp_json_numbers(kmp_json *json, const char *key, int count, const double *x);
 void kmp_json_rounded_numbers(kmp_json *json, const char *key, int count, const double *x, int digits);
+
+/** A string of base64, the lower byte of a number first: two bytes, or four as IEEE 754 single precision. */
+void kmp_json_shorts(kmp_json *json, const char *key, size_t count, const int16_t *x);
+void kmp_json_floats(kmp_json *json, const char *key, size_t count, const double *x);
 
 /** Writes what precedes a value that the caller appends to the text. */
 void kmp_json_key(kmp_json *json, const char *key);

@@ -77,6 +77,7 @@ TABLE(kempe_response, "rows")
 WRITER(kempe_response_write_svg)
 TABLE(kempe_sensitivity, "rows")
 WRITER(kempe_comparison_write_report)
+WRITER(kempe_trajectory_write_report)
 
 static int seed_of(const cli_settings *s)
 {
@@ -91,7 +92,7 @@ STUDY(kinematics, kempe_kinematics, kempe_kinematics_new(j->system, &s->kinemati
 STUDY(contact, kempe_contacts, kempe_contacts_new(j->system, &s->contact, result),
       {AT(output), kempe_contacts_write_table}, {AT(svg), any_kempe_contacts_write_svg})
 STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result),
-      {AT(output), kempe_trajectory_write_table})
+      {AT(output), kempe_trajectory_write_table}, {AT(report), any_kempe_trajectory_write_report})
 STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result),
       {AT(output), kempe_inverse_write_table})
 STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), {AT(output), kempe_modes_write_table},
@@ -306,6 +307,7 @@ const cli_command cli_commands[] = {
      .study = &contact_study},
     {CLI_SIMULATE, "simulate", "simulate with one formulation; accuracy checks of the result",
      "  kempe simulate examples/andrews/andrews.yaml -o andrews.csv\n"
+     "  kempe simulate examples/andrews/andrews.yaml --report andrews.html\n"
      "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --output-step 0.01\n"
      "  kempe simulate examples/andrews/andrews.yaml --formulation dae --json -\n",
      .study = &simulate_study},

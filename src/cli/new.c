@@ -34,7 +34,7 @@ static const char template[] =
     "  D: {revolute: [ground.D, rocker.D], axis: z}\n"
     "forces: {motor: {joint: A, torque: \"2 - 0.1*qd(A)\"}}          # N m\n"
     "start: {q: {A: 60 deg, B: -40 deg, D: 100 deg}, hold: [A]}    # guess of the angles; A keeps its value\n"
-    "run: {t_end: 5 s, output_step: 20 ms, outputs: [q, qd, position(coupler.C), lambda, energy]}\n";
+    "run: {t_end: 5 s, output_step: 20 ms, outputs: [q, qd, force(motor), position(coupler.C), energy]}\n";
 
 static bool ends_with(const char *s, const char *end)
 {

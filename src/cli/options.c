@@ -238,6 +238,8 @@ static const option options[] = {
     {CLI_SIMULATE, IN_OUTPUT, "checkpoint", TEXT(run.checkpoint), "FILE",
      "write the rows to this file every 10 s and at the end"},
     {CLI_SIMULATE, IN_OUTPUT, "output", VALUE(TABLE, output), "FILE", "write the trajectory: CSV, or .npz for NumPy"},
+    {CLI_SIMULATE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
+     "write an HTML page: the mechanism moving, time histories of all outputs, accuracy of the run"},
     {CLI_ENSEMBLE, IN_OUTPUT, "output", VALUE(CSV, output), "FILE", "write one row per instance as CSV"},
     {CLI_INVERSE, IN_OUTPUT, "output", VALUE(CSV, output), "FILE", "write one row per instant as CSV"},
     {CLI_KINEMATICS, IN_OUTPUT, "output", VALUE(CSV, output), "FILE", "write the rows as CSV"},

@@ -209,12 +209,15 @@ static void put_log(kmp_json *json, const kmp_run_log *log)
     kmp_json_end(json);
 }
 
-static void put_record(kmp_json *json, const kmp_record *record)
+void kmp_page_record(kmp_json *json, const kmp_record *record)
 {
     int rows = record->row.rows;
     kmp_json_object(json, NULL);
     kmp_json_whole(json, "run", record->run);
     kmp_json_whole(json, "rows", rows);
+    kmp_json_rounded(json, "t_start", rows > 0 ? kmp_samples_time(&record->row, 0) : 0, 7);
+    kmp_json_rounded(json, "spacing",
+                     rows > 1 ? kmp_samples_time(&record->row, 1) - kmp_samples_time(&record->row, 0) : 0, 9);
     kmp_json_rounded(json, "t_end", rows > 0 ? kmp_samples_time(&record->row, rows - 1) : 0, 7);
     kmp_json_rounded_numbers(json, "h", rows, record->h, 3);
     kmp_json_rounded_numbers(json, "hdot", rows, record->hdot, 3);
@@ -260,8 +263,8 @@ void kmp_page_data(kmp_text *text, const kempe_comparison *c, int count, const k
     kmp_sentences_json(&json, "warnings", &c->warnings);
     kmp_json_array(&json, "shown");
     for (int k = 0; k < count; k++)
-        put_record(&json, &records[k]);
+        kmp_page_record(&json, &records[k]);
     kmp_json_end(&json);
-    kmp_motion_picture(&json, "picture", c->system->model, picture ? &picture->row : NULL);
+    kmp_motion_picture(&json, "picture", c->system->model, picture ? &picture->row : NULL, NULL);
     kmp_json_end(&json);
 }

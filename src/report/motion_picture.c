@@ -20,8 +20,9 @@ enum { MOST_BODIES = 350, MOST_NUMBERS = 360000, BODY_NUMBERS = 7 };
 typedef struct picture {
     const kempe_model *model;
     const kmp_samples *row;
+    const double *at; /* of each row; NULL: its time */
     kmp_drawing drawing;
-    int frames, stride; /* every so many rows is a frame */
+    int frames, stride; /* every so many rows is a frame, and the last row */
     kmp_pose *poses;
     double *position, *rotation; /* 3 and 4 a frame and body, without the ground */
     int16_t *room;
@@ -77,9 +78,15 @@ double kmp_motion_picture_end(const kempe_model *model, const kmp_record *record
 
 /* -- frames ------------------------------------------------------------------------------------------ */
 
+static int row_index(const picture *p, int frame)
+{
+    int row = frame * p->stride;
+    return row < p->row->rows ? row : p->row->rows - 1;
+}
+
 static const double *row_of(const picture *p, int frame)
 {
-    return kmp_samples_get(p->row, KMP_QUANTITY_Q, frame * p->stride);
+    return kmp_samples_get(p->row, KMP_QUANTITY_Q, row_index(p, frame));
 }
 
 static void pose_frames(picture *p)
@@ -107,9 +114,9 @@ static bool make_frames(picture *p)
     int moving = p->drawing.body_count - 1, rows = p->row->rows;
     int most = moving > 0 ? MOST_NUMBERS / (BODY_NUMBERS * moving) : rows;
     p->stride = 1;
-    while ((rows - 1) / p->stride + 1 > most)
+    while ((rows + p->stride - 2) / p->stride + 1 > most && p->stride < rows)
         p->stride++;
-    p->frames = (rows - 1) / p->stride + 1;
+    p->frames = (rows + p->stride - 2) / p->stride + 1;
     p->poses = KMP_ARENA_NEW(&p->arena, kmp_pose, p->model->body_count);
     p->position = KMP_ARENA_NEW(&p->arena, double, 3 * (ptrdiff_t)p->frames * moving);
     p->rotation = KMP_ARENA_NEW(&p->arena, double, 4 * (ptrdiff_t)p->frames * moving);
@@ -118,37 +125,6 @@ static bool make_frames(picture *p)
         return false;
     pose_frames(p);
     return true;
-}
-
-/* RFC 4648. */
-static void put_three(kmp_text *text, const unsigned char byte[3], int count)
-{
-    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    unsigned bits = (unsigned)byte[0] << 16 | (unsigned)byte[1] << 8 | byte[2];
-    char out[5] = "====";
-    for (int k = 0; k <= count; k++)
-        out[k] = letters[bits >> (18 - 6 * k) & 63];
-    kmp_text_put(text, out);
-}
-
-void kmp_motion_picture_shorts(kmp_json *json, const char *key, size_t count, const int16_t *x)
-{
-    unsigned char byte[3] = {0};
-    int filled = 0;
-    kmp_json_key(json, key);
-    kmp_text_put(json->text, "\"");
-    for (size_t k = 0; k < 2 * count; k++) {
-        unsigned value = (uint16_t)x[k / 2];
-        byte[filled++] = (unsigned char)(k % 2 ? value >> 8 : value & 255);
-        if (filled < 3)
-            continue;
-        put_three(json->text, byte, 3);
-        memset(byte, 0, sizeof byte);
-        filled = 0;
-    }
-    if (filled > 0)
-        put_three(json->text, byte, filled);
-    kmp_text_put(json->text, "\"");
 }
 
 static void put_positions(kmp_json *json, picture *p)
@@ -168,7 +144,29 @@ static void put_positions(kmp_json *json, picture *p)
         p->room[k] = (int16_t)lround(scale > 0 ? INT16_MAX * ((p->position[k] - middle[k % 3]) / scale) : 0);
     kmp_json_rounded_numbers(json, "middle", 3, middle, 7);
     kmp_json_rounded(json, "unit", scale / INT16_MAX, 7);
-    kmp_motion_picture_shorts(json, "position", count, p->room);
+    kmp_json_shorts(json, "position", count, p->room);
+}
+
+static double time_of(const picture *p, int frame)
+{
+    int row = row_index(p, frame);
+    return p->at ? p->at[row] : kmp_samples_time(p->row, row);
+}
+
+/* Unevenly spaced times are listed. */
+static void put_times(kmp_json *json, const picture *p)
+{
+    double begin = time_of(p, 0), range = time_of(p, p->frames - 1) - begin, off = 0;
+    for (int f = 0; f < p->frames; f++)
+        off = fmax(off, fabs(time_of(p, f) - begin - range * f / fmax(p->frames - 1, 1)));
+    kmp_json_rounded(json, "t_start", begin, 9);
+    kmp_json_rounded(json, "t_end", begin + range, 9);
+    if (off <= 1e-3 * fabs(range) / p->frames)
+        return;
+    kmp_json_array(json, "t");
+    for (int f = 0; f < p->frames; f++)
+        kmp_json_rounded(json, NULL, time_of(p, f), 9);
+    kmp_json_end(json);
 }
 
 static void put_frames(kmp_json *json, picture *p)
@@ -176,11 +174,11 @@ static void put_frames(kmp_json *json, picture *p)
     size_t count = 4 * (size_t)p->frames * (size_t)(p->drawing.body_count - 1);
     kmp_json_object(json, "frames");
     kmp_json_whole(json, "count", p->frames);
-    kmp_json_rounded(json, "t_end", kmp_samples_time(p->row, (p->frames - 1) * p->stride), 7);
+    put_times(json, p);
     put_positions(json, p);
     for (size_t k = 0; k < count; k++)
         p->room[k] = (int16_t)lround(INT16_MAX * p->rotation[k]);
-    kmp_motion_picture_shorts(json, "rotation", count, p->room);
+    kmp_json_shorts(json, "rotation", count, p->room);
     kmp_json_end(json);
 }
 
@@ -257,9 +255,10 @@ static void put_slides(kmp_json *json, const picture *p)
     kmp_json_end(json);
 }
 
-void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row)
+void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row,
+                        const double *at)
 {
-    picture p = {.model = model, .row = row};
+    picture p = {.model = model, .row = row, .at = at};
     const double gravity[3] = {model->gravity[0].value, model->gravity[1].value, model->gravity[2].value};
     if (!row || row->rows == 0) {
         kmp_json_string(json, key, NULL);

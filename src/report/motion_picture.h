@@ -5,13 +5,11 @@
 
 #include "base/json.h"
 #include "report/step_record.h"
-#include <stdint.h>
 
-/** Writes an object whose frames are the rows; null where there are none. */
-void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row);
-
-/** Writes a string of base64: two bytes a number, the lower one first. */
-void kmp_motion_picture_shorts(kmp_json *json, const char *key, size_t count, const int16_t *x);
+/** Writes an object whose frames are the rows, at their times or at `at`, ascending (NULL: their times); null where
+ * there are none. */
+void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *model, const kmp_samples *row,
+                        const double *at);
 
 /** The number of frames that a picture of the model can have without omissions. */
 int kmp_motion_picture_frames(const kempe_model *model);

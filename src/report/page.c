@@ -3,7 +3,6 @@
 #include "report/page.h"
 #include "base/memory.h"
 #include "report/motion_picture.h"
-#include <kempe/check.h>
 #include <kempe/compare.h>
 #include <string.h>
 
@@ -41,27 +40,12 @@ static kempe_status record_runs(const kempe_comparison *c, detail *d)
     return KEMPE_OK;
 }
 
-/* Shows the mechanism without a run, as far as it can be assembled. */
-static kempe_status record_start(const kempe_comparison *c, kmp_record *record)
-{
-    int n = c->system->n, m = c->system->m;
-    kempe_assembly *start = NULL;
-    double *zero = KMP_NEW(double, n + m);
-    kempe_status status = zero ? kempe_assembly_new(c->system, &start) : kmp_fail_memory(c->system->context);
-    kmp_samples_init(&record->row, n, m);
-    if (start && kmp_samples_add(&record->row, 0, start->q, start->qd, zero, zero, 0))
-        status = kmp_fail_memory(c->system->context);
-    kempe_assembly_free(start);
-    kmp_free(zero);
-    return kmp_has_result(status) ? KEMPE_OK : status;
-}
-
 /* A long run is shown from its beginning, as long as the eye can follow. */
 static kempe_status record_picture(const kempe_comparison *c, detail *d, const kmp_record **picture)
 {
     *picture = &d->picture;
     if (d->count == 0)
-        return record_start(c, &d->picture);
+        return kmp_record_start(c->system, &d->picture);
     *picture = &d->records[0];
     const kmp_samples *row = &d->records[0].row;
     double t_end = kmp_motion_picture_end(c->system->model, *picture);
@@ -75,8 +59,9 @@ static kempe_status record_picture(const kempe_comparison *c, detail *d, const k
 
 static kempe_status make_page(const kempe_comparison *c, detail *d, const char *path)
 {
-    static const char *const *const scripts[] = {kmp_phrases_js, kmp_shapes_js,     kmp_animation_js,
-                                                 kmp_plots_js,   kmp_comparison_js, NULL};
+    static const char *const *const scripts[] = {kmp_phrases_js,          kmp_plots_js,  kmp_records_js,
+                                                 kmp_comparison_plots_js, kmp_shapes_js, kmp_animation_js,
+                                                 kmp_comparison_js,       NULL};
     const kmp_record *picture = NULL;
     kmp_text data = {0};
     KMP_TRY(record_runs(c, d));

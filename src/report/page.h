@@ -10,6 +10,8 @@
 extern const char *const kmp_report_html[], *const kmp_comparison_html[], *const kmp_modes_view_html[];
 extern const char *const kmp_report_css[], *const kmp_phrases_js[], *const kmp_shapes_js[], *const kmp_animation_js[];
 extern const char *const kmp_plots_js[], *const kmp_comparison_js[], *const kmp_modes_view_js[];
+extern const char *const kmp_result_html[], *const kmp_result_js[], *const kmp_records_js[],
+                                                                        *const kmp_comparison_plots_js[];
 
 /** A complete page: lines of report.html that consist of a mark are replaced by its content. */
 typedef struct kmp_sheet {
@@ -26,6 +28,9 @@ kempe_status kmp_sheet_write(kempe_context *context, const kmp_sheet *sheet, con
 /** The runs of a comparison that the page shows in detail: the advised one first, then the best of each other
  * formulation. `shown` has room for way_count; returns their number. */
 int kmp_page_choose(const kempe_comparison *comparison, int *shown);
+
+/** Puts the residuals, the energy, the steps and the log of a run as one JSON object. */
+void kmp_page_record(kmp_json *json, const kmp_record *record);
 
 /** Puts all data of the page, as one JSON object. `picture`: the record whose rows are the frames, NULL: none. */
 void kmp_page_data(kmp_text *text, const kempe_comparison *comparison, int count, const kmp_record *records,

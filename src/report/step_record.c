@@ -3,6 +3,8 @@
  * ranges of steps, neighbours are merged in pairs, and from then on each range has twice as many steps. */
 #include "report/step_record.h"
 #include "base/memory.h"
+#include "output/print.h"
+#include <kempe/check.h>
 #include <kempe/compare.h>
 #include <math.h>
 
@@ -42,57 +44,73 @@ static void add_step(watch *w, double t, double step)
 
 /* -- rows -------------------------------------------------------------------------------------------- */
 
-static kempe_status deliver(kmp_runner *runner, kmp_record *record, double t_end, double *room)
+/* A run at work. */
+typedef struct recording {
+    kmp_runner *runner;
+    const kmp_run_spec *spec;
+    kmp_record *record;
+    int rows;     /* after that of the start */
+    double *room; /* of a row */
+} recording;
+
+static kempe_status add_row(recording *r, double at)
 {
-    int n = record->row.n;
-    double t = kmp_runner_t(runner), work;
-    while (record->row.rows <= KMP_RECORD_ROWS) {
-        int k = record->row.rows;
-        double at = k == KMP_RECORD_ROWS ? t_end : t_end * k / KMP_RECORD_ROWS;
+    double work, *x = r->room;
+    int n = r->record->row.n;
+    KMP_TRY(kmp_runner_row(r->runner, at, x, &work));
+    if (kmp_samples_add(&r->record->row, at, x, x + n, x + 2 * n, x + 3 * n, work))
+        return kmp_fail_memory(r->record->log.context);
+    return KEMPE_OK;
+}
+
+/* The rows that the last step has reached. */
+static kempe_status deliver(recording *r)
+{
+    double t = kmp_runner_t(r->runner), begin = r->spec->t_start, end = r->spec->t_end;
+    while (r->record->row.rows <= r->rows) {
+        int k = r->record->row.rows;
+        double at = k == r->rows ? end : begin + (end - begin) * k / r->rows;
         if (at > t)
             return KEMPE_OK;
-        KMP_TRY(kmp_runner_row(runner, at, room, &work));
-        if (kmp_samples_add(&record->row, at, room, room + n, room + 2 * n, room + 3 * n, work))
-            return kmp_fail_memory(record->log.context);
+        KMP_TRY(add_row(r, at));
     }
     return KEMPE_OK;
 }
 
-static kempe_status advance(kmp_runner *runner, kmp_record *record, double t_end, double *room)
+/* The last state of a run that ends before t_end. */
+static kempe_status deliver_end(recording *r)
 {
-    watch w = {record, 0};
-    kempe_status status = deliver(runner, record, t_end, room);
-    while (status == KEMPE_OK && kmp_runner_t(runner) < t_end) {
-        double before = kmp_runner_t(runner);
-        status = kmp_runner_step(runner);
-        double t = kmp_runner_t(runner);
+    int rows = r->record->row.rows;
+    double t = kmp_runner_t(r->runner);
+    return rows > 0 && t > kmp_samples_time(&r->record->row, rows - 1) ? add_row(r, t) : KEMPE_OK;
+}
+
+static kempe_status advance(recording *r)
+{
+    watch w = {r->record, 0};
+    kempe_status status = deliver(r);
+    while (status == KEMPE_OK && kmp_runner_t(r->runner) < r->spec->t_end && !kmp_runner_ended(r->runner)) {
+        double before = kmp_runner_t(r->runner);
+        status = kmp_runner_step(r->runner);
+        double t = kmp_runner_t(r->runner);
         if (t > before)
             add_step(&w, before, t - before);
-        if (status == KEMPE_OK || status == KEMPE_STOPPED) {
-            kempe_status delivered = deliver(runner, record, t_end, room);
-            status = delivered == KEMPE_OK ? status : delivered;
+        if (kmp_has_result(status)) {
+            kempe_status delivered = deliver(r);
+            status = status == KEMPE_OK ? delivered : status;
         }
     }
+    if (kmp_has_result(status) && deliver_end(r) == KEMPE_E_MEMORY)
+        return KEMPE_E_MEMORY;
     return status;
 }
 
-static kempe_status run_again(const kempe_comparison *c, kmp_record *record, double t_end, double *room)
+static kempe_status run_rows(const kempe_system *system, const kempe_assembly *start, recording *r)
 {
-    const kmp_compared *run = &c->runs[record->run];
-    kmp_run_spec spec = {.formulation = run->method->formulation,
-                         .form = run->method->form,
-                         .integrator = run->method->integrator,
-                         .rtol = run->rtol,
-                         .atol = run->rtol,
-                         .t_end = t_end,
-                         .log = &record->log};
-    kmp_runner *runner = NULL;
-    kempe_status status = kmp_run_resolve(c->system, &spec);
+    kempe_status status = kmp_runner_new(system, r->spec, start, &r->runner);
     if (status == KEMPE_OK)
-        status = kmp_runner_new(c->system, &spec, NULL, &runner);
-    if (status == KEMPE_OK)
-        status = advance(runner, record, t_end, room);
-    kmp_runner_free(runner);
+        status = advance(r);
+    kmp_runner_free(r->runner);
     return status;
 }
 
@@ -129,13 +147,11 @@ static void relate_energy(kmp_record *record)
         record->energy[k] = size > 0 ? (record->energy[k] - first) / size : 0;
 }
 
-static kempe_status judge(const kempe_comparison *c, kmp_record *record)
+static kempe_status judge(const kempe_system *system, const char *backend, kmp_record *record)
 {
-    kmp_run_spec spec = {.t_end = c->t_end};
-    kempe_status status = kmp_run_resolve(c->system, &spec);
-    kmp_evaluator *eval = status == KEMPE_OK ? kmp_eval_new(c->system, spec.backend) : NULL;
+    kmp_evaluator *eval = record->row.rows > 0 ? kmp_eval_new(system, backend) : NULL;
     if (!eval)
-        return status == KEMPE_OK ? KEMPE_E_MEMORY : status;
+        return record->row.rows > 0 ? KEMPE_E_MEMORY : KEMPE_OK;
     for (int row = 0; row < record->row.rows; row++)
         judge_row(record, row, eval);
     kmp_eval_free(eval);
@@ -145,26 +161,61 @@ static kempe_status judge(const kempe_comparison *c, kmp_record *record)
 
 /* -- the record -------------------------------------------------------------------------------------- */
 
-kempe_status kmp_record_make(const kempe_comparison *c, int run, double t_end, kmp_record *record)
+kempe_status kmp_record_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, int rows,
+                            kmp_record *record)
 {
-    const int rows = KMP_RECORD_ROWS + 1;
-    kmp_record r = {.run = run, .each = 1, .log = {.context = c->system->context}};
-    kmp_samples_init(&r.row, c->system->n, c->system->m);
-    double *room = NULL;
-    const kmp_arena_group groups[] = {{rows, {&r.h, &r.hdot, &r.energy, &r.kinetic, &r.potential}},
-                                      {3 * c->system->n + c->system->m, {&room}}};
+    kmp_record r = {.each = 1, .log = {.context = system->context}};
+    kmp_run_spec own = *spec;
+    recording work = {.spec = &own, .record = &r, .rows = rows};
+    own.log = &r.log;
+    own.time_count = 0;
+    kmp_samples_init(&r.row, system->n, system->m);
+    const kmp_arena_group groups[] = {{rows + 2, {&r.h, &r.hdot, &r.energy, &r.kinetic, &r.potential}},
+                                      {3 * system->n + system->m, {&work.room}}};
     r.ranges = KMP_ARENA_NEW(&r.arena, kmp_step_range, KMP_RECORD_RANGES);
     bool ok = kmp_arena_make_groups(&r.arena, sizeof groups / sizeof *groups, groups);
-    kempe_status status = ok ? run_again(c, &r, t_end, room) : kmp_fail_memory(c->system->context);
-    if (status == KEMPE_OK || status == KEMPE_STOPPED) {
-        kempe_status judged = r.row.rows > 0 ? judge(c, &r) : KEMPE_OK;
+    kempe_status status = ok ? run_rows(system, start, &work) : kmp_fail_memory(system->context);
+    if (kmp_has_result(status)) {
+        kempe_status judged = judge(system, own.backend, &r);
         status = judged == KEMPE_OK ? status : judged;
     }
-    if (status == KEMPE_OK || status == KEMPE_STOPPED)
+    if (kmp_has_result(status))
         *record = r;
     else
         kmp_record_free(&r);
     return status;
+}
+
+kempe_status kmp_record_make(const kempe_comparison *c, int run, double t_end, kmp_record *record)
+{
+    const kmp_compared *shown = &c->runs[run];
+    kmp_run_spec spec = {.formulation = shown->method->formulation,
+                         .form = shown->method->form,
+                         .integrator = shown->method->integrator,
+                         .rtol = shown->rtol,
+                         .atol = shown->rtol,
+                         .t_end = t_end};
+    KMP_TRY(kmp_run_resolve(c->system, &spec));
+    kempe_status status = kmp_record_run(c->system, &spec, NULL, KMP_RECORD_ROWS, record);
+    if (status == KEMPE_E_FAILED)
+        kmp_record_free(record);
+    else if (kmp_has_result(status))
+        record->run = run;
+    return status;
+}
+
+kempe_status kmp_record_start(const kempe_system *system, kmp_record *record)
+{
+    int n = system->n, m = system->m;
+    kempe_assembly *start = NULL;
+    double *zero = KMP_NEW(double, n + m);
+    kempe_status status = zero ? kempe_assembly_new(system, &start) : kmp_fail_memory(system->context);
+    kmp_samples_init(&record->row, n, m);
+    if (start && kmp_samples_add(&record->row, 0, start->q, start->qd, zero, zero, 0))
+        status = kmp_fail_memory(system->context);
+    kempe_assembly_free(start);
+    kmp_free(zero);
+    return kmp_has_result(status) ? KEMPE_OK : status;
 }
 
 void kmp_record_free(kmp_record *record)

@@ -106,8 +106,8 @@ static inline int run_text(const char *text, const char *formulation, double t_e
     CHECK(good);
     kmp_evaluator *eval = good ? kmp_eval_new(system, "tape") : NULL;
     if (eval && kmp_columns_init(&columns, system) && columns.count <= MOST_COLUMNS) {
-        kmp_columns_fill(t, &columns, eval, 0, first);
-        kmp_columns_fill(t, &columns, eval, kempe_trajectory_row_count(t) - 1, last);
+        kmp_columns_fill(&t->table, &columns, eval, 0, first);
+        kmp_columns_fill(&t->table, &columns, eval, kempe_trajectory_row_count(t) - 1, last);
         count = columns.count - 1;
         memmove(first, first + 1, (size_t)count * sizeof *first);
         memmove(last, last + 1, (size_t)count * sizeof *last);

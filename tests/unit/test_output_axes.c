@@ -124,7 +124,7 @@ static void run_scene(const char *joint, const char *closure, bool top)
     kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
     CHECK(eval && kempe_simulate(l.system, &run, &t) == KEMPE_OK);
     if (t) {
-        memcpy(&s, kmp_trajectory_shown(t, eval, 0), sizeof s);
+        memcpy(&s, kmp_samples_shown(&t->table, eval, 0), sizeof s);
         check_balance(&s, !origin);
     } else {
         printf("%s: %s\n%s\n", kempe_context_message(l.context), loop, text);

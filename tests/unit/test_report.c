@@ -165,13 +165,14 @@ static void numbers_in_few_characters(void)
     kmp_json json = kmp_json_begin_compact(&text);
     kmp_json_array(&json, NULL);
     kmp_json_rounded_numbers(&json, NULL, 7, x, 4);
-    kmp_motion_picture_shorts(&json, NULL, 4, shorts);
-    kmp_motion_picture_shorts(&json, NULL, 2, shorts);
-    kmp_motion_picture_shorts(&json, NULL, 0, shorts);
+    kmp_json_shorts(&json, NULL, 4, shorts);
+    kmp_json_shorts(&json, NULL, 2, shorts);
+    kmp_json_shorts(&json, NULL, 0, shorts);
+    kmp_json_floats(&json, NULL, 2, (double[]){1, -2});
     kmp_json_string(&json, NULL, "a</script>\"\n");
     kmp_json_end(&json);
     CHECK_TEXT(text.s, "[[0.3333,-1.235e+06,0,0,6e-310,null,1e+300],"
-                       "\"AQD+/wIB/38=\",\"AQD+/w==\",\"\",\"a\\u003c/script>\\\"\\u000a\"]");
+                       "\"AQD+/wIB/38=\",\"AQD+/w==\",\"\",\"AACAPwAAAMA=\",\"a\\u003c/script>\\\"\\u000a\"]");
     kmp_text_free(&text);
 }
 

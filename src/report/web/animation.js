@@ -5,6 +5,7 @@
 const LIGHT_BODIES = ["#c0392b", "#2471a3", "#1e8449", "#b9770e", "#7d3c98", "#117a65", "#5d6d7e", "#a04000"];
 const DARK_BODIES = ["#ec7063", "#5dade2", "#58d68d", "#f5b041", "#bb8fce", "#48c9b0", "#aeb6bf", "#e59866"];
 const PLAY_SECONDS = 10;
+const STOP_COLOUR = "#e11d1d";
 
 const bodyColour = (b) => (isDark() ? DARK_BODIES : LIGHT_BODIES)[(b - 1) % LIGHT_BODIES.length];
 const pinColour = () => (isDark() ? "#dfe6e9" : "#2c3437");
@@ -61,6 +62,13 @@ function boxMesh(at, size, material) {
     return mesh;
 }
 
+/* A place where a run stopped: a large ball that lets the joint be seen. */
+function stopMesh(m, at) {
+    const mesh = ballMesh(at, 4 * m.thick, new THREE.MeshPhongMaterial({ color: STOP_COLOUR, transparent: true, opacity: 0.55, depthWrite: false }));
+    mesh.renderOrder = 1;
+    return mesh;
+}
+
 /* A helix of unit length along z, to be stretched. */
 function springMesh(radius, wire, material) {
     const turns = 9, points = [];
@@ -79,6 +87,7 @@ function bodyGroup(m, b) {
     for (const p of shape.balls) group.add(ballMesh(p, 1.75 * m.thick, pin));
     for (const p of shape.boxes) group.add(boxMesh(p, boxSize(m, b), material));
     for (const p of shape.weights) group.add(ballMesh(p, 2.6 * m.thick, material));
+    for (const p of shape.stops) group.add(stopMesh(m, p));
     return group;
 }
 
@@ -200,6 +209,14 @@ function fillDisc(c, [x, y], radius, colour) {
     c.fill();
 }
 
+function ringAround(c, [x, y], radius) {
+    c.strokeStyle = STOP_COLOUR;
+    c.lineWidth = 3;
+    c.beginPath();
+    c.arc(x, y, Math.max(radius, 6), 0, 2 * Math.PI);
+    c.stroke();
+}
+
 function zigzag([ax, ay], [bx, by], wide) {
     const length = Math.hypot(bx - ax, by - ay) || 1, nx = (-(by - ay) / length) * wide, ny = ((bx - ax) / length) * wide, points = [[ax, ay]];
     for (let k = 0; k <= 16; k++) {
@@ -220,6 +237,7 @@ function bodyJobs(m, b, pose, see, depth, scale) {
     }
     for (const [i, j] of shape.bars) push(middle([world[i], world[j]]), (c) => strokeLine(c, [see(world[i]), see(world[j])], 2 * m.thick * scale, colour));
     for (const p of shape.balls) push(depth(moved(pose, p)) + 3 * m.thick, (c) => fillDisc(c, see(moved(pose, p)), 1.75 * m.thick * scale, pinColour()));
+    for (const p of shape.stops) push(Infinity, (c) => ringAround(c, see(moved(pose, p)), 4 * m.thick * scale));
     for (const p of shape.weights) push(depth(moved(pose, p)) + m.thick, (c) => fillDisc(c, see(moved(pose, p)), 2.6 * m.thick * scale, colour));
     for (const p of shape.boxes) {
         const corners = [[-1.5, -1], [1.5, -1], [1.5, 1], [-1.5, 1]].map(([x, y]) => moved(pose, add(p, scaled(boxSize(m, b) / 2, [x, y, 0]))));
@@ -338,9 +356,9 @@ function listenToOrbit(canvas, orbit, change) {
 }
 
 /* As many decimals as distinguish frames. */
-function clockOf(t, t_end) {
+function clockOf(t, t_end, unit = "s") {
     const places = Math.min(Math.max(3 - Math.floor(Math.log10(t_end || 1)), 0), 12);
-    return `${t.toFixed(places)} s`;
+    return `${t.toFixed(places)} ${unit}`.trim();
 }
 
 /* `ask`: span() is the played part of the frames' time and seconds() its duration; note(picture), clock(t) and shown(t)
@@ -414,6 +432,13 @@ function beginStage(picture, ask) {
         recolour() {
             view.rebuild();
             tellNames(picture.bodies);
+            draw();
+        },
+        /* Shows a time, and does not go on. */
+        seek(time) {
+            play(false);
+            t = Math.min(Math.max(time - ask.span()[0], 0), length());
+            byId("time").value = String(Math.round((1000 * t) / (length() || 1)));
             draw();
         },
         /* Another span: from its beginning. */

@@ -2,8 +2,6 @@
 /* The page of modes: their list, the mechanism moving along the one that is chosen, where eigenvalues are and went. */
 "use strict";
 
-const COLOURS = [["#2471a3", "#5dade2"], ["#c0392b", "#ec7063"], ["#1e8449", "#58d68d"], ["#b9770e", "#f5b041"], ["#7d3c98", "#bb8fce"], ["#117a65", "#48c9b0"], ["#5d6d7e", "#aeb6bf"], ["#a04000", "#e59866"]];
-const branchColour = (b) => COLOURS[b % COLOURS.length][isDark() ? 1 : 0];
 const TAU = 2 * Math.PI;
 const first = data.modes.findIndex((mode) => mode.frames >= 0 && !mode.zero);
 let chosen = first >= 0 ? first : data.modes.findIndex((mode) => mode.frames >= 0), stage = null;
@@ -131,8 +129,8 @@ function branches(point) {
     if (!locus) return [];
     return locus.re[0].map((first, b) => ({
         data: locus.values.map((value, k) => point(value, locus.re[k][b], Math.abs(locus.im[k][b]), b)).filter((p) => p),
-        borderColor: branchColour(b >> 1),
-        backgroundColor: branchColour(b >> 1),
+        borderColor: curveColour(b >> 1),
+        backgroundColor: curveColour(b >> 1),
         borderWidth: 2,
         pointRadius: (item) => (item.dataIndex === 0 ? 3.5 : 0),
         pointHitRadius: 6,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Common functions of all pages: numbers as words, elements, light and dark, plots, and the signal for external tests
- * that all is drawn. */
+/* Common functions of all pages: numbers as words, elements, light and dark, and the signal for external tests that all
+ * is drawn. */
 "use strict";
 
 const byId = (id) => document.getElementById(id);
@@ -29,6 +29,7 @@ function short(x, digits) {
 const tolerance = (x) => x.toExponential();
 
 function three(x) {
+    if (x < 0) return "-" + three(-x);
     return x >= 1000 || (x > 0 && x < 0.001) ? x.toPrecision(3).replace("e+", "e") : String(Number(x.toPrecision(3)));
 }
 
@@ -74,45 +75,6 @@ const styleOf = (name) => getComputedStyle(document.documentElement).getProperty
 const inkColour = () => (printing ? "#222222" : styleOf("--ink"));
 const softColour = () => (printing ? "#444444" : styleOf("--soft"));
 const lineColour = () => (printing ? "#cccccc" : styleOf("--line"));
-
-/* -- plots -------------------------------------------------------------------------------------------------- */
-
-const plots = {};
-
-function axisOf(type, title, ticks, more) {
-    return {
-        type,
-        title: { display: Boolean(title), text: title, color: softColour() },
-        grid: { color: lineColour(), borderColor: lineColour(), tickColor: lineColour() },
-        ticks: { color: softColour(), ...ticks },
-        ...more,
-    };
-}
-
-function drawPlot(id, datasets, scales, label) {
-    if (plots[id]) plots[id].destroy();
-    const canvas = byId(id);
-    plots[id] = new Chart(canvas, {
-        type: "line",
-        data: { datasets },
-        options: {
-            animation: false,
-            parsing: false,
-            normalized: true,
-            maintainAspectRatio: false,
-            interaction: { mode: "nearest", intersect: false, axis: "xy" },
-            scales,
-            plugins: {
-                legend: { display: false },
-                tooltip: { displayColors: false, callbacks: { title: () => "", label } },
-            },
-        },
-    });
-    canvas.dataset.points = datasets.reduce((sum, set) => sum + set.data.filter((p) => isNumber(p.y)).length, 0);
-    canvas.dataset.lines = datasets.length;
-    canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", canvas.closest("figure").querySelector("figcaption").textContent);
-}
 
 /* -- drawn --------------------------------------------------------------------------------------------------- */
 

@@ -29,13 +29,30 @@ function shorts(text) {
     return new Int16Array(bytes.buffer);
 }
 
+/* The frame of a time, and the part of the way to the next one. */
+function frameAt(frames, t) {
+    if (!(frames.t_end > frames.t_start)) return 0;
+    if (!frames.t) return Math.min(Math.max((t - frames.t_start) / (frames.t_end - frames.t_start), 0), 1) * (frames.count - 1);
+    let low = 0, high = frames.count - 1;
+    while (high - low > 1) {
+        const middle = (low + high) >> 1;
+        if (frames.t[middle] <= t) low = middle;
+        else high = middle;
+    }
+    const range = frames.t[high] - frames.t[low];
+    return low + (range > 0 ? Math.min(Math.max((t - frames.t[low]) / range, 0), 1) : 0);
+}
+
+/* The time of one of several shots, evenly spaced. */
+const timeOfShot = ({ frames }, shot, shots) => frames.t_start + ((frames.t_end - frames.t_start) * shot) / Math.max(shots - 1, 1);
+
 /* Poses of all bodies at a time, between two frames as between their neighbours. */
 function makeMotion(picture) {
     const frames = picture.frames, moving = picture.bodies.length - 1;
     const position = shorts(frames.position), rotation = shorts(frames.rotation);
     const still = { p: [0, 0, 0], q: [0, 0, 0, 1] };
     return (t) => {
-        const at = frames.t_end > 0 ? Math.min(Math.max(t / frames.t_end, 0), 1) * (frames.count - 1) : 0;
+        const at = frameAt(frames, t);
         const first = Math.min(Math.floor(at), Math.max(frames.count - 2, 0)), part = at - first;
         const second = Math.min(first + 1, frames.count - 1);
         const poses = [still];
@@ -134,6 +151,8 @@ function shapeOf(body) {
     const own = body.points.filter((p) => p[3] & ~MARK.com);
     const used = own.length < 2 ? body.points : own;
     const shape = hullOf(used.map((p) => p.slice(0, 3)));
+    const stopped = data.stopped_at || [];
+    shape.stops = body.points.filter((p) => stopped.includes(p[4])).map((p) => p.slice(0, 3));
     shape.balls = used.filter((p) => p[3] & (MARK.joint | MARK.closure)).map((p) => p.slice(0, 3));
     shape.boxes = used.filter((p) => p[3] & MARK.slide).map((p) => p.slice(0, 3));
     shape.weights = shape.bars.length === 0 || used.length > own.length ? body.points.filter((p) => p[3] & MARK.com).map((p) => p.slice(0, 3)) : [];
@@ -172,7 +191,7 @@ function pathsOf(picture) {
     const ends = (path) => picture.lines.some((line) => line.body.some((body, k) => body === path.b && norm(sub(line.at[k], path.at)) === 0));
     for (const path of free.slice(0, 6)) if (!ends(path)) paths.push(path);
     for (let f = 0; f < count && paths.length > 0; f++) {
-        const poses = motion((picture.frames.t_end * f) / Math.max(count - 1, 1));
+        const poses = motion(timeOfShot(picture, f, count));
         for (const path of paths) path.points.push(moved(poses[path.b], path.at));
     }
     return paths;
@@ -184,7 +203,7 @@ function pathsOf(picture) {
 function samplePoints(picture, motion, shapes, pins, discs) {
     const tracks = [], shots = Math.min(picture.frames.count, 120);
     for (let f = 0; f < shots; f++) {
-        const poses = motion((picture.frames.t_end * f) / Math.max(shots - 1, 1));
+        const poses = motion(timeOfShot(picture, f, shots));
         let k = 0;
         shapes.forEach((shape, b) => {
             for (const p of b === 0 ? [] : shape.points) (tracks[k++] ||= []).push(moved(poses[b], p));
@@ -283,7 +302,7 @@ function middleOf(shapes, discs, poses) {
 function seenAlong(picture, motion, shapes, discs, tracks) {
     const moving = tracks.filter((track) => track.length > 1);
     const shots = moving.length > 0 ? moving[0].length : 0;
-    const middles = Array.from({ length: shots }, (_, f) => middleOf(shapes, discs, motion((picture.frames.t_end * f) / Math.max(shots - 1, 1))));
+    const middles = Array.from({ length: shots }, (_, f) => middleOf(shapes, discs, motion(timeOfShot(picture, f, shots))));
     const seen = moving.map((track) => track.map((p, f) => sub(p, middles[f])));
     const longest = (vectors) => vectors.reduce((best, v) => Math.max(best, norm(v)), 0);
     const far = longest(middles.map((p) => sub(p, middles[0]))), wide = longest(seen.flat());

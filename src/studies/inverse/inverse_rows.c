@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rows of an inverse dynamics study, and their summary. */
 #include "output/print.h"
+#include "output/series_summary.h"
 #include "studies/inverse/inverse_study.h"
 #include <kempe/inverse.h>
 #include <math.h>
@@ -14,7 +15,6 @@ kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
 {
     const kempe_inverse *r = inverse;
     kmp_inverse_summary s = {0};
-    double squares = 0;
     for (int row = 0; row < r->rows; row++) {
         double tau = *kmp_inverse_part(r, row, r->at.tau + k), power = *kmp_inverse_part(r, row, r->at.power + k);
         if (row == 0 || fabs(tau) > fabs(s.peak)) {
@@ -26,12 +26,11 @@ kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
             s.power_t = r->t[row];
         }
         if (row > 0) {
-            double h = r->t[row] - r->t[row - 1], before = *kmp_inverse_part(r, row - 1, r->at.tau + k);
-            squares += h / 2 * (tau * tau + before * before);
+            double h = r->t[row] - r->t[row - 1];
             s.work += h / 2 * (power + *kmp_inverse_part(r, row - 1, r->at.power + k));
         }
     }
-    s.rms = r->rows > 1 ? sqrt(squares / (r->t[r->rows - 1] - r->t[0])) : fabs(s.peak);
+    s.rms = kmp_series_summarise(r->rows, r->t, r->value + r->at.tau + k, r->width).rms;
     return s;
 }
 

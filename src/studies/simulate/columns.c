@@ -123,14 +123,14 @@ void kmp_columns_free(kmp_columns *columns)
     *columns = (kmp_columns){0};
 }
 
-void kmp_columns_fill(const kempe_trajectory *t, const kmp_columns *columns, kmp_evaluator *eval, int row,
+void kmp_columns_fill(const kmp_samples *table, const kmp_columns *columns, kmp_evaluator *eval, int row,
                       double *values)
 {
-    const double *shown = kmp_trajectory_shown(t, eval, row);
-    values[0] = kmp_samples_time(&t->table, row);
+    const double *shown = kmp_samples_shown(table, eval, row);
+    values[0] = kmp_samples_time(table, row);
     for (int k = 1; k < columns->count; k++) {
         const kmp_column *of = &columns->of[k];
-        const double *from = of->quantity == KMP_QUANTITIES ? shown : kmp_samples_get(&t->table, of->quantity, row);
+        const double *from = of->quantity == KMP_QUANTITIES ? shown : kmp_samples_get(table, of->quantity, row);
         values[k] = from[of->index];
     }
 }

@@ -25,7 +25,7 @@ bool kmp_columns_init(kmp_columns *columns, const kempe_system *system);
 void kmp_columns_free(kmp_columns *columns);
 
 /** The values (count) of a row; NaN where there is none. */
-void kmp_columns_fill(const kempe_trajectory *trajectory, const kmp_columns *columns, kmp_evaluator *eval, int row,
+void kmp_columns_fill(const kmp_samples *table, const kmp_columns *columns, kmp_evaluator *eval, int row,
                       double *values);
 
 #endif

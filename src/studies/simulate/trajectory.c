@@ -157,6 +157,26 @@ static double *unknowns(kmp_arena *arena, int count)
     return x;
 }
 
+/* Without what belongs to the caller. */
+static kmp_run_spec kept_spec(const kmp_run_spec *spec, const kempe_trajectory *t, kmp_arena *arena)
+{
+    kmp_run_spec kept = *spec;
+    int *u = spec->u_count > 0 ? KMP_ARENA_NEW(arena, int, spec->u_count) : NULL;
+    if (u)
+        memcpy(u, spec->u, (size_t)spec->u_count * sizeof *u);
+    kept.u = u;
+    kept.formulation = t->formulation;
+    kept.form = t->form;
+    kept.integrator = t->integrator;
+    kept.linear = t->linear;
+    kept.backend = t->backend;
+    kept.change_points = t->change_points;
+    kept.times = NULL;
+    kept.time_count = 0;
+    kept.log = NULL;
+    return kept;
+}
+
 static kempe_trajectory *trajectory_new(const job *j)
 {
     const kmp_run_spec *spec = &j->spec;
@@ -179,6 +199,7 @@ static kempe_trajectory *trajectory_new(const job *j)
                             .log = {.context = j->context},
                             .reaction = unknowns(&arena, 3 * j->system->model->closure_count),
                             .shown = unknowns(&arena, kmp_outputs_width(j->system->model))};
+    t->spec = kept_spec(spec, t, &arena);
     t->arena = arena;
     kmp_samples_init(&t->table, j->system->n, j->system->m);
     if (!arena.failed)
@@ -219,13 +240,12 @@ static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
     return t->status;
 }
 
-const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_evaluator *eval, int row)
+const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row)
 {
     eval->inputs.before = true;
-    return kmp_eval_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_get(&t->table, KMP_QUANTITY_Q, row),
-                          kmp_samples_get(&t->table, KMP_QUANTITY_QD, row),
-                          kmp_samples_get(&t->table, KMP_QUANTITY_QDD, row),
-                          kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, row));
+    return kmp_eval_shown(eval, kmp_samples_time(table, row), kmp_samples_get(table, KMP_QUANTITY_Q, row),
+                          kmp_samples_get(table, KMP_QUANTITY_QD, row), kmp_samples_get(table, KMP_QUANTITY_QDD, row),
+                          kmp_samples_get(table, KMP_QUANTITY_LAMBDA, row));
 }
 
 static void judge_last_row(kempe_trajectory *t, kmp_evaluator *eval)
@@ -240,7 +260,7 @@ static void judge_last_row(kempe_trajectory *t, kmp_evaluator *eval)
         memcpy(t->reaction, kmp_eval_reactions(eval, time, q, kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last)),
                3 * (size_t)model->closure_count * sizeof(double));
     if (shown > 0)
-        memcpy(t->shown, kmp_trajectory_shown(t, eval, last), (size_t)shown * sizeof(double));
+        memcpy(t->shown, kmp_samples_shown(&t->table, eval, last), (size_t)shown * sizeof(double));
 }
 
 /* A complete run may be wrong: its closure residuals and its energy balance show that. */
@@ -364,6 +384,7 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     kempe_status status = integrate(j, t);
     if (kmp_has_result(status)) {
         t->status = status;
+        t->interrupted = kmp_interrupted(j->context);
         status = settle_reason(t, j->context);
     }
     kempe_status judged = kmp_has_result(status) ? judge(t, j) : KEMPE_OK;

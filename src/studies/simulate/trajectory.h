@@ -27,10 +27,12 @@ struct kempe_trajectory {
     int mode_coordinate;   /* a coordinate of the loops that pass to it */
     double *reaction;      /* 3 a closure, at the last row; NaN when there is none */
     double *shown;         /* values of outputs in addition to the table, per row */
+    kmp_run_spec spec;     /* as it was run, without its times and log; it points into the arena */
+    bool interrupted;      /* by the user */
 };
 
 /** The outputs in addition to the table (model/tables/output_table.h) at a row; owned by the evaluator. */
-const double *kmp_trajectory_shown(const kempe_trajectory *t, kmp_evaluator *eval, int row);
+const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row);
 
 /** The run of the options, with names and defaults resolved. `spec` points into the arena and to the strings of `run`.
  */

@@ -10,7 +10,7 @@ static void put_rows(kempe_table *table, const kempe_trajectory *t, const kmp_co
     for (int k = 0; k < columns->count; k++)
         kmp_tabulate_column(table, columns->unit[k], "%s", columns->name[k]);
     for (int row = 0; row < t->table.rows; row++) {
-        kmp_columns_fill(t, columns, eval, row, values);
+        kmp_columns_fill(&t->table, columns, eval, row, values);
         kmp_tabulate_row(table);
         kmp_tabulate_numbers(table, columns->count, values);
     }

@@ -1,0 +1,303 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "report/result_page.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "model/print/model_print.h"
+#include "output/print.h"
+#include "output/series_summary.h"
+#include "report/motion_picture.h"
+#include "report/page.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Numbers of all curves, rows of one curve; the text of the files beyond this is cut. They keep the page below 3 MB. */
+enum { MOST_NUMBERS = 110000, MOST_ROWS = 2001, FEWEST_ROWS = 101, MOST_TEXT = 60000 };
+
+/* -- curves ------------------------------------------------------------------------------------------ */
+
+/* Rows that are drawn: every so many, and the last. */
+static int choose_stride(int rows, int most)
+{
+    most = most > MOST_ROWS ? MOST_ROWS : most < FEWEST_ROWS ? FEWEST_ROWS : most;
+    return rows > most ? (rows + most - 2) / (most - 1) : 1;
+}
+
+static bool is_first(const kmp_result_page *page, int column)
+{
+    const char *name = kempe_table_column_name(page->table, column);
+    bool first = strcmp(name, page->x) == 0;
+    for (int k = 0; k < page->first_count && !first; k++)
+        first = strcmp(name, page->first[k]) == 0;
+    return first;
+}
+
+/* Strides of the curves that are drawn at first, and of the others: a multiple. */
+typedef struct strides {
+    int first, other;
+} strides;
+
+static strides choose_strides(const kmp_result_page *page)
+{
+    int rows = kempe_table_row_count(page->table), columns = kempe_table_column_count(page->table);
+    int first = page->first_count + 1, others = columns - first, each = choose_stride(rows, MOST_NUMBERS / 2 / first);
+    int drawn = (rows - 1) / each + 1;
+    int more = others > 0 ? choose_stride(drawn, (MOST_NUMBERS - first * drawn) / others) : 1;
+    return (strides){each, each * more};
+}
+
+/* Thins a column into room; returns the number of values. */
+static int thin(int rows, int stride, const double *values, double *room)
+{
+    int count = 0;
+    for (int k = 0; k < rows; k += stride)
+        room[count++] = values[k];
+    if (rows > 0 && (rows - 1) % stride != 0)
+        room[count++] = values[rows - 1];
+    return count;
+}
+
+static void put_summary(kmp_json *json, int rows, const double *x, const double *y)
+{
+    kmp_series_summary s = kmp_series_summarise(rows, x, y, 1);
+    const double numbers[] = {s.low, s.low_at, s.high, s.high_at, s.mean, s.rms};
+    kmp_json_rounded_numbers(json, "summary", sizeof numbers / sizeof *numbers, numbers, 7);
+}
+
+static void put_columns(kmp_json *json, const kmp_result_page *page, int x, strides stride, double *room)
+{
+    const kempe_table *table = page->table;
+    int rows = kempe_table_row_count(table), columns = kempe_table_column_count(table);
+    for (int c = 0; c < columns; c++) {
+        const double *values = kempe_table_values(table, c);
+        if (!values)
+            continue;
+        int every = is_first(page, c) ? stride.first : stride.other, count = thin(rows, every, values, room);
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "name", kempe_table_column_name(table, c));
+        kmp_json_string(json, "unit", kempe_table_unit(table, c));
+        kmp_json_whole(json, "every", every / stride.first);
+        put_summary(json, rows, kempe_table_values(table, x), values);
+        kmp_json_floats(json, "values", (size_t)count, room);
+        kmp_json_end(json);
+    }
+}
+
+static void put_series(kmp_json *json, const kmp_result_page *page)
+{
+    const kempe_table *table = page->table;
+    int x = table ? kempe_table_find(table, page->x) : -1, rows = table ? kempe_table_row_count(table) : 0;
+    double *room = x >= 0 && rows > 0 ? KMP_NEW(double, rows) : NULL;
+    json->text->failed = json->text->failed || (x >= 0 && rows > 0 && !room);
+    if (!room) {
+        kmp_json_string(json, "series", NULL);
+        return;
+    }
+    strides stride = choose_strides(page);
+    kmp_json_object(json, "series");
+    kmp_json_string(json, "x", page->x);
+    kmp_json_boolean(json, "logarithmic", page->logarithmic);
+    kmp_json_whole(json, "rows", rows);
+    kmp_json_whole(json, "stride", stride.first);
+    kmp_json_whole(json, "drawn", thin(rows, stride.first, kempe_table_values(table, x), room));
+    kmp_json_whole(json, "left_out", page->left_out);
+    kmp_json_array(json, "first");
+    for (int k = 0; k < page->first_count; k++)
+        kmp_json_string(json, NULL, page->first[k]);
+    kmp_json_end(json);
+    kmp_json_array(json, "columns");
+    put_columns(json, page, x, stride, room);
+    kmp_json_end(json);
+    kmp_json_end(json);
+    kmp_free(room);
+}
+
+/* -- where a run stopped ----------------------------------------------------------------------------- */
+
+/* The joint or closure that a name in a message means: itself, or that of a coordinate, a drive or a row. NULL: it is
+ * none. */
+static const char *part_named(const kempe_model *model, const char *name)
+{
+    for (int k = 0; k < model->motion_count; k++)
+        if (strcmp(model->motions[k].name, name) == 0)
+            return model->bodies[model->motions[k].body].joint;
+    for (int k = 1; k < model->body_count; k++)
+        if (model->bodies[k].joint && strcmp(model->bodies[k].joint, name) == 0)
+            return model->bodies[k].joint;
+    for (int k = 0; k < model->closure_count; k++) {
+        const kmp_closure *c = &model->closures[k];
+        size_t length = strlen(c->name);
+        bool row = strncmp(name, c->name, length) == 0 && (!name[length] || name[length] == '.');
+        if (row)
+            return kmp_closure_is_drive(c) ? model->bodies[model->motions[c->motion].body].joint : c->name;
+    }
+    int force = kmp_name_find(KMP_NAMED(model, force), name), motion = force >= 0 ? model->forces[force].motion : -1;
+    return motion >= 0  ? model->bodies[model->motions[motion].body].joint
+           : force >= 0 ? model->forces[force].name
+                        : NULL;
+}
+
+/* Names in a sentence are in single quotes. */
+static int put_named(kmp_json *json, const kempe_model *model, const char *sentence)
+{
+    const char *last = NULL;
+    int count = 0;
+    for (const char *s = strchr(sentence, '\''); s; s = strchr(s + 1, '\'')) {
+        char name[128];
+        size_t length = strcspn(s + 1, "'");
+        if (!s[1 + length])
+            break;
+        (void)snprintf(name, sizeof name, "%.*s", (int)length, s + 1);
+        const char *part = part_named(model, name);
+        if (part && ++count && part != last)
+            kmp_json_string(json, NULL, part);
+        last = part ? part : last;
+        s += part ? length : 0; /* an apostrophe begins no name */
+    }
+    return count;
+}
+
+/* The joint with the largest acceleration for its size, at the last frame. */
+static void put_fastest(kmp_json *json, const kmp_result_page *page)
+{
+    const kmp_samples *rows = page->frames;
+    int best = -1;
+    double most = 0;
+    for (int k = 0; rows && rows->rows > 0 && k < rows->n; k++) {
+        double size = fabs(kmp_samples_get(rows, KMP_QUANTITY_QDD, rows->rows - 1)[k]) / page->system->scale[k];
+        if (size > most) {
+            most = size;
+            best = k;
+        }
+    }
+    if (best >= 0)
+        kmp_json_string(json, NULL, page->system->model->bodies[page->system->model->motions[best].body].joint);
+}
+
+/* The parts to be marked where a run did not reach its end. */
+static void put_stopped_at(kmp_json *json, const kmp_result_page *page)
+{
+    bool stopped = page->record && page->status != KEMPE_OK;
+    kmp_json_array(json, "stopped_at");
+    if (stopped && put_named(json, page->system->model, page->reason) == 0 && page->status != KEMPE_STOPPED)
+        put_fastest(json, page);
+    kmp_json_end(json);
+}
+
+/* -- the model --------------------------------------------------------------------------------------- */
+
+static void put_parameters(kmp_json *json, const kempe_model *model)
+{
+    kmp_json_array(json, "parameters");
+    for (int k = 0; k < model->parameter_count; k++) {
+        const kmp_parameter *p = &model->parameters[k];
+        kmp_text words = {0};
+        if (p->number.expr)
+            kmp_model_put_expr(&words, model, p->number.expr);
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "name", p->name);
+        kmp_json_rounded(json, "value", p->number.value, 9);
+        kmp_json_text(json, "expression", &words);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+/* Takes its length, if there is so much room, from what may follow. */
+static void put_file(kmp_json *json, const char *name, char *text, size_t length, size_t *room)
+{
+    bool cut = length > *room;
+    kmp_json_object(json, NULL);
+    kmp_json_string(json, "name", name);
+    kmp_json_boolean(json, "cut", cut);
+    if (cut)
+        text[*room] = '\0';
+    *room -= cut ? *room : length;
+    kmp_json_string(json, "text", text);
+    kmp_json_end(json);
+}
+
+/* The files that the model was read from; where they are none, or cannot be read any more, the model as it is printed.
+ */
+static void put_files(kmp_json *json, const kempe_model *model)
+{
+    int count = 0;
+    size_t room = MOST_TEXT;
+    kmp_json_array(json, "files");
+    for (int k = 0; k < model->file_count; k++) {
+        char *text = NULL;
+        size_t length = 0;
+        if (model->files[k] && kmp_file_read(model->context, model->files[k], &text, &length) == KEMPE_OK && ++count)
+            put_file(json, model->files[k], text, length, &room);
+        kmp_free(text);
+    }
+    kmp_context_clear(model->context);
+    kmp_text shown = {0};
+    if (count == 0)
+        kmp_model_show(&shown, model);
+    if (shown.s)
+        put_file(json, model->name, shown.s, shown.length, &room);
+    json->text->failed = json->text->failed || shown.failed;
+    kmp_text_free(&shown);
+    kmp_json_end(json);
+}
+
+/* -- the page ---------------------------------------------------------------------------------------- */
+
+static void put_words(kmp_json *json, const kmp_result_page *page)
+{
+    const kempe_system *s = page->system;
+    kmp_json_string(json, "kempe", KEMPE_VERSION);
+    kmp_json_string(json, "model", s->model->name);
+    kmp_json_string(json, "command", page->command);
+    kmp_json_string(json, "subject", page->subject);
+    kmp_json_string(json, "scene", page->scene);
+    kmp_json_string(json, "answer", page->answer);
+    kmp_json_string(json, "status", kmp_status_word(page->status));
+    kmp_json_string(json, "reason", page->reason ? page->reason : "");
+    kmp_json_string(json, "warnings", page->warnings ? page->warnings : "");
+    kmp_json_string(json, "sentences", page->sentences ? page->sentences : "");
+    kmp_json_array(json, "facts");
+    for (int k = 0; k < page->fact_count; k++) {
+        kmp_json_array(json, NULL);
+        kmp_json_string(json, NULL, page->fact[k].name);
+        kmp_json_string(json, NULL, page->fact[k].value);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+    kmp_json_string(json, "text", page->text ? page->text : "");
+    kmp_json_whole(json, "n", s->n);
+    kmp_json_whole(json, "m", s->m);
+}
+
+static void put_data(kmp_text *text, const kmp_result_page *page)
+{
+    kmp_json json = kmp_json_begin_compact(text);
+    kmp_json_object(&json, NULL);
+    put_words(&json, page);
+    put_series(&json, page);
+    kmp_json_array(&json, "shown");
+    if (page->record && page->record->row.rows > 0)
+        kmp_page_record(&json, page->record);
+    kmp_json_end(&json);
+    put_stopped_at(&json, page);
+    put_parameters(&json, page->system->model);
+    put_files(&json, page->system->model);
+    kmp_motion_picture(&json, "picture", page->system->model, page->frames, page->frame_x);
+    kmp_json_end(&json);
+}
+
+kempe_status kmp_result_page_write(const kmp_result_page *page, const char *path)
+{
+    static const char *const *const scripts[] = {
+        kmp_phrases_js, kmp_plots_js, kmp_records_js, kmp_shapes_js, kmp_animation_js, kmp_result_js, NULL};
+    kmp_text data = {0};
+    put_data(&data, page);
+    return kmp_sheet_write(page->system->context,
+                           &(kmp_sheet){.body = kmp_result_html,
+                                        .model = page->system->model->name,
+                                        .subject = page->subject,
+                                        .scripts = scripts,
+                                        .data = &data},
+                           path);
+}

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The page of a result: what came out in words, the mechanism moving, curves of its table with their extreme values,
+ * the run's accuracy, parameters and the text of the model. Studies differ in what they have of it. */
+#ifndef KMP_REPORT_RESULT_PAGE_H
+#define KMP_REPORT_RESULT_PAGE_H
+
+#include "report/step_record.h"
+#include <kempe/table.h>
+
+/** A number with a name, in words. */
+typedef struct kmp_page_fact {
+    const char *name, *value;
+} kmp_page_fact;
+
+enum { KMP_PAGE_FACTS = 6, KMP_PAGE_FIRST = 20 };
+
+typedef struct kmp_result_page {
+    const kempe_system *system;
+    const char *command, *subject; /* "simulate"; of the title */
+    const char *scene;             /* next to the name of the model */
+    const char *answer;            /* the result in a few words */
+    kempe_status status;
+    const char *reason, *warnings; /* "" and NULL: none; one a line */
+    const char *sentences;         /* further ones, one a line; NULL: none */
+    kmp_page_fact fact[KMP_PAGE_FACTS];
+    int fact_count;
+    const char *text;         /* the printed result */
+    const kempe_table *table; /* NULL: no curves */
+    const char *x;            /* the column that curves are over */
+    bool logarithmic;         /* over a logarithmic x */
+    const char *const *first; /* columns whose curves are drawn at first */
+    int first_count;
+    int left_out;              /* outputs that are not in the table */
+    const kmp_samples *frames; /* NULL: no picture */
+    const double *frame_x;     /* x of each frame; NULL: their times */
+    const kmp_record *record;  /* NULL: none */
+} kmp_result_page;
+
+/** Writes whole or not at all. KEMPE_E_IO, KEMPE_E_MEMORY. */
+kempe_status kmp_result_page_write(const kmp_result_page *page, const char *path);
+
+#endif

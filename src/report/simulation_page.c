@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The report of a simulation: the run once more with monitoring, and all its outputs. */
+#include "base/memory.h"
+#include "output/print.h"
+#include "output/result_table.h"
+#include "report/motion_picture.h"
+#include "report/result_page.h"
+#include "studies/simulate/observed.h"
+#include <kempe/compare.h>
+#include <math.h>
+#include <string.h>
+
+/* Rows of the page: at least so many, at most so many where the table has more; columns of all outputs. */
+enum { FEWEST_ROWS = 1000, MOST_ROWS = 4000, MOST_COLUMNS = 300 };
+
+typedef struct maker {
+    kempe_trajectory *t;
+    kmp_record record, start; /* of the run; of the start where that has no row */
+    kmp_observed observed;
+    kmp_columns own; /* of the model's own outputs */
+    kempe_table *table;
+    const char *first[KMP_PAGE_FIRST];
+    int first_count;
+    char *text;
+} maker;
+
+/* -- the run once more ------------------------------------------------------------------------------- */
+
+/* A multiple of the rows of the table, so that its times are among those of the page. */
+static int choose_rows(const kempe_trajectory *t)
+{
+    int rows = t->status == KEMPE_OK ? t->table.rows - 1 : 0;
+    if (rows < 1)
+        return FEWEST_ROWS;
+    return rows >= MOST_ROWS ? MOST_ROWS : rows * ((FEWEST_ROWS + rows - 1) / rows);
+}
+
+/* The state that a run continued from, as a start; without one the model is assembled. */
+static bool take_start(const kempe_trajectory *t, double *room, kempe_assembly *start)
+{
+    int n = t->system->n, row = 0;
+    if (!(t->spec.t_start > 0))
+        return false;
+    while (row + 1 < t->table.rows && kmp_samples_time(&t->table, row) < t->spec.t_start)
+        row++;
+    memcpy(room, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row), (size_t)n * sizeof *room);
+    memcpy(room + n, kmp_samples_get(&t->table, KMP_QUANTITY_QD, row), (size_t)n * sizeof *room);
+    *start = (kempe_assembly){.system = t->system, .q = room, .qd = room + n, .closed = true};
+    return true;
+}
+
+/* One that the user interrupted goes as far as it came. */
+static kempe_status record_rows(const maker *w, int rows, kmp_record *record)
+{
+    const kempe_trajectory *t = w->t;
+    kmp_run_spec spec = t->spec;
+    kempe_assembly start = {0};
+    double *room = KMP_NEW(double, 2 * t->system->n);
+    if (!room)
+        return kmp_fail_memory(t->system->context);
+    if (t->interrupted)
+        spec.t_end = t->report.t;
+    bool given = take_start(t, room, &start);
+    kmp_log(t->system->context, KEMPE_LOG_PROGRESS, "report: the run is repeated");
+    kmp_context_quiet(t->system->context, true);
+    kempe_status status = kmp_record_run(t->system, &spec, given ? &start : NULL, rows, record);
+    kmp_context_quiet(t->system->context, false);
+    kmp_free(room);
+    return kmp_has_result(status) ? KEMPE_OK : status;
+}
+
+/* More rows where a joint turns too far between two of them to be followed. */
+static kempe_status record_run(maker *w)
+{
+    const kempe_model *model = w->t->system->model;
+    int rows = choose_rows(w->t), most = kmp_motion_picture_frames(model);
+    KMP_TRY(record_rows(w, rows, &w->record));
+    const kmp_samples *row = &w->record.row;
+    double followed = kmp_motion_picture_end(model, &w->record);
+    double last = row->rows > 0 ? kmp_samples_time(row, row->rows - 1) : 0;
+    int factor = followed > 0 ? (int)fmin(ceil(last / followed), 1000) : 1;
+    factor = (long)factor * rows < most ? factor : most / rows;
+    if (factor < 2)
+        return KEMPE_OK;
+    kmp_record_free(&w->record);
+    return record_rows(w, factor * rows, &w->record);
+}
+
+/* -- outputs ----------------------------------------------------------------------------------------- */
+
+static kempe_status fill_table(maker *w)
+{
+    const kmp_columns *columns = &w->observed.columns;
+    const kmp_samples *rows = &w->record.row;
+    kempe_context *context = w->t->system->context;
+    kempe_table *table = kmp_tabulate(context, "outputs");
+    double *values = KMP_NEW(double, columns->count);
+    for (int k = 0; k < columns->count; k++)
+        kmp_tabulate_column(table, columns->unit[k], "%s", columns->name[k]);
+    kmp_tabulate_column(table, "J", "energy.work");
+    for (int row = 0; values && row < rows->rows; row++) {
+        kmp_observed_fill(&w->observed, rows, row, values);
+        kmp_tabulate_row(table);
+        kmp_tabulate_numbers(table, columns->count, values);
+        kmp_tabulate_number(table, kmp_samples_work(rows, row));
+    }
+    if (!values)
+        kmp_tabulate_fail(table);
+    kmp_free(values);
+    return kmp_tabulate_finish(context, table, &w->table);
+}
+
+/* Of many outputs rates, accelerations and multipliers are left to the reader's choice. */
+static bool is_secondary(const char *name)
+{
+    return strncmp(name, "qd.", 3) == 0 || strncmp(name, "qdd.", 4) == 0 || strncmp(name, "lambda.", 7) == 0;
+}
+
+/* The outputs that the model requests, as far as they are few. */
+static kempe_status choose_first(maker *w)
+{
+    if (!kmp_columns_init(&w->own, w->t->system))
+        return kmp_fail_memory(w->t->system->context);
+    bool few = w->own.count - 1 <= KMP_PAGE_FIRST;
+    int most = few ? KMP_PAGE_FIRST : KMP_PAGE_FIRST / 2;
+    for (int k = 1; k < w->own.count && w->first_count < most; k++)
+        if (few || !is_secondary(w->own.name[k]))
+            w->first[w->first_count++] = w->own.name[k];
+    for (int k = 1; k < w->own.count && w->first_count == 0; k++)
+        w->first[w->first_count++] = w->own.name[k];
+    return KEMPE_OK;
+}
+
+static kempe_status make(maker *w)
+{
+    const kempe_system *system = w->t->system;
+    KMP_TRY(record_run(w));
+    KMP_TRY(kmp_observed_init(&w->observed, system, NULL, MOST_COLUMNS, w->t->backend));
+    KMP_TRY(fill_table(w));
+    KMP_TRY(choose_first(w));
+    if (w->record.row.rows == 0)
+        KMP_TRY(kmp_record_start(system, &w->start));
+    kmp_context_clear(system->context); /* a run that fails has failed again */
+    return kempe_trajectory_print(w->t, KEMPE_TEXT, &w->text);
+}
+
+static void release(maker *w)
+{
+    kmp_record_free(&w->record);
+    kmp_record_free(&w->start);
+    kmp_observed_free(&w->observed);
+    kmp_columns_free(&w->own);
+    kempe_table_free(w->table);
+    kempe_text_free(w->text);
+}
+
+/* -- words ------------------------------------------------------------------------------------------- */
+
+static const char *answer_of(const kempe_trajectory *t, kmp_arena *arena)
+{
+    if (t->status == KEMPE_OK)
+        return t->report.ended ? kmp_arena_printf(arena, "Ended at t = %.6g s", t->report.t)
+                               : kmp_arena_printf(arena, "Complete: %.6g to %.6g s", t->spec.t_start, t->t_end);
+    return kmp_arena_printf(arena, "%s at t = %.6g s", t->status == KEMPE_STOPPED ? "Stopped" : "Failed", t->report.t);
+}
+
+static const char *method_of(const kempe_trajectory *t, kmp_arena *arena)
+{
+    return kmp_arena_printf(arena, "%s%s%s %s, rtol %g \xc2\xb7 %d coordinate%s, %d closure row%s", t->formulation,
+                            t->form ? " " : "", t->form ? t->form : "", t->integrator, t->rtol, t->system->n,
+                            t->system->n == 1 ? "" : "s", t->system->m, t->system->m == 1 ? "" : "s");
+}
+
+static void add_fact(kmp_result_page *page, kmp_arena *arena, const char *name, double x, const char *format)
+{
+    const char *value = isfinite(x) ? kmp_arena_printf(arena, format, x) : "-";
+    page->fact[page->fact_count++] = (kmp_page_fact){name, value};
+}
+
+static void add_facts(kmp_result_page *page, const kempe_trajectory *t, kmp_arena *arena)
+{
+    add_fact(page, arena, "energy balance", t->verdict.drift_rel, "%.1e");
+    add_fact(page, arena, "closure residual", t->verdict.h_max, "%.1e");
+    add_fact(page, arena, t->again.known ? "repeated run differs by" : "steps",
+             t->again.known ? t->again.difference : (double)t->report.steps, t->again.known ? "%.1e" : "%.0f");
+}
+
+/* The convergence check without its label. */
+static const char *sentences_of(const kempe_trajectory *t, kmp_arena *arena)
+{
+    kmp_text text = {0};
+    const char *name = t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
+    kmp_convergence_show(&text, &t->again, "q", name);
+    const char *words = kmp_text_keep(&text, arena);
+    if (!words)
+        return NULL;
+    size_t label = strcspn(words, " ");
+    return *words ? kmp_arena_printf(arena, "Repeated%s", words + label + strspn(words + label, " ") - 1) : "";
+}
+
+static kempe_status write_page(maker *w, kmp_arena *arena, const char *path)
+{
+    const kempe_trajectory *t = w->t;
+    kmp_result_page page = {.system = t->system,
+                            .command = "simulate",
+                            .subject = "simulation",
+                            .scene = method_of(t, arena),
+                            .answer = answer_of(t, arena),
+                            .status = t->status,
+                            .reason = t->reason,
+                            .warnings = t->warnings,
+                            .sentences = sentences_of(t, arena),
+                            .text = w->text,
+                            .table = w->table,
+                            .x = "t",
+                            .first = w->first,
+                            .first_count = w->first_count,
+                            .left_out = w->observed.left_out,
+                            .frames = w->record.row.rows > 0 ? &w->record.row : &w->start.row,
+                            .record = &w->record};
+    add_facts(&page, t, arena);
+    return arena->failed ? kmp_fail_memory(t->system->context) : kmp_result_page_write(&page, path);
+}
+
+kempe_status kempe_trajectory_write_report(kempe_trajectory *trajectory, const char *path)
+{
+    KMP_WANTED(NULL, trajectory, "trajectory");
+    KMP_WANTED(trajectory->system->context, path, "path");
+    maker w = {.t = trajectory};
+    kmp_arena arena = {0};
+    kmp_context_begin(trajectory->system->context);
+    KMP_TRY(kempe_report_check(trajectory->system->context));
+    kempe_status status = make(&w);
+    if (status == KEMPE_OK)
+        status = write_page(&w, &arena, path);
+    release(&w);
+    kmp_arena_free(&arena);
+    return status;
+}

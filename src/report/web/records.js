@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Runs that were monitored: residuals, energy balance and step size over time, and their log. A page says by
+ * recordName(shown) and recordColour(shown) how it calls and draws a run. */
+"use strict";
+
+const hiddenRuns = new Set();
+
+/* -- over time ---------------------------------------------------------------------------------------------- */
+
+const KIND_STYLES = { exchange: "triangle", "change point": "star", event: "crossRot", restart: "rectRot" };
+const markStyle = (kind) => KIND_STYLES[kind] || "rect";
+
+function shownSets(values) {
+    return data.shown.filter((shown, k) => !hiddenRuns.has(k)).map((shown) => {
+        const colour = recordColour(shown);
+        return { data: values(shown), borderColor: colour, backgroundColor: colour, borderWidth: 1.5, pointRadius: 0, pointHitRadius: 6, shown };
+    });
+}
+
+/* Rows are evenly spaced, but for the last one of a run that ends early; zeros are left out on a logarithmic axis. */
+function rowPoints(shown, values) {
+    const timeOf = (k) => Math.min(shown.t_start + k * shown.spacing, shown.t_end);
+    return values.map((x, k) => ({ x: timeOf(k), y: Math.abs(x) > 0 ? Math.abs(x) : null }));
+}
+
+function drawHistory(id, values, span) {
+    const sets = shownSets((shown) => rowPoints(shown, values(shown)));
+    const range = rangeOf(data.shown.flatMap((shown) => values(shown).map(Math.abs)), 1.5);
+    const label = (item) => [recordName(item.dataset.shown), `${short(item.raw.y)} at ${three(item.raw.x)} s`];
+    for (const set of sets) set.spanGaps = true;
+    const axis = range || [1e-17, 1e-15];
+    drawPlot(id, sets, { x: evenAxis(span, "s"), y: logAxis(axis[0], axis[1]) }, label);
+}
+
+function stepAt(shown, t) {
+    let k = 0;
+    while (k + 1 < shown.step.count && shown.step.t[k + 1] <= t) k++;
+    return shown.step.most[k];
+}
+
+function stepPoints(shown, part) {
+    const points = shown.step.t.map((t, k) => ({ x: t, y: shown.step[part][k] }));
+    if (points.length > 0) points.push({ x: shown.t_end, y: points[points.length - 1].y });
+    return points;
+}
+
+/* A line, or the band between the shortest and the longest of several steps; marks where something happened. */
+function stepSets() {
+    const sets = [];
+    for (const set of shownSets((shown) => stepPoints(shown, "most"))) {
+        const shown = set.shown;
+        Object.assign(set, { stepped: "before", each: shown.each });
+        sets.push(set);
+        if (shown.each > 1) {
+            const fill = set.borderColor.replace(")", " / 0.3)");
+            sets.push({ ...set, data: stepPoints(shown, "least"), fill: "-1", backgroundColor: fill, borderWidth: 0.75 });
+        }
+        if (shown.log.length > 0)
+            sets.push({
+                data: shown.log.map((entry) => ({ x: entry.t, y: stepAt(shown, entry.t), entry })),
+                shown,
+                showLine: false,
+                pointStyle: shown.log.map((entry) => markStyle(entry.kind)),
+                pointRadius: 5.5,
+                borderColor: inkColour(),
+                pointBorderWidth: 1.5,
+                backgroundColor: set.borderColor,
+            });
+    }
+    return sets;
+}
+
+function drawSteps(span) {
+    const range = rangeOf(data.shown.flatMap((shown) => [...shown.step.least, ...shown.step.most]), 1.5) || [1e-3, 1];
+    const label = (item) => {
+        const entry = item.raw.entry;
+        if (entry) return [recordName(item.dataset.shown), `${entry.kind} at ${three(entry.t)} s: ${entry.text}`];
+        const each = item.dataset.each > 1 ? ` (longest and shortest of ${item.dataset.each})` : "";
+        return [recordName(item.dataset.shown), `step of ${short(item.raw.y, 2)} s at ${three(item.raw.x)} s${each}`];
+    };
+    drawPlot("over-step", stepSets(), { x: evenAxis(span, "s"), y: logAxis(range[0], range[1]) }, label);
+}
+
+/* `title`: the elements that name the run of an entry. */
+function showLog(title) {
+    const symbols = { triangle: "\u25b3", star: "\u2217", crossRot: "\u00d7", rectRot: "\u25c7", rect: "\u25a1" };
+    const log = data.shown.flatMap((shown) => shown.log.map((entry) => ({ shown, ...entry })));
+    const all = data.shown.reduce((sum, shown) => sum + shown.log_count, 0);
+    const kinds = [...new Set(log.map((entry) => entry.kind))];
+    byId("marks").textContent = kinds.map((kind) => `${symbols[markStyle(kind)]} ${kind}`).join("  ");
+    byId("log").hidden = log.length === 0;
+    if (log.length === 0) return;
+    byId("log").querySelector("summary").append(`Log: ${count(all)}` + (all > log.length ? `, the first ${log.length} are listed` : ""));
+    const table = byId("log").querySelector("table");
+    table.append(headRow(["run", "t, s", "", ""]));
+    for (const entry of log)
+        table.append(element("tr", element("td", ...title(entry.shown)), element("td", three(entry.t)), element("td.words", entry.kind), element("td.words", entry.text)));
+}
+
+/* All plots of the runs over a span of time. */
+function drawRecords(span) {
+    if (data.m > 0) {
+        drawHistory("over-h", (shown) => shown.h, span);
+        drawHistory("over-hdot", (shown) => shown.hdot, span);
+    }
+    drawHistory("over-energy", (shown) => shown.energy, span);
+    drawSteps(span);
+}

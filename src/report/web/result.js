@@ -1,0 +1,349 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The page of a result: words, curves of its columns, the animation at the same place, the model. */
+"use strict";
+
+const GROUPS = { q: "coordinates", qd: "rates", qdd: "accelerations", lambda: "multipliers", position: "positions", velocity: "velocities", acceleration: "accelerations of points", reaction: "reactions", moment: "moments of reactions", force: "forces", energy: "energies", sensor: "sensors", contact: "contacts", tau: "actuators", power: "powers" };
+const MOST_AT_ONCE = 24;
+const series = data.series, columns = series ? series.columns.map(readColumn) : [];
+const abscissa = series ? columns.find((column) => column.name === series.x) : null;
+const chosen = new Set(series ? series.first.filter((name) => columns.some((column) => column.name === name)) : []);
+let over = abscissa, range = abscissa ? wholeRange() : [0, 0], stage = null, seconds = PLAY_SECONDS;
+
+/* -- columns ------------------------------------------------------------------------------------------------ */
+
+/* Values between the rows of a column that has fewer of them are on straight lines. */
+function readColumn(column) {
+    const bytes = Uint8Array.from(atob(column.values), (c) => c.charCodeAt(0)), given = new Float32Array(bytes.buffer), last = series.drawn - 1;
+    if (column.every === 1) return { ...column, values: given };
+    const values = Float32Array.from({ length: series.drawn }, (_, k) => {
+        const at = Math.floor(k / column.every), begin = at * column.every, end = Math.min(begin + column.every, last);
+        return k === begin ? given[at] : given[at] + ((given[at + 1] - given[at]) * (k - begin)) / (end - begin);
+    });
+    return { ...column, values };
+}
+
+/* A run that ends where it begins has a range, too. */
+function wholeRange() {
+    const [low, high] = [abscissa.values[0], abscissa.values[abscissa.values.length - 1]].map(Number).sort((a, b) => a - b);
+    return high - low > 1e-12 * Math.max(Math.abs(low), 1e-9) ? [low, high] : [low, low + 1];
+}
+
+const groupOf = (column) => GROUPS[column.name.split(".")[0]] || "others";
+const drawn = () => columns.filter((column) => chosen.has(column.name));
+function digits(x) {
+    if (!isNumber(x) || !isFinite(x)) return "\u2013";
+    return x !== 0 && Math.abs(x) < 1e-3 ? x.toExponential(5).replace(/\.?0+e/, "e") : String(Number(x.toPrecision(6)));
+}
+
+const withUnit = (column) => (column.unit ? `${column.name}, ${column.unit}` : column.name);
+
+/* The value of a column at a place of the abscissa, between two rows. */
+function valueAt(column, x) {
+    const xs = abscissa.values;
+    let low = 0, high = xs.length - 1;
+    const up = xs[high] >= xs[0];
+    while (high - low > 1) {
+        const middle = (low + high) >> 1;
+        if (xs[middle] <= x === up) low = middle;
+        else high = middle;
+    }
+    const part = xs[high] !== xs[low] ? Math.min(Math.max((x - xs[low]) / (xs[high] - xs[low]), 0), 1) : 0;
+    return part === 0 ? column.values[low] : part === 1 ? column.values[high] : (1 - part) * column.values[low] + part * column.values[high];
+}
+
+/* -- words -------------------------------------------------------------------------------------------------- */
+
+function tellResult() {
+    byId("model").append(data.model);
+    byId("scene").append(data.scene);
+    byId("command").append(`kempe ${data.command}`);
+    byId("answer").append(data.status === "ok" ? element("em", data.answer) : element("em.failed", data.answer));
+    for (const [name, value] of data.facts) byId("facts").append(element("div", element("dt", name), element("dd", value)));
+    byId("facts").hidden = data.facts.length === 0;
+    if (data.reason) byId("because").append(element("li.failed", data.reason));
+    if (data.stopped_at.length > 0) byId("because").append(element("li", `Marked in the picture: ${data.stopped_at.join(", ")}`));
+    for (const text of [data.warnings, data.sentences]) fillList(byId("because"), text.split("\n").filter((line) => line));
+    byId("because").hidden = byId("because").children.length === 0;
+    byId("text").textContent = data.text;
+    byId("printed").hidden = !data.text;
+}
+
+function tellModel() {
+    const table = byId("parameters");
+    byId("given").hidden = data.parameters.length === 0;
+    table.append(headRow(["parameter", "value, SI", "given as"]));
+    for (const p of data.parameters) table.append(element("tr", element("td", p.name), element("td", digits(p.value)), element("td.words", p.expression)));
+    for (const file of data.files) {
+        const more = file.cut ? "\n.. and more" : "";
+        byId("files").append(element("details", element("summary", file.name), element("div.scroll", element("pre", file.text + more))));
+    }
+}
+
+/* -- choice of curves --------------------------------------------------------------------------------------- */
+
+function toggle(name, on) {
+    if (on) chosen.add(name);
+    else chosen.delete(name);
+    drawCurves();
+}
+
+function choiceOf(column) {
+    const box = element("input"), label = element("label");
+    box.type = "checkbox";
+    box.checked = chosen.has(column.name);
+    box.dataset.column = column.name;
+    box.addEventListener("change", () => toggle(column.name, box.checked));
+    label.append(box, " ", withUnit(column));
+    return label;
+}
+
+/* The columns whose names contain the words that are looked for, by groups. */
+function listChoices() {
+    const words = byId("find").value.toLowerCase().split(/\s+/).filter((word) => word), groups = new Map();
+    for (const column of columns) {
+        if (column === abscissa || !words.every((word) => column.name.toLowerCase().includes(word))) continue;
+        const group = groupOf(column);
+        groups.set(group, [...(groups.get(group) || []), column]);
+    }
+    byId("groups").replaceChildren(...[...groups].map(([name, members]) => element("div", element("h3", name), ...members.map(choiceOf))));
+}
+
+function beginChoice() {
+    const list = byId("across");
+    byId("find").addEventListener("input", listChoices);
+    byId("choice").addEventListener("toggle", listChoices);
+    for (const column of [abscissa, ...columns.filter((c) => c !== abscissa)]) {
+        const option = element("option", column.name);
+        option.value = column.name;
+        list.append(option);
+    }
+    list.addEventListener("change", () => {
+        over = columns.find((column) => column.name === list.value);
+        drawCurves();
+    });
+    byId("whole").addEventListener("click", () => zoom(wholeRange()));
+}
+
+/* -- curves ------------------------------------------------------------------------------------------------- */
+
+function zoom([low, high]) {
+    const [first, last] = wholeRange();
+    range = [Math.max(low, first), Math.min(high, last)];
+    if (!(range[1] > range[0])) range = wholeRange();
+    drawAll();
+    if (stage) stage.restart();
+}
+
+/* A figure for each unit, with the curves that have it. */
+function figuresOf(list) {
+    const byUnit = new Map();
+    for (const column of list) byUnit.set(column.unit, [...(byUnit.get(column.unit) || []), column]);
+    return [...byUnit];
+}
+
+function pointsOf(column) {
+    const points = [];
+    column.values.forEach((y, k) => {
+        const x = over.values[k], inside = over === abscissa || (abscissa.values[k] >= range[0] && abscissa.values[k] <= range[1]);
+        if (inside) points.push({ x: Number(x), y: isFinite(y) && isFinite(x) ? Number(y) : null });
+    });
+    return points;
+}
+
+function curveSet(column, colour) {
+    return { data: pointsOf(column), column, borderColor: colour, backgroundColor: colour, borderWidth: 1.6, pointHitRadius: 6, pointRadius: (item) => (over !== abscissa && item.dataIndex === 0 ? 3.5 : 0) };
+}
+
+/* What happened between steps, at the foot of a plot. */
+function eventSet() {
+    const log = data.shown.flatMap((shown) => shown.log);
+    return { data: log.map((entry) => ({ x: entry.t, y: 0.03, entry })), yAxisID: "marks", showLine: false, pointStyle: log.map((entry) => markStyle(entry.kind)), pointRadius: 4.5, borderColor: inkColour(), backgroundColor: softColour(), pointBorderWidth: 1.2 };
+}
+
+/* Even, or logarithmic where the abscissa is and values extend over decades. */
+function upAxis(list, unit) {
+    const values = series.logarithmic ? list.flatMap((column) => Array.from(column.values)).filter((y) => isFinite(y)) : [];
+    const positive = rangeOf(values, 1.3);
+    if (positive && values.every((y) => y >= 0) && positive[1] > 100 * positive[0]) return logAxis(Math.max(positive[0], 1e-10 * positive[1]), positive[1], unit);
+    return axisOf("linear", unit, { maxTicksLimit: 7, callback: (y) => digits(Number(y.toPrecision(8))) }, boundsOf(list));
+}
+
+/* Rates grow without bound where a run stops: its last two rows do not count for the axis. */
+function boundsOf(list) {
+    if (data.status === "ok" || data.shown.length === 0) return {};
+    const values = list.flatMap((column) => Array.from(column.values.slice(0, -2))).filter((y) => isFinite(y));
+    const [low, high] = values.reduce(([a, b], y) => [Math.min(a, y), Math.max(b, y)], [Infinity, -Infinity]);
+    const room = 0.05 * (high - low);
+    return high > low ? { min: low - room, max: high + room } : {};
+}
+
+function acrossAxis() {
+    if (over !== abscissa) return axisOf("linear", withUnit(over), { maxTicksLimit: 8, maxRotation: 0 }, {});
+    return series.logarithmic ? logAxis(range[0], range[1], withUnit(abscissa)) : evenAxis(range, abscissa.unit);
+}
+
+function labelOf(item) {
+    const { entry } = item.raw, column = item.dataset.column;
+    if (entry) return [`${entry.kind} at ${three(entry.t)} s`, entry.text];
+    return [`${column.name} ${digits(item.raw.y)} ${column.unit}`, `at ${over.name} ${digits(item.raw.x)} ${over.unit}`];
+}
+
+function captionOf(list, first) {
+    const caption = element("figcaption");
+    list.forEach((column, k) => {
+        const name = element("span.curve", column.name);
+        name.style.color = curveColour(first + k);
+        caption.append(name, " ");
+    });
+    if (list[0].unit) caption.append(element("span", list[0].unit));
+    return caption;
+}
+
+function drawFigure(unit, list, number, first) {
+    const canvas = byId(`plot-${number}`);
+    canvas.closest("figure").querySelector("figcaption").replaceWith(captionOf(list, first));
+    const sets = list.map((column, k) => curveSet(column, curveColour(first + k))), scales = { x: acrossAxis(), y: upAxis(list, unit) };
+    if (over === abscissa && data.shown.some((shown) => shown.log.length > 0)) {
+        sets.push(eventSet());
+        scales.marks = { type: "linear", axis: "y", display: false, min: 0, max: 1 };
+    }
+    drawPlot(canvas.id, sets, scales, labelOf);
+}
+
+/* As many figures as there are units; those that are there stay. */
+function makeFigures(count) {
+    const place = byId("figures");
+    while (place.children.length > count) {
+        const id = place.lastChild.querySelector("canvas").id;
+        plots[id].destroy();
+        delete plots[id];
+        place.lastChild.remove();
+    }
+    while (place.children.length < count) {
+        const canvas = element("canvas"), number = place.children.length;
+        canvas.id = `plot-${number}`;
+        place.append(element("figure.card", element("figcaption"), element("div.plot", canvas, element("i"))));
+        listenToRange(canvas, () => plots[canvas.id], (low, high) => over === abscissa && zoom([low, high]), (x) => over === abscissa && stage && stage.seek(x));
+    }
+}
+
+function drawCurves() {
+    const list = drawn().slice(0, MOST_AT_ONCE), figures = figuresOf(list);
+    let first = 0;
+    byId("choice").querySelector("summary").textContent = `Outputs: ${list.length} of ${columns.length - 1} are drawn; choose others`;
+    byId("whole").disabled = range.every((x, k) => x === wholeRange()[k]);
+    makeFigures(figures.length);
+    figures.forEach(([unit, members], number) => {
+        drawFigure(unit, members, number, first);
+        first += members.length;
+    });
+    tellExtremes(figures.flatMap(([, members]) => members));
+}
+
+/* -- values ------------------------------------------------------------------------------------------------- */
+
+function tellExtremes(list) {
+    const x = abscissa.unit ? `${abscissa.name}, ${abscissa.unit}` : abscissa.name, table = byId("extremes");
+    table.replaceChildren(headRow(["output", "now", "minimum", `at ${x}`, "maximum", `at ${x}`, "mean", "RMS"]));
+    list.forEach((column, k) => {
+        const swatch = element("span.swatch"), now = element("td");
+        swatch.style.background = curveColour(k);
+        now.dataset.column = column.name;
+        table.append(element("tr", element("td", swatch, withUnit(column)), now, ...column.summary.map((value) => element("td", digits(value)))));
+    });
+    table.parentElement.hidden = list.length === 0;
+}
+
+function tellValues(x) {
+    for (const cell of document.querySelectorAll("#extremes [data-column]"))
+        cell.textContent = digits(valueAt(columns.find((column) => column.name === cell.dataset.column), x));
+}
+
+function showPlace(x) {
+    if (!abscissa) return;
+    if (over === abscissa) showCursor(x);
+    tellValues(x);
+}
+
+/* -- time --------------------------------------------------------------------------------------------------- */
+
+function beginSpeeds() {
+    const list = byId("speed"), slower = [["in 10 s", 0], ["real time", 1], ["1/10", 10], ["1/100", 100], ["1/1000", 1000]];
+    list.hidden = !abscissa || abscissa.unit !== "s";
+    for (const [words, factor] of slower) {
+        const option = element("option", words);
+        option.value = factor;
+        list.append(option);
+    }
+    list.addEventListener("change", () => (seconds = Number(list.value)));
+}
+
+function spanOf() {
+    const { t_start: first, t_end: last } = data.picture.frames;
+    if (!abscissa) return [first, last];
+    const span = [Math.max(first, range[0]), Math.min(last, range[1])];
+    return span[1] > span[0] ? span : [first, last];
+}
+
+function beginPicture() {
+    return beginStage(data.picture, {
+        span: spanOf,
+        seconds: () => (seconds > 0 && seconds !== PLAY_SECONDS ? seconds * (spanOf()[1] - spanOf()[0]) : PLAY_SECONDS),
+        note: resultNote,
+        clock: (t) => (abscissa ? clockOf(spanOf()[0] + t, spanOf()[1], abscissa.unit) : ""),
+        shown: (t) => showPlace(spanOf()[0] + t),
+    });
+}
+
+function resultNote(picture) {
+    const notes = [], shown = picture.bodies.length - 1;
+    if (data.picture_note) notes.push(data.picture_note);
+    if (abscissa && spanOf()[1] - spanOf()[0] < 0.999 * (picture.frames.t_end - picture.frames.t_start)) notes.push("The animation shows the range of the curves.");
+    if (shown < picture.of_bodies) notes.push(`${shown} of ${picture.of_bodies} bodies are drawn.`);
+    return notes.join(" ");
+}
+
+/* -- the whole page ----------------------------------------------------------------------------------------- */
+
+const recordName = () => "";
+const recordColour = () => curveColour(0);
+
+function drawAll() {
+    if (series) drawCurves();
+    if (data.shown.length > 0) drawRecords(range);
+}
+
+function beginCurves() {
+    Chart.defaults.font.family = getComputedStyle(document.body).fontFamily;
+    byId("curves").hidden = !series;
+    byId("history").hidden = data.shown.length === 0;
+    for (const figure of document.querySelectorAll(".closures")) figure.hidden = data.m === 0;
+    if (series) {
+        byId("curves-title").append(abscissa.name === "t" ? "Time histories" : `Curves over ${abscissa.name}`);
+        byId("curves-note").append("Drag across a plot to enlarge a range, click for the position of the mechanism.");
+        const notes = [];
+        if (series.stride > 1) notes.push(`Every ${series.stride}th of ${series.rows} rows is drawn; the extreme values are those of all rows.`);
+        if (series.left_out > 0) notes.push(`${series.left_out} outputs of the model are left out for the size of the page.`);
+        byId("series-note").append(notes.join(" "));
+        beginChoice();
+    }
+    if (data.shown.length > 0) {
+        showLog(() => [""]);
+        for (const id of ["over-h", "over-hdot", "over-energy", "over-step"]) listenToRange(byId(id), () => plots[id], (low, high) => zoom([low, high]), (x) => stage && stage.seek(x));
+    }
+    drawAll();
+}
+
+function begin() {
+    tellResult();
+    tellModel();
+    beginSpeeds();
+    beginCurves();
+    stage = beginPicture();
+    tellReady(() => {
+        drawAll();
+        if (stage) stage.recolour();
+    });
+}
+
+begin();

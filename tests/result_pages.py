@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pages of results (`kempe simulate --report` and the like): made of examples, small, without anything from elsewhere,
+drawn by Chromium without a complaint on a desktop, a telephone and in dark, and with the numbers of the table. Called
+with the path of the command:
+
+    python3 tests/result_pages.py build/dev/kempe [unittest arguments]
+
+Ends with 77 (skipped) as tests/report_pages.py, whose browser and reader of pages these are.
+"""
+import array
+import base64
+import csv
+import json
+import pathlib
+import re
+import sys
+import tempfile
+import unittest
+
+import report_pages
+from report_pages import ROOT, Page, browse, check_by_itself, kempe
+
+DESKTOP, TELEPHONE, DARK = [], ["--window-size=390,800"], ["--blink-settings=preferredColorScheme=0"]
+
+#   name: model, options of the command, options of the browser
+EXAMPLES = {
+    "four_bar": ("examples/four_bar/four_bar.yaml", [], DESKTOP),
+    "andrews": ("examples/andrews/andrews.yaml", [], TELEPHONE),
+    "stewart": ("examples/stewart/stewart.yaml", [], DARK),
+    "suspension": ("examples/suspension/suspension.yaml", [], DESKTOP),
+    "rolling_wheel": ("examples/rolling_wheel/rolling_wheel.yaml", ["--t-end", "2"], TELEPHONE),
+    "governor": ("examples/governor/governor.yaml", [], DARK),
+    "quarter_car": ("examples/quarter_car/quarter_car.yaml", [], DESKTOP),
+    "car_axis": ("examples/car_axis/car_axis.yaml", [], TELEPHONE),
+    "n_four_bar": ("examples/n_four_bar/n_four_bar.yaml", ["--t-end", "1"], DARK),
+    "driven_slider_crank": ("examples/driven_slider_crank/driven_slider_crank.yaml", ["--angle-unit", "deg"], DESKTOP),
+}
+
+# The rocker of the four-bar is driven beyond its dead centre.
+LOCK = ((ROOT / "examples/four_bar/four_bar.yaml").read_text().replace("qd: {crank: 20}", "qd: {}")
+        .replace("hold: [crank], ", "") + "drives: {motor: {joint: rocker, angle: t}}\n")
+
+
+def numbers(text):
+    values = array.array("f")
+    values.frombytes(base64.b64decode(text))
+    if sys.byteorder == "big":
+        values.byteswap()
+    return values
+
+
+def untimed(page):
+    """All but processor times."""
+    return re.sub(rb"[0-9.e+-]+ ms", b"ms", page)
+
+
+def column(data, name):
+    return next(c for c in data["series"]["columns"] if c["name"] == name)
+
+
+class Case(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.place = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.place.name)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.place.cleanup()
+
+    def make(self, command, model, *options, code=0, name="page"):
+        page = self.folder / f"{name}.html"
+        page.unlink(missing_ok=True)
+        done = kempe(command, ROOT / model, *options, "--report", page)
+        self.assertEqual(done.returncode, code, done.stderr)
+        check_by_itself(self, page)
+        return page
+
+    def open(self, page, *options):
+        drawn, said = browse(page, self.folder / "profile", *options)
+        self.assertEqual(said, [])
+        self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
+        return drawn, json.loads(drawn.data)
+
+    def check_drawn(self, drawn, data):
+        self.assertEqual(drawn.words("answer"), data["answer"])
+        self.assertGreater(int(drawn.by_id["view"]["data-ink"]), 100)
+        units = {column(data, name)["unit"] for name in data["series"]["first"]}
+        figures = [key for key in drawn.by_id if key.startswith("plot-")]
+        self.assertEqual(len(figures), len(units))
+        for key in figures:
+            self.assertGreater(int(drawn.by_id[key]["data-ink"]), 100, key)
+            self.assertGreater(int(drawn.by_id[key]["data-points"]), 100, key)
+        for name in data["series"]["first"]:
+            self.assertIn(name, drawn.words("extremes"))
+
+
+class Simulations(Case):
+    def test_examples(self):
+        for name, (model, options, browser) in EXAMPLES.items():
+            with self.subTest(name):
+                drawn, data = self.open(self.make("simulate", model, *options, name=name), *browser)
+                self.check_drawn(drawn, data)
+                self.assertEqual((data["status"], data["stopped_at"]), ("ok", []))
+                self.assertGreater(int(drawn.by_id["view"]["data-frames"]), 300)
+                for plot in ["over-energy", "over-step"] + (["over-h", "over-hdot"] if data["m"] else []):
+                    self.assertGreater(int(drawn.by_id[plot]["data-points"]), 5, plot)
+                self.assertEqual(data["files"][0]["text"], (ROOT / model).read_text())
+                self.assertIn("closure", drawn.words("text"))
+
+    def test_ten_outputs_of_ten_seconds(self):
+        """One file below 3 MB, with every row of the table: 10 s at 100 rows a second."""
+        model = "examples/four_bar/four_bar.yaml"
+        page = self.make("simulate", model, "--t-end", "10", "--output-step", "0.01")
+        data = json.loads(Page(page.read_text()).data)
+        self.assertGreaterEqual(len(data["series"]["columns"]), 11)
+        self.assertEqual((data["series"]["rows"], data["series"]["stride"]), (1001, 1))
+        self.assertLess(page.stat().st_size, 3_000_000)
+
+    def test_numbers_are_those_of_the_table(self):
+        model, table = "examples/andrews/andrews.yaml", self.folder / "andrews.csv"
+        page = self.make("simulate", model, "-o", table)
+        data = json.loads(Page(page.read_text()).data)
+        with table.open() as file:
+            rows = [row for row in csv.reader(file) if not row[0].startswith("#")]
+        step, times = 10, numbers(column(data, "t")["values"])
+        self.assertEqual(len(times), 10 * (len(rows) - 2) + 1)
+        for c, name in enumerate(rows[0]):
+            own, values = column(data, name), [float(row[c]) for row in rows[1:]]
+            if own["every"] > 1:
+                continue
+            size = max(map(abs, values))
+            for k, value in enumerate(values):
+                self.assertAlmostEqual(numbers(own["values"])[step * k], value, delta=1e-6 * size, msg=name)
+            low, low_at, high, high_at, _, rms = own["summary"]
+            self.assertLessEqual(low, min(values) + 1e-6 * size)
+            self.assertGreaterEqual(high, max(values) - 1e-6 * size)
+            self.assertTrue(0 <= low_at <= 0.03 and 0 <= high_at <= 0.03)
+            self.assertLessEqual(rms, size * 1.5)
+
+    def test_where_a_run_stops(self):
+        model = self.folder / "lock.yaml"
+        model.write_text(LOCK)
+        drawn, data = self.open(self.make("simulate", model, name="lock"))
+        self.check_drawn(drawn, data)
+        self.assertEqual((data["status"], data["stopped_at"]), ("stopped", ["rocker"]))
+        self.assertIn("limit position", drawn.words("because"))
+        end = numbers(column(data, "t")["values"])[-1]
+        self.assertAlmostEqual(end, 0.7068008, places=5)
+        self.assertAlmostEqual(data["picture"]["frames"]["t_end"], end, places=6)
+        self.assertIn(f"Stopped at t = {end:.3f}"[:-1], drawn.words("answer"))
+
+    def test_what_never_moves(self):
+        """A condition that changes back and forth at the start; loops that cannot be closed."""
+        for model, mark in (("tests/models/friction_loop.yaml", "A"), ("tests/models/robotran.yaml", "glue")):
+            with self.subTest(model):
+                drawn, data = self.open(self.make("simulate", model, code=1))
+                self.assertEqual(data["status"], "failed")
+                self.assertIn(mark, data["stopped_at"])
+                self.assertGreater(int(drawn.by_id["view"]["data-ink"]), 100)
+
+    def test_choice_zoom_and_cursor(self):
+        """Another output, a range and a place are taken over by curves, table and animation."""
+        page = self.make("simulate", "examples/four_bar/four_bar.yaml")
+        other = self.folder / "other.html"
+        other.write_text(page.read_text().replace("\nbegin();\n", """
+begin();
+byId("choice").open = true;
+listChoices();
+document.querySelector("[data-column='energy.kinetic']").click();
+zoom([1, 2]);
+stage.seek(1.5);
+document.documentElement.dataset.clock = byId("clock").textContent;
+document.documentElement.dataset.span = [plots["plot-0"].scales.x.min, plots["plot-0"].scales.x.max].join();
+document.documentElement.dataset.now = document.querySelector("#extremes [data-column='q.crank']").textContent;
+"""))
+        drawn, data = self.open(other)
+        root = drawn.tags[0][1]
+        self.assertIn("energy.kinetic", drawn.words("extremes"))
+        self.assertEqual(root["data-span"], "1,2")
+        self.assertEqual(root["data-clock"], "1.500 s")
+        crank = numbers(column(data, "q.crank")["values"])
+        self.assertAlmostEqual(float(root["data-now"]), crank[round(1.5 / 5 * (len(crank) - 1))], delta=1e-3)
+
+    def test_same_bytes(self):
+        first = self.make("simulate", "tests/models/pendulum.yaml").read_bytes()
+        again = self.make("simulate", "tests/models/pendulum.yaml").read_bytes()
+        self.assertTrue(untimed(first) == untimed(again))
+
+
+if __name__ == "__main__":
+    report_pages.main()
