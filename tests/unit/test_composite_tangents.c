@@ -281,7 +281,7 @@ static void check_formulation(int number, const kempe_system *system, int *compo
     state s = random_state_vectors();
     choose_inputs(&in);
     eval(&d, &in, &s);
-    const kmp_instant at = {s.t, s.q, s.qd, s.qdd, s.lambda, NULL, NULL, in.chart, 1};
+    const kmp_instant at = {s.t, s.q, s.qd, s.qdd, s.lambda, NULL, NULL, in.chart, 1, NULL};
     const double *out = kmp_tangents_derivatives(&t, &at);
     double *matrix = KMP_NEW(double, d.n *d.n);
     spread(&t, KMP_R_Q, out, matrix);

@@ -63,7 +63,7 @@ static void compare(const kempe_system *system, const char *name)
     for (int k = 0; k < 3; k++) {
         place p = random_place();
         kmp_eval_freeze(eval, 0.7, p.q, p.qd);
-        kmp_instant at = {0.7, p.q, p.qd, p.qdd, p.lambda, NULL, eval->mode, eval->chart, eval->chart_version};
+        kmp_instant at = {0.7, p.q, p.qd, p.qdd, p.lambda, NULL, eval->mode, eval->chart, eval->chart_version, NULL};
         for (int block = 0; block < KMP_TANGENT_BLOCKS; block++) {
             double worst = block_distance(&few, &many, &at, block);
             if (!(worst < 1e-11))

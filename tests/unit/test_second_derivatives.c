@@ -58,7 +58,7 @@ static void fill(int count, double size, double *x)
 
 static kmp_instant instant(const point *x)
 {
-    return (kmp_instant){0.3, x->q, x->qd, x->qdd, x->lambda, NULL, x->mode, x->chart, 0};
+    return (kmp_instant){0.3, x->q, x->qd, x->qdd, x->lambda, NULL, x->mode, x->chart, 0, NULL};
 }
 
 /* The first derivatives along a: of R, h, rate and curve. */
