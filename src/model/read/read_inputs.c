@@ -5,10 +5,9 @@
 #include "symbolic/table_function.h"
 #include <string.h>
 
-static const char *const keys[] = {
-#define KMP_KEY(key, ...) #key,
+static const kmp_key keys[] = {
 #include "model/keys/input_keys.def"
-    NULL};
+    {0}};
 
 bool kmp_is_input_setting(const kmp_reader *r, const char *name)
 {
