@@ -6,7 +6,6 @@
  * a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
 #include "base/arena.h"
-#include "base/memory.h"
 #include "constraints/closing/charts.h"
 #include "constraints/closing/kinsol.h"
 #include "constraints/closing/least_change.h"

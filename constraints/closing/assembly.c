@@ -242,17 +242,12 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
             kmp_rounding_keep_none(system);
     }
     kmp_free(q);
-    if (status == KEMPE_OK)
-        *assembly = a;
-    else
-        kempe_assembly_free(a);
-    return status;
+    return KMP_GIVE_OR_FREE(status, assembly, a, kempe_assembly_free);
 }
 
 kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **assembly)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, assembly, "assembly");
+    KMP_WANTED_BOTH(system, assembly);
     kempe_assembly *a = NULL;
     bool known = kmp_rounding_of(system);
     kmp_context_clear(system->context);

@@ -318,8 +318,7 @@ const kmp_loop_block *kmp_mode_watch_next(kmp_mode_watch *w, const double *q)
 
 kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, branches, "branches");
+    KMP_WANTED_BOTH(system, branches);
     kempe_branches *b = KMP_NEW(kempe_branches, 1);
     kmp_context_begin(system->context);
     if (!b)

@@ -13,7 +13,6 @@
  * little: so the branch is kept.
  */
 #include "base/arena.h"
-#include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/charts.h"
 #include "constraints/diagnosis/diagnosis_walk.h"

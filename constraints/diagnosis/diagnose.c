@@ -146,12 +146,9 @@ static kempe_status diagnose(kempe_check *check)
 
 kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, check, "check");
+    KMP_WANTED_BOTH(system, check);
     kmp_context_begin(system->context);
-    kempe_check *c = KMP_NEW(kempe_check, 1);
-    if (!c)
-        return kmp_fail_memory(system->context);
+    KMP_MAKE(system->context, kempe_check, c);
     c->system = system;
     c->body_count = system->model->body_count - 1;
     c->loop_count = system->model->closure_count;

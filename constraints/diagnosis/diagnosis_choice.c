@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Possible independent coordinates; the loops as blocks of Jv in order of solution, with their closures. */
-#include "base/memory.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/partition/reduction.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
-#include <string.h>
 
 /* b (r x p) = Bvu, scaled, from the scaled J here; false when singular. */
 static bool dependent_rates(const kmp_examination *x, double *jv, int *pivot, double *b)

@@ -5,7 +5,6 @@
  * are found to round-off. The motion ends when it returns to its start, angles modulo a full turn; otherwise it is
  * followed in both directions. */
 #include "base/bracket.h"
-#include "base/memory.h"
 #include "constraints/closing/charts.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/tolerances.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reasons of a failed assembly. Held coordinates are released in trials, one by one and then all. If every joint of a
  * loop turns, its links are a polygon, which closes only if none is longer than all others together. */
-#include "base/memory.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/kinds/kind_parts.h"
 #include <kempe/check.h>

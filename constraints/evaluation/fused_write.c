@@ -6,7 +6,6 @@
 #include "constraints/evaluation/fused_inside.h"
 #include "constraints/evaluation/written.h"
 #include "constraints/evaluation/written_blocks.h"
-#include <string.h>
 
 /* State of the writer. */
 typedef struct maker {

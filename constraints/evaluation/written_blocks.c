@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/evaluation/written_blocks.h"
 #include "linalg/dense/dense.h"
-#include <math.h>
 #include <string.h>
 
 /* A diagonal block: its matrix, then its factors; rows in the order of elimination. */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/evaluation/written_ldl.h"
-#include "constraints/evaluation/written.h"
 
 /* -- order --------------------------------------------------------------------------------------------- */
 

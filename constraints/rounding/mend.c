@@ -150,11 +150,7 @@ static kempe_status derive(const kempe_model *model, kmp_variant *given, const c
         status = settle(&s, given, word);
     else if (status == KEMPE_OK && !given && !kmp_rounding_of(s))
         keep(s, word);
-    if (status == KEMPE_OK)
-        *system = s;
-    else
-        kempe_system_free(s);
-    return status;
+    return KMP_GIVE_OR_FREE(status, system, s, kempe_system_free);
 }
 
 /* Makes a system, from the cache if it is there. */
@@ -172,8 +168,7 @@ static kempe_status new_system(const kempe_model *model, kmp_variant *given, con
 
 kempe_status kempe_system_new_with_algorithm(const kempe_model *model, const char *word, kempe_system **system)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, system, "system");
+    KMP_WANTED_BOTH(model, system);
     return new_system(model, NULL, word, system);
 }
 

@@ -5,7 +5,6 @@
  * square of the distance and soon exceed the tolerance. A small loop in a large mechanism cannot open far: its own size
  * is the measure. */
 #include "constraints/rounding/rounding.h"
-#include "base/memory.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/tolerances.h"
 #include <float.h>

@@ -4,8 +4,6 @@
  * any other sign. Before a dead centre u and v are exchanged, unless u is fixed. */
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
-#include "linalg/dense/dense.h"
-#include <limits.h>
 #include <string.h>
 
 /* With fewer degrees of freedom the reduced mass is the cheapest. */

@@ -27,17 +27,11 @@ static kempe_status make(kmp_ensemble *e, const kempe_model *model, const char *
 
 kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *const *names, kmp_ensemble **ensemble)
 {
-    kmp_ensemble *e = KMP_NEW(kmp_ensemble, 1);
-    if (!e)
-        return kmp_fail_memory(model->context);
+    KMP_MAKE(model->context, kmp_ensemble, e);
     e->context = model->context;
     e->columns = count;
     kempe_status status = make(e, model, names);
-    if (status == KEMPE_OK)
-        *ensemble = e;
-    else
-        kmp_ensemble_free(e);
-    return status;
+    return KMP_GIVE_OR_FREE(status, ensemble, e, kmp_ensemble_free);
 }
 
 void kmp_ensemble_free(kmp_ensemble *e)

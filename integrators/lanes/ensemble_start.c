@@ -3,7 +3,6 @@
  * it. The evaluator and the scales of the system are those of the current instance. */
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/partition/causes.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/lanes/ensemble_inside.h"

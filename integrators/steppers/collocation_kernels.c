@@ -2,8 +2,6 @@
 #include "base/clones.h"
 #include "integrators/steppers/collocation.h"
 
-#include <stddef.h>
-
 typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
 typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
 

@@ -4,8 +4,6 @@
  * output), II.10 (error), and the authors' published code. */
 #include "integrators/steppers/dop853.h"
 
-#include <math.h>
-
 /* Stages 1, 6 .. 16 in the last four coefficients of the dense output's interpolant. */
 enum { STAGES = 16, DENSE_TERMS = 12 };
 static const double D[4][DENSE_TERMS] = {

@@ -3,7 +3,6 @@
 #include "backend/bounds.h"
 #include "symbolic/table_function.h"
 #include <math.h>
-#include <string.h>
 
 struct kmp_bounds {
     const kmp_program *program;

@@ -30,14 +30,28 @@ kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *f
             return kmp_tried;                                                                                          \
     } while (0)
 
+/** Declares a new object, all zero; KEMPE_E_MEMORY: the function returns it. */
+#define KMP_MAKE(context, type, name)                                                                                  \
+    type *name = KMP_NEW(type, 1);                                                                                     \
+    if (!name)                                                                                                         \
+    return kmp_fail_memory(context)
+
+/** The end of a function that makes an object: gives it to the caller, or frees it where the status is an error. */
+#define KMP_GIVE_OR_FREE(status, out, made, release)                                                                   \
+    ((status) == KEMPE_OK ? (*(out) = (made), KEMPE_OK) : ((release)(made), (status)))
+
 /* Required arguments of public functions. KMP_WANTED: KEMPE_E_ARGUMENT with a sentence if a context can be reached
- * (NULL: it cannot). KMP_GIVEN, in a getter: the value returned for a missing object. */
+ * (NULL: it cannot). KMP_WANTED_BOTH: an object with a context, and another argument. KMP_GIVEN, in a getter: the value
+ * returned for a missing object. */
 #define KMP_MISSING "%s is NULL or missing"
 #define KMP_WANTED(context, thing, name)                                                                               \
     do {                                                                                                               \
         if (!(thing))                                                                                                  \
             return kmp_fail_missing((context), (name));                                                                \
     } while (0)
+#define KMP_WANTED_BOTH(object, thing)                                                                                 \
+    KMP_WANTED(NULL, object, #object);                                                                                 \
+    KMP_WANTED((object)->context, thing, #thing)
 #define KMP_GIVEN(thing, otherwise)                                                                                    \
     do {                                                                                                               \
         if (!(thing))                                                                                                  \

@@ -6,7 +6,6 @@
  *
  * Strips lie at y = b sin(angle), angles in even steps: the summands are then smooth to the ends of the ellipse. In a
  * strip steps are even, and tractions are those in the middle of each. */
-#include "base/context.h"
 #include "contact/creep.h"
 #include <kempe/contact.h>
 #include <math.h>

@@ -256,9 +256,7 @@ static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *
 kempe_status kmp_slopes_new(const kempe_system *system, const char *backend, int count, const char *const *names,
                             bool with_outputs, kmp_slopes **slopes)
 {
-    kmp_slopes *s = KMP_NEW(kmp_slopes, 1);
-    if (!s)
-        return kmp_fail_memory(system->context);
+    KMP_MAKE(system->context, kmp_slopes, s);
     *s = (kmp_slopes){.system = system, .n = system->n, .m = system->m, .count = count};
     kempe_status status = fill(s, backend, names, with_outputs);
     if (status != KEMPE_OK) {

@@ -5,7 +5,6 @@
 #include "derivatives/parameter_slopes.h"
 #include "linalg/dot.h"
 #include "symbolic/derivative.h"
-#include <string.h>
 
 /* Leaves and where each moves. */
 typedef struct motion {

@@ -5,7 +5,6 @@
 #include "linalg/dense/dense.h"
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 kempe_status kmp_state_sensitivity_init(kmp_state_sensitivity *sensitivity_of_state, const kempe_system *system,
                                         int count, const char *const *names)

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "derivatives/varied.h"
-#include "base/memory.h"
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include <math.h>

@@ -11,14 +11,12 @@
  *
  * whose derivative is dd = dS Jf' mu + S (dJf' mu + Jf' dmu) with Jf dd from the closures; dS from the characteristic
  * length. */
-#include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "derivatives/varied.h"
 #include "linalg/dense/lapack.h"
 #include <kempe/check.h>
-#include <math.h>
 #include <string.h>
 
 #define LARGE (1 << 14)

@@ -4,7 +4,6 @@
 #include "dynamics/closures.h"
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
-#include "dynamics/forces.h"
 #include "dynamics/shorten/point_gap.h"
 #include "dynamics/system.h"
 #include "symbolic/derivative.h"

@@ -11,7 +11,6 @@
 #include "model/tables/output_table.h"
 #include "symbolic/label.h"
 #include "symbolic/passes/shorten.h"
-#include <string.h>
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 

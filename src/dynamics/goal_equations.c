@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/goal_equations.h"
-#include "dynamics/forces.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include <string.h>

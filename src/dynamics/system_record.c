@@ -3,7 +3,6 @@
  * again. Conditions refer to parts of the model by their places in its arena, which are the same for equal files. */
 #include "dynamics/system_record.h"
 #include "base/clock.h"
-#include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/kept.h"
 #include "symbolic/program/program_bytes.h"

@@ -36,17 +36,11 @@ kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_opti
     KMP_OPTIONS(model->context, kempe_generate_options, generation);
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));
-    kempe_count *c = KMP_NEW(kempe_count, 1);
-    if (!c)
-        return kmp_fail_memory(model->context);
+    KMP_MAKE(model->context, kempe_count, c);
     c->context = model->context;
     c->model = kmp_strdup(model->name);
     kempe_status status = c->model ? count(c, model, generation) : kmp_fail_memory(model->context);
-    if (status == KEMPE_OK)
-        *out = c;
-    else
-        kempe_count_free(c);
-    return status;
+    return KMP_GIVE_OR_FREE(status, out, c, kempe_count_free);
 }
 
 void kempe_count_free(kempe_count *c)
@@ -75,8 +69,9 @@ static int longest_name(const kempe_count *c)
     return (int)longest;
 }
 
-static void show_count(kmp_text *text, const kempe_count *c)
+static void show_count(kmp_text *text, const void *result)
 {
+    const kempe_count *c = result;
     int width = longest_name(c);
     kmp_text_printf(text, "%s: M by scheme %s, numbers %s%s\n\n", c->model, c->choice.scheme,
                     c->choice.scene.keep ? "kept as symbols" : "folded",
@@ -115,8 +110,9 @@ static void json_entry(kmp_json *json, const char *name, const kmp_tally *t)
     kmp_json_end(json);
 }
 
-static void json_count(kmp_text *text, const kempe_count *c)
+static void json_count(kmp_text *text, const void *result)
 {
+    const kempe_count *c = result;
     kmp_json json = kmp_json_begin(text);
     kmp_json_object(&json, NULL);
     kmp_json_string(&json, "model", c->model);
@@ -136,12 +132,5 @@ static void json_count(kmp_text *text, const kempe_count *c)
 kempe_status kempe_count_print(const kempe_count *c, kempe_format format, char **text)
 {
     KMP_WANTED(NULL, c, "count");
-    KMP_WANTED(c->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(c->context);
-    if (format == KEMPE_JSON)
-        json_count(&out, c);
-    else
-        show_count(&out, c);
-    return kmp_print_finish(c->context, &out, text);
+    return kmp_print_result(c->context, format == KEMPE_JSON ? json_count : show_count, c, text);
 }

@@ -101,17 +101,11 @@ kempe_status kempe_code_new(const kempe_model *model, const kempe_generate_optio
     double begin = kmp_cpu_now();
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));
-    kempe_code *code = KMP_NEW(kempe_code, 1);
-    if (!code)
-        return kmp_fail_memory(model->context);
+    KMP_MAKE(model->context, kempe_code, code);
     code->context = model->context;
     kempe_status status = make(code, model, generation);
     code->cpu_s = kmp_cpu_now() - begin;
-    if (status == KEMPE_OK)
-        *out = code;
-    else
-        kempe_code_free(code);
-    return status;
+    return KMP_GIVE_OR_FREE(status, out, code, kempe_code_free);
 }
 
 void kempe_code_free(kempe_code *code)
@@ -143,8 +137,7 @@ const char *kempe_code_file_text(const kempe_code *code, int k)
 
 kempe_status kempe_code_write(const kempe_code *code, const char *folder)
 {
-    KMP_WANTED(NULL, code, "code");
-    KMP_WANTED(code->context, folder, "folder");
+    KMP_WANTED_BOTH(code, folder);
     kmp_context_clear(code->context);
     kempe_status status = kmp_folder_make(code->context, folder);
     for (int k = 0; k < code->files.count && status == KEMPE_OK; k++) {
@@ -159,8 +152,9 @@ kempe_status kempe_code_write(const kempe_code *code, const char *folder)
 
 /* -- printing ---------------------------------------------------------------------------------------- */
 
-static void show(kmp_text *text, const kempe_code *code)
+static void show(kmp_text *text, const void *result)
 {
+    const kempe_code *code = result;
     const kmp_code_source *source = &code->source;
     kmp_text_printf(text, "%s (model %s) in %s\n\n  %-24s %8s %8s %8s\n", source->title, source->hash,
                     code->language->name, "routine", "paper", "robotran", "prepare");
@@ -176,8 +170,9 @@ static void show(kmp_text *text, const kempe_code *code)
                        "operations that depend on parameters only\n");
 }
 
-static void write_json(kmp_text *text, const kempe_code *code)
+static void write_json(kmp_text *text, const void *result)
 {
+    const kempe_code *code = result;
     const kmp_code_source *source = &code->source;
     kmp_json json = kmp_json_begin(text);
     kmp_json_object(&json, NULL);
@@ -207,13 +202,6 @@ static void write_json(kmp_text *text, const kempe_code *code)
 
 kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text)
 {
-    KMP_WANTED(NULL, code, "code");
-    KMP_WANTED(code->context, text, "text");
-    kmp_text out = {0};
-    kmp_context_clear(code->context);
-    if (format == KEMPE_JSON)
-        write_json(&out, code);
-    else
-        show(&out, code);
-    return kmp_print_finish(code->context, &out, text);
+    KMP_WANTED_BOTH(code, text);
+    return kmp_print_result(code->context, format == KEMPE_JSON ? write_json : show, code, text);
 }

@@ -7,7 +7,6 @@
 #include "generate/sets.h"
 #include "symbolic/passes/shorten.h"
 #include "symbolic/program/cost.h"
-#include "symbolic/program/live.h"
 #include <string.h>
 
 /* Without zero elimination everything depends on everything: small models only. */

@@ -2,7 +2,6 @@
 /* Text of expressions with the fewest brackets that keep the order of operations. Values used more than once, or too
  * long for a line, become variables; long routines are cut into chunks. */
 #include "generate/scalar.h"
-#include <string.h>
 
 enum { LONGEST = 90, LEAF_LENGTH = 8 };
 

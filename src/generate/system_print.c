@@ -5,7 +5,6 @@
 #include "generate/sets.h"
 #include "output/print.h"
 #include "symbolic/passes/shorten.h"
-#include <math.h>
 #include <string.h>
 
 /* The sets of equations for a mechanism's motion. */
@@ -326,8 +325,7 @@ static kempe_status write_lines(kmp_text *out, const kempe_system *system, kempe
 
 kempe_status kempe_system_print(const kempe_system *system, kempe_view view, kempe_format format, char **text)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, text, "text");
+    KMP_WANTED_BOTH(system, text);
     kmp_text out = {0};
     kmp_context_clear(system->context);
     kempe_status status =

@@ -157,9 +157,7 @@ kempe_status kempe_model_new(kempe_context *context, const char *name, kempe_mod
     KMP_WANTED(NULL, context, "context");
     KMP_WANTED(context, model, "model");
     kmp_context_clear(context);
-    kempe_model *m = KMP_NEW(kempe_model, 1);
-    if (!m)
-        return kmp_fail_memory(context);
+    KMP_MAKE(context, kempe_model, m);
     m->context = context;
     m->name = m->file = kmp_arena_strdup(&m->arena, name && name[0] ? name : "model");
     m->builder = KMP_NEW(kmp_builder, 1);
@@ -248,8 +246,7 @@ static const kmp_yaml *inertia(kmp_builder *b, const kempe_number inertia[6])
 
 kempe_status kempe_model_add_body(kempe_model *model, const kempe_body_def *def)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, def, "def");
+    KMP_WANTED_BOTH(model, def);
     kmp_builder *b = model->builder;
     KMP_TRY(begin_entry(model, "bodies", def->name));
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
@@ -292,8 +289,7 @@ kempe_joint_def kempe_joint_default(const char *name)
 
 kempe_status kempe_model_add_joint(kempe_model *model, const kempe_joint_def *def)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, def, "def");
+    KMP_WANTED_BOTH(model, def);
     const kempe_number axis[3] = {kempe_value(def->axis[0]), kempe_value(def->axis[1]), kempe_value(def->axis[2])};
     kmp_builder *b = model->builder;
     KMP_TRY(begin_entry(model, "joints", def->name));
@@ -316,8 +312,7 @@ kempe_closure_def kempe_closure_default(const char *name)
 
 kempe_status kempe_model_add_closure(kempe_model *model, const kempe_closure_def *def)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, def, "def");
+    KMP_WANTED_BOTH(model, def);
     kmp_builder *b = model->builder;
     KMP_TRY(begin_entry(model, "loops", def->name));
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
@@ -333,8 +328,7 @@ kempe_force_def kempe_force_default(const char *name)
 
 kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *def)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, def, "def");
+    KMP_WANTED_BOTH(model, def);
     kmp_builder *b = model->builder;
     KMP_TRY(begin_entry(model, "forces", def->name));
     kmp_yaml *map = new_node(b, KMP_YAML_MAP);
@@ -355,8 +349,7 @@ kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *de
 
 kempe_status kempe_model_add_text(kempe_model *model, const char *section, const char *name, const char *text)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, section, "section");
+    KMP_WANTED_BOTH(model, section);
     KMP_WANTED(model->context, text, "text");
     kmp_builder *b = model->builder;
     const kmp_yaml *node = NULL;

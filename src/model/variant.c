@@ -256,19 +256,13 @@ static kempe_status make(kmp_variant *v, int count, const char *const *names)
 kempe_status kmp_variant_new(const kempe_model *model, int count, const char *const *names, kmp_variant **variant)
 {
     KMP_TRY(kmp_model_check_finished(model));
-    kmp_variant *v = KMP_NEW(kmp_variant, 1);
-    if (!v)
-        return kmp_fail_memory(model->context);
+    KMP_MAKE(model->context, kmp_variant, v);
     copy_model(v, model, count);
     v->base = model;
     v->count = count;
     v->parameter = KMP_ARENA_NEW(&v->model.arena, int, count);
     kempe_status status = make(v, count, names);
-    if (status == KEMPE_OK)
-        *variant = v;
-    else
-        kmp_variant_free(v);
-    return status;
+    return KMP_GIVE_OR_FREE(status, variant, v, kmp_variant_free);
 }
 
 void kmp_variant_free(kmp_variant *v)

@@ -5,7 +5,6 @@
 #include "model/tables/nearest.h"
 #include "model/tables/output_table.h"
 #include "output/csv_reader.h"
-#include <math.h>
 #include <string.h>
 
 typedef enum column_kind { COLUMN_UNKNOWN, COLUMN_PASSED, COLUMN_TIME, COLUMN_VALUE } column_kind;

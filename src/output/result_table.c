@@ -431,8 +431,7 @@ static kempe_status write_npz(const kempe_table *t, const char *path)
 
 kempe_status kempe_table_write(const kempe_table *table, const char *path)
 {
-    KMP_WANTED(NULL, table, "table");
-    KMP_WANTED(table->context, path, "path");
+    KMP_WANTED_BOTH(table, path);
     kmp_context_clear(table->context);
     const char *folder = strrchr(path, '/'), *ending = strrchr(folder ? folder : path, '.');
     kmp_text text = {0};

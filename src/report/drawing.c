@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Points that coincide in the drawing are one: all marks are combined on it. */
 #include "report/drawing.h"
-#include "base/memory.h"
 #include <math.h>
 #include <string.h>
 

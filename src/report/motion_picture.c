@@ -2,7 +2,6 @@
 /* Frames are 16-bit integers: positions within the box of all of them, and unit quaternions. A large mechanism has
  * fewer frames, the largest ones are drawn in part. */
 #include "report/motion_picture.h"
-#include "base/memory.h"
 #include "report/drawing.h"
 #include "report/pose.h"
 #include "report/railway.h"

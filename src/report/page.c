@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "report/motion_picture.h"
 #include <kempe/compare.h>
-#include <string.h>
 
 /* -- running again ----------------------------------------------------------------------------------- */
 

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Links from bodies and motions; welded bodies are joined to the bodies that carry them. */
 #include "dynamics/kinematics/link_tree.h"
-#include "base/memory.h"
-#include "symbolic/rotation.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Chooses the closures that are derived again from their points, and the variant for either point: the cheapest single
  * variant for all, then closure by closure. */
-#include "constraints/kinds/kind.h"
 #include "dynamics/shorten/point_gap_inside.h"
 #include "symbolic/program/cost.h"
-#include "symbolic/substitute.h"
 #include <string.h>
 
 /* The time of the search grows with the square of their number: larger mechanisms use derived rows. */

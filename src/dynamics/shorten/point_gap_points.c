@@ -7,7 +7,6 @@
  *              row by d, rotated outwards
  *   outward    from the ancestor in its axes: axes, origins, rates and beta = wd~ + w~ w~ of the links, shared by all
  *              points on them */
-#include "dynamics/forces.h"
 #include "dynamics/shorten/point_gap_inside.h"
 #include "symbolic/derivative.h"
 #include "symbolic/rotation.h"

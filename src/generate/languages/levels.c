@@ -3,7 +3,6 @@
  * a single reader become part of the reader's sum. */
 #include "generate/languages/levels.h"
 #include <stdlib.h>
-#include <string.h>
 
 /* The operation of one instruction of stage 1: op and operands (of the program, with signs). */
 typedef struct item {

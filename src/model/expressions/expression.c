@@ -5,7 +5,6 @@
 #include "model/expressions/expression.h"
 #include "model/limits.h"
 #include "model/tables/nearest.h"
-#include "symbolic/table_function.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Expressions as text that reads back to the same tree, with the fewest parentheses. */
 #include "model/expressions/expression.h"
-#include <math.h>
 
 /* Precedence of a node: a node of lower precedence than its position requires is put in parentheses. */
 enum { BIND_COMPARISON, BIND_SUM, BIND_PRODUCT, BIND_NEGATIVE, BIND_POWER, BIND_PRIMARY };

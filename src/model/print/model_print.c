@@ -55,8 +55,7 @@ void kmp_model_settings(const kmp_run_settings *run, kmp_shown_setting list[KMP_
 
 kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, text, "text");
+    KMP_WANTED_BOTH(model, text);
     kmp_text out = {0};
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));

@@ -3,7 +3,6 @@
 #include "model/limits.h"
 #include "model/rail/rail.h"
 #include "model/read/reading.h"
-#include <string.h>
 
 static const kmp_key piece_keys[] = {
 #include "model/keys/piece_keys.def"

@@ -3,9 +3,7 @@
 #include "model/limits.h"
 #include "model/rail/rail.h"
 #include "model/read/reading.h"
-#include "symbolic/table_function.h"
 #include <math.h>
-#include <string.h>
 
 static const kmp_key irregularity_keys[] = {
 #include "model/keys/irregularity_keys.def"

@@ -4,7 +4,6 @@
  * the first in the file. The rank is the number of rows of the joint's cut, so that all cuts together have the fewest
  * rows (a spanning tree of greatest weight). Joints that must stay are first of all. */
 #include "model/read/linkage.h"
-#include <string.h>
 
 static bool must_stay(const kmp_edge *edge)
 {

@@ -3,7 +3,6 @@
 #include "linalg/dot.h"
 #include "model/read/reading.h"
 #include <math.h>
-#include <string.h>
 
 /* x, y, z with or without a minus. */
 static bool read_letter_axis(const char *text, double axis[3])

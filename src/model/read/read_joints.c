@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints as chains of elementary motions: a row of joints.def with its axis, or the chain written out. */
 #include "model/read/reading.h"
-#include "model/tables/closure_table.h"
 #include <math.h>
 #include <string.h>
 

@@ -4,8 +4,6 @@
 #include "model/files/nodes.h"
 #include "model/read/reading.h"
 #include <kempe/settings.h>
-#include <math.h>
-#include <string.h>
 
 /* States of a parameter during valuation. */
 typedef enum state { WAITING, KNOWN, BAD } state;

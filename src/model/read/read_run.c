@@ -4,7 +4,6 @@
 #include "model/read/reading.h"
 #include "model/tables/run_settings.h"
 #include <math.h>
-#include <string.h>
 
 /* -- start --------------------------------------------------------------------------------------- */
 

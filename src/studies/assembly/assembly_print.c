@@ -4,7 +4,6 @@
 #include "model/print/model_print.h"
 #include "output/print.h"
 #include <kempe/check.h>
-#include <math.h>
 #include <string.h>
 
 /* "" when closed; else the loops that stay open, widest first. */

@@ -3,8 +3,6 @@
 #include "constraints/closing/assembly_modes.h"
 #include "output/print.h"
 #include <kempe/branches.h>
-#include <math.h>
-#include <string.h>
 
 static void list_kept(kmp_text *text, const kempe_branches *b)
 {

@@ -3,7 +3,6 @@
 #include "integrators/steppers/solver.h"
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
-#include <math.h>
 #include <string.h>
 
 static const char default_rtols[] = "1e-3,1e-4,1e-5,1e-6,1e-7,1e-8,1e-9,1e-10,1e-11,1e-12,1e-13";

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The comparison as text: all runs, the table at equal error, failures, and the summary, which comes last so that a
  * terminal shows it. */
-#include "base/memory.h"
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>

@@ -244,8 +244,7 @@ static kempe_status compare(kmp_compare_job *j, const kempe_compare_options *opt
 kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compare_options *options,
                                   kempe_comparison **comparison)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, comparison, "comparison");
+    KMP_WANTED_BOTH(system, comparison);
     KMP_OPTIONS(system->context, kempe_compare_options, options);
     kempe_comparison *c = KMP_NEW(kempe_comparison, 1);
     kmp_compare_job j = {.comparison = c, .context = system->context};

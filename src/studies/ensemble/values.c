@@ -7,7 +7,6 @@
 #include "model/variant.h"
 #include <kempe/ensemble.h>
 #include <limits.h>
-#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -102,8 +101,7 @@ static kempe_status check_names(const kempe_model *model, int columns, const cha
 kempe_status kempe_values_new(const kempe_model *model, int columns, const char *const *names, int count,
                               const double *rows, kempe_values **values)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, values, "values");
+    KMP_WANTED_BOTH(model, values);
     kmp_context_clear(model->context);
     if (columns < 0 || count < 0)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "a table cannot have a negative number of columns or rows");

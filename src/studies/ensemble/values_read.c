@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables of values from CSV files: a header of names, then a row an instance. */
-#include "base/memory.h"
 #include "model/variant.h"
 #include "output/csv_reader.h"
 #include "studies/ensemble/values.h"
@@ -66,8 +65,7 @@ static bool read_row(kmp_csv *csv, const char *line)
 
 kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe_values **values)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, path, "path");
+    KMP_WANTED_BOTH(model, path);
     KMP_WANTED(model->context, values, "values");
     reader r = {.model = model};
     kmp_csv csv = {.context = model->context,

@@ -8,7 +8,6 @@
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include "output/quantity.h"
-#include "studies/equilibrium/descent.h"
 #include "studies/equilibrium/operating.h"
 #include <kempe/check.h>
 #include <kempe/equilibrium.h>
@@ -277,23 +276,16 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
 kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_options *options,
                                    kempe_equilibrium **equilibrium)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, equilibrium, "equilibrium");
+    KMP_WANTED_BOTH(system, equilibrium);
     KMP_OPTIONS(system->context, kempe_equilibrium_options, options);
     kmp_context_begin(system->context);
-    kempe_equilibrium *e = KMP_NEW(kempe_equilibrium, 1);
-    if (!e)
-        return kmp_fail_memory(system->context);
+    KMP_MAKE(system->context, kempe_equilibrium, e);
     e->requested = e->system = system;
     kempe_status status = read_options(e, options);
     if (status == KEMPE_OK)
         status = find(e, options);
     e->warnings = kmp_context_warnings(system->context);
-    if (status == KEMPE_OK)
-        *equilibrium = e;
-    else
-        kempe_equilibrium_free(e);
-    return status;
+    return KMP_GIVE_OR_FREE(status, equilibrium, e, kempe_equilibrium_free);
 }
 
 void kempe_equilibrium_free(kempe_equilibrium *equilibrium)

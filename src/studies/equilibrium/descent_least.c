@@ -2,7 +2,6 @@
 /* Newton's method on R, and on targets, over the unknowns of the search and the released quantities. Least squares,
  * damped as far as a bound on the step requires (Levenberg, Marquardt). There may be more rows than unknowns where rows
  * of R are redundant, and coordinates that nothing depends on stay where they are. Derivatives are exact. */
-#include "base/memory.h"
 #include "base/share.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/lapack.h"

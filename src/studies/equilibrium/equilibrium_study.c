@@ -6,7 +6,6 @@
  * no potential. Where R = 0 and Kr has a negative direction the state is displaced along it. Newton's steps by least
  * squares end the search. */
 #include "base/memory.h"
-#include "constraints/closing/charts.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
 #include "linalg/dot.h"

@@ -172,9 +172,7 @@ static kempe_status read_targets(kmp_exchange *x, const kempe_model *model, cons
 kempe_status kmp_exchange_new(const kempe_system *system, const char *fix, const char *require, const char *release,
                               const kmp_steady *rates, int rate_count, kmp_exchange **exchange)
 {
-    kmp_exchange *x = KMP_NEW(kmp_exchange, 1);
-    if (!x)
-        return kmp_fail_memory(system->context);
+    KMP_MAKE(system->context, kmp_exchange, x);
     kempe_status status = read_release(x, system->model, release, rates, rate_count);
     if (status == KEMPE_OK)
         status = read_targets(x, system->model, fix, require);
@@ -183,11 +181,7 @@ kempe_status kmp_exchange_new(const kempe_system *system, const char *fix, const
     if (status == KEMPE_OK)
         status = kmp_slopes_new(x->system, kmp_backend_default(), x->parameter_count, x->name, x->target_count > 0,
                                 &x->slopes);
-    if (status == KEMPE_OK)
-        *exchange = x;
-    else
-        kmp_exchange_free(x);
-    return status;
+    return KMP_GIVE_OR_FREE(status, exchange, x, kmp_exchange_free);
 }
 
 void kmp_exchange_free(kmp_exchange *exchange)

@@ -4,7 +4,6 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
-#include "model/model.h"
 #include "studies/equilibrium/exchange.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -150,11 +149,7 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
         status = start ? KEMPE_OK : settle(o, linear, list);
     }
     kempe_assembly_free(a);
-    if (status == KEMPE_OK)
-        *operating = o;
-    else
-        kmp_operating_free(o);
-    return status;
+    return KMP_GIVE_OR_FREE(status, operating, o, kmp_operating_free);
 }
 
 void kmp_operating_free(kmp_operating *operating)

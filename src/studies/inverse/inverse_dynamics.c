@@ -4,7 +4,6 @@
 #include "studies/inverse/inverse_dynamics.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
-#include "dynamics/closures.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dot.h"
 #include <math.h>

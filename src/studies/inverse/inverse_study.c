@@ -8,7 +8,6 @@
 #include "dynamics/closures.h"
 #include "model/expressions/ranges.h"
 #include "model/tables/coordinates.h"
-#include "output/print.h"
 #include "output/times.h"
 #include "studies/inverse/inverse_dynamics.h"
 #include "studies/inverse/prescribed_motion.h"
@@ -576,8 +575,7 @@ static kempe_status run(job *j)
 kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *options,
                                kempe_inverse **inverse)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, inverse, "inverse");
+    KMP_WANTED_BOTH(system, inverse);
     KMP_OPTIONS(system->context, kempe_inverse_options, options);
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inverse dynamics as a table. */
-#include "dynamics/closures.h"
 #include "output/result_table.h"
 #include "studies/inverse/inverse_study.h"
 #include <kempe/inverse.h>

@@ -7,9 +7,6 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
-#include "dynamics/closures.h"
-#include "linalg/dense/dense.h"
-#include <float.h>
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

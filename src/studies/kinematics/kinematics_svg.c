@@ -2,7 +2,6 @@
 /* The paths of a sweep's position outputs as a picture, both axes to one scale, in the plane of the two ground axes
  * with the largest extent. The beginning of the sweep and dead centres are marked. */
 #include "base/file.h"
-#include "model/tables/output_table.h"
 #include "output/plot.h"
 #include "studies/kinematics/position_sweep.h"
 #include <kempe/kinematics.h>

@@ -393,14 +393,11 @@ static kempe_status finish(job *j, kempe_status status)
 kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinematics_options *options,
                                   kempe_kinematics **kinematics)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, kinematics, "kinematics");
+    KMP_WANTED_BOTH(system, kinematics);
     KMP_OPTIONS(system->context, kempe_kinematics_options, options);
     kmp_context_begin(system->context);
     double begin = kmp_cpu_now();
-    kempe_kinematics *k = KMP_NEW(kempe_kinematics, 1);
-    if (!k)
-        return kmp_fail_memory(system->context);
+    KMP_MAKE(system->context, kempe_kinematics, k);
     k->system = system;
     job j = {.k = k};
     kempe_status status = kmp_kinematics_request(k, options);

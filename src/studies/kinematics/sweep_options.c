@@ -2,7 +2,6 @@
 /* Reads names and ranges of a sweep: driven coordinates and time, fixed coordinates, and deactivated drives. Driven
  * coordinates are then compared with the degrees of freedom. */
 #include "base/context.h"
-#include "base/memory.h"
 #include "model/expressions/ranges.h"
 #include "model/tables/nearest.h"
 #include "output/quantity.h"

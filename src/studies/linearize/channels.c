@@ -9,8 +9,6 @@
 #include "model/tables/output_table.h"
 #include "studies/simulate/columns.h"
 #include <kempe/extend.h>
-#include <math.h>
-#include <string.h>
 
 /* A state counts as an equilibrium when the residual R is this small relative to the forces: far above rounding, far
  * below a visible motion. */

@@ -4,8 +4,6 @@
 #include "output/print.h"
 #include "studies/linearize/linearize_study.h"
 #include <kempe/linearize.h>
-#include <math.h>
-#include <string.h>
 
 enum { MOST_COLUMNS = 8, MOST_ROWS = 24 };
 

@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "output/npz.h"
 #include <kempe/linearize.h>
-#include <string.h>
 
 kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
 {
@@ -47,24 +46,17 @@ static kempe_status make_first_order(kempe_linearization *l)
 kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *options,
                                      kempe_linearization **linearization)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, linearization, "linearization");
+    KMP_WANTED_BOTH(system, linearization);
     KMP_OPTIONS(system->context, kempe_linearize_options, options);
     kmp_context_begin(system->context);
-    kempe_linearization *l = KMP_NEW(kempe_linearization, 1);
-    if (!l)
-        return kmp_fail_memory(system->context);
+    KMP_MAKE(system->context, kempe_linearization, l);
     const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
                                             options->backend};
     kempe_status status = kmp_channels_init(&l->channels, system, &requested);
     if (status == KEMPE_OK)
         status = make_first_order(l);
     l->channels.warnings = kmp_context_warnings(system->context);
-    if (status == KEMPE_OK)
-        *linearization = l;
-    else
-        kempe_linearization_free(l);
-    return status;
+    return KMP_GIVE_OR_FREE(status, linearization, l, kempe_linearization_free);
 }
 
 void kempe_linearization_free(kempe_linearization *l)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/modes/eigenmodes.h"
 #include "constraints/closing/charts.h"
-#include "model/model.h"
 #include <math.h>
 #include <string.h>
 

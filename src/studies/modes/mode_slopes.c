@@ -8,7 +8,6 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Eigenvalues nearer than this, relative to the largest modulus, count as equal: the matrices' rounding separates an
  * equal pair with a single vector by its root. */

@@ -2,7 +2,6 @@
 /* Modes as text and JSON. */
 #include "output/print.h"
 #include "output/quantity.h"
-#include "studies/assembly/check_print.h"
 #include "studies/modes/modes_study.h"
 #include <kempe/modes.h>
 #include <math.h>

@@ -199,14 +199,11 @@ static kempe_status make(kempe_modes *m, const kempe_modes_options *options)
 
 kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_options *options, kempe_modes **modes)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, modes, "modes");
+    KMP_WANTED_BOTH(system, modes);
     KMP_OPTIONS(system->context, kempe_modes_options, options);
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
-    kempe_modes *m = KMP_NEW(kempe_modes, 1);
-    if (!m)
-        return kmp_fail_memory(system->context);
+    KMP_MAKE(system->context, kempe_modes, m);
     m->system = system;
     kempe_status status = make(m, options);
     m->status = status;

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/modes/operating_family.h"
 #include "base/memory.h"
-#include "constraints/closing/assemble.h"
-#include "constraints/closing/charts.h"
 #include "constraints/rounding/mend.h"
 #include <math.h>
 #include <string.h>
@@ -26,16 +24,10 @@ static kempe_status prepare(kmp_operating_family *s)
 kempe_status kmp_operating_family_new(const kempe_system *system, const kmp_operating_family_options *options,
                                       kmp_operating_family **family)
 {
-    kmp_operating_family *s = KMP_NEW(kmp_operating_family, 1);
-    if (!s)
-        return kmp_fail_memory(system->context);
+    KMP_MAKE(system->context, kmp_operating_family, s);
     *s = (kmp_operating_family){.base = system, .options = *options};
     kempe_status status = prepare(s);
-    if (status == KEMPE_OK)
-        *family = s;
-    else
-        kmp_operating_family_free(s);
-    return status;
+    return KMP_GIVE_OR_FREE(status, family, s, kmp_operating_family_free);
 }
 
 void kmp_operating_family_free(kmp_operating_family *family)

@@ -149,20 +149,13 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
 kempe_status kempe_response_new(const kempe_system *system, const kempe_response_options *options,
                                 kempe_response **response)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, response, "response");
+    KMP_WANTED_BOTH(system, response);
     KMP_OPTIONS(system->context, kempe_response_options, options);
     kmp_context_begin(system->context);
-    kempe_response *r = KMP_NEW(kempe_response, 1);
-    if (!r)
-        return kmp_fail_memory(system->context);
+    KMP_MAKE(system->context, kempe_response, r);
     kempe_status status = make(r, system, options);
     r->channels.warnings = kmp_context_warnings(system->context);
-    if (status == KEMPE_OK)
-        *response = r;
-    else
-        kempe_response_free(r);
-    return status;
+    return KMP_GIVE_OR_FREE(status, response, r, kempe_response_free);
 }
 
 void kempe_response_free(kempe_response *r)

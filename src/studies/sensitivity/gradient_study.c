@@ -371,14 +371,11 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
 kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_options *options,
                                 kempe_gradient **gradient)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, gradient, "gradient");
+    KMP_WANTED_BOTH(model, gradient);
     KMP_OPTIONS(model->context, kempe_gradient_options, options);
     KMP_WANTED(model->context, options->parameters || options->parameter_count <= 0, "parameters");
     kmp_context_begin(model->context);
-    kempe_gradient *g = KMP_NEW(kempe_gradient, 1);
-    if (!g)
-        return kmp_fail_memory(model->context);
+    KMP_MAKE(model->context, kempe_gradient, g);
     g->context = model->context;
     g->count = options->parameter_count;
     kempe_status status = make(g, model, options);

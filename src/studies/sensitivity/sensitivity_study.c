@@ -4,7 +4,6 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
-#include "model/tables/nearest.h"
 #include "model/tables/requested.h"
 #include <kempe/sensitivity.h>
 #include <math.h>
@@ -154,17 +153,14 @@ static kempe_status prepare(kempe_sensitivity *s)
 kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *options,
                                    kempe_sensitivity **sensitivity)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, sensitivity, "sensitivity");
+    KMP_WANTED_BOTH(model, sensitivity);
     KMP_OPTIONS(model->context, kempe_sensitivity_options, options);
     const kempe_run_options *run = options->run;
     KMP_OPTIONS(model->context, kempe_run_options, run);
     double begin = kmp_cpu_now();
     kmp_context_begin(model->context);
     KMP_TRY(kmp_model_check_finished(model));
-    kempe_sensitivity *s = KMP_NEW(kempe_sensitivity, 1);
-    if (!s)
-        return kmp_fail_memory(model->context);
+    KMP_MAKE(model->context, kempe_sensitivity, s);
     *s = (kempe_sensitivity){.kind = kinds[0],
                              .model = model,
                              .context = model->context,

@@ -4,7 +4,6 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "integrators/steppers/solver.h"
-#include "model/tables/output_table.h"
 #include "output/times.h"
 #include "studies/sensitivity/adjoint.h"
 #include "studies/sensitivity/sensitivity_study.h"

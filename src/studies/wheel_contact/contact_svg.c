@@ -2,7 +2,6 @@
 /* A table of contacts as a picture. For each wheel it has the two profiles, a little apart, with the points that touch
  * at each value joined; below, the contacts' values over the swept quantity. */
 #include "base/file.h"
-#include "model/model.h"
 #include "output/plot.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table_function.h"

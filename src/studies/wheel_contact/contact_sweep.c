@@ -8,7 +8,6 @@
 #include "constraints/closing/charts.h"
 #include "constraints/rounding/mend.h"
 #include "model/tables/coordinates.h"
-#include "model/tables/output_table.h"
 #include <kempe/contacts.h>
 #include <math.h>
 #include <string.h>
@@ -267,8 +266,7 @@ static kempe_status run(job *j, const kempe_contact_options *options)
 kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_options *options,
                                 kempe_contacts **table)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, table, "table");
+    KMP_WANTED_BOTH(system, table);
     KMP_OPTIONS(system->context, kempe_contact_options, options);
     double begun = kmp_cpu_now();
     kempe_contacts *t = KMP_NEW(kempe_contacts, 1);

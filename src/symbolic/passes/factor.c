@@ -3,7 +3,6 @@
  * and their remainder is treated as a sum of its own, until no factor is common to two terms. */
 #include "symbolic/passes/rewrite.h"
 #include "symbolic/passes/shorten.h"
-#include <string.h>
 
 enum { MOST_FACTORS = 12 };
 

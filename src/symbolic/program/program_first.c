@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "base/memory.h"
 #include "symbolic/program/program.h"
-#include "symbolic/table_function.h"
 #include <string.h>
 
 static int leaves(const kmp_program *p)
