@@ -3,7 +3,9 @@
 #include "dynamics/kept.h"
 #include "integrators/formulations/tangent.h"
 #include "symbolic/program/program_bytes.h"
+#include "symbolic/program/program_forms.h"
 #include <limits.h>
+#include <string.h>
 
 enum { FORCED = 1 << KMP_VALUES };
 
@@ -20,7 +22,44 @@ static void name_programs(const kmp_tangents *t, const kempe_system *system, uns
     kmp_kept_name_program(system, (kmp_kept_name){"code of tangents", variant}, t->tangent.program);
 }
 
-void kmp_tangents_keep(const kmp_tangents *t, const kempe_system *system, unsigned values)
+/* -- what is kept --------------------------------------------------------------------------------------- */
+
+/* Programs that are shared, and a list of entries of its own; no machines. */
+static bool copy(const kmp_tangents *from, kmp_tangents *to)
+{
+    int count = from->start[KMP_TANGENT_BLOCKS];
+    kmp_tangent *entry = KMP_NEW(kmp_tangent, count);
+    if (!entry)
+        return false;
+    if (count > 0)
+        memcpy(entry, from->entry, (size_t)count * sizeof *entry);
+    memcpy(to->at, from->at, sizeof to->at);
+    memcpy(to->start, from->start, sizeof to->start);
+    to->entry = entry;
+    to->first_effort = from->first_effort;
+    to->choice = from->choice;
+    to->value.program = kmp_program_share(from->value.program);
+    to->tangent.program = kmp_program_share(from->tangent.program);
+    return true;
+}
+
+static void release(void *made)
+{
+    kmp_tangents_free(made);
+    kmp_free(made);
+}
+
+/* Keeps a copy, without which all works as well. */
+static void keep(const kmp_tangents *t, const kempe_system *system, unsigned values)
+{
+    kmp_tangents *kept = KMP_NEW(kmp_tangents, 1);
+    if (kept && copy(t, kept))
+        (void)kmp_kept_add(system, name_of(system, values), kept, release);
+    else
+        kmp_free(kept);
+}
+
+static void write(const kmp_tangents *t, const kempe_system *system, unsigned values)
 {
     kmp_bytes b = {0};
     kmp_table_pool pool = {0};
@@ -32,9 +71,19 @@ void kmp_tangents_keep(const kmp_tangents *t, const kempe_system *system, unsign
     kmp_program_put(&b, &pool, t->value.program);
     kmp_program_put(&b, &pool, t->tangent.program);
     kmp_table_pool_free(&pool);
-    kmp_kept_add(system, name_of(system, values), &b);
-    name_programs(t, system, values);
+    kmp_kept_write(system, name_of(system, values), &b);
+    kmp_bytes_free(&b);
 }
+
+void kmp_tangents_keep(const kmp_tangents *t, const kempe_system *system, unsigned values)
+{
+    if (system->has_key)
+        write(t, system, values);
+    name_programs(t, system, values);
+    keep(t, system, values);
+}
+
+/* -- reading ---------------------------------------------------------------------------------------------- */
 
 static bool is_within(const kmp_tangents *t, const kmp_tangent *e, int block)
 {
@@ -72,24 +121,35 @@ static bool take_entries(kmp_byte_source *s, kmp_tangents *t)
     return t->entry;
 }
 
+/* From the cache. */
+static bool take(kmp_byte_source *s, kmp_tangents *t)
+{
+    kmp_table_pool pool = {0};
+    bool good = take_entries(s, t);
+    t->first_effort = kmp_bytes_take_int(s, 0, INT_MAX);
+    kmp_bytes_take(s, &t->choice, sizeof t->choice);
+    t->value.program = good ? kmp_program_get(s, &pool) : NULL;
+    t->tangent.program = good ? kmp_program_get(s, &pool) : NULL;
+    kmp_table_pool_free(&pool);
+    return good && !s->failed && s->at == s->end && t->value.program && t->tangent.program && is_sound(t);
+}
+
 bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, unsigned values)
 {
-    kmp_byte_source s;
-    kmp_table_pool pool = {0};
+    const kmp_tangents *kept = kmp_kept_find(system, name_of(system, values));
+    if (kept)
+        return copy(kept, tangents);
+    kmp_cached file = kmp_kept_recall(system, name_of(system, values));
+    kmp_byte_source s = kmp_byte_source_of(file.bytes, file.size);
     kmp_tangents t = *tangents;
-    if (!kmp_kept_find(system, name_of(system, values), &s))
-        return false;
-    bool good = take_entries(&s, &t);
-    t.first_effort = kmp_bytes_take_int(&s, 0, INT_MAX);
-    kmp_bytes_take(&s, &t.choice, sizeof t.choice);
-    t.value.program = good ? kmp_program_get(&s, &pool) : NULL;
-    t.tangent.program = good ? kmp_program_get(&s, &pool) : NULL;
-    kmp_table_pool_free(&pool);
-    good = good && !s.failed && s.at == s.end && t.value.program && t.tangent.program && is_sound(&t);
-    name_programs(&t, system, values);
-    if (good)
+    bool good = file.whole && take(&s, &t);
+    kmp_free(file.whole);
+    if (good) {
+        name_programs(&t, system, values);
+        keep(&t, system, values);
         *tangents = t;
-    else
+    } else if (file.whole) {
         kmp_tangents_free(&t);
+    }
     return good;
 }

@@ -9,8 +9,8 @@
 typedef struct item {
     struct item *next;
     kmp_kept_name name; /* its word is a literal */
-    kmp_bytes bytes;
-    kmp_cached file; /* instead of bytes: of the cache */
+    void *made;
+    void (*release)(void *made);
 } item;
 
 struct kmp_kept {
@@ -32,8 +32,7 @@ void kmp_kept_clear(kmp_kept *kept)
 {
     for (item *x = kept->first, *next; x; x = next) {
         next = x->next;
-        kmp_bytes_free(&x->bytes);
-        kmp_free(x->file.whole);
+        x->release(x->made);
         kmp_free(x);
     }
     kept->first = NULL;
@@ -114,46 +113,29 @@ static item *find(const kmp_kept *kept, kmp_kept_name name)
     return x;
 }
 
-/* Adds bytes or a file; true if they are now among the items. */
-static bool add(kmp_kept *kept, kmp_kept_name name, const kmp_bytes *bytes, const kmp_cached *file)
+const void *kmp_kept_find(const kempe_system *s, kmp_kept_name name)
 {
-    item *x = find(kept, name) ? NULL : KMP_NEW(item, 1);
-    if (!x)
-        return false;
-    *x = (item){.next = kept->first, .name = name};
-    if (bytes)
-        x->bytes = *bytes;
-    else
-        x->file = *file;
-    kept->first = x;
-    return true;
+    pthread_mutex_lock(&s->kept->lock);
+    const item *x = find(s->kept, name);
+    pthread_mutex_unlock(&s->kept->lock);
+    return x ? x->made : NULL;
 }
 
-bool kmp_kept_find(const kempe_system *s, kmp_kept_name name, kmp_byte_source *found)
+const void *kmp_kept_add(const kempe_system *s, kmp_kept_name name, void *made, void (*release)(void *made))
 {
     kmp_kept *kept = s->kept;
+    item *new = KMP_NEW(item, 1);
     pthread_mutex_lock(&kept->lock);
-    const item *x = find(kept, name);
-    if (!x) {
-        kmp_cached file = kmp_kept_recall(s, name);
-        if (file.whole && !add(kept, name, NULL, &file))
-            kmp_free(file.whole);
-        x = find(kept, name);
+    item *x = find(kept, name);
+    bool added = !x && new;
+    if (added) {
+        *new = (item){kept->first, name, made, release};
+        kept->first = x = new;
     }
-    if (x)
-        *found = x->file.whole ? kmp_byte_source_of(x->file.bytes, x->file.size)
-                               : kmp_byte_source_of(x->bytes.at, x->bytes.size);
     pthread_mutex_unlock(&kept->lock);
-    return x;
-}
-
-void kmp_kept_add(const kempe_system *s, kmp_kept_name name, kmp_bytes *bytes)
-{
-    kmp_kept *kept = s->kept;
-    kmp_kept_write(s, name, bytes);
-    pthread_mutex_lock(&kept->lock);
-    if (bytes->failed || !add(kept, name, bytes, NULL))
-        kmp_bytes_free(bytes);
-    pthread_mutex_unlock(&kept->lock);
-    *bytes = (kmp_bytes){0};
+    if (!added) {
+        kmp_free(new);
+        release(made);
+    }
+    return x ? x->made : NULL;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Store of derived equations: bytes by name, made once and used by all runs of a system. They are kept as long as the
- * system, and in the context's cache if there is one. */
+/* Store of derived equations, by name: made once and used by all runs of a system, as long as the system lasts. Bytes
+ * of them are kept in the context's cache if there is one. */
 #ifndef KMP_DYNAMICS_KEPT_H
 #define KMP_DYNAMICS_KEPT_H
 
@@ -20,11 +20,12 @@ void kmp_kept_free(kmp_kept *kept);
 /** Forgets what was derived with other numbers of the model. */
 void kmp_kept_clear(kmp_kept *kept);
 
-/** The bytes of a name, valid as long as the system; false: there are none. Several threads may ask. */
-bool kmp_kept_find(const kempe_system *system, kmp_kept_name name, kmp_byte_source *found);
+/** What is kept by a name; NULL: there is none. Several threads may ask. */
+const void *kmp_kept_find(const kempe_system *system, kmp_kept_name name);
 
-/** Takes the bytes, which are freed if they have failed, or if another thread has added the same before. */
-void kmp_kept_add(const kempe_system *system, kmp_kept_name name, kmp_bytes *bytes);
+/** Takes what was made; `release` frees it. Returns what is kept by the name: another thread may have added it before.
+ * NULL: no memory, and it is freed. */
+const void *kmp_kept_add(const kempe_system *system, kmp_kept_name name, void *made, void (*release)(void *made));
 
 /** kmp_kept_recall: the bytes that the cache of the system's context has for its key, in room for the caller to free
  * with kmp_free. kmp_kept_write: writes such bytes. The system needs a key. */

@@ -298,6 +298,14 @@ kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
 
 /* -- tables ---------------------------------------------------------------------------------------- */
 
+int kmp_graph_find_points(const kmp_graph *g, kmp_table_method method, int count, const double *x, const double *y)
+{
+    int k = 0;
+    while (k < g->table_count && !kmp_table_is_of(g->tables[k], method, count, x, y))
+        k++;
+    return k < g->table_count ? k : -1;
+}
+
 int kmp_graph_add_table(kmp_graph *g, kmp_table *table)
 {
     for (int k = 0; table && k < g->table_count; k++)

@@ -126,9 +126,14 @@ kmp_table *kmp_table_share(kmp_table *t)
 
 bool kmp_table_equal(const kmp_table *a, const kmp_table *b)
 {
-    size_t size = (size_t)a->count * sizeof(double);
-    return a == b || (a->method == b->method && a->count == b->count && memcmp(a->x, b->x, size) == 0 &&
-                      memcmp(a->y, b->y, size) == 0);
+    return a == b || kmp_table_is_of(a, b->method, b->count, b->x, b->y);
+}
+
+bool kmp_table_is_of(const kmp_table *table, kmp_table_method method, int count, const double *x, const double *y)
+{
+    size_t size = (size_t)count * sizeof(double);
+    return table->method == method && table->count == count && memcmp(table->x, x, size) == 0 &&
+           memcmp(table->y, y, size) == 0;
 }
 
 /* -- reading --------------------------------------------------------------------------------------- */

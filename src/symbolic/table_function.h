@@ -37,8 +37,9 @@ void kmp_table_free(kmp_table *table);
 /** The table for a further owner, who frees it too. */
 kmp_table *kmp_table_share(kmp_table *table);
 
-/** True if method and points are equal, to the bit. */
+/** True if method and points are equal, to the bit: to those of another table, to given ones. */
 bool kmp_table_equal(const kmp_table *a, const kmp_table *b);
+bool kmp_table_is_of(const kmp_table *table, kmp_table_method method, int count, const double *x, const double *y);
 
 /** Value (derivative 0) or derivative of a given order at x; NaN for NaN. Its piece is found by the part of
  *  the range that x is in: no state, no allocation. */
@@ -63,6 +64,8 @@ const char *kmp_table_method_name(kmp_table_method method);
 /** Number of the table in the graph (an equal one is not added twice); -1: no memory, or no table (NULL),
  * and the graph has failed. */
 int kmp_graph_add_table(kmp_graph *g, kmp_table *table);
+/** Number of the graph's table of these points; -1: there is none. */
+int kmp_graph_find_points(const kmp_graph *g, kmp_table_method method, int count, const double *x, const double *y);
 /** NULL when there is no such number. Owned by the graph. */
 kmp_table *kmp_graph_table(const kmp_graph *g, int table);
 

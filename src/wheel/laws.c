@@ -12,6 +12,7 @@
 #include "contact/kalker.h"
 #include "symbolic/table_function.h"
 #include <math.h>
+#include <pthread.h>
 
 /* Ratios of curvatures from e^-12 to e^12: ellipses from 1 : 1200 to 1200 : 1. */
 enum { HERTZ_SIDE = 100, HERTZ_POINTS = 2 * HERTZ_SIDE + 1 };
@@ -23,7 +24,10 @@ static const double creep_floor = 1e-15, force_floor = 1e-12, friction_floor = 1
 
 static kmp_ref spline_of(kmp_graph *g, int count, const double *x, const double *y, kmp_ref at)
 {
-    kmp_table *table = kmp_table_new(KMP_TABLE_CUBIC, count, x, y);
+    int found = kmp_graph_find_points(g, KMP_TABLE_CUBIC, count, x, y);
+    kmp_table *table = found < 0 ? kmp_table_new(KMP_TABLE_CUBIC, count, x, y) : NULL;
+    if (found >= 0)
+        return kmp_table_at(g, found, at);
     if (!table) {
         kmp_graph_fail(g);
         return KMP_ZERO;
@@ -33,22 +37,31 @@ static kmp_ref spline_of(kmp_graph *g, int count, const double *x, const double 
     return number < 0 ? KMP_ZERO : kmp_table_at(g, number, at);
 }
 
-typedef enum hertz_value { HERTZ_SIZE, HERTZ_RATIO, HERTZ_STIFFNESS } hertz_value;
+typedef enum hertz_value { HERTZ_SIZE, HERTZ_RATIO, HERTZ_STIFFNESS, HERTZ_VALUES } hertz_value;
+
+/* For all models of a process. */
+static double hertz_x[HERTZ_POINTS], hertz_y[HERTZ_VALUES][HERTZ_POINTS];
+static pthread_once_t hertz_once = PTHREAD_ONCE_INIT;
 
 /* The ratio of the axes is odd in t, the rest is even. */
+static void find_hertz(void)
+{
+    for (int k = 0; k <= HERTZ_SIDE; k++) {
+        const kmp_hertz h = kmp_hertz_of(hertz_step * k);
+        const double y[HERTZ_VALUES] = {log(h.axis) - 0.5 * h.ratio, h.ratio, log(h.stiffness)};
+        hertz_x[HERTZ_SIDE + k] = hertz_step * k;
+        hertz_x[HERTZ_SIDE - k] = -hertz_step * k;
+        for (int v = 0; v < HERTZ_VALUES; v++) {
+            hertz_y[v][HERTZ_SIDE + k] = y[v];
+            hertz_y[v][HERTZ_SIDE - k] = v == HERTZ_RATIO ? -y[v] : y[v];
+        }
+    }
+}
+
 static kmp_ref hertz_table(kmp_graph *g, hertz_value value, kmp_ref t)
 {
-    double x[HERTZ_POINTS], y[HERTZ_POINTS];
-    for (int k = 0; k <= HERTZ_SIDE; k++) {
-        kmp_hertz h = kmp_hertz_of(hertz_step * k);
-        double size = log(h.axis) - 0.5 * h.ratio;
-        double at = value == HERTZ_SIZE ? size : value == HERTZ_RATIO ? h.ratio : log(h.stiffness);
-        x[HERTZ_SIDE + k] = hertz_step * k;
-        x[HERTZ_SIDE - k] = -hertz_step * k;
-        y[HERTZ_SIDE + k] = at;
-        y[HERTZ_SIDE - k] = value == HERTZ_RATIO ? -at : at;
-    }
-    return spline_of(g, HERTZ_POINTS, x, y, t);
+    (void)pthread_once(&hertz_once, find_hertz);
+    return spline_of(g, HERTZ_POINTS, hertz_x, hertz_y[value], t);
 }
 
 /* -- shapes ---------------------------------------------------------------------------------------- */
