@@ -152,13 +152,6 @@
 /** Last Newton correction of a state from which a step across a change point starts: the error is its square. */
 #define KMP_CORRECTION_LAST 1e-8
 
-/** Closed states that predict v in the newton form differ by this part of the progress to be predicted: nearer ones
- * have large weights of both signs. */
-#define KMP_PREDICTION_APART 0.02
-/** Scaled remainder of v beyond tangent and curvature within a step up to which closed states predict it. A larger one
- * may be that of another assembly mode, into which a failed step has led. */
-#define KMP_PREDICTION_TRUST 0.1
-
 /* -- growth: scaled |Bvu| ------------------------------------------------------------------------------ */
 
 /** Exchanges continue as long as they enlarge |det Jv| by this factor: 1 would never end on ties. */

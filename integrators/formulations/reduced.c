@@ -53,7 +53,7 @@ static void place_q(kmp_reduced *d, const double *u, const double *v)
 static void put_q(kmp_reduced *d, double t, const double *y)
 {
     if (!d->has_v)
-        kmp_reduced_extrapolate(d, t, y);
+        kmp_reduced_predict(d, t, y);
     place_q(d, y, d->has_v ? y + 2 * d->p : d->v);
 }
 
@@ -401,7 +401,6 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
 
 int kmp_reduced_settle(kmp_reduced *d, double t, const double *y)
 {
-    d->states = d->last_state = 0;
     d->contraction = 0;
     kmp_eval_closure(d->eval, t, d->q);
     if (kmp_reduction_factor(&d->red))
@@ -463,13 +462,10 @@ static bool allocate(kmp_reduced *d)
     kmp_formulation_make_unknowns(&d->formulation, kmp_reduced_work(d) + d->has_work, false);
     d->signs = KMP_ARENA_NEW(a, int, d->r);
     d->signs_now = KMP_ARENA_NEW(a, int, d->r);
-    return KMP_ARENA_GROUPS(
-        a, {d->n, {&d->q, &d->qd, &d->qdd, &d->weight}}, {d->part.m, {&d->lambda}},
-        {d->p, {&d->udd, &d->anchor_u, &d->anchor_w}}, {2 * d->p + d->r, {&d->state, &d->slope}},
-        {d->r * d->p, {&d->anchor_b}},
-        {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c, &d->v_here, &d->v, &d->by_scale, &d->by_weight}},
-        {KMP_REDUCED_STATES, {&d->state_t, &d->state_s}}, {KMP_REDUCED_STATES * d->p, {&d->state_u}},
-        {KMP_REDUCED_STATES * d->r, {&d->state_v, &d->state_e}});
+    return KMP_ARENA_GROUPS(a, {d->n, {&d->q, &d->qd, &d->qdd, &d->weight}}, {d->part.m, {&d->lambda}},
+                            {d->p, {&d->udd, &d->anchor_u, &d->anchor_w}}, {2 * d->p + d->r, {&d->state, &d->slope}},
+                            {d->r * d->p, {&d->anchor_b}},
+                            {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c, &d->v, &d->by_scale, &d->by_weight}});
 }
 
 static kempe_status begin(kmp_reduced *d, const kmp_formulation_start *start)

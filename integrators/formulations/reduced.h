@@ -11,8 +11,8 @@
 #include "integrators/formulations/reduced_jacobian.h"
 #include "integrators/formulations/stage_lanes.h"
 
-/* Earlier choices of u whose programs are kept; closed states that predict the next. */
-enum { KMP_REDUCED_KEPT = 8, KMP_REDUCED_STATES = 3 };
+/* Earlier choices of u whose programs are kept. */
+enum { KMP_REDUCED_KEPT = 8 };
 
 typedef struct kmp_reduced {
     kmp_formulation formulation; /* first */
@@ -57,11 +57,6 @@ typedef struct kmp_reduced {
     double *v;                    /* r: of the present evaluation of the newton form */
     double contraction;           /* of the last evaluation: a scaled correction over the square of the one before */
     double *by_scale, *by_weight; /* r: reciprocal scales and error weights of v */
-    int states, last_state;       /* number of the last closed states; the place of the last one */
-    double *state_t, *state_s;    /* by state: time, progress since the last accepted step */
-    double *state_u, *state_v;    /* p, r values each */
-    double *state_e;              /* r each: v minus that of tangent and curvature */
-    double s_here, *v_here;       /* of the present evaluation: its progress; r: v of tangent and curvature */
     double *udd;                  /* p */
     double *state, *slope;        /* 2 p + r each: (u, ud, v) and its derivative, of the newton form */
     double *qdd, *lambda;         /* n, m: for moving closures */
@@ -113,12 +108,8 @@ bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, dou
 
 /* reduced_predict.c */
 
-/** Predicts d->v of (t, u) from the last accepted step alone; and from the states closed since then, which are near an
- * evaluation, but not near a row between steps. */
-void kmp_reduced_extrapolate(kmp_reduced *d, double t, const double *u);
+/** Predicts d->v of (t, u) from the last accepted step. */
 void kmp_reduced_predict(kmp_reduced *d, double t, const double *u);
-/** Records d->v, which has been closed since kmp_reduced_predict. */
-void kmp_reduced_note(kmp_reduced *d, double t, const double *u);
 /** Records the end of a step, from which v is predicted. */
 void kmp_reduced_remember(kmp_reduced *d, double t, const double *y);
 

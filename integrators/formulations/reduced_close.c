@@ -79,14 +79,14 @@ static bool close_and_finish(kmp_reduced *d, double t, double *dy)
 bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
 {
     size_t p = (size_t)d->p, r = (size_t)d->r;
+    double *slope = d->has_v ? dy : d->slope;
     if (d->has_v)
         memcpy(d->v, y + 2 * p, r * sizeof *y);
     else
         kmp_reduced_predict(d, t, y);
     memcpy(d->state, y, 2 * p * sizeof *y);
-    d->closed_fused = close_and_finish(d, t, d->slope);
-    if (d->closed_fused && !d->has_v)
-        kmp_reduced_note(d, t, y);
-    memcpy(dy, d->slope, (2 * p + (d->has_v ? r : 0)) * sizeof *dy);
+    d->closed_fused = close_and_finish(d, t, slope);
+    if (!d->has_v)
+        memcpy(dy, slope, 2 * p * sizeof *dy);
     return d->closed_fused;
 }

@@ -38,7 +38,7 @@ bool kmp_collocation_allocate_coupled(kmp_collocation *s)
         return true;
     s->all = kmp_arena_aligned(a, (size_t)(s->p + s->inner) * (size_t)s->inner * (size_t)s->w);
     s->coupled = kmp_arena_aligned(a, rows * (size_t)count);
-    s->joint = kmp_arena_aligned(a, rows);
+    s->joint = kmp_arena_aligned(a, 2 * rows);
     s->open = kmp_arena_aligned(a, rows);
     s->at_prediction = kmp_arena_aligned(a, (size_t)s->n * (size_t)s->w);
     s->coupled_pivot = KMP_ARENA_NEW(a, int, count);
@@ -131,54 +131,112 @@ static void fill(kmp_collocation *s)
 static KMP_INTO_CLONES int find_pivot(int rows, const double *column, const double *open)
 {
     eight most = {0};
+    eight_mask at = {0}, here = {0, 1, 2, 3, 4, 5, 6, 7};
     double best = 0;
-    for (int i = 0; i < rows; i += V) {
+    int row = -1;
+    for (int i = 0; i < rows; i += V, here += V) {
         eight x = *(const eight *)(column + i) * *(const eight *)(open + i), size = (eight)((eight_mask)x & INT64_MAX);
         eight_mask more = size > most;
         most = (eight)((more & (eight_mask)size) | (~more & (eight_mask)most));
+        at = (more & here) | (~more & at);
     }
     for (int l = 0; l < V; l++)
-        best = most[l] > best ? most[l] : best;
-    for (int i = 0; i < rows && best > 0 && best <= DBL_MAX; i++)
-        if (fabs(column[i] * open[i]) == best)
-            return i;
-    return -1;
+        if (most[l] > best || (row >= 0 && most[l] == best && at[l] < row)) {
+            best = most[l];
+            row = (int)at[l];
+        }
+    return best <= DBL_MAX ? row : -1;
 }
 
-/* a -= f x, in all rows. */
-static KMP_INTO_CLONES void subtract(int rows, double f, const double *x, double *a)
+/* A row of the elimination, the inverse of its pivot, and the column of that, zero in that row. */
+typedef struct pivoted {
+    int row;
+    double inverse, *column;
+} pivoted;
+
+/* Takes the pivot of a column, which becomes that of the inverse. false: none is usable. */
+static KMP_INTO_CLONES bool take_pivot(int rows, double *own, double *open, pivoted *p)
 {
+    p->row = find_pivot(rows, own, open);
+    if (p->row < 0)
+        return false;
+    p->inverse = 1 / own[p->row];
+    open[p->row] = 0;
+    memcpy(p->column, own, (size_t)rows * sizeof *own);
+    p->column[p->row] = 0;
     for (int i = 0; i < rows; i += V)
-        *(eight *)(a + i) -= f * *(const eight *)(x + i);
+        *(eight *)(own + i) = *(eight *)(p->column + i) * -p->inverse;
+    own[p->row] = p->inverse;
+    return true;
 }
 
-/* Inverts in place, rows x count: the row of unknown k is pivot[k], whose column is that of b[pivot[k]]. No row moves:
- * `open` is 1 in those that may be pivots. false: singular. */
-static KMP_CLONES bool invert(int rows, int count, double *a, double *column, double *open, int *pivot)
+static KMP_INTO_CLONES void eliminate(int rows, const pivoted *p, double *other)
+{
+    double f = other[p->row] * p->inverse;
+    for (int i = 0; i < rows; i += V)
+        *(eight *)(other + i) -= f * *(const eight *)(p->column + i);
+    other[p->row] = f;
+}
+
+/* One elimination after the other in one pass over the column, which halves the transfers from and to memory. */
+static KMP_INTO_CLONES void eliminate_two(int rows, const pivoted *p, const pivoted *next, double *restrict other)
+{
+    const double *x = p->column, *y = next->column;
+    double f = other[p->row] * p->inverse, g = (other[next->row] - f * x[next->row]) * next->inverse;
+    for (int i = 0; i < rows; i += V)
+        *(eight *)(other + i) = (*(eight *)(other + i) - f * *(const eight *)(x + i)) - g * *(const eight *)(y + i);
+    other[p->row] = f - g * y[p->row];
+    other[next->row] = g;
+}
+
+/* Eliminates columns k and k + 1, or k alone if it is the last, from all others. */
+static KMP_INTO_CLONES bool eliminate_pair(int rows, int count, int k, double *a, double *room, double *open,
+                                           int *pivot)
+{
+    double *own = a + (ptrdiff_t)k * rows, *beside = own + rows;
+    pivoted p = {.column = room}, next = {.column = room + rows};
+    bool single = k + 1 == count;
+    if (!take_pivot(rows, own, open, &p))
+        return false;
+    pivot[k] = p.row;
+    if (!single) {
+        eliminate(rows, &p, beside);
+        if (!take_pivot(rows, beside, open, &next))
+            return false;
+        pivot[k + 1] = next.row;
+        eliminate(rows, &next, own);
+    }
+    for (int j = 0; j < count; j++) {
+        double *other = a + (ptrdiff_t)j * rows;
+        if (j == k || j == k + 1)
+            continue;
+        if (single)
+            eliminate(rows, &p, other);
+        else
+            eliminate_two(rows, &p, &next, other);
+    }
+    return true;
+}
+
+static KMP_INTO_CLONES bool invert_rows(int rows, int count, double *a, double *room, double *open, int *pivot)
 {
     for (int i = 0; i < rows; i++)
         open[i] = 1;
-    for (int k = 0; k < count; k++) {
-        double *own = a + (ptrdiff_t)k * rows;
-        int p = pivot[k] = find_pivot(rows, own, open);
-        if (p < 0)
+    for (int k = 0; k < count; k += 2)
+        if (!eliminate_pair(rows, count, k, a, room, open, pivot))
             return false;
-        double inverse = 1 / own[p];
-        open[p] = 0;
-        memcpy(column, own, (size_t)rows * sizeof *own);
-        column[p] = 0;
-        for (int j = 0; j < count; j++) {
-            double *other = a + (ptrdiff_t)j * rows, f = other[p] * inverse;
-            if (j == k || f == 0)
-                continue;
-            subtract(rows, f, column, other);
-            other[p] = f;
-        }
-        for (int i = 0; i < rows; i += V)
-            *(eight *)(own + i) = *(eight *)(column + i) * -inverse;
-        own[p] = inverse;
-    }
     return true;
+}
+
+/* Inverts in place, rows x count: the row of unknown k is pivot[k], whose column is that of b[pivot[k]]. No row moves:
+ * `open` is 1 in those that may be pivots. room: 2 rows values. Loops over the rows of four unknowns and fewer are
+ * unrolled. false: singular. */
+static KMP_CLONES bool invert(int rows, int count, double *a, double *room, double *open, int *pivot)
+{
+    return rows == V       ? invert_rows(V, count, a, room, open, pivot)
+           : rows == 2 * V ? invert_rows(2 * V, count, a, room, open, pivot)
+           : rows == 4 * V ? invert_rows(4 * V, count, a, room, open, pivot)
+                           : invert_rows(rows, count, a, room, open, pivot);
 }
 
 /* x = sum of the columns times b. */
