@@ -33,6 +33,7 @@ import problems  # noqa: E402
 
 KEMPE = "kempe"  # set by main
 FULL = "KEMPE_FULL" in os.environ
+os.environ["BROWSER"] = "true"  # `kempe view` opens nothing
 # With KEMPE_FULL=1 alone: tests/bogie_track.py has other modes of the same model, docs/problems.py runs of the same two.
 LONG = ("--sweep speed=0.5:20:40", "compare examples/wheelset/wheelset.yaml", "compare examples/four_bar/four_bar_ill.yaml")
 PAGES = sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md"), *ROOT.glob("bench/*.md")])

@@ -189,5 +189,76 @@ document.documentElement.dataset.now = document.querySelector("#extremes [data-c
         self.assertTrue(untimed(first) == untimed(again))
 
 
+#   command: model, options, columns drawn at first, frames, what the answer says
+STUDIES = {
+    "kinematics": ("examples/four_bar/four_bar.yaml", ["--sweep", "crank=0 deg:360 deg"], ["q.coupler", "q.rocker"], 361, "361 positions"),
+    "inverse": ("examples/driven_slider_crank/driven_slider_crank.yaml", [], ["tau.crank", "power.crank"], 201, "201 instants"),
+    "response": ("examples/suspension/suspension.yaml", ["--inputs", "force(chassis.R.z)", "--outputs", "position(chassis.R).z", "--frequencies", "0.2:20"],
+                 ["position.chassis.R.z/force(chassis.R.z).amplitude", "position.chassis.R.z/force(chassis.R.z).phase"], 1, "2 resonances"),
+    "equilibrium": ("examples/four_bar/four_bar.yaml", ["--global"], [], 4, "4 equilibria, the first stable"),
+    "ensemble": ("examples/four_bar/four_bar.yaml", ["--sample", "crank=0.28:0.32", "--instances", "150", "--t-end", "0.5"], ["q.crank", "q.coupler", "q.rocker"], 1, "150 of 150"),
+    "assemble": ("examples/stewart/stewart.yaml", [], [], 1, "Assembled"),
+}
+
+
+class Studies(Case):
+    def test_pages(self):
+        for k, (command, (model, options, first, frames, answer)) in enumerate(STUDIES.items()):
+            with self.subTest(command):
+                drawn, data = self.open(self.make(command, model, *options, name=command), *[DESKTOP, TELEPHONE, DARK][k % 3])
+                self.assertEqual(data["series"]["first"] if first else [], first)
+                self.assertIn(answer, drawn.words("answer"))
+                self.assertEqual(int(drawn.by_id["view"]["data-frames"]), frames)
+                self.assertEqual(drawn.words("command"), f"kempe {command}")
+                if first:
+                    self.check_drawn(drawn, data)
+                else:
+                    self.assertIn(data["model"], drawn.words("text"))
+
+    def test_a_peak_is_that_of_the_table(self):
+        table = self.folder / "response.csv"
+        model, options, first, *_ = STUDIES["response"]
+        data = json.loads(Page(self.make("response", model, *options, "-o", table).read_text()).data)
+        with table.open() as file:
+            rows = [row for row in csv.reader(file) if not row[0].startswith("#")]
+        amplitude, frequency = max((float(row[1]), float(row[0])) for row in rows[1:])
+        self.assertEqual(rows[0][1], first[0])
+        _, _, high, high_at, *_ = column(data, first[0])["summary"]
+        self.assertAlmostEqual(high / amplitude, 1, places=6)
+        self.assertAlmostEqual(high_at / frequency, 1, places=6)
+
+    def test_equilibria_are_shown_one_by_one(self):
+        model, options, *_ = STUDIES["equilibrium"]
+        page, other = self.make("equilibrium", model, *options), self.folder / "second.html"
+        other.write_text(page.read_text().replace("\nbegin();\n", "\nbegin();\nstage.seek(2);\n"))
+        self.assertEqual(self.open(other)[0].by_id["clock"]["text"], "2 of 4")
+
+
+class Views(Case):
+    def view(self, *words, browser="true"):
+        return kempe("view", *words, BROWSER=browser, TMPDIR=str(self.folder))
+
+    def test_the_start_of_a_model(self):
+        done = self.view(ROOT / "examples/stewart/stewart.yaml", browser="echo")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        path, shown = done.stdout.split()
+        self.assertEqual(path, shown)
+        drawn, data = self.open(pathlib.Path(path))
+        self.assertEqual((data["answer"], drawn.words("answer")), ("Assembled", "Assembled"))
+
+    def test_a_page_of_a_path(self):
+        page = self.folder / "start.html"
+        done = self.view(ROOT / "examples/four_bar/four_bar.yaml", "--report", page, "--json", "-")
+        self.assertEqual((done.returncode, json.loads(done.stdout)), (0, {"status": "ok", "file": str(page)}))
+        self.assertEqual(self.view(page, browser="echo").stdout.split(), [str(page)] * 2)
+
+    def test_what_cannot_be_shown(self):
+        missing, open_loops = self.view(self.folder / "none.html"), self.view(ROOT / "tests/models/robotran.yaml")
+        self.assertEqual((missing.returncode, open_loops.returncode), (2, 1))
+        self.assertIn("cannot read", missing.stderr)
+        self.assertTrue(pathlib.Path(open_loops.stdout.strip()).exists())
+        self.assertIn("could not open", self.view(ROOT / "examples/four_bar/four_bar.yaml", browser="false").stderr)
+
+
 if __name__ == "__main__":
     report_pages.main()

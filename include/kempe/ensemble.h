@@ -83,5 +83,9 @@ KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format 
  * another name. */
 KEMPE_API kempe_status kempe_batch_table(const kempe_batch *batch, const char *name, kempe_table **table);
 
+/** Writes a self-contained HTML page: columns of "instances" over the first varied value. KEMPE_E_IO: the path
+ * cannot be written, or an error of kempe_report_check (compare.h). */
+KEMPE_API kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path);
+
 KEMPE_END
 #endif

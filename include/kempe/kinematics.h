@@ -62,5 +62,9 @@ KEMPE_API kempe_status kempe_kinematics_table(const kempe_kinematics *kinematics
  * KEMPE_E_FAILED: the model has no position outputs, or there is no row. */
 KEMPE_API kempe_status kempe_kinematics_write_svg(const kempe_kinematics *kinematics, const char *path);
 
+/** Writes a self-contained HTML page: the positions moving, all columns of "rows" as curves. KEMPE_E_IO: the path
+ * cannot be written, or an error of kempe_report_check (compare.h). */
+KEMPE_API kempe_status kempe_kinematics_write_report(kempe_kinematics *kinematics, const char *path);
+
 KEMPE_END
 #endif

@@ -51,5 +51,9 @@ KEMPE_API kempe_status kempe_response_table(const kempe_response *response, cons
 /** Draws amplitudes and phases over the frequency (SVG). */
 KEMPE_API kempe_status kempe_response_write_svg(const kempe_response *response, const char *path);
 
+/** Writes a self-contained HTML page: amplitudes and phases over the frequency. KEMPE_E_IO: the path
+ * cannot be written, or an error of kempe_report_check (compare.h). */
+KEMPE_API kempe_status kempe_response_write_report(kempe_response *response, const char *path);
+
 KEMPE_END
 #endif

@@ -173,7 +173,7 @@ kempe_status cli_run_study(const cli_job *j, const cli_study *study)
 
 static kempe_status prepare(cli_job *j, const cli_command *command)
 {
-    if (command->without_model)
+    if (command->without_model || (command->opens_pages && cli_is_page(j->settings->file)))
         return KEMPE_OK;
     bool equations = !command->model_alone && !j->settings->show_model;
     const char *dynamics = j->settings->algorithm ? j->settings->algorithm : command->dynamics;

@@ -43,6 +43,7 @@ typedef struct cli_command {
     const char *usage;                                  /* NULL: FILE [options] */
     const char *(*lacks)(const cli_settings *settings); /* error message about missing options; NULL: none */
     bool without_model;                                 /* FILE is not a model */
+    bool opens_pages;                                   /* FILE may be a page instead of a model */
     bool model_alone;                                   /* needs no equations */
     const char *dynamics;                               /* the default algorithm of the equations; NULL: the model's */
     const cli_study *study;
@@ -52,8 +53,12 @@ typedef struct cli_command {
 /** All commands, in the order of the help, up to one without a name. */
 extern const cli_command cli_commands[];
 
-/** `kempe new` (new.c). */
+/** `kempe new` (new.c), `kempe view` (view.c). */
 kempe_status cli_new(const cli_job *j);
+kempe_status cli_view(const cli_job *j);
+
+/** True if the name of a file is that of an HTML page. */
+bool cli_is_page(const char *file);
 
 /** Computes, prints and writes the files. */
 kempe_status cli_run_study(const cli_job *j, const cli_study *study);

@@ -78,6 +78,11 @@ WRITER(kempe_response_write_svg)
 TABLE(kempe_sensitivity, "rows")
 WRITER(kempe_comparison_write_report)
 WRITER(kempe_trajectory_write_report)
+WRITER(kempe_assembly_write_report)
+WRITER(kempe_equilibrium_write_report)
+WRITER(kempe_response_write_report)
+WRITER(kempe_inverse_write_report)
+WRITER(kempe_kinematics_write_report)
 
 static int seed_of(const cli_settings *s)
 {
@@ -85,20 +90,22 @@ static int seed_of(const cli_settings *s)
 }
 
 STUDY(check, kempe_check, kempe_check_new(j->system, result), {0})
-STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), {0})
+STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), {AT(report), any_kempe_assembly_write_report})
 STUDY(branches, kempe_branches, kempe_branches_new(j->system, seed_of(s), result), {0})
 STUDY(kinematics, kempe_kinematics, kempe_kinematics_new(j->system, &s->kinematics, result),
-      {AT(output), kempe_kinematics_write_table}, {AT(svg), any_kempe_kinematics_write_svg})
+      {AT(output), kempe_kinematics_write_table}, {AT(svg), any_kempe_kinematics_write_svg},
+      {AT(report), any_kempe_kinematics_write_report})
 STUDY(contact, kempe_contacts, kempe_contacts_new(j->system, &s->contact, result),
       {AT(output), kempe_contacts_write_table}, {AT(svg), any_kempe_contacts_write_svg})
 STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result),
       {AT(output), kempe_trajectory_write_table}, {AT(report), any_kempe_trajectory_write_report})
 STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result),
-      {AT(output), kempe_inverse_write_table})
+      {AT(output), kempe_inverse_write_table}, {AT(report), any_kempe_inverse_write_report})
 STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), {AT(output), kempe_modes_write_table},
       {AT(svg), any_kempe_modes_write_svg}, {AT(report), any_kempe_modes_write_report})
 STUDY(response, kempe_response, kempe_response_new(j->system, &s->response, result),
-      {AT(output), kempe_response_write_table}, {AT(svg), any_kempe_response_write_svg})
+      {AT(output), kempe_response_write_table}, {AT(svg), any_kempe_response_write_svg},
+      {AT(report), any_kempe_response_write_report})
 STUDY(compare, kempe_comparison, kempe_comparison_new(j->system, &s->compare, result),
       {AT(csv), kempe_comparison_write_table}, {AT(report), any_kempe_comparison_write_report})
 STUDY(count, kempe_count, kempe_count_new(j->model, &s->generation, result), {0})
@@ -129,7 +136,7 @@ static kempe_status differentiate(const cli_job *j, kempe_sensitivity **result)
     return kempe_sensitivity_new(j->model, &options, result);
 }
 
-STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), {0})
+STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), {AT(report), any_kempe_equilibrium_write_report})
 STUDY(linearize, kempe_linearization, linearize_about(j, result), {AT(output), any_kempe_linearization_write_npz})
 STUDY(sensitivity, kempe_sensitivity, differentiate(j, result), {AT(output), kempe_sensitivity_write_table})
 
@@ -189,8 +196,16 @@ static kempe_status instances_write(void *object, const char *path)
     return kempe_batch_write_table(i->batch, path);
 }
 
-static const cli_study ensemble_study = {
-    instances_compute, instances_print, instances_free, {{AT(output), instances_write}}};
+static kempe_status instances_report(void *object, const char *path)
+{
+    const instances *i = object;
+    return kempe_batch_write_report(i->batch, path);
+}
+
+static const cli_study ensemble_study = {instances_compute,
+                                         instances_print,
+                                         instances_free,
+                                         {{AT(output), instances_write}, {AT(report), instances_report}}};
 
 /* -- commands with steps of their own ---------------------------------------------------------------- */
 
@@ -287,6 +302,10 @@ const cli_command cli_commands[] = {
      "  kempe assemble examples/four_bar/four_bar.yaml --json start.json\n"
      "  kempe assemble examples/four_bar/four_bar.yaml --branches\n",
      .run = run_assemble},
+    {CLI_VIEW, "view", "show a page of results, or a model's assembled start, in a browser",
+     "  kempe view four_bar.html\n"
+     "  kempe view examples/stewart/stewart.yaml\n",
+     .opens_pages = true, .dynamics = "plain", .run = cli_view},
     {CLI_KINEMATICS, "kinematics", "position analysis: sweep coordinates; velocities, accelerations, dead centres",
      "  kempe kinematics examples/four_bar/four_bar.yaml --sweep \"A=0 deg:360 deg\" -o turn.csv\n"
      "  kempe kinematics examples/driven_slider_crank/driven_slider_crank.yaml --sweep t=0:1:101\n"

@@ -35,7 +35,8 @@ enum {
     CLI_SENSITIVITY = 8192,
     CLI_CONTACT = 16384,
     CLI_NEW = 32768,
-    CLI_ALL = 65535
+    CLI_VIEW = 65536,
+    CLI_ALL = 131071
 };
 
 /* The user's settings. Texts point into argv; NULL and 0 mean not given. */

@@ -57,9 +57,25 @@ static int thin(int rows, int stride, const double *values, double *room)
     return count;
 }
 
-static void put_summary(kmp_json *json, int rows, const double *x, const double *y)
+/* Of scattered rows mean and root mean square are those over the rows. */
+static kmp_series_summary summary_of(const kmp_result_page *page, const double *x, const double *y)
 {
-    kmp_series_summary s = kmp_series_summarise(rows, x, y, 1);
+    int rows = kempe_table_row_count(page->table);
+    double *number = page->scattered ? KMP_NEW(double, rows) : NULL;
+    for (int k = 0; number && k < rows; k++)
+        number[k] = k;
+    kmp_series_summary s = kmp_series_summarise(rows, number ? number : x, y, 1);
+    if (number && isfinite(s.low)) {
+        s.low_at = x[(int)s.low_at];
+        s.high_at = x[(int)s.high_at];
+    }
+    kmp_free(number);
+    return s;
+}
+
+static void put_summary(kmp_json *json, const kmp_result_page *page, const double *x, const double *y)
+{
+    kmp_series_summary s = summary_of(page, x, y);
     const double numbers[] = {s.low, s.low_at, s.high, s.high_at, s.mean, s.rms};
     kmp_json_rounded_numbers(json, "summary", sizeof numbers / sizeof *numbers, numbers, 7);
 }
@@ -77,7 +93,7 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
         kmp_json_string(json, "name", kempe_table_column_name(table, c));
         kmp_json_string(json, "unit", kempe_table_unit(table, c));
         kmp_json_whole(json, "every", every / stride.first);
-        put_summary(json, rows, kempe_table_values(table, x), values);
+        put_summary(json, page, kempe_table_values(table, x), values);
         kmp_json_floats(json, "values", (size_t)count, room);
         kmp_json_end(json);
     }
@@ -86,7 +102,7 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
 static void put_series(kmp_json *json, const kmp_result_page *page)
 {
     const kempe_table *table = page->table;
-    int x = table ? kempe_table_find(table, page->x) : -1, rows = table ? kempe_table_row_count(table) : 0;
+    int x = table && page->x ? kempe_table_find(table, page->x) : -1, rows = table ? kempe_table_row_count(table) : 0;
     double *room = x >= 0 && rows > 0 ? KMP_NEW(double, rows) : NULL;
     json->text->failed = json->text->failed || (x >= 0 && rows > 0 && !room);
     if (!room) {
@@ -97,6 +113,7 @@ static void put_series(kmp_json *json, const kmp_result_page *page)
     kmp_json_object(json, "series");
     kmp_json_string(json, "x", page->x);
     kmp_json_boolean(json, "logarithmic", page->logarithmic);
+    kmp_json_boolean(json, "scattered", page->scattered);
     kmp_json_whole(json, "rows", rows);
     kmp_json_whole(json, "stride", stride.first);
     kmp_json_whole(json, "drawn", thin(rows, stride.first, kempe_table_values(table, x), room));
@@ -177,9 +194,10 @@ static void put_fastest(kmp_json *json, const kmp_result_page *page)
 /* The parts to be marked where a run did not reach its end. */
 static void put_stopped_at(kmp_json *json, const kmp_result_page *page)
 {
-    bool stopped = page->record && page->status != KEMPE_OK;
+    bool stopped = page->reason && page->status != KEMPE_OK;
     kmp_json_array(json, "stopped_at");
-    if (stopped && put_named(json, page->system->model, page->reason) == 0 && page->status != KEMPE_STOPPED)
+    if (stopped && put_named(json, page->system->model, page->reason) == 0 && page->status != KEMPE_STOPPED &&
+        page->record)
         put_fastest(json, page);
     kmp_json_end(json);
 }
@@ -203,6 +221,22 @@ static void put_parameters(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+/* Each with the value of its default in its own unit. */
+static void put_inputs(kmp_json *json, const kempe_model *model)
+{
+    kmp_json_array(json, "inputs");
+    for (int k = 0; k < model->input_count; k++) {
+        const kmp_model_input *input = &model->inputs[k];
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "name", input->name);
+        kmp_json_string(json, "unit", input->unit);
+        kmp_json_rounded(json, "value", input->value / input->si, 9);
+        kmp_json_whole(json, "samples", input->signal.count);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
 /* Takes its length, if there is so much room, from what may follow. */
 static void put_file(kmp_json *json, const char *name, char *text, size_t length, size_t *room)
 {
@@ -217,6 +251,15 @@ static void put_file(kmp_json *json, const char *name, char *text, size_t length
     kmp_json_end(json);
 }
 
+/* A file that is included several times is shown once. */
+static bool is_first_of_name(const kempe_model *model, int file)
+{
+    for (int k = 0; model->files[file] && k < file; k++)
+        if (model->files[k] && strcmp(model->files[k], model->files[file]) == 0)
+            return false;
+    return model->files[file];
+}
+
 /* The files that the model was read from; where they are none, or cannot be read any more, the model as it is printed.
  */
 static void put_files(kmp_json *json, const kempe_model *model)
@@ -227,7 +270,8 @@ static void put_files(kmp_json *json, const kempe_model *model)
     for (int k = 0; k < model->file_count; k++) {
         char *text = NULL;
         size_t length = 0;
-        if (model->files[k] && kmp_file_read(model->context, model->files[k], &text, &length) == KEMPE_OK && ++count)
+        if (is_first_of_name(model, k) && kmp_file_read(model->context, model->files[k], &text, &length) == KEMPE_OK &&
+            ++count)
             put_file(json, model->files[k], text, length, &room);
         kmp_free(text);
     }
@@ -281,7 +325,9 @@ static void put_data(kmp_text *text, const kmp_result_page *page)
         kmp_page_record(&json, page->record);
     kmp_json_end(&json);
     put_stopped_at(&json, page);
+    kmp_json_boolean(&json, "separate", page->separate);
     put_parameters(&json, page->system->model);
+    put_inputs(&json, page->system->model);
     put_files(&json, page->system->model);
     kmp_motion_picture(&json, "picture", page->system->model, page->frames, page->frame_x);
     kmp_json_end(&json);

@@ -28,10 +28,12 @@ typedef struct kmp_result_page {
     const kempe_table *table; /* NULL: no curves */
     const char *x;            /* the column that curves are over */
     bool logarithmic;         /* over a logarithmic x */
+    bool scattered;           /* rows are points in any order, not a curve */
     const char *const *first; /* columns whose curves are drawn at first */
     int first_count;
     int left_out;              /* outputs that are not in the table */
     const kmp_samples *frames; /* NULL: no picture */
+    bool separate;             /* frames are states with no motion between them */
     const double *frame_x;     /* x of each frame; NULL: their times */
     const kmp_record *record;  /* NULL: none */
 } kmp_result_page;

@@ -2,11 +2,12 @@
 /* The page of a result: words, curves of its columns, the animation at the same place, the model. */
 "use strict";
 
-const GROUPS = { q: "coordinates", qd: "rates", qdd: "accelerations", lambda: "multipliers", position: "positions", velocity: "velocities", acceleration: "accelerations of points", reaction: "reactions", moment: "moments of reactions", force: "forces", energy: "energies", sensor: "sensors", contact: "contacts", tau: "actuators", power: "powers" };
+const GROUPS = { q: "coordinates", qd: "rates", qdd: "accelerations", lambda: "multipliers", position: "positions", velocity: "velocities", acceleration: "accelerations of points", reaction: "reactions", moment: "moments of reactions", force: "forces", energy: "energies", sensor: "sensors", contact: "contacts", input: "inputs", tau: "actuators", power: "powers" };
 const MOST_AT_ONCE = 24;
 const series = data.series, columns = series ? series.columns.map(readColumn) : [];
 const abscissa = series ? columns.find((column) => column.name === series.x) : null;
 const chosen = new Set(series ? series.first.filter((name) => columns.some((column) => column.name === name)) : []);
+const tied = abscissa !== null && !series.scattered && data.picture !== null && data.picture.frames.count > 1; /* to the animation */
 let over = abscissa, range = abscissa ? wholeRange() : [0, 0], stage = null, seconds = PLAY_SECONDS;
 
 /* -- columns ------------------------------------------------------------------------------------------------ */
@@ -24,11 +25,12 @@ function readColumn(column) {
 
 /* A run that ends where it begins has a range, too. */
 function wholeRange() {
-    const [low, high] = [abscissa.values[0], abscissa.values[abscissa.values.length - 1]].map(Number).sort((a, b) => a - b);
+    const ends = series.scattered ? [abscissa.summary[0], abscissa.summary[2]] : [abscissa.values[0], abscissa.values[abscissa.values.length - 1]];
+    const [low, high] = ends.map(Number).sort((a, b) => a - b);
     return high - low > 1e-12 * Math.max(Math.abs(low), 1e-9) ? [low, high] : [low, low + 1];
 }
 
-const groupOf = (column) => GROUPS[column.name.split(".")[0]] || "others";
+const groupOf = ({ name }) => (/\.(amplitude|phase)$/.test(name) ? name.split(".").pop() + "s" : GROUPS[name.split(".")[0]] || "others");
 const drawn = () => columns.filter((column) => chosen.has(column.name));
 function digits(x) {
     if (!isNumber(x) || !isFinite(x)) return "\u2013";
@@ -66,13 +68,15 @@ function tellResult() {
     byId("because").hidden = byId("because").children.length === 0;
     byId("text").textContent = data.text;
     byId("printed").hidden = !data.text;
+    byId("printed").open = !series;
 }
 
 function tellModel() {
     const table = byId("parameters");
-    byId("given").hidden = data.parameters.length === 0;
+    byId("given").hidden = data.parameters.length + data.inputs.length === 0;
     table.append(headRow(["parameter", "value, SI", "given as"]));
     for (const p of data.parameters) table.append(element("tr", element("td", p.name), element("td", digits(p.value)), element("td.words", p.expression)));
+    for (const input of data.inputs) table.append(element("tr", element("td", input.name), element("td", digits(input.value)), element("td.words", `input${input.unit ? `, ${input.unit}` : ""}${input.samples > 1 ? `, ${input.samples} samples` : ""}`)));
     for (const file of data.files) {
         const more = file.cut ? "\n.. and more" : "";
         byId("files").append(element("details", element("summary", file.name), element("div.scroll", element("pre", file.text + more))));
@@ -131,7 +135,7 @@ function zoom([low, high]) {
     range = [Math.max(low, first), Math.min(high, last)];
     if (!(range[1] > range[0])) range = wholeRange();
     drawAll();
-    if (stage) stage.restart();
+    if (stage && tied) stage.restart();
 }
 
 /* A figure for each unit, with the curves that have it. */
@@ -151,6 +155,7 @@ function pointsOf(column) {
 }
 
 function curveSet(column, colour) {
+    if (series.scattered) return { data: pointsOf(column), column, borderColor: colour, backgroundColor: colour, showLine: false, pointRadius: 2.5, pointHitRadius: 4 };
     return { data: pointsOf(column), column, borderColor: colour, backgroundColor: colour, borderWidth: 1.6, pointHitRadius: 6, pointRadius: (item) => (over !== abscissa && item.dataIndex === 0 ? 3.5 : 0) };
 }
 
@@ -223,7 +228,7 @@ function makeFigures(count) {
         const canvas = element("canvas"), number = place.children.length;
         canvas.id = `plot-${number}`;
         place.append(element("figure.card", element("figcaption"), element("div.plot", canvas, element("i"))));
-        listenToRange(canvas, () => plots[canvas.id], (low, high) => over === abscissa && zoom([low, high]), (x) => over === abscissa && stage && stage.seek(x));
+        listenToRange(canvas, () => plots[canvas.id], (low, high) => over === abscissa && zoom([low, high]), (x) => tied && over === abscissa && stage.seek(x));
     }
 }
 
@@ -244,7 +249,7 @@ function drawCurves() {
 
 function tellExtremes(list) {
     const x = abscissa.unit ? `${abscissa.name}, ${abscissa.unit}` : abscissa.name, table = byId("extremes");
-    table.replaceChildren(headRow(["output", "now", "minimum", `at ${x}`, "maximum", `at ${x}`, "mean", "RMS"]));
+    table.replaceChildren(headRow(["output", tied ? "now" : "", "minimum", `at ${x}`, "maximum", `at ${x}`, "mean", "RMS"]));
     list.forEach((column, k) => {
         const swatch = element("span.swatch"), now = element("td");
         swatch.style.background = curveColour(k);
@@ -260,7 +265,7 @@ function tellValues(x) {
 }
 
 function showPlace(x) {
-    if (!abscissa) return;
+    if (!tied) return;
     if (over === abscissa) showCursor(x);
     tellValues(x);
 }
@@ -280,7 +285,7 @@ function beginSpeeds() {
 
 function spanOf() {
     const { t_start: first, t_end: last } = data.picture.frames;
-    if (!abscissa) return [first, last];
+    if (!tied) return [first, last];
     const span = [Math.max(first, range[0]), Math.min(last, range[1])];
     return span[1] > span[0] ? span : [first, last];
 }
@@ -290,7 +295,7 @@ function beginPicture() {
         span: spanOf,
         seconds: () => (seconds > 0 && seconds !== PLAY_SECONDS ? seconds * (spanOf()[1] - spanOf()[0]) : PLAY_SECONDS),
         note: resultNote,
-        clock: (t) => (abscissa ? clockOf(spanOf()[0] + t, spanOf()[1], abscissa.unit) : ""),
+        clock: (t) => (data.separate ? `${Math.round(t) + 1} of ${data.picture.frames.count}` : tied ? clockOf(spanOf()[0] + t, spanOf()[1], abscissa.unit) : ""),
         shown: (t) => showPlace(spanOf()[0] + t),
     });
 }
@@ -298,7 +303,7 @@ function beginPicture() {
 function resultNote(picture) {
     const notes = [], shown = picture.bodies.length - 1;
     if (data.picture_note) notes.push(data.picture_note);
-    if (abscissa && spanOf()[1] - spanOf()[0] < 0.999 * (picture.frames.t_end - picture.frames.t_start)) notes.push("The animation shows the range of the curves.");
+    if (tied && spanOf()[1] - spanOf()[0] < 0.999 * (picture.frames.t_end - picture.frames.t_start)) notes.push("The animation shows the range of the curves.");
     if (shown < picture.of_bodies) notes.push(`${shown} of ${picture.of_bodies} bodies are drawn.`);
     return notes.join(" ");
 }
@@ -319,8 +324,8 @@ function beginCurves() {
     byId("history").hidden = data.shown.length === 0;
     for (const figure of document.querySelectorAll(".closures")) figure.hidden = data.m === 0;
     if (series) {
-        byId("curves-title").append(abscissa.name === "t" ? "Time histories" : `Curves over ${abscissa.name}`);
-        byId("curves-note").append("Drag across a plot to enlarge a range, click for the position of the mechanism.");
+        byId("curves-title").append(abscissa.name === "t" ? "Time histories" : series.scattered ? `Values over ${abscissa.name}` : `Curves over ${abscissa.name}`);
+        byId("curves-note").append("Drag across a plot to enlarge a range" + (tied ? ", click for the position of the mechanism." : "."));
         const notes = [];
         if (series.stride > 1) notes.push(`Every ${series.stride}th of ${series.rows} rows is drawn; the extreme values are those of all rows.`);
         if (series.left_out > 0) notes.push(`${series.left_out} outputs of the model are left out for the size of the page.`);

@@ -32,6 +32,7 @@ function shorts(text) {
 /* The frame of a time, and the part of the way to the next one. */
 function frameAt(frames, t) {
     if (!(frames.t_end > frames.t_start)) return 0;
+    if (data.separate) return Math.round(t - frames.t_start);
     if (!frames.t) return Math.min(Math.max((t - frames.t_start) / (frames.t_end - frames.t_start), 0), 1) * (frames.count - 1);
     let low = 0, high = frames.count - 1;
     while (high - low > 1) {

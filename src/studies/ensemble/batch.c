@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of an ensemble: the state of each instance, as a summary, as JSON and as a table. */
+#include "studies/ensemble/batch.h"
 #include "base/clock.h"
 #include "base/memory.h"
 #include "integrators/lanes/ensemble_run.h"
@@ -522,4 +523,26 @@ kempe_status kempe_batch_table(const kempe_batch *b, const char *name, kempe_tab
     static const kmp_table_kind kinds[] = {{"instances", fill_instances}, {0}};
     KMP_WANTED(NULL, b, "batch");
     return kmp_tabulate_result(b->ensemble->model->context, kinds, b, name, table);
+}
+
+/* -- for pages --------------------------------------------------------------------------------------- */
+
+const kempe_model *kmp_batch_model(const kempe_batch *batch)
+{
+    return batch->ensemble->model;
+}
+
+const kempe_values *kmp_batch_values(const kempe_batch *batch)
+{
+    return batch->ensemble->values;
+}
+
+kempe_status kmp_batch_outcome(const kempe_batch *batch)
+{
+    return batch->status;
+}
+
+const char *kmp_batch_warnings(const kempe_batch *batch)
+{
+    return batch->warnings;
 }

@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The command `kempe view`: opens a page in a browser, one that is there or that of a model's assembled start. */
+#include "command.h"
+
+#include <errno.h>
+#include <kempe/check.h>
+#include <kempe/compare.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+bool cli_is_page(const char *file)
+{
+    const char *dot = strrchr(file, '.');
+    return dot && (strcmp(dot, ".html") == 0 || strcmp(dot, ".htm") == 0);
+}
+
+/* -- the browser ----------------------------------------------------------------------------------- */
+
+/* The user's choice, or that of the desktop. */
+static const char *browser(void)
+{
+    const char *own = getenv("BROWSER");
+    return own && *own ? own : "xdg-open";
+}
+
+/* Runs the browser with the path as its argument, and waits until it has taken it. */
+static bool open_page(const char *path)
+{
+    char *const words[] = {(char *)browser(), (char *)path, NULL};
+    int state = 0;
+    fflush(NULL);
+    pid_t child = fork();
+    if (child == 0) {
+        execvp(words[0], words);
+        _exit(127);
+    }
+    return child > 0 && waitpid(child, &state, 0) == child && WIFEXITED(state) && WEXITSTATUS(state) == 0;
+}
+
+/* -- the page -------------------------------------------------------------------------------------- */
+
+/* A path of the page that the user has not named, in a folder of its own. The caller frees it; NULL: there is none. */
+static char *choose_path(const char *model)
+{
+    const char *given = getenv("TMPDIR"), *folder = given && *given ? given : "/tmp";
+    size_t size = strlen(folder) + strlen(model) + 32;
+    char *path = malloc(size);
+    if (!path)
+        return NULL;
+    snprintf(path, size, "%s/kempe-XXXXXX", folder);
+    if (!mkdtemp(path)) {
+        cli_complain("cannot make a folder in '%s': %s", folder, strerror(errno));
+        free(path);
+        return NULL;
+    }
+    size_t length = strlen(path);
+    snprintf(path + length, size - length, "/%s.html", model);
+    for (char *c = path + length + 1; *c; c++)
+        *c = (char)(*c == '/' ? '_' : *c);
+    return path;
+}
+
+/* Loops that cannot be closed are shown, too. */
+static kempe_status write_page(const cli_job *j, const char *path)
+{
+    kempe_assembly *start = NULL;
+    kempe_status status = kempe_report_check(j->context);
+    if (status == KEMPE_OK)
+        status = kempe_assembly_new(j->system, &start);
+    cli_report_failure(j, status, start != NULL);
+    if (start) {
+        kempe_status written = cli_report_written(j, kempe_assembly_write_report(start, path));
+        status = written == KEMPE_OK ? status : cli_worse(KEMPE_OK, written);
+    }
+    kempe_assembly_free(start);
+    return status;
+}
+
+static kempe_status print_page(const cli_job *j, const void *object, kempe_format format, char **text)
+{
+    size_t size;
+    FILE *out = open_memstream(text, &size);
+    (void)j;
+    if (!out)
+        return KEMPE_E_MEMORY;
+    fputs(format == KEMPE_JSON ? "{\"status\": \"ok\", \"file\": " : "", out);
+    if (format == KEMPE_JSON)
+        cli_put_quoted(out, object);
+    else
+        fputs(object, out);
+    fputs(format == KEMPE_JSON ? "}\n" : "\n", out);
+    return fclose(out) == 0 ? KEMPE_OK : KEMPE_E_MEMORY;
+}
+
+static kempe_status show_page(const cli_job *j, const char *path)
+{
+    kempe_status status = cli_worse(KEMPE_OK, cli_report(j, print_page, path));
+    if (status != KEMPE_OK || open_page(path))
+        return status;
+    cli_complain("'%s' could not open %s: open it in a browser, or name one in the environment variable BROWSER",
+                 browser(), path);
+    return KEMPE_E_FAILED;
+}
+
+kempe_status cli_view(const cli_job *j)
+{
+    const cli_settings *s = j->settings;
+    if (cli_is_page(s->file) && access(s->file, R_OK) != 0) {
+        cli_complain("cannot read '%s': %s", s->file, strerror(errno));
+        cli_refuse(s->json);
+        return KEMPE_E_IO;
+    }
+    if (cli_is_page(s->file))
+        return show_page(j, s->file);
+    char *own = s->report ? NULL : choose_path(kempe_model_name(j->model));
+    const char *path = s->report ? s->report : own;
+    kempe_status status = path ? write_page(j, path) : KEMPE_E_FAILED;
+    if (path && (status == KEMPE_OK || (status == KEMPE_E_FAILED && access(path, R_OK) == 0))) {
+        kempe_status shown = show_page(j, path);
+        status = status == KEMPE_OK ? shown : status;
+    }
+    free(own);
+    return status;
+}

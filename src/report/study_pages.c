@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Reports of the studies whose results are rows, states or instances: each says what its page has. */
+#include "base/memory.h"
+#include "constraints/closing/assemble.h"
+#include "output/print.h"
+#include "report/result_page.h"
+#include "studies/ensemble/batch.h"
+#include "studies/equilibrium/balances.h"
+#include "studies/inverse/inverse_study.h"
+#include "studies/kinematics/position_sweep.h"
+#include "studies/response/response_study.h"
+#include <kempe/check.h>
+#include <kempe/compare.h>
+#include <string.h>
+
+/* A page under construction, with all that it refers to. */
+typedef struct study_page {
+    kmp_result_page page;
+    kempe_context *context;
+    kmp_arena arena;
+    kmp_samples frames;
+    double *zero; /* n + m: rates and multipliers of frames, which pictures do not use */
+    double *x;    /* of the frames */
+    kempe_table *table;
+    char *text;
+    const char *first[KMP_PAGE_FIRST];
+} study_page;
+
+static kempe_status begin(study_page *s, const kempe_system *system, const char *command, const char *subject)
+{
+    *s = (study_page){.context = system->context};
+    s->page = (kmp_result_page){.system = system, .command = command, .subject = subject, .first = s->first};
+    kmp_samples_init(&s->frames, system->n, system->m);
+    kmp_context_begin(system->context);
+    KMP_TRY(kempe_report_check(system->context));
+    s->zero = KMP_ARENA_NEW(&s->arena, double, system->n + system->m);
+    return s->zero ? KEMPE_OK : kmp_fail_memory(system->context);
+}
+
+/* Frames at x, or by their number (NULL). */
+static kempe_status add_frames(study_page *s, int count, const double *q, ptrdiff_t stride, const double *x)
+{
+    for (int k = 0; k < count; k++)
+        if (kmp_samples_add(&s->frames, x ? x[k] : k, q + k * stride, s->zero, s->zero, s->zero, 0))
+            return kmp_fail_memory(s->context);
+    s->page.frames = &s->frames;
+    return KEMPE_OK;
+}
+
+/* Columns that are drawn at first: up to `most` whose names begin with one of the words, or after '*' contain it. */
+static void choose_first(study_page *s, const char *const *words, int most)
+{
+    for (; *words; words++)
+        for (int c = 0; c < kempe_table_column_count(s->table) && s->page.first_count < most; c++) {
+            const char *name = kempe_table_column_name(s->table, c);
+            bool fits = **words == '*' ? strstr(name, *words + 1) != NULL : strncmp(name, *words, strlen(*words)) == 0;
+            if (fits && kempe_table_values(s->table, c) && strcmp(name, s->page.x) != 0)
+                s->first[s->page.first_count++] = name;
+        }
+}
+
+static const char *scene_of(study_page *s, const char *words)
+{
+    const kempe_system *system = s->page.system;
+    return kmp_arena_printf(&s->arena, "%s \xc2\xb7 %d coordinate%s, %d closure row%s", words, system->n,
+                            system->n == 1 ? "" : "s", system->m, system->m == 1 ? "" : "s");
+}
+
+/* Writes what could be made, and frees it. */
+static kempe_status finish(study_page *s, kempe_status status, const char *path)
+{
+    s->page.text = s->text;
+    s->page.table = s->table;
+    if (status == KEMPE_OK && s->arena.failed)
+        status = kmp_fail_memory(s->context);
+    if (status == KEMPE_OK)
+        status = kmp_result_page_write(&s->page, path);
+    kempe_text_free(s->text);
+    kempe_table_free(s->table);
+    kmp_samples_free(&s->frames);
+    kmp_arena_free(&s->arena);
+    return status;
+}
+
+/* -- position analysis ------------------------------------------------------------------------------- */
+
+/* A column of the swept value if it ascends all along, otherwise s, which always does. */
+static void choose_abscissa(study_page *s, const kempe_kinematics *k)
+{
+    const char *swept =
+        k->time >= 0 ? "t" : kmp_arena_printf(&s->arena, "q.%s", kmp_kinematics_name(k, &k->lead[k->first]));
+    int column = swept ? kempe_table_find(s->table, swept) : -1;
+    const double *x = column >= 0 ? kempe_table_values(s->table, column) : NULL;
+    s->page.x = x ? swept : "s";
+    for (int row = 1; x && row < k->count; row++)
+        if (!(x[row] > x[row - 1]))
+            s->page.x = "s";
+    s->page.frame_x = kempe_table_values(s->table, kempe_table_find(s->table, s->page.x));
+}
+
+static kempe_status fill_kinematics(study_page *s, const kempe_kinematics *k)
+{
+    static const char *const first[] = {"q.", "position.", "sensor.", "energy.", NULL};
+    s->page.status = k->status;
+    s->page.reason = k->reason;
+    s->page.warnings = k->warnings;
+    s->page.scene = scene_of(s, "position analysis");
+    s->page.answer = kmp_arena_printf(&s->arena, "%s: %d positions, %d dead centre%s",
+                                      k->status == KEMPE_OK ? "Complete" : "Stopped", k->count, k->dead_count,
+                                      k->dead_count == 1 ? "" : "s");
+    KMP_TRY(kempe_kinematics_print(k, KEMPE_TEXT, &s->text));
+    KMP_TRY(kempe_kinematics_table(k, "rows", &s->table));
+    choose_abscissa(s, k);
+    choose_first(s, first, KMP_PAGE_FIRST / 2);
+    return add_frames(s, k->count, k->q, k->system->n, NULL);
+}
+
+kempe_status kempe_kinematics_write_report(kempe_kinematics *kinematics, const char *path)
+{
+    KMP_WANTED(NULL, kinematics, "kinematics");
+    KMP_WANTED(kinematics->system->context, path, "path");
+    study_page s;
+    kempe_status status = begin(&s, kinematics->system, "kinematics", "position analysis");
+    return finish(&s, status == KEMPE_OK ? fill_kinematics(&s, kinematics) : status, path);
+}
+
+/* -- inverse dynamics -------------------------------------------------------------------------------- */
+
+static kempe_status fill_inverse(study_page *s, const kempe_inverse *r)
+{
+    static const char *const first[] = {"tau.", "power.", NULL};
+    s->page.status = r->status;
+    s->page.reason = r->reason;
+    s->page.warnings = r->warnings;
+    s->page.scene = scene_of(s, "inverse dynamics");
+    s->page.answer = r->status == KEMPE_OK ? kmp_arena_printf(&s->arena, "Forces of %d actuator%s at %d instants", r->a,
+                                                              r->a == 1 ? "" : "s", r->rows)
+                                           : kmp_arena_printf(&s->arena, "Stopped after %d instants", r->rows);
+    KMP_TRY(kempe_inverse_print(r, KEMPE_TEXT, &s->text));
+    KMP_TRY(kempe_inverse_table(r, "rows", &s->table));
+    s->page.x = "t";
+    choose_first(s, first, KMP_PAGE_FIRST);
+    return r->rows > 0 ? add_frames(s, r->rows, kmp_inverse_part(r, 0, r->at.q), r->width, r->t) : KEMPE_OK;
+}
+
+kempe_status kempe_inverse_write_report(kempe_inverse *inverse, const char *path)
+{
+    KMP_WANTED(NULL, inverse, "inverse");
+    KMP_WANTED(inverse->system->context, path, "path");
+    study_page s;
+    kempe_status status = begin(&s, inverse->system, "inverse", "inverse dynamics");
+    return finish(&s, status == KEMPE_OK ? fill_inverse(&s, inverse) : status, path);
+}
+
+/* -- frequency response ------------------------------------------------------------------------------ */
+
+static kempe_status fill_response(study_page *s, const kempe_response *r)
+{
+    static const char *const first[] = {"*.amplitude", "*.phase", NULL};
+    s->page.warnings = r->channels.warnings;
+    s->page.scene = scene_of(s, r->channels.at->equilibrium ? "at the equilibrium" : "at the start");
+    s->page.answer = kmp_arena_printf(&s->arena, "%d resonance%s among %d frequencies", r->frequency.peak_count,
+                                      r->frequency.peak_count == 1 ? "" : "s", r->frequency.count);
+    KMP_TRY(kempe_response_print(r, KEMPE_TEXT, &s->text));
+    KMP_TRY(kempe_response_table(r, "rows", &s->table));
+    s->page.x = "frequency";
+    s->page.logarithmic = !r->linear;
+    choose_first(s, first, KMP_PAGE_FIRST);
+    return add_frames(s, 1, r->channels.at->q, 0, NULL);
+}
+
+kempe_status kempe_response_write_report(kempe_response *response, const char *path)
+{
+    KMP_WANTED(NULL, response, "response");
+    KMP_WANTED(response->channels.given->context, path, "path");
+    study_page s;
+    kempe_status status = begin(&s, response->channels.given, "response", "frequency response");
+    return finish(&s, status == KEMPE_OK ? fill_response(&s, response) : status, path);
+}
+
+/* -- equilibria -------------------------------------------------------------------------------------- */
+
+static kempe_status fill_equilibria(study_page *s, const kempe_equilibrium *e)
+{
+    const char *stability = e->count > 0 ? kempe_equilibrium_stability(e, 0) : "none found";
+    s->page.warnings = e->warnings;
+    s->page.scene = scene_of(s, e->rate_count > 0 ? "steady motion" : "static equilibrium");
+    s->page.answer = e->count == 1 ? kmp_arena_printf(&s->arena, "One equilibrium: %s", stability)
+                                   : kmp_arena_printf(&s->arena, "%d equilibria, the first %s", e->count, stability);
+    KMP_TRY(kempe_equilibrium_print(e, KEMPE_TEXT, &s->text));
+    KMP_TRY(kempe_equilibrium_table(e, "equilibria", &s->table));
+    s->page.separate = true;
+    for (int k = 0; k < e->count; k++)
+        KMP_TRY(add_frames(s, 1, e->balance[k].q, 0, (double[]){k + 1}));
+    return KEMPE_OK;
+}
+
+kempe_status kempe_equilibrium_write_report(kempe_equilibrium *equilibrium, const char *path)
+{
+    KMP_WANTED(NULL, equilibrium, "equilibrium");
+    KMP_WANTED(equilibrium->requested->context, path, "path");
+    study_page s;
+    kempe_status status = begin(&s, equilibrium->system, "equilibrium", "equilibrium");
+    return finish(&s, status == KEMPE_OK ? fill_equilibria(&s, equilibrium) : status, path);
+}
+
+/* -- ensembles --------------------------------------------------------------------------------------- */
+
+static kempe_status fill_batch(study_page *s, const kempe_batch *b)
+{
+    static const char *const first[] = {"q.", NULL};
+    int count = kempe_batch_count(b), done = 0;
+    for (int k = 0; k < count; k++)
+        done += strcmp(kempe_batch_status(b, k), "ok") == 0;
+    s->page.status = kmp_batch_outcome(b);
+    s->page.warnings = kmp_batch_warnings(b);
+    s->page.scene = scene_of(s, "ensemble");
+    s->page.answer = kmp_arena_printf(&s->arena, "%d of %d instances reached the end", done, count);
+    KMP_TRY(kempe_batch_print(b, KEMPE_TEXT, &s->text));
+    KMP_TRY(kempe_batch_table(b, "instances", &s->table));
+    s->page.x = kempe_values_name(kmp_batch_values(b), 0);
+    s->page.scattered = true;
+    choose_first(s, first, KMP_PAGE_FIRST / 2);
+    kempe_assembly *start = NULL;
+    kempe_status status = kmp_assemble_start(s->page.system, &start);
+    if (status == KEMPE_OK)
+        status = add_frames(s, 1, start->q, 0, NULL);
+    kempe_assembly_free(start);
+    return status;
+}
+
+/* The picture is that of the model's own values. */
+kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path)
+{
+    KMP_WANTED(NULL, batch, "batch");
+    KMP_WANTED(kmp_batch_model(batch)->context, path, "path");
+    study_page s;
+    kempe_system *system = NULL;
+    KMP_TRY(kempe_system_new(kmp_batch_model(batch), &system));
+    kempe_status status = begin(&s, system, "ensemble", "ensemble");
+    status = finish(&s, status == KEMPE_OK ? fill_batch(&s, batch) : status, path);
+    kempe_system_free(system);
+    return status;
+}
+
+/* -- the assembled start ----------------------------------------------------------------------------- */
+
+static kempe_status fill_assembly(study_page *s, const kempe_assembly *a)
+{
+    const kempe_system *system = a->system;
+    s->page.status = a->closed ? KEMPE_OK : KEMPE_E_FAILED;
+    s->page.scene = scene_of(s, "start");
+    s->page.answer = a->closed ? "Assembled" : "The loops cannot be closed";
+    for (int k = 0; !a->closed && k < a->culprit_count; k++)
+        s->page.reason =
+            kmp_arena_printf(&s->arena, "%s%s'%s' stays open by %.3g m", k ? s->page.reason : "", k ? ", " : "",
+                             system->model->closures[a->culprits[k]].name, a->gaps[a->culprits[k]]);
+    KMP_TRY(kempe_assembly_print(a, KEMPE_TEXT, &s->text));
+    return add_frames(s, 1, a->q, 0, NULL);
+}
+
+kempe_status kempe_assembly_write_report(kempe_assembly *assembly, const char *path)
+{
+    KMP_WANTED(NULL, assembly, "assembly");
+    KMP_WANTED(assembly->system->context, path, "path");
+    study_page s;
+    kempe_status status = begin(&s, assembly->system, "assemble", "assembly");
+    return finish(&s, status == KEMPE_OK ? fill_assembly(&s, assembly) : status, path);
+}

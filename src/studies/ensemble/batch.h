@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What other parts see of the results of an ensemble (kempe/ensemble.h). */
+#ifndef KMP_STUDIES_ENSEMBLE_BATCH_H
+#define KMP_STUDIES_ENSEMBLE_BATCH_H
+
+#include <kempe/ensemble.h>
+
+/** The model and its varied values. */
+const kempe_model *kmp_batch_model(const kempe_batch *batch);
+const kempe_values *kmp_batch_values(const kempe_batch *batch);
+
+/** The status of the whole, and warnings, one a line. */
+kempe_status kmp_batch_outcome(const kempe_batch *batch);
+const char *kmp_batch_warnings(const kempe_batch *batch);
+
+#endif
