@@ -9,6 +9,8 @@ import pathlib
 import re
 import sys
 
+import generated
+
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PAGES = ROOT / "docs/api"
 # The order of use: the core, models, one mechanism, motion, linear analyses, parameters, wheels, programming.
@@ -274,18 +276,14 @@ def pages():
 
 
 def main(arguments):
-    made = pages()
-    if arguments == ["--check"]:
-        wrong = [name for name, text in made.items() if not (PAGES / name).exists() or (PAGES / name).read_text() != text]
-        wrong += sorted({path.name for path in PAGES.glob("*.md")} - set(made))
-        if wrong:
-            print(f"docs/api differs from the headers ({', '.join(wrong)}): run python3 docs/api.py")
-        return 1 if wrong else 0
-    for page in PAGES.glob("*.md"):
+    made = {PAGES / name: text for name, text in pages().items()}
+    old = set(PAGES.glob("*.md")) - set(made)
+    if old and arguments == ["--check"]:
+        print("no header has the page", *sorted(path.name for path in old))
+        return 1
+    for page in old:
         page.unlink()
-    for name, text in made.items():
-        (PAGES / name).write_text(text)
-    return 0
+    return generated.settle(made, "python3 docs/api.py", arguments)
 
 
 if __name__ == "__main__":

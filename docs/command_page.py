@@ -10,6 +10,8 @@ import re
 import subprocess
 import sys
 
+import generated
+
 PAGE = pathlib.Path(__file__).with_name("commands.md")
 HEAD = """# Commands
 
@@ -49,14 +51,7 @@ def page(kempe):
 
 
 def main(arguments):
-    text = page(arguments[0])
-    if arguments[1:] == ["--check"]:
-        if text == PAGE.read_text():
-            return 0
-        print("docs/commands.md is not the help of the command: run python3 docs/command_page.py build/release/kempe")
-        return 1
-    PAGE.write_text(text)
-    return 0
+    return generated.settle({PAGE: page(arguments[0])}, "python3 docs/command_page.py build/release/kempe", arguments)
 
 
 if __name__ == "__main__":

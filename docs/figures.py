@@ -9,6 +9,8 @@ import math
 import pathlib
 import sys
 
+import generated
+
 DOCS = pathlib.Path(__file__).parent
 GREY, BLUE, RED, GREEN, INK, PALE = "#9aa5b1", "#2e86c1", "#c0392b", "#1e8449", "#2c3e50", "#b3bcc6"
 LIGHT = (-0.35, -0.55, 0.75)
@@ -760,16 +762,7 @@ FIGURES = {"contact_frame.svg": contact_frame, "singular.svg": singular, **{f"mo
 
 
 def main(arguments):
-    wrong = []
-    for name, draw in FIGURES.items():
-        path, made = DOCS / name, draw()
-        if arguments != ["--check"]:
-            path.write_text(made)
-        elif not path.exists() or path.read_text() != made:
-            wrong.append(name)
-    if wrong:
-        print(f"docs: {', '.join(wrong)} differ: run python3 docs/figures.py")
-    return 1 if wrong else 0
+    return generated.settle({DOCS / name: draw() for name, draw in FIGURES.items()}, "python3 docs/figures.py", arguments)
 
 
 if __name__ == "__main__":

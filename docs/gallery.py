@@ -9,6 +9,8 @@ import pathlib
 import re
 import sys
 
+import generated
+
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs/gallery.md"
 HEAD = """# Gallery
@@ -75,13 +77,7 @@ def main(arguments):
     if there != listed:
         print("docs/gallery.py: GROUPS and the folders of examples differ:", *sorted(there ^ listed))
         return 1
-    if arguments == ["--check"]:
-        if PAGE.read_text() == page():
-            return 0
-        print("docs/gallery.md differs from the pages of the examples: run python3 docs/gallery.py")
-        return 1
-    PAGE.write_text(page())
-    return 0
+    return generated.settle({PAGE: page()}, "python3 docs/gallery.py", arguments)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ DOCS = pathlib.Path(__file__).resolve().parent
 PAGES = DOCS / "model"
 sys.path.insert(0, str(DOCS.parent / "schema"))
 import generate_schema  # noqa: E402
+import generated  # noqa: E402
 
 MARK = re.compile(r"<!-- (\w+): ([\w ]+) -->\n(.*?)<!-- /table -->", re.S)
 HEAD = """# Index of keys
@@ -277,15 +278,9 @@ def without_page():
 
 def main(arguments):
     wrong = [f"docs/model: no page has the table '{what}: {name}'" for what, name in without_page()]
-    if arguments != ["--check"]:
-        for page, text in made().items():
-            (PAGES / page).write_text(text)
-        (PAGES / "index.md").write_text(index())
-    else:
-        wrong += [f"docs/model/{page} differs: run python3 docs/model_pages.py" for page, text in {**made(), "index.md": index()}.items()
-                  if (PAGES / page).read_text() != text]
     print(*wrong, sep="\n", end="\n" if wrong else "")
-    return 1 if wrong else 0
+    files = {PAGES / page: text for page, text in {**made(), "index.md": index()}.items()}
+    return generated.settle(files, "python3 docs/model_pages.py", arguments) or (1 if wrong else 0)
 
 
 if __name__ == "__main__":

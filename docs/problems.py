@@ -11,6 +11,8 @@ import re
 import subprocess
 import sys
 
+import generated
+
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs/problems.md"
 SLACK, ROUNDING = 10, 1e-14  # between machines; differences below are rounding
@@ -130,15 +132,8 @@ def agree(kept, made):
 
 
 def main(arguments):
-    kempe = str(pathlib.Path(arguments[0]).resolve())
-    made = page(kempe)
-    if arguments[1:] == ["--check"]:
-        if agree(PAGE.read_text(), made):
-            return 0
-        print("docs/problems.md differs: run python3 docs/problems.py build/release/kempe")
-        return 1
-    PAGE.write_text(made)
-    return 0
+    files = {PAGE: page(str(pathlib.Path(arguments[0]).resolve()))}
+    return generated.settle(files, "python3 docs/problems.py build/release/kempe", arguments, agree)
 
 
 if __name__ == "__main__":
