@@ -74,7 +74,7 @@ static inline bool emitted_init(emitted *e, const kempe_model *model, const char
         return false;
     }
     if (instead) {
-        kmp_routine *r = &source.routines[0];
+        kmp_code_routine *r = &source.routines[0];
         kmp_program_free(r->program);
         r->program = instead;
         r->kept = KMP_ARENA_NEW(&source.arena, int,

@@ -8,7 +8,7 @@
 - Two programs of one stem are files of one folder: X.c, X.h, X.def, X.py, ... Programs are sources in any language and
   commands without an ending. CONVENTIONS lists what each folder calls the same, with the reason.
 - Two models of one stem are X.yaml and X.mbs of one folder. A model is named for its mechanism; programs may be, too.
-- No type name `kmp_...` or `kempe_...` is defined twice.
+- No type name `kmp_...` or `kempe_...` is defined twice. Types of one file alone have bare names.
 - A folder of the library has at most MOST_FILES files.
 - A public function that returns a whole number is a count, `..._count`, or one of WHOLE.
 """
@@ -36,7 +36,7 @@ CASES = {
 }
 WHOLE = re.compile(r"_count$|_is_\w+$|_dof$|_rank$|_find$")
 RETURNS_WHOLE = re.compile(r"^KEMPE_API (?:int|long|size_t) (\w+)\(", re.M)
-DEFINED = re.compile(r"^(?:typedef [^;{}]*?\b|\} )((?:kmp|kempe)_\w+);", re.M)
+DEFINED = re.compile(r"^(?:typedef [^;{}()]*?\b|\} )((?:kmp|kempe)_\w+)(?:;|\()", re.M)
 
 
 def tracked(root):
@@ -105,6 +105,7 @@ PLANTED = [
     ({"src/base/check.h": "", "check": "", "tests/malformed/b.yaml": "", "tests/models/b.yaml": ""}, False),
     ({"src/base/a.h": "typedef struct kmp_a {\n    int n;\n} kmp_a;\n", "src/base/b.h": "typedef enum kmp_b {\n    A\n} kmp_a;\n"}, True),
     ({"src/base/a.h": "typedef int kmp_a_fn(int n);\ntypedef struct kmp_a kmp_a;\n", "src/base/b.h": "typedef double kmp_a;\n"}, True),
+    ({"src/base/a.h": "typedef void kmp_a(int n);\n", "src/base/b.h": "typedef struct kmp_a {\n    int n;\n} kmp_a;\n"}, True),
     ({"include/kempe/a.h": "KEMPE_API int kempe_a_rows(const kempe_a *a);\n"}, True),
     ({"include/kempe/a.h": "KEMPE_API int kempe_a_row_count(const kempe_a *a);\nKEMPE_API int kempe_a_is_ok(void);\n"}, False),
     ({f"src/base/f{k}.c": "" for k in range(MOST_FILES + 1)}, True),

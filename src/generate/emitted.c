@@ -57,7 +57,7 @@ static kempe_status read_language(kempe_code *code, const kempe_generate_options
 static kempe_status check_operations(const kempe_code *code)
 {
     for (int k = 0; k < code->source.count; k++) {
-        const kmp_routine *r = &code->source.routines[k];
+        const kmp_code_routine *r = &code->source.routines[k];
         for (int i = 0; i < r->program->input_count; i++)
             if (r->program->input[i].kind == KMP_IN_TIME && r->program->input[i].index > 0)
                 return kmp_fail(code->context, KEMPE_E_ARGUMENT,

@@ -41,7 +41,7 @@ static void add_array(kmp_scalar *s, int array)
 
 static void add_sinks(kmp_scalar *s)
 {
-    const kmp_routine *r = s->routine;
+    const kmp_code_routine *r = s->routine;
     int values = s->leaves + s->p->code[s->p->stages];
     for (int a = 0; s->stage > 0 && a < r->array_count; a++)
         add_array(s, a);
@@ -197,7 +197,7 @@ static void find_readings(kmp_scalar *s)
     }
 }
 
-bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_routine *routine, int stage,
+bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_code_routine *routine, int stage,
                      const kmp_language *language)
 {
     const kmp_program *p = routine->program;

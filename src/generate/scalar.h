@@ -21,7 +21,7 @@ typedef struct kmp_statement {
 
 typedef struct kmp_scalar {
     const kmp_code_source *source;
-    const kmp_routine *routine;
+    const kmp_code_routine *routine;
     const kmp_program *p;
     const kmp_language *language;
     kmp_arena arena; /* of all arrays */
@@ -42,7 +42,7 @@ typedef struct kmp_scalar {
 } kmp_scalar;
 
 /** false: no memory. */
-bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_routine *routine, int stage,
+bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_code_routine *routine, int stage,
                      const kmp_language *language);
 void kmp_scalar_free(kmp_scalar *s);
 

@@ -60,7 +60,7 @@ static void name_rows(kmp_code_source *source, const kmp_equations *eq)
 
 /* -- routines ---------------------------------------------------------------------------------------- */
 
-static void shape_arrays(kmp_routine *r, const kmp_equations *eq, unsigned sets, bool inputs)
+static void shape_arrays(kmp_code_routine *r, const kmp_equations *eq, unsigned sets, bool inputs)
 {
     const unsigned loads = 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
     int first = 0;
@@ -81,7 +81,7 @@ static void shape_arrays(kmp_routine *r, const kmp_equations *eq, unsigned sets,
     }
 }
 
-static void keep(kmp_routine *r, uint32_t operand)
+static void keep(kmp_code_routine *r, uint32_t operand)
 {
     const kmp_program *p = r->program;
     int value = (int)(operand >> 1), input = value - p->constant_count, instruction = input - p->input_count;
@@ -91,7 +91,7 @@ static void keep(kmp_routine *r, uint32_t operand)
 }
 
 /* Finds the values of the parameters that stage 1 needs. */
-static bool find_kept(kmp_arena *arena, kmp_routine *r)
+static bool find_kept(kmp_arena *arena, kmp_code_routine *r)
 {
     const kmp_program *p = r->program;
     r->kept = KMP_ARENA_NEW(arena, int, p->constant_count + p->input_count + p->code[p->stages]);
@@ -138,7 +138,8 @@ static void take_values(kmp_code_source *source, const kmp_tree *tree)
             source->value[k] = value[k];
 }
 
-static bool take_routine(kmp_code_source *source, kmp_routine *r, const kmp_chosen *chosen, const kmp_equations *eq)
+static bool take_routine(kmp_code_source *source, kmp_code_routine *r, const kmp_chosen *chosen,
+                         const kmp_equations *eq)
 {
     strcpy(r->name, chosen->name);
     for (char *s = r->name; *s; s++)
@@ -156,7 +157,7 @@ static bool take_routine(kmp_code_source *source, kmp_routine *r, const kmp_chos
     return find_kept(&source->arena, r) && !source->arena.failed;
 }
 
-static kempe_status derive(kmp_code_source *source, kmp_routine *r, const kmp_set_choice *choice,
+static kempe_status derive(kmp_code_source *source, kmp_code_routine *r, const kmp_set_choice *choice,
                            const kmp_chosen *chosen)
 {
     kmp_equations eq;
@@ -233,7 +234,7 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     source->scheme = choice.scheme;
     source->title = kmp_arena_strdup(arena, model->name);
     source->name = identifier_of(arena, model->name);
-    source->routines = KMP_ARENA_NEW(arena, kmp_routine, choice.count);
+    source->routines = KMP_ARENA_NEW(arena, kmp_code_routine, choice.count);
     source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
     for (int k = 0; source->coordinate_names && k < source->n; k++)
         source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);

@@ -16,7 +16,7 @@ typedef struct kmp_array {
 } kmp_array;
 
 /** The equations of one choice as one program: stage 0 for the parameters, stage 1 for all else. */
-typedef struct kmp_routine {
+typedef struct kmp_code_routine {
     char name[KMP_CHOICE_NAME]; /* part of identifiers: "M_C_h" */
     kmp_program *program;
     kmp_tally tally;
@@ -25,7 +25,7 @@ typedef struct kmp_routine {
     unsigned arguments; /* bits 1 << kmp_input_kind; fixed by sets and options, independent of the model */
     int *kept; /* by value of stage 0 and parameter: 1 + its position in k, which stage 1 reads; 0: not needed */
     int kept_count;
-} kmp_routine;
+} kmp_code_routine;
 
 typedef struct kmp_code_source {
     kmp_arena arena; /* of all arrays */
@@ -43,7 +43,7 @@ typedef struct kmp_code_source {
     int *place; /* by symbol: its position in p, -1: no routine needs it */
     double *value;
     char **parameter_name; /* by position, like value */
-    kmp_routine *routines;
+    kmp_code_routine *routines;
     int count;
 } kmp_code_source;
 

@@ -70,7 +70,7 @@ static inline double *expand(const kmp_array *a, const double *entry, double *ou
     return out + size_of(a);
 }
 
-static inline double *run_tape(const kmp_code_source *source, const kmp_routine *r, const state *s, double *out)
+static inline double *run_tape(const kmp_code_source *source, const kmp_code_routine *r, const state *s, double *out)
 {
     double *symbols = KMP_NEW(double, source->symbol_count + 1);
     kmp_machine *machine = kmp_machine_new(r->program, kmp_backend_find("tape"));
@@ -140,7 +140,7 @@ static inline void write_shim(const kmp_code_source *source)
         "(void)qd; (void)qdd; (void)lambda_; (void)force; (void)torque;\n",
         source->name);
     for (int k = 0; k < source->count; k++) {
-        const kmp_routine *r = &source->routines[k];
+        const kmp_code_routine *r = &source->routines[k];
         if (source->parameters)
             kmp_text_printf(&text, "{ double k[%s_%s_k]; %s_%s_prepare(p, k);\n", source->name, r->name, source->name,
                             r->name);

@@ -33,7 +33,7 @@ static void put_list(kmp_text *text, int count, const double *x)
 }
 
 /* A literal for each argument of a routine. */
-static void put_arguments(kmp_text *text, const kmp_code_source *source, const kmp_routine *r, const state *s)
+static void put_arguments(kmp_text *text, const kmp_code_source *source, const kmp_code_routine *r, const state *s)
 {
     const double *values[KMP_IN_COUNT] = {
         [KMP_IN_Q] = s->q,           [KMP_IN_QD] = s->qd,       [KMP_IN_QDD] = s->qdd,
@@ -85,7 +85,7 @@ static bool run_python(const kmp_code_source *source, int size)
                     source->name, source->hash); /* a model may be called like a module of Python's */
     for (int s = 0; s < STATES; s++)
         for (int k = 0; k < source->count; k++) {
-            const kmp_routine *r = &source->routines[k];
+            const kmp_code_routine *r = &source->routines[k];
             if (source->parameters) {
                 kmp_text_printf(&text, "k = m.%s_prepare(", r->name);
                 put_parameter_list(&text, source);
@@ -109,7 +109,7 @@ static bool run_octave(const kmp_code_source *source, int size)
     kmp_text_printf(&text, "m = %s_model();\nassert(strcmp(m.hash, '%s'));\n", source->name, source->hash);
     for (int s = 0; s < STATES; s++)
         for (int k = 0; k < source->count; k++) {
-            const kmp_routine *r = &source->routines[k];
+            const kmp_code_routine *r = &source->routines[k];
             if (source->parameters) {
                 kmp_text_printf(&text, "k = %s_%s_prepare(", source->name, r->name);
                 put_parameter_list(&text, source);

@@ -56,7 +56,7 @@ static state random_values(void)
 /* The routine at one state; `changed`: with other values in p. How many values; they are put into *out, to be freed. */
 static int evaluate(const kmp_code_source *source, bool changed, double **out)
 {
-    const kmp_routine *r = &source->routines[0];
+    const kmp_code_routine *r = &source->routines[0];
     const kmp_program *program = r->program;
     state s = random_values();
     double *symbols = KMP_NEW(double, source->symbol_count + 1);

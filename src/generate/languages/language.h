@@ -80,7 +80,7 @@ struct kmp_writer {
     kmp_text *text;
     const kmp_language *language;
     const kmp_code_source *source;
-    const kmp_routine *routine; /* NULL: all of them */
+    const kmp_code_routine *routine; /* NULL: all of them */
     const struct kmp_scalar *scalar;
     const struct kmp_nesting_levels *levels;
     const kmp_text *statements;

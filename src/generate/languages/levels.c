@@ -209,7 +209,7 @@ static void make_groups(builder *b)
         l->output[k - b->p->outputs[1]] = b->place[b->p->output[k] >> 1];
 }
 
-bool kmp_levels_init(kmp_nesting_levels *l, const kmp_code_source *source, const kmp_routine *routine)
+bool kmp_levels_init(kmp_nesting_levels *l, const kmp_code_source *source, const kmp_code_routine *routine)
 {
     const kmp_program *p = routine->program;
     kmp_arena own = {0}, *a = &l->arena; /* own: until the levels are there */

@@ -21,7 +21,7 @@ typedef struct kmp_group {
 
 typedef struct kmp_nesting_levels {
     kmp_arena arena; /* of all arrays */
-    const kmp_routine *routine;
+    const kmp_code_routine *routine;
     double *numbers;
     int number_count;
     int at[KMP_IN_COUNT], width[KMP_IN_COUNT]; /* position and length of an argument in the vector; PARAMETER: k; width
@@ -36,7 +36,7 @@ typedef struct kmp_nesting_levels {
 } kmp_nesting_levels;
 
 /** false: no memory. */
-bool kmp_levels_init(kmp_nesting_levels *levels, const kmp_code_source *source, const kmp_routine *routine);
+bool kmp_levels_init(kmp_nesting_levels *levels, const kmp_code_source *source, const kmp_code_routine *routine);
 void kmp_levels_free(kmp_nesting_levels *levels);
 
 /** The number of columns of the items of a group of operations. */

@@ -291,7 +291,7 @@ static const struct {
              {"places", kmp_vectorised_list},     /* items of a list */
              {"signs", kmp_vectorised_list}};
 
-static const kmp_routine no_routine;
+static const kmp_code_routine no_routine;
 static const kmp_array no_array;
 static const kmp_nesting_levels no_levels;
 
@@ -352,7 +352,7 @@ static bool put_list(const kmp_writer *w, const char *word, size_t length)
 static void put_number(const kmp_writer *w, const char *word, size_t length)
 {
     const kmp_code_source *source = w->source;
-    const kmp_routine *r = w->routine ? w->routine : &no_routine;
+    const kmp_code_routine *r = w->routine ? w->routine : &no_routine;
     const kmp_array *a = w->array ? w->array : &no_array;
     const kmp_nesting_levels *l = w->levels ? w->levels : &no_levels;
     const struct {
@@ -475,7 +475,7 @@ static bool take_unread_parameter(kmp_writer *w, int k)
 
 static void repeat(const kmp_writer *w, const char *word, size_t length, const char *pattern)
 {
-    const kmp_routine *r = w->routine;
+    const kmp_code_routine *r = w->routine;
     const struct {
         const char *word;
         int count;
