@@ -109,15 +109,22 @@ static double rail_at(const scan *s, double y)
     return s->rail[k] + (x - k) * (s->rail[k + 1] - s->rail[k]);
 }
 
-/* The greatest heights of the rail under a run that is as wide. */
+/* Puts the greater of a height and that `farther` points on in its place; beyond the end there is none. */
+static void raise_tops(scan *s, int farther)
+{
+    for (int k = 0; k + farther < s->rail_count; k++)
+        s->top[k] = s->top[k + farther] > s->top[k] ? s->top[k + farther] : s->top[k];
+}
+
+/* The greatest heights of the rail under a run that is as wide, from those of spans that double. */
 static void find_tops(scan *s, double widest)
 {
-    int reach = (int)fmin(widest / s->rail_step, MOST_POINTS) + 5; /* with the points around either end */
-    for (int k = 0; k < s->rail_count; k++) {
+    int reach = (int)fmin(widest / s->rail_step, MOST_POINTS) + 5, span = 1; /* with the points around either end */
+    for (int k = 0; k < s->rail_count; k++)
         s->top[k] = fmax(s->rail[k], -FAR * s->scale);
-        for (int l = k + 1; l < k + reach && l < s->rail_count; l++)
-            s->top[k] = fmax(s->top[k], s->rail[l]);
-    }
+    for (; 2 * span <= reach; span *= 2)
+        raise_tops(s, span);
+    raise_tops(s, reach - span);
 }
 
 /* The wheel's points at a roll, and their runs with the wheel's centre at 0. */
@@ -310,6 +317,16 @@ int kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
 #define ALIKE      0.05   /* rad: largest difference of normals of points that may touch, including the wheel's roll */
 #define OUTSIDE    2.5e-3 /* of places beyond a zone: the limit by pair.c's penalty */
 
+/* The least curvature of the rail, at most 0, where its angle is near; every other point. */
+static double least_near(const scan *s, const double *angle, const double *curved, double near)
+{
+    double least = 0;
+    for (int l = 0; l < s->rail_count; l += 2)
+        if (curved[l] < least && fabs(angle[l] - near) <= ALIKE)
+            least = curved[l];
+    return least;
+}
+
 /* The greatest curvatures of the gap where a point of the wheel touches, by point, with those of the rail whose normals
  * are nearly equal. */
 static bool find_kinks(scan *s, const kmp_track *track, const kmp_wheel *wheel, double *curvature)
@@ -324,11 +341,8 @@ static bool find_kinks(scan *s, const kmp_track *track, const kmp_wheel *wheel, 
     }
     for (int k = 0; k < s->count; k++) {
         const kmp_table *height = wheel->profile->height;
-        double at = s->first + s->step * k, slope = atan(kmp_table_value(height, 1, at)), least = 0;
-        for (int l = 0; l < s->rail_count; l += 2)
-            if (curved[l] < least && fabs(angle[l] - slope) <= ALIKE)
-                least = curved[l];
-        curvature[k] = kmp_table_value(height, 2, at) - least;
+        double at = s->first + s->step * k, slope = atan(kmp_table_value(height, 1, at));
+        curvature[k] = kmp_table_value(height, 2, at) - least_near(s, angle, curved, slope);
     }
     return true;
 }

@@ -77,22 +77,37 @@ typedef struct words {
     uint32_t op, a, b, c;
 } words;
 
+enum { AT_ONCE = 256 }; /* instructions that are written or read together */
+
+static int part_of(int count, int done)
+{
+    return count - done < AT_ONCE ? count - done : AT_ONCE;
+}
+
 static void put_code(kmp_bytes *b, const kmp_instruction *in, int count)
 {
-    for (int i = 0; i < count; i++) {
-        const words w = {in[i].op, in[i].a, in[i].b, in[i].c};
-        kmp_bytes_put(b, &w, sizeof w);
+    words w[AT_ONCE];
+    for (int i = 0; i < count; i += AT_ONCE) {
+        int part = part_of(count, i);
+        for (int k = 0; k < part; k++)
+            w[k] = (words){in[i + k].op, in[i + k].a, in[i + k].b, in[i + k].c};
+        KMP_BYTES_PUT(b, w, part);
     }
 }
 
 static void get_code(kmp_byte_source *s, kmp_instruction *in, int count)
 {
-    words w;
-    for (int i = 0; i < count; i++) {
-        kmp_bytes_take(s, &w, sizeof w);
-        s->failed = s->failed || w.op >= KMP_OP_COUNT;
-        in[i] = (kmp_instruction){(uint8_t)w.op, w.a, w.b, w.c};
+    words w[AT_ONCE];
+    uint32_t most = 0;
+    for (int i = 0; i < count; i += AT_ONCE) {
+        int part = part_of(count, i);
+        KMP_BYTES_TAKE(s, w, part);
+        for (int k = 0; k < part; k++) {
+            most = w[k].op > most ? w[k].op : most;
+            in[i + k] = (kmp_instruction){(uint8_t)w[k].op, w[k].a, w[k].b, w[k].c};
+        }
     }
+    s->failed = s->failed || most >= KMP_OP_COUNT;
 }
 
 /* -- writing ----------------------------------------------------------------------------------------- */
