@@ -269,6 +269,9 @@
 #define KMP_ROWS_OUT   2.0
 #define KMP_ROWS_LOST  30.0
 #define KMP_ROWS_SWEEP 3.0
+/** Difference of value and rate, relative or over the characteristic length, at which an input of a closure that a
+ * caller sets continues: callers compute both anew, with rounding. The next closing of the loops takes it up. */
+#define KMP_INPUT_CONTINUOUS 1e-9
 /** Entries below this part of a row of size 1 are rounding: their squares add nothing. */
 #define KMP_ROWS_NOTHING 1e-12
 
