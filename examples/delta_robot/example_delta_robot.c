@@ -5,7 +5,7 @@
  *
  *     example_delta_robot examples/delta_robot/delta_robot.yaml [seconds [picture.svg]]
  */
-#include <kempe/inputs.h>
+#include <kempe/settings.h>
 #include <kempe/stepper.h>
 #include <math.h>
 #include <stdio.h>

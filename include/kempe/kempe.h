@@ -13,9 +13,9 @@
  *
  *     check.h         mobility, redundancy, the assembled state; branches.h: assembly modes
  *     settings.h      models with other parameters, tolerances and algorithms; build.h: models made in code
- *     inputs.h        functions of time that are given to a run
  *     table.h         results of all studies as tables: read by name, printed, written as CSV, JSON, NPZ
  *     stepper.h       a run advanced step by step; extend.h: user-defined forces
+ *     output_handles.h outputs at any state, and their Jacobians
  *     workspace.h     M, C, h, J at a given state; forward and inverse dynamics
  *     compare.h       many formulations and tolerances against a reference
  *     ensemble.h      many instances of one mechanism with different parameters

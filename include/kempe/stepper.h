@@ -15,7 +15,7 @@
  * belongs to the thread of its context.
  *
  * Inputs. A value that the caller sets acts from the current time on, and no step goes beyond the requested time while
- * values may change. Inputs of the model (kempe/inputs.h) are set by kempe_stepper_set_input: the integrator restarts
+ * values may change. Inputs of the model (kempe/settings.h) are set by kempe_stepper_set_input: the integrator restarts
  * where a value jumps, and continues with its step size and order elsewhere. A one-step method keeps its step size when
  * it restarts; a multistep method (adams, bdf, ida) restarts at order one, which is slow with many short calls. A force
  * function (kempe/extend.h) may also read values of its own: each call then restarts the integrator, unless

@@ -43,7 +43,7 @@ KEMPE_API const char *kempe_workspace_message(const kempe_workspace *workspace);
 KEMPE_API kempe_status kempe_workspace_evaluate(kempe_workspace *workspace, double t, const double *q,
                                                 const double *qd);
 
-/** Sets an input of the model (kempe/inputs.h) to value + rate s + acceleration s^2 / 2, where s is the time since t,
+/** Sets an input of the model (kempe/settings.h) to value + rate s + acceleration s^2 / 2, where s is the time since t,
  * in place of its samples. KEMPE_E_ARGUMENT: there is no such input, or a number is not finite. */
 KEMPE_API kempe_status kempe_workspace_set_input(kempe_workspace *workspace, int input, double t, double value,
                                                  double rate, double acceleration);

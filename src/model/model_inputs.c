@@ -2,7 +2,7 @@
 /* The public names and values of a model's inputs. */
 #include "base/context.h"
 #include "model/model.h"
-#include <kempe/inputs.h>
+#include <kempe/settings.h>
 #include <math.h>
 
 static const kmp_model_input *input_at(const kempe_model *model, int input)

@@ -2,7 +2,7 @@
 /* Fixed steps under a sampled controller allocate nothing: every allocation of the process is counted here. The delta
  * robot moves on its motors, whose torques change with every step. */
 #include "testing.h"
-#include <kempe/inputs.h>
+#include <kempe/settings.h>
 #include <kempe/stepper.h>
 #include <stdbool.h>
 #include <stdlib.h>

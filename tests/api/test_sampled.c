@@ -2,7 +2,6 @@
 /* A stepper obeys: inputs act from the time at which they are set, on every method and at times of any kind; states are
  * set, saved, restored and copied to the bit. */
 #include "testing.h"
-#include <kempe/inputs.h>
 #include <kempe/settings.h>
 #include <kempe/stepper.h>
 #include <stdbool.h>

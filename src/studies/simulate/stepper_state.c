@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "studies/simulate/stepper_inside.h"
-#include <kempe/inputs.h>
+#include <kempe/settings.h>
 #include <math.h>
 #include <string.h>
 
