@@ -269,6 +269,12 @@
 #define KMP_ROWS_OUT   2.0
 #define KMP_ROWS_LOST  30.0
 #define KMP_ROWS_SWEEP 3.0
+/** Largest scaled Bvu of a closed-chain Jacobian: beyond it an independent coordinate stands at a dead centre. A state
+ * that is closed there to rounding, eps in h, has sqrt(eps) in the angle, and 1e8 in Bvu. */
+#define KMP_TANGENT_SINGULAR 1e6
+/** Difference of value and rate, relative or over the characteristic length, at which an input of a closure that a
+ * caller sets continues: callers compute both anew, with rounding. The next closing of the loops takes it up. */
+#define KMP_INPUT_CONTINUOUS 1e-9
 /** Entries below this part of a row of size 1 are rounding: their squares add nothing. */
 #define KMP_ROWS_NOTHING 1e-12
 

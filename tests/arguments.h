@@ -19,6 +19,7 @@
 #include <kempe/kinematics.h>
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
+#include <kempe/output_handles.h>
 #include <kempe/response.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
@@ -105,6 +106,8 @@ SOME(kempe_check, kempe_check_new, some_kempe_system(0))
 SOME(kempe_branches, kempe_branches_new, some_kempe_system(0), 1)
 SOME(kempe_trajectory, kempe_simulate, some_kempe_system(0), &short_run)
 SOME(kempe_stepper, kempe_stepper_new, some_kempe_system(0), &short_run)
+SOME(kempe_stepper_state, kempe_stepper_save, some_kempe_stepper(0))
+SOME(kempe_outputs, kempe_outputs_new, some_kempe_system(0), "energy")
 SOME(kempe_comparison, kempe_comparison_new, some_kempe_system(0), &short_compare)
 SOME(kempe_kinematics, kempe_kinematics_new, some_kempe_system(0), &turn)
 SOME(kempe_equilibrium, kempe_equilibrium_new, some_kempe_system(0), NULL)

@@ -6,7 +6,9 @@ bool kmp_present_inputs_init(kmp_present_inputs *inputs, kmp_arena *arena, const
 {
     *inputs = (kmp_present_inputs){.model = model, .count = model->input_count};
     inputs->piece = KMP_ARENA_NEW(arena, kmp_signal_piece, inputs->count);
+    inputs->given = KMP_ARENA_NEW(arena, kmp_signal_piece, inputs->count);
     inputs->replaced = KMP_ARENA_NEW(arena, bool, inputs->count);
+    inputs->waits = KMP_ARENA_NEW(arena, bool, inputs->count);
     inputs->vector = KMP_ARENA_NEW(arena, double, kmp_present_inputs_size(inputs));
     if (arena->failed)
         return false;
@@ -45,6 +47,34 @@ void kmp_present_inputs_lanes(const kmp_present_inputs *inputs, int width, const
     }
 }
 
+/* The order of the first derivative that differs between the present piece and values at a time. */
+static int jump_at(const kmp_signal_piece *piece, double t, const double values[3])
+{
+    double now[3];
+    int order = 0;
+    kmp_signal_values(piece, t, now);
+    while (order < 3 && now[order] == values[order])
+        order++;
+    return order;
+}
+
+void kmp_present_inputs_give(kmp_present_inputs *inputs, int input, double from, const double values[3])
+{
+    inputs->given[input] = (kmp_signal_piece){.from = from,
+                                              .until = INFINITY,
+                                              .c = {values[0], values[1], 0.5 * values[2], 0},
+                                              .jump = jump_at(&inputs->piece[input], from, values)};
+    inputs->waits[input] = inputs->waiting = true;
+}
+
+void kmp_present_inputs_copy(kmp_present_inputs *to, const kmp_present_inputs *from)
+{
+    for (int k = 0; k < to->count; k++) {
+        to->piece[k] = from->piece[k];
+        to->replaced[k] = from->replaced[k];
+    }
+}
+
 double kmp_present_inputs_until(const kmp_present_inputs *inputs)
 {
     double until = INFINITY;
@@ -56,10 +86,13 @@ double kmp_present_inputs_until(const kmp_present_inputs *inputs)
 int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
 {
     int least = KMP_SIGNAL_SMOOTH;
+    inputs->waiting = false;
     for (int k = 0; k < inputs->count; k++) {
-        if (inputs->replaced[k] || t < inputs->piece[k].until)
+        if (!inputs->waits[k] && (inputs->replaced[k] || t < inputs->piece[k].until))
             continue;
-        inputs->piece[k] = kmp_signal_at(&inputs->model->inputs[k].signal, t);
+        inputs->piece[k] = inputs->waits[k] ? inputs->given[k] : kmp_signal_at(&inputs->model->inputs[k].signal, t);
+        inputs->replaced[k] = inputs->replaced[k] || inputs->waits[k];
+        inputs->waits[k] = false;
         if (inputs->piece[k].jump < least) {
             least = inputs->piece[k].jump;
             *input = k;

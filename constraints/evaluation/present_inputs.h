@@ -12,6 +12,8 @@ typedef struct kmp_present_inputs {
     int count;
     kmp_signal_piece *piece; /* of each input */
     bool *replaced;          /* the piece is a caller's: samples of the model are ignored */
+    kmp_signal_piece *given; /* of each input: the piece that a caller has given for the next call of enter */
+    bool *waits, waiting;    /* there is one; for any input */
     double *vector;          /* t, then the value of each input and two derivatives */
     bool held;               /* pieces are constant between calls of kmp_present_inputs_enter */
     bool before;             /* at a sample after t = 0 the piece that ends there, as rows of runs have it */
@@ -32,11 +34,23 @@ static inline int kmp_present_inputs_size(const kmp_present_inputs *inputs)
     return 1 + KMP_TIME_NUMBERS * inputs->count;
 }
 
+/** Gives an input the polynomial u + rate (t - from) + acceleration (t - from)^2 / 2 in place of its samples, from the
+ * next kmp_present_inputs_enter on. */
+void kmp_present_inputs_give(kmp_present_inputs *inputs, int input, double from, const double values[3]);
+
+/** Takes pieces, and whether samples are replaced, from other inputs of the same model. */
+void kmp_present_inputs_copy(kmp_present_inputs *to, const kmp_present_inputs *from);
+
 /** The first time after the present pieces began at which one of them ends; INFINITY: never. */
 double kmp_present_inputs_until(const kmp_present_inputs *inputs);
 
-/** Takes the pieces that begin at t or contain it. The least order of a derivative that jumps there, KMP_SIGNAL_SMOOTH
- * without a jump; *input: the one that jumps. */
+/** Takes the given pieces, and those of samples that begin at t or contain it. The least order of a derivative that
+ * jumps there, KMP_SIGNAL_SMOOTH without a jump; *input: the one that jumps. */
 int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input);
+
+struct kempe_workspace;
+
+/** The inputs of a workspace. */
+kmp_present_inputs *kmp_workspace_inputs(struct kempe_workspace *workspace);
 
 #endif

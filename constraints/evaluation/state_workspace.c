@@ -113,6 +113,27 @@ kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **w
     return kmp_fail_memory(system->context);
 }
 
+kmp_present_inputs *kmp_workspace_inputs(kempe_workspace *ws)
+{
+    return &ws->eval->inputs;
+}
+
+kempe_status kempe_workspace_set_input(kempe_workspace *ws, int input, double t, double value, double rate,
+                                       double acceleration)
+{
+    const double values[3] = {value, rate, acceleration};
+    int first;
+    KMP_WANTED(NULL, ws, "workspace");
+    if (input < 0 || input >= ws->eval->inputs.count || !isfinite(t + value + rate + acceleration)) {
+        (void)fail(ws, "there is no input %d, or its value is not finite", input);
+        return KEMPE_E_ARGUMENT;
+    }
+    kmp_present_inputs_give(&ws->eval->inputs, input, t, values);
+    (void)kmp_present_inputs_enter(&ws->eval->inputs, t, &first);
+    ws->stale = true;
+    return KEMPE_OK;
+}
+
 void kempe_workspace_free(kempe_workspace *ws)
 {
     if (!ws)

@@ -15,6 +15,7 @@
  *     settings.h      models with other parameters, tolerances and algorithms; build.h: models made in code
  *     table.h         results of all studies as tables: read by name, printed, written as CSV, JSON, NPZ
  *     stepper.h       a run advanced step by step; extend.h: user-defined forces
+ *     output_handles.h outputs at any state, and their Jacobians
  *     workspace.h     M, C, h, J at a given state; forward and inverse dynamics
  *     compare.h       many formulations and tolerances against a reference
  *     ensemble.h      many instances of one mechanism with different parameters
@@ -196,6 +197,7 @@ typedef struct kempe_run_options {
     long max_steps; /* bound on steps, rejected ones included: beyond it the run fails. 0: the model's. Without one, the
                      * run fails when the last 100,000 steps advanced so little that the rest would take more than
                      * 1e8 */
+    double fixed_step; /* s: length of all steps of dop853 and dopri5, without error control; 0: by the tolerances */
 } kempe_run_options;
 
 typedef struct kempe_trajectory kempe_trajectory;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * A model with other values of its parameters, another closure tolerance, or another algorithm of its equations.
+ * A model with other values of its parameters and inputs, another closure tolerance, or another algorithm of its
+ * equations.
  */
 #ifndef KEMPE_SETTINGS_H
 #define KEMPE_SETTINGS_H
@@ -20,6 +21,20 @@ KEMPE_API kempe_status kempe_model_read_set(kempe_context *context, const char *
                                             int count, kempe_model **model);
 KEMPE_API kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,
                                                  const kempe_setting *settings, int count, kempe_model **model);
+
+/* Inputs of a model: functions of time that are given to a run (docs/model/inputs.md). A stepper (kempe/stepper.h) or a
+ * workspace (kempe/workspace.h) takes other values. Values here are in SI. */
+
+/** Number of inputs; number of the input with a name, -1: there is none. */
+KEMPE_API int kempe_model_input_count(const kempe_model *model);
+KEMPE_API int kempe_model_input_find(const kempe_model *model, const char *name);
+
+/** Name of an input, and its unit as written in the model ("" without one). */
+KEMPE_API const char *kempe_model_input_name(const kempe_model *model, int input);
+KEMPE_API const char *kempe_model_input_unit(const kempe_model *model, int input);
+
+/** Value at t by the model's own samples or default, in SI. */
+KEMPE_API double kempe_model_input_value(const kempe_model *model, int input, double t);
 
 /** Reads a number as in a model file, without parameters: "3", "20 ms", "1/25 s". *value is in `unit`; so is a number
  * without a unit. KEMPE_E_ARGUMENT: the text is not a number, or its unit has another dimension. */

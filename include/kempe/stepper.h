@@ -14,11 +14,17 @@
  * Error control chooses the steps, independent of the requested times: kempe_simulate gives the same numbers. A stepper
  * belongs to the thread of its context.
  *
- * Inputs. A force function (kempe/extend.h) may read values that the caller sets between calls, as a controller or a
- * sampled signal does. Such a value acts from the current time on: with a force function each call restarts the
- * integrator there and makes no step beyond the requested time. One-step methods keep their step size. A multistep
- * method (adams, bdf, ida) restarts at order one, which is slow with many short calls. A force that depends on t, q and
- * qd alone needs no restart: kempe_stepper_keep_inputs.
+ * Inputs. A value that the caller sets acts from the current time on, and no step goes beyond the requested time while
+ * values may change. Inputs of the model (kempe/settings.h) are set by kempe_stepper_set_input: the integrator restarts
+ * where a value jumps, and continues with its step size and order elsewhere. A one-step method keeps its step size when
+ * it restarts; a multistep method (adams, bdf, ida) restarts at order one, which is slow with many short calls. A force
+ * function (kempe/extend.h) may also read values of its own: each call then restarts the integrator, unless
+ * kempe_stepper_keep_inputs says that they are constant.
+ *
+ * Real time. The conditions: `fixed_step` in the options, formulation `projected`, change_points `ignore`, a model
+ * without conditions and without spherical joints. Then kempe_stepper_advance over a given time allocates nothing,
+ * takes no lock and has a bounded number of operations. So do kempe_stepper_set_input, kempe_stepper_set_input_rates,
+ * kempe_stepper_set_stop and the getters, except kempe_stepper_work. A failing call allocates its message.
  */
 #ifndef KEMPE_STEPPER_H
 #define KEMPE_STEPPER_H
@@ -53,6 +59,43 @@ KEMPE_API kempe_status kempe_stepper_advance(kempe_stepper *stepper, double t);
 /** keep = 1: other inputs of the force function than t, q and qd are constant from now on, and the steps are those of
  * kempe_simulate. keep = 0 (initially): they may change between calls. */
 KEMPE_API void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep);
+
+/** Sets an input of the model to a constant in SI from the current time on, in place of its samples. The accelerations
+ * of the current row remain those before the jump. KEMPE_E_ARGUMENT: there is no such input, the value is not finite,
+ * or a closure depends on the input and its value or rate would jump. */
+KEMPE_API kempe_status kempe_stepper_set_input(kempe_stepper *stepper, int input, double value);
+
+/** Sets it to value + rate s + acceleration s^2 / 2, where s is the time since now. */
+KEMPE_API kempe_status kempe_stepper_set_input_rates(kempe_stepper *stepper, int input, double value, double rate,
+                                                     double acceleration);
+
+/** Value of an input at the current time, before a value that was set there; NaN: there is no such input. */
+KEMPE_API double kempe_stepper_input(const kempe_stepper *stepper, int input);
+
+/** No step goes beyond t until the stepper is there: a place where a force function jumps. One time is kept; INFINITY:
+ * none. KEMPE_E_ARGUMENT: t is not after the current time. */
+KEMPE_API kempe_status kempe_stepper_set_stop(kempe_stepper *stepper, double t);
+
+/** Continues from another state at the current time: the closed state near q and qd (n each; qd NULL: at rest).
+ * `*moved` (NULL: not wanted): the largest change of a coordinate that closing made, rad, or over the characteristic
+ * length. KEMPE_E_FAILED: the loops cannot be closed from there, and the stepper is unchanged. */
+KEMPE_API kempe_status kempe_stepper_set_state(kempe_stepper *stepper, const double *q, const double *qd,
+                                               double *moved);
+
+/** Returns to t = 0 and the model's start, with the model's own inputs: as a new stepper. */
+KEMPE_API kempe_status kempe_stepper_reset(kempe_stepper *stepper);
+
+/** A stepper's state to return to. */
+typedef struct kempe_stepper_state kempe_stepper_state;
+
+/** Saves the current state. The integrator restarts here, from the saved numbers alone: what follows has the same bits
+ * as what follows a kempe_stepper_restore, here or in another stepper of the same system and options. */
+KEMPE_API kempe_status kempe_stepper_save(kempe_stepper *stepper, kempe_stepper_state **state);
+KEMPE_API kempe_status kempe_stepper_restore(kempe_stepper *stepper, const kempe_stepper_state *state);
+KEMPE_API void kempe_stepper_state_free(kempe_stepper_state *state);
+
+/** Makes another stepper at the same state, by saving and restoring. */
+KEMPE_API kempe_status kempe_stepper_copy(kempe_stepper *stepper, kempe_stepper **copy);
 
 /** The current state: t in s; q, qd, qdd (n values) and lambda (row_count of the system), owned by the stepper and
  * overwritten by the next step. */

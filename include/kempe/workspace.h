@@ -43,6 +43,11 @@ KEMPE_API const char *kempe_workspace_message(const kempe_workspace *workspace);
 KEMPE_API kempe_status kempe_workspace_evaluate(kempe_workspace *workspace, double t, const double *q,
                                                 const double *qd);
 
+/** Sets an input of the model (kempe/settings.h) to value + rate s + acceleration s^2 / 2, where s is the time since t,
+ * in place of its samples. KEMPE_E_ARGUMENT: there is no such input, or a number is not finite. */
+KEMPE_API kempe_status kempe_workspace_set_input(kempe_workspace *workspace, int input, double t, double value,
+                                                 double rate, double acceleration);
+
 /** Values at the state of the last kempe_workspace_evaluate or call for dynamics. The workspace owns them, and the next
  * call overwrites them. M (n x n, symmetric), C (n: bias on the side of M qdd, applied forces included with their sign
  * changed), h (m), J = dh/dq (m x n), jdqd (m): d2h/dt2 = J qdd + jdqd. Matrices are column-major. */

@@ -33,6 +33,7 @@ typedef struct kmp_formulation_start {
     kmp_run_log *log;
     bool brief;    /* the formulation before lasted for a few steps: preparations that pay only over many steps are
                     * skipped */
+    bool early;    /* preparations are made at the start, not between steps */
     bool fixed;    /* u is fixed, and the run ends where it becomes singular */
     bool restarts; /* an exchange restarts the integrator at a low order */
     bool implicit; /* the integrator uses the Jacobian of an ODE, which needs M and C */

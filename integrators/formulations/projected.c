@@ -381,6 +381,8 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     bool solves = made && kind != &kmp_formulation_near_singular;
     d->formulation.ode.operations = made ? operations_by_parts(d) : 0;
     d->due = solves ? kmp_solved_wait(d->eval, d->part, d->formulation.ode.operations, start->lanes) : LONG_MAX;
+    if (start->early && d->due > 0 && d->due < LONG_MAX)
+        d->due = 0;
     bool failed = !made || d->due < 0;
     if (!failed && d->due == 0 && !start->brief)
         failed = renew_solved(d, start->t, start->q) != KMP_GO;

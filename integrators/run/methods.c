@@ -182,6 +182,10 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
     if (spec->rtol < 1e-15 || spec->rtol > 0.1)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "rtol = %g is outside 1e-15 .. 0.1", spec->rtol);
     spec->atol = first_positive(spec->atol, requested > 0 ? 0 : model->atol, spec->rtol);
+    if (spec->fixed_step > 0 && !kmp_solver_find(spec->integrator)->constant)
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT,
+                        "integrator '%s' cannot make steps of constant length; dop853 and dopri5 can",
+                        spec->integrator);
     spec->t_end = first_positive(spec->t_end, model->t_end, 1);
     spec->max_steps = spec->max_steps ? spec->max_steps : model->max_steps;
     if (spec->u_count == 0) {

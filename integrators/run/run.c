@@ -52,7 +52,8 @@ static kempe_status attend(kmp_runner *run)
 
 static kempe_status begin(kmp_runner *run)
 {
-    kempe_status status = kmp_runner_start(run, run->spec.t_start, run->formulation->y, run->formulation->yp, 0);
+    kempe_status status =
+        kmp_runner_start(run, run->spec.t_start, run->formulation->y, run->formulation->yp, run->spec.first_step);
     if (status == KEMPE_OK && run->crossing) {
         status = kmp_crossing_begin(run->crossing, run->spec.t_start, &run->at_event);
         run->event_t = run->spec.t_start;

@@ -4,6 +4,7 @@
 #define KMP_INTEGRATORS_RUN_RUN_H
 
 #include "constraints/closing/assemble.h"
+#include "constraints/evaluation/present_inputs.h"
 #include "dynamics/system.h"
 #include "integrators/run/run_log.h"
 #include <kempe/check.h>
@@ -35,6 +36,11 @@ typedef struct kmp_run_spec {
     void *user;                              /* argument of that formulation and of `step` */
     kmp_step_fn *step;                       /* callback at accepted steps; NULL: none */
     bool own_angles;                         /* spherical joints are not centred */
+    const double *mode_start;                /* conditions at the start; NULL: by the state */
+    const kmp_present_inputs *inputs_start;  /* NULL: those of the model */
+    double rate_scale;                       /* 0: by the start */
+    double first_step;                       /* of a one-step method; 0: of its own choice */
+    double fixed_step;                       /* s: length of all steps; 0: chosen by the error */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
 } kmp_run_spec;
@@ -82,6 +88,22 @@ kempe_status kmp_runner_step(kmp_runner *runner);
 /** Cuts the last step at t, because external inputs of the equations (kempe_system_set_force) may have changed. The
  * rest of the step is discarded, the integrator restarts there, and no step goes beyond `stop`. */
 kempe_status kmp_runner_cut(kmp_runner *runner, double t, double stop);
+
+/** Sets a limit that no further step goes beyond, not before the end of the last step. */
+void kmp_runner_stop_at(kmp_runner *runner, double stop);
+
+/** The inputs of the run: a caller may give one (kmp_present_inputs_give). It acts from the next step on, or from a
+ * following kmp_runner_cut on. */
+kmp_present_inputs *kmp_runner_inputs(kmp_runner *runner);
+
+/** What a run that continues from a row needs beside it: the conditions (a value for each), the scale of rates in the
+ * tolerances, the next step of a one-step method (0: another method). */
+const double *kmp_runner_modes(const kmp_runner *runner);
+double kmp_runner_rate_scale(const kmp_runner *runner);
+double kmp_runner_step_size(const kmp_runner *runner);
+
+/** Passes an event at t, the end of the last step, as the next step would. */
+kempe_status kmp_runner_pass(kmp_runner *runner, double t);
 
 /** Ends of the last step; equal at the start. */
 double kmp_runner_t(const kmp_runner *runner);

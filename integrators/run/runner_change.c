@@ -311,6 +311,11 @@ static kempe_status restart_with_switches(kmp_runner *run, double t)
     return kmp_runner_take_conditions(run, t);
 }
 
+double kmp_runner_step_size(const kmp_runner *run)
+{
+    return run->kind->corrects ? step_it_had(run, kmp_runner_t(run)) : 0;
+}
+
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 {
     double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);

@@ -11,7 +11,9 @@ static kempe_status check_closures(const kmp_runner *run, double t)
     const kempe_model *model = run->s->model;
     for (int k = 0; k < inputs->count; k++) {
         const kmp_signal_piece *piece = &inputs->piece[k];
-        const kmp_closure *closure = piece->from == t && piece->jump < 2 ? kmp_model_moved_by(model, k) : NULL;
+        bool jumps =
+            piece->from == t && piece->jump < 2 && !inputs->replaced[k]; /* callers' values are checked before */
+        const kmp_closure *closure = jumps ? kmp_model_moved_by(model, k) : NULL;
         if (closure)
             return kmp_fail(run->s->context, KEMPE_E_FAILED,
                             "%s:%d:%d: closure '%s' depends on input '%s', whose %s jumps at t = %.9g s: let its "
@@ -52,12 +54,38 @@ static kempe_status extend(kmp_runner *run)
 
 kempe_status kmp_runner_pass_samples(kmp_runner *run, double t)
 {
+    kmp_present_inputs *inputs = &run->eval->inputs;
     int input, jump;
-    if (t < kmp_present_inputs_until(&run->eval->inputs))
-        return KEMPE_OK;
-    jump = kmp_present_inputs_enter(&run->eval->inputs, t, &input);
-    if (jump < 2)
-        KMP_TRY(check_closures(run, t));
-    run->anew = run->anew || jump == 0;
-    return run->anew ? KEMPE_OK : extend(run);
+    if (inputs->waiting || t >= kmp_present_inputs_until(inputs)) {
+        jump = kmp_present_inputs_enter(inputs, t, &input);
+        if (jump < 2)
+            KMP_TRY(check_closures(run, t));
+        run->anew = run->anew || jump == 0;
+    }
+    return run->anew || run->solver->t_end == kmp_runner_limit(run) ? KEMPE_OK : extend(run);
+}
+
+void kmp_runner_stop_at(kmp_runner *run, double stop)
+{
+    run->stop = stop;
+}
+
+kmp_present_inputs *kmp_runner_inputs(kmp_runner *run)
+{
+    return &run->eval->inputs;
+}
+
+const double *kmp_runner_modes(const kmp_runner *run)
+{
+    return run->eval->mode;
+}
+
+double kmp_runner_rate_scale(const kmp_runner *run)
+{
+    return run->rate_scale;
+}
+
+kempe_status kmp_runner_pass(kmp_runner *run, double t)
+{
+    return run->at_event && t == run->event_t ? kmp_runner_change(run, t) : KEMPE_OK;
 }

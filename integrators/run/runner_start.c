@@ -128,6 +128,7 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     given.qdd = run->qdd;
     given.lambda = run->lambda;
     given.brief = run->brief;
+    given.early = run->spec.fixed_step > 0;
     given.fixed = run->spec.keep_independent;
     given.restarts = !solver->corrects;
     given.implicit = solver->implicit;
@@ -199,7 +200,8 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
         .ode = &formulation->ode,
         .dae = &formulation->dae,
         .tolerance = {formulation->rtol > 0 ? formulation->rtol : run->spec.rtol, formulation->atol},
-        .linear = run->spec.linear};
+        .linear = run->spec.linear,
+        .fixed_step = run->spec.fixed_step};
     run->kind = integrator_of(run);
     run->y = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
     run->yp = formulation->yp ? KMP_ARENA_NEW(&formulation->arena, double, formulation->size) : NULL;
@@ -248,6 +250,25 @@ static kempe_status look_at_margin(kmp_runner *run, const double *q)
     return KEMPE_OK;
 }
 
+static void begin_inputs(kmp_runner *run)
+{
+    int input;
+    if (run->spec.inputs_start)
+        kmp_present_inputs_copy(&run->eval->inputs, run->spec.inputs_start);
+    run->spec.inputs_start = NULL; /* the caller's, until here */
+    (void)kmp_present_inputs_enter(&run->eval->inputs, run->spec.t_start, &input);
+    run->eval->inputs.held = true;
+}
+
+/* Conditions of a run that continues may depend on its past. */
+static void take_modes(kmp_runner *run)
+{
+    for (int k = 0; run->spec.mode_start && k < run->s->events.count; k++)
+        if (!run->s->events.condition[k].kink)
+            kmp_eval_set_mode(run->eval, k, run->spec.mode_start[k] > 0);
+    run->spec.mode_start = NULL;
+}
+
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
 {
     int n = run->s->n, m = run->s->m;
@@ -259,13 +280,12 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         !KMP_ARENA_GROUPS(&run->arena, {n, {&run->seen, &run->next_seen}}, {3 * n + m, {&run->moved, &run->state}}))
         return kmp_fail_memory(run->s->context);
     double *q = run->state, *qd = q + n;
-    int input;
-    (void)kmp_present_inputs_enter(&run->eval->inputs, t, &input);
-    run->eval->inputs.held = true;
+    begin_inputs(run);
     run->qdd = q + 2 * n;
     run->lambda = q + 3 * n;
     kmp_runner_center_start(run, start);
     kmp_eval_freeze(run->eval, t, q, qd);
+    take_modes(run);
     KMP_TRY(kmp_runner_choose(run, t, q, -1, run->spec.u, run->spec.u_count));
     if (kmp_runner_is_off(run, t, q))
         KMP_TRY(kmp_runner_project(run, t, q, qd));
@@ -280,7 +300,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         kmp_log(run->s->context, KEMPE_LOG_WARNING,
                 "the start is near a change point, where branches of the mechanism meet: the branch of the motion may "
                 "depend on rounding");
-    run->rate_scale = kmp_formulation_rate_scale(run->s, run->spec.t_end, qd, run->qdd);
+    run->rate_scale = run->spec.rate_scale > 0 ? run->spec.rate_scale
+                                               : kmp_formulation_rate_scale(run->s, run->spec.t_end, qd, run->qdd);
     run->method = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
     run->near_singular = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));

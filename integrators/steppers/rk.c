@@ -4,6 +4,7 @@
  * Wanner, II, IV.2. */
 #include "integrators/steppers/rk.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -88,7 +89,7 @@ static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
     if (said != KMP_GO)
         return said == KMP_RETRY ? BAD_STAGE : HALTED;
     *error = method->error(s, h);
-    if (!(*error <= 1.0))
+    if (!(*error <= (s->base.fixed > 0 ? DBL_MAX : 1.0)))
         return BAD_ERROR;
     if (!method->ends_with_derivative)
         said = kmp_solver_call(&s->base, t_new, s->y_old, s->k[method->end]);
@@ -124,6 +125,17 @@ static void refuse(kmp_rk *s, outcome what, double h, double error)
     s->rejected = true;
 }
 
+/* The end of the next step and its length, 0 when it has become too short. A step of constant length is tried once. */
+static double next_step(const kmp_rk *s, int tries, double *t_new)
+{
+    double t = s->base.t, end = s->base.t_end, left = end - t;
+    if (!(s->base.fixed > 0))
+        return kmp_solver_next_step(t, end, s->base.h, t_new);
+    bool last = left < 1.01 * s->base.fixed;
+    *t_new = last ? end : t + s->base.fixed;
+    return tries == 0 ? *t_new - t : 0;
+}
+
 kempe_status kmp_rk_step(void *solver)
 {
     kmp_rk *s = solver;
@@ -136,7 +148,7 @@ kempe_status kmp_rk_step(void *solver)
         s->dy = s->k[1];
     }
     for (int tries = 0; tries < MAX_REJECT; tries++) {
-        double t_new, error = 0.0, h = kmp_solver_next_step(s->base.t, s->base.t_end, s->base.h, &t_new);
+        double t_new, error = 0.0, h = next_step(s, tries, &t_new);
         if (!(h > 0) || s->collapsed)
             break;
         outcome what = attempt(s, h, t_new, &error);

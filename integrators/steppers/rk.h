@@ -122,6 +122,7 @@ kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp);
 #define KMP_RK_SOLVER(id, is_standard)                                                                                 \
     const kmp_solver_kind kmp_solver_##id = {.name = #id,                                                              \
                                              .corrects = true,                                                         \
+                                             .constant = true,                                                         \
                                              .standard = is_standard,                                                  \
                                              .method = &kmp_##id,                                                      \
                                              .create = kmp_rk_create,                                                  \

@@ -33,6 +33,7 @@ void *kmp_solver_new(const kmp_solver_kind *kind, const kmp_solver_setup *setup,
     }
     solver->context = setup->context;
     solver->tolerance = setup->tolerance;
+    solver->fixed = setup->fixed_step;
     if (kind->dae)
         solver->dae = *setup->dae;
     else

@@ -14,6 +14,7 @@ typedef struct kmp_solver_setup {
     const kmp_dae *dae;
     kmp_tolerance tolerance;
     const char *linear; /* row of linear.def, for implicit integrators */
+    double fixed_step;  /* length of all steps, without error control; 0: chosen by the error */
 } kmp_solver_setup;
 
 /** Work since creation, over all starts. */
@@ -28,6 +29,7 @@ typedef struct kmp_solver_work {
 typedef struct kmp_solver {
     double t, t_old; /* ends of the last accepted step; equal before the first one after a start */
     double t_end;
+    double fixed; /* length of all steps; 0: chosen by the error */
     double h;     /* the next step, for a start from the same place in other unknowns; 0: the last one */
     int hopeless; /* successive steps near the limit of resolution */
     kmp_solver_work work;
@@ -47,6 +49,7 @@ typedef struct kmp_solver_kind {
     bool lanes;         /* uses `lanes` of the ODE if there is one */
     bool standard;      /* compare runs it by default */
     bool sparse;        /* takes a linear solver of linear.def */
+    bool constant;      /* makes steps of a given length if wanted */
     const void *method; /* for `create`, if several kinds have the same functions */
 
     /** Makes a struct that begins with a kmp_solver; NULL after a message. The pointers in `setup` must outlive the

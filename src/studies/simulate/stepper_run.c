@@ -1,35 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The public stepper: a runner, and its current row. */
 #include "base/memory.h"
-#include "studies/simulate/trajectory.h"
-#include <kempe/stepper.h>
+#include "studies/simulate/stepper_inside.h"
 #include <math.h>
 #include <string.h>
 
-struct kempe_stepper {
-    const kempe_system *system;
-    kmp_runner *runner;
-    kmp_arena arena;
-    kmp_run_spec spec;
-    double t, stop;     /* the current time; the limit of steps */
-    bool keeps;         /* external inputs of the user's force are constant */
-    double *row, *next; /* q, qd, qdd, lambda; the one being made */
-    char *reason;
-};
-
-/* Takes the row at t within the last step; after a failure the old one is unchanged. */
-static kempe_status stand_at(kempe_stepper *s, double t)
+kempe_status kmp_stepper_stand_at(kempe_stepper *s, double t)
 {
-    double work, *row = s->next;
-    KMP_TRY(kmp_runner_row(s->runner, t, row, &work));
+    double *row = s->next;
+    KMP_TRY(kmp_runner_row(s->runner, t, row, &s->work));
     s->next = s->row;
     s->row = row;
     s->t = t;
     return KEMPE_OK;
 }
 
-/* Keeps the sentence of a failure, and gives it to the context too. */
-static kempe_status settle(kempe_stepper *s, kempe_status status)
+kempe_status kmp_stepper_settle(kempe_stepper *s, kempe_status status)
 {
     kmp_run_report report;
     if (status == KEMPE_OK || status == KEMPE_E_ARGUMENT || s->reason)
@@ -41,16 +27,35 @@ static kempe_status settle(kempe_stepper *s, kempe_status status)
     return status;
 }
 
+kempe_status kmp_stepper_run_from(kempe_stepper *s, const kmp_run_spec *spec, const kempe_assembly *start)
+{
+    kmp_runner *before = s->runner, *runner = NULL;
+    kempe_status status = kmp_runner_new(s->system, spec, start, &runner);
+    if (!runner)
+        return status;
+    s->runner = runner;
+    if (status == KEMPE_OK)
+        status = kmp_stepper_stand_at(s, spec->t_start);
+    if (status != KEMPE_OK && before) {
+        (void)kmp_stepper_settle(s, status);
+        s->runner = before;
+        kmp_runner_free(runner);
+        return status;
+    }
+    kmp_runner_free(before);
+    s->stop = s->spec.t_end;
+    s->own_stop = INFINITY;
+    s->given = false;
+    return status;
+}
+
 static kempe_status begin(kempe_stepper *s)
 {
     const kmp_arena_group group = {3 * s->system->n + s->system->m, {&s->row, &s->next}};
     if (!kmp_arena_make_groups(&s->arena, 1, &group))
         return kmp_fail_memory(s->system->context);
-    kempe_status status = kmp_runner_new(s->system, &s->spec, NULL, &s->runner);
-    s->stop = s->spec.t_end;
-    if (status == KEMPE_OK)
-        status = stand_at(s, 0);
-    return s->runner ? settle(s, status) : status;
+    kempe_status status = kmp_stepper_run_from(s, &s->spec, NULL);
+    return s->runner ? kmp_stepper_settle(s, status) : status;
 }
 
 kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_options *run, kempe_stepper **stepper)
@@ -78,6 +83,7 @@ void kempe_stepper_free(kempe_stepper *stepper)
 {
     if (!stepper)
         return;
+    kempe_workspace_free(stepper->closer);
     kmp_runner_free(stepper->runner);
     kmp_arena_free(&stepper->arena);
     kmp_free(stepper->reason);
@@ -94,12 +100,17 @@ void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep)
  * `until`. */
 static kempe_status follow_inputs(kempe_stepper *s, double until)
 {
-    bool changing = s->system->force && !s->keeps;
-    double stop = changing ? until : s->spec.t_end;
-    if (!changing && stop == s->stop)
+    bool forced = s->system->force && !s->keeps, given = s->given, cut;
+    double stop = fmin(forced || s->samples ? until : s->spec.t_end, s->own_stop > s->t ? s->own_stop : INFINITY);
+    if (!forced && !given && stop == s->stop)
         return KEMPE_OK;
+    cut = forced || s->system->force || kmp_runner_t(s->runner) > (given ? s->t : stop);
     s->stop = stop;
-    return kmp_runner_cut(s->runner, s->t, stop);
+    s->given = false;
+    if (cut)
+        return kmp_runner_cut(s->runner, s->t, stop);
+    kmp_runner_stop_at(s->runner, stop);
+    return KEMPE_OK;
 }
 
 kempe_status kempe_stepper_step(kempe_stepper *s)
@@ -112,8 +123,9 @@ kempe_status kempe_stepper_step(kempe_stepper *s)
     status = follow_inputs(s, s->spec.t_end);
     if (status == KEMPE_OK && s->t >= kmp_runner_t(s->runner))
         status = kmp_runner_step(s->runner);
-    kempe_status stood = status == KEMPE_OK || status == KEMPE_STOPPED ? stand_at(s, kmp_runner_t(s->runner)) : status;
-    return settle(s, stood == KEMPE_OK ? status : stood);
+    kempe_status stood =
+        status == KEMPE_OK || status == KEMPE_STOPPED ? kmp_stepper_stand_at(s, kmp_runner_t(s->runner)) : status;
+    return kmp_stepper_settle(s, stood == KEMPE_OK ? status : stood);
 }
 
 kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
@@ -128,10 +140,10 @@ kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
         status = follow_inputs(s, t);
     while (status == KEMPE_OK && kmp_runner_t(s->runner) < t)
         status = kmp_runner_step(s->runner);
-    kempe_status stood = status == KEMPE_OK            ? stand_at(s, t)
-                         : kmp_runner_ended(s->runner) ? stand_at(s, kmp_runner_t(s->runner))
+    kempe_status stood = status == KEMPE_OK            ? kmp_stepper_stand_at(s, t)
+                         : kmp_runner_ended(s->runner) ? kmp_stepper_stand_at(s, kmp_runner_t(s->runner))
                                                        : status;
-    return settle(s, status == KEMPE_OK || stood != KEMPE_OK ? stood : status);
+    return kmp_stepper_settle(s, status == KEMPE_OK || stood != KEMPE_OK ? stood : status);
 }
 
 double kempe_stepper_time(const kempe_stepper *stepper)

@@ -1,0 +1,428 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Outputs by handle: one program with the values, their Jacobian and its product with the rates. The closed-chain
+ * Jacobian takes the tangent of coordinate partitioning (Fisette and Samin 1996, eq. 43). */
+#include "base/memory.h"
+#include "constraints/partition/reduction.h"
+#include "constraints/tolerances.h"
+#include "dynamics/equations.h"
+#include "model/tables/coordinates.h"
+#include "model/tables/output_table.h"
+#include "model/tables/requested.h"
+#include "model/variant.h"
+#include "studies/simulate/stepper_inside.h"
+#include "symbolic/derivative.h"
+#include "symbolic/partials.h"
+#include <kempe/check.h>
+#include <kempe/output_handles.h>
+#include <math.h>
+#include <string.h>
+
+/* Stages of the program: values; J by columns and jdqd; jdqd of the closures. */
+enum { VALUES = 1, SLOPES, CLOSURES };
+
+struct kempe_outputs {
+    const kempe_system *system;
+    kmp_arena arena;
+    kmp_variant *variant; /* a copy of the model with these outputs */
+    int n, m, count;
+    char **name;
+    const char **unit;
+    bool *moves; /* of each value: it has a Jacobian */
+    kmp_program *program;
+    kmp_machine *machine;
+    kmp_present_inputs inputs;
+    kmp_evaluator *eval; /* of the closures, for the tangent */
+    kmp_partition start, part;
+    bool own; /* `part` is the caller's choice; otherwise `start` is in use */
+    kmp_reduction red;
+    bool reduces;        /* `red` is there */
+    double *zero, *rate; /* n + m zeros; n */
+    double *slope;       /* count x n, and count: J and jdqd */
+};
+
+/* -- the program ------------------------------------------------------------------------------------- */
+
+typedef struct wanted {
+    int count;
+    kmp_ref *value, *slope; /* count; count x n, then count */
+} wanted;
+
+static unsigned depends_on(const kmp_graph *g, kmp_ref x)
+{
+    return kmp_graph_node(g, kmp_id(x))->depends;
+}
+
+/* The components that the words name, out of all that their outputs have. */
+static void pick(kempe_outputs *o, const kmp_equations *eq, const unsigned *parts, wanted *w)
+{
+    const kempe_model *model = eq->model;
+    for (int i = 0, at = 0; i < model->output_count; i++)
+        for (int k = 0; k < kmp_output_width(model, &model->outputs[i]); k++, at++) {
+            kmp_text name = {0};
+            if (k < 32 && !(parts[i] >> k & 1))
+                continue;
+            kmp_output_column(&name, model, &model->outputs[i], k);
+            o->name[w->count] = kmp_text_keep(&name, &o->arena);
+            o->unit[w->count] = kmp_output_unit(model, &model->outputs[i], k);
+            w->value[w->count++] = eq->shown[at];
+        }
+}
+
+/* J by q, of outputs that depend on rates by qd; jdqd is the second, or the first, total derivative by time. */
+static void differentiate(kempe_outputs *o, const kmp_equations *eq, const wanted *w)
+{
+    kmp_graph *g = eq->graph;
+    const unsigned late = 1u << KMP_IN_QDD | 1u << KMP_IN_LAMBDA;
+    kmp_derivative *d = kmp_time_derivative(&eq->tree);
+    kmp_ref *by = KMP_GRAPH_NEW(g, kmp_ref, 2 * w->count * o->n), *by_rates = by + w->count * o->n;
+    if (!by)
+        return;
+    kmp_partials_all(g, w->count, w->value, KMP_IN_Q, o->n, by);
+    kmp_partials_all(g, w->count, w->value, KMP_IN_QD, o->n, by_rates);
+    for (int i = 0; i < w->count; i++) {
+        unsigned depends = depends_on(g, w->value[i]);
+        bool rates = depends & 1u << KMP_IN_QD;
+        o->moves[i] = !(depends & late);
+        kmp_ref rate = rates ? w->value[i] : kmp_derivative_of(d, w->value[i]);
+        for (int k = 0; k < o->n && o->moves[i]; k++)
+            w->slope[k * w->count + i] = (rates ? by_rates : by)[i * o->n + k];
+        w->slope[o->n * w->count + i] = o->moves[i] ? kmp_derivative_of(d, rate) : KMP_ZERO;
+    }
+    kmp_derivative_free(d);
+}
+
+static kempe_status make_program(kempe_outputs *o, kmp_equations *eq, const unsigned *parts)
+{
+    int width = eq->shown_count;
+    wanted w = {.value = KMP_GRAPH_NEW(eq->graph, kmp_ref, width),
+                .slope = KMP_GRAPH_NEW(eq->graph, kmp_ref, width * (o->n + 1))};
+    o->name = KMP_ARENA_NEW(&o->arena, char *, width);
+    o->unit = KMP_ARENA_NEW(&o->arena, const char *, width);
+    o->moves = KMP_ARENA_NEW(&o->arena, bool, width);
+    if (!w.value || !w.slope || o->arena.failed)
+        return KEMPE_E_MEMORY;
+    pick(o, eq, parts, &w);
+    o->count = w.count;
+    differentiate(o, eq, &w);
+    const int counts[] = {w.count, w.count * (o->n + 1), o->m};
+    const kmp_ref *const groups[] = {w.value, w.slope, eq->jdqd};
+    o->program = kmp_graph_failed(eq->graph) ? NULL : kmp_program_new(eq->graph, 3, counts, groups);
+    o->machine = o->program ? kmp_machine_new(o->program, kmp_backend_find(kmp_backend_default())) : NULL;
+    return o->machine && !o->arena.failed ? KEMPE_OK : KEMPE_E_MEMORY;
+}
+
+/* Rows h are derived too: their multipliers may be part of outputs. */
+static kempe_status derive(kempe_outputs *o, const char *words)
+{
+    const kmp_scene scene = {.sets = KMP_SET_OUTPUT | KMP_SET_CLOSURE | KMP_SET_JDQD, .plain = true};
+    kempe_model *copy = kmp_variant_model(o->variant);
+    unsigned *parts = NULL;
+    kmp_equations eq;
+    KMP_TRY(kmp_requested_outputs(copy, words, &parts));
+    for (int i = 0; i < copy->output_count; i++)
+        if (kmp_output_width(copy, &copy->outputs[i]) == 0)
+            return kmp_fail(o->system->context, KEMPE_E_ARGUMENT,
+                            "q, qd, qdd and lambda are no outputs by handle: they are arrays of the state");
+    KMP_TRY(kmp_equations_derive_once(&eq, copy, &scene));
+    kempe_status status = make_program(o, &eq, parts);
+    kmp_equations_free(&eq);
+    return status;
+}
+
+/* -- new and free ------------------------------------------------------------------------------------ */
+
+static kempe_status choose(kempe_outputs *o, kmp_partition *part)
+{
+    if (o->reduces)
+        kmp_reduction_free(&o->red);
+    o->reduces = false;
+    KMP_TRY(kmp_reduction_init(&o->red, o->eval, part));
+    o->reduces = true;
+    return KEMPE_OK;
+}
+
+/* The choice at the start; none where it cannot be assembled: closed-chain Jacobians are then refused. */
+static kempe_status choose_at_start(kempe_outputs *o)
+{
+    kempe_assembly *a = NULL;
+    kempe_status status = kempe_assembly_new(o->system, &a);
+    if (status == KEMPE_OK) {
+        kmp_eval_closure(o->eval, 0, kempe_assembly_q(a));
+        status = kmp_partition_init(&o->start, o->system, o->eval->jacobian, NULL, 0);
+    }
+    if (status == KEMPE_OK)
+        status = choose(o, &o->start);
+    kempe_assembly_free(a);
+    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+static kempe_status make(kempe_outputs *o, const char *words)
+{
+    kempe_context *context = o->system->context;
+    KMP_TRY(kmp_variant_new(o->system->model, 0, NULL, &o->variant));
+    KMP_TRY(derive(o, words));
+    o->eval = kmp_eval_new_of_closures(o->system);
+    o->zero = KMP_ARENA_NEW(&o->arena, double, o->n + o->m);
+    o->rate = KMP_ARENA_NEW(&o->arena, double, o->n);
+    o->slope = KMP_ARENA_NEW(&o->arena, double, o->count *(o->n + 1));
+    if (!o->eval || !kmp_present_inputs_init(&o->inputs, &o->arena, o->system->model) || o->arena.failed)
+        return KEMPE_E_MEMORY;
+    o->inputs.before = true;
+    kmp_machine_set(o->machine, KMP_IN_PARAMETER, o->system->parameters);
+    (void)kmp_machine_run(o->machine, 0);
+    KMP_TRY(choose_at_start(o));
+    kmp_context_clear(context);
+    return KEMPE_OK;
+}
+
+kempe_status kempe_outputs_new(const kempe_system *system, const char *words, kempe_outputs **outputs)
+{
+    KMP_WANTED(NULL, system, "system");
+    KMP_WANTED(system->context, words, "words");
+    KMP_WANTED(system->context, outputs, "outputs");
+    kmp_context_begin(system->context);
+    kempe_outputs *o = KMP_NEW(kempe_outputs, 1);
+    if (!o)
+        return kmp_fail_memory(system->context);
+    o->system = system;
+    o->n = system->n;
+    o->m = system->m;
+    kempe_status status = make(o, words);
+    if (status == KEMPE_OK) {
+        *outputs = o;
+        return status;
+    }
+    kempe_outputs_free(o);
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory(system->context) : status;
+}
+
+void kempe_outputs_free(kempe_outputs *o)
+{
+    if (!o)
+        return;
+    if (o->reduces)
+        kmp_reduction_free(&o->red);
+    kmp_partition_free(&o->start);
+    kmp_partition_free(&o->part);
+    kmp_eval_free(o->eval);
+    kmp_machine_free(o->machine);
+    kmp_program_free(o->program);
+    kmp_variant_free(o->variant);
+    kmp_arena_free(&o->arena);
+    kmp_free(o);
+}
+
+/* -- names ------------------------------------------------------------------------------------------- */
+
+int kempe_outputs_count(const kempe_outputs *outputs)
+{
+    return outputs ? outputs->count : 0;
+}
+
+const char *kempe_outputs_name(const kempe_outputs *outputs, int k)
+{
+    return outputs && k >= 0 && k < outputs->count ? outputs->name[k] : NULL;
+}
+
+const char *kempe_outputs_unit(const kempe_outputs *outputs, int k)
+{
+    return outputs && k >= 0 && k < outputs->count ? outputs->unit[k] : "";
+}
+
+int kempe_outputs_find(const kempe_outputs *outputs, const char *name)
+{
+    for (int k = 0; name && k < kempe_outputs_count(outputs); k++)
+        if (strcmp(outputs->name[k], name) == 0)
+            return k;
+    return -1;
+}
+
+/* -- values ------------------------------------------------------------------------------------------ */
+
+static void place(kempe_outputs *o, double t, const double *q, const double *qd, const double *qdd,
+                  const double *lambda)
+{
+    kmp_machine_set(o->machine, KMP_IN_TIME, kmp_present_inputs_at(&o->inputs, t));
+    kmp_machine_set(o->machine, KMP_IN_Q, q);
+    kmp_machine_set(o->machine, KMP_IN_QD, qd ? qd : o->zero);
+    kmp_machine_set(o->machine, KMP_IN_QDD, qdd ? qdd : o->zero);
+    kmp_machine_set(o->machine, KMP_IN_LAMBDA, lambda ? lambda : o->zero);
+}
+
+kempe_status kempe_outputs_at(kempe_outputs *o, double t, const double *q, const double *qd, const double *qdd,
+                              const double *lambda, double *values)
+{
+    KMP_WANTED(NULL, o, "outputs");
+    KMP_WANTED(o->system->context, q, "q");
+    KMP_WANTED(o->system->context, values, "values");
+    place(o, t, q, qd, qdd, lambda);
+    memcpy(values, kmp_machine_run(o->machine, VALUES), (size_t)o->count * sizeof *values);
+    return KEMPE_OK;
+}
+
+static kempe_status check_system(const kempe_outputs *o, const kempe_system *system)
+{
+    return system == o->system ? KEMPE_OK
+                               : kmp_fail(o->system->context, KEMPE_E_ARGUMENT, "the outputs belong to another system");
+}
+
+kempe_status kempe_outputs_at_stepper(kempe_outputs *o, const kempe_stepper *s, double *values)
+{
+    KMP_WANTED(NULL, o, "outputs");
+    KMP_WANTED(o->system->context, s, "stepper");
+    KMP_WANTED(o->system->context, values, "values");
+    KMP_TRY(check_system(o, s->system));
+    kmp_present_inputs_copy(&o->inputs, kmp_runner_inputs(s->runner));
+    o->inputs.held = true;
+    kempe_status status = kempe_outputs_at(o, s->t, kempe_stepper_q(s), kempe_stepper_qd(s), kempe_stepper_qdd(s),
+                                           kempe_stepper_lambda(s), values);
+    memset(o->inputs.replaced, 0, (size_t)o->inputs.count * sizeof *o->inputs.replaced);
+    o->inputs.held = false;
+    return status;
+}
+
+kempe_status kempe_outputs_at_row(kempe_outputs *o, const kempe_trajectory *t, int row, double *values)
+{
+    KMP_WANTED(NULL, o, "outputs");
+    KMP_WANTED(o->system->context, t, "trajectory");
+    KMP_WANTED(o->system->context, values, "values");
+    KMP_TRY(check_system(o, t->system));
+    if (row < 0 || row >= kempe_trajectory_row_count(t))
+        return kmp_fail(o->system->context, KEMPE_E_ARGUMENT, "there is no row %d: the trajectory has %d", row,
+                        kempe_trajectory_row_count(t));
+    return kempe_outputs_at(o, kempe_trajectory_time(t, row), kempe_trajectory_q(t, row), kempe_trajectory_qd(t, row),
+                            kempe_trajectory_qdd(t, row), kempe_trajectory_lambda(t, row), values);
+}
+
+/* -- Jacobians --------------------------------------------------------------------------------------- */
+
+/* J and jdqd at a state, owned by the machine. */
+static const double *slopes_at(kempe_outputs *o, double t, const double *q, const double *qd)
+{
+    place(o, t, q, qd, NULL, NULL);
+    (void)kmp_machine_run(o->machine, VALUES);
+    return kmp_machine_run(o->machine, SLOPES);
+}
+
+kempe_status kempe_outputs_jacobian(kempe_outputs *o, double t, const double *q, const double *qd, double *jacobian,
+                                    double *jdqd)
+{
+    KMP_WANTED(NULL, o, "outputs");
+    KMP_WANTED(o->system->context, q, "q");
+    KMP_WANTED(o->system->context, jacobian, "jacobian");
+    const double *slope = slopes_at(o, t, q, qd);
+    for (int k = 0; k < o->n * o->count; k++)
+        jacobian[k] = o->moves[k % o->count] ? slope[k] : NAN;
+    for (int i = 0; jdqd && i < o->count; i++)
+        jdqd[i] = o->moves[i] ? slope[o->n * o->count + i] : NAN;
+    return KEMPE_OK;
+}
+
+kempe_status kempe_outputs_choose(kempe_outputs *o, const char *independent)
+{
+    KMP_WANTED(NULL, o, "outputs");
+    kempe_context *context = o->system->context;
+    kmp_context_begin(context);
+    kmp_partition part = {0};
+    int count = 0, *u = KMP_NEW(int, o->n);
+    kempe_assembly *a = NULL;
+    kempe_status status =
+        u ? kmp_coordinates_read(o->system->model, "independent", independent, u, &count) : kmp_fail_memory(context);
+    if (status == KEMPE_OK)
+        status = kempe_assembly_new(o->system, &a);
+    if (status == KEMPE_OK) {
+        kmp_eval_closure(o->eval, 0, kempe_assembly_q(a));
+        status = kmp_partition_init(&part, o->system, o->eval->jacobian, count ? u : NULL, count);
+    }
+    kempe_assembly_free(a);
+    kmp_free(u);
+    if (status != KEMPE_OK) {
+        kmp_partition_free(&part);
+        return status;
+    }
+    if (o->reduces)
+        kmp_reduction_free(&o->red);
+    o->reduces = false;
+    kmp_partition_free(&o->part);
+    o->part = part;
+    o->own = true;
+    return choose(o, &o->part);
+}
+
+static const kmp_partition *partition_of(const kempe_outputs *o)
+{
+    return o->own ? &o->part : &o->start;
+}
+
+int kempe_outputs_independent_count(const kempe_outputs *outputs)
+{
+    return outputs ? partition_of(outputs)->p : 0;
+}
+
+const int *kempe_outputs_independent(const kempe_outputs *outputs)
+{
+    return outputs ? partition_of(outputs)->u : NULL;
+}
+
+/* X and x_t at a closed position; at a dead centre its coordinates by name. */
+static kempe_status find_tangent(kempe_outputs *o, double t, const double *q)
+{
+    const kempe_model *model = o->system->model;
+    kempe_context *context = o->system->context;
+    int v = 0, u = 0;
+    if (!o->reduces)
+        return kmp_fail(context, KEMPE_E_FAILED, "independent coordinates cannot be chosen at the start of the model");
+    kmp_eval_closure(o->eval, t, q);
+    int singular = kmp_reduction_factor(&o->red);
+    if (singular > 0)
+        return kmp_fail(context, KEMPE_E_FAILED,
+                        "the closures are singular at t = %.9g s: the independent coordinates do not determine '%s' "
+                        "(a dead centre)",
+                        t, model->motions[singular - 1].name);
+    kmp_reduction_tangent(&o->red);
+    double growth = partition_of(o)->p > 0 ? kmp_reduction_growth(&o->red, &v, &u) : 0;
+    if (growth <= KMP_TANGENT_SINGULAR)
+        return KEMPE_OK;
+    return kmp_fail(
+        context, KEMPE_E_FAILED,
+        "'%s' is at a dead centre at t = %.9g s: it stops while '%s' moves (rates by a factor %.2g); choose "
+        "other independent coordinates",
+        model->motions[u].name, t, model->motions[v].name, growth);
+}
+
+/* J a0 + jdqd with a0 = (0; -Jv^-1 jdqd of the closures): the accelerations at udd = 0. */
+static void find_drift(kempe_outputs *o, double *drift)
+{
+    int n = o->n;
+    memset(o->rate, 0, (size_t)n * sizeof *o->rate);
+    if (o->m > 0) {
+        kmp_reduction_push(&o->red, -1, kmp_machine_run(o->machine, CLOSURES), o->rate);
+    }
+    for (int i = 0; i < o->count; i++) {
+        drift[i] = o->slope[n * o->count + i];
+        for (int k = 0; k < n; k++)
+            drift[i] += o->slope[k * o->count + i] * o->rate[k];
+    }
+}
+
+kempe_status kempe_outputs_closed_jacobian(kempe_outputs *o, double t, const double *q, const double *qd,
+                                           double *jacobian, double *drift)
+{
+    KMP_WANTED(NULL, o, "outputs");
+    KMP_WANTED(o->system->context, q, "q");
+    KMP_WANTED(o->system->context, jacobian, "jacobian");
+    KMP_TRY(find_tangent(o, t, q));
+    int n = o->n, p = partition_of(o)->p;
+    const double *x = o->red.x;
+    KMP_TRY(kempe_outputs_jacobian(o, t, q, qd, o->slope, o->slope + n * o->count));
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < o->count; i++) {
+            double sum = 0;
+            for (int j = 0; j < n; j++)
+                sum += o->slope[j * o->count + i] * x[k * n + j];
+            jacobian[k * o->count + i] = sum;
+        }
+    if (drift)
+        find_drift(o, drift);
+    return KEMPE_OK;
+}

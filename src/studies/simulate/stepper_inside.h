@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Internals of a stepper, for its files. */
+#ifndef KMP_STUDIES_SIMULATE_STEPPER_INSIDE_H
+#define KMP_STUDIES_SIMULATE_STEPPER_INSIDE_H
+
+#include "studies/simulate/trajectory.h"
+#include <kempe/stepper.h>
+#include <kempe/workspace.h>
+
+struct kempe_stepper {
+    const kempe_system *system;
+    kmp_runner *runner;
+    kmp_arena arena;
+    kmp_run_spec spec;
+    double t, stop;     /* the current time; the limit of steps */
+    double own_stop;    /* that of kempe_stepper_set_stop; INFINITY: none */
+    bool keeps;         /* external inputs of the user's force are constant */
+    bool samples;       /* the caller sets inputs of the model: no step goes beyond the requested time */
+    bool given;         /* since the last step */
+    double *row, *next; /* q, qd, qdd, lambda; the one being made */
+    double work;        /* of non-conservative forces, at the row */
+    char *reason;
+    kempe_workspace *closer; /* of kempe_stepper_set_state; NULL: not made yet */
+};
+
+/** Takes the row at t within the last step; after a failure the old one is unchanged. */
+kempe_status kmp_stepper_stand_at(kempe_stepper *stepper, double t);
+
+/** Keeps the sentence of a failure, and gives it to the context too. */
+kempe_status kmp_stepper_settle(kempe_stepper *stepper, kempe_status status);
+
+/** Makes the runner of `spec` from a start (NULL: the model is assembled) in place of the present one, and stands at
+ * its first time. After a failure the stepper is unchanged. */
+kempe_status kmp_stepper_run_from(kempe_stepper *stepper, const kmp_run_spec *spec, const kempe_assembly *start);
+
+#endif

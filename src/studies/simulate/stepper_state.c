@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Inputs of a stepper, and its state: set, saved, restored, copied. A restored stepper makes its runner anew from the
+ * saved numbers alone, so that nothing of what happened in between remains. */
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "studies/simulate/stepper_inside.h"
+#include <kempe/settings.h>
+#include <math.h>
+#include <string.h>
+
+struct kempe_stepper_state {
+    kmp_arena arena;
+    const kempe_system *system;
+    double t, work, step, rate_scale;
+    bool samples;
+    double *row, *mode; /* q, qd; a value for each condition */
+    kmp_present_inputs inputs;
+};
+
+/* -- inputs ------------------------------------------------------------------------------------------ */
+
+/* A closure follows an input only where value and rate are continuous. */
+static kempe_status check_closure(const kempe_stepper *s, int input, const double values[3])
+{
+    const kmp_closure *closure = kmp_model_moved_by(s->system->model, input);
+    double now[3];
+    kmp_signal_values(&kmp_runner_inputs(s->runner)->piece[input], s->t, now);
+    for (int d = 0; closure && d < 2; d++)
+        if (!(fabs(values[d] - now[d]) <= KMP_INPUT_CONTINUOUS * fmax(fabs(now[d]), s->system->length)))
+            return kmp_fail(s->system->context, KEMPE_E_ARGUMENT,
+                            "input '%s' moves closure '%s', and its %s would jump from %.9g to %.9g: give it values "
+                            "that continue (kempe_stepper_set_input_rates)",
+                            kempe_model_input_name(s->system->model, input), closure->name, d ? "rate" : "value",
+                            now[d], values[d]);
+    return KEMPE_OK;
+}
+
+kempe_status kempe_stepper_set_input_rates(kempe_stepper *s, int input, double value, double rate, double acceleration)
+{
+    KMP_WANTED(NULL, s, "stepper");
+    const double values[3] = {value, rate, acceleration};
+    int count = s->system->model->input_count;
+    if (input < 0 || input >= count)
+        return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "there is no input %d: the model has %d", input, count);
+    if (!isfinite(value) || !isfinite(rate) || !isfinite(acceleration))
+        return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "input '%s' is not finite",
+                        kempe_model_input_name(s->system->model, input));
+    KMP_TRY(check_closure(s, input, values));
+    kmp_present_inputs_give(kmp_runner_inputs(s->runner), input, s->t, values);
+    s->samples = s->given = true;
+    return KEMPE_OK;
+}
+
+kempe_status kempe_stepper_set_input(kempe_stepper *stepper, int input, double value)
+{
+    return kempe_stepper_set_input_rates(stepper, input, value, 0, 0);
+}
+
+double kempe_stepper_input(const kempe_stepper *stepper, int input)
+{
+    double values[3];
+    if (!stepper || input < 0 || input >= stepper->system->model->input_count)
+        return NAN;
+    kmp_signal_values(&kmp_runner_inputs(stepper->runner)->piece[input], stepper->t, values);
+    return values[0];
+}
+
+kempe_status kempe_stepper_set_stop(kempe_stepper *s, double t)
+{
+    KMP_WANTED(NULL, s, "stepper");
+    if (!(t > s->t))
+        return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "a stop at %.9g s is not after the present %.9g s", t,
+                        s->t);
+    s->own_stop = t;
+    return KEMPE_OK;
+}
+
+/* -- states ------------------------------------------------------------------------------------------ */
+
+static kempe_stepper_state *state_new(const kempe_stepper *s)
+{
+    size_t n = (size_t)s->system->n, modes = (size_t)s->system->events.count;
+    kempe_stepper_state *state = KMP_NEW(kempe_stepper_state, 1);
+    if (!state)
+        return NULL;
+    state->system = s->system;
+    state->row = KMP_ARENA_NEW(&state->arena, double, 2 * n);
+    state->mode = KMP_ARENA_NEW(&state->arena, double, modes);
+    if (kmp_present_inputs_init(&state->inputs, &state->arena, s->system->model) && !state->arena.failed)
+        return state;
+    kempe_stepper_state_free(state);
+    return NULL;
+}
+
+void kempe_stepper_state_free(kempe_stepper_state *state)
+{
+    if (state)
+        kmp_arena_free(&state->arena);
+    kmp_free(state);
+}
+
+/* Values that the caller has set at the current time belong to the state. */
+static void record(const kempe_stepper *s, kempe_stepper_state *state)
+{
+    int input;
+    state->t = s->t;
+    state->work = s->work;
+    state->step = kmp_runner_step_size(s->runner);
+    state->rate_scale = kmp_runner_rate_scale(s->runner);
+    state->samples = s->samples;
+    memcpy(state->row, s->row, 2 * (size_t)s->system->n * sizeof *state->row);
+    memcpy(state->mode, kmp_runner_modes(s->runner), (size_t)s->system->events.count * sizeof *state->mode);
+    kmp_present_inputs_copy(&state->inputs, kmp_runner_inputs(s->runner));
+    (void)kmp_present_inputs_enter(&state->inputs, s->t, &input);
+}
+
+static kempe_status run_from(kempe_stepper *s, const kempe_stepper_state *state)
+{
+    kmp_run_spec spec = s->spec;
+    const kempe_assembly start = {
+        .system = s->system, .q = state->row, .qd = state->row + s->system->n, .closed = true};
+    spec.t_start = state->t;
+    spec.work_start = state->work;
+    spec.first_step = state->step;
+    spec.rate_scale = state->rate_scale;
+    spec.mode_start = s->system->events.count > 0 ? state->mode : NULL;
+    spec.inputs_start = &state->inputs;
+    KMP_TRY(kmp_stepper_run_from(s, &spec, &start));
+    s->samples = state->samples;
+    return KEMPE_OK;
+}
+
+kempe_status kempe_stepper_save(kempe_stepper *s, kempe_stepper_state **state)
+{
+    KMP_WANTED(NULL, s, "stepper");
+    KMP_WANTED(s->system->context, state, "state");
+    kmp_context_begin(s->system->context);
+    KMP_TRY(kmp_runner_pass(s->runner, s->t));
+    kempe_stepper_state *made = state_new(s);
+    if (!made)
+        return kmp_fail_memory(s->system->context);
+    record(s, made);
+    kempe_status status = run_from(s, made);
+    if (status == KEMPE_OK)
+        *state = made;
+    else
+        kempe_stepper_state_free(made);
+    return status;
+}
+
+kempe_status kempe_stepper_restore(kempe_stepper *s, const kempe_stepper_state *state)
+{
+    KMP_WANTED(NULL, s, "stepper");
+    KMP_WANTED(s->system->context, state, "state");
+    kmp_context_begin(s->system->context);
+    if (state->system != s->system)
+        return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "the state belongs to a stepper of another system");
+    return run_from(s, state);
+}
+
+kempe_status kempe_stepper_reset(kempe_stepper *s)
+{
+    KMP_WANTED(NULL, s, "stepper");
+    kmp_context_begin(s->system->context);
+    KMP_TRY(kmp_stepper_run_from(s, &s->spec, NULL));
+    s->samples = false;
+    return KEMPE_OK;
+}
+
+/* The independent coordinates that the options name are in the arena of the original. */
+static kempe_status copy_spec(const kempe_stepper *s, kempe_stepper *to)
+{
+    int *u = KMP_ARENA_NEW(&to->arena, int, s->system->n);
+    const kmp_arena_group group = {3 * s->system->n + s->system->m, {&to->row, &to->next}};
+    if (!u || !kmp_arena_make_groups(&to->arena, 1, &group))
+        return kmp_fail_memory(s->system->context);
+    to->system = s->system;
+    to->spec = s->spec;
+    to->keeps = s->keeps;
+    if (s->spec.u_count > 0) {
+        memcpy(u, s->spec.u, (size_t)s->spec.u_count * sizeof *u);
+        to->spec.u = u;
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kempe_stepper_copy(kempe_stepper *s, kempe_stepper **copy)
+{
+    KMP_WANTED(NULL, s, "stepper");
+    KMP_WANTED(s->system->context, copy, "copy");
+    kempe_stepper_state *state = NULL;
+    KMP_TRY(kempe_stepper_save(s, &state));
+    kempe_stepper *made = KMP_NEW(kempe_stepper, 1);
+    kempe_status status = made ? copy_spec(s, made) : kmp_fail_memory(s->system->context);
+    if (status == KEMPE_OK)
+        status = run_from(made, state);
+    kempe_stepper_state_free(state);
+    if (status == KEMPE_OK)
+        *copy = made;
+    else
+        kempe_stepper_free(made);
+    return status;
+}
+
+/* -- another state ------------------------------------------------------------------------------------- */
+
+/* Closes q and qd in place, with the inputs from now on. */
+static kempe_status close_state(kempe_stepper *s, kempe_stepper_state *state)
+{
+    double *q = state->row, *qd = q + s->system->n;
+    if (!s->closer)
+        KMP_TRY(kempe_workspace_new(s->system, &s->closer));
+    kmp_present_inputs *inputs = kmp_workspace_inputs(s->closer);
+    kmp_present_inputs_copy(inputs, &state->inputs);
+    kempe_status status = kempe_workspace_close(s->closer, s->t, q, qd, NULL);
+    if (status != KEMPE_E_FAILED)
+        return status;
+    return kmp_fail(s->system->context, status, "the state cannot be closed: %s", kempe_workspace_message(s->closer));
+}
+
+kempe_status kempe_stepper_set_state(kempe_stepper *s, const double *q, const double *qd, double *moved)
+{
+    KMP_WANTED(NULL, s, "stepper");
+    KMP_WANTED(s->system->context, q, "q");
+    int n = s->system->n;
+    double most = 0;
+    kmp_context_begin(s->system->context);
+    kempe_stepper_state *state = state_new(s);
+    if (!state)
+        return kmp_fail_memory(s->system->context);
+    record(s, state);
+    for (int i = 0; i < n; i++) {
+        state->row[i] = q[i];
+        state->row[n + i] = qd ? qd[i] : 0;
+    }
+    kempe_status status = close_state(s, state);
+    for (int i = 0; i < n; i++)
+        most = fmax(most, fabs(state->row[i] - q[i]) / s->system->scale[i]);
+    if (status == KEMPE_OK)
+        status = run_from(s, state);
+    kempe_stepper_state_free(state);
+    if (status == KEMPE_OK && moved)
+        *moved = most;
+    return status;
+}

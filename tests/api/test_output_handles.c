@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Outputs by handle are the columns of a result; their Jacobians agree with differences, with open and with closed
+ * loops, on examples; at dead centres they are refused by name. */
+#include "testing.h"
+#include <kempe/check.h>
+#include <kempe/output_handles.h>
+#include <kempe/settings.h>
+#include <kempe/table.h>
+#include <kempe/workspace.h>
+#include <stdbool.h>
+#include <stdlib.h>
+
+typedef struct scene {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_system *system;
+} scene;
+
+static scene scene_of(const char *example)
+{
+    scene s = {.context = kempe_context_new()};
+    char path[512];
+    (void)snprintf(path, sizeof path, "%s/examples/%s.yaml", KEMPE_ROOT, example);
+    if (kempe_model_read(s.context, path, &s.model) != KEMPE_OK || kempe_system_new(s.model, &s.system) != KEMPE_OK)
+        printf("%s: %s\n", example, kempe_context_message(s.context));
+    CHECK(s.system != NULL);
+    return s;
+}
+
+static void scene_free(scene *s)
+{
+    kempe_system_free(s->system);
+    kempe_model_free(s->model);
+    kempe_context_free(s->context);
+}
+
+typedef struct example {
+    const char *name, *words;
+} example;
+
+static const example examples[] = {
+    {"four_bar/four_bar", "position(coupler.C), velocity(coupler.C)"},
+    {"andrews/andrews", "position(K3.D), velocity(K5.G)"},
+    {"stewart/stewart", "position(upper1.P)"},
+    {"parallel_robot/parallel_robot", "position(rod_l.P), velocity(crank_l.E)"},
+    {"slider_crank/slider_crank", "position(rod.P), velocity(slider.P)"},
+    {"spatial_slider_crank/spatial_slider_crank", "position(rod.P), velocity(crank.P)"},
+    {"double_wishbone/double_wishbone", "position(upright.T), velocity(upright.U)"},
+    {"bricard/bricard", "position(r3.E), velocity(r4.E)"},
+    {"stephenson/stephenson", "position(coupler.P)"},
+    {"double_four_bar/double_four_bar", "position(rocker.F)"},
+    {"delta_robot/delta_robot", "position(platform.C1), velocity(arm1.E1)"},
+};
+
+/* The largest difference of J from central differences of the values. */
+static double by_differences(kempe_outputs *o, int n, double t, double *q, double *qd)
+{
+    int count = kempe_outputs_count(o);
+    size_t size = (size_t)count * sizeof(double);
+    double *j = malloc(size * (size_t)n), *a = malloc(size), *b = malloc(size), *c = malloc(size), *d = malloc(size);
+    double most = 0;
+    CHECK(kempe_outputs_jacobian(o, t, q, qd, j, NULL) == KEMPE_OK);
+    for (int k = 0; k < n; k++)
+        for (int rate = 0; rate < 2; rate++) {
+            double *x = rate ? qd : q, before = x[k], h = 1e-3;
+            double *to[] = {a, b, c, d};
+            const double at[] = {-2, -1, 1, 2};
+            for (int i = 0; i < 4; i++) {
+                x[k] = before + at[i] * h;
+                CHECK(kempe_outputs_at(o, t, q, qd, NULL, NULL, to[i]) == KEMPE_OK);
+            }
+            x[k] = before;
+            for (int i = 0; i < count; i++) {
+                bool of_rates = strncmp(kempe_outputs_name(o, i), "velocity", 8) == 0;
+                double slope = (a[i] - 8 * b[i] + 8 * c[i] - d[i]) / (12 * h);
+                if (of_rates == (rate == 1))
+                    most = check_max(most, fabs(slope - j[k * count + i]) / fmax(1, fabs(slope)));
+            }
+        }
+    free(j), free(a), free(b), free(c), free(d);
+    return most;
+}
+
+/* Closed states at u +- h: the change of positions is the closed-chain Jacobian. */
+static double closed_by_differences(const scene *s, kempe_outputs *o, int n, const double *q)
+{
+    int count = kempe_outputs_count(o), p = kempe_outputs_independent_count(o);
+    const int *u = kempe_outputs_independent(o);
+    kempe_workspace *ws = NULL;
+    size_t size = (size_t)count * sizeof(double);
+    double *j = malloc(size * (size_t)(p + 1)), *v[4], *x = malloc((size_t)n * sizeof *x), most = 0;
+    int *hold = calloc((size_t)n, sizeof *hold);
+    for (int i = 0; i < 4; i++)
+        v[i] = malloc(size);
+    CHECK(kempe_workspace_new(s->system, &ws) == KEMPE_OK);
+    CHECK(kempe_outputs_closed_jacobian(o, 0, q, NULL, j, NULL) == KEMPE_OK);
+    for (int k = 0; k < p; k++)
+        hold[u[k]] = 1;
+    for (int k = 0; k < p; k++) {
+        const double h = 1e-3, at[] = {-2, -1, 1, 2};
+        for (int i = 0; i < 4; i++) {
+            memcpy(x, q, (size_t)n * sizeof *x);
+            x[u[k]] += at[i] * h;
+            CHECK(kempe_workspace_close(ws, 0, x, NULL, hold) == KEMPE_OK);
+            CHECK(kempe_outputs_at(o, 0, x, NULL, NULL, NULL, v[i]) == KEMPE_OK);
+        }
+        for (int i = 0; i < count; i++) {
+            double slope = (v[0][i] - 8 * v[1][i] + 8 * v[2][i] - v[3][i]) / (12 * h);
+            if (strncmp(kempe_outputs_name(o, i), "velocity", 8) != 0)
+                most = check_max(most, fabs(slope - j[k * count + i]) / fmax(1, fabs(slope)));
+        }
+    }
+    for (int i = 0; i < 4; i++)
+        free(v[i]);
+    free(j), free(x), free(hold);
+    kempe_workspace_free(ws);
+    return most;
+}
+
+static void jacobians(void)
+{
+    for (size_t e = 0; e < sizeof examples / sizeof *examples; e++) {
+        scene s = scene_of(examples[e].name);
+        kempe_outputs *o = NULL;
+        kempe_assembly *a = NULL;
+        int n = kempe_model_coordinate_count(s.model);
+        if (kempe_outputs_new(s.system, examples[e].words, &o) != KEMPE_OK)
+            printf("  %s: %s\n", examples[e].name, kempe_context_message(s.context));
+        CHECK(o && kempe_assembly_new(s.system, &a) == KEMPE_OK);
+        if (o && a) {
+            double *q = malloc((size_t)n * sizeof *q), *qd = malloc((size_t)n * sizeof *qd);
+            memcpy(q, kempe_assembly_q(a), (size_t)n * sizeof *q);
+            for (int k = 0; k < n; k++)
+                qd[k] = sin(k + 1);
+            double open = by_differences(o, n, 0, q, qd), closed = closed_by_differences(&s, o, n, q);
+            printf("  %-42s n %2d, p %d: J off by %.1e, closed chain by %.1e\n", examples[e].name, n,
+                   kempe_outputs_independent_count(o), open, closed);
+            CHECK(open < 1e-8 && closed < 1e-8);
+            free(q), free(qd);
+        }
+        kempe_assembly_free(a);
+        kempe_outputs_free(o);
+        scene_free(&s);
+    }
+}
+
+/* Along a run the accelerations of outputs are J qdd + jdqd, and J X udd + drift. */
+static void accelerations(void)
+{
+    scene s = scene_of("four_bar/four_bar");
+    kempe_outputs *o = NULL, *all = NULL;
+    kempe_stepper *stepper = NULL;
+    kempe_run_options run = {.rtol = 1e-11, .t_end = 2};
+    double j[9], jdqd[3], closed[3], drift[3], values[3];
+    CHECK(kempe_outputs_new(s.system, "position(coupler.C)", &o) == KEMPE_OK);
+    CHECK(kempe_outputs_new(s.system, "acceleration(coupler.C)", &all) == KEMPE_OK);
+    CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
+    for (int k = 1; k <= 20 && o && all && stepper; k++) {
+        CHECK(kempe_stepper_advance(stepper, 0.05 * k) == KEMPE_OK);
+        const double *q = kempe_stepper_q(stepper), *qd = kempe_stepper_qd(stepper), *qdd = kempe_stepper_qdd(stepper);
+        double t = kempe_stepper_time(stepper), udd = qdd[kempe_outputs_independent(o)[0]];
+        CHECK(kempe_outputs_at_stepper(all, stepper, values) == KEMPE_OK);
+        CHECK(kempe_outputs_jacobian(o, t, q, qd, j, jdqd) == KEMPE_OK);
+        CHECK(kempe_outputs_closed_jacobian(o, t, q, qd, closed, drift) == KEMPE_OK);
+        for (int i = 0; i < 3; i++) {
+            CHECK_NEAR(jdqd[i] + j[i] * qdd[0] + j[3 + i] * qdd[1] + j[6 + i] * qdd[2], values[i], 1e-10);
+            CHECK_NEAR(drift[i] + closed[i] * udd, values[i], 1e-8);
+        }
+    }
+    kempe_stepper_free(stepper);
+    kempe_outputs_free(o);
+    kempe_outputs_free(all);
+    scene_free(&s);
+}
+
+/* Values at the rows of a trajectory, and at a stepper, are the columns of its table: every kind of output. */
+static void columns(void)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0, -9.81, 0]\n"
+        "inputs: {u: {unit: N*m, t: [0, 0.3, 0.6], value: [0.2, 3, -1], method: hold}}\n"
+        "ground: {points: {B: [1, 0, 0]}}\nbodies:\n"
+        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.15, 0, 0], inertia: {zz: 0.01}, "
+        "points: {P: [0.3, 0, 0]}}\n"
+        "  coupler: {joint: {name: C, revolute: z, at: crank.P}, mass: 1, com: [0.45, 0, 0], inertia: {zz: 0.1}, "
+        "points: {Q: [0.9, 0, 0]}}\n"
+        "  rocker: {joint: {name: R, revolute: z, at: ground.B}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.05}, "
+        "points: {Q: [0.6, 0, 0]}}\n"
+        "loops: {q: {ball: [coupler.Q, rocker.Q]}}\n"
+        "forces: {motor: {joint: A, torque: u - 0.3*qd(A)}, spring: {spring: [ground.B, crank.P], stiffness: 20, "
+        "free_length: 0.5}}\n"
+        "sensors: {power: \"u*qd(A)\"}\n"
+        "start: {q: {A: 0.5, C: 0.5, R: 1.5}, qd: {A: 6}}\n"
+        "run: {t_end: 1, output_step: 0.1, outputs: [position(coupler.Q), velocity(coupler.Q), "
+        "acceleration(coupler.Q), "
+        "reaction(q), force(motor), force(spring), energy, power]}\n";
+    static const char words[] = "position(coupler.Q), velocity(coupler.Q), acceleration(coupler.Q), reaction(q), "
+                                "force(motor), force(spring), energy, power";
+    scene s = {.context = kempe_context_new()};
+    kempe_trajectory *trajectory = NULL;
+    kempe_stepper *stepper = NULL;
+    kempe_table *table = NULL;
+    kempe_outputs *o = NULL;
+    double values[32];
+    int found = 0;
+    CHECK(kempe_model_read_text(s.context, text, "model.yaml", &s.model) == KEMPE_OK);
+    CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
+    CHECK(kempe_simulate(s.system, NULL, &trajectory) == KEMPE_OK);
+    CHECK(kempe_stepper_new(s.system, NULL, &stepper) == KEMPE_OK);
+    CHECK(kempe_trajectory_table(trajectory, "rows", &table) == KEMPE_OK);
+    if (kempe_outputs_new(s.system, words, &o) != KEMPE_OK)
+        printf("%s\n", kempe_context_message(s.context));
+    for (int row = 0; o && row < 2 * kempe_table_row_count(table); row++) {
+        int at = row / 2;
+        if (row % 2)
+            CHECK(kempe_stepper_advance(stepper, kempe_trajectory_time(trajectory, at)) == KEMPE_OK);
+        CHECK((row % 2 ? kempe_outputs_at_stepper(o, stepper, values)
+                       : kempe_outputs_at_row(o, trajectory, at, values)) == KEMPE_OK);
+        for (int k = 0; k < kempe_outputs_count(o); k++, found++) {
+            int column = kempe_table_find(table, kempe_outputs_name(o, k));
+            CHECK(column >= 0);
+            CHECK_NEAR(values[k], kempe_table_number(table, at, column), 1e-9);
+            CHECK_TEXT(kempe_outputs_unit(o, k), kempe_table_unit(table, column));
+        }
+    }
+    CHECK(found == 2 * 11 * 18);
+    kempe_outputs_free(o);
+    kempe_table_free(table);
+    kempe_stepper_free(stepper);
+    kempe_trajectory_free(trajectory);
+    scene_free(&s);
+}
+
+/* The slider of a slider-crank stops where crank and rod are in line: it is no independent coordinate there. */
+static void dead_centres(void)
+{
+    static const char text[] =
+        "kempe: 1\nground: {points: {S: [0, 0, 0]}}\nbodies:\n"
+        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, "
+        "points: {P: [1, 0, 0]}}\n"
+        "  slider: {joint: {name: S, prismatic: x, at: ground}, mass: 1, points: {Q: [0, 0, 0]}}\n"
+        "loops: {r: {rod: [crank.P, slider.Q], length: 2}}\n"
+        "start: {q: {A: 0.5, S: 2.8}, hold: [A]}\n";
+    scene s = {.context = kempe_context_new()};
+    kempe_outputs *o = NULL;
+    double j[3], moving[2] = {0.7, cos(0.7) + sqrt(4 - sin(0.7) * sin(0.7))}, dead[2] = {0, 3};
+    CHECK(kempe_model_read_text(s.context, text, "model.yaml", &s.model) == KEMPE_OK);
+    CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
+    CHECK(kempe_outputs_new(s.system, "position(crank.P)", &o) == KEMPE_OK);
+    CHECK(kempe_outputs_choose(o, "S") == KEMPE_OK && kempe_outputs_independent(o)[0] == 1);
+    CHECK(kempe_outputs_closed_jacobian(o, 0, moving, NULL, j, NULL) == KEMPE_OK);
+    double slope = -sin(0.7) - sin(0.7) * cos(0.7) / sqrt(4 - sin(0.7) * sin(0.7)); /* dS/dA */
+    CHECK_NEAR(j[0], -sin(0.7) / slope, 1e-12);
+    CHECK_NEAR(j[1], cos(0.7) / slope, 1e-12);
+    CHECK(kempe_outputs_closed_jacobian(o, 0, dead, NULL, j, NULL) == KEMPE_E_FAILED);
+    const char *said = kempe_context_message(s.context);
+    CHECK(strstr(said, "dead centre") != NULL && strstr(said, "'A'") != NULL);
+    CHECK(kempe_outputs_choose(o, "A") == KEMPE_OK);
+    CHECK(kempe_outputs_closed_jacobian(o, 0, dead, NULL, j, NULL) == KEMPE_OK);
+    CHECK_NEAR(j[1], 1, 1e-12);
+    CHECK(kempe_outputs_choose(o, "B") == KEMPE_E_ARGUMENT);
+    kempe_outputs_free(o);
+    scene_free(&s);
+}
+
+static void mistakes(void)
+{
+    scene s = scene_of("four_bar/four_bar");
+    kempe_outputs *o = NULL;
+    CHECK(kempe_outputs_new(s.system, "position(coupler.X)", &o) == KEMPE_E_ARGUMENT && !o);
+    CHECK(kempe_outputs_new(s.system, "q(A)", &o) == KEMPE_E_ARGUMENT && !o);
+    CHECK(kempe_outputs_new(s.system, "position(coupler.C).y", &o) == KEMPE_OK);
+    CHECK(kempe_outputs_count(o) == 1 && kempe_outputs_find(o, "position.coupler.C.y") == 0);
+    CHECK(kempe_outputs_find(o, "x") == -1 && !kempe_outputs_name(o, 1));
+    kempe_outputs_free(o);
+    scene_free(&s);
+}
+
+int main(void)
+{
+    TEST(jacobians);
+    TEST(accelerations);
+    TEST(columns);
+    TEST(dead_centres);
+    TEST(mistakes);
+    return check_report();
+}
