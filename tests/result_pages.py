@@ -17,6 +17,7 @@ import re
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 import report_pages
 from report_pages import ROOT, Page, browse, check_by_itself, kempe
@@ -232,6 +233,53 @@ class Studies(Case):
         page, other = self.make("equilibrium", model, *options), self.folder / "second.html"
         other.write_text(page.read_text().replace("\nbegin();\n", "\nbegin();\nstage.seek(2);\n"))
         self.assertEqual(self.open(other)[0].by_id["clock"]["text"], "2 of 4")
+
+
+class Plots(Case):
+    """--plot and its neighbours; they need no browser."""
+
+    def curve(self, *words):
+        path = self.folder / "curve.svg"
+        done = kempe(*words, "--plot", path)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        tree = xml.etree.ElementTree.parse(path)
+        space = "{http://www.w3.org/2000/svg}"
+        return [p for p in tree.iter(space + "path") if p.get("class") == "curve"], [t.text for t in tree.iter(space + "text")]
+
+    def test_outputs_by_name(self):
+        """A force and an acceleration that the model does not request."""
+        model = ROOT / "examples/andrews/andrews.yaml"
+        curves, words = self.curve("simulate", model, "--y", "q(beta), force(motor), acceleration(K3.D).y")
+        self.assertEqual(len(curves), 6)
+        for word in ("q.beta", "force.motor", "acceleration.K3.D.y", "rad", "N m", "m/s^2", "t, s"):
+            self.assertIn(word, words)
+        self.assertNotIn("acceleration.K3.D.x", words)
+
+    def test_an_output_against_another(self):
+        model = ROOT / "examples/four_bar/four_bar.yaml"
+        curves, words = self.curve("kinematics", model, "--sweep", "crank=0 deg:360 deg", "--x", "q(crank)", "--y", "q(rocker)")
+        self.assertEqual((len(curves), "q.crank, rad" in words, "q.rocker" in words), (2, True, True))
+
+    def test_what_cannot_be_drawn(self):
+        model, path = ROOT / "examples/four_bar/four_bar.yaml", self.folder / "none.svg"
+        for words, message in ((["--plot", path, "--y", "q(Z)"], "unknown"), (["--plot", path, "--x", "q(crank)", "--y", "q(rocker"], "rocker"),
+                               (["--y", "q(crank)"], "--plot"), (["--plot", self.folder / "none.bmp"], "ending")):
+            done = kempe("simulate", model, *words)
+            self.assertIn(message, done.stderr)
+            self.assertNotEqual(done.returncode, 0)
+        self.assertFalse(path.exists())
+
+    def test_a_table_for_other_programs(self):
+        """Names first, and JSON."""
+        plain, text = self.folder / "plain.csv", self.folder / "rows.json"
+        model = ROOT / "examples/four_bar/four_bar.yaml"
+        self.assertEqual(kempe("simulate", model, "-o", plain, "--no-units").returncode, 0)
+        self.assertEqual(kempe("simulate", model, "-o", text).returncode, 0)
+        with plain.open() as file:
+            rows = list(csv.reader(file))
+        found = json.loads(text.read_text())
+        self.assertEqual((rows[0], found["units"][:2]), (found["columns"], ["s", "rad"]))
+        self.assertEqual([float(x) for x in rows[-1]], found["data"][-1])
 
 
 class Views(Case):

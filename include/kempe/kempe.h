@@ -233,6 +233,11 @@ KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory
 KEMPE_API kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const char *name,
                                               kempe_table **table);
 
+/** A table "outputs": t and the outputs that a list names, "q(A),force(spring),position(b.P).x", at the rows of the
+ * trajectory, whether or not the model requests them. KEMPE_E_ARGUMENT: a name is wrong. */
+KEMPE_API kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajectory, const char *names,
+                                                kempe_table **table);
+
 /** Writes a self-contained HTML page: the mechanism moving up to the end of the run, all outputs over time with their
  * extreme values, events, energies, residuals, parameters and the text of the model. The run is repeated with
  * monitoring. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check (compare.h). */

@@ -52,5 +52,15 @@ KEMPE_API kempe_status kempe_table_print(const kempe_table *table, kempe_format 
  * columns of numbers, and an array of text for each column of words. KEMPE_E_ARGUMENT: another ending. */
 KEMPE_API kempe_status kempe_table_write(const kempe_table *table, const char *path);
 
+/** A CSV file of this table has no comment before its names, so that every reader of CSV takes the first line as names.
+ * Units are then known from the names alone. */
+KEMPE_API void kempe_table_omit_units(kempe_table *table);
+
+/** Draws columns as an SVG picture: a plot for each unit. `x`: the column of the horizontal axis (NULL: the first one
+ * of numbers). `y`: names of the others, with commas between (NULL: all); an output with several components means all
+ * of them. Names are those of columns, "position.coupler.C.x", or those of outputs, "position(coupler.C).x".
+ * KEMPE_E_ARGUMENT: there is no such column. KEMPE_E_FAILED: there are no rows. */
+KEMPE_API kempe_status kempe_table_write_svg(const kempe_table *table, const char *x, const char *y, const char *path);
+
 KEMPE_END
 #endif

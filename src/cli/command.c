@@ -159,7 +159,7 @@ kempe_status cli_run_study(const cli_job *j, const cli_study *study)
         status = cli_worse(status, cli_report(j, study->print, result));
     for (int k = 0; result && k < CLI_MOST_FILES && study->files[k].write; k++) {
         const char *const *path = (const void *)((const char *)j->settings + study->files[k].path);
-        kempe_status written = *path ? study->files[k].write(result, *path) : KEMPE_OK;
+        kempe_status written = *path ? study->files[k].write(j, result, *path) : KEMPE_OK;
         if (*path)
             status = cli_worse(status, cli_report_written(j, written));
         if (*path && written == KEMPE_OK)

@@ -24,7 +24,7 @@ typedef struct cli_job {
 
 typedef kempe_status cli_print_fn(const cli_job *j, const void *object, kempe_format format, char **text);
 
-enum { CLI_MOST_FILES = 3 };
+enum { CLI_MOST_FILES = 4 };
 
 /** A computation with one result. */
 typedef struct cli_study {
@@ -33,7 +33,7 @@ typedef struct cli_study {
     void (*free)(void *result); /* NULL is allowed */
     struct cli_file {
         size_t path; /* place of the path in cli_settings: none is written where that is NULL */
-        kempe_status (*write)(void *result, const char *path);
+        kempe_status (*write)(const cli_job *j, void *result, const char *path);
     } files[CLI_MOST_FILES];
 } cli_study;
 

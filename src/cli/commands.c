@@ -44,23 +44,58 @@
 
 /* The function of the library that writes a result to a file, for results of any type. */
 #define WRITER(function)                                                                                               \
-    static kempe_status any_##function(void *object, const char *path)                                                 \
+    static kempe_status any_##function(const cli_job *j, void *object, const char *path)                               \
     {                                                                                                                  \
+        (void)j;                                                                                                       \
         return function(object, path);                                                                                 \
     }
 
 /* The writer of a table of a result. */
 #define TABLE(type, name)                                                                                              \
-    static kempe_status type##_write_table(void *object, const char *path)                                             \
+    static kempe_status type##_write_table(const cli_job *j, void *object, const char *path)                           \
     {                                                                                                                  \
         kempe_table *table = NULL;                                                                                     \
         kempe_status status = type##_table(object, name, &table);                                                      \
+        if (status == KEMPE_OK && j->settings->no_units)                                                               \
+            kempe_table_omit_units(table);                                                                             \
         if (status == KEMPE_OK)                                                                                        \
             status = kempe_table_write(table, path);                                                                   \
         kempe_table_free(table);                                                                                       \
         return status;                                                                                                 \
     }
 
+/* The same table as curves, of the columns that --x and --y name. */
+#define PLOT(type, call)                                                                                               \
+    static kempe_status type##_write_plot(const cli_job *j, void *object, const char *path)                            \
+    {                                                                                                                  \
+        const cli_settings *s = j->settings;                                                                           \
+        kempe_table *table = NULL;                                                                                     \
+        kempe_status status = call;                                                                                    \
+        if (status == KEMPE_OK)                                                                                        \
+            status = kempe_table_write_svg(table, s->x, s->y, path);                                                   \
+        kempe_table_free(table);                                                                                       \
+        return status;                                                                                                 \
+    }
+
+/* The outputs that --x and --y name, or without these those of the model. */
+static kempe_status outputs_to_draw(const cli_settings *s, const kempe_trajectory *trajectory, kempe_table **table)
+{
+    bool by_time = !s->x || strcmp(s->x, "t") == 0;
+    if (!s->y)
+        return kempe_trajectory_table(trajectory, "rows", table);
+    size_t size = strlen(s->y) + (by_time ? 0 : strlen(s->x)) + 2;
+    char *names = malloc(size);
+    if (!names)
+        return KEMPE_E_MEMORY;
+    snprintf(names, size, "%s%s%s", s->y, by_time ? "" : ",", by_time ? "" : s->x);
+    kempe_status status = kempe_trajectory_outputs(trajectory, names, table);
+    free(names);
+    return status;
+}
+
+PLOT(kempe_trajectory, outputs_to_draw(s, object, &table))
+PLOT(kempe_kinematics, kempe_kinematics_table(object, "rows", &table))
+PLOT(kempe_inverse, kempe_inverse_table(object, "rows", &table))
 TABLE(kempe_kinematics, "rows")
 WRITER(kempe_kinematics_write_svg)
 TABLE(kempe_contacts, "rows")
@@ -94,13 +129,15 @@ STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), {AT(repor
 STUDY(branches, kempe_branches, kempe_branches_new(j->system, seed_of(s), result), {0})
 STUDY(kinematics, kempe_kinematics, kempe_kinematics_new(j->system, &s->kinematics, result),
       {AT(output), kempe_kinematics_write_table}, {AT(svg), any_kempe_kinematics_write_svg},
-      {AT(report), any_kempe_kinematics_write_report})
+      {AT(report), any_kempe_kinematics_write_report}, {AT(plot), kempe_kinematics_write_plot})
 STUDY(contact, kempe_contacts, kempe_contacts_new(j->system, &s->contact, result),
       {AT(output), kempe_contacts_write_table}, {AT(svg), any_kempe_contacts_write_svg})
 STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result),
-      {AT(output), kempe_trajectory_write_table}, {AT(report), any_kempe_trajectory_write_report})
+      {AT(output), kempe_trajectory_write_table}, {AT(report), any_kempe_trajectory_write_report},
+      {AT(plot), kempe_trajectory_write_plot})
 STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result),
-      {AT(output), kempe_inverse_write_table}, {AT(report), any_kempe_inverse_write_report})
+      {AT(output), kempe_inverse_write_table}, {AT(report), any_kempe_inverse_write_report},
+      {AT(plot), kempe_inverse_write_plot})
 STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), {AT(output), kempe_modes_write_table},
       {AT(svg), any_kempe_modes_write_svg}, {AT(report), any_kempe_modes_write_report})
 STUDY(response, kempe_response, kempe_response_new(j->system, &s->response, result),
@@ -190,15 +227,16 @@ static kempe_status instances_print(const cli_job *j, const void *object, kempe_
     return kempe_batch_print(i->batch, format, text);
 }
 
-static kempe_status instances_write(void *object, const char *path)
+static kempe_status instances_write(const cli_job *j, void *object, const char *path)
 {
     const instances *i = object;
-    return kempe_batch_write_table(i->batch, path);
+    return kempe_batch_write_table(j, i->batch, path);
 }
 
-static kempe_status instances_report(void *object, const char *path)
+static kempe_status instances_report(const cli_job *j, void *object, const char *path)
 {
     const instances *i = object;
+    (void)j;
     return kempe_batch_write_report(i->batch, path);
 }
 
@@ -251,9 +289,15 @@ static kempe_status run_generate(const cli_job *j)
 
 /* -- missing and contradicting options --------------------------------------------------------------- */
 
+/* What --x and --y choose is drawn by --plot. */
+static const char *plot_lacks(const cli_settings *s)
+{
+    return s->plot || (!s->x && !s->y) ? NULL : "--x and --y choose what --plot draws: give --plot FILE.svg";
+}
+
 static const char *kinematics_lacks(const cli_settings *s)
 {
-    return s->kinematics.sweep ? NULL : "the swept coordinate is missing: give --sweep NAME=A:B";
+    return s->kinematics.sweep ? plot_lacks(s) : "the swept coordinate is missing: give --sweep NAME=A:B";
 }
 
 static const char *contact_lacks(const cli_settings *s)
@@ -327,15 +371,16 @@ const cli_command cli_commands[] = {
     {CLI_SIMULATE, "simulate", "simulate with one formulation; accuracy checks of the result",
      "  kempe simulate examples/andrews/andrews.yaml -o andrews.csv\n"
      "  kempe simulate examples/andrews/andrews.yaml --report andrews.html\n"
+     "  kempe simulate examples/andrews/andrews.yaml --plot andrews.svg --y 'q(beta), force(spring)'\n"
      "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --output-step 0.01\n"
      "  kempe simulate examples/andrews/andrews.yaml --formulation dae --json -\n",
-     .study = &simulate_study},
+     .lacks = plot_lacks, .study = &simulate_study},
     {CLI_INVERSE, "inverse", "inverse dynamics: actuator forces and torques for a prescribed motion",
      "  kempe inverse examples/driven_slider_crank/driven_slider_crank.yaml\n"
      "  kempe inverse examples/stewart/driven.yaml --actuators slide1,slide2,slide3,slide4,slide5,slide6 -o "
      "legs.csv\n"
      "  kempe inverse examples/parallel_robot/parallel_robot.yaml --actuators a1,b1,a2 --weights a2=4\n",
-     .dynamics = "plain", .study = &inverse_study},
+     .lacks = plot_lacks, .dynamics = "plain", .study = &inverse_study},
     {CLI_LINEARIZE, "linearize", "linear state-space model about an equilibrium or the start",
      "  kempe linearize examples/four_bar/four_bar.yaml --at start\n"
      "  kempe linearize examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' --outputs q -o car.npz\n",

@@ -59,10 +59,10 @@ typedef struct cli_settings {
     kempe_sensitivity_options sensitivity; /* in addition to those in `run` */
     kempe_modes_options modes;
     kempe_response_options response; /* and of state spaces */
-    const char *svg, *values, *sample;
+    const char *svg, *plot, *x, *y, *values, *sample;
     const char *angle_unit;
     int seed, instances, lanes;
-    int count, branches, alone, all, no_cache, quiet, help; /* flags: 0 or 1 */
+    int count, branches, alone, all, no_cache, no_units, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
 } cli_settings;
 

@@ -22,7 +22,7 @@ struct kempe_table {
     kmp_arena arena;                                /* names and words */
     const char *name, *comment;                     /* comment NULL: the units */
     int columns, column_room, rows, row_room, next; /* next: cell of the last row */
-    bool failed;
+    bool failed, plain;
     table_column *column;
 };
 
@@ -206,6 +206,11 @@ kempe_status kmp_tabulate_result(kempe_context *context, const kmp_table_kind *k
     return status;
 }
 
+kempe_context *kmp_table_context(const kempe_table *table)
+{
+    return table->context;
+}
+
 /* -- reading ----------------------------------------------------------------------------------------- */
 
 const char *kempe_table_name(const kempe_table *table)
@@ -303,7 +308,9 @@ static void csv_cell(kmp_text *text, const table_column *c, int row)
 
 static void put_csv(kmp_text *text, const kempe_table *t)
 {
-    if (t->comment) {
+    if (t->plain) {
+        ; /* the line of names comes first */
+    } else if (t->comment) {
         kmp_text_printf(text, "# %s\n", t->comment);
     } else if (has_units(t)) {
         for (int c = 0; c < t->columns; c++)
@@ -322,6 +329,12 @@ static void put_csv(kmp_text *text, const kempe_table *t)
         }
         kmp_text_put(text, "\n");
     }
+}
+
+void kempe_table_omit_units(kempe_table *table)
+{
+    if (table)
+        table->plain = true;
 }
 
 /* -- JSON and text ----------------------------------------------------------------------------------- */

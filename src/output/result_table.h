@@ -50,6 +50,8 @@ void kmp_tabulate_fail(kempe_table *table);
 /** Gives the table to the caller, or frees it with KEMPE_E_MEMORY. */
 kempe_status kmp_tabulate_finish(kempe_context *context, kempe_table *table, kempe_table **out);
 
+kempe_context *kmp_table_context(const kempe_table *table);
+
 /** A table of a result: its name, and what makes its columns and rows. */
 typedef struct kmp_table_kind {
     const char *name;

@@ -1518,7 +1518,7 @@ run: {t_end: 1}
     def test_files_are_known_by_their_endings(self):
         for name in ("x.mat", "x.xlsx", "x.csv.gz"):
             done = self.expect(3, *self.SHORT, "-o", name)
-            self.assertIn("--output writes .csv, .npz files", done.stderr)
+            self.assertIn("--output writes .csv, .npz, .json files", done.stderr)
             self.assertFalse((self.folder / name).exists())
         for name in ("x", "x.csv", "x.npz", "/dev/null"):
             self.expect(0, *self.SHORT, "-o", name)

@@ -135,6 +135,55 @@ static void without_memory(void)
     CHECK(status == KEMPE_OK);
 }
 
+/* A plot for each unit; columns by the names of outputs; names that are wrong. */
+static void drawn(void)
+{
+    char path[] = "/tmp/kempe_table_XXXXXX.svg";
+    kempe_table *t = kmp_tabulate(context, "rows"), *made = NULL;
+    kmp_tabulate_columns(t, "s", "t");
+    kmp_tabulate_columns(t, "m", "position.b.P.x position.b.P.y");
+    kmp_tabulate_columns(t, "N", "force.spring");
+    for (int k = 0; k < 5; k++) {
+        kmp_tabulate_row(t);
+        kmp_tabulate_numbers(t, 4, (double[]){k, k * k, -k, 3 - k});
+    }
+    CHECK(kmp_tabulate_finish(context, t, &made) == KEMPE_OK);
+    close(mkstemps(path, 4));
+    CHECK(kempe_table_write_svg(made, NULL, "position(b.P), force(spring)", path) == KEMPE_OK);
+    char *text = read_back(path);
+    int frames = 0, curves = 0;
+    for (const char *s = text; s && (s = strstr(s, "class=\"frame\"")); s++)
+        frames++;
+    for (const char *s = text; s && (s = strstr(s, "<path class=\"curve\"")); s++)
+        curves++;
+    CHECK(frames == 2 && curves == 6); /* each curve has an entry in the legend */
+    CHECK(text && strstr(text, ">position.b.P.y</text>") && strstr(text, "t, s"));
+    kmp_free(text);
+    CHECK(kempe_table_write_svg(made, "position(b.P).x", "position(b.P).y", path) == KEMPE_OK);
+    CHECK(kempe_table_write_svg(made, NULL, "q(A)", path) == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_context_message(context), "'q(A)'") && strstr(kempe_context_message(context), "force.spring"));
+    CHECK(kempe_table_write_svg(made, "w", NULL, path) == KEMPE_E_ARGUMENT);
+    unlink(path);
+    kempe_table_free(made);
+}
+
+static void without_units(void)
+{
+    char path[] = "/tmp/kempe_table_XXXXXX.csv";
+    kempe_table *t = kmp_tabulate(context, "rows");
+    kmp_tabulate_columns(t, "s", "t");
+    kmp_tabulate_row(t);
+    kmp_tabulate_number(t, 2.5);
+    close(mkstemps(path, 4));
+    kempe_table_omit_units(t);
+    CHECK(kempe_table_write(t, path) == KEMPE_OK);
+    char *text = read_back(path);
+    CHECK_TEXT(text ? text : "", "t\n2.5\n");
+    kmp_free(text);
+    unlink(path);
+    kempe_table_free(t);
+}
+
 int main(void)
 {
     context = kempe_context_new();
@@ -142,6 +191,8 @@ int main(void)
     TEST(printed);
     TEST(degrees);
     TEST(zipped);
+    TEST(drawn);
+    TEST(without_units);
     TEST(without_memory);
     kempe_context_free(context);
     return check_report();

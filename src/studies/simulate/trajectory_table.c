@@ -2,7 +2,7 @@
 /* A trajectory as tables. */
 #include "base/memory.h"
 #include "output/result_table.h"
-#include "studies/simulate/columns.h"
+#include "studies/simulate/observed.h"
 
 static void put_rows(kempe_table *table, const kempe_trajectory *t, const kmp_columns *columns, kmp_evaluator *eval,
                      double *values)
@@ -53,4 +53,39 @@ kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const ch
     static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"log", fill_log}, {0}};
     KMP_WANTED(NULL, trajectory, "trajectory");
     return kmp_tabulate_result(trajectory->system->context, kinds, trajectory, name, table);
+}
+
+/* -- outputs by name --------------------------------------------------------------------------------- */
+
+static void fill_outputs(kempe_table *table, const kempe_trajectory *t, const kmp_observed *o)
+{
+    double *values = KMP_NEW(double, o->columns.count);
+    for (int c = 0; c < o->columns.count; c++)
+        if (kmp_observed_has(o, c))
+            kmp_tabulate_column(table, o->columns.unit[c], "%s", o->columns.name[c]);
+    for (int row = 0; values && row < t->table.rows; row++) {
+        kmp_observed_fill(o, &t->table, row, values);
+        kmp_tabulate_row(table);
+        for (int c = 0; c < o->columns.count; c++)
+            if (kmp_observed_has(o, c))
+                kmp_tabulate_number(table, values[c]);
+    }
+    if (!values)
+        kmp_tabulate_fail(table);
+    kmp_free(values);
+}
+
+kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajectory, const char *names, kempe_table **table)
+{
+    KMP_WANTED(NULL, trajectory, "trajectory");
+    kempe_context *context = trajectory->system->context;
+    KMP_WANTED(context, names, "names");
+    KMP_WANTED(context, table, "table");
+    kmp_observed o;
+    kmp_context_clear(context);
+    KMP_TRY(kmp_observed_init(&o, trajectory->system, names, 0, trajectory->backend));
+    kempe_table *made = kmp_tabulate(context, "outputs");
+    fill_outputs(made, trajectory, &o);
+    kmp_observed_free(&o);
+    return kmp_tabulate_finish(context, made, table);
 }
