@@ -133,8 +133,10 @@ static void make(const reading *c, kmp_irregularities *all)
 void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track)
 {
     kmp_irregularities *all = &track->irregularities;
-    all->spectrum = (kmp_wave_spectrum){.kind = -1, .shortest = 3, .longest = 100};
-    (void)kmp_key_default(irregularity_keys, "scale", &all->spectrum.scale);
+    double range[2] = {0};
+    (void)kmp_key_default(irregularity_keys, "wavelengths", 2, range);
+    all->spectrum = (kmp_wave_spectrum){.kind = -1, .shortest = range[0], .longest = range[1]};
+    (void)kmp_key_default(irregularity_keys, "scale", 1, &all->spectrum.scale);
     reading c = {r, map, kmp_reader_say(r, "the irregularities of %s", what), &all->spectrum};
     if (!map || !kmp_read_map(r, map, c.what, irregularity_keys))
         return;

@@ -48,7 +48,7 @@ static bool read_rails(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
 {
     const kmp_yaml *rail = kmp_read_required(r, map, what, "rail"), *gauge = kmp_read_required(r, map, what, "gauge"),
                    *depth = kmp_yaml_get(map, "gauge_depth"), *inclination = kmp_yaml_get(map, "inclination");
-    (void)kmp_key_default(track_keys, "gauge_depth", &track->gauge_depth);
+    (void)kmp_key_default(track_keys, "gauge_depth", 1, &track->gauge_depth);
     track->profile = rail ? kmp_read_profile(r, rail, what) : NULL;
     bool good = track->profile && gauge;
     if (gauge && !read_length(r, gauge, "gauge", what, &track->gauge))

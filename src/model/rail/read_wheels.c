@@ -69,7 +69,7 @@ static bool read_centre(const reading *w, const kmp_yaml *node)
 static bool read_poisson(const reading *w)
 {
     double *poisson = &w->wheel->poisson;
-    (void)kmp_key_default(wheel_keys, "poisson", poisson);
+    (void)kmp_key_default(wheel_keys, "poisson", 1, poisson);
     const kmp_yaml *node = kmp_yaml_get(w->map, "poisson");
     if (!node)
         return true;
@@ -92,7 +92,7 @@ static bool read_numbers(const reading *w)
         const kmp_yaml *node = kmp_yaml_get(w->map, field->key);
         const char *name = kmp_reader_say(w->r, "the %s of %s", field->key, w->what);
         kmp_number *number = (kmp_number *)(void *)((char *)wheel + field->offset);
-        (void)kmp_key_default(wheel_keys, field->key, &number->value);
+        (void)kmp_key_default(wheel_keys, field->key, 1, &number->value);
         if (node)
             good = kmp_read_number(w->r, node, name, kmp_key_dimension(wheel_keys, field->key), number) &&
                    kmp_check_rule(w->r, node, name, field->rule, number->value, "") && good;

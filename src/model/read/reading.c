@@ -116,14 +116,21 @@ kmp_dimension kmp_key_dimension(const kmp_key *keys, const char *name)
     return kmp_dimension_of(find_key(keys, name)->unit);
 }
 
-bool kmp_key_default(const kmp_key *keys, const char *name, double *value)
+bool kmp_key_default(const kmp_key *keys, const char *name, int count, double *values)
 {
-    const char *absent = find_key(keys, name)->absent;
-    size_t length = kmp_text_to_number(absent, value);
+    const char *s = find_key(keys, name)->absent;
     kmp_unit unit;
-    if (absent[length] == ' ' && kmp_unit_read(absent + length + 1, strlen(absent + length + 1), &unit))
-        *value = *value * unit.factor / unit.divisor;
-    return length > 0;
+    s += strspn(s, "`[");
+    for (int k = 0; k < count; k++) {
+        size_t length = kmp_text_to_number(s, &values[k]);
+        if (length == 0)
+            return false;
+        s += length;
+        s += strspn(s, ", ");
+    }
+    for (int k = 0; k < count && kmp_unit_read(s, strlen(s), &unit); k++)
+        values[k] = values[k] * unit.factor / unit.divisor;
+    return true;
 }
 
 bool kmp_read_list(kmp_reader *r, const kmp_yaml *node, const char *what, int count)

@@ -134,8 +134,8 @@ bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const k
 /** The dimension of a key's number, by its unit. */
 kmp_dimension kmp_key_dimension(const kmp_key *keys, const char *name);
 
-/** The number that holds without a key, in SI; false: the row has none. */
-bool kmp_key_default(const kmp_key *keys, const char *name, double *value);
+/** The numbers that hold without a key, in SI: "0.3", "14 mm", "`[3, 100]`"; false: the row has fewer than `count`. */
+bool kmp_key_default(const kmp_key *keys, const char *name, int count, double *values);
 
 /** True when `node` is a list, of `count` items when that is not negative. */
 bool kmp_read_list(kmp_reader *r, const kmp_yaml *node, const char *what, int count);
