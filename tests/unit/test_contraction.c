@@ -2,9 +2,9 @@
 /* Products that are computed with the sum that reads them: which ones they are, and that the result is rounded once, on
  * both back ends. */
 #include "backend/x86/machine.h"
-#include "testing.h"
 #include "plain.h"
 #include "symbolic/graph.h"
+#include "testing.h"
 
 enum { INPUTS = 6 };
 
