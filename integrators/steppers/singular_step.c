@@ -13,7 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, VERTICES = 12 };
+enum { NODES = 12, MOST_SWEEPS = 40, MOST_PLACES = 3, PROBES = 60, VERTICES = 40 };
 #define DOUBLING 2.0
 
 /* Distance from the place at which a step lands, over its usual value; landings in the order of trials. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A product with a single reader becomes part of it, if that is a sum of its stage. Of two such products the sum takes
- * the one that is known later: the other one can be computed in the meantime. A sum takes none where it lies on the
- * longest path through its stage and waits for the other operand, since an addition alone is faster. */
+/* A product with a single reader becomes part of it, if that is a sum of its stage; of two such products the second
+ * one. A sum takes none where it lies on the longest path through its stage and waits for the other operand: an
+ * addition alone is faster. */
 #include "symbolic/program/contraction.h"
 
 /* Durations in cycles, as on processors of Intel and AMD since 2017 (A. Fog, Instruction tables, 2022): an addition
@@ -88,15 +88,14 @@ static int product_of(const choice *c, int first, uint32_t operand)
 static void choose(choice *c, int first, uint32_t longest, int sum)
 {
     const kmp_instruction *in = &c->program->instruction[sum];
-    int a = product_of(c, first, in->a), b = product_of(c, first, in->b);
-    if (a < 0 && b < 0)
+    int a = product_of(c, first, in->a), b = product_of(c, first, in->b), product = b >= 0 ? b : a;
+    int other = behind(c, b >= 0 ? in->a : in->b);
+    if (product < 0)
         return;
-    bool second = a < 0 || (b >= 0 && c->known[b] >= c->known[a]);
-    int product = second ? b : a, other = behind(c, second ? in->a : in->b);
     bool waits = other >= first && c->known[other] >= c->known[product];
     if (waits && c->known[sum] + c->rest[sum] == longest)
         return;
-    c->result[sum] = second ? KMP_WITH_SECOND : KMP_WITH_FIRST;
+    c->result[sum] = b >= 0 ? KMP_WITH_SECOND : KMP_WITH_FIRST;
     c->result[product] = KMP_CONTRACTED;
 }
 
