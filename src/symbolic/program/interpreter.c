@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/program/interpreter.h"
 #include "base/memory.h"
+#include "symbolic/program/contraction.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
@@ -10,6 +11,7 @@ struct kmp_interpreter {
     kmp_arena arena;
     double *v; /* constants, inputs, instructions */
     double *out;
+    uint8_t *contraction; /* by instruction */
 };
 
 kmp_interpreter *kmp_interpreter_new(const kmp_program *p)
@@ -20,6 +22,7 @@ kmp_interpreter *kmp_interpreter_new(const kmp_program *p)
     it->p = p;
     it->v = KMP_ARENA_NEW(&it->arena, double, p->constant_count + p->input_count + p->code[p->stages]);
     it->out = KMP_ARENA_NEW(&it->arena, double, p->outputs[p->stages]);
+    it->contraction = kmp_program_contract(p, &it->arena);
     if (it->arena.failed) {
         kmp_interpreter_free(it);
         return NULL;
@@ -64,6 +67,16 @@ static double other(const kmp_program *p, int i, const double *v)
     return kmp_program_value(p, i, x[0], x[1], x[2]);
 }
 
+static double sum(const kmp_interpreter *it, int i)
+{
+    const kmp_instruction *in = &it->p->instruction[i];
+    const double *v = it->v;
+    if (it->contraction[i] == KMP_ALONE)
+        return operand(v, in->a) + operand(v, in->b);
+    kmp_multiply_add m = kmp_multiply_add_of(it->p, i, (kmp_contraction)it->contraction[i]);
+    return fma(operand(v, m.x), operand(v, m.y), operand(v, m.z));
+}
+
 const double *kmp_interpreter_run(kmp_interpreter *it, int stage)
 {
     const kmp_program *p = it->p;
@@ -73,7 +86,7 @@ const double *kmp_interpreter_run(kmp_interpreter *it, int stage)
         const kmp_instruction *in = &p->instruction[i];
         switch (in->op) {
         case KMP_OP_ADD:
-            to[i] = operand(v, in->a) + operand(v, in->b);
+            to[i] = sum(it, i);
             break;
         case KMP_OP_MUL:
             to[i] = operand(v, in->a) * operand(v, in->b);
