@@ -143,15 +143,11 @@ static const double *with_efforts(kmp_fused *f, double t, const double *y, const
     return kmp_machine_run(f->made.machine, KMP_FUSED_ACCELERATIONS);
 }
 
-kmp_fused_correction kmp_fused_close(kmp_fused *f, double t, const double *y)
+kmp_written_correction kmp_fused_close(kmp_fused *f, double t, const double *y)
 {
-    double turn = 0;
-    kmp_written_machine_place(&f->made, t, y);
-    f->dv = kmp_machine_run(f->made.machine, KMP_FUSED_CLOSE);
-    const double *angle = f->dv + f->red->r;
-    for (int k = 0; k < f->layout.turns; k++)
-        turn = fabs(angle[k]) <= turn ? turn : fabs(angle[k]);
-    return (kmp_fused_correction){f->dv, turn};
+    kmp_written_correction c = kmp_written_machine_close(&f->made, KMP_FUSED_CLOSE, f->red->r, f->layout.turns, t, y);
+    f->dv = c.dv;
+    return c;
 }
 
 const double *kmp_fused_left(const kmp_fused *f)

@@ -5,6 +5,7 @@
 #ifndef KMP_CONSTRAINTS_EVALUATION_FUSED_H
 #define KMP_CONSTRAINTS_EVALUATION_FUSED_H
 
+#include "constraints/evaluation/written.h"
 #include "constraints/partition/reduction.h"
 
 typedef struct kmp_fused kmp_fused;
@@ -22,12 +23,7 @@ bool kmp_fused_run(kmp_fused *fused, double t, const double *y, double *dy);
 /** Correction of v, -Jv^-1 h, at (t, y): dv (r), owned by the program, and the largest angle by which it turns a sine
  * or cosine. If that is at most KMP_TURN_SMALL, kmp_fused_finish does the rest of kmp_fused_run at v + dv, and
  * kmp_fused_left returns the correction (r) that is left there. kmp_fused_run does all. */
-typedef struct kmp_fused_correction {
-    const double *dv;
-    double turn;
-} kmp_fused_correction;
-
-kmp_fused_correction kmp_fused_close(kmp_fused *fused, double t, const double *y);
+kmp_written_correction kmp_fused_close(kmp_fused *fused, double t, const double *y);
 bool kmp_fused_finish(kmp_fused *fused, double t, const double *y, double *dy);
 const double *kmp_fused_left(const kmp_fused *fused);
 

@@ -51,21 +51,6 @@ static void make_tangent(maker *k)
     negate(k->r, k->dv);
 }
 
-/* Replaces v by its corrected values. */
-static bool close_loops(maker *k)
-{
-    kmp_written_blocks jv = {.red = k->red, .order = k->plan->order, .row_scale = k->plan->row_scale};
-    if (!kmp_written_import_closure(&k->w) || !kmp_written_blocks_init(&jv, &k->w.arena, k->g, k->w.jacobian))
-        return false;
-    select_rows(k, k->w.h, k->h);
-    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
-        kmp_written_blocks_factor(&jv, number);
-        kmp_written_blocks_solve(&jv, number, 1, k->h, k->first);
-    }
-    negate(k->r, k->first);
-    return kmp_written_correct(&k->w, k->red->part, k->first);
-}
-
 /* a0 = -Jv^-1 jdqd. */
 static void make_curvature(maker *k)
 {
@@ -245,7 +230,7 @@ static kmp_program *make_program(maker *k)
     if (!begun || !allocate(k))
         return NULL;
     kmp_written_take_state(&k->w, k->red->part);
-    if (k->plan->closes && !close_loops(k))
+    if (k->plan->closes && !kmp_written_close(&k->w, k->jv, k->first))
         return NULL;
     return kmp_written_import(&k->w) ? write_program(k) : NULL;
 }

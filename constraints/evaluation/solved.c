@@ -22,6 +22,8 @@ struct kmp_solved {
     kmp_solved_layout layout;
     bool by_bodies;
     const kmp_reduction *red; /* of a state; NULL: of q and qd */
+    bool closes;              /* with the stage KMP_SOLVED_CLOSE */
+    const double *dv, *left;  /* r: the last correction; the one that is left after it */
     double *effort;           /* n; NULL: there are none */
     double *state;            /* 2 n: a state and the rates of v; or zero rates */
     double *q, *qd;           /* n: of a state, for the efforts */
@@ -34,7 +36,7 @@ struct kmp_solved {
 /* False: no memory. */
 static bool write_program(kmp_solved *solved, const kmp_partition *part)
 {
-    kmp_solved_plan plan = {.part = part, .red = solved->red};
+    kmp_solved_plan plan = {.part = part, .red = solved->red, .closes = solved->closes};
     kmp_solved_written written;
     if (plan.red) {
         int *order = KMP_ARENA_NEW(&solved->arena, int, part->r);
@@ -73,6 +75,7 @@ static const double *put_still(kmp_solved *solved, const kmp_partition *part, co
 static void run(kmp_solved *solved, double t, const double *q, bool *good)
 {
     kmp_written_machine_place(&solved->made, t, q);
+    (void)kmp_machine_run(solved->made.machine, KMP_SOLVED_CLOSE);
     (void)kmp_machine_run(solved->made.machine, KMP_SOLVED_RATES);
     *good = kmp_solved_is_good(&solved->layout, kmp_machine_run(solved->made.machine, KMP_SOLVED_RUN), 1);
 }
@@ -89,12 +92,13 @@ static bool is_good_here(kmp_solved *solved, const kmp_partition *part)
     return good;
 }
 
-static kempe_status make_new(kmp_solved **out, kmp_evaluator *eval, const kmp_partition *part, const kmp_reduction *red)
+static kempe_status make_new(kmp_solved **out, kmp_evaluator *eval, const kmp_partition *part, const kmp_reduction *red,
+                             bool closes)
 {
     *out = NULL;
     kmp_solved *solved = KMP_NEW(kmp_solved, 1);
     if (solved)
-        *solved = (kmp_solved){.eval = eval, .red = red};
+        *solved = (kmp_solved){.eval = eval, .red = red, .closes = closes};
     if (!solved || !make(solved, part)) {
         kmp_solved_free(solved);
         return kmp_fail_memory(eval->system->context);
@@ -108,12 +112,12 @@ static kempe_status make_new(kmp_solved **out, kmp_evaluator *eval, const kmp_pa
 
 kempe_status kmp_solved_new(kmp_solved **out, kmp_evaluator *eval, const kmp_partition *part)
 {
-    return make_new(out, eval, part, NULL);
+    return make_new(out, eval, part, NULL, false);
 }
 
-kempe_status kmp_solved_new_reduced(kmp_solved **out, const kmp_reduction *red)
+kempe_status kmp_solved_new_reduced(kmp_solved **out, const kmp_reduction *red, bool closes)
 {
-    return make_new(out, red->eval, red->part, red);
+    return make_new(out, red->eval, red->part, red, closes);
 }
 
 void kmp_solved_free(kmp_solved *solved)
@@ -194,7 +198,7 @@ static void put_efforts(kmp_solved *solved, double t, const double *y, const dou
         solved->qd[part->u[c]] = y[p + c];
     }
     for (int i = 0; i < r; i++) {
-        solved->q[part->v[i]] = y[2 * p + i];
+        solved->q[part->v[i]] = y[2 * p + i] + (solved->closes ? solved->dv[i] : 0);
         solved->qd[part->v[i]] = solved->state[2 * p + r + i] = rate[i];
     }
     kmp_machine_set(solved->made.machine, KMP_IN_QD, solved->state);
@@ -202,17 +206,32 @@ static void put_efforts(kmp_solved *solved, double t, const double *y, const dou
     kmp_machine_set(solved->made.machine, KMP_IN_EFFORT, solved->effort);
 }
 
+kmp_written_correction kmp_solved_close(kmp_solved *solved, double t, const double *y)
+{
+    kmp_written_correction c =
+        kmp_written_machine_close(&solved->made, KMP_SOLVED_CLOSE, solved->red->r, solved->layout.turns, t, y);
+    solved->dv = c.dv;
+    return c;
+}
+
+const double *kmp_solved_left(const kmp_solved *solved)
+{
+    return solved->left;
+}
+
 void kmp_solved_run_state(kmp_solved *solved, double t, const double *y, double *dy, double *power, bool *good)
 {
     const kmp_solved_layout *l = &solved->layout;
     size_t p = (size_t)solved->red->p, r = (size_t)solved->red->r;
     kmp_machine *machine = solved->made.machine;
-    kmp_written_machine_place(&solved->made, t, y);
+    if (!solved->closes)
+        kmp_written_machine_place(&solved->made, t, y);
     const double *rates = solved->effort ? kmp_machine_run(machine, KMP_SOLVED_RATES) : NULL;
     if (rates)
         put_efforts(solved, t, y, rates);
     const double *out = kmp_machine_run(machine, KMP_SOLVED_RUN);
     rates = rates ? rates : out + l->rates;
+    solved->left = out + l->left;
     memcpy(dy, y + p, p * sizeof *dy);
     memcpy(dy + p, out + l->qdd, p * sizeof *dy);
     memcpy(dy + 2 * p, rates, r * sizeof *dy);

@@ -13,15 +13,18 @@
 #include "backend/lanes.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/written.h"
 #include "constraints/partition/reduction.h"
 
-/* Stages. RUN has the inputs KMP_IN_TIME, KMP_IN_Q, KMP_IN_QD and, with a user-defined force, KMP_IN_EFFORT. END has
- * the values of the closures at the place of RUN, and what kmp_solved_is_cancelled needs. CORRECT has the input
- * KMP_IN_MU, a violation by rows of h (m; those that are not independent are not read), and uses the factors of RUN.
+/* Stages. CLOSE is that of a program which closes the loops of a state: the correction dv of v, and the angles by which
+ * it turns sines and cosines. The others are then at v + dv. RUN has the inputs KMP_IN_TIME, KMP_IN_Q, KMP_IN_QD and,
+ * with a user-defined force, KMP_IN_EFFORT. END has the values of the closures at the place of RUN, and what
+ * kmp_solved_is_cancelled needs. CORRECT has the input KMP_IN_MU, a violation by rows of h (m; those that are not
+ * independent are not read), and uses the factors of RUN.
  *
  * Of a state (u, ud, v) of the reduced formulation, given as KMP_IN_Q, RUN gives udd and qd of v. Where a user-defined
  * force needs qd of v before, RATES gives that; otherwise RATES has nothing and need not be run. */
-enum { KMP_SOLVED_RATES = 1, KMP_SOLVED_RUN, KMP_SOLVED_END, KMP_SOLVED_CORRECT };
+enum { KMP_SOLVED_CLOSE = 1, KMP_SOLVED_RATES, KMP_SOLVED_RUN, KMP_SOLVED_END, KMP_SOLVED_CORRECT };
 
 /** Positions of the outputs in their stages. */
 typedef struct kmp_solved_layout {
@@ -30,6 +33,7 @@ typedef struct kmp_solved_layout {
     int rates;            /* of a state: r, qd of v, in RUN or in RATES */
     int power;            /* RUN: of non-conservative forces, user-defined forces and moving closures; -1: none */
     int pivot, diagonal;  /* RUN: pivots of M (none by articulated bodies), then of S; the diagonals of M and S */
+    int turns, left;      /* CLOSE: number of angles; RUN: r, the correction that is left, of a program that closes */
     int h, jacobian, h_t; /* END: m, jacobian.count, m; h_t is -1 if there is none */
     int open;             /* END: n, accelerations with the loops open */
     int multiplier;       /* END: of a state: multipliers of the elimination of v */
@@ -51,8 +55,8 @@ kempe_status kmp_solved_new(kmp_solved **solved, kmp_evaluator *eval, const kmp_
 long kmp_solved_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations, bool lanes);
 
 /** Makes the program for states (u, ud, v) of a reduction with its factors at the evaluator's last closure, whose
- * values determine the order of elimination of v. Results as kmp_solved_new. */
-kempe_status kmp_solved_new_reduced(kmp_solved **solved, const kmp_reduction *red);
+ * values determine the order of elimination of v. `closes`: it corrects v before. Results as kmp_solved_new. */
+kempe_status kmp_solved_new_reduced(kmp_solved **solved, const kmp_reduction *red, bool closes);
 void kmp_solved_free(kmp_solved *solved);
 
 const kmp_solved_layout *kmp_solved_layout_of(const kmp_solved *solved);
@@ -69,6 +73,11 @@ bool kmp_solved_is_stale(kmp_solved *solved);
 /** Runs at (t, q, qd), with the evaluator's charts and frozen conditions. Returns the outputs of RUN, valid until the
  * next run, which may be NaN. *good: pivots are positive and have not lost many digits. No allocation. */
 const double *kmp_solved_run(kmp_solved *solved, double t, const double *q, const double *qd, bool *good);
+
+/** Correction of v at (t, y), of a program that closes: as kmp_fused_close. After it kmp_solved_run_state evaluates at
+ * the corrected v, where kmp_solved_left (r) is left. */
+kmp_written_correction kmp_solved_close(kmp_solved *solved, double t, const double *y);
+const double *kmp_solved_left(const kmp_solved *solved);
 
 /** Evaluates at a state y = (u, ud, v): dy = (ud, udd, vd), and the power (NULL: not wanted). Otherwise as
  * kmp_solved_run. */

@@ -15,6 +15,7 @@ typedef struct kmp_solved_plan {
     const kmp_partition *part;
     const kmp_reduction *red; /* NULL: q and qd */
     const int *order;         /* kmp_written_order */
+    bool closes;              /* with KMP_SOLVED_CLOSE */
 } kmp_solved_plan;
 
 typedef struct kmp_solved_written {

@@ -27,6 +27,8 @@ typedef struct maker {
     const kmp_reduction *red; /* of the state (u, ud, v); NULL: of q and qd */
     kmp_written_blocks jv;    /* of such a state */
     kmp_ref *rate, *right;    /* r: qd of v; right-hand side */
+    bool closes;              /* of such a state */
+    kmp_ref *first, *left;    /* r: correction of v; the one that is left */
     kmp_arena arena;
     plan plan;
     kmp_written w;
@@ -194,6 +196,8 @@ static kmp_solved_layout lay_out(const maker *k)
     l.pivot = l.power + s->dissipative;
     l.power = s->dissipative ? l.power : -1;
     l.diagonal = l.pivot + l.pivots;
+    l.left = l.diagonal + l.pivots;
+    l.turns = k->w.turns.count;
     l.jacobian = l.h + s->m;
     l.h_t = s->rheonomic ? l.jacobian + s->jacobian.count : -1;
     l.open = kmp_written_closure_count(s);
@@ -205,8 +209,11 @@ static kmp_program *schedule(maker *k)
 {
     kmp_written *w = &k->w;
     int closures = kmp_written_closure_count(k->s);
-    if (!kmp_written_room(w, 3 * k->n + 2 * k->r + k->jv.multipliers + 1 + 2 * k->size + closures))
+    if (!kmp_written_room(w, 3 * k->n + 4 * k->r + w->turns.count + k->jv.multipliers + 1 + 2 * k->size + closures))
         return NULL;
+    kmp_written_stage(w);
+    kmp_written_put(w, k->closes ? k->r : 0, k->first);
+    kmp_written_put(w, w->turns.count, w->turns.angle);
     kmp_written_stage(w);
     if (k->red && k->s->force)
         kmp_written_put(w, k->r, k->rate);
@@ -222,6 +229,7 @@ static kmp_program *schedule(maker *k)
     kmp_written_put(w, k->s->dissipative, &k->power);
     kmp_written_put(w, k->size, k->pivot);
     kmp_written_put(w, k->size, k->diagonal);
+    kmp_written_put(w, k->closes ? k->r : 0, k->left);
     kmp_written_stage(w);
     kmp_written_put(w, closures, w->closure);
     kmp_written_put(w, k->n, k->open);
@@ -243,9 +251,11 @@ static bool begin(maker *k)
         kmp_written_replace(&k->w, KMP_IN_EFFORT, i, KMP_ZERO);
     k->size = k->plan.ldl.size;
     k->matrix = KMP_ARENA_NEW(&k->arena, kmp_ref, (size_t)k->size * (size_t)k->size);
-    KMP_ARENA_EACH(&k->arena, kmp_ref, k->r, &k->lambda, &k->rate, &k->right);
+    KMP_ARENA_EACH(&k->arena, kmp_ref, k->r, &k->lambda, &k->rate, &k->right, &k->first, &k->left);
     if (k->red)
         kmp_written_take_state(&k->w, k->part);
+    if (k->closes && !kmp_written_close(&k->w, k->jv, k->first))
+        return false;
     KMP_ARENA_EACH(&k->arena, kmp_ref, k->size, &k->x, &k->pivot, &k->diagonal);
     return KMP_ARENA_EACH(&k->arena, kmp_ref, k->n, &k->qdd, &k->dx, &k->open) && kmp_written_import(&k->w);
 }
@@ -266,6 +276,8 @@ static bool make_rates(maker *k)
         kmp_written_blocks_factor(&k->jv, number);
         kmp_written_blocks_solve(&k->jv, number, 1, k->right, k->rate);
     }
+    if (k->closes)
+        kmp_written_blocks_correct(&k->jv, k->w.h, k->right, k->left);
     return k->s->force || kmp_written_take_rates(&k->w, k->part, k->rate);
 }
 
@@ -326,6 +338,7 @@ bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *requeste
                .s = eval->system,
                .part = requested->part,
                .red = requested->red,
+               .closes = requested->closes,
                .jv = {.red = requested->red, .order = requested->order, .row_scale = eval->system->row_scale},
                .n = requested->part->n,
                .r = requested->part->r};

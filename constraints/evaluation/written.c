@@ -2,6 +2,7 @@
 #include "constraints/evaluation/written.h"
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
+#include <math.h>
 #include <string.h>
 
 /* Entries of charts that are so in general: C = 1 until a joint comes near a singular position of its angles. */
@@ -240,6 +241,17 @@ void kmp_written_machine_place(kmp_written_machine *w, double t, const double *q
     if (w->reads[KMP_IN_TIME])
         kmp_machine_set(w->machine, KMP_IN_TIME, kmp_present_inputs_at(&w->eval->inputs, t));
     kmp_machine_set(w->machine, KMP_IN_Q, q);
+}
+
+kmp_written_correction kmp_written_machine_close(kmp_written_machine *w, int stage, int r, int turns, double t,
+                                                 const double *y)
+{
+    double turn = 0;
+    kmp_written_machine_place(w, t, y);
+    const double *dv = kmp_machine_run(w->machine, stage), *angle = dv + r;
+    for (int k = 0; k < turns; k++)
+        turn = fabs(angle[k]) <= turn ? turn : fabs(angle[k]);
+    return (kmp_written_correction){dv, turn};
 }
 
 bool kmp_written_machine_is_stale(kmp_written_machine *w)

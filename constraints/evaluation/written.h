@@ -7,7 +7,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 
-enum { KMP_WRITTEN_STAGES = 4 }; /* bound, without stage 0 */
+enum { KMP_WRITTEN_STAGES = 5 }; /* bound, without stage 0 */
 
 /* State of a writer. Arrays are in `arena`. */
 typedef struct kmp_written {
@@ -98,6 +98,17 @@ void kmp_written_machine_free(kmp_written_machine *w);
 
 /** Sets t and q, and the conditions. */
 void kmp_written_machine_place(kmp_written_machine *w, double t, const double *q);
+
+/** Correction of v at a state, dv (r), owned by the program, and the largest angle by which it turns a sine or cosine.
+ */
+typedef struct kmp_written_correction {
+    const double *dv;
+    double turn;
+} kmp_written_correction;
+
+/** Runs the stage of the correction, whose outputs are dv and so many angles, at (t, y). */
+kmp_written_correction kmp_written_machine_close(kmp_written_machine *w, int stage, int r, int turns, double t,
+                                                 const double *y);
 
 /** True if the program must be written again: a chart has changed that is a number in it. Otherwise it takes charts
  * that have changed. */

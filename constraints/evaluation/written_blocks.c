@@ -166,6 +166,27 @@ void kmp_written_blocks_factor(kmp_written_blocks *k, int number)
     factor_block(k, &k->block[number]);
 }
 
+void kmp_written_blocks_correct(const kmp_written_blocks *k, const kmp_ref *h, kmp_ref *room, kmp_ref *x)
+{
+    for (int i = 0; i < k->red->r; i++)
+        room[i] = h[k->red->part->rows[i]];
+    for (int number = kmp_block_count(k->red->block); number-- > 0;)
+        kmp_written_blocks_solve(k, number, 1, room, x);
+    for (int i = 0; i < k->red->r; i++)
+        x[i] = kmp_neg(x[i]);
+}
+
+bool kmp_written_close(kmp_written *w, kmp_written_blocks k, kmp_ref *dv)
+{
+    kmp_ref *room = KMP_ARENA_NEW(&w->arena, kmp_ref, k.red->r);
+    if (!room || !kmp_written_import_closure(w) || !kmp_written_blocks_init(&k, &w->arena, w->g, w->jacobian))
+        return false;
+    for (int number = kmp_block_count(k.red->block); number-- > 0;)
+        kmp_written_blocks_factor(&k, number);
+    kmp_written_blocks_correct(&k, w->h, room, dv);
+    return kmp_written_correct(w, k.red->part, dv);
+}
+
 bool kmp_written_blocks_fit(const kmp_reduction *red)
 {
     return kmp_block_largest(red->block) <= KMP_WRITTEN_BLOCK;

@@ -4,6 +4,7 @@
 #ifndef KMP_CONSTRAINTS_EVALUATION_WRITTEN_BLOCKS_H
 #define KMP_CONSTRAINTS_EVALUATION_WRITTEN_BLOCKS_H
 
+#include "constraints/evaluation/written.h"
 #include "constraints/partition/reduction.h"
 
 enum { KMP_WRITTEN_BLOCK = 24 }; /* bound: rows of a block */
@@ -39,5 +40,12 @@ bool kmp_written_blocks_init(kmp_written_blocks *k, kmp_arena *arena, kmp_graph 
  * last block comes first. */
 void kmp_written_blocks_factor(kmp_written_blocks *k, int number);
 void kmp_written_blocks_solve(const kmp_written_blocks *k, int number, int columns, const kmp_ref *rhs, kmp_ref *x);
+
+/** x = -Jv^-1 of all rows (m) of h, in the order of the partition; `room`: r. */
+void kmp_written_blocks_correct(const kmp_written_blocks *k, const kmp_ref *h, kmp_ref *room, kmp_ref *x);
+
+/** Writes the correction dv (r) of v of a state (kmp_written_take_state), and adds it: later imports are those of the
+ * corrected state. `k` has what the caller sets. False: no memory. */
+bool kmp_written_close(kmp_written *w, kmp_written_blocks k, kmp_ref *dv);
 
 #endif

@@ -153,7 +153,9 @@ static bool applies_solved(const kmp_reduced *d)
 static bool evaluate_solved(kmp_reduced *d, double t, const double *y, double *dy)
 {
     d->by_solved = false;
-    if (applies_solved(d))
+    if (applies_solved(d) && !d->integrated)
+        d->by_solved = kmp_reduced_evaluate_closing(d, true, t, y, dy);
+    else if (applies_solved(d))
         kmp_solved_run_state(d->solved, t, y, dy, d->has_work ? &dy[kmp_reduced_work(d)] : NULL, &d->by_solved);
     return d->by_solved;
 }
@@ -163,7 +165,7 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
     kmp_reduced *d = self;
     bool fused = is_fused(d), solved = !fused && evaluate_solved(d, t, y, dy);
     if (fused && !d->integrated)
-        fused = kmp_reduced_evaluate_closing(d, t, y, dy);
+        fused = kmp_reduced_evaluate_closing(d, false, t, y, dy);
     int said = solved                    ? KMP_GO
                : fused && !d->integrated ? KMP_GO
                : fused                   ? (kmp_fused_run(d->fused, t, y, dy) ? KMP_GO : KMP_RETRY)
@@ -226,7 +228,7 @@ static int jacobian(void *self, double t, const double *y, double *j)
 /* h and the factors of the solved program's last evaluation. */
 static int come_from_solved(kmp_reduced *d, double t, const double *y)
 {
-    put_q(d, t, y);
+    place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
     kmp_solved_lend(d->solved, t, d->q);
     d->cancelled = kmp_solved_is_cancelled(d->solved, d->start.rtol, d->start.rate_scale);
     return kmp_reduction_factor(&d->red) ? KMP_RETRY : KMP_GO;

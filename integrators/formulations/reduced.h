@@ -21,10 +21,10 @@ typedef struct kmp_reduced {
     kmp_evaluator *eval;
     kmp_partition part; /* own copy: exchanges change it */
     kmp_reduction red;
-    kmp_fused *fused;       /* fused program of the integrated form; NULL: there is none */
-    bool closed_fused;      /* newton: the fused program made the last evaluation */
-    kmp_stage_lanes stages; /* the fused program for several stages at once */
-    kmp_solved *solved; /* solved program of the integrated form, with many degrees of freedom; NULL: there is none */
+    kmp_fused *fused;              /* NULL: there is none */
+    bool closed_fused;             /* newton: the fused program made the last evaluation */
+    kmp_stage_lanes stages;        /* the fused program for several stages at once */
+    kmp_solved *solved;            /* with many degrees of freedom; NULL: there is none */
     struct kmp_reduced_kept *kept; /* of earlier choices; NULL: none yet */
     int kept_next;                 /* record for the next new one */
     bool had_solved;               /* the last choice had a solved program */
@@ -102,9 +102,9 @@ int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fus
 
 /* reduced_close.c */
 
-/** Evaluates the newton form by the fused program: d->v is then closed, and dy its derivative. false: the program fails
- * here. */
-bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy);
+/** Evaluates the newton form by the fused program, or the solved one: d->v is then closed, and dy its derivative.
+ * false: the program fails here. */
+bool kmp_reduced_evaluate_closing(kmp_reduced *d, bool solved, double t, const double *y, double *dy);
 
 /* reduced_predict.c */
 

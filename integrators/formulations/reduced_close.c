@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* An evaluation of the newton form by the fused program: corrections of the predicted v until the rest of the program,
- * which is evaluated at the corrected v, finds it closed. The correction that is left there tests that. */
+/* An evaluation of the newton form by the fused or the solved program: corrections of the predicted v until the rest of
+ * the program, which is evaluated at the corrected v, finds it closed. The correction that is left there tests that. */
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
 #include <float.h>
@@ -40,20 +40,36 @@ static void add(kmp_reduced *d, const double *dv)
 
 /* True if the next correction is expected to be small: it is about the square of this one, times a factor that the last
  * corrections had. */
-static bool will_be_closed(const kmp_reduced *d, kmp_fused_correction c, extent e)
+static bool will_be_closed(const kmp_reduced *d, kmp_written_correction c, extent e)
 {
     extent next = {d->contraction * e.scaled * e.scaled, INFINITY};
     next.weighted = e.scaled > 0 ? next.scaled * e.weighted / e.scaled : 0;
     return c.turn <= KMP_TURN_SMALL && is_small(d, next);
 }
 
-/* Closes d->v and evaluates there. false: corrections do not contract, or the reduced mass is not positive. */
-static bool close_and_finish(kmp_reduced *d, double t, double *dy)
+/* The rest of the program at the corrected v; *left: the correction that is left. false: its pivots are bad. */
+static bool finish(kmp_reduced *d, bool solved, double t, double *dy, const double **left)
 {
+    bool good;
+    if (!solved) {
+        good = kmp_fused_finish(d->fused, t, d->state, dy);
+        *left = kmp_fused_left(d->fused);
+        return good;
+    }
+    kmp_solved_run_state(d->solved, t, d->state, dy, d->has_work ? &dy[kmp_reduced_work(d)] : NULL, &good);
+    *left = kmp_solved_left(d->solved);
+    return good;
+}
+
+/* Closes d->v and evaluates there. false: corrections do not contract, or pivots are bad. */
+static bool close_and_finish(kmp_reduced *d, bool solved, double t, double *dy)
+{
+    const double *open;
     double last = INFINITY, *v = d->state + 2 * d->p;
     for (int k = 0; k < MOST_CORRECTIONS; k++) {
         memcpy(v, d->v, (size_t)d->r * sizeof *v);
-        kmp_fused_correction c = kmp_fused_close(d->fused, t, d->state);
+        kmp_written_correction c =
+            solved ? kmp_solved_close(d->solved, t, d->state) : kmp_fused_close(d->fused, t, d->state);
         extent e = measure(d, c.dv), left;
         d->red.newton++;
         if (!is_small(d, e) && !(e.scaled <= 0.9 * last))
@@ -62,13 +78,13 @@ static bool close_and_finish(kmp_reduced *d, double t, double *dy)
         last = e.scaled;
         if (!will_be_closed(d, c, e))
             continue;
-        bool regular = kmp_fused_finish(d->fused, t, d->state, dy);
-        left = measure(d, kmp_fused_left(d->fused));
+        bool regular = finish(d, solved, t, dy, &open);
+        left = measure(d, open);
         if (left.scaled > d->noise)
             d->contraction = left.scaled / (e.scaled * e.scaled);
         if (!is_small(d, left) && !(left.scaled <= 0.9 * last))
             return false;
-        add(d, kmp_fused_left(d->fused));
+        add(d, open);
         last = left.scaled;
         if (is_small(d, left))
             return regular;
@@ -76,7 +92,7 @@ static bool close_and_finish(kmp_reduced *d, double t, double *dy)
     return false;
 }
 
-bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
+bool kmp_reduced_evaluate_closing(kmp_reduced *d, bool solved, double t, const double *y, double *dy)
 {
     size_t p = (size_t)d->p, r = (size_t)d->r;
     double *slope = d->has_v ? dy : d->slope;
@@ -85,8 +101,9 @@ bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, dou
     else
         kmp_reduced_predict(d, t, y);
     memcpy(d->state, y, 2 * p * sizeof *y);
-    d->closed_fused = close_and_finish(d, t, slope);
+    bool closed = close_and_finish(d, solved, t, slope);
     if (!d->has_v)
         memcpy(dy, slope, 2 * p * sizeof *dy);
-    return d->closed_fused;
+    d->closed_fused = closed && !solved;
+    return closed;
 }

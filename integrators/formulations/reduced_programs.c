@@ -133,8 +133,7 @@ double kmp_reduced_operations(const kmp_reduced *d)
  * evaluations on, or `at_once`. */
 static int wait_for_solved(kmp_reduced *d, bool at_once)
 {
-    long wait =
-        d->integrated ? kmp_solved_wait(d->eval, &d->part, kmp_reduced_operations(d), d->start.lanes) : LONG_MAX;
+    long wait = d->has_v ? kmp_solved_wait(d->eval, &d->part, kmp_reduced_operations(d), d->start.lanes) : LONG_MAX;
     if (wait >= 0)
         d->due_solved = wait < LONG_MAX - d->evaluations ? d->evaluations + (at_once ? 0 : wait) : LONG_MAX;
     return wait < 0 ? KMP_HALT : KMP_GO;
@@ -144,7 +143,8 @@ static int wait_for_solved(kmp_reduced *d, bool at_once)
 static int prepare_stages(kmp_reduced *d, const kmp_program *program)
 {
     int states = 2 * d->p + d->r;
-    if (!d->start.lanes || kmp_stage_lanes_init(&d->stages, program, d->eval, states, kmp_lanes_best()))
+    if (!d->start.lanes || !d->integrated ||
+        kmp_stage_lanes_init(&d->stages, program, d->eval, states, kmp_lanes_best()))
         return KMP_GO;
     (void)kmp_fail_memory(d->s->context);
     return KMP_HALT;
@@ -162,7 +162,7 @@ int kmp_reduced_solve(kmp_reduced *d, double t)
     d->due_solved = LONG_MAX;
     if (!regular)
         return KMP_GO;
-    if (kmp_solved_new_reduced(&d->solved, &d->red) != KEMPE_OK)
+    if (kmp_solved_new_reduced(&d->solved, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
     return prepare_stages(d, d->solved ? kmp_solved_program(d->solved) : NULL);
 }

@@ -114,7 +114,7 @@ static double difference_closing(kmp_fused *closing, kmp_fused *plain, const kmp
     double *dy = KMP_NEW(double, 2 * size), *beside = dy + size, most = 1e-300;
     for (int i = 0; i < r; i++)
         y[2 * p + i] += off * cos(1 + i) * red->eval->system->scale[red->part->v[i]];
-    kmp_fused_correction c = kmp_fused_close(closing, t, y);
+    kmp_written_correction c = kmp_fused_close(closing, t, y);
     CHECK(kmp_fused_finish(closing, t, y, dy));
     CHECK(c.turn <= KMP_TURN_SMALL);
     for (int i = 0; i < r; i++)

@@ -76,7 +76,7 @@ static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_b
     CHECK(kmp_solved_new(&b->solved, b->eval, &b->part) == KEMPE_OK && b->solved);
     kmp_eval_closure(b->eval, at->t[0], at->q);
     CHECK(kmp_reduction_init(&b->red, b->eval, &b->part) == KEMPE_OK && kmp_reduction_factor(&b->red) == 0);
-    CHECK(kmp_solved_new_reduced(&b->reduced, &b->red) == KEMPE_OK && b->reduced);
+    CHECK(kmp_solved_new_reduced(&b->reduced, &b->red, false) == KEMPE_OK && b->reduced);
     if (!b->solved || !b->reduced)
         return false;
     CHECK(kmp_solved_by_bodies(b->solved) == by_bodies);
