@@ -109,7 +109,12 @@ kempe_status kempe_stepper_set_parameters(kempe_stepper *s, int count, const cha
         return kmp_fail(context, KEMPE_E_ARGUMENT, "%d parameters: a positive number is expected", count);
     parameters *p = merge(s, count, names, values);
     kempe_stepper_state *state = kmp_stepper_record(s);
-    kempe_status status = p && state ? derive(p, s->system) : kmp_fail_memory(context);
+    if (!p || !state) {
+        kmp_stepper_parameters_free(p);
+        kempe_stepper_state_free(state);
+        return kmp_fail_memory(context);
+    }
+    kempe_status status = derive(p, s->system);
     if (status == KEMPE_OK)
         status = take(s, p, state, moved);
     if (status != KEMPE_OK)

@@ -193,7 +193,7 @@ kempe_status kempe_stepper_copy(kempe_stepper *s, kempe_stepper **copy)
     KMP_TRY(kempe_stepper_save(s, &state));
     kempe_stepper *made = KMP_NEW(kempe_stepper, 1);
     kempe_status status = made ? copy_spec(s, made) : kmp_fail_memory(s->system->context);
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK && state)
         status = run_from(made, state);
     kempe_stepper_state_free(state);
     if (status == KEMPE_OK)
