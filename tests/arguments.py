@@ -11,7 +11,7 @@ import re
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 # What may be NULL beside structs of options, and what is not for calling with anything but NULL.
-OPTIONAL = {"kempe_system_new_with_algorithm.dynamics", "kempe_model_new.name", "kempe_workspace_evaluate.qd", "kempe_stepper_set_state.qd", "kempe_stepper_set_state.moved", "kempe_outputs_at.qd", "kempe_outputs_at.qdd", "kempe_outputs_at.lambda", "kempe_outputs_jacobian.qd", "kempe_outputs_jacobian.jdqd",
+OPTIONAL = {"kempe_system_new_with_algorithm.dynamics", "kempe_model_new.name", "kempe_workspace_evaluate.qd", "kempe_stepper_set_state.qd", "kempe_stepper_set_state.moved", "kempe_stepper_set_parameters.moved", "kempe_outputs_at.qd", "kempe_outputs_at.qdd", "kempe_outputs_at.lambda", "kempe_outputs_jacobian.qd", "kempe_outputs_jacobian.jdqd",
             "kempe_outputs_choose.independent", "kempe_outputs_closed_jacobian.qd", "kempe_outputs_closed_jacobian.drift", "kempe_workspace_forward_dynamics.Q",
             "kempe_workspace_forward_dynamics.lambda", "kempe_workspace_close.qd", "kempe_workspace_close.hold", "kempe_gradient_at.rates",
             "kempe_gradient_at.accelerations", "kempe_gradient_at.driven", "kempe_gradient_set.values",

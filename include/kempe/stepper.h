@@ -82,6 +82,14 @@ KEMPE_API kempe_status kempe_stepper_set_stop(kempe_stepper *stepper, double t);
 KEMPE_API kempe_status kempe_stepper_set_state(kempe_stepper *stepper, const double *q, const double *qd,
                                                double *moved);
 
+/** Gives parameters of the model other values in SI from the current time on, `count` names and values. The equations
+ * are derived anew, which takes milliseconds, and the loops are closed; `*moved` as for kempe_stepper_set_state. Values
+ * that were given before remain. Saved states and outputs of before no longer fit. KEMPE_E_ARGUMENT: a parameter does
+ * not exist or determines values outside the equations; KEMPE_E_INPUT, KEMPE_E_FAILED: the model cannot have these
+ * values here. The stepper is then unchanged. */
+KEMPE_API kempe_status kempe_stepper_set_parameters(kempe_stepper *stepper, int count, const char *const *names,
+                                                    const double *values, double *moved);
+
 /** Returns to t = 0 and the model's start, with the model's own inputs: as a new stepper. */
 KEMPE_API kempe_status kempe_stepper_reset(kempe_stepper *stepper);
 

@@ -46,6 +46,8 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
         return point_rate(&eq->tree, output->index, 1);
     case KMP_OUTPUT_ACCELERATION:
         return point_rate(&eq->tree, output->index, 2);
+    case KMP_OUTPUT_ANGULAR_VELOCITY:
+        return kmp_link_spin(&eq->tree, kmp_point_link(&eq->tree, output->index), 0);
     case KMP_OUTPUT_REACTION:
     case KMP_OUTPUT_MOMENT:
         return kmp_closures_reaction(eq, output->index, output->kind == KMP_OUTPUT_MOMENT);
@@ -97,6 +99,14 @@ static void show_contacts(kmp_equations *eq, int number)
     }
 }
 
+static void show_axes(kmp_equations *eq, int point)
+{
+    kmp_vec axes[3];
+    kmp_point_axes(&eq->tree, point, 0, axes);
+    for (int k = 0; k < 9; k++)
+        eq->shown[eq->shown_count++] = axes[k / 3].x[k % 3];
+}
+
 static void show(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
     kmp_vec x = derive_one(eq, forces, output);
@@ -118,6 +128,8 @@ bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
     for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
         if (eq->model->outputs[o].kind == KMP_OUTPUT_CONTACT)
             show_contacts(eq, eq->model->outputs[o].index);
+        else if (eq->model->outputs[o].kind == KMP_OUTPUT_AXES)
+            show_axes(eq, eq->model->outputs[o].index);
         else
             show(eq, forces, &eq->model->outputs[o]);
     eq->tree.settled = false;

@@ -41,16 +41,22 @@ typedef struct example {
 static const example examples[] = {
     {"four_bar/four_bar", "position(coupler.C), velocity(coupler.C)"},
     {"andrews/andrews", "position(K3.D), velocity(K5.G)"},
-    {"stewart/stewart", "position(upper1.P)"},
+    {"stewart/stewart", "position(upper1.P), axes(upper1.P), angular_velocity(upper1.P)"},
     {"parallel_robot/parallel_robot", "position(rod_l.P), velocity(crank_l.E)"},
     {"slider_crank/slider_crank", "position(rod.P), velocity(slider.P)"},
     {"spatial_slider_crank/spatial_slider_crank", "position(rod.P), velocity(crank.P)"},
-    {"double_wishbone/double_wishbone", "position(upright.T), velocity(upright.U)"},
-    {"bricard/bricard", "position(r3.E), velocity(r4.E)"},
+    {"double_wishbone/double_wishbone",
+     "position(upright.T), velocity(upright.U), axes(upright.T), angular_velocity(upright.T)"},
+    {"bricard/bricard", "position(r3.E), velocity(r4.E), axes(r3.E), angular_velocity(r2.E)"},
     {"stephenson/stephenson", "position(coupler.P)"},
     {"double_four_bar/double_four_bar", "position(rocker.F)"},
     {"delta_robot/delta_robot", "position(platform.C1), velocity(arm1.E1)"},
 };
+
+static bool is_rate(const char *name)
+{
+    return strncmp(name, "velocity", 8) == 0 || strncmp(name, "angular", 7) == 0;
+}
 
 /* The largest difference of J from central differences of the values. */
 static double by_differences(kempe_outputs *o, int n, double t, double *q, double *qd)
@@ -71,7 +77,7 @@ static double by_differences(kempe_outputs *o, int n, double t, double *q, doubl
             }
             x[k] = before;
             for (int i = 0; i < count; i++) {
-                bool of_rates = strncmp(kempe_outputs_name(o, i), "velocity", 8) == 0;
+                bool of_rates = is_rate(kempe_outputs_name(o, i));
                 double slope = (a[i] - 8 * b[i] + 8 * c[i] - d[i]) / (12 * h);
                 if (of_rates == (rate == 1))
                     most = check_max(most, fabs(slope - j[k * count + i]) / fmax(1, fabs(slope)));
@@ -106,7 +112,7 @@ static double closed_by_differences(const scene *s, kempe_outputs *o, int n, con
         }
         for (int i = 0; i < count; i++) {
             double slope = (v[0][i] - 8 * v[1][i] + 8 * v[2][i] - v[3][i]) / (12 * h);
-            if (strncmp(kempe_outputs_name(o, i), "velocity", 8) != 0)
+            if (!is_rate(kempe_outputs_name(o, i)))
                 most = check_max(most, fabs(slope - j[k * count + i]) / fmax(1, fabs(slope)));
         }
     }
@@ -170,6 +176,41 @@ static void accelerations(void)
     kempe_stepper_free(stepper);
     kempe_outputs_free(o);
     kempe_outputs_free(all);
+    scene_free(&s);
+}
+
+/* Axes are right-handed unit vectors, and turn with the angular velocity: e' = w x e. */
+static void axes_turn(void)
+{
+    scene s = scene_of("double_wishbone/double_wishbone");
+    kempe_outputs *axes = NULL, *turns = NULL;
+    kempe_assembly *a = NULL;
+    int n = kempe_model_coordinate_count(s.model);
+    double e[9], w[3], *j = malloc(9 * (size_t)n * sizeof *j), *qd = malloc((size_t)n * sizeof *qd);
+    CHECK(kempe_outputs_new(s.system, "axes(upright.T)", &axes) == KEMPE_OK);
+    CHECK(kempe_outputs_new(s.system, "angular_velocity(upright.T)", &turns) == KEMPE_OK);
+    CHECK(kempe_assembly_new(s.system, &a) == KEMPE_OK);
+    for (int k = 0; k < n; k++)
+        qd[k] = cos(3 * k);
+    CHECK(kempe_outputs_at(axes, 0, kempe_assembly_q(a), NULL, NULL, NULL, e) == KEMPE_OK);
+    CHECK(kempe_outputs_at(turns, 0, kempe_assembly_q(a), qd, NULL, NULL, w) == KEMPE_OK);
+    CHECK(kempe_outputs_jacobian(axes, 0, kempe_assembly_q(a), NULL, j, NULL) == KEMPE_OK);
+    for (int i = 0; i < 3; i++) {
+        const double *x = e + 3 * i, *y = e + 3 * ((i + 1) % 3), *z = e + 3 * ((i + 2) % 3);
+        for (int k = 0; k < 3; k++) {
+            int l = (k + 1) % 3, m = (k + 2) % 3;
+            double rate = 0;
+            for (int c = 0; c < n; c++)
+                rate += j[9 * c + 3 * i + k] * qd[c];
+            CHECK_NEAR(rate, w[l] * x[m] - w[m] * x[l], 1e-13);
+            CHECK_NEAR(z[k], x[l] * y[m] - x[m] * y[l], 1e-14);
+        }
+    }
+    CHECK_TEXT(kempe_outputs_name(axes, 5), "axes.upright.T.y.z");
+    kempe_assembly_free(a);
+    kempe_outputs_free(axes);
+    kempe_outputs_free(turns);
+    free(j), free(qd);
     scene_free(&s);
 }
 
@@ -280,6 +321,7 @@ int main(void)
 {
     TEST(jacobians);
     TEST(accelerations);
+    TEST(axes_turn);
     TEST(columns);
     TEST(dead_centres);
     TEST(mistakes);

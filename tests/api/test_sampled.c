@@ -328,6 +328,42 @@ static void another_state(void)
     scene_free(&s);
 }
 
+/* A pendulum whose length doubles at its lowest point; the motion after that is that of a model with the other length
+ * from the same state. */
+static void other_parameters(void)
+{
+    static const char text[] = "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {L: 1, m: 2}\nbodies:\n"
+                               "  rod: {joint: {name: A, revolute: z, at: ground}, mass: m, com: [0, -L, 0]}\n"
+                               "start: {q: {A: 1}}\n";
+    scene s = scene_of(text);
+    kempe_stepper *a = NULL, *b = NULL;
+    kempe_model *longer = NULL;
+    kempe_system *other = NULL;
+    kempe_run_options run = options(&methods[0], 10, 1e-10);
+    const char *const names[] = {"L", "m"}, *const wrong[] = {"K"};
+    const double values[] = {2, 5};
+    const kempe_setting set[] = {{"L", "2"}, {"m", "5"}};
+    double moved = -1;
+    CHECK(kempe_model_read_text_set(s.context, text, "model.yaml", set, 2, &longer) == KEMPE_OK);
+    CHECK(kempe_system_new(longer, &other) == KEMPE_OK);
+    CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK && kempe_stepper_new(other, &run, &b) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(a, 0.5) == KEMPE_OK && kempe_stepper_advance(b, 0.5) == KEMPE_OK);
+    CHECK(kempe_stepper_set_parameters(a, 1, wrong, values, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_stepper_set_parameters(a, 1, names, values, &moved) == KEMPE_OK && moved == 0);
+    CHECK(kempe_stepper_set_parameters(a, 1, names + 1, values + 1, NULL) == KEMPE_OK);
+    CHECK(kempe_stepper_set_state(b, kempe_stepper_q(a), kempe_stepper_qd(a), NULL) == KEMPE_OK);
+    for (int k = 1; k <= 10; k++) {
+        CHECK(kempe_stepper_advance(a, 0.5 + 0.2 * k) == KEMPE_OK);
+        CHECK(kempe_stepper_advance(b, 0.5 + 0.2 * k) == KEMPE_OK);
+        CHECK_NEAR(kempe_stepper_q(a)[0], kempe_stepper_q(b)[0], 1e-9);
+    }
+    kempe_stepper_free(a);
+    kempe_stepper_free(b);
+    kempe_system_free(other);
+    kempe_model_free(longer);
+    scene_free(&s);
+}
+
 /* -- stops, drives, mistakes --------------------------------------------------------------------------- */
 
 static void stops(void)
@@ -419,6 +455,7 @@ int main(void)
     TEST(saved_and_restored);
     TEST(copies);
     TEST(another_state);
+    TEST(other_parameters);
     TEST(stops);
     TEST(driven);
     TEST(mistakes);

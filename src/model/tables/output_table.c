@@ -80,11 +80,14 @@ static const struct {
 void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k)
 {
     static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
+    static const char *const axes[] = {"x.x", "x.y", "x.z", "y.x", "y.y", "y.z", "z.x", "z.y", "z.z"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
     kmp_text_printf(text, "%s.", kmp_output_rows[output->kind].word);
     (void)put_argument(text, model, output);
     if (output->kind == KMP_OUTPUT_ENERGY)
         kmp_text_put(text, energies[k]);
+    else if (output->kind == KMP_OUTPUT_AXES)
+        kmp_text_printf(text, ".%s", axes[k]);
     else if (output->kind == KMP_OUTPUT_CONTACT)
         kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact_numbers[k % KMP_CONTACT_SHOWN].word);
     else if (kmp_output_width(model, output) > 1)

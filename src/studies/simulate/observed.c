@@ -72,13 +72,17 @@ static void list_kind(listing *l, kmp_output_kind kind)
 
 static kempe_status list_all(kmp_observed *o, int most)
 {
-    static const kmp_output_kind order[] = {
-        KMP_OUTPUT_Q,        KMP_OUTPUT_QD,           KMP_OUTPUT_QDD,      KMP_OUTPUT_ENERGY, KMP_OUTPUT_SENSOR,
-        KMP_OUTPUT_FORCE,    KMP_OUTPUT_LAMBDA,       KMP_OUTPUT_REACTION, KMP_OUTPUT_MOMENT, KMP_OUTPUT_POSITION,
-        KMP_OUTPUT_VELOCITY, KMP_OUTPUT_ACCELERATION, KMP_OUTPUT_CONTACT};
+    static const kmp_output_kind order[] = {KMP_OUTPUT_Q,        KMP_OUTPUT_QD,
+                                            KMP_OUTPUT_QDD,      KMP_OUTPUT_ENERGY,
+                                            KMP_OUTPUT_SENSOR,   KMP_OUTPUT_FORCE,
+                                            KMP_OUTPUT_LAMBDA,   KMP_OUTPUT_REACTION,
+                                            KMP_OUTPUT_MOMENT,   KMP_OUTPUT_POSITION,
+                                            KMP_OUTPUT_VELOCITY, KMP_OUTPUT_ACCELERATION,
+                                            KMP_OUTPUT_CONTACT,  KMP_OUTPUT_ANGULAR_VELOCITY,
+                                            KMP_OUTPUT_AXES};
     kempe_model *model = kmp_variant_model(o->variant);
     int room = model->output_count + 5 + model->sensor_count + model->force_count + 2 * model->closure_count +
-               3 * model->point_count + model->wheel_count;
+               5 * model->point_count + model->wheel_count;
     listing l = {.model = model, .list = KMP_ARENA_NEW(&model->arena, kmp_output, room), .most = most};
     if (!l.list)
         return kmp_fail_memory(model->context);

@@ -20,7 +20,8 @@ struct kempe_stepper {
     double *row, *next; /* q, qd, qdd, lambda; the one being made */
     double work;        /* of non-conservative forces, at the row */
     char *reason;
-    kempe_workspace *closer; /* of kempe_stepper_set_state; NULL: not made yet */
+    struct kmp_stepper_parameters *parameters; /* of kempe_stepper_set_parameters: owns `system`; NULL: none set */
+    kempe_workspace *closer;                   /* of kempe_stepper_set_state; NULL: not made yet */
 };
 
 /** Takes the row at t within the last step; after a failure the old one is unchanged. */
@@ -32,5 +33,13 @@ kempe_status kmp_stepper_settle(kempe_stepper *stepper, kempe_status status);
 /** Makes the runner of `spec` from a start (NULL: the model is assembled) in place of the present one, and stands at
  * its first time. After a failure the stepper is unchanged. */
 kempe_status kmp_stepper_run_from(kempe_stepper *stepper, const kmp_run_spec *spec, const kempe_assembly *start);
+
+/** A state to return to, of the current time and row; NULL: no memory. */
+kempe_stepper_state *kmp_stepper_record(const kempe_stepper *stepper);
+
+/** Closes a recorded state and continues from it. `*moved` (NULL: not wanted): as in the interface. */
+kempe_status kmp_stepper_continue(kempe_stepper *stepper, kempe_stepper_state *state, double *moved);
+
+void kmp_stepper_parameters_free(struct kmp_stepper_parameters *parameters);
 
 #endif

@@ -85,6 +85,7 @@ void kempe_stepper_free(kempe_stepper *stepper)
         return;
     kempe_workspace_free(stepper->closer);
     kmp_runner_free(stepper->runner);
+    kmp_stepper_parameters_free(stepper->parameters);
     kmp_arena_free(&stepper->arena);
     kmp_free(stepper->reason);
     kmp_free(stepper);

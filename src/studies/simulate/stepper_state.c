@@ -13,7 +13,7 @@ struct kempe_stepper_state {
     const kempe_system *system;
     double t, work, step, rate_scale;
     bool samples;
-    double *row, *mode; /* q, qd; a value for each condition */
+    double *row, *given, *mode; /* q, qd; q before closing; a value for each condition */
     kmp_present_inputs inputs;
 };
 
@@ -85,6 +85,7 @@ static kempe_stepper_state *state_new(const kempe_stepper *s)
         return NULL;
     state->system = s->system;
     state->row = KMP_ARENA_NEW(&state->arena, double, 2 * n);
+    state->given = KMP_ARENA_NEW(&state->arena, double, n);
     state->mode = KMP_ARENA_NEW(&state->arena, double, modes);
     if (kmp_present_inputs_init(&state->inputs, &state->arena, s->system->model) && !state->arena.failed)
         return state;
@@ -192,7 +193,7 @@ kempe_status kempe_stepper_copy(kempe_stepper *s, kempe_stepper **copy)
     KMP_TRY(kempe_stepper_save(s, &state));
     kempe_stepper *made = KMP_NEW(kempe_stepper, 1);
     kempe_status status = made ? copy_spec(s, made) : kmp_fail_memory(s->system->context);
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK && state)
         status = run_from(made, state);
     kempe_stepper_state_free(state);
     if (status == KEMPE_OK)
@@ -204,18 +205,39 @@ kempe_status kempe_stepper_copy(kempe_stepper *s, kempe_stepper **copy)
 
 /* -- another state ------------------------------------------------------------------------------------- */
 
+kempe_stepper_state *kmp_stepper_record(const kempe_stepper *s)
+{
+    kempe_stepper_state *state = state_new(s);
+    if (state)
+        record(s, state);
+    return state;
+}
+
 /* Closes q and qd in place, with the inputs from now on. */
 static kempe_status close_state(kempe_stepper *s, kempe_stepper_state *state)
 {
     double *q = state->row, *qd = q + s->system->n;
     if (!s->closer)
         KMP_TRY(kempe_workspace_new(s->system, &s->closer));
-    kmp_present_inputs *inputs = kmp_workspace_inputs(s->closer);
-    kmp_present_inputs_copy(inputs, &state->inputs);
+    kmp_present_inputs_copy(kmp_workspace_inputs(s->closer), &state->inputs);
     kempe_status status = kempe_workspace_close(s->closer, s->t, q, qd, NULL);
     if (status != KEMPE_E_FAILED)
         return status;
     return kmp_fail(s->system->context, status, "the state cannot be closed: %s", kempe_workspace_message(s->closer));
+}
+
+kempe_status kmp_stepper_continue(kempe_stepper *s, kempe_stepper_state *state, double *moved)
+{
+    int n = s->system->n;
+    double most = 0;
+    memcpy(state->given, state->row, (size_t)n * sizeof *state->given);
+    KMP_TRY(close_state(s, state));
+    for (int i = 0; i < n; i++)
+        most = fmax(most, fabs(state->row[i] - state->given[i]) / s->system->scale[i]);
+    KMP_TRY(run_from(s, state));
+    if (moved)
+        *moved = most;
+    return KEMPE_OK;
 }
 
 kempe_status kempe_stepper_set_state(kempe_stepper *s, const double *q, const double *qd, double *moved)
@@ -223,23 +245,15 @@ kempe_status kempe_stepper_set_state(kempe_stepper *s, const double *q, const do
     KMP_WANTED(NULL, s, "stepper");
     KMP_WANTED(s->system->context, q, "q");
     int n = s->system->n;
-    double most = 0;
     kmp_context_begin(s->system->context);
-    kempe_stepper_state *state = state_new(s);
+    kempe_stepper_state *state = kmp_stepper_record(s);
     if (!state)
         return kmp_fail_memory(s->system->context);
-    record(s, state);
     for (int i = 0; i < n; i++) {
         state->row[i] = q[i];
         state->row[n + i] = qd ? qd[i] : 0;
     }
-    kempe_status status = close_state(s, state);
-    for (int i = 0; i < n; i++)
-        most = fmax(most, fabs(state->row[i] - q[i]) / s->system->scale[i]);
-    if (status == KEMPE_OK)
-        status = run_from(s, state);
+    kempe_status status = kmp_stepper_continue(s, state, moved);
     kempe_stepper_state_free(state);
-    if (status == KEMPE_OK && moved)
-        *moved = most;
     return status;
 }
