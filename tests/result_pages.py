@@ -184,6 +184,35 @@ document.documentElement.dataset.now = document.querySelector("#extremes [data-c
         crank = numbers(column(data, "q.crank")["values"])
         self.assertAlmostEqual(float(root["data-now"]), crank[round(1.5 / 5 * (len(crank) - 1))], delta=1e-3)
 
+    def test_bodies_names_and_scale(self):
+        """A body is switched off and on, a joint tells its name to the pointer, and the scale is that of the picture."""
+        page, other = self.make("simulate", "examples/four_bar/four_bar.yaml"), self.folder / "stage.html"
+        for browser in ([], ["--disable-3d-apis"]):
+            with self.subTest(browser):
+                other.write_text(page.read_text().replace("\nbegin();\n", """
+begin();
+stage.seek(0);
+const view = byId("view"), root = document.documentElement.dataset, all = ink(view), box = view.getBoundingClientRect();
+const names = () => [...document.querySelectorAll("#names button")];
+const joint = [...Array(60 * 60).keys()].map((k) => [(k % 60) / 60, Math.floor(k / 60) / 60]).map(([x, y]) => {
+    view.dispatchEvent(new PointerEvent("pointermove", { clientX: box.left + x * box.width, clientY: box.top + y * box.height }));
+    return document.querySelector(".label-at").textContent;
+});
+root.found = [...new Set(joint)].sort().join("|");
+names()[1].click();
+root.off = String(ink(view) < all) + names()[1].getAttribute("aria-pressed");
+names()[1].click();
+root.on = String(ink(view) === all) + names()[1].getAttribute("aria-pressed");
+"""))
+                drawn, _ = self.open(other, *browser)
+                root = drawn.tags[0][1]
+                self.assertEqual((root["data-off"], root["data-on"]), ("truefalse", "truetrue"))
+                for name in ("crank", "coupler", "rocker"):
+                    self.assertIn(name, root["data-found"].split("|"))
+                self.assertIn("rocker: ", root["data-found"])
+                gauge = next(a for tag, a in drawn.tags if a.get("class") == "gauge")
+                self.assertRegex(gauge["data-scale"], r"^[125]0* (mm|m)$")
+
     def test_same_bytes(self):
         first = self.make("simulate", "tests/models/pendulum.yaml").read_bytes()
         again = self.make("simulate", "tests/models/pendulum.yaml").read_bytes()

@@ -21,10 +21,11 @@ static bool is_same(const double a[3], const double b[3])
     return distance <= 1e-9 * size;
 }
 
-static void mark(kmp_drawing *drawing, int body, unsigned marks, const char *name, const double at[3])
+/* NULL: the body is not drawn. */
+static kmp_mark *mark(kmp_drawing *drawing, int body, unsigned marks, const char *name, const double at[3])
 {
     if (body >= drawing->body_count)
-        return;
+        return NULL;
     kmp_mark *m = NULL;
     for (int k = 0; k < drawing->mark_count && !m; k++)
         if (drawing->marks[k].body == body && is_same(drawing->marks[k].at, at))
@@ -36,13 +37,37 @@ static void mark(kmp_drawing *drawing, int body, unsigned marks, const char *nam
     }
     m->marks |= marks;
     m->name = m->name ? m->name : name;
+    return m;
 }
 
-static void mark_point(kmp_drawing *drawing, const kempe_model *model, int point, unsigned marks, const char *name)
+static kmp_mark *mark_point(kmp_drawing *drawing, const kempe_model *model, int point, unsigned marks, const char *name)
 {
     double at[3];
     values(model->points[point].at, at);
-    mark(drawing, model->points[point].body, marks, name ? name : model->points[point].name, at);
+    return mark(drawing, model->points[point].body, marks, name ? name : model->points[point].name, at);
+}
+
+/* out = m v; m row by row. */
+static void product(const double *m, const double v[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = m[3 * i] * v[0] + m[3 * i + 1] * v[1] + m[3 * i + 2] * v[2];
+}
+
+/* The axis of a body's only rotation in the axes of the body, as positions follow from its chain (pose.c). */
+static void mark_hinge(const kempe_model *model, const kmp_body *body, kmp_mark *m)
+{
+    double axis[3];
+    if (!m || m->marks & KMP_MARK_HINGE)
+        return;
+    memcpy(axis, model->motions[body->first_motion].axis, sizeof axis);
+    memcpy(m->axis, axis, sizeof axis);
+    if (body->turned && body->reversed)
+        product(&body->frame[0][0], axis, m->axis);
+    memcpy(axis, m->axis, sizeof axis);
+    if (body->to >= 0 && model->points[body->to].turned)
+        product(&model->points[body->to].axes[0][0], axis, m->axis);
+    m->marks |= KMP_MARK_HINGE;
 }
 
 /* v of the axes at the point where body's chain begins, in the axes of its parent. */
@@ -69,10 +94,10 @@ static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
     bool guided = slides && (body->motion_count == 1 || (!is_free && first[1].rotation));
     unsigned marks = !slides ? KMP_MARK_JOINT : is_free ? KMP_MARK_NAMED : KMP_MARK_SLIDE;
     kmp_picture_slide slide = {.motion = body->first_motion, .body = body->parent};
-    if (body->to >= 0)
-        mark_point(drawing, model, body->to, marks, body->joint);
-    else
-        mark(drawing, b, marks, body->joint, origin);
+    kmp_mark *own = body->to >= 0 ? mark_point(drawing, model, body->to, marks, body->joint)
+                                  : mark(drawing, b, marks, body->joint, origin);
+    if (first && first->rotation && body->motion_count == 1)
+        mark_hinge(model, body, own);
     if (!slides && body->at >= 0)
         mark_point(drawing, model, body->at, marks, body->joint);
     else if (!slides)

@@ -6,7 +6,14 @@
 #include "model/model.h"
 
 /** Marks at a point, as bits. */
-enum { KMP_MARK_JOINT = 1, KMP_MARK_CLOSURE = 2, KMP_MARK_COM = 4, KMP_MARK_NAMED = 8, KMP_MARK_SLIDE = 16 };
+enum {
+    KMP_MARK_JOINT = 1,
+    KMP_MARK_CLOSURE = 2,
+    KMP_MARK_COM = 4,
+    KMP_MARK_NAMED = 8,
+    KMP_MARK_SLIDE = 16,
+    KMP_MARK_HINGE = 32
+};
 
 /** In the axes of its body. */
 typedef struct kmp_mark {
@@ -14,6 +21,7 @@ typedef struct kmp_mark {
     unsigned marks;
     const char *name; /* of the joint, closure or point; NULL: none */
     double at[3];
+    double axis[3]; /* of a hinge */
 } kmp_mark;
 
 /** A line between two points of bodies. */

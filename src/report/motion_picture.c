@@ -194,6 +194,8 @@ static void put_marks(kmp_json *json, const picture *p, int body)
             kmp_json_rounded(json, NULL, m->at[i], 7);
         kmp_json_whole(json, NULL, m->marks);
         kmp_json_string(json, NULL, m->name ? m->name : "");
+        for (int i = 0; m->marks & KMP_MARK_HINGE && i < 3; i++)
+            kmp_json_rounded(json, NULL, m->axis[i], 7);
         kmp_json_end(json);
     }
 }

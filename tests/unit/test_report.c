@@ -155,6 +155,64 @@ static void quaternions_are_the_rotations(void)
     }
 }
 
+/* -- pins -------------------------------------------------------------------------------------------------- */
+
+static void turned(const kmp_pose *pose, const double v[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = pose->r[i][0] * v[0] + pose->r[i][1] * v[1] + pose->r[i][2] * v[2];
+}
+
+/* The pin of a hinge keeps its direction in space when the hinge alone turns. */
+static int check_pins(const kempe_model *model, const kmp_drawing *drawing)
+{
+    int count = 0, n = model->motion_count;
+    double *q = KMP_NEW(double, n);
+    kmp_pose *before = KMP_NEW(kmp_pose, model->body_count), *after = KMP_NEW(kmp_pose, model->body_count);
+    for (int k = 0; k < n; k++)
+        q[k] = 0.3 + 0.7 * k - 0.1 * k * k;
+    kmp_pose_all(model, q, before);
+    for (int k = 0; k < drawing->mark_count; k++) {
+        const kmp_mark *m = &drawing->marks[k];
+        double a[3], b[3];
+        if (!(m->marks & KMP_MARK_HINGE))
+            continue;
+        int motion = model->bodies[m->body].first_motion;
+        q[motion] += 1.1;
+        kmp_pose_all(model, q, after);
+        q[motion] -= 1.1;
+        turned(&before[m->body], m->axis, a);
+        turned(&after[m->body], m->axis, b);
+        for (int i = 0; i < 3; i++)
+            CHECK_NEAR(a[i], b[i], 1e-12);
+        CHECK_NEAR(a[0] * a[0] + a[1] * a[1] + a[2] * a[2], 1, 1e-12);
+        count++;
+    }
+    kmp_free(q);
+    kmp_free(before);
+    kmp_free(after);
+    return count;
+}
+
+static void pins_are_axes_of_hinges(void)
+{
+    static const char *const files[] = {"examples/bennett/bennett.yaml", "examples/bricard/bricard.yaml",
+                                        "examples/double_wishbone/double_wishbone.yaml",
+                                        "examples/suspension/suspension.yaml", "tests/models/robotran.yaml"};
+    int count = 0;
+    for (size_t k = 0; k < sizeof files / sizeof *files; k++) {
+        loaded l = load(files[k]);
+        kmp_drawing drawing;
+        bool ok = l.model && kmp_drawing_init(&drawing, l.model, l.model->body_count);
+        CHECK(ok);
+        count += ok ? check_pins(l.model, &drawing) : 0;
+        if (ok)
+            kmp_drawing_free(&drawing);
+        unload(&l);
+    }
+    CHECK(count > 15);
+}
+
 /* -- numbers ----------------------------------------------------------------------------------------------- */
 
 static void numbers_in_few_characters(void)
@@ -401,6 +459,7 @@ int main(void)
     TEST(poses_are_the_positions);
     TEST(poses_of_turned_joints);
     TEST(quaternions_are_the_rotations);
+    TEST(pins_are_axes_of_hinges);
     TEST(numbers_in_few_characters);
     TEST(runs_are_watched);
     TEST(a_spin_is_shown_whole);

@@ -85,6 +85,7 @@ function bodyGroup(m, b) {
     for (const corners of shape.faces) group.add(faceMesh(shape.points, corners, bodyColour(b)));
     for (const p of shape.points) group.add(ballMesh(p, 1.02 * m.thick, material));
     for (const p of shape.balls) group.add(ballMesh(p, 1.75 * m.thick, pin));
+    for (const hinge of shape.hinges) group.add(barMesh(...hingeEnds(m, hinge), 1.75 * m.thick, pin));
     for (const p of shape.boxes) group.add(boxMesh(p, boxSize(m, b), material));
     for (const p of shape.weights) group.add(ballMesh(p, 2.6 * m.thick, material));
     for (const p of shape.stops) group.add(stopMesh(m, p));
@@ -114,6 +115,9 @@ function groundGroup(m) {
     for (const rail of m.rails) rail.slice(1).forEach((p, k) => group.add(barMesh(rail[k], p, 0.8 * m.thick, material)));
     return group;
 }
+
+/* A hinge is a pin along its axis. */
+const hingeEnds = (m, { at, axis }) => [-1, 1].map((s) => add(at, scaled(2.6 * s * m.thick, unit(axis))));
 
 /* The ends of a guide, beyond its slider's range. */
 const guideEnds = (m, guide) => [guide.range[0] - 5 * m.thick, guide.range[1] + 5 * m.thick].map((s) => add(guide.at, scaled(s, guide.axis)));
@@ -173,6 +177,7 @@ function glView(canvas, m) {
             built.key.position.copy(vector(add(view.out, add(view.up, scaled(-0.6, view.right)))));
             built.fill.position.copy(vector(sub(view.out, scaled(0.8, view.up))));
             poses.forEach((pose, b) => {
+                built.groups[b].visible = !view.hidden.has(b);
                 built.groups[b].position.copy(vector(pose.p));
                 built.groups[b].quaternion.set(...pose.q);
             });
@@ -237,6 +242,10 @@ function bodyJobs(m, b, pose, see, depth, scale) {
     }
     for (const [i, j] of shape.bars) push(middle([world[i], world[j]]), (c) => strokeLine(c, [see(world[i]), see(world[j])], 2 * m.thick * scale, colour));
     for (const p of shape.balls) push(depth(moved(pose, p)) + 3 * m.thick, (c) => fillDisc(c, see(moved(pose, p)), 1.75 * m.thick * scale, pinColour()));
+    for (const hinge of shape.hinges) {
+        const ends = hingeEnds(m, hinge).map((p) => moved(pose, p));
+        push(middle(ends) + 3 * m.thick, (c) => strokeLine(c, ends.map(see), 3.5 * m.thick * scale, pinColour()));
+    }
     for (const p of shape.stops) push(Infinity, (c) => ringAround(c, see(moved(pose, p)), 4 * m.thick * scale));
     for (const p of shape.weights) push(depth(moved(pose, p)) + m.thick, (c) => fillDisc(c, see(moved(pose, p)), 2.6 * m.thick * scale, colour));
     for (const p of shape.boxes) {
@@ -247,8 +256,8 @@ function bodyJobs(m, b, pose, see, depth, scale) {
 }
 
 /* Behind the bodies' bars, as far away as their middles. */
-function discJobs(m, poses, see, depth, scale) {
-    return m.discs.map((disc) => {
+function discJobs(m, poses, see, depth, scale, hidden) {
+    return m.discs.filter((disc) => !hidden.has(disc.body)).map((disc) => {
         const rim = discRim(disc).map((p) => moved(poses[disc.body], p)), middle = moved(poses[disc.body], disc.at), colour = bodyColour(disc.body);
         return { depth: depth(middle), draw: (c) => {
             fillShape(c, rim.map(see), colour, 0.2);
@@ -285,8 +294,8 @@ function canvasView(canvas, m) {
             c.globalAlpha = 0.55;
             for (const path of m.paths) strokeLine(c, path.points.map(see), 1, bodyColour(path.b));
             c.globalAlpha = 1;
-            const jobs = poses.flatMap((pose, b) => (b === 0 ? [] : bodyJobs(m, b, pose, see, depth, scale)));
-            jobs.push(...discJobs(m, poses, see, depth, scale));
+            const jobs = poses.flatMap((pose, b) => (b === 0 || view.hidden.has(b) ? [] : bodyJobs(m, b, pose, see, depth, scale)));
+            jobs.push(...discJobs(m, poses, see, depth, scale, view.hidden));
             for (const line of m.picture.lines) {
                 const ends = [0, 1].map((k) => moved(poses[line.body[k]], line.at[k]));
                 const path = line.rod ? ends.map(see) : zigzag(...ends.map(see), 2.4 * m.thick * scale);
@@ -308,14 +317,103 @@ function stageNote(picture) {
     return notes.join(" ");
 }
 
-/* A legend of the bodies' colours, unless there are too many. */
-function tellNames(bodies) {
-    const most = 14, names = bodies.slice(1).map((body, k) => {
-        const name = element("span", body.name);
-        name.style.color = bodyColour(k + 1);
+/* A legend of the bodies' colours, whose names switch them off and on, unless there are too many. */
+function tellNames(bodies, hidden, change) {
+    const most = 40, names = bodies.slice(1).map((body, k) => {
+        const name = element("button", body.name), b = k + 1;
+        name.type = "button";
+        name.style.color = bodyColour(b);
+        name.setAttribute("aria-pressed", String(!hidden.has(b)));
+        name.title = `${hidden.has(b) ? "Show" : "Hide"} ${body.name}`;
+        name.addEventListener("click", () => {
+            if (!hidden.delete(b)) hidden.add(b);
+            change();
+        });
         return name;
     });
     byId("names").replaceChildren(...(names.length > most ? [] : names));
+}
+
+/* -- over the picture --------------------------------------------------------------------------------------- */
+
+/* The place of a point in the view, in pixels. */
+function projection(m, poses, view) {
+    const from = m.centreAt(poses);
+    return (p) => [view.width / 2 + view.scale * dot(sub(p, from), view.right), view.height / 2 - view.scale * dot(sub(p, from), view.up)];
+}
+
+/* An element of SVG as text, of words of this page alone. */
+function svgPart(tag, attributes, text = "") {
+    const words = Object.entries(attributes).map(([name, value]) => `${name}="${value}"`);
+    return `<${tag} ${words.join(" ")}>${text}</${tag}>`;
+}
+
+/* An arrow from a place along a direction of the model as it is seen, with a letter at its tip; a dot where it points at
+ * the viewer. */
+function arrow([x, y], direction, view, length, colour, name) {
+    const dx = length * dot(direction, view.right), dy = -length * dot(direction, view.up), long = Math.hypot(dx, dy);
+    if (long < 3) return [svgPart("circle", { cx: x, cy: y, r: 2.5, fill: colour })];
+    const [ux, uy] = [dx / long, dy / long], tip = [x + dx, y + dy];
+    const barbs = [[-ux - 0.6 * uy, -uy + 0.6 * ux], [-ux + 0.6 * uy, -uy - 0.6 * ux]].map(([a, b]) => `${tip[0] + 5 * a},${tip[1] + 5 * b}`);
+    return [
+        svgPart("path", { d: `M${x},${y}L${tip}M${barbs[0]}L${tip}L${barbs[1]}`, stroke: colour, "stroke-width": 1.6, fill: "none" }),
+        svgPart("text", { x: tip[0] + 8 * ux, y: tip[1] + 8 * uy + 4, fill: colour, "font-size": 11, "text-anchor": "middle" }, name),
+    ];
+}
+
+/* A length of 1, 2 or 5 times a power of ten that fits into so many pixels. */
+function evenLength(most) {
+    const power10 = 10 ** Math.floor(Math.log10(most));
+    return power10 * [5, 2, 1].find((part) => part * power10 <= most);
+}
+
+function lengthWords(metres) {
+    return metres >= 1000 ? `${three(metres / 1000)} km` : metres >= 1 ? `${three(metres)} m` : metres >= 1e-3 ? `${three(1000 * metres)} mm` : `${three(1e6 * metres)} \u00b5m`;
+}
+
+/* Axes of the ground, direction of gravity, and a scale. */
+function drawGauge(gauge, m, view) {
+    const ink = softColour(), low = view.height - 26, length = evenLength(90 / view.scale), wide = length * view.scale, right = view.width - 10;
+    const parts = [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]].flatMap(([name, axis]) => arrow([34, low], axis, view, 20, ink, name));
+    if (norm(m.picture.gravity) > 0) parts.push(...arrow([92, low - 20], unit(m.picture.gravity), view, 22, ink, "g"));
+    parts.push(svgPart("path", { d: `M${right - wide},${low + 8}v6h${wide}v-6`, stroke: ink, "stroke-width": 1.4, fill: "none" }));
+    parts.push(svgPart("text", { x: right - wide / 2, y: low + 6, fill: ink, "font-size": 11, "text-anchor": "middle" }, lengthWords(length)));
+    gauge.innerHTML = parts.join("");
+    gauge.dataset.scale = lengthWords(length);
+}
+
+function distanceTo([x, y], [ax, ay], [bx, by]) {
+    const l = (bx - ax) ** 2 + (by - ay) ** 2, s = l > 0 ? Math.min(Math.max(((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / l, 0), 1) : 0;
+    return Math.hypot(x - ax - s * (bx - ax), y - ay - s * (by - ay));
+}
+
+/* The name of what is nearest to a place of the view: a joint or point, else a body; "" where nothing is near. */
+function nameAt(place, m, poses, view) {
+    const see = projection(m, poses, view), near = 10;
+    let best = near, name = "";
+    const offer = (distance, words) => {
+        if (distance < best) [best, name] = [distance, words];
+    };
+    m.picture.bodies.forEach((body, b) => {
+        if (view.hidden.has(b)) return;
+        for (const p of body.points) if (p[4]) offer(Math.hypot(...see(moved(poses[b], p.slice(0, 3))).map((x, k) => x - place[k])) - 2, `${body.name}: ${p[4]}`);
+        const shape = m.shapes[b], world = shape.points.map((p) => see(moved(poses[b], p)));
+        if (b > 0) for (const [i, j] of shape.bars) offer(distanceTo(place, world[i], world[j]), body.name);
+    });
+    for (const disc of m.discs) if (!view.hidden.has(disc.body)) offer(Math.hypot(...see(moved(poses[disc.body], disc.at)).map((x, k) => x - place[k])), m.picture.bodies[disc.body].name);
+    for (const line of m.picture.lines) offer(distanceTo(place, ...[0, 1].map((k) => see(moved(poses[line.body[k]], line.at[k])))), line.name);
+    return name;
+}
+
+/* Shows that name next to the pointer; `now` gives the state of the picture. */
+function listenToNames(canvas, label, now) {
+    canvas.addEventListener("pointermove", (event) => {
+        const box = canvas.getBoundingClientRect(), place = [event.clientX - box.left, event.clientY - box.top];
+        label.textContent = event.buttons ? "" : nameAt(place, ...now());
+        label.style.left = `${Math.min(place[0] + 12, box.width - 120)}px`;
+        label.style.top = `${place[1] + 12}px`;
+    });
+    canvas.addEventListener("pointerleave", () => (label.textContent = ""));
 }
 
 /* Turning and zooming by mouse, touch and keys; `change` is called after each. */
@@ -375,13 +473,19 @@ function beginStage(picture, ask) {
     const view = hasWebGL() ? glView(canvas, m) : canvasView(canvas, m);
     const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     const length = () => ask.span()[1] - ask.span()[0];
-    let t = 0, playing = false, last = 0;
+    const hidden = new Set(), over = element("div.over"), label = element("span.label-at");
+    let t = 0, playing = false, last = 0, shown = null;
+    over.innerHTML = svgPart("svg", { class: "gauge", "aria-hidden": "true" });
+    const gauge = over.firstChild;
+    canvas.parentElement.append(over, label);
 
     function draw() {
         const width = Math.max(canvas.clientWidth, 50), height = Math.max(canvas.clientHeight, 50);
         const room = 1.12, border = 9 * m.thick;
         const scale = orbit.zoom * Math.min(width / (2 * (room * m.extent.width + border)), height / (2 * (room * m.extent.height + border)));
-        view.draw(m.motion(ask.span()[0] + t), { width, height, scale, ...turnedBasis(m.basis, orbit.yaw, orbit.pitch) });
+        shown = [m, m.motion(ask.span()[0] + t), { width, height, scale, hidden, ...turnedBasis(m.basis, orbit.yaw, orbit.pitch) }];
+        view.draw(...shown.slice(1));
+        drawGauge(gauge, m, shown[2]);
         byId("clock").textContent = ask.clock(t);
         ask.shown(t);
     }
@@ -405,7 +509,13 @@ function beginStage(picture, ask) {
         if (playing && !before) requestAnimationFrame(step);
     }
 
+    function renew() {
+        tellNames(picture.bodies, hidden, renew);
+        draw();
+    }
+
     listenToOrbit(canvas, orbit, draw);
+    listenToNames(canvas, label, () => shown);
     byId("play").addEventListener("click", () => play(!playing));
     canvas.addEventListener("keydown", (event) => {
         if (event.key !== " ") return;
@@ -419,7 +529,7 @@ function beginStage(picture, ask) {
     });
     new ResizeObserver(draw).observe(canvas);
     byId("stage-note").textContent = ask.note(picture);
-    tellNames(picture.bodies);
+    tellNames(picture.bodies, hidden, renew);
     byId("play").parentElement.hidden = !(length() > 0);
     canvas.dataset.frames = picture.frames.count;
     canvas.dataset.bodies = picture.bodies.length;
@@ -431,8 +541,7 @@ function beginStage(picture, ask) {
     return {
         recolour() {
             view.rebuild();
-            tellNames(picture.bodies);
-            draw();
+            renew();
         },
         /* Shows a time, and does not go on. */
         seek(time) {

@@ -2,7 +2,7 @@
 /* The mechanism as shapes: positions of its bodies at a time, their shapes, and the viewpoint. */
 "use strict";
 
-const MARK = { joint: 1, closure: 2, com: 4, named: 8, slide: 16 };
+const MARK = { joint: 1, closure: 2, com: 4, named: 8, slide: 16, hinge: 32 };
 
 /* -- vectors ------------------------------------------------------------------------------------------------ */
 
@@ -154,7 +154,8 @@ function shapeOf(body) {
     const shape = hullOf(used.map((p) => p.slice(0, 3)));
     const stopped = data.stopped_at || [];
     shape.stops = body.points.filter((p) => stopped.includes(p[4])).map((p) => p.slice(0, 3));
-    shape.balls = used.filter((p) => p[3] & (MARK.joint | MARK.closure)).map((p) => p.slice(0, 3));
+    shape.hinges = used.filter((p) => p[3] & MARK.hinge).map((p) => ({ at: p.slice(0, 3), axis: p.slice(5, 8) }));
+    shape.balls = used.filter((p) => p[3] & (MARK.joint | MARK.closure) && !(p[3] & MARK.hinge)).map((p) => p.slice(0, 3));
     shape.boxes = used.filter((p) => p[3] & MARK.slide).map((p) => p.slice(0, 3));
     shape.weights = shape.bars.length === 0 || used.length > own.length ? body.points.filter((p) => p[3] & MARK.com).map((p) => p.slice(0, 3)) : [];
     return shape;
