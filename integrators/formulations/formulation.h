@@ -31,15 +31,16 @@ typedef struct kmp_formulation_start {
     double work; /* of non-conservative forces so far */
     double rtol, atol, rate_scale;
     kmp_run_log *log;
-    bool brief;    /* the formulation before lasted for a few steps: preparations that pay only over many steps are
-                    * skipped */
-    bool early;    /* preparations are made at the start, not between steps */
-    bool fixed;    /* u is fixed, and the run ends where it becomes singular */
-    bool restarts; /* an exchange restarts the integrator at a low order */
-    bool implicit; /* the integrator uses the Jacobian of an ODE, which needs M and C */
-    bool lanes;    /* the integrator evaluates several stages at once (kmp_ode.lanes) */
-    bool dae;      /* the integrator solves F(t, y, y') = 0 */
-    void *user;    /* of a caller's own formulation (kmp_run_spec) */
+    bool brief;      /* the formulation before lasted for a few steps: preparations that pay only over many steps are
+                      * skipped */
+    bool early;      /* preparations are made at the start, not between steps */
+    bool fixed;      /* u is fixed, and the run ends where it becomes singular */
+    bool restarts;   /* an exchange restarts the integrator at a low order */
+    bool implicit;   /* the integrator uses the Jacobian of an ODE, which needs M and C */
+    bool lanes;      /* the integrator evaluates several stages at once (kmp_ode.lanes) */
+    bool may_change; /* the integrator may be exchanged for one that does, if that is worth while */
+    bool dae;        /* the integrator solves F(t, y, y') = 0 */
+    void *user;      /* of a caller's own formulation (kmp_run_spec) */
 } kmp_formulation_start;
 
 typedef struct kmp_formulation_kind {

@@ -11,6 +11,7 @@
 #include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/stage_lanes.h"
+#include "integrators/run/cycles.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -309,6 +310,10 @@ static int make_solved(projected *d, double t, const double *q)
     if (kmp_solved_new(&d->solved, d->eval, d->part) != KEMPE_OK)
         return KMP_HALT;
     const kmp_program *program = d->lanes && d->solved ? kmp_solved_program(d->solved) : NULL;
+    if (d->solved)
+        d->formulation.ode.cycles = kmp_cycles_of_one(kmp_solved_count(d->solved));
+    if (program)
+        d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(kmp_solved_count(d->solved));
     return kmp_stage_lanes_init(&d->stages, program, d->eval, d->n, kmp_lanes_best()) ? KMP_GO : KMP_HALT;
 }
 
@@ -379,8 +384,9 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     }
     bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
     bool solves = made && kind != &kmp_formulation_near_singular;
-    d->formulation.ode.operations = made ? operations_by_parts(d) : 0;
-    d->due = solves ? kmp_solved_wait(d->eval, d->part, d->formulation.ode.operations, start->lanes) : LONG_MAX;
+    double operations = made ? operations_by_parts(d) : 0;
+    d->formulation.ode.cycles = kmp_cycles_by_parts(operations);
+    d->due = solves ? kmp_solved_wait(d->eval, d->part, operations, start->lanes) : LONG_MAX;
     if (start->early && d->due > 0 && d->due < LONG_MAX)
         d->due = 0;
     bool failed = !made || d->due < 0;

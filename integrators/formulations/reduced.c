@@ -10,6 +10,7 @@
 #include "integrators/formulations/reduced.h"
 #include "constraints/evaluation/fused_inside.h"
 #include "constraints/tolerances.h"
+#include "integrators/run/cycles.h"
 #include <math.h>
 #include <string.h>
 
@@ -212,6 +213,14 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     if (!d->stages.lanes)
         return KMP_APART;
     return is_fused(d) ? fused_stages(d, t, y, dy) : applies_solved(d) ? solved_stages(d, t, y, dy) : KMP_APART;
+}
+
+static int make_lanes(void *self, double t)
+{
+    kmp_reduced *d = self;
+    d->formulation.ode.lanes = rhs_of_stages;
+    d->formulation.ode.width = KMP_STAGE_LANES;
+    return kmp_reduced_make_lanes(d, t);
 }
 
 static int jacobian(void *self, double t, const double *y, double *j)
@@ -490,12 +499,11 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
         return kmp_fail_memory(d->s->context);
     KMP_TRY(begin(d, start));
     kmp_reduced_set_tolerances(d);
-    d->formulation.ode.operations = kmp_reduced_operations(d);
-    if (start->lanes && d->integrated) {
-        d->formulation.ode.lanes = rhs_of_stages;
-        d->formulation.ode.width = KMP_STAGE_LANES;
-    }
-    if (kmp_reduced_fuse(d, !start->brief) != KMP_GO || (start->lanes && kmp_reduced_solve(d, start->t) != KMP_GO))
+    if (kmp_reduced_fuse(d, !start->brief) != KMP_GO || kmp_reduced_count(d) != KMP_GO)
+        return KEMPE_E_FAILED;
+    const kmp_ode *ode = &d->formulation.ode;
+    bool lanes = start->lanes || (start->may_change && kmp_cycles_ratio(ode, start->rtol) < 1);
+    if (lanes && d->integrated && make_lanes(d, start->t) != KMP_GO)
         return KEMPE_E_FAILED;
     if (!implicit || d->integrated)
         return KEMPE_OK;
@@ -511,6 +519,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     if (!d)
         return NULL;
     d->start = *start;
+    d->start.lanes = false;
     d->s = start->system;
     d->eval = start->eval;
     d->integrated = kind->corrected || part->p == 0; /* without other unknowns, v controls the step size */
@@ -533,6 +542,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
                                        .self = d,
                                        .rhs = kmp_reduced_rhs,
                                        .accept = accept,
+                                       .make_lanes = d->integrated ? make_lanes : NULL,
                                        .positions = d->p,
                                        .quadratures = d->has_work};
         if (prepare(d, start) == KEMPE_OK)

@@ -148,6 +148,12 @@ int kmp_reduced_fuse(kmp_reduced *d, bool worth);
 /** Makes the solved program at d->q, the end of the last step, if that pays by now. */
 int kmp_reduced_solve(kmp_reduced *d, double t);
 
+/** Makes the program that is used, or will be, ready for several stages at once. */
+int kmp_reduced_make_lanes(kmp_reduced *d, double t);
+
+/** Counts the cycles of evaluations by the present programs, or by the solved program that may be made. */
+int kmp_reduced_count(kmp_reduced *d);
+
 /** True if that program must be made again, for other charts. */
 bool kmp_reduced_is_stale(kmp_reduced *d);
 

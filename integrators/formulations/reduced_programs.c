@@ -3,8 +3,12 @@
  * pays. Those of earlier choices are kept, because a motion returns to them: a rocker that swings exchanges u at each
  * end. */
 #include "base/memory.h"
+#include "constraints/evaluation/fused_inside.h"
+#include "constraints/evaluation/solved_inside.h"
 #include "integrators/formulations/reduced.h"
+#include "integrators/run/cycles.h"
 #include <limits.h>
+#include <math.h>
 #include <string.h>
 
 /* Programs of a choice of u and rows. `part`: only u and rows, which determine v. */
@@ -165,6 +169,49 @@ int kmp_reduced_solve(kmp_reduced *d, double t)
     if (kmp_solved_new_reduced(&d->solved, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
     return prepare_stages(d, d->solved ? kmp_solved_program(d->solved) : NULL);
+}
+
+int kmp_reduced_make_lanes(kmp_reduced *d, double t)
+{
+    if (d->start.lanes)
+        return KMP_GO;
+    d->start.lanes = true;
+    if (d->fused || d->solved)
+        return prepare_stages(d, d->fused ? kmp_fused_program(d->fused) : kmp_solved_program(d->solved));
+    bool at_once = !d->fuses_late;
+    return wait_for_solved(d, at_once) == KMP_GO ? kmp_reduced_solve(d, t) : KMP_HALT;
+}
+
+static void count_fused(kmp_reduced *d)
+{
+    kmp_counts count = kmp_program_count(kmp_fused_program(d->fused), KMP_FUSED_RATES, KMP_FUSED_RATES);
+    d->formulation.ode.cycles = kmp_cycles_of_one(count);
+    d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(count);
+}
+
+/* The solved program is counted before it is written. Explicit methods wait for it, some runs to their end. */
+static void count_solved(kmp_reduced *d, double operations)
+{
+    kmp_ode *ode = &d->formulation.ode;
+    kmp_counts count = kmp_program_count(d->s->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+    count.paper = (long)operations;
+    if (d->due_solved <= d->evaluations || d->solved)
+        ode->cycles = kmp_cycles_of_one(count);
+    ode->cycles_of_lanes = kmp_cycles_of_lanes(count);
+}
+
+int kmp_reduced_count(kmp_reduced *d)
+{
+    bool lanes = d->integrated && !d->s->force;
+    double operations = lanes && !d->fused ? kmp_solved_operations(d->eval, &d->part) : INFINITY;
+    d->formulation.ode.cycles = kmp_cycles_by_parts(kmp_reduced_operations(d));
+    if (lanes && d->fused)
+        count_fused(d);
+    else if (operations >= 0 && isfinite(operations))
+        count_solved(d, operations);
+    else
+        d->formulation.ode.make_lanes = NULL;
+    return operations < 0 ? KMP_HALT : KMP_GO;
 }
 
 static void forget_programs(kmp_reduced *d)

@@ -173,6 +173,7 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     e->q = q;
     e->qd = qd;
     KMP_TRY(kmp_run_resolve(e->s, &e->spec));
+    e->spec.open_integrator = false; /* an instance in lanes and one by itself have the same integrator */
     kmp_context_quiet(e->context, true);
     kempe_status status = run_all(e);
     kmp_context_quiet(e->context, false);

@@ -136,6 +136,7 @@ static kempe_status resolve_method(const kempe_system *system, kmp_run_spec *spe
     if (!kind)
         return unknown(system, FORM, spec->form, spec->formulation, NULL);
     spec->form = kind->form;
+    spec->open_integrator = !spec->integrator && kind->in_lanes && !kind->lanes_first;
     spec->integrator = or_default(spec->integrator, first_integrator(system, kind));
     solver = kmp_solver_find(spec->integrator);
     if (!solver || !fits(kind, solver))
@@ -200,5 +201,8 @@ kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec)
     KMP_TRY(resolve_method(system, spec));
     KMP_TRY(resolve_tools(system, spec));
     KMP_TRY(resolve_change_points(system, spec));
+    /* The stages of a step on both sides of a change point that is ignored do not converge. */
+    if (kmp_change_points_find(spec->change_points, NULL) == KMP_CHANGE_POINTS_IGNORE)
+        spec->open_integrator = false;
     return resolve_numbers(system, spec);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One run, step by step: assembles, prepares, advances, delivers rows. */
 #include "integrators/run/run.h"
+#include "backend/lanes.h"
 #include "base/clock.h"
 #include "base/memory.h"
 #include "integrators/run/runner.h"
@@ -10,9 +11,9 @@
 
 long kmp_runner_tried(const kmp_runner *run)
 {
-    kmp_solver_work now = run->solver->work;
-    const kmp_run_report *before = &run->before;
-    return now.steps + now.rejected + now.refused + before->steps + before->rejected + before->refused;
+    kmp_run_report all = run->before;
+    kmp_runner_add_report(run, &all);
+    return all.steps + all.rejected + all.refused;
 }
 
 static kempe_status check_bound(kmp_runner *run, double t)
@@ -86,6 +87,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->work = spec->work_start;
     run->work_t = spec->t_start;
     run->bound.most = spec->max_steps;
+    run->choice.open = spec->open_integrator;
     if (!start) {
         status = kempe_assembly_new(system, &own);
         start = own;
@@ -106,8 +108,7 @@ void kmp_runner_free(kmp_runner *run)
 {
     if (!run)
         return;
-    if (run->solver)
-        run->kind->release(run->solver);
+    kmp_runner_release_integrators(run);
     if (run->formulation)
         run->formulation->release(run->formulation);
     kmp_partition_free(&run->part);
@@ -137,18 +138,27 @@ double kmp_runner_t_old(const kmp_runner *run)
     return run->solver ? run->solver->t_old : run->work_t;
 }
 
-void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
+static void add_work(const kmp_solver *solver, kmp_run_report *report)
 {
-    if (!run->solver)
-        return;
-    kmp_solver_work w = run->solver->work;
+    kmp_solver_work w = solver->work;
     report->steps += w.steps;
     report->rejected += w.rejected;
     report->refused += w.refused;
     report->rhs += w.rhs;
-    report->newton += w.newton + run->formulation->newton;
+    report->newton += w.newton;
     report->jacobians += w.matrices;
-    report->factorizations += w.factorizations + run->formulation->factorizations;
+    report->factorizations += w.factorizations;
+}
+
+void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report)
+{
+    if (!run->solver)
+        return;
+    add_work(run->solver, report);
+    if (run->choice.other)
+        add_work(run->choice.other, report);
+    report->newton += run->formulation->newton;
+    report->factorizations += run->formulation->factorizations;
     report->exchanges += run->formulation->exchanges;
 }
 
@@ -169,7 +179,7 @@ static double power_at(kmp_runner *run, double t)
 }
 
 /* Quadrature with Gauss's three points on the integrator's polynomial, from work_t to t within the last step. */
-static kempe_status add_work(kmp_runner *run, double t)
+static kempe_status integrate_work(kmp_runner *run, double t)
 {
     static const double node[3] = {-0.7745966692414834, 0, 0.7745966692414834};
     static const double weight[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
@@ -190,7 +200,7 @@ static kempe_status add_work(kmp_runner *run, double t)
 kempe_status kmp_runner_step(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
-    kempe_status status = run->work_t < t ? add_work(run, t) : KEMPE_OK;
+    kempe_status status = run->work_t < t ? integrate_work(run, t) : KEMPE_OK;
     if (status == KEMPE_OK)
         status = kmp_runner_change(run, t);
     if (status == KEMPE_OK) {
@@ -221,7 +231,7 @@ kempe_status kmp_runner_cut(kmp_runner *run, double t, double stop)
 
 kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *row, double *work)
 {
-    kempe_status status = add_work(run, t);
+    kempe_status status = integrate_work(run, t);
     *work = 0;
     if (status != KEMPE_OK)
         return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);
@@ -260,6 +270,9 @@ void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
     report->t = run->solver ? kmp_runner_t(run) : 0;
     kmp_runner_add_report(run, report);
     report->centrings = run->centrings;
+    report->integrator = kmp_runner_integrator(run)->name;
+    report->chosen_ratio = run->choice.ratio;
+    report->lanes = kmp_lanes_best();
     report->events = run->crossing ? run->crossing->count : 0;
 }
 

@@ -43,6 +43,8 @@ typedef struct kmp_run_spec {
     double fixed_step;                       /* s: length of all steps; 0: chosen by the error */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
+    bool
+        open_integrator; /* the user chose no integrator: `integrator` may be exchanged where another takes less time */
 } kmp_run_spec;
 
 /** Callback for a row: time, q, qd, qdd (n), lambda (m) and the work done so far by non-conservative forces (J).
@@ -55,14 +57,17 @@ typedef struct kmp_run_report {
     double t;          /* reached */
     double rate_scale; /* 1/s: absolute tolerance of rates over that of coordinates */
     long steps, rejected, refused, rhs, newton, jacobians, factorizations, exchanges, centrings, events;
-    bool cut;              /* given up for limit_s */
-    bool prescribed;       /* no degree of freedom: all motion follows from the closures */
-    bool ended;            /* ended by a condition */
-    bool by_bodies;        /* used articulated bodies, if the formulation does not require M and C */
-    double cpu_s, build_s; /* integration alone; preparation of this run (derivation for the dae formulation
-                            * included) */
-    size_t heap;           /* bytes of the heap that the run holds at its end; 0: unknown */
-    double wall_s;         /* of the integration, if threads share it; 0: one thread */
+    bool cut;               /* given up for limit_s */
+    bool prescribed;        /* no degree of freedom: all motion follows from the closures */
+    bool ended;             /* ended by a condition */
+    bool by_bodies;         /* used articulated bodies, if the formulation does not require M and C */
+    double cpu_s, build_s;  /* integration alone; preparation of this run (derivation for the dae formulation
+                             * included) */
+    size_t heap;            /* bytes of the heap that the run holds at its end; 0: unknown */
+    const char *integrator; /* the last one in use; static */
+    double chosen_ratio;    /* counted time of radau over that of dop853, expected at the start; 0: not compared */
+    int lanes;              /* of this machine */
+    double wall_s;          /* of the integration, if threads share it; 0: one thread */
 } kmp_run_report;
 
 /** Fills members that are NULL or 0 from the model and Kempe's defaults, and checks the names against the tables of

@@ -13,9 +13,26 @@
 #include "integrators/steppers/solver.h"
 #include <kempe/check.h>
 
+/* The integrator of a run whose user chose none (runner_integrator.c). */
+typedef enum kmp_trial { KMP_TRIAL_LATER, KMP_TRIAL_BEFORE, KMP_TRIAL_BEGINS, KMP_TRIAL_RUNS } kmp_trial;
+
+typedef struct kmp_integrator_choice {
+    bool open;                   /* it may be changed */
+    const kmp_solver_kind *kind; /* in use; NULL: not yet chosen */
+    double ratio;                /* counted time of radau over that of dop853, expected at the start; 0: not counted */
+    kmp_solver *other;           /* made before, now resting; NULL: none */
+    const kmp_solver_kind *other_kind;
+    kmp_trial trial;
+    long next;        /* steps of the present solver until the next part of a trial */
+    long patience;    /* steps until the next trial */
+    double t, cycles; /* at the beginning of a measurement */
+    double pace, h;   /* of the other integrator before the trial: time simulated in a counted cycle; its step */
+} kmp_integrator_choice;
+
 struct kmp_runner {
     const kempe_system *s;
     kmp_run_spec spec;
+    kmp_integrator_choice choice;
     kmp_team *team; /* thread pool of the evaluator and all users of its back end; NULL: none */
     kmp_evaluator *eval;
     kmp_arena arena; /* of all arrays except those of a formulation */
@@ -96,6 +113,24 @@ kempe_status kmp_runner_take_inputs(kmp_runner *run, double t);
 /** Changes the conditions that the inputs from t on have changed, at the state in run->state; ends the run where one of
  * them says so. */
 kempe_status kmp_runner_take_conditions(kmp_runner *run, double t);
+
+/* runner_integrator.c */
+
+/** Makes the integrator for the present formulation and state; the first one is chosen by counted work. */
+kempe_status kmp_runner_make_integrator(kmp_runner *run);
+
+/** True for a mechanism with no degree of freedom: it is followed along its closures, there are no unknowns of
+ * motion. */
+bool kmp_runner_is_followed(const kmp_runner *run);
+
+/** The integrator for which a formulation is made. */
+const kmp_solver_kind *kmp_runner_integrator(const kmp_runner *run);
+
+/** Between steps, at t: tries another integrator where the user chose none. */
+kempe_status kmp_runner_try_integrator(kmp_runner *run, double t);
+
+/** Frees the integrators of the present formulation. */
+void kmp_runner_release_integrators(kmp_runner *run);
 
 /* runner_change.c */
 

@@ -16,9 +16,8 @@ static void release_formulation(kmp_runner *run)
 {
     kmp_runner_add_report(run, &run->before);
     run->brief = run->solver->work.steps < KMP_FORMULATION_BRIEF;
-    run->kind->release(run->solver);
+    kmp_runner_release_integrators(run);
     run->formulation->release(run->formulation);
-    run->solver = NULL;
     run->formulation = NULL;
     run->y = run->yp = NULL;
 }
@@ -343,6 +342,7 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
     KMP_TRY(watch_bodies(run, t));
     KMP_TRY(renew(run, t));
     KMP_TRY(kmp_runner_pass_samples(run, t));
+    KMP_TRY(kmp_runner_try_integrator(run, t));
     return run->anew ? kmp_runner_begin_anew(run, t) : KEMPE_OK;
 }
 
@@ -350,7 +350,7 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
 static bool may_project(const kmp_runner *run)
 {
     const kmp_formulation_kind *projected = kmp_formulation_find("projected", NULL);
-    const kmp_solver_kind *solver = kmp_solver_find(run->spec.integrator);
+    const kmp_solver_kind *solver = kmp_runner_integrator(run);
     bool out_of_memory = kmp_memory_failures() != run->memory_failures;
     return run->spec.open && !out_of_memory && run->method != projected && solver->corrects && !solver->implicit;
 }

@@ -7,7 +7,6 @@
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
-#include "integrators/steppers/singular_step.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -112,18 +111,12 @@ kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *
                                    .log = run->log};
 }
 
-/* A mechanism with no degree of freedom is followed along its closures: there are no unknowns of motion. */
-static bool is_followed(const kmp_runner *run)
-{
-    return run->part.p == 0 && !run->method->dae;
-}
-
 static kempe_status make_formulation(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
     const kmp_formulation_kind *across =
         run->method->near_singular ? run->method->near_singular : &kmp_formulation_near_singular;
     const kmp_formulation_kind *kind = run->near_singular ? across : run->method;
-    const kmp_solver_kind *solver = kmp_solver_find(run->spec.integrator);
+    const kmp_solver_kind *solver = kmp_runner_integrator(run);
     kmp_formulation_start given = kmp_runner_given(run, t, q, qd, work);
     given.qdd = run->qdd;
     given.lambda = run->lambda;
@@ -133,7 +126,8 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     given.restarts = !solver->corrects;
     given.implicit = solver->implicit;
     given.lanes = solver->lanes;
-    given.dae = solver->dae && !is_followed(run);
+    given.may_change = run->choice.open && !run->choice.kind;
+    given.dae = solver->dae && !kmp_runner_is_followed(run);
     given.user = run->spec.user;
     kmp_eval_take(run->eval, run->by_bodies && kind->by_bodies && !given.implicit && !given.dae);
     run->before.by_bodies = run->before.by_bodies || run->eval->by_bodies;
@@ -180,36 +174,17 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
                     off);
 }
 
-/* The integrator for the present formulation: steps across change points have their own, and following the closures
- * corrects every step. */
-static const kmp_solver_kind *integrator_of(const kmp_runner *run)
-{
-    const kmp_solver_kind *requested = kmp_solver_find(run->spec.integrator);
-    bool cannot = (requested->dae || requested->implicit || !requested->corrects) && is_followed(run);
-    if (run->near_singular && !run->walks)
-        return &kmp_solver_singular_step;
-    return cannot || run->near_singular ? kmp_solver_find("dop853") : requested;
-}
-
 kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
     KMP_TRY(make_formulation(run, t, q, qd, work));
     kmp_formulation *formulation = run->formulation;
-    kmp_solver_setup setup = {
-        .context = run->s->context,
-        .ode = &formulation->ode,
-        .dae = &formulation->dae,
-        .tolerance = {formulation->rtol > 0 ? formulation->rtol : run->spec.rtol, formulation->atol},
-        .linear = run->spec.linear,
-        .fixed_step = run->spec.fixed_step};
-    run->kind = integrator_of(run);
     run->y = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
     run->yp = formulation->yp ? KMP_ARENA_NEW(&formulation->arena, double, formulation->size) : NULL;
     if (formulation->arena.failed)
         return kmp_fail_memory(run->s->context);
-    run->solver = run->kind->create(run->kind, &setup);
-    if (!run->solver || !run->s->changes)
-        return run->solver ? KEMPE_OK : KEMPE_E_FAILED;
+    KMP_TRY(kmp_runner_make_integrator(run));
+    if (!run->s->changes)
+        return KEMPE_OK;
     if (!run->crossing)
         run->crossing = kmp_crossing_new(run);
     if (!run->crossing)

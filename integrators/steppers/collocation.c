@@ -126,7 +126,8 @@ static kempe_status start(void *solver, double t, const double *y, const double 
     s->first = true;
     s->rejected = s->has_step = s->collapsed = s->has_jacobian = s->fresh = s->factored = false;
     s->limited = s->free = 0;
-    s->ceiling = s->cost = 0;
+    s->ceiling = 0;
+    s->cycles_before = s->base.cycles;
     memcpy(s->y, y, (size_t)s->n * sizeof *y);
     int said = kmp_solver_call(&s->base, t, s->y, s->dy);
     if (said == KMP_GO && h0 == 0 && t_end > t) {
@@ -211,6 +212,7 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
     if (s->has_jacobian && next >= h && next <= KEEP_STEP * h)
         next = h;
     s->base.work.steps++;
+    s->base.stiff = iteration != KMP_ITERATION_PICARD;
     s->error_old = fmax(OLD_ERROR_FLOOR, error);
     s->h_old = h;
     kmp_solver_swap(&s->y, &s->y_old);

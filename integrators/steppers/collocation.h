@@ -66,8 +66,8 @@ typedef struct kmp_collocation {
     int limited, free;                  /* successive steps that the iteration has limited; that Picard's would not */
     int patience[KMP_ITERATIONS];       /* limited steps until a trial of that iteration */
     int trust;                          /* steps until a trial of a cheaper iteration */
-    double cost;                        /* operations since the last step */
-    double pace, pace_before;           /* time simulated for an operation; by the iteration before */
+    double cycles_before;               /* base.cycles at the end of the last step */
+    double pace, pace_before;           /* time simulated in a cycle; by the iteration before */
     bool has_jacobian, fresh, factored; /* fresh: made in this step */
     int age, sweeps;                    /* steps since the Jacobian was made; sweeps of the last step */
     bool evaluated;                     /* f is known where the stages are predicted */
@@ -128,6 +128,10 @@ bool kmp_collocation_allocate_coupled(kmp_collocation *s);
 kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h);
 void kmp_collocation_correct_coupled(kmp_collocation *s);
 
+/* Cycles of a step besides its sweeps and matrices, and of a sweep for each unknown besides its evaluation, about. */
+#define KMP_STEP_CYCLES             3900
+#define KMP_SWEEP_CYCLES_OF_UNKNOWN 45
+
 /* collocation_choice.c */
 
 /** Takes an iteration, without the experience of steps before. */
@@ -145,8 +149,8 @@ void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, doubl
 /** True if corrections with the present Jacobian cost less in the next step than a new one and its corrections. */
 bool kmp_collocation_keeps_jacobian(const kmp_collocation *s);
 
-/** Operations of an evaluation of all stages, of Newton's corrections by an iteration, of a renewal of its matrices
- * without evaluations, and of a Jacobian, in vector operations. */
+/** About the processor cycles of an evaluation of all stages, of Newton's corrections by an iteration, of a renewal of
+ * its matrices without evaluations, and of a Jacobian. */
 double kmp_collocation_sweep_cost(const kmp_collocation *s);
 double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration);
 double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration iteration);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which iteration the stages are found by, from step to step: by contraction, and by the time simulated for an
- * operation. */
+/* Which iteration the stages are found by, from step to step: by contraction, and by the time simulated in a counted
+ * processor cycle. */
 #include "integrators/steppers/collocation.h"
 
 #include <math.h>
@@ -14,16 +14,15 @@ static const double WORTH = 1.4, EASY = 0.1, HELD = 1.2;
 enum { SEVERAL = 3, TRIAL = 5, TRUST = 40, MOST_PATIENCE = 1000 };
 /* Growth of the bound on steps after an iteration that failed; and where the iteration contracts by SURE. */
 static const double RECOVERS = 1.1, RECOVERS_SURELY = 2, SURE = 0.01;
-/* Operations of a step besides those of its sweeps and matrices, about. */
-static const double STEP_COST = 1000;
-/* Operations of an exact Jacobian over those of an evaluation, about. */
+/* Cycles of an exact Jacobian over those of an evaluation, about. */
 static const double EXACT = 3;
 
-/* The program of all stages, and sums over the stages; LEAST for what every sweep has. */
+/* The program of all stages, and sums over the stages. */
 double kmp_collocation_sweep_cost(const kmp_collocation *s)
 {
-    const double LEAST = 500;
-    return LEAST + s->base.ode.operations + 2.0 * (s->p + s->inner) * s->s;
+    const kmp_ode *ode = &s->base.ode;
+    double stages = ode->cycles_of_lanes > 0 ? ode->cycles_of_lanes : ode->cycles;
+    return stages + KMP_SWEEP_CYCLES_OF_UNKNOWN * (s->p + s->inner);
 }
 
 double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration)
@@ -45,7 +44,7 @@ double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration itera
 double kmp_collocation_jacobian_cost(const kmp_collocation *s)
 {
     double columns = ceil((s->p + s->inner) / (s->w - 1.0)), sweep = kmp_collocation_sweep_cost(s);
-    return s->whole ? sweep + EXACT * s->base.ode.operations : columns * sweep;
+    return s->whole ? sweep + EXACT * s->base.ode.cycles : columns * sweep;
 }
 
 /* -- choice -------------------------------------------------------------------------------------------- */
@@ -99,11 +98,12 @@ static void end_trial(kmp_collocation *s)
     s->trust = *patience * TRUST / SEVERAL;
 }
 
-/* Time simulated for an operation, recently. */
+/* Time simulated in a cycle, recently. */
 static void measure_pace(kmp_collocation *s, double h)
 {
-    double pace = h / (s->cost + STEP_COST);
-    s->cost = 0;
+    s->base.cycles += KMP_STEP_CYCLES;
+    double pace = h / (s->base.cycles - s->cycles_before);
+    s->cycles_before = s->base.cycles;
     s->pace = s->pace > 0 ? 0.5 * (s->pace + pace) : pace;
 }
 

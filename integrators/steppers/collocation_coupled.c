@@ -254,7 +254,7 @@ static bool factor_all(kmp_collocation *s)
 {
     int rows = row_count(s), count = s->inner * s->s;
     fill(s);
-    s->cost += kmp_collocation_matrix_cost(s, KMP_ITERATION_COUPLED);
+    s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_COUPLED);
     return invert(rows, count, s->coupled, s->joint, s->open, s->coupled_pivot);
 }
 

@@ -53,7 +53,7 @@ static void find_eigenvectors(kmp_collocation *s)
 
 int kmp_collocation_take_exact(kmp_collocation *s, double t, const double *y, double *jacobian)
 {
-    s->cost += kmp_collocation_jacobian_cost(s);
+    s->base.cycles += kmp_collocation_jacobian_cost(s);
     size_t n = (size_t)s->n;
     double *j = s->whole;
     memset(j, 0, n * n * sizeof *j);
@@ -216,7 +216,7 @@ bool kmp_collocation_factor(kmp_collocation *s, double h)
     if (s->factored && s->h_matrix == h)
         return true;
     find_eigenvectors(s);
-    s->cost += kmp_collocation_matrix_cost(s, KMP_ITERATION_NEWTON);
+    s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_NEWTON);
     s->base.work.factorizations++;
     for (int e = 0; e < E; e++) { /* lanes without an eigenvalue repeat the first one */
         int from = e < t->eigenvalues ? e : 0;

@@ -21,7 +21,7 @@ static const double ERROR_FLOOR = 1e-10;
 static int evaluate_each(kmp_collocation *s, int count)
 {
     size_t w = (size_t)s->w, n = (size_t)s->n;
-    s->cost += (count - 1) * s->base.ode.operations;
+    s->base.cycles += (count - 1) * s->base.ode.cycles;
     for (size_t l = 0; l < (size_t)count; l++) {
         for (size_t k = 0; k < n; k++)
             s->trial[k] = s->stage[k * w + l];
@@ -38,7 +38,7 @@ int kmp_collocation_evaluate(kmp_collocation *s, int count)
 {
     const kmp_ode *ode = &s->base.ode;
     s->base.work.rhs += count;
-    s->cost += kmp_collocation_sweep_cost(s);
+    s->base.cycles += kmp_collocation_sweep_cost(s);
     int said = ode->lanes && ode->width == s->w ? ode->lanes(ode->self, s->at, s->stage, s->f) : KMP_APART;
     return said == KMP_APART ? evaluate_each(s, count) : said;
 }
@@ -160,7 +160,7 @@ static void correct(kmp_collocation *s, bool first)
     double residual = first ? square(s) : 0;
     if (first)
         memcpy(s->g_before, s->change, (size_t)(s->inner * s->w) * sizeof *s->change);
-    s->cost += kmp_collocation_correction_cost(s, s->iteration);
+    s->base.cycles += kmp_collocation_correction_cost(s, s->iteration);
     if (s->iteration == KMP_ITERATION_COUPLED)
         kmp_collocation_correct_coupled(s);
     else

@@ -38,10 +38,17 @@ typedef struct kmp_ode {
     /** dy = f(t, y) at `width` places at once: of t, y and dy, value k of lane l is at k width + l. Slopes of positions
      * are left out. For integrators that evaluate several stages together. NULL: none, or KMP_APART: by rhs alone. */
     int (*lanes)(void *self, const double *t, const double *y, double *dy);
-    int width;         /* 4 or 8; 0: no lanes */
-    int positions;     /* y[positions + i] is the derivative of y[i] for i < positions */
-    int quadratures;   /* the last of y, on which f does not depend */
-    double operations; /* about those of an evaluation, by which integrators compare costs */
+    int width;       /* 4 or 8; 0: no lanes */
+    int positions;   /* y[positions + i] is the derivative of y[i] for i < positions */
+    int quadratures; /* the last of y, on which f does not depend */
+
+    /** Makes `lanes` ready at t, where cycles_of_lanes is not 0 and the formulation was made without them. NULL: none.
+     * KMP_GO or KMP_HALT. */
+    int (*make_lanes)(void *self, double t);
+
+    /* About the processor cycles of an evaluation, and of one at `width` places, by counted operations: integrators
+     * compare costs by them. 0: unknown, or one by one. */
+    double cycles, cycles_of_lanes;
 } kmp_ode;
 
 /** F(t, y, y') = 0 with an analytic sparse iteration matrix. */

@@ -69,6 +69,7 @@ void kmp_solver_begin(kmp_solver *solver, double t, double t_end, double h)
 int kmp_solver_call(kmp_solver *solver, double t, const double *y, double *dy)
 {
     solver->work.rhs++;
+    solver->cycles += solver->ode.cycles + KMP_CYCLES_OF_STAGE + KMP_CYCLES_OF_UNKNOWN * solver->ode.n;
     return solver->ode.rhs(solver->ode.self, t, y, dy);
 }
 

@@ -33,6 +33,8 @@ typedef struct kmp_solver {
     double h;     /* the next step, for a start from the same place in other unknowns; 0: the last one */
     int hopeless; /* successive steps near the limit of resolution */
     kmp_solver_work work;
+    double cycles; /* about those of all work since creation, as kmp_ode counts them */
+    bool stiff;    /* the last step was not limited by accuracy alone */
     kempe_context *context;
     kmp_ode ode; /* one of ode and dae, by the kind */
     kmp_dae dae;
@@ -81,6 +83,10 @@ void *kmp_solver_made(void *solver);
 
 /** Sets times and step of a start. */
 void kmp_solver_begin(kmp_solver *solver, double t, double t_end, double h);
+
+/** Cycles of a stage of an explicit method besides its evaluation, about: a call, and sums for each unknown. */
+#define KMP_CYCLES_OF_STAGE   100
+#define KMP_CYCLES_OF_UNKNOWN 4
 
 /** dy = f(t, y) of the ODE, counted. */
 int kmp_solver_call(kmp_solver *solver, double t, const double *y, double *dy);

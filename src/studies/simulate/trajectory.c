@@ -363,6 +363,8 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
     }
     j->spec.log = &t->log;
     kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
+    if (t->report.integrator)
+        t->integrator = t->report.integrator;
     if (s.checkpoint && t->table.rows > 0) {
         kempe_status written = kmp_checkpoint_write(j->system, &t->table, s.checkpoint);
         status = written == KEMPE_OK ? status : written;

@@ -129,6 +129,17 @@ static const char *again_name(const kempe_trajectory *t)
     return t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
 }
 
+/* The integrator, where the user chose none. */
+static void show_choice(kmp_text *text, const kempe_trajectory *t)
+{
+    double ratio = t->report.chosen_ratio;
+    if (ratio > 0)
+        kmp_text_printf(text,
+                        "chosen    integrator %s at the start: by counted operations, radau in %d lanes takes %.2f "
+                        "times as long as dop853\n",
+                        ratio < 1 ? "radau" : "dop853", t->report.lanes, ratio);
+}
+
 static void show_verdict(kmp_text *text, const kempe_trajectory *t)
 {
     const kmp_run_report *r = &t->report;
@@ -146,6 +157,7 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_print_cell(text, 0, 2, t->verdict.drift_rel);
     kmp_text_put(text, " (relative)\n");
     show_error(text, t);
+    show_choice(text, t);
     show_unused(text, t->system->model);
     kmp_convergence_show(text, &t->again, "q", again_name(t));
     kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, Newton %ld,\n",
@@ -223,6 +235,12 @@ static void json_settings(kmp_json *json, const kempe_trajectory *t)
     kmp_json_string(json, "formulation", t->formulation);
     kmp_json_string(json, "form", t->form);
     kmp_json_string(json, "integrator", t->integrator);
+    if (t->report.chosen_ratio > 0) {
+        kmp_json_object(json, "integrator_choice");
+        kmp_json_number(json, "radau_over_dop853", t->report.chosen_ratio);
+        kmp_json_whole(json, "lanes", t->report.lanes);
+        kmp_json_end(json);
+    }
     kmp_json_string(json, "algorithm", dynamics_of(t));
     kmp_json_string(json, "change_points", t->change_points);
     kmp_json_number(json, "rtol", t->rtol);
