@@ -313,7 +313,8 @@ static int make_solved(projected *d, double t, const double *q)
     if (d->solved)
         d->formulation.ode.cycles = kmp_cycles_of_one(kmp_solved_count(d->solved));
     if (program)
-        d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(kmp_solved_count(d->solved));
+        d->formulation.ode.cycles_of_lanes =
+            kmp_cycles_of_lanes(kmp_solved_count(d->solved), kmp_solved_by_bodies(d->solved));
     return kmp_stage_lanes_init(&d->stages, program, d->eval, d->n, kmp_lanes_best()) ? KMP_GO : KMP_HALT;
 }
 
@@ -385,7 +386,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
     bool solves = made && kind != &kmp_formulation_near_singular;
     double operations = made ? operations_by_parts(d) : 0;
-    d->formulation.ode.cycles = kmp_cycles_by_parts(operations);
+    d->formulation.ode.cycles = kmp_cycles_by_parts(operations, d->eval->by_bodies);
     d->due = solves ? kmp_solved_wait(d->eval, d->part, operations, start->lanes) : LONG_MAX;
     if (start->early && d->due > 0 && d->due < LONG_MAX)
         d->due = 0;

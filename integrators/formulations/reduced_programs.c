@@ -186,7 +186,7 @@ static void count_fused(kmp_reduced *d)
 {
     kmp_counts count = kmp_program_count(kmp_fused_program(d->fused), KMP_FUSED_RATES, KMP_FUSED_RATES);
     d->formulation.ode.cycles = kmp_cycles_of_one(count);
-    d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(count);
+    d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(count, false);
 }
 
 /* The solved program is counted before it is written. Explicit methods wait for it, some runs to their end. */
@@ -197,14 +197,14 @@ static void count_solved(kmp_reduced *d, double operations)
     count.paper = (long)operations;
     if (d->due_solved <= d->evaluations || d->solved)
         ode->cycles = kmp_cycles_of_one(count);
-    ode->cycles_of_lanes = kmp_cycles_of_lanes(count);
+    ode->cycles_of_lanes = kmp_cycles_of_lanes(count, d->eval->by_bodies);
 }
 
 int kmp_reduced_count(kmp_reduced *d)
 {
     bool lanes = d->integrated && !d->s->force;
     double operations = lanes && !d->fused ? kmp_solved_operations(d->eval, &d->part) : INFINITY;
-    d->formulation.ode.cycles = kmp_cycles_by_parts(kmp_reduced_operations(d));
+    d->formulation.ode.cycles = kmp_cycles_by_parts(kmp_reduced_operations(d), d->eval->by_bodies);
     if (lanes && d->fused)
         count_fused(d);
     else if (operations >= 0 && isfinite(operations))

@@ -7,48 +7,57 @@
 
 #include <math.h>
 
-/* Fitted to the programs of the bench set (docs/decisions/collocation.md), in cycles of a processor with registers of
- * eight doubles. Code of many operations in lanes does not remain in the first cache: MORE operations double their
- * cost. Registers of four doubles run the program in two halves. */
-static const double CALL = 130, EACH = 0.58, TRIG = 8;
-static const double CALL_PARTS = 300, EACH_PARTS = 0.85;
-static const double CALL_LANES = 240, EACH_LANES = 0.7, EACH_MORE = 0.8, MORE = 3000, TRIG_LANES = 30, HALVES = 1.7;
+/* Fitted to evaluations of the bench set (bench/bench_counted_time.c) on a processor of 3 GHz with registers of eight
+ * doubles. Code of MORE operations in lanes does not remain in the first cache. Recursions over many bodies, which are
+ * written out for articulated bodies, use values of long before. Registers of four doubles run a program in two halves.
+ */
+static const double CALL = 130, EACH = 0.5, TRIG = 8, BY_PARTS = 300, EACH_BY_PARTS = 0.85;
+static const double EACH_OF_BODIES = 0.55;
+static const double CALL_LANES = 240, EACH_LANES = 0.55, EACH_MORE = 0.35, MORE = 3000, DIV_LANES = 40, TRIG_LANES = 30;
+static const double BODIES = 1.8, HALVES = 1.7;
 
 double kmp_cycles_of_one(kmp_counts count)
 {
     return CALL + EACH * (double)count.paper + TRIG * (double)count.trig;
 }
 
-double kmp_cycles_by_parts(double operations)
-{
-    return CALL_PARTS + EACH_PARTS * operations;
-}
-
-double kmp_cycles_of_lanes(kmp_counts count)
+double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies)
 {
     double operations = (double)count.paper, each = EACH_LANES + EACH_MORE * fmin(1, operations / MORE);
-    double cycles = CALL_LANES + each * operations + TRIG_LANES * (double)count.trig;
+    double cycles = CALL_LANES + (by_bodies ? BODIES : 1) * each * operations + DIV_LANES * (double)count.div +
+                    TRIG_LANES * (double)count.trig;
     return kmp_x86_runs(KMP_X86_EIGHT)  ? cycles
            : kmp_x86_runs(KMP_X86_FOUR) ? HALVES * cycles
                                         : KMP_LANES_MOST * kmp_cycles_of_one(count);
 }
 
-/* Sweeps of a step of radau, stages of a step of dop853, rejected ones included: means over the bench set. */
-static const double SWEEPS = 7.7, STAGES = 12.5;
+double kmp_cycles_by_parts(double operations, bool by_bodies)
+{
+    return BY_PARTS + (by_bodies ? EACH_OF_BODIES : EACH_BY_PARTS) * operations;
+}
 
-/* Steps of dop853 over those of radau at equal error, by the digits of the tolerance: orders of the estimates, and
- * means over the bench set. */
+/* Means over motions of the bench set that are not stiff: stages of a step of dop853 and sweeps of one of radau, with
+ * rejected ones. Dependent coordinates are integrated once, not twice, and their errors contract less in a sweep. */
+static const double STAGES = 12.5, SWEEPS = 5.5, DEPENDENT = 2, MANY_DEPENDENT = 2;
+
+static double sweeps_of(double dependent)
+{
+    return SWEEPS + (dependent > 0 ? DEPENDENT : 0) + MANY_DEPENDENT * fmin(1, dependent / 20);
+}
+
+/* Steps of dop853 over those of radau at equal error, by the tolerance: the estimates are of orders 8 and 7, and
+ * radau's is compared with another power of it (collocation.c). */
 static double steps_ratio(double rtol)
 {
-    return fmax(1, 0.45 - 0.175 * log10(rtol));
+    return fmax(1, 0.6 - 0.235 * log10(rtol));
 }
 
 double kmp_cycles_ratio(const kmp_ode *ode, double rtol)
 {
-    double n = ode->n - ode->quadratures, inner = n - ode->positions;
+    double n = ode->n - ode->quadratures, dependent = n - 2 * ode->positions;
     if (!(ode->cycles_of_lanes > 0))
         return INFINITY;
-    double sweep = ode->cycles_of_lanes + KMP_SWEEP_CYCLES_OF_UNKNOWN * (ode->positions + inner);
+    double sweep = ode->cycles_of_lanes + KMP_SWEEP_CYCLES_OF_UNKNOWN * n;
     double one = ode->cycles + KMP_CYCLES_OF_STAGE + KMP_CYCLES_OF_UNKNOWN * n;
-    return (SWEEPS * sweep + KMP_STEP_CYCLES + one) / (STAGES * one * steps_ratio(rtol));
+    return (sweeps_of(dependent) * sweep + KMP_STEP_CYCLES + one) / (STAGES * one * steps_ratio(rtol));
 }

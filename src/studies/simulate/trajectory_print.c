@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A trajectory as a report and as one JSON object. */
+#include "integrators/run/cycles.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
 #include "studies/simulate/trajectory.h"
@@ -137,7 +138,7 @@ static void show_choice(kmp_text *text, const kempe_trajectory *t)
         kmp_text_printf(text,
                         "chosen    integrator %s at the start: by counted operations, radau in %d lanes takes %.2f "
                         "times as long as dop853\n",
-                        ratio < 1 ? "radau" : "dop853", t->report.lanes, ratio);
+                        ratio < KMP_RATIO_WORTH ? "radau" : "dop853", t->report.lanes, ratio);
 }
 
 static void show_verdict(kmp_text *text, const kempe_trajectory *t)
