@@ -202,7 +202,7 @@ kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec)
     KMP_TRY(resolve_tools(system, spec));
     KMP_TRY(resolve_change_points(system, spec));
     /* The stages of a step on both sides of a change point that is ignored do not converge. */
-    if (kmp_change_points_find(spec->change_points, NULL) == KMP_CHANGE_POINTS_IGNORE)
+    if (kmp_change_points_find(spec->change_points, NULL) == KMP_CHANGE_POINTS_IGNORE || spec->fixed_step > 0)
         spec->open_integrator = false;
     return resolve_numbers(system, spec);
 }
