@@ -144,7 +144,7 @@ static void *compile(const char *folder, const char *name, int level, double *se
     return handle;
 }
 
-/* The largest difference from the tape's entries, which round products and sums together. */
+/* The largest difference from the tape's entries, 0 when all bits are the same. */
 static double difference(int n, bool matrix, const double *tape, const double *out)
 {
     double off = 0;

@@ -180,7 +180,7 @@ typedef struct kempe_run_options {
     const char *integrator;  /* dop853 | dopri5 | adams | bdf | radau | radau5 | radau9 | erk | dirk | ida */
     const char *linear;      /* dae: auto, klu, umfpack, dense */
     const char
-        *backend; /* native (default: machine code on x86-64 with AVX and FMA, elsewhere the tape), tape: the same bits */
+        *backend; /* native (default: machine code on x86-64 with AVX, elsewhere the tape), tape: the same bits */
     const char *independent;   /* initial independent coordinates, comma-separated */
     int keep_independent;      /* 1: they are fixed: the run fails if they become singular, instead of changing them */
     const char *change_points; /* cross (default): change points are located and crossed; ignore: neither (expert) */

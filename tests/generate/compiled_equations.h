@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Equations written in C, compiled, and run at random states beside Kempe's own evaluation. */
+/* Equations written in C, compiled, and run at random states beside the tape. */
 #ifndef KEMPE_TESTS_COMPILED_EQUATIONS_H
 #define KEMPE_TESTS_COMPILED_EQUATIONS_H
 
+#include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "generate/source.h"
 #include "testing.h"
-#include "unit/plain.h"
 #include "unit/random.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
@@ -70,33 +70,36 @@ static inline double *expand(const kmp_array *a, const double *entry, double *ou
     return out + size_of(a);
 }
 
-/* The code of a routine with a rounding for each operation. */
-static inline double *run_code(const kmp_code_source *source, const kmp_code_routine *r, const state *s, double *out)
+static inline double *run_tape(const kmp_code_source *source, const kmp_code_routine *r, const state *s, double *out)
 {
     double *symbols = KMP_NEW(double, source->symbol_count + 1);
-    plain code = plain_new(r->program, false);
+    kmp_machine *machine = kmp_machine_new(r->program, kmp_backend_find("tape"));
     for (int k = 0; k < source->symbol_count; k++)
         symbols[k] = source->place[k] < 0 ? NAN : parameter(source, source->place[k]);
-    const double *const inputs[KMP_IN_COUNT] = {
-        [KMP_IN_PARAMETER] = symbols, [KMP_IN_TIME] = &s->t,      [KMP_IN_Q] = s->q,
-        [KMP_IN_QD] = s->qd,          [KMP_IN_QDD] = s->qdd,      [KMP_IN_LAMBDA] = s->lambda,
-        [KMP_IN_FORCE] = s->force,    [KMP_IN_TORQUE] = s->torque};
-    (void)plain_run(&code, inputs, 0);
-    const double *entry = plain_run(&code, inputs, 1);
+    kmp_machine_set(machine, KMP_IN_PARAMETER, symbols);
+    kmp_machine_set(machine, KMP_IN_TIME, &s->t);
+    kmp_machine_set(machine, KMP_IN_Q, s->q);
+    kmp_machine_set(machine, KMP_IN_QD, s->qd);
+    kmp_machine_set(machine, KMP_IN_QDD, s->qdd);
+    kmp_machine_set(machine, KMP_IN_LAMBDA, s->lambda);
+    kmp_machine_set(machine, KMP_IN_FORCE, s->force);
+    kmp_machine_set(machine, KMP_IN_TORQUE, s->torque);
+    (void)kmp_machine_run(machine, 0);
+    const double *entry = kmp_machine_run(machine, 1);
     for (int a = 0; a < r->array_count; a++)
         out = expand(&r->arrays[a], entry + r->arrays[a].first, out);
-    plain_free(&code);
+    kmp_machine_free(machine);
     kmp_free(symbols);
     return out;
 }
 
-static inline int run_routines(const kmp_code_source *source)
+static inline int run_tapes(const kmp_code_source *source)
 {
     double *end = NULL;
     for (int s = 0; s < STATES; s++) {
         end = expected[s];
         for (int k = 0; k < source->count; k++)
-            end = run_code(source, &source->routines[k], &states[s], end);
+            end = run_tape(source, &source->routines[k], &states[s], end);
     }
     return (int)(end - expected[STATES - 1]);
 }

@@ -152,7 +152,7 @@ static void try_language(const kempe_model *model, const kempe_generate_options 
         for (int k = 0; k < MOST_OUT; k++)
             got[s][k] = NAN;
     CHECK(kmp_source_init(&source, model, g) == KEMPE_OK);
-    int size = run_routines(&source);
+    int size = run_tapes(&source);
     CHECK(size > 0 && size <= MOST_OUT && source.n <= MOST);
     bool c = strcmp(g->language, "c") == 0;
     bool ran = emit(model, g);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Every model of the examples whose equations can be written, one of three of the tests (./check full: all of them): C
- * computes the bits of the same operations in the same order, and to rounding the values of the workspace, whose
- * equations are derived all together and whose products and sums round once.
+ * computes the bits of Kempe's tape and machine code for the same functions, and to rounding the values of the
+ * workspace, whose equations are derived all together.
  */
 #include "constraints/evaluation/evaluator.h"
 #include "full.h"
@@ -105,7 +105,7 @@ static void try_model(const kempe_model *model, const char *path, found *f)
         f->others++;
         return;
     }
-    int size = run_routines(&source);
+    int size = run_tapes(&source);
     CHECK(size <= MOST_OUT && source.n <= MOST);
     if (emit(model, &generation) && run_c(&source, false)) {
         int wrong = count_wrong_bits(size);
@@ -131,8 +131,7 @@ static void every_model(void)
         kempe_model_free(model);
         kmp_free(paths[k]);
     }
-    printf("  %d models: the bits of their operations; %d those of the workspace, the others %.2g off; %d cannot be "
-           "written\n",
+    printf("  %d models: the bits of the tape; %d those of the workspace, the others %.2g off; %d cannot be written\n",
            f.written, f.bits, f.most, f.others);
     CHECK(f.written > (check_full() ? 80 : 45));
 }

@@ -136,7 +136,7 @@ static void all_back_ends_have_the_same_bits(void)
         kmp_graph_eval(c.g, inputs, value);
         for (int k = 0; k < OUTPUTS; k++) {
             double v = value[kmp_id(c.out[k])];
-            CHECK_NEAR(kmp_is_negative(c.out[k]) ? -v : v, tape[k], 1e-13); /* products and sums round once */
+            CHECK_NEAR(kmp_is_negative(c.out[k]) ? -v : v, tape[k], 1e-15);
         }
         kmp_free(value);
     }

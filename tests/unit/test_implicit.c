@@ -131,19 +131,13 @@ static void compare_bits(const scene *c, const kmp_program *p)
         memcpy(all[count++], kmp_machine_run(machine, 1), sizeof all[0]);
     }
     CHECK(kmp_memory_count() == before);
-    kmp_machine_free(machine);
     for (s = -1.55, count = 0; s < 1.6; s += 0.1, count++) {
         double expected[6];
         eval(c, s, expected);
-        machine = kmp_machine_new(p, kmp_backend_find("native")); /* one that has solved nothing before */
-        kmp_machine_set(machine, KMP_IN_Q, &s);
-        const double *alone = kmp_machine_run(machine, 1);
-        for (int k = 0; k < 6; k++) {
-            CHECK(same_bits(all[count][k], alone[k]));
-            CHECK((isnan(alone[k]) && isnan(expected[k])) || fabs(alone[k] - expected[k]) <= 1e-14);
-        }
-        kmp_machine_free(machine);
+        for (int k = 0; k < 6; k++)
+            CHECK(same_bits(all[count][k], expected[k]));
     }
+    kmp_machine_free(machine);
 }
 
 static void test_bits(void)

@@ -481,7 +481,7 @@ static void singular_start(const char *start, const char *formulation, const cha
                     "bodies:\n"
                     "  a: {joint: {name: ball, spherical: z, at: ground}, mass: 1, com: [0, 0, -0.5], "
                     "inertia: {xx: 0.1, yy: 0.1, zz: 0.05}}\n"
-                    "start: {q: {ball.2: %s}, qd: {ball.1: 5e-7, ball.2: 9}}\n%s",
+                    "start: {q: {ball.2: %s}, qd: {ball.1: 1e-6, ball.2: 9}}\n%s",
                     start, more);
     loaded l = load_text(text.s);
     kempe_trajectory *t = NULL;

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/program/interpreter.h"
 #include "base/memory.h"
-#include "symbolic/program/contraction.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
@@ -11,7 +10,6 @@ struct kmp_interpreter {
     kmp_arena arena;
     double *v; /* constants, inputs, instructions */
     double *out;
-    uint8_t *contraction; /* by instruction */
 };
 
 kmp_interpreter *kmp_interpreter_new(const kmp_program *p)
@@ -22,7 +20,6 @@ kmp_interpreter *kmp_interpreter_new(const kmp_program *p)
     it->p = p;
     it->v = KMP_ARENA_NEW(&it->arena, double, p->constant_count + p->input_count + p->code[p->stages]);
     it->out = KMP_ARENA_NEW(&it->arena, double, p->outputs[p->stages]);
-    it->contraction = kmp_program_contract(p, &it->arena);
     if (it->arena.failed) {
         kmp_interpreter_free(it);
         return NULL;
@@ -67,16 +64,6 @@ static double other(const kmp_program *p, int i, const double *v)
     return kmp_program_value(p, i, x[0], x[1], x[2]);
 }
 
-static double sum(const kmp_interpreter *it, int i)
-{
-    const kmp_instruction *in = &it->p->instruction[i];
-    const double *v = it->v;
-    if (it->contraction[i] == KMP_ALONE)
-        return operand(v, in->a) + operand(v, in->b);
-    kmp_multiply_add m = kmp_multiply_add_of(it->p, i, (kmp_contraction)it->contraction[i]);
-    return fma(operand(v, m.x), operand(v, m.y), operand(v, m.z));
-}
-
 const double *kmp_interpreter_run(kmp_interpreter *it, int stage)
 {
     const kmp_program *p = it->p;
@@ -86,7 +73,7 @@ const double *kmp_interpreter_run(kmp_interpreter *it, int stage)
         const kmp_instruction *in = &p->instruction[i];
         switch (in->op) {
         case KMP_OP_ADD:
-            to[i] = sum(it, i);
+            to[i] = operand(v, in->a) + operand(v, in->b);
             break;
         case KMP_OP_MUL:
             to[i] = operand(v, in->a) * operand(v, in->b);

@@ -114,7 +114,7 @@ bool kmp_program_equal(const kmp_program *a, const kmp_program *b);
 int kmp_program_add_block(kmp_program *p, const kmp_program_block *block);
 
 /** Value of instruction i (of no implicit block) from the values of its operands (signs included); every back end uses
- * it, except for sums that take a product (contraction.h). */
+ * it. */
 double kmp_program_value(const kmp_program *p, int i, double x, double y, double z);
 
 /** The program as text, one instruction per line; `stage_name` (stages entries) may be NULL. The text reads back to a

@@ -6,7 +6,6 @@
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"
-#include "symbolic/program/contraction.h"
 #include "symbolic/program/interpreter.h"
 #include "symbolic/table_function.h"
 #include <math.h>
@@ -22,7 +21,6 @@ typedef enum need { STANDING, COMMON, MOVING } need;
 typedef struct step {
     uint8_t op;
     bool finds;
-    bool contracts; /* a sum with a product: x * y + z */
     int instruction;
     kmp_scan_row x, y, z;
     double *to;
@@ -38,8 +36,7 @@ struct kmp_scan {
     double *merit;
     double **row;  /* by value */
     uint8_t *need; /* by value */
-    const uint8_t *contraction;
-    int *common; /* those that the stages read */
+    int *common;   /* those that the stages read */
     int common_count;
     step *steps;
     int step_start[LAST + 2]; /* by stage */
@@ -146,25 +143,6 @@ static KMP_INTO_CLONES void root(const step *s, const groups *n)
             to[at] = sqrt(x.sign * *kmp_scan_at(&x, at));
 }
 
-#define MULTIPLY_ADD(s, n)                                                                                             \
-    for (size_t group = 0; group < (n)->count; group++) {                                                              \
-        const size_t at = (n)->first[group];                                                                           \
-        double x[LANES], y[LANES], z[LANES], sum[LANES];                                                               \
-        memcpy(x, kmp_scan_at(&(s)->x, at), sizeof x);                                                                 \
-        memcpy(y, kmp_scan_at(&(s)->y, at), sizeof y);                                                                 \
-        memcpy(z, kmp_scan_at(&(s)->z, at), sizeof z);                                                                 \
-        for (size_t l = 0; l < LANES; l++)                                                                             \
-            sum[l] = fma((s)->x.sign * x[l], (s)->y.sign * y[l], (s)->z.sign * z[l]);                                  \
-        memcpy((s)->to + at, sum, sizeof sum);                                                                         \
-    }
-
-static void multiply_add(const step *s, const groups *n){MULTIPLY_ADD(s, n)}
-
-KMP_MULTIPLY_ADD static void multiply_add_inline(const step *s, const groups *n)
-{
-    MULTIPLY_ADD(s, n)
-}
-
 static double value_at(const kmp_scan_row *row, size_t place)
 {
     return row->sign * *kmp_scan_at(row, place);
@@ -191,14 +169,10 @@ static void look_up(const step *s, int order, const groups *n)
 
 KMP_CLONES static void run_steps(const kmp_program *p, const step *s, const step *end, const groups *n)
 {
-    const bool has = kmp_has_multiply_add();
     for (; s < end; s++)
         switch ((kmp_op)s->op) {
         case KMP_OP_ADD:
-            if (!s->contracts)
-                add(s, n);
-            else
-                (has ? multiply_add_inline : multiply_add)(s, n);
+            add(s, n);
             break;
         case KMP_OP_MUL:
             multiply(s, n);
@@ -306,16 +280,7 @@ static step step_of(const kmp_scan *s, int i)
 {
     const kmp_instruction *in = &s->p->instruction[i];
     int arity = kmp_op_arity((kmp_op)in->op);
-    kmp_contraction with = (kmp_contraction)s->contraction[i];
     step made = {.op = in->op, .instruction = i, .to = s->row[leaves(s->p) + i]};
-    if (with == KMP_WITH_FIRST || with == KMP_WITH_SECOND) {
-        kmp_multiply_add m = kmp_multiply_add_of(s->p, i, with);
-        made.contracts = true;
-        made.x = row_of(s, m.x);
-        made.y = row_of(s, m.y);
-        made.z = row_of(s, m.z);
-        return made;
-    }
     made.x = row_of(s, in->a);
     made.y = arity > 1 ? row_of(s, in->b) : made.x;
     made.z = arity > 2 ? row_of(s, in->c) : made.x;
@@ -337,10 +302,7 @@ static void put_standing(kmp_scan *s, int places, const double *place)
     for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++)
         if (s->need[leaves(p) + i] == STANDING) {
             const step made = step_of(s, i);
-            if (made.contracts)
-                multiply_add(&made, &all);
-            else
-                other(p, &made, &all);
+            other(p, &made, &all);
         }
 }
 
@@ -365,7 +327,7 @@ static void list_steps(kmp_scan *s)
     for (int stage = FIRST; stage <= LAST; stage++) {
         s->step_start[stage] = count;
         for (int i = p->code[stage]; i < p->code[stage + 1]; i++) {
-            if (s->need[leaves(p) + i] != MOVING || s->contraction[i] == KMP_CONTRACTED)
+            if (s->need[leaves(p) + i] != MOVING)
                 continue;
             s->steps[count] = step_of(s, i);
             if (p->instruction[i].op == KMP_OP_TABLE)
@@ -388,7 +350,6 @@ static bool allocate(kmp_scan *s)
     s->steps = KMP_ARENA_NEW(&s->arena, step, code);
     s->pieces = KMP_ARENA_NEW(&s->arena, int, (size_t)tables * s->width);
     s->every = KMP_ARENA_NEW(&s->arena, size_t, s->width / LANES);
-    s->contraction = kmp_program_contract(p, &s->arena);
     s->first = kmp_interpreter_new(p);
     return s->first && !s->arena.failed;
 }
