@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One run, step by step: assembles, prepares, advances, delivers rows. */
 #include "integrators/run/run.h"
-#include "backend/lanes.h"
 #include "base/clock.h"
 #include "base/memory.h"
 #include "integrators/run/runner.h"
@@ -272,7 +271,6 @@ void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
     report->centrings = run->centrings;
     report->integrator = kmp_runner_integrator(run)->name;
     report->chosen_ratio = run->choice.ratio;
-    report->lanes = kmp_lanes_best();
     report->events = run->crossing ? run->crossing->count : 0;
 }
 

@@ -66,7 +66,6 @@ typedef struct kmp_run_report {
     size_t heap;            /* bytes of the heap that the run holds at its end; 0: unknown */
     const char *integrator; /* the last one in use; static */
     double chosen_ratio;    /* counted time of radau over that of dop853, expected at the start; 0: not compared */
-    int lanes;              /* of this machine */
     double wall_s;          /* of the integration, if threads share it; 0: one thread */
 } kmp_run_report;
 

@@ -74,7 +74,7 @@ static void no_false_alarms(void)
         table led, ignored;
         kmp_run_report a, b;
         kmp_run_log notes, none;
-        kmp_run_spec spec = {.t_end = 3, .rtol = tolerances[k]};
+        kmp_run_spec spec = {.integrator = "dop853", .t_end = 3, .rtol = tolerances[k]};
         CHECK(run(&l, spec, &led, &a, &notes) == KEMPE_OK);
         spec.change_points = "ignore";
         CHECK(run(&l, spec, &ignored, &b, &none) == KEMPE_OK);

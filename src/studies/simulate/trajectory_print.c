@@ -136,9 +136,9 @@ static void show_choice(kmp_text *text, const kempe_trajectory *t)
     double ratio = t->report.chosen_ratio;
     if (ratio > 0)
         kmp_text_printf(text,
-                        "chosen    integrator %s at the start: by counted operations, radau in %d lanes takes %.2f "
-                        "times as long as dop853\n",
-                        ratio < KMP_RATIO_WORTH ? "radau" : "dop853", t->report.lanes, ratio);
+                        "chosen    integrator %s at the start: by counted operations, radau in lanes takes %.2f times "
+                        "as long as dop853\n",
+                        ratio < KMP_RATIO_WORTH ? "radau" : "dop853", ratio);
 }
 
 static void show_verdict(kmp_text *text, const kempe_trajectory *t)
@@ -239,7 +239,6 @@ static void json_settings(kmp_json *json, const kempe_trajectory *t)
     if (t->report.chosen_ratio > 0) {
         kmp_json_object(json, "integrator_choice");
         kmp_json_number(json, "radau_over_dop853", t->report.chosen_ratio);
-        kmp_json_whole(json, "lanes", t->report.lanes);
         kmp_json_end(json);
     }
     kmp_json_string(json, "algorithm", dynamics_of(t));
