@@ -160,7 +160,8 @@ static const option options[] = {
     {CLI_SIMULATE, IN_RUN, "form", TEXT(run.form), "NAME",
      "form of the formulation's equations (reduced: integrated, newton)"},
     {CLI_SIMULATE, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
-     "integrator: dop853, dopri5, adams, bdf, radau, radau5, radau9, erk, dirk, ida (default: dop853 or radau, by counted "
+     "integrator: dop853, dopri5, adams, bdf, radau, radau5, radau9, erk, dirk, ida (default: dop853 or radau, by "
+     "counted "
      "work)"},
     {CLI_SENSITIVITY, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
      "integrator: dop853 (default), dopri5, radau, radau5, radau9, erk"},

@@ -153,9 +153,9 @@ static double check_bench(bench *b)
 
 static void test_examples(void)
 {
-    static const char *const files[] = {
-        "examples/andrews/andrews.yaml", "examples/four_bar/four_bar.yaml", "examples/slider_crank/slider_crank.yaml",
-        "tests/models/fourbar2.yaml",    "tests/models/bricard_balls.yaml",       "tests/models/pendulum.yaml"};
+    static const char *const files[] = {"examples/andrews/andrews.yaml",           "examples/four_bar/four_bar.yaml",
+                                        "examples/slider_crank/slider_crank.yaml", "tests/models/fourbar2.yaml",
+                                        "tests/models/bricard_balls.yaml",         "tests/models/pendulum.yaml"};
     for (size_t f = 0; f < sizeof files / sizeof *files; f++) {
         char path[512];
         kempe_context *context = kempe_context_new();

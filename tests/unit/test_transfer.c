@@ -53,9 +53,14 @@ static double largest(int count, const double *x)
 static void a_is_the_jacobian_of_the_reduced_formulation(void)
 {
     /* on rails: forces of multipliers, with which Mr is not symmetric */
-    const char *const examples[] = {
-        "four_bar/four_bar", "stephenson/stephenson", "andrews/andrews",      "governor/governor",
-        "stewart/stewart",   "suspension/suspension", "bogie_track/bogie_on_rails", "restrained_wheelset/wheelset_on_rails"};
+    const char *const examples[] = {"four_bar/four_bar",
+                                    "stephenson/stephenson",
+                                    "andrews/andrews",
+                                    "governor/governor",
+                                    "stewart/stewart",
+                                    "suspension/suspension",
+                                    "bogie_track/bogie_on_rails",
+                                    "restrained_wheelset/wheelset_on_rails"};
     static double j[MOST * MOST];
     for (size_t k = 0; k < sizeof examples / sizeof *examples; k++) {
         char path[128];
