@@ -20,8 +20,10 @@ int kmp_tree_time_leaves(const kmp_tree *tree, kmp_ref *leaf, kmp_ref *direction
 kmp_derivative *kmp_partial_time_derivative(const kmp_tree *tree)
 {
     int count = kmp_tree_time_leaf_count(tree);
-    kmp_ref *leaf = KMP_GRAPH_NEW(tree->graph, kmp_ref, 2 * count), *direction = leaf + count;
-    return leaf ? kmp_derivative_new(tree->graph, kmp_tree_time_leaves(tree, leaf, direction), leaf, direction) : NULL;
+    kmp_ref *leaf = KMP_GRAPH_NEW(tree->graph, kmp_ref, 2 * count);
+    if (!leaf)
+        return NULL;
+    return kmp_derivative_new(tree->graph, kmp_tree_time_leaves(tree, leaf, leaf + count), leaf, leaf + count);
 }
 
 static kmp_derivative *along_time(const kmp_tree *tree, bool rates)
@@ -29,9 +31,10 @@ static kmp_derivative *along_time(const kmp_tree *tree, bool rates)
     kmp_graph *g = tree->graph;
     int n = tree->count - 1, last = rates ? 2 * n : n;
     int room = last + kmp_tree_time_leaf_count(tree);
-    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, 2 * room), *direction = leaf + room;
+    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, 2 * room);
     if (!leaf)
         return NULL;
+    kmp_ref *direction = leaf + room;
     for (int k = 0; k < n; k++) {
         leaf[k] = kmp_input(g, KMP_IN_Q, (uint32_t)k);
         direction[k] = kmp_input(g, KMP_IN_QD, (uint32_t)k);

@@ -60,9 +60,10 @@ static void rates(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec v, km
 {
     kmp_graph *g = s->eq->graph;
     int room = 6 + kmp_tree_time_leaf_count(&s->eq->tree);
-    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, 2 * room), *to = leaf + room;
+    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, 2 * room);
     if (!leaf)
         return;
+    kmp_ref *to = leaf + room;
     int times = kmp_tree_time_leaves(&s->eq->tree, leaf, to);
     int first = times + kmp_gap_leaves(p, &v, leaf + times, to + times), count = first;
     kmp_derivative *d = kmp_gap_along(s, first, leaf, to);

@@ -74,9 +74,10 @@ static void differentiate(kempe_outputs *o, const kmp_equations *eq, const wante
     kmp_graph *g = eq->graph;
     const unsigned late = 1u << KMP_IN_QDD | 1u << KMP_IN_LAMBDA;
     kmp_derivative *d = kmp_time_derivative(&eq->tree);
-    kmp_ref *by = KMP_GRAPH_NEW(g, kmp_ref, 2 * w->count * o->n), *by_rates = by + w->count * o->n;
+    kmp_ref *by = KMP_GRAPH_NEW(g, kmp_ref, 2 * w->count * o->n);
     if (!by)
         return;
+    kmp_ref *by_rates = by + w->count * o->n;
     kmp_partials_all(g, w->count, w->value, KMP_IN_Q, o->n, by);
     kmp_partials_all(g, w->count, w->value, KMP_IN_QD, o->n, by_rates);
     for (int i = 0; i < w->count; i++) {
