@@ -79,6 +79,8 @@ static void sweep(const char *name, const char *model, hard_rule *rule, double t
             right += r.status == KEMPE_OK && r.error < 0.1; /* the other branch is radians away */
             worst = fmax(worst, r.error);
             last = r.error;
+            if (r.status != KEMPE_OK)
+                printf("%-28s at %.1e: %s\n", name, pow(10, -6 - 6.0 * i / (count - 1)), r.report.reason);
             kmp_free(r.report.reason);
         }
         printf("%-28s %s/%s: right branch in %d of %d, worst %.1e, at 1e-12 %.1e  %s\n", name,
