@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The forms of the reduced formulation at equal error: integrated, and newton, which closes the loops in every
- * evaluation, both by DOP853. An error is the largest at equidistant rows of the whole run, against projected at a
- * tolerance of 1e-13; times are the least of several runs by turns with one row. The ratio compares newton's runs with
- * integrated ones, whose time is interpolated at the same error. */
+ * evaluation, both by DOP853. An error is the largest at equidistant rows of the whole run. The reference is a run of
+ * the projected formulation at a tolerance of 1e-13. A time is the least of several runs, which alternate between the
+ * forms and have one row each. The ratio compares newton's runs with integrated ones, whose time is interpolated at the
+ * same error. */
 #include "bench.h"
 #include "integrators/run/run.h"
 #include <kempe/check.h>

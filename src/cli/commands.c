@@ -289,7 +289,7 @@ static kempe_status run_generate(const cli_job *j)
 
 /* -- missing and contradicting options --------------------------------------------------------------- */
 
-/* What --x and --y choose is drawn by --plot. */
+/* --plot draws the outputs that --y names, over time or over the one that --x names. */
 static const char *plot_lacks(const cli_settings *s)
 {
     return s->plot || (!s->x && !s->y) ? NULL : "--x and --y choose what --plot draws: give --plot FILE.svg";

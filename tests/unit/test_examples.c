@@ -41,8 +41,9 @@ static double off(const kmp_reference *reference, kmp_quantity quantity, const r
     return worst;
 }
 
-static void follow(const char *model, const char *digits, const char *formulation, double rtol, double near_q,
-                   double near_qd)
+/* integrator: NULL for the default of the formulation */
+static void follow(const char *model, const char *digits, const char *formulation, const char *integrator, double rtol,
+                   double near_q, double near_qd)
 {
     loaded l = load(model);
     char path[1024];
@@ -52,6 +53,7 @@ static void follow(const char *model, const char *digits, const char *formulatio
     (void)snprintf(path, sizeof path, "%s/%s", KEMPE_ROOT, digits);
     CHECK(kmp_reference_read(l.system, path, &reference) == KEMPE_OK && reference.rows <= MOST_TIMES && r.n <= MOST);
     kmp_run_spec spec = {.formulation = formulation,
+                         .integrator = integrator,
                          .rtol = rtol,
                          .t_end = reference.t[reference.rows - 1],
                          .time_count = reference.rows,
@@ -69,32 +71,33 @@ static void follow(const char *model, const char *digits, const char *formulatio
 static void test_car_axis(void)
 {
     static const char model[] = "examples/car_axis/car_axis.yaml", digits[] = "examples/car_axis/reference.csv";
-    follow(model, digits, "reduced", 1e-12, 1e-11, 1e-9);
-    follow(model, digits, "projected", 1e-12, 1e-11, 1e-9);
-    follow(model, digits, "dae", 1e-9, 1e-6, 1e-4);
+    follow(model, digits, "reduced", NULL, 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "projected", NULL, 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "dae", NULL, 1e-9, 1e-6, 1e-4);
 }
 
 static void test_suspension(void)
 {
     static const char model[] = "examples/suspension/suspension.yaml", digits[] = "examples/suspension/reference.csv";
-    follow(model, digits, "reduced", 1e-13, 1e-11, 1e-10);
-    follow(model, digits, "projected", 1e-12, 1e-11, 1e-10);
-    follow(model, digits, "dae", 1e-9, 1e-7, 1e-5);
+    follow(model, digits, "reduced", "dop853", 1e-12, 1e-11, 1e-10);
+    follow(model, digits, "reduced", NULL, 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "projected", NULL, 1e-12, 1e-11, 1e-10);
+    follow(model, digits, "dae", NULL, 1e-9, 1e-7, 1e-5);
 }
 
 static void test_limousine(void)
 {
     static const char model[] = "examples/limousine/limousine.yaml", digits[] = "examples/limousine/reference.csv";
-    follow(model, digits, "reduced", 1e-12, 1e-10, 1e-8);
-    follow(model, digits, "projected", 1e-12, 1e-10, 1e-8);
+    follow(model, digits, "reduced", NULL, 1e-12, 1e-10, 1e-8);
+    follow(model, digits, "projected", NULL, 1e-12, 1e-10, 1e-8);
 }
 
 static void test_bogie(void)
 {
     static const char model[] = "examples/bogie/shake.yaml", digits[] = "examples/bogie/reference.csv";
-    follow(model, digits, "reduced", 1e-12, 1e-11, 1e-9);
-    follow(model, digits, "projected", 1e-12, 1e-11, 1e-9);
-    follow(model, digits, "dae", 1e-9, 1e-7, 1e-5);
+    follow(model, digits, "reduced", NULL, 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "projected", NULL, 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "dae", NULL, 1e-9, 1e-7, 1e-5);
 }
 
 int main(void)

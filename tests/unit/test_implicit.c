@@ -253,7 +253,7 @@ static void test_shared_room(void)
     kmp_solving *both[2] = {first, kmp_solving_beside(first)};
     for (int k = 0; k < 2; k++)
         *kmp_solving_arguments(both[k]) = p[k];
-    for (int k = 0; k < 4; k++) /* by turns; the last two are kept solutions */
+    for (int k = 0; k < 4; k++) /* rooms alternate; the last two solutions are kept ones */
         CHECK(kmp_solving_value(both[k % 2], 0) == solve_waves(1, 4, candidate, p[k % 2]));
     kmp_solving_free(both[1]);
     CHECK(kmp_solving_value(first, 0) == solve_waves(1, 4, candidate, p[0]));

@@ -172,7 +172,7 @@ static void bytes_are_the_same(void)
     unload(&l);
 }
 
-/* What C reads is checked; the code itself has the checksum of its file alone. */
+/* Places that the C code reads are checked; machine code is checked by the checksum of its file only. */
 static void damaged_bytes_are_refused(void)
 {
     loaded l = load(path);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What other parts see of the results of an ensemble (kempe/ensemble.h). */
+/* Results of an ensemble (kempe/ensemble.h) as its report page reads them. */
 #ifndef KMP_STUDIES_ENSEMBLE_BATCH_H
 #define KMP_STUDIES_ENSEMBLE_BATCH_H
 

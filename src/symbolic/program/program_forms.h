@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What is made of a program once, for all that run it, in any thread: it lives as long as the program. */
+/* Forms of a program, such as machine code: each is made once for all threads that run the program, and lives as long.
+ */
 #ifndef KMP_SYMBOLIC_PROGRAM_PROGRAM_FORMS_H
 #define KMP_SYMBOLIC_PROGRAM_PROGRAM_FORMS_H
 
