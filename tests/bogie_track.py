@@ -20,7 +20,7 @@ from runs import ROOT, kempe, rows
 
 HERE = ROOT / "examples/bogie_track"
 sys.path.insert(0, str(HERE))
-import reference  # noqa: E402
+import reference_bogie_track as reference  # noqa: E402
 
 SPINS = ("spin_FL", "spin_FR", "spin_RL", "spin_RR")
 STEADY = ("--rates", ",".join(f"{name}={rate}" for name, rate in zip(SPINS, (-31.25, -31.25, -53.3333, -53.3333))),

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# clang-tidy (settings: .clang-tidy) over the library, the command and the examples but for reference.c, whose numbers clang
+# clang-tidy (settings: .clang-tidy) over the library, the command and the examples but for reference_*.c, whose numbers clang
 # does not have: tests/tidy.sh BUILD_FOLDER. Of each function the analyzer follows so many steps; with
 # `tests/tidy.sh BUILD_FOLDER deep` (./check full), which takes eight times as long, as many as it does by itself.
 set -euo pipefail
@@ -9,5 +9,5 @@ how=(--extra-arg=-Xclang --extra-arg=-analyzer-config --extra-arg=-Xclang --extr
 if [ "${2:-}" = deep ]; then
     how=()
 fi
-find src constraints integrators examples -name '*.c' ! -name reference.c -print0 |
+find src constraints integrators examples -name '*.c' ! -name "reference_*.c" -print0 |
     xargs -0 -n 4 -P "$(nproc)" clang-tidy -p "${1:-build/dev}" --quiet "${how[@]}"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Kane's equations for the programs examples/NAME/reference.c, by forward kinematics alone: a program says where its
+// Kane's equations for the programs examples/NAME/reference_NAME.c, by forward kinematics alone: a program says where its
 // bodies are, how fast and how accelerated for given coordinates, rates and accelerations. Partial velocities are the
 // velocities at one rate that is one; no derivative is taken, symbolic or by differences, and no recursion goes
 // inwards. T. R. Kane and D. A. Levinson, Dynamics: Theory and Applications, McGraw-Hill, 1985.

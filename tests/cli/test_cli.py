@@ -857,7 +857,7 @@ class Linear(Case):
         done = self.expect(0, "response", self.RIDE, "--inputs", "drive(road)", "--outputs", "q(body),travel", "--frequencies",
                            "0.2:50:40", "-o", "response.csv", "--svg", "response.svg")
         self.assertIn("q.body / drive(road)", done.stdout)
-        reference = subprocess.run([sys.executable, ROOT / "examples/ride/reference.py", "response.csv"], cwd=self.folder,
+        reference = subprocess.run([sys.executable, ROOT / "examples/ride/reference_ride.py", "response.csv"], cwd=self.folder,
                                    capture_output=True, text=True, timeout=100)
         self.assertEqual(reference.returncode, 0, reference.stdout + reference.stderr)
         self.assertIn("40 frequencies", reference.stdout)
@@ -980,7 +980,7 @@ class Modes(Case):
         self.assertEqual(without_times(one), without_times(self.object(0, "modes", self.CAR)))
 
     def test_reference(self):
-        """The roots that the example's reference.py computes."""
+        """The roots that the example's reference program computes."""
         with open(self.CAR.parent / "modes.csv", newline="") as file:
             wanted = [complex(float(row["re"]), float(row["im"])) for row in csv.DictReader(line for line in file if line[0] != "#")]
         found = [complex(*pair) for pair in self.object(0, "modes", self.CAR)["eigenvalues"]]
@@ -989,7 +989,7 @@ class Modes(Case):
             self.assertLess(min(abs(s - root) for root in found), 1e-12 * abs(s))
 
     def test_critical_speed(self):
-        """The closed form that the wheelset's reference.py computes. The fastest eigenvalue grows with f, and rounding of it
+        """The closed form that the wheelset's reference program computes. The fastest eigenvalue grows with f, and rounding of it
         with that: 1e-10 of the speed at f = 1e7 N."""
         with open(self.WHEELSET.parent / "reference.csv", newline="") as file:
             rows = [row for row in csv.DictReader(line for line in file if line[0] != "#") if row["f"] != "inf"]

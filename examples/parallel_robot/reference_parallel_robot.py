@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes reference.csv: the robot's motion by equations of its own, in 30 digits. Needs mpmath.
 
-    python3 reference.py > reference.csv
+    python3 reference_parallel_robot.py > reference.csv
 
 The two parallelograms of an arm keep its elbow and the platform level, so that an arm has two angles: theta of its crank,
 phi of its rod. Four angles, two closures; theta of both arms and their rates are integrated, phi is where two circles
@@ -81,7 +81,7 @@ def run(ends, h):
 
 if __name__ == "__main__":
     import sys
-    print("# The level platform as a five-bar: 30 digits by reference.py, a formulation of its own.")
+    print("# The level platform as a five-bar: 30 digits by reference_parallel_robot.py, a formulation of its own.")
     print("t,q.a1,qd.a1,q.a4,qd.a4,q.b1,qd.b1,q.b4,qd.b4")
     for t, state in run([mpf("0.25"), mpf("0.5"), mpf(1), mpf(2)], mpf(1) / int(sys.argv[1] if len(sys.argv) > 1 else 32)):
         _, angle, rate = rates(state)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes reference.csv: the car in absolute coordinates, in long doubles. Needs numpy.
 
-    python3 reference.py > reference.csv
+    python3 reference_suspension.py > reference.csv
 
 Each of the 16 bodies has a place, a quaternion, a velocity and a turning rate; each joint is rows between two bodies (81 of
 them), their multipliers follow from J M^-1 J'. No tree, no relative coordinate, no choice of independent ones. Extrapolated
@@ -320,7 +320,7 @@ if __name__ == "__main__":
     for t, state in run(rates, start(), [REAL("0.25"), REAL("0.5"), REAL(1)], h, 9):
         found = coordinates(state)
         if first:
-            print("# Absolute coordinates in long doubles by reference.py, a formulation of its own; two step sizes agree to 1e-14.")
+            print("# Absolute coordinates in long doubles by reference_suspension.py, a formulation of its own; two step sizes agree to 1e-14.")
             print(",".join(["t", *(f"q.{x}" for x in found), *(f"qd.{x}" for x in found)]))
             first = False
         print(",".join([f"{float(t):g}"] + [np.format_float_scientific(found[x][k], 14, False) for k in (0, 1) for x in found]))

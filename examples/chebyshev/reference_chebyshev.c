@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The linkage in closed form, in 113-bit arithmetic: the circles of coupler and rocker meet.
 //
-//     reference > reference.csv
+//     reference_chebyshev > reference.csv
 #include "../references/circles.h"
 
 int main(void)
 {
-    printf("# Closed form in 113-bit arithmetic, by reference.c: circles of coupler and rocker intersected.\n");
+    printf("# Closed form in 113-bit arithmetic, by reference_chebyshev.c: circles of coupler and rocker intersected.\n");
     printf("t,q.crank,q.coupler,q.rocker\n");
     for (int t = 0; t <= 8; t++) {
         quad crank = M_PI_2q + M_PI_4q * t;

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes reference.csv and wheelset.csv: figures of CONTACT's own outputs for the benchmark, in the signs used here.
 
-    python3 reference.py CONTACT > reference.csv
-    python3 reference.py CONTACT wheelset > wheelset.csv
+    python3 reference_manchester.py CONTACT > reference.csv
+    python3 reference_manchester.py CONTACT wheelset > wheelset.csv
 
 CONTACT: the folder `examples` of https://github.com/eve70a/CONTACT with mbench_a22_left.ref_out and
 mbench_a22_right.ref_out, and mbench_a22_left.inp, whose roll and rates have all digits.
@@ -40,7 +40,7 @@ def wheelsets(path):
 
 if __name__ == "__main__":
     folder = pathlib.Path(sys.argv[1])
-    print("# Manchester contact benchmark, case A-2.2, as CONTACT has it: figures of its example, by reference.py.")
+    print("# Manchester contact benchmark, case A-2.2, as CONTACT has it: figures of its example, by reference_manchester.py.")
     if sys.argv[2:] == ["wheelset"]:
         print("shift,roll,rate")
         table = wheelsets(folder / "mbench_a22_left.inp")

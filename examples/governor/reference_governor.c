@@ -3,7 +3,7 @@
 // the height of the slider and the rods' angle below the horizontal. Steps short enough for an explicit method: the
 // fastest motion decays with 1e4 1/s.
 //
-//     reference > reference.csv
+//     reference_governor > reference.csv
 #include "../references/quad.h"
 
 static const quad K = 8e5Q, C = 4e4Q, W = 0.01Q, B = 0.05Q, BALL = 5, BAR = 0.3Q, G = 9.81Q;
@@ -47,7 +47,7 @@ int main(int argc, char **argv)
     const quad times[] = {0, 0.1Q, 0.5Q, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
     quad h = 1e-3Q, state[6] = {0, 0.5Q, M_PIq / 6, 2 * M_PIq, 0, 0};
     prepare();
-    printf("# IFToMM A05: Lagrange's equations in 113-bit arithmetic, by reference.c; two tolerances agree on all "
+    printf("# IFToMM A05: Lagrange's equations in 113-bit arithmetic, by reference_governor.c; two tolerances agree on all "
            "digits.\n");
     printf("t,q.shaft,qd.shaft,q.slider,q.right,q.left\n");
     for (int k = 1; k < 13; k++) {

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Klingel's wave of two cones on round rails, in 30 digits: the wavelength without any slip, and the formula.
 
-    python3 reference.py > reference.csv
+    python3 reference_rolling_wheel.py > reference.csv
 
 Both wheels are one body. Each touches its rail, a cylinder along the track, in one point; without slip these two points
 stand still, so that the body turns about the line through them. The ground that the point at the middle of the axle
@@ -77,7 +77,7 @@ def klingel(cone):
 
 
 if __name__ == "__main__":
-    print("# Two cones on round rails, r0 0.46 m, b 0.75 m; cone: its slope, rail: radius of the rail's top, m; by reference.py.")
+    print("# Two cones on round rails, r0 0.46 m, b 0.75 m; cone: its slope, rail: radius of the rail's top, m; by reference_rolling_wheel.py.")
     print("cone,rail,wavelength,klingel")
     for rail in ("0.08", "0.3"):
         for cone in ("0.1", "0.05", "0.025", "0.0125", "0.00625"):

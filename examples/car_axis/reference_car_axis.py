@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes reference.csv: the car axis by its equations as published, index reduced, in 30 digits. Needs mpmath.
 
-    python3 reference.py > reference.csv
+    python3 reference_car_axis.py > reference.csv
 
 The equations of the Test Set for IVP Solvers, accelerations and multipliers by one linear solve; extrapolated midpoint rule
 (../extrapolation.py). With half or twice as long steps all digits that are written are the same, to one in the last.
@@ -50,7 +50,7 @@ def rates(t, state):
 if __name__ == "__main__":
     start = matrix([0, "0.5", 1, "0.5", "-0.5", 0, "-0.5", 0])
     names = ("left.1", "left.2", "right.1", "right.2")
-    print("# Car axis of the Test Set for IVP Solvers: its equations in 30 digits by reference.py; two step sizes agree.")
+    print("# Car axis of the Test Set for IVP Solvers: its equations in 30 digits by reference_car_axis.py; two step sizes agree.")
     print(",".join(["t", *(f"q.{x}" for x in names), *(f"qd.{x}" for x in names), "lambda.A.1", "lambda.B.1"]))
     h = mpf(1) / int(sys.argv[1] if len(sys.argv) > 1 else 40)
     for t, state in run(rates, start, [mpf("0.5"), mpf(1), mpf(2), mpf(3)], h, 10):

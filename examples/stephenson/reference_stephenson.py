@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes reference.csv: the six-bar's motion by an integral over the crank's angle (../turning.py), in 40 digits.
 
-    python3 reference.py > reference.csv
+    python3 reference_stephenson.py > reference.csv
 
-`python3 reference.py 96` takes 96 panels a turn instead of 48: all digits that are written are the same.
+`python3 reference_stephenson.py 96` takes 96 panels a turn instead of 48: all digits that are written are the same.
 """
 import pathlib
 import sys
@@ -40,7 +40,7 @@ def state(angle):
 if __name__ == "__main__":
     times = [mpf("0.5"), mpf(1), mpf("1.5"), mpf(2)]
     motion = Turning(lambda angle: state(angle)[:2], pi / 2, mpf(15))
-    print("# An integral over the crank's angle in 40 digits, by reference.py; two numbers of panels agree on all digits.")
+    print("# An integral over the crank's angle in 40 digits, by reference_stephenson.py; two numbers of panels agree on all digits.")
     print("t,q.O,qd.O,q.D,qd.D,q.E,qd.E")
     for t, angle in zip(times, motion.angles(times, int(sys.argv[1]) if len(sys.argv) > 1 else 48)):
         (rocker, lever), (w_rocker, w_lever) = state(angle)[2:]

@@ -2,7 +2,7 @@
 // The platform by Kane's equations of its six degrees of freedom in 113-bit arithmetic (../references/kane.h): the
 // angles of a leg's universal joint and its length follow from the point that it supports.
 //
-//     reference > reference.csv
+//     reference_stewart > reference.csv
 #include "../references/kane.h"
 
 static const vec X = {1, 0, 0}, Y = {0, 1, 0}, Z = {0, 0, 1};
@@ -113,7 +113,7 @@ int main(int argc, char **argv)
 {
     const quad times[] = {0, 0.1Q, 0.25Q, 0.5Q, 1};
     quad h = 1e-2Q, state[12] = {[6] = 0.5Q, [9] = -0.5Q, [11] = 1};
-    printf("# Kane's equations in 113-bit arithmetic, by reference.c; two tolerances agree on all digits.\n");
+    printf("# Kane's equations in 113-bit arithmetic, by reference_stewart.c; two tolerances agree on all digits.\n");
     printf("t,q.platform.1,q.platform.2,q.platform.3,q.platform.4,q.platform.5,q.platform.6\n");
     for (int k = 1; k < 5; k++) {
         integrate(rates, times[k - 1], times[k], tolerance(argc, argv), &h, 12, state);

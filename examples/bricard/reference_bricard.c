@@ -2,7 +2,7 @@
 // Bricard's six-bar by Kane's equation of its one degree of freedom, in 113-bit arithmetic (../references/kane.h): j1 =
 // j3 = j5 and j2 = j4 with sin j1 + sin j2 + sin j1 sin j2 = 0, so that no closure is left.
 //
-//     reference > reference.csv
+//     reference_bricard > reference.csv
 #include "../references/kane.h"
 
 static const vec X = {1, 0, 0}, Y = {0, 1, 0}, Z = {0, 0, 1};
@@ -49,7 +49,7 @@ int main(int argc, char **argv)
     const quad times[] = {0, 0.5Q, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9.99Q, 10};
     quad h = 1e-3Q, state[2] = {0, 0}, ignored[2];
     printf("# IFToMM A04: Kane's equation of j1 and the closed form of the others in 113-bit arithmetic, by "
-           "reference.c.\n");
+           "reference_bricard.c.\n");
     printf("t,q.j1,q.j2,q.j3,q.j4,q.j5\n");
     for (int k = 1; k < 13; k++) {
         integrate(rates, times[k - 1], times[k], tolerance(argc, argv), &h, 2, state);

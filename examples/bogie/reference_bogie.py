@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes closures.csv and reference.csv: the bogie, and the bogie thrown (shake.yaml), in long doubles. Needs numpy.
 
-    python3 reference.py closures > closures.csv
-    python3 reference.py > reference.csv
+    python3 reference_bogie.py closures > closures.csv
+    python3 reference_bogie.py > reference.csv
 
 Joints are lines in space, each of which is moved by those before it. From these lines follow places, velocities, the
 accelerations that the rates alone make, and the columns of all Jacobians (axis, axis x lever); M is the sum of J' m J over the bodies,
@@ -200,7 +200,7 @@ def digits(values):
 
 def closures():
     moving = NAMES.index("warp"), NAMES.index("stroke"), *DEPENDENT
-    print("# Closed positions with all other coordinates zero, by reference.py in long doubles.")
+    print("# Closed positions with all other coordinates zero, by reference_bogie.py in long doubles.")
     print(",".join(NAMES[i] for i in moving))
     for given in ({"warp": "0.05"}, {"stroke": "0.03"}, {"warp": "-0.08"}, {"stroke": "-0.04"}, {"warp": "0.06", "stroke": "-0.03"}):
         q, residual, steps = close(named(**given))
@@ -215,7 +215,7 @@ def in_frame(state, multipliers):
 
 
 def motion(h):
-    print("# Lines in space in long doubles by reference.py, a formulation of its own; two step sizes agree to 3e-15, lambda to 5e-11 N.")
+    print("# Lines in space in long doubles by reference_bogie.py, a formulation of its own; two step sizes agree to 3e-15, lambda to 5e-11 N.")
     print(",".join(["t", *(f"q.{x}" for x in NAMES), *(f"qd.{x}" for x in NAMES), *(f"lambda.{x}" for x in CLOSURES)]))
     for t, state in run(rates, start(), [REAL("0.05"), REAL("0.2"), REAL("0.5")], h, 8):
         multipliers = in_frame(state, accelerations(state[:N], state[N:])[1])

@@ -3,10 +3,10 @@
 // "andrews") with accelerations and multipliers from one linear system, or by Kane's equations from the geometry
 // (../references/kane.h).
 //
-//     reference > reference.csv
+//     reference_andrews > reference.csv
 //
-// `reference 1e-20 kane` takes the second way, to the same 17 digits; `reference 1e-20 published 80` has 80 rows in
-// each 0.01 s (bench/before_after).
+// `reference_andrews 1e-20 kane` takes the second way, to the same 17 digits; `reference_andrews 1e-20 published 80`
+// has 80 rows in each 0.01 s (bench/before_after).
 #include "../references/kane.h"
 
 enum { ANGLES = 7, ROWS = 6 };
@@ -159,7 +159,7 @@ int main(int argc, char **argv)
     quad h = 1e-4Q, state[2 * ANGLES] = {0};
     kane = argc > 2 && strcmp(argv[2], "kane") == 0;
     memcpy(state, start, sizeof start);
-    printf("# Initial state of the Test Set for IVP Solvers; its equations in 113-bit arithmetic, by reference.c.\nt");
+    printf("# Initial state of the Test Set for IVP Solvers; its equations in 113-bit arithmetic, by reference_andrews.c.\nt");
     for (int k = 0; k < 2 * ANGLES; k++)
         printf(",%s.%s", k < ANGLES ? "q" : "qd", names[k % ANGLES]);
     printf(",lambda.E3.1,lambda.E3.2,lambda.E4.1,lambda.E4.2,lambda.E6.1,lambda.E6.2\n");

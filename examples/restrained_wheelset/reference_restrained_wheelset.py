@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The critical speed of a wheelset on springs, in 40 digits: by the closed form, and by the roots of the quartic.
 
-    python3 reference.py > reference.csv
+    python3 reference_restrained_wheelset.py > reference.csv
 
     (m s^2 + 2 f s/V + ky) (I s^2 + 2 f b^2 s/V + kpsi) + 4 f^2 b cone/r0 = 0
 """
@@ -27,7 +27,7 @@ def rightmost(speed, f):
 
 
 if __name__ == "__main__":
-    print("# Closed form in 40 digits, by reference.py; f in N, speed in m/s, rate in rad/s.")
+    print("# Closed form in 40 digits, by reference_restrained_wheelset.py; f in N, speed in m/s, rate in rad/s.")
     print("f,speed,rate")
     for f in (mpf(10) ** 7, mpf(10) ** 8, mpf(10) ** 9, inf):
         speed, rate = closed_form(f)

@@ -4,7 +4,7 @@
 circles intersected one after the other, the potential V a function of the crank's angle, an equilibrium a zero of its
 slope, found by bisection; V is differentiated as a power series (mpmath). Nothing of it is an equation of motion.
 
-    python3 examples/double_four_bar/reference.py            crank, rocker, lever, V and V'' of each
+    python3 examples/double_four_bar/reference_double_four_bar.py            crank, rocker, lever, V and V'' of each
 """
 from mpmath import mp, mpf, cos, sin, sqrt, atan2, diff, pi
 

@@ -2,7 +2,7 @@
 // The linkage in closed form, in 113-bit arithmetic: tan(j1/2) tan(j2/2) = sin((beta + alpha)/2)/sin((beta - alpha)/2),
 // and its derivative.
 //
-//     reference > reference.csv
+//     reference_bennett > reference.csv
 #include "../references/quad.h"
 
 int main(void)
@@ -10,7 +10,7 @@ int main(void)
     const quad ratio = sinq(degrees(115) / 2) / sinq(degrees(35) / 2);
     printf("# Closed form: tan(j1/2) tan(j2/2) = sin((beta + alpha)/2)/sin((beta - alpha)/2), j3 = -j1, and its "
            "derivative; in 113-bit\n");
-    printf("# arithmetic, by reference.c.\n");
+    printf("# arithmetic, by reference_bennett.c.\n");
     printf("t,q.j1,q.j2,q.j3,qd.j1,qd.j2,qd.j3\n");
     for (int t = 0; t <= 10; t++) {
         quad first = 1 + 2 * t, y = M_PI_2q - first / 2; // tan(j2/2) = ratio tan(y)

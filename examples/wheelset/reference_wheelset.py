@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The wheelset of the Test Set for IVP Solvers by itself: the published equations in index-1 form, with scipy.
 
-    python3 examples/wheelset/reference.py > reference.csv
+    python3 examples/wheelset/reference_wheelset.py > reference.csv
 
 prints the published row and the contacts; T_END and RTOL may follow its name. State p = (x, y, z, yaw, roll), p', beta. At each state the
 contacts follow from the two conditions of each side, the multipliers from the rows differentiated twice along the motion (their
@@ -183,6 +183,6 @@ if __name__ == "__main__":
     names = ["x", "y", "z", "yaw", "roll"]
     columns = ["t", *(f"q.{x}" for x in names), *(f"qd.{x}" for x in names), "beta", "lambda.L.1", "lambda.R.1",
                *(f"{x}.{side}" for side in "LR" for x in ("psi", "xi"))]
-    print(f"# The published equations in index-1 form by reference.py, DOP853 at rtol {rtol:g}.")
+    print(f"# The published equations in index-1 form by reference_wheelset.py, DOP853 at rtol {rtol:g}.")
     print(",".join(columns))
     print(",".join([repr(t_end), *(f"{x:.14g}" for x in (*y, *e, *u[0], *u[1]))]))

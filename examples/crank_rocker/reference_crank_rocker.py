@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes the reference: positions and rates of the crank-rocker in closed form, in 40 digits.
 
-    python3 reference.py > reference.csv
+    python3 reference_crank_rocker.py > reference.csv
 """
 from mpmath import acos, arg, conj, expj, mp, mpf, nstr, pi, sqrt
 
@@ -33,7 +33,7 @@ def limit(length):
 
 
 if __name__ == "__main__":
-    print("# Closed form in 40 digits, by reference.py: circles of coupler and rocker intersected.")
+    print("# Closed form in 40 digits, by reference_crank_rocker.py: circles of coupler and rocker intersected.")
     print(f"# Dead centres of the rocker, rad: {nstr(limit(COUPLER + CRANK), 17)} and {nstr(limit(COUPLER - CRANK), 17)}.")
     print("t,q.crank,q.coupler,q.rocker,qd.crank,qd.coupler,qd.rocker")
     for k in range(0, 26):

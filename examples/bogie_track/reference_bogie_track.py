@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The slow mode of bogie_on_rails.yaml without masses: a stiff frame that two axles steer, whose driven one feels its motors.
 
-    python3 reference.py > reference.csv
+    python3 reference_bogie_track.py > reference.csv
 
 With y of the driven axle, yaw psi and the other axle L ahead of it (behind it where the speed is negative) nothing else balances
 than creep forces, 2 f22 (y'/V - psi) across each axle and, since wheels of which one has run up on its cone by slope*y against the other are

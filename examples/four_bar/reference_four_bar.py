@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes the references: the four-bar's motion by an integral over the crank's angle (../turning.py), in 40 digits.
 
-    python3 reference.py 1 1 1 > reference.csv
-    python3 reference.py 1e-6 1 1e6 3000 > reference_ill.csv
+    python3 reference_four_bar.py 1 1 1 > reference.csv
+    python3 reference_four_bar.py 1e-6 1 1e6 3000 > reference_ill.csv
 
 Masses of crank, coupler and rocker; panels a turn, 48 of them if nothing is said. With twice as many all digits that are
 written are the same. With the ill-scaled masses the crank whips round wherever the rocker turns back, within 1e-3 rad: that
@@ -35,7 +35,7 @@ if __name__ == "__main__":
     masses, times = [mpf(x) for x in sys.argv[1:4]], [mpf("0.5"), mpf(1), mpf(2), mpf(5)]
     start = pi / 2                                        # angles of the model count from there
     motion = Turning(lambda angle: state(masses, angle)[:2], start, mpf(20))
-    print(f"# Masses {' : '.join(sys.argv[1:4])}: an integral over the crank's angle in 40 digits, by reference.py; two numbers of")
+    print(f"# Masses {' : '.join(sys.argv[1:4])}: an integral over the crank's angle in 40 digits, by reference_four_bar.py; two numbers of")
     print("# panels agree on all digits.")
     print("t,q.crank,qd.crank,q.rocker,qd.rocker")
     for t, angle in zip(times, motion.angles(times, int(sys.argv[4]) if len(sys.argv) > 4 else 48)):

@@ -3,7 +3,7 @@
 """The quarter car's response in closed form, beside a table that `kempe response` wrote:
 
     kempe response ride.yaml --inputs 'drive(road)' --outputs 'q(body),travel' -o response.csv
-    python3 reference.py response.csv
+    python3 reference_ride.py response.csv
 
 With z of the body, a the angle of the wishbones, level at rest, and s = i omega:
 

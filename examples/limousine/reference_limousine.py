@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes reference.csv: the limousine in absolute coordinates, in long doubles. Needs numpy.
 
-    python3 reference.py > reference.csv
+    python3 reference_limousine.py > reference.csv
 
 Each of the 20 bodies has a place, a quaternion, a velocity and a turning rate; joints and rods are 73 rows between two
 bodies, whose multipliers follow from J M^-1 J'. Bushings turn back by the quaternion between their bodies. Extrapolated
@@ -366,7 +366,7 @@ if __name__ == "__main__":
     for t, state in run(rates, start(), [REAL("0.02"), REAL("0.05")], h, 8):
         found = coordinates(state)
         if first:
-            print("# Absolute coordinates in long doubles by reference.py, a formulation of its own; two step sizes agree to 1e-13.")
+            print("# Absolute coordinates in long doubles by reference_limousine.py, a formulation of its own; two step sizes agree to 1e-13.")
             print(",".join(["t", *(f"q.{x}" for x in found), *(f"qd.{x}" for x in found)]))
             first = False
         print(",".join([f"{float(t):g}"] + [np.format_float_scientific(found[x][k], 14, False) for k in (0, 1) for x in found]), flush=True)

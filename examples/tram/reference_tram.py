@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Wheel loads of the tram at rest, by statics alone.
 
-    python3 reference.py > reference.csv
+    python3 reference_tram.py > reference.csv
 
 Each car stands over its own pivot, so that articulations bear nothing, and a bogie's half-frames roll against each other
 but do not bend: forces up and moments about the front axle are those of a beam on two axles.

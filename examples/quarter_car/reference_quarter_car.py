@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes the reference: the quarter car's motion as a sum over its four modes, in 40 digits.
 
-    python3 reference.py > reference.csv
-    python3 reference.py modes > modes.csv
+    python3 reference_quarter_car.py > reference.csv
+    python3 reference_quarter_car.py modes > modes.csv
 
 The modes are the roots of the quartic (mb s^2 + c s + k) (mw s^2 + c s + k + kt) = (c s + k)^2, the body goes
 (c s + k) / (mb s^2 + c s + k) times as far as the wheel, and the start says how much of each there is.
@@ -42,13 +42,13 @@ def motion():
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["modes"]:
-        print("# Roots of the quartic in 40 digits, by reference.py.")
+        print("# Roots of the quartic in 40 digits, by reference_quarter_car.py.")
         print("re,im")
         for s in modes():
             print(",".join(nstr(x, 18) for x in (s.real, s.imag)))
     else:
         at = motion()
-        print("# The sum of four modes in 40 digits, by reference.py.")
+        print("# The sum of four modes in 40 digits, by reference_quarter_car.py.")
         print("t,q.wheel,q.body,qd.wheel,qd.body")
         for t in ("0.1", "0.5", "1", "2", "3"):
             (wheel, body), (wheel_rate, body_rate) = at(mpf(t))

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The linkage in closed form, in 113-bit arithmetic: C is seen from O at half the crank's angle, and OC OD = L^2 - r^2.
 //
-//     reference > reference.csv
+//     reference_peaucellier > reference.csv
 #include "../references/circles.h"
 
 int main(void)
 {
     const quad arm = 1, side = 0.4Q, crank = 0.35Q;
-    printf("# Closed form in 113-bit arithmetic, by reference.c: OC OD = L^2 - r^2 along the ray at half the crank's "
+    printf("# Closed form in 113-bit arithmetic, by reference_peaucellier.c: OC OD = L^2 - r^2 along the ray at half the crank's "
            "angle.\n");
     printf("t,q.crank,q.arm_a,q.arm_b,q.ac,q.ad,q.bc,q.bd\n");
     for (int k = 0; k <= 10; k++) {
