@@ -159,7 +159,8 @@ int main(int argc, char **argv)
     quad h = 1e-4Q, state[2 * ANGLES] = {0};
     kane = argc > 2 && strcmp(argv[2], "kane") == 0;
     memcpy(state, start, sizeof start);
-    printf("# Initial state of the Test Set for IVP Solvers; its equations in 113-bit arithmetic, by reference_andrews.c.\nt");
+    printf("# Initial state of the Test Set for IVP Solvers; its equations in 113-bit arithmetic, by "
+           "reference_andrews.c.\nt");
     for (int k = 0; k < 2 * ANGLES; k++)
         printf(",%s.%s", k < ANGLES ? "q" : "qd", names[k % ANGLES]);
     printf(",lambda.E3.1,lambda.E3.2,lambda.E4.1,lambda.E4.2,lambda.E6.1,lambda.E6.2\n");

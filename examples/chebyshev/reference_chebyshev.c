@@ -6,7 +6,8 @@
 
 int main(void)
 {
-    printf("# Closed form in 113-bit arithmetic, by reference_chebyshev.c: circles of coupler and rocker intersected.\n");
+    printf(
+        "# Closed form in 113-bit arithmetic, by reference_chebyshev.c: circles of coupler and rocker intersected.\n");
     printf("t,q.crank,q.coupler,q.rocker\n");
     for (int t = 0; t <= 8; t++) {
         quad crank = M_PI_2q + M_PI_4q * t;

@@ -34,7 +34,8 @@ static const mechanism SYSTEM = {.n = 8, .rows = 7, .move = move};
 int main(void)
 {
     quad q[8] = {0};
-    printf("# Arm at -10, -5, 0, 5 and 10 degrees: a Newton solve in 113-bit arithmetic, by reference_double_wishbone.c.\n");
+    printf("# Arm at -10, -5, 0, 5 and 10 degrees: a Newton solve in 113-bit arithmetic, by "
+           "reference_double_wishbone.c.\n");
     printf("t,q.upright.1,q.upright.2,q.upright.3,q.upright.4,q.upright.5\n");
     for (int k = 0; k < 5; k++) {
         q[7] = degrees(5 * k - 10);

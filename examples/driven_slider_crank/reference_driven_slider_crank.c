@@ -8,7 +8,8 @@
 int main(void)
 {
     const quad times[] = {0.1Q, 0.25Q, 0.4Q, 0.7Q, 1.15Q, 2}, r = 0.2Q, l = 0.5Q, rate = 2 * M_PIq;
-    printf("# Closed form in 113-bit arithmetic, by reference_driven_slider_crank.c: a = 2 pi t, slider = r cos a + sqrt(l^2 - r^2 sin^2 "
+    printf("# Closed form in 113-bit arithmetic, by reference_driven_slider_crank.c: a = 2 pi t, slider = r cos a + "
+           "sqrt(l^2 - r^2 sin^2 "
            "a) - r - l,\n");
     printf("# rod = -a - asin(r sin(a)/l).\n");
     printf("t,q.crank,qd.crank,q.rod,qd.rod,q.slider,qd.slider\n");

@@ -47,7 +47,8 @@ int main(int argc, char **argv)
     const quad times[] = {0, 0.1Q, 0.5Q, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
     quad h = 1e-3Q, state[6] = {0, 0.5Q, M_PIq / 6, 2 * M_PIq, 0, 0};
     prepare();
-    printf("# IFToMM A05: Lagrange's equations in 113-bit arithmetic, by reference_governor.c; two tolerances agree on all "
+    printf("# IFToMM A05: Lagrange's equations in 113-bit arithmetic, by reference_governor.c; two tolerances agree on "
+           "all "
            "digits.\n");
     printf("t,q.shaft,qd.shaft,q.slider,q.right,q.left\n");
     for (int k = 1; k < 13; k++) {

@@ -15,7 +15,8 @@ int main(void)
 {
     const quad a = 38, b = 41.5Q, c = 39.3Q, d = 40.1Q, e = 55.8Q, f = 39.4Q, g = 36.7Q, h = 65.7Q, i = 49, j = 50,
                k = 61.9Q, l = 7.8Q, m = 15;
-    printf("# Closed form in 113-bit arithmetic, by reference_jansen_leg.c: circles intersected one after the other.\n");
+    printf(
+        "# Closed form in 113-bit arithmetic, by reference_jansen_leg.c: circles intersected one after the other.\n");
     printf("t,q.crank,q.upper_rod,q.lower_rod,q.upper,q.link,q.lower,q.leg\n");
     for (int n = 0; n <= 8; n++) {
         quad crank = M_PI_4q * n;

@@ -23,7 +23,8 @@ int main(int argc, char **argv)
     const quad times[] = {0, 0.05Q, 5, 10, 20};
     quad h = 1e-3Q, state[2] = {M_PI_2q, -1};
     N = argc > 1 ? strtoflt128(argv[1], NULL) : 2;
-    printf("# IFToMM A02, N = %g: the equation of a pendulum in 113-bit arithmetic, by reference_n_four_bar.c.\n", (double)N);
+    printf("# IFToMM A02, N = %g: the equation of a pendulum in 113-bit arithmetic, by reference_n_four_bar.c.\n",
+           (double)N);
     printf("t,q.a0,q.a%g,q.b0\n", (double)N);
     for (int k = 1; k < 5; k++) {
         integrate(rates, times[k - 1], times[k], tolerance(argc - 1, argv + 1), &h, 2, state);

@@ -7,7 +7,8 @@
 int main(void)
 {
     const quad arm = 1, side = 0.4Q, crank = 0.35Q;
-    printf("# Closed form in 113-bit arithmetic, by reference_peaucellier.c: OC OD = L^2 - r^2 along the ray at half the crank's "
+    printf("# Closed form in 113-bit arithmetic, by reference_peaucellier.c: OC OD = L^2 - r^2 along the ray at half "
+           "the crank's "
            "angle.\n");
     printf("t,q.crank,q.arm_a,q.arm_b,q.ac,q.ad,q.bc,q.bd\n");
     for (int k = 0; k <= 10; k++) {

@@ -34,7 +34,8 @@ int main(int argc, char **argv)
     const quad times[] = {0, 0.5Q, 1, 2, 5, 10};
     quad h = 1e-3Q, state[6] = {0, 0, 0, 5};
     close_gaps(&SYSTEM, 0, state, state + 3, (const int[]){1, 2});
-    printf("# Kane's equations of crank, rod and slider in 113-bit arithmetic, by reference_slider_crank.c; two tolerances agree on "
+    printf("# Kane's equations of crank, rod and slider in 113-bit arithmetic, by reference_slider_crank.c; two "
+           "tolerances agree on "
            "all digits.\n");
     printf("t,q.crank,qd.crank,q.rod,q.slider,qd.slider\n");
     for (int k = 1; k < 6; k++) {

@@ -39,7 +39,8 @@ int main(int argc, char **argv)
     const quad times[] = {0, 0.2Q, 1, 2, 5};
     quad h = 1e-3Q, state[8] = {0, 0.2Q, 0, 0, 6};
     close_gaps(&SYSTEM, 0, state, state + 4, (const int[]){1, 2, 3});
-    printf("# Kane's equations in 113-bit arithmetic, by reference_spatial_slider_crank.c; two tolerances agree on all digits.\n");
+    printf("# Kane's equations in 113-bit arithmetic, by reference_spatial_slider_crank.c; two tolerances agree on all "
+           "digits.\n");
     printf("t,q.slider,qd.slider,q.crank,qd.crank\n");
     for (int k = 1; k < 5; k++) {
         integrate(rates, times[k - 1], times[k], tolerance(argc, argv), &h, 8, state);
