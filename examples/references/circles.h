@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Plane linkages in closed form for the programs examples/NAME/reference_NAME.c: points are complex numbers, circles meet.
+// Plane linkages in closed form for the programs examples/NAME/reference_NAME.c: points are complex numbers, circles
+// meet.
 #ifndef KEMPE_EXAMPLES_CIRCLES_H
 #define KEMPE_EXAMPLES_CIRCLES_H
 

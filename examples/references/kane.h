@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Kane's equations for the programs examples/NAME/reference_NAME.c, by forward kinematics alone: a program says where its
-// bodies are, how fast and how accelerated for given coordinates, rates and accelerations. Partial velocities are the
-// velocities at one rate that is one; no derivative is taken, symbolic or by differences, and no recursion goes
+// Kane's equations for the programs examples/NAME/reference_NAME.c, by forward kinematics alone: a program says where
+// its bodies are, how fast and how accelerated for given coordinates, rates and accelerations. Partial velocities are
+// the velocities at one rate that is one; no derivative is taken, symbolic or by differences, and no recursion goes
 // inwards. T. R. Kane and D. A. Levinson, Dynamics: Theory and Applications, McGraw-Hill, 1985.
 #ifndef KEMPE_EXAMPLES_KANE_H
 #define KEMPE_EXAMPLES_KANE_H

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Arithmetic of 113 bits for the programs examples/NAME/reference_NAME.c: dense linear systems, an integrator, rows of CSV.
-// GCC's __float128 and libquadmath. A program prints its table; an argument is the tolerance of its steps.
+// Arithmetic of 113 bits for the programs examples/NAME/reference_NAME.c: dense linear systems, an integrator, rows of
+// CSV. GCC's __float128 and libquadmath. A program prints its table; an argument is the tolerance of its steps.
 // examples/references/run builds it, runs it and compares.
 #ifndef KEMPE_EXAMPLES_QUAD_H
 #define KEMPE_EXAMPLES_QUAD_H
