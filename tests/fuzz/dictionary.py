@@ -63,18 +63,8 @@ def values():
     return ["l", "m", "ax", "q.A", "qd.A", "q.", "qd.", ",", "# ", "\n", "\r\n", "\ufeff", "nan", "inf", "+1", "-1e-3"]
 
 
-def program():
-    functions = re.findall(r'"(\w+)"', (ROOT / "src/symbolic/ops.def").read_text())
-    inputs = [word + "[0]" for word in texts("src/symbolic/program/program_words.c")[:12]]
-    lines = ["program 1\n", "table 0 linear\n", "table 1 cubic\n", "implicit 0 unknowns 1 arguments 1\n",
-             "implicit 0 averages 2 arguments 1\n", "stage 0\n", "stage 1\n",
-             "stage 2\n", "out[0] = ", "out[1] = ", "v0 = ", "v1 = ", "end\n", "implicit[0, 0](v", "table[0, 1](", "list(",
-             " + ", " - ", " * ", " / ", "-inf", "nan"]
-    return [name + "(" for name in functions] + inputs + lines
-
-
 FORMATS = {"expression": expression, "model": model, "mbs": mbs, "reference": columns,
-           "checkpoint": lambda: ["# kempe checkpoint 2, model ", "\n", ",", ",0", "\n0.2,"], "program": program, "values": values}
+           "checkpoint": lambda: ["# kempe checkpoint 2, model ", "\n", ",", ",0", "\n0.2,"], "program": list, "values": values}
 
 
 def quoted(word):

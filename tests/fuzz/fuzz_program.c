@@ -1,30 +1,29 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Text of programs: what is read is written and read again, and run. */
+/* Programs as bytes: what is read is printed, written again as the same bytes, and run. */
 #include "backend/x86/machine.h"
-#include "base/context.h"
-#include "base/memory.h"
 #include "fuzz.h"
+#include "symbolic/program/program_bytes.h"
 
 enum { MOST_INPUT = 64 };
 
-static kmp_program *read_text(const char *text)
-{
-    kempe_context *context = fuzz_context_new();
-    kmp_program *p = NULL;
-    kempe_status status = kmp_program_read(context, "program", text, &p);
-    fuzz_check_status(context, status);
-    fuzz_promise((status == KEMPE_OK) == (p != NULL), "a program comes with KEMPE_OK, and only then");
-    kempe_context_free(context);
-    return p;
-}
-
-static char *text_of(const kmp_program *p)
+static void print(const kmp_program *p)
 {
     kmp_text text = {0};
     kmp_program_print(p, NULL, &text);
-    char *s = kmp_text_take(&text);
-    fuzz_promise(s, "there is memory");
-    return s;
+    fuzz_promise(!text.failed, "there is memory");
+    kmp_text_free(&text);
+}
+
+/* The bytes of the program, which are those that it was read from. */
+static void write_again(const kmp_program *p, const uint8_t *data, size_t size)
+{
+    kmp_bytes bytes = {0};
+    kmp_table_pool pool = {0};
+    kmp_program_put(&bytes, &pool, p);
+    fuzz_promise(!bytes.failed, "there is memory");
+    fuzz_promise(bytes.size == size && memcmp(bytes.at, data, size) == 0, "what was read is written in the same way");
+    kmp_table_pool_free(&pool);
+    kmp_bytes_free(&bytes);
 }
 
 static bool reads_little(const kmp_program *p)
@@ -78,24 +77,17 @@ static void run(const kmp_program *p)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    char *text = kmp_calloc(size + 1, 1);
-    fuzz_promise(text, "there is memory");
-    if (size > 0)
-        memcpy(text, data, size);
-    kmp_program *p = read_text(text);
+    kmp_byte_source source = kmp_byte_source_of(data, size);
+    kmp_table_pool pool = {0};
+    kmp_program *p = kmp_program_get(&source, &pool);
+    fuzz_promise(!p || !source.failed, "a program is read as a whole");
     if (p) {
-        char *first = text_of(p);
-        kmp_program *again = read_text(first);
-        fuzz_promise(again, "what is written can be read");
-        char *second = text_of(again);
-        fuzz_promise(strcmp(first, second) == 0, "what was read is written in the same way");
+        print(p);
+        write_again(p, data, (size_t)(source.at - data));
         if (reads_little(p))
             run(p);
-        kmp_program_free(again);
-        kmp_free(second);
-        kmp_free(first);
     }
     kmp_program_free(p);
-    kmp_free(text);
+    kmp_table_pool_free(&pool);
     return 0;
 }

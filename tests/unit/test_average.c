@@ -3,12 +3,12 @@
  * what overflows when it is not scaled, the same bits from back ends and a program that was written and read, and what
  * the graph itself gives, up to rounding. */
 #include "backend/x86/machine.h"
-#include "base/context.h"
 #include "base/memory.h"
+#include "read_again.h"
 #include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
 #include "symbolic/sums/average.h"
-#include "testing.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 
 enum { PLACES = 81, VALUES = 4, OUTPUTS = 3 * VALUES, STEEP = 500 };
@@ -119,11 +119,7 @@ static void derivatives_agree_with_differences(void)
 static void all_back_ends_have_the_same_bits(void)
 {
     scene c = new_scene();
-    kempe_context *context = kempe_context_new();
-    kmp_text text = {0};
-    kmp_program *back = NULL;
-    kmp_program_print(c.program, NULL, &text);
-    CHECK(kmp_program_read(context, "text", text.s, &back) == KEMPE_OK);
+    kmp_program *back = read_again(c.program);
     for (double q = -1.5; q <= 1.5 && back; q += 0.41) {
         double tape[OUTPUTS], native[OUTPUTS], read[OUTPUTS], p = 0.7;
         run(c.program, "tape", q, p, tape);
@@ -141,28 +137,32 @@ static void all_back_ends_have_the_same_bits(void)
         kmp_free(value);
     }
     kmp_program_free(back);
-    kmp_text_free(&text);
-    kempe_context_free(context);
     free_scene(&c);
 }
 
-/* A program from a file may leave to the places what depends on arguments alone: a table and its slope there. */
+/* A program from bytes may leave to the places what depends on arguments alone: a table and its slope there. */
 static void arguments_alone_at_all_places(void)
 {
-    static const char inner[] =
-        "program 1\ntable 0 linear\n0 0\n1 2\n4 5\n"
-        "stage 0\nstage 1\nv0 = table[0, 0](p[0])\nv1 = q[0] * q[0]\nout[0] = -v1\nout[1] = -9\n"
-        "stage 2\nv2 = table[0, 1](p[0])\nout[0] = v0\nout[1] = v2\nend\n";
-    static const char outer[] = "stage 0\nstage 1\nv0 = list(q[0], 0)\nv1 = implicit[0, 1](v0)\n"
-                                "v2 = implicit[0, 2](v0)\nout[0] = v1\nout[1] = v2\nend\n";
-    kempe_context *context = kempe_context_new();
-    kmp_program *program = NULL;
-    kmp_text text = {0};
-    kmp_text_put(&text, "program 1\nimplicit 0 averages 3 arguments 1\n");
+    const double knots[] = {0, 1, 4}, values[] = {0, 2, 5};
+    kmp_graph *g = kmp_graph_new(), *l = kmp_graph_new();
+    kmp_table *table = kmp_table_new(KMP_TABLE_LINEAR, 3, knots, values);
+    double place[40];
     for (int k = 0; k < 40; k++)
-        kmp_text_printf(&text, "%.17g\n", 0.25 * (k - 20));
-    kmp_text_printf(&text, "%s%s", inner, outer);
-    CHECK(kmp_program_read(context, "text", text.s, &program) == KEMPE_OK);
+        place[k] = 0.25 * (k - 20);
+    kmp_ref s = kmp_input(l, KMP_IN_Q, 0), p = kmp_input(l, KMP_IN_PARAMETER, 0), argument = kmp_input(g, KMP_IN_Q, 0),
+            out[3];
+    kmp_ref at = kmp_table_at(l, kmp_graph_add_table(l, table), p), one = KMP_ONE;
+    kmp_derivative *d = kmp_derivative_new(l, 1, &p, &one);
+    const kmp_ref averaged[] = {at, kmp_derivative_of(d, at)}, *group = out + 1;
+    kmp_derivative_free(d);
+    kmp_implicit_at(g,
+                    kmp_graph_add_implicit(
+                        g, kmp_average_new(l, 1, kmp_neg(kmp_mul(l, s, s)), kmp_const(l, -9), 2, averaged, 40, place)),
+                    &argument, out);
+    kmp_program *program = kmp_program_new(g, 1, &(int){2}, &group);
+    kmp_program *inner = program->block[0].program;
+    CHECK(inner->code[1] > 0);
+    inner->code[1] = 0; /* the table's instructions, from stage 0 to the places */
     kmp_machine *m = program ? kmp_machine_new(program, kmp_backend_find("native")) : NULL;
     CHECK(m);
     for (double q = 0.5; m && q < 4; q += 2) {
@@ -173,8 +173,8 @@ static void arguments_alone_at_all_places(void)
     }
     kmp_machine_free(m);
     kmp_program_free(program);
-    kmp_text_free(&text);
-    kempe_context_free(context);
+    kmp_table_free(table);
+    kmp_graph_free(g);
 }
 
 /* Where E does not come near what is needed the values are those of one place near its largest. */

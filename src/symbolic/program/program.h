@@ -117,11 +117,8 @@ int kmp_program_add_block(kmp_program *p, const kmp_program_block *block);
  * it. */
 double kmp_program_value(const kmp_program *p, int i, double x, double y, double z);
 
-/** The program as text, one instruction per line; `stage_name` (stages entries) may be NULL. The text reads back to a
- * program with the same text and the same results to the bit (docs/program_format.md). */
+/** The program as text, one instruction per line (docs/program_format.md); `stage_name` (stages entries) may be NULL.
+ */
 void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text);
-
-/** Reads the text of kmp_program_print; names of stages are skipped. KEMPE_E_INPUT: the error, at file:line:column. */
-kempe_status kmp_program_read(kempe_context *context, const char *file, const char *text, kmp_program **program);
 
 #endif

@@ -2,6 +2,7 @@
 /* A program's arrays one after another. A table is written where it is first used; later uses have its number. */
 #include "symbolic/program/program_bytes.h"
 #include "base/memory.h"
+#include "symbolic/implicit.h"
 #include "symbolic/table_function.h"
 #include <limits.h>
 
@@ -196,6 +197,35 @@ static bool is_program(const kmp_program *p)
     return good;
 }
 
+/* True if a block's program has the outputs that the block needs: guesses of the unknowns, with candidates the merit of
+ * a guess, residuals with their derivatives by the unknowns; for averages the exponent and its least value that counts,
+ * then the quantities. */
+static bool has_outputs(const kmp_program_block *block)
+{
+    int n = block->unknowns;
+    bool among = block->candidates > 0 && !block->averages;
+    int first = block->averages ? 2 : n, last = block->averages ? n - 1 : n + n * n + (among && n == 1);
+    const kmp_program *p = block->program;
+    return p->block_count == 0 && p->stages == 3 + among && p->outputs[1] == 0 && p->outputs[2] == first &&
+           (!among || p->outputs[3] == n + 1) && p->outputs[p->stages] == first + among + last;
+}
+
+/* True if candidates or places ascend, and the program reads unknowns q and arguments p alone. */
+static bool is_block(const kmp_program_block *block)
+{
+    const kmp_program *p = block->program;
+    int unknowns = block->averages ? 1 : block->unknowns;
+    bool good = has_outputs(block) && (block->averages ? block->candidates > 2 : unknowns <= KMP_IMPLICIT_MOST);
+    for (int k = 1; good && k < block->candidates; k++)
+        good = block->candidate[k] >= block->candidate[k - 1];
+    for (int k = 0; good && k < p->input_count; k++) {
+        kmp_input_kind kind = p->input[k].kind;
+        int count = kind == KMP_IN_Q ? unknowns : kind == KMP_IN_PARAMETER ? block->arguments : 0;
+        good = p->input[k].index < (uint32_t)count;
+    }
+    return good;
+}
+
 /* -- reading ----------------------------------------------------------------------------------------- */
 
 static kmp_program *get_program(kmp_byte_source *s, kmp_table_pool *pool, int depth);
@@ -216,7 +246,7 @@ static bool get_block(kmp_byte_source *s, kmp_table_pool *pool, int depth, kmp_p
     if (block.candidate) {
         KMP_BYTES_TAKE(s, block.candidate, block.candidates);
         block.program = kmp_bytes_take_int(s, PROGRAM, PROGRAM) == PROGRAM ? get_program(s, pool, depth + 1) : NULL;
-        good = block.program && kmp_program_add_block(p, &block) >= 0;
+        good = block.program && is_block(&block) && kmp_program_add_block(p, &block) >= 0;
         kmp_program_free(block.program);
     } else {
         good = false;

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The text of a program: docs/program_format.md. */
 #include "symbolic/program/program.h"
-#include "symbolic/program/program_words.h"
 #include "symbolic/table_function.h"
 #include <math.h>
+
+static const char *const input_words[KMP_IN_COUNT] = {"p",    "t",     "q",     "qd",    "qdd",    "lambda", "mu",
+                                                      "mode", "place", "chart", "force", "torque", "effort", "along"};
 
 static void print_number(double x, kmp_text *text)
 {
@@ -24,7 +26,7 @@ static void print_operand(const kmp_program *p, uint32_t operand_, kmp_text *tex
         if (in->kind == KMP_IN_TIME && in->index == 0)
             kmp_text_put(text, "t");
         else
-            kmp_text_printf(text, "%s[%u]", kmp_input_words[in->kind], in->index);
+            kmp_text_printf(text, "%s[%u]", input_words[in->kind], in->index);
     } else {
         kmp_text_printf(text, "v%d", value - p->constant_count - p->input_count);
     }
