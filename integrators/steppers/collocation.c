@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Radau IIA with all stages of a step evaluated at once, in the lanes of vector registers: 7 stages (order 13) in 8
- * lanes, 4 stages (order 7) in 4 lanes. Error
- * estimate of the order of the stages, step control after Gustafsson, dense output from the stages (Hairer, Wanner,
- * Solving Ordinary Differential Equations II, 2nd ed., IV.5, IV.8).
+/* Radau IIA with all stages of a step evaluated at once, in the lanes of vector registers: `radau` has 7 stages (order
+ * 13) in 8 lanes or 4 stages (order 7) in 4 lanes, radau5 and radau9 have 3 and 5 for stiff motion. Error estimate of
+ * the order of the stages, step control after Gustafsson, dense output from the stages (Hairer, Wanner, Solving
+ * Ordinary Differential Equations II, 2nd ed., IV.5, IV.8).
  *
  * A one-step method: the formulation corrects y between steps. */
 #include "integrators/steppers/collocation.h"
@@ -15,8 +15,8 @@ enum { MAX_REJECT = 1000, MOST_SWEEPS = 16 };
 
 /* Safety, least and largest quotient of two steps. */
 static const double SAFETY = 0.9, SHRINK = 0.2, GROW = 4;
-/* Found on the mechanisms of bench/collocation: errors anywhere in a run are then about those of dop853. */
-static const double POWER = 0.8, REST = 0.01;
+/* Remainder of an iteration over rtol: errors anywhere in a run are then about those of dop853 (bench/collocation). */
+static const double REST = 0.01;
 /* Largest quotient of the next step with which step size and factors are kept. */
 static const double KEEP_STEP = 1.2;
 static const double OLD_ERROR_FLOOR = 1e-4;
@@ -30,7 +30,7 @@ static void allocate(kmp_collocation *s)
     (void)KMP_ARENA_GROUPS(a,
                            {s->n,
                             {&s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale, &s->per_scale,
-                             &s->w_accept, &s->error, &s->fix}},
+                             &s->w_accept, &s->error, &s->fix, &s->slip}},
                            {inner, {&s->weight, &s->g_start, &s->g_start_old, &s->lead, &s->lead_old}});
     struct {
         double **to;
@@ -76,11 +76,11 @@ static void set_constants(kmp_collocation *s)
 }
 
 /* The estimate is of order s, dense output of order s + 1, and the ends of steps of order 2 s - 1: for errors in
- * proportion to rtol the estimate is compared with rtol^POWER of the values. Iterations continue to REST of rtol.
+ * proportion to rtol the estimate is compared with a power of rtol of the values. Iterations continue to REST of rtol.
  */
 static void choose_limits(kmp_collocation *s)
 {
-    double rtol = pow(s->base.tolerance.rtol, POWER);
+    double rtol = s->method->part * pow(s->base.tolerance.rtol, s->method->power);
     s->widen = rtol / s->base.tolerance.rtol;
     s->limit = fmax(10 * DBL_EPSILON / rtol, fmin(0.03, REST / s->widen));
     s->most_sweeps = MOST_SWEEPS;
@@ -92,14 +92,15 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     if (!s)
         return NULL;
     const kmp_ode *ode = &s->base.ode;
-    s->w = ode->lanes ? ode->width : 8;
-    s->s = s->w == 4 ? 4 : 7;
+    s->method = kind->method;
+    s->w = s->method->stages > 0 ? (s->method->stages > 4 ? 8 : 4) : ode->lanes ? ode->width : 8;
+    s->s = s->method->stages > 0 ? s->method->stages : s->w == 4 ? 4 : 7;
     s->n = ode->n;
     s->p = ode->positions;
     s->q = ode->quadratures;
     s->inner = s->n - s->p - s->q;
     kmp_collocation_make(&s->table, s->s);
-    kmp_collocation_begin_with(s, KMP_ITERATION_PICARD);
+    kmp_collocation_begin_with(s, s->method->cheapest);
     choose_limits(s);
     allocate(s);
     (void)(kmp_collocation_allocate_newton(s) && kmp_collocation_allocate_coupled(s));
@@ -192,6 +193,8 @@ static void find_start(kmp_collocation *s, double h, bool newton)
             sum += s->table.start[j] * s->g[k * s->w + j];
         s->g_start[k] = sum;
     }
+    if (s->method->by_rates)
+        memcpy(s->slip, s->error + s->p, (size_t)s->p * sizeof *s->slip);
 }
 
 static void take(kmp_collocation *s, double h, double t_new, double error)
@@ -281,6 +284,17 @@ static double between(const kmp_collocation *s, int k, const double *weight)
     return sum;
 }
 
+/* Weights of positions: the integral of the polynomial through the rates of the stages, which are h A g. */
+static void integrate_rates(const kmp_collocation *s, const double *once, double *weight)
+{
+    weight[0] = 0;
+    for (int j = 0; j < s->s; j++) {
+        weight[j + 1] = 0;
+        for (int i = 0; i < s->s; i++)
+            weight[j + 1] += once[i + 1] * s->table.a[i][j];
+    }
+}
+
 /* The polynomial through the derivatives at the start and the stages, integrated once or twice; the formulation's
  * correction belongs to its end. */
 static kempe_status dense(void *solver, double t, double *y, double *yp)
@@ -294,19 +308,27 @@ static kempe_status dense(void *solver, double t, double *y, double *yp)
         return KEMPE_OK;
     double x = (t - s->base.t_old) / h;
     kmp_collocation_integrals(&s->table, x, once, twice);
+    if (s->method->by_rates)
+        integrate_rates(s, once, twice);
     for (int k = 0; k < s->p; k++)
-        y[k] += h * (x * s->y_old[s->p + k] + h * between(s, k, twice)) + x * s->fix[k];
+        y[k] += h * (x * s->y_old[s->p + k] + once[0] * s->slip[k] + h * between(s, k, twice)) + x * s->fix[k];
     for (int k = s->p; k < s->n; k++)
         y[k] += h * between(s, k - s->p, once) + x * s->fix[k];
     return KEMPE_OK;
 }
 
-const kmp_solver_kind kmp_solver_radau = {.name = "radau",
-                                          .corrects = true,
-                                          .lanes = true,
-                                          .standard = true,
-                                          .create = create,
-                                          .release = kmp_solver_free,
-                                          .start = start,
-                                          .step = step,
-                                          .dense = dense};
+#define KMP_COLLOCATION_FUNCTIONS                                                                                      \
+    .corrects = true, .create = create, .release = kmp_solver_free, .start = start, .step = step, .dense = dense
+
+/* Powers: for radau found on the mechanisms of bench/collocation, as REST; for the others Hairer's choice. */
+static const kmp_collocation_method
+    ANY = {.cheapest = KMP_ITERATION_PICARD, .part = 1, .power = 0.8},
+    OF_3 = {.stages = 3, .cheapest = KMP_ITERATION_NEWTON, .part = 0.1, .power = 2. / 3, .by_rates = true},
+    OF_5 = {.stages = 5, .cheapest = KMP_ITERATION_NEWTON, .part = 0.1, .power = 0.6, .by_rates = true};
+
+const kmp_solver_kind kmp_solver_radau = {
+    .name = "radau", .lanes = true, .standard = true, .method = &ANY, KMP_COLLOCATION_FUNCTIONS};
+const kmp_solver_kind kmp_solver_radau5 = {
+    .name = "radau5", .implicit = true, .method = &OF_3, KMP_COLLOCATION_FUNCTIONS};
+const kmp_solver_kind kmp_solver_radau9 = {
+    .name = "radau9", .implicit = true, .method = &OF_5, KMP_COLLOCATION_FUNCTIONS};

@@ -20,8 +20,19 @@ typedef enum kmp_iteration {
     KMP_ITERATIONS
 } kmp_iteration;
 
+/* What distinguishes integrators with this code. */
+typedef struct kmp_collocation_method {
+    int stages;             /* 0: as many as the lanes of the ODE have room for */
+    kmp_iteration cheapest; /* that is tried */
+    double part, power;     /* the estimate is compared with part rtol^power of the values */
+    bool by_rates; /* positions between steps by the rates of the stages, from an initial rate without its stiff part;
+                    * otherwise by their derivatives and the initial rate, one order more accurate where nothing is
+                    * stiff */
+} kmp_collocation_method;
+
 typedef struct kmp_collocation {
     kmp_solver base; /* first */
+    const kmp_collocation_method *method;
     kmp_collocation_table table;
     int n, s, w;     /* unknowns, stages, lanes: s <= w */
     int p, inner, q; /* unknowns: positions, those with stage derivatives, quadratures */
@@ -36,6 +47,7 @@ typedef struct kmp_collocation {
     double *error;                    /* n: of the attempt */
     double *weight;                   /* inner: of a change of g in the norm */
     double *lead, *lead_old;          /* inner: leading coefficients of the stages' polynomials, over their step */
+    double *slip;                     /* n: of the rates of positions at the start of the last step, their stiff part */
     double *fix;                      /* n: the formulation's correction of the last step's end */
     double *g, *g_old;                /* (inner + q) w: derivatives of the stages; of the last step's */
     double *g_start, *g_start_old;    /* inner + q: at the start of the step, and of the last one */

@@ -122,13 +122,13 @@ void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, doubl
     measure_pace(s, h);
     bool held = by_iteration < HELD * h && is_worth(s, by_error, by_iteration);
     s->limited = held ? s->limited + 1 : 0;
-    s->free = s->iteration != KMP_ITERATION_PICARD && !s->whole && s->picard < EASY ? s->free + 1 : 0;
+    s->free = s->iteration > s->method->cheapest && !s->whole && s->picard < EASY ? s->free + 1 : 0;
     if (s->trial_steps > 0 && --s->trial_steps == 0 && s->pace < s->pace_before)
         end_trial(s);
     else if (s->trial_steps > 0)
         return;
     else if (s->free >= SEVERAL)
-        kmp_collocation_begin_with(s, KMP_ITERATION_PICARD);
+        kmp_collocation_begin_with(s, s->method->cheapest);
     else if (s->iteration < KMP_ITERATION_COUPLED && s->limited >= s->patience[s->iteration + 1])
         try_iteration(s, s->iteration + 1);
     else if (s->iteration == KMP_ITERATION_COUPLED && --s->trust <= 0)
