@@ -17,9 +17,9 @@
  * Inputs. A value that the caller sets acts from the current time on, and no step goes beyond the requested time while
  * values may change. Inputs of the model (kempe/settings.h) are set by kempe_stepper_set_input: the integrator restarts
  * where a value jumps, and continues with its step size and order elsewhere. A one-step method keeps its step size when
- * it restarts; a multistep method (adams, bdf, ida) restarts at order one, which is slow with many short calls. A force
- * function (kempe/extend.h) may also read values of its own: each call then restarts the integrator, unless
- * kempe_stepper_keep_inputs says that they are constant.
+ * it restarts; a multistep method (adams, bdf, ida) restarts at order one, and a one-step method continues in its place
+ * where restarts are frequent (docs/solvers.md). A force function (kempe/extend.h) may also read values of its own:
+ * each call then restarts the integrator, unless kempe_stepper_keep_inputs says that they are constant.
  *
  * Real time. The conditions: `fixed_step` in the options, formulation `projected`, change_points `ignore`, a model
  * without conditions and without spherical joints. Then kempe_stepper_advance over a given time allocates nothing,
