@@ -17,9 +17,9 @@
  * Inputs. A value that the caller sets acts from the current time on, and no step goes beyond the requested time while
  * values may change. Inputs of the model (kempe/settings.h) are set by kempe_stepper_set_input: the integrator restarts
  * where a value jumps, and continues with its step size and order elsewhere. A one-step method keeps its step size when
- * it restarts; a multistep method (adams, bdf, ida) restarts at order one, which is slow with many short calls. A force
- * function (kempe/extend.h) may also read values of its own: each call then restarts the integrator, unless
- * kempe_stepper_keep_inputs says that they are constant.
+ * it restarts. A multistep method (adams, bdf, ida) restarts at order one; where restarts are frequent, a one-step
+ * method continues in its place (docs/solvers.md). A force function (kempe/extend.h) may also read values of its own:
+ * each call then restarts the integrator, unless kempe_stepper_keep_inputs says that they are constant.
  *
  * Real time. The conditions: `fixed_step` in the options, formulation `projected`, change_points `ignore`, a model
  * without conditions and without spherical joints. Then kempe_stepper_advance over a given time allocates nothing,
@@ -72,8 +72,8 @@ KEMPE_API kempe_status kempe_stepper_set_input_rates(kempe_stepper *stepper, int
 /** Value of an input at the current time, before a value that was set there; NaN: there is no such input. */
 KEMPE_API double kempe_stepper_input(const kempe_stepper *stepper, int input);
 
-/** No step goes beyond t until the stepper is there: a place where a force function jumps. One time is kept; INFINITY:
- * none. KEMPE_E_ARGUMENT: t is not after the current time. */
+/** No step goes beyond t until the stepper is there: a place where a force function jumps. One time is kept, also by
+ * saved states; INFINITY: none. KEMPE_E_ARGUMENT: t is not after the current time. */
 KEMPE_API kempe_status kempe_stepper_set_stop(kempe_stepper *stepper, double t);
 
 /** Continues from another state at the current time: the closed state near q and qd (n each; qd NULL: at rest).

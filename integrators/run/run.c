@@ -87,6 +87,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->work_t = spec->t_start;
     run->bound.most = spec->max_steps;
     run->choice.open = spec->open_integrator;
+    kmp_runner_begin_stand_in(run);
     if (!start) {
         status = kempe_assembly_new(system, &own);
         start = own;

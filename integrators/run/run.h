@@ -15,6 +15,12 @@ typedef struct kmp_runner kmp_runner;
  * no state. */
 typedef int kmp_step_fn(void *user, kmp_runner *runner, double from, double to);
 
+/** The one-step method that continues a multistep method while restarts are frequent (runner_stand_in.c). */
+typedef struct kmp_stand_in {
+    bool active;
+    long returns; /* times that the multistep method has continued */
+} kmp_stand_in;
+
 typedef struct kmp_run_spec {
     const char *formulation, *form, *integrator, *linear, *backend; /* names; all given, see kmp_run_resolve */
     double rtol, atol;                                              /* atol: of an angle */
@@ -40,6 +46,7 @@ typedef struct kmp_run_spec {
     const kmp_present_inputs *inputs_start;  /* NULL: those of the model */
     double rate_scale;                       /* 0: by the start */
     double first_step;                       /* of a one-step method; 0: of its own choice */
+    kmp_stand_in stand_in;                   /* zero: the integrator itself begins */
     double fixed_step;                       /* s: length of all steps; 0: chosen by the error */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
@@ -101,10 +108,11 @@ void kmp_runner_stop_at(kmp_runner *runner, double stop);
 kmp_present_inputs *kmp_runner_inputs(kmp_runner *runner);
 
 /** What a run that continues from a row needs beside it: the conditions (a value for each), the scale of rates in the
- * tolerances, the next step of a one-step method (0: another method). */
+ * tolerances, the next step of a one-step method (0: another method), the method that stands in. */
 const double *kmp_runner_modes(const kmp_runner *runner);
 double kmp_runner_rate_scale(const kmp_runner *runner);
 double kmp_runner_step_size(const kmp_runner *runner);
+kmp_stand_in kmp_runner_stand_in(const kmp_runner *runner);
 
 /** Passes an event at t, the end of the last step, as the next step would. */
 kempe_status kmp_runner_pass(kmp_runner *runner, double t);

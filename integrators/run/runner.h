@@ -33,6 +33,8 @@ struct kmp_runner {
     const kempe_system *s;
     kmp_run_spec spec;
     kmp_integrator_choice choice;
+    kmp_stand_in stand_in;
+    long restarted; /* attempted steps at the last restart for inputs */
     kmp_team *team; /* thread pool of the evaluator and all users of its back end; NULL: none */
     kmp_evaluator *eval;
     kmp_arena arena; /* of all arrays except those of a formulation */
@@ -132,7 +134,22 @@ kempe_status kmp_runner_try_integrator(kmp_runner *run, double t);
 /** Frees the integrators of the present formulation. */
 void kmp_runner_release_integrators(kmp_runner *run);
 
+/* runner_stand_in.c */
+
+/** Takes up the method that stood in where the run continues from. */
+void kmp_runner_begin_stand_in(kmp_runner *run);
+
+/** At a restart for inputs: true if another integrator shall continue, for which the formulation is made anew. */
+bool kmp_runner_relieve(kmp_runner *run, double t);
+
+/** Between steps, at t: returns to the multistep method after enough steps without a restart. */
+kempe_status kmp_runner_return(kmp_runner *run, double t);
+
 /* runner_change.c */
+
+/** Continues at t with a new formulation for the present integrator, from the state that the old one completes, with
+ * `first_step`. */
+kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool near_singular, double first_step);
 
 /** Handles the end of the last step at t: passes an event, changes the formulation or the unknowns. */
 kempe_status kmp_runner_change(kmp_runner *run, double t);

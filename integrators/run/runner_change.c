@@ -58,9 +58,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, d
     return kmp_runner_start(run, t, run->formulation->y, run->formulation->yp, first_step);
 }
 
-/* Continues at t with another formulation, from the state that the old one completes; first_step: as for an
- * integrator's start. */
-static kempe_status change_formulation(kmp_runner *run, double t, bool near_singular, double first_step)
+kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool near_singular, double first_step)
 {
     double work;
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
@@ -70,7 +68,7 @@ static kempe_status change_formulation(kmp_runner *run, double t, bool near_sing
 /* Continues at t with another formulation, and makes a step. */
 static kempe_status step_with_another(kmp_runner *run, double t, bool near_singular)
 {
-    KMP_TRY(change_formulation(run, t, near_singular, 0));
+    KMP_TRY(kmp_runner_change_formulation(run, t, near_singular, 0));
     return run->kind->step(run->solver);
 }
 
@@ -78,7 +76,7 @@ static kempe_status step_with_another(kmp_runner *run, double t, bool near_singu
 static kempe_status change_rows(kmp_runner *run, double t)
 {
     double before = run->margin.rows, h = run->solver->h;
-    KMP_TRY(change_formulation(run, t, false, h));
+    KMP_TRY(kmp_runner_change_formulation(run, t, false, h));
     kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
                     "the choice of independent closure rows changed: largest dependence of a redundant row on "
                     "them %.2g, now %.2g",
@@ -137,7 +135,7 @@ static kempe_status enter_near_singular(kmp_runner *run, double t, double tau)
 {
     double work;
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
-    return lies_ahead(run, t, tau) ? change_formulation(run, t, true, 0) : KEMPE_OK;
+    return lies_ahead(run, t, tau) ? kmp_runner_change_formulation(run, t, true, 0) : KEMPE_OK;
 }
 
 /* Returns to the formulation: after a single step across, or after steps when the surroundings of the change point are
@@ -151,7 +149,7 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
     if (!walked)
         kmp_singular_step_nearest(run->solver, &at, &size);
     run->walks = false;
-    KMP_TRY(change_formulation(run, t, false, 0));
+    KMP_TRY(kmp_runner_change_formulation(run, t, false, 0));
     if (walked)
         kmp_run_log_add(run->log, "change point", t, NAN, NAN,
                         "the integrator stopped near a change point; the projected formulation continued from t = "
@@ -169,7 +167,7 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
  * ignored until it has left the surroundings. */
 static kempe_status turn_back(kmp_runner *run, double t)
 {
-    kempe_status status = change_formulation(run, t, false, 0);
+    kempe_status status = kmp_runner_change_formulation(run, t, false, 0);
     run->margin.tried = run->margin.last; /* at t again: the step across evaluated it elsewhere */
     return status == KEMPE_OK ? run->kind->step(run->solver) : status;
 }
@@ -205,7 +203,7 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
     if (DBL_EPSILON * most <= KMP_MARGIN_CANCELLED * run->spec.rtol * size || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     run->by_bodies = false;
-    KMP_TRY(change_formulation(run, t, false, 0));
+    KMP_TRY(kmp_runner_change_formulation(run, t, false, 0));
     kmp_run_log_add(run->log, "dynamics", t, most, size,
                     "with open loops some joint moves almost no inertia: M and C are used from this time on, not "
                     "the articulated-body algorithm");
@@ -318,12 +316,16 @@ double kmp_runner_step_size(const kmp_runner *run)
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 {
     double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
-    bool given = run->eval->inputs.count > 0;
+    bool given = run->eval->inputs.count > 0, relieved = kmp_runner_relieve(run, t);
     if (given && run->crossing && run->s->switches)
         return restart_with_switches(run, t);
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
     KMP_TRY(kmp_runner_take_inputs(run, t));
     KMP_TRY(kmp_runner_take_conditions(run, t));
+    if (relieved) {
+        run->anew = false;
+        return kmp_runner_take_up(run, t, false, work, 0);
+    }
     if (run->formulation->resume(run->formulation, t, q, qd, run->y, run->yp) != KMP_GO)
         return KEMPE_E_FAILED;
     if (run->crossing)
@@ -343,6 +345,7 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
     KMP_TRY(renew(run, t));
     KMP_TRY(kmp_runner_pass_samples(run, t));
     KMP_TRY(kmp_runner_try_integrator(run, t));
+    KMP_TRY(kmp_runner_return(run, t));
     return run->anew ? kmp_runner_begin_anew(run, t) : KEMPE_OK;
 }
 
@@ -352,7 +355,8 @@ static bool may_project(const kmp_runner *run)
     const kmp_formulation_kind *projected = kmp_formulation_find("projected", NULL);
     const kmp_solver_kind *solver = kmp_runner_integrator(run);
     bool out_of_memory = kmp_memory_failures() != run->memory_failures;
-    return run->spec.open && !out_of_memory && run->method != projected && solver->corrects && !solver->implicit;
+    return run->spec.open && !run->stand_in.active && !out_of_memory && run->method != projected && solver->corrects &&
+           !solver->implicit;
 }
 
 /* Replaces a stopped reduced formulation by the projected one, which needs no u, from the last accepted step. */

@@ -52,6 +52,8 @@ typedef struct kmp_solver_kind {
     bool standard;      /* compare runs it by default */
     bool sparse;        /* takes a linear solver of linear.def */
     bool constant;      /* makes steps of a given length if wanted */
+    const struct kmp_solver_kind
+        *stand_in;      /* a multistep method's: continues where restarts are frequent; NULL: none */
     const void *method; /* for `create`, if several kinds have the same functions */
 
     /** Makes a struct that begins with a kmp_solver; NULL after a message. The pointers in `setup` must outlive the

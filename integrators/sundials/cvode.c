@@ -56,6 +56,11 @@ static const kmp_sun_package package = {.name = "CVODE",
                                         .advance = advance,
                                         .derivative = CVodeGetDky};
 
-const kmp_solver_kind kmp_solver_bdf = {
-    .name = "bdf", .family = "bdf", .implicit = true, .method = &package, KMP_SUN_FUNCTIONS};
-const kmp_solver_kind kmp_solver_adams = {.name = "adams", .method = &package, KMP_SUN_FUNCTIONS};
+const kmp_solver_kind kmp_solver_bdf = {.name = "bdf",
+                                        .family = "bdf",
+                                        .implicit = true,
+                                        .stand_in = &kmp_solver_radau,
+                                        .method = &package,
+                                        KMP_SUN_FUNCTIONS};
+const kmp_solver_kind kmp_solver_adams = {
+    .name = "adams", .stand_in = &kmp_solver_dop853, .method = &package, KMP_SUN_FUNCTIONS};

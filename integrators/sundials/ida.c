@@ -119,5 +119,6 @@ const kmp_solver_kind kmp_solver_ida = {.name = "ida",
                                         .dae = true,
                                         .standard = true,
                                         .sparse = true,
+                                        .stand_in = &kmp_solver_radau,
                                         .method = &package,
                                         KMP_SUN_FUNCTIONS};

@@ -11,8 +11,9 @@
 struct kempe_stepper_state {
     kmp_arena arena;
     const kempe_system *system;
-    double t, work, step, rate_scale;
+    double t, own_stop, work, step, rate_scale;
     bool samples;
+    kmp_stand_in stand_in;
     double *row, *given, *mode; /* q, qd; q before closing; a value for each condition */
     kmp_present_inputs inputs;
 };
@@ -105,9 +106,11 @@ static void record(const kempe_stepper *s, kempe_stepper_state *state)
 {
     int input;
     state->t = s->t;
+    state->own_stop = s->own_stop;
     state->work = s->work;
     state->step = kmp_runner_step_size(s->runner);
     state->rate_scale = kmp_runner_rate_scale(s->runner);
+    state->stand_in = kmp_runner_stand_in(s->runner);
     state->samples = s->samples;
     memcpy(state->row, s->row, 2 * (size_t)s->system->n * sizeof *state->row);
     memcpy(state->mode, kmp_runner_modes(s->runner), (size_t)s->system->events.count * sizeof *state->mode);
@@ -124,9 +127,11 @@ static kempe_status run_from(kempe_stepper *s, const kempe_stepper_state *state)
     spec.work_start = state->work;
     spec.first_step = state->step;
     spec.rate_scale = state->rate_scale;
+    spec.stand_in = state->stand_in;
     spec.mode_start = s->system->events.count > 0 ? state->mode : NULL;
     spec.inputs_start = &state->inputs;
     KMP_TRY(kmp_stepper_run_from(s, &spec, &start));
+    s->own_stop = state->own_stop;
     s->samples = state->samples;
     return KEMPE_OK;
 }

@@ -1,0 +1,238 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* States of a stepper are set, saved, restored and copied to the bit; parameters change, and stops are met. */
+#include "sampled.h"
+
+static void check_equal(const kempe_stepper *a, const kempe_stepper *b, int n)
+{
+    CHECK(kempe_stepper_time(a) == kempe_stepper_time(b));
+    CHECK(memcmp(kempe_stepper_q(a), kempe_stepper_q(b), (size_t)n * sizeof(double)) == 0);
+    CHECK(memcmp(kempe_stepper_qd(a), kempe_stepper_qd(b), (size_t)n * sizeof(double)) == 0);
+    CHECK(memcmp(kempe_stepper_qdd(a), kempe_stepper_qdd(b), (size_t)n * sizeof(double)) == 0);
+}
+
+/* A four-bar whose coordinates are exchanged as it turns, with a torque that switches. */
+static const char switching[] =
+    "kempe: 1\ngravity: [0, -9.81, 0]\ninputs: {u: {default: 0.2, unit: N*m}}\n"
+    "ground: {points: {B: [1, 0, 0]}}\nbodies:\n"
+    "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.15, 0, 0], inertia: {zz: 0.01}, "
+    "points: {P: [0.3, 0, 0]}}\n"
+    "  coupler: {joint: {name: C, revolute: z, at: crank.P}, mass: 1, com: [0.45, 0, 0], inertia: {zz: 0.1}, "
+    "points: {Q: [0.9, 0, 0]}}\n"
+    "  rocker: {joint: {name: R, revolute: z, at: ground.B}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.05}, "
+    "points: {Q: [0.6, 0, 0]}}\n"
+    "loops: {q: {ball: [coupler.Q, rocker.Q]}}\n"
+    "forces: {motor: {joint: A, torque: \"if(sin(q(A)) > 0, 3 + u, u - 1) - 0.3*qd(A)\"}}\n"
+    "start: {q: {A: 0.5, C: 0.5, R: 1.5}, qd: {A: 6}}\n";
+
+/* `samples`: inputs jump before the state is saved, so that another method stands in for a multistep method. */
+static void restored(const method *m, int samples)
+{
+    scene s = scene_of(switching);
+    int n = kempe_model_coordinate_count(s.model);
+    kempe_stepper *a = NULL, *b = NULL;
+    kempe_stepper_state *state = NULL;
+    kempe_run_options run = options(m, 10, 1e-7);
+    double end[2][3];
+    run.independent = strcmp(m->formulation, "reduced") == 0 ? "R" : NULL; /* the rocker stops at its dead centres */
+    CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK);
+    for (int k = 1; k <= samples; k++)
+        CHECK(kempe_stepper_set_input(a, 0, 0.1 * (k % 3)) == KEMPE_OK && kempe_stepper_advance(a, 0.02 * k) == 0);
+    CHECK(a && kempe_stepper_advance(a, 0.3) == KEMPE_OK);
+    CHECK(kempe_stepper_save(a, &state) == KEMPE_OK);
+    kempe_work before = kempe_stepper_work(a);
+    CHECK(kempe_stepper_advance(a, 0.61) == KEMPE_OK);
+    CHECK(kempe_stepper_set_input(a, 0, 3) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(a, 4) == KEMPE_OK);
+    if (strcmp(m->formulation, "reduced") == 0)
+        CHECK(kempe_stepper_work(a).exchanges > before.exchanges);
+    memcpy(end[0], kempe_stepper_q(a), sizeof end[0]);
+    CHECK(kempe_stepper_restore(a, state) == KEMPE_OK);
+    CHECK(kempe_stepper_time(a) == 0.3);
+    CHECK(kempe_stepper_copy(a, &b) == KEMPE_OK);
+    CHECK(kempe_stepper_restore(a, state) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(a, 0.61) == KEMPE_OK);
+    CHECK(kempe_stepper_set_input(a, 0, 3) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(a, 4) == KEMPE_OK);
+    memcpy(end[1], kempe_stepper_q(a), sizeof end[1]);
+    CHECK(memcmp(end[0], end[1], sizeof end[0]) == 0);
+    CHECK(kempe_stepper_reset(a) == KEMPE_OK && kempe_stepper_time(a) == 0);
+    kempe_stepper_free(b);
+    b = NULL;
+    CHECK(kempe_stepper_new(s.system, &run, &b) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(a, 2) == KEMPE_OK && kempe_stepper_advance(b, 2) == KEMPE_OK);
+    check_equal(a, b, n);
+    kempe_stepper_state_free(state);
+    kempe_stepper_free(a);
+    kempe_stepper_free(b);
+    scene_free(&s);
+}
+
+static void saved_and_restored(void)
+{
+    for (int m = 0; m < METHODS; m++)
+        for (int samples = 0; samples <= 10; samples += 10)
+            restored(&methods[m], samples);
+}
+
+/* The coordinate at the end of 2 s; a step ends at the stop. */
+static double finish(kempe_stepper *stepper)
+{
+    bool met = false;
+    for (int k = 0; k < 10000 && kempe_stepper_time(stepper) < 1.5; k++) {
+        CHECK(kempe_stepper_step(stepper) == KEMPE_OK);
+        met = met || kempe_stepper_time(stepper) == 0.7654321;
+    }
+    CHECK(met);
+    CHECK(kempe_stepper_advance(stepper, 2) == KEMPE_OK);
+    return kempe_stepper_q(stepper)[0];
+}
+
+/* Samples of three methods, steps of one length or by the error, and a stop: what follows a restored state, in the
+ * stepper itself and in another one, is to the bit what followed the saved one. */
+static void samples_and_stops_restored(void)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0, -9.81, 0]\ninputs:\n"
+        "  held: {t: [0, 0.31, 0.47, 0.9, 1.3], value: [0, 2, -1, 3, 0], method: hold, unit: N*m}\n"
+        "  bent: {t: [0.2, 0.5, 1.1], value: [0, 1, -1], method: linear, unit: N*m}\n"
+        "  smooth: {t: [0, 0.4, 0.8, 1.2, 1.6], value: [0, 1, 0, -1, 0], method: cubic, unit: N*m}\n"
+        "  free: {unit: N*m}\n"
+        "bodies: {rod: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0, -1, 0]}}\n"
+        "forces: {motor: {joint: A, torque: held + bent + smooth + free}}\nstart: {q: {A: 1}}\n";
+    scene s = scene_of(text);
+    for (int m = 0; m < METHODS; m++)
+        for (int fixed = 0; fixed < 2; fixed++) {
+            kempe_stepper *a = NULL, *b = NULL;
+            kempe_stepper_state *state = NULL;
+            kempe_run_options run = options(&methods[m], 2, 1e-7);
+            double end[2];
+            run.fixed_step = fixed ? 0.01 : 0;
+            if (fixed && strncmp(methods[m].integrator, "dop", 3) != 0)
+                continue;
+            CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK && kempe_stepper_new(s.system, &run, &b) == 0);
+            CHECK(kempe_stepper_set_input(a, 3, 0.5) == KEMPE_OK && kempe_stepper_advance(a, 0.333) == KEMPE_OK);
+            CHECK(kempe_stepper_set_stop(a, 0.7654321) == KEMPE_OK && kempe_stepper_save(a, &state) == KEMPE_OK);
+            end[0] = finish(a);
+            CHECK(kempe_stepper_restore(a, state) == KEMPE_OK && kempe_stepper_restore(b, state) == KEMPE_OK);
+            CHECK(kempe_stepper_input(b, 3) == 0.5);
+            end[1] = finish(a);
+            CHECK(memcmp(&end[0], &end[1], sizeof end[0]) == 0);
+            end[1] = finish(b);
+            CHECK(memcmp(&end[0], &end[1], sizeof end[0]) == 0);
+            kempe_stepper_state_free(state);
+            kempe_stepper_free(a);
+            kempe_stepper_free(b);
+        }
+    scene_free(&s);
+}
+
+/* Two copies that are given equal inputs stay equal; with another input they differ. */
+static void copies(void)
+{
+    scene s = scene_of(switching);
+    kempe_stepper *a = NULL, *b = NULL;
+    kempe_run_options run = options(&methods[0], 10, 1e-8);
+    CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(a, 0.77) == KEMPE_OK && kempe_stepper_copy(a, &b) == KEMPE_OK);
+    for (int k = 1; k <= 50; k++) {
+        CHECK(kempe_stepper_set_input(a, 0, k % 7) == KEMPE_OK && kempe_stepper_set_input(b, 0, k % 7) == KEMPE_OK);
+        CHECK(kempe_stepper_advance(a, 0.77 + 0.03 * k) == KEMPE_OK);
+        CHECK(kempe_stepper_advance(b, 0.77 + 0.03 * k) == KEMPE_OK);
+        check_equal(a, b, 3);
+    }
+    CHECK(kempe_stepper_set_input(b, 0, 9) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(a, 3) == KEMPE_OK && kempe_stepper_advance(b, 3) == KEMPE_OK);
+    CHECK(kempe_stepper_q(a)[0] != kempe_stepper_q(b)[0]);
+    kempe_stepper_free(a);
+    kempe_stepper_free(b);
+    scene_free(&s);
+}
+
+/* Another state is closed, and the change is said; one that cannot be closed leaves the stepper as it was. */
+static void another_state(void)
+{
+    scene s = scene_of(switching);
+    kempe_stepper *a = NULL;
+    kempe_run_options run = options(&methods[0], 10, 1e-8);
+    CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK && kempe_stepper_advance(a, 0.4) == KEMPE_OK);
+    double q[3], moved = -1;
+    memcpy(q, kempe_stepper_q(a), sizeof q);
+    CHECK(kempe_stepper_set_state(a, q, NULL, &moved) == KEMPE_OK && moved < 1e-9 && moved >= 0);
+    for (int i = 0; i < 3; i++)
+        CHECK(kempe_stepper_qd(a)[i] == 0);
+    q[0] += 0.1;
+    CHECK(kempe_stepper_set_state(a, q, NULL, &moved) == KEMPE_OK && moved > 1e-3 && moved < 0.2);
+    CHECK(kempe_stepper_time(a) == 0.4);
+    CHECK(kempe_stepper_advance(a, 0.5) == KEMPE_OK);
+    q[0] = NAN;
+    double before = kempe_stepper_q(a)[0];
+    CHECK(kempe_stepper_set_state(a, q, NULL, &moved) == KEMPE_E_FAILED);
+    CHECK(kempe_stepper_q(a)[0] == before && kempe_stepper_advance(a, 0.6) == KEMPE_OK);
+    kempe_stepper_free(a);
+    scene_free(&s);
+}
+
+/* A pendulum whose length doubles at its lowest point; the motion after that is that of a model with the other length
+ * from the same state. */
+static void other_parameters(void)
+{
+    static const char text[] = "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {L: 1, m: 2}\nbodies:\n"
+                               "  rod: {joint: {name: A, revolute: z, at: ground}, mass: m, com: [0, -L, 0]}\n"
+                               "start: {q: {A: 1}}\n";
+    scene s = scene_of(text);
+    kempe_stepper *a = NULL, *b = NULL;
+    kempe_model *longer = NULL;
+    kempe_system *other = NULL;
+    kempe_run_options run = options(&methods[0], 10, 1e-10);
+    const char *const names[] = {"L", "m"}, *const wrong[] = {"K"};
+    const double values[] = {2, 5};
+    const kempe_setting set[] = {{"L", "2"}, {"m", "5"}};
+    double moved = -1;
+    CHECK(kempe_model_read_text_set(s.context, text, "model.yaml", set, 2, &longer) == KEMPE_OK);
+    CHECK(kempe_system_new(longer, &other) == KEMPE_OK);
+    CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK && kempe_stepper_new(other, &run, &b) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(a, 0.5) == KEMPE_OK && kempe_stepper_advance(b, 0.5) == KEMPE_OK);
+    CHECK(kempe_stepper_set_parameters(a, 1, wrong, values, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_stepper_set_parameters(a, 1, names, values, &moved) == KEMPE_OK && moved == 0);
+    CHECK(kempe_stepper_set_parameters(a, 1, names + 1, values + 1, NULL) == KEMPE_OK);
+    CHECK(kempe_stepper_set_state(b, kempe_stepper_q(a), kempe_stepper_qd(a), NULL) == KEMPE_OK);
+    for (int k = 1; k <= 10; k++) {
+        CHECK(kempe_stepper_advance(a, 0.5 + 0.2 * k) == KEMPE_OK);
+        CHECK(kempe_stepper_advance(b, 0.5 + 0.2 * k) == KEMPE_OK);
+        CHECK_NEAR(kempe_stepper_q(a)[0], kempe_stepper_q(b)[0], 1e-9);
+    }
+    kempe_stepper_free(a);
+    kempe_stepper_free(b);
+    kempe_system_free(other);
+    kempe_model_free(longer);
+    scene_free(&s);
+}
+
+static void stops(void)
+{
+    scene s = scene_of(switching);
+    kempe_stepper *a = NULL;
+    kempe_run_options run = options(&methods[0], 10, 1e-8);
+    CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK);
+    CHECK(kempe_stepper_set_stop(a, 0.123456) == KEMPE_OK);
+    bool met = false;
+    for (int k = 0; k < 10000 && kempe_stepper_time(a) < 1; k++) {
+        CHECK(kempe_stepper_step(a) == KEMPE_OK);
+        met = met || kempe_stepper_time(a) == 0.123456;
+    }
+    CHECK(met);
+    CHECK(kempe_stepper_set_stop(a, 0.5) == KEMPE_E_ARGUMENT);
+    kempe_stepper_free(a);
+    scene_free(&s);
+}
+
+int main(void)
+{
+    TEST(saved_and_restored);
+    TEST(samples_and_stops_restored);
+    TEST(copies);
+    TEST(another_state);
+    TEST(other_parameters);
+    TEST(stops);
+    return check_report();
+}
