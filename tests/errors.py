@@ -171,7 +171,7 @@ def everything_said(kempe, folder):
         lines += said(kempe, folder, "simulate model.yaml", code)
     model.write_text(MODEL)
     (pathlib.Path(folder) / "values.csv").write_text("l,rr\n0.8,x\n")
-    (pathlib.Path(folder) / "turn.csv").write_text("# units: s,m\nt,q.A\n0,1\n0.1,2\n")
+    (pathlib.Path(folder) / "turn.csv").write_text("t,q.A [m]\n0,1\n0.1,2\n")
     (pathlib.Path(folder) / "angles.csv").write_text("t,q.A\n0,1\n0.1,\n")
     for words, code in CALLS:
         lines += said(kempe, folder, words, code)

@@ -10,6 +10,7 @@ Ends with 77 (skipped) as tests/report_pages.py, whose browser and reader of pag
 """
 import array
 import base64
+import contextlib
 import csv
 import json
 import os
@@ -132,7 +133,7 @@ class Simulations(Case):
         page = self.make("simulate", model, "-o", table)
         data = json.loads(Page(page.read_text()).data)
         with table.open() as file:
-            rows = [row for row in csv.reader(file) if not row[0].startswith("#")]
+            rows = list(csv.reader(file))
         step, times = 10, numbers(column(data, "t")["values"])
         self.assertEqual(len(times), 10 * (len(rows) - 2) + 1)
         for c, name in enumerate(rows[0]):
@@ -258,7 +259,7 @@ class Studies(Case):
         model, options, first, *_ = STUDIES["response"]
         data = json.loads(Page(self.make("response", model, *options, "-o", table).read_text()).data)
         with table.open() as file:
-            rows = [row for row in csv.reader(file) if not row[0].startswith("#")]
+            rows = list(csv.reader(file))
         amplitude, frequency = max((float(row[1]), float(row[0])) for row in rows[1:])
         self.assertEqual(rows[0][1], first[0])
         _, _, high, high_at, *_ = column(data, first[0])["summary"]
@@ -307,16 +308,25 @@ class Plots(Case):
         self.assertFalse(path.exists())
 
     def test_a_table_for_other_programs(self):
-        """Names first, and JSON."""
+        """CSV as csv, NumPy and pandas read it without options, and JSON."""
         plain, text = self.folder / "plain.csv", self.folder / "rows.json"
         model = ROOT / "examples/four_bar/four_bar.yaml"
-        self.assertEqual(kempe("simulate", model, "-o", plain, "--no-units").returncode, 0)
+        self.assertEqual(kempe("simulate", model, "-o", plain).returncode, 0)
         self.assertEqual(kempe("simulate", model, "-o", text).returncode, 0)
         with plain.open() as file:
             rows = list(csv.reader(file))
         found = json.loads(text.read_text())
         self.assertEqual((rows[0], found["units"][:2]), (found["columns"], ["s", "rad"]))
         self.assertEqual([float(x) for x in rows[-1]], found["data"][-1])
+        with contextlib.suppress(ImportError):
+            import numpy
+            read = numpy.genfromtxt(plain, delimiter=",", names=True, deletechars="")
+            self.assertEqual((list(read.dtype.names), list(read[-1])), (found["columns"], found["data"][-1]))
+        with contextlib.suppress(ImportError):
+            import pandas
+            read = pandas.read_csv(plain)
+            self.assertEqual((list(read.columns), {str(kind) for kind in read.dtypes}), (found["columns"], {"float64"}))
+            self.assertEqual(list(pandas.read_csv(plain, float_precision="round_trip").iloc[-1]), found["data"][-1])
 
 
 class Views(Case):

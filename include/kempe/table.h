@@ -52,9 +52,9 @@ KEMPE_API kempe_status kempe_table_print(const kempe_table *table, kempe_format 
  * columns of numbers, and an array of text for each column of words. KEMPE_E_ARGUMENT: another ending. */
 KEMPE_API kempe_status kempe_table_write(const kempe_table *table, const char *path);
 
-/** A CSV file of this table has no comment before its names, so that every reader of CSV takes the first line as names.
- * Units are then known from the names alone. */
-KEMPE_API void kempe_table_omit_units(kempe_table *table);
+/** Columns of a CSV file of this table are named with their units: "q.crank [rad]". Without this call only those
+ * columns are that are not in SI: "q.crank [deg]". */
+KEMPE_API void kempe_table_name_units(kempe_table *table);
 
 /** Draws columns as an SVG picture: a plot for each unit. `x`: the column of the horizontal axis (NULL: the first one
  * of numbers). `y`: names of the others, with commas between (NULL: all); an output with several components means all

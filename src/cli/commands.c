@@ -56,8 +56,8 @@
     {                                                                                                                  \
         kempe_table *table = NULL;                                                                                     \
         kempe_status status = type##_table(object, name, &table);                                                      \
-        if (status == KEMPE_OK && j->settings->no_units)                                                               \
-            kempe_table_omit_units(table);                                                                             \
+        if (status == KEMPE_OK && j->settings->units)                                                                  \
+            kempe_table_name_units(table);                                                                             \
         if (status == KEMPE_OK)                                                                                        \
             status = kempe_table_write(table, path);                                                                   \
         kempe_table_free(table);                                                                                       \

@@ -249,7 +249,7 @@ static const option options[] = {
      "horizontal axis of --plot (default: the first column)"},
     {CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY | CLI_ENSEMBLE |
          CLI_CONTACT | CLI_COMPARE,
-     IN_OUTPUT, "no-units", FLAG(no_units), "CSV without the comment of units, as other programs read it"},
+     IN_OUTPUT, "units", FLAG(units), "name the columns of CSV with their units: 'q.crank [rad]'"},
     {CLI_VIEW, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
      "write the page of a model to this file (default: one in the folder of temporary files)"},
     {CLI_ASSEMBLE | CLI_KINEMATICS | CLI_EQUILIBRIUM | CLI_INVERSE | CLI_RESPONSE | CLI_ENSEMBLE, IN_OUTPUT, "report",

@@ -62,7 +62,7 @@ typedef struct cli_settings {
     const char *svg, *plot, *x, *y, *values, *sample;
     const char *angle_unit;
     int seed, instances, lanes;
-    int count, branches, alone, all, no_cache, no_units, quiet, help; /* flags: 0 or 1 */
+    int count, branches, alone, all, no_cache, units, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
 } cli_settings;
 

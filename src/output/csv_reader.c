@@ -59,6 +59,27 @@ kmp_csv_field kmp_csv_next(const char **s)
     return f;
 }
 
+/* "q.crank [deg]": *unit is deg, and empty where there is none. */
+static kmp_csv_field split_unit(kmp_csv_field f, kmp_csv_field *unit)
+{
+    size_t name = 0;
+    while (name < f.length && f.s[name] != '[')
+        name++;
+    *unit = (kmp_csv_field){f.s + name, 0};
+    if (name == f.length || f.s[f.length - 1] != ']')
+        return f;
+    *unit = (kmp_csv_field){f.s + name + 1, f.length - name - 2};
+    while (name > 0 && is_blank(f.s[name - 1]))
+        name--;
+    return (kmp_csv_field){f.s, name};
+}
+
+kmp_csv_field kmp_csv_name(const char **s)
+{
+    kmp_csv_field unit;
+    return split_unit(kmp_csv_next(s), &unit);
+}
+
 bool kmp_csv_is(kmp_csv_field field, const char *word)
 {
     return strlen(word) == field.length && memcmp(field.s, word, field.length) == 0;
@@ -70,7 +91,7 @@ bool kmp_csv_number(const kmp_csv *csv, int column, kmp_csv_field field, double 
     size_t read = kmp_text_to_number(field.s + sign, value);
     if (field.length > 0 && field.s[0] == '-')
         *value = -*value;
-    if (csv->unit && column < csv->columns)
+    if (column < csv->columns)
         *value = *value * csv->unit[column].factor / csv->unit[column].divisor;
     return read > 0 && sign + read == field.length && isfinite(*value);
 }
@@ -94,18 +115,22 @@ static bool is_units(const char *line, const char **rest)
     return strncmp(line, word, sizeof word - 1) == 0;
 }
 
-/* Reads the units of the columns, before the header is handed on. A column without a unit is in SI. False: no memory.
- */
-static bool read_units(kmp_csv *csv)
+static kmp_csv_field next_or_empty(const char **s)
+{
+    return *s ? kmp_csv_next(s) : (kmp_csv_field){"", 0};
+}
+
+/* Reads the units of the columns, before the header is handed on. False: no memory. */
+static bool read_units(kmp_csv *csv, const char *header)
 {
     const char *s = csv->units;
-    if (!s)
-        return true;
     csv->unit = KMP_ARENA_NEW(&csv->arena, kmp_unit, csv->columns);
     if (!csv->unit)
         return false;
     for (int k = 0; k < csv->columns; k++) {
-        kmp_csv_field f = s ? kmp_csv_next(&s) : (kmp_csv_field){"", 0};
+        kmp_csv_field own, f = next_or_empty(&s);
+        (void)split_unit(next_or_empty(&header), &own);
+        f = own.length > 0 ? own : f;
         csv->unit[k] = (kmp_unit){1, 1, KMP_DIM_ANY, 0};
         if (f.length > 0 && !kmp_unit_read(f.s, f.length, &csv->unit[k]))
             kmp_csv_complain(csv, csv->line_text, "column %d: unknown unit '%.*s'", k + 1, (int)f.length, f.s);
@@ -116,7 +141,7 @@ static bool read_units(kmp_csv *csv)
 void kmp_csv_check_unit(kmp_csv *csv, int column, const char *at, const char *si)
 {
     kmp_unit wanted;
-    if (csv->unit && column < csv->columns && kmp_unit_read(si, strlen(si), &wanted) &&
+    if (column < csv->columns && kmp_unit_read(si, strlen(si), &wanted) &&
         !kmp_dimension_fits(csv->unit[column].dimension, wanted.dimension))
         kmp_csv_complain(csv, at, "the unit of this column does not fit: %s is expected", si);
 }
@@ -149,7 +174,7 @@ static bool read_lines(kmp_csv *csv, char *text)
             continue;
         if (header) {
             csv->columns = count_fields(line);
-            if (!read_units(csv))
+            if (!read_units(csv, line))
                 return false;
         }
         if (!(header ? csv->header(csv, line) : csv->row(csv, line)))

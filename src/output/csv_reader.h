@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* CSV files read line by line: a header, then rows. Blank lines and comments (#) are passed over; a comment "# units:"
- * before the header gives the units of the columns, else they are in SI. Errors name file, line and column. */
+/* CSV files read line by line: a header, then rows. Blank lines and comments (#) are passed over. A unit follows the
+ * name of its column, "q.crank [deg]", or stands in a comment "# units: s,deg" before the header; else a column is in
+ * SI. Errors name file, line and column. */
 #ifndef KMP_OUTPUT_CSV_READER_H
 #define KMP_OUTPUT_CSV_READER_H
 
@@ -25,7 +26,7 @@ typedef struct kmp_csv {
     const char *line_text;
     kmp_arena arena;       /* units */
     const char *units;     /* the rest of their comment; NULL: there is none */
-    struct kmp_unit *unit; /* columns; NULL: all in SI */
+    struct kmp_unit *unit; /* columns */
 } kmp_csv;
 
 /** Reads the file, up to some errors. KEMPE_E_IO, KEMPE_E_INPUT, KEMPE_E_MEMORY. */
@@ -38,6 +39,9 @@ bool kmp_csv_goes_on(const kmp_csv *csv);
 /** The field that begins at *s; *s moves past the comma after it, to NULL after the last one. */
 kmp_csv_field kmp_csv_next(const char **s);
 bool kmp_csv_is(kmp_csv_field field, const char *word);
+
+/** In the header: the next field without its unit. */
+kmp_csv_field kmp_csv_name(const char **s);
 
 /** In the header: the column that is named at `at` must fit a unit of SI; "": any unit. */
 void kmp_csv_check_unit(kmp_csv *csv, int column, const char *at, const char *si);

@@ -115,7 +115,7 @@ static bool read_header(kmp_csv *csv, const char *line)
     if (!r->columns)
         return false;
     for (const char *s = line; s && kmp_csv_goes_on(csv); r->column_count++) {
-        kmp_csv_field f = kmp_csv_next(&s);
+        kmp_csv_field f = kmp_csv_name(&s);
         column *c = &r->columns[r->column_count];
         if (!resolve(csv, r, f, c))
             return false;

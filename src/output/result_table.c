@@ -19,10 +19,10 @@ static char unknown_word[] = "";
 
 struct kempe_table {
     kempe_context *context;
-    kmp_arena arena;                                /* names and words */
-    const char *name, *comment;                     /* comment NULL: the units */
+    kmp_arena arena; /* names and words */
+    const char *name;
     int columns, column_room, rows, row_room, next; /* next: cell of the last row */
-    bool failed, plain;
+    bool failed, units_named;
     table_column *column;
 };
 
@@ -114,15 +114,6 @@ static bool grow(kempe_table *t)
     }
     t->row_room = room;
     return true;
-}
-
-void kmp_tabulate_comment(kempe_table *table, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    if (is_usable(table))
-        table->comment = kmp_arena_vprintf(&table->arena, format, arguments);
-    va_end(arguments);
 }
 
 void kmp_tabulate_row(kempe_table *table)
@@ -306,20 +297,23 @@ static void csv_cell(kmp_text *text, const table_column *c, int row)
         kmp_text_number(text, c->number[row]);
 }
 
+/* "q.crank [deg]" where units are wanted or the column is not in SI, else "q.crank". */
+static void csv_name(kmp_text *text, const kempe_table *t, const table_column *c)
+{
+    kmp_text name = {0};
+    kmp_text_put(&name, c->name);
+    if (c->unit && *c->unit && (t->units_named || c->factor != 1))
+        kmp_text_printf(&name, " [%s]", c->unit);
+    csv_word(text, name.s ? name.s : "");
+    text->failed = text->failed || name.failed;
+    kmp_text_free(&name);
+}
+
 static void put_csv(kmp_text *text, const kempe_table *t)
 {
-    if (t->plain) {
-        ; /* the line of names comes first */
-    } else if (t->comment) {
-        kmp_text_printf(text, "# %s\n", t->comment);
-    } else if (has_units(t)) {
-        for (int c = 0; c < t->columns; c++)
-            kmp_text_printf(text, "%s%s", c ? "," : "# units: ", kempe_table_unit(t, c));
-        kmp_text_put(text, "\n");
-    }
     for (int c = 0; c < t->columns; c++) {
         kmp_text_put(text, c ? "," : "");
-        csv_word(text, t->column[c].name);
+        csv_name(text, t, &t->column[c]);
     }
     kmp_text_put(text, "\n");
     for (int row = 0; row < t->rows; row++) {
@@ -331,10 +325,10 @@ static void put_csv(kmp_text *text, const kempe_table *t)
     }
 }
 
-void kempe_table_omit_units(kempe_table *table)
+void kempe_table_name_units(kempe_table *table)
 {
     if (table)
-        table->plain = true;
+        table->units_named = true;
 }
 
 /* -- JSON and text ----------------------------------------------------------------------------------- */
@@ -390,7 +384,7 @@ static void put_text(kmp_text *text, const void *result)
                                 (row == -1) == has_units(t) ? kempe_table_unit(t, c) : column->name);
             else if (column->word)
                 kmp_text_printf(text, "%-*s", width, column->word[row]);
-            else if (isfinite(column->number[row]))
+            else if (column->number && isfinite(column->number[row]))
                 kmp_text_printf(text, "%*.6g", width, column->number[row]);
             else
                 kmp_text_printf(text, "%*s", width, "-");

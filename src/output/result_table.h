@@ -21,9 +21,8 @@
 /** An empty table; NULL: no memory, which the other functions accept. */
 kempe_table *kmp_tabulate(kempe_context *context, const char *name);
 
-/** A column more. A unit of NULL: words. Where no column has a unit the CSV has no line of units. The cells of a column
- * are given in SI; in a column of angles, rates or accelerations in rad the table converts them to the unit that the
- * context shows. */
+/** A column more. A unit of NULL: words. The cells of a column are given in SI; in a column of angles, rates or
+ * accelerations in rad the table converts them to the unit that the context shows. */
 void kmp_tabulate_column(kempe_table *table, const char *unit, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
@@ -32,9 +31,6 @@ void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_q
 
 /** Columns more: names with blanks between. */
 void kmp_tabulate_columns(kempe_table *table, const char *unit, const char *names);
-
-/** A comment that the CSV has in place of the line of units. */
-void kmp_tabulate_comment(kempe_table *table, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /** A row more, whose cells are unknown. */
 void kmp_tabulate_row(kempe_table *table);

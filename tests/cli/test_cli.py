@@ -158,7 +158,7 @@ class Rounded(Case):
         path = ROOT / f"tests/models/{name}.yaml"
         self.expect(0, words[0], path, *(str(word).format(u=u) for word in words[1:]), "-o", "rows.csv")
         with open(self.folder / "rows.csv", newline="") as table:
-            lines = list(csv.reader(line for line in table if not line.startswith("#")))
+            lines = list(csv.reader(table))
         kept = [k for k, column in enumerate(lines[0]) if column.partition(".")[0] in ("q", "qd", "tau")]
         return [[float(line[k]) for k in kept] for line in lines[1:]]
 
@@ -187,8 +187,8 @@ class Rounded(Case):
         self.expect(0, "ensemble", path, "--values", "values.csv", "--rtol", 1e-9, "-o", "ends.csv")
         self.expect(0, "simulate", path, "--no-convergence-check", "-o", "run.csv")
         with open(self.folder / "ends.csv", newline="") as ends, open(self.folder / "run.csv", newline="") as run:
-            end = list(csv.DictReader(line for line in ends if not line.startswith("#")))[0]
-            last = list(csv.DictReader(line for line in run if not line.startswith("#")))[-1]
+            end = list(csv.DictReader(ends))[0]
+            last = list(csv.DictReader(run))[-1]
         for name in ("q.b1", "q.b2", "q.b3"):
             self.assertAlmostEqual(float(end[name]), float(last[name]), delta=1e-7)
         self.assertTrue(self.object(0, "sensitivity", path, "--parameters", "m")["rounding"]["corrected"])
@@ -291,14 +291,15 @@ class Angles(Case):
     CRANK = ROOT / "examples/crank_rocker/crank_rocker.yaml"
 
     def rows(self, name):
-        units, names, *rest = csv.reader((self.folder / name).read_text().splitlines())
-        return [units[0].removeprefix("# units: "), *units[1:]], names, rest
+        header, *rest = csv.reader((self.folder / name).read_text().splitlines())
+        names, units = zip(*(re.fullmatch(r"(.*?)(?: \[(.*)\])?", column).groups("") for column in header))
+        return units, names, rest
 
     def pair(self, *words):
         """The units of a command's table in degrees, after its numbers were compared with those in rad."""
         found = []
         for unit in "rad", "deg":
-            done = kempe(*words, "--angle-unit", unit, "-o", f"{unit}.csv", cwd=self.folder)
+            done = kempe(*words, "--angle-unit", unit, "--units", "-o", f"{unit}.csv", cwd=self.folder)
             self.assertIn(done.returncode, (0, 1), done.stderr)
             found.append(self.rows(f"{unit}.csv"))
         (units, names, rows), (units_deg, names_deg, rows_deg) = found
@@ -383,12 +384,16 @@ class Angles(Case):
         self.expect(0, "kinematics", FOUR_BAR, "--sweep", "crank=0:1:3", "--angle-unit", "deg", "-o", "deg.csv")
         self.expect(0, "kinematics", FOUR_BAR, "--sweep", "crank=0:1:3", "-o", "rad.csv")
         for name in "deg", "rad":
-            rows = [line for line in (self.folder / f"{name}.csv").read_text().splitlines()]
-            (self.folder / f"{name}.csv").write_text("\n".join(line.split(",", 1)[1] if line[0] != "#" else
-                                                               "# units: " + line.split(",", 1)[1] for line in rows) + "\n")
-        deg, rad = (self.object(0, "inverse", FOUR_BAR, "--actuators", "crank", "--motion", f"{name}.csv")["tau"]["crank"]
-                    for name in ("deg", "rad"))
-        for a, b in zip(deg, rad):
+            rows = [line.split(",", 1)[1] for line in (self.folder / f"{name}.csv").read_text().splitlines()]
+            (self.folder / f"{name}.csv").write_text("\n".join(rows) + "\n")
+        units, names, rest = self.rows("deg.csv")
+        self.assertEqual((units[0], units[1], names[1]), ("", "deg", "q.crank"), "SI without a word, degrees with one")
+        above = ["# units: " + ",".join(units), ",".join(names), *map(",".join, rest)]
+        (self.folder / "above.csv").write_text("\n".join(above) + "\n")
+        deg, above, rad = (self.object(0, "inverse", FOUR_BAR, "--actuators", "crank", "--motion", f"{name}.csv")["tau"]["crank"]
+                           for name in ("deg", "above", "rad"))
+        self.assertEqual(deg, above)
+        for a, b in zip(deg, rad, strict=True):
             self.assertAlmostEqual(a, b, delta=1e-11)
 
     def test_mistakes(self):
@@ -396,7 +401,10 @@ class Angles(Case):
         (self.folder / "wrong.csv").write_text("# units: s,m\nt,q.crank\n0,0\n")
         self.assertIn("wrong.csv:2:3: the unit of this column does not fit: rad is expected",
                       self.expect(2, "simulate", FOUR_BAR, "--reference", "wrong.csv").stderr)
-        (self.folder / "wrong.csv").write_text("# units: s,turns\nt,q.crank\n0,0\n")
+        (self.folder / "wrong.csv").write_text("t, q.crank [m]\n0,0\n")
+        self.assertIn("wrong.csv:1:4: the unit of this column does not fit: rad is expected",
+                      self.expect(2, "simulate", FOUR_BAR, "--reference", "wrong.csv").stderr)
+        (self.folder / "wrong.csv").write_text("t,q.crank [turns]\n0,0\n")
         self.assertIn("column 2: unknown unit 'turns'",
                       self.expect(2, "simulate", FOUR_BAR, "--reference", "wrong.csv").stderr)
 
@@ -473,7 +481,7 @@ class Sensitivities(Case):
     def rows(self, *words):
         done = self.expect(0, "sensitivity", *self.WORDS, *words, "-o", "slopes.csv")
         with open(self.folder / "slopes.csv", newline="") as file:
-            return done, [{k: float(v) for k, v in row.items()} for row in csv.DictReader(line for line in file if line[0] != "#")]
+            return done, [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
 
     def test_rows(self):
         done, rows = self.rows("--output-step", 0.1)
@@ -485,7 +493,7 @@ class Sensitivities(Case):
         for value in 0.3 - 1e-4, 0.3 + 1e-4:
             self.expect(0, "simulate", FOUR_BAR, "--t-end", 0.2, "--set", f"crank={value}", "--no-convergence-check", "-o", "one.csv")
             with open(self.folder / "one.csv", newline="") as file:
-                ends.append(float(list(csv.DictReader(line for line in file if line[0] != "#"))[-1]["q.rocker"]))
+                ends.append(float(list(csv.DictReader(file))[-1]["q.rocker"]))
         self.assertAlmostEqual(rows[2]["q.rocker/crank"], (ends[1] - ends[0]) / 2e-4, delta=1e-5)
 
     def test_adjoint(self):
@@ -532,8 +540,8 @@ class Kinematics(Case):
         self.assertIn("crank-rocker: ok, 9 of 9 rows", done.stdout)
         self.assertIn("omitted, because they need forces: lambda(motor)", done.stdout)
         lines = (self.folder / "turn.csv").read_text().split("\n")
-        self.assertTrue(lines[0].startswith("# units: ,s,rad,rad,rad,rad/s,"))
-        rows = list(csv.DictReader(lines[1:]))
+        self.assertTrue(lines[0].startswith("s,t,q.crank,q.coupler,q.rocker,qd.crank,"), lines[0])
+        rows = list(csv.DictReader(lines))
         self.assertEqual(len(rows), 9)
         self.assertAlmostEqual(float(rows[8]["q.crank"]), 4 * math.pi, delta=1e-15)
         self.assertAlmostEqual(float(rows[8]["t"]), 2 * math.pi, delta=1e-14)
@@ -565,7 +573,7 @@ class Kinematics(Case):
     def test_time(self):
         self.expect(0, "kinematics", self.MODEL, "--sweep", "t=0.5:2:4", "-o", "t.csv")
         with open(self.folder / "t.csv", newline="") as file:
-            rows = list(csv.DictReader(line for line in file if line[0] != "#"))
+            rows = list(csv.DictReader(file))
         with open(ROOT / "examples/crank_rocker/reference.csv", newline="") as file:
             wanted = {row["t"]: row for row in csv.DictReader(line for line in file if line[0] != "#")}
         self.assertEqual([row["t"] for row in rows], ["0.5", "1", "1.5", "2"])
@@ -619,7 +627,7 @@ class Contact(Case):
         self.assertKeys(touching[0], "touches s y angle radius normal slip spin force moment a b by_law")
         self.assertAlmostEqual(touching[0]["y"], 0.721088, delta=1e-5)
         with open(self.folder / "c.csv", newline="") as file:
-            rows = list(csv.DictReader(line for line in file if line[0] != "#"))
+            rows = list(csv.DictReader(file))
         patches = [(row["value"], wheel, patch) for row in result["rows"] for wheel in "LR" for patch in row["wheels"][wheel]]
         self.assertEqual(len(rows), len(patches))
         for row, (value, wheel, patch) in zip(rows, patches):
@@ -670,7 +678,6 @@ class Ensembles(Case):
     def rows(self, *words):
         done = self.expect(0, "ensemble", FOUR_BAR, *words, "-o", "ends.csv")
         with open(self.folder / "ends.csv", newline="") as file:
-            self.assertTrue(file.readline().startswith("# units: "))
             return done, list(csv.DictReader(file))
 
     def test_values(self):
@@ -684,7 +691,7 @@ class Ensembles(Case):
         one = self.object(0, "simulate", FOUR_BAR, "--t-end", 0.5, "--set", "crank=0.29", "--set", "base=0.91",
                           "--integrator", "dop853", "--no-convergence-check", "-o", "one.csv")
         with open(self.folder / "one.csv", newline="") as file:
-            last = list(csv.DictReader(line for line in file if line[0] != "#"))[-1]
+            last = list(csv.DictReader(file))[-1]
         for name in "q.crank q.coupler q.rocker qd.rocker".split():
             self.assertAlmostEqual(float(rows[2][name]), float(last[name]), delta=1e-7)
         self.assertEqual(int(rows[2]["steps"]), one["work"]["steps"])
@@ -758,10 +765,7 @@ class Inverse(Case):
 
     def rows(self, path):
         with open(self.folder / path, newline="") as file:
-            units, *lines = file.read().splitlines()
-        names = lines[0].split(",")
-        self.assertEqual(len(units.split(",")), len(names))
-        return [dict(zip(names, map(float, line.split(",")))) for line in lines[1:]]
+            return [{name: float(x) for name, x in row.items()} for row in csv.DictReader(file)]
 
     def test_keys(self):
         one = self.object(0, "inverse", self.LED, "--actuators", self.LEGS, "--t-end", 0.1, "-o", "legs.csv")
@@ -1340,9 +1344,12 @@ class Simulate(Case):
     def test_csv(self):
         self.expect(0, *self.SHORT, "--output-step", 0.05, "-o", "out.csv")
         with open(self.folder / "out.csv", newline="") as file:
-            units = file.readline()
             rows = list(csv.DictReader(file))
-        self.assertTrue(units.startswith("# units: s,rad,"), units)
+        self.expect(0, *self.SHORT, "--output-step", 0.05, "--units", "-o", "units.csv")
+        named = (self.folder / "units.csv").read_text()
+        os.remove(self.folder / "units.csv")
+        self.assertTrue(named.startswith("t [s],q.crank [rad],"), named)
+        self.assertEqual(re.sub(r" \[[^]]*\]", "", named), (self.folder / "out.csv").read_text())
         self.assertEqual([float(row["t"]) for row in rows], [0, 0.05, 0.1])
         self.assertKeys(rows[0], "t q.crank qd.crank lambda.C.1 lambda.C.2")
         self.assertEqual(os.listdir(self.folder), ["out.csv"], "no temporary may stay")
@@ -1497,7 +1504,7 @@ run: {t_end: 1}
         for crank, some in (("0.6", True), ("0.2", False)):
             found = self.object(0, "simulate", self.model(self.BARS.replace("CRANK", crank)), "-o", "bars.csv", "--no-convergence-check")
             with open(self.folder / "bars.csv") as file:
-                rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(line for line in file if line[0] != "#")]
+                rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
             side = [math.sin(row["q.A"] + row["q.B"] - row["q.D"]) > 0 for row in rows]
             self.assertEqual(found["mode_changes"], sum(a != b for a, b in zip(side, side[1:])))
             self.assertEqual(found["mode_changes"] > 0, some)
@@ -1594,12 +1601,11 @@ class Numpy(Case):
                 self.assertEqual((10 + length) % 64, 0)
                 arrays[name] = ast.literal_eval(data[10 : 10 + length].decode()), data[10 + length :]
         with open(self.folder / "a.csv") as file:
-            units, names, *rows = file.read().splitlines()
+            names, *rows = file.read().splitlines()
         head, body = arrays["names.npy"]
         width = int(head["descr"][2:])
         words = [body[4 * width * k : 4 * width * (k + 1)].decode("utf-32-le").rstrip("\0") for k in range(head["shape"][0])]
         self.assertEqual(words, names.split(","))
-        self.assertEqual(units.split(": ")[1].split(",")[:4], ["s", "rad", "rad", "rad"])
         head, body = arrays["values.npy"]
         self.assertEqual(head["shape"], (len(rows), len(words)))
         values = struct.unpack("<%dd" % (len(rows) * len(words)), body)
@@ -1613,8 +1619,7 @@ class Numpy(Case):
 class Resume(Case):
     def rows(self, name):
         with open(self.folder / name, newline="") as file:
-            lines = [line for line in file if not line.startswith("#")]
-        return list(csv.DictReader(lines))
+            return list(csv.DictReader(file))
 
     def test_goes_on_from_a_checkpoint(self):
         options = [SLIDER_CRANK, "--rtol", "1e-11", "--output-step", "0.5"]
@@ -1785,7 +1790,7 @@ class Compare(Case):
         for run, other in zip(few["runs"], own["runs"]):
             self.assertAlmostEqual(run["error"]["q"], other["error"]["q"], delta=0.01 * other["error"]["q"])
         lines = (self.folder / "few.csv").read_text().splitlines()
-        table = [line for line in lines if not line.startswith("#")]
+        table = list(lines)
         column = table[0].split(",").index("q." + "crank")
         wrong = [",".join(str(float(x) + 1e-3) if k == column else x for k, x in enumerate(line.split(","))) for line in table[1:]]
         (self.folder / "wrong.csv").write_text("\n".join([table[0], *wrong]) + "\n")
@@ -1816,7 +1821,7 @@ class Compare(Case):
     def rows(self, model, integrator, rtol):
         self.expect(0, "simulate", model, "--integrator", integrator, "--rtol", rtol, "--output-step", 10 / 20000, "--no-convergence-check",
                     "-o", "rows.csv")
-        lines = [line for line in (self.folder / "rows.csv").read_text().splitlines() if not line.startswith("#")]
+        lines = (self.folder / "rows.csv").read_text().splitlines()
         columns = [k for k, name in enumerate(lines[0].split(",")) if name.startswith("q.")]
         return [[float(line.split(",")[k]) for k in columns] for line in lines[1:]]
 

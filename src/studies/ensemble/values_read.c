@@ -37,7 +37,7 @@ static bool read_header(kmp_csv *csv, const char *line)
     bool ok = names;
     int k = 0;
     for (const char *s = line; ok && s; k++) {
-        kmp_csv_field f = kmp_csv_next(&s);
+        kmp_csv_field f = kmp_csv_name(&s);
         names[k] = KMP_ARENA_NEW(&arena, char, f.length + 1);
         ok = names[k];
         if (ok)

@@ -225,9 +225,6 @@ static void fill_rows(kempe_table *to, const void *result)
 {
     const kempe_contacts *t = result;
     const char *over = t->over.range[0].name;
-    kmp_shown as = kmp_contact_shown(t, kmp_contact_unit(t, 0));
-    kmp_tabulate_comment(to, "%s: units m, %s, N, 1/m, N m; %s in %s", t->system->model->name,
-                         kmp_contact_shown(t, "rad").unit, over, *as.unit ? as.unit : "SI");
     kmp_tabulate_column(to, kmp_contact_unit(t, 0), "%s", over);
     kmp_tabulate_column(to, NULL, "wheel");
     kmp_tabulate_columns(to, "", "zone touches");
