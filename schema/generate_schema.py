@@ -94,6 +94,9 @@ VALUES = {  # the words of the tables of src/model/keys
     "expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=6)]}, "[shortest, longest]": PAIR,
     "one or two expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=2)]},
     "zones": {"type": "array", "items": PAIR, "minItems": 1}, "condition or list": {"anyOf": [WORD, WORDS]}, "joint": ref("joint"),
+    "place": ref("place"), "places": {"type": "array", "items": ref("place"), "minItems": 2},
+    "two places or a number": {"anyOf": [NUMBER, {"type": "array", "items": ref("place"), "minItems": 2, "maxItems": 2}]},
+    "shape or list": {"anyOf": [ref("shape"), {"type": "array", "items": ref("shape"), "minItems": 1}]},
     "inertia": ref("inertia"), "coordinates": {"type": "array", "items": {"type": ["string", "number", "null"]}},
 }
 
@@ -201,6 +204,8 @@ def definitions():
         "two_axes": {"type": "array", "items": ref("axis"), "minItems": 2, "maxItems": 2},
         "axes": dict(closed({key: ref("axis") for key in "xyz"}), minProperties=1),
         "point": {"anyOf": [ref("vector"), keyed("point")]},
+        "place": {"anyOf": [WORD, ref("vector")]},
+        "shape": dict(keyed("shape"), oneOf=[{"required": [word]} for _, word, _ in rows("shape_kinds.def", "KMP_SHAPE")]),
         "yes": {"enum": ["yes", True]},
         "two_points": {"type": "array", "items": WORD, "minItems": 2, "maxItems": 2},
         "joint": joint(),

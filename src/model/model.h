@@ -8,6 +8,7 @@
 #include "base/cache/digest.h"
 #include "model/expressions/expression.h"
 #include "model/rail/wheels.h"
+#include "model/shapes/shape.h"
 #include "model/tables/joint_table.h"
 #include "model/tables/run_settings.h"
 #include "model/tables/signal.h"
@@ -72,6 +73,7 @@ typedef struct kmp_body {
     kmp_number mass;
     kmp_number com[3];
     kmp_number inertia[6]; /* xx yy zz xy xz yz about the com, body axes; xy is the tensor's entry, -sum m x y */
+    bool by_shape;         /* these three follow from its shapes */
 } kmp_body;
 
 /** A coordinate times a factor. */
@@ -222,6 +224,8 @@ struct kempe_model {
     int body_count;   /* ground included */
     kmp_point *points;
     int point_count;
+    kmp_shape *shapes; /* those of a body are next to each other, but for those of grounds put on it */
+    int shape_count;
     kmp_motion *motions;
     int motion_count; /* n */
     kmp_closure *closures;

@@ -88,6 +88,11 @@ static kempe_status read_graph(scene *s)
     return read_file(s, KEMPE_ROOT "/tests/models/two_bars.yaml");
 }
 
+static kempe_status read_shapes(scene *s)
+{
+    return read_file(s, KEMPE_ROOT "/tests/models/shapes.yaml");
+}
+
 /* A track with a course and waves. */
 static kempe_status read_track(scene *s)
 {
@@ -777,6 +782,7 @@ static const struct {
               {"read mistakes", read_wrong_model},
               {"read ROBOTRAN", read_robotran},
               {"read its mistakes", read_wrong_robotran},
+              {"read shapes", read_shapes},
               {"read a graph of joints", read_graph},
               {"read its mistakes", read_wrong_graph},
               {"build", build_model},

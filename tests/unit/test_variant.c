@@ -184,6 +184,26 @@ static void test_every_place(void)
     compare_model(NULL, everywhere);
 }
 
+/* Masses, centres and inertias that follow from shapes: turned, between points, several together, with a hole. */
+static const char shaped[] =
+    "kempe: 1\nname: shaped\ngravity: [0, -9.81, 0]\n"
+    "parameters: {a: 0.4, b: 0.1, r: 0.02, rho: 7850, m: 2, w: 0.05, f: 0}\n"
+    "bodies:\n"
+    "  box: {joint: {name: A, revolute: z, at: ground}, points: {E: [a, f, w]},\n"
+    "        shape: {box: [a, b, w], at: [a/2, 0, f], axes: {x: [1, 2, 2]}, density: rho}}\n"
+    "  sum: {joint: {name: B, universal: [z, y], at: box.E}, points: {P: [0, 0, f], Q: [a, w, b]},\n"
+    "        shape: [{cylinder: [P, Q], radius: r, density: rho}, {sphere: r*2, at: Q, mass: m},\n"
+    "                {capsule: b, radius: r, axis: y, density: rho}, {box: [r, r, r], at: P, density: rho, hole: "
+    "yes},\n"
+    "                {line: [P, [0, a, 0], Q], mass: m/3}]}\n"
+    "start: {q: {A: 0.3, B.1: 0.1}}\n";
+
+static void test_shapes(void)
+{
+    random_seed(7);
+    compare_model(NULL, shaped);
+}
+
 static void expect_refusal(const char *text, int count, const char *const *names, const char *sentence)
 {
     kempe_context *c = quiet_context();
@@ -270,6 +290,7 @@ int main(void)
 {
     TEST(test_examples);
     TEST(test_every_place);
+    TEST(test_shapes);
     TEST(test_refusals);
     TEST(test_start_values);
     TEST(test_row_of_parameters);

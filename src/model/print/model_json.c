@@ -194,12 +194,7 @@ static void put_body(kmp_json *json, const kempe_model *model, int i)
         put_axes(json, "frame", body->frame);
     if (body->coupling)
         kmp_json_number(json, kmp_joint_key(body->coupling), body->number.value);
-    kmp_json_number(json, "mass", body->mass.value);
-    put_vector(json, "com", body->com);
-    kmp_json_object(json, "inertia");
-    for (int k = 0; k < 6; k++)
-        kmp_json_number(json, kmp_inertia_names[k], body->inertia[k].value);
-    kmp_json_end(json);
+    kmp_model_json_mass(json, body);
     put_points(json, model, i);
     kmp_json_end(json);
 }
@@ -443,6 +438,7 @@ void kmp_model_json_mechanism(kmp_text *text, const kempe_model *model)
 void kmp_model_json(kmp_text *text, const kempe_model *model)
 {
     kmp_json json = put_mechanism(text, model);
+    kmp_model_json_shapes(&json, model);
     put_run(&json, model);
     kmp_json_end(&json);
 }

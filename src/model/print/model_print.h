@@ -18,6 +18,14 @@ void kmp_model_json_tracks(kmp_json *json, const kempe_model *model);
 void kmp_model_show_wheels(kmp_text *text, const kempe_model *model);
 void kmp_model_json_wheels(kmp_json *json, const kempe_model *model);
 
+/** Shapes (model_shapes.c): those of a body, of all of them, one as members of an open object. */
+void kmp_model_show_shapes(kmp_text *text, const kempe_model *model, int body);
+void kmp_model_json_shapes(kmp_json *json, const kempe_model *model);
+void kmp_model_json_shape(kmp_json *json, const kmp_shape *shape);
+
+/** Mass, com and inertia of a body as members of an open object. */
+void kmp_model_json_mass(kmp_json *json, const kmp_body *body);
+
 /* -- pieces of JSON (model_json.c) ------------------------------------------------------------------- */
 
 /** Opens an object that begins a line: a member of the model, an item of a member. */

@@ -174,12 +174,14 @@ static void show_body(kmp_text *text, const kempe_model *model, int i)
     kmp_text_put(text, "\n");
     show_inertia(text, body);
     show_points(text, model, i);
+    kmp_model_show_shapes(text, model, i);
 }
 
 static void show_bodies(kmp_text *text, const kempe_model *model)
 {
     kmp_text_put(text, "bodies\n  0 ground\n");
     show_points(text, model, 0);
+    kmp_model_show_shapes(text, model, 0);
     for (int i = 1; i < model->body_count; i++)
         show_body(text, model, i);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Bodies, their order and their points. The tree comes from the joints' `at`; parents are put before their
  * children, the file's order kept otherwise. */
+#include "model/expressions/number_algebra.h"
 #include "model/read/reading.h"
 #include <string.h>
 
@@ -234,22 +235,13 @@ static int count_points(const kmp_yaml *owner)
 
 /* -- the ground of included files ---------------------------------------------------------------- */
 
-static kmp_number add_numbers(kmp_reader *r, kmp_number a, kmp_number b)
-{
-    kmp_expr *sum = a.expr || b.expr ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 3) : NULL;
-    if (sum) {
-        sum[0] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = a.value, .symbol = a.symbol};
-        sum[1] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = b.value, .symbol = b.symbol};
-        sum[2] = (kmp_expr){.kind = KMP_EXPR_ADD, .a = a.expr ? a.expr : &sum[0], .b = b.expr ? b.expr : &sum[1]};
-    }
-    return (kmp_number){
-        .value = a.value + b.value, .expr = sum ? &sum[2] : NULL, .symbol = a.symbol ? a.symbol : b.symbol};
-}
-
 static void add_vectors(kmp_reader *r, kmp_number to[3], const kmp_number by[3])
 {
-    for (int k = 0; k < 3; k++)
-        to[k] = add_numbers(r, to[k], by[k]);
+    for (int k = 0; k < 3; k++) {
+        int symbol = to[k].symbol ? to[k].symbol : by[k].symbol;
+        to[k] = kmp_number_add(&r->model->arena, to[k], by[k]);
+        to[k].symbol = symbol;
+    }
 }
 
 /* The origin of an included file's ground: a point named by its prefix and `ground`, on the body that it is put on. */
@@ -323,6 +315,25 @@ static bool read_all_points(sources *s, const kmp_yaml *ground)
     return true;
 }
 
+/* -- shapes of grounds --------------------------------------------------------------------------- */
+
+static void read_ground_shapes(kmp_reader *r)
+{
+    static const kmp_number none[3] = {{.value = 0}};
+    const kmp_shape_owner own = {.body = 0, .name = "the ground", .origin = none};
+    const kmp_yaml *ground = kmp_yaml_get(r->root, "ground");
+    if (ground)
+        kmp_read_shapes(r, ground, &own);
+    for (int i = 0; i < r->instance_count; i++) {
+        const kmp_include_instance *instance = &r->instances[i];
+        const kmp_yaml *map = kmp_yaml_get(instance->root, "ground");
+        if (!map || instance->ground < 0)
+            continue;
+        const kmp_point *origin = &r->model->points[instance->ground];
+        kmp_read_shapes(r, map, &(kmp_shape_owner){origin->body, "the ground", origin->at});
+    }
+}
+
 /* -- the whole ----------------------------------------------------------------------------------- */
 
 /* The ground exists also without bodies, so that references to it can be read. */
@@ -372,5 +383,6 @@ void kmp_read_bodies(kmp_reader *r)
         return;
     read_joints(&s);
     for (int k = 0; k < s.count; k++)
-        kmp_read_mass(r, s.list[s.order[k]].map, &r->model->bodies[k + 1]);
+        kmp_read_mass(r, s.list[s.order[k]].map, k + 1);
+    read_ground_shapes(r);
 }

@@ -101,7 +101,7 @@ static void read_inertia(kmp_reader *r, const kmp_yaml *node, kmp_body *body)
         check_tensor(r, node, body);
 }
 
-void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, kmp_body *body)
+static void read_given(kmp_reader *r, const kmp_yaml *map, kmp_body *body)
 {
     const kmp_yaml *mass = kmp_yaml_get(map, "mass"), *com = kmp_yaml_get(map, "com");
     const kmp_yaml *inertia = kmp_yaml_get(map, "inertia");
@@ -114,4 +114,75 @@ void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, kmp_body *body)
                         kmp_key_dimension(kmp_body_keys, "com"), body->com);
     if (inertia)
         read_inertia(r, inertia, body);
+}
+
+/* -- by shapes ------------------------------------------------------------------------------------- */
+
+/* A mass that is also given, and a hole in something heavy that is not. */
+static bool check_shapes(kmp_reader *r, const kmp_yaml *map, const kmp_body *body, int count, const kmp_shape *shapes)
+{
+    static const char *const given[] = {"mass", "com", "inertia"};
+    bool good = true;
+    for (int k = 0; k < 3; k++) {
+        const kmp_yaml *node = kmp_yaml_get(map, given[k]);
+        good = good && !node;
+        if (node)
+            kmp_reader_complain(r, node->place,
+                                "body '%s': its shape has a density or mass and gives its %s: remove one of the two",
+                                body->name, given[k]);
+    }
+    for (int k = 0; k < count; k++)
+        if (shapes[k].hole && !shapes[k].heavy) {
+            kmp_reader_complain(r, kmp_yaml_get(map, "shape")->place,
+                                "body '%s': a hole needs the density of what it is in, which gives the body's mass",
+                                body->name);
+            good = false;
+        }
+    return good;
+}
+
+static void take_sum(kmp_reader *r, const kmp_yaml *map, kmp_body *body, const kmp_mass_part *sum)
+{
+    const kmp_yaml *shape = kmp_yaml_get(map, "shape");
+    if (!(sum->mass.value > 0) || !is_possible(sum->inertia)) {
+        kmp_reader_complain(r, shape->place,
+                            "the shapes of body '%s' have mass %.6g and an inertia that no body has: a hole is larger "
+                            "than what it is in",
+                            body->name, sum->mass.value);
+        return;
+    }
+    int *symbols = &r->model->symbol_count;
+    body->mass = sum->mass;
+    body->mass.symbol = ++*symbols;
+    for (int k = 0; k < 3; k++) {
+        body->com[k] = sum->com[k];
+        body->com[k].symbol = ++*symbols;
+    }
+    for (int k = 0; k < 6; k++) {
+        body->inertia[k] = sum->inertia[k];
+        body->inertia[k].symbol = ++*symbols;
+    }
+    body->by_shape = true;
+}
+
+void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body)
+{
+    kempe_model *model = r->model;
+    kmp_body *own = &model->bodies[body];
+    int first = model->shape_count, heavy = 0;
+    kmp_mass_part sum = {.mass = {.value = 0}};
+    kmp_read_shapes(r, map, &(kmp_shape_owner){body, kmp_reader_say(r, "body '%s'", own->name), NULL});
+    for (int k = first; k < model->shape_count; k++)
+        heavy += model->shapes[k].heavy;
+    if (heavy == 0) {
+        read_given(r, map, own);
+        return;
+    }
+    int count = model->shape_count - first;
+    const kmp_shape *shapes = &model->shapes[first];
+    if (!check_shapes(r, map, own, count, shapes))
+        return;
+    kmp_shapes_mass(&model->arena, count, shapes, &sum);
+    if (!model->arena.failed)
+        take_sum(r, map, own, &sum);
 }

@@ -300,6 +300,18 @@ char *kmp_read_file(kmp_reader *r, const kmp_yaml *node, const char *what, const
 /** A table of the model by its name; NULL after an error. */
 const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, const char *what);
 
+/* -- shapes (shapes/read_shapes.c), after points ------------------------------------------------------ */
+
+/** Of what a mapping has the key `shape`. */
+typedef struct kmp_shape_owner {
+    int body;
+    const char *name;         /* in messages: "body 'arm'" */
+    const kmp_number *origin; /* of a ground, whose places are from it; NULL: a body */
+} kmp_shape_owner;
+
+/** Appends the shapes that are without error to those of the model. */
+void kmp_read_shapes(kmp_reader *r, const kmp_yaml *map, const kmp_shape_owner *owner);
+
 /* -- profiles and tracks (read_profiles.c, read_tracks.c) --------------------------------------------- */
 
 /** A profile of the model by its name; NULL after an error. */
@@ -326,7 +338,7 @@ bool kmp_name_means_something(const kmp_reader *r, const char *name);
 void kmp_read_profiles(kmp_reader *r);
 void kmp_read_bodies(kmp_reader *r);
 void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes); /* of bodies 1, 2, ... */
-void kmp_read_mass(kmp_reader *r, const kmp_yaml *node, kmp_body *body);
+void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body);         /* and shapes */
 void kmp_read_tracks(kmp_reader *r);
 void kmp_read_wheels(kmp_reader *r);
 void kmp_read_unknowns(kmp_reader *r); /* but for those that depend on multipliers */

@@ -228,6 +228,24 @@ static void json_cuts(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+/* Bodies whose mass follows from their shapes, where there are any. */
+static void json_shaped(kmp_json *json, const kempe_model *model)
+{
+    int count = 0;
+    for (int b = 1; b < model->body_count; b++) {
+        if (!model->bodies[b].by_shape)
+            continue;
+        if (count++ == 0)
+            kmp_json_array(json, "mass_by_shapes");
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "body", model->bodies[b].name);
+        kmp_model_json_mass(json, &model->bodies[b]);
+        kmp_json_end(json);
+    }
+    if (count > 0)
+        kmp_json_end(json);
+}
+
 void kmp_check_json(kmp_text *text, const void *result)
 {
     const kempe_check *check = result;
@@ -240,6 +258,7 @@ void kmp_check_json(kmp_text *text, const void *result)
     else
         json_obstacle(&j, check);
     json_cuts(&j, check->system->model);
+    json_shaped(&j, check->system->model);
     kmp_print_unused_json(&j, check->system->model);
     kmp_json_end(&j);
 }

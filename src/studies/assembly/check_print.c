@@ -107,6 +107,38 @@ static void put_cut(kmp_text *text, const kempe_check *check, int k)
     kmp_cut_print(text, &check->system->model->cuts[k]);
 }
 
+/* -- masses of shapes -------------------------------------------------------------------------------- */
+
+/* The k-th body whose mass follows from its shapes; NULL: there are fewer. */
+static const kmp_body *shaped(const kempe_check *check, int k)
+{
+    const kempe_model *model = check->system->model;
+    for (int b = 1; b < model->body_count; b++)
+        if (model->bodies[b].by_shape && k-- == 0)
+            return &model->bodies[b];
+    return NULL;
+}
+
+static void put_shaped(kmp_text *text, const kempe_check *check, int k)
+{
+    const kmp_body *body = shaped(check, k);
+    const kmp_number *com = body->com;
+    kmp_text_printf(text, "%s: %.6g kg, centre [%.6g, %.6g, %.6g] m, inertia", body->name, body->mass.value,
+                    com[0].value, com[1].value, com[2].value);
+    for (int i = 0; i < 6; i++)
+        if (i < 3 || body->inertia[i].value != 0)
+            kmp_text_printf(text, " %s %.6g", kmp_inertia_names[i], body->inertia[i].value);
+    kmp_text_put(text, " kg m^2");
+}
+
+static void show_shaped(kmp_text *text, const kempe_check *check)
+{
+    int count = 0;
+    while (shaped(check, count))
+        count++;
+    list(text, check, "mass by shapes", "", count, put_shaped);
+}
+
 /* -- redundancy -------------------------------------------------------------------------------------- */
 
 static void put_set(kmp_text *text, const kempe_check *check, int k)
@@ -318,6 +350,7 @@ static bool show_begin(kmp_text *text, const kempe_check *check)
     if (check->assembled)
         show_mobility(text, check);
     list(text, check, "cut joints", "", check->system->model->cut_count, put_cut);
+    show_shaped(text, check);
     if (!check->assembled)
         show_obstacle(text, check);
     return check->assembled;

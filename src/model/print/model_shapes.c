@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Shapes as text and as JSON. */
+#include "model/print/model_print.h"
+
+static void put_vector(kmp_json *json, const char *key, int count, const kmp_number *v)
+{
+    double x[3] = {0};
+    for (int k = 0; k < count; k++)
+        x[k] = v[k].value;
+    kmp_json_numbers(json, key, count, x);
+}
+
+static void put_axes(kmp_json *json, double (*const m)[3])
+{
+    kmp_json_array(json, "axes");
+    for (int k = 0; k < 3; k++)
+        kmp_json_numbers(json, NULL, 3, (const double[]){m[0][k], m[1][k], m[2][k]});
+    kmp_json_end(json);
+}
+
+static void put_round(kmp_json *json, const kmp_shape *s)
+{
+    kmp_json_number(json, "length", s->length.value);
+    put_vector(json, "along", 3, s->along);
+}
+
+static void put_through(kmp_json *json, const kmp_shape *s)
+{
+    kmp_json_array(json, "through");
+    for (int k = 0; k < s->through_count; k++)
+        put_vector(json, NULL, 3, s->through[k]);
+    kmp_json_end(json);
+}
+
+static void put_looks(kmp_json *json, const kmp_shape *s)
+{
+    kmp_text colour = {0};
+    kmp_text_printf(&colour, "#%06x", (unsigned)s->colour & 0xffffff);
+    if (s->colour >= 0)
+        kmp_json_string(json, "colour", colour.s);
+    json->text->failed = json->text->failed || colour.failed;
+    kmp_text_free(&colour);
+    if (s->opacity < 1)
+        kmp_json_number(json, "opacity", s->opacity);
+}
+
+void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
+{
+    double axes[3][3];
+    for (int k = 0; k < 9; k++)
+        axes[k / 3][k % 3] = s->axes[k / 3][k % 3];
+    if (s->kind == KMP_SHAPE_BOX)
+        put_vector(json, "size", 3, s->edge);
+    if (s->radius.value > 0)
+        kmp_json_number(json, "radius", s->radius.value);
+    if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE)
+        put_round(json, s);
+    if (s->kind == KMP_SHAPE_LINE)
+        put_through(json, s);
+    else
+        put_vector(json, "at", 3, s->at);
+    if (s->turned && s->kind == KMP_SHAPE_BOX)
+        put_axes(json, axes);
+    if (s->heavy)
+        kmp_json_number(json, s->by_density ? "density" : "mass", s->matter.value);
+    if (s->hole)
+        kmp_json_whole(json, "hole", 1);
+    put_looks(json, s);
+}
+
+void kmp_model_json_shapes(kmp_json *json, const kempe_model *model)
+{
+    if (model->shape_count == 0)
+        return;
+    kmp_json_line(json, "\n");
+    kmp_json_array(json, "shapes");
+    for (int k = 0; k < model->shape_count; k++) {
+        kmp_model_json_item(json, NULL);
+        kmp_json_string(json, "body", model->bodies[model->shapes[k].body].name);
+        kmp_json_string(json, "kind", kmp_shape_words[model->shapes[k].kind]);
+        kmp_model_json_shape(json, &model->shapes[k]);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+void kmp_model_show_shapes(kmp_text *text, const kempe_model *model, int body)
+{
+    for (int k = 0; k < model->shape_count; k++) {
+        if (model->shapes[k].body != body)
+            continue;
+        kmp_text_printf(text, "    shape %s: ", kmp_shape_words[model->shapes[k].kind]);
+        kmp_json json = kmp_json_begin_as(text, KMP_JSON_WORDS);
+        kmp_json_object(&json, NULL);
+        kmp_model_json_shape(&json, &model->shapes[k]);
+        kmp_json_end(&json);
+        kmp_text_put(text, "\n");
+    }
+}
+
+void kmp_model_json_mass(kmp_json *json, const kmp_body *body)
+{
+    kmp_json_number(json, "mass", body->mass.value);
+    put_vector(json, "com", 3, body->com);
+    kmp_json_object(json, "inertia");
+    for (int k = 0; k < 6; k++)
+        kmp_json_number(json, kmp_inertia_names[k], body->inertia[k].value);
+    kmp_json_end(json);
+}
