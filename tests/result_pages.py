@@ -282,6 +282,7 @@ class Plots(Case):
         self.assertEqual(done.returncode, 0, done.stderr)
         tree = xml.etree.ElementTree.parse(path)
         space = "{http://www.w3.org/2000/svg}"
+        self.dots = list(tree.iter(space + "circle"))
         return [p for p in tree.iter(space + "path") if p.get("class") == "curve"], [t.text for t in tree.iter(space + "text")]
 
     def test_outputs_by_name(self):
@@ -297,6 +298,42 @@ class Plots(Case):
         model = ROOT / "examples/four_bar/four_bar.yaml"
         curves, words = self.curve("kinematics", model, "--sweep", "crank=0 deg:360 deg", "--x", "q(crank)", "--y", "q(rocker)")
         self.assertEqual((len(curves), "q.crank, rad" in words, "q.rocker" in words), (2, True, True))
+
+    def test_every_table(self):
+        """Commands other than simulate: curves of what is in order, points of what is not, logarithmic axes."""
+        car, four_bar = ROOT / "examples/quarter_car/quarter_car.yaml", ROOT / "examples/four_bar/four_bar.yaml"
+        curves, words = self.curve("response", car, "--inputs", "effort(body)", "--outputs", "q", "--frequencies", "0.1:100:200", "--y", "q(body)")
+        self.assertEqual(len(curves), 4)  # two, with their entries below
+        self.assertEqual([word for word in ("0.1", "1", "10", "100", "frequency, Hz", "-90", "deg") if word not in words], [])
+        rows = [float(x) for x in re.findall(r"[ML]([-.\d]+) ", curves[0].get("d"))]
+        self.assertEqual(len(rows), 200)
+        self.assertLess(max(rows[k + 1] - rows[k] for k in range(199)) / min(rows[k + 1] - rows[k] for k in range(199)), 1.01)
+        curves, words = self.curve("modes", car, "--sweep", "damper=0:6000:31", "--y", "re")
+        self.assertEqual((len(curves), "re.4" in words, "1/s" in words, "damper" in words), (8, True, True, True))
+        self.curve("modes", car, "--y", "frequency,re")
+        self.assertEqual(len(self.dots), 2 * 5)  # re.body belongs to another column than re
+        self.curve("ensemble", four_bar, "--sample", "crank=0.28:0.32", "--instances", "20", "--t-end", "0.1", "--y", "qd(rocker)")
+        self.assertEqual(len(self.dots), 21)
+        curves, words = self.curve("sensitivity", four_bar, "--parameters", "crank", "--t-end", "0.1", "--y", "q(rocker)/crank")
+        self.assertEqual(len(curves), 2)
+        self.curve("compare", four_bar, "--rtol", "1e-4,1e-6", "--formulations", "reduced", "--forms", "integrated", "--integrators", "dop853",
+                   "--t-end", "0.1", "--y", "error_q")
+        self.assertEqual(len(self.dots), 3)
+
+    def test_a_bitmap(self):
+        """The same picture, twice as large, where librsvg is installed; otherwise a message."""
+        model, path = ROOT / "examples/four_bar/four_bar.yaml", self.folder / "curve.png"
+        self.curve("simulate", model, "--y", "q(rocker)")
+        size = re.search(r'viewBox="0 0 (\d+) (\d+)"', (self.folder / "curve.svg").read_text()).groups()
+        done = kempe("simulate", model, "--y", "q(rocker)", "--plot", path, ASAN_OPTIONS="detect_leaks=0")  # fontconfig keeps its fonts
+        if done.returncode:
+            self.assertIn("librsvg2-2", done.stderr)
+            self.assertFalse(path.exists())
+            return
+        data = path.read_bytes()
+        self.assertEqual(data[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertEqual(tuple(int.from_bytes(data[at : at + 4], "big") for at in (16, 20)), tuple(2 * int(x) for x in size))
+        self.assertGreater(len(data), 5000, "a white picture is smaller")
 
     def test_what_cannot_be_drawn(self):
         model, path = ROOT / "examples/four_bar/four_bar.yaml", self.folder / "none.svg"

@@ -79,9 +79,9 @@ KEMPE_API kempe_status kempe_contacts_print(const kempe_contacts *table, kempe_f
  * value with q and qd, SI. Free a table with kempe_table_free. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_contacts_table(const kempe_contacts *contacts, const char *name, kempe_table **table);
 
-/** Writes an SVG picture. It shows the profile of each wheel on the rail, with the points that touch joined at every
- * value. Rolling radius, contact angle, normal force and forces are plotted over the values. */
-KEMPE_API kempe_status kempe_contacts_write_svg(const kempe_contacts *table, const char *path);
+/** Writes a picture, .svg or .png (table.h). It shows the profile of each wheel on the rail, with the points that touch
+ * joined at every value. Rolling radius, contact angle, normal force and forces are plotted over the values. */
+KEMPE_API kempe_status kempe_contacts_write_picture(const kempe_contacts *table, const char *path);
 
 KEMPE_END
 #endif

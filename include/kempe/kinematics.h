@@ -58,9 +58,9 @@ KEMPE_API kempe_status kempe_kinematics_print(const kempe_kinematics *kinematics
 KEMPE_API kempe_status kempe_kinematics_table(const kempe_kinematics *kinematics, const char *name,
                                               kempe_table **table);
 
-/** Draws an SVG picture: the paths of the model's position outputs in their plane of largest motion, with dead centres.
- * KEMPE_E_FAILED: the model has no position outputs, or there is no row. */
-KEMPE_API kempe_status kempe_kinematics_write_svg(const kempe_kinematics *kinematics, const char *path);
+/** Draws a picture, .svg or .png (table.h): the paths of the model's position outputs in their plane of largest motion,
+ * with dead centres. KEMPE_E_FAILED: the model has no position outputs, or there is no row. */
+KEMPE_API kempe_status kempe_kinematics_write_picture(const kempe_kinematics *kinematics, const char *path);
 
 /** Writes a self-contained HTML page: the positions moving, all columns of "rows" as curves. KEMPE_E_IO: the path
  * cannot be written, or an error of kempe_report_check (compare.h). */

@@ -78,8 +78,9 @@ KEMPE_API int kempe_linearization_is_equilibrium(const kempe_linearization *line
 KEMPE_API kempe_status kempe_linearization_print(const kempe_linearization *linearization, kempe_format format,
                                                  char **text);
 
-/** Writes all matrices and names for NumPy in one .npz, whole or not at all. */
-KEMPE_API kempe_status kempe_linearization_write_npz(const kempe_linearization *linearization, const char *path);
+/** Writes all matrices and names, whole or not at all: .npz for NumPy, .mat for MATLAB and Octave. KEMPE_E_ARGUMENT:
+ * another ending. */
+KEMPE_API kempe_status kempe_linearization_write(const kempe_linearization *linearization, const char *path);
 
 KEMPE_END
 #endif

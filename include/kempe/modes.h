@@ -64,7 +64,7 @@ KEMPE_API kempe_status kempe_modes_table(const kempe_modes *modes, const char *n
 
 /** Draws the sweep: the eigenvalues in the complex plane, and frequencies over the value (Campbell diagram).
  * KEMPE_E_ARGUMENT: nothing was swept. */
-KEMPE_API kempe_status kempe_modes_write_svg(const kempe_modes *modes, const char *path);
+KEMPE_API kempe_status kempe_modes_write_picture(const kempe_modes *modes, const char *path);
 
 /** Writes a self-contained HTML page: the modes, and an animation of each. KEMPE_E_IO as kempe_report_check. */
 KEMPE_API kempe_status kempe_modes_write_report(kempe_modes *modes, const char *path);

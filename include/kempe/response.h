@@ -48,8 +48,8 @@ KEMPE_API kempe_status kempe_response_print(const kempe_response *response, kemp
  * pole; phase, degrees; gain, the amplitude over that of the static response. */
 KEMPE_API kempe_status kempe_response_table(const kempe_response *response, const char *name, kempe_table **table);
 
-/** Draws amplitudes and phases over the frequency (SVG). */
-KEMPE_API kempe_status kempe_response_write_svg(const kempe_response *response, const char *path);
+/** Draws amplitudes and phases over the frequency, .svg or .png (table.h). */
+KEMPE_API kempe_status kempe_response_write_picture(const kempe_response *response, const char *path);
 
 /** Writes a self-contained HTML page: amplitudes and phases over the frequency. KEMPE_E_IO: the path
  * cannot be written, or an error of kempe_report_check (compare.h). */

@@ -48,19 +48,22 @@ KEMPE_API const double *kempe_table_values(const kempe_table *table, int column)
 KEMPE_API kempe_status kempe_table_print(const kempe_table *table, kempe_format format, char **text);
 
 /** Writes a file, whole or not at all, in the format of its ending: .csv or none (names, rows; empty cells are
- * unknown), .json (as above), .npz. The last one has arrays `names`, `units` and `values`, rows x columns, of the
- * columns of numbers, and an array of text for each column of words. KEMPE_E_ARGUMENT: another ending. */
+ * unknown), .json (as above), .npz for NumPy, .mat for MATLAB and Octave. The last two have arrays `names`, `units` and
+ * `values`, rows x columns, of the columns of numbers, and an array of text for each column of words.
+ * KEMPE_E_ARGUMENT: another ending. */
 KEMPE_API kempe_status kempe_table_write(const kempe_table *table, const char *path);
 
 /** Columns of a CSV file of this table are named with their units: "q.crank [rad]". Without this call only those
  * columns are that are not in SI: "q.crank [deg]". */
 KEMPE_API void kempe_table_name_units(kempe_table *table);
 
-/** Draws columns as an SVG picture: a plot for each unit. `x`: the column of the horizontal axis (NULL: the first one
- * of numbers). `y`: names of the others, with commas between (NULL: all); an output with several components means all
- * of them. Names are those of columns, "position.coupler.C.x", or those of outputs, "position(coupler.C).x".
- * KEMPE_E_ARGUMENT: there is no such column. KEMPE_E_FAILED: there are no rows. */
-KEMPE_API kempe_status kempe_table_write_svg(const kempe_table *table, const char *x, const char *y, const char *path);
+/** Draws columns: a plot for each unit, curves, or points where rows are apart from each other (an ensemble). Ending
+ * .png: a bitmap by librsvg, KEMPE_E_FAILED where it is not installed; else SVG. `x`: the column of the horizontal axis
+ * (NULL: the first one of numbers). `y`: names of the others, with commas between (NULL: all); an output with several
+ * components means all of them. Names are those of columns, "position.coupler.C.x", or those of outputs,
+ * "position(coupler.C).x". KEMPE_E_ARGUMENT: there is no such column. KEMPE_E_FAILED: there are no rows. */
+KEMPE_API kempe_status kempe_table_write_picture(const kempe_table *table, const char *x, const char *y,
+                                                 const char *path);
 
 KEMPE_END
 #endif

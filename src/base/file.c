@@ -56,10 +56,9 @@ kempe_status kmp_file_read(kempe_context *context, const char *path, char **text
     return status;
 }
 
-/* Writes all of text and closes; 0 or an errno. */
-static int write_and_close(int fd, const char *text)
+/* Writes `left` bytes and closes; 0 or an errno. */
+static int write_and_close(int fd, const char *text, size_t left)
 {
-    size_t left = strlen(text);
     while (left > 0) {
         ssize_t n = write(fd, text, left);
         if (n < 0 && errno == EINTR)
@@ -75,10 +74,10 @@ static int write_and_close(int fd, const char *text)
     return close(fd) == 0 ? 0 : errno;
 }
 
-static int write_in_place(const char *path, const char *text)
+static int write_in_place(const char *path, const char *text, size_t length)
 {
     int fd = open(path, O_WRONLY | O_CLOEXEC);
-    return fd < 0 ? errno : write_and_close(fd, text);
+    return fd < 0 ? errno : write_and_close(fd, text, length);
 }
 
 /* A new file in the folder of `path`, with its name in `temporary`; -1 and errno when there is none. */
@@ -100,7 +99,7 @@ static int open_temporary(const char *path, kmp_text *temporary)
 }
 
 /* `old`: the existing file, or NULL. */
-static int write_by_rename(const char *path, const struct stat *old, const char *text)
+static int write_by_rename(const char *path, const struct stat *old, const char *text, size_t length)
 {
     kmp_text temporary = {0};
     int fd = open_temporary(path, &temporary);
@@ -108,7 +107,7 @@ static int write_by_rename(const char *path, const struct stat *old, const char 
     if (!error) {
         if (old && fchmod(fd, old->st_mode & 07777) != 0)
             error = errno;
-        int written = write_and_close(fd, text);
+        int written = write_and_close(fd, text, length);
         if (!error)
             error = written;
         if (!error && rename(temporary.s, path) != 0)
@@ -120,14 +119,11 @@ static int write_by_rename(const char *path, const struct stat *old, const char 
     return error;
 }
 
-kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text)
+static kempe_status write_bytes(kempe_context *context, const char *path, const char *text, size_t length)
 {
     char target[PATH_MAX];
     struct stat old;
     int error;
-    KMP_WANTED(NULL, context, "context");
-    KMP_WANTED(context, path, "path");
-    KMP_WANTED(context, text, "text");
     kmp_context_clear(context);
     bool exists = stat(path, &old) == 0;
     /* through a symbolic link, its target is replaced and the link stays */
@@ -135,9 +131,9 @@ kempe_status kempe_write_file(kempe_context *context, const char *path, const ch
     if (exists && S_ISDIR(old.st_mode))
         error = EISDIR;
     else if (exists && !S_ISREG(old.st_mode))
-        error = write_in_place(path, text);
+        error = write_in_place(path, text, length);
     else
-        error = write_by_rename(real ? real : path, exists ? &old : NULL, text);
+        error = write_by_rename(real ? real : path, exists ? &old : NULL, text, length);
     if (error == ENOMEM)
         return kmp_fail_memory(context);
     if (error)
@@ -145,10 +141,24 @@ kempe_status kempe_write_file(kempe_context *context, const char *path, const ch
     return KEMPE_OK;
 }
 
+kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text)
+{
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, path, "path");
+    KMP_WANTED(context, text, "text");
+    return write_bytes(context, path, text, strlen(text));
+}
+
+const char *kmp_file_ending(const char *path)
+{
+    const char *folder = strrchr(path, '/'), *ending = strrchr(folder ? folder : path, '.');
+    return ending ? ending : "";
+}
+
 kempe_status kmp_file_write(kempe_context *context, const char *path, kmp_text *text)
 {
     kempe_status status =
-        text->failed ? kmp_fail_memory(context) : kempe_write_file(context, path, text->s ? text->s : "");
+        text->failed ? kmp_fail_memory(context) : write_bytes(context, path, text->s ? text->s : "", text->length);
     kmp_text_free(text);
     return status;
 }

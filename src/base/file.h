@@ -14,6 +14,9 @@ kempe_status kmp_file_read(kempe_context *context, const char *path, char **text
  * */
 kempe_status kmp_file_write(kempe_context *context, const char *path, kmp_text *text);
 
+/** The ending of a file's name with its point, ".csv"; "": it has none. */
+const char *kmp_file_ending(const char *path);
+
 /** Makes a folder unless it is there. KEMPE_E_IO with the system's reason. */
 kempe_status kmp_folder_make(kempe_context *context, const char *path);
 

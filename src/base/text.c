@@ -52,13 +52,18 @@ void kmp_text_printf(kmp_text *text, const char *format, ...)
     va_end(arguments);
 }
 
-void kmp_text_put(kmp_text *text, const char *s)
+void kmp_text_append(kmp_text *text, const char *bytes, size_t length)
 {
-    size_t length = strlen(s);
     if (!reserve(text, length))
         return;
-    memcpy(text->s + text->length, s, length + 1);
+    memcpy(text->s + text->length, bytes, length);
     text->length += length;
+    text->s[text->length] = '\0';
+}
+
+void kmp_text_put(kmp_text *text, const char *s)
+{
+    kmp_text_append(text, s, strlen(s));
 }
 
 void kmp_text_quote(kmp_text *text, const char *s)

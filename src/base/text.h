@@ -17,6 +17,7 @@ typedef struct kmp_text {
 void kmp_text_printf(kmp_text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void kmp_text_vprintf(kmp_text *text, const char *format, va_list arguments) __attribute__((format(printf, 2, 0)));
 void kmp_text_put(kmp_text *text, const char *s);
+void kmp_text_append(kmp_text *text, const char *bytes, size_t length);
 
 /** Appends `s` as a JSON string, quotes included. */
 void kmp_text_quote(kmp_text *text, const char *s);

@@ -148,6 +148,46 @@ kempe_status cli_report_written(const cli_job *j, kempe_status written)
     return written;
 }
 
+/* A written file, of which the path is known to the terminal; returns the worse of both. */
+static kempe_status note_file(const cli_job *j, kempe_status status, kempe_status written, const char *path)
+{
+    status = cli_worse(status, cli_report_written(j, written));
+    if (written == KEMPE_OK)
+        cli_terminal_written(path);
+    return status;
+}
+
+/* The table as a file of numbers, or as curves of the columns that --x and --y name. */
+static kempe_status write_table(const cli_job *j, const cli_study *study, const void *result, bool drawn)
+{
+    const cli_settings *s = j->settings;
+    kempe_table *table = NULL;
+    kempe_status status = study->table(j, result, drawn, &table);
+    if (status == KEMPE_OK && s->units)
+        kempe_table_name_units(table);
+    if (status == KEMPE_OK && drawn)
+        status = kempe_table_write_picture(table, s->x, s->y, s->plot);
+    else if (status == KEMPE_OK)
+        status = kempe_table_write(table, s->output);
+    kempe_table_free(table);
+    return status;
+}
+
+static kempe_status write_files(const cli_job *j, const cli_study *study, void *result, kempe_status status)
+{
+    const cli_settings *s = j->settings;
+    if (study->table && s->output)
+        status = note_file(j, status, write_table(j, study, result, false), s->output);
+    if (study->table && s->plot)
+        status = note_file(j, status, write_table(j, study, result, true), s->plot);
+    for (int k = 0; k < CLI_MOST_FILES && study->files[k].write; k++) {
+        const char *const *path = (const void *)((const char *)s + study->files[k].path);
+        if (*path)
+            status = note_file(j, status, study->files[k].write(j, result, *path), *path);
+    }
+    return status;
+}
+
 kempe_status cli_run_study(const cli_job *j, const cli_study *study)
 {
     void *result = NULL;
@@ -156,15 +196,7 @@ kempe_status cli_run_study(const cli_job *j, const cli_study *study)
         status = study->compute(j, &result);
     cli_report_failure(j, status, result != NULL);
     if (result)
-        status = cli_worse(status, cli_report(j, study->print, result));
-    for (int k = 0; result && k < CLI_MOST_FILES && study->files[k].write; k++) {
-        const char *const *path = (const void *)((const char *)j->settings + study->files[k].path);
-        kempe_status written = *path ? study->files[k].write(j, result, *path) : KEMPE_OK;
-        if (*path)
-            status = cli_worse(status, cli_report_written(j, written));
-        if (*path && written == KEMPE_OK)
-            cli_terminal_written(*path);
-    }
+        status = write_files(j, study, result, cli_worse(status, cli_report(j, study->print, result)));
     study->free(result);
     return status;
 }

@@ -5,6 +5,8 @@
 
 #include "options.h"
 
+#include <kempe/table.h>
+
 /** Exit codes: a promise to scripts. */
 enum {
     CLI_DONE = 0,
@@ -31,6 +33,8 @@ typedef struct cli_study {
     kempe_status (*compute)(const cli_job *j, void **result); /* also after a failure there may be a result */
     cli_print_fn *print;
     void (*free)(void *result); /* NULL is allowed */
+    /* The table that --output writes, or that --plot draws; NULL: the study has none. */
+    kempe_status (*table)(const cli_job *j, const void *result, bool drawn, kempe_table **table);
     struct cli_file {
         size_t path; /* place of the path in cli_settings: none is written where that is NULL */
         kempe_status (*write)(const cli_job *j, void *result, const char *path);

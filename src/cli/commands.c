@@ -17,7 +17,8 @@
 #define AT(member) offsetof(cli_settings, member)
 
 /* A study whose result is a `type` of the library. `call` makes *result for the job j with the settings s. Then follow
- * its files: the option that has the path, and the function that writes there. */
+ * the function of its table, or NULL, and its files: the option that has the path, and the function that writes there.
+ */
 #define STUDY(name, type, call, ...)                                                                                   \
     static kempe_status name##_make(const cli_job *j, const cli_settings *s, type **result)                            \
     {                                                                                                                  \
@@ -40,7 +41,8 @@
     {                                                                                                                  \
         type##_free(object);                                                                                           \
     }                                                                                                                  \
-    static const cli_study name##_study = {name##_compute, name##_print, name##_free, {__VA_ARGS__}};
+    static const cli_study name##_study = {                                                                            \
+        .compute = name##_compute, .print = name##_print, .free = name##_free, __VA_ARGS__};
 
 /* The function of the library that writes a result to a file, for results of any type. */
 #define WRITER(function)                                                                                               \
@@ -50,38 +52,20 @@
         return function(object, path);                                                                                 \
     }
 
-/* The writer of a table of a result. */
+/* The table of a result by its name. */
 #define TABLE(type, name)                                                                                              \
-    static kempe_status type##_write_table(const cli_job *j, void *object, const char *path)                           \
+    static kempe_status type##_rows(const cli_job *j, const void *object, bool drawn, kempe_table **table)             \
     {                                                                                                                  \
-        kempe_table *table = NULL;                                                                                     \
-        kempe_status status = type##_table(object, name, &table);                                                      \
-        if (status == KEMPE_OK && j->settings->units)                                                                  \
-            kempe_table_name_units(table);                                                                             \
-        if (status == KEMPE_OK)                                                                                        \
-            status = kempe_table_write(table, path);                                                                   \
-        kempe_table_free(table);                                                                                       \
-        return status;                                                                                                 \
+        (void)j, (void)drawn;                                                                                          \
+        return type##_table(object, name, table);                                                                      \
     }
 
-/* The same table as curves, of the columns that --x and --y name. */
-#define PLOT(type, call)                                                                                               \
-    static kempe_status type##_write_plot(const cli_job *j, void *object, const char *path)                            \
-    {                                                                                                                  \
-        const cli_settings *s = j->settings;                                                                           \
-        kempe_table *table = NULL;                                                                                     \
-        kempe_status status = call;                                                                                    \
-        if (status == KEMPE_OK)                                                                                        \
-            status = kempe_table_write_svg(table, s->x, s->y, path);                                                   \
-        kempe_table_free(table);                                                                                       \
-        return status;                                                                                                 \
-    }
-
-/* The outputs that --x and --y name, or without these those of the model. */
-static kempe_status outputs_to_draw(const cli_settings *s, const kempe_trajectory *trajectory, kempe_table **table)
+/* All rows of a run; a picture has the outputs that --x and --y name, also those that the model does not list. */
+static kempe_status kempe_trajectory_rows(const cli_job *j, const void *trajectory, bool drawn, kempe_table **table)
 {
+    const cli_settings *s = j->settings;
     bool by_time = !s->x || strcmp(s->x, "t") == 0;
-    if (!s->y)
+    if (!drawn || !s->y)
         return kempe_trajectory_table(trajectory, "rows", table);
     size_t size = strlen(s->y) + (by_time ? 0 : strlen(s->x)) + 2;
     char *names = malloc(size);
@@ -93,23 +77,19 @@ static kempe_status outputs_to_draw(const cli_settings *s, const kempe_trajector
     return status;
 }
 
-PLOT(kempe_trajectory, outputs_to_draw(s, object, &table))
-PLOT(kempe_kinematics, kempe_kinematics_table(object, "rows", &table))
-PLOT(kempe_inverse, kempe_inverse_table(object, "rows", &table))
 TABLE(kempe_kinematics, "rows")
-WRITER(kempe_kinematics_write_svg)
+WRITER(kempe_kinematics_write_picture)
 TABLE(kempe_contacts, "rows")
-WRITER(kempe_contacts_write_svg)
-TABLE(kempe_trajectory, "rows")
+WRITER(kempe_contacts_write_picture)
 TABLE(kempe_inverse, "rows")
 TABLE(kempe_comparison, "runs")
 TABLE(kempe_batch, "instances")
-WRITER(kempe_linearization_write_npz)
+WRITER(kempe_linearization_write)
 TABLE(kempe_modes, "rows")
-WRITER(kempe_modes_write_svg)
+WRITER(kempe_modes_write_picture)
 WRITER(kempe_modes_write_report)
 TABLE(kempe_response, "rows")
-WRITER(kempe_response_write_svg)
+WRITER(kempe_response_write_picture)
 TABLE(kempe_sensitivity, "rows")
 WRITER(kempe_comparison_write_report)
 WRITER(kempe_trajectory_write_report)
@@ -124,29 +104,27 @@ static int seed_of(const cli_settings *s)
     return s->seed > 0 && s->seed < 1000000000 ? s->seed : 1;
 }
 
-STUDY(check, kempe_check, kempe_check_new(j->system, result), {0})
-STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), {AT(report), any_kempe_assembly_write_report})
-STUDY(branches, kempe_branches, kempe_branches_new(j->system, seed_of(s), result), {0})
+STUDY(check, kempe_check, kempe_check_new(j->system, result), .table = NULL)
+STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), .table = NULL,
+      .files = {{AT(report), any_kempe_assembly_write_report}})
+STUDY(branches, kempe_branches, kempe_branches_new(j->system, seed_of(s), result), .table = NULL)
 STUDY(kinematics, kempe_kinematics, kempe_kinematics_new(j->system, &s->kinematics, result),
-      {AT(output), kempe_kinematics_write_table}, {AT(svg), any_kempe_kinematics_write_svg},
-      {AT(report), any_kempe_kinematics_write_report}, {AT(plot), kempe_kinematics_write_plot})
-STUDY(contact, kempe_contacts, kempe_contacts_new(j->system, &s->contact, result),
-      {AT(output), kempe_contacts_write_table}, {AT(svg), any_kempe_contacts_write_svg})
-STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result),
-      {AT(output), kempe_trajectory_write_table}, {AT(report), any_kempe_trajectory_write_report},
-      {AT(plot), kempe_trajectory_write_plot})
-STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result),
-      {AT(output), kempe_inverse_write_table}, {AT(report), any_kempe_inverse_write_report},
-      {AT(plot), kempe_inverse_write_plot})
-STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), {AT(output), kempe_modes_write_table},
-      {AT(svg), any_kempe_modes_write_svg}, {AT(report), any_kempe_modes_write_report})
-STUDY(response, kempe_response, kempe_response_new(j->system, &s->response, result),
-      {AT(output), kempe_response_write_table}, {AT(svg), any_kempe_response_write_svg},
-      {AT(report), any_kempe_response_write_report})
-STUDY(compare, kempe_comparison, kempe_comparison_new(j->system, &s->compare, result),
-      {AT(csv), kempe_comparison_write_table}, {AT(report), any_kempe_comparison_write_report})
-STUDY(count, kempe_count, kempe_count_new(j->model, &s->generation, result), {0})
-STUDY(code, kempe_code, kempe_code_new(j->model, &s->generation, result), {0})
+      .table = kempe_kinematics_rows,
+      .files = {{AT(svg), any_kempe_kinematics_write_picture}, {AT(report), any_kempe_kinematics_write_report}})
+STUDY(contact, kempe_contacts, kempe_contacts_new(j->system, &s->contact, result), .table = kempe_contacts_rows,
+      .files = {{AT(svg), any_kempe_contacts_write_picture}})
+STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result), .table = kempe_trajectory_rows,
+      .files = {{AT(report), any_kempe_trajectory_write_report}})
+STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result), .table = kempe_inverse_rows,
+      .files = {{AT(report), any_kempe_inverse_write_report}})
+STUDY(modes, kempe_modes, kempe_modes_new(j->system, &s->modes, result), .table = kempe_modes_rows,
+      .files = {{AT(svg), any_kempe_modes_write_picture}, {AT(report), any_kempe_modes_write_report}})
+STUDY(response, kempe_response, kempe_response_new(j->system, &s->response, result), .table = kempe_response_rows,
+      .files = {{AT(svg), any_kempe_response_write_picture}, {AT(report), any_kempe_response_write_report}})
+STUDY(compare, kempe_comparison, kempe_comparison_new(j->system, &s->compare, result), .table = kempe_comparison_rows,
+      .files = {{AT(report), any_kempe_comparison_write_report}})
+STUDY(count, kempe_count, kempe_count_new(j->model, &s->generation, result), .table = NULL)
+STUDY(code, kempe_code, kempe_code_new(j->model, &s->generation, result), .table = NULL)
 
 /* -- studies with options of several structs --------------------------------------------------------- */
 
@@ -173,9 +151,11 @@ static kempe_status differentiate(const cli_job *j, kempe_sensitivity **result)
     return kempe_sensitivity_new(j->model, &options, result);
 }
 
-STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), {AT(report), any_kempe_equilibrium_write_report})
-STUDY(linearize, kempe_linearization, linearize_about(j, result), {AT(output), any_kempe_linearization_write_npz})
-STUDY(sensitivity, kempe_sensitivity, differentiate(j, result), {AT(output), kempe_sensitivity_write_table})
+STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), .table = NULL,
+      .files = {{AT(report), any_kempe_equilibrium_write_report}})
+STUDY(linearize, kempe_linearization, linearize_about(j, result), .table = NULL,
+      .files = {{AT(output), any_kempe_linearization_write}})
+STUDY(sensitivity, kempe_sensitivity, differentiate(j, result), .table = kempe_sensitivity_rows)
 
 /* An ensemble, with what its batch refers to. */
 typedef struct instances {
@@ -227,10 +207,10 @@ static kempe_status instances_print(const cli_job *j, const void *object, kempe_
     return kempe_batch_print(i->batch, format, text);
 }
 
-static kempe_status instances_write(const cli_job *j, void *object, const char *path)
+static kempe_status instances_table(const cli_job *j, const void *object, bool drawn, kempe_table **table)
 {
     const instances *i = object;
-    return kempe_batch_write_table(j, i->batch, path);
+    return kempe_batch_rows(j, i->batch, drawn, table);
 }
 
 static kempe_status instances_report(const cli_job *j, void *object, const char *path)
@@ -240,10 +220,11 @@ static kempe_status instances_report(const cli_job *j, void *object, const char 
     return kempe_batch_write_report(i->batch, path);
 }
 
-static const cli_study ensemble_study = {instances_compute,
-                                         instances_print,
-                                         instances_free,
-                                         {{AT(output), instances_write}, {AT(report), instances_report}}};
+static const cli_study ensemble_study = {.compute = instances_compute,
+                                         .print = instances_print,
+                                         .free = instances_free,
+                                         .table = instances_table,
+                                         .files = {{AT(report), instances_report}}};
 
 /* -- commands with steps of their own ---------------------------------------------------------------- */
 
@@ -289,15 +270,9 @@ static kempe_status run_generate(const cli_job *j)
 
 /* -- missing and contradicting options --------------------------------------------------------------- */
 
-/* --plot draws the outputs that --y names, over time or over the one that --x names. */
-static const char *plot_lacks(const cli_settings *s)
-{
-    return s->plot || (!s->x && !s->y) ? NULL : "--x and --y choose what --plot draws: give --plot FILE.svg";
-}
-
 static const char *kinematics_lacks(const cli_settings *s)
 {
-    return s->kinematics.sweep ? plot_lacks(s) : "the swept coordinate is missing: give --sweep NAME=A:B";
+    return s->kinematics.sweep ? NULL : "the swept coordinate is missing: give --sweep NAME=A:B";
 }
 
 static const char *contact_lacks(const cli_settings *s)
@@ -374,13 +349,13 @@ const cli_command cli_commands[] = {
      "  kempe simulate examples/andrews/andrews.yaml --plot andrews.svg --y 'q(beta), force(spring)'\n"
      "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --output-step 0.01\n"
      "  kempe simulate examples/andrews/andrews.yaml --formulation dae --json -\n",
-     .lacks = plot_lacks, .study = &simulate_study},
+     .study = &simulate_study},
     {CLI_INVERSE, "inverse", "inverse dynamics: actuator forces and torques for a prescribed motion",
      "  kempe inverse examples/driven_slider_crank/driven_slider_crank.yaml\n"
      "  kempe inverse examples/stewart/driven.yaml --actuators slide1,slide2,slide3,slide4,slide5,slide6 -o "
      "legs.csv\n"
      "  kempe inverse examples/parallel_robot/parallel_robot.yaml --actuators a1,b1,a2 --weights a2=4\n",
-     .lacks = plot_lacks, .dynamics = "plain", .study = &inverse_study},
+     .dynamics = "plain", .study = &inverse_study},
     {CLI_LINEARIZE, "linearize", "linear state-space model about an equilibrium or the start",
      "  kempe linearize examples/four_bar/four_bar.yaml --at start\n"
      "  kempe linearize examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' --outputs q -o car.npz\n",

@@ -86,6 +86,8 @@ static int run_command(const cli_command *c, int count, char **words)
         return CLI_DONE;
     }
     const char *lacking = c->lacks ? c->lacks(&settings) : NULL;
+    if (!settings.plot && (settings.x || settings.y))
+        lacking = "--x and --y choose what --plot draws: give --plot FILE.svg";
     if (lacking) {
         cli_complain("%s", lacking);
         return cli_refuse(settings.json);

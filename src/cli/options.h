@@ -36,7 +36,9 @@ enum {
     CLI_CONTACT = 16384,
     CLI_NEW = 32768,
     CLI_VIEW = 65536,
-    CLI_ALL = 131071
+    CLI_ALL = 131071,
+    CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
+                 CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE /* with a table of results */
 };
 
 /* The user's settings. Texts point into argv; NULL and 0 mean not given. */
@@ -44,7 +46,7 @@ enum { CLI_MOST_SETS = 64 };
 
 typedef struct cli_settings {
     const char *file;
-    const char *json, *output, *csv, *report;
+    const char *json, *output, *report;
     kempe_setting sets[CLI_MOST_SETS]; /* --set NAME=VALUE */
     int set_count;
     const char *algorithm;

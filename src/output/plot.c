@@ -60,11 +60,19 @@ void kmp_picture_words(kmp_text *text, double x, double y, const char *attribute
     va_end(arguments);
 }
 
+static void put_dot(kmp_text *text, double x, double y, const char *colour)
+{
+    kmp_text_printf(text, "<circle cx=\"%.2f\" cy=\"%.2f\" r=\"3.5\" fill=\"%s\"/>\n", x, y, colour);
+}
+
 void kmp_picture_entry(kmp_text *text, double x, double y, const char *curve, const char *colour, const char *format,
                        ...)
 {
     va_list arguments;
-    kmp_text_printf(text, "<path class=\"%s\" stroke=\"%s\" d=\"M%.1f %.1fh30\"/>\n", curve, colour, x, y);
+    if (curve)
+        kmp_text_printf(text, "<path class=\"%s\" stroke=\"%s\" d=\"M%.1f %.1fh30\"/>\n", curve, colour, x, y);
+    else
+        put_dot(text, x + 15, y, colour);
     va_start(arguments, format);
     put_words(text, x + 38, y + 4, "", format, arguments);
     va_end(arguments);
@@ -265,8 +273,8 @@ void kmp_curve_end(kmp_plot *plot)
 
 void kmp_plot_dot(const kmp_plot *plot, double x, double y, const char *colour)
 {
-    kmp_text_printf(plot->text, "<circle cx=\"%.2f\" cy=\"%.2f\" r=\"3.5\" fill=\"%s\"/>\n", kmp_plot_x(plot, x),
-                    kmp_plot_y(plot, y), colour);
+    if (isfinite(kmp_plot_x(plot, x)) && isfinite(kmp_plot_y(plot, y)))
+        put_dot(plot->text, kmp_plot_x(plot, x), kmp_plot_y(plot, y), colour);
 }
 
 void kmp_plot_cross(const kmp_plot *plot, double x, double y)

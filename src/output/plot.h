@@ -18,7 +18,7 @@ const char *kmp_plot_colour(int curve);
 void kmp_picture_words(kmp_text *text, double x, double y, const char *attributes, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
 
-/** An entry of a legend: a short stretch of a curve, and words. */
+/** An entry of a legend: a short stretch of a curve (NULL: a dot), and words. */
 void kmp_picture_entry(kmp_text *text, double x, double y, const char *curve, const char *colour, const char *format,
                        ...) __attribute__((format(printf, 6, 7)));
 

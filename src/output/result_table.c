@@ -2,7 +2,7 @@
 #include "output/result_table.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "output/npz.h"
+#include "output/formats/named_arrays.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>
@@ -11,6 +11,7 @@
 typedef struct table_column {
     char *name, *unit; /* unit NULL: words */
     double factor;     /* from SI to the unit */
+    kmp_table_look look;
     double *number;
     char **word;
 } table_column;
@@ -22,7 +23,7 @@ struct kempe_table {
     kmp_arena arena; /* names and words */
     const char *name;
     int columns, column_room, rows, row_room, next; /* next: cell of the last row */
-    bool failed, units_named;
+    bool failed, units_named, apart;
     table_column *column;
 };
 
@@ -98,6 +99,18 @@ void kmp_tabulate_columns(kempe_table *table, const char *unit, const char *name
         kmp_tabulate_column(table, unit, "%.*s", length, s);
         s += length;
     }
+}
+
+void kmp_tabulate_look(kempe_table *table, kmp_table_look look)
+{
+    if (is_usable(table) && table->columns > 0)
+        table->column[table->columns - 1].look = look;
+}
+
+void kmp_tabulate_apart(kempe_table *table)
+{
+    if (table)
+        table->apart = true;
 }
 
 static bool grow(kempe_table *t)
@@ -239,6 +252,16 @@ const char *kempe_table_unit(const kempe_table *table, int column)
     return c && c->unit ? c->unit : "";
 }
 
+kmp_table_look kmp_table_column_look(const kempe_table *table, int column)
+{
+    return table->column[column].look;
+}
+
+bool kmp_table_rows_apart(const kempe_table *table)
+{
+    return table->apart;
+}
+
 int kempe_table_find(const kempe_table *table, const char *name)
 {
     KMP_GIVEN(table && name, -1);
@@ -302,7 +325,7 @@ static void csv_name(kmp_text *text, const kempe_table *t, const table_column *c
 {
     kmp_text name = {0};
     kmp_text_put(&name, c->name);
-    if (c->unit && *c->unit && (t->units_named || c->factor != 1))
+    if (c->unit && *c->unit && (t->units_named || strncmp(c->unit, "deg", 3) == 0))
         kmp_text_printf(&name, " [%s]", c->unit);
     csv_word(text, name.s ? name.s : "");
     text->failed = text->failed || name.failed;
@@ -401,38 +424,39 @@ kempe_status kempe_table_print(const kempe_table *table, kempe_format format, ch
 
 /* -- files ------------------------------------------------------------------------------------------- */
 
-static void add_numbers(kmp_npz *npz, const kempe_table *t, int count)
+/* Arrays of the columns of numbers, and one of each column of words; `name`, `unit`: room for those of all columns,
+ * `values` for all numbers. */
+static void list_arrays(kmp_arrays *arrays, const kempe_table *t, char **name, char **unit, double *values)
 {
-    kmp_npy *values = kmp_npz_values(npz, "values", t->rows, count);
-    for (int row = 0; values && row < t->rows; row++)
-        for (int c = 0, k = 0; c < t->columns; c++)
-            if (t->column[c].number)
-                kmp_npy_put(values, (size_t)row * (size_t)count + (size_t)k++, t->column[c].number[row]);
-}
-
-static kempe_status write_npz(const kempe_table *t, const char *path)
-{
-    kmp_npz npz = {0};
-    char **name = KMP_NEW(char *, t->columns), **unit = KMP_NEW(char *, t->columns);
+    size_t rows = (size_t)t->rows;
     int count = 0;
-    for (int c = 0; name && unit && c < t->columns; c++)
+    for (int c = 0; c < t->columns; c++)
         if (t->column[c].unit) {
+            if (rows > 0)
+                memcpy(values + rows * (size_t)count, t->column[c].number, rows * sizeof *values);
             name[count] = t->column[c].name;
             unit[count++] = t->column[c].unit;
         }
-    npz.failed = !name || !unit;
-    if (!npz.failed) {
-        kmp_npz_words(&npz, "names", count, name);
-        kmp_npz_words(&npz, "units", count, unit);
-        add_numbers(&npz, t, count);
-        for (int c = 0; c < t->columns; c++)
-            if (!t->column[c].unit)
-                kmp_npz_words(&npz, t->column[c].name, t->rows, t->column[c].word);
-    }
-    kempe_status status = kmp_npz_write(t->context, &npz, path);
-    kmp_npz_free(&npz);
+    kmp_arrays_words(arrays, "names", count, name);
+    kmp_arrays_words(arrays, "units", count, unit);
+    kmp_arrays_matrix(arrays, "values", t->rows, count, values);
+    for (int c = 0; c < t->columns; c++)
+        if (!t->column[c].unit)
+            kmp_arrays_words(arrays, t->column[c].name, t->rows, t->column[c].word);
+}
+
+static kempe_status write_arrays(const kempe_table *t, const char *path)
+{
+    kmp_arrays arrays = {0};
+    char **name = KMP_NEW(char *, t->columns), **unit = KMP_NEW(char *, t->columns);
+    double *values = KMP_NEW(double, (size_t)t->columns *(size_t)t->rows + 1);
+    arrays.failed = !name || !unit || !values;
+    if (!arrays.failed)
+        list_arrays(&arrays, t, name, unit, values);
+    kempe_status status = kmp_arrays_write(t->context, &arrays, path);
     kmp_free(name);
     kmp_free(unit);
+    kmp_free(values);
     return status;
 }
 
@@ -440,15 +464,15 @@ kempe_status kempe_table_write(const kempe_table *table, const char *path)
 {
     KMP_WANTED_BOTH(table, path);
     kmp_context_clear(table->context);
-    const char *folder = strrchr(path, '/'), *ending = strrchr(folder ? folder : path, '.');
+    const char *ending = kmp_file_ending(path);
     kmp_text text = {0};
-    if (ending && strcmp(ending, ".npz") == 0)
-        return write_npz(table, path);
-    if (!ending || strcmp(ending, ".csv") == 0)
+    if (kmp_arrays_ending(ending))
+        return write_arrays(table, path);
+    if (!*ending || strcmp(ending, ".csv") == 0)
         put_csv(&text, table);
     else if (strcmp(ending, ".json") == 0)
         put_json(&text, table);
     else
-        return kmp_fail(table->context, KEMPE_E_ARGUMENT, "%s: a table is written as .csv, .json or .npz", path);
+        return kmp_fail(table->context, KEMPE_E_ARGUMENT, "%s: a table is written as .csv, .json, .npz or .mat", path);
     return kmp_file_write(table->context, path, &text);
 }

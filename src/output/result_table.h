@@ -32,6 +32,15 @@ void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_q
 /** Columns more: names with blanks between. */
 void kmp_tabulate_columns(kempe_table *table, const char *unit, const char *names);
 
+/** How pictures draw the column added last; periodic: a turn is 360. */
+typedef enum kmp_table_look { KMP_LOOK_PLAIN, KMP_LOOK_LOGARITHMIC, KMP_LOOK_PERIODIC } kmp_table_look;
+void kmp_tabulate_look(kempe_table *table, kmp_table_look look);
+kmp_table_look kmp_table_column_look(const kempe_table *table, int column);
+
+/** Rows are apart from each other, so that pictures draw points, not curves. */
+void kmp_tabulate_apart(kempe_table *table);
+bool kmp_table_rows_apart(const kempe_table *table);
+
 /** A row more, whose cells are unknown. */
 void kmp_tabulate_row(kempe_table *table);
 

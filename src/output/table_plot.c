@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Columns of a table as curves: a plot for each unit, one below the other over the same horizontal axis. */
-#include "base/file.h"
+/* Columns of a table as curves, or as points where its rows are apart: a plot for each unit and look, one below the
+ * other over the same horizontal axis. */
 #include "base/memory.h"
+#include "output/formats/picture_file.h"
 #include "output/plot.h"
 #include "output/result_table.h"
 #include <kempe/table.h>
@@ -17,7 +18,7 @@ typedef struct drawing {
     kmp_arena arena;
     int x, count, curve[MOST_CURVES]; /* columns */
     bool along;                       /* x is the first column, which ascends */
-    int plots, unit[MOST_CURVES];     /* of each plot: a column that has its unit */
+    int plots, unit[MOST_CURVES];     /* of each plot: a column that has its unit and look */
 } drawing;
 
 /* -- choice of columns ------------------------------------------------------------------------------- */
@@ -34,12 +35,14 @@ static const char *column_name(kmp_arena *arena, const char *word)
     return name;
 }
 
-/* A column is meant by its name, or by that of the output whose component it is. */
-static bool is_meant(const kempe_table *table, int column, const char *name)
+/* A column is meant by its name, or, unless `whole`, by that of the output whose component, response or derivative it
+ * is. */
+static bool is_meant(drawing *d, int column, const char *name, bool whole)
 {
     size_t length = strlen(name);
-    const char *own = kempe_table_column_name(table, column);
-    return kempe_table_values(table, column) && strncmp(own, name, length) == 0 && (!own[length] || own[length] == '.');
+    const char *own = column_name(&d->arena, kempe_table_column_name(d->table, column));
+    return own && kempe_table_values(d->table, column) && strncmp(own, name, length) == 0 &&
+           (!own[length] || (!whole && strchr("./", own[length])));
 }
 
 static kempe_status fail_unknown(const drawing *d, const char *word)
@@ -58,9 +61,10 @@ static kempe_status add_curves(drawing *d, const char *word)
 {
     const char *name = column_name(&d->arena, word);
     int before = d->count;
-    for (int c = 0; name && c < kempe_table_column_count(d->table) && d->count < MOST_CURVES; c++)
-        if (is_meant(d->table, c, name))
-            d->curve[d->count++] = c;
+    for (int whole = 1; whole >= 0 && d->count == before; whole--)
+        for (int c = 0; name && c < kempe_table_column_count(d->table) && d->count < MOST_CURVES; c++)
+            if (is_meant(d, c, name, whole))
+                d->curve[d->count++] = c;
     if (!name)
         return kmp_fail_memory(d->context);
     return d->count > before || d->count == MOST_CURVES ? KEMPE_OK : fail_unknown(d, word);
@@ -70,7 +74,7 @@ static kempe_status choose_x(drawing *d, const char *word)
 {
     const char *name = word ? column_name(&d->arena, word) : NULL;
     for (d->x = 0; d->x < kempe_table_column_count(d->table); d->x++)
-        if (name ? is_meant(d->table, d->x, name) : kempe_table_values(d->table, d->x) != NULL)
+        if (name ? is_meant(d, d->x, name, false) : kempe_table_values(d->table, d->x) != NULL)
             return KEMPE_OK;
     return fail_unknown(d, word ? word : "of numbers");
 }
@@ -97,7 +101,9 @@ static kempe_status choose(drawing *d, const char *x, const char *y)
 
 static bool has_unit(const drawing *d, int curve, int plot)
 {
-    return strcmp(kempe_table_unit(d->table, d->curve[curve]), kempe_table_unit(d->table, d->unit[plot])) == 0;
+    int column = d->curve[curve], other = d->unit[plot];
+    return strcmp(kempe_table_unit(d->table, column), kempe_table_unit(d->table, other)) == 0 &&
+           kmp_table_column_look(d->table, column) == kmp_table_column_look(d->table, other);
 }
 
 static void sort_by_unit(drawing *d)
@@ -111,28 +117,62 @@ static void sort_by_unit(drawing *d)
     }
 }
 
+/* The ranges of a plot; a logarithmic one ends ten decades below its top. */
+static void measure(const drawing *d, kmp_plot *p, int plot)
+{
+    kmp_axis *x = &p->axis[0], *y = &p->axis[1];
+    kmp_table_look look = kmp_table_column_look(d->table, d->unit[plot]);
+    x->logarithmic = kmp_table_column_look(d->table, d->x) == KMP_LOOK_LOGARITHMIC;
+    y->logarithmic = look == KMP_LOOK_LOGARITHMIC;
+    for (int k = 0; k < d->count; k++)
+        for (int row = 0; has_unit(d, k, plot) && row < kempe_table_row_count(d->table); row++)
+            kmp_plot_reach(p, kempe_table_values(d->table, d->x)[row], kempe_table_values(d->table, d->curve[k])[row]);
+    if (y->logarithmic)
+        y->low = fmax(y->low, 1e-10 * y->high);
+    if (look == KMP_LOOK_PERIODIC) {
+        y->low = -180;
+        y->high = 180;
+        y->tick = 90;
+        y->exact = true;
+    }
+    x->name = kempe_table_column_name(d->table, d->x);
+    x->unit = kempe_table_unit(d->table, d->x);
+    x->exact = d->along && !kmp_table_rows_apart(d->table);
+    y->name = kempe_table_unit(d->table, d->unit[plot]);
+    p->square = strcmp(x->unit, "m") == 0 && strcmp(y->name, "m") == 0;
+}
+
+/* A curve through all rows, open where a periodic value goes on at the other edge. */
+static void draw_curve(const drawing *d, kmp_plot *p, int curve)
+{
+    const double *x = kempe_table_values(d->table, d->x), *y = kempe_table_values(d->table, d->curve[curve]);
+    bool periodic = kmp_table_column_look(d->table, d->curve[curve]) == KMP_LOOK_PERIODIC;
+    kmp_curve_begin(p, "curve", kmp_plot_colour(curve));
+    for (int row = 0; row < kempe_table_row_count(d->table); row++) {
+        if (periodic && row > 0 && fabs(y[row] - y[row - 1]) > 180)
+            kmp_curve_to(p, NAN, NAN);
+        kmp_curve_to(p, x[row], y[row]);
+    }
+    kmp_curve_end(p);
+}
+
+static void draw_points(const drawing *d, kmp_plot *p, int curve)
+{
+    for (int row = 0; row < kempe_table_row_count(d->table); row++)
+        kmp_plot_dot(p, kempe_table_values(d->table, d->x)[row], kempe_table_values(d->table, d->curve[curve])[row],
+                     kmp_plot_colour(curve));
+}
+
 static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
 {
     kmp_plot p = kmp_plot_inside(text, 0, top, WIDTH, HEIGHT);
-    const double *x = kempe_table_values(d->table, d->x);
-    int rows = kempe_table_row_count(d->table);
-    for (int k = 0; k < d->count; k++)
-        for (int row = 0; has_unit(d, k, plot) && row < rows; row++)
-            kmp_plot_reach(&p, x[row], kempe_table_values(d->table, d->curve[k])[row]);
-    p.axis[0].name = kempe_table_column_name(d->table, d->x);
-    p.axis[0].unit = kempe_table_unit(d->table, d->x);
-    p.axis[0].exact = d->along;
-    p.square = strcmp(p.axis[0].unit, "m") == 0 && strcmp(kempe_table_unit(d->table, d->unit[plot]), "m") == 0;
-    p.axis[1].name = kempe_table_unit(d->table, d->unit[plot]);
+    measure(d, &p, plot);
     kmp_plot_begin(&p, "%s", "");
-    for (int k = 0; k < d->count; k++) {
-        if (!has_unit(d, k, plot))
-            continue;
-        kmp_curve_begin(&p, "curve", kmp_plot_colour(k));
-        for (int row = 0; row < rows; row++)
-            kmp_curve_to(&p, x[row], kempe_table_values(d->table, d->curve[k])[row]);
-        kmp_curve_end(&p);
-    }
+    for (int k = 0; k < d->count; k++)
+        if (has_unit(d, k, plot) && kmp_table_rows_apart(d->table))
+            draw_points(d, &p, k);
+        else if (has_unit(d, k, plot))
+            draw_curve(d, &p, k);
     kmp_plot_end(&p);
 }
 
@@ -144,12 +184,12 @@ static void draw(drawing *d, kmp_text *text)
     for (int plot = 0; plot < d->plots; plot++)
         draw_plot(d, text, plot, HEIGHT * plot);
     for (int k = 0; k < d->count; k++)
-        kmp_picture_entry(text, LEFT, height + LINE * (k + 0.5), "curve", kmp_plot_colour(k), "%s",
-                          kempe_table_column_name(d->table, d->curve[k]));
+        kmp_picture_entry(text, LEFT, height + LINE * (k + 0.5), kmp_table_rows_apart(d->table) ? NULL : "curve",
+                          kmp_plot_colour(k), "%s", kempe_table_column_name(d->table, d->curve[k]));
     kmp_picture_end(text);
 }
 
-kempe_status kempe_table_write_svg(const kempe_table *table, const char *x, const char *y, const char *path)
+kempe_status kempe_table_write_picture(const kempe_table *table, const char *x, const char *y, const char *path)
 {
     KMP_WANTED(NULL, table, "table");
     drawing d = {.context = kmp_table_context(table), .table = table};
@@ -159,7 +199,7 @@ kempe_status kempe_table_write_svg(const kempe_table *table, const char *x, cons
     kempe_status status = choose(&d, x, y);
     if (status == KEMPE_OK) {
         draw(&d, &text);
-        status = kmp_file_write(d.context, path, &text);
+        status = kmp_picture_write(d.context, path, &text);
     }
     kmp_arena_free(&d.arena);
     return status;

@@ -14,6 +14,7 @@ import pty
 import re
 import resource
 import select
+import shutil
 import signal
 import struct
 import subprocess
@@ -1523,13 +1524,13 @@ run: {t_end: 1}
                           self.expect(3, "simulate", FOUR_BAR, "--t-end", wrong).stderr)
 
     def test_files_are_known_by_their_endings(self):
-        for name in ("x.mat", "x.xlsx", "x.csv.gz"):
+        for name in ("x.txt", "x.xlsx", "x.csv.gz"):
             done = self.expect(3, *self.SHORT, "-o", name)
-            self.assertIn("--output writes .csv, .npz, .json files", done.stderr)
+            self.assertIn("--output writes .csv, .npz, .mat, .json files", done.stderr)
             self.assertFalse((self.folder / name).exists())
-        for name in ("x", "x.csv", "x.npz", "/dev/null"):
+        for name in ("x", "x.csv", "x.npz", "x.mat", "/dev/null"):
             self.expect(0, *self.SHORT, "-o", name)
-        self.assertIn(".svg", self.expect(3, "kinematics", FOUR_BAR, "--sweep", "crank=0:1", "--svg", "x.png").stderr)
+        self.assertIn(".svg", self.expect(3, "kinematics", FOUR_BAR, "--sweep", "crank=0:1", "--svg", "x.pdf").stderr)
         self.assertIn(".html", self.expect(3, "compare", FOUR_BAR, "--report", "x.pdf").stderr)
 
     def test_a_bound_on_work(self):
@@ -1610,6 +1611,63 @@ class Numpy(Case):
         self.assertEqual(head["shape"], (len(rows), len(words)))
         values = struct.unpack("<%dd" % (len(rows) * len(words)), body)
         self.assertEqual(list(values), [float(x) for row in rows for x in row.split(",")])
+
+    def elements(self, data):
+        """The elements of a level 5 file of MATLAB: (type, bytes), each filled up to eight."""
+        while data:
+            kind, size = struct.unpack("<II", data[:8])
+            yield kind, data[8 : 8 + size]
+            self.assertFalse(any(data[8 + size : 8 + size + -size % 8]))
+            data = data[8 + size + -size % 8 :]
+
+    def variable(self, data):
+        """Name, shape and content of an array: numbers, a text, or a list of arrays."""
+        (_, flags), (_, shape), (_, name), *rest = self.elements(data)
+        shape = struct.unpack("<ii", shape)
+        if flags[0] == 6:
+            return name.decode(), shape, struct.unpack(f"<{math.prod(shape)}d", rest[0][1])
+        if flags[0] == 4:
+            return name.decode(), shape, rest[0][1].decode("utf-16-le")
+        return name.decode(), shape, [self.variable(part)[2] for _, part in rest]
+
+    def matlab(self, name):
+        data = (self.folder / name).read_bytes()
+        self.assertEqual((data[:10], data[124:128]), (b"MATLAB 5.0", b"\0\1IM"))
+        found = [self.variable(part) for kind, part in self.elements(data[128:]) if self.assertEqual(kind, 14) is None]
+        return {name: (shape, content) for name, shape, content in found}
+
+    def test_mat(self):
+        words = ("ensemble", FOUR_BAR, "--sample", "crank=0.28:0.32", "--instances", "5", "--t-end", "0.1", "-o")
+        for name in "a.mat", "b.mat", "a.csv":
+            self.expect(0, *words, name)
+        self.assertEqual((self.folder / "a.mat").read_bytes(), (self.folder / "b.mat").read_bytes())
+        found = self.matlab("a.mat")
+        rows = list(csv.DictReader((self.folder / "a.csv").read_text().splitlines()))
+        names = [name for name in rows[0] if name not in ("status", "verdict", "single_run", "reason")]
+        self.assertEqual(found["names"], ((len(names), 1), names))
+        self.assertEqual((found["units"][0], found["units"][1][:3]), ((len(names), 1), ["", "s", "rad"]))
+        self.assertEqual(found["values"][0], (5, len(names)))
+        self.assertEqual(list(found["values"][1]), [float(row[name]) for name in names for row in rows])
+        self.assertEqual(found["status"], ((5, 1), ["ok"] * 5))
+        self.assertEqual(found["reason"], ((5, 1), [""] * 5))
+
+    def test_matrices(self):
+        words = ("linearize", ROOT / "examples/quarter_car/quarter_car.yaml", "--inputs", "effort(body)", "--outputs", "q", "-o", "l.mat")
+        one = self.object(0, *words)
+        found = self.matlab("l.mat")
+        for name in "A", "B", "C", "D":
+            self.assertEqual(found[name][0], (len(one[name]), len(one[name][0])))
+            self.assertEqual(list(found[name][1]), [row[k] for k in range(len(one[name][0])) for row in one[name]])
+        self.assertEqual(found["inputs"][1], ["effort(body)"])
+
+    @unittest.skipUnless(shutil.which("octave"), "Octave is not installed")
+    def test_octave_reads_mat(self):
+        self.expect(0, "simulate", FOUR_BAR, "--t-end", "0.1", "-o", "a.mat")
+        self.expect(0, "simulate", FOUR_BAR, "--t-end", "0.1", "-o", "a.csv")
+        said = subprocess.run(["octave", "--no-gui", "--quiet", "--no-init-file", "--eval",
+                               "t = load('a.mat'); disp(max(abs(t.values - csvread('a.csv', 1, 0))(:))), disp(t.names{2})"],
+                              cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual(said.stdout.split(), ["0", "q.crank"], said.stderr)
 
     def test_npz_that_cannot_be_written(self):
         done = self.expect(1, "simulate", FOUR_BAR, "--t-end", "0.1", "-o", "nowhere/a.npz")

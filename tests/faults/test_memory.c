@@ -23,7 +23,7 @@
 #include <unistd.h>
 
 static const char path[] = KEMPE_ROOT "/examples/four_bar/four_bar.yaml";
-static char csv[] = "/tmp/kempe_memory_XXXXXX.csv";
+static char csv[] = "/tmp/kempe_memory_XXXXXX.csv", mat[] = "/tmp/kempe_memory_XXXXXX.mat";
 
 static kempe_status read_model(scene *s)
 {
@@ -48,6 +48,8 @@ static kempe_status write_table(kempe_status status, kempe_table **table)
     untouched(status, *table);
     if (status == KEMPE_OK)
         status = kempe_table_write(*table, csv);
+    if (status == KEMPE_OK)
+        status = kempe_table_write(*table, mat);
     kempe_table_free(*table);
     *table = NULL;
     return status;
@@ -550,7 +552,7 @@ static kempe_status linearize(scene *s)
     if (status == KEMPE_OK)
         status = kempe_linearization_print(l, KEMPE_JSON, &text);
     if (status == KEMPE_OK)
-        status = kempe_linearization_write_npz(l, csv);
+        status = kempe_linearization_write(l, mat);
     kempe_text_free(text);
     kempe_linearization_free(l);
     kempe_system_free(system);
@@ -578,7 +580,7 @@ static kempe_status respond(scene *s)
     if (status == KEMPE_OK)
         status = write_table(kempe_response_table(r, "peaks", &table), &table);
     if (status == KEMPE_OK)
-        status = kempe_response_write_svg(r, csv);
+        status = kempe_response_write_picture(r, csv);
     kempe_text_free(text);
     kempe_response_free(r);
     kempe_system_free(system);
@@ -756,7 +758,7 @@ static kempe_status find_modes(scene *s)
     if (status == KEMPE_OK)
         status = write_table(kempe_modes_table(modes, "critical", &table), &table);
     if (status == KEMPE_OK)
-        status = kempe_modes_write_svg(modes, csv);
+        status = kempe_modes_write_picture(modes, csv);
     if (status == KEMPE_OK)
         status = kempe_modes_write_report(modes, csv);
     kempe_modes_free(modes);
@@ -837,8 +839,9 @@ static void every_allocation_fails(void)
     kempe_run_options run = {0};
     kempe_compare_options comparison = small_comparison();
     run.t_end = 0.05;
-    int file = mkstemps(csv, 4);
-    CHECK(file >= 0);
+    int file = mkstemps(csv, 4), other = mkstemps(mat, 4);
+    CHECK(file >= 0 && other >= 0);
+    close(other);
     CHECK(kempe_model_read(s.context, path, &s.model) == KEMPE_OK);
     CHECK(kempe_system_new(s.model, &s.system) == KEMPE_OK);
     CHECK(kempe_simulate(s.system, &run, &s.trajectory) == KEMPE_OK);
@@ -855,6 +858,7 @@ static void every_allocation_fails(void)
     if (file >= 0)
         close(file);
     unlink(csv);
+    unlink(mat);
 }
 
 static void no_context(void)

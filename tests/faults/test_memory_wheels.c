@@ -67,7 +67,7 @@ static kempe_status shift_wheels(scene *s)
         status = kempe_table_write(rows, file);
     kempe_table_free(rows);
     if (status == KEMPE_OK)
-        status = kempe_contacts_write_svg(table, file);
+        status = kempe_contacts_write_picture(table, file);
     kempe_contacts_free(table);
     return status;
 }

@@ -147,7 +147,7 @@ static void drawn(void)
     }
     CHECK(kmp_tabulate_finish(context, t, &made) == KEMPE_OK);
     close(mkstemps(path, 4));
-    CHECK(kempe_table_write_svg(made, NULL, "position(b.P), force(spring)", path) == KEMPE_OK);
+    CHECK(kempe_table_write_picture(made, NULL, "position(b.P), force(spring)", path) == KEMPE_OK);
     char *text = read_back(path);
     int frames = 0, curves = 0;
     for (const char *s = text; s && (s = strstr(s, "class=\"frame\"")); s++)
@@ -157,10 +157,10 @@ static void drawn(void)
     CHECK(frames == 2 && curves == 6); /* each curve has an entry in the legend */
     CHECK(text && strstr(text, ">position.b.P.y</text>") && strstr(text, "t, s"));
     kmp_free(text);
-    CHECK(kempe_table_write_svg(made, "position(b.P).x", "position(b.P).y", path) == KEMPE_OK);
-    CHECK(kempe_table_write_svg(made, NULL, "q(A)", path) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_table_write_picture(made, "position(b.P).x", "position(b.P).y", path) == KEMPE_OK);
+    CHECK(kempe_table_write_picture(made, NULL, "q(A)", path) == KEMPE_E_ARGUMENT);
     CHECK(strstr(kempe_context_message(context), "'q(A)'") && strstr(kempe_context_message(context), "force.spring"));
-    CHECK(kempe_table_write_svg(made, "w", NULL, path) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_table_write_picture(made, "w", NULL, path) == KEMPE_E_ARGUMENT);
     unlink(path);
     kempe_table_free(made);
 }

@@ -46,6 +46,8 @@ static void fill_runs(kempe_table *table, const void *result)
     const kempe_comparison *c = result;
     kmp_tabulate_columns(table, NULL, "formulation form integrator linear");
     kmp_tabulate_columns(table, "", "rtol");
+    kmp_tabulate_look(table, KMP_LOOK_LOGARITHMIC);
+    kmp_tabulate_apart(table);
     kmp_tabulate_columns(table, NULL, "status reason");
     kmp_tabulate_columns(table, "",
                          "error_q error_qd error_lambda h_max hdot_max drift_rel steps rejected refused rhs newton "

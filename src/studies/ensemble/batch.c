@@ -483,6 +483,7 @@ static void put_columns(const kempe_batch *b, kempe_table *table)
     kmp_tabulate_quantity(table, system, KMP_QUANTITY_QD);
     kmp_tabulate_columns(table, "", "steps rejected refused rhs exchanges h hdot drift difference");
     kmp_tabulate_columns(table, NULL, "verdict single_run reason");
+    kmp_tabulate_apart(table);
 }
 
 static void put_row(const kempe_batch *b, kempe_table *table, int k)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The paths of a sweep's position outputs as a picture, both axes to one scale, in the plane of the two ground axes
  * with the largest extent. The beginning of the sweep and dead centres are marked. */
-#include "base/file.h"
+#include "output/formats/picture_file.h"
 #include "output/plot.h"
 #include "studies/kinematics/position_sweep.h"
 #include <kempe/kinematics.h>
@@ -111,7 +111,7 @@ static void draw(const kempe_kinematics *k, kmp_text *text, int paths)
     kmp_picture_end(text);
 }
 
-kempe_status kempe_kinematics_write_svg(const kempe_kinematics *k, const char *path)
+kempe_status kempe_kinematics_write_picture(const kempe_kinematics *k, const char *path)
 {
     KMP_WANTED(NULL, k, "kinematics");
     KMP_WANTED(k->system->context, path, "path");
@@ -128,5 +128,5 @@ kempe_status kempe_kinematics_write_svg(const kempe_kinematics *k, const char *p
                             : "there is no path to draw: the model has no position outputs, such as 'run: outputs: "
                               "[position(BODY.POINT)]'");
     draw(k, &text, paths);
-    return kmp_file_write(context, path, &text);
+    return kmp_picture_write(context, path, &text);
 }

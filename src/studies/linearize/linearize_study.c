@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* State spaces: one made, its matrices, and the file for NumPy. */
+/* State spaces: one made, its matrices, and their file. */
 #include "studies/linearize/linearize_study.h"
 #include "base/memory.h"
-#include "output/npz.h"
+#include "output/formats/named_arrays.h"
 #include <kempe/linearize.h>
 
 kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
@@ -132,41 +132,40 @@ int kempe_linearization_is_equilibrium(const kempe_linearization *l)
     return l->channels.rests;
 }
 
-/* -- for NumPy --------------------------------------------------------------------------------------- */
+/* -- files ---------------------------------------------------------------------------------------- */
 
-static void add_names(kmp_npz *npz, const char *names, const char *units, const kmp_names *of)
+static void add_names(kmp_arrays *arrays, const char *names, const char *units, const kmp_names *of)
 {
-    kmp_npz_words(npz, names, of->count, of->name);
-    kmp_npz_words(npz, units, of->count, of->unit);
+    kmp_arrays_words(arrays, names, of->count, of->name);
+    kmp_arrays_words(arrays, units, of->count, of->unit);
 }
 
-kempe_status kempe_linearization_write_npz(const kempe_linearization *l, const char *path)
+kempe_status kempe_linearization_write(const kempe_linearization *l, const char *path)
 {
     KMP_WANTED(NULL, l, "linearization");
     KMP_WANTED(l->channels.linear.system->context, path, "path");
     const kmp_channels *c = &l->channels;
     const kempe_system *system = c->system;
     int n = system->n;
-    kmp_npz npz = {0};
+    kmp_arrays arrays = {0};
     kmp_context_clear(system->context);
     char **coordinates = KMP_NEW(char *, n);
-    npz.failed = !coordinates;
+    arrays.failed = !coordinates;
     for (int k = 0; k < KMP_MATRICES; k++) {
         kmp_matrix_row row = kmp_linearization_row(l, k);
-        kmp_npz_matrix(&npz, row.name, row.rows, row.columns, row.values);
+        kmp_arrays_matrix(&arrays, row.name, row.rows, row.columns, row.values);
     }
-    add_names(&npz, "states", "state_units", &c->states);
-    add_names(&npz, "inputs", "input_units", &c->loads);
-    add_names(&npz, "outputs", "output_units", &c->outputs);
+    add_names(&arrays, "states", "state_units", &c->states);
+    add_names(&arrays, "inputs", "input_units", &c->loads);
+    add_names(&arrays, "outputs", "output_units", &c->outputs);
     for (int k = 0; coordinates && k < n; k++)
         coordinates[k] = (char *)system->model->motions[k].name; /* read only */
     if (coordinates)
-        kmp_npz_words(&npz, "coordinates", n, coordinates);
-    kmp_npz_matrix(&npz, "q", n, KMP_NPZ_VECTOR, c->at->q);
-    kmp_npz_matrix(&npz, "qd", n, KMP_NPZ_VECTOR, c->at->qd);
-    kmp_npz_matrix(&npz, "y", c->outputs.count, KMP_NPZ_VECTOR, c->transfer.value);
-    kempe_status status = kmp_npz_write(system->context, &npz, path);
-    kmp_npz_free(&npz);
+        kmp_arrays_words(&arrays, "coordinates", n, coordinates);
+    kmp_arrays_matrix(&arrays, "q", n, KMP_ARRAY_VECTOR, c->at->q);
+    kmp_arrays_matrix(&arrays, "qd", n, KMP_ARRAY_VECTOR, c->at->qd);
+    kmp_arrays_matrix(&arrays, "y", c->outputs.count, KMP_ARRAY_VECTOR, c->transfer.value);
+    kempe_status status = kmp_arrays_write(system->context, &arrays, path);
     kmp_free(coordinates);
     return status;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A locus as a picture: eigenvalues in the plane on the left, frequencies over the value on the right (Campbell). */
-#include "base/file.h"
+#include "output/formats/picture_file.h"
 #include "output/plot.h"
 #include "studies/modes/modes_study.h"
 #include <kempe/modes.h>
@@ -142,7 +142,7 @@ static void draw(kmp_text *text, const kempe_modes *m)
     kmp_picture_end(text);
 }
 
-kempe_status kempe_modes_write_svg(const kempe_modes *modes, const char *path)
+kempe_status kempe_modes_write_picture(const kempe_modes *modes, const char *path)
 {
     KMP_WANTED(NULL, modes, "modes");
     KMP_WANTED(modes->system->context, path, "path");
@@ -151,5 +151,5 @@ kempe_status kempe_modes_write_svg(const kempe_modes *modes, const char *path)
     if (!modes->name || modes->locus.reached == 0)
         return kmp_fail(modes->system->context, KEMPE_E_ARGUMENT, "a picture shows what varies, and nothing does");
     draw(&text, modes);
-    return kmp_file_write(modes->system->context, path, &text);
+    return kmp_picture_write(modes->system->context, path, &text);
 }

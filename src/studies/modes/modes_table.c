@@ -8,7 +8,12 @@ static void fill_modes(kempe_table *table, const void *result)
 {
     const kempe_modes *m = result;
     const kmp_spectrum *s = &m->modes.spectrum;
-    kmp_tabulate_columns(table, "", "index re im frequency damping decay");
+    kmp_tabulate_columns(table, "", "index");
+    kmp_tabulate_columns(table, "1/s", "re im");
+    kmp_tabulate_columns(table, "Hz", "frequency");
+    kmp_tabulate_columns(table, "", "damping");
+    kmp_tabulate_columns(table, "s", "decay");
+    kmp_tabulate_apart(table);
     for (int k = 0; k < 2 * m->modes.n; k++)
         kmp_tabulate_column(table, "", "%s.%s", k % 2 ? "im" : "re", m->system->model->motions[k / 2].name);
     for (int c = 0; c < s->count; c++) {
@@ -28,7 +33,7 @@ static void fill_sweep(kempe_table *table, const kempe_modes *m)
     const kmp_locus *l = &m->locus;
     kmp_tabulate_column(table, kmp_quantity_unit_of(m->system, m->name), "%s", m->name);
     for (int k = 0; k < 2 * l->count; k++)
-        kmp_tabulate_column(table, "", "%s.%d", k % 2 ? "im" : "re", k / 2 + 1);
+        kmp_tabulate_column(table, "1/s", "%s.%d", k % 2 ? "im" : "re", k / 2 + 1);
     for (int k = 0; k < l->reached; k++) {
         kmp_tabulate_row(table);
         kmp_tabulate_number(table, l->value[k]);
@@ -53,7 +58,9 @@ static void fill_critical(kempe_table *table, const void *result)
     const kmp_locus *l = &((const kempe_modes *)result)->locus;
     const char *name = ((const kempe_modes *)result)->name;
     kmp_tabulate_columns(table, name ? kmp_quantity_unit_of(((const kempe_modes *)result)->system, name) : "", "value");
-    kmp_tabulate_columns(table, "", "re im frequency branch");
+    kmp_tabulate_columns(table, "1/s", "re im");
+    kmp_tabulate_columns(table, "Hz", "frequency");
+    kmp_tabulate_columns(table, "", "branch");
     kmp_tabulate_column(table, NULL, "grows");
     for (int k = 0; k < l->critical_count; k++) {
         const kmp_critical *c = &l->critical[k];

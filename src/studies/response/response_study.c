@@ -183,13 +183,16 @@ static void fill_rows(kempe_table *table, const void *result)
     const kmp_frequency *f = &r->frequency;
     int pairs = f->inputs * f->outputs;
     kmp_tabulate_column(table, "Hz", "frequency");
+    kmp_tabulate_look(table, r->linear ? KMP_LOOK_PLAIN : KMP_LOOK_LOGARITHMIC);
     for (int k = 0; k < pairs; k++) {
         int i = k / f->outputs, o = k % f->outputs;
         const char *output = kmp_response_output(r, o), *input = kmp_response_input(r, i);
         kmp_text unit = {0};
         kmp_response_put_unit(&unit, r, i, kmp_response_shown(r, o).unit, "", "/");
         kmp_tabulate_column(table, unit.s ? unit.s : "", "%s/%s.amplitude", output, input);
+        kmp_tabulate_look(table, KMP_LOOK_LOGARITHMIC);
         kmp_tabulate_column(table, "deg", "%s/%s.phase", output, input);
+        kmp_tabulate_look(table, KMP_LOOK_PERIODIC);
         kmp_text_free(&unit);
     }
     for (int k = 0; k < f->count; k++) {

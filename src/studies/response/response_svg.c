@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Amplitudes, logarithmic, and phases over the frequency as a picture. Each pair of output and input has a curve
  * through its peaks, which is open at undamped poles. */
-#include "base/file.h"
 #include "base/memory.h"
+#include "output/formats/picture_file.h"
 #include "output/plot.h"
 #include "studies/response/response_study.h"
 #include <kempe/response.h>
@@ -131,7 +131,7 @@ static void draw(kmp_text *text, const kempe_response *r, spot *room)
     kmp_picture_end(text);
 }
 
-kempe_status kempe_response_write_svg(const kempe_response *r, const char *path)
+kempe_status kempe_response_write_picture(const kempe_response *r, const char *path)
 {
     KMP_WANTED(NULL, r, "response");
     KMP_WANTED(r->channels.linear.system->context, path, "path");
@@ -143,5 +143,5 @@ kempe_status kempe_response_write_svg(const kempe_response *r, const char *path)
         return kmp_fail_memory(context);
     draw(&text, r, room);
     kmp_free(room);
-    return kmp_file_write(context, path, &text);
+    return kmp_picture_write(context, path, &text);
 }

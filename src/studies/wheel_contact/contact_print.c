@@ -239,6 +239,7 @@ static void fill_rows(kempe_table *to, const void *result)
     kmp_tabulate_columns(to, "m", "a b");
     kmp_tabulate_columns(to, "N", t->has_law ? "by_law.x by_law.y" : "");
     kmp_tabulate_columns(to, "", "one_ellipse");
+    kmp_tabulate_apart(to);
     for (int row = 0; row < t->count; row++)
         for (int w = 0; w < t->wheel_count; w++)
             for (int z = 0; z < kempe_contacts_zone_count(t, w); z++)

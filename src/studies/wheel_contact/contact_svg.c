@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A table of contacts as a picture. For each wheel it has the two profiles, a little apart, with the points that touch
  * at each value joined; below, the contacts' values over the swept quantity. */
-#include "base/file.h"
+#include "output/formats/picture_file.h"
 #include "output/plot.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table_function.h"
@@ -184,7 +184,7 @@ static void put_legend(kmp_text *text, const kempe_contacts *t, double x, double
                       swept(t, t->count - 1), unit[0] ? " " : "", unit);
 }
 
-kempe_status kempe_contacts_write_svg(const kempe_contacts *t, const char *path)
+kempe_status kempe_contacts_write_picture(const kempe_contacts *t, const char *path)
 {
     KMP_WANTED(NULL, t, "table");
     KMP_WANTED(t->given->context, path, "path");
@@ -205,5 +205,5 @@ kempe_status kempe_contacts_write_svg(const kempe_contacts *t, const char *path)
     }
     put_legend(&text, t, WIDTH - narrow + 4 * LINE, height - PANEL + 3 * LINE);
     kmp_picture_end(&text);
-    return kmp_file_write(context, path, &text);
+    return kmp_picture_write(context, path, &text);
 }

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Named arrays in one file: .npz for NumPy, .mat for MATLAB and Octave. Equal arrays give equal bytes. */
+#ifndef KMP_OUTPUT_NAMED_ARRAYS_H
+#define KMP_OUTPUT_NAMED_ARRAYS_H
+
+#include "base/context.h"
+#include <stdint.h>
+
+enum { KMP_ARRAYS_MOST = 40, KMP_ARRAY_VECTOR = -1 };
+
+/** Numbers, or words; owned by the caller up to the writing. */
+typedef struct kmp_named_array {
+    const char *name;
+    int rows, columns;    /* columns KMP_ARRAY_VECTOR: a vector */
+    const double *values; /* column-major; NULL: words */
+    char *const *word;    /* rows */
+} kmp_named_array;
+
+/** More arrays than there is room for are sticky, and reported by kmp_arrays_write. */
+typedef struct kmp_arrays {
+    int count;
+    bool failed;
+    kmp_named_array array[KMP_ARRAYS_MOST];
+} kmp_arrays;
+
+void kmp_arrays_words(kmp_arrays *arrays, const char *name, int count, char *const *word);
+void kmp_arrays_matrix(kmp_arrays *arrays, const char *name, int rows, int columns, const double *values);
+
+/** Columns of an array: 1 for a vector. */
+int kmp_array_across(const kmp_named_array *array);
+
+/** Writes whole or not at all, in the format of the path's ending. KEMPE_E_ARGUMENT: another ending. KEMPE_E_IO. */
+kempe_status kmp_arrays_write(kempe_context *context, const kmp_arrays *arrays, const char *path);
+
+/** True if an ending such as ".mat" is that of files of arrays. */
+bool kmp_arrays_ending(const char *ending);
+
+/** The formats (npz.c, mat.c). */
+kempe_status kmp_npz_write(kempe_context *context, const kmp_arrays *arrays, const char *path);
+kempe_status kmp_mat_write(kempe_context *context, const kmp_arrays *arrays, const char *path);
+
+/** Little-endian bytes of an integer or a double on any machine. */
+void kmp_put_little(char *to, uint64_t bits, int bytes);
+void kmp_put_double(char *to, double x);
+
+#endif
