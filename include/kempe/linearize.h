@@ -22,9 +22,10 @@ KEMPE_BEGIN
 
 /** NULL takes the default. Lists are comma-separated. */
 typedef struct kempe_linearize_options {
-    size_t size;         /* sizeof this struct, or 0: that of version 0.1 */
-    const char *at;      /* the state: equilibrium (default), start */
-    const char *inputs;  /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of parameters; default: none */
+    size_t size;    /* sizeof this struct, or 0: that of version 0.1 */
+    const char *at; /* the state: equilibrium (default), start */
+    const char
+        *inputs; /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of inputs and parameters; default: none */
     const char *outputs; /* as the model's outputs, or a component: "position(b.P).x"; default: the model's if there are
                           * inputs */
     const char *independent; /* independent coordinates; default: Kempe chooses */

@@ -22,7 +22,7 @@ KEMPE_BEGIN
 typedef struct kempe_response_options {
     size_t size;             /* sizeof this struct, or 0: that of version 0.1 */
     const char *at;          /* the state, which must be an equilibrium: equilibrium (default), start */
-    const char *inputs;      /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of parameters */
+    const char *inputs;      /* effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of inputs and parameters */
     const char *outputs;     /* default: the model's */
     const char *frequencies; /* "A:B" or "A:B:N", Hz or with units (rad/s, rpm); default: a decade around the natural
                                 ones, 200 */

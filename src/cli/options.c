@@ -135,7 +135,7 @@ static const option options[] = {
     {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "at", TEXT(response.at), "STATE",
      "state: equilibrium (default), 'equilibrium NAME=RATE,..' (a steady motion), start"},
     {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "inputs", TEXT(response.inputs), "NAME,..",
-     "inputs: effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of parameters"},
+     "inputs: effort(JOINT), force(BODY.POINT.x), drive(DRIVE), names of inputs and parameters"},
     {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "outputs", TEXT(response.outputs), "NAME,..",
      "outputs of the model, or a component: 'position(BODY.POINT).x'"},
     {CLI_LINEARIZE | CLI_RESPONSE, IN_MODEL, "independent", TEXT(response.independent), "NAME,..",

@@ -48,12 +48,19 @@ int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *dir
     return ok ? count : -1;
 }
 
+/* Numbers of the vector KMP_IN_TIME are negative: -1 - index. */
+static kmp_ref named_leaf(kmp_graph *graph, int named)
+{
+    return named >= 0 ? kmp_input(graph, KMP_IN_PARAMETER, (uint32_t)named)
+                      : kmp_input(graph, KMP_IN_TIME, (uint32_t)(-1 - named));
+}
+
 /* A column for each parameter. */
 static bool add_parameters(gather *g)
 {
     bool ok = true;
     for (int p = 0; ok && p < g->s->count; p++) {
-        g->leaf[0] = kmp_input(g->eq.graph, KMP_IN_PARAMETER, (uint32_t)g->named[p]);
+        g->leaf[0] = named_leaf(g->eq.graph, g->named[p]);
         g->direction[0] = KMP_ONE;
         int leaves = kmp_slopes_lead(&g->eq.tree, 1, g->leaf, g->direction);
         ok = leaves > 0 && kmp_derivative_restart(g->along, leaves, g->leaf, g->direction);
@@ -221,6 +228,32 @@ static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g),
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
+const char *const kmp_derivative_ends[KMP_TIME_NUMBERS] = {"", ".d", ".dd"};
+
+/* The index in KMP_IN_TIME of an input or of its derivative; 0: it is none. */
+static int find_given(const kempe_model *m, const char *name)
+{
+    for (int k = 0; k < m->input_count; k++) {
+        size_t length = strlen(m->inputs[k].name);
+        for (int d = 0; strncmp(name, m->inputs[k].name, length) == 0 && d < KMP_TIME_NUMBERS; d++)
+            if (strcmp(name + length, kmp_derivative_ends[d]) == 0)
+                return (int)kmp_time_index(k, d);
+    }
+    return 0;
+}
+
+/* Of parameters and inputs (named_leaf). */
+static kempe_status find_names(const kempe_system *system, int count, const char *const *names, int *named)
+{
+    for (int p = 0; p < count; p++) {
+        int given = find_given(system->model, names[p]);
+        named[p] = -1 - given;
+        if (!given)
+            KMP_TRY(kmp_slopes_find(system, 1, names + p, named + p));
+    }
+    return KEMPE_OK;
+}
+
 kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *const *names, int *parameter)
 {
     const kempe_model *m = system->model;
@@ -241,7 +274,7 @@ static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *
     if (!found)
         return kmp_fail(c, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend, kmp_backend_names());
     int *named = KMP_NEW(int, s->count);
-    kempe_status status = named ? kmp_slopes_find(s->system, s->count, names, named) : kmp_fail_memory(c);
+    kempe_status status = named ? find_names(s->system, s->count, names, named) : kmp_fail_memory(c);
     if (status == KEMPE_OK)
         status =
             derive(s, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL, add_equations, &s->equations, named, found);

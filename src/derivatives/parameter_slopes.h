@@ -33,6 +33,9 @@ kempe_status kmp_slopes_equations(kmp_equations *eq, const kempe_system *system,
 /** The equations to differentiate: h, J qd + h_t and J qdd + jdqd (m each), M qdd + C - J' lambda (n). */
 void kmp_slopes_collect(const kmp_equations *eq, kmp_ref *of);
 
+/** Ends of names of an input of the model, by the order of the derivative: u, u.d, u.dd. */
+extern const char *const kmp_derivative_ends[KMP_TIME_NUMBERS];
+
 /** The numbers of the named parameters. KEMPE_E_ARGUMENT: a parameter that is not variable. */
 kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *const *names, int *parameter);
 
@@ -41,7 +44,8 @@ kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *
  * memory. */
 int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *direction);
 
-/** Derives the partial derivatives for a system of a variant's model; `names`: of variable parameters. Includes the
+/** Derives the partial derivatives for a system of a variant's model; `names`: of variable parameters, and of inputs of
+ * the model and their derivatives. Includes the
  * outputs if requested, whose values are those of kmp_eval_shown. A system whose model is no variant has outputs, and
  * no parameters (count 0). KEMPE_E_ARGUMENT: a name that is not variable. KEMPE_E_MEMORY. */
 kempe_status kmp_slopes_new(const kempe_system *system, const char *backend, int count, const char *const *names,

@@ -58,12 +58,6 @@ static kempe_status check_operations(const kempe_code *code)
 {
     for (int k = 0; k < code->source.count; k++) {
         const kmp_code_routine *r = &code->source.routines[k];
-        for (int i = 0; i < r->program->input_count; i++)
-            if (r->program->input[i].kind == KMP_IN_TIME && r->program->input[i].index > 0)
-                return kmp_fail(code->context, KEMPE_E_ARGUMENT,
-                                "set '%s' depends on inputs of the model, which generated code does not have; omit "
-                                "the set with --sets, or make them parameters",
-                                r->name);
         for (int i = 0; i < r->program->code[r->program->stages]; i++) {
             kmp_op op = (kmp_op)r->program->instruction[i].op;
             if (op == KMP_OP_IMPLICIT || op == KMP_OP_LIST)

@@ -240,12 +240,13 @@ static void put_index(kmp_text *text, const kmp_language *language, const char *
 
 static void put_input(kmp_scalar *s, kmp_text *text, const kmp_program_input *in)
 {
-    s->used |= 1u << in->kind;
-    if (in->kind == KMP_IN_TIME)
+    int argument = kmp_argument_of(in);
+    s->used |= 1u << argument;
+    if (argument == KMP_IN_TIME)
         kmp_text_put(text, "t");
     else
-        put_index(text, s->language, in->kind == KMP_IN_PARAMETER ? "p" : kmp_argument_names[in->kind],
-                  in->kind == KMP_IN_PARAMETER ? s->source->place[in->index] : (int)in->index);
+        put_index(text, s->language, argument == KMP_IN_PARAMETER ? "p" : kmp_argument_names[argument],
+                  argument == KMP_IN_PARAMETER ? s->source->place[in->index] : kmp_place_in_argument(in));
 }
 
 /* Writes a value that is available before the stage. */

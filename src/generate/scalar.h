@@ -36,7 +36,7 @@ typedef struct kmp_scalar {
     int count, variables, chunks, slots;
     kmp_sink *sinks;
     int sink_count;
-    unsigned used; /* input kinds met while writing, as bits; k has the bit of KMP_IN_PARAMETER */
+    unsigned used; /* arguments met while writing, as bits; k has the bit of KMP_IN_PARAMETER */
     bool slots_used;
     const kmp_label *label; /* of the value written last */
 } kmp_scalar;

@@ -11,9 +11,20 @@
 #include <kempe/generate.h>
 #include <string.h>
 
-const char *const kmp_argument_names[KMP_IN_COUNT] = {
-    [KMP_IN_PARAMETER] = "k", [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",
-    [KMP_IN_QDD] = "qdd",     [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque"};
+const char *const kmp_argument_names[KMP_ARGUMENTS] = {
+    [KMP_IN_PARAMETER] = "k", [KMP_IN_TIME] = "t",        [KMP_IN_Q] = "q",
+    [KMP_IN_QD] = "qd",       [KMP_IN_QDD] = "qdd",       [KMP_IN_LAMBDA] = "lambda_",
+    [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque", [KMP_ARGUMENT_INPUTS] = "u"};
+
+int kmp_argument_of(const kmp_program_input *input)
+{
+    return input->kind == KMP_IN_TIME && input->index > 0 ? KMP_ARGUMENT_INPUTS : (int)input->kind;
+}
+
+int kmp_place_in_argument(const kmp_program_input *input)
+{
+    return (int)input->index - (kmp_argument_of(input) == KMP_ARGUMENT_INPUTS);
+}
 
 /* -- names ------------------------------------------------------------------------------------------- */
 
@@ -65,6 +76,7 @@ static void shape_arrays(kmp_code_routine *r, const kmp_equations *eq, unsigned 
     const unsigned loads = 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
     int first = 0;
     r->arguments = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
+    r->arguments |= eq->model->input_count > 0 ? 1u << KMP_ARGUMENT_INPUTS : 0;
     for (int k = 0; k < KMP_EQ_SETS; k++) {
         if (!(sets & 1u << k))
             continue;
@@ -238,6 +250,10 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
     for (int k = 0; source->coordinate_names && k < source->n; k++)
         source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);
+    source->input_count = model->input_count;
+    source->input_names = KMP_ARENA_NEW(arena, char *, model->input_count);
+    for (int k = 0; source->input_names && k < model->input_count; k++)
+        source->input_names[k] = kmp_arena_strdup(arena, model->inputs[k].name);
     if (arena->failed || !hash_model(model, source->hash))
         return kmp_fail_memory(model->context);
     for (int k = 0; k < choice.count; k++)

@@ -22,7 +22,7 @@ typedef struct kmp_code_routine {
     kmp_tally tally;
     kmp_array arrays[KMP_EQ_SETS];
     int array_count;
-    unsigned arguments; /* bits 1 << kmp_input_kind; fixed by sets and options, independent of the model */
+    unsigned arguments; /* bits 1 << kmp_argument_of; fixed by sets, options and whether the model has inputs */
     int *kept; /* by value of stage 0 and parameter: 1 + its position in k, which stage 1 reads; 0: not needed */
     int kept_count;
 } kmp_code_routine;
@@ -38,7 +38,8 @@ typedef struct kmp_code_source {
     bool parameters; /* numbers are kept as symbols: there are p and k */
     bool inputs, legible, vectorised;
     int n, m, body_count; /* bodies with inputs: 3 entries of force and torque each, ground not counted */
-    char **coordinate_names, **row_names;
+    char **coordinate_names, **row_names, **input_names;
+    int input_count; /* of the model */
     int symbol_count, parameter_count;
     int *place; /* by symbol: its position in p, -1: no routine needs it */
     double *value;
@@ -55,8 +56,15 @@ void kmp_source_free(kmp_code_source *source);
  * "coupler.B.x". In the arena; NULL: no memory. */
 char *kmp_symbol_name(kmp_arena *arena, const kempe_model *model, int k);
 
-/** The names of arguments: k, t, q .. */
-extern const char *const kmp_argument_names[KMP_IN_COUNT];
+/** Arguments of routines: a kind of input of the graph each, and the inputs of the model, which follow t there. */
+enum { KMP_ARGUMENT_INPUTS = KMP_IN_COUNT, KMP_ARGUMENTS };
+
+/** The names of arguments: k, t, q .. u */
+extern const char *const kmp_argument_names[KMP_ARGUMENTS];
+
+/** The argument in which a program's input is, and its place there. */
+int kmp_argument_of(const kmp_program_input *input);
+int kmp_place_in_argument(const kmp_program_input *input);
 
 /** Files as they are written: name and text. */
 typedef struct kmp_code_file {

@@ -16,7 +16,7 @@
 enum { STATES = 3, MOST = 512, MOST_OUT = 40000 };
 
 typedef struct state {
-    double t, q[MOST], qd[MOST], qdd[MOST], lambda[MOST], force[MOST], torque[MOST];
+    double time[1 + MOST], q[MOST], qd[MOST], qdd[MOST], lambda[MOST], force[MOST], torque[MOST];
 } state;
 
 static kempe_context *context;
@@ -36,7 +36,8 @@ static inline void choose_states(void)
 {
     random_seed(7);
     for (int s = 0; s < STATES; s++) {
-        states[s].t = between(0, 2);
+        states[s].time[0] = between(0, 2);
+        fill(states[s].time + 1, 2); /* inputs */
         fill(states[s].q, s == 2 ? 3 : 1);
         fill(states[s].qd, 2);
         fill(states[s].qdd, 5);
@@ -77,7 +78,7 @@ static inline double *run_tape(const kmp_code_source *source, const kmp_code_rou
     for (int k = 0; k < source->symbol_count; k++)
         symbols[k] = source->place[k] < 0 ? NAN : parameter(source, source->place[k]);
     kmp_machine_set(machine, KMP_IN_PARAMETER, symbols);
-    kmp_machine_set(machine, KMP_IN_TIME, &s->t);
+    kmp_machine_set(machine, KMP_IN_TIME, s->time);
     kmp_machine_set(machine, KMP_IN_Q, s->q);
     kmp_machine_set(machine, KMP_IN_QD, s->qd);
     kmp_machine_set(machine, KMP_IN_QDD, s->qdd);
@@ -121,23 +122,25 @@ static inline bool runs(const char *command)
 /* -- C ----------------------------------------------------------------------------------------------- */
 
 typedef void shim_function(const double *p, double t, const double *q, const double *qd, const double *qdd,
-                           const double *lambda_, const double *force, const double *torque, double *out);
+                           const double *lambda_, const double *force, const double *torque, const double *u,
+                           double *out);
 
 /* A function of one signature that calls all routines. */
 static inline void write_shim(const kmp_code_source *source)
 {
-    static const char *const names[KMP_IN_COUNT] = {
-        [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",        [KMP_IN_QDD] = "qdd",
-        [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque"};
+    static const char *const names[KMP_ARGUMENTS] = {
+        [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",         [KMP_IN_QDD] = "qdd",
+        [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque", [KMP_ARGUMENT_INPUTS] = "u"};
     kmp_text text = {0};
     int at = 0;
     kmp_text_printf(
         &text,
         "#include \"%s.h\"\nvoid shim(const double *p, double t, const double *q, const double *qd, const "
-        "double *qdd,\n          const double *lambda_, const double *force, const double *torque, double *out);\nvoid "
+        "double *qdd,\n          const double *lambda_, const double *force, const double *torque, const double *u, "
+        "double *out);\nvoid "
         "shim(const double *p, double t, const double *q, const double *qd, const double *qdd,\n          "
-        "const double *lambda_, const double *force, const double *torque, double *out)\n{\n(void)p; "
-        "(void)qd; (void)qdd; (void)lambda_; (void)force; (void)torque;\n",
+        "const double *lambda_, const double *force, const double *torque, const double *u, double *out)\n{\n(void)p; "
+        "(void)u; (void)qd; (void)qdd; (void)lambda_; (void)force; (void)torque;\n",
         source->name);
     for (int k = 0; k < source->count; k++) {
         const kmp_code_routine *r = &source->routines[k];
@@ -145,7 +148,7 @@ static inline void write_shim(const kmp_code_source *source)
             kmp_text_printf(&text, "{ double k[%s_%s_k]; %s_%s_prepare(p, k);\n", source->name, r->name, source->name,
                             r->name);
         kmp_text_printf(&text, "%s_%s(%s", source->name, r->name, source->parameters ? "k, " : "");
-        for (int kind = 0; kind < KMP_IN_COUNT; kind++)
+        for (int kind = 0; kind < KMP_ARGUMENTS; kind++)
             if (r->arguments & 1u << kind && names[kind])
                 kmp_text_printf(&text, "%s, ", names[kind]);
         for (int a = 0; a < r->array_count; at += size_of(&r->arrays[a]), a++)
@@ -180,8 +183,8 @@ static inline bool run_c(const kmp_code_source *source, bool optimised)
     for (int k = 0; k < source->parameter_count; k++)
         p[k] = parameter(source, k);
     for (int s = 0; s < STATES; s++)
-        shim(p, states[s].t, states[s].q, states[s].qd, states[s].qdd, states[s].lambda, states[s].force,
-             states[s].torque, got[s]);
+        shim(p, states[s].time[0], states[s].q, states[s].qd, states[s].qdd, states[s].lambda, states[s].force,
+             states[s].torque, states[s].time + 1, got[s]);
     dlclose(handle);
     return true;
 }

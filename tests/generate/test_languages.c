@@ -35,17 +35,22 @@ static void put_list(kmp_text *text, int count, const double *x)
 /* A literal for each argument of a routine. */
 static void put_arguments(kmp_text *text, const kmp_code_source *source, const kmp_code_routine *r, const state *s)
 {
-    const double *values[KMP_IN_COUNT] = {
-        [KMP_IN_Q] = s->q,           [KMP_IN_QD] = s->qd,       [KMP_IN_QDD] = s->qdd,
-        [KMP_IN_LAMBDA] = s->lambda, [KMP_IN_FORCE] = s->force, [KMP_IN_TORQUE] = s->torque};
-    kmp_text_printf(text, "%s%.17g", source->parameters ? "k, " : "", s->t);
-    for (int kind = KMP_IN_Q; kind < KMP_IN_COUNT; kind++)
+    const double *values[KMP_ARGUMENTS] = {[KMP_IN_Q] = s->q,
+                                           [KMP_IN_QD] = s->qd,
+                                           [KMP_IN_QDD] = s->qdd,
+                                           [KMP_IN_LAMBDA] = s->lambda,
+                                           [KMP_IN_FORCE] = s->force,
+                                           [KMP_IN_TORQUE] = s->torque,
+                                           [KMP_ARGUMENT_INPUTS] = s->time + 1};
+    kmp_text_printf(text, "%s%.17g", source->parameters ? "k, " : "", s->time[0]);
+    for (int kind = KMP_IN_Q; kind < KMP_ARGUMENTS; kind++)
         if (r->arguments & 1u << kind) {
             kmp_text_put(text, ", ");
             put_list(text,
-                     kind >= KMP_IN_FORCE    ? 3 * source->body_count
-                     : kind == KMP_IN_LAMBDA ? source->m
-                                             : source->n,
+                     kind == KMP_ARGUMENT_INPUTS ? KMP_TIME_NUMBERS * source->input_count
+                     : kind >= KMP_IN_FORCE      ? 3 * source->body_count
+                     : kind == KMP_IN_LAMBDA     ? source->m
+                                                 : source->n,
                      values[kind]);
         }
 }
@@ -373,6 +378,16 @@ static const char closures[] =
     "  K: {coupler: {a.1: 1, b.2: 2}, equals: 1}\n"
     "drives: {l: {joint: b.1, locked: yes}}\n";
 
+/* Inputs of a force and of a drive, whose derivatives are read, too; one is in no equation. */
+static const char inputs[] =
+    "kempe: 1\nname: given\ngravity: [0, -9.81, 0]\n"
+    "inputs: {torque: {unit: N*m}, unread: {}, way: {unit: m}, gain: {t: [0, 1], value: [1, 2], method: linear}}\n"
+    "bodies:\n"
+    "  cart: {joint: {name: X, prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+    "  load: {joint: {name: A, revolute: z, at: cart.P}, mass: 2, com: [0, -1, 0]}\n"
+    "forces: {motor: {joint: A, torque: \"torque*gain - if(torque > 0, 1, 2)*q(A)\"}}\n"
+    "drives: {d: {joint: X, displacement: sin(way/(1 m))*(1 m) + way}}\n";
+
 static void try_text(const char *text, const char *language)
 {
     kempe_model *model = NULL;
@@ -408,6 +423,7 @@ static void try_all(const char *language)
     try_file("examples/governor/governor.yaml", language);
     try_text(functions, language);
     try_text(closures, language);
+    try_text(inputs, language);
     try_random(language);
     choose_states();
 }

@@ -29,11 +29,21 @@ static double largest(int count, const double *x)
     return most;
 }
 
+/* The inputs of a state, in place of those of the model. */
+static void take_inputs(kmp_evaluator *eval, const state *s)
+{
+    int input;
+    for (int k = 0; k < eval->inputs.count; k++)
+        kmp_present_inputs_give(&eval->inputs, k, s->time[0], s->time + 1 + KMP_TIME_NUMBERS * k);
+    (void)kmp_present_inputs_enter(&eval->inputs, s->time[0], &input);
+}
+
 /* M, C, h, J by rows, jdqd, as the functions give them. */
 static double *evaluate(kmp_evaluator *eval, const state *s, double *out)
 {
     int n = eval->n, m = eval->m;
-    kmp_eval_closure(eval, s->t, s->q);
+    take_inputs(eval, s);
+    kmp_eval_closure(eval, s->time[0], s->q);
     kmp_eval_mass(eval);
     kmp_eval_bias(eval, s->qd);
     kmp_eval_dense_mass(eval, out);

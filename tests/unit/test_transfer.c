@@ -84,34 +84,39 @@ static void a_is_the_jacobian_of_the_reduced_formulation(void)
 
 /* -- B, C and D -------------------------------------------------------------------------------------- */
 
-/* A slider-crank on a driven base with a pendulum on its slider: every input is a parameter as well. */
-static const char *const machine =
-    "kempe: 1\n"
-    "name: machine\n"
-    "gravity: [0, -9.81, 0]\n"
-    "parameters: {tau: 0, fx: 0, fy: 0, w0: 0, w1: 0, w2: 0, k: 300, sway: 0.05, a0: 1.1, p0: 0.4, ad: 3, pd: -2}\n"
-    "ground: {points: {O: [0, 0, 0], S: [0, 0, 0]}}\n"
-    "bodies:\n"
-    "  lift: {joint: {prismatic: y, at: ground.O}, mass: 2, points: {A: [0, 0, 0]}}\n"
-    "  crank: {joint: {revolute: z, at: lift.A}, mass: 1, com: [0.15, 0, 0], inertia: {zz: 0.01}, "
-    "points: {B: [0.3, 0, 0]}}\n"
-    "  rod: {joint: {revolute: z, at: crank.B}, mass: 1.5, com: [0.4, 0.02, 0], inertia: {zz: 0.06}, "
-    "points: {C: [0.8, 0, 0], E: [0.4, 0.1, 0]}}\n"
-    "  slider: {joint: {prismatic: x, at: ground.S}, mass: 3, points: {C: [0, 0, 0]}}\n"
-    "  pend: {joint: {revolute: z, at: slider.C}, mass: 0.5, com: [0, -0.2, 0], inertia: {zz: 0.003}, "
-    "points: {P: [0, -0.4, 0]}}\n"
-    "loops: {C: {ball: [rod.C, slider.C]}}\n"
-    "drives: {lift: {joint: lift, displacement: \"sway*sin(3*t) + w0 + w1*t + w2*t^2/2\"}}\n"
-    "forces:\n"
-    "  spring: {joint: slider, spring: {stiffness: k, damping: 4, rest: 0.8}}\n"
-    "  torque: {joint: crank, torque: \"tau - 0.1*qd(crank)\"}\n"
-    "  pull: {at: rod.E, force: [fx, fy, 0]}\n"
-    "sensors: {s: \"k*q(slider)^2 + qd(pend)*q(crank)\"}\n"
-    "start: {q: {crank: a0, rod: -1.4, slider: 0.8, pend: p0, lift: 0}, qd: {crank: ad, pend: pd}, "
-    "hold: [crank, pend]}\n"
-    "run: {independent: [crank, pend], outputs: [q, qdd, lambda, position(rod.E), velocity(pend.P), "
-    "acceleration(pend.P), "
-    "reaction(C), force(spring), s]}\n";
+/* A slider-crank on a driven base with a pendulum on its slider: every input is a parameter as well. In the second one
+ * the loads are inputs of the model. */
+#define MACHINE(loads, way)                                                                                            \
+    "kempe: 1\n"                                                                                                       \
+    "name: machine\n"                                                                                                  \
+    "gravity: [0, -9.81, 0]\n"                                                                                         \
+    "parameters: {" loads "k: 300, sway: 0.05, a0: 1.1, p0: 0.4, ad: 3, pd: -2}\n"                                     \
+    "ground: {points: {O: [0, 0, 0], S: [0, 0, 0]}}\n"                                                                 \
+    "bodies:\n"                                                                                                        \
+    "  lift: {joint: {prismatic: y, at: ground.O}, mass: 2, points: {A: [0, 0, 0]}}\n"                                 \
+    "  crank: {joint: {revolute: z, at: lift.A}, mass: 1, com: [0.15, 0, 0], inertia: {zz: 0.01}, "                    \
+    "points: {B: [0.3, 0, 0]}}\n"                                                                                      \
+    "  rod: {joint: {revolute: z, at: crank.B}, mass: 1.5, com: [0.4, 0.02, 0], inertia: {zz: 0.06}, "                 \
+    "points: {C: [0.8, 0, 0], E: [0.4, 0.1, 0]}}\n"                                                                    \
+    "  slider: {joint: {prismatic: x, at: ground.S}, mass: 3, points: {C: [0, 0, 0]}}\n"                               \
+    "  pend: {joint: {revolute: z, at: slider.C}, mass: 0.5, com: [0, -0.2, 0], inertia: {zz: 0.003}, "                \
+    "points: {P: [0, -0.4, 0]}}\n"                                                                                     \
+    "loops: {C: {ball: [rod.C, slider.C]}}\n"                                                                          \
+    "drives: {lift: {joint: lift, displacement: \"sway*sin(3*t) + " way "\"}}\n"                                       \
+    "forces:\n"                                                                                                        \
+    "  spring: {joint: slider, spring: {stiffness: k, damping: 4, rest: 0.8}}\n"                                       \
+    "  torque: {joint: crank, torque: \"tau - 0.1*qd(crank)\"}\n"                                                      \
+    "  pull: {at: rod.E, force: [fx, fy, 0]}\n"                                                                        \
+    "sensors: {s: \"k*q(slider)^2 + qd(pend)*q(crank)\"}\n"                                                            \
+    "start: {q: {crank: a0, rod: -1.4, slider: 0.8, pend: p0, lift: 0}, qd: {crank: ad, pend: pd}, "                   \
+    "hold: [crank, pend]}\n"                                                                                           \
+    "run: {independent: [crank, pend], outputs: [q, qdd, lambda, position(rod.E), velocity(pend.P), "                  \
+    "acceleration(pend.P), "                                                                                           \
+    "reaction(C), force(spring), s]}\n"
+
+static const char *const machine = MACHINE("tau: 0, fx: 0, fy: 0, w0: 0, w1: 0, w2: 0, ", "w0 + w1*t + w2*t^2/2");
+static const char *const given_machine =
+    MACHINE("", "way") "inputs: {tau: {unit: N*m}, fx: {unit: N}, fy: {unit: N}, way: {unit: mm}}\n";
 
 static const char *const inputs = "effort(crank),force(rod.E.x),force(rod.E.y),drive(lift),k";
 static const char *const names[] = {"tau", "fx", "fy", "w0", "w1", "w2", "k"};
@@ -247,6 +252,41 @@ static void all_four_are_derivatives(void)
     kmp_variant_free(f.variant);
     kempe_linearization_free(l);
     unload(&m);
+}
+
+static bool same_matrices(const kempe_linearization *a, const kempe_linearization *b)
+{
+    static const kempe_matrix which[] = {KEMPE_MATRIX_A, KEMPE_MATRIX_B, KEMPE_MATRIX_C, KEMPE_MATRIX_D};
+    double worst = 0;
+    for (int k = 0; k < 4; k++) {
+        int rows[2], columns[2];
+        const double *x = kempe_linearization_matrix(a, which[k], &rows[0], &columns[0]);
+        const double *y = kempe_linearization_matrix(b, which[k], &rows[1], &columns[1]);
+        CHECK(rows[0] == rows[1] && columns[0] == columns[1]);
+        double size = largest(rows[0] * columns[0], x);
+        for (int e = 0; e < rows[0] * columns[0]; e++)
+            worst = check_max(worst, fabs(x[e] - y[e]) / size);
+    }
+    return worst < 1e-14;
+}
+
+/* A torque, a force and a drive's function by inputs of the model act as those that the study knows. */
+static void inputs_of_the_model_are_loads(void)
+{
+    loaded m = load_text(machine), given = load_text(given_machine);
+    kempe_linearization *a = NULL, *b = NULL;
+    kempe_linearize_options options = {.at = "start", .inputs = inputs, .independent = "crank,pend"};
+    CHECK(kempe_linearization_new(m.system, &options, &a) == KEMPE_OK);
+    options.inputs = "tau,fx,fy,way,k";
+    CHECK(kempe_linearization_new(given.system, &options, &b) == KEMPE_OK);
+    CHECK(a && b && same_matrices(a, b));
+    CHECK_TEXT(b->channels.loads.name[5], "way.dd");
+    CHECK_TEXT(b->channels.loads.unit[0], "N*m");
+    CHECK_TEXT(b->channels.loads.unit[4], "m/s");
+    kempe_linearization_free(a);
+    kempe_linearization_free(b);
+    unload(&m);
+    unload(&given);
 }
 
 /* -- K and G ----------------------------------------------------------------------------------------- */
@@ -397,6 +437,7 @@ int main(void)
 {
     TEST(a_is_the_jacobian_of_the_reduced_formulation);
     TEST(all_four_are_derivatives);
+    TEST(inputs_of_the_model_are_loads);
     TEST(k_is_symmetric_for_conservative_forces);
     TEST(the_gyroscopic_part_of_g_is_skew);
     TEST(the_linear_motion_is_the_motion_but_for_squares);

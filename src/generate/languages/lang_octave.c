@@ -73,6 +73,7 @@ static const char model[] = "$(banner)function m = $(name)_model()\n"
                             "    m.hash = '$(hash)';\n"
                             "    m.coordinate_names = $(coordinate names);\n"
                             "    m.row_names = $(row names);\n"
+                            "$(if given)    m.input_names = $(input names);\n$(end)"
                             "    m.parameter_names = $(parameter names);\n"
                             "    m.parameter_values = $(values);\n"
                             "end\n";

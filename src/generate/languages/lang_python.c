@@ -56,6 +56,7 @@ static const char file[] =
     "model_hash = \"$(hash)\"\n"
     "coordinate_names = $(coordinate names)\n"
     "row_names = $(row names)\n"
+    "$(if given)input_names = $(input names)\n$(end)"
     "$(if prepared)parameter_names = $(parameter names)\n"
     "parameter_values = $(values)\n$(end)"
     "$(each routine)$(each table)_$(routine)_table$(table) = ($(x), $(y), $(pieces))\n$(end)$(end)"

@@ -84,12 +84,12 @@ struct kmp_writer {
     const struct kmp_scalar *scalar;
     const struct kmp_nesting_levels *levels;
     const kmp_text *statements;
-    unsigned used, arrays; /* input kinds that are read, arrays that are written, as bits */
+    unsigned used, arrays; /* arguments that are read, arrays that are written, as bits */
     int part;              /* of a split function, from 1 on; 0: the whole */
     int table, derivative;
     const kmp_array *array;
     const char *mark; /* of comments */
-    kmp_input_kind kind;
+    int kind;         /* of an argument */
     const char *argument, *angle, *sine, *cosine;
     int group, first, last; /* of the vectorised form: of a group; places in v, from the first index to the last */
     const char *what;       /* of a list of places or signs, with its number and its items */

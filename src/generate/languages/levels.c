@@ -138,14 +138,15 @@ static void place_leaves(builder *b)
     kmp_nesting_levels *l = b->l;
     const kmp_program *p = b->p;
     const kmp_code_source *source = b->source;
-    const int width[KMP_IN_COUNT] = {[KMP_IN_PARAMETER] = source->parameters ? l->routine->kept_count : 0,
-                                     [KMP_IN_TIME] = 1,
-                                     [KMP_IN_Q] = source->n,
-                                     [KMP_IN_QD] = source->n,
-                                     [KMP_IN_QDD] = source->n,
-                                     [KMP_IN_LAMBDA] = source->m,
-                                     [KMP_IN_FORCE] = 3 * source->body_count,
-                                     [KMP_IN_TORQUE] = 3 * source->body_count};
+    const int width[KMP_ARGUMENTS] = {[KMP_IN_PARAMETER] = source->parameters ? l->routine->kept_count : 0,
+                                      [KMP_IN_TIME] = 1,
+                                      [KMP_IN_Q] = source->n,
+                                      [KMP_IN_QD] = source->n,
+                                      [KMP_IN_QDD] = source->n,
+                                      [KMP_IN_LAMBDA] = source->m,
+                                      [KMP_IN_FORCE] = 3 * source->body_count,
+                                      [KMP_IN_TORQUE] = 3 * source->body_count,
+                                      [KMP_ARGUMENT_INPUTS] = KMP_TIME_NUMBERS * source->input_count};
     l->numbers[l->number_count++] = 0;
     l->numbers[l->number_count++] = 1;
     for (int k = 0; k < p->constant_count; k++) {
@@ -153,7 +154,7 @@ static void place_leaves(builder *b)
         l->numbers[l->number_count++] = p->constant[k];
     }
     l->size = l->number_count;
-    for (int kind = 0; kind < KMP_IN_COUNT; kind++) {
+    for (int kind = 0; kind < KMP_ARGUMENTS; kind++) {
         l->at[kind] = l->size;
         if (kind == KMP_IN_PARAMETER || l->routine->arguments & 1u << kind)
             l->width[kind] = width[kind];
@@ -164,7 +165,7 @@ static void place_leaves(builder *b)
         if (l->routine->kept[v])
             b->place[v] = l->at[KMP_IN_PARAMETER] + l->routine->kept[v] - 1;
         else if (in && in->kind != KMP_IN_PARAMETER)
-            b->place[v] = l->at[in->kind] + (in->kind == KMP_IN_TIME ? 0 : (int)in->index);
+            b->place[v] = l->at[kmp_argument_of(in)] + kmp_place_in_argument(in);
     }
 }
 

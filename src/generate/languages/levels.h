@@ -24,9 +24,9 @@ typedef struct kmp_nesting_levels {
     const kmp_code_routine *routine;
     double *numbers;
     int number_count;
-    int at[KMP_IN_COUNT], width[KMP_IN_COUNT]; /* position and length of an argument in the vector; PARAMETER: k; width
-                                                  0: no such argument */
-    int size;                                  /* of the vector */
+    int at[KMP_ARGUMENTS], width[KMP_ARGUMENTS]; /* position and length of an argument in the vector; PARAMETER: k;
+                                                  width 0: no such argument */
+    int size;                                    /* of the vector */
     int steps;
     int *operand[3]; /* by item: places in the vector */
     bool *minus[3];

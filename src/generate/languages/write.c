@@ -202,13 +202,14 @@ static void put_title(const kmp_writer *w)
     put_comment_name(w->text, w->source->title);
 }
 
-/* "q: 0 crank (rad) 1 ..", a few a line. */
-static void put_legend(const kmp_writer *w, const char *of, int count, char *const *names, const kmp_motion *motions)
+/* "q: 0 crank (rad) 1 ..", a few a line, with `each` places for one. */
+static void put_legend(const kmp_writer *w, const char *of, int count, char *const *names, const kmp_motion *motions,
+                       int each)
 {
     for (int k = 0; k < count; k++) {
         if (k % 6 == 0)
             kmp_text_printf(w->text, "%s%s %s", k ? "\n" : "", w->mark, k ? "  " : of);
-        kmp_text_printf(w->text, " %d ", k + w->language->base);
+        kmp_text_printf(w->text, " %d ", k * each + w->language->base);
         put_comment_name(w->text, names[k]);
         kmp_text_put(w->text, !motions ? "" : motions[k].rotation ? " (rad)" : " (m)");
     }
@@ -217,8 +218,9 @@ static void put_legend(const kmp_writer *w, const char *of, int count, char *con
 
 static void put_legends(const kmp_writer *w)
 {
-    put_legend(w, "q:", w->source->n, w->source->coordinate_names, w->source->model->motions);
-    put_legend(w, "h:", w->source->m, w->source->row_names, NULL);
+    put_legend(w, "q:", w->source->n, w->source->coordinate_names, w->source->model->motions, 1);
+    put_legend(w, "h:", w->source->m, w->source->row_names, NULL, 1);
+    put_legend(w, "u:", w->source->input_count, w->source->input_names, NULL, KMP_TIME_NUMBERS);
 }
 
 static void put_comment(const kmp_writer *w, const char *mark, const char *pattern)
@@ -246,6 +248,8 @@ static void put_about(const kmp_writer *w)
                 "$(mark) t: s; q$(if qd), qd$(end)$(if qdd), qdd$(end): $(motions)\n"
                 "$(if lambda)$(mark) lambda_: $(rows), multipliers of h\n$(end)"
                 "$(if force)$(mark) force, torque: three a body of $(bodies), at its centre of mass, its axes\n$(end)"
+                "$(if given)$(mark) u: three an input of $(given): value, and for closures its first and second "
+                "derivative\n$(end)"
                 "$(each array)$(mark) $(array): $(height)$(if columns) x $(columns)$(end), $(meaning)\n$(end)");
 }
 
@@ -332,6 +336,7 @@ static bool put_list(const kmp_writer *w, const char *word, size_t length)
         const double *numbers;
     } lists[] = {{"coordinate names", source->n, source->coordinate_names, NULL},
                  {"row names", source->m, source->row_names, NULL},
+                 {"input names", source->input_count, source->input_names, NULL},
                  {"parameter names", source->parameter_count, source->parameter_name, NULL},
                  {"values", source->parameter_count, NULL, source->value},
                  {"x", table->count, NULL, table->x}, /* of a table */
@@ -364,6 +369,7 @@ static void put_number(const kmp_writer *w, const char *word, size_t length)
                    {"bodies", source->body_count},
                    {"prepared", source->parameters}, /* there are p and k */
                    {"inputs", source->inputs},
+                   {"given", source->input_count},         /* inputs of the model */
                    {"qd", r->arguments & 1u << KMP_IN_QD}, /* it is an argument */
                    {"qdd", r->arguments & 1u << KMP_IN_QDD},
                    {"lambda", r->arguments & 1u << KMP_IN_LAMBDA},
@@ -447,7 +453,7 @@ static bool take_table(kmp_writer *w, int k)
 static bool take_input(kmp_writer *w, int kind)
 {
     w->argument = kmp_argument_names[kind];
-    w->kind = (kmp_input_kind)kind;
+    w->kind = kind;
     if (w->levels) {
         w->first = w->levels->at[kind] + w->language->base;
         w->last = w->levels->at[kind] + w->levels->width[kind];
@@ -485,9 +491,9 @@ static void repeat(const kmp_writer *w, const char *word, size_t length, const c
                  {"each written array", r ? r->array_count : 0, take_written_array},
                  {"each empty array", r ? r->array_count : 0, take_empty_array},
                  {"each table", r ? r->program->table_count : 0, take_table},
-                 {"each input", KMP_IN_COUNT, take_input},
-                 {"each read input", KMP_IN_COUNT, take_read_input},
-                 {"each unread input", KMP_IN_COUNT, take_unread_input},
+                 {"each input", KMP_ARGUMENTS, take_input},
+                 {"each read input", KMP_ARGUMENTS, take_read_input},
+                 {"each unread input", KMP_ARGUMENTS, take_unread_input},
                  {"each unread parameter", 2, take_unread_parameter}};
     for (size_t n = 0; n < sizeof loops / sizeof *loops; n++)
         for (int k = 0; is(word, length, loops[n].word) && k < loops[n].count; k++) {

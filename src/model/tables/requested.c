@@ -206,10 +206,12 @@ static bool add_word(asking *a, kmp_requested_inputs *inputs, const char *word)
     } else if ((argument = kmp_read_argument(&a->r, word, "drive"))) {
         input.kind = KMP_REQUESTED_DRIVE;
         input.index = find_drive(a, argument);
+    } else if ((input.index = kempe_model_input_find(&a->model, word)) >= 0) {
+        input.kind = KMP_REQUESTED_INPUT;
     } else if (strchr(word, '(')) {
         kmp_reader_complain(&a->r, nowhere,
                             "unknown input '%s'; available: effort(JOINT), force(BODY.POINT.x), force(BODY.POINT), "
-                            "drive(DRIVE), and the names of parameters",
+                            "drive(DRIVE), and the names of inputs and parameters",
                             word);
         return true;
     }

@@ -19,13 +19,14 @@ typedef enum kmp_requested_kind {
     KMP_REQUESTED_EFFORT,    /* on a coordinate */
     KMP_REQUESTED_FORCE,     /* at a point, along an axis of the ground */
     KMP_REQUESTED_DRIVE,     /* the value of a drive's function */
+    KMP_REQUESTED_INPUT,     /* of the model */
     KMP_REQUESTED_PARAMETER, /* not looked up */
 } kmp_requested_kind;
 
 /** Something that acts on a model. */
 typedef struct kmp_requested_input {
     kmp_requested_kind kind;
-    int index, axis; /* coordinate, point or closure; x, y, z of a force */
+    int index, axis; /* coordinate, point, closure or input; x, y, z of a force */
     char *name;      /* "force(b.P.x)" */
 } kmp_requested_input;
 

@@ -43,32 +43,55 @@ static bool name_states(kmp_channels *c)
     return !c->arena.failed;
 }
 
-static const char *unit_of_load(const kempe_model *model, const kmp_requested_input *input, int order)
+/* In SI. */
+static char *unit_of_input(kmp_arena *arena, const kmp_model_input *input, int order)
+{
+    kmp_text unit = {0};
+    kmp_dimension dimension = input->dimension;
+    for (int k = 0; k < order; k++)
+        dimension = kmp_dimension_times(dimension, KMP_DIM_TIME, -1);
+    if (kmp_dimension_is_physical(dimension))
+        kmp_dimension_print(&unit, dimension);
+    else
+        kmp_text_put(&unit, "");
+    return kmp_text_keep(&unit, arena);
+}
+
+static char *unit_of_load(kmp_arena *arena, const kempe_model *model, const kmp_requested_input *input, int order)
 {
     static const char *const turns[] = {"rad", "rad/s", "rad/s^2"}, *const slides[] = {"m", "m/s", "m/s^2"};
     switch (input->kind) {
     case KMP_REQUESTED_EFFORT:
-        return model->motions[input->index].rotation ? "N m" : "N";
+        return kmp_arena_strdup(arena, model->motions[input->index].rotation ? "N m" : "N");
     case KMP_REQUESTED_FORCE:
-        return "N";
+        return kmp_arena_strdup(arena, "N");
     case KMP_REQUESTED_DRIVE:
-        return (model->motions[model->closures[input->index].motion].rotation ? turns : slides)[order];
+        return kmp_arena_strdup(
+            arena, (model->motions[model->closures[input->index].motion].rotation ? turns : slides)[order]);
+    case KMP_REQUESTED_INPUT:
+        return unit_of_input(arena, &model->inputs[input->index], order);
     case KMP_REQUESTED_PARAMETER:
         break;
     }
-    return "";
+    return kmp_arena_strdup(arena, "");
+}
+
+/* In the arena; NULL: no memory. */
+static char *name_of_load(kmp_channels *c, const kmp_requested_input *input, int order)
+{
+    kmp_text name = {0};
+    kmp_text_printf(&name, "%s%s", input->name, kmp_derivative_ends[order]);
+    return kmp_text_keep(&name, &c->arena);
 }
 
 static bool name_loads(kmp_channels *c)
 {
-    static const char *const ends[] = {"", ".d", ".dd"};
     const kmp_transfer *t = &c->transfer;
     bool ok = names_init(c, &c->loads, t->columns);
     for (int k = 0; ok && k < t->columns; k++) {
         const kmp_requested_input *input = &c->inputs.input[t->load[k].input];
-        kmp_text name = {0};
-        kmp_text_printf(&name, "%s%s", input->name, ends[t->load[k].order]);
-        set_name(c, &c->loads, k, &name, unit_of_load(c->system->model, input, t->load[k].order));
+        c->loads.name[k] = name_of_load(c, input, t->load[k].order);
+        c->loads.unit[k] = unit_of_load(&c->arena, c->system->model, input, t->load[k].order);
     }
     return !c->arena.failed;
 }
@@ -222,25 +245,45 @@ static kempe_status take_state(kmp_channels *c, const kmp_channels_options *opti
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
-static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
+/* The names of what derivatives are taken by: parameters of a variant, and after them the numbers of inputs of the
+ * model. `place` of each. Their count. */
+static int list_slopes(kmp_channels *c, const char **names, int *place, int *parameters)
 {
-    const char *backend = options->backend ? options->backend : kmp_backend_default();
     int count = 0;
-    unsigned *parts = NULL;
-    kmp_seen *seen = NULL;
-    KMP_TRY(options->inputs ? kmp_requested_inputs_read(c->system->model, options->inputs, &c->inputs) : KEMPE_OK);
-    bool none = !options->outputs && c->inputs.count == 0;
-    const char **names = KMP_ARENA_NEW(&c->arena, const char *, c->inputs.count); /* of parameters */
-    int *place = KMP_ARENA_NEW(&c->arena, int, c->inputs.count); /* of each input, for kmp_transfer_init */
-    if (c->arena.failed)
-        return kmp_fail_memory(c->system->context);
     for (int k = 0; k < c->inputs.count; k++)
         if (c->inputs.input[k].kind == KMP_REQUESTED_PARAMETER) {
             place[k] = count;
             names[count++] = c->inputs.input[k].name;
         }
-    if (count > 0 || options->outputs || count_kind(&c->inputs, KMP_REQUESTED_FORCE) > 0)
-        KMP_TRY(make_system(c, options, count, names, &parts, place));
+    *parameters = count;
+    for (int k = 0; k < c->inputs.count; k++) {
+        const kmp_requested_input *input = &c->inputs.input[k];
+        if (input->kind != KMP_REQUESTED_INPUT)
+            continue;
+        place[k] = count;
+        for (int order = 0; order < kmp_transfer_orders(c->given->model, input); order++)
+            names[count++] = name_of_load(c, input, order);
+    }
+    return count;
+}
+
+static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
+{
+    const char *backend = options->backend ? options->backend : kmp_backend_default();
+    int parameters;
+    unsigned *parts = NULL;
+    kmp_seen *seen = NULL;
+    KMP_TRY(options->inputs ? kmp_requested_inputs_read(c->system->model, options->inputs, &c->inputs) : KEMPE_OK);
+    bool none = !options->outputs && c->inputs.count == 0;
+    const char **names = KMP_ARENA_NEW(&c->arena, const char *, KMP_TIME_NUMBERS * c->inputs.count);
+    int *place = KMP_ARENA_NEW(&c->arena, int, c->inputs.count); /* of each input, for kmp_transfer_init */
+    if (c->arena.failed)
+        return kmp_fail_memory(c->system->context);
+    int count = list_slopes(c, names, place, &parameters);
+    if (c->arena.failed)
+        return kmp_fail_memory(c->system->context);
+    if (parameters > 0 || options->outputs || count_kind(&c->inputs, KMP_REQUESTED_FORCE) > 0)
+        KMP_TRY(make_system(c, options, parameters, names, &parts, place));
     KMP_TRY(take_columns(c, parts, none, &seen));
     KMP_TRY(take_state(c, options, backend));
     KMP_TRY(kmp_slopes_new(c->system, backend, count, names, true, &c->slopes));

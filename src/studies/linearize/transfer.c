@@ -6,22 +6,27 @@
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-/* The number of loads of an input: a drive's function acts with its rates, all others directly. */
-static int orders(kmp_requested_kind kind)
+int kmp_transfer_orders(const kempe_model *model, const kmp_requested_input *input)
 {
-    return kind == KMP_REQUESTED_DRIVE ? 3 : 1;
+    bool moves = input->kind == KMP_REQUESTED_INPUT && kmp_model_moved_by(model, input->index);
+    return moves || input->kind == KMP_REQUESTED_DRIVE ? 3 : 1;
+}
+
+static bool has_slopes(const kmp_requested_input *input)
+{
+    return input->kind == KMP_REQUESTED_PARAMETER || input->kind == KMP_REQUESTED_INPUT;
 }
 
 static void list_loads(kmp_transfer *t, const int *place)
 {
     int at = 0;
     for (int i = 0; i < t->inputs->count; i++) {
-        kmp_requested_kind kind = t->inputs->input[i].kind;
-        for (int order = 0; order < orders(kind); order++)
+        const kmp_requested_input *input = &t->inputs->input[i];
+        for (int order = 0; order < kmp_transfer_orders(t->linear->system->model, input); order++)
             t->load[at++] = (kmp_load){.input = i,
                                        .order = order,
-                                       .parameter = kind == KMP_REQUESTED_PARAMETER ? place[i] : -1,
-                                       .place = kind == KMP_REQUESTED_FORCE ? place[i] : -1};
+                                       .parameter = has_slopes(input) ? place[i] + order : -1,
+                                       .place = input->kind == KMP_REQUESTED_FORCE ? place[i] : -1};
     }
 }
 
@@ -30,7 +35,7 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
 {
     ptrdiff_t n = linear->n, m = linear->m, p = linear->p, columns = 0;
     for (int i = 0; i < inputs->count; i++)
-        columns += orders(inputs->input[i].kind);
+        columns += kmp_transfer_orders(linear->system->model, &inputs->input[i]);
     kmp_transfer *t = transfer;
     *t = (kmp_transfer){.linear = linear,
                         .slopes = slopes,
@@ -115,6 +120,7 @@ static void follow_load(kmp_transfer *t, const kmp_load *load, double *residual,
     case KMP_REQUESTED_DRIVE:
         drive(t, load, h + load->order * m);
         break;
+    case KMP_REQUESTED_INPUT:
     case KMP_REQUESTED_PARAMETER:
         (void)kmp_slopes_change(t->slopes, load->parameter, h);
         break;
@@ -155,7 +161,7 @@ bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input)
     const kmp_slope_matrix *x = &transfer->slopes->equations;
     for (int c = 0; c < transfer->columns; c++) {
         const kmp_load *load = &transfer->load[c];
-        if (load->input != input || load->parameter < 0)
+        if (load->input != input || transfer->inputs->input[input].kind != KMP_REQUESTED_PARAMETER)
             continue;
         for (int e = x->start[load->parameter]; e < x->start[load->parameter + 1]; e++)
             if (x->entry[e].row < transfer->m)

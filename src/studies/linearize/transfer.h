@@ -27,7 +27,7 @@ typedef struct kmp_seen {
  */
 typedef struct kmp_load {
     int input, order;
-    int parameter; /* of the parameter derivatives; -1: it is none */
+    int parameter; /* of the parameter derivatives, also of an input of the model; -1: it is none */
     int place;     /* of a force: first of the three shown values that are its point's position */
 } kmp_load;
 
@@ -49,8 +49,12 @@ typedef struct kmp_transfer {
     double *unit;                  /* p: zeros */
 } kmp_transfer;
 
+/** The number of loads of an input: the function of a drive, and an input that moves a closure, act with their rates,
+ * all others directly. */
+int kmp_transfer_orders(const kempe_model *model, const kmp_requested_input *input);
+
 /** Makes room. `linear` has chosen its u. `place`: for each input, the index of its point's position among the outputs
- * (forces alone), or of its parameter among the derivatives (parameters alone). KEMPE_E_MEMORY. */
+ * (forces alone), or of its first derivative (parameters and inputs of the model alone). KEMPE_E_MEMORY. */
 kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
                                const kmp_requested_inputs *inputs, const int *place, int outputs, const kmp_seen *seen);
 void kmp_transfer_free(kmp_transfer *transfer);

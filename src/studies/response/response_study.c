@@ -172,7 +172,7 @@ void kmp_response_put_unit(kmp_text *text, const kempe_response *r, int input, c
 {
     const char *by = kmp_response_input_unit(r, input);
     if (of[0] && by[0])
-        kmp_text_printf(text, strchr(by, ' ') ? "%s%s%s(%s)" : "%s%s%s%s", before, of, over, by);
+        kmp_text_printf(text, strpbrk(by, " *") ? "%s%s%s(%s)" : "%s%s%s%s", before, of, over, by);
 }
 
 /* -- tables -------------------------------------------------------------------------------------- */
