@@ -107,6 +107,8 @@ def check_by_itself(self, page):
     self.assertNotIn("http", policy[0])
     ours = text[text.rindex("<script>"):]
     self.assertIsNone(re.search(r"\bfetch\(|XMLHttpRequest|\bimport\b|url\(|https?://", ours))
+    names = re.findall(r"^(?:function|const|let) (\w+)", ours, re.M)
+    self.assertEqual(sorted(name for name in set(names) if names.count(name) > 1), [])
     for licence in ("three.js authors", "Chart.js Contributors", "Permission is hereby granted"):
         self.assertIn(licence, text)
 

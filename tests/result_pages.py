@@ -52,6 +52,19 @@ LOCK = ((ROOT / "examples/four_bar/four_bar.yaml").read_text().replace("qd: {cra
         .replace("hold: [crank], ", "") + "drives: {motor: {joint: rocker, angle: t}}\n")
 
 
+CYLINDER = """kempe: 1
+ground: {points: {cylinder: [300 mm, -400 mm, 0]}}
+bodies:
+  boom: {joint: {revolute: z, at: ground}, mass: 80, com: [1, 0, 0], inertia: {zz: 30}, points: {lug: [700 mm, -50 mm, 0]}}
+  barrel: {joint: {revolute: z, at: ground.cylinder}, mass: 10, com: [0.2, 0, 0], inertia: {zz: 0.2}}
+  piston: {joint: {name: stroke, prismatic: x, at: barrel}, mass: 5, com: [-0.2, 0, 0], inertia: {zz: 0.1}, points: {head: [0, 0, 0]}}
+  slider: {joint: {prismatic: y, at: ground.cylinder}, mass: 1}
+loops: {eye: {revolute: [piston.head, boom.lug]}}
+start: {q: {boom: 20 deg, barrel: 50 deg, stroke: 0.7}, hold: [boom], qd: {boom: 0.1, slider: 1}}
+run: {t_end: 0.5}
+"""
+
+
 def numbers(text):
     values = array.array("f")
     values.frombytes(base64.b64decode(text))
@@ -221,6 +234,47 @@ root.on = String(ink(view) === all) + names()[1].getAttribute("aria-pressed");
                 self.assertIn("rocker: ", root["data-found"])
                 gauge = next(a for tag, a in drawn.tags if a.get("class") == "gauge")
                 self.assertRegex(gauge["data-scale"], r"^[125]0* (mm|m)$")
+
+    def test_shapes(self):
+        """Solids are drawn on either kind of canvas, also of the ground; they tell the name of their body, and go with it."""
+        page, other = self.make("simulate", "tests/models/shapes.yaml", "--t-end", "0.2"), self.folder / "solids.html"
+        for browser in ([], ["--disable-3d-apis"], TELEPHONE + DARK):
+            with self.subTest(browser):
+                other.write_text(page.read_text().replace("\nbegin();\n", """
+begin();
+stage.seek(0);
+const view = byId("view"), root = document.documentElement.dataset, all = ink(view), box = view.getBoundingClientRect();
+const nameOver = (x, y) => {
+    view.dispatchEvent(new PointerEvent("pointermove", { clientX: box.left + x * box.width, clientY: box.top + y * box.height }));
+    return document.querySelector(".label-at").textContent;
+};
+root.found = [...new Set([...Array(40 * 40).keys()].map((k) => nameOver((k % 40) / 40, Math.floor(k / 40) / 40)))].join("|");
+root.solids = data.picture.bodies.map((body) => body.solids.map((solid) => solid.kind).join()).join("|");
+root.ink = all;
+byId("names").children[0].click();
+root.without = ink(view);
+"""))
+                drawn, _ = self.open(other, *browser)
+                root = drawn.tags[0][1]
+                self.assertEqual(root["data-solids"], "cylinder,box|box,cylinder,cylinder,line|capsule,sphere,line")
+                for name in ("ground", "arm", "rod"):
+                    self.assertIn(name, root["data-found"].split("|"))
+                self.assertLess(int(root["data-without"]), 0.95 * int(root["data-ink"]))
+
+    def test_cylinders(self):
+        """A hydraulic cylinder has a barrel from its hinge and a rod into it; a slider on the ground keeps its guide."""
+        model = self.folder / "cylinder.yaml"
+        model.write_text(CYLINDER)
+        page, other = self.make("simulate", model), self.folder / "barrel.html"
+        other.write_text(page.read_text().replace("\nbegin();\n", """
+begin();
+const m = makeMechanism(data.picture), [barrel] = m.barrels, rod = m.lines[m.lines.length - 1];
+document.documentElement.dataset.said = JSON.stringify([m.barrels.length, m.guides.length, barrel.ends[0], rod.body, norm(sub(rod.at[0], barrel.ends[0])) < norm(sub(...barrel.ends))]);
+"""))
+        drawn, data = self.open(other)
+        self.assertEqual(json.loads(drawn.tags[0][1]["data-said"]), [1, 1, [0, 0, 0], [2, 3], True])
+        hinges = [point for body in data["picture"]["bodies"] for point in body["points"] if point[3] & 2]
+        self.assertEqual([point[5:] for point in hinges], [[0, 0, 1]] * 2)
 
     def test_same_bytes(self):
         first = self.make("simulate", "tests/models/pendulum.yaml").read_bytes()

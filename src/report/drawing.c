@@ -54,20 +54,25 @@ static void product(const double *m, const double v[3], double out[3])
         out[i] = m[3 * i] * v[0] + m[3 * i + 1] * v[1] + m[3 * i + 2] * v[2];
 }
 
+/* Its axis is in the axes of a point, or of the body (-1). The first hinge of a mark is drawn. */
+static void set_hinge(const kempe_model *model, int point, const double axis[3], kmp_mark *m)
+{
+    if (!m || m->marks & KMP_MARK_HINGE)
+        return;
+    memcpy(m->axis, axis, sizeof m->axis);
+    if (point >= 0 && model->points[point].turned)
+        product(&model->points[point].axes[0][0], axis, m->axis);
+    m->marks |= KMP_MARK_HINGE;
+}
+
 /* The axis of a body's only rotation in the axes of the body, as positions follow from its chain (pose.c). */
 static void mark_hinge(const kempe_model *model, const kmp_body *body, kmp_mark *m)
 {
     double axis[3];
-    if (!m || m->marks & KMP_MARK_HINGE)
-        return;
     memcpy(axis, model->motions[body->first_motion].axis, sizeof axis);
-    memcpy(m->axis, axis, sizeof axis);
     if (body->turned && body->reversed)
-        product(&body->frame[0][0], axis, m->axis);
-    memcpy(axis, m->axis, sizeof axis);
-    if (body->to >= 0 && model->points[body->to].turned)
-        product(&model->points[body->to].axes[0][0], axis, m->axis);
-    m->marks |= KMP_MARK_HINGE;
+        product(&body->frame[0][0], model->motions[body->first_motion].axis, axis);
+    set_hinge(model, body->to, axis, m);
 }
 
 /* v of the axes at the point where body's chain begins, in the axes of its parent. */
@@ -93,7 +98,7 @@ static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
     bool slides = first && !first->rotation, is_free = body->motion_count > 2;
     bool guided = slides && (body->motion_count == 1 || (!is_free && first[1].rotation));
     unsigned marks = !slides ? KMP_MARK_JOINT : is_free ? KMP_MARK_NAMED : KMP_MARK_SLIDE;
-    kmp_picture_slide slide = {.motion = body->first_motion, .body = body->parent};
+    kmp_picture_slide slide = {.motion = body->first_motion, .body = body->parent, .slider = b};
     kmp_mark *own = body->to >= 0 ? mark_point(drawing, model, body->to, marks, body->joint)
                                   : mark(drawing, b, marks, body->joint, origin);
     if (first && first->rotation && body->motion_count == 1)
@@ -106,6 +111,8 @@ static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
         return;
     if (body->at >= 0)
         values(model->points[body->at].at, slide.at);
+    if (body->to >= 0)
+        values(model->points[body->to].at, slide.end);
     to_parent(model, body, first->axis, slide.axis);
     drawing->slides[drawing->slide_count++] = slide;
 }
@@ -127,8 +134,12 @@ static void mark_closure(kmp_drawing *drawing, const kempe_model *model, const k
 {
     if (closure->point[0] < 0)
         return;
-    for (int k = 0; k < 2; k++)
-        mark_point(drawing, model, closure->point[k], KMP_MARK_CLOSURE, closure->name);
+    bool hinge = strcmp(closure->kind, "revolute") == 0 || strcmp(closure->kind, "cylindrical") == 0;
+    for (int k = 0; k < 2; k++) {
+        kmp_mark *m = mark_point(drawing, model, closure->point[k], KMP_MARK_CLOSURE, closure->name);
+        if (hinge)
+            set_hinge(model, closure->point[k], closure->axis[k], m);
+    }
     if (strcmp(closure->kind, "rod") == 0)
         add_line(drawing, model, closure->name, closure->point, true);
 }

@@ -35,6 +35,8 @@ typedef struct kmp_line {
 typedef struct kmp_picture_slide {
     int motion, body; /* body: the parent */
     double at[3], axis[3];
+    int slider;    /* the body that slides, */
+    double end[3]; /* by this point of it */
 } kmp_picture_slide;
 
 typedef struct kmp_drawing {

@@ -210,8 +210,8 @@ static void put_data(kmp_text *text, const maker *w)
 
 static kempe_status write_page(const maker *w, const char *path)
 {
-    static const char *const *const scripts[] = {kmp_phrases_js,   kmp_plots_js,      kmp_shapes_js,
-                                                 kmp_animation_js, kmp_modes_view_js, NULL};
+    static const char *const *const scripts[] = {kmp_phrases_js, kmp_plots_js, KMP_PICTURE_SCRIPTS, kmp_modes_view_js,
+                                                 NULL};
     kmp_text data = {0};
     put_data(&data, w);
     return kmp_sheet_write(w->m->system->context,

@@ -2,6 +2,7 @@
 /* Frames are 16-bit integers: positions within the box of all of them, and unit quaternions. A large mechanism has
  * fewer frames, the largest ones are drawn in part. */
 #include "report/motion_picture.h"
+#include "model/print/model_print.h"
 #include "report/drawing.h"
 #include "report/pose.h"
 #include "report/railway.h"
@@ -200,6 +201,24 @@ static void put_marks(kmp_json *json, const picture *p, int body)
     }
 }
 
+/* The shapes of a body, where it has any. */
+static void put_solids(kmp_json *json, const kempe_model *model, int body)
+{
+    int count = 0;
+    for (int k = 0; k < model->shape_count; k++) {
+        if (model->shapes[k].body != body)
+            continue;
+        if (count++ == 0)
+            kmp_json_array(json, "solids");
+        kmp_json_object(json, NULL);
+        kmp_json_string(json, "kind", kmp_shape_words[model->shapes[k].kind]);
+        kmp_model_json_shape(json, &model->shapes[k]);
+        kmp_json_end(json);
+    }
+    if (count > 0)
+        kmp_json_end(json);
+}
+
 static void put_bodies(kmp_json *json, const picture *p)
 {
     kmp_json_array(json, "bodies");
@@ -209,6 +228,7 @@ static void put_bodies(kmp_json *json, const picture *p)
         kmp_json_array(json, "points");
         put_marks(json, p, b);
         kmp_json_end(json);
+        put_solids(json, p->model, b);
         kmp_json_end(json);
     }
     kmp_json_end(json);
@@ -251,6 +271,8 @@ static void put_slides(kmp_json *json, const picture *p)
         kmp_json_rounded_numbers(json, "at", 3, slide->at, 7);
         kmp_json_rounded_numbers(json, "axis", 3, slide->axis, 7);
         kmp_json_rounded_numbers(json, "range", 2, range, 7);
+        kmp_json_whole(json, "slider", slide->slider);
+        kmp_json_rounded_numbers(json, "end", 3, slide->end, 7);
         kmp_json_end(json);
     }
     kmp_json_end(json);

@@ -58,9 +58,9 @@ static kempe_status record_picture(const kempe_comparison *c, detail *d, const k
 
 static kempe_status make_page(const kempe_comparison *c, detail *d, const char *path)
 {
-    static const char *const *const scripts[] = {kmp_phrases_js,          kmp_plots_js,  kmp_records_js,
-                                                 kmp_comparison_plots_js, kmp_shapes_js, kmp_animation_js,
-                                                 kmp_comparison_js,       NULL};
+    static const char *const *const scripts[] = {
+        kmp_phrases_js,    kmp_plots_js, kmp_records_js, kmp_comparison_plots_js, KMP_PICTURE_SCRIPTS,
+        kmp_comparison_js, NULL};
     const kmp_record *picture = NULL;
     kmp_text data = {0};
     KMP_TRY(record_runs(c, d));

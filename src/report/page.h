@@ -8,10 +8,15 @@
 
 /** The files of the same names line by line, newlines included, as embedded by the build; NULL ends each. */
 extern const char *const kmp_report_html[], *const kmp_comparison_html[], *const kmp_modes_view_html[];
-extern const char *const kmp_report_css[], *const kmp_phrases_js[], *const kmp_shapes_js[], *const kmp_animation_js[];
-extern const char *const kmp_plots_js[], *const kmp_comparison_js[], *const kmp_modes_view_js[];
+extern const char *const kmp_report_css[], *const kmp_phrases_js[], *const kmp_plots_js[];
+extern const char *const kmp_solids_js[],
+    *const kmp_shapes_js[], *const kmp_scene_webgl_js[], *const kmp_scene_canvas_js[], *const kmp_animation_js[];
+extern const char *const kmp_comparison_js[], *const kmp_modes_view_js[];
 extern const char *const kmp_result_html[], *const kmp_result_js[], *const kmp_records_js[],
                                                                         *const kmp_comparison_plots_js[];
+
+/** The scripts of the moving picture, in order. */
+#define KMP_PICTURE_SCRIPTS kmp_solids_js, kmp_shapes_js, kmp_scene_webgl_js, kmp_scene_canvas_js, kmp_animation_js
 
 /** A complete page: lines of report.html that consist of a mark are replaced by its content. */
 typedef struct kmp_sheet {

@@ -335,8 +335,8 @@ static void put_data(kmp_text *text, const kmp_result_page *page)
 
 kempe_status kmp_result_page_write(const kmp_result_page *page, const char *path)
 {
-    static const char *const *const scripts[] = {
-        kmp_phrases_js, kmp_plots_js, kmp_records_js, kmp_shapes_js, kmp_animation_js, kmp_result_js, NULL};
+    static const char *const *const scripts[] = {kmp_phrases_js,      kmp_plots_js,  kmp_records_js,
+                                                 KMP_PICTURE_SCRIPTS, kmp_result_js, NULL};
     kmp_text data = {0};
     put_data(&data, page);
     return kmp_sheet_write(page->system->context,

@@ -175,7 +175,7 @@ static int check_pins(const kempe_model *model, const kmp_drawing *drawing)
     for (int k = 0; k < drawing->mark_count; k++) {
         const kmp_mark *m = &drawing->marks[k];
         double a[3], b[3];
-        if (!(m->marks & KMP_MARK_HINGE))
+        if (!(m->marks & KMP_MARK_HINGE) || !(m->marks & KMP_MARK_JOINT))
             continue;
         int motion = model->bodies[m->body].first_motion;
         q[motion] += 1.1;
@@ -211,6 +211,30 @@ static void pins_are_axes_of_hinges(void)
         unload(&l);
     }
     CHECK(count > 15);
+}
+
+/* The pins of both sides of a hinge that closes a loop are along one line at a closed position. */
+static void pins_of_cut_hinges(void)
+{
+    loaded l = load("tests/models/bennett_hinge.yaml");
+    kempe_trajectory *t = NULL;
+    kmp_drawing drawing;
+    double axis[2][3];
+    int found = 0;
+    CHECK(l.system && kempe_simulate(l.system, NULL, &t) == KEMPE_OK);
+    kmp_pose *poses = KMP_NEW(kmp_pose, l.model->body_count);
+    kmp_pose_all(l.model, kempe_trajectory_q(t, 0), poses);
+    CHECK(kmp_drawing_init(&drawing, l.model, l.model->body_count));
+    for (int k = 0; k < drawing.mark_count; k++)
+        if (drawing.marks[k].marks & KMP_MARK_CLOSURE && drawing.marks[k].marks & KMP_MARK_HINGE && found < 2)
+            turned(&poses[drawing.marks[k].body], drawing.marks[k].axis, axis[found++]);
+    CHECK(found == 2);
+    for (int i = 0; i < 3 && found == 2; i++)
+        CHECK_NEAR(axis[0][i], axis[1][i], 1e-10);
+    kmp_drawing_free(&drawing);
+    kmp_free(poses);
+    kempe_trajectory_free(t);
+    unload(&l);
 }
 
 /* -- numbers ----------------------------------------------------------------------------------------------- */
@@ -460,6 +484,7 @@ int main(void)
     TEST(poses_of_turned_joints);
     TEST(quaternions_are_the_rotations);
     TEST(pins_are_axes_of_hinges);
+    TEST(pins_of_cut_hinges);
     TEST(numbers_in_few_characters);
     TEST(runs_are_watched);
     TEST(a_spin_is_shown_whole);

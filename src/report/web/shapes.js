@@ -147,6 +147,12 @@ function hullOf(points) {
     return shape;
 }
 
+/* Solids take the place of bars and faces; pins of joints stay. */
+function withSolids(shape, body, thin) {
+    const solids = solidsOf(body, thin), plain = { ...shape, solids, bounds: solids.flatMap((solid) => solid.bounds) };
+    return solids.length === 0 ? plain : { ...plain, bars: [], faces: [], boxes: [], weights: [] };
+}
+
 /* The shape of a body: points of its joints, closures and names, or its centre of mass where there are no others. */
 function shapeOf(body) {
     const own = body.points.filter((p) => p[3] & ~MARK.com);
@@ -159,6 +165,31 @@ function shapeOf(body) {
     shape.boxes = used.filter((p) => p[3] & MARK.slide).map((p) => p.slice(0, 3));
     shape.weights = shape.bars.length === 0 || used.length > own.length ? body.points.filter((p) => p[3] & MARK.com).map((p) => p.slice(0, 3)) : [];
     return shape;
+}
+
+/* -- guides and cylinders ------------------------------------------------------------------------------------- */
+
+/* A guide on a moving body that begins at a joint of it, and whose slider stays on one side, is a hydraulic cylinder: its
+ * barrel ends before the shortest stroke, its rod reaches from there to the slider. Bodies with solids show their own. */
+function isCylinder(guide, picture) {
+    const [near, far] = guide.range.map(Math.abs).sort((a, b) => a - b), held = MARK.joint | MARK.closure;
+    const begins = picture.bodies[guide.body].points.some((p) => p[3] & held && norm(sub(p.slice(0, 3), guide.at)) <= 1e-6 * far);
+    return guide.body > 0 && guide.slider < picture.bodies.length && guide.range[0] * guide.range[1] > 0 && near > 0.12 * far && begins;
+}
+
+function withCylinders(picture, shapes) {
+    const found = { guides: [], barrels: [], lines: [...picture.lines] }, isSolid = (b) => shapes[b] && shapes[b].solids.length > 0;
+    for (const guide of picture.guides) {
+        const along = (s) => add(guide.at, scaled(s, guide.axis)), near = Math.abs(guide.range[0]) < Math.abs(guide.range[1]) ? guide.range[0] : guide.range[1];
+        if (!isCylinder(guide, picture)) {
+            if (!isSolid(guide.body) || !isSolid(guide.slider)) found.guides.push(guide);
+            continue;
+        }
+        if (!isSolid(guide.body)) found.barrels.push({ body: guide.body, ends: [guide.at, along(0.94 * near)] });
+        if (!isSolid(guide.slider)) found.lines.push({ name: picture.bodies[guide.slider].name, rod: true, body: [guide.body, guide.slider], at: [along(0.5 * near), guide.end] });
+        for (const b of [guide.body, guide.slider]) if (shapes[b].bars.length <= 1) Object.assign(shapes[b], { boxes: [], bars: [], weights: [] });
+    }
+    return found;
 }
 
 /* -- wheels ------------------------------------------------------------------------------------------------- */
@@ -208,11 +239,22 @@ function samplePoints(picture, motion, shapes, pins, discs) {
         const poses = motion(timeOfShot(picture, f, shots));
         let k = 0;
         shapes.forEach((shape, b) => {
-            for (const p of b === 0 ? [] : shape.points) (tracks[k++] ||= []).push(moved(poses[b], p));
+            for (const p of b === 0 ? [] : [...shape.points, ...shape.bounds]) (tracks[k++] ||= []).push(moved(poses[b], p));
         });
         for (const disc of discs) for (const p of discRim(disc).filter((_, i) => i % 6 === 0)) (tracks[k++] ||= []).push(moved(poses[disc.body], p));
     }
-    return [...tracks, ...pins.map((p) => [p])];
+    return [...tracks, ...pins.map((p) => [p]), ...groundTracks(shapes[0], tracks)];
+}
+
+/* The greatest distance of points along an axis of the ground. */
+function breadthOf(points) {
+    return Math.max(...[0, 1, 2].map((i) => points.reduce((high, p) => Math.max(high, p[i]), -Infinity) - points.reduce((low, p) => Math.min(low, p[i]), Infinity)));
+}
+
+/* Solids of the ground are in view unless they are much larger than the mechanism. */
+function groundTracks(ground, tracks) {
+    const most = 1.6 * breadthOf(tracks.flat());
+    return ground.solids.filter((solid) => !(breadthOf(solid.bounds) > most)).flatMap((solid) => solid.bounds.map((p) => [p]));
 }
 
 /* The normal of the plane that all motion is parallel to; null when there is none. */
@@ -313,14 +355,15 @@ function seenAlong(picture, motion, shapes, discs, tracks) {
 
 /* The data for either kind of drawing. `extent` is about the middle of the bodies when the view follows them. */
 function makeMechanism(picture) {
-    const motion = makeMotion(picture), shapes = picture.bodies.map(shapeOf), pins = groundPoints(picture);
+    const motion = makeMotion(picture), plain = picture.bodies.map(shapeOf), pins = groundPoints(picture);
+    const thin = 0.01 * breadthOf(plain.flatMap((shape) => shape.points)), shapes = picture.bodies.map((body, b) => withSolids(plain[b], body, thin));
     const discs = picture.discs || [], rails = picture.rails || [];
     const tracks = samplePoints(picture, motion, shapes, pins, discs), basis = basisOf(picture, tracks);
     const home = basis.planar ? { yaw: 0, pitch: 0 } : { yaw: 0.6, pitch: 0.4 };
     const along = seenAlong(picture, motion, shapes, discs, tracks), extent = extentOf(basis, along || tracks, home.pitch);
     const centreAt = (poses) => (along ? add(extent.centre, middleOf(shapes, discs, poses)) : extent.centre);
     const size = Math.max(extent.width, extent.height) || 1;
-    const lengths = shapes.flatMap((shape, b) => (b === 0 ? [] : shape.bars.map(([i, j]) => norm(sub(shape.points[i], shape.points[j]))))).sort((a, b) => a - b);
+    const lengths = plain.flatMap((shape, b) => (b === 0 ? [] : shape.bars.map(([i, j]) => norm(sub(shape.points[i], shape.points[j]))))).sort((a, b) => a - b);
     const usual = lengths.length > 0 ? lengths[lengths.length >> 1] : size;
-    return { picture, motion, shapes, pins, discs, rails, paths: picture.pathless ? [] : pathsOf(picture), basis, home, extent, centreAt, follows: along !== null, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
+    return { picture, motion, shapes, ...withCylinders(picture, shapes), pins, discs, rails, paths: picture.pathless ? [] : pathsOf(picture), basis, home, extent, centreAt, follows: along !== null, size, thick: Math.max(Math.min(0.016 * size, 0.1 * usual), 0.004 * size) };
 }
