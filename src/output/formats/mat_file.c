@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Arrays in MATLAB's level 5 format, as MATLAB, Octave, SciPy and matio read it (MAT-File Format, The MathWorks,
  * chapter 1): elements of a type, a number of bytes, and the data filled up to eight bytes. Words are a cell array of
- * texts. */
+ * texts. A writer of ours, since matio puts the date into the file: equal results would have unequal bytes. */
 #include "base/file.h"
 #include "output/formats/named_arrays.h"
 #include <string.h>
