@@ -191,8 +191,10 @@ UNITS_OF_COORDINATES = {"q": "rad or m", "qd": "rad/s or m/s", "qdd": "rad/s^2 o
 def outputs(_):
     lines = []
     for _, word, argument, _, unit, meaning in generate_schema.rows("output_kinds.def", "KMP_OUTPUT"):
-        of = argument[6:].replace("COORDINATE", "JOINT")
+        of = argument[6:].replace("COORDINATE", "JOINT").removesuffix("_ABOUT")
         shown = f"`{word}`, `{word}({of})`" if argument.startswith("MAYBE") else f"`{word}{ARGUMENTS[argument]}`"
+        if argument.endswith("_ABOUT"):
+            shown += f", `{word}({of} about BODY.POINT)`, `{word}(about BODY.POINT)`"
         lines.append((shown, unit or UNITS_OF_COORDINATES.get(word, "by its object"), meaning))
     return table(("output", "unit", "meaning"), lines)
 

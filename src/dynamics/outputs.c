@@ -2,6 +2,7 @@
 #include "dynamics/outputs.h"
 #include "dynamics/closures.h"
 #include "dynamics/formalisms/newton_euler.h"
+#include "dynamics/kinematics/momenta.h"
 #include "model/print/model_print.h"
 #include "model/tables/output_table.h"
 #include "wheel/wheel_contact.h"
@@ -53,6 +54,10 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
         return kmp_closures_reaction(eq, output->index, output->kind == KMP_OUTPUT_MOMENT);
     case KMP_OUTPUT_ENERGY:
         return energies(eq, forces);
+    case KMP_OUTPUT_MOMENTUM:
+        return kmp_momentum(&eq->tree, output->index);
+    case KMP_OUTPUT_ANGULAR_MOMENTUM:
+        return kmp_angular_momentum(&eq->tree, output->index, output->about - 1);
     case KMP_OUTPUT_SENSOR:
         return kmp_vec_axis(kmp_tree_expression(&eq->tree, eq->model->sensors[output->index].expr), 0);
     default:

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Positions and axes of points.
+/* Positions and axes of points, and of vectors of links.
  *
  * Positions are summed from the point inwards. Along a run of rotations about one common axis each constant vector is
  * rotated by the sum of the angles, and the run's vectors are added at its end only. A planar mechanism is then a sum
@@ -40,12 +40,12 @@ static bool same_run(const kmp_tree *tree, int i, int before)
     return a->rotation && b->rotation && a->axis == b->axis && !b->turned;
 }
 
-kmp_vec kmp_point_position(const kmp_tree *tree, int point, int ancestor)
+kmp_vec kmp_link_position(const kmp_tree *tree, int link, kmp_vec local, int ancestor)
 {
     kmp_graph *g = tree->graph;
     run r = {.count = 1};
-    r.v[0] = kmp_point_local(tree, point);
-    for (int i = kmp_point_link(tree, point), before = -1; i != ancestor; before = i, i = tree->links[i].parent) {
+    r.v[0] = local;
+    for (int i = link, before = -1; i != ancestor; before = i, i = tree->links[i].parent) {
         if (before < 0 || !same_run(tree, i, before) || r.count == MAX_RUN)
             gather(g, &r);
         kmp_vec slide = kmp_link_slide(tree, i);
@@ -58,10 +58,22 @@ kmp_vec kmp_point_position(const kmp_tree *tree, int point, int ancestor)
     return r.v[0];
 }
 
+kmp_vec kmp_point_position(const kmp_tree *tree, int point, int ancestor)
+{
+    return kmp_link_position(tree, kmp_point_link(tree, point), kmp_point_local(tree, point), ancestor);
+}
+
 kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame)
 {
     *frame = kmp_tree_common(tree, kmp_point_link(tree, a), kmp_point_link(tree, b));
     return kmp_vec_sub(tree->graph, kmp_point_position(tree, b, *frame), kmp_point_position(tree, a, *frame));
+}
+
+kmp_vec kmp_link_direction(const kmp_tree *tree, int link, kmp_vec v, int ancestor)
+{
+    for (int i = link; i != ancestor; i = tree->links[i].parent)
+        v = kmp_link_to_parent(tree, i, v);
+    return v;
 }
 
 kmp_vec kmp_point_direction(const kmp_tree *tree, int point, const double v[3], int ancestor)
@@ -72,10 +84,7 @@ kmp_vec kmp_point_direction(const kmp_tree *tree, int point, const double v[3], 
         double x = p->turned ? p->axes[i][0] * v[0] + p->axes[i][1] * v[1] + p->axes[i][2] * v[2] : v[i];
         d.x[i] = kmp_const(tree->graph, x);
     }
-    d = kmp_body_vector(tree, p->body, d);
-    for (int i = kmp_point_link(tree, point); i != ancestor; i = tree->links[i].parent)
-        d = kmp_link_to_parent(tree, i, d);
-    return d;
+    return kmp_link_direction(tree, kmp_point_link(tree, point), kmp_body_vector(tree, p->body, d), ancestor);
 }
 
 void kmp_point_axes(const kmp_tree *tree, int point, int ancestor, kmp_vec axes[3])

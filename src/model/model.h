@@ -168,10 +168,11 @@ typedef enum kmp_output_kind {
     KMP_OUTPUT_KINDS
 } kmp_output_kind;
 
-/** `index`: of its point, loop, force, sensor or coordinate; -1 for all of them or none. */
+/** `index`: of its point, loop, force, sensor, body or coordinate; -1 for all of them or none. */
 typedef struct kmp_output {
     kmp_output_kind kind;
     int index;
+    int about; /* 1 + the point about which an angular momentum is; 0: the centre of mass */
 } kmp_output;
 
 typedef struct kmp_run_settings {

@@ -23,13 +23,13 @@ typedef struct drawing {
 
 /* -- choice of columns ------------------------------------------------------------------------------- */
 
-/* "position(coupler.C).x" is the column position.coupler.C.x. */
+/* "position(coupler.C).x" is the column position.coupler.C.x, and blanks are points. */
 static const char *column_name(kmp_arena *arena, const char *word)
 {
     char *name = kmp_arena_strdup(arena, word), *to = name;
     for (const char *s = name; s && *s; s++)
         if (*s != ')')
-            *to++ = (char)(*s == '(' ? '.' : *s);
+            *to++ = (char)(*s == '(' || *s == ' ' ? '.' : *s);
     if (name)
         *to = '\0';
     return name;
@@ -43,6 +43,14 @@ static bool is_meant(drawing *d, int column, const char *name, bool whole)
     const char *own = column_name(&d->arena, kempe_table_column_name(d->table, column));
     return own && kempe_table_values(d->table, column) && strncmp(own, name, length) == 0 &&
            (!own[length] || (!whole && strchr("./", own[length])));
+}
+
+static bool is_drawn(const drawing *d, int column)
+{
+    int k = 0;
+    while (k < d->count && d->curve[k] != column)
+        k++;
+    return k < d->count;
 }
 
 static kempe_status fail_unknown(const drawing *d, const char *word)
@@ -60,14 +68,17 @@ static kempe_status fail_unknown(const drawing *d, const char *word)
 static kempe_status add_curves(drawing *d, const char *word)
 {
     const char *name = column_name(&d->arena, word);
-    int before = d->count;
-    for (int whole = 1; whole >= 0 && d->count == before; whole--)
-        for (int c = 0; name && c < kempe_table_column_count(d->table) && d->count < MOST_CURVES; c++)
-            if (is_meant(d, c, name, whole))
+    bool found = false;
+    for (int whole = 1; whole >= 0 && !found; whole--)
+        for (int c = 0; name && c < kempe_table_column_count(d->table); c++) {
+            bool meant = is_meant(d, c, name, whole);
+            if (meant && !is_drawn(d, c) && d->count < MOST_CURVES)
                 d->curve[d->count++] = c;
+            found = found || meant;
+        }
     if (!name)
         return kmp_fail_memory(d->context);
-    return d->count > before || d->count == MOST_CURVES ? KEMPE_OK : fail_unknown(d, word);
+    return found ? KEMPE_OK : fail_unknown(d, word);
 }
 
 static kempe_status choose_x(drawing *d, const char *word)

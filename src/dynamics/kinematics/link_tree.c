@@ -194,15 +194,15 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
 
 /* Two bodies as one: m = m1 + m2, c = (m1 c1 + m2 c2)/m, I = I1 + I2 + m1 m2/m (d.d 1 - d d') with d = c2 - c1
  * (Steiner). */
-static void join(kmp_graph *g, kmp_link *link, kmp_ref mass, kmp_vec com, kmp_tensor inertia)
+static void join(kmp_graph *g, kmp_link *link, kmp_inertia own)
 {
-    link->inertia = kmp_tensor_add(g, link->inertia, inertia);
-    if (mass == KMP_ZERO)
+    link->inertia = kmp_tensor_add(g, link->inertia, own.about_com);
+    if (own.mass == KMP_ZERO)
         return;
-    kmp_ref total = kmp_add(g, link->mass, mass), share = kmp_div(g, mass, total);
-    kmp_vec d = kmp_vec_sub(g, com, link->com);
+    kmp_ref total = kmp_add(g, link->mass, own.mass), share = kmp_div(g, own.mass, total);
+    kmp_vec d = kmp_vec_sub(g, own.com, link->com);
     if (link->mass == KMP_ZERO) {
-        link->com = com;
+        link->com = own.com;
     } else {
         link->com = kmp_vec_add(g, link->com, kmp_vec_scale(g, share, d));
         link->inertia = kmp_tensor_add(g, link->inertia, kmp_tensor_steiner(g, kmp_mul(g, share, link->mass), d, d));
@@ -210,18 +210,24 @@ static void join(kmp_graph *g, kmp_link *link, kmp_ref mass, kmp_vec com, kmp_te
     link->mass = total;
 }
 
+kmp_inertia kmp_body_inertia(const kmp_tree *tree, int b)
+{
+    const kmp_body *body = &tree->model->bodies[b];
+    kmp_vec com = kmp_body_vector(tree, b, kmp_tree_vector(tree, body->com));
+    com = kmp_vec_add(tree->graph, com, tree->mounts[b].p);
+    return (kmp_inertia){kmp_tree_number(tree, &body->mass), com, body_inertia(tree, b)};
+}
+
 /* Adds a body to the link that carries it; the ground needs no mass. */
 static void add_body(kmp_tree *tree, int b)
 {
-    const kmp_body *body = &tree->model->bodies[b];
-    const kmp_mount *mount = &tree->mounts[b];
-    if (mount->link == 0)
+    kmp_link *link = &tree->links[tree->mounts[b].link];
+    if (link == tree->links)
         return;
-    kmp_vec com = kmp_body_vector(tree, b, kmp_tree_vector(tree, body->com));
-    com = kmp_vec_add(tree->graph, com, mount->p);
-    if (tree->links[mount->link].body == b)
-        tree->links[mount->link].com = com; /* where inputs act also when it has no mass */
-    join(tree->graph, &tree->links[mount->link], kmp_tree_number(tree, &body->mass), com, body_inertia(tree, b));
+    kmp_inertia own = kmp_body_inertia(tree, b);
+    if (link->body == b)
+        link->com = own.com; /* where inputs act also when it has no mass */
+    join(tree->graph, link, own);
 }
 
 /* The base of body b's joint: axes and origin with all its coordinates zero, on the parent's link. */

@@ -230,6 +230,14 @@ kmp_vec kmp_vec_acceleration(const kmp_tree *tree, kmp_vec rate);
 kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v);
 kmp_vec kmp_body_vector_back(const kmp_tree *tree, int body, kmp_vec v);
 
+/** A rigid body on its link: mass, centre of mass from the link's origin, inertia about it, link axes. */
+typedef struct kmp_inertia {
+    kmp_ref mass;
+    kmp_vec com;
+    kmp_tensor about_com;
+} kmp_inertia;
+kmp_inertia kmp_body_inertia(const kmp_tree *tree, int body);
+
 /** A number for each coordinate, equal for consecutive rotations about parallel axes; -1 for translations. */
 void kmp_tree_runs(const kmp_tree *tree, int *run);
 
@@ -244,6 +252,10 @@ int kmp_point_link(const kmp_tree *tree, int point);
 
 /** A point's position from the link's origin, link axes. */
 kmp_vec kmp_point_local(const kmp_tree *tree, int point);
+
+/** A vector of a link, and a position from the link's origin, in the axes of an ancestor link and from its origin. */
+kmp_vec kmp_link_direction(const kmp_tree *tree, int link, kmp_vec v, int ancestor);
+kmp_vec kmp_link_position(const kmp_tree *tree, int link, kmp_vec local, int ancestor);
 
 /** A point's position from the origin of its ancestor link, in that link's axes. */
 kmp_vec kmp_point_position(const kmp_tree *tree, int point, int ancestor);

@@ -54,6 +54,32 @@ static bool is_elastic(kmp_reader *r, const kmp_yaml *node, const char *word, co
     return true;
 }
 
+/* A body that moves; -1 after an error message. */
+static int find_body(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
+{
+    const kmp_yaml word = {.kind = KMP_YAML_SCALAR, .place = node->place, .text = name};
+    int body = kmp_read_body(r, &word, kmp_reader_say(r, "output %s", row->word));
+    if (body == 0)
+        kmp_reader_complain(r, node->place, "output %s: the ground does not move", row->word);
+    return body > 0 ? body : -1;
+}
+
+/* "arm", "arm about ground.O", "about ground.O". */
+static void read_about(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name,
+                       kmp_output *output)
+{
+    const char *word = strncmp(name, "about ", 6) == 0 ? name : strstr(name, " about ");
+    if (row->argument != KMP_OUTPUT_OF_MAYBE_BODY_ABOUT)
+        word = NULL;
+    if (word) {
+        const char *point = word + strspn(word, " ") + 5;
+        output->about = 1 + kmp_read_point_text(r, node->place, point + strspn(point, " "),
+                                                kmp_reader_say(r, "output %s", row->word));
+    }
+    if (word != name)
+        output->index = find_body(r, node, row, word ? kmp_reader_say(r, "%.*s", (int)(word - name), name) : name);
+}
+
 static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
     const char *what = kmp_reader_say(r, "output %s", row->word);
@@ -88,26 +114,20 @@ static void complain_output(kmp_reader *r, const kmp_yaml *node)
         r, node->place, &nearest,
         "unknown output '%s'; available: q, qd, qdd, lambda, energy, q(JOINT), angle(JOINT), qd(JOINT), qdd(JOINT), "
         "lambda(LOOP), reaction(LOOP), position(BODY.POINT), velocity(BODY.POINT), acceleration(BODY.POINT), "
-        "force(FORCE), sensor(SENSOR), contact(WHEEL)",
+        "force(FORCE), sensor(SENSOR), contact(WHEEL), momentum(BODY), angular_momentum(BODY)",
         node->text);
-}
-
-static bool stands_alone(kmp_output_argument argument)
-{
-    return argument == KMP_OUTPUT_OF_NOTHING || argument == KMP_OUTPUT_OF_MAYBE_COORDINATE ||
-           argument == KMP_OUTPUT_OF_MAYBE_LOOP;
 }
 
 static bool read_word(kmp_reader *r, const char *text, kmp_output *output)
 {
     for (int i = 0; i < KMP_OUTPUT_KINDS; i++)
-        if (stands_alone(kmp_output_rows[i].argument) && strcmp(kmp_output_rows[i].word, text) == 0) {
-            *output = (kmp_output){(kmp_output_kind)i, -1};
+        if (kmp_output_stands_alone((kmp_output_kind)i) && strcmp(kmp_output_rows[i].word, text) == 0) {
+            *output = (kmp_output){.kind = (kmp_output_kind)i, .index = -1};
             return true;
         }
     int sensor = kmp_name_find(KMP_NAMED(r->model, sensor), text);
     if (sensor >= 0)
-        *output = (kmp_output){KMP_OUTPUT_SENSOR, sensor};
+        *output = (kmp_output){.kind = KMP_OUTPUT_SENSOR, .index = sensor};
     return sensor >= 0;
 }
 
@@ -122,7 +142,11 @@ static void read_output(kmp_reader *r, const kmp_yaml *node, kmp_output *output)
         if (!name && i == KMP_OUTPUT_Q)
             name = kmp_read_argument(r, text, "angle");
         if (name) {
-            *output = (kmp_output){(kmp_output_kind)i, find_argument(r, node, row, name)};
+            *output = (kmp_output){.kind = (kmp_output_kind)i, .index = -1};
+            if (row->argument == KMP_OUTPUT_OF_MAYBE_BODY || row->argument == KMP_OUTPUT_OF_MAYBE_BODY_ABOUT)
+                read_about(r, node, row, name, output);
+            else
+                output->index = find_argument(r, node, row, name);
             return;
         }
     }
@@ -133,7 +157,7 @@ static void use_default_outputs(kempe_model *model)
 {
     model->outputs = KMP_ARENA_NEW(&model->arena, kmp_output, KMP_OUTPUT_LAMBDA + 1);
     for (int i = 0; model->outputs && i <= KMP_OUTPUT_LAMBDA; i++)
-        model->outputs[model->output_count++] = (kmp_output){(kmp_output_kind)i, -1};
+        model->outputs[model->output_count++] = (kmp_output){.kind = (kmp_output_kind)i, .index = -1};
 }
 
 void kmp_read_outputs(kmp_reader *r, const kmp_yaml *list)

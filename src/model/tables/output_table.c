@@ -24,6 +24,24 @@ int kmp_outputs_width(const kempe_model *model)
     return width;
 }
 
+bool kmp_output_stands_alone(kmp_output_kind kind)
+{
+    kmp_output_argument argument = kmp_output_rows[kind].argument;
+    return argument == KMP_OUTPUT_OF_NOTHING || argument == KMP_OUTPUT_OF_MAYBE_COORDINATE ||
+           argument == KMP_OUTPUT_OF_MAYBE_LOOP || argument == KMP_OUTPUT_OF_MAYBE_BODY ||
+           argument == KMP_OUTPUT_OF_MAYBE_BODY_ABOUT;
+}
+
+bool kmp_output_equal(const kmp_output *a, const kmp_output *b)
+{
+    return a->kind == b->kind && a->index == b->index && a->about == b->about;
+}
+
+bool kmp_output_includes(const kmp_output *a, const kmp_output *b)
+{
+    return kmp_output_equal(a, b) || (a->kind == b->kind && a->index < 0 && kmp_output_rows[a->kind].width == 0);
+}
+
 kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument argument)
 {
     switch (argument) {
@@ -34,6 +52,9 @@ kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument arg
         return KMP_NAMED(model, closure);
     case KMP_OUTPUT_OF_POINT:
         return KMP_NAMED(model, point);
+    case KMP_OUTPUT_OF_MAYBE_BODY:
+    case KMP_OUTPUT_OF_MAYBE_BODY_ABOUT:
+        return KMP_BODY_NAMES(model);
     case KMP_OUTPUT_OF_FORCE:
         return KMP_NAMED(model, force);
     case KMP_OUTPUT_OF_SENSOR:
@@ -46,22 +67,31 @@ kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument arg
     return KMP_NAMES(model->name, 0);
 }
 
-/* Writes the argument in the parentheses; false when there is none. */
-static bool put_argument(kmp_text *text, const kempe_model *model, const kmp_output *output)
+static void put_point(kmp_text *text, const kempe_model *model, int point)
+{
+    kmp_text_printf(text, "%s.%s", model->bodies[model->points[point].body].name, model->points[point].name);
+}
+
+/* Writes the argument in the parentheses, its words with `space` between; false when there is none. */
+static bool put_argument(kmp_text *text, const kempe_model *model, const kmp_output *output, char space)
 {
     kmp_output_argument argument = kmp_output_rows[output->kind].argument;
-    if (output->index < 0 || argument == KMP_OUTPUT_OF_NOTHING)
-        return false;
-    if (argument == KMP_OUTPUT_OF_POINT)
-        kmp_text_printf(text, "%s.", model->bodies[model->points[output->index].body].name);
-    kmp_text_put(text, kmp_name_at(kmp_output_names(model, argument), output->index));
-    return true;
+    bool any = output->index >= 0 && argument != KMP_OUTPUT_OF_NOTHING;
+    if (any && argument == KMP_OUTPUT_OF_POINT)
+        put_point(text, model, output->index);
+    else if (any)
+        kmp_text_put(text, kmp_name_at(kmp_output_names(model, argument), output->index));
+    if (output->about > 0) {
+        kmp_text_printf(text, "%.*sabout%c", any, &space, space);
+        put_point(text, model, output->about - 1);
+    }
+    return any || output->about > 0;
 }
 
 void kmp_output_print(kmp_text *text, const kempe_model *model, const kmp_output *output)
 {
     kmp_text argument = {0};
-    bool any = put_argument(&argument, model, output);
+    bool any = put_argument(&argument, model, output, ' ');
     if (argument.failed)
         text->failed = true;
     kmp_text_printf(text, any ? "%s(%s)" : "%s", kmp_output_rows[output->kind].word,
@@ -82,10 +112,14 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
     static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
     static const char *const axes[] = {"x.x", "x.y", "x.z", "y.x", "y.y", "y.z", "z.x", "z.y", "z.z"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
-    kmp_text_printf(text, "%s.", kmp_output_rows[output->kind].word);
-    (void)put_argument(text, model, output);
+    kmp_text argument = {0};
+    bool any = put_argument(&argument, model, output, '.');
+    kmp_text_printf(text, any ? "%s.%s" : "%s", kmp_output_rows[output->kind].word,
+                    any && argument.s ? argument.s : "");
+    text->failed = text->failed || argument.failed;
+    kmp_text_free(&argument);
     if (output->kind == KMP_OUTPUT_ENERGY)
-        kmp_text_put(text, energies[k]);
+        kmp_text_printf(text, ".%s", energies[k]);
     else if (output->kind == KMP_OUTPUT_AXES)
         kmp_text_printf(text, ".%s", axes[k]);
     else if (output->kind == KMP_OUTPUT_CONTACT)

@@ -10,6 +10,8 @@ typedef enum kmp_output_argument {
     KMP_OUTPUT_OF_MAYBE_COORDINATE,
     KMP_OUTPUT_OF_MAYBE_LOOP,
     KMP_OUTPUT_OF_LOOP,
+    KMP_OUTPUT_OF_MAYBE_BODY,
+    KMP_OUTPUT_OF_MAYBE_BODY_ABOUT, /* and the point of a moment: "arm about ground.O", "about ground.O" */
     KMP_OUTPUT_OF_POINT,
     KMP_OUTPUT_OF_FORCE,
     KMP_OUTPUT_OF_SENSOR,
@@ -23,6 +25,14 @@ typedef struct kmp_output_row {
 } kmp_output_row;
 
 extern const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS];
+
+/** True if the word alone is an output. */
+bool kmp_output_stands_alone(kmp_output_kind kind);
+
+bool kmp_output_equal(const kmp_output *a, const kmp_output *b);
+
+/** True if `a` has all columns of `b`: an equal output, or all of q, qd, qdd or lambda. */
+bool kmp_output_includes(const kmp_output *a, const kmp_output *b);
 
 /** The names that an argument is one of; of points, without those of their bodies. */
 kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument argument);

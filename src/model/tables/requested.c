@@ -45,14 +45,25 @@ static kempe_status end(asking *a, kempe_status status)
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
 
+/* True if the word up to `length` is an output of several values without an object. */
+static bool stands_alone(const char *word, size_t length)
+{
+    for (int k = 0; k < KMP_OUTPUT_KINDS; k++)
+        if (kmp_output_stands_alone((kmp_output_kind)k) && kmp_output_rows[k].width > 1 &&
+            strlen(kmp_output_rows[k].word) == length && strncmp(word, kmp_output_rows[k].word, length) == 0)
+            return true;
+    return false;
+}
+
 /* Removes ".x" from "position(b.P).x", ".total" from "energy.total". The component, -1 for all of them. */
 static int cut_component(char *word)
 {
     static const char *const energies[] = {"kinetic", "potential", "total"};
     static const char *const axes[] = {"x", "y", "z", "mx", "my", "mz"}; /* as kmp_output_column calls them */
     char *dot = strrchr(word, '.');
-    bool energy = strncmp(word, "energy.", 7) == 0, bracket = dot && dot > word && dot[-1] == ')';
-    for (int k = 0; dot && (energy || bracket) && k < (energy ? 3 : 6); k++)
+    bool energy = strncmp(word, "energy.", 7) == 0;
+    bool whole = dot && dot > word && (dot[-1] == ')' || stands_alone(word, (size_t)(dot - word)));
+    for (int k = 0; whole && k < (energy ? 3 : 6); k++)
         if (strcmp(dot + 1, energy ? energies[k] : axes[k]) == 0) {
             *dot = '\0';
             return k;
@@ -95,7 +106,7 @@ static bool gather(kempe_model *model, const int *component, unsigned **parts)
     for (int k = 0; *parts && k < count; k++) {
         kmp_output output = model->outputs[k];
         int at = 0;
-        while (at < kept && (model->outputs[at].kind != output.kind || model->outputs[at].index != output.index))
+        while (at < kept && !kmp_output_equal(&model->outputs[at], &output))
             at++;
         kept += at == kept;
         model->outputs[at] = output;
@@ -141,7 +152,7 @@ int kmp_requested_position(kempe_model *copy, int point, unsigned **parts)
         outputs[k] = copy->outputs[k];
         bits[k] = *parts ? (*parts)[k] : ~0u;
     }
-    outputs[count] = (kmp_output){KMP_OUTPUT_POSITION, point};
+    outputs[count] = (kmp_output){.kind = KMP_OUTPUT_POSITION, .index = point};
     copy->outputs = outputs;
     *parts = bits;
     return copy->output_count++;

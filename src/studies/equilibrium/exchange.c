@@ -90,7 +90,7 @@ static int place_of(const kempe_model *model, kmp_output of, int part)
 {
     int at = 0;
     for (int k = 0; k < model->output_count; k++) {
-        if (model->outputs[k].kind == of.kind && model->outputs[k].index == of.index)
+        if (kmp_output_equal(&model->outputs[k], &of))
             return at + part;
         at += kmp_output_width(model, &model->outputs[k]);
     }

@@ -26,7 +26,7 @@ static bool is_shown(const kempe_model *model, int output)
     if (kmp_output_width(model, o) == 0 || kmp_output_has_loads(model, o))
         return false;
     for (int k = 0; k < output; k++)
-        if (model->outputs[k].kind == o->kind && model->outputs[k].index == o->index)
+        if (kmp_output_equal(&model->outputs[k], o))
             return false;
     return true;
 }

@@ -19,20 +19,15 @@ static bool is_requested(const kempe_system *system, const kmp_output *output, i
     return output->kind == KMP_OUTPUT_LAMBDA ? system->rows[k].closure == output->index : k == output->index;
 }
 
-static bool same_output(const kmp_output *a, const kmp_output *b)
-{
-    return a->kind == b->kind && a->index == b->index;
-}
-
 /* True for an output that occurs twice, or one of a quantity that is complete already: it gives no second column. */
 static bool is_repeated(const kempe_model *model, int output)
 {
     const kmp_output *o = &model->outputs[output];
     for (int k = 0; k < model->output_count; k++) {
         const kmp_output *other = &model->outputs[k];
-        if (k < output && same_output(other, o))
+        if (k < output && kmp_output_equal(other, o))
             return true;
-        if (k != output && o->kind == other->kind && o->index >= 0 && other->index < 0)
+        if (kmp_output_includes(other, o) && !kmp_output_equal(other, o))
             return true;
     }
     return false;

@@ -16,7 +16,7 @@ typedef struct listing {
 static bool is_listed(const listing *l, const kmp_output *output)
 {
     for (int k = 0; k < l->count; k++)
-        if (l->list[k].kind == output->kind && (l->list[k].index == output->index || l->list[k].index < 0))
+        if (kmp_output_includes(&l->list[k], output))
             return true;
     return false;
 }
@@ -55,16 +55,14 @@ static bool has_output(const kempe_model *model, kmp_output_kind kind, int index
 static void list_kind(listing *l, kmp_output_kind kind)
 {
     const kempe_model *model = l->model;
-    kmp_output_argument argument = kmp_output_rows[kind].argument;
-    if (argument == KMP_OUTPUT_OF_MAYBE_COORDINATE || argument == KMP_OUTPUT_OF_MAYBE_LOOP ||
-        argument == KMP_OUTPUT_OF_NOTHING) {
-        kmp_output all = {kind, -1};
+    if (kmp_output_stands_alone(kind)) {
+        kmp_output all = {.kind = kind, .index = -1};
         add(l, all, false);
         return;
     }
-    int count = kmp_output_names(model, argument).count;
+    int count = kmp_output_names(model, kmp_output_rows[kind].argument).count;
     for (int k = 0; k < count; k++) {
-        kmp_output one = {kind, k};
+        kmp_output one = {.kind = kind, .index = k};
         if (has_output(model, kind, k))
             add(l, one, false);
     }
@@ -72,16 +70,25 @@ static void list_kind(listing *l, kmp_output_kind kind)
 
 static kempe_status list_all(kmp_observed *o, int most)
 {
-    static const kmp_output_kind order[] = {KMP_OUTPUT_Q,        KMP_OUTPUT_QD,
-                                            KMP_OUTPUT_QDD,      KMP_OUTPUT_ENERGY,
-                                            KMP_OUTPUT_SENSOR,   KMP_OUTPUT_FORCE,
-                                            KMP_OUTPUT_LAMBDA,   KMP_OUTPUT_REACTION,
-                                            KMP_OUTPUT_MOMENT,   KMP_OUTPUT_POSITION,
-                                            KMP_OUTPUT_VELOCITY, KMP_OUTPUT_ACCELERATION,
-                                            KMP_OUTPUT_CONTACT,  KMP_OUTPUT_ANGULAR_VELOCITY,
+    static const kmp_output_kind order[] = {KMP_OUTPUT_Q,
+                                            KMP_OUTPUT_QD,
+                                            KMP_OUTPUT_QDD,
+                                            KMP_OUTPUT_ENERGY,
+                                            KMP_OUTPUT_SENSOR,
+                                            KMP_OUTPUT_FORCE,
+                                            KMP_OUTPUT_LAMBDA,
+                                            KMP_OUTPUT_REACTION,
+                                            KMP_OUTPUT_MOMENT,
+                                            KMP_OUTPUT_POSITION,
+                                            KMP_OUTPUT_VELOCITY,
+                                            KMP_OUTPUT_ACCELERATION,
+                                            KMP_OUTPUT_CONTACT,
+                                            KMP_OUTPUT_MOMENTUM,
+                                            KMP_OUTPUT_ANGULAR_MOMENTUM,
+                                            KMP_OUTPUT_ANGULAR_VELOCITY,
                                             KMP_OUTPUT_AXES};
     kempe_model *model = kmp_variant_model(o->variant);
-    int room = model->output_count + 5 + model->sensor_count + model->force_count + 2 * model->closure_count +
+    int room = model->output_count + 7 + model->sensor_count + model->force_count + 2 * model->closure_count +
                5 * model->point_count + model->wheel_count;
     listing l = {.model = model, .list = KMP_ARENA_NEW(&model->arena, kmp_output, room), .most = most};
     if (!l.list)

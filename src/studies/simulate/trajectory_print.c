@@ -276,8 +276,7 @@ static void json_multipliers(kmp_json *json, const kempe_trajectory *t)
 static bool shown_before(const kempe_model *model, int output)
 {
     for (int k = 0; k < output; k++)
-        if (model->outputs[k].kind == model->outputs[output].kind &&
-            model->outputs[k].index == model->outputs[output].index)
+        if (kmp_output_equal(&model->outputs[k], &model->outputs[output]))
             return true;
     return false;
 }

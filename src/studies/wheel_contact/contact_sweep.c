@@ -39,7 +39,7 @@ static kempe_status add_outputs(kempe_model *copy)
     if (!outputs)
         return kmp_fail_memory(copy->context);
     for (int k = 0; k < copy->wheel_count; k++)
-        outputs[k] = (kmp_output){KMP_OUTPUT_CONTACT, k};
+        outputs[k] = (kmp_output){.kind = KMP_OUTPUT_CONTACT, .index = k};
     copy->outputs = outputs;
     copy->output_count = copy->wheel_count;
     return KEMPE_OK;
