@@ -34,6 +34,8 @@ typedef struct kmp_instance {
     double seen_margin, seen_t; /* of the last step's end; seen_t -1: none */
     double length, reach;
     double kinetic, potential; /* at the start */
+    double pace;               /* the proposed step, if steps that end at samples are shorter; 0: they are not */
+    kmp_present_inputs inputs; /* during its present step */
     double *y, *dy;            /* size */
     double *constants;         /* parameters, scales of coordinates, of rows */
 } kmp_instance;
@@ -60,7 +62,8 @@ typedef struct kmp_lane_room {
     double *k[14];                             /* size, as published: 1 to 13 */
     double *scale;                             /* n */
     double *row_scale;                         /* m */
-    double *at;                                /* time of an evaluation */
+    double *at;                                /* time of an evaluation, then the inputs there */
+    bool anew;                                 /* the slope of some lane is to be evaluated again */
 } kmp_lane_room;
 
 struct kmp_ensemble {

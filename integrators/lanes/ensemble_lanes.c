@@ -30,17 +30,36 @@ bool kmp_lane_room_init(kmp_ensemble *e, int width)
         room->k[k] = kmp_arena_aligned(a, w * size);
     room->scale = kmp_arena_aligned(a, w * n);
     room->row_scale = kmp_arena_aligned(a, w * m);
-    room->at = kmp_arena_aligned(a, w);
+    room->at = kmp_arena_aligned(a, w * (1 + KMP_TIME_NUMBERS * (size_t)e->s->model->input_count));
     return !a->failed;
 }
 
 /* -- evaluation -------------------------------------------------------------------------------------- */
+
+/* The inputs of each lane at its time. */
+static void put_inputs(kmp_ensemble *e)
+{
+    kmp_lane_room *room = &e->room;
+    for (size_t l = 0; l < room->w && e->s->model->input_count > 0; l++) {
+        const kmp_present_inputs *inputs = room->who[l] >= 0 ? &e->instances[room->who[l]].inputs : NULL;
+        const double *now = inputs ? kmp_present_inputs_at(inputs, room->at[l]) : NULL;
+        for (size_t k = 1; now && k < (size_t)kmp_present_inputs_size(inputs); k++)
+            room->at[k * room->w + l] = now[k];
+    }
+}
+
+/* The end of the steps of an instance for now. */
+static double limit_of(const kmp_ensemble *e, const kmp_instance *x)
+{
+    return fmin(e->spec.t_end, kmp_present_inputs_until(&x->inputs));
+}
 
 /* k = f(at, y) in all lanes; failed evaluations are marked in `bad`. */
 static void evaluate(kmp_ensemble *e, kmp_pool *pool, const double *y, double *k)
 {
     kmp_lane_room *room = &e->room;
     size_t w = room->w, p = (size_t)e->p, r = (size_t)e->r;
+    put_inputs(e);
     kmp_lanes_set(pool->lanes, KMP_IN_TIME, room->at);
     kmp_lanes_set(pool->lanes, KMP_IN_Q, y);
     const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_RATES), *pivot = end + (p + r) * w;
@@ -143,7 +162,7 @@ static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
         slope[l] = weighted_square(e, l, room->k[1], NULL);
         double size = weighted_square(e, l, room->y, NULL);
         double h = slope[l] <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope[l]);
-        room->step[l] = fmin(h, e->spec.t_end - room->t[l]);
+        room->step[l] = fmin(h, limit_of(e, x) - room->t[l]);
     }
     for (size_t k = 0; k < (size_t)e->size * room->w; k++)
         room->stage[k] = room->y[k] + room->step[k % room->w] * room->k[1][k];
@@ -158,7 +177,7 @@ static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
         double h = room->step[l], curvature = sqrt(weighted_square(e, l, room->k[2], room->k[1])) / h;
         double most = fmax(curvature, sqrt(slope[l]));
         double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / kmp_dop853.order);
-        room->h[l] = fmin(fmin(100 * h, h1), e->spec.t_end - room->t[l]);
+        room->h[l] = fmin(fmin(100 * h, h1), limit_of(e, x) - room->t[l]);
         if (room->bad[l] != 0)
             expel(e, l, "a right-hand side that cannot be evaluated");
     }
@@ -244,7 +263,8 @@ static void choose_tries(kmp_ensemble *e)
         room->step[l] = room->bad[l] = 0;
         if (room->who[l] < 0)
             continue;
-        double h = kmp_solver_next_step(room->t[l], e->spec.t_end, room->h[l], &room->t_new[l]);
+        double limit = limit_of(e, &e->instances[room->who[l]]);
+        double h = kmp_solver_next_step(room->t[l], limit, room->h[l], &room->t_new[l]);
         if (h > 0)
             room->step[l] = h;
         else
@@ -376,6 +396,25 @@ static void refuse(kmp_ensemble *e, size_t l, outcome what)
         expel(e, l, "a step size that becomes too small");
 }
 
+/* Goes on beyond a sample at which the step has ended: restarts where a value jumps (runner_inputs.c). */
+static void pass_sample(kmp_ensemble *e, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_instance *x = &e->instances[room->who[l]];
+    int input;
+    if (room->t[l] < kmp_present_inputs_until(&x->inputs)) {
+        x->pace = 0;
+        return;
+    }
+    if (kmp_present_inputs_enter(&x->inputs, room->t[l], &input) > 0)
+        return;
+    room->h[l] = x->pace = fmax(room->h[l], x->pace);
+    x->error_old = KMP_RK_ERROR_FLOOR;
+    x->has_slope = false;
+    x->signs = 0;
+    room->anew = true;
+}
+
 /* Continues a lane, finishes its instance, or leaves it to another pool or a separate run. */
 static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, size_t l)
 {
@@ -392,6 +431,8 @@ static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, s
     x->tries = 0;
     room->t[l] = room->t_new[l];
     bool through = !(room->t[l] < e->spec.t_end);
+    if (!through)
+        pass_sample(e, l);
     bool slow = kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, room->t[l],
                                       e->spec.t_end, NULL);
     bool reorders = !through && has_bad_order(e, pool, seen, l);
@@ -457,12 +498,13 @@ static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
 
 /* -- a pool ------------------------------------------------------------------------------------------ */
 
-/* Fills empty lanes, the new ones in *fresh. Returns the number of active lanes. */
+/* Fills empty lanes; *fresh: some lane is new, or its slope is. Returns the number of active lanes. */
 static size_t refill(kmp_ensemble *e, kmp_pool *pool, bool *fresh)
 {
     kmp_lane_room *room = &e->room;
     size_t active = 0;
-    *fresh = false;
+    *fresh = room->anew;
+    room->anew = false;
     for (size_t l = 0; l < room->w; l++) {
         int i = room->who[l] < 0 ? kmp_pool_take(e, pool) : -1;
         if (i >= 0) {

@@ -83,6 +83,8 @@ static bool allocate(kmp_ensemble *e)
     for (int i = 0; i < e->count && !a->failed; i++) {
         kmp_instance *x = &e->instances[i];
         (void)KMP_ARENA_GROUPS(a, {size, {&x->y, &x->dy}}, {e->parameters + e->n + e->m, {&x->constants}});
+        (void)kmp_present_inputs_init(&x->inputs, a, e->s->model);
+        x->inputs.held = true;
     }
     return !a->failed;
 }

@@ -24,7 +24,6 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
         {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
         {spec->keep_independent, "fixed independent coordinates"},
         {s->rheonomic, "closures that move in time"},
-        {s->model->input_count > 0, "inputs"},
         {s->events.count > 0, "conditions or kinks during the run"},
         {s->chart_count > 0, "spherical joints"},
         {s->articulated != NULL, "the articulated-body algorithm"},
@@ -132,6 +131,7 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
         x->limit = part.user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
         x->error_old = KMP_RK_ERROR_FLOOR;
         x->seen_t = -1;
+        kmp_present_inputs_stand(&x->inputs, 0);
         kmp_reduced_pack(&part, true, q, qd, x->y);
         kmp_pool_put(e, pool, i);
     } else {

@@ -136,15 +136,46 @@ static bool add_column(gather *g, kmp_partials *partials, kmp_ref leaf)
     return count >= 0;
 }
 
+/* Adds the derivatives along a leaf, times `by`, to `total`. */
+static bool add_along(gather *g, kmp_partials *partials, kmp_ref leaf, kmp_ref by, kmp_ref *total)
+{
+    const int *which;
+    const kmp_ref *value;
+    int count = kmp_partials_along(partials, leaf, &which, &value);
+    for (int i = 0; i < count; i++)
+        total[which[i]] = kmp_add(g->eq.graph, total[which[i]], kmp_mul(g->eq.graph, value[i], by));
+    return count >= 0;
+}
+
+/* The column of time, with which inputs of the model change. */
+static bool add_time(gather *g, kmp_partials *partials)
+{
+    kmp_graph *graph = g->eq.graph;
+    kmp_ref *total = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
+    for (int i = 0; total && i < g->of_count; i++)
+        total[i] = KMP_ZERO;
+    bool ok = total && add_along(g, partials, kmp_input(graph, KMP_IN_TIME, 0), KMP_ONE, total);
+    for (int k = 0; k < g->eq.model->input_count; k++)
+        for (int d = 0; ok && d + 1 < KMP_TIME_NUMBERS; d++)
+            ok = add_along(g, partials, kmp_input(graph, KMP_IN_TIME, kmp_time_index(k, d)),
+                           kmp_input(graph, KMP_IN_TIME, kmp_time_index(k, d + 1)), total);
+    for (int i = 0; ok && i < g->of_count; i++)
+        kmp_listing_put(&g->list, 0, i, g->x->columns, total[i]);
+    end_column(g);
+    return ok;
+}
+
 static bool add_state(gather *g)
 {
     kmp_graph *graph = g->eq.graph;
     for (int c = 0; c < COLUMN_KINDS; c++)
         for (int k = 0; k < size_of(g->s, c); k++)
             (void)kmp_input(graph, columns[c], (uint32_t)k);
+    for (int k = 0; k < KMP_TIME_NUMBERS * g->eq.model->input_count; k++)
+        (void)kmp_input(graph, KMP_IN_TIME, (uint32_t)(1 + k));
     kmp_partials *partials = kmp_partials_new(graph, g->of_count, g->of);
-    bool ok = partials;
-    for (int c = 0; c < COLUMN_KINDS; c++)
+    bool ok = partials && add_time(g, partials);
+    for (int c = 1; c < COLUMN_KINDS; c++)
         for (int k = 0; ok && k < size_of(g->s, c); k++)
             ok = add_column(g, partials, kmp_input(graph, columns[c], (uint32_t)k));
     kmp_partials_free(partials);

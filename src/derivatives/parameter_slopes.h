@@ -23,8 +23,9 @@ typedef struct kmp_slopes {
     int shown;       /* output values */
     kmp_slope_matrix
         equations; /* rows: h, rate, curve (m each), force, start q and qd (n each), length; a column a parameter */
-    kmp_slope_matrix outputs; /* columns: t, q, qd, qdd (n each), lambda (m), parameters */
-    kmp_slope_matrix events;  /* derivatives of the conditions, in rows: those of the system */
+    kmp_slope_matrix
+        outputs; /* columns: t with the inputs that change with it, q, qd, qdd (n each), lambda (m), parameters */
+    kmp_slope_matrix events; /* derivatives of the conditions, in rows: those of the system */
 } kmp_slopes;
 
 /** The equations of a system that has met all its conditions: none is added. `events` outlive them. */

@@ -192,6 +192,18 @@ static const char tree[] =
     "  b: {joint: {name: b, revolute: z, at: a.E}, mass: 1, com: [l/2, 0, 0], inertia: {zz: m*l^2/12}}\n"
     "forces: {e: {joint: b, torque: -d*qd(b)}}\n";
 
+/* Inputs of three methods; their values jump, bend and swing. */
+static const char given[] =
+    "kempe: 1\nname: given\nparameters: {l: 0.5, m: 2, d: 0.1, k: 1}\nground: {points: {O: [0, 0, 0]}}\n"
+    "gravity: [0, -9.81, 0]\ninputs:\n"
+    "  held: {t: [0.1, 0.31, 0.313, 0.6], value: [0, 2, -1, 3], method: hold, unit: N*m}\n"
+    "  bent: {t: [0.2, 0.5, 0.7], value: [0, 1, -1], method: linear, unit: N*m}\n"
+    "  smooth: {t: [0, 0.2, 0.4, 0.6, 0.8], value: [0, 1, 0, -1, 0], method: cubic, unit: N*m}\nbodies:\n"
+    "  a: {joint: {name: a, revolute: z, at: ground.O}, mass: m, com: [l, 0, 0], inertia: {zz: 0.1},\n"
+    "      points: {E: [2*l, 0, 0]}}\n"
+    "  b: {joint: {name: b, revolute: z, at: a.E}, mass: 1, com: [l/2, 0, 0], inertia: {zz: m*l^2/12}}\n"
+    "forces: {e: {joint: b, torque: held + bent - d*qd(b)}, f: {joint: a, torque: smooth + held*smooth*k}}\n";
+
 /* A block of three rows, whose order of elimination is watched. */
 static const char in_space[] =
     "kempe: 1\nname: in space\nparameters: {a: 0.2, b: 0.7, c: 0.5}\ngravity: [0, 0, -9.81]\n"
@@ -219,6 +231,7 @@ static void test_lanes_do_not_matter(void)
     one_mechanism(gather_text(driven, (const char *const[]){"l", "m", "k", "d", "f", "r", NULL}, 0.05), 1, 1e-6, 0);
     one_mechanism(gather_text(in_space, (const char *const[]){"a", "b", "c", NULL}, 0.02), 1, 1e-6, 0);
     one_mechanism(gather_text(tree, (const char *const[]){"q.a", "l", "m", "d", NULL}, 0.1), 1, 1e-6, 0);
+    one_mechanism(gather_text(given, (const char *const[]){"l", "m", "d", NULL}, 0.1), 1, 1e-6, 0);
 }
 
 /* -- what is done in lanes alone --------------------------------------------------------------------- */

@@ -6,6 +6,7 @@
 #include <kempe/ensemble.h>
 #include <kempe/kempe.h>
 #include <kempe/sensitivity.h>
+#include <kempe/settings.h>
 #include <kempe/table.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -292,6 +293,84 @@ static void an_interrupt_ends_it(void)
     }
 }
 
+/* -- inputs with samples --------------------------------------------------------------------------------- */
+
+/* Two pendulums in a loop with the ground, driven by inputs of three kinds. One condition follows a held input, another
+ * one the motion and a line that moves. */
+static const char sampled[] =
+    "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {k: 3, f: 2, d: 0.2}\ninputs:\n"
+    "  held: {t: [0.2, 0.41, 0.83], value: [0, 2, -1], method: hold, unit: N*m}\n"
+    "  bent: {t: [0, 0.5, 1.1], value: [0.1, 0.4, -0.2], method: linear}\n"
+    "  smooth: {t: [0, 0.4, 0.8, 1.2, 1.6], value: [0, 1, 0, -1, 0], method: cubic, unit: N*m}\n"
+    "ground: {points: {B: [1, 0, 0]}}\nbodies:\n"
+    "  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.15, 0, 0], inertia: {zz: 0.05}, "
+    "points: {P: [0.3, 0, 0]}}\n"
+    "  b: {joint: {name: C, revolute: z, at: a.P}, mass: 1, com: [0.45, 0, 0], inertia: {zz: 0.1}, "
+    "points: {Q: [0.9, 0, 0]}}\n"
+    "  c: {joint: {name: R, revolute: z, at: ground.B}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.05}, "
+    "points: {Q: [0.6, 0, 0]}}\n"
+    "loops: {q: {ball: [b.Q, c.Q]}}\n"
+    "forces:\n"
+    "  motor: {joint: A, torque: \"k*(held + smooth) - d*qd(A) - if(held > 1, k*q(A), 0)\"}\n"
+    "  line: {joint: R, torque: \"-if(q(R) - 1.5 > bent, f + 20*(q(R) - 1.5 - bent), 0)\"}\n"
+    "start: {q: {A: 0.5, C: 0.5, R: 1.5}, qd: {A: 1}, hold: [A]}\n";
+
+/* The last row's number c of a run with other parameters. */
+static double end_of_sampled(const double values[3], int integral, int c)
+{
+    char word[3][32];
+    kempe_setting set[3] = {{"k", word[0]}, {"f", word[1]}, {"d", word[2]}};
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_sensitivity *found = NULL;
+    for (int p = 0; p < 3; p++)
+        (void)snprintf(word[p], sizeof word[p], "%.17g", values[p]);
+    CHECK(kempe_model_read_text_set(context, sampled, "model.yaml", set, 3, &model) == KEMPE_OK);
+    kempe_sensitivity_options options = {
+        .parameters = "k",
+        .outputs = "q(A),qd(R)",
+        .integral = integral,
+        .run = &(kempe_run_options){.rtol = 1e-12, .t_end = 1.5, .no_convergence_check = 1}};
+    CHECK(kempe_sensitivity_new(model, &options, &found) == KEMPE_OK);
+    double end = found ? kmp_sensitivity_value(found, found->rows - 1, c) : NAN;
+    kempe_sensitivity_free(found);
+    kempe_model_free(model);
+    kempe_context_free(context);
+    return end;
+}
+
+static double difference_of_sampled(int p, int integral, int c)
+{
+    double values[2][3] = {{3, 2, 0.2}, {3, 2, 0.2}}, h = 1e-4;
+    values[0][p] += h;
+    values[1][p] -= h;
+    return (end_of_sampled(values[0], integral, c) - end_of_sampled(values[1], integral, c)) / (2 * h);
+}
+
+static void inputs_with_samples(void)
+{
+    static const char *const methods[] = {"forward", "adjoint"}, *const integrators[] = {"dop853", "radau9"};
+    scene s;
+    open_scene(&s, sampled);
+    for (int way = 0; way < 8; way++) {
+        kempe_sensitivity *found = NULL;
+        kempe_sensitivity_options options = {
+            .parameters = "k,f,d",
+            .outputs = "q(A),qd(R)",
+            .integral = way & 1,
+            .method = methods[way >> 1 & 1],
+            .run = &(kempe_run_options){.rtol = 1e-10, .t_end = 1.5, .integrator = integrators[way >> 2]}};
+        CHECK(kempe_sensitivity_new(s.model, &options, &found) == KEMPE_OK);
+        for (int c = 0; found && c < 2; c++)
+            for (int p = 0; p < 3; p++)
+                CHECK_NEAR(kmp_sensitivity_slope(found, found->rows - 1, c, p), difference_of_sampled(p, way & 1, c),
+                           2e-6);
+        kempe_sensitivity_free(found);
+    }
+    CHECK(s.warnings == 0);
+    close_scene(&s);
+}
+
 int main(void)
 {
     TEST(windows_within_a_step);
@@ -299,6 +378,7 @@ int main(void)
     TEST(an_error_is_told_with_its_size);
     TEST(checkpoints_are_refused);
     TEST(ensembles_of_it_are_told);
+    TEST(inputs_with_samples);
     TEST(an_interrupt_ends_it);
     return check_report();
 }

@@ -359,16 +359,12 @@ static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
     return KEMPE_OK;
 }
 
-/* Integrates backwards from the end of the step `last` to that of the step `before` (NULL: the start). */
-static kempe_status come_back(adjoint *a, kept_step *before, kept_step *last, double *h)
+/* Integrates backwards over the current segment. */
+static kempe_status pass_segment(adjoint *a, double *h)
 {
     kempe_context *context = a->v->system->context;
-    if (before == last)
-        return KEMPE_OK;
-    a->first = before ? before->behind : a->begin;
-    a->last = a->at = last;
     double end = a->options->spec->t_end - a->first->from;
-    kempe_status status = a->kind->start(a->solver, a->options->spec->t_end - last->to, a->y, NULL, end, *h);
+    kempe_status status = a->kind->start(a->solver, a->options->spec->t_end - a->last->to, a->y, NULL, end, *h);
     while (status == KEMPE_OK && a->solver->t < end) {
         status = a->kind->step(a->solver);
         if (status == KEMPE_OK && kmp_interrupted(context))
@@ -379,6 +375,30 @@ static kempe_status come_back(adjoint *a, kept_step *before, kept_step *last, do
                         a->options->spec->t_end - a->solver->t);
     *h = a->solver->h;
     return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;
+}
+
+/* The first step up to `last` and after `before` in which each input is one polynomial, which is taken: steps end at
+ * samples. */
+static kept_step *segment_of(adjoint *a, const kept_step *before, kept_step *last)
+{
+    kmp_present_inputs *inputs = &a->v->linear.eval->inputs;
+    kept_step *first = last;
+    kmp_present_inputs_stand(inputs, last->from);
+    double from = kmp_present_inputs_from(inputs, last->from);
+    while (first->before != before && first->before->from >= from)
+        first = first->before;
+    return first;
+}
+
+/* Integrates backwards from the end of the step `last` to that of the step `before` (NULL: the start). */
+static kempe_status come_back(adjoint *a, const kept_step *before, kept_step *last, double *h)
+{
+    for (; last != before; last = a->first->before) {
+        a->first = segment_of(a, before, last);
+        a->last = a->at = last;
+        KMP_TRY(pass_segment(a, h));
+    }
+    return KEMPE_OK;
 }
 
 static kempe_status all_back(adjoint *a, double h)
@@ -423,6 +443,7 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     int p = a->p;
     double size = 0;
     recall(a, a->end, a->options->spec->t_end, a->state);
+    kmp_present_inputs_stand(&v->linear.eval->inputs, a->end->from);
     KMP_TRY(stand(a, a->options->spec->t_end, a->end_q, a->end_u, a->state));
     memset(a->wu, 0, (size_t)p * sizeof *a->wu);
     go_back(a, true, a->wu, a->y, a->y + p, a->y + 2 * p);
@@ -510,7 +531,9 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *options, con
     kempe_status status = a.arena.failed ? kmp_fail_memory(varied->system->context)
                                          : kmp_forward_run(varied, &motion, sizes, NULL, &report->forward);
     if (status == KEMPE_OK) {
+        varied->linear.eval->inputs.held = true;
         status = run_back(&a, report);
+        varied->linear.eval->inputs.held = false;
         if (status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
             report->forward.run.reason = kmp_strdup(kempe_context_message(varied->system->context));
     }

@@ -154,13 +154,16 @@ static int fail_at(kmp_forward_formulation *f, const char *sentence, int k, doub
     return KMP_HALT;
 }
 
-/* Changes condition k, and the others according to `mode`. */
+/* Changes condition k, and the others according to `mode`. A jump of an input does so at a time that depends on no
+ * parameter. */
 static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
 {
     const kmp_linear *l = &f->v->linear;
+    bool given = kmp_present_inputs_jump(&l->eval->inputs, t);
     if (kmp_forward_spread(f, t, y) != KMP_GO)
         return KMP_HALT;
-    if (f->count > 0 && !find_swing(f, k))
+    memset(f->swing, 0, (size_t)f->count * sizeof *f->swing);
+    if (!given && f->count > 0 && !find_swing(f, k))
         return fail_at(f,
                        "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
                        "respect to parameters there",
@@ -175,7 +178,7 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
         return fail_at(f, "the motion cannot continue after the condition %s at t = %.9g", k, t);
     jump(f, integrand, y);
     f->t = NAN; /* the place is the one before the change */
-    return kmp_forward_report_mark(f, t, k);
+    return kmp_forward_report_mark(f, t, given ? -1 : k);
 }
 
 /* Conditions have changed since the last start: passes those that the motion itself has changed one after the other,

@@ -65,24 +65,10 @@ static kempe_status choose_integrator(work *w, kempe_run_options *run)
     return status;
 }
 
-/* Derivatives at events take the rates of all quantities from t, q and qd alone. */
-static kempe_status check_inputs(const work *w)
-{
-    const kempe_model *model = w->s->system->model;
-    for (int k = 0; k < model->input_count; k++)
-        if (model->inputs[k].signal.count > 1)
-            return kmp_fail(w->s->context, KEMPE_E_FAILED,
-                            "sensitivities of trajectories need constant inputs, but '%s' has samples: give it a "
-                            "constant (--input)",
-                            model->inputs[k].name);
-    return KEMPE_OK;
-}
-
 static kempe_status choose_run(work *w)
 {
     kempe_run_options run = *w->s->run;
     double every;
-    KMP_TRY(check_inputs(w));
     run.formulation = "reduced";
     run.form = "newton";
     KMP_TRY(choose_integrator(w, &run));
