@@ -2,7 +2,6 @@
 /* Operations on one instance at a time: its start, an exchange of u, its end, and its separate run if lanes cannot run
  * it. The evaluator and the scales of the system are those of the current instance. */
 #include "base/memory.h"
-#include "constraints/closing/assemble.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/lanes/ensemble_inside.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
  * integrator. */
-#include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/causes.h"
 #include "constraints/rounding/rounding.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The context: messages, log, interrupt. */
-#ifndef KMP_BASE_CONTEXT_H
-#define KMP_BASE_CONTEXT_H
+#pragma once
 
 #include "base/text.h"
 #include <kempe/kempe.h>
@@ -105,5 +104,3 @@ void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
 
 /** True if the current computation is to end; it stays so until the next one begins. */
 bool kmp_interrupted(kempe_context *context);
-
-#endif

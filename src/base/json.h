@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A JSON writer over growing text. Keys are in the order of the calls, numbers have the digits that read back to the
  * same double, null where they are not finite. */
-#ifndef KMP_BASE_JSON_H
-#define KMP_BASE_JSON_H
+#pragma once
 
 #include "base/text.h"
 #include <stdint.h>
@@ -55,5 +54,3 @@ void kmp_json_key(kmp_json *json, const char *key);
 
 /** Closes the innermost object or array; the outermost one with a newline. */
 void kmp_json_end(kmp_json *json);
-
-#endif

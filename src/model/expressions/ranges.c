@@ -4,7 +4,6 @@
 #include "model/expressions/dimension.h"
 #include <ctype.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_VALUES = 1000000 };

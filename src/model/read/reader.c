@@ -11,7 +11,6 @@
 #include "symbolic/table_function.h"
 #include <kempe/settings.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 const kmp_key kmp_model_keys[] = {

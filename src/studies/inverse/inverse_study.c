@@ -4,7 +4,6 @@
 #include "studies/inverse/inverse_study.h"
 #include "base/clock.h"
 #include "base/memory.h"
-#include "constraints/closing/assemble.h"
 #include "dynamics/closures.h"
 #include "model/expressions/ranges.h"
 #include "model/tables/coordinates.h"

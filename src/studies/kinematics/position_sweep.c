@@ -5,7 +5,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "constraints/closing/assemble.h"
 #include "constraints/partition/causes.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
