@@ -53,8 +53,7 @@ static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, d
                                const int *which, kmp_convergence *convergence)
 {
     kmp_convergence *found = KMP_NEW(kmp_convergence, count);
-    if (!found)
-        return kmp_fail_memory(r->context);
+    KMP_TRY(kmp_made(r->context, found));
     for (int k = 0; k < count; k++)
         found[k] = (kmp_convergence){.known = true,
                                      .rtol = rtol,

@@ -187,8 +187,7 @@ double kmp_print_value(const kempe_system *system, int coordinate, double x)
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out)
 {
     char *s = kmp_text_take(text);
-    if (!s)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, s));
     *out = s;
     return KEMPE_OK;
 }

@@ -43,8 +43,7 @@ kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *va
     KMP_WANTED(model->context, ensemble, "ensemble");
     kmp_context_clear(model->context);
     kempe_ensemble *e = KMP_NEW(kempe_ensemble, 1);
-    if (!e)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, e));
     e->values = values;
     e->model = model;
     kempe_status status = kmp_ensemble_new(model, values->columns, (const char *const *)values->name, &e->inner);
