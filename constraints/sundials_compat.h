@@ -2,8 +2,7 @@
 /* Hides the differences between SUNDIALS 6 and 7: the communicator's type, how a solver is kept from printing, codes of
  * linear solvers, names of ARKODE's functions. Kempe turns return flags into sentences itself. For the adapters of this
  * folder and of integrators/sundials. */
-#ifndef KMP_CONSTRAINTS_SUNDIALS_COMPAT_H
-#define KMP_CONSTRAINTS_SUNDIALS_COMPAT_H
+#pragma once
 
 #include <nvector/nvector_serial.h>
 #include <sundials/sundials_config.h>
@@ -61,5 +60,3 @@ static inline double *kmp_sun_data(N_Vector v)
 {
     return N_VGetArrayPointer(v);
 }
-
-#endif

@@ -2,8 +2,7 @@
 /* Tolerances of ranks, closures, growth and margins, each with its scale and its reason. Scaled quantities mean the
  * same in metres and in millimetres: J over its row scales and times its coordinate scales, h over its row scales,
  * coordinates over theirs. Step lengths and stopping rules of a single search are in the file of that search. */
-#ifndef KMP_CONSTRAINTS_TOLERANCES_H
-#define KMP_CONSTRAINTS_TOLERANCES_H
+#pragma once
 
 /* -- rank of the scaled J: a pivot or singular value over the first ------------------------------------ */
 
@@ -277,5 +276,3 @@
 #define KMP_INPUT_CONTINUOUS 1e-9
 /** Entries below this part of a row of size 1 are rounding: their squares add nothing. */
 #define KMP_ROWS_NOTHING 1e-12
-
-#endif

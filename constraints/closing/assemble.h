@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Assembly: closes the loops from the model's guess and makes rates consistent. Goals: the sum of weight ((x - goal) /
  * scale)^2 is minimised along the closed positions, starting from the position assembled from the guess. */
-#ifndef KMP_CONSTRAINTS_CLOSING_ASSEMBLE_H
-#define KMP_CONSTRAINTS_CLOSING_ASSEMBLE_H
+#pragma once
 
 #include "base/arena.h"
 #include "dynamics/system.h"
@@ -79,5 +78,3 @@ bool kmp_goals_measure(const kempe_system *system, const double *q, kmp_goals_ve
 
 /** Moves q (n), closed at t = 0, with the coordinates in `hold` fixed: sets end, slope and steps. false: no memory. */
 bool kmp_goals_seek(const kempe_system *system, const bool *hold, double *q, kmp_goals_verdict *verdict);
-
-#endif

@@ -321,8 +321,7 @@ kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_bran
     KMP_WANTED_BOTH(system, branches);
     kempe_branches *b = KMP_NEW(kempe_branches, 1);
     kmp_context_begin(system->context);
-    if (!b)
-        return kmp_fail_memory(system->context);
+    KMP_TRY(kmp_made(system->context, b));
     b->system = system;
     kempe_status status = kempe_assembly_new(system, &b->assembly);
     if (status == KEMPE_OK)

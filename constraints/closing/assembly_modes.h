@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Other assembly modes of a mechanism: closed states that share the kept coordinates with the model's, found by
  * assembling from many starts. Sampling may miss some modes. */
-#ifndef KMP_CONSTRAINTS_CLOSING_ASSEMBLY_MODES_H
-#define KMP_CONSTRAINTS_CLOSING_ASSEMBLY_MODES_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/diagnosis/diagnosis.h"
@@ -63,5 +62,3 @@ void kmp_mode_watch_free(kmp_mode_watch *watch);
 /** The next state (n). The block of coordinates whose sign has changed since the last state where both were certain,
  * owned by the watch; NULL: none. */
 const kmp_loop_block *kmp_mode_watch_next(kmp_mode_watch *watch, const double *q);
-
-#endif

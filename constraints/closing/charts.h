@@ -6,8 +6,7 @@
  *
  * R_a(q1) R_b(q2) R_c(q3) is singular where the second angle turns c onto the line of a: the determinant of the axes
  * (a, R_a b, R_a R_b c) is the sine of the angle between them, since b is perpendicular to a and c. */
-#ifndef KMP_CONSTRAINTS_CLOSING_CHARTS_H
-#define KMP_CONSTRAINTS_CLOSING_CHARTS_H
+#pragma once
 
 #include "dynamics/system.h"
 
@@ -64,5 +63,3 @@ void kmp_chart_carry(const kempe_system *system, int c, const kmp_chart_motion *
 
 /** Applies kmp_chart_show to all joints; `near` (n) may be q. */
 void kmp_charts_show(const kempe_system *system, const double *chart, const double *near, double *q, double *qd);
-
-#endif

@@ -3,8 +3,7 @@
  * for given independent ones (constraints/partition/reduction.h), the mass-orthogonal direction
  * (constraints/closing/saddle.h), least changes (constraints/diagnosis/doctor_walk.h), or a swept motion
  * (studies/kinematics/sweep.h). */
-#ifndef KMP_CONSTRAINTS_CLOSING_CLOSE_H
-#define KMP_CONSTRAINTS_CLOSING_CLOSE_H
+#pragma once
 
 #include "constraints/evaluation/evaluator.h"
 
@@ -75,5 +74,3 @@ void kmp_close_rates(const kmp_closer *closer, double *room, double *qd);
 
 /** Brings q and qd to round-off. false: they are not closed. */
 bool kmp_close_state(const kmp_closer *closer, double *room, double t, double *q, double *qd);
-
-#endif

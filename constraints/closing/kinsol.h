@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* SUNDIALS KINSOL: Newton's method with a line search for small dense systems f(x) = 0. */
-#ifndef KMP_CONSTRAINTS_CLOSING_KINSOL_H
-#define KMP_CONSTRAINTS_CLOSING_KINSOL_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -18,5 +17,3 @@ typedef struct kmp_kinsol_problem {
 
 /** Solves from x until max |scale_f f| < ftol. false: not converged, x is unchanged. */
 bool kmp_kinsol_solve(const kmp_kinsol_problem *problem, double ftol, double *x, int *iterations);
-
-#endif

@@ -6,8 +6,7 @@
  * Redundant rows, whose rank is undecided before h is closed, then cause no large steps. Convergence to the nearest
  * closed state remains quadratic (Yamashita and Fukushima, Computing Suppl. 15 (2001) 239). J is dense; a large one
  * is factored sparse as [1 -J'; J mu^2]. */
-#ifndef KMP_CONSTRAINTS_CLOSING_LEAST_CHANGE_H
-#define KMP_CONSTRAINTS_CLOSING_LEAST_CHANGE_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/closing/close.h"
@@ -35,5 +34,3 @@ kmp_closer kmp_least_change_closer(kmp_least_change *least);
 
 /** Rule of convergence in which long corrections are cut. */
 kmp_close_rule kmp_least_change_rule(int most);
-
-#endif

@@ -10,8 +10,7 @@
  *
  * For states without a chosen set of rows, complete pivoting of the scaled J selects the independent rows at each
  * factorisation. */
-#ifndef KMP_CONSTRAINTS_CLOSING_SADDLE_H
-#define KMP_CONSTRAINTS_CLOSING_SADDLE_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/closing/close.h"
@@ -75,5 +74,3 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
 
 /** Closer along the mass-orthogonal direction; dx: n values of work space. */
 kmp_closer kmp_saddle_closer(kmp_saddle *saddle, double *dx);
-
-#endif

@@ -26,8 +26,7 @@ static kempe_status run_parts(kmp_examination *x, const kmp_evaluator *eval)
                                                 kmp_diagnosis_second_order, kmp_diagnosis_repairs,
                                                 kmp_diagnosis_alternatives, kmp_diagnosis_limits};
     x->walk = kmp_walk_new(x->system);
-    if (!x->walk)
-        return kmp_fail_memory(x->system->context);
+    KMP_TRY(kmp_made(x->system->context, x->walk));
     kmp_eval_set_charts(x->walk->eval, eval->chart);
     for (int k = 0; k < (int)(sizeof parts / sizeof *parts) && !x->arena->failed; k++)
         parts[k](x);
@@ -110,8 +109,7 @@ static kempe_status examine(kempe_check *check)
 {
     const kempe_assembly *a = check->assembly;
     kmp_evaluator *eval = kmp_eval_new(check->system, "tape");
-    if (!eval)
-        return kmp_fail_memory(check->system->context);
+    KMP_TRY(kmp_made(check->system->context, eval));
     if (a->chart)
         kmp_eval_set_charts(eval, a->chart);
     kempe_status status = examine_at(check, eval, a->inner_q ? a->inner_q : a->q);

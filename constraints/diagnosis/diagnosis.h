@@ -2,8 +2,7 @@
 /* Results of `check` beyond rank and choice: rows that are redundant everywhere or only here, their dependent sets,
  * closures that could be left out, possible independent coordinates, and the range of motion. All arrays are in the
  * arena of the check. */
-#ifndef KMP_CONSTRAINTS_DIAGNOSIS_DOCTOR_H
-#define KMP_CONSTRAINTS_DIAGNOSIS_DOCTOR_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
@@ -167,5 +166,3 @@ int kmp_loop_blocks(kmp_evaluator *eval, const kmp_partition *part, kmp_arena *a
 
 /** Jacobian k of the examination: 0 here, 1 .. point_count at the random configurations. */
 const double *kmp_diagnosis_jacobian(const kmp_examination *x, int k);
-
-#endif

@@ -146,8 +146,7 @@ kempe_status kmp_obstacle_find(kmp_obstacle *obstacle, const kempe_assembly *ass
 {
     const kempe_system *s = assembly->system;
     obstacle->reaches = KMP_ARENA_NEW(arena, kmp_reach, s->model->closure_count);
-    if (!obstacle->reaches || !try_releases(obstacle, s, arena))
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, obstacle->reaches && try_releases(obstacle, s, arena)));
     for (int c = 0; c < s->model->closure_count; c++)
         obstacle->reach_count += too_short(s->model, c, &obstacle->reaches[obstacle->reach_count]);
     return KEMPE_OK;

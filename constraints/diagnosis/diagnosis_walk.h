@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Moving on the closed configurations of a mechanism at t = 0: the scaled J, its null spaces, projection back. One
  * workspace; nothing is allocated after kmp_walk_new. */
-#ifndef KMP_CONSTRAINTS_DIAGNOSIS_DOCTOR_WALK_H
-#define KMP_CONSTRAINTS_DIAGNOSIS_DOCTOR_WALK_H
+#pragma once
 
 #include "constraints/closing/least_change.h"
 #include "dynamics/system.h"
@@ -65,5 +64,3 @@ bool kmp_walk_wander(kmp_walk *walk, const double *from, unsigned *state, double
 
 /** The next number of a fixed sequence, in -1 .. 1. */
 double kmp_walk_random(unsigned *state);
-
-#endif

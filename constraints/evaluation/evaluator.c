@@ -213,8 +213,7 @@ kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
     if (!s->articulated || eval->articulated)
         return KEMPE_OK;
     eval->articulated = kmp_machine_new(s->articulated, eval->backend);
-    if (!eval->articulated)
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, eval->articulated));
     set_all(eval, KMP_IN_PARAMETER, s->parameters);
     set_modes(eval);
     kmp_machine_set(eval->articulated, KMP_IN_EFFORT, eval->effort); /* zero, or set before use */

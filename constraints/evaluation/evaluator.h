@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The numbers of a mechanism at one state, from the motion program. One per thread; no allocation after
  * kmp_eval_new. */
-#ifndef KMP_CONSTRAINTS_EVALUATION_EVALUATOR_H
-#define KMP_CONSTRAINTS_EVALUATION_EVALUATOR_H
+#pragma once
 
 #include "backend/x86/machine.h"
 #include "base/arena.h"
@@ -161,5 +160,3 @@ void kmp_eval_rates(const kmp_evaluator *eval, const double *qd, double *rates);
 
 /** max |J qd + h_t| / row scale at the last kmp_eval_closure, over the rows that count. */
 double kmp_eval_rate_residual(const kmp_evaluator *eval, const double *qd);
-
-#endif

@@ -2,8 +2,7 @@
 /* The reduced right-hand side as one program for one choice of u: from t, q and ud to qd and udd. The linear algebra of
  * eqs. (43)-(46) of Fisette and Samin 1996 is written out with the equations, so that zeros and unused values are left
  * out. The numbers equal those of reduction.h but for rounding. */
-#ifndef KMP_CONSTRAINTS_EVALUATION_FUSED_H
-#define KMP_CONSTRAINTS_EVALUATION_FUSED_H
+#pragma once
 
 #include "constraints/evaluation/written.h"
 #include "constraints/partition/reduction.h"
@@ -55,5 +54,3 @@ const kmp_program *kmp_fused_program(const kmp_fused *fused);
 
 /** Operation count of a run. */
 kmp_counts kmp_fused_count(const kmp_fused *fused);
-
-#endif

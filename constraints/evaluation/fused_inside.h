@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The program of fused.c, made by fused_write.c. */
-#ifndef KMP_CONSTRAINTS_EVALUATION_FUSED_INSIDE_H
-#define KMP_CONSTRAINTS_EVALUATION_FUSED_INSIDE_H
+#pragma once
 
 #include "constraints/evaluation/written_blocks.h"
 
@@ -31,5 +30,3 @@ typedef struct kmp_fused_plan {
 
 /** Writes the program; NULL: no memory. */
 kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan, kmp_fused_layout *layout);
-
-#endif

@@ -2,8 +2,7 @@
 /* Forces that depend on multipliers: C(t, q, qd, lambda). At a state M qdd + C = J' lambda, J qdd + jdqd = 0 is then a
  * nonlinear system in the few multipliers nu of such forces (system->load_rows). For C at given nu all else is linear,
  * and gives multipliers Lambda(nu). Newton's method solves nu = Lambda(nu) with the exact dC/dlambda. */
-#ifndef KMP_CONSTRAINTS_EVALUATION_LOAD_MULTIPLIERS_H
-#define KMP_CONSTRAINTS_EVALUATION_LOAD_MULTIPLIERS_H
+#pragma once
 
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
@@ -42,5 +41,3 @@ kempe_status kmp_find_shared(kmp_evaluator *eval, double t, const double *q, boo
 
 /** Allocates the workspace of an evaluator in its arena. NULL: no memory. */
 kmp_load_work *kmp_load_work_new(const kempe_system *system, kmp_arena *arena);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The inputs of a model at an evaluation: the vector KMP_IN_TIME of all programs. During a step of a run every input is
  * one polynomial, so that the step is smooth; otherwise inputs follow their samples. */
-#ifndef KMP_CONSTRAINTS_EVALUATION_PRESENT_INPUTS_H
-#define KMP_CONSTRAINTS_EVALUATION_PRESENT_INPUTS_H
+#pragma once
 
 #include "model/model.h"
 #include "symbolic/graph.h"
@@ -61,5 +60,3 @@ struct kempe_workspace;
 
 /** The inputs of a workspace. */
 kmp_present_inputs *kmp_workspace_inputs(struct kempe_workspace *workspace);
-
-#endif

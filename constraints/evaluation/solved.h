@@ -7,8 +7,7 @@
  * or, by articulated bodies, S and M^-1 J' from their recursion. It runs as scalar machine code, or in the lanes of
  * vector registers (kmp_solved_lanes). Needs M positive definite and J of full rank; digits are lost where a pivot is
  * small, which each run reports. */
-#ifndef KMP_CONSTRAINTS_EVALUATION_SOLVED_H
-#define KMP_CONSTRAINTS_EVALUATION_SOLVED_H
+#pragma once
 
 #include "backend/lanes.h"
 #include "constraints/closing/close.h"
@@ -117,5 +116,3 @@ const kmp_program *kmp_solved_program(const kmp_solved *solved);
  * kmp_solved_renew_lanes takes again after their change. It must not outlive `solved`. NULL: no memory. */
 kmp_lanes *kmp_solved_lanes(const kmp_solved *solved, int width);
 void kmp_solved_renew_lanes(const kmp_solved *solved, int width, kmp_lanes *lanes);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The program of solved.c, made by solved_write.c. */
-#ifndef KMP_CONSTRAINTS_EVALUATION_SOLVED_INSIDE_H
-#define KMP_CONSTRAINTS_EVALUATION_SOLVED_INSIDE_H
+#pragma once
 
 #include "constraints/evaluation/solved.h"
 #include "constraints/evaluation/written_blocks.h"
@@ -30,5 +29,3 @@ double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *par
 
 /** Writes the program of the cheaper dynamics, of those that the evaluator has. False: no memory. */
 bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *plan, kmp_solved_written *written);
-
-#endif

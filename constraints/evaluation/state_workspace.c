@@ -90,8 +90,7 @@ kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **w
     KMP_WANTED(NULL, system, "system");
     KMP_WANTED(system->context, workspace, "workspace");
     kempe_workspace *ws = KMP_NEW(kempe_workspace, 1);
-    if (!ws)
-        return kmp_fail_memory(system->context);
+    KMP_TRY(kmp_made(system->context, ws));
     ws->system = system;
     ws->n = system->n;
     ws->m = system->m;

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A program that is written from the outputs of a motion program: linear algebra as expressions of them, then all in
  * stages. Common part of fused_write.c and solved_write.c; and of fused.c and solved.c, which run such programs. */
-#ifndef KMP_CONSTRAINTS_EVALUATION_WRITTEN_H
-#define KMP_CONSTRAINTS_EVALUATION_WRITTEN_H
+#pragma once
 
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
@@ -117,5 +116,3 @@ bool kmp_written_machine_is_stale(kmp_written_machine *w);
 /** True if the program is not stale, and the model has no conditions or they are frozen (kmp_eval_freeze): the program
  * does not look for their changes. */
 bool kmp_written_machine_applies(kmp_written_machine *w);
-
-#endif

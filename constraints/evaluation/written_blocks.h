@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Jv of a reduction factored block by block, written out as expressions. Blocks of one and two rows are solved by their
  * determinant, larger ones by elimination in a given order. */
-#ifndef KMP_CONSTRAINTS_EVALUATION_WRITTEN_BLOCKS_H
-#define KMP_CONSTRAINTS_EVALUATION_WRITTEN_BLOCKS_H
+#pragma once
 
 #include "constraints/evaluation/written.h"
 #include "constraints/partition/reduction.h"
@@ -47,5 +46,3 @@ void kmp_written_blocks_correct(const kmp_written_blocks *k, const kmp_ref *h, k
 /** Writes the correction dv (r) of v of a state (kmp_written_take_state), and adds it: later imports are those of the
  * corrected state. `k` has what the caller sets. False: no memory. */
 bool kmp_written_close(kmp_written *w, kmp_written_blocks k, kmp_ref *dv);
-
-#endif

@@ -4,8 +4,7 @@
  *
  * Trailing unknowns may have a zero diagonal, as the multipliers of [M J'; J 0]. Each is eliminated after the leading
  * ones that it is coupled with, so that its pivot is that of the Schur complement -J M^-1 J'. */
-#ifndef KMP_CONSTRAINTS_EVALUATION_WRITTEN_LDL_H
-#define KMP_CONSTRAINTS_EVALUATION_WRITTEN_LDL_H
+#pragma once
 
 #include "base/arena.h"
 #include "symbolic/graph.h"
@@ -31,5 +30,3 @@ bool kmp_written_ldl_factor(kmp_written_ldl *ldl, kmp_arena *arena, kmp_graph *g
 /** x <- A^-1 x; the same with the leading part of A, which no trailing unknown changes. */
 void kmp_written_ldl_solve(const kmp_written_ldl *ldl, kmp_graph *g, kmp_ref *x);
 void kmp_written_ldl_solve_leading(const kmp_written_ldl *ldl, kmp_graph *g, kmp_ref *x);
-
-#endif

@@ -2,8 +2,7 @@
 /* Structural zeros of X = (1; Bvu), M X and the reduced mass X' M X: a loop moves only with the coordinates that its
  * block of Jv reaches. The reduced mass is eliminated in an order of little fill. Zeros are found once for a choice of
  * u, v and rows; numbers are computed without allocation. */
-#ifndef KMP_CONSTRAINTS_EVALUATION_ZEROS_H
-#define KMP_CONSTRAINTS_EVALUATION_ZEROS_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/partition/partition.h"
@@ -44,5 +43,3 @@ int kmp_zeros_factor(const kmp_zeros *z, double *mr);
 
 /** b (p, in the order of u) <- Mr^-1 b with the factor in mr. */
 void kmp_zeros_solve(const kmp_zeros *z, const double *mr, double *b);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A closure kind consists of one or two parts: rows h as expressions, with the load of their multipliers. J, J qd and
  * gamma are derived from h by the engine. */
-#ifndef KMP_CONSTRAINTS_KINDS_KIND_H
-#define KMP_CONSTRAINTS_KINDS_KIND_H
+#pragma once
 
 #include "dynamics/kinematics/link_tree.h"
 
@@ -43,5 +42,3 @@ kmp_vec kmp_part_effort(const kmp_tree *tree, const kmp_closure *closure, const 
 #define KMP_KIND(name, force, moment) extern const kmp_part kmp_part_##force, kmp_part_##moment;
 #include "constraints/kinds/kinds.def"
 #undef KMP_KIND
-
-#endif

@@ -4,8 +4,7 @@
  * conditions dot-1, dot-2, parallel-1 and parallel-2). e is the closure's axis on a point's body, a and b complete it
  * to right-handed axes fixed there. Moments follow from virtual work: turning the second body by w changes u1.u2 by
  * w.(u2 x u1). */
-#ifndef KMP_CONSTRAINTS_KINDS_KIND_PARTS_H
-#define KMP_CONSTRAINTS_KINDS_KIND_PARTS_H
+#pragma once
 
 #include "constraints/kinds/kind.h"
 
@@ -20,5 +19,3 @@ kmp_vec kmp_part_gap(const kmp_tree *tree, const kmp_closure *closure);
 
 /** Turns v from the axes of kmp_part_frame into those of the ancestor's body, used for rows, forces and moments. */
 kmp_vec kmp_part_own(const kmp_tree *tree, const kmp_closure *closure, kmp_vec v);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Causes of states without accelerations: angles at their singular position, values that are not finite, motions that
  * carry no mass. */
-#ifndef KMP_CONSTRAINTS_PARTITION_CAUSES_H
-#define KMP_CONSTRAINTS_PARTITION_CAUSES_H
+#pragma once
 
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
@@ -24,5 +23,3 @@ kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part
  * regular. KEMPE_OK, KEMPE_E_MEMORY. */
 kempe_status kmp_foresee_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q,
                                   kmp_text *why);
-
-#endif

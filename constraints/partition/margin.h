@@ -7,8 +7,7 @@
  *
  * With redundant rows: T expresses the dropped rows by the kept ones, J_dropped = T J_kept. Where an entry of T goes to
  * infinity the kept rows lose their rank and the dropped one is needed. The workspace is allocated once. */
-#ifndef KMP_CONSTRAINTS_PARTITION_MARGIN_H
-#define KMP_CONSTRAINTS_PARTITION_MARGIN_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/evaluation/evaluator.h"
@@ -112,5 +111,3 @@ bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_evaluator *eval);
 /** A row that moves with time and without which J, at the evaluator's last closure, has all its rank but one: a closure
  * that demands a motion which the others do not allow. `been`: J had lost a row shortly before. -1: none. */
 int kmp_margin_lock(kmp_margin *margin, const kmp_evaluator *eval, bool been);
-
-#endif

@@ -61,8 +61,7 @@ static kempe_status check_wish(const kempe_system *s, int p, int r, const int *b
         kmp_text_printf(&names, "%s%s", k ? ", " : "", coordinate(s, best[k]));
     char *would = kmp_text_take(&names);
     kempe_status status = KEMPE_OK;
-    if (!would)
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, would));
     if (count != p)
         status = kmp_fail(
             s->context, KEMPE_E_FAILED,
@@ -81,8 +80,7 @@ static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_sy
 {
     double *pivots = KMP_ARENA_NEW(&c->arena, double, s->m + s->n);
     int *best = KMP_ARENA_NEW(&c->arena, int, s->n);
-    if (c->arena.failed)
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, !c->arena.failed));
     memcpy(best, c->col + part->r, (size_t)part->p * sizeof *best);
     sort(best, part->p);
     for (int k = 0; k < count; k++)
@@ -134,8 +132,7 @@ static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system
 static kempe_status choose(kmp_pick *c, kmp_partition *part, const kempe_system *s, int rank, const int *wish,
                            int wish_count)
 {
-    if (!kmp_pick_pivot(c, NULL, part->pivots))
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, kmp_pick_pivot(c, NULL, part->pivots)));
     part->r = rank >= 0 ? rank : kmp_partition_rank(s, part->pivots);
     part->p = s->n - part->r;
     if (wish_count > 0)

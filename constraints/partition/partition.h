@@ -2,8 +2,7 @@
 /* The partition of coordinates and rows: q = (u, v), independent and dependent (Wehage and Haug 1982; Fisette and Samin
  * 1996, eq. 42), and the r rows of h that are solved for v. Chosen at a closed configuration by complete pivoting of
  * the geometrically scaled J: rotations 1, translations and rows by powers of the characteristic length. */
-#ifndef KMP_CONSTRAINTS_PARTITION_PARTITION_H
-#define KMP_CONSTRAINTS_PARTITION_PARTITION_H
+#pragma once
 
 #include "dynamics/system.h"
 
@@ -58,5 +57,3 @@ bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);
  * choice. KEMPE_E_FAILED without message when Jv is singular; part is then untouched. */
 kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian,
                                     double growth);
-
-#endif

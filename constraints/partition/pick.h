@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The choice of rows and columns of a scaled J: complete pivoting, then exchanges until no |Bvu| exceeds 1.5. A
  * large J is pivoted on its non-zeros alone, with the same pivots, and its Jv is factored sparse. */
-#ifndef KMP_CONSTRAINTS_PARTITION_PICK_H
-#define KMP_CONSTRAINTS_PARTITION_PICK_H
+#pragma once
 
 #include "base/arena.h"
 #include <stdbool.h>
@@ -34,5 +33,3 @@ typedef enum kmp_pick_outcome { KMP_PICK_MADE, KMP_PICK_SINGULAR, KMP_PICK_NO_ME
 /** Makes at most `most` exchanges between the first r columns and the others. Returns their number, max |Bvu| and
  * the 1-norm condition number of Jv, for a large Jv a lower estimate. */
 kmp_pick_outcome kmp_pick_improve(kmp_pick *c, int r, int most, int *exchanges, double *max_b, double *cond);
-
-#endif

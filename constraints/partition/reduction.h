@@ -2,8 +2,7 @@
 /* Coordinate partitioning at one state: Jv factored block by block, qd = X ud + x_t with X = (1; Bvu), the reduced mass
  * and force (Fisette and Samin 1996, eqs. 43-46), the closure by Newton's method, the multipliers. Workspace of one
  * thread; no allocation after kmp_reduction_init. */
-#ifndef KMP_CONSTRAINTS_PARTITION_REDUCTION_H
-#define KMP_CONSTRAINTS_PARTITION_REDUCTION_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/evaluation/evaluator.h"
@@ -105,5 +104,3 @@ kmp_counts kmp_reduction_count(const kmp_reduction *red);
 
 /** max |Bvu|, scaled, and its v and u. */
 double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The exact mechanism of a rounded drawing: of all mechanisms with exactly redundant closures the one with the nearest
  * points and axes. */
-#ifndef KMP_CONSTRAINTS_ROUNDING_MEND_H
-#define KMP_CONSTRAINTS_ROUNDING_MEND_H
+#pragma once
 
 #include "constraints/closing/assemble.h"
 #include "model/variant.h"
@@ -24,5 +23,3 @@ typedef enum kmp_drawn_model { KMP_DRAWING_OPEN, KMP_DRAWING_UNEXPLAINED, KMP_DR
  * alone, or equal to it; `a` is the system's assembly. *by: the largest shift, scaled. KEMPE_E_MEMORY. */
 kempe_status kmp_exact_find(const kempe_system *system, const kempe_assembly *a, kmp_variant *variant,
                             kmp_drawn_model *found, double *by);
-
-#endif

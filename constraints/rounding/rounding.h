@@ -3,8 +3,7 @@
  * higher rank than the intended mechanism, with pivots of the size of the rounding, and its loops close nowhere or at a
  * few places. The intended rank is found once, when the loops are assembled, and kept in the system: every choice of
  * rows uses it. Rows beyond it are dropped; they stay open by their misfit, which is monitored. */
-#ifndef KMP_CONSTRAINTS_ROUNDING_ROUNDING_H
-#define KMP_CONSTRAINTS_ROUNDING_ROUNDING_H
+#pragma once
 
 #include "constraints/evaluation/evaluator.h"
 
@@ -63,5 +62,3 @@ int kmp_rounding_drives(const kempe_system *system, const bool *dropped, bool *d
 
 /** Writes a trial that holds into the system, unless another assembly has. */
 void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *trial);
-
-#endif

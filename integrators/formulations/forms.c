@@ -376,13 +376,11 @@ static void begin(dae *d, const kmp_formulation_start *start)
 
 static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_start *start)
 {
-    if (!allocate(d, 2 * d->n + chosen->groups * d->r))
-        return kmp_fail_memory(d->s->context);
+    KMP_TRY(kmp_made(d->s->context, allocate(d, 2 * d->n + chosen->groups * d->r)));
     choose_form(d, chosen, start->rate_scale);
     KMP_TRY(kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values_of(chosen)));
     KMP_TRY(kmp_tangents_add_values(&d->tangents, d->s, d->eval->backend));
-    if (!compress(d))
-        return kmp_fail_memory(d->s->context);
+    KMP_TRY(kmp_made(d->s->context, compress(d)));
     begin(d, start);
     return KEMPE_OK;
 }

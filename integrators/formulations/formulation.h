@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Interface of a formulation to a run: a consistent start, an ODE or a DAE, and full rows at any time. A new
  * formulation or form is a file with one kmp_formulation_kind and a row in formulations.def. */
-#ifndef KMP_INTEGRATORS_FORMULATIONS_FORMULATION_H
-#define KMP_INTEGRATORS_FORMULATIONS_FORMULATION_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
@@ -137,5 +136,3 @@ extern const kmp_formulation_kind kmp_formulation_near_singular;
 #define KMP_FORMULATION(id) extern const kmp_formulation_kind kmp_formulation_##id;
 #include "integrators/formulations/formulations.def"
 #undef KMP_FORMULATION
-
-#endif

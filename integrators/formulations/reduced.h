@@ -2,8 +2,7 @@
 /* Internals of the reduced formulation: states, steps and rows (reduced.c), monitoring of the choice of u and exchanges
  * (reduced_choice.c), programs (reduced_programs.c), prediction of v (reduced_predict.c), the equations as a DAE
  * (reduced_dae.c). */
-#ifndef KMP_INTEGRATORS_FORMULATIONS_REDUCED_H
-#define KMP_INTEGRATORS_FORMULATIONS_REDUCED_H
+#pragma once
 
 #include "constraints/evaluation/fused.h"
 #include "constraints/evaluation/solved.h"
@@ -163,5 +162,3 @@ void kmp_reduced_free_programs(kmp_reduced *d);
 
 /** Makes the formulation a DAE, starting at t. */
 kempe_status kmp_reduced_describe(kmp_reduced *d, double t);
-
-#endif

@@ -84,8 +84,7 @@ kempe_status kmp_reduced_describe(kmp_reduced *d, double t)
     double *ones = KMP_ARENA_NEW(a, double, size);
     d->jacobian = KMP_ARENA_NEW(a, double, size *size);
     d->formulation.yp = KMP_ARENA_NEW(a, double, size);
-    if (a->failed)
-        return kmp_fail_memory(d->s->context);
+    KMP_TRY(kmp_made(d->s->context, !a->failed));
     for (int i = 0; i < size; i++)
         ones[i] = 1;
     d->formulation.dae = (kmp_dae){.n = size,

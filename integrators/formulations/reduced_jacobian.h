@@ -7,8 +7,7 @@
  * and M dqdd + R_q dq + R_qd dqd + force = J' dlambda, with R the residual including lambda. X' eliminates dlambda (X'
  * J' = 0) and leaves dR. Wehage and Haug 1982 for the partitioning; differentiation as in Fisette and Samin 1996, sec.
  * 4. */
-#ifndef KMP_INTEGRATORS_FORMULATIONS_REDUCED_JACOBIAN_H
-#define KMP_INTEGRATORS_FORMULATIONS_REDUCED_JACOBIAN_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/partition/reduction.h"
@@ -61,5 +60,3 @@ void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const d
  * C. */
 void kmp_reduced_jacobian_of_residual(kmp_reduced_jacobian *jacobian, double t, double cj, const double *q,
                                       const double *qd, const double *udd, int size, double *j);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A program of a formulation in the lanes of vector registers, for integrators that evaluate several stages of a step
  * at once (kmp_ode.lanes). */
-#ifndef KMP_INTEGRATORS_FORMULATIONS_STAGE_LANES_H
-#define KMP_INTEGRATORS_FORMULATIONS_STAGE_LANES_H
+#pragma once
 
 #include "backend/lanes.h"
 #include "constraints/evaluation/evaluator.h"
@@ -41,5 +40,3 @@ bool kmp_stage_lanes_finite(int count, const double *values);
 
 /** True if they exceed `part` of the positive `of` (NULL: 0). */
 bool kmp_stage_lanes_exceed(int count, const double *values, double part, const double *of);
-
-#endif

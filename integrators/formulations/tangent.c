@@ -199,8 +199,7 @@ static void add_effort(gather *g)
 
 static kempe_status collect_tangents(gather *g, const kempe_system *system)
 {
-    if (!make_room_for_matrices(g))
-        return kmp_fail_memory(g->eq.context);
+    KMP_TRY(kmp_made(g->eq.context, make_room_for_matrices(g)));
     for (int k = 0; k < g->eq.n; k++) {
         (void)kmp_input(g->eq.graph, KMP_IN_Q, (uint32_t)k);
         (void)kmp_input(g->eq.graph, KMP_IN_QD, (uint32_t)k);
@@ -306,8 +305,7 @@ static bool is_worth_two_derivations(const kempe_system *system)
 
 static kempe_status fill(gather *g, const kempe_system *system, unsigned values)
 {
-    if (!collect_values(g, values))
-        return kmp_fail_memory(system->context);
+    KMP_TRY(kmp_made(system->context, collect_values(g, values)));
     KMP_TRY(collect_tangents(g, system));
     sort_entries(g->t, &g->list);
     return make_programs(g) ? KEMPE_OK : kmp_fail_memory(system->context);

@@ -5,8 +5,7 @@
  *
  *     R = M qdd + C - J' lambda      h      rate = J qd + h_t      curve = J qdd + gamma      J' mu
  */
-#ifndef KMP_INTEGRATORS_FORMULATIONS_TANGENT_H
-#define KMP_INTEGRATORS_FORMULATIONS_TANGENT_H
+#pragma once
 
 #include "base/arena.h"
 #include "dynamics/formalisms/tangents.h"
@@ -109,5 +108,3 @@ void kmp_tangent_numbers_set_parameters(kmp_tangent_numbers *numbers, const doub
 
 /** Evaluates all entries; valid until the next call; no allocation. */
 const double *kmp_tangent_numbers_eval(kmp_tangent_numbers *numbers, const kmp_instant *at);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Internals of an ensemble: instances wait in pools, one for each choice of independent coordinates and order of
  * elimination, and pass through the lanes of one pool at a time. */
-#ifndef KMP_INTEGRATORS_LANES_ENSEMBLE_INSIDE_H
-#define KMP_INTEGRATORS_LANES_ENSEMBLE_INSIDE_H
+#pragma once
 
 #include "backend/lanes.h"
 #include "constraints/evaluation/fused_inside.h"
@@ -155,5 +154,3 @@ void kmp_lanes_measure(size_t width, const kmp_lanes_end *end);
 
 /** to = from in the lanes where `which` is not 0. */
 void kmp_lanes_take(size_t width, size_t size, const double *which, const double *from, double *to);
-
-#endif

@@ -51,8 +51,7 @@ static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *p
     unsigned long failures = kmp_memory_failures();
     pool->head = pool->tail = -1;
     pool->order = KMP_NEW(int, part->r);
-    if (!pool->order || !kmp_partition_copy(&pool->part, part))
-        return kmp_fail_memory(e->context);
+    KMP_TRY(kmp_made(e->context, pool->order && kmp_partition_copy(&pool->part, part)));
     KMP_TRY(kmp_reduction_init(&pool->red, e->eval, &pool->part));
     if (!kmp_written_blocks_fit(&pool->red))
         return KEMPE_E_FAILED;
@@ -70,8 +69,7 @@ kempe_status kmp_pool_find(kmp_ensemble *e, const kmp_partition *part, kmp_pool 
 {
     int *order = KMP_NEW(int, part->r);
     *found = NULL;
-    if (!order)
-        return kmp_fail_memory(e->context);
+    KMP_TRY(kmp_made(e->context, order));
     for (int k = 0; k < e->pool_count && !*found; k++) {
         kmp_pool *pool = e->pools[k];
         if (!same_choice(pool, part))

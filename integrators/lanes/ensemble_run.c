@@ -19,8 +19,7 @@ static kempe_status make(kmp_ensemble *e, const kempe_model *model, const char *
     e->size = e->n + e->p + e->s->dissipative;
     e->parameters = kmp_variant_model(e->variant)->parameter_count;
     e->unit_row_scale = KMP_NEW(double, e->m);
-    if (!e->unit_row_scale)
-        return kmp_fail_memory(e->context);
+    KMP_TRY(kmp_made(e->context, e->unit_row_scale));
     memcpy(e->unit_row_scale, e->s->row_scale, (size_t)e->m * sizeof(double));
     return KEMPE_OK;
 }
@@ -96,8 +95,7 @@ static kempe_status prepare(kmp_ensemble *e)
     if (!e->eval)
         return KEMPE_E_MEMORY;
     bool ok = allocate(e) && (kmp_ensemble_no_lanes(e) || kmp_lane_room_init(e, width));
-    if (!ok)
-        return kmp_fail_memory(e->context);
+    KMP_TRY(kmp_made(e->context, ok));
     for (int i = 0; i < e->count; i++)
         e->results[i] = (kmp_ensemble_result){.status = KEMPE_STOPPED, .h = NAN, .hdot = NAN, .drift = NAN};
     for (size_t k = 0; k < (size_t)e->count * (size_t)e->n; k++)

@@ -6,8 +6,7 @@
  * Lanes make the decisions of a run of one mechanism. If a lane cannot decide, a separate run repeats that instance
  * from its start: for change points, events, charts of spherical joints, drives, redundant rows, large systems, failed
  * steps. */
-#ifndef KMP_INTEGRATORS_LANES_ENSEMBLE_RUN_H
-#define KMP_INTEGRATORS_LANES_ENSEMBLE_RUN_H
+#pragma once
 
 #include "integrators/run/run.h"
 
@@ -53,5 +52,3 @@ typedef struct kmp_ensemble_work {
     long lane_steps; /* attempted steps of instances in these */
 } kmp_ensemble_work;
 kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *ensemble);
-
-#endif

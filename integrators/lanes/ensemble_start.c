@@ -2,7 +2,6 @@
 /* Operations on one instance at a time: its start, an exchange of u, its end, and its separate run if lanes cannot run
  * it. The evaluator and the scales of the system are those of the current instance. */
 #include "base/memory.h"
-#include "constraints/closing/assemble.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/lanes/ensemble_inside.h"
@@ -204,8 +203,7 @@ kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
         kmp_instance_leave(e, i, "closures that are singular");
         return KEMPE_OK;
     }
-    if (!kmp_partition_copy(&part, &from->part))
-        return kmp_fail_memory(e->context);
+    KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, &from->part)));
     kempe_status status = kmp_partition_exchange(&part, e->s, e->eval->jacobian, KMP_EXCHANGE_GROWTH);
     if (status == KEMPE_OK)
         status = kmp_pool_find(e, &part, &pool);

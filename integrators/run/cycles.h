@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Counted time: about the processor cycles of work by its operations, with no clock, so that choices by it are the same
  * in each run. */
-#ifndef KMP_INTEGRATORS_RUN_CYCLES_H
-#define KMP_INTEGRATORS_RUN_CYCLES_H
+#pragma once
 
 #include "integrators/steppers/ode.h"
 #include "symbolic/program/program.h"
@@ -22,5 +21,3 @@ double kmp_cycles_ratio(const kmp_ode *ode, double rtol);
 /** Below this ratio radau is taken. On the bench set the expected ratio is too large by half on many models, too small
  * by a quarter on chains of loops and trees. */
 #define KMP_RATIO_WORTH 0.95
-
-#endif

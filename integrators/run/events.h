@@ -2,8 +2,7 @@
 /* Events: a condition of the model changes within a step. The step was made with all conditions fixed, so the solution
  * is smooth beyond the event. It is cut there, the conditions change, and the integrator restarts. events.c changes
  * conditions, event_search.c locates events. */
-#ifndef KMP_INTEGRATORS_RUN_EVENTS_H
-#define KMP_INTEGRATORS_RUN_EVENTS_H
+#pragma once
 
 #include "backend/bounds.h"
 #include "constraints/evaluation/evaluator.h"
@@ -111,5 +110,3 @@ kempe_status kmp_crossing_look(kmp_crossing *c, double t);
 
 /** Allocates a search in the arena; false: no memory. */
 bool kmp_event_search_init(kmp_event_search *search, const kempe_system *system, bool closely, kmp_arena *arena);
-
-#endif

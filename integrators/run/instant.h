@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The place of an evaluation, and programs of expressions evaluated there. */
-#ifndef KMP_INTEGRATORS_RUN_INSTANT_H
-#define KMP_INTEGRATORS_RUN_INSTANT_H
+#pragma once
 
 #include "backend/x86/machine.h"
 #include "constraints/evaluation/evaluator.h"
@@ -73,5 +72,3 @@ void kmp_formulas_renew(kmp_formulas *formulas, const double *parameters);
  * call; no allocation. */
 void kmp_formulas_place(kmp_formulas *formulas, const kmp_instant *at);
 const double *kmp_formulas_at(kmp_formulas *formulas, const kmp_instant *at);
-
-#endif

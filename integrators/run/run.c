@@ -75,8 +75,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     kempe_status status = KEMPE_OK;
     unsigned long memory_failures = kmp_memory_failures();
     kmp_runner *run = KMP_NEW(kmp_runner, 1);
-    if (!run)
-        return kmp_fail_memory(system->context);
+    KMP_TRY(kmp_made(system->context, run));
     run->memory_failures = memory_failures;
     run->s = system;
     run->spec = *spec;
@@ -327,8 +326,7 @@ static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
     int next = 0, steps = 0;
     double begin_s = run->spec.limit_s > 0 ? cpu_of(run) : 0;
     double *row = KMP_ARENA_NEW(&run->arena, double, 3 * run->s->n + run->s->m);
-    if (!row)
-        return kmp_fail_memory(run->s->context);
+    KMP_TRY(kmp_made(run->s->context, row));
     KMP_TRY(deliver(run, &next, row, take, user));
     while (kmp_runner_t(run) < run->spec.t_end) {
         kempe_status status = kmp_runner_step(run);

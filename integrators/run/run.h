@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One run: assembles, combines a formulation and an integrator by name, advances, delivers rows. */
-#ifndef KMP_INTEGRATORS_RUN_RUN_H
-#define KMP_INTEGRATORS_RUN_RUN_H
+#pragma once
 
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/present_inputs.h"
@@ -140,5 +139,3 @@ typedef struct kmp_method {
     const char *linear;                      /* linear solver of an integrator that takes one; NULL: auto */
 } kmp_method;
 bool kmp_method_get(int k, kmp_method *method);
-
-#endif

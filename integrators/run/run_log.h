@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The log of a run, its entries between steps: time, kind, reason, and a measure before and after. */
-#ifndef KMP_INTEGRATORS_RUN_RUN_LOG_H
-#define KMP_INTEGRATORS_RUN_RUN_LOG_H
+#pragma once
 
 #include "base/context.h"
 
@@ -24,5 +23,3 @@ typedef struct kmp_run_log {
 void kmp_run_log_add(kmp_run_log *log, const char *kind, double t, double before, double after, const char *format, ...)
     __attribute__((format(printf, 6, 7)));
 void kmp_run_log_free(kmp_run_log *log);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Internals of a run, for its files: its start, its changes of formulation, its failures, its work. */
-#ifndef KMP_INTEGRATORS_RUN_RUNNER_H
-#define KMP_INTEGRATORS_RUN_RUNNER_H
+#pragma once
 
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/margin.h"
@@ -228,5 +227,3 @@ void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report);
 
 /** Number of attempted steps, rejected and refused ones included. */
 long kmp_runner_tried(const kmp_runner *run);
-
-#endif

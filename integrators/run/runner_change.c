@@ -32,8 +32,8 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
     kmp_partition_free(&before);
     if (status != KEMPE_OK || run->margin.r == 0)
         return status;
-    if (!kmp_margin_choose(&run->margin, &run->part) || !kmp_margin_exchange_rows(&run->margin, run->eval))
-        return kmp_fail_memory(run->s->context);
+    KMP_TRY(kmp_made(run->s->context,
+                     kmp_margin_choose(&run->margin, &run->part) && kmp_margin_exchange_rows(&run->margin, run->eval)));
     kmp_partition_take_rows(&run->part, &run->margin.part);
     return KEMPE_OK;
 }

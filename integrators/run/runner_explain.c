@@ -139,7 +139,6 @@ kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char
         return fail_memory(run);
     run->locks = kmp_runner_reason(run, otherwise, t, &text);
     run->reason = kmp_text_take(&text);
-    if (!run->reason)
-        return kmp_fail_memory(run->s->context);
+    KMP_TRY(kmp_made(run->s->context, run->reason));
     return run->locks ? KEMPE_STOPPED : KEMPE_E_FAILED;
 }

@@ -2,7 +2,6 @@
 /* Inputs of the model during a run. Each step has one polynomial for each input: it ends at the next sample. Beyond it
  * the integrator restarts where a value jumps, and continues in its order elsewhere. */
 #include "integrators/run/runner.h"
-#include <math.h>
 
 /* An input of a closure must have no jump in value and rate, which no force can follow. */
 static kempe_status check_closures(const kmp_runner *run, double t)

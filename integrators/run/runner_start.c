@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
  * integrator. */
-#include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/causes.h"
 #include "constraints/rounding/rounding.h"
@@ -180,15 +179,13 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
     kmp_formulation *formulation = run->formulation;
     run->y = KMP_ARENA_NEW(&formulation->arena, double, formulation->size);
     run->yp = formulation->yp ? KMP_ARENA_NEW(&formulation->arena, double, formulation->size) : NULL;
-    if (formulation->arena.failed)
-        return kmp_fail_memory(run->s->context);
+    KMP_TRY(kmp_made(run->s->context, !formulation->arena.failed));
     KMP_TRY(kmp_runner_make_integrator(run));
     if (!run->s->changes)
         return KEMPE_OK;
     if (!run->crossing)
         run->crossing = kmp_crossing_new(run);
-    if (!run->crossing)
-        return kmp_fail_memory(run->s->context);
+    KMP_TRY(kmp_made(run->s->context, run->crossing));
     run->crossing->search.ready = false;
     return KEMPE_OK;
 }
@@ -218,8 +215,7 @@ static kempe_status look_at_margin(kmp_runner *run, const double *q)
     bool made = kmp_margin_init(&run->margin, run->s, &run->part);
     if (made && word && strcmp(word, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0)
         kmp_margin_ignore(&run->margin);
-    if (!made)
-        return kmp_fail_memory(run->s->context);
+    KMP_TRY(kmp_made(run->s->context, made));
     kmp_eval_closure(run->eval, run->spec.t_start, q);
     kmp_margin_begin(&run->margin, run->eval, run->spec.t_start, q);
     return KEMPE_OK;

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Bound on the work of a run: a given number of steps, or else one by its progress. */
-#ifndef KMP_INTEGRATORS_RUN_WORK_BOUND_H
-#define KMP_INTEGRATORS_RUN_WORK_BOUND_H
+#pragma once
 
 #include "base/text.h"
 #include <stdbool.h>
@@ -17,5 +16,3 @@ typedef struct kmp_work_bound {
  * in `why` (NULL: not wanted). A default bound judges steps in long windows; it ends a run whose last window would have
  * to be repeated hundreds of times. */
 bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why);
-
-#endif

@@ -6,8 +6,7 @@
  * The unknowns of the stages are their derivatives g, without those of positions, which are rates, and of quadratures:
  *
  *     V = v + h A g,    Q = q + h c v + (h A)^2 g,    g = f(t + c h, Q, V). */
-#ifndef KMP_INTEGRATORS_STEPPERS_COLLOCATION_H
-#define KMP_INTEGRATORS_STEPPERS_COLLOCATION_H
+#pragma once
 
 #include "integrators/steppers/collocation_table.h"
 #include "integrators/steppers/solver.h"
@@ -185,5 +184,3 @@ void kmp_lanes_subtract(int width, int count, const double *f, const double *x, 
 
 /** x += change in all lanes; returns the sum over k < count and the stages of (weight[k] change[k])^2. */
 double kmp_lanes_advance(int width, int count, int stages, const double *weight, const double *change, double *x);
-
-#endif

@@ -14,7 +14,6 @@
 #include "integrators/steppers/collocation.h"
 
 #include <float.h>
-#include <math.h>
 #include <string.h>
 
 typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));

@@ -2,8 +2,7 @@
 /* Coefficients of Radau IIA of any number of stages s for unknown derivatives of the stages: collocation at the zeros c
  * of a Radau polynomial, c[s - 1] = 1, order 2 s - 1, stage order s, L-stable (Hairer, Wanner, Solving Ordinary
  * Differential Equations II, 2nd ed., IV.5). They are computed in floating point, c and A to rounding. */
-#ifndef KMP_INTEGRATORS_STEPPERS_COLLOCATION_TABLE_H
-#define KMP_INTEGRATORS_STEPPERS_COLLOCATION_TABLE_H
+#pragma once
 
 enum { KMP_COLLOCATION_STAGES = 7, KMP_COLLOCATION_EIGENVALUES = 4, KMP_COLLOCATION_ENDS = 4 };
 
@@ -50,5 +49,3 @@ void kmp_collocation_weights(const kmp_collocation_table *table, double x, doubl
 
 /** Weights of its integral from 0 to x, and of the integral of that. */
 void kmp_collocation_integrals(const kmp_collocation_table *table, double x, double *once, double *twice);
-
-#endif

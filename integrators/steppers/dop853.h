@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* DOP853 (source in dop853.c) for one problem and for lanes of several. Row i of the coefficients holds the nonzero
  * ones of stage i, in the order of the stages used. */
-#ifndef KMP_INTEGRATORS_STEPPERS_DOP853_H
-#define KMP_INTEGRATORS_STEPPERS_DOP853_H
+#pragma once
 
 #include "integrators/steppers/rk.h"
 #include <stddef.h>
@@ -142,5 +141,3 @@ KMP_INLINE void kmp_dop853_solution(size_t w, size_t n, const kmp_dop853_step *s
         s->error[l] = both < 1e-300 ? 0.0 : fabs(s->h[l]) * e5[l] * sqrt(1.0 / (both * (double)n));
     }
 }
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Interface between a formulation and an integrator: an initial value problem y' = f(t, y) or F(t, y, y') = 0, with a
  * callback at every accepted step. Integrators are independent of mechanisms, formulations of integration methods. */
-#ifndef KMP_INTEGRATORS_STEPPERS_ODE_H
-#define KMP_INTEGRATORS_STEPPERS_ODE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -76,5 +75,3 @@ typedef struct kmp_tolerance {
     double rtol;
     const double *atol;
 } kmp_tolerance;
-
-#endif

@@ -2,8 +2,7 @@
 /* Explicit Runge-Kutta methods with error control, dense output and acceptance of every step by the formulation: the
  * interface of a method to the driver (rk.c), and the driver's internals for its stages. A new method is one file with
  * a kmp_rk_method, a KMP_RK_SOLVER line and a row in integrators.def. */
-#ifndef KMP_INTEGRATORS_STEPPERS_RK_H
-#define KMP_INTEGRATORS_STEPPERS_RK_H
+#pragma once
 
 #include "integrators/steppers/solver.h"
 
@@ -130,5 +129,3 @@ kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp);
                                              .start = kmp_rk_start,                                                    \
                                              .step = kmp_rk_step,                                                      \
                                              .dense = kmp_rk_dense}
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Common interface of all integrators: made for an ODE or a DAE, started at a state, stepped, evaluated between steps.
  * A new integrator is one file with a kmp_solver_kind and a row in integrators.def. */
-#ifndef KMP_INTEGRATORS_STEPPERS_SOLVER_H
-#define KMP_INTEGRATORS_STEPPERS_SOLVER_H
+#pragma once
 
 #include "base/arena.h"
 #include "base/context.h"
@@ -141,5 +140,3 @@ const char *kmp_linear_names(void);
 #define KMP_SOLVER(name) extern const kmp_solver_kind kmp_solver_##name;
 #include "integrators/steppers/integrators.def"
 #undef KMP_SOLVER
-
-#endif

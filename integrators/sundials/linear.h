@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Direct linear solvers for IDA, one file each: SUNLinearSolvers for compressed-column matrices of one pattern. A
  * singular matrix is a recoverable failure (SUNLS_LUFACT_FAIL), so that the integrator tries a smaller step. */
-#ifndef KMP_INTEGRATORS_SUNDIALS_LINEAR_H
-#define KMP_INTEGRATORS_SUNDIALS_LINEAR_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/sundials_compat.h"
@@ -33,5 +32,3 @@ typedef struct kmp_linear_kind {
 #define KMP_LINEAR(name) extern const kmp_linear_kind kmp_linear_##name;
 #include "integrators/sundials/linear.def"
 #undef KMP_LINEAR
-
-#endif

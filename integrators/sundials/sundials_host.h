@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One adapter for the time integrators of SUNDIALS: an ODE or a DAE behind its vectors, matrices and callbacks, steps
  * that the formulation may reject, dense output, counters and failures. A package is a row that names its functions. */
-#ifndef KMP_INTEGRATORS_SUNDIALS_SUNDIALS_HOST_H
-#define KMP_INTEGRATORS_SUNDIALS_SUNDIALS_HOST_H
+#pragma once
 
 #include "constraints/sundials_compat.h"
 #include "integrators/steppers/solver.h"
@@ -118,5 +117,3 @@ kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp);
 
 /** Writes the pattern of a DAE's matrix. */
 void kmp_sun_put_pattern(const kmp_dae *dae, SUNMatrix a);
-
-#endif

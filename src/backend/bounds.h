@@ -2,8 +2,7 @@
 /* Bounds of a program's outputs, and of their rates, while its inputs move within bounds: interval arithmetic with the
  * chain rule along time (Moore 1966; Neumaier 1990). Ends of intervals are rounded as the operations round, not
  * outwards: a result that is exactly zero stays so. A kink makes the bounds wider, never wrong. */
-#ifndef KMP_BACKEND_BOUNDS_H
-#define KMP_BACKEND_BOUNDS_H
+#pragma once
 
 #include "base/arena.h"
 #include "symbolic/program/program.h"
@@ -34,5 +33,3 @@ void kmp_bounds_run(kmp_bounds *bounds, bool constants);
 
 /** Bounds of output k; infinite where none are known. */
 kmp_bound kmp_bounds_get(const kmp_bounds *bounds, int k);
-
-#endif

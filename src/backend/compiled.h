@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The straight arithmetic of a layout: as a list of operations a segment, and as machine code in one of the forms. */
-#ifndef KMP_BACKEND_COMPILED_H
-#define KMP_BACKEND_COMPILED_H
+#pragma once
 
 #include "backend/layout.h"
 #include "backend/x86/registers.h"
@@ -36,5 +35,3 @@ bool kmp_code_load(kmp_code *code, kmp_arena *arena, const void *bytes, size_t s
                    const uint32_t *offset);
 
 void kmp_code_free(kmp_code *code);
-
-#endif

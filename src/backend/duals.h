@@ -2,8 +2,7 @@
 /* Derivatives of a program's outputs at one point as numbers: forward-mode differentiation along several inputs at a
  * time (Griewank and Walther 2008, ch. 3). They are as exact as derived expressions and need no preparation; deriving
  * expressions pays only for many evaluations. */
-#ifndef KMP_BACKEND_DUALS_H
-#define KMP_BACKEND_DUALS_H
+#pragma once
 
 #include "base/arena.h"
 #include "symbolic/program/program.h"
@@ -37,5 +36,3 @@ bool kmp_duals_get(const kmp_duals *duals, int k, double slope[KMP_DUALS_WIDTH])
  * Each output has a bit for each such input. */
 void kmp_duals_mark(kmp_duals *duals, kmp_input_kind kind, uint32_t first);
 uint64_t kmp_duals_moves(const kmp_duals *duals, int k);
-
-#endif

@@ -2,8 +2,7 @@
 /* A program prepared for several instances at once, one per lane: the same operations on inputs of their own. Every
  * value is `width` adjacent doubles, one per lane. Each lane has the bits that a machine (machine.h) has with its
  * inputs. */
-#ifndef KMP_BACKEND_LANES_H
-#define KMP_BACKEND_LANES_H
+#pragma once
 
 #include "symbolic/program/program.h"
 #include <string.h>
@@ -40,5 +39,3 @@ static inline void kmp_lanes_copy(size_t width, double *to, const double *from)
     else
         memcpy(to, from, width * sizeof *to);
 }
-
-#endif

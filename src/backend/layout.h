@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A frame from a program: values get slots, and stages are cut into segments at special functions. */
-#ifndef KMP_BACKEND_LAYOUT_H
-#define KMP_BACKEND_LAYOUT_H
+#pragma once
 
 #include "backend/x86/frame.h"
 
@@ -73,5 +72,3 @@ enum { KMP_PARTS_MOST = 64 };
 /** Writes into layout->part, by instruction of the stage: 0 before, 1 .. parts, parts + 1 after. Returns the number of
  * parts; 0: division does not pay, all entries are 0; -1: no memory. */
 int kmp_parts_find(kmp_layout *layout, int stage, int threads);
-
-#endif

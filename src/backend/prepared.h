@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The layout and machine code of a program, made once for all that run it: code refers to slots only by their distance
  * from the first, so that each machine has slots of its own and nothing else. */
-#ifndef KMP_BACKEND_PREPARED_H
-#define KMP_BACKEND_PREPARED_H
+#pragma once
 
 #include "backend/compiled.h"
 #include "base/cache/bytes.h"
@@ -41,5 +40,3 @@ bool kmp_prepared_write(kmp_frame *frame, kmp_code *code, const kmp_program *pro
 void kmp_prepared_put(kmp_bytes *bytes, kmp_prepared *prepared);
 /** Fills an empty one for the program that it was made of. False: no memory, or the bytes are of none. */
 bool kmp_prepared_take(kmp_byte_source *source, const kmp_program *program, kmp_prepared *prepared);
-
-#endif

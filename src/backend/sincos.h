@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sines and cosines of many arguments with the widest vectors of the machine. */
-#ifndef KMP_BACKEND_SINCOS_H
-#define KMP_BACKEND_SINCOS_H
+#pragma once
 
 #include <stdint.h>
 
@@ -17,5 +16,3 @@ void kmp_sincos_slots(uint32_t n, const uint32_t *angle, const double *v, double
 /** Sines and cosines of eight lanes of n values in slots: values of slot x[k] at v + 8 x[k], results in slots s[k] and
  * c[k]. No slot is both read and written. */
 void kmp_sincos_lanes(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c);
-
-#endif

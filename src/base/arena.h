@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An arena: many small blocks with one lifetime. Failure is sticky: kmp_arena_failed reports it once at the end. */
-#ifndef KMP_BASE_ARENA_H
-#define KMP_BASE_ARENA_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -55,5 +54,3 @@ bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group
     kmp_arena_alloc_each((arena), (size_t)(n), sizeof(type), sizeof((type **[]){__VA_ARGS__}) / sizeof(type **),       \
                          (type * *[]){__VA_ARGS__})
 bool kmp_arena_alloc_each(kmp_arena *arena, size_t n, size_t size, size_t count, const void *pointers);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Root bracketing for every search of a change, each with its own function values. False position with the Illinois
  * rule (Dowell and Jarratt 1971); bisection where that converges slowly. */
-#ifndef KMP_BASE_BRACKET_H
-#define KMP_BASE_BRACKET_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -26,5 +25,3 @@ void kmp_bracket_take(kmp_bracket *bracket, double x, double f, bool beyond);
 /** The abscissa of the least value between `low` and `high` by golden section (Brent 1973, chapter 5), to a bracket
  * shorter than `width`. Of equal values it takes the one towards `high`. */
 double kmp_bracket_least(double (*of)(void *self, double x), void *self, double low, double high, double width);
-
-#endif

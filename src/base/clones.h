@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Static functions in several clones: the loader takes the clone for the widest vectors of the machine, all with the
  * same bits. Sanitizers run before the loader may choose, so they get the plain function. */
-#ifndef KMP_BASE_CLONES_H
-#define KMP_BASE_CLONES_H
+#pragma once
 
 #include <stdint.h> /* defines __GLIBC__ */
 
@@ -15,5 +14,3 @@
 
 /** A function that clones call: it is inlined into each, for its vectors. */
 #define KMP_INTO_CLONES inline __attribute__((always_inline))
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The context: messages, log, interrupt. */
-#ifndef KMP_BASE_CONTEXT_H
-#define KMP_BASE_CONTEXT_H
+#pragma once
 
 #include "base/text.h"
 #include <kempe/kempe.h>
@@ -74,6 +73,15 @@ kempe_status kmp_fail_missing(kempe_context *context, const char *name);
 /** KEMPE_E_MEMORY with its sentence. */
 kempe_status kmp_fail_memory(kempe_context *context);
 
+/** KEMPE_OK if what needs memory was made, otherwise that error. */
+static inline kempe_status kmp_made(kempe_context *context, bool made)
+{
+    if (made)
+        return KEMPE_OK;
+    (void)kmp_fail_memory(context);
+    return KEMPE_E_MEMORY;
+}
+
 /** Errors beyond this number are counted and not kept: a reader begins with the first ones. */
 enum { KMP_MOST_COMPLAINTS = 500 };
 
@@ -105,5 +113,3 @@ void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
 
 /** True if the current computation is to end; it stays so until the next one begins. */
 bool kmp_interrupted(kempe_context *context);
-
-#endif

@@ -33,8 +33,7 @@ static kempe_status read_stream(kempe_context *context, FILE *stream, const char
             kmp_free(s);
         s = grown;
     }
-    if (!s)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, s));
     if (ferror(stream)) {
         kempe_status status = kmp_fail(context, KEMPE_E_IO, "cannot read '%s': %s", path, strerror(errno));
         kmp_free(s);

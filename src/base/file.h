@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Whole files at once. A string is written by kempe_write_file. */
-#ifndef KMP_BASE_FILE_H
-#define KMP_BASE_FILE_H
+#pragma once
 
 #include "base/context.h"
 #include "base/text.h"
@@ -19,5 +18,3 @@ const char *kmp_file_ending(const char *path);
 
 /** Makes a folder unless it is there. KEMPE_E_IO with the system's reason. */
 kempe_status kmp_folder_make(kempe_context *context, const char *path);
-
-#endif

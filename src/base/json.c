@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "base/json.h"
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 kmp_json kmp_json_begin_as(kmp_text *text, kmp_json_layout layout)
@@ -146,6 +149,57 @@ void kmp_json_boolean(kmp_json *json, const char *key, bool x)
 {
     kmp_json_key(json, key);
     kmp_text_put(json->text, x ? "true" : "false");
+}
+
+/* -- members by a template ---------------------------------------------------------------------------- */
+
+static void put_value(kmp_json *json, const char *key, const char *conversion, va_list *arguments)
+{
+    switch (conversion[strcspn(conversion, "gdsc")]) {
+    case 'g':
+        kmp_json_rounded(json, key, va_arg(*arguments, double), conversion[1] == '.' ? atoi(conversion + 2) : 0);
+        break;
+    case 'd':
+        kmp_json_whole(json, key, conversion[1] == 'l' ? va_arg(*arguments, long) : va_arg(*arguments, int));
+        break;
+    case 's':
+        kmp_json_string(json, key, va_arg(*arguments, const char *));
+        break;
+    default:
+        kmp_json_boolean(json, key, va_arg(*arguments, int));
+    }
+}
+
+/* The next word of a template, of which `at` is behind it afterwards; false: there is none. */
+static bool next_word(const char **at, char *word, size_t room)
+{
+    size_t length = strcspn(*at, " ");
+    if (length == 0 || length >= room)
+        return false;
+    memcpy(word, *at, length);
+    word[length] = '\0';
+    *at += length + strspn(*at + length, " ");
+    return true;
+}
+
+void kmp_json_put(kmp_json *json, const char *format, ...)
+{
+    char word[64], key[64] = "";
+    va_list arguments;
+    va_start(arguments, format);
+    while (next_word(&format, word, sizeof word)) {
+        const char *of = key[0] ? key : NULL;
+        if (*word == '}' || *word == ']')
+            kmp_json_end(json);
+        else if (*word == '{')
+            kmp_json_object(json, of);
+        else if (*word == '[')
+            kmp_json_array(json, of);
+        else if (*word == '%')
+            put_value(json, of, word, &arguments);
+        (void)snprintf(key, sizeof key, "%s", strchr("{}[]%", *word) ? "" : word);
+    }
+    va_end(arguments);
 }
 
 void kmp_json_rounded_numbers(kmp_json *json, const char *key, int count, const double *x, int digits)

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A JSON writer over growing text. Keys are in the order of the calls, numbers have the digits that read back to the
  * same double, null where they are not finite. */
-#ifndef KMP_BASE_JSON_H
-#define KMP_BASE_JSON_H
+#pragma once
 
 #include "base/text.h"
 #include <stdint.h>
@@ -42,6 +41,11 @@ void kmp_json_string(kmp_json *json, const char *key, const char *s); /* null fo
 void kmp_json_text(kmp_json *json, const char *key, kmp_text *s);     /* a string, which is freed */
 void kmp_json_boolean(kmp_json *json, const char *key, bool x);
 
+/** Members by a template: keys with a value each, separated by blanks. %g is a number, %.3g one of 3 digits, %d or %ld
+ * a whole one, %s a string or null, %c a boolean; { and [ open an object or an array (without a key: inside an array),
+ * } and ] close it. */
+void kmp_json_put(kmp_json *json, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
 /** An array of numbers on one line. */
 void kmp_json_numbers(kmp_json *json, const char *key, int count, const double *x);
 void kmp_json_rounded_numbers(kmp_json *json, const char *key, int count, const double *x, int digits);
@@ -55,5 +59,3 @@ void kmp_json_key(kmp_json *json, const char *key);
 
 /** Closes the innermost object or array; the outermost one with a newline. */
 void kmp_json_end(kmp_json *json);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Allocation. Every allocation of Kempe goes through here, so that a test can count them (none while
  * stepping) and make the n-th one fail. */
-#ifndef KMP_BASE_MEMORY_H
-#define KMP_BASE_MEMORY_H
+#pragma once
 
 #include <stddef.h>
 
@@ -33,5 +32,3 @@ unsigned long kmp_memory_failures(void);
 void kmp_memory_fail_at(unsigned long n);
 
 #define KMP_NEW(type, n) ((type *)kmp_calloc((size_t)(n), sizeof(type)))
-
-#endif

@@ -7,8 +7,7 @@
  *         kmp_parts_take(&way, go_to(way.next));
  *     if (way.done < 1) ...
  */
-#ifndef KMP_BASE_SHARE_H
-#define KMP_BASE_SHARE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -31,5 +30,3 @@ static inline void kmp_parts_take(kmp_parts *parts, bool reached)
     parts->done = reached ? parts->next : parts->done;
     parts->part *= reached ? 2 : 0.5;
 }
-
-#endif

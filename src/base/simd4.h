@@ -2,8 +2,7 @@
 /* Four doubles computed together, by operations lane by lane whose bits are those of single operations. The compiler
  * maps them to the vectors of the machine; in functions of clones.h to one vector, where it is that wide. Never passed
  * by value: the registers differ among machines. */
-#ifndef KMP_BASE_SIMD4_H
-#define KMP_BASE_SIMD4_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -21,5 +20,3 @@ typedef int64_t kmp_four_mask __attribute__((vector_size(32), aligned(8), may_al
 #define KMP_FOUR_ALL(value) ((value) + (kmp_four){0})
 /** `yes` in the lanes of the mask, `no` in the others. */
 #define KMP_FOUR_SELECT(mask, yes, no) ((kmp_four)(((mask) & (kmp_four_mask)(yes)) | (~(mask) & (kmp_four_mask)(no))))
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Growing text. Failure is sticky: after it every call is a no-op and kmp_text_take returns NULL. */
-#ifndef KMP_BASE_TEXT_H
-#define KMP_BASE_TEXT_H
+#pragma once
 
 #include "base/arena.h"
 #include <stdarg.h>
@@ -50,5 +49,3 @@ char *kmp_text_take(kmp_text *text);
 /** Moves the string to `arena` and empties `text`; NULL, and the arena has failed, when there is no memory. */
 char *kmp_text_keep(kmp_text *text, kmp_arena *arena);
 void kmp_text_free(kmp_text *text);
-
-#endif

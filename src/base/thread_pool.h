@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Threads that share small pieces of work with the caller: each takes the next free piece. They wait actively for a
  * while, then asleep; the caller never waits for a thread that has not begun. */
-#ifndef KMP_BASE_THREAD_POOL_H
-#define KMP_BASE_THREAD_POOL_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -27,5 +26,3 @@ double kmp_team_cpu(const kmp_team *team);
 
 /** True if the next call is not shared, because a processor was taken away in the middle of a piece. */
 bool kmp_team_rests(const kmp_team *team);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Disjoint sets (union-find): each element points to another of its group or, the root, to itself. */
-#ifndef KMP_BASE_UNION_FIND_H
-#define KMP_BASE_UNION_FIND_H
+#pragma once
 
 /** The root of k's group, with path compression. Two groups become one when a root points to the other. */
 static inline int kmp_root_of(int *up, int k)
@@ -10,5 +9,3 @@ static inline int kmp_root_of(int *up, int k)
         k = up[k] = up[up[k]];
     return k;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A command and the functions that all commands share: a row of commands.c. */
-#ifndef KEMPE_CLI_COMMAND_H
-#define KEMPE_CLI_COMMAND_H
+#pragma once
 
 #include "options.h"
 
@@ -87,5 +86,3 @@ int cli_refuse(const char *json);
 
 /** Runs one command with its own context and returns the exit code. */
 int cli_run(const cli_command *command, const cli_settings *settings);
-
-#endif

@@ -4,7 +4,6 @@
 #include "options.h"
 #include "terminal.h"
 
-#include <kempe/compare.h>
 #include <kempe/settings.h>
 #include <limits.h>
 #include <math.h>

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The options of all commands: one table, one parser, one settings struct. */
-#ifndef KEMPE_CLI_OPTIONS_H
-#define KEMPE_CLI_OPTIONS_H
+#pragma once
 
 #include <kempe/compare.h>
 #include <kempe/contacts.h>
@@ -83,5 +82,3 @@ void cli_options_print(unsigned command, FILE *out);
 
 /** The word of `words` (NULL ends it) that is nearest to `word`, NULL when none is near. */
 const char *cli_nearest(const char *word, const char *const *words);
-
-#endif

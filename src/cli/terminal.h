@@ -2,8 +2,7 @@
 /* Lines on stderr: errors, warnings, the log of runs, and one progress line that is written over. Progress and log
  * appear on a terminal only. Colour appears there unless the environment has NO_COLOR (https://no-color.org) or TERM is
  * "dumb". */
-#ifndef KEMPE_CLI_TERMINAL_H
-#define KEMPE_CLI_TERMINAL_H
+#pragma once
 
 #include <kempe/kempe.h>
 #include <stdbool.h>
@@ -22,5 +21,3 @@ void cli_terminal_error(const char *prefix, const char *message);
 
 /** Removes the progress line before other text. */
 void cli_terminal_clear(void);
-
-#endif

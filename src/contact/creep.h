@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* FASTSIM for arguments that are already checked. */
-#ifndef KMP_CONTACT_CREEP_H
-#define KMP_CONTACT_CREEP_H
+#pragma once
 
 #include <kempe/contact.h>
 
@@ -12,5 +11,3 @@ double kmp_fastsim_flexibility(const kempe_creep *creep, const kempe_kalker *coe
 
 /** *force is zero before. */
 void kmp_fastsim(const kempe_creep *creep, const double flexibility[3], kempe_creep_force *force);
-
-#endif

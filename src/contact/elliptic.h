@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The complete elliptic integrals of Hertz's contact. */
-#ifndef KMP_CONTACT_ELLIPTIC_H
-#define KMP_CONTACT_ELLIPTIC_H
+#pragma once
 
 /** Elliptic integrals of the complementary modulus g in (0, 1]: B, D = integrals of cos^2 x, sin^2 x over sqrt(cos^2 x
  * + g^2 sin^2 x), x from 0 to pi/2. K = B + D, E = B + g^2 D. */
 void kmp_elliptic(double g, double *B, double *D);
-
-#endif

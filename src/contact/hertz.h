@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hertz's contact without dimensions: quantities that depend on the ratio of the curvatures alone. */
-#ifndef KMP_CONTACT_HERTZ_H
-#define KMP_CONTACT_HERTZ_H
+#pragma once
 
 /** Solution at t = log(along / across), with G* = shear_modulus / (1 - poisson) and k = sqrt(along across):
  *
@@ -13,5 +12,3 @@ typedef struct kmp_hertz {
 } kmp_hertz;
 
 kmp_hertz kmp_hertz_of(double t);
-
-#endif

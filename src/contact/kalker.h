@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Kalker's creepage coefficients: one interpolation for numbers and expressions. */
-#ifndef KMP_CONTACT_KALKER_H
-#define KMP_CONTACT_KALKER_H
+#pragma once
 
 enum {
     KMP_KALKER_ROWS = 10,   /* of the table, on either side of the circle */
@@ -14,5 +13,3 @@ enum {
  * to 0.5. */
 void kmp_kalker_points(double poisson, double x[KMP_KALKER_POINTS],
                        double y[KMP_KALKER_COEFFICIENTS][KMP_KALKER_POINTS]);
-
-#endif

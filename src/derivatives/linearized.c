@@ -111,8 +111,7 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
     (void)kmp_arena_make_groups(a, pressed ? 3 : 2, groups);
     if (pressed)
         linear->pivot = KMP_ARENA_NEW(a, int, p);
-    if (a->failed)
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, !a->failed));
     kempe_status status = kmp_reduction_init(&linear->red, linear->eval, &linear->part);
     linear->chosen = status == KEMPE_OK;
     return status;

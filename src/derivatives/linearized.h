@@ -10,8 +10,7 @@
  * multipliers' share, lambda times the second derivatives of h (reduction by Wehage and Haug 1982 and Fisette and Samin
  * 1996, eqs. 42-46). This is the geometric stiffness, d(N')/du F = -N' (J' lambda)_q N at constant lambda. The state
  * need not be an equilibrium. */
-#ifndef KMP_DERIVATIVES_LINEARIZED_H
-#define KMP_DERIVATIVES_LINEARIZED_H
+#pragma once
 
 #include "base/arena.h"
 #include "integrators/formulations/reduced_jacobian.h"
@@ -120,5 +119,3 @@ void kmp_linear_inertia(kmp_linear *linear);
 /** Eigenvalues and vectors of Mr, Gr and Kr; independent of the choice of u. KEMPE_E_MEMORY; KEMPE_E_FAILED: Mr is
  * singular, N' M N is not positive, or an iteration did not converge. */
 kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum);
-
-#endif

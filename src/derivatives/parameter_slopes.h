@@ -3,8 +3,7 @@
  * variable (model/variant.h). Coordinates, rates, accelerations, multipliers and time are constant. The derivative
  * includes all parameters that depend on the named one. kmp_linear_follow (derivatives/linearized.h) gives the response
  * of a mechanism. Derived once; values of parameters may change. */
-#ifndef KMP_DERIVATIVES_PARAMETER_SLOPES_H
-#define KMP_DERIVATIVES_PARAMETER_SLOPES_H
+#pragma once
 
 #include "integrators/formulations/reduced_jacobian.h"
 
@@ -88,5 +87,3 @@ void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, cons
 /** Adds the derivatives of w' values to each member that is not NULL. */
 void kmp_slopes_gradient(const kmp_slopes *slopes, const kmp_slope_matrix *of, const double *w,
                          const kmp_direction *gradient);
-
-#endif

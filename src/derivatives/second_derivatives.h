@@ -5,8 +5,7 @@
  *     d/db d/da (R, h, rate, curve),    R = M qdd + C - J' lambda, rate = J qd + h_t, curve = J qdd + jdqd,
  *
  * with a a direction of (q, qd, qdd, lambda), and b a direction of these and of the variable parameters. */
-#ifndef KMP_DERIVATIVES_SECOND_DERIVATIVES_H
-#define KMP_DERIVATIVES_SECOND_DERIVATIVES_H
+#pragma once
 
 #include "integrators/run/instant.h"
 
@@ -36,5 +35,3 @@ void kmp_second_derivatives_free(kmp_second_derivatives *second);
  * none). No allocation. */
 kmp_second_values kmp_second_derivatives_along(kmp_second_derivatives *second, const kmp_variation *a,
                                                const kmp_variation *b, const double *parameter);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensitivity of the state of a kmp_linear to parameters: the closures remain satisfied, and a chosen quantity is kept.
  */
-#ifndef KMP_DERIVATIVES_STATE_SHIFT_H
-#define KMP_DERIVATIVES_STATE_SHIFT_H
+#pragma once
 
 #include "base/arena.h"
 #include "derivatives/linearized.h"
@@ -38,5 +37,3 @@ void kmp_state_sensitivity_free(kmp_state_sensitivity *sensitivity_of_state);
  * names. */
 kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_state, kmp_linear *linear,
                                       kmp_slopes *slopes, kmp_keeping keeping, const double *q, const double *qd);
-
-#endif

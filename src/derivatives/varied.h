@@ -7,8 +7,7 @@
  *
  * (derivatives/linearized.h, derivatives/parameter_slopes.h), so that another choice of u selects other rows of the
  * same matrices. */
-#ifndef KMP_DERIVATIVES_VARIED_H
-#define KMP_DERIVATIVES_VARIED_H
+#pragma once
 
 #include "base/arena.h"
 #include "derivatives/linearized.h"
@@ -77,5 +76,3 @@ void kmp_varied_follow(kmp_varied *varied, int k, const double *su, const double
 
 /** The name of the joint that is too near to its singular position for derivatives; NULL: none. */
 const char *kmp_varied_singular(const kmp_varied *varied);
-
-#endif

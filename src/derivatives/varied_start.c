@@ -243,8 +243,7 @@ static kempe_status stand(beginning *b)
 
 static kempe_status differentiate(beginning *b, double *dq, double *dqd)
 {
-    if (!make_room(b))
-        return kmp_fail_memory(b->v->system->context);
+    KMP_TRY(kmp_made(b->v->system->context, make_room(b)));
     KMP_TRY(choose_as_assembled(b));
     KMP_TRY(stand(b));
     move_positions(b, dq);

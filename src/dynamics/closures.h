@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rows of all closures: h, J, h_t, their rates and jdqd. */
-#ifndef KMP_DYNAMICS_CLOSURES_H
-#define KMP_DYNAMICS_CLOSURES_H
+#pragma once
 
 #include "dynamics/equations.h"
 
@@ -13,5 +12,3 @@ void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *ou
 
 /** The force, or the moment, of a closure's multipliers, which are inputs (constraints/kinds/kind.h). */
 kmp_vec kmp_closures_reaction(const kmp_equations *eq, int closure, bool moment);
-
-#endif

@@ -87,8 +87,7 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
     kmp_wrench *share = KMP_GRAPH_NEW(eq->graph, kmp_wrench, eq->tree.count);
     kmp_ref *effort = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
     KMP_TRY(kmp_articulated_init(&bodies, frames(eq)));
-    if (!share || !effort)
-        return kmp_fail_memory(eq->context);
+    KMP_TRY(kmp_made(eq->context, share && effort));
     kmp_newton_euler_shares(frames(eq), forces->applied, share);
     for (int k = 0; k < eq->n; k++) {
         kmp_ref given = efforts ? kmp_input(eq->graph, KMP_IN_EFFORT, (uint32_t)k) : KMP_ZERO;
@@ -277,13 +276,11 @@ kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scen
 static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
 {
     eq->graph = kmp_graph_new();
-    if (!eq->graph)
-        return kmp_fail_memory(eq->context);
+    KMP_TRY(kmp_made(eq->context, eq->graph));
     if (scene->labels)
         kmp_graph_keep_labels(eq->graph);
     set_rules(eq, scene, false);
-    if (!allocate(eq) || !add_tree(eq, scene) || !add_savings(eq, scene))
-        return kmp_fail_memory(eq->context);
+    KMP_TRY(kmp_made(eq->context, allocate(eq) && add_tree(eq, scene) && add_savings(eq, scene)));
     kmp_tree_runs(&eq->tree, eq->run);
     KMP_TRY(kmp_closures_derive(eq, scene));
     return derive_dynamics(eq, scene);

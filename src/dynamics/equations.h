@@ -3,8 +3,7 @@
  *
  *     M qdd + C = J' lambda      h = 0      J qd + h_t = 0      J qdd + jdqd = 0
  */
-#ifndef KMP_DYNAMICS_EQUATIONS_H
-#define KMP_DYNAMICS_EQUATIONS_H
+#pragma once
 
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/shorten/variants.h"
@@ -117,5 +116,3 @@ int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out);
 
 /** Runs the passes over outputs of these equations (symbolic/passes/shorten.h). False: no memory. */
 bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs);
-
-#endif

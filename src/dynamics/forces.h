@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Force elements as applied wrenches on links, efforts on joints, and their energy. */
-#ifndef KMP_DYNAMICS_FORCES_H
-#define KMP_DYNAMICS_FORCES_H
+#pragma once
 
 #include "dynamics/formalisms/newton_euler.h"
 
@@ -22,5 +21,3 @@ enum { KMP_ENERGY_POTENTIAL = 1, KMP_ENERGY_POWER = 2 };
 /** All force elements of the model, with the requested parts `energy`; other parts are zero. Arrays are in
  * the room of the graph, which fails when there is no memory. */
 void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Positions that goals of the start are about, with their first and second derivatives. */
-#ifndef KMP_DYNAMICS_GOAL_EQUATIONS_H
-#define KMP_DYNAMICS_GOAL_EQUATIONS_H
+#pragma once
 
 #include "dynamics/equations.h"
 #include "symbolic/program/program.h"
@@ -17,5 +16,3 @@ int kmp_goals_place_count(const kempe_model *model);
 
 /** The program of these values; *program stays NULL when no goal concerns a point. False: no memory. */
 bool kmp_goals_program(kmp_equations *eq, kmp_program **program);
-
-#endif

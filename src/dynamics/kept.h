@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Store of derived equations, by name: made once and used by all runs of a system, as long as the system lasts. Bytes
  * of them are kept in the context's cache if there is one. */
-#ifndef KMP_DYNAMICS_KEPT_H
-#define KMP_DYNAMICS_KEPT_H
+#pragma once
 
 #include "base/cache/bytes.h"
 #include "base/cache/cache_files.h"
@@ -38,5 +37,3 @@ void kmp_kept_name_program(const kempe_system *system, kmp_kept_name name, kmp_p
 /** Sets the key of a system: its model, the algorithm (NULL: the model's), this build and processor. None without a
  * cache. */
 void kmp_kept_set_key(kempe_system *system, const char *algorithm);
-
-#endif

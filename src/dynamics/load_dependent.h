@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Forces that depend on multipliers, by name. */
-#ifndef KMP_DYNAMICS_LOAD_DEPENDENT_H
-#define KMP_DYNAMICS_LOAD_DEPENDENT_H
+#pragma once
 
 #include "dynamics/system.h"
 
@@ -14,5 +13,3 @@ kempe_status kmp_refuse_load_dependent(const kempe_system *system, const char *w
 
 /** Checks a model without a system; errors as kmp_refuse_load_dependent. */
 kempe_status kmp_refuse_load_dependent_model(const kempe_model *model, const char *what);
-
-#endif

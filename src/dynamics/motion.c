@@ -298,8 +298,7 @@ static kempe_status look_ahead(const kempe_system *s, bool *may_pay)
     if (independent(s) < FEW || (double)s->m * s->n > MOST_ENTRIES)
         return KEMPE_OK;
     int *room = KMP_NEW(int, 2 * s->n);
-    if (!room)
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, room));
     double entries = count_entries(s, room, room + s->n);
     kmp_free(room);
     *may_pay = LEAST_OF_COORDINATE * (double)s->n + LEAST_OF_ENTRY * entries + cost_of_multipliers(s, entries) <

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The programs that make accelerations: by M and C, and by articulated bodies where those were requested or cost less.
  */
-#ifndef KMP_DYNAMICS_MOTION_H
-#define KMP_DYNAMICS_MOTION_H
+#pragma once
 
 #include "dynamics/system.h"
 
@@ -15,5 +14,3 @@ bool kmp_motion_make(kempe_system *system, kmp_equations *eq);
 /** Makes system->articulated afterwards; none where it was not requested and costs more or is impossible.
  * KEMPE_E_FAILED: it was requested and is impossible; KEMPE_E_MEMORY. */
 kempe_status kmp_motion_add_articulated(kempe_system *system);
-
-#endif

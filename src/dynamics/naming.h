@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Names of the formalisms' quantities in printed equations: those of ROBOTRAN where it has them, an entry's number and
  * then the link's. */
-#ifndef KMP_DYNAMICS_NAMING_H
-#define KMP_DYNAMICS_NAMING_H
+#pragma once
 
 #include "dynamics/kinematics/vector.h"
 #include "symbolic/label.h"
@@ -15,5 +14,3 @@ extern const kmp_notion kmp_name_mass, kmp_name_first, kmp_name_second;
 /** column 0: none. */
 void kmp_name_entry(kmp_graph *g, const kmp_notion *quantity, kmp_ref r, int entry, int link, int column);
 void kmp_name_vector(kmp_graph *g, const kmp_notion *quantity, kmp_vec v, int link, int column);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model's outputs in addition to the table of every run, as expressions. */
-#ifndef KMP_DYNAMICS_OUTPUTS_H
-#define KMP_DYNAMICS_OUTPUTS_H
+#pragma once
 
 #include "dynamics/equations.h"
 #include "dynamics/forces.h"
@@ -12,5 +11,3 @@ bool kmp_outputs_need_forces(const kempe_model *model);
 /** Fills eq->position and eq->shown, with the quantities that requested outputs need and no more. `forces` may be NULL
  * when none needs it. False: no memory. */
 bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces);
-
-#endif

@@ -306,8 +306,7 @@ static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_equations *e
 /* Derives the programs that follow those of motion, from equations that have all conditions and goals. */
 static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
 {
-    if (!make_judge(s, eq))
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, make_judge(s, eq)));
     KMP_TRY(make_changes(s, eq));
     return kmp_goals_program(eq, &s->goals) ? KEMPE_OK : kmp_fail_memory(s->context);
 }
@@ -316,8 +315,7 @@ static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closu
 {
     bool made = kmp_system_set_rows(s, eq->n, eq->m, eq->rows, eq->misfit) && kmp_motion_make(s, eq);
     s->closing = made ? kmp_program_first(s->motion, KMP_STAGE_MASS) : NULL;
-    if (!s->closing)
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, s->closing));
     return closures ? derive_rest(s, eq) : KEMPE_OK;
 }
 
@@ -367,8 +365,7 @@ static kempe_status new_system(const kempe_model *model, kmp_dynamics dynamics, 
 {
     double begin = kmp_cpu_now();
     kempe_system *s = kmp_system_start(model);
-    if (!s)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, s));
     s->dynamics = dynamics;
     kempe_status status = derive(s, closures);
     if (status != KEMPE_OK) {

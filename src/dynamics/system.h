@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The derived system: equations of motion of a model, their programs, and the scales that every numeric decision uses.
  */
-#ifndef KMP_DYNAMICS_SYSTEM_H
-#define KMP_DYNAMICS_SYSTEM_H
+#pragma once
 
 #include "dynamics/equations.h"
 #include "symbolic/program/program.h"
@@ -158,5 +157,3 @@ bool kmp_system_rescale(kempe_system *system);
 
 /** The generalized forces (n) of the user's force, which must exist, at (t, q, qd); NaN where it reports failure. */
 void kmp_system_effort(const kempe_system *system, double t, const double *q, const double *qd, double *effort);
-
-#endif

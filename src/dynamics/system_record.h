@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A derived system in the context's cache. */
-#ifndef KMP_DYNAMICS_SYSTEM_RECORD_H
-#define KMP_DYNAMICS_SYSTEM_RECORD_H
+#pragma once
 
 #include "dynamics/system.h"
 
@@ -11,5 +10,3 @@ kempe_system *kmp_system_recall(const kempe_model *model, const char *word);
 
 /** Keeps a system for kmp_system_recall. It must be as derived, and its numbers not rounded. */
 void kmp_system_keep(kempe_system *system);
-
-#endif

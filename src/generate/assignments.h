@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Graph outputs as scalar assignments for reading: an auxiliary variable for each expression that is used more than
  * once or would make a line too long, everything else in place. */
-#ifndef KMP_GENERATE_ASSIGNMENTS_H
-#define KMP_GENERATE_ASSIGNMENTS_H
+#pragma once
 
 #include "base/text.h"
 #include "dynamics/equations.h"
@@ -16,5 +15,3 @@ typedef struct kmp_assignment {
 
 /** One assignment per line, zero outputs left out; the auxiliary variables of a set precede it. False: no memory. */
 bool kmp_assignments_print(const kmp_equations *eq, int count, const kmp_assignment *assignments, kmp_text *text);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The requested sets of equations and their derivation: kempe_generate_options, read. */
-#ifndef KMP_GENERATE_CHOICE_H
-#define KMP_GENERATE_CHOICE_H
+#pragma once
 
 #include "generate/sets.h"
 #include <kempe/generate.h>
@@ -24,5 +23,3 @@ typedef struct kmp_set_choice {
 /** KEMPE_E_ARGUMENT: a set, scheme or body that does not exist. The choice lives no longer than the generation. */
 kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_options *generation,
                              kmp_set_choice *choice);
-
-#endif

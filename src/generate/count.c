@@ -91,22 +91,12 @@ static void show_count(kmp_text *text, const void *result)
 static void json_entry(kmp_json *json, const char *name, const kmp_tally *t)
 {
     kmp_json_object(json, name);
-    kmp_json_whole(json, "paper", t->counts.paper);
-    kmp_json_whole(json, "robotran", t->counts.robotran);
-    kmp_json_whole(json, "add", t->counts.add);
-    kmp_json_whole(json, "mul", t->counts.mul);
-    kmp_json_whole(json, "div", t->counts.div);
-    kmp_json_whole(json, "neg", t->counts.neg);
-    kmp_json_whole(json, "trig", t->counts.trig);
-    kmp_json_whole(json, "other", t->counts.other);
-    kmp_json_whole(json, "kept", t->operations);
-    kmp_json_whole(json, "removed", t->useless);
-    kmp_json_whole(json, "serial_steps", t->steps.serial);
-    kmp_json_whole(json, "vsi_steps", t->steps.vector);
-    kmp_json_object(json, "runtime");
-    kmp_json_whole(json, "paper", t->runtime.paper);
-    kmp_json_whole(json, "robotran", t->runtime.robotran);
-    kmp_json_end(json);
+    kmp_json_put(json, "paper %ld robotran %ld add %ld mul %ld div %ld", t->counts.paper, t->counts.robotran,
+                 t->counts.add, t->counts.mul, t->counts.div);
+    kmp_json_put(json, "neg %ld trig %ld other %ld kept %ld removed %ld", t->counts.neg, t->counts.trig,
+                 t->counts.other, t->operations, t->useless);
+    kmp_json_put(json, "serial_steps %ld vsi_steps %ld runtime { paper %ld robotran %ld }", t->steps.serial,
+                 t->steps.vector, t->runtime.paper, t->runtime.robotran);
     kmp_json_end(json);
 }
 
@@ -114,13 +104,8 @@ static void json_count(kmp_text *text, const void *result)
 {
     const kempe_count *c = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_json_object(&json, NULL);
-    kmp_json_string(&json, "model", c->model);
-    kmp_json_string(&json, "status", kmp_status_word(KEMPE_OK));
-    kmp_json_string(&json, "reason", "");
-    kmp_json_number(&json, "build_s", c->cpu_s);
-    kmp_json_string(&json, "scheme", c->choice.scheme);
-    kmp_json_object(&json, "sets");
+    kmp_json_put(&json, "{ model %s status %s reason %s build_s %g scheme %s sets {", c->model,
+                 kmp_status_word(KEMPE_OK), "", c->cpu_s, c->choice.scheme);
     for (int k = 0; k < c->choice.count; k++)
         json_entry(&json, c->choice.chosen[k].name, &c->tally[k]);
     json_entry(&json, "all", &c->all);

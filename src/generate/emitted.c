@@ -169,20 +169,13 @@ static void write_json(kmp_text *text, const void *result)
     const kempe_code *code = result;
     const kmp_code_source *source = &code->source;
     kmp_json json = kmp_json_begin(text);
-    kmp_json_object(&json, NULL);
-    kmp_json_string(&json, "model", source->title);
-    kmp_json_string(&json, "status", kmp_status_word(KEMPE_OK));
-    kmp_json_string(&json, "reason", "");
-    kmp_json_number(&json, "build_s", code->cpu_s);
-    kmp_json_string(&json, "language", code->language->name);
-    kmp_json_string(&json, "hash", source->hash);
-    kmp_json_object(&json, "routines");
+    kmp_json_put(&json, "{ model %s status %s reason %s build_s %g language %s hash %s routines {", source->title,
+                 kmp_status_word(KEMPE_OK), "", code->cpu_s, code->language->name, source->hash);
     for (int k = 0; k < source->count; k++) {
         const kmp_tally *t = &source->routines[k].tally;
         kmp_json_object(&json, source->routines[k].name);
-        kmp_json_whole(&json, "paper", t->counts.paper);
-        kmp_json_whole(&json, "robotran", t->counts.robotran);
-        kmp_json_whole(&json, "prepare", t->counts.robotran - t->runtime.robotran);
+        kmp_json_put(&json, "paper %ld robotran %ld prepare %ld", t->counts.paper, t->counts.robotran,
+                     t->counts.robotran - t->runtime.robotran);
         kmp_json_end(&json);
     }
     kmp_json_end(&json);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The gain of each simplification on a model: M, C, h, J and jdqd as one program, numbers kept as symbols. */
-#ifndef KMP_GENERATE_GAINS_H
-#define KMP_GENERATE_GAINS_H
+#pragma once
 
 #include "dynamics/system.h"
 
@@ -22,5 +21,3 @@ typedef struct kmp_gains {
 } kmp_gains;
 
 kempe_status kmp_gains_find(const kempe_model *model, kmp_gains *gains);
-
-#endif

@@ -2,8 +2,7 @@
 /* One stage of a routine as scalar assignments, in any language: the choice of variables and of chunks, and the text of
  * expressions. Every operation is written as it is in the program, so that a language with IEEE doubles computes the
  * same bits. */
-#ifndef KMP_GENERATE_SCALAR_H
-#define KMP_GENERATE_SCALAR_H
+#pragma once
 
 #include "generate/languages/language.h"
 
@@ -55,5 +54,3 @@ bool kmp_scalar_has_zeros(const kmp_scalar *s, int array);
 
 /** The statements of a chunk, from statement *at on, which moves; the arrays that it writes to, bits 1 << array. */
 unsigned kmp_scalar_chunk(kmp_scalar *s, kmp_text *text, int chunk, int *at);
-
-#endif

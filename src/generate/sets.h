@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sets of equations by name, their entries and their operation counts. */
-#ifndef KMP_GENERATE_SETS_H
-#define KMP_GENERATE_SETS_H
+#pragma once
 
 #include "generate/assignments.h"
 #include "symbolic/program/steps.h"
@@ -62,5 +61,3 @@ kmp_tally kmp_tally_program(const kmp_program *program, int first_stage, int las
 
 /** Derives these sets alone, otherwise as `scene` requires, and counts the operations of one program. */
 kempe_status kmp_tally_sets(const kempe_model *model, const kmp_scene *scene, unsigned sets, kmp_tally *tally);
-
-#endif

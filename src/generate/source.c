@@ -254,8 +254,7 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     source->input_names = KMP_ARENA_NEW(arena, char *, model->input_count);
     for (int k = 0; source->input_names && k < model->input_count; k++)
         source->input_names[k] = kmp_arena_strdup(arena, model->inputs[k].name);
-    if (arena->failed || !hash_model(model, source->hash))
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, !arena->failed && hash_model(model, source->hash)));
     for (int k = 0; k < choice.count; k++)
         KMP_TRY(derive(source, &source->routines[source->count++], &choice, &choice.chosen[k]));
     return place_symbols(source) && (!source->parameters || warn_of_shapes(model)) ? KEMPE_OK

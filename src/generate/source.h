@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The input of a language: the programs of the requested sets of equations, with the names and shapes of arguments and
  * results. Made once, read by the languages. */
-#ifndef KMP_GENERATE_SOURCE_H
-#define KMP_GENERATE_SOURCE_H
+#pragma once
 
 #include "generate/choice.h"
 #include <kempe/generate.h>
@@ -80,5 +79,3 @@ typedef struct kmp_code_files {
 /** A new file, which takes the name; its text to be filled, owned by the files. NULL: no memory. */
 kmp_text *kmp_code_add(kmp_code_files *files, kmp_text *name);
 void kmp_code_files_free(kmp_code_files *files);
-
-#endif

@@ -197,11 +197,7 @@ static void show_gains(kmp_text *text, const kmp_gains *gains)
 
 static void json_gain(kmp_json *json, const kmp_gain *gain)
 {
-    kmp_json_object(json, NULL);
-    kmp_json_string(json, "name", gain->name);
-    kmp_json_whole(json, "operations", gain->operations);
-    kmp_json_whole(json, "runtime", gain->runtime);
-    kmp_json_end(json);
+    kmp_json_put(json, "{ name %s operations %ld runtime %ld }", gain->name, gain->operations, gain->runtime);
 }
 
 static void json_gains(kmp_json *json, const kmp_gains *gains)
@@ -215,27 +211,20 @@ static void json_gains(kmp_json *json, const kmp_gains *gains)
         json_gain(json, &gains->savings[k]);
     json_gain(json, &gains->all);
     kmp_json_end(json);
-    kmp_json_whole(json, "made", gains->made);
-    kmp_json_whole(json, "needed", gains->needed);
+    kmp_json_put(json, "made %ld needed %ld", gains->made, gains->needed);
 }
 
 static void json_counts(kmp_json *json, const char *key, const kmp_counts *c)
 {
     kmp_json_object(json, key);
-    kmp_json_whole(json, "paper", c->paper);
-    kmp_json_whole(json, "robotran", c->robotran);
-    kmp_json_whole(json, "add", c->add);
-    kmp_json_whole(json, "mul", c->mul);
-    kmp_json_whole(json, "div", c->div);
-    kmp_json_whole(json, "trig", c->trig);
-    kmp_json_whole(json, "other", c->other);
+    kmp_json_put(json, "paper %ld robotran %ld add %ld mul %ld div %ld trig %ld other %ld", c->paper, c->robotran,
+                 c->add, c->mul, c->div, c->trig, c->other);
 }
 
 static void json_tally(kmp_json *json, const char *key, const kmp_tally *t)
 {
     json_counts(json, key, &t->counts);
-    kmp_json_whole(json, "created", t->created);
-    kmp_json_whole(json, "kept", t->kept);
+    kmp_json_put(json, "created %ld kept %ld", t->created, t->kept);
     kmp_json_end(json);
 }
 

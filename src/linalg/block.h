@@ -2,8 +2,7 @@
 /* A small sparse square matrix in block-triangular form (SuiteSparse BTF), each diagonal block dense: the
  * loops of a mechanism are blocks of 2, 3 or 6. Analysed once for a pattern; refactored at every evaluation
  * without allocation. */
-#ifndef KMP_LINALG_BLOCK_H
-#define KMP_LINALG_BLOCK_H
+#pragma once
 
 #include "linalg/dense/dense.h"
 #include <stdbool.h>
@@ -52,5 +51,3 @@ bool kmp_block_has_signs(const kmp_block *b, const int *signs);
 
 /** The smallest absolute pivot of the last factorisation. */
 double kmp_block_smallest(const kmp_block *b);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Products of two vectors and other loops over vectors, in line. */
-#ifndef KMP_LINALG_DOT_H
-#define KMP_LINALG_DOT_H
+#pragma once
 
 #include <float.h>
 #include <math.h>
@@ -40,5 +39,3 @@ static inline void kmp_cross3(const double a[3], const double b[3], double c[3])
     for (int i = 0; i < 3; i++)
         c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
-
-#endif

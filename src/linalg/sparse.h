@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sparse matrices for large mechanisms: the complete pivoting of dense.h at the cost of the non-zeros, and square
  * systems by SuiteSparse KLU. Entries are (row[k], col[k]), none twice. */
-#ifndef KMP_LINALG_SPARSE_H
-#define KMP_LINALG_SPARSE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -62,5 +61,3 @@ bool kmp_sparse_solve(kmp_sparse *s, int m, double *x);
 /** ||A||_1 and an estimate, from below and rarely by more than 3 times too small, of ||A^-1||_1 (Hager 1984; Higham,
  * ACM TOMS 14 (1988) 381). */
 void kmp_sparse_norms(kmp_sparse *s, double *norm, double *inverse);
-
-#endif

@@ -90,8 +90,7 @@ static void mark_closures(const kempe_model *model, branch *at)
 kempe_status kmp_check_masses(const kempe_model *model)
 {
     branch *at = KMP_NEW(branch, model->body_count);
-    if (!at)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, at));
     mark_closures(model, at);
     for (int b = model->body_count - 1; b > 0; b--) { /* parents precede their children */
         branch *own = &at[b], *parent = &at[model->bodies[b].parent];

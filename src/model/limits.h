@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Limits of model parts that cost more than their length, or memory of the stack. Beyond them the reader reports an
  * error; docs/model/limits.md lists these numbers too. */
-#ifndef KMP_MODEL_LIMITS_H
-#define KMP_MODEL_LIMITS_H
+#pragma once
 
 enum {
     KMP_MOST_EXPRESSION_LEVELS = 200, /* functions that traverse the tree recurse */
@@ -18,5 +17,3 @@ enum {
 };
 
 #define KMP_MOST_STEPS 1e15 /* the largest max_steps */
-
-#endif

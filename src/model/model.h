@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model: the user's input, with every reference resolved and every number valued; frozen by the reader. Bodies form
  * a tree (a parent precedes its children), body 0 is the ground. */
-#ifndef KMP_MODEL_MODEL_H
-#define KMP_MODEL_MODEL_H
+#pragma once
 
 #include "base/arena.h"
 #include "base/cache/digest.h"
@@ -273,5 +272,3 @@ int kmp_spherical_find(const kempe_model *model, int *first);
 
 /** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
 kempe_status kmp_model_check_finished(const kempe_model *model);
-
-#endif

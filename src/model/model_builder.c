@@ -354,8 +354,7 @@ kempe_status kempe_model_add_text(kempe_model *model, const char *section, const
     kmp_builder *b = model->builder;
     const kmp_yaml *node = NULL;
     KMP_TRY(begin_entry(model, section, name));
-    if (b->arena.failed)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, !b->arena.failed));
     int call = b->call_count - 1;
     kempe_status status = kmp_yaml_load(model->context, &b->arena, b->calls[call], call, text, strlen(text), &node);
     return status == KEMPE_OK && node ? add(model, section, name, node) : status;

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A model under construction: the document that a model file would have been, written call by call. */
-#ifndef KMP_MODEL_MODEL_BUILDER_H
-#define KMP_MODEL_MODEL_BUILDER_H
+#pragma once
 
 #include "model/read/reading.h"
 #include <kempe/build.h>
@@ -18,5 +17,3 @@ void kmp_builder_free(kmp_builder *builder);
 /** Reads the document of a builder into a new model. KEMPE_E_INPUT: sentences that begin with the call. */
 kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,
                               kempe_model **model);
-
-#endif

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The public names and values of a model's inputs. */
-#include "base/context.h"
 #include "model/model.h"
 #include <kempe/settings.h>
 #include <math.h>

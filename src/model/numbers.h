@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* All numbers of a model that its equations and its start may contain, with their names. */
-#ifndef KMP_MODEL_NUMBERS_H
-#define KMP_MODEL_NUMBERS_H
+#pragma once
 
 #include "model/tables/force_table.h"
 
@@ -26,5 +25,3 @@ enum {
     KMP_WHEEL_FIELDS
 };
 extern const kmp_wheel_field kmp_wheel_fields[KMP_WHEEL_FIELDS];
-
-#endif

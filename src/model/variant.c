@@ -153,8 +153,7 @@ static kempe_status mark(kmp_variant *v, int k, const char *name)
     }
     meaning found = look_up(m, name);
     int at = found.parameter >= 0 ? found.parameter : add_start(v, name, found.rate, found.motion);
-    if (at < 0)
-        return kmp_fail_memory(m->context);
+    KMP_TRY(kmp_made(m->context, at >= 0));
     if (m->parameters[at].varies)
         return kmp_fail(m->context, KEMPE_E_ARGUMENT, "'%s' is given twice", name);
     m->parameters[at].varies = true;
@@ -173,8 +172,7 @@ static kempe_status find_order(kmp_variant *v, int count)
 {
     kempe_model *m = &v->model;
     bool *requested = KMP_NEW(bool, m->parameter_count), grew = true;
-    if (!requested)
-        return kmp_fail_memory(m->context);
+    KMP_TRY(kmp_made(m->context, requested));
     for (int k = 0; k < count; k++)
         requested[v->parameter[k]] = true;
     while (grew) {
@@ -233,22 +231,19 @@ static void find_followers(kmp_variant *v)
 static kempe_status make(kmp_variant *v, int count, const char *const *names)
 {
     kempe_model *m = &v->model;
-    if (m->arena.failed)
-        return kmp_fail_memory(m->context);
+    KMP_TRY(kmp_made(m->context, !m->arena.failed));
     for (int k = 0; k < count; k++)
         KMP_TRY(mark(v, k, names[k]));
     m->led = KMP_ARENA_NEW(&m->arena, int, m->parameter_count);
     m->led_count = 0;
     v->values = KMP_ARENA_NEW(&m->arena, double, m->parameter_count);
-    if (m->arena.failed)
-        return kmp_fail_memory(m->context);
+    KMP_TRY(kmp_made(m->context, !m->arena.failed));
     for (int k = 0; k < m->parameter_count; k++)
         v->values[k] = m->parameters[k].number.value;
     KMP_TRY(find_order(v, count));
     find_followers(v);
     v->followers = KMP_ARENA_NEW(&m->arena, follower, v->follower_count);
-    if (!v->followers)
-        return kmp_fail_memory(m->context);
+    KMP_TRY(kmp_made(m->context, v->followers));
     find_followers(v);
     return KEMPE_OK;
 }

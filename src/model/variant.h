@@ -2,8 +2,7 @@
 /* A model whose parameters may change after it was read: a copy with its own numbers, which are evaluated again when
  * parameters are set. Programs derived from the copy keep those parameters, and all numbers that depend on them, as
  * inputs, independent of their current values. */
-#ifndef KMP_MODEL_VARIANT_H
-#define KMP_MODEL_VARIANT_H
+#pragma once
 
 #include "model/model.h"
 
@@ -32,5 +31,3 @@ bool kmp_variant_may(const kempe_model *model, const char *name, kmp_text *why);
 
 /** True if a variable parameter occurs in an expression of the model. */
 bool kmp_expr_varies(const kempe_model *model, const kmp_expr *expr);
-
-#endif

@@ -53,8 +53,7 @@ static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, d
                                const int *which, kmp_convergence *convergence)
 {
     kmp_convergence *found = KMP_NEW(kmp_convergence, count);
-    if (!found)
-        return kmp_fail_memory(r->context);
+    KMP_TRY(kmp_made(r->context, found));
     for (int k = 0; k < count; k++)
         found[k] = (kmp_convergence){.known = true,
                                      .rtol = rtol,
@@ -224,13 +223,6 @@ void kmp_convergence_json(kmp_json *json, const kmp_convergence *c, const char *
         kmp_json_string(json, "convergence", NULL);
         return;
     }
-    kmp_json_object(json, "convergence");
-    kmp_json_number(json, "rtol", c->rtol);
-    kmp_json_number(json, "difference", c->difference);
-    kmp_json_number(json, "limit", c->limit);
-    kmp_json_string(json, "coordinate", name);
-    kmp_json_number(json, "t", c->t);
-    kmp_json_number(json, "trusted_until", c->until);
-    kmp_json_string(json, "result", kmp_convergence_word(c));
-    kmp_json_end(json);
+    kmp_json_put(json, "convergence { rtol %g difference %g limit %g coordinate %s t %g trusted_until %g result %s }",
+                 c->rtol, c->difference, c->limit, name, c->t, c->until, kmp_convergence_word(c));
 }

@@ -2,8 +2,7 @@
 /* Convergence check of integrated results: repeat runs at another tolerance, and at a third one in cases of doubt. An
  * integrator keeps the error of each step below the tolerance. Only a repeat run shows how the motion amplifies it
  * later, and if both pass a change point on the same branch. Used for runs, sensitivities and ensembles. */
-#ifndef KMP_OUTPUT_CONVERGENCE_H
-#define KMP_OUTPUT_CONVERGENCE_H
+#pragma once
 
 #include "base/json.h"
 #include "integrators/run/run.h"
@@ -59,5 +58,3 @@ void kmp_convergence_warn(kempe_context *context, const kmp_convergence *converg
 
 void kmp_convergence_show(kmp_text *text, const kmp_convergence *convergence, const char *what, const char *name);
 void kmp_convergence_json(kmp_json *json, const kmp_convergence *convergence, const char *name);
-
-#endif

@@ -2,8 +2,7 @@
 /* CSV files read line by line: a header, then rows. Blank lines and comments (#) are passed over. A unit follows the
  * name of its column, "q.crank [deg]", or stands in a comment "# units: s,deg" before the header; else a column is in
  * SI. Errors name file, line and column. */
-#ifndef KMP_OUTPUT_CSV_READER_H
-#define KMP_OUTPUT_CSV_READER_H
+#pragma once
 
 #include "base/arena.h"
 #include "base/context.h"
@@ -51,5 +50,3 @@ bool kmp_csv_number(const kmp_csv *csv, int column, kmp_csv_field field, double 
 
 /** Complains when a row has another number of fields than the header has columns. */
 void kmp_csv_check_row(kmp_csv *csv, const char *line);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Curves over axes as an SVG picture, which may hold several plots. Sizes are pixels, y downwards. Points of curves are
  * in the units of the axes; a value that is not finite, or not positive on a logarithmic axis, leaves a gap. */
-#ifndef KMP_OUTPUT_PLOT_H
-#define KMP_OUTPUT_PLOT_H
+#pragma once
 
 #include "base/text.h"
 
@@ -60,5 +59,3 @@ void kmp_curve_end(kmp_plot *plot);
 
 void kmp_plot_dot(const kmp_plot *plot, double x, double y, const char *colour);
 void kmp_plot_cross(const kmp_plot *plot, double x, double y);
-
-#endif

@@ -22,16 +22,13 @@ static void json_rounding(kmp_json *json, const kempe_system *system)
         some = some || system->misfit[c] > 0;
     if (!some)
         return;
-    kmp_json_object(json, "rounding");
-    kmp_json_object(json, "misfit");
+    kmp_json_put(json, "rounding { misfit {");
     for (int c = 0; c < system->model->closure_count; c++)
         if (system->misfit[c] > 0)
             kmp_json_number(json, system->model->closures[c].name, system->misfit[c] * system->length);
     kmp_json_end(json);
-    kmp_json_number(json, "closure_tolerance", system->closure_tolerance);
-    kmp_json_boolean(json, "corrected", system->mended);
-    kmp_json_number(json, "moved", system->mended_by * system->length);
-    kmp_json_number(json, "length", system->length);
+    kmp_json_put(json, "closure_tolerance %g corrected %c moved %g length %g", system->closure_tolerance,
+                 system->mended, system->mended_by * system->length, system->length);
     kmp_json_end(json);
 }
 
@@ -62,11 +59,8 @@ static void print_lines(kmp_json *json, const char *key, const char *lines)
 void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status status, const char *reason, double build_s,
                     const char *warnings)
 {
-    kmp_json_object(json, NULL);
-    kmp_json_string(json, "model", system->model->name);
-    kmp_json_string(json, "status", kmp_status_word(status));
-    kmp_json_string(json, "reason", reason ? reason : "");
-    kmp_json_number(json, "build_s", build_s);
+    kmp_json_put(json, "{ model %s status %s reason %s build_s %g", system->model->name, kmp_status_word(status),
+                 reason ? reason : "", build_s);
     json_rounding(json, system);
     if (warnings)
         print_lines(json, "warnings", warnings);
@@ -133,44 +127,32 @@ void kmp_list_names(kmp_text *text, const kempe_system *system, kmp_name_fn *nam
 
 void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict)
 {
-    kmp_json_object(json, "residual");
-    kmp_json_number(json, "h_max", verdict->h_max);
-    kmp_json_number(json, "hdot_max", verdict->hdot_max);
+    kmp_json_put(json, "residual { h_max %g hdot_max %g", verdict->h_max, verdict->hdot_max);
     if (verdict->misfit_row >= 0)
         kmp_json_number(json, "misfit", verdict->misfit);
     kmp_json_end(json);
-    kmp_json_object(json, "energy");
-    kmp_json_number(json, "drift_rel", verdict->drift_rel);
-    kmp_json_end(json);
+    kmp_json_put(json, "energy { drift_rel %g }", verdict->drift_rel);
 }
 
 void kmp_print_errors(kmp_json *json, const kmp_verdict *verdict)
 {
-    kmp_json_object(json, "error");
-    kmp_json_number(json, "q", verdict->error[KMP_QUANTITY_Q]);
-    kmp_json_number(json, "qd", verdict->error[KMP_QUANTITY_QD]);
-    kmp_json_number(json, "lambda", verdict->error[KMP_QUANTITY_LAMBDA]);
-    kmp_json_end(json);
+    kmp_json_put(json, "error { q %g qd %g lambda %g }", verdict->error[KMP_QUANTITY_Q],
+                 verdict->error[KMP_QUANTITY_QD], verdict->error[KMP_QUANTITY_LAMBDA]);
 }
 
 void kmp_print_counts(kmp_json *json, const kmp_run_report *report)
 {
-    kmp_json_whole(json, "steps", report->steps);
-    kmp_json_whole(json, "rejected", report->rejected);
-    kmp_json_whole(json, "refused", report->refused);
-    kmp_json_whole(json, "rhs", report->rhs);
-    kmp_json_whole(json, "newton", report->newton);
-    kmp_json_whole(json, "jacobians", report->jacobians);
-    kmp_json_whole(json, "factorizations", report->factorizations);
-    kmp_json_whole(json, "exchanges", report->exchanges);
+    kmp_json_put(json, "steps %ld rejected %ld refused %ld rhs %ld", report->steps, report->rejected, report->refused,
+                 report->rhs);
+    kmp_json_put(json, "newton %ld jacobians %ld factorizations %ld exchanges %ld", report->newton, report->jacobians,
+                 report->factorizations, report->exchanges);
 }
 
 void kmp_print_work(kmp_json *json, const kmp_run_report *report)
 {
     kmp_json_object(json, "work");
     kmp_print_counts(json, report);
-    kmp_json_whole(json, "centrings", report->centrings);
-    kmp_json_whole(json, "events", report->events);
+    kmp_json_put(json, "centrings %ld events %ld", report->centrings, report->events);
     kmp_json_end(json);
 }
 
@@ -205,8 +187,7 @@ double kmp_print_value(const kempe_system *system, int coordinate, double x)
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out)
 {
     char *s = kmp_text_take(text);
-    if (!s)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, s));
     *out = s;
     return KEMPE_OK;
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Common parts of all reports: the head of a JSON object, numbers in columns, and the transfer of the text. */
-#ifndef KMP_OUTPUT_PRINT_H
-#define KMP_OUTPUT_PRINT_H
+#pragma once
 
 #include "base/context.h"
 #include "base/json.h"
@@ -67,5 +66,3 @@ kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out
 /** Closures that remain open as drawn, a line each: after `label`, the next ones after `more`. Nothing where all close.
  */
 void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more);
-
-#endif

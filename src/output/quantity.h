@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The quantities of a state in tables, references and errors, and the names of their columns. */
-#ifndef KMP_OUTPUT_QUANTITY_H
-#define KMP_OUTPUT_QUANTITY_H
+#pragma once
 
 #include "dynamics/system.h"
 
@@ -23,5 +22,3 @@ const char *kmp_quantity_unit(const kempe_system *system, kmp_quantity quantity,
 
 /** SI unit of a value that is named as a column, q.NAME or qd.NAME; "": another name, a parameter. */
 const char *kmp_quantity_unit_of(const kempe_system *system, const char *name);
-
-#endif

@@ -10,8 +10,7 @@
  *     kmp_tabulate_number(t, q);
  *     return kmp_tabulate_finish(context, t, table);
  */
-#ifndef KMP_OUTPUT_RESULT_TABLE_H
-#define KMP_OUTPUT_RESULT_TABLE_H
+#pragma once
 
 #include "base/context.h"
 #include "base/json.h"
@@ -66,5 +65,3 @@ typedef struct kmp_table_kind {
 /** The table of a name, out of `kinds` up to one without a name. KEMPE_E_ARGUMENT: there is none of that name. */
 kempe_status kmp_tabulate_result(kempe_context *context, const kmp_table_kind *kinds, const void *result,
                                  const char *name, kempe_table **table);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rows of a run or of a reference: time, q, qd, qdd, lambda, and the work of non-conservative forces so far. Grows
  * as rows come. */
-#ifndef KMP_OUTPUT_SAMPLES_H
-#define KMP_OUTPUT_SAMPLES_H
+#pragma once
 
 #include "output/quantity.h"
 
@@ -33,5 +32,3 @@ const double *kmp_samples_get(const kmp_samples *table, kmp_quantity quantity, i
 
 /** Forgets the rows after t_end. */
 void kmp_samples_limit(kmp_samples *table, double t_end);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Extreme values, mean and root mean square of a curve that is given by rows. */
-#ifndef KMP_OUTPUT_SERIES_SUMMARY_H
-#define KMP_OUTPUT_SERIES_SUMMARY_H
+#pragma once
 
 /** Extreme values are those of rows, the first of equal ones. Mean and root mean square are integrals over x by the
  * trapezoidal rule, over its range. All are NaN where no value is known. */
@@ -11,5 +10,3 @@ typedef struct kmp_series_summary {
 
 /** x ascends or descends; value k is y[k * stride]; values that are not finite leave a gap. */
 kmp_series_summary kmp_series_summarise(int rows, const double *x, const double *y, int stride);
-
-#endif

@@ -76,8 +76,7 @@ static kempe_status add_curves(drawing *d, const char *word)
                 d->curve[d->count++] = c;
             found = found || meant;
         }
-    if (!name)
-        return kmp_fail_memory(d->context);
+    KMP_TRY(kmp_made(d->context, name));
     return found ? KEMPE_OK : fail_unknown(d, word);
 }
 
@@ -101,8 +100,7 @@ static kempe_status choose(drawing *d, const char *x, const char *y)
     for (int c = 0; count == 0 && c < kempe_table_column_count(d->table) && d->count < MOST_CURVES; c++)
         if (c != d->x && kempe_table_values(d->table, c))
             d->curve[d->count++] = c;
-    if (d->arena.failed)
-        return kmp_fail_memory(d->context);
+    KMP_TRY(kmp_made(d->context, !d->arena.failed));
     if (d->count == 0 || kempe_table_row_count(d->table) == 0)
         return kmp_fail(d->context, KEMPE_E_FAILED, "there is nothing to draw: the table has no rows of numbers");
     return KEMPE_OK;

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The times at which a run delivers rows. */
-#ifndef KMP_OUTPUT_TIMES_H
-#define KMP_OUTPUT_TIMES_H
+#pragma once
 
 #include "model/tables/run_settings.h"
 #include "output/reference.h"
@@ -20,5 +19,3 @@ kempe_status kmp_times_spacing(const kempe_system *system, double requested, dou
  */
 bool kmp_times_init(kmp_times *times, double every, double t_end, const kmp_reference *reference);
 void kmp_times_free(kmp_times *times);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Accuracy of a run: its closure residuals, its energy balance, and its errors relative to a reference. */
-#ifndef KMP_OUTPUT_VERDICT_H
-#define KMP_OUTPUT_VERDICT_H
+#pragma once
 
 #include "constraints/evaluation/evaluator.h"
 #include "output/reference.h"
@@ -35,5 +34,3 @@ kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_evaluator *eval, const 
 /** The errors alone, of the rows up to a time. */
 void kmp_verdict_errors(const kmp_samples *table, const kempe_system *system, const kmp_reference *reference,
                         double until, double error[KMP_QUANTITIES]);
-
-#endif

@@ -62,8 +62,7 @@ static void put_reference(kmp_json *json, const kempe_comparison *c)
     double uncertainty[KMP_COMPARE_SHOWN];
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         uncertainty[k] = c->has_reference ? c->uncertainty[kmp_compare_shown[k]] : NAN;
-    kmp_json_object(json, "reference");
-    kmp_json_boolean(json, "there", c->has_reference);
+    kmp_json_put(json, "reference { there %c", c->has_reference);
     put_string(json, "source", c->source);
     kmp_json_rounded_numbers(json, "uncertainty", KMP_COMPARE_SHOWN, uncertainty, 3);
     kmp_json_end(json);
@@ -88,21 +87,16 @@ static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compare
     double error[KMP_COMPARE_SHOWN];
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         error[k] = kmp_compare_error(c, run, kmp_compare_shown[k]);
-    kmp_json_object(json, NULL);
-    kmp_json_whole(json, "method", run->method - c->methods);
-    kmp_json_rounded(json, "rtol", run->rtol, 6);
+    kmp_json_put(json, "{ method %ld rtol %.6g", run->method - c->methods, run->rtol);
     put_string(json, "status", kmp_status_word(run->status));
     put_string(json, "reason", run->reason);
     kmp_json_boolean(json, "left_out", run->left_out);
     kmp_json_rounded_numbers(json, "error", KMP_COMPARE_SHOWN, error, 3);
-    kmp_json_boolean(json, "below", kmp_compared_is_below(c, run, KMP_QUANTITY_Q));
-    kmp_json_rounded(json, "h", run->verdict.h_max, 3);
-    kmp_json_rounded(json, "hdot", run->verdict.hdot_max, 3);
-    kmp_json_rounded(json, "drift", run->verdict.drift_rel, 3);
+    kmp_json_put(json, "below %c h %.3g hdot %.3g drift %.3g", kmp_compared_is_below(c, run, KMP_QUANTITY_Q),
+                 run->verdict.h_max, run->verdict.hdot_max, run->verdict.drift_rel);
     kmp_print_counts(json, &run->report);
-    kmp_json_rounded(json, "cpu", run->cpu_s, 4);
-    kmp_json_rounded(json, "ready", c->system->build_s + run->build_s, 4);
-    kmp_json_rounded(json, "memory", run->report.heap > 0 ? (double)run->report.heap : NAN, 4);
+    kmp_json_put(json, "cpu %.4g ready %.4g memory %.4g", run->cpu_s, c->system->build_s + run->build_s,
+                 run->report.heap > 0 ? (double)run->report.heap : NAN);
     kmp_json_end(json);
 }
 
@@ -119,11 +113,8 @@ static void put_costs(kmp_json *json, const kempe_comparison *c, int l)
 
 static void put_level(kmp_json *json, const kempe_comparison *c, int l)
 {
-    kmp_json_object(json, NULL);
-    kmp_json_rounded(json, "level", c->levels.level[l], 3);
-    kmp_json_boolean(json, "blank", c->levels.blank[l]);
-    kmp_json_whole(json, "best", c->levels.best[l] < 0 ? -1 : c->runs[c->levels.best[l]].method - c->methods);
-    kmp_json_array(json, "run");
+    kmp_json_put(json, "{ level %.3g blank %c best %ld run [", c->levels.level[l], c->levels.blank[l],
+                 c->levels.best[l] < 0 ? -1 : c->runs[c->levels.best[l]].method - c->methods);
     for (int w = 0; w < c->method_count; w++)
         kmp_json_whole(json, NULL, c->levels.run[w * c->levels.count + l]);
     kmp_json_end(json);
@@ -137,9 +128,7 @@ static void put_table(kmp_json *json, const kempe_comparison *c, const char *key
 {
     kmp_json_array(json, key);
     for (int k = 0; k < count; k++) {
-        kmp_json_object(json, NULL);
-        kmp_json_whole(json, "method", methods[k]);
-        kmp_json_array(json, "base");
+        kmp_json_put(json, "{ method %d base [", methods[k]);
         for (int a = 0; a < c->tables.aims.count; a++) {
             int level = c->tables.aims.level[a];
             kmp_json_whole(json, NULL, same ? kmp_compare_base(c, methods[k], level) : kmp_compare_best(c, level));
@@ -163,10 +152,7 @@ static void put_tables(kmp_json *json, const kempe_comparison *c)
 
 static void put_advice(kmp_json *json, const kempe_comparison *c)
 {
-    kmp_json_object(json, "advice");
-    kmp_json_whole(json, "run", c->advice.run);
-    kmp_json_rounded(json, "level", c->advice.level, 3);
-    kmp_json_boolean(json, "stiff", c->advice.stiff);
+    kmp_json_put(json, "advice { run %d level %.3g stiff %c", c->advice.run, c->advice.level, c->advice.stiff);
     kmp_sentences_json(json, "reasons", &c->advice.because);
     kmp_json_end(json);
 }
@@ -176,9 +162,7 @@ static void put_advice(kmp_json *json, const kempe_comparison *c)
 static void put_steps(kmp_json *json, const kmp_record *record)
 {
     static const char *const name[3] = {"t", "least", "most"};
-    kmp_json_whole(json, "each", record->each);
-    kmp_json_object(json, "step");
-    kmp_json_whole(json, "count", record->range_count);
+    kmp_json_put(json, "each %ld step { count %d", record->each, record->range_count);
     for (int part = 0; part < 3; part++) {
         kmp_json_array(json, name[part]);
         for (int k = 0; k < record->range_count; k++) {
@@ -197,11 +181,9 @@ static void put_steps(kmp_json *json, const kmp_record *record)
 static void put_log(kmp_json *json, const kmp_run_log *log)
 {
     enum { MOST = 300 };
-    kmp_json_whole(json, "log_count", log->count);
-    kmp_json_array(json, "log");
+    kmp_json_put(json, "log_count %ld log [", log->count);
     for (int k = 0; k < log->kept && k < MOST; k++) {
-        kmp_json_object(json, NULL);
-        kmp_json_rounded(json, "t", log->entries[k].t, 7);
+        kmp_json_put(json, "{ t %.7g", log->entries[k].t);
         put_string(json, "kind", log->entries[k].kind);
         put_string(json, "text", log->entries[k].text);
         kmp_json_end(json);
@@ -212,13 +194,10 @@ static void put_log(kmp_json *json, const kmp_run_log *log)
 void kmp_page_record(kmp_json *json, const kmp_record *record)
 {
     int rows = record->row.rows;
-    kmp_json_object(json, NULL);
-    kmp_json_whole(json, "run", record->run);
-    kmp_json_whole(json, "rows", rows);
-    kmp_json_rounded(json, "t_start", rows > 0 ? kmp_samples_time(&record->row, 0) : 0, 7);
-    kmp_json_rounded(json, "spacing",
-                     rows > 1 ? kmp_samples_time(&record->row, 1) - kmp_samples_time(&record->row, 0) : 0, 9);
-    kmp_json_rounded(json, "t_end", rows > 0 ? kmp_samples_time(&record->row, rows - 1) : 0, 7);
+    kmp_json_put(json, "{ run %d rows %d t_start %.7g spacing %.9g t_end %.7g", record->run, rows,
+                 rows > 0 ? kmp_samples_time(&record->row, 0) : 0,
+                 rows > 1 ? kmp_samples_time(&record->row, 1) - kmp_samples_time(&record->row, 0) : 0,
+                 rows > 0 ? kmp_samples_time(&record->row, rows - 1) : 0);
     kmp_json_rounded_numbers(json, "h", rows, record->h, 3);
     kmp_json_rounded_numbers(json, "hdot", rows, record->hdot, 3);
     kmp_json_rounded_numbers(json, "energy", rows, record->energy, 3);
@@ -252,9 +231,7 @@ void kmp_page_data(kmp_text *text, const kempe_comparison *c, int count, const k
     put_string(&json, "model", c->system->model->name);
     put_string(&json, "status", kmp_status_word(c->status));
     put_string(&json, "reason", c->reason);
-    kmp_json_rounded(&json, "t_end", c->t_end, 7);
-    kmp_json_whole(&json, "n", c->system->n);
-    kmp_json_whole(&json, "m", c->system->m);
+    kmp_json_put(&json, "t_end %.7g n %d m %d", c->t_end, c->system->n, c->system->m);
     put_reference(&json, c);
     put_lists(&json, c);
     put_tables(&json, c);

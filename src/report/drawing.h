@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The drawn parts of a model: the points of each body that make its shape, springs, guides of sliding joints. */
-#ifndef KMP_REPORT_DRAWING_H
-#define KMP_REPORT_DRAWING_H
+#pragma once
 
 #include "model/model.h"
 
@@ -54,5 +53,3 @@ typedef struct kmp_drawing {
 /** false: no memory. The names are the model's. */
 bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_bodies);
 void kmp_drawing_free(kmp_drawing *drawing);
-
-#endif

@@ -110,14 +110,8 @@ static void put_mode(kmp_json *json, const kempe_modes *m, const shown *s)
     ptrdiff_t at = (ptrdiff_t)c * n;
     kmp_text words = {0};
     bool zero = c < m->modes.spectrum.zeros;
-    kmp_json_object(json, NULL);
-    kmp_json_boolean(json, "zero", zero);
-    kmp_json_whole(json, "frames", s->frames);
-    kmp_json_rounded(json, "amplitude", s->amplitude, 9);
-    kmp_json_rounded(json, "re", re, 9);
-    kmp_json_rounded(json, "im", im, 9);
-    kmp_json_rounded(json, "frequency", kmp_mode_frequency(re, im), 9);
-    kmp_json_rounded(json, "damping", kmp_mode_damping(re, im), 9);
+    kmp_json_put(json, "{ zero %c frames %d amplitude %.9g re %.9g im %.9g frequency %.9g damping %.9g", zero,
+                 s->frames, s->amplitude, re, im, kmp_mode_frequency(re, im), kmp_mode_damping(re, im));
     if (zero)
         kmp_modes_put_along(&words, m, c);
     else
@@ -153,8 +147,7 @@ static void put_locus(kmp_json *json, const kempe_modes *m)
         return;
     }
     kmp_shown as = kmp_modes_shown(m);
-    kmp_json_object(json, "locus");
-    kmp_json_string(json, "name", m->name);
+    kmp_json_put(json, "locus { name %s", m->name);
     put_shown(json, as);
     kmp_json_rounded_numbers(json, "values", l->reached, l->value, 9);
     kmp_json_rounded_numbers(json, "orders", m->order_count, m->order, 6);
@@ -163,12 +156,8 @@ static void put_locus(kmp_json *json, const kempe_modes *m)
     kmp_json_array(json, "critical");
     for (int k = 0; k < l->critical_count; k++) {
         const kmp_critical *c = &l->critical[k];
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "grows", c->grows_above ? "above" : "below");
-        kmp_json_rounded(json, "value", c->value, 9);
-        kmp_json_rounded(json, "re", c->re, 9);
-        kmp_json_rounded(json, "im", c->im, 9);
-        kmp_json_end(json);
+        kmp_json_put(json, "{ grows %s value %.9g re %.9g im %.9g }", c->grows_above ? "above" : "below", c->value,
+                     c->re, c->im);
     }
     kmp_json_end(json);
     kmp_json_end(json);
@@ -179,20 +168,15 @@ static void put_data(kmp_text *text, const maker *w)
     const kempe_modes *m = w->m;
     kmp_json json = kmp_json_begin_compact(text);
     kmp_text because = {0};
-    kmp_json_object(&json, NULL);
-    kmp_json_string(&json, "kempe", KEMPE_VERSION);
-    kmp_json_string(&json, "model", m->system->model->name);
-    kmp_json_string(&json, "at", m->family->state->equilibrium ? "the equilibrium" : "the assembled start");
-    kmp_json_string(&json, "stability", kmp_modes_verdict(m));
+    kmp_json_put(&json, "{ kempe %s model %s at %s stability %s", KEMPE_VERSION, m->system->model->name,
+                 m->family->state->equilibrium ? "the equilibrium" : "the assembled start", kmp_modes_verdict(m));
     kmp_modes_put_verdict(&because, m);
     put_words(&json, "reasons", &because);
     kmp_json_string(&json, "reason", m->reason ? m->reason : "");
     kmp_json_whole(&json, "freedoms", m->modes.p);
-    kmp_json_whole(&json, "frames", FRAMES);
-    kmp_json_array(&json, "coordinates");
+    kmp_json_put(&json, "frames %d coordinates [", FRAMES);
     for (int k = 0; k < m->modes.n; k++) {
-        kmp_json_object(&json, NULL);
-        kmp_json_string(&json, "name", m->system->model->motions[k].name);
+        kmp_json_put(&json, "{ name %s", m->system->model->motions[k].name);
         put_shown(&json, kmp_shown_as(m->system->context, kmp_quantity_unit(m->system, KMP_QUANTITY_Q, k)));
         kmp_json_end(&json);
     }

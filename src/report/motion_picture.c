@@ -159,8 +159,7 @@ static void put_times(kmp_json *json, const picture *p)
     double begin = time_of(p, 0), range = time_of(p, p->frames - 1) - begin, off = 0;
     for (int f = 0; f < p->frames; f++)
         off = fmax(off, fabs(time_of(p, f) - begin - range * f / fmax(p->frames - 1, 1)));
-    kmp_json_rounded(json, "t_start", begin, 9);
-    kmp_json_rounded(json, "t_end", begin + range, 9);
+    kmp_json_put(json, "t_start %.9g t_end %.9g", begin, begin + range);
     if (off <= 1e-3 * fabs(range) / p->frames)
         return;
     kmp_json_array(json, "t");
@@ -172,8 +171,7 @@ static void put_times(kmp_json *json, const picture *p)
 static void put_frames(kmp_json *json, picture *p)
 {
     size_t count = 4 * (size_t)p->frames * (size_t)(p->drawing.body_count - 1);
-    kmp_json_object(json, "frames");
-    kmp_json_whole(json, "count", p->frames);
+    kmp_json_put(json, "frames { count %d", p->frames);
     put_times(json, p);
     put_positions(json, p);
     for (size_t k = 0; k < count; k++)
@@ -210,8 +208,7 @@ static void put_solids(kmp_json *json, const kempe_model *model, int body)
             continue;
         if (count++ == 0)
             kmp_json_array(json, "solids");
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "kind", kmp_shape_words[model->shapes[k].kind]);
+        kmp_json_put(json, "{ kind %s", kmp_shape_words[model->shapes[k].kind]);
         kmp_model_json_shape(json, &model->shapes[k]);
         kmp_json_end(json);
     }
@@ -223,9 +220,7 @@ static void put_bodies(kmp_json *json, const picture *p)
 {
     kmp_json_array(json, "bodies");
     for (int b = 0; b < p->drawing.body_count; b++) {
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "name", p->model->bodies[b].name);
-        kmp_json_array(json, "points");
+        kmp_json_put(json, "{ name %s points [", p->model->bodies[b].name);
         put_marks(json, p, b);
         kmp_json_end(json);
         put_solids(json, p->model, b);
@@ -239,10 +234,7 @@ static void put_lines(kmp_json *json, const picture *p)
     kmp_json_array(json, "lines");
     for (int k = 0; k < p->drawing.line_count; k++) {
         const kmp_line *line = &p->drawing.lines[k];
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "name", line->name ? line->name : "");
-        kmp_json_boolean(json, "rod", p->drawing.is_rod[k]);
-        kmp_json_array(json, "body");
+        kmp_json_put(json, "{ name %s rod %c body [", line->name ? line->name : "", p->drawing.is_rod[k]);
         for (int i = 0; i < 2; i++)
             kmp_json_whole(json, NULL, line->body[i]);
         kmp_json_end(json);
@@ -266,8 +258,7 @@ static void put_slides(kmp_json *json, const picture *p)
             range[0] = fmin(range[0], row_of(p, f)[slide->motion]);
             range[1] = fmax(range[1], row_of(p, f)[slide->motion]);
         }
-        kmp_json_object(json, NULL);
-        kmp_json_whole(json, "body", slide->body);
+        kmp_json_put(json, "{ body %d", slide->body);
         kmp_json_rounded_numbers(json, "at", 3, slide->at, 7);
         kmp_json_rounded_numbers(json, "axis", 3, slide->axis, 7);
         kmp_json_rounded_numbers(json, "range", 2, range, 7);

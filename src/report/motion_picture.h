@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The moving mechanism: the drawn parts and their positions, frame by frame, as JSON. */
-#ifndef KMP_REPORT_MOTION_PICTURE_H
-#define KMP_REPORT_MOTION_PICTURE_H
+#pragma once
 
 #include "base/json.h"
 #include "report/step_record.h"
@@ -17,5 +16,3 @@ int kmp_motion_picture_frames(const kempe_model *model);
 /** The end time of the picture so that no joint rotates too far between frames; the record's own end when that
  * satisfies the limit. */
 double kmp_motion_picture_end(const kempe_model *model, const kmp_record *record);
-
-#endif

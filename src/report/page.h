@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The parts of a report's page. */
-#ifndef KMP_REPORT_PAGE_H
-#define KMP_REPORT_PAGE_H
+#pragma once
 
 #include "report/step_record.h"
 #include <kempe/compare.h>
@@ -40,5 +39,3 @@ void kmp_page_record(kmp_json *json, const kmp_record *record);
 /** Puts all data of the page, as one JSON object. `picture`: the record whose rows are the frames, NULL: none. */
 void kmp_page_data(kmp_text *text, const kempe_comparison *comparison, int count, const kmp_record *records,
                    const kmp_record *picture);
-
-#endif

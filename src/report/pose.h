@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Positions of the bodies at given coordinates, as numbers, for pictures. */
-#ifndef KMP_REPORT_POSE_H
-#define KMP_REPORT_POSE_H
+#pragma once
 
 #include "model/model.h"
 
@@ -15,5 +14,3 @@ void kmp_pose_all(const kempe_model *model, const double *q, kmp_pose *poses);
 
 /** Unit quaternion x, y, z, w of the rotation; of the two that mean it, the one nearer to `near` (NULL: w >= 0). */
 void kmp_pose_quaternion(const kmp_pose *pose, const double *near, double out[4]);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A model's wheels and tracks in a picture: a disc for each wheel, a line for each rail. */
-#ifndef KMP_REPORT_RAILWAY_H
-#define KMP_REPORT_RAILWAY_H
+#pragma once
 
 #include "base/json.h"
 #include "model/model.h"
@@ -14,5 +13,3 @@ typedef struct kmp_travel {
 
 /** The members discs and rails, and nothing where there is no wheel. */
 void kmp_railway_put(kmp_json *json, const kempe_model *model, const kmp_travel *travel);
-
-#endif

@@ -89,10 +89,8 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
         if (!values)
             continue;
         int every = is_first(page, c) ? stride.first : stride.other, count = thin(rows, every, values, room);
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "name", kempe_table_column_name(table, c));
-        kmp_json_string(json, "unit", kempe_table_unit(table, c));
-        kmp_json_whole(json, "every", every / stride.first);
+        kmp_json_put(json, "{ name %s unit %s every %d", kempe_table_column_name(table, c), kempe_table_unit(table, c),
+                     every / stride.first);
         put_summary(json, page, kempe_table_values(table, x), values);
         kmp_json_floats(json, "values", (size_t)count, room);
         kmp_json_end(json);
@@ -110,15 +108,9 @@ static void put_series(kmp_json *json, const kmp_result_page *page)
         return;
     }
     strides stride = choose_strides(page);
-    kmp_json_object(json, "series");
-    kmp_json_string(json, "x", page->x);
-    kmp_json_boolean(json, "logarithmic", page->logarithmic);
-    kmp_json_boolean(json, "scattered", page->scattered);
-    kmp_json_whole(json, "rows", rows);
-    kmp_json_whole(json, "stride", stride.first);
-    kmp_json_whole(json, "drawn", thin(rows, stride.first, kempe_table_values(table, x), room));
-    kmp_json_whole(json, "left_out", page->left_out);
-    kmp_json_array(json, "first");
+    kmp_json_put(json, "series { x %s logarithmic %c scattered %c rows %d stride %d drawn %d left_out %d first [",
+                 page->x, page->logarithmic, page->scattered, rows, stride.first,
+                 thin(rows, stride.first, kempe_table_values(table, x), room), page->left_out);
     for (int k = 0; k < page->first_count; k++)
         kmp_json_string(json, NULL, page->first[k]);
     kmp_json_end(json);
@@ -212,9 +204,7 @@ static void put_parameters(kmp_json *json, const kempe_model *model)
         kmp_text words = {0};
         if (p->number.expr)
             kmp_model_put_expr(&words, model, p->number.expr);
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "name", p->name);
-        kmp_json_rounded(json, "value", p->number.value, 9);
+        kmp_json_put(json, "{ name %s value %.9g", p->name, p->number.value);
         kmp_json_text(json, "expression", &words);
         kmp_json_end(json);
     }
@@ -227,12 +217,8 @@ static void put_inputs(kmp_json *json, const kempe_model *model)
     kmp_json_array(json, "inputs");
     for (int k = 0; k < model->input_count; k++) {
         const kmp_model_input *input = &model->inputs[k];
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "name", input->name);
-        kmp_json_string(json, "unit", input->unit);
-        kmp_json_rounded(json, "value", input->value / input->si, 9);
-        kmp_json_whole(json, "samples", input->signal.count);
-        kmp_json_end(json);
+        kmp_json_put(json, "{ name %s unit %s value %.9g samples %d }", input->name, input->unit,
+                     input->value / input->si, input->signal.count);
     }
     kmp_json_end(json);
 }
@@ -241,9 +227,7 @@ static void put_inputs(kmp_json *json, const kempe_model *model)
 static void put_file(kmp_json *json, const char *name, char *text, size_t length, size_t *room)
 {
     bool cut = length > *room;
-    kmp_json_object(json, NULL);
-    kmp_json_string(json, "name", name);
-    kmp_json_boolean(json, "cut", cut);
+    kmp_json_put(json, "{ name %s cut %c", name, cut);
     if (cut)
         text[*room] = '\0';
     *room -= cut ? *room : length;
@@ -291,17 +275,12 @@ static void put_files(kmp_json *json, const kempe_model *model)
 static void put_words(kmp_json *json, const kmp_result_page *page)
 {
     const kempe_system *s = page->system;
-    kmp_json_string(json, "kempe", KEMPE_VERSION);
-    kmp_json_string(json, "model", s->model->name);
-    kmp_json_string(json, "command", page->command);
-    kmp_json_string(json, "subject", page->subject);
-    kmp_json_string(json, "scene", page->scene);
-    kmp_json_string(json, "answer", page->answer);
-    kmp_json_string(json, "status", kmp_status_word(page->status));
-    kmp_json_string(json, "reason", page->reason ? page->reason : "");
-    kmp_json_string(json, "warnings", page->warnings ? page->warnings : "");
-    kmp_json_string(json, "sentences", page->sentences ? page->sentences : "");
-    kmp_json_array(json, "facts");
+    kmp_json_put(json, "kempe %s model %s command %s subject %s scene %s", KEMPE_VERSION, s->model->name, page->command,
+                 page->subject, page->scene);
+    kmp_json_put(json, "answer %s status %s reason %s warnings %s sentences %s", page->answer,
+                 kmp_status_word(page->status), page->reason ? page->reason : "", page->warnings ? page->warnings : "",
+                 page->sentences ? page->sentences : "");
+    kmp_json_put(json, "facts [");
     for (int k = 0; k < page->fact_count; k++) {
         kmp_json_array(json, NULL);
         kmp_json_string(json, NULL, page->fact[k].name);
@@ -309,9 +288,7 @@ static void put_words(kmp_json *json, const kmp_result_page *page)
         kmp_json_end(json);
     }
     kmp_json_end(json);
-    kmp_json_string(json, "text", page->text ? page->text : "");
-    kmp_json_whole(json, "n", s->n);
-    kmp_json_whole(json, "m", s->m);
+    kmp_json_put(json, "text %s n %d m %d", page->text ? page->text : "", s->n, s->m);
 }
 
 static void put_data(kmp_text *text, const kmp_result_page *page)

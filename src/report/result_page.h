@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The page of a result: what came out in words, the mechanism moving, curves of its table with their extreme values,
  * the run's accuracy, parameters and the text of the model. Studies differ in what they have of it. */
-#ifndef KMP_REPORT_RESULT_PAGE_H
-#define KMP_REPORT_RESULT_PAGE_H
+#pragma once
 
 #include "report/step_record.h"
 #include <kempe/table.h>
@@ -40,5 +39,3 @@ typedef struct kmp_result_page {
 
 /** Writes whole or not at all. KEMPE_E_IO, KEMPE_E_MEMORY. */
 kempe_status kmp_result_page_write(const kmp_result_page *page, const char *path);
-
-#endif

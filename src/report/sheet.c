@@ -113,8 +113,7 @@ static kempe_status put_library(kempe_context *context, kmp_text *text, const ch
         if (is_mark(line, libraries[k].mark)) {
             char *script = NULL;
             KMP_TRY(read_library(context, &libraries[k], &script));
-            if (!script)
-                return kmp_fail_memory(context);
+            KMP_TRY(kmp_made(context, script));
             put_script(text, script);
             kmp_free(script);
             *put = true;

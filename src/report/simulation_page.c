@@ -56,8 +56,7 @@ static kempe_status record_rows(const maker *w, int rows, kmp_record *record)
     kmp_run_spec spec = t->spec;
     kempe_assembly start = {0};
     double *room = KMP_NEW(double, 2 * t->system->n);
-    if (!room)
-        return kmp_fail_memory(t->system->context);
+    KMP_TRY(kmp_made(t->system->context, room));
     if (t->interrupted)
         spec.t_end = t->report.t;
     bool given = take_start(t, room, &start);
@@ -125,8 +124,7 @@ static bool is_secondary(const char *name)
 /* The outputs that the model requests, as far as they are few. */
 static kempe_status choose_first(maker *w)
 {
-    if (!kmp_columns_init(&w->own, w->t->system))
-        return kmp_fail_memory(w->t->system->context);
+    KMP_TRY(kmp_made(w->t->system->context, kmp_columns_init(&w->own, w->t->system)));
     bool few = w->own.count - 1 <= KMP_PAGE_FIRST;
     int most = few ? KMP_PAGE_FIRST : KMP_PAGE_FIRST / 2;
     for (int k = 1; k < w->own.count && w->first_count < most; k++)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A repeated run, monitored step by step: its residuals and energy over time, the lengths of its steps, its events. */
-#ifndef KMP_REPORT_STEP_RECORD_H
-#define KMP_REPORT_STEP_RECORD_H
+#pragma once
 
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
@@ -41,5 +40,3 @@ kempe_status kmp_record_make(const kempe_comparison *comparison, int run, double
 /** The mechanism without a run, as far as it can be assembled: one row, of which positions alone count. */
 kempe_status kmp_record_start(const kempe_system *system, kmp_record *record);
 void kmp_record_free(kmp_record *record);
-
-#endif

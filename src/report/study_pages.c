@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reports of the studies whose results are rows, states or instances: each says what its page has. */
-#include "base/memory.h"
 #include "constraints/closing/assemble.h"
-#include "output/print.h"
 #include "report/result_page.h"
 #include "studies/ensemble/batch.h"
 #include "studies/equilibrium/balances.h"

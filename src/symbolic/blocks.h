@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The contents of an implicit block, for the files that make such blocks (implicit.c, average.c). */
-#ifndef KMP_SYMBOLIC_BLOCKS_H
-#define KMP_SYMBOLIC_BLOCKS_H
+#pragma once
 
 #include "symbolic/implicit.h"
 
@@ -32,5 +31,3 @@ void kmp_list_items(const kmp_graph *g, kmp_ref list, int count, kmp_ref *items)
 
 /** kmp_implicit_derivative of a block of averages. */
 kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials);
-
-#endif

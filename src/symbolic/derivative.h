@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Forward differentiation in the graph along one direction. Partial derivatives (one seed), total time derivatives (q
  * -> qd, t -> 1) and all mixtures are one operation with different seeds. */
-#ifndef KMP_SYMBOLIC_DERIVATIVE_H
-#define KMP_SYMBOLIC_DERIVATIVE_H
+#pragma once
 
 #include "symbolic/graph.h"
 
@@ -27,5 +26,3 @@ kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x);
 
 /** The derivatives of several expressions by one input. */
 void kmp_derivatives_by(kmp_graph *g, kmp_ref leaf, int count, const kmp_ref *of, kmp_ref *slope);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Makes equations of a graph an implicit block of it. Nodes that depend on the unknowns go into the block; the other
  * operands they need become its arguments, as late as possible. */
-#ifndef KMP_SYMBOLIC_ENCLOSE_H
-#define KMP_SYMBOLIC_ENCLOSE_H
+#pragma once
 
 #include "symbolic/graph.h"
 
@@ -12,5 +11,3 @@ kmp_ref kmp_unknown(kmp_graph *g, int j);
 /** Solutions y of residual(y) = 0 from first guesses that depend on no unknown. All are zero, and the graph has failed,
  * when there is no memory, or an equation contains a block that depends on the unknowns. */
 void kmp_enclose(kmp_graph *g, int unknowns, const kmp_ref *residual, const kmp_ref *guess, kmp_ref *solution);
-
-#endif

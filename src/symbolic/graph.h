@@ -4,8 +4,7 @@
  * A reference is id << 1 | sign, so that unary minus costs nothing and does not exist as a node; the number zero is
  * node 0 and one is node 1. The same construction in the same order gives the same ids: nothing depends on addresses.
  * Running out of memory is sticky: references are then zero and kmp_graph_failed returns true. */
-#ifndef KMP_SYMBOLIC_GRAPH_H
-#define KMP_SYMBOLIC_GRAPH_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -201,5 +200,3 @@ void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT]
 struct kmp_rotations;
 /** The rotated pairs of this graph (src/symbolic/rotation.h). */
 struct kmp_rotations *kmp_graph_rotations(kmp_graph *g);
-
-#endif

@@ -4,8 +4,7 @@
  * integrator takes a smaller step. The derivative follows from the implicit-function theorem: F_y dy + F_p dp = 0.
  *
  * Averages over places (average.h) are blocks, too: their components take the position of unknowns. */
-#ifndef KMP_SYMBOLIC_IMPLICIT_H
-#define KMP_SYMBOLIC_IMPLICIT_H
+#pragma once
 
 #include "symbolic/program/program.h"
 
@@ -77,5 +76,3 @@ double *kmp_solving_arguments(kmp_solving *solving);
 /** An unknown for the current arguments. It depends on them alone: earlier solutions are kept for equal arguments,
  * never used as starting values. */
 double kmp_solving_value(kmp_solving *solving, int component);
-
-#endif

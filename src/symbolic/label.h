@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Names of nodes for printed equations: separate from the graph, and without influence on it. */
-#ifndef KMP_SYMBOLIC_LABEL_H
-#define KMP_SYMBOLIC_LABEL_H
+#pragma once
 
 #include "symbolic/graph.h"
 
@@ -28,5 +27,3 @@ const kmp_label *kmp_graph_label_of(const kmp_graph *g, uint32_t id);
 
 /** True if labels are kept. */
 bool kmp_graph_has_labels(const kmp_graph *g);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Derivatives of many expressions along one input after the other, each at the cost of the nodes that depend on that
  * input: the columns of a Jacobian. */
-#ifndef KMP_SYMBOLIC_PARTIALS_H
-#define KMP_SYMBOLIC_PARTIALS_H
+#pragma once
 
 #include "symbolic/graph.h"
 
@@ -18,5 +17,3 @@ int kmp_partials_along(kmp_partials *p, kmp_ref leaf, const int **which, const k
 
 /** The matrix of derivatives by the inputs 0 .. `inputs` of a kind: row i, of expression i, at out + i inputs. */
 void kmp_partials_all(kmp_graph *g, int count, const kmp_ref *of, kmp_input_kind kind, int inputs, kmp_ref *out);
-
-#endif

@@ -2,8 +2,7 @@
 /* Rotated pairs. Every elementary rotation of the model goes through kmp_rotate, which remembers its results. A
  * rotation of a known result is a rotation of its source by the sum of the angles, so parallel axes and R R' = 1
  * collapse in O(1). The derivative of a rotated pair is found in the pair itself. */
-#ifndef KMP_SYMBOLIC_ROTATION_H
-#define KMP_SYMBOLIC_ROTATION_H
+#pragma once
 
 #include "symbolic/graph.h"
 
@@ -26,5 +25,3 @@ typedef struct kmp_pair {
 } kmp_pair;
 
 bool kmp_rotated_pair(kmp_graph *g, uint32_t id, kmp_pair *pair);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A stack of node ids, for traversals without recursion. */
-#ifndef KMP_SYMBOLIC_STACK_H
-#define KMP_SYMBOLIC_STACK_H
+#pragma once
 
 #include "base/memory.h"
 #include <stdbool.h>
@@ -26,5 +25,3 @@ static inline bool kmp_push(kmp_stack *stack, uint32_t id)
     stack->id[stack->top++] = id;
     return true;
 }
-
-#endif

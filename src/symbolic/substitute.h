@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Nodes exchanged for others. */
-#ifndef KMP_SYMBOLIC_SUBSTITUTE_H
-#define KMP_SYMBOLIC_SUBSTITUTE_H
+#pragma once
 
 #include "symbolic/graph.h"
 
@@ -9,5 +8,3 @@
  * not visited. *through: the bits (kmp_input_kind) of inputs that the outputs reach in other ways. False: no memory. */
 bool kmp_substitute(kmp_graph *g, int count, const kmp_ref *from, const kmp_ref *to, int output_count, kmp_ref *outputs,
                     uint16_t *through);
-
-#endif

@@ -4,8 +4,7 @@
  * The spline is not-a-knot (the first two and the last two pieces are one cubic each; three points make a parabola, two
  * a line), so that a table of a cubic is that cubic. Beyond its ends a table is extrapolated linearly: value and
  * derivative are continuous there. At a knot the piece on its right counts. */
-#ifndef KMP_SYMBOLIC_TABLE_FUNCTION_H
-#define KMP_SYMBOLIC_TABLE_FUNCTION_H
+#pragma once
 
 #include "base/arena.h"
 #include "symbolic/graph.h"
@@ -72,5 +71,3 @@ kmp_table *kmp_graph_table(const kmp_graph *g, int table);
 /** table(x). Its derivatives are nodes of the same table with a higher order. */
 kmp_ref kmp_table_at(kmp_graph *g, int table, kmp_ref x);
 kmp_ref kmp_table_derivative_at(kmp_graph *g, int table, int derivative, kmp_ref x);
-
-#endif

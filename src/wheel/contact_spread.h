@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The contact of an elastic wheel with its rail: averages over a zone. */
-#ifndef KMP_WHEEL_CONTACT_SPREAD_H
-#define KMP_WHEEL_CONTACT_SPREAD_H
+#pragma once
 
 #include "wheel/pair.h"
 
@@ -16,5 +15,3 @@ typedef struct kmp_spread {
 /** The graph fails when there is no memory. */
 kmp_spread kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *pair, const kmp_wheel *wheel, int zone,
                            const kmp_wheel_pose *pose);
-
-#endif

@@ -7,8 +7,7 @@
  * ellipse is that of its modulus, and the forces are reversed. Polach's law has kinks where y and y + a spin are equal
  * in size.
  */
-#ifndef KMP_WHEEL_LAWS_H
-#define KMP_WHEEL_LAWS_H
+#pragma once
 
 #include "model/rail/wheels.h"
 #include "symbolic/graph.h"
@@ -38,5 +37,3 @@ typedef struct kmp_creep_force {
 } kmp_creep_force;
 
 void kmp_creep_law_force(kmp_graph *g, kmp_creep_law law, const kmp_creep *creep, kmp_creep_force *out);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A wheel and its rail in one graph: the points of the wheel that can touch, the gap over them, and the borders of
  * zones. */
-#ifndef KMP_WHEEL_PAIR_H
-#define KMP_WHEEL_PAIR_H
+#pragma once
 
 #include "wheel/patch.h"
 
@@ -48,5 +47,3 @@ double kmp_zone_border(const kmp_wheel *wheel);
 kmp_ref kmp_zone_penalty(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref s);
 /** 1 within, 0 beyond, 6 x^5 - 15 x^4 + 10 x^3 between. */
 kmp_ref kmp_zone_weight(kmp_graph *g, const kmp_wheel *wheel, int zone, kmp_ref s);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The position of a wheel relative to its rail, and the place where both touch, as expressions. The wheel is a surface
  * of revolution, the rail its cross-section drawn along the track at the wheel's place. */
-#ifndef KMP_WHEEL_PATCH_H
-#define KMP_WHEEL_PATCH_H
+#pragma once
 
 #include "wheel/track.h"
 
@@ -53,5 +52,3 @@ typedef struct kmp_slip {
 
 void kmp_wheel_slip(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_patch *patch,
                     kmp_slip *slip);
-
-#endif

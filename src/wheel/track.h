@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The geometry of a track as expressions. */
-#ifndef KMP_WHEEL_TRACK_H
-#define KMP_WHEEL_TRACK_H
+#pragma once
 
 #include "dynamics/kinematics/link_tree.h"
 #include "model/rail/wheels.h"
@@ -17,5 +16,3 @@ typedef struct kmp_track_place {
 /** The cross-section in whose plane a point is (from the ground's origin, axes of the ground's link). Of a curved track
  *  the arc length is an implicit unknown, on a straight one nothing is. The graph fails when there is no memory. */
 void kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place);
-
-#endif

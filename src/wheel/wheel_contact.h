@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A contact of a wheel with its rail: geometry, slip and forces together, as expressions. */
-#ifndef KMP_WHEEL_WHEEL_CONTACT_H
-#define KMP_WHEEL_WHEEL_CONTACT_H
+#pragma once
 
 #include "wheel/laws.h"
 #include "wheel/patch.h"
@@ -26,5 +25,3 @@ void kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_w
  * fit to one ellipse (kmp_patch_fit). */
 void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose,
                         const kmp_contact *contact, kmp_ref *value);
-
-#endif

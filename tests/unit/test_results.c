@@ -86,6 +86,21 @@ static void test_json(void)
     kmp_free(s);
 }
 
+/* A template writes what its members do one by one. */
+static void test_json_template(void)
+{
+    kmp_text text = {0};
+    kmp_json json = kmp_json_begin_compact(&text);
+    const char *volatile none = NULL;
+    kmp_json_put(&json, "{ tenth %g none %s long %ld list [ { third %.3g } { no %c yes %c } ]", 0.1, none, -7L, 1.0 / 3,
+                 false, true);
+    kmp_json_put(&json, "empty { } whole %d }", 3);
+    CHECK_TEXT(text.s,
+               "{\"tenth\":0.1,\"none\":null,\"long\":-7,\"list\":[{\"third\":0.333},{\"no\":false,\"yes\":true}],"
+               "\"empty\":{},\"whole\":3}");
+    kmp_text_free(&text);
+}
+
 /* -- table and times --------------------------------------------------------------------------------- */
 
 static void test_table(void)
@@ -404,6 +419,7 @@ static void test_equations_shown(void)
 int main(void)
 {
     TEST(test_json);
+    TEST(test_json_template);
     TEST(test_table);
     TEST(test_table_without_closures);
     TEST(test_times);

@@ -2,8 +2,7 @@
 /* Common data of back ends that keep every value in a slot: the slots, the inputs and outputs, and operations other
  * than arithmetic. A stage is a sequence of segments. A segment is straight-line arithmetic of the back end, then sines
  * and cosines of all angles available by then, in lanes, then other functions. */
-#ifndef KMP_BACKEND_X86_FRAME_H
-#define KMP_BACKEND_X86_FRAME_H
+#pragma once
 
 #include "backend/sincos.h"
 #include "backend/x86/machine.h"
@@ -107,5 +106,3 @@ static inline void kmp_frame_functions(kmp_frame *f, uint32_t segment)
 /** The back end's `set` and `outputs`, when the frame is the first member of its code. */
 void kmp_frame_set(void *code, kmp_input_kind kind, const double *values);
 const double *kmp_frame_outputs(const void *code, int stage);
-
-#endif

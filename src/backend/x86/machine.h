@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A program prepared to run, with its workspace: one per thread. The back end is a row of backends.def and five
  * functions; it is hidden from callers. */
-#ifndef KMP_BACKEND_X86_MACHINE_H
-#define KMP_BACKEND_X86_MACHINE_H
+#pragma once
 
 #include "base/thread_pool.h"
 #include "symbolic/program/program.h"
@@ -42,5 +41,3 @@ const double *kmp_machine_run(kmp_machine *machine, int stage);
 #define KMP_BACKEND(name) extern const kmp_backend kmp_backend_##name;
 #include "backend/backends.def"
 #undef KMP_BACKEND
-
-#endif

@@ -2,8 +2,7 @@
 /* Two operations of one kind on different values as one operation on the two lanes of a register, where sub-expressions
  * of one shape occur again: the legs of a platform, the wheels of a vehicle. Each lane rounds as the operation alone,
  * so that the bits are unchanged (superword parallelism, Larsen and Amarasinghe 2000). */
-#ifndef KMP_BACKEND_X86_PACKS_H
-#define KMP_BACKEND_X86_PACKS_H
+#pragma once
 
 #include "backend/x86/registers.h"
 
@@ -57,5 +56,3 @@ bool kmp_packs_init(kmp_packs *p, kmp_arena *arena, uint32_t slots, const double
 
 /** Replaces the operations of a piece by fewer, in the arena, where that pays. False: no memory. */
 bool kmp_packs_make(kmp_packs *p, uint32_t *count, const kmp_straight **operations);
-
-#endif

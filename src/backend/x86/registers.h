@@ -2,8 +2,7 @@
 /* Straight-line code over slots as machine code: allocation of values to registers. When a register is needed, the
  * value whose next use is farthest away leaves its register (Belady 1966). It is stored at a place that is used again
  * after its last use, so that code and data stay short. */
-#ifndef KMP_BACKEND_X86_REGISTERS_H
-#define KMP_BACKEND_X86_REGISTERS_H
+#pragma once
 
 #include "backend/x86/x86.h"
 #include "base/arena.h"
@@ -42,5 +41,3 @@ bool kmp_registers_init(kmp_registers *r, kmp_arena *arena, uint32_t packs, uint
 /** Appends the code of the operations, in their order, and a return. Slot k is at byte 8 k width of the form; places
  * follow the slots. */
 void kmp_registers_write(kmp_registers *r, kmp_x86 *c, uint32_t count, const kmp_straight *operations);
-
-#endif

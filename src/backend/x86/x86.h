@@ -5,8 +5,7 @@
  * AVX-512). The first two have the registers 0 to 15, the last one 0 to 31.
  * Encodings: Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2, sections 2.3 (VEX) and 2.7 (EVEX).
  */
-#ifndef KMP_BACKEND_X86_X86_H
-#define KMP_BACKEND_X86_X86_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -88,5 +87,3 @@ void kmp_x86_free(kmp_x86 *c);
 /** A copy of the code that can be run; NULL where the system does not allow it. */
 void *kmp_pages_new(const void *code, size_t size);
 void kmp_pages_free(void *pages, size_t size);
-
-#endif

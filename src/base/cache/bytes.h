@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Values as bytes, in the machine's own order: for files that the same build reads again. */
-#ifndef KMP_BASE_CACHE_BYTES_H
-#define KMP_BASE_CACHE_BYTES_H
+#pragma once
 
 #include "base/arena.h"
 #include <stddef.h>
@@ -40,5 +39,3 @@ int kmp_bytes_take_count(kmp_byte_source *source, size_t size);
 char *kmp_bytes_take_text(kmp_byte_source *source, kmp_arena *arena);
 
 #define KMP_BYTES_TAKE(source, array, count) kmp_bytes_take((source), (array), (size_t)(count) * sizeof *(array))
-
-#endif

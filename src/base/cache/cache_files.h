@@ -5,8 +5,7 @@
  * A file is written under a temporary name and then renamed, so that other processes see all of it or nothing. It has
  * its key and a checksum: a file that is damaged, truncated, of another key, or that others may write does not count.
  * Where the folder becomes too large, files go that have not been used for the longest time. */
-#ifndef KMP_BASE_CACHE_CACHE_FILES_H
-#define KMP_BASE_CACHE_CACHE_FILES_H
+#pragma once
 
 #include "base/cache/digest.h"
 #include <stdbool.h>
@@ -33,5 +32,3 @@ void kmp_cache_write(const char *folder, const kmp_cache_key *key, const void *b
 /** Adds what the results of this process depend on beside their inputs: the build of Kempe, those of the libraries that
  * it has loaded, and the processor's features. False if a build has no identity: nothing can be kept then. */
 bool kmp_cache_add_build(kmp_digest *digest);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Digests of bytes: SHA-256 (FIPS 180-4) identifies inputs, a fast sum detects damage. */
-#ifndef KMP_BASE_CACHE_DIGEST_H
-#define KMP_BASE_CACHE_DIGEST_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -24,5 +23,3 @@ void kmp_digest_end(kmp_digest *digest, unsigned char out[KMP_DIGEST_SIZE]);
 
 /** A sum of 64 bits that changes with every single damaged byte, and with all but 2^-64 of other damage. */
 uint64_t kmp_checksum(const void *bytes, size_t size);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The law of a force element adds its wrenches and generalized forces. With `energy` it adds the requested parts: its
  * potential where it has one and its power otherwise. One file for each row of model/force_kinds.def. */
-#ifndef KMP_DYNAMICS_FORCES_LAW_H
-#define KMP_DYNAMICS_FORCES_LAW_H
+#pragma once
 
 #include "dynamics/forces.h"
 #include "symbolic/derivative.h"
@@ -24,5 +23,3 @@ void kmp_apply_effort(kmp_forces *forces, const kmp_tree *tree, int motion, kmp_
 
 /** power += effort * rate */
 void kmp_add_power(kmp_forces *forces, const kmp_tree *tree, kmp_ref effort, kmp_ref rate);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Accelerations in O(N): articulated bodies, x = M^-1 f without M (Featherstone 1983; the "O(N) scheme" that Fisette
  * and Samin 1996 compare with, section 2.3). */
-#ifndef KMP_DYNAMICS_FORMALISMS_ARTICULATED_H
-#define KMP_DYNAMICS_FORMALISMS_ARTICULATED_H
+#pragma once
 
 #include "dynamics/formalisms/newton_euler.h"
 
@@ -22,5 +21,3 @@ kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree);
 /** The accelerations (n) by the generalized forces (n, NULL: none), where link i needs the wrench share[i] at qdd = 0
  * (NULL: nothing): M qdd = effort - C. Without shares qdd = M^-1 effort. */
 void kmp_articulated_solve(kmp_articulated *a, const kmp_ref *effort, const kmp_wrench *share, kmp_ref *qdd);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The recursive Newton/Euler scheme of Fisette and Samin 1996, implicit and semi-explicit. */
-#ifndef KMP_DYNAMICS_FORMALISMS_NEWTON_EULER_H
-#define KMP_DYNAMICS_FORMALISMS_NEWTON_EULER_H
+#pragma once
 
 #include "dynamics/kinematics/link_tree.h"
 
@@ -53,5 +52,3 @@ kmp_mass_scheme kmp_mass_composite;
 /** Link i's composite in the axes of its parent about where the joint is at rest there; added to its parent's. */
 kmp_composite kmp_composite_at_joint(const kmp_tree *tree, int i, kmp_composite c);
 void kmp_composite_to_parent(const kmp_tree *tree, int i, kmp_composite c, kmp_composite *parent);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The derivatives among the sets of equations.h. */
-#ifndef KMP_DYNAMICS_FORMALISMS_TANGENT_SETS_H
-#define KMP_DYNAMICS_FORMALISMS_TANGENT_SETS_H
+#pragma once
 
 #include "dynamics/equations.h"
 #include "dynamics/formalisms/tangents.h"
@@ -13,5 +12,3 @@ enum { KMP_TANGENT_SETS = KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD | KMP_SET_CLOSE
  * lambda. False: no memory. */
 bool kmp_tangent_sets_derive(kmp_equations *eq, const kmp_tree *tree, const kmp_forces *forces, unsigned sets,
                              const kmp_ref *jt_lambda);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Exact derivatives of the inverse dynamics by coordinates and rates, as expressions of the same graph. By qdd it is M,
  * which needs no differentiation. */
-#ifndef KMP_DYNAMICS_FORMALISMS_TANGENTS_H
-#define KMP_DYNAMICS_FORMALISMS_TANGENTS_H
+#pragma once
 
 #include "dynamics/forces.h"
 
@@ -29,5 +28,3 @@ typedef struct kmp_tangent_choice {
  * other. False: no memory. */
 bool kmp_tangents_choose(const kmp_graph *g, int others, const kmp_ref *other, int count, kmp_ref *const by_q[2],
                          kmp_ref *const by_qd[2], kmp_tangent_choice *choice);
-
-#endif

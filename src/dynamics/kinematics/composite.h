@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Mass, first and second moments of bodies about a point: rigid bodies that move together as one body. */
-#ifndef KMP_DYNAMICS_KINEMATICS_COMPOSITE_H
-#define KMP_DYNAMICS_KINEMATICS_COMPOSITE_H
+#pragma once
 
 #include "dynamics/kinematics/tensor.h"
 
@@ -29,5 +28,3 @@ kmp_tensor kmp_tensor_spread(kmp_graph *g, kmp_tensor inertia);
 kmp_vec kmp_spread_column(kmp_graph *g, kmp_tensor spread, int axis);
 /** kmp_composite_shifted with P for the inertia. */
 kmp_composite kmp_spread_shifted(kmp_graph *g, kmp_composite c, kmp_vec d);
-
-#endif

@@ -4,8 +4,7 @@
  *
  * Link axes are chosen so that every motion is about or along a coordinate axis: an oblique axis costs one constant
  * rotation. Link 0 is the ground. */
-#ifndef KMP_DYNAMICS_KINEMATICS_LINK_TREE_H
-#define KMP_DYNAMICS_KINEMATICS_LINK_TREE_H
+#pragma once
 
 #include "dynamics/kinematics/composite.h"
 #include "model/model.h"
@@ -268,5 +267,3 @@ void kmp_point_axes(const kmp_tree *tree, int point, int ancestor, kmp_vec axes[
 
 /** From point a to point b in the axes of the nearest common ancestor, whose link is stored in *frame. */
 kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Symmetric tensors and matrices in turned axes: R t R'. */
-#ifndef KMP_DYNAMICS_KINEMATICS_TENSOR_H
-#define KMP_DYNAMICS_KINEMATICS_TENSOR_H
+#pragma once
 
 #include "dynamics/kinematics/vector.h"
 
@@ -41,5 +40,3 @@ kmp_matrix kmp_matrix_turn(kmp_graph *g, int axis, kmp_ref angle, kmp_matrix m);
 /** Rotates by a given R. */
 kmp_tensor kmp_tensor_turn_by(kmp_graph *g, kmp_matrix r, kmp_tensor t);
 kmp_matrix kmp_matrix_turn_by(kmp_graph *g, kmp_matrix r, kmp_matrix m);
-
-#endif

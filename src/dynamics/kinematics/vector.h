@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Three-component vectors of the graph: the words that the formalisms are written in. */
-#ifndef KMP_DYNAMICS_KINEMATICS_VECTOR_H
-#define KMP_DYNAMICS_KINEMATICS_VECTOR_H
+#pragma once
 
 #include "symbolic/graph.h"
 
@@ -22,5 +21,3 @@ kmp_ref kmp_vec_dot(kmp_graph *g, kmp_vec a, kmp_vec b);
 kmp_vec kmp_vec_cross(kmp_graph *g, kmp_vec a, kmp_vec b);
 /** s times unit vector k. */
 kmp_vec kmp_vec_axis(kmp_ref s, int k);
-
-#endif

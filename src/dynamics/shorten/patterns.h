@@ -2,8 +2,7 @@
 /* Variants for many motions at once, as they follow from the tree: the candidates in the search for the shortest
  * equations.
  */
-#ifndef KMP_DYNAMICS_SHORTEN_PATTERNS_H
-#define KMP_DYNAMICS_SHORTEN_PATTERNS_H
+#pragma once
 
 #include "dynamics/shorten/variants.h"
 
@@ -28,5 +27,3 @@ void kmp_pattern_apply(const kmp_cost_pattern *pattern, const kmp_tree *tree, km
 
 /** In the order in which they are tried. */
 const kmp_cost_pattern *kmp_patterns(int *count);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Common definitions of point_gap.c (the choice), point_gap_points.c (variants of a point) and point_gap_rows.c (rows
  * by them). */
-#ifndef KMP_DYNAMICS_SHORTEN_POINT_GAP_INSIDE_H
-#define KMP_DYNAMICS_SHORTEN_POINT_GAP_INSIDE_H
+#pragma once
 
 #include "dynamics/shorten/point_gap.h"
 #include "symbolic/derivative.h"
@@ -90,5 +89,3 @@ int kmp_gap_leaves(const kmp_gap *p, const kmp_vec *values, kmp_ref leaf[3], kmp
 
 /** The closure's rows with its sides by two variants, derived when first used; NULL: no memory. */
 const kmp_gap_version *kmp_gap_version_of(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, const kmp_gap_variant by[2]);
-
-#endif

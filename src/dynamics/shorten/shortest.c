@@ -127,8 +127,7 @@ static void begin(search *s)
 static kempe_status judge(search *s, bool *better)
 {
     long found = price_of(s, s->work);
-    if (found < 0)
-        return kmp_fail_memory(s->model->context);
+    KMP_TRY(kmp_made(s->model->context, found >= 0));
     if (found < s->least) {
         s->least = found;
         kmp_savings_copy(&s->best, &s->tried, s->model);
@@ -252,8 +251,7 @@ static kempe_status find(search *s)
     s->passes = s->fresh < SMALL;
     s->shares = can_share(s);
     s->least = price_of(s, s->work);
-    if (!ok || s->least < 0)
-        return kmp_fail_memory(s->model->context);
+    KMP_TRY(kmp_made(s->model->context, ok && s->least >= 0));
     kmp_savings_copy(&s->best, &s->work->savings, s->model);
     KMP_TRY(try_plain_closures(s));
     for (int round = 0; any && round < ROUNDS; round++) {

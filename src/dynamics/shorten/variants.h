@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Variants that save operations with equal values: each member selects the motions (links, closures) that use it. */
-#ifndef KMP_DYNAMICS_SHORTEN_VARIANTS_H
-#define KMP_DYNAMICS_SHORTEN_VARIANTS_H
+#pragma once
 
 #include "dynamics/kinematics/link_tree.h"
 #include <stdint.h>
@@ -71,5 +70,3 @@ void kmp_lump(kmp_tree *tree, const uint8_t *give);
 
 /** Sets `stay` of each motion, of rotations alone. */
 void kmp_let_stay(kmp_tree *tree, const uint8_t *stay);
-
-#endif

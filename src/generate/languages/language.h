@@ -6,8 +6,7 @@
  *     $(if rows) .. $(end)          text that is there unless the word is empty or 0; also $(if not rows)
  *     $(each routine) .. $(end)     text for each routine in turn
  */
-#ifndef KMP_GENERATE_LANGUAGES_LANGUAGE_H
-#define KMP_GENERATE_LANGUAGES_LANGUAGE_H
+#pragma once
 
 #include "generate/source.h"
 
@@ -120,5 +119,3 @@ void kmp_vectorised_groups(const kmp_writer *writer);
 void kmp_vectorised_operands(const kmp_writer *writer);
 void kmp_vectorised_results(const kmp_writer *writer);
 void kmp_vectorised_list(const kmp_writer *writer);
-
-#endif

@@ -5,8 +5,7 @@
  * Sums and products are one kind, c + s a b with s = 1 or -1: x + y is x + 1 y 1, and a product that only one sum reads
  * is part of it. All values are in one vector: the numbers, beginning with 0 and 1, then the arguments, then results.
  */
-#ifndef KMP_GENERATE_LANGUAGES_LEVELS_H
-#define KMP_GENERATE_LANGUAGES_LEVELS_H
+#pragma once
 
 #include "generate/source.h"
 
@@ -53,5 +52,3 @@ typedef struct kmp_outputs {
 /** false: no memory. To be freed in any case. */
 bool kmp_outputs_init(kmp_outputs *outputs, const kmp_nesting_levels *levels, int array, bool by_columns);
 void kmp_outputs_free(kmp_outputs *outputs);
-
-#endif

@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The text of include/kempe/runtime.h, line by line, as the build put it into the library; NULL ends it. */
-#ifndef KMP_GENERATE_LANGUAGES_RUNTIME_LINES_H
-#define KMP_GENERATE_LANGUAGES_RUNTIME_LINES_H
+#pragma once
 
 extern const char *const kmp_runtime_lines[];
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Small dense linear algebra, column-major, without allocation: for the hot path of a small mechanism. Larger or
  * general tasks use LAPACK (linalg/dense/lapack.h), KLU or UMFPACK (integrators/sundials/linear.def). */
-#ifndef KMP_LINALG_DENSE_DENSE_H
-#define KMP_LINALG_DENSE_DENSE_H
+#pragma once
 
 static inline void kmp_swap_int(int *a, int *b)
 {
@@ -63,5 +62,3 @@ void kmp_lu_null_vector(int m, int n, const double *lu, const int *c, int rank, 
 /** The r, c and pivots of kmp_lu_complete to the last bit where no column is fixed, in less time. `a` and `largest` (n)
  * are left as scratch. */
 void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots);
-
-#endif

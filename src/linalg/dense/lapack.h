@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Eigenvalues, singular values and least squares of dense column-major matrices, by LAPACK. They allocate, but for
  * kmp_singular_decompose: not for hot paths. */
-#ifndef KMP_LINALG_DENSE_LAPACK_H
-#define KMP_LINALG_DENSE_LAPACK_H
+#pragma once
 
 #include "base/arena.h"
 
@@ -43,5 +42,3 @@ bool kmp_singular_init(kmp_singular *svd, kmp_arena *arena, int m, int n);
 
 /** Decomposes `a`, which is kept. false: the iteration did not converge (it does for finite entries). No allocation. */
 bool kmp_singular_decompose(kmp_singular *svd, const double *a);
-
-#endif

@@ -8,8 +8,7 @@
  * Meerbergen 2001, section 3; Fan, Lin and Van Dooren 2004). Before either, zeros are separated: the null space of K,
  * then, stage by stage, zeros of the chains that begin in it (Kublanovskaya 1966). So they are exact zeros, not roots
  * of round-off. Allocates: not for hot paths. */
-#ifndef KMP_LINALG_DENSE_SPECTRUM_H
-#define KMP_LINALG_DENSE_SPECTRUM_H
+#pragma once
 
 #include "base/arena.h"
 
@@ -38,5 +37,3 @@ void kmp_spectrum_free(kmp_spectrum *spectrum);
 
 /** The index of the conjugate of eigenvalue k; k itself when it is real. */
 int kmp_spectrum_conjugate(const kmp_spectrum *spectrum, int k);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Physical dimensions: exponents of m, kg and s; and the units of numbers (units.def). */
-#ifndef KMP_MODEL_EXPRESSIONS_DIMENSION_H
-#define KMP_MODEL_EXPRESSIONS_DIMENSION_H
+#pragma once
 
 #include "model/tables/nearest.h"
 #include <stdbool.h>
@@ -60,5 +59,3 @@ bool kmp_unit_read(const char *s, size_t length, kmp_unit *unit);
 void kmp_unit_multiply(kmp_unit *unit, const kmp_unit *other, int power);
 
 extern const kmp_name_list kmp_unit_names;
-
-#endif

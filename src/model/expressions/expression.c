@@ -7,7 +7,6 @@
 #include "model/tables/nearest.h"
 #include <math.h>
 #include <stdarg.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_ARGUMENTS = 3 };

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Expressions of the model language as trees: parsed once, evaluated as numbers (parameters only) or built
  * into a graph by src/dynamics. Grammar: docs/model/expressions.md. */
-#ifndef KMP_MODEL_EXPRESSIONS_EXPRESSION_H
-#define KMP_MODEL_EXPRESSIONS_EXPRESSION_H
+#pragma once
 
 #include "base/arena.h"
 #include "base/context.h"
@@ -159,5 +158,3 @@ bool kmp_expr_has_time(const kmp_expr *expr);
 
 /** True when only numbers and parameters occur. */
 bool kmp_expr_is_constant(const kmp_expr *expr);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Arithmetic with numbers of a model. A result follows the parameters of its operands by an expression in the arena; of
  * operands without one it is a value. Literal zeros and ones leave no operation. */
-#ifndef KMP_MODEL_EXPRESSIONS_NUMBER_ALGEBRA_H
-#define KMP_MODEL_EXPRESSIONS_NUMBER_ALGEBRA_H
+#pragma once
 
 #include "model/expressions/expression.h"
 
@@ -14,5 +13,3 @@ kmp_number kmp_number_root(kmp_arena *arena, kmp_number a);
 
 /** factor * a */
 kmp_number kmp_number_scale(kmp_arena *arena, double factor, kmp_number a);
-
-#endif

@@ -4,7 +4,6 @@
 #include "model/expressions/dimension.h"
 #include <ctype.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_VALUES = 1000000 };
@@ -128,8 +127,7 @@ kempe_status kmp_ranges_read(kempe_context *context, const char *text, kmp_range
     for (const char *s = text; *s; s++)
         most += *s == ',';
     kmp_ranges read = {0, KMP_NEW(kmp_range, most)};
-    if (!read.range)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, read.range));
     for (const char *s = text; status == KEMPE_OK && read.count < most; s += *s == ',') {
         const char *begin = s;
         trouble what = {0};

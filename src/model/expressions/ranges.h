@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Ranges of named quantities as users write them: "crank=0.28:0.32", "A=-30 deg:30 deg:61", "k=2 kN/m". */
-#ifndef KMP_MODEL_EXPRESSIONS_RANGES_H
-#define KMP_MODEL_EXPRESSIONS_RANGES_H
+#pragma once
 
 #include "base/context.h"
 #include "model/expressions/dimension.h"
@@ -38,5 +37,3 @@ kempe_status kmp_range_is_value(kempe_context *context, const char *what, const 
 
 /** Value k of `count`, evenly spaced from one end to the other. */
 double kmp_range_value(const kmp_range *range, int k, int count);
-
-#endif

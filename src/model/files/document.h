@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A model's document, in any file format: Kempe's own YAML, or another one converted to YAML nodes. */
-#ifndef KMP_MODEL_FILES_DOCUMENT_H
-#define KMP_MODEL_FILES_DOCUMENT_H
+#pragma once
 
 #include "model/files/xml.h"
 #include "model/files/yaml.h"
@@ -19,5 +18,3 @@ kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *
 /** Names in the log the parts of such a model that are skipped: unknown elements, and force elements whose law is in
  * user code. False: no memory. */
 bool kmp_mbs_note(kempe_context *context, const char *file, const kmp_element *model);
-
-#endif

@@ -2,8 +2,7 @@
 /* Documents written by Kempe itself instead of by a user. Functions that build a model in code or read another format
  * write the nodes that a YAML file would have had, so that all checks are the reader's. Without memory they do nothing;
  * the arena remembers the failure. */
-#ifndef KMP_MODEL_FILES_NODES_H
-#define KMP_MODEL_FILES_NODES_H
+#pragma once
 
 #include "model/files/yaml.h"
 
@@ -19,5 +18,3 @@ kmp_yaml *kmp_yaml_word(kmp_arena *arena, kmp_place place, const char *text);
 /** Adds an item to a list, or with a key to a mapping. NULL items are passed over. */
 void kmp_yaml_append(kmp_arena *arena, kmp_yaml *to, const kmp_yaml *key, const kmp_yaml *item);
 void kmp_yaml_put(kmp_arena *arena, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item);
-
-#endif

@@ -191,8 +191,7 @@ kempe_status kmp_xml_load(kempe_context *context, kmp_arena *arena, const char *
     static const XML_Memory_Handling_Suite memory = {allocate, grow, kmp_free};
     loader l = {.context = context, .arena = arena, .file = file, .number = number, .skipped = skipped};
     l.parser = XML_ParserCreate_MM(NULL, &memory, NULL);
-    if (!l.parser)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, l.parser));
     XML_SetUserData(l.parser, &l);
     XML_SetElementHandler(l.parser, on_start, on_end);
     XML_SetCharacterDataHandler(l.parser, on_text);

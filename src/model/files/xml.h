@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An XML document as a tree of elements with their places: a thin layer that hides Expat. Attributes are elements too;
  * comments and the blanks around a text are removed. */
-#ifndef KMP_MODEL_FILES_XML_H
-#define KMP_MODEL_FILES_XML_H
+#pragma once
 
 #include "base/arena.h"
 #include "base/context.h"
@@ -30,5 +29,3 @@ const kmp_element *kmp_element_again(const kmp_element *element);
 
 /** The text of a child, NULL where it is absent or has none. */
 const char *kmp_element_text(const kmp_element *element, const char *name);
-
-#endif

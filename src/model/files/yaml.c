@@ -198,8 +198,7 @@ kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char 
     *root = NULL;
     if (!check_size(&l, text, length))
         return l.status;
-    if (!yaml_parser_initialize(&parser))
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, yaml_parser_initialize(&parser)));
     yaml_parser_set_input_string(&parser, (const unsigned char *)text, length);
     if (yaml_parser_load(&parser, &l.document)) {
         *root = copy_document(&l);

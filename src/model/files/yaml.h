@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A YAML document as a tree of nodes with their places: a thin layer that hides libyaml. An alias is the node it names;
  * duplicate keys are reported here, once for all mappings. */
-#ifndef KMP_MODEL_FILES_YAML_H
-#define KMP_MODEL_FILES_YAML_H
+#pragma once
 
 #include "base/arena.h"
 #include "base/context.h"
@@ -28,5 +27,3 @@ kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char 
 
 /** The value of a key, NULL when it is absent or `map` is no mapping. */
 const kmp_yaml *kmp_yaml_get(const kmp_yaml *map, const char *key);
-
-#endif

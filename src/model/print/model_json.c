@@ -16,13 +16,8 @@ void kmp_model_json_begin(kmp_json *json, const char *key)
 
 void kmp_model_json_cut(kmp_json *json, const kmp_cut *cut)
 {
-    kmp_json_string(json, "joint", cut->joint);
-    kmp_json_string(json, "kind", cut->kind);
-    kmp_json_string(json, "closure", cut->closure);
-    kmp_json_whole(json, "rows", cut->rows);
-    kmp_json_string(json, "loop", cut->loop);
-    kmp_json_string(json, "reason", cut->why);
-    kmp_json_whole(json, "start_unused", cut->start_unused);
+    kmp_json_put(json, "joint %s kind %s closure %s rows %d loop %s reason %s start_unused %d", cut->joint, cut->kind,
+                 cut->closure, cut->rows, cut->loop, cut->why, cut->start_unused);
 }
 
 void kmp_model_json_item(kmp_json *json, const char *key)
@@ -168,9 +163,7 @@ static void put_motions(kmp_json *json, const kempe_model *model, const kmp_body
     kmp_json_array(json, "motions");
     for (int k = 0; k < body->motion_count; k++) {
         const kmp_motion *motion = &model->motions[body->first_motion + k];
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "coordinate", motion->name);
-        kmp_json_string(json, "kind", motion->rotation ? "R" : "T");
+        kmp_json_put(json, "{ coordinate %s kind %s", motion->name, motion->rotation ? "R" : "T");
         kmp_json_numbers(json, "axis", 3, motion->axis);
         kmp_json_end(json);
     }
@@ -181,9 +174,8 @@ static void put_body(kmp_json *json, const kempe_model *model, int i)
 {
     kmp_body *body = &model->bodies[i];
     kmp_model_json_item(json, NULL);
-    kmp_json_string(json, "name", body->name);
-    kmp_json_string(json, "parent", model->bodies[body->parent].name);
-    kmp_json_string(json, "at", body->at >= 0 ? model->points[body->at].name : "");
+    kmp_json_put(json, "name %s parent %s at %s", body->name, model->bodies[body->parent].name,
+                 body->at >= 0 ? model->points[body->at].name : "");
     if (body->to >= 0)
         kmp_json_string(json, "to", model->points[body->to].name);
     kmp_json_string(json, "joint", body->joint);
@@ -238,8 +230,7 @@ static void put_curve(kmp_json *json, const kempe_model *model, const kmp_closur
 
 static void put_closure(kmp_json *json, const kempe_model *model, const kmp_closure *closure)
 {
-    kmp_json_string(json, "name", closure->name);
-    kmp_json_string(json, "kind", closure->kind);
+    kmp_json_put(json, "name %s kind %s", closure->name, closure->kind);
     if (closure->motion >= 0)
         kmp_json_string(json, "coordinate", model->motions[closure->motion].name);
     else if (closure->point[0] >= 0)
@@ -303,8 +294,8 @@ void kmp_model_json_fields(kmp_json *json, const kempe_model *model, const kmp_f
 static void put_force(kmp_json *json, const kempe_model *model, const kmp_force *force)
 {
     const kmp_force_row *row = &kmp_force_rows[force->kind];
-    kmp_json_string(json, "name", force->name);
-    kmp_json_string(json, "kind", row->word ? kmp_force_key(model, force->motion, row->word) : row->place);
+    kmp_json_put(json, "name %s kind %s", force->name,
+                 row->word ? kmp_force_key(model, force->motion, row->word) : row->place);
     if (force->kind == KMP_FORCE_WHEEL)
         kmp_json_string(json, "wheel", model->wheels[force->wheel].name);
     else if (force->motion >= 0)
@@ -358,8 +349,7 @@ static void put_goal(kmp_json *json, const kempe_model *model, const kmp_goal *g
         put_vector(json, "value", goal->value);
         put_vector(json, "weight", goal->weight);
     } else {
-        kmp_json_number(json, "value", goal->value[0].value);
-        kmp_json_number(json, "weight", goal->weight[0].value);
+        kmp_json_put(json, "value %g weight %g", goal->value[0].value, goal->weight[0].value);
     }
     kmp_json_end(json);
 }
@@ -412,8 +402,7 @@ static void put_run(kmp_json *json, const kempe_model *model)
 static kmp_json put_mechanism(kmp_text *text, const kempe_model *model)
 {
     kmp_json json = kmp_json_begin_as(text, KMP_JSON_DENSE);
-    kmp_json_object(&json, NULL);
-    kmp_json_string(&json, "name", model->name);
+    kmp_json_put(&json, "{ name %s", model->name);
     put_vector(&json, "gravity", model->gravity);
     put_parameters(&json, model);
     if (model->input_count > 0)

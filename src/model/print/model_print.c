@@ -64,8 +64,7 @@ kempe_status kempe_model_print(const kempe_model *model, kempe_format format, ch
     else
         kmp_model_show(&out, model);
     char *s = kmp_text_take(&out);
-    if (!s)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, s));
     *text = s;
     return KEMPE_OK;
 }

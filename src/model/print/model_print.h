@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The two forms in which a model is printed, and the pieces that they share. */
-#ifndef KMP_MODEL_PRINT_MODEL_PRINT_H
-#define KMP_MODEL_PRINT_MODEL_PRINT_H
+#pragma once
 
 #include "base/json.h"
 #include "model/model.h"
@@ -57,5 +56,3 @@ typedef struct kmp_shown_setting {
     const char *word; /* NULL: not given */
 } kmp_shown_setting;
 void kmp_model_settings(const kmp_run_settings *run, kmp_shown_setting list[KMP_SETTINGS]);
-
-#endif

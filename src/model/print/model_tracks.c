@@ -64,10 +64,8 @@ static void put_irregularities(kmp_json *json, const kmp_irregularities *all)
         if (all->named[k])
             kmp_json_string(json, kmp_irregularity_words[k], all->named[k]->name);
     if (s->kind >= 0) {
-        kmp_json_string(json, "spectrum", kmp_name_at(kmp_wave_spectrum_words, s->kind));
-        kmp_json_number(json, "seed", s->seed);
-        kmp_json_number(json, "from", s->from);
-        kmp_json_number(json, "to", s->to);
+        kmp_json_put(json, "spectrum %s seed %g from %g to %g", kmp_name_at(kmp_wave_spectrum_words, s->kind), s->seed,
+                     s->from, s->to);
         kmp_json_numbers(json, "wavelengths", 2, (const double[]){s->shortest, s->longest});
         kmp_json_number(json, "scale", s->scale);
     }
@@ -93,10 +91,8 @@ static void put_course(kmp_json *json, const kmp_track *track)
 static void put_track(kmp_json *json, const kempe_model *model, const kmp_track *track)
 {
     kmp_model_json_point(json, "at", model, track->point);
-    kmp_json_string(json, "rail", track->profile->name);
-    kmp_json_number(json, "gauge", track->gauge);
-    kmp_json_number(json, "gauge_depth", track->gauge_depth);
-    kmp_json_number(json, "inclination", track->inclination);
+    kmp_json_put(json, "rail %s gauge %g gauge_depth %g inclination %g", track->profile->name, track->gauge,
+                 track->gauge_depth, track->inclination);
     if (track->course_count > 0)
         put_course(json, track);
     put_irregularities(json, &track->irregularities);

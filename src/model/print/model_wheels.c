@@ -22,8 +22,7 @@ static void put_numbers(kmp_json *json, const kmp_wheel *wheel)
     if (creeps)
         kmp_json_number(json, "friction", wheel->friction.value);
     if (creeps || (elastic && !wheel->has_stiffness)) {
-        kmp_json_number(json, "shear_modulus", wheel->shear_modulus.value);
-        kmp_json_number(json, "poisson", wheel->poisson);
+        kmp_json_put(json, "shear_modulus %g poisson %g", wheel->shear_modulus.value, wheel->poisson);
     }
     if (elastic && wheel->has_stiffness)
         kmp_json_number(json, "stiffness", wheel->stiffness.value);
@@ -38,10 +37,8 @@ static void put_wheel(kmp_json *json, const kempe_model *model, const kmp_wheel 
     kmp_text_printf(&rail, "%s.%s", model->tracks[wheel->track].name, kmp_track_side_words[wheel->side]);
     kmp_json_text(json, "on", &rail);
     kmp_model_json_point(json, "at", model, wheel->point);
-    kmp_json_string(json, "profile", wheel->profile->name);
-    kmp_json_number(json, "radius", wheel->radius.value);
-    kmp_json_string(json, "contact", kmp_contact_form_words[wheel->form]);
-    kmp_json_string(json, "creep", kmp_creep_law_words[wheel->law]);
+    kmp_json_put(json, "profile %s radius %g contact %s creep %s", wheel->profile->name, wheel->radius.value,
+                 kmp_contact_form_words[wheel->form], kmp_creep_law_words[wheel->law]);
     put_numbers(json, wheel);
     kmp_json_array(json, "zones");
     for (int k = 0; k < wheel->zone_count; k++)

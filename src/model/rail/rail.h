@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The geometry of rails, tracks and wheels, which the reader computes from the numbers of the file. */
-#ifndef KMP_MODEL_RAIL_RAIL_H
-#define KMP_MODEL_RAIL_RAIL_H
+#pragma once
 
 #include "model/rail/wheels.h"
 
@@ -82,5 +81,3 @@ bool kmp_zones_space(const kmp_track *track, kmp_wheel *wheel);
 
 /** The neutral position of the wheel: a straight line with the slope in the middle of its profile, put on the rail. */
 double kmp_zones_stand(const kmp_track *track, const kmp_wheel *wheel);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels on rails in the model. For either rail of a track, and for a wheel on it, the lateral coordinate counts
  * outwards, away from the middle of the track. Left and right differ by the sign alone. */
-#ifndef KMP_MODEL_RAIL_WHEELS_H
-#define KMP_MODEL_RAIL_WHEELS_H
+#pragma once
 
 #include "model/expressions/expression.h"
 #include <stdbool.h>
@@ -131,5 +130,3 @@ extern const char *const kmp_irregularity_words[], *const kmp_course_words[];
 
 /** The number of contacts of a wheel: one per zone if elastic, a single one if rigid. */
 int kmp_wheel_contacts(const kmp_wheel *wheel);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The graph of bodies and joints: which joints make the tree, and which are cut. Body 0 is the ground. */
-#ifndef KMP_MODEL_READ_LINKAGE_H
-#define KMP_MODEL_READ_LINKAGE_H
+#pragma once
 
 #include "model/read/reading.h"
 
@@ -67,5 +66,3 @@ const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut);
 
 /** "ground, crank, rocker": the bodies of the path found from `from`. */
 const char *kmp_linkage_bodies(kmp_reader *r, const kmp_linkage *g, int from, int count);
-
-#endif

@@ -11,7 +11,6 @@
 #include "symbolic/table_function.h"
 #include <kempe/settings.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 const kmp_key kmp_model_keys[] = {
@@ -169,8 +168,7 @@ kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder
                               kempe_model **model)
 {
     kmp_reader r = {.context = context, .model = new_model(context, label), .root = builder->root};
-    if (!r.model)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, r.model));
     r.model->files = builder->calls;
     r.model->file_count = builder->call_count;
     r.file = r.model->file;

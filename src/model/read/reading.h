@@ -2,8 +2,7 @@
 /* Common definitions of the reader's parts: the model under construction, errors, and the values that occur everywhere
  * in the language. Every kmp_read function reports errors itself, with place and names, and leaves its outputs
  * untouched when it has no result. The reader continues, so that all errors are reported at once. */
-#ifndef KMP_MODEL_READ_READING_H
-#define KMP_MODEL_READ_READING_H
+#pragma once
 
 #include "model/files/yaml.h"
 #include "model/model.h"
@@ -363,5 +362,3 @@ void kmp_settle_inputs(const kmp_reader *r);
 /** After all reading: marks each parameter of the model as fixed or variable, used or unused, and warns of unused ones.
  */
 void kmp_settle_parameters(kmp_reader *r);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Shapes of bodies: a picture and, of those with a density or a mass, the body's mass, centre and inertia. */
-#ifndef KMP_MODEL_SHAPES_SHAPE_H
-#define KMP_MODEL_SHAPES_SHAPE_H
+#pragma once
 
 #include "model/expressions/expression.h"
 
@@ -47,5 +46,3 @@ typedef struct kmp_mass_part {
 
 /** The sum of all shapes with a mass; expressions are in the arena. */
 void kmp_shapes_mass(kmp_arena *arena, int count, const kmp_shape *shapes, kmp_mass_part *sum);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rows of closure_numbers.def. */
-#ifndef KMP_MODEL_TABLES_CLOSURE_TABLE_H
-#define KMP_MODEL_TABLES_CLOSURE_TABLE_H
+#pragma once
 
 #include "model/tables/force_table.h"
 
@@ -16,5 +15,3 @@ const kmp_closure_number *kmp_closure_number_of(const char *kind);
 
 /** A closure's number if that is a positive length, which is characteristic of the mechanism; NULL: it has none. */
 const kmp_number *kmp_closure_length(const kmp_closure *closure);
-
-#endif

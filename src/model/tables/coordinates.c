@@ -13,8 +13,7 @@ kempe_status kmp_coordinate_find(const kempe_model *model, const char *what, con
     while (length > 0 && strchr(" \t", name[length - 1]))
         length--;
     const char *word = kmp_arena_printf(&arena, "%.*s", (int)length, name);
-    if (!word)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, word));
     kempe_status status = KEMPE_OK;
     int found = kmp_name_find(KMP_NAMED(model, motion), word);
     kmp_nearest nearest = kmp_nearest_of(word, KMP_NAMED(model, motion));

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Coordinates as users write them: "A", and lists, "A,slide.2". */
-#ifndef KMP_MODEL_TABLES_COORDINATES_H
-#define KMP_MODEL_TABLES_COORDINATES_H
+#pragma once
 
 #include "model/model.h"
 
@@ -13,5 +12,3 @@ kempe_status kmp_coordinate_find(const kempe_model *model, const char *what, con
 /** The coordinates of a list separated by commas, none twice, into room for all; `text` may be NULL: none. Errors as
  * kmp_coordinate_find. */
 kempe_status kmp_coordinates_read(const kempe_model *model, const char *what, const char *text, int *list, int *count);
-
-#endif

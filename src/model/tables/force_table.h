@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rows of force_kinds.def, for functions that read, print or describe force elements. */
-#ifndef KMP_MODEL_TABLES_FORCE_TABLE_H
-#define KMP_MODEL_TABLES_FORCE_TABLE_H
+#pragma once
 
 #include "model/model.h"
 
@@ -39,5 +38,3 @@ const char *kmp_force_key(const kempe_model *model, int motion, const char *key)
 
 /** False for an end that a stop does not have. */
 bool kmp_force_has(const kmp_force *force, int field);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rows of joints.def and of cuts.def. */
-#ifndef KMP_MODEL_TABLES_JOINT_TABLE_H
-#define KMP_MODEL_TABLES_JOINT_TABLE_H
+#pragma once
 
 #include "model/tables/nearest.h"
 
@@ -28,5 +27,3 @@ typedef struct kmp_cut_row {
 
 /** The row of a kind of joint; NULL: it cannot be cut. */
 const kmp_cut_row *kmp_cut_row_of(const char *joint);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Search in lists of names, and the known word nearest to a misspelt one. */
-#ifndef KMP_MODEL_TABLES_NEAREST_H
-#define KMP_MODEL_TABLES_NEAREST_H
+#pragma once
 
 #include "base/text.h"
 
@@ -40,5 +39,3 @@ void kmp_nearest_offer_all(kmp_nearest *nearest, kmp_name_list names);
 
 /** Appends "; did you mean 'best'?", or nothing. */
 void kmp_nearest_suggest(const kmp_nearest *nearest, kmp_text *sentence);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rows of output_kinds.def, and the names of an output and its columns. */
-#ifndef KMP_MODEL_TABLES_OUTPUT_TABLE_H
-#define KMP_MODEL_TABLES_OUTPUT_TABLE_H
+#pragma once
 
 #include "model/model.h"
 
@@ -51,5 +50,3 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
 
 /** SI unit of computed value k; "": a pure number, or a sensor, whose unit is that of its expression. */
 const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, int k);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Lists of words separated by commas, by which users request outputs of a model from outside its file. They are checked
  * like the words of the file, with the list's name in place of file, line and column. */
-#ifndef KMP_MODEL_TABLES_ASKED_H
-#define KMP_MODEL_TABLES_ASKED_H
+#pragma once
 
 #include "model/model.h"
 
@@ -39,5 +38,3 @@ typedef struct kmp_requested_inputs {
  * invalid word. */
 kempe_status kmp_requested_inputs_read(const kempe_model *model, const char *words, kmp_requested_inputs *inputs);
 void kmp_requested_inputs_free(kmp_requested_inputs *inputs);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Settings of runs that models and options share: words for the algorithm of the dynamics and for the treatment of
  * change points, and the largest number of rows. */
-#ifndef KMP_MODEL_TABLES_RUN_SETTINGS_H
-#define KMP_MODEL_TABLES_RUN_SETTINGS_H
+#pragma once
 
 #include "model/tables/nearest.h"
 
@@ -35,5 +34,3 @@ enum { KMP_MOST_ROWS = 1000000 };
 /** True if the number of rows at intervals of `every` seconds up to t_end is allowed. Otherwise `complaint` has the
  * message (it stays empty when there is no memory). */
 bool kmp_rows_fit(double every, double t_end, kmp_text *complaint);
-
-#endif

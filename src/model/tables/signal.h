@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Signals: samples of an input over time, and the polynomials in t between them. The values before the first sample and
  * after the last one are those of these samples. */
-#ifndef KMP_MODEL_TABLES_SIGNAL_H
-#define KMP_MODEL_TABLES_SIGNAL_H
+#pragma once
 
 #include "base/arena.h"
 #include "model/tables/nearest.h"
@@ -43,5 +42,3 @@ void kmp_signal_values(const kmp_signal_piece *piece, double t, double values[3]
 
 /** The value at t. */
 double kmp_signal_value(const kmp_signal *signal, double t);
-
-#endif

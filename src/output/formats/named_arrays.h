@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Named arrays in one file: .npz for NumPy, .mat for MATLAB and Octave. Equal arrays give equal bytes. */
-#ifndef KMP_OUTPUT_NAMED_ARRAYS_H
-#define KMP_OUTPUT_NAMED_ARRAYS_H
+#pragma once
 
 #include "base/context.h"
 #include <stdint.h>
@@ -42,5 +41,3 @@ kempe_status kmp_mat_write(kempe_context *context, const kmp_arrays *arrays, con
 /** Little-endian bytes of an integer or a double on any machine. */
 void kmp_put_little(char *to, uint64_t bits, int bytes);
 void kmp_put_double(char *to, double x);
-
-#endif

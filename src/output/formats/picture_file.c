@@ -78,8 +78,7 @@ static kempe_status write_png(kempe_context *context, const char *path, const km
 {
     library l;
     kmp_text png = {0};
-    if (svg->failed)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, !svg->failed));
     if (!load(&l))
         return kmp_fail(context, KEMPE_E_FAILED,
                         "%s: a .png needs librsvg, which is not here (Debian package librsvg2-2); a .svg needs nothing",

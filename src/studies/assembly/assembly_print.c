@@ -130,12 +130,8 @@ static void json_goals(kmp_json *j, const kempe_assembly *a)
     static const char *const ends[] = {
         [KMP_GOALS_NONE] = "open", [KMP_GOALS_MINIMUM] = "minimum", [KMP_GOALS_SINGULAR] = "singular"};
     const kempe_model *model = a->system->model;
-    kmp_json_object(j, "goals");
-    kmp_json_string(j, "end", ends[a->goals.end]);
-    kmp_json_number(j, "distance", a->goals.distance);
-    kmp_json_number(j, "slope", a->goals.slope);
-    kmp_json_whole(j, "steps", a->goals.steps);
-    kmp_json_object(j, "values");
+    kmp_json_put(j, "goals { end %s distance %g slope %g steps %d values {", ends[a->goals.end], a->goals.distance,
+                 a->goals.slope, a->goals.steps);
     for (int k = 0, at = 0; k < model->start.goal_count; k++) {
         const kmp_goal *goal = &model->start.goals[k];
         for (int i = 0; i < goal->width; i++, at++) {
@@ -143,10 +139,8 @@ static void json_goals(kmp_json *j, const kempe_assembly *a)
             put_goal(&name, model, goal, i);
             j->text->failed = j->text->failed || name.failed;
             kmp_json_object(j, name.s ? name.s : "");
-            kmp_json_number(j, "goal", goal->value[i].value);
-            kmp_json_number(j, "weight", goal->weight[i].value);
-            kmp_json_number(j, "reached", a->goals.value[at]);
-            kmp_json_number(j, "remains", a->goals.value[at] - goal->value[i].value);
+            kmp_json_put(j, "goal %g weight %g reached %g remains %g", goal->value[i].value, goal->weight[i].value,
+                         a->goals.value[at], a->goals.value[at] - goal->value[i].value);
             kmp_json_end(j);
             kmp_text_free(&name);
         }
@@ -164,8 +158,7 @@ static void json_rates(kmp_json *j, const kempe_assembly *a)
         if (!kmp_assembly_changed_rate(a, k))
             continue;
         kmp_json_object(j, model->motions[k].name);
-        kmp_json_number(j, "given", model->start.qd[k].value);
-        kmp_json_number(j, "taken", a->qd[k]);
+        kmp_json_put(j, "given %g taken %g", model->start.qd[k].value, a->qd[k]);
         kmp_json_end(j);
     }
     kmp_json_end(j);
@@ -188,8 +181,7 @@ static void json_assembly(kmp_text *text, const void *result)
     kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);
     kmp_print_entries(&j, "qd", a->system, KMP_QUANTITY_QD, a->qd);
     json_rates(&j, a);
-    kmp_json_number(&j, "residual", a->residual);
-    kmp_json_number(&j, "gap", a->gap);
+    kmp_json_put(&j, "residual %g gap %g", a->residual, a->gap);
     kmp_print_names(&j, "culprits", a->system, kmp_name_of_closure, a->culprit_count, a->culprits);
     kmp_json_whole(&j, "iterations", a->iterations);
     if (model->start.goal_count > 0)

@@ -12,11 +12,6 @@ static const char *motion_name(const kempe_check *check, int k)
     return k < 0 ? NULL : check->system->model->motions[k].name;
 }
 
-static void json_flag(kmp_json *json, const char *key, bool value)
-{
-    kmp_json_whole(json, key, value);
-}
-
 static void json_rows(kmp_json *json, const char *key, const kempe_check *check, int count, const int *rows)
 {
     kmp_print_names(json, key, check->system, kmp_name_of_row, count, rows);
@@ -35,16 +30,12 @@ static void json_sentence(kmp_json *json, const char *key, const kempe_check *ch
 static void json_partition(kmp_json *json, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
-    kmp_json_whole(json, "rank", part->r);
-    kmp_json_whole(json, "dof", part->p);
-    kmp_json_whole(json, "driven", check->driven);
-    kmp_json_string(json, "undetermined", check->undetermined);
+    kmp_json_put(json, "rank %d dof %d driven %d undetermined %s", part->r, part->p, check->driven,
+                 check->undetermined);
     json_rows(json, "redundant", check, part->m - part->r, part->redundant);
     kmp_print_names(json, "u", check->system, kmp_name_of_coordinate, part->p, part->u);
     kmp_print_names(json, "v", check->system, kmp_name_of_coordinate, part->r, part->v);
-    kmp_json_number(json, "cond_Jv", part->cond);
-    kmp_json_number(json, "max_B", part->max_b);
-    kmp_json_whole(json, "exchanges", part->exchanges);
+    kmp_json_put(json, "cond_Jv %g max_B %g exchanges %d", part->cond, part->max_b, part->exchanges);
     kmp_json_numbers(json, "pivots", part->m < part->n ? part->m : part->n, part->pivots);
 }
 
@@ -66,17 +57,13 @@ static void json_mobility(kmp_json *json, const kempe_check *check)
 {
     static const char *const words[] = {NULL, "real", "branches", "shaky", "conditions"};
     const kmp_diagnosis *d = &check->diagnosis;
-    kmp_json_object(json, "mobility");
-    kmp_json_whole(json, "dof", check->part.p);
-    kmp_json_whole(json, "driven", check->driven);
-    kmp_json_whole(json, "counted", check->part.n - check->part.m);
-    kmp_json_number(json, "generic_dof",
-                    d->moved || check->part.p == 0 ? (double)(check->part.n - d->generic_rank) : (double)NAN);
-    kmp_json_whole(json, "declared_rows", d->declared);
-    kmp_json_number(json, "margin", d->margin);
+    kmp_json_put(json, "mobility { dof %d driven %d counted %d generic_dof %g declared_rows %d margin %g",
+                 check->part.p, check->driven, check->part.n - check->part.m,
+                 d->moved || check->part.p == 0 ? (double)(check->part.n - d->generic_rank) : (double)NAN, d->declared,
+                 d->margin);
     json_sentence(json, "explanation", check, kmp_check_mobility);
-    kmp_json_string(json, "second_order", words[d->second]);
-    kmp_json_number(json, "branches", d->second == KMP_SECOND_BRANCHES ? (double)d->branches : (double)NAN);
+    kmp_json_put(json, "second_order %s branches %g", words[d->second],
+                 d->second == KMP_SECOND_BRANCHES ? (double)d->branches : (double)NAN);
     kmp_json_end(json);
 }
 
@@ -94,10 +81,8 @@ static void json_redundancy(kmp_json *json, const kempe_check *check)
     json_rows(json, "reactions_not_unique", check, d->shared_count, d->shared_rows);
     kmp_json_array(json, "repairs");
     for (int k = 0; k < d->repair_count; k++) {
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "closure", kmp_name_of_closure(check->system, d->repairs[k].closure));
-        kmp_json_whole(json, "may_lose", d->repairs[k].count);
-        kmp_json_whole(json, "of", d->repairs[k].of);
+        kmp_json_put(json, "{ closure %s may_lose %d of %d", kmp_name_of_closure(check->system, d->repairs[k].closure),
+                     d->repairs[k].count, d->repairs[k].of);
         json_rows(json, "rows", check, d->repairs[k].count, d->repairs[k].rows);
         kmp_json_end(json);
     }
@@ -109,11 +94,8 @@ static void json_alternatives(kmp_json *json, const kempe_check *check)
     kmp_json_array(json, "alternatives");
     for (int k = 0; k < check->diagnosis.alternative_count; k++) {
         const kmp_alternative *a = &check->diagnosis.alternatives[k];
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "coordinate", motion_name(check, a->coordinate));
-        kmp_json_string(json, "instead_of", motion_name(check, a->instead));
-        kmp_json_number(json, "max_B", a->max_b);
-        kmp_json_end(json);
+        kmp_json_put(json, "{ coordinate %s instead_of %s max_B %g }", motion_name(check, a->coordinate),
+                     motion_name(check, a->instead), a->max_b);
     }
     kmp_json_end(json);
 }
@@ -124,10 +106,8 @@ static void json_landmarks(kmp_json *json, const kempe_check *check)
     kmp_json_array(json, "met");
     for (int i = 0; i < l->landmark_count; i++) {
         const kmp_landmark *mark = &l->landmark[i];
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "what", mark->coordinate >= 0 ? "dead centre" : "change point");
-        kmp_json_string(json, "coordinate", motion_name(check, mark->coordinate));
-        kmp_json_number(json, "margin", mark->margin);
+        kmp_json_put(json, "{ what %s coordinate %s margin %g", mark->coordinate >= 0 ? "dead centre" : "change point",
+                     motion_name(check, mark->coordinate), mark->margin);
         kmp_print_entries(json, "q", check->system, KMP_QUANTITY_Q, mark->q);
         kmp_json_end(json);
     }
@@ -138,18 +118,12 @@ static void json_limits(kmp_json *json, const kempe_check *check)
 {
     const kmp_limits *l = &check->diagnosis.limits;
     kmp_json_object(json, "limits");
-    json_flag(json, "walked", l->walked);
-    json_flag(json, "cycle", l->cycle);
-    kmp_json_string(json, "reason", l->walked ? l->ended : l->why_not);
-    kmp_json_object(json, "range");
+    kmp_json_put(json, "walked %d cycle %d reason %s range {", l->walked, l->cycle, l->walked ? l->ended : l->why_not);
     for (int k = 0; l->walked && k < check->system->n; k++) {
+        const kmp_swing *swing = &l->swing[k];
         kmp_json_object(json, motion_name(check, k));
-        kmp_json_number(json, "low", l->swing[k].low);
-        kmp_json_number(json, "high", l->swing[k].high);
-        kmp_json_whole(json, "turns", l->swing[k].turns);
-        json_flag(json, "low_dead_centre", l->swing[k].low_dead);
-        json_flag(json, "high_dead_centre", l->swing[k].high_dead);
-        kmp_json_end(json);
+        kmp_json_put(json, "low %g high %g turns %d low_dead_centre %d high_dead_centre %d }", swing->low, swing->high,
+                     swing->turns, swing->low_dead, swing->high_dead);
     }
     kmp_json_end(json);
     json_landmarks(json, check);
@@ -158,9 +132,7 @@ static void json_limits(kmp_json *json, const kempe_check *check)
 
 static void json_assembled(kmp_json *json, const kempe_check *check)
 {
-    kmp_json_whole(json, "nbody", check->body_count);
-    kmp_json_whole(json, "nq", check->part.n);
-    kmp_json_whole(json, "nh", check->part.m);
+    kmp_json_put(json, "nbody %d nq %d nh %d", check->body_count, check->part.n, check->part.m);
     json_partition(json, check);
     json_blocks(json, check);
     kmp_json_whole(json, "loops", check->loop_count);
@@ -177,11 +149,9 @@ static void json_releases(kmp_json *json, const kempe_check *check)
     const kmp_obstacle *o = &check->obstacle;
     kmp_json_array(json, "releases");
     for (int k = 0; k < o->release_count; k++) {
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "coordinate", motion_name(check, o->releases[k].coordinate));
-        json_flag(json, "closes", o->releases[k].closes);
-        kmp_json_number(json, "to", o->releases[k].closes ? o->releases[k].to : NAN);
-        kmp_json_end(json);
+        const kmp_release *release = &o->releases[k];
+        kmp_json_put(json, "{ coordinate %s closes %d to %g }", motion_name(check, release->coordinate),
+                     release->closes, release->closes ? release->to : NAN);
     }
     kmp_json_end(json);
 }
@@ -191,10 +161,8 @@ static void json_obstacle(kmp_json *json, const kempe_check *check)
     const kempe_assembly *a = check->assembly;
     static const char *const unknown[] = {"rank", "dof", "cond_Jv", "max_B"};
     static const char *const empty[] = {"redundant", "u", "v", "blocks"};
-    kmp_json_whole(json, "nbody", check->body_count);
-    kmp_json_whole(json, "nq", check->system->n);
-    kmp_json_whole(json, "nh", check->system->m);
-    kmp_json_whole(json, "loops", check->loop_count);
+    kmp_json_put(json, "nbody %d nq %d nh %d loops %d", check->body_count, check->system->n, check->system->m,
+                 check->loop_count);
     for (int k = 0; k < 4; k++)
         kmp_json_number(json, unknown[k], NAN);
     for (int k = 0; k < 4; k++) {
@@ -207,11 +175,8 @@ static void json_obstacle(kmp_json *json, const kempe_check *check)
     kmp_json_array(json, "too_short");
     for (int k = 0; k < check->obstacle.reach_count; k++) {
         const kmp_reach *reach = &check->obstacle.reaches[k];
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "closure", kmp_name_of_closure(check->system, reach->closure));
-        kmp_json_number(json, "longest", reach->longest);
-        kmp_json_number(json, "others", reach->others);
-        kmp_json_end(json);
+        kmp_json_put(json, "{ closure %s longest %g others %g }", kmp_name_of_closure(check->system, reach->closure),
+                     reach->longest, reach->others);
     }
     kmp_json_end(json);
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sentences of `check`, and its JSON. */
-#ifndef KMP_STUDIES_ASSEMBLY_CHECK_PRINT_H
-#define KMP_STUDIES_ASSEMBLY_CHECK_PRINT_H
+#pragma once
 
 #include "constraints/diagnosis/diagnosis.h"
 #include "output/print.h"
@@ -31,5 +30,3 @@ void kmp_check_swing(kmp_text *text, const kempe_check *check, int k);
 
 /** Names with commas between, the first ones of many. */
 void kmp_list_rows(kmp_text *text, const kempe_system *system, int count, const int *rows);
-
-#endif

@@ -146,8 +146,7 @@ static kempe_status choose_methods(kempe_comparison *c, const char *const list[P
         solvers++;
     c->method_count = 0;
     c->methods = KMP_ARENA_NEW(&c->arena, kmp_method, count * solvers);
-    if (!c->methods)
-        return kmp_fail_memory(c->system->context);
+    KMP_TRY(kmp_made(c->system->context, c->methods));
     for (int k = 0; kmp_method_get(k, &method); k++) {
         method.standard_integrator =
             method.standard_integrator || (implicit && kmp_solver_find(method.integrator)->implicit);
@@ -163,8 +162,7 @@ static kempe_status choose_methods(kempe_comparison *c, const char *const list[P
 static kempe_status choose_rtols(kempe_comparison *c, const char *list)
 {
     c->rtols = KMP_ARENA_NEW(&c->arena, double, strlen(list) + 1);
-    if (!c->rtols)
-        return kmp_fail_memory(c->system->context);
+    KMP_TRY(kmp_made(c->system->context, c->rtols));
     for (const char *s = list; s;) {
         double *rtol = &c->rtols[c->rtol_count++];
         size_t length = strcspn(s, ","), blank = strspn(s, " "), read = kmp_text_to_number(s + blank, rtol);

@@ -17,29 +17,21 @@ static void json_source(kmp_json *json, const kmp_source *source)
 {
     kmp_json_object(json, NULL);
     json_names(json, &source->method);
-    kmp_json_number(json, "rtol", source->rtol);
-    kmp_json_number(json, "own_difference", source->own);
-    kmp_json_number(json, "distance", source->distance);
+    kmp_json_put(json, "rtol %g own_difference %g distance %g", source->rtol, source->own, source->distance);
     kmp_json_end(json);
 }
 
 static void json_reference(kmp_json *json, const kempe_comparison *c)
 {
-    kmp_json_object(json, "reference");
-    kmp_json_string(json, "source", c->source);
-    kmp_json_number(json, "uncertainty", c->has_reference ? c->uncertainty[KMP_QUANTITY_Q] : NAN);
-    kmp_json_number(json, "uncertainty_qd", c->has_reference ? c->uncertainty[KMP_QUANTITY_QD] : NAN);
-    kmp_json_number(json, "uncertainty_lambda", c->has_reference ? c->uncertainty[KMP_QUANTITY_LAMBDA] : NAN);
-    kmp_json_number(json, "until", c->has_reference ? c->until : NAN);
-    kmp_json_whole(json, "instants", c->instants);
-    kmp_json_object(json, "scales");
-    kmp_json_number(json, "angle", c->has_reference ? 1 : NAN);
-    kmp_json_number(json, "length", c->has_reference ? c->scales.length : NAN);
-    kmp_json_number(json, "rate", c->has_reference ? c->scales.rate : NAN);
-    kmp_json_number(json, "load", c->has_reference && c->system->m > 0 ? c->scales.load : NAN);
-    kmp_json_end(json);
-    kmp_json_number(json, "amplification", c->amplification);
-    kmp_json_array(json, "runs");
+    kmp_json_put(
+        json, "reference { source %s uncertainty %g uncertainty_qd %g uncertainty_lambda %g until %g instants %d",
+        c->source, c->has_reference ? c->uncertainty[KMP_QUANTITY_Q] : NAN,
+        c->has_reference ? c->uncertainty[KMP_QUANTITY_QD] : NAN,
+        c->has_reference ? c->uncertainty[KMP_QUANTITY_LAMBDA] : NAN, c->has_reference ? c->until : NAN, c->instants);
+    kmp_json_put(json, "scales { angle %g length %g rate %g load %g } amplification %g runs [",
+                 c->has_reference ? 1 : NAN, c->has_reference ? c->scales.length : NAN,
+                 c->has_reference ? c->scales.rate : NAN, c->has_reference && c->system->m > 0 ? c->scales.load : NAN,
+                 c->amplification);
     for (int k = 0; k < c->source_count; k++)
         json_source(json, &c->sources[k]);
     kmp_json_end(json);
@@ -65,17 +57,12 @@ static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compar
 {
     kmp_json_object(json, NULL);
     json_names(json, run->method);
-    kmp_json_number(json, "rtol", run->rtol);
-    kmp_json_string(json, "status", kmp_status_word(run->status));
-    kmp_json_string(json, "reason", run->reason);
+    kmp_json_put(json, "rtol %g status %s reason %s", run->rtol, kmp_status_word(run->status), run->reason);
     json_error(json, c, run);
     kmp_print_verdict(json, &run->verdict);
     kmp_print_work(json, &run->report);
-    kmp_json_number(json, "cpu_s", run->cpu_s);
-    kmp_json_number(json, "build_s", run->build_s);
-    kmp_json_number(json, "first_s", kmp_compare_first_s(c, run));
-    kmp_json_number(json, "memory_bytes", run->report.heap > 0 ? (double)run->report.heap : NAN);
-    kmp_json_number(json, "difference", run->apart);
+    kmp_json_put(json, "cpu_s %g build_s %g first_s %g memory_bytes %g difference %g", run->cpu_s, run->build_s,
+                 kmp_compare_first_s(c, run), run->report.heap > 0 ? (double)run->report.heap : NAN, run->apart);
     if (run->left_out)
         kmp_json_boolean(json, "left_out", true);
     kmp_json_end(json);
@@ -100,9 +87,9 @@ static void json_reached(kmp_json *json, const kempe_comparison *c, int method, 
     int k = c->levels.run[method * c->levels.count + l];
     kmp_json_object(json, NULL);
     json_names(json, &c->methods[method]);
-    kmp_json_number(json, "rtol", k >= 0 ? c->runs[k].rtol : NAN);
-    kmp_json_number(json, "cpu_s", kmp_compare_cost(c, method, l).cpu_s);
-    kmp_json_number(json, "ratio", c->levels.best[l] < 0 ? NAN : number_or_none(kmp_compare_ratio(c, method, l)));
+    kmp_json_put(json, "rtol %g cpu_s %g ratio %g", k >= 0 ? c->runs[k].rtol : NAN,
+                 kmp_compare_cost(c, method, l).cpu_s,
+                 c->levels.best[l] < 0 ? NAN : number_or_none(kmp_compare_ratio(c, method, l)));
     kmp_json_end(json);
 }
 
@@ -110,8 +97,7 @@ static void json_levels(kmp_json *json, const kempe_comparison *c)
 {
     kmp_json_array(json, "equal_error");
     for (int l = 0; l < c->levels.count; l++) {
-        kmp_json_object(json, NULL);
-        kmp_json_number(json, "error", c->levels.level[l]);
+        kmp_json_put(json, "{ error %g", c->levels.level[l]);
         if (c->levels.blank[l])
             kmp_json_boolean(json, "below_reference", true);
         kmp_json_array(json, "methods");
@@ -129,16 +115,11 @@ static void json_split(kmp_json *json, const kempe_comparison *c, int method, in
     kmp_method_cost cost = kmp_compare_cost(c, method, l), of = {NAN, NAN, NAN};
     if (base >= 0)
         of = kmp_compare_cost(c, base, l);
-    kmp_json_object(json, NULL);
-    kmp_json_number(json, "error", c->levels.level[l]);
-    kmp_json_number(json, "cpu_s", cost.cpu_s);
-    kmp_json_number(json, "steps", cost.steps);
-    kmp_json_number(json, "evaluations", cost.rhs);
-    kmp_json_number(json, "ratio", cost.cpu_s / of.cpu_s);
-    kmp_json_number(json, "ratio_steps", cost.steps / of.steps);
-    kmp_json_number(json, "ratio_evaluations_per_step", cost.rhs / cost.steps * of.steps / of.rhs);
-    kmp_json_number(json, "ratio_time_per_evaluation", cost.cpu_s / cost.rhs * of.rhs / of.cpu_s);
-    kmp_json_end(json);
+    kmp_json_put(json, "{ error %g cpu_s %g steps %g evaluations %g", c->levels.level[l], cost.cpu_s, cost.steps,
+                 cost.rhs);
+    kmp_json_put(json, "ratio %g ratio_steps %g ratio_evaluations_per_step %g ratio_time_per_evaluation %g }",
+                 cost.cpu_s / of.cpu_s, cost.steps / of.steps, cost.rhs / cost.steps * of.steps / of.rhs,
+                 cost.cpu_s / cost.rhs * of.rhs / of.cpu_s);
 }
 
 static void json_split_all(kmp_json *json, const kempe_comparison *c, int method, bool same)
@@ -177,14 +158,11 @@ static double steps_of(const kempe_comparison *c, int run)
 static void json_stiffness(kmp_json *json, const kempe_comparison *c)
 {
     kmp_stiffness s = c->count > 0 ? kmp_compare_stiffness(c) : (kmp_stiffness){-1, -1, -1, false};
-    kmp_json_object(json, "stiffness");
-    kmp_json_boolean(json, "stiff", s.stiff);
-    kmp_json_number(json, "rtol", s.loose >= 0 ? c->runs[s.loose].rtol : NAN);
-    kmp_json_number(json, "rtol_tighter", s.tight >= 0 ? c->runs[s.tight].rtol : NAN);
-    kmp_json_number(json, "explicit_steps", steps_of(c, s.loose));
-    kmp_json_number(json, "explicit_steps_tighter", steps_of(c, s.tight));
-    kmp_json_number(json, "implicit_steps", steps_of(c, s.implicit));
-    kmp_json_end(json);
+    kmp_json_put(
+        json,
+        "stiffness { stiff %c rtol %g rtol_tighter %g explicit_steps %g explicit_steps_tighter %g implicit_steps %g }",
+        s.stiff, s.loose >= 0 ? c->runs[s.loose].rtol : NAN, s.tight >= 0 ? c->runs[s.tight].rtol : NAN,
+        steps_of(c, s.loose), steps_of(c, s.tight), steps_of(c, s.implicit));
 }
 
 /* null when nothing can be advised. */
@@ -194,8 +172,7 @@ static void json_advice(kmp_json *json, const kempe_comparison *c)
     const kmp_compared *run = advice->run >= 0 ? &c->runs[advice->run] : NULL;
     kmp_json_object(json, "advice");
     json_names(json, run ? run->method : &(const kmp_method){0});
-    kmp_json_number(json, "rtol", run ? run->rtol : NAN);
-    kmp_json_number(json, "error", advice->level);
+    kmp_json_put(json, "rtol %g error %g", run ? run->rtol : NAN, advice->level);
     if (advice->stiff)
         kmp_json_boolean(json, "stiff", true);
     kmp_sentences_json(json, "reasons", &advice->because);
@@ -208,8 +185,7 @@ void kmp_compare_json(kmp_text *text, const void *result)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, c->status, c->reason, c->system->build_s, NULL);
     json_reference(&j, c);
-    kmp_json_number(&j, "t_end", c->t_end);
-    kmp_json_array(&j, "runs");
+    kmp_json_put(&j, "t_end %g runs [", c->t_end);
     for (int k = 0; k < c->count; k++)
         json_run(&j, c, &c->runs[k]);
     kmp_json_end(&j);

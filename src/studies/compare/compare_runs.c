@@ -219,8 +219,7 @@ static kempe_status run_cell(grid *g, int method, int rtol, double *fastest)
     KMP_TRY(run_one(g->job, run, limit_s, &g->table));
     if (run->left_out)
         give_up(g, method, rtol, limit_s, *fastest);
-    if (!run->reason)
-        return kmp_fail_memory(g->job->context);
+    KMP_TRY(kmp_made(g->job->context, run->reason));
     report(g->job, run);
     g->cpu_s[method] = run->report.cpu_s;
     int *repeats = &g->repeats[method * g->comparison->rtol_count + rtol];

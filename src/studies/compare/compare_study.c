@@ -169,8 +169,7 @@ static kempe_status find_shared(kmp_compare_job *j)
     const double *q = j->start->inner_q ? j->start->inner_q : j->start->q;
     int count = 0;
     c->shared = KMP_ARENA_NEW(&c->arena, bool, c->system->m);
-    if (!c->shared)
-        return kmp_fail_memory(j->context);
+    KMP_TRY(kmp_made(j->context, c->shared));
     if (j->start->chart)
         kmp_eval_set_charts(j->eval, j->start->chart);
     KMP_TRY(kmp_find_shared(j->eval, 0, q, c->shared, &count));
@@ -249,8 +248,7 @@ kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compar
     kempe_comparison *c = KMP_NEW(kempe_comparison, 1);
     kmp_compare_job j = {.comparison = c, .context = system->context};
     kmp_context_begin(j.context);
-    if (!c)
-        return kmp_fail_memory(j.context);
+    KMP_TRY(kmp_made(j.context, c));
     *c = (kempe_comparison){
         .system = system, .source = "none", .amplification = NAN, .advice = {.run = -1, .level = NAN}};
     kempe_status status = compare(&j, options);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Many methods and tolerances on one scene, judged against one reference. */
-#ifndef KMP_STUDIES_COMPARE_COMPARE_STUDY_H
-#define KMP_STUDIES_COMPARE_COMPARE_STUDY_H
+#pragma once
 
 #include "integrators/run/run.h"
 #include "output/print.h"
@@ -218,5 +217,3 @@ int kmp_compare_name_width(const kempe_comparison *comparison);
 
 /** The two tables as text. */
 void kmp_compare_print_tables(kmp_text *text, const kempe_comparison *comparison);
-
-#endif

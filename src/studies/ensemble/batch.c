@@ -43,8 +43,7 @@ kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *va
     KMP_WANTED(model->context, ensemble, "ensemble");
     kmp_context_clear(model->context);
     kempe_ensemble *e = KMP_NEW(kempe_ensemble, 1);
-    if (!e)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, e));
     e->values = values;
     e->model = model;
     kempe_status status = kmp_ensemble_new(model, values->columns, (const char *const *)values->name, &e->inner);
@@ -409,20 +408,12 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
     const kmp_ensemble_result *r = &b->results[k];
     kmp_json_object(json, NULL);
     kmp_json_numbers(json, "values", b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k));
-    kmp_json_string(json, "status", kempe_batch_status(b, k));
-    kmp_json_string(json, "reason", kempe_batch_reason(b, k));
-    kmp_json_number(json, "t", r->t);
+    kmp_json_put(json, "status %s reason %s t %g", kempe_batch_status(b, k), kempe_batch_reason(b, k), r->t);
     kmp_json_numbers(json, "q", b->n, kempe_batch_q(b, k));
     kmp_json_numbers(json, "qd", b->n, kempe_batch_qd(b, k));
-    kmp_json_whole(json, "steps", r->steps);
-    kmp_json_whole(json, "rejected", r->rejected);
-    kmp_json_whole(json, "refused", r->refused);
-    kmp_json_whole(json, "rhs", r->rhs);
-    kmp_json_whole(json, "exchanges", r->exchanges);
-    kmp_json_number(json, "h", r->h);
-    kmp_json_number(json, "hdot", r->hdot);
-    kmp_json_number(json, "drift", r->drift);
-    kmp_json_string(json, "single_run", alone_of(r));
+    kmp_json_put(json, "steps %ld rejected %ld refused %ld rhs %ld exchanges %ld", r->steps, r->rejected, r->refused,
+                 r->rhs, r->exchanges);
+    kmp_json_put(json, "h %g hdot %g drift %g single_run %s", r->h, r->hdot, r->drift, alone_of(r));
     kmp_convergence_json(json, &b->again[k], again_name(b, k));
     kmp_json_end(json);
 }
@@ -436,19 +427,10 @@ static void put_json(kmp_text *text, const void *result)
     int failing;
     kmp_print_head(&json, system, b->status, b->status == KEMPE_OK ? "" : "not every instance reached its end",
                    system->build_s, b->warnings);
-    kmp_json_whole(&json, "count", b->count);
-    kmp_json_whole(&json, "ok", s.ok);
-    kmp_json_whole(&json, "stopped", s.stopped);
-    kmp_json_whole(&json, "failed", s.failed);
+    kmp_json_put(&json, "count %d ok %d stopped %d failed %d", b->count, s.ok, s.stopped, s.failed);
     (void)worst_of(b, &failing);
-    kmp_json_whole(&json, "not_converged", failing);
-    kmp_json_whole(&json, "lanes", b->work.lane_steps > 0 ? b->work.width : 0);
-    kmp_json_whole(&json, "single_run", b->work.alone);
-    kmp_json_number(&json, "rtol", b->rtol);
-    kmp_json_number(&json, "atol", b->atol);
-    kmp_json_number(&json, "t_end", b->t_end);
-    kmp_json_number(&json, "cpu_s", b->cpu_s);
-    kmp_json_array(&json, "columns");
+    kmp_json_put(&json, "not_converged %d lanes %d single_run %d rtol %g atol %g t_end %g cpu_s %g columns [", failing,
+                 b->work.lane_steps > 0 ? b->work.width : 0, b->work.alone, b->rtol, b->atol, b->t_end, b->cpu_s);
     for (int k = 0; k < b->ensemble->values->columns; k++)
         kmp_json_string(&json, NULL, b->ensemble->values->name[k]);
     kmp_json_end(&json);

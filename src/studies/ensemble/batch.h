@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of an ensemble (kempe/ensemble.h) as its report page reads them. */
-#ifndef KMP_STUDIES_ENSEMBLE_BATCH_H
-#define KMP_STUDIES_ENSEMBLE_BATCH_H
+#pragma once
 
 #include <kempe/ensemble.h>
 
@@ -12,5 +11,3 @@ const kempe_values *kmp_batch_values(const kempe_batch *batch);
 /** The status of the whole, and warnings, one a line. */
 kempe_status kmp_batch_outcome(const kempe_batch *batch);
 const char *kmp_batch_warnings(const kempe_batch *batch);
-
-#endif

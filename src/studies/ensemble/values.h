@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The values of an ensemble's instances (kempe/ensemble.h). */
-#ifndef KMP_STUDIES_ENSEMBLE_VALUES_H
-#define KMP_STUDIES_ENSEMBLE_VALUES_H
+#pragma once
 
 #include "base/arena.h"
 #include <kempe/ensemble.h>
@@ -17,5 +16,3 @@ struct kempe_values {
 kempe_values *kmp_values_new(int columns, const char *const *names);
 /** A row more, to be filled. NULL: no memory. */
 double *kmp_values_add(kempe_values *values);
-
-#endif

@@ -44,8 +44,7 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     const kempe_system *s = e->system;
     int n = s->n, closures = s->model->closure_count;
     double *q = KMP_ARENA_NEW(&e->arena, double, n), *qd = KMP_ARENA_NEW(&e->arena, double, n);
-    if (!q || !qd)
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, q && qd));
     show(linear, near, q, qd);
     for (int k = 0; k < e->count; k++)
         if (kmp_state_same(s, KMP_SAME_STATE, e->balance[k].idle_count, e->balance[k].idle, e->balance[k].q, q)) {
@@ -76,8 +75,7 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     b->steps = copy(e, b->iterations, search->steps);
     b->idle = KMP_ARENA_NEW(&e->arena, int, linear->p);
     b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
-    if (b->idle_count < 0 || e->arena.failed)
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, b->idle_count >= 0 && !e->arena.failed));
     e->count++;
     return kmp_stability_judge(linear, &b->stability);
 }
@@ -117,8 +115,7 @@ static kempe_status name_freed(kempe_equilibrium *e)
     int most = e->exchange ? e->exchange->free_count : e->rate_count;
     e->freed_name = KMP_ARENA_NEW(&e->arena, const char *, most);
     e->freed_unit = KMP_ARENA_NEW(&e->arena, const char *, most);
-    if (e->arena.failed)
-        return kmp_fail_memory(e->system->context);
+    KMP_TRY(kmp_made(e->system->context, !e->arena.failed));
     if (e->exchange) {
         name_exchanged(e);
         return KEMPE_OK;
@@ -166,8 +163,7 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const k
 {
     kmp_search search = {.rates = e->rates, .rate_count = e->rate_count, .newton = e->newton, .exchange = e->exchange};
     double *q = KMP_ARENA_NEW(&e->arena, double, e->system->n);
-    if (!q)
-        return kmp_fail_memory(e->system->context);
+    KMP_TRY(kmp_made(e->system->context, q));
     KMP_TRY(e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, start, q, &search));
     KMP_TRY(name_freed(e));
     KMP_TRY(keep(e, linear, &search, start->q));
@@ -229,8 +225,7 @@ static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe
     int n = e->system->n, starts = n > LARGE ? STARTS_OF_LARGE : STARTS;
     double *guess = KMP_ARENA_NEW(&e->arena, double, n);
     bool *still = KMP_ARENA_NEW(&e->arena, bool, n);
-    if (!guess || !still)
-        return kmp_fail_memory(e->system->context);
+    KMP_TRY(kmp_made(e->system->context, guess && still));
     find_still(e, still);
     kmp_scatter scatter = {e->system, start->q, still, FAR, guess, (unsigned)seed, 0, 0};
     while (e->starts < starts && !e->many && !kmp_interrupted(e->system->context)) {

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The equilibria that were found, each with all its results. */
-#ifndef KMP_STUDIES_EQUILIBRIUM_BALANCES_H
-#define KMP_STUDIES_EQUILIBRIUM_BALANCES_H
+#pragma once
 
 #include "studies/equilibrium/exchange.h"
 #include "studies/equilibrium/stability.h"
@@ -38,5 +37,3 @@ struct kempe_equilibrium {
     kmp_arena arena;
     char *warnings; /* of the computation, one per line */
 };
-
-#endif

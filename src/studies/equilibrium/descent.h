@@ -2,8 +2,7 @@
 /* Common definitions of the search for an equilibrium. equilibrium_study.c descends from afar, descent_least.c is
  * Newton's method by damped least squares, with which all searches end. The current state, its unknowns and its measure
  * are in descent.c. */
-#ifndef KMP_STUDIES_EQUILIBRIUM_DESCENT_H
-#define KMP_STUDIES_EQUILIBRIUM_DESCENT_H
+#pragma once
 
 #include "base/arena.h"
 #include "studies/equilibrium/equilibrium_study.h"
@@ -96,5 +95,3 @@ kempe_status kmp_descent_complain(const kmp_descent *w, const char *why);
 /** Appends the forces along u[k] of the last state: "gravity -9.81 N, 'k' 2 N, together -7.81 N", the nonzero ones,
  * largest first; nothing where there are none. KEMPE_E_MEMORY. */
 kempe_status kmp_load_path_report(kmp_text *text, const kmp_linear *linear, int k);
-
-#endif

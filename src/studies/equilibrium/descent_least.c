@@ -351,8 +351,7 @@ static kempe_status check_determined(solver *s)
         for (int j = 0; j < s->columns; j++)
             if (j != s->p + f)
                 memcpy(s->damped + others++ * s->rows, s->jacobian + j * s->rows, (size_t)s->rows * sizeof *s->damped);
-        if (kmp_least_squares(s->rows, others, s->damped, own, KMP_RANK, s->step) < 0)
-            return kmp_fail_memory(context);
+        KMP_TRY(kmp_made(context, kmp_least_squares(s->rows, others, s->damped, own, KMP_RANK, s->step) >= 0));
         double left = 0;
         for (int i = 0; i < s->rows; i++) {
             double sum = own[i];

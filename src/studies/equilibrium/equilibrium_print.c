@@ -149,8 +149,7 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
         kmp_json_string(j, "stable", NULL);
     else
         kmp_json_boolean(j, "stable", b->stability.word != KMP_UNSTABLE);
-    kmp_json_string(j, "stability", kmp_stability_text(b->stability.word));
-    kmp_json_whole(j, "growing", b->stability.growing);
+    kmp_json_put(j, "stability %s growing %d", kmp_stability_text(b->stability.word), b->stability.growing);
     kmp_print_names(j, "neutral", e->system, kmp_name_of_coordinate, b->stability.still, b->stability.along);
     kmp_print_names(j, "left_out", e->system, kmp_name_of_coordinate, b->idle_count, b->idle);
     kmp_json_object(j, "free");
@@ -161,9 +160,7 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     for (int c = 0; c < model->closure_count; c++)
         kmp_json_numbers(j, model->closures[c].name, 3, b->reaction + 3 * c);
     kmp_json_end(j);
-    kmp_json_number(j, "potential", b->potential);
-    kmp_json_whole(j, "iterations", b->iterations);
-    kmp_json_whole(j, "exchanges", b->exchanges);
+    kmp_json_put(j, "potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
     kmp_json_numbers(j, "history", b->iterations, b->residuals);
     kmp_json_whole(j, "hits", b->hits);
 }
@@ -174,9 +171,7 @@ static void json_equilibrium(kmp_text *text, const void *result)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, e->system, KEMPE_OK, "", e->system->build_s, e->warnings);
     json_balance(&j, e, &e->balance[0]);
-    kmp_json_whole(&j, "count", e->count);
-    kmp_json_whole(&j, "starts", e->starts);
-    kmp_json_array(&j, "others");
+    kmp_json_put(&j, "count %d starts %d others [", e->count, e->starts);
     for (int k = 1; k < e->count; k++) {
         kmp_json_object(&j, NULL);
         json_balance(&j, e, &e->balance[k]);

@@ -2,8 +2,7 @@
 /* Static or steady equilibrium: R(u) = N'(M qdd + C) = 0 at given constant rates ud and udd = 0 (static: all rates
  * zero), with the closures satisfied. R is measured as work: R_k times the size of u_k. It is relative to the sum of
  * the works of all forces along u_k and of their changes by one such size of any coordinate. */
-#ifndef KMP_STUDIES_EQUILIBRIUM_EQUILIBRIUM_STUDY_H
-#define KMP_STUDIES_EQUILIBRIUM_EQUILIBRIUM_STUDY_H
+#pragma once
 
 #include "derivatives/linearized.h"
 #include "studies/equilibrium/steady.h"
@@ -39,5 +38,3 @@ int kmp_equilibrium_idle(kmp_linear *linear, int *idle);
 
 /** The residual of the last state, its matrices made. */
 double kmp_equilibrium_residual(const kmp_linear *linear);
-
-#endif

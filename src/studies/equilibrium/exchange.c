@@ -43,8 +43,7 @@ static kempe_status read_release(kmp_exchange *x, const kempe_model *model, cons
     const kmp_arena_group groups[] = {{count, {&x->value, &x->trial, &x->given}}};
     x->name = KMP_ARENA_NEW(&x->arena, const char *, count);
     x->rate = KMP_ARENA_NEW(&x->arena, int, count);
-    if (!kmp_arena_make_groups(&x->arena, 1, groups))
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, kmp_arena_make_groups(&x->arena, 1, groups)));
     for (int k = 0; k < count; k++)
         if (!is_rate(word[k])) {
             int at = kmp_parameter_find(model, word[k]);
@@ -127,8 +126,7 @@ static kempe_status add_required(kmp_exchange *x, const kmp_ranges *require)
     for (int k = 0; k < require->count; k++)
         kmp_text_printf(&list, "%s%s", k ? "," : "", require->range[k].name);
     char *all = kmp_text_keep(&list, &x->arena);
-    if (x->arena.failed)
-        return kmp_fail_memory(copy->context);
+    KMP_TRY(kmp_made(copy->context, !x->arena.failed));
     for (int k = 0; k < require->count; k++) {
         kmp_exchange_target *target;
         KMP_TRY(add_target(x, "target", &require->range[k], &target));
@@ -148,8 +146,7 @@ static kempe_status add_targets(kmp_exchange *x, const kempe_model *model, const
                                 const kmp_ranges *required)
 {
     x->target = KMP_ARENA_NEW(&x->arena, kmp_exchange_target, fixed->count + required->count);
-    if (!x->target)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, x->target));
     KMP_TRY(add_fixed(x, model, fixed));
     return add_required(x, required);
 }

@@ -2,8 +2,7 @@
 /* Inverse equilibrium: coordinates with fixed values, prescribed output values, and as many parameters or rates that
  * become unknown instead. The equations are those of a variant whose released parameters are variable. Their
  * derivatives are exact (derivatives/parameter_slopes.h). */
-#ifndef KMP_STUDIES_EQUILIBRIUM_EXCHANGE_H
-#define KMP_STUDIES_EQUILIBRIUM_EXCHANGE_H
+#pragma once
 
 #include "derivatives/parameter_slopes.h"
 #include "model/variant.h"
@@ -46,5 +45,3 @@ void kmp_exchange_begin(kmp_exchange *exchange, kmp_linear *linear, kmp_steady *
 /** Gives all that is free these values (free_count): the system, `linear` and the rates follow. false: the model cannot
  *  have them. */
 bool kmp_exchange_set(kmp_exchange *exchange, const double *values, kmp_linear *linear, kmp_steady *rates);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The state of a mechanism for its linear equations, its modes and its sensitivities. */
-#ifndef KMP_STUDIES_EQUILIBRIUM_OPERATING_H
-#define KMP_STUDIES_EQUILIBRIUM_OPERATING_H
+#pragma once
 
 #include "base/arena.h"
 #include "studies/equilibrium/equilibrium_study.h"
@@ -40,5 +39,3 @@ kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *line
 /** Checks that forces are unchanged while coordinates move steadily, unless an exchange fixes these, at a state that
  * was found. KEMPE_E_FAILED: they change. */
 kempe_status kmp_operating_check(kmp_linear *linear, const kmp_search *search);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Stability of small motions about an equilibrium: the eigenvalues of Mr s^2 + Gr s + Kr, zeros separated. The result
  * is of first order and for the given model: a constant rate holds only if the model enforces it. */
-#ifndef KMP_STUDIES_EQUILIBRIUM_STABILITY_H
-#define KMP_STUDIES_EQUILIBRIUM_STABILITY_H
+#pragma once
 
 #include "derivatives/linearized.h"
 
@@ -26,5 +25,3 @@ kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stabil
 
 /** "stable", "neutral", "unstable", "undecided". */
 const char *kmp_stability_text(kmp_stability_word word);
-
-#endif

@@ -20,8 +20,7 @@ kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges,
 {
     int open = -1;
     *rates = KMP_ARENA_NEW(arena, kmp_steady, model->motion_count);
-    if (!*rates)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, *rates));
     for (int k = 0; k < ranges->count; k++) {
         const kmp_range *range = &ranges->range[k];
         KMP_TRY(take(model, range, k, *rates));

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Coordinates that keep on moving at constant rates, as users name them: "shaft=60 rpm,belt=2". */
-#ifndef KMP_STUDIES_EQUILIBRIUM_STEADY_H
-#define KMP_STUDIES_EQUILIBRIUM_STEADY_H
+#pragma once
 
 #include "model/expressions/ranges.h"
 #include "model/model.h"
@@ -30,5 +29,3 @@ kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges,
 
 /** KEMPE_E_FAILED: forces depend on a coordinate that is to move at a constant rate. */
 kempe_status kmp_steady_complain(const kempe_model *model, const kmp_steady *steady);
-
-#endif

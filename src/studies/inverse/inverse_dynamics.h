@@ -12,8 +12,7 @@
  * a degree of freedom cannot be actuated. Of all tau that satisfy the equations best (least squares) the result has the
  * least sum of weight tau^2. The multipliers are those of the independent rows; where forces depend on them, C uses the
  * multipliers that belong to tau. */
-#ifndef KMP_STUDIES_INVERSE_INVERSE_DYNAMICS_H
-#define KMP_STUDIES_INVERSE_INVERSE_DYNAMICS_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/partition/reduction.h"
@@ -53,5 +52,3 @@ void kmp_inverse_free(kmp_inverse *inverse);
 /** Inverse dynamics at a closed state. Independent coordinates are chosen again where they become ill-conditioned,
  * otherwise there is no allocation. KEMPE_E_FAILED: the loops are singular there, or a value is not finite. */
 kempe_status kmp_inverse_at(kmp_inverse *inverse, double t, const double *q, const double *qd, const double *qdd);
-
-#endif

@@ -231,15 +231,9 @@ static void show(kmp_text *text, const void *result)
 static void json_motion(kmp_json *json, const kempe_inverse *r)
 {
     static const char *const words[] = {"drives", "table", "start"};
-    kmp_json_string(json, "motion", words[r->motion]);
-    kmp_json_string(json, "source", r->source);
-    kmp_json_whole(json, "rows", r->rows);
+    kmp_json_put(json, "motion %s source %s rows %d", words[r->motion], r->source, r->rows);
     if (r->off_coordinate >= 0) {
-        kmp_json_object(json, "off");
-        kmp_json_number(json, "largest", r->off);
-        kmp_json_string(json, "coordinate", name_of(r, r->off_coordinate));
-        kmp_json_number(json, "t", r->off_t);
-        kmp_json_end(json);
+        kmp_json_put(json, "off { largest %g coordinate %s t %g }", r->off, name_of(r, r->off_coordinate), r->off_t);
     }
     if (r->motion == KMP_INVERSE_START)
         kmp_print_names(json, "u", r->system, kmp_name_of_coordinate, r->start_u_count, r->start_u);
@@ -260,14 +254,10 @@ static void json_actuators(kmp_json *json, const kempe_inverse *r)
     for (int k = 0; k < r->a; k++) {
         kmp_inverse_summary s = kmp_inverse_summarise(r, k);
         kmp_json_object(json, name_of(r, r->actuator[k]));
-        kmp_json_string(json, "unit", unit_of(r, r->actuator[k]));
-        kmp_json_number(json, "weight", r->weight[k]);
-        kmp_json_number(json, "largest", r->rows ? s.peak : NAN);
-        kmp_json_number(json, "largest_t", r->rows ? s.peak_t : NAN);
-        kmp_json_number(json, "rms", r->rows ? s.rms : NAN);
-        kmp_json_number(json, "power", r->rows ? s.power : NAN);
-        kmp_json_number(json, "power_t", r->rows ? s.power_t : NAN);
-        kmp_json_number(json, "work", r->rows ? s.work : NAN);
+        kmp_json_put(json, "unit %s weight %g largest %g largest_t %g", unit_of(r, r->actuator[k]), r->weight[k],
+                     r->rows ? s.peak : NAN, r->rows ? s.peak_t : NAN);
+        kmp_json_put(json, "rms %g power %g power_t %g work %g", r->rows ? s.rms : NAN, r->rows ? s.power : NAN,
+                     r->rows ? s.power_t : NAN, r->rows ? s.work : NAN);
         kmp_json_end(json);
     }
     kmp_json_end(json);
@@ -276,18 +266,11 @@ static void json_actuators(kmp_json *json, const kempe_inverse *r)
 static void json_kind(kmp_json *json, const kempe_inverse *r)
 {
     kmp_json_whole(json, "freedoms", r->freedoms);
-    kmp_json_whole(json, "rank", r->rank);
-    kmp_json_string(json, "efforts", r->rows ? kind_of(r) : NULL);
-    kmp_json_string(json, "norm", "sum of weight*tau^2, a force times length");
-    kmp_json_number(json, "length", r->system->length);
-    kmp_json_number(json, "transmission", r->rows ? r->hold : NAN);
-    kmp_json_number(json, "transmission_t", r->rows ? r->hold_t : NAN);
-    kmp_json_number(json, "residual", r->rows ? r->residual : NAN);
-    kmp_json_number(json, "residual_t", r->rows ? r->residual_t : NAN);
-    kmp_json_whole(json, "singular", r->singular);
-    kmp_json_object(json, "left");
-    kmp_json_number(json, "largest", r->rows ? kmp_inverse_unmet(r) : NAN);
-    kmp_json_number(json, "t", r->rows ? r->unmet_t : NAN);
+    kmp_json_put(json, "rank %d efforts %s norm %s length %g transmission %g", r->rank, r->rows ? kind_of(r) : NULL,
+                 "sum of weight*tau^2, a force times length", r->system->length, r->rows ? r->hold : NAN);
+    kmp_json_put(json, "transmission_t %g residual %g residual_t %g singular %d left { largest %g t %g",
+                 r->rows ? r->hold_t : NAN, r->rows ? r->residual : NAN, r->rows ? r->residual_t : NAN, r->singular,
+                 r->rows ? kmp_inverse_unmet(r) : NAN, r->rows ? r->unmet_t : NAN);
     kmp_json_object(json, "efforts");
     for (int k = 0; k < r->left_count; k++)
         kmp_json_number(json, name_of(r, r->left_u[k]), r->left[k]);

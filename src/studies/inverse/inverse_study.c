@@ -4,7 +4,6 @@
 #include "studies/inverse/inverse_study.h"
 #include "base/clock.h"
 #include "base/memory.h"
-#include "constraints/closing/assemble.h"
 #include "dynamics/closures.h"
 #include "model/expressions/ranges.h"
 #include "model/tables/coordinates.h"
@@ -213,8 +212,7 @@ static kempe_status choose_motion(job *j)
                 : r->loops < model->closure_count ? KMP_INVERSE_DRIVES
                                                   : KMP_INVERSE_START;
     r->source = j->options->motion ? kmp_arena_strdup(&r->arena, j->options->motion) : NULL;
-    if (r->arena.failed)
-        return kmp_fail_memory(j->context);
+    KMP_TRY(kmp_made(j->context, !r->arena.failed));
     if (r->motion == KMP_INVERSE_START && (j->options->t_end > 0 || j->options->output_step > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT,
                         "%s: without a motion there is only the instant of the start; give a motion as a table "
@@ -232,8 +230,7 @@ static kempe_status choose_motion(job *j)
 
 static kempe_status fail_gap(const job *j, const kmp_gap_in_table *gap)
 {
-    if (gap->coordinate < 0)
-        return kmp_fail_memory(j->context);
+    KMP_TRY(kmp_made(j->context, gap->coordinate >= 0));
     return kmp_complain(j->context, j->options->motion, 0, 0,
                         "column %s.%s has no value at t = %.9g s: fill the column, or omit it",
                         kmp_quantity_prefix((kmp_quantity)gap->order), j->system->model->motions[gap->coordinate].name,
@@ -268,8 +265,7 @@ static kempe_status table_times(job *j)
         return kmp_times_init(&j->times, every, span, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
     }
     j->times = (kmp_times){.count = x->rows, .t = KMP_NEW(double, x->rows)};
-    if (!j->times.t)
-        return kmp_fail_memory(j->context);
+    KMP_TRY(kmp_made(j->context, j->times.t));
     memcpy(j->times.t, x->t, (size_t)x->rows * sizeof *x->t);
     j->t_first = 0;
     return KEMPE_OK;
@@ -491,8 +487,7 @@ static kempe_status repeat(const job *j, job *again)
 {
     kempe_inverse *r = j->r;
     double *size = KMP_ARENA_NEW(&again->arena, double, r->a);
-    if (!size || !thin_out(j, again))
-        return kmp_fail_memory(j->context);
+    KMP_TRY(kmp_made(j->context, size && thin_out(j, again)));
     for (int k = 0; k < r->a; k++)
         size[k] = fmax(fabs(kmp_inverse_summarise(r, k).peak), LEFT_BY_ROUNDING * r->size);
     r->again = (kmp_convergence){.known = true, .rtol = NAN, .limit = DERIVATIVES_HOLD, .stopped = NAN};
@@ -580,8 +575,7 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
     job j = {.system = system, .context = system->context, .options = options, .r = result_new(system)};
-    if (!j.r)
-        return kmp_fail_memory(system->context);
+    KMP_TRY(kmp_made(system->context, j.r));
     kempe_status status = prepare(&j);
     j.r->build_s += kmp_cpu_now() - begin;
     bool ready = status == KEMPE_OK;

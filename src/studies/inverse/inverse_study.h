@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of an inverse dynamics study: its rows, and their summary. */
-#ifndef KMP_STUDIES_INVERSE_INVERSE_STUDY_H
-#define KMP_STUDIES_INVERSE_INVERSE_STUDY_H
+#pragma once
 
 #include "integrators/run/instant.h"
 #include "output/convergence.h"
@@ -68,5 +67,3 @@ kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k);
 
 /** The unbalanced part of the motion, relative to the required generalized forces. */
 double kmp_inverse_unmet(const kempe_inverse *inverse);
-
-#endif

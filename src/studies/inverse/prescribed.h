@@ -3,8 +3,7 @@
  * given too. Missing rates are the derivatives of the not-a-knot cubic through the values, missing accelerations those
  * of the cubic through the rates. Between points the motion is the quintic with value, rate and acceleration of both
  * ends. It has two continuous derivatives and reproduces all given values. */
-#ifndef KMP_STUDIES_INVERSE_PRESCRIBED_H
-#define KMP_STUDIES_INVERSE_PRESCRIBED_H
+#pragma once
 
 #include "base/arena.h"
 
@@ -32,5 +31,3 @@ void kmp_prescribed_free(kmp_prescribed *motion);
 /** Values, rates and accelerations at t, each at its coordinate. t must be within the given times; at a row's time the
  * values are exactly those of the row. */
 void kmp_prescribed_at(const kmp_prescribed *motion, double t, double *q, double *qd, double *qdd);
-
-#endif

@@ -5,8 +5,7 @@
  *
  * A drive whose coordinate is in the table is ignored. Independent coordinates are among those of the table; they are
  * exchanged where they become ill-conditioned. */
-#ifndef KMP_STUDIES_INVERSE_PRESCRIBED_MOTION_H
-#define KMP_STUDIES_INVERSE_PRESCRIBED_MOTION_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/partition/reduction.h"
@@ -50,5 +49,3 @@ kempe_status kmp_prescribed_motion_start(kmp_prescribed_motion *prescribed, doub
 
 /** Advances to a later t. KEMPE_E_FAILED: the loops cannot be closed beyond a time, which the message gives. */
 kempe_status kmp_prescribed_motion_advance(kmp_prescribed_motion *prescribed, double t);
-
-#endif

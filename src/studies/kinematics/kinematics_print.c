@@ -156,17 +156,11 @@ static void json_leads(kmp_json *j, const kempe_kinematics *k)
     kmp_json_array(j, "driven");
     for (int i = 0; i < k->lead_count; i++) {
         const kmp_lead *lead = &k->lead[i];
-        kmp_json_object(j, NULL);
-        kmp_json_string(j, "name", kmp_kinematics_name(k, lead));
-        kmp_json_string(j, "unit", kmp_kinematics_unit(k, lead));
-        kmp_json_number(j, "from", lead->from);
-        kmp_json_number(j, "to", lead->to);
-        kmp_json_whole(j, "held", i >= k->driven);
-        kmp_json_end(j);
+        kmp_json_put(j, "{ name %s unit %s from %g to %g held %d }", kmp_kinematics_name(k, lead),
+                     kmp_kinematics_unit(k, lead), lead->from, lead->to, i >= k->driven);
     }
     kmp_json_end(j);
-    kmp_json_number(j, "speed", k->speed);
-    kmp_json_array(j, "released");
+    kmp_json_put(j, "speed %g released [", k->speed);
     for (int c = 0; c < k->system->model->closure_count; c++)
         if (k->released[c])
             kmp_json_string(j, NULL, k->system->model->closures[c].name);
@@ -180,10 +174,8 @@ static void json_ranges(kmp_json *j, const kempe_kinematics *k)
     for (int i = 0; i < n; i++) {
         span q = span_of(k, k->q, n, i);
         kmp_json_object(j, k->system->model->motions[i].name);
-        kmp_json_number(j, "least", q.least);
-        kmp_json_number(j, "greatest", q.most);
-        kmp_json_number(j, "qd_max", largest(span_of(k, k->qd, n, i)));
-        kmp_json_number(j, "qdd_max", largest(span_of(k, k->qdd, n, i)));
+        kmp_json_put(j, "least %g greatest %g qd_max %g qdd_max %g", q.least, q.most, largest(span_of(k, k->qd, n, i)),
+                     largest(span_of(k, k->qdd, n, i)));
         kmp_json_end(j);
     }
     kmp_json_end(j);
@@ -191,8 +183,7 @@ static void json_ranges(kmp_json *j, const kempe_kinematics *k)
     for (int c = 0; c < k->width; c++) {
         span x = span_of(k, k->shown, k->width, c);
         kmp_json_object(j, k->column[c].name);
-        kmp_json_number(j, "least", x.least);
-        kmp_json_number(j, "greatest", x.most);
+        kmp_json_put(j, "least %g greatest %g", x.least, x.most);
         kmp_json_end(j);
     }
     kmp_json_end(j);
@@ -203,24 +194,16 @@ static void json_dead(kmp_json *j, const kempe_kinematics *k)
     kmp_json_array(j, "dead_centres");
     for (int d = 0; d < k->dead_count; d++) {
         const kmp_dead_centre *c = &k->dead[d];
-        kmp_json_object(j, NULL);
-        kmp_json_number(j, "s", c->s);
-        kmp_json_string(j, "coordinate", kmp_kinematics_name(k, &k->lead[k->first]));
-        kmp_json_number(j, "value", c->value);
-        kmp_json_string(j, "extreme", c->largest ? "greatest" : "least");
-        kmp_json_number(j, "determined", c->determined);
-        kmp_json_number(j, "margin", c->margin);
-        kmp_json_string(j, "instead", c->instead);
+        kmp_json_put(j, "{ s %g coordinate %s value %g extreme %s determined %g margin %g instead %s", c->s,
+                     kmp_kinematics_name(k, &k->lead[k->first]), c->value, c->largest ? "greatest" : "least",
+                     c->determined, c->margin, c->instead);
         kmp_print_entries(j, "q", k->system, KMP_QUANTITY_Q, c->q);
         kmp_json_end(j);
     }
     kmp_json_end(j);
     kmp_json_array(j, "change_points");
     for (int c = 0; c < k->change_count; c++) {
-        kmp_json_object(j, NULL);
-        kmp_json_number(j, "s", k->change[c].s);
-        kmp_json_number(j, "value", value_at(k, k->change[c].s));
-        kmp_json_number(j, "margin", k->change[c].margin);
+        kmp_json_put(j, "{ s %g value %g margin %g", k->change[c].s, value_at(k, k->change[c].s), k->change[c].margin);
         kmp_print_entries(j, "q", k->system, KMP_QUANTITY_Q, k->change[c].q);
         kmp_json_end(j);
     }
@@ -249,18 +232,12 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, k->system, k->status, k->reason, k->system->build_s, k->warnings);
     json_leads(&j, k);
-    kmp_json_whole(&j, "rows", k->count);
-    kmp_json_whole(&j, "rows_asked", k->requested);
+    kmp_json_put(&j, "rows %d rows_asked %d", k->count, k->requested);
     json_ranges(&j, k);
     json_dead(&j, k);
     json_left_out(&j, k->system->model);
-    kmp_json_object(&j, "work");
-    kmp_json_whole(&j, "steps", k->effort.steps);
-    kmp_json_whole(&j, "rejected", k->effort.rejected);
-    kmp_json_whole(&j, "newton", k->effort.newton);
-    kmp_json_whole(&j, "exchanges", k->effort.exchanges);
-    kmp_json_number(&j, "cpu_s", k->cpu_s);
-    kmp_json_end(&j);
+    kmp_json_put(&j, "work { steps %ld rejected %ld newton %ld exchanges %ld cpu_s %g }", k->effort.steps,
+                 k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
     kmp_json_end(&j);
 }
 

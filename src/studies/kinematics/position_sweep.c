@@ -5,7 +5,6 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "constraints/closing/assemble.h"
 #include "constraints/partition/causes.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
@@ -52,8 +51,7 @@ static kempe_status make_room(kempe_kinematics *k)
     ptrdiff_t rows = k->requested, size = rows * k->system->n;
     const kmp_arena_group groups[] = {
         {size, {&k->q, &k->qd, &k->qdd}}, {rows, {&k->requested_s, &k->s}}, {rows * k->width, {&k->shown}}};
-    if (!kmp_arena_make_groups(&k->arena, sizeof groups / sizeof *groups, groups))
-        return kmp_fail_memory(k->system->context);
+    KMP_TRY(kmp_made(k->system->context, kmp_arena_make_groups(&k->arena, sizeof groups / sizeof *groups, groups)));
     for (int i = 0; i < k->requested; i++)
         k->requested_s[i] = i == k->requested - 1 ? 1 : (double)i / (k->requested - 1);
     return KEMPE_OK;
@@ -169,8 +167,7 @@ static kempe_status take_dead(job *j, bool up)
                               .instead = list_instead(j),
                               .q = KMP_ARENA_NEW(&k->arena, double, n),
                               .shown = KMP_ARENA_NEW(&k->arena, double, k->width)};
-    if (k->arena.failed)
-        return kmp_fail_memory(k->system->context);
+    KMP_TRY(kmp_made(k->system->context, !k->arena.failed));
     memcpy(dead->q, here->x, n * sizeof *here->x);
     show(j, dead->s, here->x, nothing, nothing, dead->shown);
     return KEMPE_OK;
@@ -273,8 +270,7 @@ static kempe_status approach_aside(job *j)
     kmp_lead *path = KMP_ARENA_NEW(&k->arena, kmp_lead, k->lead_count);
     kmp_sweep_end end;
     bool moves = false;
-    if (!path)
-        return kmp_fail_memory(k->system->context);
+    KMP_TRY(kmp_made(k->system->context, path));
     for (int i = 0; i < k->lead_count; i++) {
         path[i] = (kmp_lead){k->lead[i].coordinate, j->start[i], k->lead[i].from};
         moves = moves || path[i].from != path[i].to;
@@ -369,8 +365,7 @@ static kempe_status run(job *j, const kempe_kinematics_options *options)
     KMP_TRY(kempe_assembly_new(s, &j->assembly));
     j->zero = KMP_ARENA_NEW(&k->arena, double, s->m);
     j->start = KMP_ARENA_NEW(&k->arena, double, k->lead_count);
-    if (k->arena.failed)
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, !k->arena.failed));
     KMP_TRY(kmp_sweep_init(&j->sweep, s, backend, k->released));
     return sweep_from(j, j->assembly->q);
 }

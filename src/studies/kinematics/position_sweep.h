@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of a sweep (studies/kinematics/sweep.h): rows, dead centres, change points. */
-#ifndef KMP_STUDIES_KINEMATICS_POSITION_SWEEP_H
-#define KMP_STUDIES_KINEMATICS_POSITION_SWEEP_H
+#pragma once
 
 #include "studies/kinematics/sweep.h"
 #include <kempe/kinematics.h>
@@ -68,5 +67,3 @@ kempe_status kmp_kinematics_request(kempe_kinematics *k, const kempe_kinematics_
 
 /** Reports driven coordinates that do not determine the rest: too few, too many, or in conflict. */
 kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep);
-
-#endif

@@ -135,8 +135,7 @@ static kempe_status choose(kmp_sweep *w, int rank)
 
 kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
 {
-    if (!renew_leads(w, 1, &(kmp_lead){-1, t, t}))
-        return kmp_fail_memory(w->system->context);
+    KMP_TRY(kmp_made(w->system->context, renew_leads(w, 1, &(kmp_lead){-1, t, t})));
     w->time = 0;
     memcpy(w->here.x, q, (size_t)w->n * sizeof *q);
     w->here.x[w->n] = 0;
@@ -144,8 +143,7 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     (void)kmp_sweep_evaluate(w, w->here.x); /* the closure; nothing is chosen yet */
     KMP_TRY(choose(w, -1));
     w->p = w->part.p;
-    if (!kmp_margin_init(&w->margin, w->system, &w->part))
-        return kmp_fail_memory(w->system->context);
+    KMP_TRY(kmp_made(w->system->context, kmp_margin_init(&w->margin, w->system, &w->part)));
     if (w->any_dropped)
         w->margin.near = w->part.r > 0 && w->part.pivots[w->part.r - 1] < KMP_MARGIN_EXACT * w->part.pivots[0];
     else
@@ -224,8 +222,7 @@ int kmp_sweep_order(kmp_sweep *w, const bool *given, int *order)
 
 kempe_status kmp_sweep_lead(kmp_sweep *w, int count, const kmp_lead *leads, double s)
 {
-    if (!renew_leads(w, count, leads))
-        return kmp_fail_memory(w->system->context);
+    KMP_TRY(kmp_made(w->system->context, renew_leads(w, count, leads)));
     double size = 0; /* the range of the driven coordinate, 1 for the time */
     for (int k = 0; k < count; k++) {
         double range = fabs(leads[k].to - leads[k].from);

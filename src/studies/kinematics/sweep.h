@@ -5,8 +5,7 @@
  * 1990). Both use q = (u, v) with a free, well-conditioned choice of u, so that the curve is regular in a dead centre
  * of the driven coordinates: there s reverses. A step is accepted when the tangents at its ends differ little,
  * corrections are small and shrink quickly, and no block of Jv has changed its sign. */
-#ifndef KMP_STUDIES_KINEMATICS_SWEEP_H
-#define KMP_STUDIES_KINEMATICS_SWEEP_H
+#pragma once
 
 #include "base/arena.h"
 #include "constraints/partition/margin.h"
@@ -111,5 +110,3 @@ double kmp_sweep_hold(kmp_sweep *sweep, const kmp_sweep_pose *pose);
 
 /** The margin of all rows at a pose (constraints/partition/margin.h). */
 double kmp_sweep_margin(kmp_sweep *sweep, const kmp_sweep_pose *pose);
-
-#endif

@@ -191,8 +191,7 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
     int release_count = kmp_text_words(&k->arena, options->release, &released);
     k->lead = KMP_ARENA_NEW(&k->arena, kmp_lead, ranges->count + hold_count);
     k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
-    if (k->arena.failed)
-        return kmp_fail_memory(k->system->context);
+    KMP_TRY(kmp_made(k->system->context, !k->arena.failed));
     KMP_TRY(add_ranges(k, ranges));
     for (int i = 0; i < hold_count; i++)
         KMP_TRY(add_held(k, held[i]));
@@ -256,16 +255,14 @@ kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep)
     int have = 0, follows = -1, p = sweep->p, *order = KMP_ARENA_NEW(&k->arena, int, sweep->n + p);
     bool *given = KMP_ARENA_NEW(&k->arena, bool, sweep->n);
     kmp_text names = {0};
-    if (k->arena.failed)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, !k->arena.failed));
     for (int i = 0; i < k->lead_count; i++)
         if (k->lead[i].coordinate >= 0) {
             given[k->lead[i].coordinate] = true;
             have++;
         }
     int rank = kmp_sweep_order(sweep, given, order);
-    if (rank < 0)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, rank >= 0));
     for (int i = 0; i < rank; i++)
         given[order[i]] = false;
     for (int c = sweep->n - 1; c >= 0; c--)
@@ -273,8 +270,7 @@ kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep)
     for (int i = rank; i < p; i++)
         kmp_text_printf(&names, "%s%s", i > rank ? "," : "", model->motions[order[i]].name);
     const char *would = rank < p ? kmp_text_keep(&names, &k->arena) : "nothing";
-    if (k->arena.failed)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, !k->arena.failed));
     if (have > p)
         return too_many(model, p, have);
     if (follows >= 0)

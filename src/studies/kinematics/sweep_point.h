@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* One state of a sweep: closing it, its tangent, its derivatives by s. */
-#ifndef KMP_STUDIES_KINEMATICS_SWEEP_POINT_H
-#define KMP_STUDIES_KINEMATICS_SWEEP_POINT_H
+#pragma once
 
 #include "studies/kinematics/sweep.h"
 
@@ -31,5 +30,3 @@ double kmp_sweep_offset(const kmp_sweep *sweep, const kmp_sweep_pose *a, const k
 
 /** dx/ds and d2x/ds2 at a closed pose, where s determines it. false: it does not. */
 bool kmp_sweep_derivatives(kmp_sweep *sweep, const kmp_sweep_pose *pose, double *xs, double *xss);
-
-#endif

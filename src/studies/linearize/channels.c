@@ -108,8 +108,7 @@ static kempe_status take_columns(kmp_channels *c, const unsigned *parts, bool no
 {
     kmp_columns columns;
     int count = 0;
-    if (!kmp_columns_init(&columns, c->system))
-        return kmp_fail_memory(c->system->context);
+    KMP_TRY(kmp_made(c->system->context, kmp_columns_init(&columns, c->system)));
     for (int k = 0; k < columns.count && !none; k++)
         count += is_wanted(&columns.of[k], parts);
     *seen = KMP_ARENA_NEW(&c->arena, kmp_seen, count);
@@ -154,8 +153,7 @@ static kempe_status choose_outputs(kmp_channels *c, const kmp_channels_options *
         if (c->inputs.input[k].kind != KMP_REQUESTED_FORCE)
             continue;
         int output = kmp_requested_position(copy, c->inputs.input[k].index, parts);
-        if (output < 0)
-            return kmp_fail_memory(copy->context);
+        KMP_TRY(kmp_made(copy->context, output >= 0));
         place[k] = shown_before(copy, output);
     }
     return KEMPE_OK;
@@ -200,8 +198,7 @@ static kempe_status judge_steady(kmp_channels *c, bool *steady)
     kmp_linear *l = &c->linear;
     kmp_steady *rates = KMP_ARENA_NEW(&c->arena, kmp_steady, l->p);
     kmp_search search = {.rates = rates, .rate_count = l->p};
-    if (!rates)
-        return kmp_fail_memory(c->system->context);
+    KMP_TRY(kmp_made(c->system->context, rates));
     for (int k = 0; k < l->p; k++)
         rates[k] = (kmp_steady){.coordinate = l->part.u[k], .rate = c->at->inner_qd[l->part.u[k]]};
     KMP_TRY(kmp_linear_at_rates(l, c->at->t, c->at->inner_q, c->at->inner_qd, false));
@@ -235,8 +232,7 @@ static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
 static kempe_status take_state(kmp_channels *c, const kmp_channels_options *options, const char *backend)
 {
     int *wish = KMP_ARENA_NEW(&c->arena, int, c->system->n), wish_count = 0;
-    if (!wish)
-        return kmp_fail_memory(c->system->context);
+    KMP_TRY(kmp_made(c->system->context, wish));
     KMP_TRY(kmp_coordinates_read(c->system->model, "independent", options->independent, wish, &wish_count));
     KMP_TRY(kmp_linear_init(&c->linear, c->system, backend));
     KMP_TRY(kmp_operating_new(c->system, options->at, &c->linear, &c->at));
@@ -277,19 +273,16 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     bool none = !options->outputs && c->inputs.count == 0;
     const char **names = KMP_ARENA_NEW(&c->arena, const char *, KMP_TIME_NUMBERS * c->inputs.count);
     int *place = KMP_ARENA_NEW(&c->arena, int, c->inputs.count); /* of each input, for kmp_transfer_init */
-    if (c->arena.failed)
-        return kmp_fail_memory(c->system->context);
+    KMP_TRY(kmp_made(c->system->context, !c->arena.failed));
     int count = list_slopes(c, names, place, &parameters);
-    if (c->arena.failed)
-        return kmp_fail_memory(c->system->context);
+    KMP_TRY(kmp_made(c->system->context, !c->arena.failed));
     if (parameters > 0 || options->outputs || count_kind(&c->inputs, KMP_REQUESTED_FORCE) > 0)
         KMP_TRY(make_system(c, options, parameters, names, &parts, place));
     KMP_TRY(take_columns(c, parts, none, &seen));
     KMP_TRY(take_state(c, options, backend));
     KMP_TRY(kmp_slopes_new(c->system, backend, count, names, true, &c->slopes));
     KMP_TRY(kmp_transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, seen));
-    if (!name_states(c) || !name_loads(c))
-        return kmp_fail_memory(c->system->context);
+    KMP_TRY(kmp_made(c->system->context, name_states(c) && name_loads(c)));
     kmp_transfer_eval(&c->transfer);
     return KEMPE_OK;
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A mechanism near a state with named inputs and outputs: the basis of state spaces and frequency responses. */
-#ifndef KMP_STUDIES_LINEARIZE_CHANNELS_H
-#define KMP_STUDIES_LINEARIZE_CHANNELS_H
+#pragma once
 
 #include "model/variant.h"
 #include "studies/equilibrium/operating.h"
@@ -39,5 +38,3 @@ typedef struct kmp_channels {
  * KEMPE_E_ARGUMENT, KEMPE_E_FAILED with the reason. */
 kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *system, const kmp_channels_options *options);
 void kmp_channels_free(kmp_channels *channels);
-
-#endif

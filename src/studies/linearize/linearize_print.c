@@ -117,8 +117,7 @@ kempe_status kempe_linearization_print(const kempe_linearization *linearization,
         most = columns > most ? columns : most;
     }
     double *room = KMP_NEW(double, most);
-    if (!room)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, room));
     if (format == KEMPE_JSON)
         json(&out, linearization, room);
     else

@@ -33,8 +33,7 @@ static kempe_status make_first_order(kempe_linearization *l)
         return kmp_fail(system->context, KEMPE_E_FAILED,
                         "the state does not determine the accelerations: forces that depend on multipliers cancel the "
                         "inertia of some motion, and there is no state-space model (kempe response needs none)");
-    if (failed < 0)
-        return kmp_fail_memory(system->context);
+    KMP_TRY(kmp_made(system->context, failed >= 0));
     if (failed == 0)
         return KEMPE_OK;
     return kmp_fail(system->context, KEMPE_E_FAILED,

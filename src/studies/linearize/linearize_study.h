@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#ifndef KMP_STUDIES_LINEARIZE_LINEARIZE_STUDY_H
-#define KMP_STUDIES_LINEARIZE_LINEARIZE_STUDY_H
+#pragma once
 
 #include "studies/linearize/channels.h"
 #include <kempe/linearize.h>
@@ -25,5 +24,3 @@ enum {
 };
 
 kmp_matrix_row kmp_linearization_row(const kempe_linearization *linearization, int k);
-
-#endif

@@ -56,8 +56,8 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
                                       {slopes->shown, {&t->shown}}};
     t->seen = KMP_ARENA_NEW(&t->arena, kmp_seen, outputs);
     t->load = KMP_ARENA_NEW(&t->arena, kmp_load, columns);
-    if (!kmp_arena_make_groups(&t->arena, sizeof groups / sizeof *groups, groups))
-        return kmp_fail_memory(linear->system->context);
+    KMP_TRY(
+        kmp_made(linear->system->context, kmp_arena_make_groups(&t->arena, sizeof groups / sizeof *groups, groups)));
     memcpy(t->seen, seen, (size_t)outputs * sizeof *seen);
     list_loads(t, place);
     return KEMPE_OK;

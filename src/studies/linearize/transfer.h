@@ -7,8 +7,7 @@
  * all exact: kmp_linear_follow gives the change of the state with u and the inputs, and the outputs' own derivatives
  * give theirs. From there either x = (du, dud), xd = A x + B w, y = C x + D w, which needs the inverse of Mr. Or the
  * response to w e^(i omega t) by one complex solution, which does not. */
-#ifndef KMP_STUDIES_LINEARIZE_TRANSFER_H
-#define KMP_STUDIES_LINEARIZE_TRANSFER_H
+#pragma once
 
 #include "base/arena.h"
 #include "derivatives/linearized.h"
@@ -68,5 +67,3 @@ bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input);
 /** A (2p x 2p), B (2p x columns), C (outputs x 2p) and D (outputs x columns), column-major. 0; 1 + k: the reduced mass
  *  is not positive for u[k]; -1: no memory; -2: Mr is singular. */
 int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b, double *c, double *d);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes at one state: eigenvalues s of s^2 Mr + s Gr + Kr, their vectors extended to all coordinates by N = dq/du, and
  * the participation of each coordinate. */
-#ifndef KMP_STUDIES_MODES_EIGENMODES_H
-#define KMP_STUDIES_MODES_EIGENMODES_H
+#pragma once
 
 #include "base/arena.h"
 #include "derivatives/linearized.h"
@@ -35,5 +34,3 @@ double kmp_modes_likeness(const kmp_modes *first, int a, const kmp_modes *second
 
 /** The threshold of growth: a larger real part, which exceeds rounding. */
 double kmp_modes_noise(const kmp_modes *modes);
-
-#endif

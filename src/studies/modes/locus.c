@@ -95,8 +95,7 @@ static kempe_status advance(maker *m, const family *from, family *to, int halvin
 {
     family middle;
     double here = follow(m, from, to);
-    if (here < 0)
-        return kmp_fail_memory(m->context);
+    KMP_TRY(kmp_made(m->context, here >= 0));
     kempe_status status = KEMPE_E_FAILED;
     if (here > 1 && halvings < MOST_HALVINGS && !kmp_interrupted(m->context))
         status = reach(m, from, (from->value + to->value) / 2, halvings + 1, &middle, doubt);
@@ -231,8 +230,7 @@ static kempe_status keep(maker *m, kmp_critical found)
 {
     kmp_locus *l = m->l;
     kmp_critical *grown = kmp_realloc(l->critical, (size_t)l->critical_count + 1, sizeof *grown);
-    if (!grown)
-        return kmp_fail_memory(m->context);
+    KMP_TRY(kmp_made(m->context, grown));
     l->critical = grown;
     l->critical[l->critical_count++] = found;
     return KEMPE_OK;
@@ -296,8 +294,7 @@ static kempe_status begin(maker *m, const double *values, family *first)
 {
     kmp_locus *l = m->l;
     const kmp_arena_group groups[] = {{l->values, {&l->value, &l->doubt}}, {l->values * m->visited->base->n, {&l->q}}};
-    if (!kmp_arena_make_groups(&l->arena, sizeof groups / sizeof *groups, groups))
-        return kmp_fail_memory(m->context);
+    KMP_TRY(kmp_made(m->context, kmp_arena_make_groups(&l->arena, sizeof groups / sizeof *groups, groups)));
     memcpy(l->value, values, (size_t)l->values * sizeof *values);
     KMP_TRY(arrive(m, l->value[0], first));
     if (!make_room(m, first->modes.count)) {

@@ -2,8 +2,7 @@
 /* Modes as functions of a parameter. Eigenvalues are followed from value to value by their distance and the similarity
  * of their shapes, so that crossing curves continue correctly. The study also finds the values at which one of them
  * begins to grow. Where a step is too long to identify them, intermediate values are computed. */
-#ifndef KMP_STUDIES_MODES_LOCUS_H
-#define KMP_STUDIES_MODES_LOCUS_H
+#pragma once
 
 #include "studies/modes/operating_family.h"
 
@@ -30,5 +29,3 @@ typedef struct kmp_locus {
  * KEMPE_STOPPED: some could not, or an interrupt; the locus then has the values so far, and the context the reason. */
 kempe_status kmp_locus_make(kmp_operating_family *family, int count, const double *values, kmp_locus *locus);
 void kmp_locus_free(kmp_locus *locus);
-
-#endif

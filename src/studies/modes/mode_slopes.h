@@ -8,8 +8,7 @@
  * along the mode and along the parameter's change of the state (derivatives/second_derivatives.h). kmp_linear_follow
  * corrects the closures of the mode. No derivative of N is needed: the mode has its own multipliers. Equal eigenvalues
  * have the derivatives of the small matrix -(Y^H (2 s Mr + Gr) X)^-1 Y^H dP X (Lancaster 1964; Mills-Curran 1988). */
-#ifndef KMP_STUDIES_MODES_MODE_SLOPES_H
-#define KMP_STUDIES_MODES_MODE_SLOPES_H
+#pragma once
 
 #include "derivatives/second_derivatives.h"
 #include "derivatives/state_sensitivity.h"
@@ -36,5 +35,3 @@ typedef struct kmp_mode_slopes {
 kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, kmp_second_derivatives *second,
                                   const kmp_state_sensitivity *shift, const kmp_spectrum *spectrum);
 void kmp_mode_slopes_free(kmp_mode_slopes *slopes);
-
-#endif

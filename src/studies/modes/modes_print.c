@@ -247,12 +247,10 @@ static void json_mode(kmp_json *j, const kempe_modes *m, int c)
     const double *re = m->modes.shown_re + (ptrdiff_t)c * m->modes.n,
                  *im = m->modes.shown_im + (ptrdiff_t)c * m->modes.n;
     kmp_text along = {0};
-    kmp_json_object(j, NULL);
-    kmp_json_whole(j, "index", c);
+    kmp_json_put(j, "{ index %d", c);
     json_pair(j, "eigenvalue", s->re[c], s->im[c]);
-    kmp_json_number(j, "frequency", s->im[c] > 0 ? kmp_mode_frequency(s->re[c], s->im[c]) : NAN);
-    kmp_json_number(j, "damping", s->im[c] > 0 ? kmp_mode_damping(s->re[c], s->im[c]) : NAN);
-    kmp_json_number(j, "decay", kmp_mode_time(s->re[c]));
+    kmp_json_put(j, "frequency %g damping %g decay %g", s->im[c] > 0 ? kmp_mode_frequency(s->re[c], s->im[c]) : NAN,
+                 s->im[c] > 0 ? kmp_mode_damping(s->re[c], s->im[c]) : NAN, kmp_mode_time(s->re[c]));
     if (c < s->zeros)
         kmp_modes_put_along(&along, m, c);
     else
@@ -271,20 +269,17 @@ static void json_mode(kmp_json *j, const kempe_modes *m, int c)
 
 static void json_critical(kmp_json *j, const kmp_critical *c)
 {
-    kmp_json_object(j, NULL);
-    kmp_json_number(j, "value", c->value);
+    kmp_json_put(j, "{ value %g", c->value);
     json_pair(j, "eigenvalue", c->re, c->im);
-    kmp_json_number(j, "frequency", kmp_mode_frequency(c->re, c->im));
-    kmp_json_whole(j, "branch", c->branch);
-    kmp_json_string(j, "grows", c->grows_above ? "above" : "below");
+    kmp_json_put(j, "frequency %g branch %d grows %s", kmp_mode_frequency(c->re, c->im), c->branch,
+                 c->grows_above ? "above" : "below");
     kmp_json_end(j);
 }
 
 static void json_locus(kmp_json *j, const kempe_modes *m)
 {
     const kmp_locus *l = &m->locus;
-    kmp_json_object(j, "locus");
-    kmp_json_string(j, "name", m->name);
+    kmp_json_put(j, "locus { name %s", m->name);
     kmp_json_numbers(j, "values", l->reached, l->value);
     kmp_json_array(j, "eigenvalues");
     for (int k = 0; k < l->reached; k++) {
@@ -320,8 +315,7 @@ static void json_all(kmp_text *text, const void *result)
     for (int c = 0; c < s->count; c++)
         json_pair(&j, NULL, s->re[c], s->im[c]);
     kmp_json_end(&j);
-    kmp_json_whole(&j, "zeros", s->zeros);
-    kmp_json_string(&j, "stability", kmp_modes_verdict(m));
+    kmp_json_put(&j, "zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
     kmp_modes_put_verdict(&verdict, m);
     kmp_json_string(&j, "reasons", verdict.s);
     text->failed = text->failed || verdict.failed;

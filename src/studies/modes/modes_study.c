@@ -37,8 +37,7 @@ static kempe_status here(kempe_modes *m, const kmp_operating_family_options *opt
     KMP_TRY(kmp_operating_family_go(m->family, 0, &m->modes));
     m->q = KMP_ARENA_NEW(&m->arena, double, n);
     m->qd = KMP_ARENA_NEW(&m->arena, double, n);
-    if (m->arena.failed)
-        return kmp_fail_memory(m->system->context);
+    KMP_TRY(kmp_made(m->system->context, !m->arena.failed));
     memcpy(m->q, m->family->state->q, n * sizeof *m->q);
     memcpy(m->qd, m->family->state->qd, n * sizeof *m->qd);
     return KEMPE_OK;
@@ -109,8 +108,7 @@ static kempe_status sweep(kempe_modes *m, const kmp_operating_family_options *op
     kmp_text_printf(&name, "%s%s", options->varies ? "qd." : "", range->name);
     m->name = kmp_text_keep(&name, &m->arena);
     double *values = KMP_ARENA_NEW(&m->arena, double, count);
-    if (m->arena.failed)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, !m->arena.failed));
     for (int k = 0; k < count; k++)
         values[k] = kmp_range_value(range, k, count);
     kmp_operating_family *family = NULL;
@@ -180,8 +178,7 @@ static kempe_status make(kempe_modes *m, const kempe_modes_options *options)
     const char *rates = rates_of(options, &at.word);
     kmp_ranges ranges = {0};
     int varies = -1, *wish = KMP_ARENA_NEW(&m->arena, int, m->system->n);
-    if (!wish)
-        return kmp_fail_memory(m->system->context);
+    KMP_TRY(kmp_made(m->system->context, wish));
     KMP_TRY(kmp_coordinates_read(m->system->model, "--independent", options->independent, wish, &at.wish_count));
     KMP_TRY(read_orders(m, options->orders));
     KMP_TRY(rates ? kmp_ranges_read(m->system->context, rates, &ranges) : KEMPE_OK);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of the modes study: at a state, and over a parameter. */
-#ifndef KMP_STUDIES_MODES_MODES_STUDY_H
-#define KMP_STUDIES_MODES_MODES_STUDY_H
+#pragma once
 
 #include "base/context.h"
 #include "studies/modes/locus.h"
@@ -56,5 +55,3 @@ static inline double kmp_mode_time(double re)
 {
     return re == 0 ? NAN : -1 / re;
 }
-
-#endif

@@ -9,8 +9,7 @@ static kempe_status prepare(kmp_operating_family *s)
 {
     const kmp_operating_family_options *options = &s->options;
     s->rates = KMP_ARENA_NEW(&s->arena, kmp_steady, s->base->n);
-    if (!s->rates)
-        return kmp_fail_memory(s->base->context);
+    KMP_TRY(kmp_made(s->base->context, s->rates));
     s->rate_count = options->rate_count;
     if (options->rate_count > 0)
         memcpy(s->rates, options->rates, (size_t)options->rate_count * sizeof *s->rates);

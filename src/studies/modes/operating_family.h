@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A family of states for modes while a parameter varies: the equations are derived once, and an equilibrium is searched
  * from the last one. */
-#ifndef KMP_STUDIES_MODES_OPERATING_FAMILY_H
-#define KMP_STUDIES_MODES_OPERATING_FAMILY_H
+#pragma once
 
 #include "model/variant.h"
 #include "studies/equilibrium/operating.h"
@@ -44,5 +43,3 @@ kempe_status kmp_operating_family_go(kmp_operating_family *family, double value,
  * times Re(shape e^{i angle}), and closed again. 0; 1 where the loops do not close. */
 int kmp_operating_family_move(kmp_operating_family *family, const kmp_modes *modes, int c, double amplitude,
                               double angle, double *q);
-
-#endif

@@ -5,8 +5,7 @@
  *     dy = (Yu + i omega Yud - omega^2 Yudd) du + (Y0 + i omega Y1 - omega^2 Y2) w,
  *
  * with L1 and L2 the columns of an input's time derivatives: without inverse of Mr, and without first-order form. */
-#ifndef KMP_STUDIES_RESPONSE_FREQUENCY_H
-#define KMP_STUDIES_RESPONSE_FREQUENCY_H
+#pragma once
 
 #include "linalg/dense/spectrum.h"
 #include "studies/linearize/transfer.h"
@@ -50,5 +49,3 @@ kempe_status kmp_frequency_run(kmp_frequency *frequency);
 
 /** True if pole k is on the imaginary axis and above zero: it is undamped. */
 bool kmp_frequency_undamped(const kmp_frequency *frequency, int k);
-
-#endif

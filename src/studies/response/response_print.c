@@ -120,18 +120,12 @@ static void json_channels(kmp_json *j, const kempe_response *r)
 {
     kmp_json_array(j, "inputs");
     for (int i = 0; i < r->frequency.inputs; i++) {
-        kmp_json_object(j, NULL);
-        kmp_json_string(j, "name", kmp_response_input(r, i));
-        kmp_json_string(j, "unit", kmp_response_input_unit(r, i));
-        kmp_json_end(j);
+        kmp_json_put(j, "{ name %s unit %s }", kmp_response_input(r, i), kmp_response_input_unit(r, i));
     }
     kmp_json_end(j);
     kmp_json_array(j, "outputs");
     for (int o = 0; o < r->frequency.outputs; o++) {
-        kmp_json_object(j, NULL);
-        kmp_json_string(j, "name", kmp_response_output(r, o));
-        kmp_json_string(j, "unit", r->channels.outputs.unit[o]);
-        kmp_json_end(j);
+        kmp_json_put(j, "{ name %s unit %s }", kmp_response_output(r, o), r->channels.outputs.unit[o]);
     }
     kmp_json_end(j);
 }
@@ -150,14 +144,9 @@ static void json_peaks(kmp_json *j, const kempe_response *r)
     kmp_json_array(j, "peaks");
     for (int k = 0; k < r->frequency.peak_count; k++) {
         const kmp_peak *p = &r->frequency.peak[k];
-        kmp_json_object(j, NULL);
-        kmp_json_string(j, "input", kmp_response_input(r, p->input));
-        kmp_json_string(j, "output", kmp_response_output(r, p->output));
-        kmp_json_number(j, "frequency", p->frequency);
-        kmp_json_number(j, "amplitude", p->amplitude);
-        kmp_json_number(j, "phase_deg", p->phase * (360 / two_pi));
-        kmp_json_number(j, "gain", p->gain);
-        kmp_json_end(j);
+        kmp_json_put(j, "{ input %s output %s frequency %g amplitude %g phase_deg %g gain %g }",
+                     kmp_response_input(r, p->input), kmp_response_output(r, p->output), p->frequency, p->amplitude,
+                     p->phase * (360 / two_pi), p->gain);
     }
     kmp_json_end(j);
 }
@@ -171,10 +160,8 @@ static void json_pair(kmp_json *j, const kempe_response *r, int input, int outpu
         amplitude[k] = at.amplitude;
         phase[k] = at.phase * (360 / two_pi);
     }
-    kmp_json_object(j, NULL);
-    kmp_json_string(j, "input", kmp_response_input(r, input));
-    kmp_json_string(j, "output", kmp_response_output(r, output));
-    kmp_json_number(j, "still", r->frequency.still[output + input * r->frequency.outputs]);
+    kmp_json_put(j, "{ input %s output %s still %g", kmp_response_input(r, input), kmp_response_output(r, output),
+                 r->frequency.still[output + input * r->frequency.outputs]);
     kmp_json_numbers(j, "amplitude", count, amplitude);
     kmp_json_numbers(j, "phase_deg", count, phase);
     kmp_json_end(j);
@@ -192,12 +179,9 @@ static void json(kmp_text *text, const void *result)
     json_channels(&j, r);
     json_poles(&j, r);
     json_peaks(&j, r);
-    kmp_json_object(&j, "rounding");
-    kmp_json_number(&j, "difference", r->frequency.worst);
-    kmp_json_number(&j, "limit", KMP_RESPONSE_HOLDS);
-    kmp_json_number(&j, "frequency", r->frequency.worst_at);
-    kmp_json_string(&j, "result", r->frequency.worst > KMP_RESPONSE_HOLDS ? "not converged" : "converged");
-    kmp_json_end(&j);
+    kmp_json_put(&j, "rounding { difference %g limit %g frequency %g result %s }", r->frequency.worst,
+                 KMP_RESPONSE_HOLDS, r->frequency.worst_at,
+                 r->frequency.worst > KMP_RESPONSE_HOLDS ? "not converged" : "converged");
     kmp_json_numbers(&j, "frequency", r->frequency.count, r->frequency.at);
     kmp_json_array(&j, "responses");
     double *room = KMP_NEW(double, 2 * r->frequency.count);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#ifndef KMP_STUDIES_RESPONSE_RESPONSE_STUDY_H
-#define KMP_STUDIES_RESPONSE_RESPONSE_STUDY_H
+#pragma once
 
 #include "studies/linearize/channels.h"
 #include "studies/response/frequency.h"
@@ -58,5 +57,3 @@ static inline kmp_shown kmp_response_shown(const kempe_response *r, int output)
 /** Appends `before` and `of`, the unit of an output, over that of an input; nothing where one of them is unknown. */
 void kmp_response_put_unit(kmp_text *text, const kempe_response *response, int input, const char *of,
                            const char *before, const char *over);
-
-#endif

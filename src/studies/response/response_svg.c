@@ -139,8 +139,7 @@ kempe_status kempe_response_write_picture(const kempe_response *r, const char *p
     kmp_text text = {0};
     kmp_context_clear(context);
     spot *room = KMP_NEW(spot, r->frequency.count + r->frequency.peak_count);
-    if (!room)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, room));
     draw(&text, r, room);
     kmp_free(room);
     return kmp_picture_write(context, path, &text);

@@ -406,8 +406,7 @@ static kempe_status all_back(adjoint *a, double h)
     const int *next_u = a->v->linear.part.u;
     kept_step *last = a->end;
     int *behind = copy_of(a, next_u, (size_t)a->p, sizeof(int));
-    if (!behind)
-        return kmp_fail_memory(a->v->system->context);
+    KMP_TRY(kmp_made(a->v->system->context, behind));
     for (const kept_mark *k = a->mark; k; k = k->before) {
         KMP_TRY(come_back(a, k->last, last, &h));
         last = k->last;
@@ -472,8 +471,7 @@ static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
     double rate_scale = report->forward.run.rate_scale;
     if (a->steps == 0)
         return fail(a, a->options->spec->t_end);
-    if (!make_room(a))
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, make_room(a)));
     KMP_TRY(set_end(a, rate_scale));
     report->value = a->integral ? report->forward.integral : a->value;
     a->kind = kmp_solver_find(a->options->spec->integrator);

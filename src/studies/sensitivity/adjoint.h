@@ -8,8 +8,7 @@
  * (Cao, Li, Petzold and Serban, SIAM J. Scientific Computing 24 (2003) 1076, for index 1 and 0; here of the reduced
  * equations). f_y' L is kmp_linear_back: no matrix is made. Exchanges of u, and jumps at conditions that change
  * (forward.h), are passed backwards by their transposes. */
-#ifndef KMP_STUDIES_SENSITIVITY_ADJOINT_H
-#define KMP_STUDIES_SENSITIVITY_ADJOINT_H
+#pragma once
 
 #include "studies/sensitivity/forward.h"
 
@@ -24,5 +23,3 @@ typedef struct kmp_adjoint_report {
  * watch of `options` are ignored. Errors as kmp_forward_run. */
 kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *options, const kmp_forward_target *target,
                              bool integral, const double *sizes, double *gradient, kmp_adjoint_report *report);
-
-#endif

@@ -178,8 +178,7 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     f->begun = true;
     f->p = start->part->p;
     f->redundant = start->part->m - start->part->r;
-    if (!kmp_forward_make_unknowns(f) || !kmp_partition_copy(&part, start->part))
-        return kmp_fail_memory(f->system->context);
+    KMP_TRY(kmp_made(f->system->context, kmp_forward_make_unknowns(f) && kmp_partition_copy(&part, start->part)));
     go_by(f, start->eval);
     f->v->linear.held = true;
     f->v->linear.plain = f->count == 0;
@@ -246,8 +245,7 @@ static kempe_status prepare(kmp_forward_formulation *f)
 {
     kmp_varied *v = f->v;
     size_t slopes = (size_t)(f->n * v->count) * sizeof(double);
-    if (!make_room(f))
-        return kmp_fail_memory(f->system->context);
+    KMP_TRY(kmp_made(f->system->context, make_room(f)));
     kmp_charts_reset(f->system, f->chart);
     kmp_eval_set_charts(f->own, f->chart);
     go_by(f, f->own);

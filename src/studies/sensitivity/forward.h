@@ -9,8 +9,7 @@
  *     sd_u+ = sd_u- + (udd- - udd+) dt_e/dp      dt_e/dp = -(g_q s + g_qd sd + g_p) / (dg/dt along the motion)
  *
  * (Rozenvasser 1967; Hiskens and Pai, IEEE Trans. Circuits and Systems I 47 (2000) 204, eqs. 36-38). */
-#ifndef KMP_STUDIES_SENSITIVITY_FORWARD_H
-#define KMP_STUDIES_SENSITIVITY_FORWARD_H
+#pragma once
 
 #include "constraints/closing/charts.h"
 #include "derivatives/varied.h"
@@ -72,5 +71,3 @@ kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *options, con
  * of a row. */
 double kmp_target_value(const kmp_forward_target *target, kmp_varied *varied);
 double kmp_target_of_row(const kmp_forward_target *target, const kmp_varied *varied, const kmp_varied_row *row);
-
-#endif

@@ -4,8 +4,7 @@
  *
  * Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. The place is a state with all
  * of its sensitivities, stored before the unknowns change their meaning. */
-#ifndef KMP_STUDIES_SENSITIVITY_FORWARD_INSIDE_H
-#define KMP_STUDIES_SENSITIVITY_FORWARD_INSIDE_H
+#pragma once
 
 #include "base/arena.h"
 #include "integrators/formulations/formulation.h"
@@ -112,5 +111,3 @@ int kmp_forward_report_mark(kmp_forward_formulation *f, double t, int condition)
 int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double *yp);
 int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y,
                        double *yp);
-
-#endif

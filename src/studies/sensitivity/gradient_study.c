@@ -326,8 +326,7 @@ static kempe_status stand_at(kempe_gradient *g, const int *driven, const kmp_ope
     KMP_TRY(kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven));
     if (g->linear.p != g->driven)
         return report_freedoms(g);
-    if (!make_room(g) || !name_values(g))
-        return kmp_fail_memory(g->context);
+    KMP_TRY(kmp_made(g->context, make_room(g) && name_values(g)));
     memcpy(g->q, start->inner_q, (size_t)g->n * sizeof *g->q);
     for (int k = 0; k < g->driven; k++) {
         g->value[k] = g->q[g->linear.part.u[k]];
@@ -351,8 +350,7 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
     const char *backend = options->backend ? options->backend : kmp_backend_default();
     int *driven = KMP_ARENA_NEW(&g->arena, int, model->motion_count);
     kmp_operating *start = NULL;
-    if (!driven)
-        return kmp_fail_memory(g->context);
+    KMP_TRY(kmp_made(g->context, driven));
     KMP_TRY(kmp_variant_new(model, g->count, options->parameters, &g->variant));
     KMP_TRY(kmp_system_of_variant(g->variant, &g->system));
     KMP_TRY(kmp_coordinates_read(g->system->model, "driven", options->driven, driven, &g->driven));

@@ -120,21 +120,12 @@ static void put_row(kmp_json *json, const kempe_sensitivity *s, int row)
 
 static void put_work(kmp_json *json, const kempe_sensitivity *s)
 {
-    kmp_json_string(json, "method", s->method);
-    kmp_json_string(json, "integrator", s->integrator);
-    kmp_json_number(json, "t_end", s->t_end);
-    kmp_json_number(json, "rtol", s->rtol);
-    kmp_json_number(json, "atol", s->atol);
+    kmp_json_put(json, "method %s integrator %s t_end %g rtol %g atol %g", s->method, s->integrator, s->t_end, s->rtol,
+                 s->atol);
     kmp_convergence_json(json, &s->again, s->again_name);
-    kmp_json_object(json, "work");
-    kmp_json_whole(json, "steps", s->work.steps);
-    kmp_json_whole(json, "rejected", s->work.rejected);
-    kmp_json_whole(json, "refused", s->work.refused);
-    kmp_json_whole(json, "rhs", s->work.rhs);
-    kmp_json_whole(json, "exchanges", s->work.exchanges);
-    kmp_json_number(json, "backwards", s->backwards);
-    kmp_json_number(json, "kept_bytes", s->kept);
-    kmp_json_end(json);
+    kmp_json_put(json, "work { steps %ld rejected %ld refused %ld rhs %ld exchanges %ld backwards %g kept_bytes %g }",
+                 s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges, s->backwards,
+                 s->kept);
 }
 
 static void put_json(kmp_text *text, const void *result)

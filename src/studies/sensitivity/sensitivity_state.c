@@ -42,8 +42,7 @@ kempe_status kmp_sensitivity_state_init(kmp_sensitivity_state *x, kempe_sensitiv
     bool start = s->options->at && strcmp(s->options->at, "start") == 0;
     *x = (kmp_sensitivity_state){.s = s, .backend = s->run->backend ? s->run->backend : kmp_backend_default()};
     KMP_TRY(kmp_slopes_new(s->system, x->backend, s->count, (const char *const *)s->name, with_outputs, &x->slopes));
-    if (!make_room(x))
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, make_room(x)));
     KMP_TRY(kmp_state_sensitivity_init(&x->sensitivity_of_state, s->system, s->count, (const char *const *)s->name));
     KMP_TRY(kmp_varied_init(&x->varied, s->system, x->backend, x->slopes));
     return start ? take_start(x) : take_equilibrium(x);

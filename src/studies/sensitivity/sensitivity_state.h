@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Derivatives at one state: the equilibrium or the start, and its sensitivities to the parameters. */
-#ifndef KMP_STUDIES_SENSITIVITY_SENSITIVITY_STATE_H
-#define KMP_STUDIES_SENSITIVITY_SENSITIVITY_STATE_H
+#pragma once
 
 #include "derivatives/state_sensitivity.h"
 #include "derivatives/varied.h"
@@ -25,5 +24,3 @@ typedef struct kmp_sensitivity_state {
  * such state, or it has no derivative. */
 kempe_status kmp_sensitivity_state_init(kmp_sensitivity_state *x, kempe_sensitivity *s, bool with_outputs);
 void kmp_sensitivity_state_free(kmp_sensitivity_state *x);
-
-#endif

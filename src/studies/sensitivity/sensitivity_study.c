@@ -95,8 +95,7 @@ static kempe_status take_names(kempe_sensitivity *s)
         take_listed(s, s->options->parameters);
     else
         take_all(s);
-    if (s->arena.failed)
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, !s->arena.failed));
     if (s->count == 0)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT,
                         "there is no parameter to differentiate with respect to: define some in the model "
@@ -131,8 +130,7 @@ static kempe_status derive(kempe_sensitivity *s)
     KMP_TRY(kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant));
     KMP_TRY(take_outputs(s));
     KMP_TRY(kmp_system_of_variant(s->variant, &s->system));
-    if (!kmp_arena_make_groups(&s->arena, 1, groups))
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, kmp_arena_make_groups(&s->arena, 1, groups)));
     for (int k = 0; k < s->count; k++) {
         s->parameter[k] = value_of(kmp_variant_model(s->variant), s->name[k]);
         s->size[k] = s->parameter[k] != 0 ? fabs(s->parameter[k]) : 1;

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Objects of differentiation by parameters: rows of sensitivities.def, a file each, and the table of their results.
  */
-#ifndef KMP_STUDIES_SENSITIVITY_SENSITIVITY_STUDY_H
-#define KMP_STUDIES_SENSITIVITY_SENSITIVITY_STUDY_H
+#pragma once
 
 #include "derivatives/parameter_slopes.h"
 #include "model/variant.h"
@@ -89,5 +88,3 @@ double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at);
 #define KMP_SENSITIVITY(name) extern const kmp_sensitivity_kind kmp_sensitivity_##name;
 #include "studies/sensitivity/sensitivities.def"
 #undef KMP_SENSITIVITY
-
-#endif

@@ -107,8 +107,7 @@ static kempe_status prepare(work *w)
 {
     kempe_sensitivity *s = w->s;
     KMP_TRY(choose_run(w));
-    if (!kmp_sensitivity_choose(s))
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, kmp_sensitivity_choose(s)));
     KMP_TRY(
         kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, has_shown(w), &w->slopes));
     KMP_TRY(kmp_varied_init(&w->varied, s->system, w->spec.backend, w->slopes));

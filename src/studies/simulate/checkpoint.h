@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Checkpoints of a long run, from which it can continue: a line that identifies the model, a line of columns, the rows
  * in full digits, and a checksum of these. */
-#ifndef KMP_STUDIES_SIMULATE_CHECKPOINT_H
-#define KMP_STUDIES_SIMULATE_CHECKPOINT_H
+#pragma once
 
 #include "base/text.h"
 #include "output/samples.h"
@@ -19,5 +18,3 @@ kempe_status kmp_checkpoint_write(const kempe_system *system, const kmp_samples 
 /** Replaces the samples by the rows of the file. KEMPE_E_IO; KEMPE_E_INPUT when it is of another model or spoilt, with
  * file:line:column; samples are then as they were. */
 kempe_status kmp_checkpoint_read(const kempe_system *system, const char *path, kmp_samples *samples);
-
-#endif

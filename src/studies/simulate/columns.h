@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A trajectory as columns: time, then the model's outputs, in their order; each with its unit. */
-#ifndef KMP_STUDIES_SIMULATE_COLUMNS_H
-#define KMP_STUDIES_SIMULATE_COLUMNS_H
+#pragma once
 
 #include "studies/simulate/trajectory.h"
 
@@ -27,5 +26,3 @@ void kmp_columns_free(kmp_columns *columns);
 /** The values (count) of a row; NaN where there is none. */
 void kmp_columns_fill(const kmp_samples *table, const kmp_columns *columns, kmp_evaluator *eval, int row,
                       double *values);
-
-#endif

@@ -91,8 +91,7 @@ static kempe_status list_all(kmp_observed *o, int most)
     int room = model->output_count + 7 + model->sensor_count + model->force_count + 2 * model->closure_count +
                5 * model->point_count + model->wheel_count;
     listing l = {.model = model, .list = KMP_ARENA_NEW(&model->arena, kmp_output, room), .most = most};
-    if (!l.list)
-        return kmp_fail_memory(model->context);
+    KMP_TRY(kmp_made(model->context, l.list));
     for (int k = 0; k < model->output_count; k++)
         add(&l, model->outputs[k], true);
     for (int k = 0; k < KMP_OUTPUT_KINDS; k++)

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outputs of a mechanism other than those that its model requests, at states that are known already: columns of a
  * system derived with these outputs. */
-#ifndef KMP_STUDIES_SIMULATE_OBSERVED_H
-#define KMP_STUDIES_SIMULATE_OBSERVED_H
+#pragma once
 
 #include "model/variant.h"
 #include "studies/simulate/columns.h"
@@ -27,5 +26,3 @@ void kmp_observed_fill(const kmp_observed *observed, const kmp_samples *samples,
 
 /** True if a column is one that the words request. */
 bool kmp_observed_has(const kmp_observed *observed, int column);
-
-#endif

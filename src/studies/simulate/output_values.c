@@ -183,8 +183,7 @@ kempe_status kempe_outputs_new(const kempe_system *system, const char *words, ke
     KMP_WANTED(system->context, outputs, "outputs");
     kmp_context_begin(system->context);
     kempe_outputs *o = KMP_NEW(kempe_outputs, 1);
-    if (!o)
-        return kmp_fail_memory(system->context);
+    KMP_TRY(kmp_made(system->context, o));
     o->system = system;
     o->n = system->n;
     o->m = system->m;

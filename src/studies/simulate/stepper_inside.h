@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Internals of a stepper, for its files. */
-#ifndef KMP_STUDIES_SIMULATE_STEPPER_INSIDE_H
-#define KMP_STUDIES_SIMULATE_STEPPER_INSIDE_H
+#pragma once
 
 #include "studies/simulate/trajectory.h"
 #include <kempe/stepper.h>
@@ -41,5 +40,3 @@ kempe_stepper_state *kmp_stepper_record(const kempe_stepper *stepper);
 kempe_status kmp_stepper_continue(kempe_stepper *stepper, kempe_stepper_state *state, double *moved);
 
 void kmp_stepper_parameters_free(struct kmp_stepper_parameters *parameters);
-
-#endif

@@ -52,8 +52,7 @@ kempe_status kmp_stepper_run_from(kempe_stepper *s, const kmp_run_spec *spec, co
 static kempe_status begin(kempe_stepper *s)
 {
     const kmp_arena_group group = {3 * s->system->n + s->system->m, {&s->row, &s->next}};
-    if (!kmp_arena_make_groups(&s->arena, 1, &group))
-        return kmp_fail_memory(s->system->context);
+    KMP_TRY(kmp_made(s->system->context, kmp_arena_make_groups(&s->arena, 1, &group)));
     kempe_status status = kmp_stepper_run_from(s, &s->spec, NULL);
     return s->runner ? kmp_stepper_settle(s, status) : status;
 }
@@ -65,8 +64,7 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
     KMP_OPTIONS(system->context, kempe_run_options, run);
     kmp_context_begin(system->context);
     kempe_stepper *s = KMP_NEW(kempe_stepper, 1);
-    if (!s)
-        return kmp_fail_memory(system->context);
+    KMP_TRY(kmp_made(system->context, s));
     s->system = system;
     kempe_status status = kmp_spec_of(system, run, &s->arena, &s->spec);
     s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* monitored by the caller; t_end is far */

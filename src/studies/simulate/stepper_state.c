@@ -143,8 +143,7 @@ kempe_status kempe_stepper_save(kempe_stepper *s, kempe_stepper_state **state)
     kmp_context_begin(s->system->context);
     KMP_TRY(kmp_runner_pass(s->runner, s->t));
     kempe_stepper_state *made = state_new(s);
-    if (!made)
-        return kmp_fail_memory(s->system->context);
+    KMP_TRY(kmp_made(s->system->context, made));
     record(s, made);
     kempe_status status = run_from(s, made);
     if (status == KEMPE_OK)
@@ -178,8 +177,7 @@ static kempe_status copy_spec(const kempe_stepper *s, kempe_stepper *to)
 {
     int *u = KMP_ARENA_NEW(&to->arena, int, s->system->n);
     const kmp_arena_group group = {3 * s->system->n + s->system->m, {&to->row, &to->next}};
-    if (!u || !kmp_arena_make_groups(&to->arena, 1, &group))
-        return kmp_fail_memory(s->system->context);
+    KMP_TRY(kmp_made(s->system->context, u && kmp_arena_make_groups(&to->arena, 1, &group)));
     to->system = s->system;
     to->spec = s->spec;
     to->keeps = s->keeps;
@@ -252,8 +250,7 @@ kempe_status kempe_stepper_set_state(kempe_stepper *s, const double *q, const do
     int n = s->system->n;
     kmp_context_begin(s->system->context);
     kempe_stepper_state *state = kmp_stepper_record(s);
-    if (!state)
-        return kmp_fail_memory(s->system->context);
+    KMP_TRY(kmp_made(s->system->context, state));
     for (int i = 0; i < n; i++) {
         state->row[i] = q[i];
         state->row[n + i] = qd ? qd[i] : 0;

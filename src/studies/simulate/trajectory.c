@@ -69,8 +69,7 @@ kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *ru
 {
     int *u = KMP_ARENA_NEW(arena, int, system->n), count = 0;
     KMP_TRY(check_numbers(system->context, run));
-    if (!u)
-        return kmp_fail_memory(system->context);
+    KMP_TRY(kmp_made(system->context, u));
     KMP_TRY(kmp_coordinates_read(system->model, "independent", run->independent, u, &count));
     *spec = (kmp_run_spec){.formulation = run->formulation,
                            .form = run->form,
@@ -100,8 +99,8 @@ static kempe_status prepare_times(job *j)
     j->has_reference = j->run->reference;
     KMP_TRY(kmp_times_spacing(j->system, j->run->output_step, j->spec.t_end, &every));
     kmp_samples_limit(&j->reference, j->spec.t_end);
-    if (!kmp_times_init(&j->times, every, j->spec.t_end, j->has_reference ? &j->reference : NULL))
-        return kmp_fail_memory(j->context);
+    KMP_TRY(
+        kmp_made(j->context, kmp_times_init(&j->times, every, j->spec.t_end, j->has_reference ? &j->reference : NULL)));
     j->spec.time_count = j->times.count;
     j->spec.times = j->times.t;
     return KEMPE_OK;
@@ -115,8 +114,7 @@ static kempe_status prepare_resume(job *j)
     KMP_TRY(kmp_checkpoint_read(j->system, j->run->resume, &j->before));
     int last = j->before.rows - 1, n = j->system->n;
     double *state = KMP_ARENA_NEW(&j->arena, double, 2 * n);
-    if (!state)
-        return kmp_fail_memory(j->context);
+    KMP_TRY(kmp_made(j->context, state));
     memcpy(state, kmp_samples_get(&j->before, KMP_QUANTITY_Q, last), (size_t)n * sizeof *state);
     memcpy(state + n, kmp_samples_get(&j->before, KMP_QUANTITY_QD, last), (size_t)n * sizeof *state);
     j->start = (kempe_assembly){.system = j->system, .q = state, .qd = state + n, .closed = true};
@@ -235,8 +233,7 @@ static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
     const char *message = kempe_context_message(context);
     t->reason = t->report.reason ? t->report.reason : kmp_strdup(t->status == KEMPE_OK ? "" : message);
     t->report.reason = NULL;
-    if (!t->reason)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, t->reason));
     if (t->status == KEMPE_E_FAILED && !strstr(message, t->reason)) {
         if (strstr(t->reason, message)) /* an earlier message is part of it: not twice */
             kmp_context_clear(context);
@@ -294,8 +291,7 @@ static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_eval
     int count;
     bool *shared = KMP_ARENA_NEW(&j->arena, bool, t->system->m);
     j->reference.shared = shared;
-    if (!shared)
-        return kmp_fail_memory(j->context);
+    KMP_TRY(kmp_made(j->context, shared));
     if (t->table.rows == 0)
         return KEMPE_OK;
     return kmp_find_shared(eval, kmp_samples_time(&t->table, 0), kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0), shared,
@@ -386,8 +382,7 @@ static kempe_status run_again(kempe_trajectory *t, const job *j)
 static kempe_status run(job *j, kempe_trajectory **trajectory)
 {
     kempe_trajectory *t = trajectory_new(j);
-    if (!t)
-        return kmp_fail_memory(j->context);
+    KMP_TRY(kmp_made(j->context, t));
     kempe_status status = integrate(j, t);
     if (kmp_has_result(status)) {
         t->status = status;

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of one run: its table, its verdict, its work. */
-#ifndef KMP_STUDIES_SIMULATE_TRAJECTORY_H
-#define KMP_STUDIES_SIMULATE_TRAJECTORY_H
+#pragma once
 
 #include "integrators/run/run.h"
 #include "output/convergence.h"
@@ -38,5 +37,3 @@ const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, i
  */
 kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena,
                          kmp_run_spec *spec);
-
-#endif

@@ -233,23 +233,14 @@ static const char *dynamics_of(const kempe_trajectory *t)
 
 static void json_settings(kmp_json *json, const kempe_trajectory *t)
 {
-    kmp_json_string(json, "formulation", t->formulation);
-    kmp_json_string(json, "form", t->form);
-    kmp_json_string(json, "integrator", t->integrator);
+    kmp_json_put(json, "formulation %s form %s integrator %s", t->formulation, t->form, t->integrator);
     if (t->report.chosen_ratio > 0) {
-        kmp_json_object(json, "integrator_choice");
-        kmp_json_number(json, "radau_over_dop853", t->report.chosen_ratio);
-        kmp_json_end(json);
+        kmp_json_put(json, "integrator_choice { radau_over_dop853 %g }", t->report.chosen_ratio);
     }
-    kmp_json_string(json, "algorithm", dynamics_of(t));
-    kmp_json_string(json, "change_points", t->change_points);
-    kmp_json_number(json, "rtol", t->rtol);
-    kmp_json_number(json, "atol", t->atol);
-    kmp_json_number(json, "length", t->system->length);
-    kmp_json_number(json, "rate_scale", t->report.rate_scale);
-    kmp_json_string(json, "tolerances",
-                    "absolute tolerance of an angle: atol; of a translation: atol * length; of their rates: that times "
-                    "rate_scale");
+    kmp_json_put(json, "algorithm %s change_points %s rtol %g atol %g length %g rate_scale %g tolerances %s",
+                 dynamics_of(t), t->change_points, t->rtol, t->atol, t->system->length, t->report.rate_scale,
+                 "absolute tolerance of an angle: atol; of a translation: atol * length; of their rates: that times "
+                 "rate_scale");
 }
 
 /* The kept rows of each closure. */
@@ -326,17 +317,11 @@ static void json_state(kmp_json *json, const kempe_trajectory *t)
 
 static void json_log(kmp_json *json, const kmp_run_log *log)
 {
-    kmp_json_whole(json, "log_count", log->count);
-    kmp_json_array(json, "log");
+    kmp_json_put(json, "log_count %ld log [", log->count);
     for (int k = 0; k < log->kept; k++) {
         const kmp_log_entry *entry = &log->entries[k];
-        kmp_json_object(json, NULL);
-        kmp_json_number(json, "t", entry->t);
-        kmp_json_string(json, "kind", entry->kind);
-        kmp_json_string(json, "text", entry->text);
-        kmp_json_number(json, "before", entry->before);
-        kmp_json_number(json, "after", entry->after);
-        kmp_json_end(json);
+        kmp_json_put(json, "{ t %g kind %s text %s before %g after %g }", entry->t, entry->kind, entry->text,
+                     entry->before, entry->after);
     }
     kmp_json_end(json);
 }
@@ -355,8 +340,7 @@ static void json(kmp_text *text, const void *result)
     kmp_print_work(&j, &t->report);
     kmp_print_unused_json(&j, t->system->model);
     json_log(&j, &t->log);
-    kmp_json_whole(&j, "mode_changes", t->mode_changes);
-    kmp_json_number(&j, "cpu_s", t->report.cpu_s);
+    kmp_json_put(&j, "mode_changes %d cpu_s %g", t->mode_changes, t->report.cpu_s);
     if (t->report.wall_s > 0)
         kmp_json_number(&j, "wall_s", t->report.wall_s);
     kmp_json_end(&j);

@@ -39,8 +39,7 @@ static kempe_status add_coordinate(kempe_contacts *t, const kmp_range *range, km
 static kempe_status read_over(kempe_contacts *t)
 {
     t->lead = KMP_ARENA_NEW(&t->arena, kmp_contact_lead, t->over.count);
-    if (!t->lead)
-        return kmp_fail_memory(context_of(t));
+    KMP_TRY(kmp_made(context_of(t), t->lead));
     for (int k = 0; k < t->over.count; k++)
         if (kmp_parameter_find(t->given->model, t->over.range[k].name) >= 0)
             t->lead[k] = (kmp_contact_lead){t->parameter_count++, -1};
@@ -71,8 +70,7 @@ static kempe_status read_hold(kempe_contacts *t, const char *words)
 {
     const kempe_model *model = t->given->model;
     int *list = KMP_ARENA_NEW(&t->arena, int, t->given->n), count = 0;
-    if (!list)
-        return kmp_fail_memory(context_of(t));
+    KMP_TRY(kmp_made(context_of(t), list));
     KMP_TRY(kmp_coordinates_read(model, "hold", words, list, &count));
     for (int k = 0; k < count; k++) {
         if (kmp_contact_hold_of(t, list[k]) >= 0)
@@ -111,8 +109,7 @@ kempe_status kmp_contact_request(kempe_contacts *t, const kempe_contact_options 
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "the sweep is missing: a coordinate or a parameter with its range, as in 'y=0:10 mm:21'");
     t->hold = KMP_ARENA_NEW(&t->arena, kmp_steady, t->given->n);
-    if (!t->hold)
-        return kmp_fail_memory(context);
+    KMP_TRY(kmp_made(context, t->hold));
     KMP_TRY(kmp_ranges_read(context, options->sweep, &t->over));
     if (t->over.count > t->given->n + t->given->model->parameter_count)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "--sweep: there are more ranges than coordinates and parameters");

@@ -142,19 +142,12 @@ static void show_all(kmp_text *text, const void *result)
 
 static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_contact_patch *p)
 {
-    kmp_json_object(json, NULL);
-    kmp_json_boolean(json, "touches", p->touches);
-    kmp_json_number(json, "s", p->s);
-    kmp_json_number(json, "y", p->y);
-    kmp_json_number(json, "angle", p->angle);
-    kmp_json_number(json, "radius", p->radius);
-    kmp_json_number(json, "normal", p->normal);
+    kmp_json_put(json, "{ touches %c s %g y %g angle %g radius %g normal %g", p->touches, p->s, p->y, p->angle,
+                 p->radius, p->normal);
     kmp_json_numbers(json, "slip", 2, p->slip);
     kmp_json_number(json, "spin", p->spin);
     kmp_json_numbers(json, "force", 2, p->force);
-    kmp_json_number(json, "moment", p->moment);
-    kmp_json_number(json, "a", p->a);
-    kmp_json_number(json, "b", p->b);
+    kmp_json_put(json, "moment %g a %g b %g", p->moment, p->a, p->b);
     if (p->one_ellipse < 0)
         kmp_json_string(json, "one_ellipse", NULL);
     else
@@ -166,8 +159,7 @@ static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_conta
 
 static void put_row(kmp_json *json, const kempe_contacts *t, int row)
 {
-    kmp_json_object(json, NULL);
-    kmp_json_number(json, "value", t->value[row]);
+    kmp_json_put(json, "{ value %g", t->value[row]);
     kmp_print_entries(json, "q", t->system, KMP_QUANTITY_Q, t->q + (ptrdiff_t)row * t->system->n);
     kmp_print_entries(json, "qd", t->system, KMP_QUANTITY_QD, t->qd + (ptrdiff_t)row * t->system->n);
     kmp_json_object(json, "wheels");
@@ -186,13 +178,9 @@ static void show_json(kmp_text *text, const void *result)
     const kempe_contacts *t = result;
     kmp_json json = kmp_json_begin(text);
     kmp_print_head(&json, t->system, t->status, t->reason, t->system->build_s, t->warnings);
-    kmp_json_string(&json, "over", t->over.range[0].name);
-    kmp_json_string(&json, "unit", kmp_contact_unit(t, 0));
-    kmp_json_string(&json, "law", t->has_law ? kempe_contact_law_name(t->law) : NULL);
-    kmp_json_number(&json, "residual", t->residual);
-    kmp_json_whole(&json, "iterations", t->iterations);
-    kmp_json_number(&json, "cpu_s", t->cpu_s);
-    kmp_json_array(&json, "rows");
+    kmp_json_put(&json, "over %s unit %s law %s residual %g iterations %d cpu_s %g rows [", t->over.range[0].name,
+                 kmp_contact_unit(t, 0), t->has_law ? kempe_contact_law_name(t->law) : NULL, t->residual, t->iterations,
+                 t->cpu_s);
     for (int row = 0; row < t->count; row++)
         put_row(&json, t, row);
     kmp_json_end(&json);

@@ -36,8 +36,7 @@ static kempe_context *context_of(const job *j)
 static kempe_status add_outputs(kempe_model *copy)
 {
     kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, copy->wheel_count);
-    if (!outputs)
-        return kmp_fail_memory(copy->context);
+    KMP_TRY(kmp_made(copy->context, outputs));
     for (int k = 0; k < copy->wheel_count; k++)
         outputs[k] = (kmp_output){.kind = KMP_OUTPUT_CONTACT, .index = k};
     copy->outputs = outputs;
@@ -48,8 +47,7 @@ static kempe_status add_outputs(kempe_model *copy)
 static kempe_status make_system(kempe_contacts *t)
 {
     const char **names = KMP_ARENA_NEW(&t->arena, const char *, t->over.count);
-    if (!names)
-        return kmp_fail_memory(t->given->context);
+    KMP_TRY(kmp_made(t->given->context, names));
     for (int k = 0; k < t->over.count; k++)
         if (t->lead[k].parameter >= 0)
             names[t->lead[k].parameter] = t->over.range[k].name;
@@ -64,8 +62,7 @@ static kempe_status make_table(kempe_contacts *t)
     ptrdiff_t rows = t->requested;
     t->wheel_count = model->wheel_count;
     t->first = KMP_ARENA_NEW(&t->arena, int, t->wheel_count + 1);
-    if (!t->first)
-        return kmp_fail_memory(t->given->context);
+    KMP_TRY(kmp_made(t->given->context, t->first));
     for (int k = 0; k < t->wheel_count; k++)
         t->first[k + 1] = t->first[k] + kmp_wheel_contacts(&model->wheels[k]);
     const kmp_arena_group groups[] = {{rows, {&t->value}}, {rows * t->system->n, {&t->q, &t->qd}}};
@@ -107,8 +104,7 @@ static kempe_status read_freed(job *j, const char *words)
     kempe_contacts *t = j->t;
     const kempe_model *model = t->system->model;
     int *list = KMP_ARENA_NEW(&j->arena, int, t->system->n), count = 0;
-    if (!list)
-        return kmp_fail_memory(context_of(j));
+    KMP_TRY(kmp_made(context_of(j), list));
     KMP_TRY(strcmp(words, "-") == 0 ? KEMPE_OK : kmp_coordinates_read(model, "freed", words, list, &count));
     for (int k = 0; k < t->hold_count; k++)
         t->hold[k].how = KMP_RATE_HELD;
@@ -135,8 +131,7 @@ static bool make_room(job *j)
 static kempe_status begin(job *j, const kempe_contact_options *options)
 {
     kempe_contacts *t = j->t;
-    if (!make_room(j))
-        return kmp_fail_memory(context_of(j));
+    KMP_TRY(kmp_made(context_of(j), make_room(j)));
     for (int k = 0; k < t->over.count; k++)
         j->here[k] = t->over.range[k].from;
     KMP_TRY(set_parameters(j, j->here));
@@ -202,8 +197,7 @@ static kempe_status check_ends(job *j)
     const kempe_system *s = j->t->system;
     const kmp_linear *l = &j->linear;
     double *change = KMP_ARENA_NEW(&j->arena, double, s->events.count);
-    if (!change)
-        return kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, change));
     if (s->events.count > 0)
         kmp_eval_all_changes(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda, change);
     for (int k = 0; k < s->events.count; k++) {
@@ -271,8 +265,7 @@ kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_
     double begun = kmp_cpu_now();
     kempe_contacts *t = KMP_NEW(kempe_contacts, 1);
     kmp_context_begin(system->context);
-    if (!t)
-        return kmp_fail_memory(system->context);
+    KMP_TRY(kmp_made(system->context, t));
     t->given = system;
     job j = {.t = t};
     kempe_status status = kmp_contact_request(t, options);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A table of contacts (kempe/contacts.h): its values, and the states and patches at each. */
-#ifndef KMP_STUDIES_WHEEL_CONTACT_CONTACT_SWEEP_H
-#define KMP_STUDIES_WHEEL_CONTACT_CONTACT_SWEEP_H
+#pragma once
 
 #include "model/expressions/ranges.h"
 #include "model/rail/wheels.h"
@@ -53,5 +52,3 @@ int kmp_contact_hold_of(const kempe_contacts *table, int coordinate);
 
 /** A patch from the KMP_CONTACT_SHOWN values of the wheel's output in a zone; its radius from the profile. */
 void kmp_contact_patch(const kempe_contacts *table, int wheel, const double *shown, kempe_contact_patch *patch);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Common parts of passes over the outputs of a graph: the needed nodes, their number of uses, and their rewritten
  * forms. */
-#ifndef KMP_SYMBOLIC_REWRITE_H
-#define KMP_SYMBOLIC_REWRITE_H
+#pragma once
 
 #include "base/arena.h"
 #include "symbolic/graph.h"
@@ -44,5 +43,3 @@ enum { KMP_MOST_TERMS = 128 };
  * other users are expanded as far as the list has room, KMP_MOST_TERMS. Factors are without sign: *sign is their
  * product's. */
 int kmp_rewrite_flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, kmp_ref *list, kmp_ref *sign);
-
-#endif

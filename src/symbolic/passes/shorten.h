@@ -2,8 +2,7 @@
 /* The passes that shorten outputs when all of them are present; simplifications of a single node are made at its
  * creation (graph.c). Each rewrites the outputs in place, all but kmp_trig_sums where it takes fewer operations. False:
  * no memory. */
-#ifndef KMP_SYMBOLIC_PASSES_SHORTEN_H
-#define KMP_SYMBOLIC_PASSES_SHORTEN_H
+#pragma once
 
 #include "symbolic/graph.h"
 
@@ -47,5 +46,3 @@ bool kmp_factor_sums(kmp_graph *g, int count, kmp_ref *outputs);
 /** Common parts of sums (op ADD) or products (op MUL), independent of the order in which they were written. With a + b
  * + c and d + a + c, a + c is made once. */
 bool kmp_share_pairs(kmp_graph *g, kmp_op op, int count, kmp_ref *outputs);
-
-#endif

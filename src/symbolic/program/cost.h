@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The common cost of outputs, kept up to date while they are exchanged: each node counts once. */
-#ifndef KMP_SYMBOLIC_PROGRAM_COST_H
-#define KMP_SYMBOLIC_PROGRAM_COST_H
+#pragma once
 
 #include "symbolic/graph.h"
 #include "symbolic/stack.h"
@@ -29,5 +28,3 @@ void kmp_cost_remove(kmp_cost *cost, int count, const kmp_ref *outputs);
 
 /** The common cost of fixed outputs; -1: no memory. */
 long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs);
-
-#endif

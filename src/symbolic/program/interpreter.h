@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A program run instruction by instruction: for small programs inside others. The bits are those of every back end.
  * Programs with implicit blocks are not run here. */
-#ifndef KMP_SYMBOLIC_PROGRAM_INTERPRETER_H
-#define KMP_SYMBOLIC_PROGRAM_INTERPRETER_H
+#pragma once
 
 #include "symbolic/program/program.h"
 
@@ -22,5 +21,3 @@ const double *kmp_interpreter_outputs(const kmp_interpreter *interpreter, int st
 
 /** All values, numbered as in the program. */
 const double *kmp_interpreter_values(const kmp_interpreter *interpreter);
-
-#endif

@@ -4,8 +4,7 @@
  * Stage 0 holds instructions that depend on parameters only and runs once; stage s > 0 computes the needs of output
  * group s that no earlier stage has. Operands are value << 1 | sign; values are numbered constants first, then inputs,
  * then instructions. Instructions keep the order of generation. */
-#ifndef KMP_SYMBOLIC_PROGRAM_PROGRAM_H
-#define KMP_SYMBOLIC_PROGRAM_PROGRAM_H
+#pragma once
 
 #include "base/text.h"
 #include "symbolic/graph.h"
@@ -120,5 +119,3 @@ double kmp_program_value(const kmp_program *p, int i, double x, double y, double
 /** The program as text, one instruction per line (docs/program_format.md); `stage_name` (stages entries) may be NULL.
  */
 void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text);
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Programs as bytes, for caches: equal to the bit when they are read again. Labels are left out. */
-#ifndef KMP_SYMBOLIC_PROGRAM_PROGRAM_BYTES_H
-#define KMP_SYMBOLIC_PROGRAM_PROGRAM_BYTES_H
+#pragma once
 
 #include "base/cache/bytes.h"
 #include "symbolic/program/program.h"
@@ -20,5 +19,3 @@ void kmp_program_put(kmp_bytes *bytes, kmp_table_pool *pool, const kmp_program *
 /** The program, NULL where none was written. NULL and a failed source: the bytes are no program, or there is no memory.
  * Operands, tables and blocks of what is returned exist. */
 kmp_program *kmp_program_get(kmp_byte_source *source, kmp_table_pool *pool);
-
-#endif

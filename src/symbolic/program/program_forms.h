@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Forms of a program, such as machine code: each is made once for all threads that run the program, and lives as long.
  */
-#ifndef KMP_SYMBOLIC_PROGRAM_PROGRAM_FORMS_H
-#define KMP_SYMBOLIC_PROGRAM_PROGRAM_FORMS_H
+#pragma once
 
 #include "base/cache/cache_files.h"
 #include "symbolic/program/program.h"
@@ -39,5 +38,3 @@ void kmp_program_set_key(kmp_program *p, const kempe_context *context, const kmp
 
 /** The folder and the key for bytes of a kind. NULL: they are not kept. */
 const char *kmp_program_folder(const kmp_program *p, int kind, kmp_cache_key *key);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The number of steps of a program when all independent operations run at once (Fisette and Samin 1996, section 3.2).
  * The vector step index of a variable is one more than the largest index of the variables it is computed from. */
-#ifndef KMP_SYMBOLIC_PROGRAM_STEPS_H
-#define KMP_SYMBOLIC_PROGRAM_STEPS_H
+#pragma once
 
 #include "symbolic/program/program.h"
 
@@ -15,5 +14,3 @@ typedef struct kmp_steps {
  * Inputs, numbers, functions of parameters alone, and sines and cosines of sums of inputs have index 0 and are not
  * counted. */
 kmp_steps kmp_program_steps(const kmp_program *p);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Simplifications made when a node is created, one file per rule (Fisette and Samin 1996, section 3.1). Each returns
  * true if it has a shorter form, in *result. The graph calls the active rules (kmp_graph_set_rules). */
-#ifndef KMP_SYMBOLIC_RULES_H
-#define KMP_SYMBOLIC_RULES_H
+#pragma once
 
 #include "symbolic/graph.h"
 
@@ -34,5 +33,3 @@ static inline kmp_ref kmp_split_coefficient(const kmp_graph *g, kmp_ref r, doubl
     *coefficient = sign;
     return r & ~(kmp_ref)1;
 }
-
-#endif

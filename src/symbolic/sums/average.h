@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Averages over places, as a block of the graph (implicit.h), and their numbers. */
-#ifndef KMP_SYMBOLIC_SUMS_AVERAGE_H
-#define KMP_SYMBOLIC_SUMS_AVERAGE_H
+#pragma once
 
 #include "symbolic/implicit.h"
 
@@ -26,5 +25,3 @@ void kmp_average_room_free(kmp_average *average);
 void kmp_average_run(kmp_average *average, const double *arguments);
 /** The values of the last computation. */
 const double *kmp_average_values(const kmp_average *average);
-
-#endif

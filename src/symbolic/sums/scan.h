@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A block's program at many places at once: each instruction at all of them; values that depend on the places alone are
  * computed when the scan is made. The bits are those of one place after another. */
-#ifndef KMP_SYMBOLIC_SUMS_SCAN_H
-#define KMP_SYMBOLIC_SUMS_SCAN_H
+#pragma once
 
 #include "symbolic/program/program.h"
 #include <stddef.h>
@@ -38,5 +37,3 @@ kmp_scan_row kmp_scan_output(const kmp_scan *scan, int stage, int k);
 /** The block's merits at its candidates, which are the places, for its arguments; padded to a multiple of eight. No
  * allocation. */
 const double *kmp_scan_run(kmp_scan *scan, const double *arguments);
-
-#endif
