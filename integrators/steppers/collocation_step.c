@@ -21,7 +21,6 @@ static const double ERROR_FLOOR = 1e-10;
 static int evaluate_each(kmp_collocation *s, int count)
 {
     size_t w = (size_t)s->w, n = (size_t)s->n;
-    s->base.cycles += (count - 1) * s->base.ode.cycles;
     for (size_t l = 0; l < (size_t)count; l++) {
         for (size_t k = 0; k < n; k++)
             s->trial[k] = s->stage[k * w + l];
@@ -37,10 +36,14 @@ static int evaluate_each(kmp_collocation *s, int count)
 int kmp_collocation_evaluate(kmp_collocation *s, int count)
 {
     const kmp_ode *ode = &s->base.ode;
+    bool lanes = kmp_collocation_in_lanes(s);
     s->base.work.rhs += count;
     s->base.cycles += kmp_collocation_sweep_cost(s);
-    int said = ode->lanes && ode->width == s->w ? ode->lanes(ode->self, s->at, s->stage, s->f) : KMP_APART;
-    return said == KMP_APART ? evaluate_each(s, count) : said;
+    int said = lanes ? ode->lanes(ode->self, s->at, s->stage, s->f) : KMP_APART;
+    if (said != KMP_APART)
+        return said;
+    s->base.cycles += lanes ? (count - 1) * ode->cycles : 0;
+    return evaluate_each(s, count);
 }
 
 /* -- places of the stages ------------------------------------------------------------------------------ */
