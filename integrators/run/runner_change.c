@@ -139,7 +139,7 @@ static kempe_status enter_near_singular(kmp_runner *run, double t, double tau)
 }
 
 /* Returns to the formulation: after a single step across, or after steps when the surroundings of the change point are
- * left. */
+ * left. A step whose end is nearest has not reached it; the next one does. */
 static kempe_status leave_near_singular(kmp_runner *run, double t)
 {
     bool walked = run->walks;
@@ -155,7 +155,7 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
                         "the integrator stopped near a change point; the projected formulation continued from t = "
                         "%.9g to this time with dop853",
                         since);
-    else if ((at > from || from == run->spec.t_start) && size < KMP_NEAR_SINGULAR_IN)
+    else if ((at > from || from == run->spec.t_start) && at < t && size < KMP_NEAR_SINGULAR_IN)
         kmp_run_log_add(run->log, "change point", at, size, run->margin.last / run->margin.usual,
                         "crossed a change point between t = %.9g and %.9g in one step, in the direction of motion; "
                         "margin of the closures %.2g",

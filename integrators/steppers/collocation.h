@@ -78,7 +78,8 @@ typedef struct kmp_collocation {
     int patience[KMP_ITERATIONS];       /* limited steps until a trial of that iteration */
     int trust;                          /* steps until a trial of a cheaper iteration */
     double cycles_before;               /* base.cycles at the end of the last step */
-    double pace, pace_before;           /* time simulated in a cycle; by the iteration before */
+    double simulated[KMP_ITERATIONS];   /* time by each iteration in recent steps */
+    double spent[KMP_ITERATIONS];       /* cycles of these steps */
     bool has_jacobian, fresh, factored; /* fresh: made in this step */
     int age, sweeps;                    /* steps since the Jacobian was made; sweeps of the last step */
     bool evaluated;                     /* f is known where the stages are predicted */
@@ -160,6 +161,9 @@ void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, doubl
 /** True if corrections with the present Jacobian cost less in the next step than a new one and its corrections. */
 bool kmp_collocation_keeps_jacobian(const kmp_collocation *s);
 
+/** True if all stages are evaluated at once. */
+bool kmp_collocation_in_lanes(const kmp_collocation *s);
+
 /** About the processor cycles of an evaluation of all stages, of Newton's corrections by an iteration, of a renewal of
  * its matrices without evaluations, and of a Jacobian. */
 double kmp_collocation_sweep_cost(const kmp_collocation *s);
@@ -178,6 +182,9 @@ typedef struct kmp_lane_terms {
 /** out[k] = a[k] a_lanes + b[k] b_lanes + sum over the stages j of x[k][j] column[j], for k < count; width 4 or 8. */
 void kmp_lanes_sum(int width, int count, int stages, const double *x, const double *column, const kmp_lane_terms *terms,
                    double *out);
+
+/** out = by x, for count values, a multiple of four. */
+void kmp_lanes_scale(int count, double by, const double *x, double *out);
 
 /** out = f - x, in all lanes. */
 void kmp_lanes_subtract(int width, int count, const double *f, const double *x, double *out);

@@ -10,6 +10,7 @@
 /* q'' = acceleration(t), with the rounding of a 0/0 of third order at t = 1 where nothing is left out of it */
 typedef struct law {
     double (*acceleration)(double t);
+    double (*distance)(double t); /* NULL: |t - 1| */
     double nearest;
     long evaluations;
 } law;
@@ -35,7 +36,7 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
     (void)as_it_is;
     l->nearest = dy ? fmin(l->nearest, fabs(t - 1)) : l->nearest;
     if (distance)
-        *distance = fabs(t - 1);
+        *distance = l->distance ? l->distance(t) : fabs(t - 1);
     if (!dy)
         return KMP_GO;
     dy[0] = y[1];
@@ -107,6 +108,25 @@ static void a_smooth_solution_is_crossed(void)
     }
 }
 
+/* Its square has a corner at t = 1 and no curvature beside it: parabolas through three places on one side have no
+ * vertex. */
+static double root(double t)
+{
+    return sqrt(fabs(t - 1));
+}
+
+static void the_nearest_time_is_found_where_parabolas_fail(void)
+{
+    for (int k = 0; k < 8; k++) {
+        double t0 = 0.9 + 0.01 * k;
+        crossing f = {.l = {.acceleration = swing, .distance = root}};
+        make_step(&f, t0, -cos(3 * t0) / 9, sin(3 * t0) / 3, 1.2);
+        CHECK(f.made && f.end > 1);
+        printf("  from %.2f to %.4f: %.1e off, distance %.1e\n", t0, f.end, f.nearest_t - 1, f.nearest);
+        CHECK(fabs(f.nearest_t - 1) < 1e-12 && f.nearest < 1e-6);
+    }
+}
+
 static void a_start_at_the_place_leads_away(void)
 {
     crossing f = {.l = {.acceleration = swing}};
@@ -126,6 +146,7 @@ static void a_turn_is_not_crossed(void)
 int main(void)
 {
     TEST(a_smooth_solution_is_crossed);
+    TEST(the_nearest_time_is_found_where_parabolas_fail);
     TEST(a_start_at_the_place_leads_away);
     TEST(a_turn_is_not_crossed);
     return check_report();
