@@ -26,6 +26,7 @@ MODELS = {".yaml", ".mbs"}
 CONVENTIONS = {
     r"(?:.*/)?run": "the command of a folder that is a set of cases",
     r"(?:check|start)": "the commands of the repository, called from its root",
+    r"python/kempe/\w+\.py": "modules of the Python package, which have the names of the headers",
 }
 CASES = {
     r"tests/malformed/": "a model a mistake, named for the key that is wrong",

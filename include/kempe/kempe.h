@@ -120,6 +120,9 @@ KEMPE_API const char *kempe_context_message(const kempe_context *context);
  * computation. Later computations are not affected. May be called from a signal handler or another thread. */
 KEMPE_API void kempe_context_interrupt(kempe_context *context);
 
+/** Withdraws an interrupt that no computation has seen, so that the next one is not ended. */
+KEMPE_API void kempe_context_clear_interrupt(kempe_context *context);
+
 /** Frees text made by a `_print` function. */
 KEMPE_API void kempe_text_free(char *text);
 
@@ -214,7 +217,8 @@ KEMPE_API void kempe_trajectory_free(kempe_trajectory *trajectory);
 KEMPE_API int kempe_trajectory_row_count(const kempe_trajectory *trajectory);
 KEMPE_API double kempe_trajectory_time(const kempe_trajectory *trajectory, int row);
 
-/** One row of q, qd, qdd (n values) and lambda (row_count of the system), owned by the trajectory. */
+/** One row of q, qd, qdd (n values) and lambda (row_count of the system), owned by the trajectory. Rows of a quantity
+ * follow each other in memory: that of row 0 begins a row-major matrix. */
 KEMPE_API const double *kempe_trajectory_q(const kempe_trajectory *trajectory, int row);
 KEMPE_API const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, int row);
 KEMPE_API const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row);

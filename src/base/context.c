@@ -160,6 +160,14 @@ void kempe_context_interrupt(kempe_context *context)
         atomic_store_explicit(&context->interrupt, ASKED, memory_order_relaxed);
 }
 
+void kempe_context_clear_interrupt(kempe_context *context)
+{
+    int asked = ASKED;
+    if (context)
+        (void)atomic_compare_exchange_strong_explicit(&context->interrupt, &asked, NONE, memory_order_relaxed,
+                                                      memory_order_relaxed);
+}
+
 /* A request made while the computation is ending has no further effect. */
 bool kmp_interrupted(kempe_context *context)
 {

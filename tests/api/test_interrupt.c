@@ -118,10 +118,24 @@ static void steppers_too(void)
     end(&s);
 }
 
+/* A request that is withdrawn ends nothing. */
+static void withdrawn(void)
+{
+    scene s = begin();
+    kempe_context_clear_interrupt(s.context);
+    for (int a = 0; a < COMPUTATIONS; a++) {
+        kempe_context_interrupt(s.context);
+        kempe_context_clear_interrupt(s.context);
+        CHECK(computations[a](&s) == KEMPE_OK);
+    }
+    end(&s);
+}
+
 int main(void)
 {
     TEST(one_computation_ends);
     TEST(each_has_its_own);
     TEST(steppers_too);
+    TEST(withdrawn);
     return check_report();
 }

@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes the low level of the Python package from the public headers, so that it needs no upkeep:
+
+    python3 python/generate_bindings.py MODULE.c OPTIONS.py
+
+MODULE.c is the extension module `kempe._native` (cffi in API mode, for the limited API of Python): all public functions and
+types, the helpers of helpers.h, and a guarded form of each long computation. OPTIONS.py has a TypedDict for each struct of
+options, for type checkers and help().
+"""
+
+import keyword
+import pathlib
+import re
+import sys
+import textwrap
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+HERE = pathlib.Path(__file__).resolve().parent
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(ROOT / "docs"))
+import api  # noqa: E402  reads headers for the pages of docs/api
+
+STANDALONE = {"runtime"}  # for generated C code, which runs without the library
+# Computations that a user may want to end: they run with a handler for SIGINT.
+GUARDED = re.compile(
+    r"kempe_(?!model_new|values_new|outputs_new|workspace_new)\w+_(new|run|step|advance|read|read_set|read_text|read_text_set)$|kempe_simulate$|kempe_\w+_(write_report|set_state|set_parameters)$"
+)
+CALLBACKS = """
+extern "Python" int python_force(void *user, double t, const double *q, const double *qd, double *effort);
+extern "Python" void python_log(void *user, kempe_level level, const char *line);
+"""
+
+
+def headers():
+    """kempe.h first, since the others include it; then in an order in which each include is met."""
+    folder, done = ROOT / "include/kempe", []
+
+    def visit(name):
+        if name in done or name in STANDALONE:
+            return
+        for needed in re.findall(r"#include <kempe/(\w+)\.h>", (folder / f"{name}.h").read_text()):
+            visit(needed)
+        done.append(name)
+
+    for path in sorted(folder.glob("*.h")):
+        visit(path.stem)
+    return {name: (folder / f"{name}.h").read_text() for name in done}
+
+
+def declarations(text):
+    """The declarations of a header for cffi: no comments, preprocessor lines, export macros or bodies."""
+    text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
+    text = re.sub(r"^\s*#(?:[^\n\\]|\\\n|\\.)*\n", "", text, flags=re.M)
+    text = re.sub(r'extern "C" \{|\bKEMPE_(?:API|BEGIN|END)\b', "", text)
+    text = re.sub(r"^static inline ([^{};]*)\n\{.*?^\}", r"\1;", text, flags=re.M | re.S)
+    return re.sub(r"\n\s*\n+", "\n", text).strip() + "\n"
+
+
+def functions(text):
+    """(result, name, parameters) of the functions that a header declares."""
+    for result, name, words in re.findall(r"^([\w *]+?[ *])(kempe_\w+|python_\w+)\(([^;]*?)\);", text, re.M):
+        parameters = " ".join(words.split()).split(", ")
+        yield result.strip(), name, [] if parameters == ["void"] else parameters
+
+
+def guarded(text):
+    """(declaration, body) of the guarded form of each long computation."""
+    for result, name, parameters in functions(text):
+        if result == "kempe_status" and GUARDED.match(name):
+            names = ", ".join(re.search(r"(\w+)(?:\[\d*\])?$", parameter).group(1) for parameter in parameters)
+            head = f"kempe_status guarded_{name}(kempe_context *guarded_context, {', '.join(parameters)})"
+            yield (
+                head,
+                (
+                    f"static {head}\n{{\n    python_guard guard;\n    python_guard_begin(&guard, guarded_context);\n"
+                    f"    return python_guard_end(&guard, {name}({names}));\n}}\n"
+                ),
+            )
+
+
+def write_module(path, texts):
+    import cffi
+
+    ffi = cffi.FFI()
+    own = declarations((HERE / "helpers.h").read_text())
+    forms = [form for text in texts for form in guarded(text)]
+    ffi.cdef("\n".join(texts) + own + CALLBACKS + "".join(f"{head};\n" for head, _ in forms))
+    includes = "".join(f"#include <kempe/{name}.h>\n" for name in headers())
+    source = f'{includes}#include "helpers.h"\n\n' + "\n".join(body for _, body in forms)
+    ffi.set_source("kempe._native", source, py_limited_api=True)
+    ffi.emit_c_code(str(path))
+
+
+TYPES = {"const char *": "Text", "double": "float", "int": "int", "long": "int", "const char *const *": "Sequence[str]"}
+
+
+def option_structs():
+    """(name, members) of the structs of options."""
+    for text in headers().values():
+        for declaration in re.findall(
+            r"^typedef struct kempe_\w+_options \{.*?^\} kempe_\w+_options;", text, re.M | re.S
+        ):
+            yield api.name_of(declaration), api.members(declaration)
+
+
+def class_name(struct):
+    return "".join(word.capitalize() for word in struct.removeprefix("kempe_").split("_"))
+
+
+def option_class(struct, rows):
+    bases = [class_name(kind.removeprefix("const ").rstrip(" *")) for _, kind, _ in rows if "_options" in kind]
+    names = {name for name, _, _ in rows}
+    lines = [
+        f"class {class_name(struct)}({', '.join(bases) or 'TypedDict'}, total=False):",
+        f'    """Options of `{struct}`. Each may be left out.',
+        "",
+    ]
+    fields = []
+    for name, kind, words in rows:
+        for each in name.split(", "):
+            is_count = each.endswith("_count") and each[:-6] + "s" in names
+            if each != "size" and kind in TYPES and not is_count:
+                each += "_" if keyword.iskeyword(each) else ""
+                fields.append(f"    {each}: {TYPES[kind]}")
+                lines += textwrap.wrap(f"{each}: {words}", 110, initial_indent="    ", subsequent_indent="        ")
+    return "\n".join([*lines, '    """', "", *fields]) + "\n"
+
+
+def write_options(path):
+    """Python's classes of options, a struct that another one points to first."""
+    structs = dict(option_structs())
+    parts = [
+        '"""Names and types of options. Generated from the public headers."""\n\nfrom __future__ import annotations\n\n'
+        "from collections.abc import Mapping, Sequence\nfrom os import PathLike\nfrom typing import TypedDict, Union\n\n"
+        'Text = Union[str, float, "PathLike[str]", Sequence[Union[str, float]], Mapping[str, object]]\n'
+    ]
+    pathlib.Path(path).write_text("\n\n".join([*parts, *(option_class(*struct) for struct in structs.items())]))
+
+
+def main(arguments):
+    module, options = arguments
+    write_module(module, [declarations(text) for text in headers().values()])
+    write_options(options)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

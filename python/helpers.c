@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A guard installs a handler of SIGINT that calls the handler before it, Python's, and then interrupts the context. So
+ * a long computation ends at its next step, and KeyboardInterrupt is raised as soon as the interpreter continues. The
+ * order matters: the handler may run in another thread, and Python must know of the signal before the computation ends.
+ * No Python code runs between installing and restoring but that of callbacks. Where there is no sigaction, guards do
+ * nothing. */
+#include "helpers.h"
+#include <string.h>
+
+#ifdef _WIN32
+
+void python_guard_begin(python_guard *guard, kempe_context *context)
+{
+    *guard = (python_guard){context, NULL};
+}
+
+kempe_status python_guard_end(python_guard *guard, kempe_status status)
+{
+    (void)guard;
+    return status;
+}
+
+#else
+#include <signal.h>
+
+static kempe_context *volatile guarded;
+static struct sigaction before;
+
+static void on_interrupt(int number, siginfo_t *info, void *state)
+{
+    if (before.sa_flags & SA_SIGINFO)
+        before.sa_sigaction(number, info, state);
+    else if (before.sa_handler != SIG_DFL && before.sa_handler != SIG_IGN)
+        before.sa_handler(number);
+    kempe_context_interrupt(guarded);
+}
+
+void python_guard_begin(python_guard *guard, kempe_context *context)
+{
+    *guard = (python_guard){context, guarded};
+    if (!context)
+        return;
+    guarded = context;
+    if (guard->outer)
+        return;
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_sigaction = on_interrupt;
+    action.sa_flags = SA_SIGINFO;
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, NULL, &before);
+    sigaction(SIGINT, &action, NULL);
+}
+
+kempe_status python_guard_end(python_guard *guard, kempe_status status)
+{
+    if (!guard->context)
+        return status;
+    guarded = guard->outer;
+    if (!guard->outer)
+        sigaction(SIGINT, &before, NULL);
+    kempe_context_clear_interrupt(guard->context);
+    return status;
+}
+
+#endif
+
+static void copy(double *to, int width, int row, const double *from)
+{
+    if (to && width > 0)
+        memcpy(to + (size_t)row * (size_t)width, from, (size_t)width * sizeof *to);
+}
+
+static const double *row_of(const double *rows, int width, int row)
+{
+    return rows ? rows + (size_t)row * (size_t)width : NULL;
+}
+
+static kempe_status failed_at(python_states *s, int row, kempe_status status)
+{
+    s->failed = status == KEMPE_OK ? -1 : row;
+    return status;
+}
+
+kempe_status python_evaluate_states(kempe_workspace *w, python_states *s)
+{
+    kempe_status status = KEMPE_OK;
+    int k = 0;
+    for (; k < s->count && status == KEMPE_OK; k++) {
+        status = kempe_workspace_evaluate(w, s->t[k * s->t_step], row_of(s->q, s->n, k), row_of(s->qd, s->n, k));
+        if (status != KEMPE_OK)
+            break;
+        copy(s->mass, s->n * s->n, k, kempe_workspace_mass(w));
+        copy(s->bias, s->n, k, kempe_workspace_bias(w));
+        copy(s->h, s->m, k, kempe_workspace_h(w));
+        copy(s->jacobian, s->m * s->n, k, kempe_workspace_jacobian(w));
+        copy(s->jdqd, s->m, k, kempe_workspace_jdqd(w));
+    }
+    return failed_at(s, k, status);
+}
+
+kempe_status python_forward_states(kempe_workspace *w, python_states *s)
+{
+    kempe_status status = KEMPE_OK;
+    int k = 0;
+    for (; k < s->count && status == KEMPE_OK; k++)
+        status = kempe_workspace_forward_dynamics(w, s->t[k * s->t_step], row_of(s->q, s->n, k), row_of(s->qd, s->n, k),
+                                                  row_of(s->Q, s->n, k), s->accelerations + (size_t)k * (size_t)s->n,
+                                                  s->multipliers ? s->multipliers + (size_t)k * (size_t)s->m : NULL);
+    return failed_at(s, k - 1, status);
+}
+
+kempe_status python_inverse_states(kempe_workspace *w, python_states *s)
+{
+    kempe_status status = KEMPE_OK;
+    int k = 0;
+    for (; k < s->count && status == KEMPE_OK; k++)
+        status = kempe_workspace_inverse_dynamics(w, s->t[k * s->t_step], row_of(s->q, s->n, k), row_of(s->qd, s->n, k),
+                                                  row_of(s->qdd, s->n, k), s->forces + (size_t)k * (size_t)s->n);
+    return failed_at(s, k - 1, status);
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* C parts of the Python package: interrupts of long computations, and evaluation of many states without Python between
+ * them. generate_bindings.py reads the declarations. */
+#ifndef KEMPE_PYTHON_HELPERS_H
+#define KEMPE_PYTHON_HELPERS_H
+
+#include <kempe/workspace.h>
+
+/** What a guarded computation restores at its end. */
+typedef struct python_guard {
+    kempe_context *context, *outer;
+} python_guard;
+
+/** From here on SIGINT also interrupts the context; NULL: nothing changes. Guards may be nested. Python's own handler
+ * is called as well. For the main thread alone. */
+void python_guard_begin(python_guard *guard, kempe_context *context);
+
+/** Restores the handler. An interrupt that the computation did not see is withdrawn: Python raises KeyboardInterrupt
+ * for it. Returns the status that it is given. */
+kempe_status python_guard_end(python_guard *guard, kempe_status status);
+
+/** Many states: `count` rows of q, qd, ..; NULL as for a single state. `t` has a value for each row, or one for all
+ * (t_step 0). Results, matrices column-major, are rows too; NULL: not wanted. */
+typedef struct python_states {
+    int count, n, m, t_step;
+    const double *t, *q, *qd, *qdd, *Q;
+    double *mass, *bias, *h, *jacobian, *jdqd; /* n x n, n, m, m x n, m */
+    double *accelerations, *multipliers;       /* n, m */
+    double *forces;                            /* n */
+    int failed;                                /* the first state that failed; -1: none */
+} python_states;
+
+/** M, C, h, J, jdqd of every state; accelerations and multipliers; generalized forces. Each ends at the first state
+ * that fails, with its status. */
+kempe_status python_evaluate_states(kempe_workspace *workspace, python_states *states);
+kempe_status python_forward_states(kempe_workspace *workspace, python_states *states);
+kempe_status python_inverse_states(kempe_workspace *workspace, python_states *states);
+
+#endif

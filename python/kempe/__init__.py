@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Kempe: mechanisms with closed kinematic loops.
+
+    model = kempe.Model("four_bar.yaml", crank="310 mm")
+    run = model.simulate(t_end=5, rtol=1e-9)
+    run.t, run.q, run["position(coupler.C).x"]
+
+Units are SI: kg, m, rad, s, N. n is the number of coordinates, m that of closure rows. Arrays are of float64.
+"""
+
+from . import contact
+from ._native import ffi as _ffi
+from ._native import lib as _lib
+from .builder import Builder
+from .check import Assembly, Branches, Check
+from .compare import Comparison
+from .contacts import Contacts
+from .ensemble import Batch, Ensemble, Values
+from .equilibrium import Equilibrium
+from .errors import (
+    ArgumentError,
+    BugError,
+    Error,
+    FailedError,
+    FileError,
+    InputError,
+    Interrupted,
+    KempeWarning,
+    OutOfMemoryError,
+    Problem,
+    StoppedError,
+)
+from .generate import Code, Count
+from .gradient import Gradient
+from .inverse import Inverse
+from .kinematics import Kinematics
+from .linearize import Linearization
+from .model import Model
+from .modes import Modes
+from .output_handles import Outputs
+from .response import Response
+from .sensitivity import Sensitivity
+from .stepper import SavedState, State, Stepper
+from .system import System
+from .table import FrozenTable, Table
+from .trajectory import Trajectory
+from .workspace import Accelerations, Equations, Workspace
+
+__version__: str = _ffi.string(_lib.kempe_version()).decode()
+
+__all__ = [
+    "Accelerations",
+    "ArgumentError",
+    "Assembly",
+    "Batch",
+    "Branches",
+    "BugError",
+    "Builder",
+    "Check",
+    "Code",
+    "Comparison",
+    "Contacts",
+    "Count",
+    "Ensemble",
+    "Equations",
+    "Equilibrium",
+    "Error",
+    "FailedError",
+    "FileError",
+    "FrozenTable",
+    "Gradient",
+    "InputError",
+    "Interrupted",
+    "Inverse",
+    "KempeWarning",
+    "Kinematics",
+    "Linearization",
+    "Model",
+    "Modes",
+    "OutOfMemoryError",
+    "Outputs",
+    "Problem",
+    "Response",
+    "SavedState",
+    "Sensitivity",
+    "State",
+    "Stepper",
+    "StoppedError",
+    "System",
+    "Table",
+    "Trajectory",
+    "Values",
+    "Workspace",
+    "contact",
+]

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Arrays of float64: views of the library's memory, which keep its owner alive, and arguments."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._native import ffi
+
+Array = NDArray[np.float64]
+Order = Literal["C", "F"]
+FLOAT = np.dtype(np.float64)
+DOUBLES = ffi.typeof("double[]")
+INTS = ffi.typeof("int[]")
+_from_buffer = ffi.from_buffer
+
+
+class _Memory:
+    """Memory of the library as NumPy sees it; the owner lives as long as an array of it."""
+
+    __slots__ = ("owner", "__array_interface__")
+
+    def __init__(self, owner: Any, interface: dict[str, Any]) -> None:
+        self.owner = owner
+        self.__array_interface__ = interface
+
+
+def view(pointer: Any, shape: tuple[int, ...], owner: Any, order: Order = "C") -> Array:
+    """A read-only array of the library's memory, without a copy."""
+    size = int(np.prod(shape))
+    if pointer == ffi.NULL or size == 0:
+        empty = np.full(shape, np.nan)
+        empty.flags.writeable = False
+        return empty
+    interface = {
+        "version": 3,
+        "typestr": FLOAT.str,
+        "shape": (size,),
+        "data": (int(ffi.cast("uintptr_t", pointer)), True),
+    }
+    return np.asarray(_Memory(owner, interface)).reshape(shape, order=order)
+
+
+def vector(values: ArrayLike, count: int, name: str) -> Any:
+    """`count` numbers as an argument; anything but a contiguous array of float64 is converted."""
+    if type(values) is not np.ndarray or values.dtype is not FLOAT or not values.flags.c_contiguous:
+        values = np.ascontiguousarray(values, dtype=FLOAT)
+    if values.shape != (count,):
+        raise ValueError(f"{name} has {count} values, not the shape {values.shape}")
+    return _from_buffer(DOUBLES, values)
+
+
+def optional(values: ArrayLike | None, count: int, name: str) -> Any:
+    """As vector; None is NULL."""
+    return ffi.NULL if values is None else vector(values, count, name)
+
+
+def writable(array: Array, shape: tuple[int, ...], name: str, order: Order = "C") -> Any:
+    """An array of the caller as memory to be written."""
+    flags = array.flags
+    if array.dtype != FLOAT or array.shape != shape or not (flags.c_contiguous if order == "C" else flags.f_contiguous):
+        raise ValueError(f"{name} must be an array of float64 of the shape {shape}, contiguous in order {order}")
+    return _from_buffer(DOUBLES, array if order == "C" else array.T, True)

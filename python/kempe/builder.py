@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A model built in code instead of read from a file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ._native import ffi, lib
+from .context import Context, Release
+from .model import Model
+from .options import converted, fill, names_of, refuse_unknown
+
+Number = float | str  # in SI, or an expression of parameters
+
+
+class Builder:
+    """Adds bodies, joints and forces in any order, then `finish()` gives the model. Numbers are in SI, or expressions of the
+    model's parameters as text. Methods return the builder.
+
+        pendulum = Builder("pendulum").gravity(0, -9.81, 0).parameter("L", 2)
+        pendulum.body("arm", mass=3, com=("L/2", 0, 0)).q("arm", 0.5)
+        model = pendulum.finish()
+    """
+
+    def __init__(self, name: str) -> None:
+        self._context = Context()
+        out = ffi.new("kempe_model **")
+        self._context.check(lib.kempe_model_new, self._context.pointer, name.encode(), out)
+        self._pointer = ffi.gc(out[0], Release(self._context, lib.kempe_model_free, ()))
+
+    def _call(self, function: Any, *arguments: Any) -> Builder:
+        self._context.check(function, self._pointer, *arguments)
+        return self
+
+    def _numbers(
+        self, function: Any, *arguments: Any, numbers: tuple[Number, ...], more: tuple[Any, ...] = ()
+    ) -> Builder:
+        keep: list[Any] = []
+        kind = ffi.typeof("kempe_number")
+        return self._call(function, *arguments, *(converted(kind, number, keep) for number in numbers), *more)
+
+    def _add(self, what: str, name: str, members: dict[str, Any]) -> Builder:
+        label = name.encode()
+        struct = ffi.new(f"kempe_{what}_def *", getattr(lib, f"kempe_{what}_default")(ffi.new("char[]", label)))
+        keep: list[Any] = []
+        refuse_unknown(what, names_of(ffi.typeof(f"kempe_{what}_def")), members)
+        fill(struct, {"name": name, **members}, keep)
+        return self._call(getattr(lib, f"kempe_model_add_{what}"), struct)
+
+    def gravity(self, x: Number, y: Number, z: Number) -> Builder:
+        """Gravity in m/s^2, in the axes of the ground."""
+        return self._numbers(lib.kempe_model_set_gravity, numbers=(x, y, z))
+
+    def parameter(self, name: str, value: Number) -> Builder:
+        return self._numbers(lib.kempe_model_add_parameter, name.encode(), numbers=(value,))
+
+    def body(self, name: str, **members: Any) -> Builder:
+        """A body: at, joint, kind, axis (3), motions, mass, com (3), inertia (xx yy zz xy xz yz)."""
+        return self._add("body", name, members)
+
+    def point(self, body: str, name: str, x: Number, y: Number, z: Number) -> Builder:
+        """A point of a body or of the "ground"."""
+        return self._numbers(lib.kempe_model_add_point, body.encode(), name.encode(), numbers=(x, y, z))
+
+    def joint(self, name: str, **members: Any) -> Builder:
+        """A joint between two bodies: kind, point (2), axis (3), pitch, cut."""
+        return self._add("joint", name, members)
+
+    def closure(self, name: str, **members: Any) -> Builder:
+        """A closure between two points: kind, point (2), length."""
+        return self._add("closure", name, members)
+
+    def force(self, name: str, **members: Any) -> Builder:
+        """A force: joint with torque or force, or spring (2) with stiffness, damping, free_length."""
+        return self._add("force", name, members)
+
+    def text(self, section: str, name: str, text: str) -> Builder:
+        """Any other entry of the model language: text("run", "t_end", "5")."""
+        return self._call(lib.kempe_model_add_text, section.encode(), name.encode(), text.encode())
+
+    def q(self, coordinate: str, value: Number, hold: bool = False) -> Builder:
+        """Guess of a coordinate for the assembly; `hold`: it keeps this value."""
+        return self._numbers(lib.kempe_model_set_q, coordinate.encode(), numbers=(value,), more=(int(hold),))
+
+    def qd(self, coordinate: str, value: Number) -> Builder:
+        """Rate of a coordinate at the start."""
+        return self._numbers(lib.kempe_model_set_qd, coordinate.encode(), numbers=(value,))
+
+    def finish(self) -> Model:
+        """Checks and freezes the model. InputError has every mistake; the builder may then be continued."""
+        self._call(lib.kempe_model_finish)
+        return Model._of(self._context, self._pointer)

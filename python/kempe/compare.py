@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Comparison of formulations, integrators and tolerances."""
+
+from __future__ import annotations
+
+from .result import Reported, TableOf
+
+
+class Comparison(Reported):
+    """Errors, residuals, work and times of many runs against a reference."""
+
+    _noun = "comparison"
+    runs = TableOf("A row for each run: method, rtol, status, errors, residuals, energy, work, times, memory.")
+    levels = TableOf("The methods at equal error: rtol, cpu_s, ratio to the fastest, steps, evaluations.")

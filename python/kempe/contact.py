@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rolling contact of two bodies, without a model: Hertz's ellipse and the laws of creep, in SI."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._native import ffi, lib
+from .arrays import Array, vector
+from .errors import ArgumentError
+from .options import members_of, options
+
+
+def _law(name: str) -> int:
+    names = [ffi.string(lib.kempe_contact_law_name(k)).decode() for k in range(_LAWS)]
+    if name not in names:
+        raise ArgumentError(f"there is no law '{name}'; there are {', '.join(names)}")
+    return names.index(name)
+
+
+_LAWS = len(ffi.typeof("kempe_creep_law").elements)
+
+
+def _check(status: int) -> None:
+    if status:
+        raise ArgumentError("a number is not finite, or outside its documented range")
+
+
+def hertz(normal: float, **touch: float) -> dict[str, float]:
+    """The contact ellipse of a normal force (N): a, b (m), approach (m), pressure (Pa), stiffness. Keywords: along, across (1/m),
+    shear_modulus (Pa), poisson."""
+    given, _ = options("hertz", "kempe_touch", touch)
+    made = ffi.new("kempe_ellipse *")
+    _check(lib.kempe_contact_hertz(given, normal, made))
+    return members_of(made[0])
+
+
+def kalker(ratio: float, poisson: float) -> dict[str, float]:
+    """Kalker's coefficients c11, c22, c23, c33 of an ellipse with the ratio a/b."""
+    made = ffi.new("kempe_kalker *")
+    _check(lib.kempe_contact_kalker(ratio, poisson, made))
+    return members_of(made[0])
+
+
+def creep(law: str, **given: Any) -> dict[str, Any]:
+    """Force (N) along and across, moment (N m) and sticking share by a law: none, linear, shen, polach, tanh, fastsim, fastsim1.
+    Keywords: a, b (m), shear_modulus (Pa), poisson, normal (N), friction, slip (2), spin (1/m), strips."""
+    struct, _ = options("creep", "kempe_creep", given)
+    made = ffi.new("kempe_creep_force *")
+    _check(lib.kempe_contact_creep(_law(law), struct, made))
+    return members_of(made[0])
+
+
+def flexibilities(**given: Any) -> Array:
+    """The three flexibilities of FASTSIM, m^3/N. Keywords as in `creep`."""
+    struct, _ = options("flexibilities", "kempe_creep", given)
+    made = ffi.new("double[3]")
+    _check(lib.kempe_contact_flexibilities(struct, made))
+    return np.array(list(made))
+
+
+def flexibility(**given: Any) -> float:
+    """The single flexibility in place of the three, m^3/N. Keywords as in `creep`."""
+    struct, _ = options("flexibility", "kempe_creep", given)
+    made = ffi.new("double *")
+    _check(lib.kempe_contact_flexibility(struct, made))
+    return float(made[0])
+
+
+def fastsim(flexibility: ArrayLike, **given: Any) -> dict[str, Any]:
+    """FASTSIM with given flexibilities (3). Keywords as in `creep`."""
+    struct, _ = options("fastsim", "kempe_creep", given)
+    made = ffi.new("kempe_creep_force *")
+    _check(lib.kempe_contact_fastsim(struct, vector(flexibility, 3, "flexibility"), made))
+    return members_of(made[0])

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Wheels on their rails over a range."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ._native import ffi, lib
+from .options import members_of
+from .result import Drawn, Judged, TableOf
+
+
+class Contacts(Judged, Drawn):
+    """Contact points, normal forces, creepages and creep forces of each wheel."""
+
+    _noun = "contacts"
+    rows = TableOf("A row for each value, wheel and zone: the numbers of its patch.")
+    states = TableOf("A row for each value: q and qd.")
+
+    def zone_count(self, wheel: int) -> int:
+        """Zones of a wheel."""
+        return int(lib.kempe_contacts_zone_count(self._pointer, wheel))
+
+    def patch(self, k: int, wheel: int, zone: int) -> dict[str, Any]:
+        """The contact patch of a zone at the k-th value, in SI."""
+        found = lib.kempe_contacts_patch(self._pointer, k, wheel, zone)
+        if found == ffi.NULL:
+            raise IndexError(f"there is no patch ({k}, {wheel}, {zone})")
+        return members_of(found[0])

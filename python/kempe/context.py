@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contexts of the library, and objects that belong to one. Each model has a context of its own, with a lock: Python
+objects may be used in any thread, and calls on one model happen one after another. An object of the library is freed once,
+after all that was made from it."""
+
+from __future__ import annotations
+
+import logging
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, ClassVar, TypeVar
+
+from ._native import ffi, lib
+from .errors import ArgumentError, Interrupted, KempeWarning, error_of
+
+NULL = ffi.NULL
+_logger = logging.getLogger("kempe")
+_main_thread = threading.main_thread().ident
+T = TypeVar("T", bound="Owned")
+
+
+def string(text: Any) -> str:
+    """A C string; "" for NULL."""
+    return "" if text == NULL else str(ffi.string(text).decode())
+
+
+def interruptible() -> bool:
+    """KeyboardInterrupt would be raised in this thread."""
+    return threading.get_ident() == _main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+class Listener:
+    """Receives lines of the library's log, and failures of callbacks. The context refers to it by a handle."""
+
+    def __init__(self) -> None:
+        self.warnings: list[str] = []
+        self.failure: BaseException | None = None
+        self.progress: Callable[[str], object] | None = None
+
+    def receive(self, level: int, line: str) -> None:
+        if level == lib.KEMPE_LOG_WARNING:
+            self.warnings.append(line)
+        elif level == lib.KEMPE_LOG_PROGRESS:
+            if self.progress is not None:
+                self.progress(line)
+        else:
+            _logger.info(line)
+
+
+class Context:
+    """Messages, interrupts and lock of one model and of everything that is made from it."""
+
+    def __init__(self) -> None:
+        self.pointer = ffi.gc(lib.kempe_context_new(), lib.kempe_context_free)
+        if self.pointer == NULL:
+            raise MemoryError("no memory for a context")
+        self.lock = threading.RLock()
+        self.listener = Listener()
+        self.waiting: list[tuple[Release, Any]] = []
+        self.coordinates: tuple[str, ...] = ()  # names, once the model is read
+        self.rows: tuple[str, ...] = ()  # of the closures, once a system is derived
+        self.inputs: dict[str, str] = {}  # and their units
+        self._handle = ffi.new_handle((self.pointer, self.listener))
+        lib.kempe_context_set_log(self.pointer, lib.python_log, self._handle)
+
+    def message(self) -> str:
+        return string(lib.kempe_context_message(self.pointer))
+
+    def input(self, name: str) -> int:
+        """The number of an input."""
+        if name not in self.inputs:
+            raise ArgumentError(f"there is no input '{name}'; there are {', '.join(self.inputs) or 'none'}")
+        return list(self.inputs).index(name)
+
+    def run(self, function: Any, *arguments: Any) -> tuple[int, str]:
+        """Status and message of a computation. Failures of callbacks are raised, warnings are issued."""
+        listener = self.listener
+        with self.lock:
+            status = function(*arguments)
+            message = self.message() if status else ""
+            failure, listener.failure = listener.failure, None
+            lines, listener.warnings = listener.warnings, []
+            self.free_waiting()
+        if failure is not None:
+            lib.kempe_context_clear_interrupt(self.pointer)
+            raise failure
+        for line in lines:
+            warnings.warn(line, KempeWarning, _level_of_caller())
+        return status, message
+
+    def guarded(self, function: Any, *arguments: Any) -> tuple[int, str]:
+        """As run, for a guarded form of a function: SIGINT ends the computation."""
+        return self.run(function, self.pointer if interruptible() else NULL, *arguments)
+
+    def check(self, function: Any, *arguments: Any) -> None:
+        """Runs a function whose only success is KEMPE_OK."""
+        self.refuse(*self.run(function, *arguments))
+
+    def refuse(self, status: int, message: str) -> None:
+        if status:
+            raise error_of(status, message)
+
+    def make(self, kind: type[T], function: Any, *arguments: Any, owners: tuple[Any, ...] = (), long: bool = True) -> T:
+        """The object that a function gives by its last argument. Where it fails, the error has what it gives all the same."""
+        out = ffi.new(f"kempe_{kind._noun} **")
+        try:
+            status, message = (self.guarded if long else self.run)(function, *arguments, out)
+        except KeyboardInterrupt as interrupt:
+            raise Interrupted(self._own(kind, out[0], owners)) from interrupt
+        made = self._own(kind, out[0], owners)
+        if status < 0 or made is None:
+            raise error_of(status, message, made)
+        return made
+
+    def _own(self, kind: type[T], pointer: Any, owners: tuple[Any, ...]) -> T | None:
+        if pointer == NULL:
+            return None
+        made = kind.__new__(kind)
+        made._context = self
+        made._pointer = ffi.gc(pointer, Release(self, getattr(lib, f"kempe_{kind._noun}_free"), owners))
+        made._made()
+        return made
+
+    def text(self, function: Any, *arguments: Any) -> str:
+        """The text that a function gives by its last argument."""
+        out = ffi.new("char **")
+        self.check(function, *arguments, out)
+        try:
+            return string(out[0])
+        finally:
+            lib.kempe_text_free(out[0])
+
+    def free(self, release: Release, pointer: Any) -> None:
+        """Frees an object at once, or after the computation that is running in another thread."""
+        self.waiting.append((release, pointer))
+        if self.lock.acquire(blocking=False):
+            try:
+                self.free_waiting()
+            finally:
+                self.lock.release()
+
+    def free_waiting(self) -> None:
+        while self.waiting:
+            release, pointer = self.waiting.pop()
+            release.function(pointer)
+
+
+class Release:
+    """Frees an object of the library; what it was made from lives until then."""
+
+    __slots__ = ("context", "function", "owners")
+
+    def __init__(self, context: Context, function: Any, owners: tuple[Any, ...]) -> None:
+        self.context, self.function, self.owners = context, function, owners
+
+    def __call__(self, pointer: Any) -> None:
+        self.context.free(self, pointer)
+
+
+class Owned:
+    """An object of the library. `_noun` is its name in C: kempe_NOUN, kempe_NOUN_free."""
+
+    _noun: ClassVar[str]
+    _context: Context
+    _pointer: Any
+
+    def __init__(self) -> None:
+        raise TypeError(f"{type(self).__name__} is made by a method of a model or system")
+
+    def _made(self) -> None:
+        """Called once the object exists."""
+
+    def __reduce__(self) -> Any:
+        raise TypeError(f"{type(self).__name__} cannot be pickled; models and tables can")
+
+
+def _level_of_caller() -> int:
+    """Stack level of the first frame outside the package, as seen from Context.run."""
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("kempe."):
+        level, frame = level + 1, frame.f_back
+    return level
+
+
+def failed(kind: type[BaseException], failure: BaseException, traceback: TracebackType) -> None:
+    """Keeps the exception of a callback and ends the computation; Context.run raises it. KeyboardInterrupt may be raised before
+    the first line of a callback, so that no try statement of its own would do."""
+    pointer, listener = ffi.from_handle(traceback.tb_frame.f_locals["user"])[:2]
+    if listener.failure is None:
+        listener.failure = failure
+    lib.kempe_context_interrupt(pointer)
+
+
+@ffi.def_extern(onerror=failed)
+def python_log(user: Any, level: int, line: Any) -> None:
+    ffi.from_handle(user)[1].receive(level, string(line))

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Static and steady-state equilibria."""
+
+from __future__ import annotations
+
+from ._native import lib
+from .context import string
+from .result import Reported, TableOf
+
+
+class Equilibrium(Reported):
+    """Equilibria and their stability; the first is the one found from the start, if there is one."""
+
+    _noun = "equilibrium"
+    equilibria = TableOf(
+        "A row each: stability, residual, potential (J), hits, unknowns, q.NAME, qd.NAME, lambda.CLOSURE.k."
+    )
+    history = TableOf("The searches: equilibrium, iteration, residual, step.")
+
+    def __len__(self) -> int:
+        return int(lib.kempe_equilibrium_count(self._pointer))
+
+    def stability(self, k: int = 0) -> str:
+        """ "stable", "neutral", "unstable" or "undecided"."""
+        return string(lib.kempe_equilibrium_stability(self._pointer, k))
+
+    def is_stable(self, k: int = 0) -> bool | None:
+        """No small motion about it grows; None: undecided."""
+        judged = int(lib.kempe_equilibrium_is_stable(self._pointer, k))
+        return None if judged < 0 else bool(judged)

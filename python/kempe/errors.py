@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Exceptions: a class for each status of the library, with its sentences."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from ._native import lib
+
+_PLACE = re.compile(r"(?P<file>.+?):(?P<line>\d+):(?P<column>\d+): (?P<sentence>.*)")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One mistake in a model or table. `line` and `column` count from 1; 0 where there is no text, as in a builder."""
+
+    file: str
+    line: int
+    column: int
+    sentence: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}: {self.sentence}" if self.line else self.sentence
+
+
+class Error(Exception):
+    """Base class of the library's errors. `partial` is the result up to the failure, None where there is none."""
+
+    def __init__(self, message: str, partial: Any = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.partial = partial
+
+    def __str__(self) -> str:
+        return self.message
+
+
+class InputError(Error, ValueError):
+    """A model, table or reference is wrong. `problems` has every mistake with its place."""
+
+    @property
+    def problems(self) -> list[Problem]:
+        return [_problem(line) for line in self.message.splitlines()]
+
+
+class ArgumentError(Error, ValueError):
+    """A name or value of an option does not exist."""
+
+
+class FailedError(Error, RuntimeError):
+    """The computation is impossible as requested."""
+
+
+class StoppedError(Error, RuntimeError):
+    """The computation was ended early, by an interrupt or an event, without a result."""
+
+
+class FileError(Error, OSError):
+    """A file cannot be read or written."""
+
+
+class OutOfMemoryError(Error, MemoryError):
+    """There is no memory."""
+
+
+class BugError(Error):
+    """A defect of Kempe: please report it."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """KeyboardInterrupt during a computation. `partial` is the result up to there, None where there is none."""
+
+    def __init__(self, partial: Any = None) -> None:
+        super().__init__()
+        self.partial = partial
+
+
+class KempeWarning(UserWarning):
+    """A warning of the library, for example of a run that has not converged."""
+
+
+CLASSES: dict[int, type[Error]] = {
+    lib.KEMPE_STOPPED: StoppedError,
+    lib.KEMPE_E_MEMORY: OutOfMemoryError,
+    lib.KEMPE_E_INPUT: InputError,
+    lib.KEMPE_E_FAILED: FailedError,
+    lib.KEMPE_E_IO: FileError,
+    lib.KEMPE_E_ARGUMENT: ArgumentError,
+    lib.KEMPE_E_BUG: BugError,
+}
+
+
+def error_of(status: int, message: str, partial: Any = None) -> Error:
+    """The exception of a status."""
+    return CLASSES[status](message or f"status {status}", partial)
+
+
+def _problem(line: str) -> Problem:
+    found = _PLACE.fullmatch(line)
+    if not found:
+        return Problem("", 0, 0, line)
+    return Problem(found["file"], int(found["line"]), int(found["column"]), found["sentence"])

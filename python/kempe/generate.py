@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Operation counts, and equations in other languages."""
+
+from __future__ import annotations
+
+import os
+
+from ._native import lib
+from .context import string
+from .result import Result
+
+
+class Count(Result):
+    """Operation counts of sets of equations."""
+
+    _noun = "count"
+
+
+class Code(Result):
+    """Equations in another language: a function for each set."""
+
+    _noun = "code"
+
+    @property
+    def files(self) -> dict[str, str]:
+        """Texts of the files by their names."""
+        count = lib.kempe_code_file_count(self._pointer)
+        return {
+            string(lib.kempe_code_file_name(self._pointer, k)): string(lib.kempe_code_file_text(self._pointer, k))
+            for k in range(count)
+        }
+
+    def write(self, folder: str | os.PathLike[str]) -> None:
+        """Writes all files into a folder, which is made if it does not exist."""
+        self._context.check(lib.kempe_code_write, self._pointer, os.fsencode(folder))

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Outputs of a driven mechanism with their exact derivatives by parameters, for optimisers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._native import lib
+from .arrays import Array, optional, vector, view
+from .context import Owned, string
+
+
+class Gradient(Owned):
+    """Values (k) of the model's outputs at driven coordinates (d), and their derivatives by parameters (p).
+
+    Results are copies; they belong to the last `at`."""
+
+    _noun = "gradient"
+
+    def _made(self) -> None:
+        count = lib.kempe_gradient_count(self._pointer)
+        self.names: tuple[str, ...] = tuple(string(lib.kempe_gradient_name(self._pointer, k)) for k in range(count))
+
+    def _set_options(self, options: Mapping[str, Any]) -> None:
+        given = options.get("parameters", ())
+        self.parameters: tuple[str, ...] = (given,) if isinstance(given, str) else tuple(given)
+        driven = options.get("driven", ())
+        self.driven: tuple[str, ...] = (
+            tuple(word.strip() for word in driven.split(",")) if isinstance(driven, str) else tuple(driven)
+        )
+
+    def set(self, values: ArrayLike) -> None:
+        """Sets the values of all parameters (p), in SI, from the next `at` on."""
+        self._context.check(lib.kempe_gradient_set, self._pointer, vector(values, len(self.parameters), "values"))
+
+    def at(self, driven: ArrayLike, rates: ArrayLike | None = None, accelerations: ArrayLike | None = None) -> Array:
+        """Evaluates at the driven coordinates (d), with their rates and accelerations. Returns the values (k)."""
+        count = len(self.driven)
+        self._context.check(
+            lib.kempe_gradient_at,
+            self._pointer,
+            vector(np.atleast_1d(driven), count, "driven"),
+            optional(None if rates is None else np.atleast_1d(rates), count, "rates"),
+            optional(None if accelerations is None else np.atleast_1d(accelerations), count, "accelerations"),
+        )
+        return self.values
+
+    def _copy(self, get: Any, *shape: int) -> Array:
+        return view(get(self._pointer), shape, None).copy()
+
+    @property
+    def values(self) -> Array:
+        """Values (k)."""
+        return self._copy(lib.kempe_gradient_values, len(self.names))
+
+    @property
+    def jacobian(self) -> Array:
+        """Derivatives of the values by the parameters (k x p)."""
+        return self._copy(lib.kempe_gradient_jacobian, len(self.names), len(self.parameters))
+
+    @property
+    def by_driven(self) -> Array:
+        """Derivatives of the values by the driven coordinates (k x d)."""
+        return self._copy(lib.kempe_gradient_by_driven, len(self.names), len(self.driven))
+
+    @property
+    def q(self) -> Array:
+        """All coordinates (n)."""
+        return self._copy(lib.kempe_gradient_q, len(self._context.coordinates))
+
+    @property
+    def q_jacobian(self) -> Array:
+        """Derivatives of all coordinates by the parameters (n x p)."""
+        return self._copy(lib.kempe_gradient_q_jacobian, len(self._context.coordinates), len(self.parameters))

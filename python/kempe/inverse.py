@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inverse dynamics with the loops closed."""
+
+from __future__ import annotations
+
+from ._native import lib
+from .result import Judged, Reported, TableOf
+
+
+class Inverse(Judged, Reported):
+    """Actuator forces and torques of a prescribed motion."""
+
+    _noun = "inverse"
+    rows = TableOf("t, tau.NAME (N m or N), power.NAME (W), q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, reactions.")
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom to be actuated, at the worst row."""
+        return int(lib.kempe_inverse_dof(self._pointer))
+
+    @property
+    def rank(self) -> int:
+        """Rank of the actuators on them, at the worst row."""
+        return int(lib.kempe_inverse_rank(self._pointer))
+
+    @property
+    def residual(self) -> float:
+        """Largest |M qdd + C - J' lambda - S tau|, relative to the size of its terms."""
+        return float(lib.kempe_inverse_residual(self._pointer))

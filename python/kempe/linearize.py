@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""State spaces."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from ._native import ffi, lib
+from .arrays import Array, view
+from .context import string
+from .result import Result
+
+
+class Linearization(Result):
+    """xd = A x + B w, y = C x + D w with x = (du, dud); M dudd + G dud + K du + L w = 0, dq = N du, dqd = N dud + Nd du.
+
+    Matrices are read-only views."""
+
+    _noun = "linearization"
+
+    def matrix(self, name: str) -> Array:
+        """A matrix by its name: A, B, C, D, M, G, K, L, N, Nd."""
+        rows, columns = ffi.new("int *"), ffi.new("int *")
+        number = getattr(lib, f"KEMPE_MATRIX_{name.upper()}")
+        values = lib.kempe_linearization_matrix(self._pointer, number, rows, columns)
+        return view(values, (rows[0], columns[0]), self._pointer, "F")
+
+    @property
+    def A(self) -> Array:
+        return self.matrix("A")
+
+    @property
+    def B(self) -> Array:
+        return self.matrix("B")
+
+    @property
+    def C(self) -> Array:
+        return self.matrix("C")
+
+    @property
+    def D(self) -> Array:
+        return self.matrix("D")
+
+    @property
+    def M(self) -> Array:
+        return self.matrix("M")
+
+    @property
+    def G(self) -> Array:
+        return self.matrix("G")
+
+    @property
+    def K(self) -> Array:
+        return self.matrix("K")
+
+    @property
+    def L(self) -> Array:
+        return self.matrix("L")
+
+    @property
+    def N(self) -> Array:
+        return self.matrix("N")
+
+    @property
+    def Nd(self) -> Array:
+        return self.matrix("Nd")
+
+    def _channel(self, name: str) -> dict[str, str]:
+        channel, p = getattr(lib, f"KEMPE_CHANNEL_{name}"), self._pointer
+        return {
+            string(lib.kempe_linearization_name(p, channel, k)): string(lib.kempe_linearization_unit(p, channel, k))
+            for k in range(lib.kempe_linearization_count(p, channel))
+        }
+
+    @property
+    def states(self) -> dict[str, str]:
+        """States and their units."""
+        return self._channel("STATE")
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        """Inputs and their units."""
+        return self._channel("INPUT")
+
+    @property
+    def outputs(self) -> dict[str, str]:
+        """Outputs and their units."""
+        return self._channel("OUTPUT")
+
+    @property
+    def q(self) -> Array:
+        """Coordinates of the state (n)."""
+        return view(lib.kempe_linearization_q(self._pointer), (len(self._context.coordinates),), self._pointer)
+
+    @property
+    def qd(self) -> Array:
+        """Rates of the state (n)."""
+        return view(lib.kempe_linearization_qd(self._pointer), (len(self._context.coordinates),), self._pointer)
+
+    @property
+    def y(self) -> Array:
+        """Outputs at the state."""
+        return view(lib.kempe_linearization_y(self._pointer), (len(self.outputs),), self._pointer)
+
+    @property
+    def is_equilibrium(self) -> bool:
+        """The matrices are valid at all times, not at this instant only."""
+        return bool(lib.kempe_linearization_is_equilibrium(self._pointer))
+
+    def write_npz(self, path: str | os.PathLike[str]) -> None:
+        """All matrices and names for NumPy."""
+        self._context.check(lib.kempe_linearization_write_npz, self._pointer, os.fsencode(path))
+
+    def to_scipy(self) -> Any:
+        """A scipy.signal.StateSpace."""
+        from scipy.signal import StateSpace
+
+        return StateSpace(self.A, self.B, self.C, self.D)
+
+    def to_control(self) -> Any:
+        """A control.StateSpace of python-control, with the names of its channels."""
+        import control
+
+        return control.ss(
+            self.A,
+            self.B,
+            self.C,
+            self.D,
+            states=list(self.states),
+            inputs=list(self.inputs),
+            outputs=list(self.outputs),
+        )

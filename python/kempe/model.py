@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Models: read from a file or text, built in code, with other values of their parameters."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._native import ffi, lib
+from .context import Context, Owned, string
+from .ensemble import Ensemble, Values
+from .generate import Code, Count
+from .gradient import Gradient
+from .options import characters, text_of
+from .result import study
+from .sensitivity import Sensitivity
+from .system import Force, System
+
+if TYPE_CHECKING:
+    from typing import Unpack
+
+    from ._options import GenerateOptions, GradientOptions, RunOptions, SensitivityOptions
+    from .trajectory import Trajectory
+
+Values_ = Mapping[str, Any]
+
+
+class Model(Owned):
+    """A model file, read and checked, with values of parameters and inputs as keywords: Model("four_bar.yaml", crank="310 mm").
+
+    A value is a text as in the file, or a number in the parameter's unit. `parameters` has values whose names are no keywords.
+    `closure_tolerance` (m) is the gap that redundant closures may keep; `cache` a folder that keeps derived equations.
+
+    A model is frozen. Pickled, it is its path or text and these values, and is read again."""
+
+    _noun = "model"
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        parameters: Values_ | None = None,
+        *,
+        closure_tolerance: float | None = None,
+        cache: str | os.PathLike[str] | None = None,
+        **more: Any,
+    ) -> None:
+        recipe = ("path", os.path.abspath(path), {**(parameters or {}), **more}, closure_tolerance, cache)
+        self._read(lib.guarded_kempe_model_read_set, (os.fsencode(path),), recipe)
+
+    @classmethod
+    def from_text(
+        cls,
+        text: str,
+        parameters: Values_ | None = None,
+        *,
+        label: str = "model",
+        closure_tolerance: float | None = None,
+        cache: str | os.PathLike[str] | None = None,
+        **more: Any,
+    ) -> Model:
+        """Reads a model from text; `label` replaces the file name in messages."""
+        model = cls.__new__(cls)
+        recipe = ("text", (text, label), {**(parameters or {}), **more}, closure_tolerance, cache)
+        model._read(lib.guarded_kempe_model_read_text_set, (text.encode(), label.encode()), recipe)
+        return model
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any], parameters: Values_ | None = None, **more: Any) -> Model:
+        """Reads a model from a dict with the keys of a model file. Tuples are lists."""
+        return cls.from_text(json.dumps(document, indent=1, default=_plain), parameters, label="dict", **more)
+
+    def _read(self, function: Any, source: tuple[bytes, ...], recipe: tuple[Any, ...]) -> None:
+        _, _, values, tolerance, cache = self._recipe = recipe
+        self._context = Context()
+        if cache is not None:
+            self._context.check(lib.kempe_context_set_cache, self._context.pointer, os.fsencode(cache))
+        keep: list[Any] = []
+        settings = ffi.new(
+            "kempe_setting[]",
+            [(characters(name, keep), characters(text_of(value), keep)) for name, value in values.items()],
+        )
+        made = self._context.make(Model, function, self._context.pointer, *source, settings, len(values))
+        self._take(made._pointer)
+        if tolerance is not None:
+            self._context.check(lib.kempe_model_set_closure_tolerance, self._pointer, tolerance)
+
+    def _take(self, pointer: Any) -> None:
+        """Takes the library's model over."""
+        self._pointer = pointer
+        count = lib.kempe_model_coordinate_count(pointer)
+        self._context.coordinates = tuple(string(lib.kempe_model_coordinate_name(pointer, k)) for k in range(count))
+        self._context.inputs = {
+            string(lib.kempe_model_input_name(pointer, k)): string(lib.kempe_model_input_unit(pointer, k))
+            for k in range(lib.kempe_model_input_count(pointer))
+        }
+        self._system: System | None = None
+
+    @classmethod
+    def _of(cls, context: Context, pointer: Any) -> Model:
+        """A model that a builder has made."""
+        model = cls.__new__(cls)
+        model._context, model._recipe = context, ()
+        model._take(pointer)
+        return model
+
+    # -- what it has -----------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        return string(lib.kempe_model_name(self._pointer))
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the joint coordinates, the order of q."""
+        return self._context.coordinates
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        """Inputs and their units as written in the model."""
+        return dict(self._context.inputs)
+
+    def input_value(self, name: str, t: float) -> float:
+        """Value of an input at t (s) by the model's samples or default, in SI."""
+        return float(lib.kempe_model_input_value(self._pointer, self._context.input(name), t))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The model as parsed."""
+        made: dict[str, Any] = json.loads(self._context.text(lib.kempe_model_print, self._pointer, lib.KEMPE_JSON))
+        return made
+
+    def __str__(self) -> str:
+        return self._context.text(lib.kempe_model_print, self._pointer, lib.KEMPE_TEXT)
+
+    def __repr__(self) -> str:
+        return f"<Model {self.name!r}: coordinates {', '.join(self.coordinates)}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(str(self))}</pre>"
+
+    def __reduce__(self) -> Any:
+        if not self._recipe:
+            raise TypeError("a model of a builder cannot be pickled")
+        return (_read_again, self._recipe)
+
+    # -- equations -------------------------------------------------------------------------------------
+
+    def system(self, dynamics: str | None = None, force: Force | None = None) -> System:
+        """The equations of motion. `dynamics`: auto, composite, plain, ner, articulated. `force`: a function (t, q, qd) that gives
+        generalized forces (n; N m or N) in addition to the model's; it must be smooth and depend on its arguments alone."""
+        if dynamics is None and force is None and self._system is not None:
+            return self._system
+        if dynamics is None:
+            made = self._context.make(System, lib.guarded_kempe_system_new, self._pointer, owners=(self._pointer,))
+        else:
+            made = self._context.make(
+                System,
+                lib.kempe_system_new_with_algorithm,
+                self._pointer,
+                dynamics.encode(),
+                owners=(self._pointer,),
+                long=False,
+            )
+        if force is not None:
+            made._set_force(force)
+        elif dynamics is None:
+            self._system = made
+        return made
+
+    def simulate(self, **options: Unpack[RunOptions]) -> Trajectory:
+        """`system().simulate(..)`."""
+        return self.system().simulate(**options)
+
+    def sensitivity(self, **options: Unpack[SensitivityOptions]) -> Sensitivity:
+        """Derivatives of a trajectory, or of a state, by parameters."""
+        made: Sensitivity = study(Sensitivity, self, dict(options))
+        return made
+
+    def gradient(self, **options: Unpack[GradientOptions]) -> Gradient:
+        """Outputs of the driven mechanism with their derivatives by parameters, for repeated evaluation."""
+        made: Gradient = study(Gradient, self, dict(options))
+        made._set_options(options)
+        return made
+
+    def count(self, **options: Unpack[GenerateOptions]) -> Count:
+        """Operation counts of sets of equations."""
+        made: Count = study(Count, self, dict(options), "kempe_generate_options")
+        return made
+
+    def generate(self, **options: Unpack[GenerateOptions]) -> Code:
+        """The equations in another language."""
+        made: Code = study(Code, self, dict(options), "kempe_generate_options")
+        return made
+
+    # -- many instances ----------------------------------------------------------------------------------
+
+    def values(self, columns: Mapping[str, Any] | str | os.PathLike[str]) -> Values:
+        """Values of parameters and starts (q.NAME, qd.NAME) for many instances: arrays of one length by name, or a CSV file."""
+        if not isinstance(columns, Mapping):
+            return self._context.make(
+                Values, lib.guarded_kempe_values_read, self._pointer, os.fsencode(columns), owners=(self._pointer,)
+            )
+        rows = np.stack(
+            np.broadcast_arrays(*(np.atleast_1d(np.asarray(each, dtype=float)) for each in columns.values())), axis=1
+        )
+        keep: list[Any] = []
+        names = ffi.new("const char *[]", [characters(name, keep) for name in columns])
+        data = ffi.from_buffer("double[]", np.ascontiguousarray(rows))
+        return self._context.make(
+            Values,
+            lib.kempe_values_new,
+            self._pointer,
+            len(names),
+            names,
+            len(rows),
+            data,
+            owners=(self._pointer,),
+            long=False,
+        )
+
+    def sample(self, ranges: Any, count: int, seed: int = 1) -> Values:
+        """Uniformly random values from ranges, {"crank": (0.2, 0.3)} in SI or "crank=200 mm:300 mm"."""
+        words = text_of(ranges).encode()
+        return self._context.make(
+            Values, lib.kempe_values_sample, self._pointer, words, count, seed, owners=(self._pointer,), long=False
+        )
+
+    def ensemble(self, values: Values | Mapping[str, Any] | str | os.PathLike[str]) -> Ensemble:
+        """Many instances of the mechanism: `model.ensemble({"crank": array}).run(t_end=5)`."""
+        values = values if isinstance(values, Values) else self.values(values)
+        owners = (self._pointer, values._pointer)
+        return self._context.make(
+            Ensemble, lib.guarded_kempe_ensemble_new, self._pointer, values._pointer, owners=owners
+        )
+
+
+def _read_again(kind: str, source: Any, values: dict[str, Any], tolerance: float | None, cache: Any) -> Model:
+    if kind == "path":
+        return Model(source, values, closure_tolerance=tolerance, cache=cache)
+    return Model.from_text(source[0], values, label=source[1], closure_tolerance=tolerance, cache=cache)
+
+
+def _plain(value: Any) -> Any:
+    """NumPy's numbers and arrays for JSON."""
+    return value.tolist() if hasattr(value, "tolist") else text_of(value)

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Eigenvalues and mode shapes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._native import lib
+from .result import Drawn, Reported, TableOf
+
+
+class Modes(Reported, Drawn):
+    """Modes about a state, and their change with a parameter."""
+
+    _noun = "modes"
+    modes = TableOf("A row for each eigenvalue: re, im (1/s), frequency (Hz), damping, decay (s), re.NAME, im.NAME.")
+    rows = TableOf("Of a sweep: NAME, re.1, im.1, ..; otherwise the modes.")
+    critical = TableOf("Values of a sweep at which a mode becomes unstable or stable.")
+    state = TableOf("One row: q.NAME and qd.NAME.")
+
+    @property
+    def eigenvalues(self) -> NDArray[np.complex128]:
+        """Eigenvalues, 1/s, in the order of the table "modes"."""
+        made: NDArray[Any] = self.modes["re"] + 1j * self.modes["im"]
+        return made
+
+    @property
+    def zero_count(self) -> int:
+        """The number of eigenvalues that are exactly zero."""
+        return int(lib.kempe_modes_zero_count(self._pointer))
+
+    @property
+    def is_unstable(self) -> bool:
+        """A mode grows by more than rounding explains."""
+        return bool(lib.kempe_modes_is_unstable(self._pointer))

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Outputs at any state, and their Jacobians."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._native import lib
+from .arrays import Array, optional, vector, writable
+from .context import NULL, Owned, string
+from .options import text_of
+from .stepper import Stepper
+from .trajectory import Trajectory
+
+
+class Outputs(Owned):
+    """Values of outputs (k of them) at a state. It is for one thread at a time."""
+
+    _noun = "outputs"
+
+    def _made(self) -> None:
+        count = range(lib.kempe_outputs_count(self._pointer))
+        self.names: tuple[str, ...] = tuple(string(lib.kempe_outputs_name(self._pointer, k)) for k in count)
+        self.units: dict[str, str] = {
+            name: string(lib.kempe_outputs_unit(self._pointer, k)) for k, name in enumerate(self.names)
+        }
+        self._n, self._m = len(self._context.coordinates), len(self._context.rows)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def _values(self, function: Any, *arguments: Any) -> Array:
+        values = np.empty(len(self))
+        self._context.check(function, self._pointer, *arguments, writable(values, values.shape, "values"))
+        return values
+
+    def at(
+        self,
+        t: float,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        qdd: ArrayLike | None = None,
+        lam: ArrayLike | None = None,
+    ) -> Array:
+        """Values (k) at t (s), q, qd, qdd (n each) and lam (m); None is zero."""
+        n = self._n
+        return self._values(
+            lib.kempe_outputs_at,
+            t,
+            vector(q, n, "q"),
+            optional(qd, n, "qd"),
+            optional(qdd, n, "qdd"),
+            optional(lam, self._m, "lam"),
+        )
+
+    def at_stepper(self, stepper: Stepper) -> Array:
+        """Values (k) at the current row of a stepper, with its inputs."""
+        return self._values(lib.kempe_outputs_at_stepper, stepper._pointer)
+
+    def at_row(self, trajectory: Trajectory, row: int) -> Array:
+        """Values (k) at a row of a trajectory."""
+        return self._values(lib.kempe_outputs_at_row, trajectory._pointer, row)
+
+    def _slopes(self, function: Any, width: int, t: float, q: ArrayLike, qd: ArrayLike | None) -> tuple[Array, Array]:
+        slopes, drift = np.empty((len(self), width), order="F"), np.empty(len(self))
+        self._context.check(
+            function,
+            self._pointer,
+            t,
+            vector(q, self._n, "q"),
+            optional(qd, self._n, "qd"),
+            writable(slopes, slopes.shape, "J", "F"),
+            writable(drift, drift.shape, "jdqd"),
+        )
+        return slopes, drift
+
+    def jacobian(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> tuple[Array, Array]:
+        """J (k x n) and jdqd (k) with the loops open: accelerations of positions are J qdd + jdqd."""
+        return self._slopes(lib.kempe_outputs_jacobian, self._n, t, q, qd)
+
+    def closed_jacobian(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> tuple[Array, Array]:
+        """J X (k x p) by the independent coordinates, and the accelerations of the outputs (k) at udd = 0."""
+        return self._slopes(lib.kempe_outputs_closed_jacobian, len(self.independent), t, q, qd)
+
+    def choose(self, independent: Any = None) -> None:
+        """Chooses the independent coordinates of closed-chain Jacobians; None: those at the model's start."""
+        names = NULL if independent is None else text_of(independent).encode()
+        self._context.check(lib.kempe_outputs_choose, self._pointer, names)
+
+    @property
+    def independent(self) -> tuple[str, ...]:
+        """Names of the p independent coordinates."""
+        numbers = lib.kempe_outputs_independent(self._pointer)
+        count = lib.kempe_outputs_independent_count(self._pointer)
+        return tuple(self._context.coordinates[numbers[k]] for k in range(count))

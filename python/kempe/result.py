@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Results of studies: text, JSON, tables, pictures and pages. A study's class names its tables."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import pathlib
+import tempfile
+from typing import Any
+
+from ._native import lib
+from .context import Owned, string
+from .options import options
+from .table import Table
+
+
+class TableOf:
+    """An attribute of a result: one of its tables, made when it is first used."""
+
+    def __init__(self, doc: str) -> None:
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type[Result], name: str) -> None:
+        self.name = name
+
+    def __get__(self, result: Result | None, owner: type[Result]) -> Table:
+        return self if result is None else result.table(self.name)  # type: ignore[return-value]
+
+
+class Result(Owned):
+    """What a study has found. str() is its summary, as the command prints it."""
+
+    def _made(self) -> None:
+        self._tables: dict[str, Table] = {}
+
+    def _call(self, name: str) -> Any:
+        return getattr(lib, f"kempe_{self._noun}_{name}")
+
+    def table(self, name: str) -> Table:
+        """A table by its name."""
+        if name not in self._tables:
+            self._tables[name] = self._context.make(
+                Table, self._call("table"), self._pointer, name.encode(), long=False
+            )
+        return self._tables[name]
+
+    def text(self, full: bool = False) -> str:
+        """The summary; `full`: with all details."""
+        return self._context.text(self._call("print"), self._pointer, lib.KEMPE_FULL_TEXT if full else lib.KEMPE_TEXT)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as the command's JSON has it, in SI."""
+        made: dict[str, Any] = json.loads(self._context.text(self._call("print"), self._pointer, lib.KEMPE_JSON))
+        return made
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(str(self))}</pre>"
+
+
+class Judged(Result):
+    """A result that may end early: `status` is "ok", "stopped" or "failed", `reason` a sentence."""
+
+    @property
+    def status(self) -> str:
+        return string(self._call("status")(self._pointer))
+
+    @property
+    def reason(self) -> str:
+        return string(self._call("reason")(self._pointer))
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.status}{': ' if self.reason else ''}{self.reason}>"
+
+
+class Reported(Result):
+    """A result with a page: a self-contained HTML file, which moves the mechanism."""
+
+    def write_report(self, path: str | os.PathLike[str]) -> None:
+        status, message = self._context.guarded(
+            getattr(lib, f"guarded_kempe_{self._noun}_write_report"), self._pointer, os.fsencode(path)
+        )
+        self._context.refuse(status, message)
+
+    def report(self) -> str:
+        """The page as text."""
+        return _written(self.write_report, "report.html")
+
+
+class Drawn(Result):
+    """A result with a picture."""
+
+    def write_svg(self, path: str | os.PathLike[str]) -> None:
+        self._context.check(self._call("write_svg"), self._pointer, os.fsencode(path))
+
+    def svg(self) -> str:
+        """The picture as text."""
+        return _written(self.write_svg, "result.svg")
+
+
+def _written(write: Any, name: str) -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / name
+        write(path)
+        return path.read_text()
+
+
+def study(kind: Any, source: Owned, values: dict[str, Any], struct: str = "", maker: str = "new") -> Any:
+    """The result of a study of a model or system, whose options are keywords."""
+    struct = struct or f"kempe_{kind._noun}_options"
+    given, keep = options(kind.__name__, struct, values)
+    made = source._context.make(
+        kind,
+        getattr(lib, f"guarded_kempe_{kind._noun}_{maker}" if maker else "guarded_kempe_simulate"),
+        source._pointer,
+        given,
+        owners=(source._pointer,),
+    )
+    del keep
+    return made

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A run that is advanced by the caller, who sets inputs and states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from numpy.typing import ArrayLike
+
+from ._native import ffi, lib
+from .arrays import Array, optional, vector, view
+from .context import Owned, string
+from .errors import ArgumentError, error_of
+from .options import members_of, words
+
+
+class State(NamedTuple):
+    """A row of a run: t (s), q, qd, qdd (n each), lam (m)."""
+
+    t: float
+    q: Array
+    qd: Array
+    qdd: Array
+    lam: Array
+
+
+class SavedState(Owned):
+    """A stepper's state to return to."""
+
+    _noun = "stepper_state"
+
+
+class Stepper(Owned):
+    """Advances a run: `advance(t)`, or step by step as an iterator of states.
+
+    `q`, `qd`, `qdd`, `lam` are copies of the current row."""
+
+    _noun = "stepper"
+
+    def _call(self, function: Any, *arguments: Any, long: bool = False) -> None:
+        context = self._context
+        status, message = (context.guarded if long else context.run)(function, self._pointer, *arguments)
+        if status:
+            raise error_of(status, message or self.reason, None)
+
+    def step(self) -> None:
+        """Advances to the end of the integrator's next step. ArgumentError at t_end; StoppedError where the motion stops."""
+        self._call(lib.guarded_kempe_stepper_step, long=True)
+
+    def advance(self, t: float) -> None:
+        """Advances to t (s), neither backwards nor beyond t_end."""
+        self._call(lib.guarded_kempe_stepper_advance, t, long=True)
+
+    def __iter__(self) -> Iterator[State]:
+        """The states after each further step, up to t_end."""
+        while True:
+            try:
+                self.step()
+            except ArgumentError:  # at t_end
+                return
+            yield self.state
+
+    @property
+    def state(self) -> State:
+        """A copy of the current row."""
+        return State(self.t, self.q, self.qd, self.qdd, self.lam)
+
+    @property
+    def t(self) -> float:
+        """Current time, s."""
+        return float(lib.kempe_stepper_time(self._pointer))
+
+    @property
+    def q(self) -> Array:
+        """Coordinates (n; rad or m)."""
+        return self._row(lib.kempe_stepper_q, len(self._context.coordinates))
+
+    @property
+    def qd(self) -> Array:
+        """Rates (n)."""
+        return self._row(lib.kempe_stepper_qd, len(self._context.coordinates))
+
+    @property
+    def qdd(self) -> Array:
+        """Accelerations (n)."""
+        return self._row(lib.kempe_stepper_qdd, len(self._context.coordinates))
+
+    @property
+    def lam(self) -> Array:
+        """Multipliers (m)."""
+        return self._row(lib.kempe_stepper_lambda, len(self._context.rows))
+
+    def _row(self, get: Any, count: int) -> Array:
+        return view(get(self._pointer), (count,), None).copy()
+
+    # -- inputs and states ---------------------------------------------------------------------------------
+
+    def keep_inputs(self, keep: bool = True) -> None:
+        """Other inputs of the force function than t, q and qd are constant from now on."""
+        lib.kempe_stepper_keep_inputs(self._pointer, int(keep))
+
+    def set_input(self, name: str, value: float, rate: float = 0.0, acceleration: float = 0.0) -> None:
+        """Sets an input of the model, in SI, from now on: value + rate s + acceleration s^2 / 2, s being the time since now."""
+        number = self._context.input(name)
+        if rate or acceleration:
+            self._call(lib.kempe_stepper_set_input_rates, number, value, rate, acceleration)
+        else:
+            self._call(lib.kempe_stepper_set_input, number, value)
+
+    def input(self, name: str) -> float:
+        """Value of an input at the current time, in SI."""
+        return float(lib.kempe_stepper_input(self._pointer, self._context.input(name)))
+
+    def set_stop(self, t: float) -> None:
+        """No step goes beyond t (s) until the stepper is there."""
+        self._call(lib.kempe_stepper_set_stop, t)
+
+    def set_state(self, q: ArrayLike, qd: ArrayLike | None = None) -> float:
+        """Continues from the closed state near q and qd. Returns the largest change that closing made (rad, or relative)."""
+        n, moved = len(self._context.coordinates), ffi.new("double *")
+        self._call(lib.guarded_kempe_stepper_set_state, vector(q, n, "q"), optional(qd, n, "qd"), moved, long=True)
+        return float(moved[0])
+
+    def set_parameters(self, **values: float) -> float:
+        """Gives parameters other values in SI from now on. Returns the largest change that closing made."""
+        keep: list[Any] = []
+        moved = ffi.new("double *")
+        numbers = ffi.new("double[]", [float(value) for value in values.values()])
+        self._call(
+            lib.guarded_kempe_stepper_set_parameters, len(values), words(values, keep), numbers, moved, long=True
+        )
+        return float(moved[0])
+
+    def reset(self) -> None:
+        """Returns to t = 0 and the model's start."""
+        self._call(lib.kempe_stepper_reset)
+
+    def save(self) -> SavedState:
+        """The current state; the integrator restarts here."""
+        return self._context.make(
+            SavedState, lib.kempe_stepper_save, self._pointer, owners=(self._pointer,), long=False
+        )
+
+    def restore(self, state: SavedState) -> None:
+        """Returns to a saved state, of this or of another stepper of the same system and options."""
+        self._call(lib.kempe_stepper_restore, state._pointer)
+
+    def copy(self) -> Stepper:
+        """Another stepper at the same state."""
+        return self._context.make(Stepper, lib.kempe_stepper_copy, self._pointer, owners=(self._pointer,), long=False)
+
+    @property
+    def work(self) -> dict[str, int]:
+        """Work so far: steps, rejected, refused, rhs, newton, factorizations, exchanges, centrings."""
+        return members_of(lib.kempe_stepper_work(self._pointer))
+
+    @property
+    def reason(self) -> str:
+        """Reason of the last failure or stop; "" if there is none."""
+        return string(lib.kempe_stepper_reason(self._pointer))
+
+    def __repr__(self) -> str:
+        return f"<Stepper at t = {self.t:g} s>"

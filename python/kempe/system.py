@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The derived equations of a model, and every study of one mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._native import ffi, lib
+from .arrays import Array
+from .check import Assembly, Branches, Check
+from .compare import Comparison
+from .contacts import Contacts
+from .context import Owned, failed, string
+from .equilibrium import Equilibrium
+from .inverse import Inverse
+from .kinematics import Kinematics
+from .linearize import Linearization
+from .modes import Modes
+from .options import text_of
+from .output_handles import Outputs
+from .response import Response
+from .result import study
+from .stepper import Stepper
+from .trajectory import Trajectory
+from .workspace import Workspace
+
+if TYPE_CHECKING:
+    from typing import Unpack
+
+    from ._options import (
+        CompareOptions,
+        ContactOptions,
+        EquilibriumOptions,
+        InverseOptions,
+        KinematicsOptions,
+        LinearizeOptions,
+        ModesOptions,
+        ResponseOptions,
+        RunOptions,
+    )
+
+Force = Callable[[float, Array, Array], ArrayLike]
+View = Literal["equations", "program", "stats", "passes"]
+
+
+class System(Owned):
+    """The equations of motion of a model. Keywords of studies are the options of the command, with _ for -."""
+
+    _noun = "system"
+
+    def _made(self) -> None:
+        count = lib.kempe_system_row_count(self._pointer)
+        self._context.rows = tuple(string(lib.kempe_system_row_name(self._pointer, k)) for k in range(count))
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the n joint coordinates."""
+        return self._context.coordinates
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Names of the m closure rows."""
+        return self._context.rows
+
+    def text(self, view: View = "equations") -> str:
+        """The equations, the program, operation counts or simplifications as text."""
+        chosen = getattr(lib, f"KEMPE_VIEW_{view.upper()}")
+        return self._context.text(lib.kempe_system_print, self._pointer, chosen, lib.KEMPE_TEXT)
+
+    def __repr__(self) -> str:
+        return f"<System: {len(self.coordinates)} coordinates, {len(self.rows)} closure rows>"
+
+    def _set_force(self, force: Force) -> None:
+        self._force = ffi.new_handle(
+            (self._context.pointer, self._context.listener, _Callback(force, len(self.coordinates)))
+        )
+        lib.kempe_system_set_force(self._pointer, lib.python_force, self._force)
+
+    def _new(self, kind: Any, *arguments: Any) -> Any:
+        return self._context.make(
+            kind, getattr(lib, f"guarded_kempe_{kind._noun}_new"), self._pointer, *arguments, owners=self._owners()
+        )
+
+    def _owners(self) -> tuple[Any, ...]:
+        return (self._pointer, getattr(self, "_force", None))
+
+    # -- the mechanism -----------------------------------------------------------------------------------
+
+    def check(self) -> Check:
+        """Mobility, redundant rows, independent coordinates, limits of motion."""
+        made: Check = self._new(Check)
+        return made
+
+    def assemble(self) -> Assembly:
+        """The state in which the loops are closed."""
+        made: Assembly = self._new(Assembly)
+        return made
+
+    def branches(self, seed: int = 1) -> Branches:
+        """Other assembly modes, from random starts."""
+        made: Branches = self._new(Branches, seed)
+        return made
+
+    # -- motion --------------------------------------------------------------------------------------------
+
+    def simulate(self, **options: Unpack[RunOptions]) -> Trajectory:
+        """Runs one formulation. A run that fails raises FailedError, whose `partial` has the rows up to there."""
+        made: Trajectory = study(Trajectory, self, dict(options), "kempe_run_options", "")
+        return made
+
+    def stepper(self, **options: Unpack[RunOptions]) -> Stepper:
+        """A run that is advanced by the caller."""
+        made: Stepper = study(Stepper, self, dict(options), "kempe_run_options")
+        return made
+
+    def compare(self, **options: Unpack[CompareOptions]) -> Comparison:
+        """Many formulations, integrators and tolerances against a reference."""
+        made: Comparison = study(Comparison, self, dict(options), "kempe_compare_options")
+        return made
+
+    def kinematics(self, **options: Unpack[KinematicsOptions]) -> Kinematics:
+        """Positions over a range: kinematics(sweep={"crank": ("0 deg", "360 deg", 361)})."""
+        made: Kinematics = study(Kinematics, self, dict(options))
+        return made
+
+    def inverse(self, **options: Unpack[InverseOptions]) -> Inverse:
+        """Actuator forces and torques of a prescribed motion."""
+        made: Inverse = study(Inverse, self, dict(options))
+        return made
+
+    # -- about a state -------------------------------------------------------------------------------------
+
+    def workspace(self) -> Workspace:
+        """M, C, h, J, forward and inverse dynamics at given states."""
+        return self._context.make(Workspace, lib.kempe_workspace_new, self._pointer, owners=self._owners(), long=False)
+
+    def outputs(self, words: Any) -> Outputs:
+        """Outputs at any state, and their Jacobians: "position(coupler.C), force(spring)" or a list."""
+        return self._context.make(
+            Outputs, lib.kempe_outputs_new, self._pointer, text_of(words).encode(), owners=self._owners(), long=False
+        )
+
+    def equilibrium(self, **options: Unpack[EquilibriumOptions]) -> Equilibrium:
+        """Static and steady-state equilibria."""
+        made: Equilibrium = study(Equilibrium, self, dict(options))
+        return made
+
+    def linearize(self, **options: Unpack[LinearizeOptions]) -> Linearization:
+        """A state space about an equilibrium or the start."""
+        made: Linearization = study(Linearization, self, dict(options), "kempe_linearize_options")
+        return made
+
+    def modes(self, **options: Unpack[ModesOptions]) -> Modes:
+        """Eigenvalues and mode shapes, also over the values of a parameter."""
+        made: Modes = study(Modes, self, dict(options))
+        return made
+
+    def response(self, **options: Unpack[ResponseOptions]) -> Response:
+        """Frequency response near an equilibrium."""
+        made: Response = study(Response, self, dict(options))
+        return made
+
+    def contact(self, **options: Unpack[ContactOptions]) -> Contacts:
+        """Wheels on their rails over a range."""
+        made: Contacts = study(Contacts, self, dict(options), "kempe_contact_options")
+        return made
+
+
+class _Callback:
+    """A force function of the caller."""
+
+    def __init__(self, force: Force, count: int) -> None:
+        self.force, self.bytes = force, 8 * count
+
+    def array(self, pointer: Any, writeable: bool = False) -> Array:
+        array = np.frombuffer(ffi.buffer(pointer, self.bytes))
+        array.flags.writeable = writeable
+        return array
+
+    def call(self, t: float, q: Any, qd: Any, effort: Any) -> int:
+        self.array(effort, True)[:] = self.force(t, self.array(q), self.array(qd))
+        return 0
+
+
+@ffi.def_extern(error=1, onerror=failed)
+def python_force(user: Any, t: float, q: Any, qd: Any, effort: Any) -> int:
+    callback: _Callback = ffi.from_handle(user)[2]
+    return callback.call(t, q, qd, effort)

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Results as tables: columns with names and units."""
+
+from __future__ import annotations
+
+import html
+import os
+import pathlib
+import re
+import tempfile
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._native import ffi, lib
+from .arrays import view
+from .context import NULL, Owned, string
+from .options import text_of
+
+_OUTPUT = re.compile(r"(\w+)\(([^()]*)\)((?:\.\w+)*)")
+
+
+def column_name(output: str) -> str:
+    """The name of an output, "position(coupler.C).x", as a column has it, "position.coupler.C.x"."""
+    found = _OUTPUT.fullmatch(output.strip())
+    return f"{found[1]}.{found[2].replace(',', '.').replace(' ', '')}{found[3]}" if found else output
+
+
+class Table(Owned, Mapping[str, "NDArray[Any]"]):
+    """Columns by name, in SI: arrays of float64, read-only views without a copy, or arrays of words.
+
+    Names are those of columns, "position.coupler.C.x", or those of outputs, "position(coupler.C).x"."""
+
+    _noun = "table"
+
+    def _made(self) -> None:
+        count = range(lib.kempe_table_column_count(self._pointer))
+        self.name: str = string(lib.kempe_table_name(self._pointer))
+        self.row_count: int = lib.kempe_table_row_count(self._pointer)
+        self.names: tuple[str, ...] = tuple(string(lib.kempe_table_column_name(self._pointer, k)) for k in count)
+        self.units: dict[str, str] = {
+            name: string(lib.kempe_table_unit(self._pointer, k)) for k, name in enumerate(self.names)
+        }
+        self._columns: dict[str, NDArray[Any]] = {}
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        kept = self._columns.get(name)
+        if kept is None:
+            kept = self._columns[name] = self._read(name)
+        return kept
+
+    def _read(self, name: str) -> NDArray[Any]:
+        column = -1
+        for word in (name, column_name(name)):
+            column = lib.kempe_table_find(self._pointer, word.encode()) if column < 0 else column
+        if column < 0:
+            raise KeyError(name)
+        values = lib.kempe_table_values(self._pointer, column)
+        if values != NULL:
+            return view(values, (self.row_count,), self._pointer)
+        return np.array(
+            [string(lib.kempe_table_word(self._pointer, row, column)) for row in range(self.row_count)], dtype=str
+        )
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(dict.fromkeys(self.names))
+
+    def __len__(self) -> int:
+        return len(self.units)
+
+    def __str__(self) -> str:
+        return self._context.text(lib.kempe_table_print, self._pointer, lib.KEMPE_TEXT)
+
+    def __repr__(self) -> str:
+        return f"<Table {self.name}: {self.row_count} rows of {len(self)} columns>"
+
+    def row(self, k: int) -> dict[str, Any]:
+        """One row as a dict."""
+        return {name: self[name][k] for name in self}
+
+    def to_dict(self) -> dict[str, NDArray[Any]]:
+        return dict(self.items())
+
+    def to_pandas(self, index: str | None = None) -> Any:
+        """A pandas.DataFrame; `attrs["units"]` has the units."""
+        import pandas
+
+        frame = pandas.DataFrame({name: self[name] for name in self})
+        frame.attrs.update(units=dict(self.units), name=self.name)
+        return frame.set_index(index) if index else frame
+
+    def to_xarray(self, index: str | None = None) -> Any:
+        """An xarray.Dataset over the first column, or over `index`; each variable has its unit."""
+        import xarray
+
+        index = index or self.names[0]
+        columns = {name: ((index,), self[name], {"units": self.units[name]}) for name in self}
+        return xarray.Dataset(
+            {name: column for name, column in columns.items() if name != index}, {index: columns[index]}
+        )
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes a file in the format of its ending: .csv, .json, .npz."""
+        self._context.check(lib.kempe_table_write, self._pointer, os.fsencode(path))
+
+    def svg(self, x: str | None = None, y: Any = None) -> str:
+        """Columns `y` over `x` as an SVG picture, a plot for each unit. None: all, over the first."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "table.svg"
+            names = [NULL if each is None else ffi.new("char[]", text_of(each).encode()) for each in (x, y)]
+            self._context.check(lib.kempe_table_write_svg, self._pointer, *names, os.fsencode(path))
+            return path.read_text()
+
+    def _repr_html_(self) -> str:
+        shown = min(self.row_count, 10)
+        head = "".join(
+            f"<th>{html.escape(name)}<br><small>{html.escape(self.units[name])}</small></th>" for name in self
+        )
+        rows = "".join(
+            "<tr>" + "".join(f"<td>{_cell(self[name][k])}</td>" for name in self) + "</tr>" for k in range(shown)
+        )
+        more = f"<p>{self.row_count - shown} more rows</p>" if shown < self.row_count else ""
+        return f"<table><caption>{html.escape(self.name)}</caption><tr>{head}</tr>{rows}</table>{more}"
+
+    def __reduce__(self) -> Any:
+        return (FrozenTable, (self.name, dict(self.units), {name: np.array(self[name]) for name in self}))
+
+
+class FrozenTable(Mapping[str, "NDArray[Any]"]):
+    """A table that was pickled: its columns alone."""
+
+    def __init__(self, name: str, units: dict[str, str], columns: dict[str, NDArray[Any]]) -> None:
+        self.name, self.units, self._columns = name, units, columns
+        self.names = tuple(columns)
+        self.row_count = len(next(iter(columns.values()), ()))
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self._columns[name] if name in self._columns else self._columns[column_name(name)]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+
+def _cell(value: Any) -> str:
+    return html.escape(f"{value:.6g}" if isinstance(value, float) else str(value))

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Results of simulations."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._native import lib
+from .arrays import Array, view
+from .options import text_of
+from .result import Judged, Reported, TableOf
+from .table import Table, column_name
+
+
+class Trajectory(Judged, Reported):
+    """Rows of a run. Arrays are read-only views of its memory, and keep it alive.
+
+    `run["position(coupler.C).x"]` is any output of the model language over time, whether or not the model requests it; an output
+    with several components has a column for each."""
+
+    _noun = "trajectory"
+    rows = TableOf("t and the outputs that the model requests.")
+    log = TableOf("Events between steps: t, kind, text, before, after.")
+
+    def __len__(self) -> int:
+        return int(lib.kempe_trajectory_row_count(self._pointer))
+
+    @property
+    def t(self) -> NDArray[np.float64]:
+        """Times of the rows, s."""
+        return self.rows["t"]
+
+    @property
+    def q(self) -> Array:
+        """Coordinates (rows x n; rad or m)."""
+        return self._rows("q", len(self._context.coordinates))
+
+    @property
+    def qd(self) -> Array:
+        """Rates (rows x n; rad/s or m/s)."""
+        return self._rows("qd", len(self._context.coordinates))
+
+    @property
+    def qdd(self) -> Array:
+        """Accelerations (rows x n; rad/s^2 or m/s^2)."""
+        return self._rows("qdd", len(self._context.coordinates))
+
+    @property
+    def lam(self) -> Array:
+        """Lagrange multipliers (rows x m)."""
+        return self._rows("lambda", len(self._context.rows))
+
+    def _rows(self, name: str, width: int) -> Array:
+        return view(self._call(name)(self._pointer, 0), (len(self), width), self._pointer)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coordinates, the columns of q, qd and qdd."""
+        return self._context.coordinates
+
+    @property
+    def closure_rows(self) -> tuple[str, ...]:
+        """Names of the closure rows, the columns of lam."""
+        return self._context.rows
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the columns of `rows`."""
+        return self.rows.units
+
+    def outputs(self, names: Any) -> Table:
+        """A table of t and of outputs: "q(A),force(spring)" or a list of such words."""
+        words = text_of(names).encode()
+        return self._context.make(Table, lib.kempe_trajectory_outputs, self._pointer, words, long=False)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        if name in self.rows.units or column_name(name) in self.rows.units:
+            return self.rows[name]
+        table = self.outputs(name)
+        if len(table) == 2:
+            return table[table.names[1]]
+        return np.stack([table[each] for each in table.names[1:]], axis=1)
+
+    @property
+    def verdict(self) -> dict[str, Any]:
+        """Residuals, energy balance, convergence and work of the run."""
+        found = self.to_dict()
+        return {
+            name: found[name]
+            for name in ("status", "reason", "residual", "energy", "error", "convergence", "work")
+            if name in found
+        }
+
+    def to_pandas(self) -> Any:
+        """The table `rows` as a pandas.DataFrame over t."""
+        return self.rows.to_pandas("t")
+
+    def to_xarray(self) -> Any:
+        """The table `rows` as an xarray.Dataset over t."""
+        return self.rows.to_xarray("t")
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(str(self))}</pre>{self.rows.svg()}"
+
+    def __repr__(self) -> str:
+        end = float(lib.kempe_trajectory_time(self._pointer, len(self) - 1)) if len(self) else 0.0
+        return f"<Trajectory: {self.status}, {len(self)} rows to t = {end:g} s>"

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The equations of motion at one state: M(q) qdd + C(q, qd, t) = Q + J' lambda, h(q, t) = 0."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._native import ffi, lib
+from .arrays import DOUBLES, INTS, Array, optional, vector, view, writable
+from .context import NULL, Owned, string
+from .errors import error_of
+
+_evaluate = lib.kempe_workspace_evaluate
+_forward = lib.kempe_workspace_forward_dynamics
+_inverse = lib.kempe_workspace_inverse_dynamics
+_from_buffer = ffi.from_buffer
+
+
+class Accelerations(NamedTuple):
+    """Accelerations (n) and multipliers (m), or rows of them."""
+
+    qdd: Array
+    lam: Array
+
+
+class Equations(NamedTuple):
+    """Values at a state, or at each of N states, which are then the first dimension."""
+
+    M: Array  # n x n
+    C: Array  # n
+    h: Array  # m
+    J: Array  # m x n
+    jdqd: Array  # m
+
+
+class Workspace(Owned):
+    """Evaluates the equations at given states. It is for one thread at a time, and never waits for another workspace.
+
+    `M`, `C`, `h`, `J`, `jdqd` are copies; `views` has the same as read-only views, which the next call overwrites."""
+
+    _noun = "workspace"
+
+    def _made(self) -> None:
+        self.n = len(self._context.coordinates)
+        self.m = len(self._context.rows)
+        w, n, m = self._pointer, self.n, self.m
+        self.views = Equations(
+            view(lib.kempe_workspace_mass(w), (n, n), w, "F"),
+            view(lib.kempe_workspace_bias(w), (n,), w),
+            view(lib.kempe_workspace_h(w), (m,), w),
+            view(lib.kempe_workspace_jacobian(w), (m, n), w, "F"),
+            view(lib.kempe_workspace_jdqd(w), (m,), w),
+        )
+
+    def _fail(self, status: int) -> None:
+        self._context.run(int)  # raises what a callback has raised
+        raise error_of(status, string(lib.kempe_workspace_message(self._pointer)))
+
+    def evaluate(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> Equations:
+        """Evaluates everything at t (s), q and qd (n each; None: at rest). q need not close the loops. Returns `views`."""
+        n = self.n
+        status = _evaluate(self._pointer, t, vector(q, n, "q"), NULL if qd is None else vector(qd, n, "qd"))
+        if status:
+            self._fail(status)
+        return self.views
+
+    @property
+    def M(self) -> Array:
+        """Mass matrix (n x n)."""
+        return self.views.M.copy(order="F")
+
+    @property
+    def C(self) -> Array:
+        """Bias (n; N m or N): Coriolis, centrifugal, gravity and applied forces, on the side of M qdd."""
+        return self.views.C.copy()
+
+    @property
+    def h(self) -> Array:
+        """Closure error (m)."""
+        return self.views.h.copy()
+
+    @property
+    def J(self) -> Array:
+        """Jacobian dh/dq (m x n)."""
+        return self.views.J.copy(order="F")
+
+    @property
+    def jdqd(self) -> Array:
+        """Acceleration of h at qdd = 0 (m)."""
+        return self.views.jdqd.copy()
+
+    @property
+    def kinetic(self) -> float:
+        """Kinetic energy, J."""
+        return float(lib.kempe_workspace_kinetic(self._pointer))
+
+    @property
+    def potential(self) -> float:
+        """Potential energy of gravity and springs, J."""
+        return float(lib.kempe_workspace_potential(self._pointer))
+
+    def set_input(self, name: str, value: float, t: float = 0.0, rate: float = 0.0, acceleration: float = 0.0) -> None:
+        """Sets an input of the model to value + rate s + acceleration s^2 / 2, where s is the time since t."""
+        status = lib.kempe_workspace_set_input(self._pointer, self._context.input(name), t, value, rate, acceleration)
+        if status:
+            self._fail(status)
+
+    def forward_dynamics(
+        self, t: float, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, out: Accelerations | None = None
+    ) -> Accelerations:
+        """Accelerations and multipliers under the model's forces and the generalized forces Q (n; None: none)."""
+        n, m = self.n, self.m
+        made = Accelerations(np.empty(n), np.empty(m)) if out is None else out
+        status = _forward(
+            self._pointer,
+            t,
+            vector(q, n, "q"),
+            vector(qd, n, "qd"),
+            optional(Q, n, "Q"),
+            writable(made.qdd, (n,), "qdd"),
+            writable(made.lam, (m,), "lam"),
+        )
+        if status:
+            self._fail(status)
+        return made
+
+    def inverse_dynamics(
+        self, t: float, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Array | None = None
+    ) -> Array:
+        """Generalized forces Q = M qdd + C (n; N m or N), with the loops open."""
+        n = self.n
+        made = np.empty(n) if out is None else out
+        status = _inverse(
+            self._pointer, t, vector(q, n, "q"), vector(qd, n, "qd"), vector(qdd, n, "qdd"), writable(made, (n,), "out")
+        )
+        if status:
+            self._fail(status)
+        return made
+
+    def close(
+        self, t: float, q: ArrayLike, qd: ArrayLike | None = None, hold: Iterable[str] = ()
+    ) -> tuple[Array, Array]:
+        """Closed q and qd near the given ones. Coordinates in `hold` keep their values."""
+        held = set(hold)
+        unknown = held.difference(self._context.coordinates)
+        if unknown:
+            raise ValueError(
+                f"there is no coordinate '{min(unknown)}'; there are {', '.join(self._context.coordinates)}"
+            )
+        closed, rates = np.array(q, dtype=float), np.zeros(self.n) if qd is None else np.array(qd, dtype=float)
+        keep = ffi.new(INTS, [int(name in held) for name in self._context.coordinates])
+        status = lib.kempe_workspace_close(
+            self._pointer, t, writable(closed, (self.n,), "q"), writable(rates, (self.n,), "qd"), keep
+        )
+        if status:
+            self._fail(status)
+        return closed, rates
+
+    # -- many states ---------------------------------------------------------------------------------
+
+    def evaluate_states(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike | None = None) -> Equations:
+        """The equations at N states, rows of q and qd (N x n); t is a number, or N of them."""
+        states = _States(self, t, q, qd=qd)
+        count, n, m = states.count, self.n, self.m
+        made = (
+            np.empty((count, n, n)),
+            np.empty((count, n)),
+            np.empty((count, m)),
+            np.empty((count, n, m)),
+            np.empty((count, m)),
+        )
+        states.run(lib.python_evaluate_states, mass=made[0], bias=made[1], h=made[2], jacobian=made[3], jdqd=made[4])
+        return Equations(made[0], made[1], made[2], made[3].transpose(0, 2, 1), made[4])
+
+    def forward_states(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None) -> Accelerations:
+        """Accelerations (N x n) and multipliers (N x m) at N states."""
+        states = _States(self, t, q, qd=qd, Q=Q)
+        made = Accelerations(np.empty((states.count, self.n)), np.empty((states.count, self.m)))
+        states.run(lib.python_forward_states, accelerations=made.qdd, multipliers=made.lam)
+        return made
+
+    def inverse_states(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
+        """Generalized forces M qdd + C (N x n) at N states."""
+        states = _States(self, t, q, qd=qd, qdd=qdd)
+        forces = np.empty((states.count, self.n))
+        states.run(lib.python_inverse_states, forces=forces)
+        return forces
+
+
+class _States:
+    """Rows of states as the helpers in C read them."""
+
+    def __init__(self, workspace: Workspace, t: ArrayLike, q: ArrayLike, **rows: ArrayLike | None) -> None:
+        self.workspace = workspace
+        times = np.ascontiguousarray(t, dtype=float)
+        first = np.ascontiguousarray(q, dtype=float)
+        self.count = len(first) if first.ndim == 2 else 0
+        if times.shape not in ((), (1,), (self.count,)):
+            raise ValueError(f"t is a number or {self.count} of them, not of the shape {times.shape}")
+        step = int(times.shape == (self.count,))
+        self.struct = ffi.new(
+            "python_states *", {"count": self.count, "n": workspace.n, "m": workspace.m, "t_step": step, "failed": -1}
+        )
+        self.keep: list[Any] = []
+        self._set("t", times)
+        for name, values in {"q": first, **rows}.items():
+            if values is not None:
+                array = np.ascontiguousarray(values, dtype=float)
+                if array.ndim != 2 or array.shape != (self.count, workspace.n):
+                    raise ValueError(
+                        f"{name} has rows of {workspace.n} values for each state, not the shape {array.shape}"
+                    )
+                self._set(name, array)
+
+    def _set(self, name: str, array: Array) -> None:
+        self.keep.append(_from_buffer(DOUBLES, array))
+        setattr(self.struct, name, self.keep[-1])
+
+    def run(self, function: Any, **results: Array) -> None:
+        for name, array in results.items():
+            self._set(name, array)
+        status = function(self.workspace._pointer, self.struct)
+        if status:
+            self.workspace._context.run(int)
+            message = string(lib.kempe_workspace_message(self.workspace._pointer))
+            raise error_of(status, f"state {self.struct.failed}: {message}")

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Models and the command for all tests. The functions of the library that the tests reach are recorded: the last test
+compares them with the public headers."""
+
+import importlib.machinery
+import importlib.util
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+USED: set[str] = set()
+
+
+class Recorder:
+    """The library, with a record of the functions that were taken from it."""
+
+    def __init__(self, lib):
+        self._lib = lib
+
+    def __getattr__(self, name):
+        value = getattr(self._lib, name)
+        USED.add(name.removeprefix("guarded_"))
+        return value
+
+
+def record():
+    """Loads the extension module before the package does."""
+    folders = importlib.util.find_spec("kempe").submodule_search_locations
+    spec = importlib.machinery.PathFinder.find_spec("kempe._native", folders)
+    native = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(native)
+    native.lib = Recorder(native.lib)
+    sys.modules["kempe._native"] = native
+
+
+record()
+import kempe  # noqa: E402
+
+
+@pytest.fixture
+def four_bar():
+    return kempe.Model(ROOT / "examples/four_bar/four_bar.yaml")
+
+
+@pytest.fixture
+def command():
+    """Runs the command and gives its JSON; skipped where there is no command (a wheel by itself)."""
+    path = os.environ.get("KEMPE_COMMAND")
+    if not path:
+        pytest.skip("KEMPE_COMMAND is not set")
+
+    def run(*words):
+        done = subprocess.run(
+            [path, *map(str, words), "--json", "-"], capture_output=True, text=True, cwd=ROOT, check=True
+        )
+        return json.loads(done.stdout)
+
+    return run
+
+
+TIMES = re.compile(r"_s$|_ms$|cpu|wall|memory|bytes")
+
+
+def untimed(value):
+    """JSON without times, which differ from run to run."""
+    if isinstance(value, dict):
+        return {key: untimed(each) for key, each in value.items() if not TIMES.search(key)}
+    return [untimed(each) for each in value] if isinstance(value, list) else value
+
+
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: "last_of_all" in item.keywords)
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "last_of_all: sees what the other tests have used")

@@ -1,0 +1,377 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Models, errors, tables, views of memory, interrupts, threads, processes."""
+
+import concurrent.futures
+import gc
+import json
+import multiprocessing
+import os
+import pickle
+import re
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+import warnings
+import weakref
+
+import kempe
+import numpy as np
+import pytest
+from conftest import ROOT
+
+PENDULUM = """
+kempe: 1
+gravity: [0, -9.81, 0]
+parameters: {L: 2 m}
+inputs: {push: {unit: N m, default: 0}}
+bodies: {arm: {joint: {name: A, revolute: z, at: ground}, mass: 3, com: [0, -L/2, 0], inertia: {zz: 1}}}
+forces: {push: {joint: A, torque: push}}
+start: {q: {A: 0.5}}
+run: {t_end: 1, output_step: 0.1}
+"""
+FREE = PENDULUM.replace("inputs: {push: {unit: N m, default: 0}}\n", "").replace(
+    "forces: {push: {joint: A, torque: push}}\n", ""
+)
+
+
+def pendulum(text=PENDULUM, **more):
+    return kempe.Model.from_text(text, **more)
+
+
+# -- models and errors ---------------------------------------------------------------------------------
+
+
+def test_model(four_bar):
+    assert four_bar.name == "four-bar" and four_bar.coordinates == ("crank", "coupler", "rocker")
+    assert (
+        four_bar.to_dict()["name"] == "four-bar" and "coupler" in str(four_bar) and "four-bar" in four_bar._repr_html_()
+    )
+    assert "crank" in repr(four_bar) and four_bar.inputs == {}
+
+
+def test_parameters():
+    by_keyword = kempe.Model(ROOT / "examples/four_bar/four_bar.yaml", crank="310 mm").simulate(t_end=0.1)
+    by_number = kempe.Model(ROOT / "examples/four_bar/four_bar.yaml", {"crank": 0.31}).simulate(t_end=0.1)
+    assert np.array_equal(by_keyword.q, by_number.q)
+    assert not np.array_equal(by_number.q, kempe.Model(ROOT / "examples/four_bar/four_bar.yaml").simulate(t_end=0.1).q)
+    with pytest.raises(kempe.Error, match="crnk"):
+        kempe.Model(ROOT / "examples/four_bar/four_bar.yaml", crnk=1)
+
+
+def test_dict_is_text():
+    document = {
+        "kempe": 1,
+        "gravity": (0, -9.81, 0),
+        "bodies": {
+            "arm": {
+                "joint": {"name": "A", "revolute": "z", "at": "ground"},
+                "mass": np.float64(3),
+                "com": np.array([0.0, -1, 0]),
+                "inertia": {"zz": 1},
+            }
+        },
+        "start": {"q": {"A": 0.5}},
+    }
+    assert np.array_equal(
+        kempe.Model.from_dict(document).simulate(t_end=1, output_step=0.1).q, pendulum(FREE).simulate().q
+    )
+
+
+def test_problems():
+    with pytest.raises(kempe.InputError) as caught:
+        kempe.Model.from_text("kempe: 1\nbodies: {a: {mas: 1}}\n", label="wrong.yaml")
+    problems = caught.value.problems
+    assert [(p.file, p.line) for p in problems] == [("wrong.yaml", 2)] * 2 and problems[1].column == 14
+    assert "did you mean 'mass'" in problems[1].sentence and str(problems[0]).startswith("wrong.yaml:2:13: ")
+    assert isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize(
+    "error, base, call",
+    [
+        (kempe.FileError, OSError, lambda m: kempe.Model("/nothing/here.yaml")),
+        (kempe.ArgumentError, ValueError, lambda m: m.simulate(formulation="nonsense")),
+        (kempe.ArgumentError, ValueError, lambda m: m.system().linearize(inputs="nonsense")),
+        (kempe.FailedError, RuntimeError, lambda m: m.simulate(max_steps=3)),
+        (TypeError, TypeError, lambda m: m.simulate(rtoll=1e-3)),
+        (TypeError, TypeError, lambda m: kempe.Trajectory()),
+        (TypeError, TypeError, lambda m: pickle.dumps(m.system())),
+        (TypeError, TypeError, lambda m: m.simulate(independent=object())),
+        (ValueError, ValueError, lambda m: m.system().workspace().evaluate(0, [1, 2])),
+        (ValueError, ValueError, lambda m: m.system().workspace().close(0, [1, 2, 3], hold=["nonsense"])),
+        (KeyError, KeyError, lambda m: m.simulate(t_end=0.1).rows["nonsense"]),
+        (kempe.ArgumentError, ValueError, lambda m: m.simulate(t_end=0.1)["nonsense"]),
+    ],
+)
+def test_errors(error, base, call, four_bar):
+    with pytest.raises(error) as caught:
+        call(four_bar)
+    assert isinstance(caught.value, base) and str(caught.value)
+
+
+def test_keywords_have_near_names(four_bar):
+    with pytest.raises(TypeError, match="near are rtol"):
+        four_bar.simulate(rtoll=1e-3)
+
+
+def test_failed_run_has_its_rows(four_bar):
+    with pytest.raises(kempe.FailedError) as caught:
+        four_bar.simulate(max_steps=3, output_step=1e-4)
+    partial = caught.value.partial
+    assert partial.status == "failed" and len(partial) > 1 and partial.reason in str(caught.value)
+    assert len(partial.t) == len(partial.q)
+
+
+def test_warnings_are_python_warnings(four_bar):
+    with pytest.warns(kempe.KempeWarning, match="energy error") as caught:
+        four_bar.simulate(rtol=1e-2, t_end=50)
+    assert caught[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        four_bar.simulate(t_end=0.1)
+        with pytest.raises(kempe.KempeWarning):
+            four_bar.simulate(rtol=1e-2, t_end=50)
+
+
+def test_closure_tolerance_and_cache(tmp_path):
+    path = ROOT / "examples/four_bar/four_bar.yaml"
+    first = kempe.Model(path, closure_tolerance=0.0, cache=tmp_path).simulate(t_end=0.1)
+    assert list(tmp_path.iterdir())
+    assert np.array_equal(first.q, kempe.Model(path, cache=tmp_path).simulate(t_end=0.1).q)
+    with pytest.raises(kempe.ArgumentError):
+        kempe.Model(path, closure_tolerance=-1.0)
+
+
+def test_builder_gives_the_model_of_a_file():
+    built = kempe.Builder("pendulum").gravity(0, -9.81, 0).parameter("L", 2)
+    built.body(
+        "arm", joint="A", kind="revolute", axis=(0, 0, 1), mass=3, com=(0, "-L/2", 0), inertia=(0, 0, 1, 0, 0, 0)
+    )
+    built.q("A", 0.5).qd("A", 0).text("run", "t_end", "1").text("run", "output_step", "0.1")
+    model = built.finish()
+    assert np.array_equal(model.simulate().q, pendulum(FREE).simulate().q)
+    with pytest.raises(TypeError):
+        pickle.dumps(model)
+    with pytest.raises(kempe.ArgumentError):
+        built.body("late")
+
+
+def test_builder_closes_loops_and_reports():
+    built = kempe.Builder("triangle").point("ground", "B", 1, 0, 0)
+    built.body("a", mass=1, inertia=(1, 1, 1, 0, 0, 0)).point("a", "P", 1, 0, 0)
+    built.closure("rod", kind="rod", point=("a.P", "ground.B"), length=0.5)
+    built.force("spring", spring=("a.P", "ground.B"), stiffness=10, free_length=0.1)
+    built.joint("late", kind="revolute", point=("a.P", "nothing.Q"))
+    with pytest.raises(kempe.InputError, match="nothing"):
+        built.finish()
+    with pytest.raises(TypeError, match="near are mass"):
+        built.body("b", mas=1)
+    with pytest.raises(ValueError, match="3 values"):
+        built.body("b", com=(1, 2))
+
+
+# -- tables and views ------------------------------------------------------------------------------------
+
+
+def test_table(four_bar, tmp_path):
+    run = four_bar.simulate(t_end=0.2)
+    rows = run.rows
+    assert (
+        rows.row_count == len(run)
+        and rows.units["q.crank"] == "rad"
+        and list(rows)[0] == "t"
+        and len(rows) == len(rows.units)
+    )
+    assert np.array_equal(rows["q.crank"], run.q[:, 0]) and np.array_equal(rows["q(crank)"], run.q[:, 0])
+    assert rows.row(1)["t"] == run.t[1] and rows["t"] is rows["t"]
+    rows.write(tmp_path / "rows.npz")
+    with np.load(tmp_path / "rows.npz") as kept:
+        assert np.array_equal(kept["values"][:, list(kept["names"]).index("qd.crank")], run.qd[:, 0])
+    assert (
+        "<svg" in rows.svg(y=["q.crank", "q.rocker"])
+        and "q.crank" in rows._repr_html_()
+        and "more rows" in rows._repr_html_()
+    )
+    assert "q.crank" in str(rows) and "rows" in repr(rows)
+    again = pickle.loads(pickle.dumps(rows))
+    assert np.array_equal(again["q(crank)"], run.q[:, 0]) and again.units == rows.units and list(again) == list(rows)
+    words = four_bar.system().check().coordinates
+    assert list(words["coordinate"]) == list(four_bar.coordinates) and words["role"].dtype.kind == "U"
+
+
+def test_views_are_read_only_and_keep_their_owner_alive():
+    model = pendulum()
+    run = model.simulate()
+    q, t, copy = run.q, run.t, run.q.copy()
+    assert not q.flags.writeable and not t.flags.writeable and np.shares_memory(q, run.q)
+    with pytest.raises(ValueError):
+        q[0, 0] = 1
+    gone = weakref.ref(run)
+    del run, model
+    gc.collect()
+    others = [pendulum().simulate() for _ in range(5)]  # would reuse freed memory
+    assert gone() is None and np.array_equal(q, copy) and np.array_equal(t, others[0].t)
+
+
+def test_children_outlive_parents():
+    workspace = pendulum().system().workspace()
+    stepper = pendulum().system().stepper()
+    gc.collect()
+    workspace.evaluate(0.0, [0.5], [0.0])
+    stepper.advance(0.5)
+    assert workspace.M[0, 0] > 0 and stepper.t == 0.5
+
+
+def test_pandas_and_xarray():
+    run = pendulum().simulate()
+    for name, make in (("pandas", run.to_pandas), ("xarray", run.to_xarray)):
+        if importlib_has(name):
+            made = make()
+            assert np.array_equal(np.asarray(made["q.A"]), run.q[:, 0])
+
+
+def importlib_has(name):
+    import importlib.util
+
+    return importlib.util.find_spec(name) is not None
+
+
+# -- interrupts, callbacks, threads, processes -----------------------------------------------------------
+
+
+def interrupt_after(seconds):
+    threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT)).start()
+    return time.monotonic() + seconds
+
+
+def interrupted(model):
+    """How late a long run ends, and its rows."""
+    sent = interrupt_after(0.2)
+    with pytest.raises(kempe.Interrupted) as caught:
+        model.simulate(t_end=1e6, output_step=0.1)
+    assert isinstance(caught.value, KeyboardInterrupt)
+    return time.monotonic() - sent, caught.value.partial
+
+
+def test_interrupt_ends_a_long_run_at_once_with_its_rows(four_bar):
+    four_bar.system()
+    late, partial = min((interrupted(four_bar) for _ in range(5)), key=lambda each: each[0])  # of a loaded machine
+    assert late < 0.1 and partial.status == "stopped" and "interrupted" in partial.reason
+    assert len(partial) > 1 and np.isfinite(partial.q).all()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert four_bar.simulate(t_end=0.1).status == "ok"  # what comes next is not ended
+
+
+def test_interrupt_of_a_stepper_and_outside_of_runs(four_bar):
+    stepper = four_bar.system().stepper(t_end=1e6)
+    interrupt_after(0.1)
+    with pytest.raises(KeyboardInterrupt):
+        stepper.advance(1e6)
+    interrupt_after(0.05)
+    with pytest.raises(KeyboardInterrupt):
+        time.sleep(2)
+    assert four_bar.simulate(t_end=0.1).status == "ok"
+
+
+def test_interrupt_with_a_handler_of_the_user(four_bar):
+    seen = []
+    before = signal.signal(signal.SIGINT, lambda *_: seen.append(1))
+    try:
+        interrupt_after(0.02)
+        assert four_bar.simulate(t_end=30).status == "ok" and seen == [1]
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_force_in_python():
+    damped = pendulum().system(force=lambda t, q, qd: -2.0 * qd)
+    model = pendulum(PENDULUM.replace("torque: push", "torque: push - 2*qd(A)"))
+    assert np.allclose(damped.simulate(rtol=1e-9).q, model.simulate(rtol=1e-9).q, atol=1e-7)
+    assert not np.allclose(damped.simulate().q, pendulum().simulate().q)
+    workspace = damped.workspace()
+    assert np.allclose(
+        workspace.forward_dynamics(0, [0.1], [1.0]).qdd,
+        model.system().workspace().forward_dynamics(0, [0.1], [1.0]).qdd,
+    )
+
+
+def test_exception_of_a_force_is_raised():
+    def force(t, q, qd):
+        if t > 0.5:
+            raise ZeroDivisionError("at half a second")
+        return 0 * q
+
+    model = pendulum()
+    system = model.system(force=force)
+    with pytest.raises(ZeroDivisionError, match="half"):
+        system.simulate()
+    with pytest.raises(ZeroDivisionError):
+        system.workspace().forward_dynamics(1.0, [0.0], [0.0])
+    assert model.simulate().status == "ok"
+    with pytest.raises(ValueError):
+        model.system(force=lambda t, q, qd: [1, 2, 3]).simulate()
+
+
+def test_threads_use_one_model_and_several(four_bar):
+    expected = four_bar.simulate(t_end=1).q
+    models = [four_bar, four_bar, kempe.Model(ROOT / "examples/four_bar/four_bar.yaml")]
+    with concurrent.futures.ThreadPoolExecutor(3) as pool:
+        runs = list(pool.map(lambda model: model.simulate(t_end=1), models * 4))
+    assert all(np.array_equal(run.q, expected) for run in runs)
+
+
+def final_state(model):
+    return model.simulate(t_end=0.5).q[-1]
+
+
+def test_spawned_processes(four_bar):
+    expected = final_state(four_bar)
+    with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        assert all(np.array_equal(each, expected) for each in pool.map(final_state, [four_bar, four_bar]))
+
+
+def test_pickled_model():
+    model = pickle.loads(pickle.dumps(pendulum(L="1 m")))
+    assert np.array_equal(model.simulate().q, pendulum(L=1).simulate().q)
+
+
+def test_no_growth():
+    import resource
+
+    workspace = pendulum().system().workspace()
+    q, qd, out = np.array([0.1]), np.array([0.2]), kempe.Accelerations(np.empty(1), np.empty(0))
+
+    def work():
+        for _ in range(20000):
+            workspace.evaluate(0.0, q, qd)
+            workspace.forward_dynamics(0.0, q, qd, out=out)
+        for _ in range(50):
+            pendulum().simulate()
+
+    work()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    work()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1500  # KiB
+
+
+def test_import_alone_is_quiet():
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", "import kempe; print(kempe.__version__)"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.strip() == kempe.__version__ and not done.stderr
+    assert json.dumps(kempe.__all__)
+
+
+def test_page():
+    """The blocks of docs/python.md, one after another."""
+    page = (ROOT / "docs/python.md").read_text()
+    blocks = re.findall(r"(?:^    .*\n|^\n(?=    ))+", page, re.M)
+    program = "\n".join(textwrap.dedent(block) for block in blocks if "pip install" not in block)
+    assert len(blocks) > 5 and "assert" in program
+    subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True)

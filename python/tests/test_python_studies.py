@@ -1,0 +1,467 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Every study gives what the command gives, to the bit; workspaces, steppers, outputs, gradients agree with each other."""
+
+import importlib.util
+import re
+
+import kempe
+import numpy as np
+import pytest
+from conftest import ROOT, USED, untimed
+from test_python_basics import pendulum
+
+EXAMPLES = ROOT / "examples"
+STUDIES = {  # study: model, options of the command, keywords
+    "simulate": ("four_bar/four_bar", ["--t-end", 1], {"t_end": 1}),
+    "simulate dae": (
+        "slider_crank/slider_crank",
+        ["--t-end", 0.2, "--formulation", "dae", "--rtol", 1e-6],
+        {"t_end": 0.2, "formulation": "dae", "rtol": 1e-6},
+    ),
+    "check": ("four_bar/four_bar", [], {}),
+    "kinematics": ("four_bar/four_bar", ["--sweep", "crank=0:6:31"], {"sweep": {"crank": (0, 6, 31)}}),
+    "equilibrium": ("governor/governor", ["--rates", "shaft=5.5"], {"rates": {"shaft": 5.5}}),
+    "inverse": ("driven_slider_crank/driven_slider_crank", [], {}),
+    "linearize": ("quarter_car/quarter_car", ["--inputs", "effort(wheel)"], {"inputs": ["effort(wheel)"]}),
+    "modes": ("quarter_car/quarter_car", [], {}),
+    "sensitivity": (
+        "four_bar/four_bar",
+        ["--parameters", "crank,base", "--outputs", "q(rocker)", "--t-end", 0.3],
+        {"parameters": ["crank", "base"], "outputs": "q(rocker)", "t_end": 0.3},
+    ),
+}
+PLAIN = ("equilibrium", "inverse")  # the command derives these equations without recursions
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_same_bits_as_the_command(study, command):
+    name, words, keywords = STUDIES[study]
+    path = EXAMPLES / f"{name}.yaml"
+    model = kempe.Model(path)
+    source = model if study == "sensitivity" else model.system("plain" if study in PLAIN else None)
+    result = getattr(source, study.split()[0])(**keywords)
+    expected = command(study.split()[0], path, *words)
+    assert untimed(result.to_dict()) == untimed(expected)
+    assert str(result) and repr(result) and "<pre>" in result._repr_html_()
+
+
+def test_check(four_bar):
+    check = four_bar.system().check()
+    assert check.dof == 1 and check.redundant == {} and len(check.independent) == 1
+    assert len(check.text(full=True)) > len(check.text()) and check.closures["kind"][0]
+    assert check.mobility["rank"][0] == 2
+
+
+def test_assembly_and_branches(four_bar, tmp_path):
+    system = four_bar.system()
+    assembly, branches = system.assemble(), system.branches(seed=1)
+    assert np.array_equal(assembly.q, branches[0]) and len(branches) == 2 and assembly.qd.shape == (3,)
+    assert len(list(branches)) == 2 and str(branches) and str(assembly)
+    with pytest.raises(IndexError):
+        branches[2]
+
+
+def test_trajectory(four_bar):
+    run = four_bar.simulate(t_end=1)
+    assert run.q.shape == run.qd.shape == run.qdd.shape == (len(run), 3) and run.lam.shape == (len(run), 2)
+    assert run.names == four_bar.coordinates and run.closure_rows == four_bar.system().rows and run.units["t"] == "s"
+    point = run["position(coupler.C)"]
+    assert point.shape == (len(run), 3) and np.array_equal(point[:, 0], run["position(coupler.C).x"])
+    assert np.array_equal(run["q.crank"], run.q[:, 0]) and run.outputs(["q(crank)", "energy"]).names[:2] == (
+        "t",
+        "q.crank",
+    )
+    assert run.verdict["convergence"]["result"] == "converged" and "t" in run.log
+    assert "<svg" in run._repr_html_() and "ok" in repr(run)
+    assert np.array_equal(four_bar.system().simulate(t_end=1, backend="tape").q, run.q)
+
+
+def test_system_text(four_bar):
+    system = four_bar.system()
+    assert system is four_bar.system() and system.coordinates == four_bar.coordinates
+    assert all(system.text(view) for view in ("equations", "program", "stats", "passes")) and "rows" in repr(system)
+    other = four_bar.system(dynamics="ner")
+    assert np.allclose(other.simulate(t_end=0.1).q, system.simulate(t_end=0.1).q)
+
+
+# -- workspace ---------------------------------------------------------------------------------------
+
+
+def test_workspace_is_the_equation_of_motion(four_bar):
+    system = four_bar.system()
+    run, workspace = four_bar.simulate(t_end=1), system.workspace()
+    for k in (0, 40, len(run) - 1):
+        q, qd = run.q[k], run.qd[k]
+        qdd, lam = workspace.forward_dynamics(run.t[k], q, qd)
+        views = workspace.evaluate(run.t[k], q, qd)
+        assert np.allclose(views.M @ qdd + views.C, views.J.T @ lam, atol=1e-9) and np.allclose(
+            views.J @ qdd, -views.jdqd, atol=1e-9
+        )
+        assert np.allclose(qdd, run.qdd[k]) and np.abs(views.h).max() < 1e-12
+        assert np.allclose(workspace.inverse_dynamics(0, q, qd, qdd), views.M @ qdd + views.C)
+        assert np.isclose(0.5 * qd @ views.M @ qd, workspace.kinetic)
+    Q = np.array([1.0, 0, 0])
+    assert not np.allclose(workspace.forward_dynamics(0, q, qd, Q).qdd, workspace.forward_dynamics(0, q, qd).qdd)
+    assert np.isfinite(workspace.potential)
+
+
+def test_workspace_copies_and_views(four_bar):
+    workspace = four_bar.system().workspace()
+    workspace.evaluate(0, [0, 0, 0])
+    copies = [getattr(workspace, name) for name in "M C h J jdqd".split()]
+    live = workspace.views
+    assert (
+        all(np.array_equal(a, b) for a, b in zip(copies, live))
+        and copies[0].flags.writeable
+        and not live.M.flags.writeable
+    )
+    workspace.evaluate(0, [0.5, 0.5, 0], [1, 0, 0])
+    assert not np.array_equal(copies[0], workspace.M) and np.array_equal(live.M, workspace.M)
+
+
+def test_workspace_arguments_are_converted_or_refused(four_bar):
+    workspace = four_bar.system().workspace()
+    q = np.arange(6.0)[::2] * 0.1
+    expected = workspace.evaluate(0, q.copy()).M.copy()
+    for same in (q, list(q), q.astype("f4").astype("f8"), tuple(q)):
+        assert np.allclose(workspace.evaluate(0, same).M, expected)
+    with pytest.raises(ValueError, match="q has 3 values"):
+        workspace.evaluate(0, np.zeros(4))
+    with pytest.raises(ValueError, match="qdd must be"):
+        workspace.forward_dynamics(0, q, q, out=kempe.Accelerations(np.empty(3, "f4"), np.empty(2)))
+    with pytest.raises(kempe.FailedError):
+        workspace.evaluate(0, [np.nan, 0, 0])
+    closed, rates = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])
+    workspace.evaluate(0, closed, rates)
+    assert closed[0] == 0.3 and np.abs(workspace.h).max() < 1e-12 and np.abs(workspace.J @ rates).max() < 1e-12
+
+
+def test_many_states_are_single_ones(four_bar):
+    run, workspace = four_bar.simulate(t_end=0.5), four_bar.system().workspace()
+    many = workspace.evaluate_states(run.t, run.q, run.qd)
+    accelerations = workspace.forward_states(run.t, run.q, run.qd)
+    forces = workspace.inverse_states(0.0, run.q, run.qd, accelerations.qdd)
+    for k in (0, 3, len(run) - 1):
+        one = workspace.evaluate(run.t[k], run.q[k], run.qd[k])
+        assert all(np.array_equal(a[k], b) for a, b in zip(many, one))
+        qdd, lam = workspace.forward_dynamics(run.t[k], run.q[k], run.qd[k])
+        assert np.array_equal(accelerations.qdd[k], qdd) and np.array_equal(accelerations.lam[k], lam)
+        assert np.array_equal(forces[k], workspace.inverse_dynamics(0, run.q[k], run.qd[k], qdd))
+    wrong = run.q.copy()
+    wrong[7] = np.nan
+    with pytest.raises(kempe.FailedError, match="state 7"):
+        workspace.evaluate_states(0, wrong)
+    with pytest.raises(kempe.FailedError, match="state 7"):
+        workspace.forward_states(0, wrong, run.qd)
+    with pytest.raises(ValueError, match="qd has rows"):
+        workspace.evaluate_states(0, run.q, run.qd[:-1])
+    with pytest.raises(ValueError, match="t is a number"):
+        workspace.evaluate_states([0, 1], run.q)
+
+
+# -- steppers and outputs --------------------------------------------------------------------------------
+
+
+def test_stepper_is_the_run(four_bar):
+    system = four_bar.system()
+    run = system.simulate(t_end=1, output_step=0.1)
+    stepper = system.stepper(t_end=1)
+    for k in range(1, 11):
+        stepper.keep_inputs()
+        stepper.advance(run.t[k])
+        assert np.array_equal(stepper.q, run.q[k]) and np.array_equal(stepper.lam, run.lam[k])
+    with pytest.raises(kempe.ArgumentError):
+        stepper.step()
+    assert stepper.work["steps"] > 10 and stepper.reason == "" and "1 s" in repr(stepper)
+    states = list(system.stepper(t_end=1))
+    assert states[-1].t == 1 and np.allclose(states[-1].q, run.q[-1], atol=1e-6) and states[0].qdd.shape == (3,)
+
+
+def test_stepper_states(four_bar):
+    stepper = four_bar.system().stepper(t_end=2)
+    stepper.advance(0.5)
+    twin = stepper.copy()
+    saved = stepper.save()
+    stepper.advance(1.0)
+    twin.advance(1.0)
+    end = stepper.state
+    assert np.allclose(end.q, twin.q, atol=1e-12)
+    stepper.restore(saved)
+    assert stepper.t == 0.5
+    stepper.advance(1.0)
+    assert np.array_equal(end.q, stepper.q)
+    assert stepper.set_state(end.q, np.zeros(3)) < 1e-9 and np.allclose(stepper.qd, 0)
+    stepper.set_stop(1.25)
+    assert stepper.set_parameters(crank_mass=1.5) < 1e-9
+    stepper.reset()
+    assert stepper.t == 0
+
+
+def test_inputs():
+    model = pendulum()
+    assert model.inputs == {"push": "N m"} and model.input_value("push", 0.3) == 0
+    stepper = model.system().stepper(t_end=1)
+    stepper.set_input("push", 5.0)
+    stepper.advance(0.5)
+    assert stepper.input("push") == 5 and stepper.q[0] != pendulum().simulate(t_end=0.5).q[-1, 0]
+    stepper.set_input("push", 1.0, rate=2.0)
+    stepper.advance(1.0)
+    assert np.isclose(stepper.input("push"), 2.0)
+    workspace = model.system().workspace()
+    free = workspace.forward_dynamics(0, [0.0], [0.0]).qdd[0]
+    workspace.set_input("push", 4.0)
+    assert np.isclose(workspace.forward_dynamics(0, [0.0], [0.0]).qdd[0] - free, 4 / 4)
+    with pytest.raises(kempe.ArgumentError, match="there is no input 'pull'; there are push"):
+        stepper.set_input("pull", 1)
+    assert pendulum(push=3).input_value("push", 0) == 3
+
+
+def test_outputs(four_bar):
+    system = four_bar.system()
+    run, outputs = four_bar.simulate(t_end=0.5), system.outputs(["position(coupler.C)", "velocity(coupler.C)"])
+    assert len(outputs) == 6 and outputs.units["position.coupler.C.x"] == "m"
+    values = outputs.at_row(run, 5)
+    assert np.array_equal(values[:3], run["position(coupler.C)"][5])
+    assert np.allclose(outputs.at(run.t[5], run.q[5], run.qd[5], run.qdd[5], run.lam[5]), values)
+    J, jdqd = outputs.jacobian(0.0, run.q[5], run.qd[5])
+    assert np.allclose(J[:3] @ run.qd[5], values[3:]) and J.shape == (6, 3) and jdqd.shape == (6,)
+    outputs.choose("crank")
+    closed, drift = outputs.closed_jacobian(0.0, run.q[5], run.qd[5])
+    assert (
+        outputs.independent == ("crank",)
+        and np.allclose(closed[:3, 0] * run.qd[5, 0], values[3:])
+        and drift.shape == (6,)
+    )
+    outputs.choose()
+    stepper = system.stepper(t_end=1)
+    assert np.allclose(outputs.at_stepper(stepper)[:3], run["position(coupler.C)"][0])
+    with pytest.raises(kempe.ArgumentError):
+        system.outputs("nonsense")
+
+
+# -- other studies ------------------------------------------------------------------------------------------
+
+
+def test_kinematics(four_bar):
+    sweep = four_bar.system().kinematics(sweep={"crank": (0, 6, 31)})
+    assert sweep.status == "ok" and sweep.reason == "" and sweep.rows.row_count == 31
+    assert sweep.dead_centres.row_count == 0 and sweep.change_points.row_count == 0
+    blocked = four_bar.system().kinematics(sweep={"rocker": ("0 deg", "90 deg", 31)})
+    assert blocked.status == "stopped" and blocked.dead_centres.row_count == 1 and "dead" in repr(blocked)
+    crank_rocker = kempe.Model(EXAMPLES / "crank_rocker/crank_rocker.yaml")
+    coordinate = crank_rocker.coordinates[0]
+    assert "<svg" in crank_rocker.system().kinematics(sweep={coordinate: (0, 6)}).svg()
+
+
+def test_equilibrium():
+    system = kempe.Model(EXAMPLES / "governor/governor.yaml").system()
+    found = system.equilibrium(rates="shaft=5.5")
+    assert len(found) == 1 and found.stability() in ("stable", "neutral") and found.is_stable() is True
+    assert len(system.equilibrium(rates="shaft=5.5", global_=True)) >= 1
+    assert found.equilibria["stability"][0] == found.stability(0) and found.history.row_count > 0
+
+
+def test_inverse():
+    found = kempe.Model(EXAMPLES / "driven_slider_crank/driven_slider_crank.yaml").system().inverse()
+    assert found.status == "ok" and found.dof == found.rank and found.residual < 1e-9 and found.rows.row_count > 2
+
+
+def test_linearize(tmp_path):
+    linear = (
+        kempe.Model(EXAMPLES / "suspension/suspension.yaml")
+        .system()
+        .linearize(inputs="force(chassis.R.z)", outputs="q")
+    )
+    p = len(linear.states) // 2
+    M, G, K, L, N = linear.M, linear.G, linear.K, linear.L, linear.N
+    assert (
+        linear.A.shape == (2 * p, 2 * p)
+        and linear.B.shape == (2 * p, 1)
+        and linear.C.shape[0] == len(linear.outputs) == len(linear.y)
+    )
+    assert np.allclose(linear.A[p:, :p], -np.linalg.solve(M, K), atol=1e-6 * np.abs(linear.A).max())
+    assert (
+        N.shape[1] == p
+        and linear.Nd.shape == N.shape
+        and G.shape == M.shape
+        and L.shape == (p, 1)
+        and linear.D.shape == (linear.C.shape[0], 1)
+    )
+    assert list(linear.inputs.values()) == ["N"] and linear.is_equilibrium and linear.q.shape == linear.qd.shape
+    linear.write_npz(tmp_path / "car.npz")
+    with np.load(tmp_path / "car.npz") as kept:
+        assert np.array_equal(kept["A"], linear.A)
+    if importlib.util.find_spec("scipy"):
+        assert np.array_equal(linear.to_scipy().A, linear.A)
+
+
+def test_modes():
+    modes = kempe.Model(EXAMPLES / "quarter_car/quarter_car.yaml").system().modes()
+    assert modes.zero_count == 0 and not modes.is_unstable and len(modes.eigenvalues) == modes.modes.row_count
+    assert modes.rows.row_count and modes.critical.row_count == 0 and modes.state.row_count == 1
+    assert np.all(modes.eigenvalues.real < 0)
+
+
+def test_response():
+    model = kempe.Model(EXAMPLES / "quarter_car/quarter_car.yaml")
+    system = model.system()
+    response = system.response(inputs=f"effort({model.coordinates[0]})", outputs="q", frequencies="0.5:20:5")
+    assert (
+        response.rows.row_count == 5
+        and response.peaks.names[0] == "input"
+        and "<svg" in response.svg()
+        and str(response)
+    )
+
+
+def test_sensitivity_is_the_slope(four_bar):
+    found = four_bar.sensitivity(parameters="crank_mass", outputs="q(rocker)", t_end=0.3)
+    step, path = 1e-5, EXAMPLES / "four_bar/four_bar.yaml"
+    ends = [kempe.Model(path, crank_mass=1 + d).simulate(t_end=0.3, rtol=1e-11).q[-1, 2] for d in (-step, step)]
+    assert np.isclose(found.rows["q.rocker/crank_mass"][-1], (ends[1] - ends[0]) / (2 * step), rtol=1e-5)
+    assert found.method == "forward" and found.work["steps"] > 0 and found.parameters["parameter"][0] == "crank_mass"
+
+
+def test_gradient_is_the_slope():
+    path = EXAMPLES / "coupler_fit/coupler_fit.yaml"
+    model = kempe.Model(path)
+    driven = model.coordinates[0]
+    names = [name for name in ("crank", "coupler", "rocker") if name in str(model)][:2]
+    gradient = model.gradient(parameters=names, driven=driven)
+    values = gradient.at(0.1)
+    start = (
+        np.array([float(model.to_dict()["parameters"][name]) for name in names])
+        if isinstance(model.to_dict().get("parameters"), dict)
+        else None
+    )
+    assert values.shape == (len(gradient.names),) and gradient.jacobian.shape == (len(values), 2)
+    assert gradient.by_driven.shape == (len(values), 1) and gradient.q.shape == (len(model.coordinates),)
+    assert gradient.q_jacobian.shape == (len(model.coordinates), 2)
+    first = gradient.by_driven[:, 0].copy()
+    ahead, behind = gradient.at(0.1 + 1e-6), gradient.at(0.1 - 1e-6)
+    assert np.allclose(first, (ahead - behind) / 2e-6, atol=1e-5)
+    if start is not None:
+        gradient.set(start)
+        assert np.allclose(gradient.at([0.1]), values)
+
+
+def test_compare(four_bar):
+    compared = four_bar.system().compare(t_end=0.2, rtols=[1e-4, 1e-6], formulations="reduced", integrators=["dop853"])
+    assert compared.runs.row_count >= 2 and compared.levels.names[0] == "formulation" and str(compared)
+
+
+def test_ensemble(four_bar, tmp_path):
+    lengths = np.linspace(0.28, 0.32, 5)
+    batch = four_bar.ensemble({"crank_mass": 1.0 + lengths, "q.crank": 0.0}).run(t_end=0.2)
+    assert len(batch) == 5 and batch.status == ["ok"] * 5 and batch.reason == [""] * 5 and str(batch)
+    assert batch.q.shape == batch.qd.shape == (5, 3) and np.array_equal(batch.instances["q.coupler"], batch.q[:, 1])
+    alone = kempe.Model(EXAMPLES / "four_bar/four_bar.yaml", crank_mass=1.0 + lengths[2]).simulate(t_end=0.2)
+    assert np.allclose(batch.q[2], alone.q[-1], atol=1e-6)
+    sampled = four_bar.sample({"crank_mass": (0.9, 1.1)}, 4, seed=3)
+    assert len(sampled) == 4 and sampled.names == ("crank_mass",) and all(0.9 <= row[0] <= 1.1 for row in sampled)
+    (tmp_path / "values.csv").write_text("crank_mass\n1\n1.1\n")
+    read = four_bar.values(tmp_path / "values.csv")
+    assert [row[0] for row in read] == [1, 1.1]
+    with pytest.raises(IndexError):
+        read[2]
+    with pytest.raises(kempe.ArgumentError):
+        four_bar.values({"nonsense": [1, 2]})
+
+
+def test_generate(four_bar, tmp_path):
+    code = four_bar.generate(language="python", sets="M_C")
+    assert len(code.files) >= 1 and all(code.files.values()) and str(code)
+    code.write(tmp_path / "code")
+    assert {path.name for path in (tmp_path / "code").iterdir()} == set(code.files)
+    assert "M_C" in str(four_bar.count(sets="M_C"))
+
+
+def test_contact_laws():
+    ellipse = kempe.contact.hertz(80e3, along=1 / 0.46, across=1 / 0.3, shear_modulus=82e9, poisson=0.28)
+    creep = dict(
+        a=ellipse["a"], b=ellipse["b"], shear_modulus=82e9, poisson=0.28, normal=80e3, friction=0.3, slip=(1e-3, 0)
+    )
+    forces = {law: kempe.contact.creep(law, **creep)["force"][0] for law in ("linear", "shen", "polach", "fastsim")}
+    assert all(force < 0 for force in forces.values()) and abs(forces["linear"]) > abs(forces["shen"])
+    three = kempe.contact.flexibilities(**creep)
+    assert three.shape == (3,) and kempe.contact.flexibility(**creep) == pytest.approx(three[0])
+    assert kempe.contact.fastsim(three, **creep)["force"][0] == forces["fastsim"]
+    assert kempe.contact.kalker(1.0, 0.25)["c11"] == pytest.approx(4.12, rel=0.01)
+    with pytest.raises(kempe.ArgumentError):
+        kempe.contact.hertz(-1, along=1, across=1, shear_modulus=1, poisson=0.3)
+    with pytest.raises(kempe.ArgumentError, match="there is no law 'none of these'"):
+        kempe.contact.creep("none of these", **creep)
+
+
+def test_contact_table():
+    model = kempe.Model(EXAMPLES / "manchester/manchester.yaml")
+    table = model.system().contact(sweep="shift=0:2 mm:2")
+    assert (
+        table.status == "ok"
+        and table.reason == ""
+        and table.states.row_count == 2
+        and "normal" in table.rows
+        and str(table)
+    )
+    assert table.zone_count(0) > 0 and table.patch(0, 0, 0)["touches"] in (0, 1)
+    with pytest.raises(IndexError):
+        table.patch(9, 0, 0)
+
+
+def test_reports(four_bar, tmp_path):
+    batch = four_bar.ensemble({"crank_mass": [1.0, 1.1]}).run(t_end=0.1)
+    try:
+        batch.write_report(tmp_path / "batch.html")
+    except kempe.FileError as missing:
+        pytest.skip(str(missing))
+    assert "<html" in four_bar.simulate(t_end=0.1).report()
+    assert "<html" in four_bar.system().assemble().report()
+
+
+# -- the whole interface ------------------------------------------------------------------------------------
+
+LEFT_OUT = {
+    "kempe_status_text": "classes of errors have names",
+    "kempe_context_set_angle_unit": "arrays are in SI",
+    "kempe_cache_folder": "the caller names a folder",
+    "kempe_model_read": "kempe_model_read_set without settings",
+    "kempe_model_read_text": "kempe_model_read_text_set without settings",
+    "kempe_number_read": "numbers are Python's",
+    "kempe_value": "numbers of builders are made by reflection",
+    "kempe_expression": "numbers of builders are made by reflection",
+    "kempe_table_number": "columns are arrays",
+    "kempe_table_omit_units": "units are attributes of tables",
+    "kempe_model_input_find": "names of inputs are a dict",
+    "kempe_outputs_find": "names of outputs are a tuple",
+    "kempe_report_check": "writing a report checks the same",
+    "kempe_write_file": "Python writes files",
+    "kempe_comparison_write_report": "by the class Reported, as tested reports",
+    "kempe_kinematics_write_report": "by the class Reported, as tested reports",
+    "kempe_equilibrium_write_report": "by the class Reported, as tested reports",
+    "kempe_inverse_write_report": "by the class Reported, as tested reports",
+    "kempe_modes_write_report": "by the class Reported, as tested reports",
+    "kempe_response_write_report": "by the class Reported, as tested reports",
+    "kempe_modes_write_svg": "by the class Drawn, as tested pictures",
+    "kempe_contacts_write_svg": "by the class Drawn, as tested pictures",
+}
+
+
+@pytest.mark.last_of_all
+def test_every_public_function_is_reached_or_left_out(request):
+    if len(request.session.items) < 60:
+        pytest.skip("a selection of the tests")
+
+    headers = [path.read_text() for path in (ROOT / "include/kempe").glob("*.h") if path.name != "runtime.h"]
+    public = {
+        name
+        for text in headers
+        for name in re.findall(
+            r"^(?:KEMPE_API|static inline) [^;{=]*?\b(kempe_\w+)\(", re.sub(r"/\*.*?\*/", "", text, flags=re.S), re.M
+        )
+    }
+    assert len(public) > 200
+    assert (
+        sorted(public - USED - set(LEFT_OUT)) == []
+        and sorted(set(LEFT_OUT) - public) == []
+        and sorted(set(LEFT_OUT) & USED) == []
+    )
