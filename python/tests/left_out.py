@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Public functions of the library that the Python package does without, each with the reason."""
+
+LEFT_OUT = {
+    "kempe_status_text": "classes of errors have names",
+    "kempe_context_set_angle_unit": "arrays are in SI",
+    "kempe_cache_folder": "the caller names a folder",
+    "kempe_model_read": "kempe_model_read_set without settings",
+    "kempe_model_read_text": "kempe_model_read_text_set without settings",
+    "kempe_number_read": "numbers are Python's",
+    "kempe_value": "numbers of builders are made by reflection",
+    "kempe_expression": "numbers of builders are made by reflection",
+    "kempe_table_number": "columns are arrays",
+    "kempe_table_name_units": "units are attributes of tables",
+    "kempe_model_input_find": "names of inputs are a dict",
+    "kempe_outputs_find": "names of outputs are a tuple",
+    "kempe_report_check": "writing a report checks the same",
+    "kempe_write_file": "Python writes files",
+    "kempe_comparison_write_report": "by the class Reported, as tested reports",
+    "kempe_kinematics_write_report": "by the class Reported, as tested reports",
+    "kempe_equilibrium_write_report": "by the class Reported, as tested reports",
+    "kempe_inverse_write_report": "by the class Reported, as tested reports",
+    "kempe_modes_write_report": "by the class Reported, as tested reports",
+    "kempe_response_write_report": "by the class Reported, as tested reports",
+    "kempe_modes_write_svg": "by the class Drawn, as tested pictures",
+    "kempe_contacts_write_svg": "by the class Drawn, as tested pictures",
+}
