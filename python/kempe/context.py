@@ -6,8 +6,10 @@ after all that was made from it."""
 from __future__ import annotations
 
 import logging
+import pathlib
 import signal
 import sys
+import tempfile
 import threading
 import warnings
 from collections.abc import Callable
@@ -31,6 +33,14 @@ def string(text: Any) -> str:
 def interruptible() -> bool:
     """KeyboardInterrupt would be raised in this thread."""
     return threading.get_ident() == _main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def text_written(write: Callable[[pathlib.Path], None], name: str) -> str:
+    """The text that a function writes into a file of this name."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / name
+        write(path)
+        return path.read_text()
 
 
 class Listener:

@@ -108,9 +108,9 @@ class Linearization(Result):
         """The matrices are valid at all times, not at this instant only."""
         return bool(lib.kempe_linearization_is_equilibrium(self._pointer))
 
-    def write_npz(self, path: str | os.PathLike[str]) -> None:
-        """All matrices and names for NumPy."""
-        self._context.check(lib.kempe_linearization_write_npz, self._pointer, os.fsencode(path))
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """All matrices and names: .npz for NumPy, .mat for MATLAB and Octave."""
+        self._context.check(lib.kempe_linearization_write, self._pointer, os.fsencode(path))
 
     def to_scipy(self) -> Any:
         """A scipy.signal.StateSpace."""

@@ -6,12 +6,10 @@ from __future__ import annotations
 import html
 import json
 import os
-import pathlib
-import tempfile
 from typing import Any
 
 from ._native import lib
-from .context import Owned, string
+from .context import Owned, string, text_written
 from .options import options
 from .table import Table
 
@@ -91,25 +89,19 @@ class Reported(Result):
 
     def report(self) -> str:
         """The page as text."""
-        return _written(self.write_report, "report.html")
+        return text_written(self.write_report, "report.html")
 
 
 class Drawn(Result):
     """A result with a picture."""
 
-    def write_svg(self, path: str | os.PathLike[str]) -> None:
-        self._context.check(self._call("write_svg"), self._pointer, os.fsencode(path))
+    def write_picture(self, path: str | os.PathLike[str]) -> None:
+        """Writes the picture as .svg or .png."""
+        self._context.check(self._call("write_picture"), self._pointer, os.fsencode(path))
 
     def svg(self) -> str:
         """The picture as text."""
-        return _written(self.write_svg, "result.svg")
-
-
-def _written(write: Any, name: str) -> str:
-    with tempfile.TemporaryDirectory() as folder:
-        path = pathlib.Path(folder) / name
-        write(path)
-        return path.read_text()
+        return text_written(self.write_picture, "result.svg")
 
 
 def study(kind: Any, source: Owned, values: dict[str, Any], struct: str = "", maker: str = "new") -> Any:

@@ -5,9 +5,7 @@ from __future__ import annotations
 
 import html
 import os
-import pathlib
 import re
-import tempfile
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -16,7 +14,7 @@ from numpy.typing import NDArray
 
 from ._native import ffi, lib
 from .arrays import view
-from .context import NULL, Owned, string
+from .context import NULL, Owned, string, text_written
 from .options import text_of
 
 _OUTPUT = re.compile(r"(\w+)\(([^()]*)\)((?:\.\w+)*)")
@@ -102,16 +100,17 @@ class Table(Owned, Mapping[str, "NDArray[Any]"]):
         )
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes a file in the format of its ending: .csv, .json, .npz."""
+        """Writes a file in the format of its ending: .csv, .json, .npz, .mat."""
         self._context.check(lib.kempe_table_write, self._pointer, os.fsencode(path))
 
+    def write_picture(self, path: str | os.PathLike[str], x: str | None = None, y: Any = None) -> None:
+        """Draws columns `y` over `x` as .svg or .png, a plot for each unit. None: all, over the first."""
+        names = [NULL if each is None else ffi.new("char[]", text_of(each).encode()) for each in (x, y)]
+        self._context.check(lib.kempe_table_write_picture, self._pointer, *names, os.fsencode(path))
+
     def svg(self, x: str | None = None, y: Any = None) -> str:
-        """Columns `y` over `x` as an SVG picture, a plot for each unit. None: all, over the first."""
-        with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder) / "table.svg"
-            names = [NULL if each is None else ffi.new("char[]", text_of(each).encode()) for each in (x, y)]
-            self._context.check(lib.kempe_table_write_svg, self._pointer, *names, os.fsencode(path))
-            return path.read_text()
+        """The picture as text."""
+        return text_written(lambda path: self.write_picture(path, x, y), "table.svg")
 
     def _repr_html_(self) -> str:
         shown = min(self.row_count, 10)

@@ -22,6 +22,6 @@ LEFT_OUT = {
     "kempe_inverse_write_report": "by the class Reported, as tested reports",
     "kempe_modes_write_report": "by the class Reported, as tested reports",
     "kempe_response_write_report": "by the class Reported, as tested reports",
-    "kempe_modes_write_svg": "by the class Drawn, as tested pictures",
-    "kempe_contacts_write_svg": "by the class Drawn, as tested pictures",
+    "kempe_modes_write_picture": "by the class Drawn, as tested pictures",
+    "kempe_contacts_write_picture": "by the class Drawn, as tested pictures",
 }

@@ -289,7 +289,7 @@ def test_linearize(tmp_path):
         and linear.D.shape == (linear.C.shape[0], 1)
     )
     assert list(linear.inputs.values()) == ["N"] and linear.is_equilibrium and linear.q.shape == linear.qd.shape
-    linear.write_npz(tmp_path / "car.npz")
+    linear.write(tmp_path / "car.npz")
     with np.load(tmp_path / "car.npz") as kept:
         assert np.array_equal(kept["A"], linear.A)
     if importlib.util.find_spec("scipy"):
