@@ -46,8 +46,12 @@ def view(pointer: Any, shape: tuple[int, ...], owner: Any, order: Order = "C") -
 
 def vector(values: ArrayLike, count: int, name: str) -> Any:
     """`count` numbers as an argument; anything but a contiguous array of float64 is converted."""
-    if type(values) is not np.ndarray or values.dtype is not FLOAT or not values.flags.c_contiguous:
-        values = np.ascontiguousarray(values, dtype=FLOAT)
+    if type(values) is np.ndarray and values.dtype is FLOAT and values.shape == (count,):
+        try:
+            return _from_buffer(DOUBLES, values)
+        except ValueError:  # not contiguous
+            pass
+    values = np.ascontiguousarray(values, dtype=FLOAT)
     if values.shape != (count,):
         raise ValueError(f"{name} has {count} values, not the shape {values.shape}")
     return _from_buffer(DOUBLES, values)
@@ -60,7 +64,9 @@ def optional(values: ArrayLike | None, count: int, name: str) -> Any:
 
 def writable(array: Array, shape: tuple[int, ...], name: str, order: Order = "C") -> Any:
     """An array of the caller as memory to be written."""
-    flags = array.flags
-    if array.dtype != FLOAT or array.shape != shape or not (flags.c_contiguous if order == "C" else flags.f_contiguous):
-        raise ValueError(f"{name} must be an array of float64 of the shape {shape}, contiguous in order {order}")
-    return _from_buffer(DOUBLES, array if order == "C" else array.T, True)
+    try:
+        if array.dtype is FLOAT and array.shape == shape:
+            return _from_buffer(DOUBLES, array if order == "C" else array.T, True)
+    except (ValueError, BufferError):  # not contiguous, read-only
+        pass
+    raise ValueError(f"{name} must be a writable array of float64 of the shape {shape}, contiguous in order {order}")

@@ -130,6 +130,9 @@ def test_workspace_arguments_are_converted_or_refused(four_bar):
         workspace.evaluate(0, np.zeros(4))
     with pytest.raises(ValueError, match="qdd must be"):
         workspace.forward_dynamics(0, q, q, out=kempe.Accelerations(np.empty(3, "f4"), np.empty(2)))
+    for wrong in (np.empty(6)[::2], np.frombuffer(bytes(24)), np.empty((3, 1))):
+        with pytest.raises(ValueError, match="out must be"):
+            workspace.inverse_dynamics(0, q, q, q, out=wrong)
     with pytest.raises(kempe.FailedError):
         workspace.evaluate(0, [np.nan, 0, 0])
     closed, rates = workspace.close(0, [0.3, 0, 0], [1, 0, 0], hold=["crank"])

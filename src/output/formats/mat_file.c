@@ -13,13 +13,6 @@ enum { CELLS = 1, TEXT = 4, NUMBERS = 6 };
 /* The largest element, whose size has 32 bits. */
 #define MOST_BYTES 0xffffff00u
 
-static void put_integer(kmp_text *text, uint64_t value, int bytes)
-{
-    char little[8];
-    kmp_put_little(little, value, bytes);
-    kmp_text_append(text, little, (size_t)bytes);
-}
-
 static void fill_up(kmp_text *text)
 {
     static const char zeros[8];
@@ -29,8 +22,8 @@ static void fill_up(kmp_text *text)
 /* The tag of an element, and its end once the data are there. */
 static size_t begin(kmp_text *text, int type)
 {
-    put_integer(text, (uint64_t)type, 4);
-    put_integer(text, 0, 4);
+    kmp_put_integer(text, (uint64_t)type, 4);
+    kmp_put_integer(text, 0, 4);
     return text->length;
 }
 
@@ -49,11 +42,11 @@ static void end(kmp_text *text, size_t data)
 static size_t begin_array(kmp_text *text, int class, const char *name, int rows, int columns)
 {
     size_t array = begin(text, MATRIX), part = begin(text, UINT32);
-    put_integer(text, (uint64_t) class, 8);
+    kmp_put_integer(text, (uint64_t) class, 8);
     end(text, part);
     part = begin(text, INT32);
-    put_integer(text, (uint64_t)rows, 4);
-    put_integer(text, (uint64_t)columns, 4);
+    kmp_put_integer(text, (uint64_t)rows, 4);
+    kmp_put_integer(text, (uint64_t)columns, 4);
     end(text, part);
     part = begin(text, INT8);
     kmp_text_append(text, name, strlen(name));
@@ -66,7 +59,7 @@ static void put_word(kmp_text *text, const char *word)
 {
     size_t array = begin_array(text, TEXT, "", *word != '\0', (int)strlen(word)), data = begin(text, UINT16);
     for (; *word; word++)
-        put_integer(text, (unsigned char)*word < 128 ? (unsigned char)*word : '?', 2);
+        kmp_put_integer(text, (unsigned char)*word < 128 ? (unsigned char)*word : '?', 2);
     end(text, data);
     end(text, array);
 }
@@ -93,7 +86,7 @@ kempe_status kmp_mat_write(kempe_context *context, const kmp_arrays *arrays, con
 {
     kmp_text text = {0};
     kmp_text_printf(&text, "%-124s", "MATLAB 5.0 MAT-file, written by Kempe");
-    put_integer(&text, 0x0100, 2);
+    kmp_put_integer(&text, 0x0100, 2);
     kmp_text_put(&text, "IM"); /* little-endian */
     for (int k = 0; k < arrays->count; k++)
         put_array(&text, &arrays->array[k]);

@@ -62,6 +62,13 @@ void kmp_put_little(char *to, uint64_t bits, int bytes)
         to[i] = (char)(bits >> (8 * i));
 }
 
+void kmp_put_integer(kmp_text *text, uint64_t value, int bytes)
+{
+    char little[8];
+    kmp_put_little(little, value, bytes);
+    kmp_text_append(text, little, (size_t)bytes);
+}
+
 void kmp_put_double(char *to, double x)
 {
     uint64_t bits;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/context.h"
+#include "base/text.h"
 #include <stdint.h>
 
 enum { KMP_ARRAYS_MOST = 40, KMP_ARRAY_VECTOR = -1 };
@@ -41,3 +42,6 @@ kempe_status kmp_mat_write(kempe_context *context, const kmp_arrays *arrays, con
 /** Little-endian bytes of an integer or a double on any machine. */
 void kmp_put_little(char *to, uint64_t bits, int bytes);
 void kmp_put_double(char *to, double x);
+
+/** Appends the little-endian bytes of an integer. */
+void kmp_put_integer(kmp_text *text, uint64_t value, int bytes);
