@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* C parts of the Python package: interrupts of long computations, and evaluation of many states without Python between
  * them. generate_bindings.py reads the declarations. */
-#ifndef KEMPE_PYTHON_HELPERS_H
-#define KEMPE_PYTHON_HELPERS_H
+#pragma once
 
 #include <kempe/workspace.h>
 
@@ -35,5 +34,3 @@ typedef struct python_states {
 kempe_status python_evaluate_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_forward_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_inverse_states(kempe_workspace *workspace, python_states *states);
-
-#endif

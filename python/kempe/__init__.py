@@ -11,6 +11,7 @@ Units are SI: kg, m, rad, s, N. n is the number of coordinates, m that of closur
 from . import contact
 from ._native import ffi as _ffi
 from ._native import lib as _lib
+from .about import about
 from .builder import Builder
 from .check import Assembly, Branches, Check
 from .compare import Comparison
@@ -91,5 +92,6 @@ __all__ = [
     "Trajectory",
     "Values",
     "Workspace",
+    "about",
     "contact",
 ]

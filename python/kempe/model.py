@@ -6,7 +6,7 @@ from __future__ import annotations
 import html
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -146,6 +146,10 @@ class Model(Owned):
         if not self._recipe:
             raise TypeError("a model of a builder cannot be pickled")
         return (_read_again, self._recipe)
+
+    def on_progress(self, receive: Callable[[str], object] | None) -> None:
+        """Calls a function with each line of progress of comparisons, ensembles and reports. None: no more."""
+        self._context.listener.progress = receive
 
     # -- equations -------------------------------------------------------------------------------------
 

@@ -78,6 +78,19 @@ class Judged(Result):
         return f"<{type(self).__name__}: {self.status}{': ' if self.reason else ''}{self.reason}>"
 
 
+class Page:
+    """A self-contained HTML page, which a notebook shows in a frame. str() is its text."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def __str__(self) -> str:
+        return self._text
+
+    def _repr_html_(self) -> str:
+        return f'<iframe srcdoc="{html.escape(self._text)}" style="width: 100%; height: 640px; border: 0"></iframe>'
+
+
 class Reported(Result):
     """A result with a page: a self-contained HTML file, which moves the mechanism."""
 
@@ -87,9 +100,9 @@ class Reported(Result):
         )
         self._context.refuse(status, message)
 
-    def report(self) -> str:
-        """The page as text."""
-        return text_written(self.write_report, "report.html")
+    def report(self) -> Page:
+        """The page; a notebook shows it."""
+        return Page(text_written(self.write_report, "report.html"))
 
 
 class Drawn(Result):

@@ -48,6 +48,7 @@ class Workspace(Owned):
         self.n = len(self._context.coordinates)
         self.m = len(self._context.rows)
         w, n, m = self._pointer, self.n, self.m
+        self._lam = np.empty(m)
         self.views = Equations(
             view(lib.kempe_workspace_mass(w), (n, n), w, "F"),
             view(lib.kempe_workspace_bias(w), (n,), w),
@@ -126,6 +127,16 @@ class Workspace(Owned):
         )
         if status:
             self._fail(status)
+        return made
+
+    def rates(self, t: float, state: ArrayLike) -> Array:
+        """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept by accelerations
+        alone, so that they drift."""
+        n = self.n
+        y = np.ascontiguousarray(state, dtype=float)
+        made = np.empty(2 * n)
+        made[:n] = y[n:]
+        self.forward_dynamics(t, y[:n], y[n:], out=Accelerations(made[n:], self._lam))
         return made
 
     def inverse_dynamics(

@@ -357,6 +357,12 @@ def test_no_growth():
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1500  # KiB
 
 
+def test_about():
+    about = kempe.about()
+    assert about["kempe"] == kempe.__version__ and any("_native" in name for name in about["libraries"])
+    assert all(about["licenses"].values())
+
+
 def test_import_alone_is_quiet():
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", "import kempe; print(kempe.__version__)"],
@@ -375,3 +381,17 @@ def test_page():
     program = "\n".join(textwrap.dedent(block) for block in blocks if "pip install" not in block)
     assert len(blocks) > 5 and "assert" in program
     subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True)
+
+
+def test_readme(tmp_path):
+    """The lines of README.md, with the model that the command writes."""
+    if "KEMPE_COMMAND" not in os.environ:
+        pytest.skip("KEMPE_COMMAND is not set")
+    subprocess.run([os.environ["KEMPE_COMMAND"], "new", "four_bar"], cwd=tmp_path, check=True, capture_output=True)
+    program = re.search(
+        r"(?:^    .*\n)+", (ROOT / "README.md").read_text().partition("after `pip install .`")[2], re.M
+    )[0]
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(program)], cwd=tmp_path, check=True, capture_output=True, text=True
+    )
+    assert program.count("\n") == 5 and "degrees of freedom   1" in done.stdout and "converged" in done.stdout

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Every study gives what the command gives, to the bit; workspaces, steppers, outputs, gradients agree with each other."""
 
+import concurrent.futures
 import importlib.util
 import re
 
@@ -161,6 +162,28 @@ def test_many_states_are_single_ones(four_bar):
         workspace.evaluate_states(0, run.q, run.qd[:-1])
     with pytest.raises(ValueError, match="t is a number"):
         workspace.evaluate_states([0, 1], run.q)
+
+
+def test_two_threads_with_a_workspace_each(four_bar):
+    run, system = four_bar.simulate(t_end=0.5), four_bar.system()
+    expected = system.workspace().forward_states(run.t, run.q, run.qd)
+    workspaces = [system.workspace() for _ in range(2)]
+    halves = np.array_split(np.arange(len(run)), 2)
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        made = list(pool.map(lambda w, k: w.forward_states(run.t[k], run.q[k], run.qd[k]), workspaces, halves))
+    assert np.array_equal(np.concatenate([each.qdd for each in made]), expected.qdd)
+
+
+def test_right_side_for_scipy(four_bar):
+    run, workspace = four_bar.simulate(t_end=0.5, rtol=1e-10), four_bar.system().workspace()
+    y = np.concatenate([run.q[3], run.qd[3]])
+    assert np.allclose(workspace.rates(run.t[3], y), np.concatenate([run.qd[3], run.qdd[3]]))
+    if importlib.util.find_spec("scipy"):
+        from scipy.integrate import solve_ivp
+
+        start = np.concatenate([run.q[0], run.qd[0]])
+        solved = solve_ivp(workspace.rates, (0, 0.5), start, method="DOP853", rtol=1e-10, atol=1e-10)
+        assert np.allclose(solved.y[:3, -1], run.q[-1], atol=1e-6)
 
 
 # -- steppers and outputs --------------------------------------------------------------------------------
@@ -350,8 +373,11 @@ def test_gradient_is_the_slope():
 
 
 def test_compare(four_bar):
+    lines = []
+    four_bar.on_progress(lines.append)
     compared = four_bar.system().compare(t_end=0.2, rtols=[1e-4, 1e-6], formulations="reduced", integrators=["dop853"])
     assert compared.runs.row_count >= 2 and compared.levels.names[0] == "formulation" and str(compared)
+    assert any("rtol" in line for line in lines)
 
 
 def test_ensemble(four_bar, tmp_path):
@@ -418,8 +444,9 @@ def test_reports(four_bar, tmp_path):
         batch.write_report(tmp_path / "batch.html")
     except kempe.FileError as missing:
         pytest.skip(str(missing))
-    assert "<html" in four_bar.simulate(t_end=0.1).report()
-    assert "<html" in four_bar.system().assemble().report()
+    page = four_bar.simulate(t_end=0.1).report()
+    assert "<html" in str(page) and page._repr_html_().startswith("<iframe")
+    assert "<html" in str(four_bar.system().assemble().report())
 
 
 # -- the whole interface ------------------------------------------------------------------------------------

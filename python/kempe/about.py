@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Versions, libraries and licences of this installation."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import pathlib
+import sys
+from typing import Any
+
+import numpy as np
+
+from ._native import lib
+from .context import string
+
+
+def about() -> dict[str, Any]:
+    """Versions; `libraries`, the files of the library and of what was bundled with it; `licenses`, texts by file name."""
+    package = pathlib.Path(__file__).parent
+    bundled = package.parent / "kempe.libs"
+    files = [*package.glob("_native*"), *(bundled.glob("*") if bundled.is_dir() else ())]
+    try:
+        record = importlib.metadata.files("kempe") or []
+    except importlib.metadata.PackageNotFoundError:  # in a build folder
+        record = []
+    return {
+        "kempe": string(lib.kempe_version()),
+        "python": sys.version.split()[0],
+        "numpy": np.__version__,
+        "cffi": importlib.metadata.version("cffi"),
+        "libraries": sorted(file.name for file in files if ".so" in file.name or file.suffix == ".pyd"),
+        "licenses": {file.name: file.read_text() for file in record if "licenses" in file.parts},
+    }
