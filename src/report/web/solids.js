@@ -70,12 +70,23 @@ function strut(a, b, radius) {
     return placed(revolved(rounded(radius, norm(sub(b, a)) / 2)), axesAlong(sub(b, a)), scaled(0.5, add(a, b)));
 }
 
+/* A mesh of the page, in the axes of its file, m. */
+function meshSurface(mesh, scale) {
+    const points = shorts(mesh.points), corners = new Uint16Array(shorts(mesh.corners).buffer);
+    const triple = (list, k) => [list[3 * k], list[3 * k + 1], list[3 * k + 2]];
+    return {
+        points: Array.from({ length: points.length / 3 }, (_, k) => triple(points, k).map((x, i) => scale * (mesh.middle[i] + mesh.unit * x))),
+        triangles: Array.from({ length: corners.length / 3 }, (_, k) => triple(corners, k)),
+    };
+}
+
 /* `thin`: the radius of a line that has none. */
-function surfaceOf(solid, thin) {
+function surfaceOf(solid, thin, meshes) {
     const flat = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
     const round = { cylinder: cylinderProfile, capsule: rounded }[solid.kind];
     if (round) return placed(revolved(round(solid.radius, solid.length / 2)), axesAlong(solid.along), solid.at);
     if (solid.kind === "sphere") return placed(revolved(rounded(solid.radius, 0)), flat, solid.at);
+    if (solid.kind === "mesh") return placed(meshSurface(meshes.find((mesh) => mesh.file === solid.file), solid.scale), solid.axes || flat, solid.at);
     if (solid.kind === "line") return joined(solid.through.slice(1).map((p, k) => strut(solid.through[k], p, solid.radius || thin)));
     return placed(cuboid(solid.size), solid.axes || flat, solid.at);
 }
@@ -98,9 +109,9 @@ function normalsOf({ points, triangles }) {
 /* -- of a body ---------------------------------------------------------------------------------------------- */
 
 /* Its solids as surfaces with normals and colours, and the corners of their boxes. */
-function solidsOf(body, thin) {
+function solidsOf(body, thin, meshes) {
     return (body.solids || []).map((solid) => {
-        const surface = surfaceOf(solid, thin), low = [Infinity, Infinity, Infinity], high = low.map((x) => -x);
+        const surface = surfaceOf(solid, thin, meshes), low = [Infinity, Infinity, Infinity], high = low.map((x) => -x);
         for (const p of surface.points) for (let i = 0; i < 3; i++) [low[i], high[i]] = [Math.min(low[i], p[i]), Math.max(high[i], p[i])];
         const bounds = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => low.map((x, i) => ((k >> i) & 1 ? high[i] : x)));
         return { ...surface, ...normalsOf(surface), bounds, colour: solid.colour, opacity: solid.opacity ?? 1, hole: Boolean(solid.hole) };
