@@ -9,4 +9,3 @@
  * none. */
 void kmp_drawn_shapes(kmp_json *json, const kempe_model *model, int body);
 void kmp_drawn_shapes_meshes(kmp_json *json, const kempe_model *model);
-

@@ -49,4 +49,3 @@ size_t kmp_words_next(kmp_words *words, bool lines, const char **word);
 
 /** Reads the next word as a finite number; false: `why` has "line 3: a number is expected, not 'x'". */
 bool kmp_words_number(kmp_words *words, bool lines, double *x, kmp_text *why);
-
