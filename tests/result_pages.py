@@ -13,9 +13,11 @@ import base64
 import contextlib
 import csv
 import json
+import math
 import os
 import pathlib
 import re
+import struct
 import sys
 import tempfile
 import unittest
@@ -256,10 +258,33 @@ root.without = ink(view);
 """))
                 drawn, _ = self.open(other, *browser)
                 root = drawn.tags[0][1]
-                self.assertEqual(root["data-solids"], "cylinder,box|box,cylinder,cylinder,line|capsule,sphere,line")
+                self.assertEqual(root["data-solids"], "cylinder,box|box,cylinder,cylinder,line|capsule,sphere,line,mesh")
                 for name in ("ground", "arm", "rod"):
                     self.assertIn(name, root["data-found"].split("|"))
                 self.assertLess(int(root["data-without"]), 0.95 * int(root["data-ink"]))
+
+    def test_a_large_mesh(self):
+        """204,160 triangles: the page stays small, says what it shows, and the mass is that of all."""
+        rings, sides, model = 320, 320, self.folder / "ball.yaml"
+        turn = [(math.cos(2 * math.pi * k / sides), math.sin(2 * math.pi * k / sides)) for k in range(sides)]
+        place = lambda i, k: (math.sin(math.pi * i / rings) * turn[k % sides][0], math.sin(math.pi * i / rings) * turn[k % sides][1], -math.cos(math.pi * i / rings))
+        poles, at = {0: (0, 0, -1), rings: (0, 0, 1)}, lambda i, k: poles.get(i) or place(i, k)
+        faces = [corners for i in range(rings) for k in range(sides) for corners in (((i, k), (i, k + 1), (i + 1, k + 1)), ((i, k), (i + 1, k + 1), (i + 1, k)))]
+        faces = [face for face in faces if len({at(*corner) for corner in face}) == 3]
+        with (self.folder / "ball.stl").open("wb") as file:
+            file.write(bytes(80) + struct.pack("<I", len(faces)))
+            for face in faces:
+                file.write(struct.pack("<12fH", 0, 0, 0, *(x for corner in face for x in at(*corner)), 0))
+        model.write_text("kempe: 1\ngravity: [0, 0, -9.81]\nbodies: {ball: {joint: {name: A, revolute: y, at: ground}, shape: {mesh: ball.stl, scale: 0.1, at: [0.2, 0, 0], density: 1000}}}\nrun: {t_end: 1}\n")
+        page = self.make("simulate", model)
+        drawn, data = self.open(page)
+        [mesh] = data["picture"]["meshes"]
+        self.assertEqual((len(faces), mesh["triangles"]), (204160, 204160))
+        self.assertTrue(8000 < mesh["drawn"] <= 16000)
+        self.assertIn(f"{mesh['drawn']} triangles for 204160", drawn.words("stage-note"))
+        self.assertLess(page.stat().st_size, 2_000_000)
+        [body] = json.loads(kempe("check", model, "--json", "-").stdout)["mass_by_shapes"]
+        self.assertLess(abs(body["mass"] / (4 / 3 * math.pi) - 1), 3e-4)
 
     def test_cylinders(self):
         """A hydraulic cylinder has a barrel from its hinge and a rod into it; a slider on the ground keeps its guide."""

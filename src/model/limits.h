@@ -6,10 +6,11 @@
 enum {
     KMP_MOST_EXPRESSION_LEVELS = 200, /* functions that traverse the tree recurse */
     KMP_MOST_EXPRESSION_NODES = 4000,
-    KMP_MOST_BRACKETS = 1000, /* nested brackets of YAML: libyaml takes time that grows with their square */
-    KMP_MOST_ANCHORS = 1000,  /* libyaml searches all of them for each alias */
-    KMP_MOST_ELEMENTS = 100,  /* nested elements of XML */
-    KMP_MOST_SHAPES = 200,    /* of a body: the sum of their masses is an expression of so many levels */
+    KMP_MOST_BRACKETS = 1000,     /* nested brackets of YAML: libyaml takes time that grows with their square */
+    KMP_MOST_ANCHORS = 1000,      /* libyaml searches all of them for each alias */
+    KMP_MOST_ELEMENTS = 100,      /* nested elements of XML */
+    KMP_MOST_SHAPES = 200,        /* of a body: the sum of their masses is an expression of so many levels */
+    KMP_MOST_TRIANGLES = 2000000, /* of a mesh */
     KMP_MOST_INCLUDE_LEVELS = 16,
     KMP_MOST_INCLUDES = 1000,       /* each level may include the next one twice */
     KMP_MOST_COURSE_KNOTS = 200000, /* of the middle line of a track */

@@ -2,8 +2,8 @@
 /* Frames are 16-bit integers: positions within the box of all of them, and unit quaternions. A large mechanism has
  * fewer frames, the largest ones are drawn in part. */
 #include "report/motion_picture.h"
-#include "model/print/model_print.h"
 #include "report/drawing.h"
+#include "report/drawn_shapes.h"
 #include "report/pose.h"
 #include "report/railway.h"
 #include <math.h>
@@ -199,23 +199,6 @@ static void put_marks(kmp_json *json, const picture *p, int body)
     }
 }
 
-/* The shapes of a body, where it has any. */
-static void put_solids(kmp_json *json, const kempe_model *model, int body)
-{
-    int count = 0;
-    for (int k = 0; k < model->shape_count; k++) {
-        if (model->shapes[k].body != body)
-            continue;
-        if (count++ == 0)
-            kmp_json_array(json, "solids");
-        kmp_json_put(json, "{ kind %s", kmp_shape_words[model->shapes[k].kind]);
-        kmp_model_json_shape(json, &model->shapes[k]);
-        kmp_json_end(json);
-    }
-    if (count > 0)
-        kmp_json_end(json);
-}
-
 static void put_bodies(kmp_json *json, const picture *p)
 {
     kmp_json_array(json, "bodies");
@@ -223,7 +206,7 @@ static void put_bodies(kmp_json *json, const picture *p)
         kmp_json_put(json, "{ name %s points [", p->model->bodies[b].name);
         put_marks(json, p, b);
         kmp_json_end(json);
-        put_solids(json, p->model, b);
+        kmp_drawn_shapes(json, p->model, b);
         kmp_json_end(json);
     }
     kmp_json_end(json);
@@ -283,6 +266,7 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         kmp_json_whole(json, "of_bodies", model->body_count - 1);
         kmp_json_rounded_numbers(json, "gravity", 3, gravity, 7);
         put_bodies(json, &p);
+        kmp_drawn_shapes_meshes(json, model);
         put_lines(json, &p);
         put_slides(json, &p);
         kmp_railway_put(json, model, &(kmp_travel){p.frames, p.drawing.body_count - 1, p.position});

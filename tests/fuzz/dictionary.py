@@ -63,7 +63,12 @@ def values():
     return ["l", "m", "ax", "q.A", "qd.A", "q.", "qd.", ",", "# ", "\n", "\r\n", "\ufeff", "nan", "inf", "+1", "-1e-3"]
 
 
-FORMATS = {"expression": expression, "model": model, "mbs": mbs, "reference": columns,
+def mesh():
+    stl = ["solid a\n", "facet normal 0 0 1\n", "outer loop\n", "vertex 1 0 0\n", "endloop\n", "endfacet\n", "endsolid a\n"]
+    return stl + ["v 0 0 1\n", "f 1 2 3\n", "f -1 -2 -3 -4\n", "f 1/1/1 2//2 3/3\n", "vn 0 0 1\n", "# "]
+
+
+FORMATS = {"mesh": mesh, "expression": expression, "model": model, "mbs": mbs, "reference": columns,
            "checkpoint": lambda: ["# kempe checkpoint 2, model ", "\n", ",", ",0", "\n0.2,"], "program": list, "values": values}
 
 

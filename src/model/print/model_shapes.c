@@ -51,6 +51,11 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
         axes[k / 3][k % 3] = s->axes[k / 3][k % 3];
     if (s->kind == KMP_SHAPE_BOX)
         put_vector(json, "size", 3, s->edge);
+    if (s->kind == KMP_SHAPE_MESH) {
+        kmp_json_string(json, "file", s->mesh->path);
+        kmp_json_whole(json, "triangles", s->mesh->triangle_count);
+        kmp_json_number(json, "scale", s->scale.value);
+    }
     if (s->radius.value > 0)
         kmp_json_number(json, "radius", s->radius.value);
     if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE)
@@ -59,7 +64,7 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
         put_through(json, s);
     else
         put_vector(json, "at", 3, s->at);
-    if (s->turned && s->kind == KMP_SHAPE_BOX)
+    if (s->turned && (s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_MESH))
         put_axes(json, axes);
     if (s->heavy)
         kmp_json_number(json, s->by_density ? "density" : "mass", s->matter.value);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Shapes of bodies and of the ground. */
+#include "base/memory.h"
 #include "model/expressions/number_algebra.h"
 #include "model/limits.h"
 #include "model/read/reading.h"
@@ -194,13 +195,72 @@ static bool read_line(const reading *s, const kmp_yaml *node)
     return s->shape->through;
 }
 
+/* -- meshes ------------------------------------------------------------------------------------------ */
+
+/* A file that another shape has, too, is read once. */
+static const kmp_mesh *mesh_of(const kempe_model *model, const char *path)
+{
+    for (int k = 0; k < model->shape_count; k++)
+        if (model->shapes[k].mesh && strcmp(model->shapes[k].mesh->path, path) == 0)
+            return model->shapes[k].mesh;
+    return NULL;
+}
+
+static const kmp_mesh *load_mesh(const reading *s, const kmp_yaml *node, const char *path)
+{
+    kmp_reader *r = s->r;
+    kmp_arena *arena = &r->model->arena;
+    kmp_mesh *mesh = KMP_ARENA_NEW(arena, kmp_mesh, 1);
+    const char *own = kmp_arena_strdup(arena, path);
+    size_t length;
+    char *text = mesh && own ? kmp_read_file(r, node, s->what, path, &length) : NULL;
+    kmp_text why = {0};
+    bool good = text && kmp_mesh_read(arena, own, text, length, mesh, &why);
+    if (text && !good && why.length > 0)
+        kmp_reader_complain(r, node->place, "%s: '%s': %s", s->what, path, why.s);
+    r->scratch.failed = r->scratch.failed || why.failed;
+    kmp_text_free(&why);
+    kmp_free(text);
+    return good ? mesh : NULL;
+}
+
+static bool read_mesh(const reading *s, const kmp_yaml *node)
+{
+    const kmp_yaml *scale = kmp_yaml_get(s->map, "scale");
+    double one = 1;
+    (void)kmp_key_default(shape_keys, "scale", 1, &one);
+    s->shape->scale = (kmp_number){.value = one};
+    if (!kmp_read_word(s->r, node, say_key(s, "mesh")) || !read_frame(s) ||
+        (scale && !read_positive(s, scale, "scale", &s->shape->scale)))
+        return false;
+    const char *path = kmp_path_beside(s->r, node->place.file, node->text);
+    const kmp_mesh *known = mesh_of(s->r->model, path);
+    s->shape->mesh = known ? known : load_mesh(s, node, path);
+    return s->shape->mesh;
+}
+
+/* What it encloses is wanted for a mass alone. */
+static void enclose(const reading *s)
+{
+    kmp_text why = {0};
+    const kmp_yaml *node = kmp_yaml_get(s->map, "mesh");
+    bool good = kmp_mesh_enclose(s->shape->mesh, &s->shape->enclosed, &why);
+    if (!good && why.length > 0)
+        kmp_reader_complain(s->r, node->place, "%s: '%s' gives no mass: %s", s->what, s->shape->mesh->path, why.s);
+    if (good && s->shape->enclosed.inward)
+        kmp_log(s->r->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s: the triangles of '%s' face inwards; they are turned",
+                s->r->model->files[node->place.file], node->place.line, node->place.column, s->what,
+                s->shape->mesh->path);
+    s->r->scratch.failed = s->r->scratch.failed || why.failed;
+    s->shape->heavy = good;
+    kmp_text_free(&why);
+}
+
 static bool read_kind(const reading *s)
 {
-    static bool (*const read[])(const reading *, const kmp_yaml *) = {[KMP_SHAPE_BOX] = read_box,
-                                                                      [KMP_SHAPE_SPHERE] = read_sphere,
-                                                                      [KMP_SHAPE_CYLINDER] = read_round,
-                                                                      [KMP_SHAPE_CAPSULE] = read_round,
-                                                                      [KMP_SHAPE_LINE] = read_line};
+    static bool (*const read[])(const reading *, const kmp_yaml *) = {
+        [KMP_SHAPE_BOX] = read_box,       [KMP_SHAPE_SPHERE] = read_sphere, [KMP_SHAPE_CYLINDER] = read_round,
+        [KMP_SHAPE_CAPSULE] = read_round, [KMP_SHAPE_LINE] = read_line,     [KMP_SHAPE_MESH] = read_mesh};
     return read[s->shape->kind](s, kmp_yaml_get(s->map, kmp_shape_words[s->shape->kind]));
 }
 
@@ -260,6 +320,8 @@ static void read_matter(const reading *s)
     else if (given && read_positive(s, given, density ? "density" : "mass", &s->shape->matter))
         s->shape->heavy = true;
     s->shape->by_density = density;
+    if (s->shape->heavy && s->shape->kind == KMP_SHAPE_MESH)
+        enclose(s);
 }
 
 static void read_looks(const reading *s)

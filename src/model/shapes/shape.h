@@ -3,6 +3,7 @@
 #pragma once
 
 #include "model/expressions/expression.h"
+#include "model/shapes/mesh.h"
 
 /* The rows of shape_kinds.def. */
 typedef enum kmp_shape_kind {
@@ -19,19 +20,22 @@ extern const char *const kmp_shape_words[KMP_SHAPE_KINDS], *const kmp_shape_more
 typedef struct kmp_shape {
     kmp_shape_kind kind;
     int body;
-    kmp_number at[3];               /* the centre; of a line zero */
-    bool turned;                    /* the axes of a box are not those of the body: */
+    kmp_number at[3];               /* the centre; of a mesh its origin, of a line zero */
+    bool turned;                    /* the axes of a box or mesh are not those of the body: */
     double axes[3][3];              /* v_body = axes v_shape */
     kmp_number edge[3];             /* of a box */
     kmp_number radius, length;      /* length: between the centres of both ends */
     kmp_number along[3];            /* unit vector of a cylinder or capsule */
     const kmp_number (*through)[3]; /* the places of a line */
     int through_count;
-    bool heavy;        /* it has a mass: */
-    bool by_density;   /* matter is its density, else its mass */
-    kmp_number matter; /* positive, also of a hole */
-    bool hole;         /* its mass counts negative */
-    int colour;        /* 0xrrggbb, -1: that of the body */
+    const kmp_mesh *mesh;
+    kmp_mesh_volume enclosed; /* of a mesh with a mass */
+    kmp_number scale;         /* of a mesh: m by a unit of its file */
+    bool heavy;               /* it has a mass: */
+    bool by_density;          /* matter is its density, else its mass */
+    kmp_number matter;        /* positive, also of a hole */
+    bool hole;                /* its mass counts negative */
+    int colour;               /* 0xrrggbb, -1: that of the body */
     double opacity;
 } kmp_shape;
 

@@ -46,6 +46,7 @@ static kmp_number spread(kmp_arena *a, const kmp_number d[3], int k)
  * entries in its own axes. */
 typedef struct gyration {
     kmp_number volume, axial, transverse, entry[6];
+    kmp_number centre[3]; /* in its own axes, from where it is put */
     bool revolves;
 } gyration;
 
@@ -87,6 +88,18 @@ static gyration of_capsule(kmp_arena *a, const kmp_shape *s)
     return g;
 }
 
+static gyration of_mesh(kmp_arena *a, const kmp_shape *s)
+{
+    const kmp_mesh_volume *e = &s->enclosed;
+    kmp_number s2 = square(a, s->scale);
+    gyration g = {.volume = kmp_number_scale(a, e->volume, times(a, s2, s->scale))};
+    for (int k = 0; k < 3; k++)
+        g.centre[k] = kmp_number_scale(a, e->centre[k], s->scale);
+    for (int k = 0; k < 6; k++)
+        g.entry[k] = kmp_number_scale(a, e->inertia[k] / e->volume, s2);
+    return g;
+}
+
 /* Entry k of transverse (E - u u') + axial u u'. */
 static kmp_number turned_by_axis(kmp_arena *a, const gyration *g, const kmp_number u[3], int k)
 {
@@ -110,12 +123,16 @@ static void of_solid(kmp_arena *a, const kmp_shape *s, kmp_mass_part *part)
     static gyration (*const of[])(kmp_arena *, const kmp_shape *) = {[KMP_SHAPE_BOX] = of_box,
                                                                      [KMP_SHAPE_SPHERE] = of_sphere,
                                                                      [KMP_SHAPE_CYLINDER] = of_cylinder,
-                                                                     [KMP_SHAPE_CAPSULE] = of_capsule};
+                                                                     [KMP_SHAPE_CAPSULE] = of_capsule,
+                                                                     [KMP_SHAPE_MESH] = of_mesh};
     gyration g = of[s->kind](a, s);
     double axes[3][3];
     memcpy(axes, s->axes, sizeof axes);
     part->mass = s->by_density ? times(a, s->matter, g.volume) : s->matter;
     memcpy(part->com, s->at, sizeof part->com);
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < 3; i++)
+            part->com[k] = plus_scaled(a, part->com[k], axes[k][i], g.centre[i]);
     for (int k = 0; k < 6; k++) {
         kmp_number entry = g.revolves  ? turned_by_axis(a, &g, s->along, k)
                            : s->turned ? turned_by_axes(a, g.entry, axes, k)

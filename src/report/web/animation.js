@@ -27,6 +27,12 @@ function stageNote(picture) {
     return notes.join(" ");
 }
 
+/* A note, and what of large meshes is drawn. */
+function tellNote(picture, note) {
+    const thinned = (picture.meshes || []).filter((mesh) => mesh.drawn < mesh.triangles).map((mesh) => `${mesh.file} is drawn by ${mesh.drawn} triangles for ${mesh.triangles}.`);
+    byId("stage-note").textContent = [note, ...thinned].filter(Boolean).join(" ");
+}
+
 /* A legend of the bodies' colours, whose names switch them off and on, unless there are too many. */
 function tellNames(bodies, hidden, change) {
     const most = 40, names = bodies.slice(1).map((body, k) => {
@@ -246,7 +252,7 @@ function beginStage(picture, ask) {
         draw();
     });
     new ResizeObserver(draw).observe(canvas);
-    byId("stage-note").textContent = ask.note(picture);
+    tellNote(picture, ask.note(picture));
     tellNames(picture.bodies, hidden, renew);
     byId("play").parentElement.hidden = !(length() > 0);
     canvas.dataset.frames = picture.frames.count;
@@ -271,7 +277,7 @@ function beginStage(picture, ask) {
         /* Another span: from its beginning. */
         restart() {
             t = 0;
-            byId("stage-note").textContent = ask.note(picture);
+            tellNote(picture, ask.note(picture));
             draw();
             play(!calm);
         },

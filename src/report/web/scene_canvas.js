@@ -51,7 +51,7 @@ function solidJobs(part, colour, pose, view, see, depth) {
         const normal = turned(pose.q, part.faces[k]);
         if (dot(normal, view.out) <= 0) return [];
         const points = corners.map((p) => flat[p]), lit = litColour(colour, normal, view);
-        return [{ depth: corners.reduce((sum, p) => sum + away[p], 0) / 3, draw: (c) => {
+        return [{ depth: corners.reduce((sum, p) => sum + away[p], 0) / 3 + part.lift, draw: (c) => {
             fillShape(c, points, lit, part.opacity);
             if (part.opacity === 1) strokeLine(c, [...points, points[0]], 1, lit);
         } }];

@@ -70,7 +70,7 @@ function solidMesh(part, colour) {
     const geometry = new THREE.BufferGeometry(), material = solid(colour);
     geometry.setAttribute("position", new THREE.Float32BufferAttribute(part.triangles.flatMap((list) => list.flatMap((k) => part.points[k])), 3));
     geometry.setAttribute("normal", new THREE.Float32BufferAttribute(part.corners.flat(), 3));
-    Object.assign(material, { transparent: part.opacity < 1, opacity: part.opacity, depthWrite: part.opacity === 1, polygonOffset: part.hole, polygonOffsetFactor: -1, polygonOffsetUnits: -4 });
+    Object.assign(material, { transparent: part.opacity < 1, opacity: part.opacity, depthWrite: part.opacity === 1, polygonOffset: part.hole, polygonOffsetFactor: 0, polygonOffsetUnits: -16 });
     return new THREE.Mesh(geometry, material);
 }
 

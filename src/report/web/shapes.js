@@ -147,9 +147,15 @@ function hullOf(points) {
     return shape;
 }
 
+/* Points within a solid of the ground need no pin. */
+function uncovered(pins, ground) {
+    const within = (p, { bounds }) => p.every((x, i) => x >= bounds[0][i] - 1e-9 && x <= bounds[7][i] + 1e-9);
+    return pins.filter((p) => !ground.solids.some((solid) => within(p, solid)));
+}
+
 /* Solids take the place of bars and faces; pins of joints stay. */
-function withSolids(shape, body, thin) {
-    const solids = solidsOf(body, thin), plain = { ...shape, solids, bounds: solids.flatMap((solid) => solid.bounds) };
+function withSolids(shape, body, thin, meshes) {
+    const solids = solidsOf(body, thin, meshes), plain = { ...shape, solids, bounds: solids.flatMap((solid) => solid.bounds) };
     return solids.length === 0 ? plain : { ...plain, bars: [], faces: [], boxes: [], weights: [] };
 }
 
@@ -355,8 +361,9 @@ function seenAlong(picture, motion, shapes, discs, tracks) {
 
 /* The data for either kind of drawing. `extent` is about the middle of the bodies when the view follows them. */
 function makeMechanism(picture) {
-    const motion = makeMotion(picture), plain = picture.bodies.map(shapeOf), pins = groundPoints(picture);
-    const thin = 0.01 * breadthOf(plain.flatMap((shape) => shape.points)), shapes = picture.bodies.map((body, b) => withSolids(plain[b], body, thin));
+    const motion = makeMotion(picture), plain = picture.bodies.map(shapeOf);
+    const thin = 0.01 * breadthOf(plain.flatMap((shape) => shape.points)), shapes = picture.bodies.map((body, b) => withSolids(plain[b], body, thin, picture.meshes || []));
+    const pins = uncovered(groundPoints(picture), shapes[0]);
     const discs = picture.discs || [], rails = picture.rails || [];
     const tracks = samplePoints(picture, motion, shapes, pins, discs), basis = basisOf(picture, tracks);
     const home = basis.planar ? { yaw: 0, pitch: 0 } : { yaw: 0.6, pitch: 0.4 };

@@ -40,10 +40,16 @@ function rounded(radius, half) {
         return [k === 0 ? 0 : radius * Math.sin(angle), -half - radius * Math.cos(angle)];
     });
     const upper = lower.map(([r, z]) => [r, -z]).reverse();
-    return [...lower, ...(half > 0 ? upper : upper.slice(1))];
+    return [...lower, ...pieces(radius, half), ...(half > 0 ? upper : upper.slice(1))];
 }
 
-const cylinderProfile = (radius, half) => [[0, -half], [radius, -half], [radius, half], [0, half]];
+/* Rings on a cylinder between its ends: short pieces are sorted well by their distance from the viewer. */
+function pieces(radius, half) {
+    const count = Math.min(Math.max(Math.ceil((2 * half) / (3 * radius)), 1), 16);
+    return Array.from({ length: count - 1 }, (_, k) => [radius, half * ((2 * (k + 1)) / count - 1)]);
+}
+
+const cylinderProfile = (radius, half) => [[0, -half], [radius, -half], ...pieces(radius, half), [radius, half], [0, half]];
 
 function cuboid(size) {
     const points = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [0, 1, 2].map((i) => ((k >> i) & 1 ? 0.5 : -0.5) * size[i]));
@@ -70,12 +76,23 @@ function strut(a, b, radius) {
     return placed(revolved(rounded(radius, norm(sub(b, a)) / 2)), axesAlong(sub(b, a)), scaled(0.5, add(a, b)));
 }
 
+/* A mesh of the page, in the axes of its file, m. */
+function meshSurface(mesh, scale) {
+    const points = shorts(mesh.points), corners = new Uint16Array(shorts(mesh.corners).buffer);
+    const triple = (list, k) => [list[3 * k], list[3 * k + 1], list[3 * k + 2]];
+    return {
+        points: Array.from({ length: points.length / 3 }, (_, k) => triple(points, k).map((x, i) => scale * (mesh.middle[i] + mesh.unit * x))),
+        triangles: Array.from({ length: corners.length / 3 }, (_, k) => triple(corners, k)),
+    };
+}
+
 /* `thin`: the radius of a line that has none. */
-function surfaceOf(solid, thin) {
+function surfaceOf(solid, thin, meshes) {
     const flat = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
     const round = { cylinder: cylinderProfile, capsule: rounded }[solid.kind];
     if (round) return placed(revolved(round(solid.radius, solid.length / 2)), axesAlong(solid.along), solid.at);
     if (solid.kind === "sphere") return placed(revolved(rounded(solid.radius, 0)), flat, solid.at);
+    if (solid.kind === "mesh") return placed(meshSurface(meshes.find((mesh) => mesh.file === solid.file), solid.scale), solid.axes || flat, solid.at);
     if (solid.kind === "line") return joined(solid.through.slice(1).map((p, k) => strut(solid.through[k], p, solid.radius || thin)));
     return placed(cuboid(solid.size), solid.axes || flat, solid.at);
 }
@@ -95,15 +112,21 @@ function normalsOf({ points, triangles }) {
     return { faces, corners };
 }
 
+/* Of a round hole its two ends are seen: the triangles around either pole. */
+function endsOf({ points, triangles }) {
+    return { points, triangles: triangles.filter((corners) => corners.includes(0) || corners.includes(points.length - 1)) };
+}
+
 /* -- of a body ---------------------------------------------------------------------------------------------- */
 
-/* Its solids as surfaces with normals and colours, and the corners of their boxes. */
-function solidsOf(body, thin) {
+/* Its solids as surfaces with normals and colours, the corners of their boxes, and how far towards the viewer a hole is lifted
+ * where parts are sorted by their distance. */
+function solidsOf(body, thin, meshes) {
     return (body.solids || []).map((solid) => {
-        const surface = surfaceOf(solid, thin), low = [Infinity, Infinity, Infinity], high = low.map((x) => -x);
+        const whole = surfaceOf(solid, thin, meshes), surface = solid.hole && solid.kind === "cylinder" ? endsOf(whole) : whole, low = [Infinity, Infinity, Infinity], high = low.map((x) => -x);
         for (const p of surface.points) for (let i = 0; i < 3; i++) [low[i], high[i]] = [Math.min(low[i], p[i]), Math.max(high[i], p[i])];
         const bounds = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => low.map((x, i) => ((k >> i) & 1 ? high[i] : x)));
-        return { ...surface, ...normalsOf(surface), bounds, colour: solid.colour, opacity: solid.opacity ?? 1, hole: Boolean(solid.hole) };
+        return { ...surface, ...normalsOf(surface), bounds, colour: solid.colour, opacity: solid.opacity ?? 1, hole: Boolean(solid.hole), lift: solid.hole ? 2 * (solid.radius || 0) : 0 };
     });
 }
 
