@@ -136,8 +136,8 @@ def missing(quoted, printed):
 
 
 def files(page):
-    """Models that a page names before it shows them: `NAME.yaml` ends a paragraph, the block follows."""
-    return dict(re.findall(r"`(\w+\.yaml)`[^`\n]*:\n\n```yaml\n(.*?)^```", page.read_text(), re.M | re.S))
+    """Models and tables that a page names before it shows them: `NAME.yaml` ends a paragraph, the block follows."""
+    return dict(re.findall(r"`(\w+\.(?:yaml|csv))`[^`\n]*:\n\n```(?:yaml|csv)\n(.*?)^```", page.read_text(), re.M | re.S))
 
 
 class Tables(unittest.TestCase):
@@ -440,7 +440,8 @@ class Commands(unittest.TestCase):
             subprocess.run([KEMPE, "new", name], cwd=folder, capture_output=True, check=True)
         lines = list(commands(page))
         outputs = {}
-        self.assertEqual(set(files(page)) - {word for _, line in lines for word in line}, set(), "models that no command runs")
+        read = {name for _, line in lines for word in line for name in re.findall(r"\w+\.(?:yaml|csv)", word)}
+        self.assertEqual(set(files(page)) - read, set(), "models and tables that no command reads")
         for place, line in lines:
             if not FULL and any(words in " ".join(line) for words in LONG):
                 continue

@@ -61,6 +61,7 @@ FOLDERS = [  # first match wins
     ("examples/", "examples"),
     ("tests/api/", "api"),
     ("tests/testing.h", "check"),
+    ("tests/counted_memory.h", "check"),
     *((f"src/{name}/", name) for name in sorted(LAYERS)),
 ]
 PUBLIC_ONLY = {"cli", "examples", "api"}  # see <kempe/...> and the C library

@@ -22,9 +22,15 @@
  * each call then restarts the integrator, unless kempe_stepper_keep_inputs says that they are constant.
  *
  * Real time. The conditions: `fixed_step` in the options, formulation `projected`, change_points `ignore`, a model
- * without conditions and without spherical joints. Then kempe_stepper_advance over a given time allocates nothing,
- * takes no lock and has a bounded number of operations. So do kempe_stepper_set_input, kempe_stepper_set_input_rates,
- * kempe_stepper_set_stop and the getters, except kempe_stepper_work. A failing call allocates its message.
+ * without conditions and without spherical joints, one thread. Then kempe_stepper_advance over a given time and
+ * kempe_stepper_step allocate nothing, take no lock and have a bounded number of operations. Elsewhere they make as
+ * many steps as the tolerance needs, with up to 1000 attempts each. Where coordinates, formulation or integrator
+ * change, they allocate, and take a lock of the system for a moment.
+ *
+ * These functions never allocate, lock or iterate: kempe_stepper_set_input, kempe_stepper_set_input_rates,
+ * kempe_stepper_input, kempe_stepper_keep_inputs, kempe_stepper_set_stop, kempe_stepper_work, kempe_stepper_reason and
+ * the getters of the state. All others allocate: they make the run anew, with a bounded number of iterations that close
+ * the loops. A failing call allocates its message.
  */
 #ifndef KEMPE_STEPPER_H
 #define KEMPE_STEPPER_H

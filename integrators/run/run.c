@@ -259,13 +259,18 @@ const double *kmp_runner_unknowns(kmp_runner *run, double t)
 
 void kmp_runner_report(const kmp_runner *run, kmp_run_report *report)
 {
+    kmp_runner_count(run, report);
+    report->reason = run->reason ? kmp_strdup(run->reason) : NULL;
+}
+
+void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
+{
     *report = run->before;
     report->rate_scale = run->rate_scale;
     report->build_s = run->build_s;
     report->cut = run->cut;
     report->prescribed = run->solver && run->part.p == 0;
     report->ended = run->ended;
-    report->reason = run->reason ? kmp_strdup(run->reason) : NULL;
     report->t = run->solver ? kmp_runner_t(run) : 0;
     kmp_runner_add_report(run, report);
     report->centrings = run->centrings;

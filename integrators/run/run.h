@@ -132,6 +132,9 @@ const double *kmp_runner_unknowns(kmp_runner *runner, double t);
 /** Fills the report; the caller frees reason, which may be NULL. */
 void kmp_runner_report(const kmp_runner *runner, kmp_run_report *report);
 
+/** Fills the report without its reason. No allocation. */
+void kmp_runner_count(const kmp_runner *runner, kmp_run_report *report);
+
 /** Methods of a run: the k-th valid combination of formulation, form and integrator; false after the last. */
 typedef struct kmp_method {
     const char *formulation, *form, *integrator;

@@ -167,8 +167,7 @@ kempe_work kempe_stepper_work(const kempe_stepper *stepper)
 {
     KMP_GIVEN(stepper, (kempe_work){0});
     kmp_run_report r;
-    kmp_runner_report(stepper->runner, &r);
-    kmp_free(r.reason);
+    kmp_runner_count(stepper->runner, &r);
     return (kempe_work){.steps = r.steps,
                         .rejected = r.rejected,
                         .refused = r.refused,

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Counts every allocation of a program, that of the library included. To be included in one file of the program. */
+#ifndef KEMPE_TESTS_COUNTED_MEMORY_H
+#define KEMPE_TESTS_COUNTED_MEMORY_H
+
+#include <stdbool.h>
+#include <stdlib.h>
+
+/* Sanitizers have allocation functions of their own: nothing is counted there. */
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(memory_sanitizer) || __has_feature(thread_sanitizer)
+#define SANITIZED
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED
+#endif
+
+static long allocations;
+
+#ifdef SANITIZED
+static const bool counts = false;
+#else
+static const bool counts = true;
+
+/* The C library's own functions, which these replace for the whole process. */
+void *__libc_malloc(size_t size);             /* NOLINT(bugprone-reserved-identifier) */
+void *__libc_calloc(size_t n, size_t size);   /* NOLINT(bugprone-reserved-identifier) */
+void *__libc_realloc(void *old, size_t size); /* NOLINT(bugprone-reserved-identifier) */
+
+void *malloc(size_t size)
+{
+    allocations++;
+    return __libc_malloc(size);
+}
+
+void *calloc(size_t n, size_t size)
+{
+    allocations++;
+    return __libc_calloc(n, size);
+}
+
+void *realloc(void *old, size_t size)
+{
+    allocations++;
+    return __libc_realloc(old, size);
+}
+#endif
+
+#endif
