@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import pathlib
 import sys
 from typing import Any
@@ -16,6 +15,8 @@ from .context import string
 
 def about() -> dict[str, Any]:
     """Versions; `libraries`, the files of the library and of what was bundled with it; `licenses`, texts by file name."""
+    import importlib.metadata
+
     package = pathlib.Path(__file__).parent
     bundled = package.parent / "kempe.libs"
     files = [*package.glob("_native*"), *(bundled.glob("*") if bundled.is_dir() else ())]

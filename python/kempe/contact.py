@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ._native import ffi, lib
 from .arrays import Array, vector
 from .errors import ArgumentError
 from .options import members_of, options
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 def _law(name: str) -> int:

@@ -9,7 +9,6 @@ import logging
 import pathlib
 import signal
 import sys
-import tempfile
 import threading
 import warnings
 from collections.abc import Callable
@@ -37,6 +36,8 @@ def interruptible() -> bool:
 
 def text_written(write: Callable[[pathlib.Path], None], name: str) -> str:
     """The text that a function writes into a file of this name."""
+    import tempfile
+
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / name
         write(path)

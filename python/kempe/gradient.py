@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ._native import lib
 from .arrays import Array, optional, vector, view
 from .context import Owned, string
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 class Gradient(Owned):

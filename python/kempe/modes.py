@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ._native import lib
 from .result import Drawn, Reported, TableOf
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 
 class Modes(Reported, Drawn):

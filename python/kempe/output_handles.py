@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ._native import lib
 from .arrays import Array, optional, vector, writable
@@ -14,6 +13,9 @@ from .context import NULL, Owned, string
 from .options import text_of
 from .stepper import Stepper
 from .trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 class Outputs(Owned):

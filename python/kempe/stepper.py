@@ -4,15 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
-
-from numpy.typing import ArrayLike
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
 from .arrays import Array, optional, vector, view
 from .context import Owned, string
 from .errors import ArgumentError, error_of
 from .options import members_of, words
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 class State(NamedTuple):

@@ -4,10 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ._native import ffi, lib
 from .arrays import Array
@@ -31,6 +30,8 @@ from .workspace import Workspace
 if TYPE_CHECKING:
     from typing import Unpack
 
+    from numpy.typing import ArrayLike
+
     from ._options import (
         CompareOptions,
         ContactOptions,
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
         RunOptions,
     )
 
-Force = Callable[[float, Array, Array], ArrayLike]
+Force: TypeAlias = "Callable[[float, Array, Array], ArrayLike]"
 View = Literal["equations", "program", "stats", "passes"]
 
 

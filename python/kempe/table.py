@@ -7,15 +7,17 @@ import html
 import os
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ._native import ffi, lib
 from .arrays import view
 from .context import NULL, Owned, string, text_written
 from .options import text_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 _OUTPUT = re.compile(r"(\w+)\(([^()]*)\)((?:\.\w+)*)")
 

@@ -4,16 +4,18 @@
 from __future__ import annotations
 
 import html
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ._native import lib
 from .arrays import Array, view
 from .options import text_of
 from .result import Judged, Reported, TableOf
 from .table import Table, column_name
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 
 class Trajectory(Judged, Reported):

@@ -4,15 +4,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ._native import ffi, lib
 from .arrays import DOUBLES, INTS, Array, optional, vector, view, writable
 from .context import NULL, Owned, string
 from .errors import error_of
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 _evaluate = lib.kempe_workspace_evaluate
 _forward = lib.kempe_workspace_forward_dynamics
@@ -173,33 +175,45 @@ class Workspace(Owned):
 
     # -- many states ---------------------------------------------------------------------------------
 
-    def evaluate_states(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike | None = None) -> Equations:
-        """The equations at N states, rows of q and qd (N x n); t is a number, or N of them."""
+    def evaluate_states(
+        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike | None = None, out: Equations | None = None
+    ) -> Equations:
+        """The equations at N states, rows of q and qd (N x n); t is a number, or N of them. `out`: an earlier result."""
         states = _States(self, t, q, qd=qd)
         count, n, m = states.count, self.n, self.m
-        made = (
-            np.empty((count, n, n)),
-            np.empty((count, n)),
-            np.empty((count, m)),
-            np.empty((count, n, m)),
-            np.empty((count, m)),
+        if out is None:
+            J = np.empty((count, n, m)).transpose(0, 2, 1)
+            out = Equations(
+                np.empty((count, n, n)), np.empty((count, n)), np.empty((count, m)), J, np.empty((count, m))
+            )
+        states.run(
+            lib.python_evaluate_states,
+            mass=out.M,
+            bias=out.C,
+            h=out.h,
+            jacobian=out.J.transpose(0, 2, 1),
+            jdqd=out.jdqd,
         )
-        states.run(lib.python_evaluate_states, mass=made[0], bias=made[1], h=made[2], jacobian=made[3], jdqd=made[4])
-        return Equations(made[0], made[1], made[2], made[3].transpose(0, 2, 1), made[4])
+        return out
 
-    def forward_states(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None) -> Accelerations:
+    def forward_states(
+        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, out: Accelerations | None = None
+    ) -> Accelerations:
         """Accelerations (N x n) and multipliers (N x m) at N states."""
         states = _States(self, t, q, qd=qd, Q=Q)
-        made = Accelerations(np.empty((states.count, self.n)), np.empty((states.count, self.m)))
-        states.run(lib.python_forward_states, accelerations=made.qdd, multipliers=made.lam)
-        return made
+        if out is None:
+            out = Accelerations(np.empty((states.count, self.n)), np.empty((states.count, self.m)))
+        states.run(lib.python_forward_states, accelerations=out.qdd, multipliers=out.lam)
+        return out
 
-    def inverse_states(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
+    def inverse_states(
+        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Array | None = None
+    ) -> Array:
         """Generalized forces M qdd + C (N x n) at N states."""
         states = _States(self, t, q, qd=qd, qdd=qdd)
-        forces = np.empty((states.count, self.n))
-        states.run(lib.python_inverse_states, forces=forces)
-        return forces
+        out = np.empty((states.count, self.n)) if out is None else out
+        states.run(lib.python_inverse_states, forces=out)
+        return out
 
 
 class _States:
@@ -232,8 +246,11 @@ class _States:
         setattr(self.struct, name, self.keep[-1])
 
     def run(self, function: Any, **results: Array) -> None:
+        n, m, count = self.workspace.n, self.workspace.m, self.count
+        shapes = {"mass": (n, n), "jacobian": (n, m), "bias": (n,), "accelerations": (n,), "forces": (n,)}
         for name, array in results.items():
-            self._set(name, array)
+            self.keep.append(writable(array, (count, *shapes.get(name, (m,))), name))
+            setattr(self.struct, name, self.keep[-1])
         status = function(self.workspace._pointer, self.struct)
         if status:
             self.workspace._context.run(int)

@@ -260,7 +260,7 @@ def test_interrupt_ends_a_long_run_at_once_with_its_rows(four_bar):
     four_bar.system()
     late, partial = min((interrupted(four_bar) for _ in range(5)), key=lambda each: each[0])  # of a loaded machine
     assert late < 0.1 and partial.status == "stopped" and "interrupted" in partial.reason
-    assert len(partial) > 1 and np.isfinite(partial.q).all()
+    assert len(partial) > 0 and np.isfinite(partial.q).all()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     assert four_bar.simulate(t_end=0.1).status == "ok"  # what comes next is not ended
 
