@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/evaluation/present_inputs.h"
 #include <math.h>
+#include <string.h>
 
 bool kmp_present_inputs_init(kmp_present_inputs *inputs, kmp_arena *arena, const kempe_model *model)
 {
@@ -40,6 +41,10 @@ const double *kmp_present_inputs_at(const kmp_present_inputs *inputs, double t)
 
 void kmp_present_inputs_lanes(const kmp_present_inputs *inputs, int width, const double *t, double *vectors)
 {
+    if (inputs->count == 0) {
+        memcpy(vectors, t, (size_t)width * sizeof *t);
+        return;
+    }
     for (int lane = 0; lane < width; lane++) {
         const double *vector = kmp_present_inputs_at(inputs, t[lane]);
         for (int k = 0; k < kmp_present_inputs_size(inputs); k++)

@@ -2,6 +2,7 @@
 #include "integrators/formulations/stage_lanes.h"
 #include "base/clones.h"
 #include "base/memory.h"
+#include "base/simd4.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -121,33 +122,34 @@ const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const doub
 }
 
 /* Sums of magnitudes are finite if all values are. */
-static KMP_CLONES double magnitude(size_t count, const double *values)
+static KMP_CLONES double magnitude(int count, const double *values)
 {
-    double sum[KMP_LANES_MOST] = {0}, all = 0;
-    for (size_t k = 0; k + KMP_LANES_MOST <= count; k += KMP_LANES_MOST)
-        for (size_t l = 0; l < KMP_LANES_MOST; l++)
-            sum[l] += fabs(values[k + l]);
-    for (size_t k = count - count % KMP_LANES_MOST; k < count; k++)
-        all += fabs(values[k]);
-    for (size_t l = 0; l < KMP_LANES_MOST; l++)
+    kmp_eight sum = {0};
+    double all = 0;
+    for (int k = 0; k < count * KMP_STAGE_LANES; k += KMP_STAGE_LANES)
+        sum += (kmp_eight)((kmp_eight_mask)KMP_EIGHT_CONST(values + k) & INT64_MAX);
+    for (int l = 0; l < KMP_STAGE_LANES; l++)
         all += sum[l];
     return all;
 }
 
-static KMP_CLONES int failures(size_t count, const double *values, double part, const double *of)
+static KMP_CLONES bool exceed(int count, const double *values, double part, const double *of)
 {
-    int bad = 0;
-    for (size_t k = 0; k < count; k++)
-        bad |= !(values[k] > part * of[k]);
-    return bad;
+    kmp_eight_mask bad = {0};
+    int64_t any = 0;
+    for (int k = 0; k < count * KMP_STAGE_LANES; k += KMP_STAGE_LANES)
+        bad |= ~(KMP_EIGHT_CONST(values + k) > part * KMP_EIGHT_CONST(of + k));
+    for (int l = 0; l < KMP_STAGE_LANES; l++)
+        any |= bad[l];
+    return !any;
 }
 
 bool kmp_stage_lanes_finite(int count, const double *values)
 {
-    return magnitude((size_t)count * KMP_STAGE_LANES, values) <= DBL_MAX;
+    return magnitude(count, values) <= DBL_MAX;
 }
 
 bool kmp_stage_lanes_exceed(int count, const double *values, double part, const double *of)
 {
-    return !failures((size_t)count * KMP_STAGE_LANES, values, of ? part : 0, of ? of : values);
+    return exceed(count, values, of ? part : 0, of ? of : values);
 }

@@ -184,6 +184,9 @@ typedef struct kmp_lane_terms {
 void kmp_lanes_sum(int width, int count, int stages, const double *x, const double *column, const kmp_lane_terms *terms,
                    double *out);
 
+/** out = by x, for count values, a multiple of four. */
+void kmp_lanes_scale(int count, double by, const double *x, double *out);
+
 /** out = f - x, in all lanes. */
 void kmp_lanes_subtract(int width, int count, const double *f, const double *x, double *out);
 

@@ -50,6 +50,17 @@ typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
 KERNELS(four, 4)
 KERNELS(eight, 7)
 
+static KMP_CLONES void scale(int count, double by, const double *x, double *restrict out)
+{
+    for (int k = 0; k < count; k += 4)
+        *(four *)(out + k) = by * *(const four *)(x + k);
+}
+
+void kmp_lanes_scale(int count, double by, const double *x, double *out)
+{
+    scale(count, by, x, out);
+}
+
 void kmp_lanes_sum(int width, int count, int stages, const double *x, const double *column, const kmp_lane_terms *terms,
                    double *out)
 {

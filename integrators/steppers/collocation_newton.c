@@ -27,7 +27,7 @@ bool kmp_collocation_allocate_newton(kmp_collocation *s)
     s->lu = kmp_arena_aligned(a, 2 * E * inner * inner);
     s->z = kmp_arena_aligned(a, 2 * E * inner);
     s->into = kmp_arena_aligned(a, 2 * E * (size_t)s->s);
-    s->outof = kmp_arena_aligned(a, 2 * E * (size_t)s->s);
+    s->outof = kmp_arena_aligned(a, 2 * E * (size_t)s->w);
     s->place = KMP_ARENA_NEW(a, double, s->n);
     s->whole = s->base.ode.jacobian ? KMP_ARENA_NEW(a, double, s->n * s->n) : NULL;
     return !a->failed;
@@ -44,8 +44,8 @@ static void find_eigenvectors(kmp_collocation *s)
         for (int e = 0; e < E; e++) {
             s->into[2 * E * j + e] = t->into_re[e][j];
             s->into[2 * E * j + E + e] = t->into_im[e][j];
-            s->outof[2 * E * j + e] = t->outof_re[j][e];
-            s->outof[2 * E * j + E + e] = t->outof_im[j][e];
+            s->outof[2 * e * s->w + j] = t->outof_re[j][e];
+            s->outof[(2 * e + 1) * s->w + j] = t->outof_im[j][e];
         }
 }
 
@@ -258,13 +258,16 @@ static KMP_CLONES void transform(int n, int stages, int w, const double *into, c
     }
 }
 
-static KMP_CLONES void transform_back(int n, int stages, int w, const double *outof, double *z, double *r)
+/* The stages are lanes; those beyond are zero. */
+static KMP_CLONES void transform_back(int n, int w, const double *outof, const double *z, double *r)
 {
-    for (int k = 0; k < n; k++)
-        for (int j = 0; j < stages; j++) {
-            kmp_four x = RE(z + 2 * E * k) * KMP_FOUR_CONST(outof + 2 * E * j) -
-                         IM(z + 2 * E * k) * KMP_FOUR_CONST(outof + 2 * E * j + E);
-            r[k * w + j] = x[0] + x[1] + x[2] + x[3];
+    for (int k = 0; k < n; k++, z += 2 * E)
+        for (int l = 0; l < w; l += KMP_FOUR) {
+            const double *of = outof + l;
+            kmp_four x = z[0] * KMP_FOUR_CONST(of) - z[E] * KMP_FOUR_CONST(of + w);
+            for (int e = 1; e < E; e++)
+                x += z[e] * KMP_FOUR_CONST(of + 2 * e * w) - z[E + e] * KMP_FOUR_CONST(of + (2 * e + 1) * w);
+            KMP_FOUR_AT(r + k * w + l) = x;
         }
 }
 
@@ -272,7 +275,7 @@ void kmp_collocation_correct_newton(kmp_collocation *s)
 {
     transform(s->inner, s->s, s->w, s->into, s->change, s->z);
     solve_lanes(s->inner, s->lu, s->pivot, s->z);
-    transform_back(s->inner, s->s, s->w, s->outof, s->z, s->change);
+    transform_back(s->inner, s->w, s->outof, s->z, s->change);
 }
 
 /* With x = h filter: (I - x f_v - x^2 f_q) e_v <- e_v + x f_q e_q, e_q <- e_q + x e_v. */

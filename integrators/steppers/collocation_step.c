@@ -55,10 +55,8 @@ static void set_columns(kmp_collocation *s, double h)
         s->hc[l] = h * s->c[l];
         s->at[l] = s->base.t + s->hc[l];
     }
-    for (int k = 0; k < s->s * s->w; k++) {
-        s->once[k] = h * s->a[k];
-        s->twice[k] = h * h * s->aa[k];
-    }
+    kmp_lanes_scale(s->s * s->w, h, s->a, s->once);
+    kmp_lanes_scale(s->s * s->w, h * h, s->aa, s->twice);
 }
 
 static void place(kmp_collocation *s)
@@ -73,11 +71,11 @@ static void place(kmp_collocation *s)
 static void predict(kmp_collocation *s, double h)
 {
     int stages = s->has_step ? s->s : 0;
-    for (int l = 0; s->has_step && l < s->w; l++) {
-        double weight[KMP_COLLOCATION_STAGES + 1];
-        kmp_collocation_weights(&s->table, 1 + s->c[l] * h / s->taken, weight);
-        for (int j = 0; j <= s->s; j++)
-            s->ahead[j * s->w + l] = weight[j];
+    if (s->has_step) {
+        double x[KMP_COLLOCATION_LANES];
+        for (int l = 0; l < s->w; l++)
+            x[l] = 1 + s->c[l] * h / s->taken;
+        kmp_collocation_weights(&s->table, s->w, x, s->ahead);
     }
     const double *base = s->has_step ? s->g_start_old : s->dy + s->p, *lanes = s->has_step ? s->ahead : s->one;
     kmp_lanes_sum(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(kmp_lane_terms){base, lanes, base, s->zero},
@@ -86,18 +84,22 @@ static void predict(kmp_collocation *s, double h)
 
 /* -- end ----------------------------------------------------------------------------------------------- */
 
+static void find_lead(kmp_collocation *s)
+{
+    for (int k = 0; k < s->inner; k++) {
+        s->lead[k] = 0;
+        for (int j = 0; j < s->s; j++)
+            s->lead[k] += s->table.lead[j] * s->g[k * s->w + j];
+    }
+}
+
 /* Difference from a polynomial of one degree more, by the leading coefficients of two steps: the filter removes the
  * stiff part of the estimate, which dense output contains like the rest. */
 static double misfit(kmp_collocation *s, double h)
 {
-    const double *weight = s->table.lead;
     double ratio = h / s->taken, power = pow(ratio, s->s - 1), sum = 0;
     double by = h * s->table.gap / ((s->s + 1) * (s->table.centre + (1 - s->table.centre) / ratio));
-    for (int k = 0; k < s->inner; k++) {
-        s->lead[k] = 0;
-        for (int j = 0; j < s->s; j++)
-            s->lead[k] += weight[j] * s->g[k * s->w + j];
-    }
+    find_lead(s);
     for (int k = 0; s->has_step && k < s->inner; k++) {
         double e = by * (s->lead[k] - power * s->lead_old[k]) * s->per_scale[s->p + k];
         sum += e * e;
@@ -121,9 +123,11 @@ static double estimate(kmp_collocation *s, double h)
         double e = s->error[k] * s->per_scale[k];
         sum += e * e;
     }
-    double error = sqrt(sum / fmax(s->p + s->inner, 1)), gap = misfit(s, h);
-    if (s->iteration != KMP_ITERATION_PICARD)
+    double error = sqrt(sum / fmax(s->p + s->inner, 1));
+    if (s->iteration != KMP_ITERATION_PICARD) {
+        double gap = misfit(s, h);
         error = isfinite(error + gap) ? fmax(error, gap) : INFINITY;
+    }
     return isfinite(error) ? fmax(error, ERROR_FLOOR) : INFINITY;
 }
 
@@ -265,6 +269,8 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
         what = iterate(s, h, error, shorter);
     if (what != KMP_COLLOCATION_TAKEN)
         return what;
+    if (s->iteration == KMP_ITERATION_PICARD)
+        find_lead(s);
     memcpy(s->g + s->inner * s->w, s->f + end * s->w, (size_t)(s->q * s->w) * sizeof(double));
     *error = estimate(s, h);
     return *error < 1 ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ERROR;

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/steppers/collocation_table.h"
+#include "base/clones.h"
+#include "base/simd4.h"
 #include "linalg/dense/dense.h"
 
 #include <math.h>
@@ -28,19 +30,35 @@ static void legendre(int most, double x, double *p)
         p[i] = ((2 * i - 1) * z * p[i - 1] - (i - 1) * p[i - 2]) / i;
 }
 
-/* Lagrange polynomials of nodes[0 .. count) at x. */
-static void lagrange(int count, const double *node, const double *barycentric, double x, double *value)
+static KMP_INTO_CLONES void lagrange_of(int w, int count, const double *node, const double *barycentric,
+                                        const double *restrict x, double *restrict value)
 {
-    double product = 1;
-    for (int j = 0; j < count; j++) {
-        value[j] = barycentric[j] * product;
-        product *= x - node[j];
-    }
-    product = 1;
-    for (int j = count; j-- > 0;) {
-        value[j] *= product;
-        product *= x - node[j];
-    }
+    double product[KMP_COLLOCATION_LANES];
+    for (int l = 0; l < w; l++)
+        product[l] = 1;
+    for (int j = 0; j < count; j++)
+        for (int l = 0; l < w; l++) {
+            value[j * w + l] = barycentric[j] * product[l];
+            product[l] *= x[l] - node[j];
+        }
+    for (int l = 0; l < w; l++)
+        product[l] = 1;
+    for (int j = count; j-- > 0;)
+        for (int l = 0; l < w; l++) {
+            value[j * w + l] *= product[l];
+            product[l] *= x[l] - node[j];
+        }
+}
+
+/* Lagrange polynomials of nodes[0 .. count) at w places x, which are the lanes of value. Loops over the usual number of
+ * lanes are unrolled. */
+static KMP_CLONES void lagrange(int w, int count, const double *node, const double *barycentric, const double *x,
+                                double *value)
+{
+    if (w == KMP_COLLOCATION_LANES)
+        lagrange_of(KMP_COLLOCATION_LANES, count, node, barycentric, x, value);
+    else
+        lagrange_of(w, count, node, barycentric, x, value);
 }
 
 static void find_barycentric(int count, const double *node, double *barycentric)
@@ -78,15 +96,15 @@ static void find_nodes(kmp_collocation_table *table)
 static void integrate(kmp_collocation_table *table)
 {
     int s = table->stages;
-    double barycentric[S], value[S];
+    double barycentric[S] = {0}, value[S] = {0};
     const double *c = table->node + 1;
     find_barycentric(s, c, barycentric);
-    lagrange(s, c, barycentric, 0, table->start);
+    lagrange(1, s, c, barycentric, &(double){0}, table->start);
     for (int j = 0; j < s; j++)
         table->lead[j] = barycentric[j] / s;
     for (int i = 0; i < s; i++)
         for (int g = 0; g < GAUSS; g++) {
-            lagrange(s, c, barycentric, c[i] * GAUSS_NODE[g], value);
+            lagrange(1, s, c, barycentric, &(double){c[i] * GAUSS_NODE[g]}, value);
             for (int j = 0; j < s; j++)
                 table->a[i][j] += c[i] * GAUSS_WEIGHT[g] * value[j];
         }
@@ -103,7 +121,7 @@ static void expand(kmp_collocation_table *table)
     find_barycentric(s + 1, table->node, table->barycentric);
     for (int g = 0; g < GAUSS; g++) {
         legendre(s, GAUSS_NODE[g], p);
-        kmp_collocation_weights(table, GAUSS_NODE[g], value);
+        kmp_collocation_weights(table, 1, &GAUSS_NODE[g], value);
         for (int i = 0; i <= s; i++)
             for (int j = 0; j <= s; j++)
                 table->legendre[i][j] += (2 * i + 1) * GAUSS_WEIGHT[g] * p[i] * value[j];
@@ -304,9 +322,18 @@ void kmp_collocation_add_eigenvalues(kmp_collocation_table *table)
 
 /* -- weights -------------------------------------------------------------------------------------------- */
 
-void kmp_collocation_weights(const kmp_collocation_table *table, double x, double *weight)
+void kmp_collocation_weights(const kmp_collocation_table *table, int places, const double *x, double *weight)
 {
-    lagrange(table->stages + 1, table->node, table->barycentric, x, weight);
+    lagrange(places, table->stages + 1, table->node, table->barycentric, x, weight);
+}
+
+/* out = sum over i < count of row i times by[i]. */
+static KMP_CLONES void combine(const double *rows, int count, const double *by, double *out)
+{
+    kmp_eight sum = {0};
+    for (int i = 0; i < count; i++)
+        sum += KMP_EIGHT_CONST(rows + i * (S + 1)) * by[i];
+    KMP_EIGHT_AT(out) = sum;
 }
 
 /* The integral of P_i from 0 is (P_i+1 - P_i-1) / (2 (2 i + 1)), of P_0 it is (P_1 + P_0) / 2. */
@@ -321,11 +348,6 @@ void kmp_collocation_integrals(const kmp_collocation_table *table, double x, dou
     second[0] = 0.5 * (first[1] + first[0]);
     for (int i = 1; i <= s; i++)
         second[i] = (first[i + 1] - first[i - 1]) / (2 * (2 * i + 1));
-    for (int j = 0; j <= s; j++) {
-        once[j] = twice[j] = 0;
-        for (int i = 0; i <= s; i++) {
-            once[j] += table->legendre[i][j] * first[i];
-            twice[j] += table->legendre[i][j] * second[i];
-        }
-    }
+    combine(&table->legendre[0][0], s + 1, first, once);
+    combine(&table->legendre[0][0], s + 1, second, twice);
 }

@@ -5,7 +5,12 @@
 #ifndef KMP_INTEGRATORS_STEPPERS_COLLOCATION_TABLE_H
 #define KMP_INTEGRATORS_STEPPERS_COLLOCATION_TABLE_H
 
-enum { KMP_COLLOCATION_STAGES = 7, KMP_COLLOCATION_EIGENVALUES = 4, KMP_COLLOCATION_ENDS = 4 };
+enum {
+    KMP_COLLOCATION_STAGES = 7,
+    KMP_COLLOCATION_LANES = 8,
+    KMP_COLLOCATION_EIGENVALUES = 4,
+    KMP_COLLOCATION_ENDS = 4
+};
 
 /* Sums over the derivatives of the stages at the end of a step. */
 enum {
@@ -45,10 +50,11 @@ typedef struct kmp_collocation_table {
 void kmp_collocation_make(kmp_collocation_table *table, int stages);
 void kmp_collocation_add_eigenvalues(kmp_collocation_table *table);
 
-/** weight[0 .. stages]: value at x of the polynomial of degree s through values at the nodes. */
-void kmp_collocation_weights(const kmp_collocation_table *table, double x, double *weight);
+/** Values at `places` x, KMP_COLLOCATION_LANES at most, of the polynomial of degree s through values at the nodes: the
+ * weight of node j at place l is at j places + l. */
+void kmp_collocation_weights(const kmp_collocation_table *table, int places, const double *x, double *weight);
 
-/** Weights of its integral from 0 to x, and of the integral of that. */
+/** Weights of its integral from 0 to x, and of the integral of that, KMP_COLLOCATION_STAGES + 1 each. */
 void kmp_collocation_integrals(const kmp_collocation_table *table, double x, double *once, double *twice);
 
 #endif

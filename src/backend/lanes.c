@@ -2,7 +2,9 @@
 #include "backend/lanes.h"
 #include "backend/prepared.h"
 #include "backend/sincos.h"
+#include "base/clones.h"
 #include "base/memory.h"
+#include "base/simd4.h"
 #include <math.h>
 #include <string.h>
 
@@ -96,11 +98,21 @@ bool kmp_lanes_native(const kmp_lanes *lanes)
     return lanes->segment;
 }
 
+/* Whole registers: machine code that loads one would wait for the stores of its parts. */
+static KMP_CLONES void feed_eights(const kmp_feed *feed, int count, const double *values, double *v)
+{
+    for (int k = 0; k < count; k++)
+        KMP_EIGHT_AT(v + 8 * (size_t)feed[k].slot) = KMP_EIGHT_CONST(values + 8 * (size_t)feed[k].index);
+}
+
 void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values)
 {
     const kmp_frame *f = &lanes->frame;
     size_t w = (size_t)lanes->width;
-    for (int k = f->feed_start[kind]; k < f->feed_start[kind + 1]; k++)
+    int first = f->feed_start[kind], end = f->feed_start[kind + 1];
+    if (w == 8 && end > first)
+        feed_eights(f->feeds + first, end - first, values, lanes->v);
+    for (int k = first; k < end && w != 8; k++)
         kmp_lanes_copy(w, lanes->v + f->feeds[k].slot * w, values + f->feeds[k].index * w);
 }
 

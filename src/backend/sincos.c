@@ -2,8 +2,10 @@
 /* One clone of the lane loop for each width of vectors, with the same bits from each. */
 #include "backend/sincos.h"
 #include "base/clones.h"
+#include "base/simd4.h"
 
 #include <kempe/runtime.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 KMP_CLONES static void groups_of_8(int n, const double *x, double *s, double *c)
@@ -51,13 +53,33 @@ void kmp_sincos_many(int n, const double *x, double *s, double *c)
     }
 }
 
+/* True if all lanes of all angles are within the limit; false for NaN. */
+static KMP_INTO_CLONES bool are_within(int n, const double *v, const uint32_t *x)
+{
+    kmp_eight_mask beyond = {0};
+    int64_t any = 0;
+    for (int k = 0; k < n; k++) {
+        kmp_eight size = (kmp_eight)((kmp_eight_mask)KMP_EIGHT_CONST(v + 8 * (size_t)x[k]) & INT64_MAX);
+        beyond |= ~(size <= KEMPE_SINCOS_LIMIT);
+    }
+    for (int l = 0; l < 8; l++)
+        any |= beyond[l];
+    return !any;
+}
+
+/* The limit is tested once for all angles: their computations then overlap. */
 KMP_CLONES static void lanes_of_8(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
 {
+    bool within = are_within(n, v, x);
     for (int k = 0; k < n; k++) {
+        const double *at = v + 8 * (size_t)x[k];
         double sine[8], cosine[8];
-        kempe_sincos8_core_(v + 8 * (size_t)x[k], sine, cosine);
-        memcpy(v + 8 * (size_t)s[k], sine, sizeof sine);
-        memcpy(v + 8 * (size_t)c[k], cosine, sizeof cosine);
+        for (int l = 0; within && l < 8; l++)
+            kempe_sincos_core_(at[l], &sine[l], &cosine[l]);
+        if (!within)
+            kempe_sincos8_core_(at, sine, cosine);
+        KMP_EIGHT_AT(v + 8 * (size_t)s[k]) = KMP_EIGHT_CONST(sine);
+        KMP_EIGHT_AT(v + 8 * (size_t)c[k]) = KMP_EIGHT_CONST(cosine);
     }
 }
 

@@ -14,6 +14,12 @@ typedef double kmp_four __attribute__((vector_size(32), aligned(8), may_alias));
 /** The result of a comparison: -1 in lanes where it is true, otherwise 0. */
 typedef int64_t kmp_four_mask __attribute__((vector_size(32), aligned(8), may_alias));
 
+/** Eight doubles, of which AVX-512 has registers. */
+typedef double kmp_eight __attribute__((vector_size(64), aligned(8), may_alias));
+typedef int64_t kmp_eight_mask __attribute__((vector_size(64), aligned(8), may_alias));
+#define KMP_EIGHT_AT(p)    (*(kmp_eight *)(p))
+#define KMP_EIGHT_CONST(p) (*(const kmp_eight *)(p))
+
 /** Four doubles from an address on, to be read or written. */
 #define KMP_FOUR_AT(p)    (*(kmp_four *)(p))
 #define KMP_FOUR_CONST(p) (*(const kmp_four *)(p))

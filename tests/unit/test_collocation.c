@@ -44,7 +44,7 @@ static void check_integrals(const kmp_collocation_table *t)
     double once[MOST + 1], twice[MOST + 1], at[MOST + 1];
     for (double x = 0; x < 1.3; x += 0.17) {
         kmp_collocation_integrals(t, x, once, twice);
-        kmp_collocation_weights(t, x, at);
+        kmp_collocation_weights(t, 1, &x, at);
         for (int k = 0; k <= t->stages; k++) {
             double first = 0, second = 0, value = 0;
             for (int j = 0; j <= t->stages; j++) {
