@@ -93,19 +93,12 @@ KEMPE_RUNTIME_INLINE void kempe_sincos_core_(double x, double *s, double *c)
     *c = kempe_unbits_((cosine ^ swap) ^ (((q + 1) & 2) << 62));
 }
 
-/* Right where |x[i]| <= KEMPE_SINCOS_LIMIT. */
-KEMPE_RUNTIME_INLINE void kempe_sincos8_within_(const double *KEMPE_RUNTIME_RESTRICT x,
-                                                double *KEMPE_RUNTIME_RESTRICT s, double *KEMPE_RUNTIME_RESTRICT c)
-{
-    for (int i = 0; i < 8; i++)
-        kempe_sincos_core_(x[i], &s[i], &c[i]);
-}
-
 KEMPE_RUNTIME_INLINE void kempe_sincos8_core_(const double *KEMPE_RUNTIME_RESTRICT x, double *KEMPE_RUNTIME_RESTRICT s,
                                               double *KEMPE_RUNTIME_RESTRICT c)
 {
     int beyond = 0;
-    kempe_sincos8_within_(x, s, c);
+    for (int i = 0; i < 8; i++)
+        kempe_sincos_core_(x[i], &s[i], &c[i]);
     for (int i = 0; i < 8; i++)
         beyond |= !(fabs(x[i]) <= KEMPE_SINCOS_LIMIT);
     for (int i = 0; beyond && i < 8; i++)

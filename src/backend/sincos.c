@@ -72,13 +72,14 @@ KMP_CLONES static void lanes_of_8(int n, double *v, const uint32_t *x, const uin
 {
     bool within = are_within(n, v, x);
     for (int k = 0; k < n; k++) {
-        kmp_eight sine, cosine;
-        if (within)
-            kempe_sincos8_within_(v + 8 * (size_t)x[k], (double *)&sine, (double *)&cosine);
-        else
-            kempe_sincos8_core_(v + 8 * (size_t)x[k], (double *)&sine, (double *)&cosine);
-        KMP_EIGHT_AT(v + 8 * (size_t)s[k]) = sine;
-        KMP_EIGHT_AT(v + 8 * (size_t)c[k]) = cosine;
+        const double *at = v + 8 * (size_t)x[k];
+        double sine[8], cosine[8];
+        for (int l = 0; within && l < 8; l++)
+            kempe_sincos_core_(at[l], &sine[l], &cosine[l]);
+        if (!within)
+            kempe_sincos8_core_(at, sine, cosine);
+        KMP_EIGHT_AT(v + 8 * (size_t)s[k]) = KMP_EIGHT_CONST(sine);
+        KMP_EIGHT_AT(v + 8 * (size_t)c[k]) = KMP_EIGHT_CONST(cosine);
     }
 }
 
