@@ -62,6 +62,7 @@ FOLDERS = [  # first match wins
     ("tests/api/", "api"),
     ("tests/testing.h", "check"),
     ("tests/counted_memory.h", "check"),
+    ("tests/loaded.h", "check"),
     *((f"src/{name}/", name) for name in sorted(LAYERS)),
 ]
 PUBLIC_ONLY = {"cli", "examples", "api"}  # see <kempe/...> and the C library

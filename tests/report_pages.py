@@ -113,11 +113,23 @@ def check_by_itself(self, page):
         self.assertIn(licence, text)
 
 
-class Case(unittest.TestCase):
+class Folder(unittest.TestCase):
+    """Tests with a folder of their own."""
+
     @classmethod
     def setUpClass(cls):
         cls.place = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.place.name)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.place.cleanup()
+
+
+class Case(Folder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
         cls.pages = {}
         for name, (model, options, code, *_) in CASES.items():
             page = cls.folder / f"{name}.html"
@@ -125,10 +137,6 @@ class Case(unittest.TestCase):
             if done.returncode != code or not page.exists():
                 raise AssertionError(f"{name}: exit code {done.returncode}\n{done.stderr}")
             cls.pages[name] = page
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.place.cleanup()
 
     def test_small_and_by_itself(self):
         for name, page in self.pages.items():
@@ -221,17 +229,8 @@ class Case(unittest.TestCase):
             self.assertEqual(one["picture"], two["picture"])
 
 
-class Modes(unittest.TestCase):
+class Modes(Folder):
     """Pages of modes."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.place = tempfile.TemporaryDirectory()
-        cls.folder = pathlib.Path(cls.place.name)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.place.cleanup()
 
     def make(self, name):
         model, options, *_ = MODES[name]

@@ -19,7 +19,6 @@ import pathlib
 import re
 import struct
 import sys
-import tempfile
 import unittest
 import xml.etree.ElementTree
 
@@ -84,16 +83,7 @@ def column(data, name):
     return next(c for c in data["series"]["columns"] if c["name"] == name)
 
 
-class Case(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.place = tempfile.TemporaryDirectory()
-        cls.folder = pathlib.Path(cls.place.name)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.place.cleanup()
-
+class Case(report_pages.Folder):
     def make(self, command, model, *options, code=0, name="page"):
         page = self.folder / f"{name}.html"
         page.unlink(missing_ok=True)
@@ -134,6 +124,15 @@ class Simulations(Case):
                 self.assertEqual(data["files"][0]["text"], (ROOT / model).read_text())
                 self.assertIn("closure", drawn.words("text"))
 
+    def test_two_commands_to_the_torque_of_a_motor(self):
+        """As the tutorial: a first model, and its page."""
+        kempe("new", self.folder / "first")
+        drawn, data = self.open(self.make("simulate", self.folder / "first.yaml"))
+        self.check_drawn(drawn, data)
+        self.assertIn("force.motor", data["series"]["first"])
+        self.assertIn("force.motor, N m", drawn.words("extremes"))
+        self.assertGreater(max(numbers(column(data, "force.motor")["values"])), 1)
+
     def test_ten_outputs_of_ten_seconds(self):
         """One file below 3 MB, with every row of the table: 10 s at 100 rows a second."""
         model = "examples/four_bar/four_bar.yaml"
@@ -171,7 +170,11 @@ class Simulations(Case):
         self.check_drawn(drawn, data)
         self.assertEqual((data["status"], data["stopped_at"]), ("stopped", ["rocker"]))
         self.assertIn("limit position", drawn.words("because"))
-        end = numbers(column(data, "t")["values"])[-1]
+        times, crank = (numbers(column(data, name)["values"]) for name in ("t", "qd.crank"))
+        end = times[-1]
+        self.assertGreater(len(times), 500, "a run that ends early has many rows, too")
+        self.assertGreater(crank[-1], 1e4, "the rate at the lock")
+        self.assertAlmostEqual(column(data, "qd.crank")["summary"][2] / crank[-2], 1, places=5)
         self.assertAlmostEqual(end, 0.7068008, places=5)
         self.assertAlmostEqual(data["picture"]["frames"]["t_end"], end, places=6)
         self.assertIn(f"Stopped at t = {end:.3f}"[:-1], drawn.words("answer"))
@@ -332,6 +335,14 @@ class Studies(Case):
                     self.check_drawn(drawn, data)
                 else:
                     self.assertIn(data["model"], drawn.words("text"))
+
+    def test_largest_torque(self):
+        model, *_ = STUDIES["inverse"]
+        data = json.loads(Page(self.make("inverse", model).read_text()).data)
+        torque, power = ([abs(x) for x in column(data, f"{word}.crank")["summary"][:4:2]] for word in ("tau", "power"))
+        self.assertEqual([name for name, _ in data["facts"]], ["largest force or torque, crank", "largest power, crank"])
+        for (_, said), most in zip(data["facts"], (torque, power)):
+            self.assertAlmostEqual(float(said.split()[0]) / max(most), 1, delta=1e-3)
 
     def test_a_peak_is_that_of_the_table(self):
         table = self.folder / "response.csv"

@@ -66,6 +66,7 @@ static kempe_status print_new(const cli_job *j, const void *object, kempe_format
     } else {
         fprintf(out, "%s: a four-bar linkage with a motor\n\n  kempe check %s\n  kempe simulate %s\n", path, path,
                 path);
+        fprintf(out, "  kempe simulate %s --report %.*s.html\n", path, (int)(strlen(path) - strlen(".yaml")), path);
     }
     return fclose(out) == 0 ? KEMPE_OK : KEMPE_E_MEMORY;
 }

@@ -60,7 +60,7 @@ static int thin(int rows, int stride, const double *values, double *room)
 /* Of scattered rows mean and root mean square are those over the rows. */
 static kmp_series_summary summary_of(const kmp_result_page *page, const double *x, const double *y)
 {
-    int rows = kempe_table_row_count(page->table);
+    int all = kempe_table_row_count(page->table), rows = page->locked && all > 2 ? all - 1 : all;
     double *number = page->scattered ? KMP_NEW(double, rows) : NULL;
     for (int k = 0; number && k < rows; k++)
         number[k] = k;
@@ -303,6 +303,7 @@ static void put_data(kmp_text *text, const kmp_result_page *page)
     kmp_json_end(&json);
     put_stopped_at(&json, page);
     kmp_json_boolean(&json, "separate", page->separate);
+    kmp_json_boolean(&json, "locked", page->locked);
     put_parameters(&json, page->system->model);
     put_inputs(&json, page->system->model);
     put_files(&json, page->system->model);

@@ -10,8 +10,9 @@
 #include <math.h>
 #include <string.h>
 
-/* Rows of the page: at least so many, at most so many where the table has more; columns of all outputs. */
-enum { FEWEST_ROWS = 1000, MOST_ROWS = 4000, MOST_COLUMNS = 300 };
+/* Rows of the page: at least so many, at most so many where the table has more; how many times as many the run is
+ * repeated with; columns of all outputs. */
+enum { FEWEST_ROWS = 1000, MOST_ROWS = 4000, MOST_DENSER = 1000, MOST_COLUMNS = 300 };
 
 typedef struct maker {
     kempe_trajectory *t;
@@ -68,17 +69,21 @@ static kempe_status record_rows(const maker *w, int rows, kmp_record *record)
     return kmp_has_result(status) ? KEMPE_OK : status;
 }
 
-/* More rows where a joint turns too far between two of them to be followed. */
+/* More rows where a joint turns too far between two of them to be followed, or where the run ends early. */
 static kempe_status record_run(maker *w)
 {
     const kempe_model *model = w->t->system->model;
     int rows = choose_rows(w->t), most = kmp_motion_picture_frames(model);
     KMP_TRY(record_rows(w, rows, &w->record));
     const kmp_samples *row = &w->record.row;
+    if (row->rows == 0)
+        return KEMPE_OK;
     double followed = kmp_motion_picture_end(model, &w->record);
-    double last = row->rows > 0 ? kmp_samples_time(row, row->rows - 1) : 0;
-    int factor = followed > 0 ? (int)fmin(ceil(last / followed), 1000) : 1;
-    factor = (long)factor * rows < most ? factor : most / rows;
+    double last = kmp_samples_time(row, row->rows - 1);
+    double span = w->t->spec.t_end - w->t->spec.t_start, lasted = last - w->t->spec.t_start;
+    double early = row->rows < FEWEST_ROWS && lasted > 0 ? ceil(span / lasted) : 1;
+    int factor = (int)fmin(fmax(early, followed > 0 ? ceil(last / followed) : 1), MOST_DENSER);
+    factor = (long)factor * row->rows < most ? factor : most / row->rows;
     if (factor < 2)
         return KEMPE_OK;
     kmp_record_free(&w->record);
@@ -212,6 +217,7 @@ static kempe_status write_page(maker *w, kmp_arena *arena, const char *path)
                             .answer = answer_of(t, arena),
                             .status = t->status,
                             .reason = t->reason,
+                            .locked = t->status != KEMPE_OK && !t->interrupted,
                             .warnings = t->warnings,
                             .sentences = sentences_of(t, arena),
                             .text = w->text,

@@ -9,6 +9,7 @@
 #include "studies/response/response_study.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
+#include <math.h>
 #include <string.h>
 
 /* A page under construction, with all that it refers to. */
@@ -64,19 +65,28 @@ static const char *scene_of(study_page *s, const char *words)
                             system->n == 1 ? "" : "s", system->m, system->m == 1 ? "" : "s");
 }
 
-/* Writes what could be made, and frees it. */
-static kempe_status finish(study_page *s, kempe_status status, const char *path)
+static kempe_status finish(study_page *s, const char *path)
 {
     s->page.text = s->text;
     s->page.table = s->table;
-    if (status == KEMPE_OK && s->arena.failed)
-        status = kmp_fail_memory(s->context);
+    return s->arena.failed ? kmp_fail_memory(s->context) : kmp_result_page_write(&s->page, path);
+}
+
+/* The page of a result, which `fill` makes. */
+static kempe_status write_page(const kempe_system *system, const char *command, const char *subject,
+                               kempe_status (*fill)(study_page *s, const void *result), const void *result,
+                               const char *path)
+{
+    study_page s;
+    kempe_status status = begin(&s, system, command, subject);
     if (status == KEMPE_OK)
-        status = kmp_result_page_write(&s->page, path);
-    kempe_text_free(s->text);
-    kempe_table_free(s->table);
-    kmp_samples_free(&s->frames);
-    kmp_arena_free(&s->arena);
+        status = fill(&s, result);
+    if (status == KEMPE_OK)
+        status = finish(&s, path);
+    kempe_text_free(s.text);
+    kempe_table_free(s.table);
+    kmp_samples_free(&s.frames);
+    kmp_arena_free(&s.arena);
     return status;
 }
 
@@ -96,8 +106,9 @@ static void choose_abscissa(study_page *s, const kempe_kinematics *k)
     s->page.frame_x = kempe_table_values(s->table, kempe_table_find(s->table, s->page.x));
 }
 
-static kempe_status fill_kinematics(study_page *s, const kempe_kinematics *k)
+static kempe_status fill_kinematics(study_page *s, const void *result)
 {
+    const kempe_kinematics *k = result;
     static const char *const first[] = {"q.", "position.", "sensor.", "energy.", NULL};
     s->page.status = k->status;
     s->page.reason = k->reason;
@@ -117,15 +128,36 @@ kempe_status kempe_kinematics_write_report(kempe_kinematics *kinematics, const c
 {
     KMP_WANTED(NULL, kinematics, "kinematics");
     KMP_WANTED(kinematics->system->context, path, "path");
-    study_page s;
-    kempe_status status = begin(&s, kinematics->system, "kinematics", "position analysis");
-    return finish(&s, status == KEMPE_OK ? fill_kinematics(&s, kinematics) : status, path);
+    return write_page(kinematics->system, "kinematics", "position analysis", fill_kinematics, kinematics, path);
 }
 
 /* -- inverse dynamics -------------------------------------------------------------------------------- */
 
-static kempe_status fill_inverse(study_page *s, const kempe_inverse *r)
+/* The largest size among the columns whose names begin with a word, with its unit and the rest of its name. */
+static void add_peak(study_page *s, const char *fact, const char *word)
 {
+    size_t length = strlen(word);
+    int best = -1;
+    double most = -1;
+    for (int c = 0; c < kempe_table_column_count(s->table); c++)
+        for (int row = 0; row < kempe_table_row_count(s->table); row++) {
+            double x = fabs(kempe_table_number(s->table, row, c));
+            if (strncmp(kempe_table_column_name(s->table, c), word, length) == 0 && x > most) {
+                most = x;
+                best = c;
+            }
+        }
+    if (best < 0)
+        return;
+    const char *name = kempe_table_column_name(s->table, best) + length;
+    s->page.fact[s->page.fact_count++] =
+        (kmp_page_fact){kmp_arena_printf(&s->arena, "%s, %s", fact, name),
+                        kmp_arena_printf(&s->arena, "%.4g %s", most, kempe_table_unit(s->table, best))};
+}
+
+static kempe_status fill_inverse(study_page *s, const void *result)
+{
+    const kempe_inverse *r = result;
     static const char *const first[] = {"tau.", "power.", NULL};
     s->page.status = r->status;
     s->page.reason = r->reason;
@@ -137,6 +169,8 @@ static kempe_status fill_inverse(study_page *s, const kempe_inverse *r)
     KMP_TRY(kempe_inverse_print(r, KEMPE_TEXT, &s->text));
     KMP_TRY(kempe_inverse_table(r, "rows", &s->table));
     s->page.x = "t";
+    add_peak(s, "largest force or torque", "tau.");
+    add_peak(s, "largest power", "power.");
     choose_first(s, first, KMP_PAGE_FIRST);
     return r->rows > 0 ? add_frames(s, r->rows, kmp_inverse_part(r, 0, r->at.q), r->width, r->t) : KEMPE_OK;
 }
@@ -145,15 +179,14 @@ kempe_status kempe_inverse_write_report(kempe_inverse *inverse, const char *path
 {
     KMP_WANTED(NULL, inverse, "inverse");
     KMP_WANTED(inverse->system->context, path, "path");
-    study_page s;
-    kempe_status status = begin(&s, inverse->system, "inverse", "inverse dynamics");
-    return finish(&s, status == KEMPE_OK ? fill_inverse(&s, inverse) : status, path);
+    return write_page(inverse->system, "inverse", "inverse dynamics", fill_inverse, inverse, path);
 }
 
 /* -- frequency response ------------------------------------------------------------------------------ */
 
-static kempe_status fill_response(study_page *s, const kempe_response *r)
+static kempe_status fill_response(study_page *s, const void *result)
 {
+    const kempe_response *r = result;
     static const char *const first[] = {"*.amplitude", "*.phase", NULL};
     s->page.warnings = r->channels.warnings;
     s->page.scene = scene_of(s, r->channels.at->equilibrium ? "at the equilibrium" : "at the start");
@@ -171,15 +204,14 @@ kempe_status kempe_response_write_report(kempe_response *response, const char *p
 {
     KMP_WANTED(NULL, response, "response");
     KMP_WANTED(response->channels.given->context, path, "path");
-    study_page s;
-    kempe_status status = begin(&s, response->channels.given, "response", "frequency response");
-    return finish(&s, status == KEMPE_OK ? fill_response(&s, response) : status, path);
+    return write_page(response->channels.given, "response", "frequency response", fill_response, response, path);
 }
 
 /* -- equilibria -------------------------------------------------------------------------------------- */
 
-static kempe_status fill_equilibria(study_page *s, const kempe_equilibrium *e)
+static kempe_status fill_equilibria(study_page *s, const void *result)
 {
+    const kempe_equilibrium *e = result;
     const char *stability = e->count > 0 ? kempe_equilibrium_stability(e, 0) : "none found";
     s->page.warnings = e->warnings;
     s->page.scene = scene_of(s, e->rate_count > 0 ? "steady motion" : "static equilibrium");
@@ -197,15 +229,14 @@ kempe_status kempe_equilibrium_write_report(kempe_equilibrium *equilibrium, cons
 {
     KMP_WANTED(NULL, equilibrium, "equilibrium");
     KMP_WANTED(equilibrium->requested->context, path, "path");
-    study_page s;
-    kempe_status status = begin(&s, equilibrium->system, "equilibrium", "equilibrium");
-    return finish(&s, status == KEMPE_OK ? fill_equilibria(&s, equilibrium) : status, path);
+    return write_page(equilibrium->system, "equilibrium", "equilibrium", fill_equilibria, equilibrium, path);
 }
 
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
-static kempe_status fill_batch(study_page *s, const kempe_batch *b)
+static kempe_status fill_batch(study_page *s, const void *result)
 {
+    const kempe_batch *b = result;
     static const char *const first[] = {"q.", NULL};
     int count = kempe_batch_count(b), done = 0;
     for (int k = 0; k < count; k++)
@@ -232,19 +263,18 @@ kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path)
 {
     KMP_WANTED(NULL, batch, "batch");
     KMP_WANTED(kmp_batch_model(batch)->context, path, "path");
-    study_page s;
     kempe_system *system = NULL;
     KMP_TRY(kempe_system_new(kmp_batch_model(batch), &system));
-    kempe_status status = begin(&s, system, "ensemble", "ensemble");
-    status = finish(&s, status == KEMPE_OK ? fill_batch(&s, batch) : status, path);
+    kempe_status status = write_page(system, "ensemble", "ensemble", fill_batch, batch, path);
     kempe_system_free(system);
     return status;
 }
 
 /* -- the assembled start ----------------------------------------------------------------------------- */
 
-static kempe_status fill_assembly(study_page *s, const kempe_assembly *a)
+static kempe_status fill_assembly(study_page *s, const void *result)
 {
+    const kempe_assembly *a = result;
     const kempe_system *system = a->system;
     s->page.status = a->closed ? KEMPE_OK : KEMPE_E_FAILED;
     s->page.scene = scene_of(s, "start");
@@ -261,7 +291,5 @@ kempe_status kempe_assembly_write_report(kempe_assembly *assembly, const char *p
 {
     KMP_WANTED(NULL, assembly, "assembly");
     KMP_WANTED(assembly->system->context, path, "path");
-    study_page s;
-    kempe_status status = begin(&s, assembly->system, "assemble", "assembly");
-    return finish(&s, status == KEMPE_OK ? fill_assembly(&s, assembly) : status, path);
+    return write_page(assembly->system, "assemble", "assembly", fill_assembly, assembly, path);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outputs by handle are the columns of a result; their Jacobians agree with differences, with open and with closed
  * loops, on examples; at dead centres they are refused by name. */
-#include "testing.h"
+#include "loaded.h"
 #include <kempe/check.h>
 #include <kempe/output_handles.h>
 #include <kempe/settings.h>
@@ -10,28 +10,11 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-typedef struct scene {
-    kempe_context *context;
-    kempe_model *model;
-    kempe_system *system;
-} scene;
-
-static scene scene_of(const char *example)
+static loaded load_example(const char *example)
 {
-    scene s = {.context = kempe_context_new()};
     char path[512];
-    (void)snprintf(path, sizeof path, "%s/examples/%s.yaml", KEMPE_ROOT, example);
-    if (kempe_model_read(s.context, path, &s.model) != KEMPE_OK || kempe_system_new(s.model, &s.system) != KEMPE_OK)
-        printf("%s: %s\n", example, kempe_context_message(s.context));
-    CHECK(s.system != NULL);
-    return s;
-}
-
-static void scene_free(scene *s)
-{
-    kempe_system_free(s->system);
-    kempe_model_free(s->model);
-    kempe_context_free(s->context);
+    (void)snprintf(path, sizeof path, "examples/%s.yaml", example);
+    return load(path);
 }
 
 typedef struct example {
@@ -88,7 +71,7 @@ static double by_differences(kempe_outputs *o, int n, double t, double *q, doubl
 }
 
 /* Closed states at u +- h: the change of positions is the closed-chain Jacobian. */
-static double closed_by_differences(const scene *s, kempe_outputs *o, int n, const double *q)
+static double closed_by_differences(const loaded *s, kempe_outputs *o, int n, const double *q)
 {
     int count = kempe_outputs_count(o), p = kempe_outputs_independent_count(o);
     const int *u = kempe_outputs_independent(o);
@@ -126,7 +109,7 @@ static double closed_by_differences(const scene *s, kempe_outputs *o, int n, con
 static void jacobians(void)
 {
     for (size_t e = 0; e < sizeof examples / sizeof *examples; e++) {
-        scene s = scene_of(examples[e].name);
+        loaded s = load_example(examples[e].name);
         kempe_outputs *o = NULL;
         kempe_assembly *a = NULL;
         int n = kempe_model_coordinate_count(s.model);
@@ -146,14 +129,14 @@ static void jacobians(void)
         }
         kempe_assembly_free(a);
         kempe_outputs_free(o);
-        scene_free(&s);
+        unload(&s);
     }
 }
 
 /* Along a run the accelerations of outputs are J qdd + jdqd, and J X udd + drift. */
 static void accelerations(void)
 {
-    scene s = scene_of("four_bar/four_bar");
+    loaded s = load_example("four_bar/four_bar");
     kempe_outputs *o = NULL, *all = NULL;
     kempe_stepper *stepper = NULL;
     kempe_run_options run = {.rtol = 1e-11, .t_end = 2};
@@ -176,13 +159,13 @@ static void accelerations(void)
     kempe_stepper_free(stepper);
     kempe_outputs_free(o);
     kempe_outputs_free(all);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* Axes are right-handed unit vectors, and turn with the angular velocity: e' = w x e. */
 static void axes_turn(void)
 {
-    scene s = scene_of("double_wishbone/double_wishbone");
+    loaded s = load_example("double_wishbone/double_wishbone");
     kempe_outputs *axes = NULL, *turns = NULL;
     kempe_assembly *a = NULL;
     int n = kempe_model_coordinate_count(s.model);
@@ -211,7 +194,7 @@ static void axes_turn(void)
     kempe_outputs_free(axes);
     kempe_outputs_free(turns);
     free(j), free(qd);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* Values at the rows of a trajectory, and at a stepper, are the columns of its table: every kind of output. */
@@ -237,7 +220,7 @@ static void columns(void)
         "reaction(q), force(motor), force(spring), energy, power]}\n";
     static const char words[] = "position(coupler.Q), velocity(coupler.Q), acceleration(coupler.Q), reaction(q), "
                                 "force(motor), force(spring), energy, power";
-    scene s = {.context = kempe_context_new()};
+    loaded s = {.context = kempe_context_new()};
     kempe_trajectory *trajectory = NULL;
     kempe_stepper *stepper = NULL;
     kempe_table *table = NULL;
@@ -269,7 +252,7 @@ static void columns(void)
     kempe_table_free(table);
     kempe_stepper_free(stepper);
     kempe_trajectory_free(trajectory);
-    scene_free(&s);
+    unload(&s);
 }
 
 /* The slider of a slider-crank stops where crank and rod are in line: it is no independent coordinate there. */
@@ -282,7 +265,7 @@ static void dead_centres(void)
         "  slider: {joint: {name: S, prismatic: x, at: ground}, mass: 1, points: {Q: [0, 0, 0]}}\n"
         "loops: {r: {rod: [crank.P, slider.Q], length: 2}}\n"
         "start: {q: {A: 0.5, S: 2.8}, hold: [A]}\n";
-    scene s = {.context = kempe_context_new()};
+    loaded s = {.context = kempe_context_new()};
     kempe_outputs *o = NULL;
     double j[3], moving[2] = {0.7, cos(0.7) + sqrt(4 - sin(0.7) * sin(0.7))}, dead[2] = {0, 3};
     CHECK(kempe_model_read_text(s.context, text, "model.yaml", &s.model) == KEMPE_OK);
@@ -301,12 +284,12 @@ static void dead_centres(void)
     CHECK_NEAR(j[1], 1, 1e-12);
     CHECK(kempe_outputs_choose(o, "B") == KEMPE_E_ARGUMENT);
     kempe_outputs_free(o);
-    scene_free(&s);
+    unload(&s);
 }
 
 static void mistakes(void)
 {
-    scene s = scene_of("four_bar/four_bar");
+    loaded s = load_example("four_bar/four_bar");
     kempe_outputs *o = NULL;
     CHECK(kempe_outputs_new(s.system, "position(coupler.X)", &o) == KEMPE_E_ARGUMENT && !o);
     CHECK(kempe_outputs_new(s.system, "q(A)", &o) == KEMPE_E_ARGUMENT && !o);
@@ -314,7 +297,7 @@ static void mistakes(void)
     CHECK(kempe_outputs_count(o) == 1 && kempe_outputs_find(o, "position.coupler.C.y") == 0);
     CHECK(kempe_outputs_find(o, "x") == -1 && !kempe_outputs_name(o, 1));
     kempe_outputs_free(o);
-    scene_free(&s);
+    unload(&s);
 }
 
 int main(void)

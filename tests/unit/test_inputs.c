@@ -2,7 +2,7 @@
 /* Inputs of models: samples held, joined by lines or by a spline act at their times, on every formulation and
  * integrator; drives and conditions follow them; what cannot be followed is refused. */
 #include "integrators/run/run.h"
-#include "unit/loaded.h"
+#include "loaded.h"
 #include <kempe/table.h>
 
 /* Values after t = 0, 0.7, 1.3, 2.1 s: times that are no multiples of each other. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Momenta: p.v + L.w of all bodies is twice the kinetic energy, on examples with every kind of link; sums of bodies and
  * other points by their definitions; conserved without external forces, else changed as these say. */
+#include "loaded.h"
 #include "model/model.h"
-#include "unit/loaded.h"
 #include <kempe/output_handles.h>
 #include <kempe/table.h>
 #include <stdlib.h>

@@ -34,7 +34,7 @@ const groupOf = ({ name }) => (/\.(amplitude|phase)$/.test(name) ? name.split(".
 const drawn = () => columns.filter((column) => chosen.has(column.name));
 function digits(x) {
     if (!isNumber(x) || !isFinite(x)) return "\u2013";
-    return x !== 0 && Math.abs(x) < 1e-3 ? x.toExponential(5).replace(/\.?0+e/, "e") : String(Number(x.toPrecision(6)));
+    return x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e7) ? x.toExponential(5).replace(/\.?0+e/, "e") : String(Number(x.toPrecision(6)));
 }
 
 const withUnit = (column) => (column.unit ? `${column.name}, ${column.unit}` : column.name);
@@ -173,13 +173,14 @@ function upAxis(list, unit) {
     return axisOf("linear", unit, { maxTicksLimit: 7, callback: (y) => digits(Number(y.toPrecision(8))) }, boundsOf(list));
 }
 
-/* Rates grow without bound where a run stops: its last two rows do not count for the axis. */
+/* Rates grow without bound where a run stops: its last hundredth does not count for the axis, which ends at round numbers. */
 function boundsOf(list) {
-    if (data.status === "ok" || data.shown.length === 0) return {};
-    const values = list.flatMap((column) => Array.from(column.values.slice(0, -2))).filter((y) => isFinite(y));
+    if (!data.locked || data.shown.length === 0) return {};
+    const values = list.flatMap((column) => Array.from(column.values.slice(0, -Math.max(2, Math.round(column.values.length / 100))))).filter((y) => isFinite(y));
     const [low, high] = values.reduce(([a, b], y) => [Math.min(a, y), Math.max(b, y)], [Infinity, -Infinity]);
-    const room = 0.05 * (high - low);
-    return high > low ? { min: low - room, max: high + room } : {};
+    if (!(high > low)) return {};
+    const raw = (high - low) / 5, power = 10 ** Math.floor(Math.log10(raw)), each = power * [1, 2, 5, 10].find((part) => part * power >= 0.999 * raw);
+    return { min: each * Math.floor(low / each), max: each * Math.ceil(high / each) };
 }
 
 function acrossAxis() {
@@ -328,6 +329,7 @@ function beginCurves() {
         byId("curves-note").append("Drag across a plot to enlarge a range" + (tied ? ", click for the position of the mechanism." : "."));
         const notes = [];
         if (series.stride > 1) notes.push(`Every ${series.stride}th of ${series.rows} rows is drawn; the extreme values are those of all rows.`);
+        if (data.locked) notes.push("The last row, where the run stopped, is no part of the extreme values.");
         if (series.left_out > 0) notes.push(`${series.left_out} outputs of the model are left out for the size of the page.`);
         byId("series-note").append(notes.join(" "));
         beginChoice();
