@@ -39,15 +39,11 @@ static bool is_first(const kempe_model *model, int shape)
 static void put_points(kmp_json *json, kmp_arena *arena, const kmp_mesh *mesh)
 {
     int16_t *room = KMP_ARENA_NEW(arena, int16_t, 3 * (size_t)mesh->vertex_count);
-    double middle[3], unit = 0;
+    double low[3], high[3], middle[3], unit = 0;
+    kmp_mesh_box(mesh, low, high);
     for (int i = 0; i < 3; i++) {
-        double low = INFINITY, high = -INFINITY;
-        for (int k = 0; k < mesh->vertex_count; k++) {
-            low = fmin(low, mesh->vertex[k][i]);
-            high = fmax(high, mesh->vertex[k][i]);
-        }
-        middle[i] = low + (high - low) / 2;
-        unit = fmax(unit, (high - low) / 2 / INT16_MAX);
+        middle[i] = low[i] + (high[i] - low[i]) / 2;
+        unit = fmax(unit, (high[i] - low[i]) / 2 / INT16_MAX);
     }
     for (int k = 0; room && k < 3 * mesh->vertex_count; k++)
         room[k] = (int16_t)lround(unit > 0 ? (mesh->vertex[k / 3][k % 3] - middle[k % 3]) / unit : 0);

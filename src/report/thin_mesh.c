@@ -30,19 +30,11 @@ typedef struct grid {
 
 static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
 
-static double find_box(const kmp_mesh *mesh, double low[3])
+static double longest_side(const kmp_mesh *mesh, double low[3])
 {
-    double longest = 0;
-    for (int i = 0; i < 3; i++) {
-        double high = -INFINITY;
-        low[i] = INFINITY;
-        for (int k = 0; k < mesh->vertex_count; k++) {
-            low[i] = fmin(low[i], mesh->vertex[k][i]);
-            high = fmax(high, mesh->vertex[k][i]);
-        }
-        longest = fmax(longest, high - low[i]);
-    }
-    return longest;
+    double high[3];
+    kmp_mesh_box(mesh, low, high);
+    return fmax(high[0] - low[0], fmax(high[1] - low[1], high[2] - low[2]));
 }
 
 /* Numbers the cells in the order of their vertices; a key has ten bits for each direction. */
@@ -176,7 +168,7 @@ bool kmp_mesh_thin(kmp_arena *arena, const kmp_mesh *mesh, int most, kmp_mesh *t
     g.key = KMP_NEW(uint32_t, g.slots);
     g.slot = KMP_NEW(int, g.slots);
     bool good = g.cell_of && g.key && g.slot;
-    double longest = find_box(mesh, g.low);
+    double longest = longest_side(mesh, g.low);
     int low = 1, high = FINEST; /* low has few enough */
     while (good && high - low > 1) {
         int middle = (low + high) / 2;

@@ -3,7 +3,7 @@
  * holes; a motion against one with typed numbers. */
 #include "loaded.h"
 #include "model/model.h"
-#include <kempe/compare.h>
+#include <kempe/check.h>
 #include <stdlib.h>
 
 static const double pi = 3.14159265358979323846;
@@ -333,6 +333,57 @@ static void test_without_mass(void)
     unload(&l);
 }
 
+/* The shapes of an included ground move with the body that it is put on; they change nothing of its mass. */
+static void test_included(void)
+{
+    loaded l = load_text_as("kempe: 1\ninclude: [{file: shapes.yaml, prefix: p_, at: base, offset: [1, 2, 3]}]\n"
+                            "bodies: {base: {joint: {prismatic: z, at: ground}, mass: 2}}\n",
+                            KEMPE_ROOT "/tests/models/including.yaml");
+    int found = 0;
+    for (int k = 0; l.model && k < l.model->shape_count; k++) {
+        const kmp_shape *s = &l.model->shapes[k];
+        if (s->body != kmp_name_find(KMP_BODY_NAMES(l.model), "base"))
+            continue;
+        found++;
+        CHECK(s->at[0].value == 1 && s->at[1].value == 2 && !s->heavy);
+        CHECK_NEAR(s->at[2].value, s->kind == KMP_SHAPE_BOX ? 2.2 : 3, 1e-15);
+    }
+    CHECK(found == 2);
+    CHECK(l.model && l.model->bodies[1].mass.value == 2);
+    unload(&l);
+}
+
+/* -- what is printed --------------------------------------------------------------------------------- */
+
+static void expect_text(kempe_status status, char **given, const char *part)
+{
+    char *text = *given;
+    CHECK(status == KEMPE_OK && text);
+    if (text && !strstr(text, part))
+        CHECK_TEXT(text, part);
+    kempe_text_free(text);
+}
+
+static void test_printed(void)
+{
+    loaded l = with_shape("P: [0, 0, 1]", "[{sphere: 0.5, at: P, mass: 2}, {box: [1, 1, 1], colour: '#010203'}]");
+    kempe_check *check = NULL;
+    char *text = NULL;
+    if (l.system && kempe_check_new(l.system, &check) == KEMPE_OK) {
+        expect_text(kempe_check_print(check, KEMPE_TEXT, &text), &text,
+                    "mass by shapes       a: 2 kg, centre [0, 0, 1] m, inertia xx 0.2 yy 0.2 zz 0.2 kg m^2\n");
+        expect_text(kempe_check_print(check, KEMPE_JSON, &text), &text,
+                    "\"mass_by_shapes\": [\n    {\n      \"body\": \"a\"");
+        expect_text(kempe_model_print(l.model, KEMPE_TEXT, &text), &text,
+                    "    shape sphere: radius 0.5, at [0, 0, 1], mass 2\n    shape box: size [1, 1, 1], at [0, 0, 0], "
+                    "colour #010203\n");
+        expect_text(kempe_model_print(l.model, KEMPE_JSON, &text), &text,
+                    "{\"body\": \"a\", \"kind\": \"sphere\", \"radius\": 0.5, \"at\": [0, 0, 1], \"mass\": 2}");
+    }
+    kempe_check_free(check);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(test_single);
@@ -343,5 +394,7 @@ int main(void)
     TEST(test_line);
     TEST(test_motion);
     TEST(test_without_mass);
+    TEST(test_included);
+    TEST(test_printed);
     return check_report();
 }

@@ -105,6 +105,18 @@ bool kmp_mesh_triangle(kmp_mesh_maker *m, int a, int b, int c)
     return true;
 }
 
+void kmp_mesh_box(const kmp_mesh *mesh, double low[3], double high[3])
+{
+    for (int i = 0; i < 3; i++) {
+        low[i] = INFINITY;
+        high[i] = -INFINITY;
+        for (int k = 0; k < mesh->vertex_count; k++) {
+            low[i] = fmin(low[i], mesh->vertex[k][i]);
+            high[i] = fmax(high[i], mesh->vertex[k][i]);
+        }
+    }
+}
+
 /* -- words ------------------------------------------------------------------------------------------- */
 
 size_t kmp_words_next(kmp_words *words, bool lines, const char **word)

@@ -17,6 +17,9 @@ typedef struct kmp_mesh {
  * reason, with the line in a text; or no memory (`why` or the arena has failed). */
 bool kmp_mesh_read(kmp_arena *arena, const char *path, const char *text, size_t length, kmp_mesh *mesh, kmp_text *why);
 
+/** The box of all vertices. */
+void kmp_mesh_box(const kmp_mesh *mesh, double low[3], double high[3]);
+
 /** What a closed mesh encloses, of density 1, in the units of its file. */
 typedef struct kmp_mesh_volume {
     double volume, centre[3], inertia[6]; /* inertia: about the centre, as in kmp_body */

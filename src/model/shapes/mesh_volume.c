@@ -85,19 +85,6 @@ static bool is_closed(const kmp_mesh *mesh, kmp_text *why)
 
 /* -- integrals --------------------------------------------------------------------------------------- */
 
-/* The middle of the mesh's box, so that a distant origin costs no digits. */
-static void middle_of(const kmp_mesh *mesh, double middle[3])
-{
-    for (int i = 0; i < 3; i++) {
-        double low = INFINITY, high = -INFINITY;
-        for (int k = 0; k < mesh->vertex_count; k++) {
-            low = fmin(low, mesh->vertex[k][i]);
-            high = fmax(high, mesh->vertex[k][i]);
-        }
-        middle[i] = low + (high - low) / 2;
-    }
-}
-
 typedef struct moments {
     double volume, first[3], second[6]; /* second: integrals of x x, y y, z z, x y, x z, y z */
 } moments;
@@ -134,10 +121,12 @@ static moments integrate(const kmp_mesh *mesh, const double origin[3])
 
 bool kmp_mesh_enclose(const kmp_mesh *mesh, kmp_mesh_volume *volume, kmp_text *why)
 {
-    double origin[3], d[3], central[6];
+    double low[3], high[3], origin[3], d[3], central[6];
     if (!is_closed(mesh, why))
         return false;
-    middle_of(mesh, origin);
+    kmp_mesh_box(mesh, low, high);
+    for (int i = 0; i < 3; i++) /* near the mesh, so that a distant origin costs no digits */
+        origin[i] = low[i] + (high[i] - low[i]) / 2;
     moments m = integrate(mesh, origin);
     double sign = m.volume < 0 ? -1 : 1;
     if (m.volume == 0 || !isfinite(m.volume)) {
