@@ -9,7 +9,6 @@
 #include "output/result_table.h"
 #include "studies/ensemble/values.h"
 #include "studies/simulate/trajectory.h"
-#include <kempe/ensemble.h>
 #include <math.h>
 #include <string.h>
 
