@@ -64,19 +64,27 @@ static const char *scene_of(study_page *s, const char *words)
                             system->n == 1 ? "" : "s", system->m, system->m == 1 ? "" : "s");
 }
 
-/* Writes what could be made, and frees it. */
-static kempe_status finish(study_page *s, kempe_status status, const char *path)
+/* What a study puts on its page. */
+typedef kempe_status fill_fn(study_page *s, const void *result);
+
+/* Writes what could be made. */
+static kempe_status write_page(const kempe_system *system, const char *command, const char *subject, fill_fn *fill,
+                               const void *result, const char *path)
 {
-    s->page.text = s->text;
-    s->page.table = s->table;
-    if (status == KEMPE_OK && s->arena.failed)
-        status = kmp_fail_memory(s->context);
+    study_page s;
+    kempe_status status = begin(&s, system, command, subject);
     if (status == KEMPE_OK)
-        status = kmp_result_page_write(&s->page, path);
-    kempe_text_free(s->text);
-    kempe_table_free(s->table);
-    kmp_samples_free(&s->frames);
-    kmp_arena_free(&s->arena);
+        status = fill(&s, result);
+    s.page.text = s.text;
+    s.page.table = s.table;
+    if (status == KEMPE_OK)
+        status = kmp_made(s.context, !s.arena.failed);
+    if (status == KEMPE_OK)
+        status = kmp_result_page_write(&s.page, path);
+    kempe_text_free(s.text);
+    kempe_table_free(s.table);
+    kmp_samples_free(&s.frames);
+    kmp_arena_free(&s.arena);
     return status;
 }
 
@@ -96,8 +104,9 @@ static void choose_abscissa(study_page *s, const kempe_kinematics *k)
     s->page.frame_x = kempe_table_values(s->table, kempe_table_find(s->table, s->page.x));
 }
 
-static kempe_status fill_kinematics(study_page *s, const kempe_kinematics *k)
+static kempe_status fill_kinematics(study_page *s, const void *result)
 {
+    const kempe_kinematics *k = result;
     static const char *const first[] = {"q.", "position.", "sensor.", "energy.", NULL};
     s->page.status = k->status;
     s->page.reason = k->reason;
@@ -117,15 +126,14 @@ kempe_status kempe_kinematics_write_report(kempe_kinematics *kinematics, const c
 {
     KMP_WANTED(NULL, kinematics, "kinematics");
     KMP_WANTED(kinematics->system->context, path, "path");
-    study_page s;
-    kempe_status status = begin(&s, kinematics->system, "kinematics", "position analysis");
-    return finish(&s, status == KEMPE_OK ? fill_kinematics(&s, kinematics) : status, path);
+    return write_page(kinematics->system, "kinematics", "position analysis", fill_kinematics, kinematics, path);
 }
 
 /* -- inverse dynamics -------------------------------------------------------------------------------- */
 
-static kempe_status fill_inverse(study_page *s, const kempe_inverse *r)
+static kempe_status fill_inverse(study_page *s, const void *result)
 {
+    const kempe_inverse *r = result;
     static const char *const first[] = {"tau.", "power.", NULL};
     s->page.status = r->status;
     s->page.reason = r->reason;
@@ -145,15 +153,14 @@ kempe_status kempe_inverse_write_report(kempe_inverse *inverse, const char *path
 {
     KMP_WANTED(NULL, inverse, "inverse");
     KMP_WANTED(inverse->system->context, path, "path");
-    study_page s;
-    kempe_status status = begin(&s, inverse->system, "inverse", "inverse dynamics");
-    return finish(&s, status == KEMPE_OK ? fill_inverse(&s, inverse) : status, path);
+    return write_page(inverse->system, "inverse", "inverse dynamics", fill_inverse, inverse, path);
 }
 
 /* -- frequency response ------------------------------------------------------------------------------ */
 
-static kempe_status fill_response(study_page *s, const kempe_response *r)
+static kempe_status fill_response(study_page *s, const void *result)
 {
+    const kempe_response *r = result;
     static const char *const first[] = {"*.amplitude", "*.phase", NULL};
     s->page.warnings = r->channels.warnings;
     s->page.scene = scene_of(s, r->channels.at->equilibrium ? "at the equilibrium" : "at the start");
@@ -171,15 +178,14 @@ kempe_status kempe_response_write_report(kempe_response *response, const char *p
 {
     KMP_WANTED(NULL, response, "response");
     KMP_WANTED(response->channels.given->context, path, "path");
-    study_page s;
-    kempe_status status = begin(&s, response->channels.given, "response", "frequency response");
-    return finish(&s, status == KEMPE_OK ? fill_response(&s, response) : status, path);
+    return write_page(response->channels.given, "response", "frequency response", fill_response, response, path);
 }
 
 /* -- equilibria -------------------------------------------------------------------------------------- */
 
-static kempe_status fill_equilibria(study_page *s, const kempe_equilibrium *e)
+static kempe_status fill_equilibria(study_page *s, const void *result)
 {
+    const kempe_equilibrium *e = result;
     const char *stability = e->count > 0 ? kempe_equilibrium_stability(e, 0) : "none found";
     s->page.warnings = e->warnings;
     s->page.scene = scene_of(s, e->rate_count > 0 ? "steady motion" : "static equilibrium");
@@ -197,15 +203,14 @@ kempe_status kempe_equilibrium_write_report(kempe_equilibrium *equilibrium, cons
 {
     KMP_WANTED(NULL, equilibrium, "equilibrium");
     KMP_WANTED(equilibrium->requested->context, path, "path");
-    study_page s;
-    kempe_status status = begin(&s, equilibrium->system, "equilibrium", "equilibrium");
-    return finish(&s, status == KEMPE_OK ? fill_equilibria(&s, equilibrium) : status, path);
+    return write_page(equilibrium->system, "equilibrium", "equilibrium", fill_equilibria, equilibrium, path);
 }
 
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
-static kempe_status fill_batch(study_page *s, const kempe_batch *b)
+static kempe_status fill_batch(study_page *s, const void *result)
 {
+    const kempe_batch *b = result;
     static const char *const first[] = {"q.", NULL};
     int count = kempe_batch_count(b), done = 0;
     for (int k = 0; k < count; k++)
@@ -232,19 +237,18 @@ kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path)
 {
     KMP_WANTED(NULL, batch, "batch");
     KMP_WANTED(kmp_batch_model(batch)->context, path, "path");
-    study_page s;
     kempe_system *system = NULL;
     KMP_TRY(kempe_system_new(kmp_batch_model(batch), &system));
-    kempe_status status = begin(&s, system, "ensemble", "ensemble");
-    status = finish(&s, status == KEMPE_OK ? fill_batch(&s, batch) : status, path);
+    kempe_status status = write_page(system, "ensemble", "ensemble", fill_batch, batch, path);
     kempe_system_free(system);
     return status;
 }
 
 /* -- the assembled start ----------------------------------------------------------------------------- */
 
-static kempe_status fill_assembly(study_page *s, const kempe_assembly *a)
+static kempe_status fill_assembly(study_page *s, const void *result)
 {
+    const kempe_assembly *a = result;
     const kempe_system *system = a->system;
     s->page.status = a->closed ? KEMPE_OK : KEMPE_E_FAILED;
     s->page.scene = scene_of(s, "start");
@@ -261,7 +265,5 @@ kempe_status kempe_assembly_write_report(kempe_assembly *assembly, const char *p
 {
     KMP_WANTED(NULL, assembly, "assembly");
     KMP_WANTED(assembly->system->context, path, "path");
-    study_page s;
-    kempe_status status = begin(&s, assembly->system, "assemble", "assembly");
-    return finish(&s, status == KEMPE_OK ? fill_assembly(&s, assembly) : status, path);
+    return write_page(assembly->system, "assemble", "assembly", fill_assembly, assembly, path);
 }
