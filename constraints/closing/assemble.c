@@ -5,7 +5,6 @@
  * solution: KINSOL with line search on the chosen rows and dependent coordinates, a square system. Gauss-Newton without
  * a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
-#include "base/arena.h"
 #include "constraints/closing/charts.h"
 #include "constraints/closing/kinsol.h"
 #include "constraints/closing/least_change.h"
@@ -13,7 +12,6 @@
 #include "constraints/partition/partition.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
-#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 

@@ -4,8 +4,6 @@
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
-#include <kempe/branches.h>
-#include <kempe/check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

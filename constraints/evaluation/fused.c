@@ -3,7 +3,6 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/evaluation/fused_inside.h"
-#include "constraints/evaluation/written.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -3,7 +3,6 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/evaluation/solved_inside.h"
-#include "constraints/evaluation/written.h"
 #include "constraints/tolerances.h"
 #include <float.h>
 #include <limits.h>

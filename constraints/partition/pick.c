@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/partition/pick.h"
-#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"

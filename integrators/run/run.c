@@ -4,7 +4,6 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "integrators/run/runner.h"
-#include <kempe/check.h>
 #include <math.h>
 #include <time.h>
 

@@ -4,8 +4,6 @@
  * Wanner, II, IV.2. */
 #include "integrators/steppers/rk.h"
 
-#include <float.h>
-#include <math.h>
 #include <string.h>
 
 enum { MAX_REJECT = 1000 };

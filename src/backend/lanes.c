@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "base/simd4.h"
 #include <math.h>
-#include <string.h>
 
 struct kmp_lanes {
     kmp_frame frame;             /* of one instance: positions of values */

@@ -4,7 +4,6 @@
  *     f = -G a b (C11 x, C22 y + sqrt(a b) C23 spin) / (friction N). */
 #include "contact/creep.h"
 #include "base/context.h"
-#include <kempe/contact.h>
 #include <math.h>
 #include <stddef.h>
 

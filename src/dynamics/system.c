@@ -10,7 +10,6 @@
 #include "model/tables/closure_table.h"
 #include "model/variant.h"
 #include "symbolic/program/live.h"
-#include <kempe/extend.h>
 #include <math.h>
 #include <string.h>
 

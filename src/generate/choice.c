@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "generate/choice.h"
 #include "base/context.h"
-#include <kempe/generate.h>
 #include <string.h>
 
 static const char *const schemes[] = {[KMP_SCHEME_COMPOSITE] = "composite", [KMP_SCHEME_NER] = "ner"};

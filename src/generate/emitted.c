@@ -178,8 +178,7 @@ static void write_json(kmp_text *text, const void *result)
                      t->counts.robotran - t->runtime.robotran);
         kmp_json_end(&json);
     }
-    kmp_json_end(&json);
-    kmp_json_array(&json, "files");
+    kmp_json_put(&json, "} files [");
     for (int k = 0; k < code->files.count; k++)
         kmp_json_string(&json, NULL, code->files.file[k].name);
     kmp_json_end(&json);

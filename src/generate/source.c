@@ -8,7 +8,6 @@
 #include "dynamics/load_dependent.h"
 #include "model/print/model_print.h"
 #include <ctype.h>
-#include <kempe/generate.h>
 #include <string.h>
 
 const char *const kmp_argument_names[KMP_ARGUMENTS] = {

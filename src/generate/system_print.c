@@ -205,8 +205,7 @@ static void json_gains(kmp_json *json, const kmp_gains *gains)
     kmp_json_array(json, "simplifications");
     for (int k = 0; k < gains->count; k++)
         json_gain(json, &gains->steps[k]);
-    kmp_json_end(json);
-    kmp_json_array(json, "without_ways");
+    kmp_json_put(json, "] without_ways [");
     for (int k = 0; k < KMP_GAINS_KINDS; k++)
         json_gain(json, &gains->savings[k]);
     json_gain(json, &gains->all);
@@ -239,8 +238,7 @@ static void json_stats(kmp_json *json, const kempe_system *system, const kmp_tal
         json_counts(json, names[s], &c);
         kmp_json_end(json);
     }
-    kmp_json_end(json);
-    kmp_json_object(json, "sets");
+    kmp_json_put(json, "} sets {");
     for (int k = 0; k < KMP_EQ_SETS; k++)
         if (shown & 1u << k)
             json_tally(json, kmp_set_of(NULL, k).name, &t[k]);

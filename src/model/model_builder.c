@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "model/files/nodes.h"
 #include "model/print/model_print.h"
-#include <kempe/build.h>
 #include <math.h>
 #include <string.h>
 

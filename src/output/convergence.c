@@ -2,7 +2,6 @@
 #include "output/convergence.h"
 #include "base/memory.h"
 #include "integrators/steppers/solver.h"
-#include <kempe/check.h>
 #include <math.h>
 
 /* The first repeat run is coarser by this factor, and cheaper; a run with a coarse tolerance is compared with a finer

@@ -365,12 +365,10 @@ static void put_json(kmp_text *text, const void *result)
     kmp_json_array(&json, "columns");
     for (int c = 0; c < t->columns; c++)
         kmp_json_string(&json, NULL, t->column[c].name);
-    kmp_json_end(&json);
-    kmp_json_array(&json, "units");
+    kmp_json_put(&json, "] units [");
     for (int c = 0; c < t->columns; c++)
         kmp_json_string(&json, NULL, kempe_table_unit(t, c));
-    kmp_json_end(&json);
-    kmp_json_array(&json, "data");
+    kmp_json_put(&json, "] data [");
     for (int row = 0; row < t->rows; row++) {
         kmp_json_array(&json, NULL);
         for (int c = 0; c < t->columns; c++)
@@ -380,8 +378,7 @@ static void put_json(kmp_text *text, const void *result)
                 kmp_json_number(&json, NULL, t->column[c].number[row]);
         kmp_json_end(&json);
     }
-    kmp_json_end(&json);
-    kmp_json_end(&json);
+    kmp_json_put(&json, "] }");
 }
 
 enum { NUMBER_WIDTH = 13 };

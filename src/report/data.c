@@ -133,8 +133,7 @@ static void put_table(kmp_json *json, const kempe_comparison *c, const char *key
             int level = c->tables.aims.level[a];
             kmp_json_whole(json, NULL, same ? kmp_compare_base(c, methods[k], level) : kmp_compare_best(c, level));
         }
-        kmp_json_end(json);
-        kmp_json_end(json);
+        kmp_json_put(json, "] }");
     }
     kmp_json_end(json);
 }
@@ -211,12 +210,10 @@ static void put_lists(kmp_json *json, const kempe_comparison *c)
     kmp_json_array(json, "methods");
     for (int k = 0; k < c->method_count; k++)
         put_method(json, &c->methods[k]);
-    kmp_json_end(json);
-    kmp_json_array(json, "runs");
+    kmp_json_put(json, "] runs [");
     for (int k = 0; k < c->count; k++)
         put_run(json, c, &c->runs[k]);
-    kmp_json_end(json);
-    kmp_json_array(json, "levels");
+    kmp_json_put(json, "] levels [");
     for (int l = 0; l < c->levels.count; l++)
         put_level(json, c, l);
     kmp_json_end(json);

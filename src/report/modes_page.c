@@ -159,8 +159,7 @@ static void put_locus(kmp_json *json, const kempe_modes *m)
         kmp_json_put(json, "{ grows %s value %.9g re %.9g im %.9g }", c->grows_above ? "above" : "below", c->value,
                      c->re, c->im);
     }
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "] }");
 }
 
 static void put_data(kmp_text *text, const maker *w)
@@ -180,8 +179,7 @@ static void put_data(kmp_text *text, const maker *w)
         put_shown(&json, kmp_shown_as(m->system->context, kmp_quantity_unit(m->system, KMP_QUANTITY_Q, k)));
         kmp_json_end(&json);
     }
-    kmp_json_end(&json);
-    kmp_json_array(&json, "modes");
+    kmp_json_put(&json, "] modes [");
     for (int k = 0; k < w->count; k++)
         put_mode(&json, m, &w->modes[k]);
     kmp_json_end(&json);

@@ -220,12 +220,10 @@ static void put_lines(kmp_json *json, const picture *p)
         kmp_json_put(json, "{ name %s rod %c body [", line->name ? line->name : "", p->drawing.is_rod[k]);
         for (int i = 0; i < 2; i++)
             kmp_json_whole(json, NULL, line->body[i]);
-        kmp_json_end(json);
-        kmp_json_array(json, "at");
+        kmp_json_put(json, "] at [");
         for (int i = 0; i < 2; i++)
             kmp_json_rounded_numbers(json, NULL, 3, line->at[i], 7);
-        kmp_json_end(json);
-        kmp_json_end(json);
+        kmp_json_put(json, "] }");
     }
     kmp_json_end(json);
 }

@@ -3,7 +3,6 @@
 #include "report/page.h"
 #include "base/memory.h"
 #include "report/motion_picture.h"
-#include <kempe/compare.h>
 
 /* -- running again ----------------------------------------------------------------------------------- */
 

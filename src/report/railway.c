@@ -119,8 +119,7 @@ void kmp_railway_put(kmp_json *json, const kempe_model *model, const kmp_travel 
     for (int w = 0; w < model->wheel_count; w++)
         if (model->points[model->wheels[w].point].body <= travel->bodies)
             put_disc(json, model, &model->wheels[w]);
-    kmp_json_end(json);
-    kmp_json_array(json, "rails");
+    kmp_json_put(json, "] rails [");
     for (int k = 0; k < model->track_count; k++)
         for (int side = 0; side < KMP_TRACK_SIDES; side++)
             put_rail(json, model, k, travel, side);

@@ -113,11 +113,9 @@ static void put_series(kmp_json *json, const kmp_result_page *page)
                  thin(rows, stride.first, kempe_table_values(table, x), room), page->left_out);
     for (int k = 0; k < page->first_count; k++)
         kmp_json_string(json, NULL, page->first[k]);
-    kmp_json_end(json);
-    kmp_json_array(json, "columns");
+    kmp_json_put(json, "] columns [");
     put_columns(json, page, x, stride, room);
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "] }");
     kmp_free(room);
 }
 

@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "output/print.h"
 #include <kempe/check.h>
-#include <kempe/compare.h>
 #include <math.h>
 
 /* -- steps ------------------------------------------------------------------------------------------- */

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/expressions/ranges.h"
 #include "base/memory.h"
-#include "model/expressions/dimension.h"
 #include <ctype.h>
 #include <math.h>
 #include <string.h>

@@ -363,12 +363,10 @@ static void put_start(kmp_json *json, const kempe_model *model)
     for (int i = 0; i < model->motion_count; i++)
         if (model->start.hold[i])
             kmp_json_string(json, NULL, model->motions[i].name);
-    kmp_json_end(json);
-    kmp_json_object(json, "goals");
+    kmp_json_put(json, "] goals {");
     for (int i = 0; i < model->start.goal_count; i++)
         put_goal(json, model, &model->start.goals[i]);
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "} }");
 }
 
 static void put_run(kmp_json *json, const kempe_model *model)
@@ -393,8 +391,7 @@ static void put_run(kmp_json *json, const kempe_model *model)
         kmp_output_print(&name, model, &model->outputs[i]);
         kmp_json_text(json, NULL, &name);
     }
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "] }");
 }
 
 /* -- the whole ----------------------------------------------------------------------------------- */

@@ -145,8 +145,7 @@ static void json_goals(kmp_json *j, const kempe_assembly *a)
             kmp_text_free(&name);
         }
     }
-    kmp_json_end(j);
-    kmp_json_end(j);
+    kmp_json_put(j, "} }");
 }
 
 /* Rates that were given and could not be kept. */

@@ -71,8 +71,7 @@ static void json_branches(kmp_text *text, const void *result)
         kmp_json_put(&j, "residual %g sign %s hits %d", b->branch[k].residual, b->branch[k].sign, b->branch[k].hits);
         kmp_json_end(&j);
     }
-    kmp_json_end(&j);
-    kmp_json_end(&j);
+    kmp_json_put(&j, "] }");
 }
 
 kempe_status kempe_branches_print(const kempe_branches *branches, kempe_format format, char **text)

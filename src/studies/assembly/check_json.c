@@ -45,8 +45,7 @@ static void json_blocks(kmp_json *json, const kempe_check *check)
     kmp_json_array(json, "blocks");
     for (int b = 0; b < d->block_count; b++)
         kmp_print_names(json, NULL, check->system, kmp_name_of_coordinate, d->blocks[b].size, d->blocks[b].columns);
-    kmp_json_end(json);
-    kmp_json_array(json, "block_closures");
+    kmp_json_put(json, "] block_closures [");
     for (int b = 0; b < d->block_count; b++)
         kmp_print_names(json, NULL, check->system, kmp_name_of_closure, d->blocks[b].closure_count,
                         d->blocks[b].closures);

@@ -2,7 +2,6 @@
 /* `check` for a person: a short form with the verdict, or one paragraph a question. */
 #include "studies/assembly/check_print.h"
 #include "model/print/model_print.h"
-#include <kempe/check.h>
 #include <math.h>
 #include <stdarg.h>
 

@@ -34,8 +34,7 @@ static void json_reference(kmp_json *json, const kempe_comparison *c)
                  c->amplification);
     for (int k = 0; k < c->source_count; k++)
         json_source(json, &c->sources[k]);
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "] }");
 }
 
 double kmp_compare_error(const kempe_comparison *c, const kmp_compared *run, kmp_quantity quantity)
@@ -103,8 +102,7 @@ static void json_levels(kmp_json *json, const kempe_comparison *c)
         kmp_json_array(json, "methods");
         for (int w = 0; w < c->method_count && !c->levels.blank[l]; w++)
             json_reached(json, c, w, l);
-        kmp_json_end(json);
-        kmp_json_end(json);
+        kmp_json_put(json, "] }");
     }
     kmp_json_end(json);
 }
@@ -132,8 +130,7 @@ static void json_split_all(kmp_json *json, const kempe_comparison *c, int method
         int level = t->aims.level[k];
         json_split(json, c, method, same ? kmp_compare_base(c, method, level) : kmp_compare_best(c, level), level);
     }
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "] }");
 }
 
 /* Writes both tables: (a) the members of each family, one after another; (b) the best method of each formulation. */
@@ -142,8 +139,7 @@ static void json_tables(kmp_json *json, const kempe_comparison *c)
     kmp_json_array(json, "same_integrator");
     for (int k = 0; k < c->tables.same_count; k++)
         json_split_all(json, c, c->tables.same[k], true);
-    kmp_json_end(json);
-    kmp_json_array(json, "best_of_formulation");
+    kmp_json_put(json, "] best_of_formulation [");
     for (int k = 0; k < c->tables.best_count; k++)
         json_split_all(json, c, c->tables.best[k], false);
     kmp_json_end(json);

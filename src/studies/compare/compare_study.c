@@ -3,9 +3,6 @@
 #include "studies/compare/compare_study.h"
 #include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "output/times.h"
-#include <kempe/check.h>
-#include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
 

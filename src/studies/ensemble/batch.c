@@ -9,7 +9,6 @@
 #include "output/result_table.h"
 #include "studies/ensemble/values.h"
 #include "studies/simulate/trajectory.h"
-#include <kempe/ensemble.h>
 #include <math.h>
 #include <string.h>
 
@@ -433,16 +432,13 @@ static void put_json(kmp_text *text, const void *result)
                  b->work.lane_steps > 0 ? b->work.width : 0, b->work.alone, b->rtol, b->atol, b->t_end, b->cpu_s);
     for (int k = 0; k < b->ensemble->values->columns; k++)
         kmp_json_string(&json, NULL, b->ensemble->values->name[k]);
-    kmp_json_end(&json);
-    kmp_json_array(&json, "coordinates");
+    kmp_json_put(&json, "] coordinates [");
     for (int k = 0; k < b->n; k++)
         kmp_json_string(&json, NULL, system->model->motions[k].name);
-    kmp_json_end(&json);
-    kmp_json_array(&json, "instances");
+    kmp_json_put(&json, "] instances [");
     for (int k = 0; k < b->count; k++)
         put_instance(b, &json, k);
-    kmp_json_end(&json);
-    kmp_json_end(&json);
+    kmp_json_put(&json, "] }");
 }
 
 kempe_status kempe_batch_print(const kempe_batch *b, kempe_format format, char **out)

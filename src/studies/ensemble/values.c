@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "model/expressions/ranges.h"
 #include "model/variant.h"
-#include <kempe/ensemble.h>
 #include <limits.h>
 #include <stdint.h>
 #include <string.h>

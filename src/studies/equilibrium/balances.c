@@ -10,7 +10,6 @@
 #include "output/quantity.h"
 #include "studies/equilibrium/operating.h"
 #include <kempe/check.h>
-#include <kempe/equilibrium.h>
 #include <math.h>
 #include <string.h>
 

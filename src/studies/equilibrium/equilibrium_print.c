@@ -155,8 +155,7 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_json_object(j, "free");
     for (int i = 0; i < e->freed_count; i++)
         kmp_json_number(j, e->freed_name[i], b->freed[i]);
-    kmp_json_end(j);
-    kmp_json_object(j, "reaction");
+    kmp_json_put(j, "} reaction {");
     for (int c = 0; c < model->closure_count; c++)
         kmp_json_numbers(j, model->closures[c].name, 3, b->reaction + 3 * c);
     kmp_json_end(j);
@@ -177,8 +176,7 @@ static void json_equilibrium(kmp_text *text, const void *result)
         json_balance(&j, e, &e->balance[k]);
         kmp_json_end(&j);
     }
-    kmp_json_end(&j);
-    kmp_json_end(&j);
+    kmp_json_put(&j, "] }");
 }
 
 kempe_status kempe_equilibrium_print(const kempe_equilibrium *equilibrium, kempe_format format, char **text)

@@ -274,9 +274,7 @@ static void json_kind(kmp_json *json, const kempe_inverse *r)
     kmp_json_object(json, "efforts");
     for (int k = 0; k < r->left_count; k++)
         kmp_json_number(json, name_of(r, r->left_u[k]), r->left[k]);
-    kmp_json_end(json);
-    kmp_json_end(json);
-    kmp_json_array(json, "redundant");
+    kmp_json_put(json, "} } redundant [");
     for (int k = 0; k < r->m; k++)
         if (r->redundant[k])
             kmp_json_string(json, NULL, r->system->row_names[k]);

@@ -11,7 +11,6 @@
 #include "studies/inverse/inverse_dynamics.h"
 #include "studies/inverse/prescribed_motion.h"
 #include <kempe/check.h>
-#include <kempe/inverse.h>
 #include <math.h>
 #include <string.h>
 

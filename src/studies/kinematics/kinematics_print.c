@@ -178,8 +178,7 @@ static void json_ranges(kmp_json *j, const kempe_kinematics *k)
                      largest(span_of(k, k->qdd, n, i)));
         kmp_json_end(j);
     }
-    kmp_json_end(j);
-    kmp_json_object(j, "outputs");
+    kmp_json_put(j, "} outputs {");
     for (int c = 0; c < k->width; c++) {
         span x = span_of(k, k->shown, k->width, c);
         kmp_json_object(j, k->column[c].name);
@@ -200,8 +199,7 @@ static void json_dead(kmp_json *j, const kempe_kinematics *k)
         kmp_print_entries(j, "q", k->system, KMP_QUANTITY_Q, c->q);
         kmp_json_end(j);
     }
-    kmp_json_end(j);
-    kmp_json_array(j, "change_points");
+    kmp_json_put(j, "] change_points [");
     for (int c = 0; c < k->change_count; c++) {
         kmp_json_put(j, "{ s %g value %g margin %g", k->change[c].s, value_at(k, k->change[c].s), k->change[c].margin);
         kmp_print_entries(j, "q", k->system, KMP_QUANTITY_Q, k->change[c].q);

@@ -9,7 +9,6 @@
 #include "model/tables/output_table.h"
 #include "output/print.h"
 #include <kempe/check.h>
-#include <kempe/kinematics.h>
 #include <math.h>
 #include <string.h>
 

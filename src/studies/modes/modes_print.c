@@ -288,16 +288,13 @@ static void json_locus(kmp_json *j, const kempe_modes *m)
             json_pair(j, NULL, l->re[b + (ptrdiff_t)k * l->count], l->im[b + (ptrdiff_t)k * l->count]);
         kmp_json_end(j);
     }
-    kmp_json_end(j);
-    kmp_json_array(j, "uncertain");
+    kmp_json_put(j, "] uncertain [");
     for (int first, k = 0; next_uncertain(l, &first, &k);)
         json_pair(j, NULL, l->value[first], l->value[k]);
-    kmp_json_end(j);
-    kmp_json_array(j, "critical");
+    kmp_json_put(j, "] critical [");
     for (int k = 0; k < l->critical_count; k++)
         json_critical(j, &l->critical[k]);
-    kmp_json_end(j);
-    kmp_json_end(j);
+    kmp_json_put(j, "] }");
 }
 
 static void json_all(kmp_text *text, const void *result)

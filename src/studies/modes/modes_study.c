@@ -2,12 +2,9 @@
 /* The modes study: options by words, and results. */
 #include "studies/modes/modes_study.h"
 #include "base/clock.h"
-#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "model/tables/coordinates.h"
-#include <kempe/modes.h>
-#include <math.h>
 #include <string.h>
 
 enum { USUAL_VALUES = 61, MOST_VALUES = 100000 };

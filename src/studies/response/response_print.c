@@ -122,8 +122,7 @@ static void json_channels(kmp_json *j, const kempe_response *r)
     for (int i = 0; i < r->frequency.inputs; i++) {
         kmp_json_put(j, "{ name %s unit %s }", kmp_response_input(r, i), kmp_response_input_unit(r, i));
     }
-    kmp_json_end(j);
-    kmp_json_array(j, "outputs");
+    kmp_json_put(j, "] outputs [");
     for (int o = 0; o < r->frequency.outputs; o++) {
         kmp_json_put(j, "{ name %s unit %s }", kmp_response_output(r, o), r->channels.outputs.unit[o]);
     }
@@ -190,8 +189,7 @@ static void json(kmp_text *text, const void *result)
         for (int o = 0; o < r->frequency.outputs; o++)
             json_pair(&j, r, i, o, room, room + r->frequency.count);
     kmp_free(room);
-    kmp_json_end(&j);
-    kmp_json_end(&j);
+    kmp_json_put(&j, "] }");
 }
 
 kempe_status kempe_response_print(const kempe_response *response, kempe_format format, char **text)

@@ -4,8 +4,6 @@
 #include "base/memory.h"
 #include "model/expressions/ranges.h"
 #include "output/result_table.h"
-#include <kempe/response.h>
-#include <math.h>
 #include <string.h>
 
 enum { DEFAULT_COUNT = 200 };

@@ -106,16 +106,14 @@ static void put_row(kmp_json *json, const kempe_sensitivity *s, int row)
     kmp_json_object(json, "values");
     for (int c = 0; c < s->columns; c++)
         kmp_json_number(json, s->column[c], kmp_sensitivity_value(s, row, c));
-    kmp_json_end(json);
-    kmp_json_object(json, "derivatives");
+    kmp_json_put(json, "} derivatives {");
     for (int c = 0; c < s->columns; c++) {
         kmp_json_object(json, s->column[c]);
         for (int k = 0; k < s->count; k++)
             kmp_json_number(json, s->name[k], kmp_sensitivity_slope(s, row, c, k));
         kmp_json_end(json);
     }
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "} }");
 }
 
 static void put_work(kmp_json *json, const kempe_sensitivity *s)

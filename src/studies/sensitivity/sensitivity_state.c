@@ -2,7 +2,6 @@
 /* Sensitivities of equilibria, and of reactions there or at the start: one row. */
 #include "studies/sensitivity/sensitivity_state.h"
 #include "model/tables/output_table.h"
-#include <kempe/sensitivity.h>
 #include <string.h>
 
 /* -- the state --------------------------------------------------------------------------------------- */

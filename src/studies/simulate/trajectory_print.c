@@ -256,8 +256,7 @@ static void json_multipliers(kmp_json *json, const kempe_trajectory *t)
                 kmp_json_number(json, NULL, lambda ? lambda[r] : NAN);
         kmp_json_end(json);
     }
-    kmp_json_end(json);
-    kmp_json_object(json, "reaction");
+    kmp_json_put(json, "} reaction {");
     for (int c = 0; c < s->model->closure_count; c++)
         kmp_json_numbers(json, s->model->closures[c].name, 3, t->reaction + 3 * c);
     kmp_json_end(json);

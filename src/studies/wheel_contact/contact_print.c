@@ -169,8 +169,7 @@ static void put_row(kmp_json *json, const kempe_contacts *t, int row)
             put_patch(json, t, kempe_contacts_patch(t, row, w, z));
         kmp_json_end(json);
     }
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "} }");
 }
 
 static void show_json(kmp_text *text, const void *result)
@@ -183,8 +182,7 @@ static void show_json(kmp_text *text, const void *result)
                  t->cpu_s);
     for (int row = 0; row < t->count; row++)
         put_row(&json, t, row);
-    kmp_json_end(&json);
-    kmp_json_end(&json);
+    kmp_json_put(&json, "] }");
 }
 
 kempe_status kempe_contacts_print(const kempe_contacts *t, kempe_format format, char **out)

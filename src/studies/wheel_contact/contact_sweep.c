@@ -8,7 +8,6 @@
 #include "constraints/closing/charts.h"
 #include "constraints/rounding/mend.h"
 #include "model/tables/coordinates.h"
-#include <kempe/contacts.h>
 #include <math.h>
 #include <string.h>
 
