@@ -18,6 +18,19 @@ enum { E = KMP_COLLOCATION_EIGENVALUES };
 /* Size of the differences that make the Jacobian, over that of the unknown: near the root of rounding. */
 static const double DIFFERENCE = 1e-7;
 
+/* Eigenvectors by lanes. */
+static void set_eigenvectors(kmp_collocation *s)
+{
+    const kmp_collocation_table *t = s->table;
+    for (int j = 0; j < s->s; j++)
+        for (int e = 0; e < E; e++) {
+            s->into[2 * E * j + e] = t->into_re[e][j];
+            s->into[2 * E * j + E + e] = t->into_im[e][j];
+            s->outof[2 * e * s->w + j] = t->outof_re[j][e];
+            s->outof[(2 * e + 1) * s->w + j] = t->outof_im[j][e];
+        }
+}
+
 bool kmp_collocation_allocate_newton(kmp_collocation *s)
 {
     kmp_arena *a = &s->base.arena;
@@ -30,23 +43,9 @@ bool kmp_collocation_allocate_newton(kmp_collocation *s)
     s->outof = kmp_arena_aligned(a, 2 * E * (size_t)s->w);
     s->place = KMP_ARENA_NEW(a, double, s->n);
     s->whole = s->base.ode.jacobian ? KMP_ARENA_NEW(a, double, s->n * s->n) : NULL;
+    if (!a->failed)
+        set_eigenvectors(s);
     return !a->failed;
-}
-
-/* Eigenvalues, with eigenvectors by lanes. */
-static void find_eigenvectors(kmp_collocation *s)
-{
-    const kmp_collocation_table *t = &s->table;
-    if (t->eigenvalues > 0)
-        return;
-    kmp_collocation_add_eigenvalues(&s->table);
-    for (int j = 0; j < s->s; j++)
-        for (int e = 0; e < E; e++) {
-            s->into[2 * E * j + e] = t->into_re[e][j];
-            s->into[2 * E * j + E + e] = t->into_im[e][j];
-            s->outof[2 * e * s->w + j] = t->outof_re[j][e];
-            s->outof[(2 * e + 1) * s->w + j] = t->outof_im[j][e];
-        }
 }
 
 /* -- the Jacobian -------------------------------------------------------------------------------------- */
@@ -211,11 +210,10 @@ static KMP_CLONES void solve_lanes(int n, const double *lu, const int *pivot, do
 
 bool kmp_collocation_factor(kmp_collocation *s, double h)
 {
-    const kmp_collocation_table *t = &s->table;
+    const kmp_collocation_table *t = s->table;
     int n = s->inner;
     if (s->factored && s->h_matrix == h)
         return true;
-    find_eigenvectors(s);
     s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_NEWTON);
     s->base.work.factorizations++;
     for (int e = 0; e < E; e++) { /* lanes without an eigenvalue repeat the first one */
@@ -282,7 +280,7 @@ void kmp_collocation_correct_newton(kmp_collocation *s)
 void kmp_collocation_filter(kmp_collocation *s)
 {
     int n = s->inner;
-    double x = s->h_matrix * s->table.filter, *error = s->error + s->p;
+    double x = s->h_matrix * s->table->filter, *error = s->error + s->p;
     memset(s->z, 0, (size_t)(2 * E * n) * sizeof *s->z);
     for (int k = 0; k < n; k++) {
         double sum = error[k];
