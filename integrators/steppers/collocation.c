@@ -63,14 +63,14 @@ static void set_constants(kmp_collocation *s)
 {
     for (int l = 0; l < s->w; l++) {
         int i = l < s->s ? l : s->s - 1;
-        s->c[l] = s->table.node[i + 1];
+        s->c[l] = s->table->node[i + 1];
         s->one[l] = 1;
         s->zero[l] = 0;
-        s->filter[l] = l == KMP_END_SLOPE ? s->table.filter : 0;
+        s->filter[l] = l == KMP_END_SLOPE ? s->table->filter : 0;
         for (int j = 0; j < s->s; j++) {
-            s->a[j * s->w + l] = s->table.a[i][j];
-            s->aa[j * s->w + l] = s->table.aa[i][j];
-            s->end[j * s->w + l] = l < KMP_COLLOCATION_ENDS ? s->table.end[j][l] : 0;
+            s->a[j * s->w + l] = s->table->a[i][j];
+            s->aa[j * s->w + l] = s->table->aa[i][j];
+            s->end[j * s->w + l] = l < KMP_COLLOCATION_ENDS ? s->table->end[j][l] : 0;
         }
     }
 }
@@ -99,7 +99,7 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->p = ode->positions;
     s->q = ode->quadratures;
     s->inner = s->n - s->p - s->q;
-    kmp_collocation_make(&s->table, s->s);
+    s->table = kmp_collocation_table_of(s->s);
     kmp_collocation_begin_with(s, s->method->cheapest);
     choose_limits(s);
     allocate(s);
@@ -168,9 +168,14 @@ static kmp_collocation_outcome attempt(kmp_collocation *s, double h, double t_ne
 
 /* -- control ------------------------------------------------------------------------------------------- */
 
-static double after_error(const kmp_collocation *s, double h, double error)
+static double permitted(const kmp_collocation *s, double error)
 {
-    return h * fmax(SHRINK, fmin(GROW, SAFETY * pow(error, -1.0 / (s->s + 1))));
+    return SAFETY * pow(error, -1.0 / (s->s + 1));
+}
+
+static double after_error(double h, double permitted)
+{
+    return h * fmax(SHRINK, fmin(GROW, permitted));
 }
 
 /* Gustafsson's prediction, ACM TOMS 20 (1994) 496. */
@@ -188,9 +193,9 @@ static void find_start(kmp_collocation *s, double h, bool newton)
 {
     memcpy(s->g_start, s->dy + s->p, (size_t)(s->inner + s->q) * sizeof *s->dy);
     for (int k = 0; newton && k < s->inner; k++) {
-        double sum = s->error[s->p + k] / (h * s->table.filter);
+        double sum = s->error[s->p + k] / (h * s->table->filter);
         for (int j = 0; j < s->s; j++)
-            sum += s->table.start[j] * s->g[k * s->w + j];
+            sum += s->table->start[j] * s->g[k * s->w + j];
         s->g_start[k] = sum;
     }
     if (s->method->by_rates)
@@ -199,11 +204,11 @@ static void find_start(kmp_collocation *s, double h, bool newton)
 
 static void take(kmp_collocation *s, double h, double t_new, double error)
 {
-    double next = after_error(s, h, error);
+    double by = permitted(s, error), next = after_error(h, by);
     if (!s->first)
         next = fmin(next, foresee(s, h, error));
     kmp_iteration iteration = s->iteration;
-    double most = kmp_collocation_longest(s, h), by_error = h * SAFETY * pow(error, -1.0 / (s->s + 1));
+    double most = kmp_collocation_longest(s, h), by_error = h * by;
     find_start(s, h, iteration != KMP_ITERATION_PICARD);
     kmp_collocation_choose(s, h, by_error, most);
     next = s->iteration > iteration ? next : fmin(next, most);
@@ -238,7 +243,7 @@ static void refuse(kmp_collocation *s, kmp_collocation_outcome what, double h, d
         s->base.work.refused++;
     bool stale = what == KMP_COLLOCATION_BAD_ITERATION && s->has_jacobian && !s->fresh;
     s->base.h = stale                                   ? h
-                : what == KMP_COLLOCATION_BAD_ERROR     ? fmin(after_error(s, h, error), 0.9 * h)
+                : what == KMP_COLLOCATION_BAD_ERROR     ? fmin(after_error(h, permitted(s, error)), 0.9 * h)
                 : what == KMP_COLLOCATION_BAD_ITERATION ? shorter * h
                 : what == KMP_COLLOCATION_BAD_STAGE     ? h / 4
                                                         : h / 2;
@@ -291,7 +296,7 @@ static void integrate_rates(const kmp_collocation *s, const double *once, double
     for (int j = 0; j < s->s; j++) {
         weight[j + 1] = 0;
         for (int i = 0; i < s->s; i++)
-            weight[j + 1] += once[i + 1] * s->table.a[i][j];
+            weight[j + 1] += once[i + 1] * s->table->a[i][j];
     }
 }
 
@@ -307,7 +312,7 @@ static kempe_status dense(void *solver, double t, double *y, double *yp)
     if (at_end || !(t > s->base.t_old))
         return KEMPE_OK;
     double x = (t - s->base.t_old) / h;
-    kmp_collocation_integrals(&s->table, x, once, twice);
+    kmp_collocation_integrals(s->table, x, once, twice);
     if (s->method->by_rates)
         integrate_rates(s, once, twice);
     for (int k = 0; k < s->p; k++)

@@ -32,7 +32,7 @@ typedef struct kmp_collocation_method {
 typedef struct kmp_collocation {
     kmp_solver base; /* first */
     const kmp_collocation_method *method;
-    kmp_collocation_table table;
+    const kmp_collocation_table *table;
     int n, s, w;     /* unknowns, stages, lanes: s <= w */
     int p, inner, q; /* unknowns: positions, those with stage derivatives, quadratures */
     double widen;    /* weights of the estimate over those of the tolerance */
@@ -108,7 +108,7 @@ void kmp_collocation_end(kmp_collocation *s, double h);
 
 /* collocation_newton.c */
 
-/** Allocates the arrays of Newton's method. */
+/** Allocates the arrays of Newton's method, with the eigenvectors. */
 bool kmp_collocation_allocate_newton(kmp_collocation *s);
 
 /** Evaluates the Jacobian where the middle stage is predicted (s->stage, s->at), if there is none to be kept, and

@@ -18,6 +18,19 @@ enum { E = KMP_COLLOCATION_EIGENVALUES };
 /* Size of the differences that make the Jacobian, over that of the unknown: near the root of rounding. */
 static const double DIFFERENCE = 1e-7;
 
+/* Eigenvectors by lanes. */
+static void set_eigenvectors(kmp_collocation *s)
+{
+    const kmp_collocation_table *t = s->table;
+    for (int j = 0; j < s->s; j++)
+        for (int e = 0; e < E; e++) {
+            s->into[2 * E * j + e] = t->into_re[e][j];
+            s->into[2 * E * j + E + e] = t->into_im[e][j];
+            s->outof[2 * e * s->w + j] = t->outof_re[j][e];
+            s->outof[(2 * e + 1) * s->w + j] = t->outof_im[j][e];
+        }
+}
+
 bool kmp_collocation_allocate_newton(kmp_collocation *s)
 {
     kmp_arena *a = &s->base.arena;
@@ -30,23 +43,9 @@ bool kmp_collocation_allocate_newton(kmp_collocation *s)
     s->outof = kmp_arena_aligned(a, 2 * E * (size_t)s->w);
     s->place = KMP_ARENA_NEW(a, double, s->n);
     s->whole = s->base.ode.jacobian ? KMP_ARENA_NEW(a, double, s->n * s->n) : NULL;
+    if (!a->failed)
+        set_eigenvectors(s);
     return !a->failed;
-}
-
-/* Eigenvalues, with eigenvectors by lanes. */
-static void find_eigenvectors(kmp_collocation *s)
-{
-    const kmp_collocation_table *t = &s->table;
-    if (t->eigenvalues > 0)
-        return;
-    kmp_collocation_add_eigenvalues(&s->table);
-    for (int j = 0; j < s->s; j++)
-        for (int e = 0; e < E; e++) {
-            s->into[2 * E * j + e] = t->into_re[e][j];
-            s->into[2 * E * j + E + e] = t->into_im[e][j];
-            s->outof[2 * e * s->w + j] = t->outof_re[j][e];
-            s->outof[(2 * e + 1) * s->w + j] = t->outof_im[j][e];
-        }
 }
 
 /* -- the Jacobian -------------------------------------------------------------------------------------- */
@@ -181,10 +180,17 @@ static KMP_CLONES bool factor_lanes(int n, double *lu, int *pivot)
     return true;
 }
 
-static KMP_INTO_CLONES void subtract_product(const double *a, const double *b, double *x)
+/* to -= sum over k from first to end of row[k] x[k], complex. */
+static KMP_INTO_CLONES void subtract_products(int first, int end, const double *row, const double *x, double *to)
 {
-    RE(x) -= KMP_FOUR_CONST(a) * KMP_FOUR_CONST(b) - KMP_FOUR_CONST(a + E) * KMP_FOUR_CONST(b + E);
-    IM(x) -= KMP_FOUR_CONST(a) * KMP_FOUR_CONST(b + E) + KMP_FOUR_CONST(a + E) * KMP_FOUR_CONST(b);
+    kmp_four re = RE(to), im = IM(to);
+    for (int k = first; k < end; k++) {
+        const double *a = row + 2 * E * k, *b = x + 2 * E * k;
+        re -= KMP_FOUR_CONST(a) * KMP_FOUR_CONST(b) - KMP_FOUR_CONST(a + E) * KMP_FOUR_CONST(b + E);
+        im -= KMP_FOUR_CONST(a) * KMP_FOUR_CONST(b + E) + KMP_FOUR_CONST(a + E) * KMP_FOUR_CONST(b);
+    }
+    RE(to) = re;
+    IM(to) = im;
 }
 
 static KMP_CLONES void solve_lanes(int n, const double *lu, const int *pivot, double *x)
@@ -196,41 +202,45 @@ static KMP_CLONES void solve_lanes(int n, const double *lu, const int *pivot, do
             x[2 * E * pivot[k] + e] = t;
         }
     for (int i = 1; i < n; i++)
-        for (int k = 0; k < i; k++)
-            subtract_product(lu + 2 * E * (i * n + k), x + 2 * E * k, x + 2 * E * i);
+        subtract_products(0, i, lu + 2 * E * i * n, x, x + 2 * E * i);
     for (int i = n; i-- > 0;) {
         double *to = x + 2 * E * i;
         const double *d = lu + 2 * E * (i * n + i);
-        for (int k = i + 1; k < n; k++)
-            subtract_product(lu + 2 * E * (i * n + k), x + 2 * E * k, to);
+        subtract_products(i + 1, n, lu + 2 * E * i * n, x, to);
         kmp_four re = RE(to) * KMP_FOUR_CONST(d) - IM(to) * KMP_FOUR_CONST(d + E);
         IM(to) = RE(to) * KMP_FOUR_CONST(d + E) + IM(to) * KMP_FOUR_CONST(d);
         RE(to) = re;
     }
 }
 
-bool kmp_collocation_factor(kmp_collocation *s, double h)
+/* I - x f_v - x^2 f_q for h times the eigenvalues x, of n unknowns of which p have positions. */
+static KMP_CLONES void fill_lanes(int n, int p, const kmp_collocation_table *t, double h, const double *jacobian,
+                                  double *lu)
 {
-    const kmp_collocation_table *t = &s->table;
-    int n = s->inner;
-    if (s->factored && s->h_matrix == h)
-        return true;
-    find_eigenvectors(s);
-    s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_NEWTON);
-    s->base.work.factorizations++;
+    kmp_four re = {0}, im = {0};
     for (int e = 0; e < E; e++) { /* lanes without an eigenvalue repeat the first one */
         int from = e < t->eigenvalues ? e : 0;
-        double re = h * t->re[from], im = h * t->im[from], square = re * re - im * im, twice = 2 * re * im;
-        for (int i = 0; i < n; i++)
-            for (int j = 0; j < n; j++) {
-                double v = s->jacobian[(s->p + j) * n + i], q = j < s->p ? s->jacobian[j * n + i] : 0;
-                double *x = s->lu + 2 * E * (i * n + j) + e;
-                x[0] = (i == j) - re * v - square * q;
-                x[E] = -im * v - twice * q;
-            }
+        re[e] = h * t->re[from];
+        im[e] = h * t->im[from];
     }
+    const kmp_four square = re * re - im * im, twice = 2 * re * im;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++, lu += 2 * E) {
+            double v = jacobian[(p + j) * n + i], q = j < p ? jacobian[j * n + i] : 0;
+            RE(lu) = (i == j) - re * v - square * q;
+            IM(lu) = -im * v - twice * q;
+        }
+}
+
+bool kmp_collocation_factor(kmp_collocation *s, double h)
+{
+    if (s->factored && s->h_matrix == h)
+        return true;
+    s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_NEWTON);
+    s->base.work.factorizations++;
+    fill_lanes(s->inner, s->p, s->table, h, s->jacobian, s->lu);
     s->h_matrix = h;
-    s->factored = factor_lanes(n, s->lu, s->pivot);
+    s->factored = factor_lanes(s->inner, s->lu, s->pivot);
     return s->factored;
 }
 
@@ -282,7 +292,7 @@ void kmp_collocation_correct_newton(kmp_collocation *s)
 void kmp_collocation_filter(kmp_collocation *s)
 {
     int n = s->inner;
-    double x = s->h_matrix * s->table.filter, *error = s->error + s->p;
+    double x = s->h_matrix * s->table->filter, *error = s->error + s->p;
     memset(s->z, 0, (size_t)(2 * E * n) * sizeof *s->z);
     for (int k = 0; k < n; k++) {
         double sum = error[k];

@@ -75,7 +75,7 @@ static void predict(kmp_collocation *s, double h)
         double x[KMP_COLLOCATION_LANES];
         for (int l = 0; l < s->w; l++)
             x[l] = 1 + s->c[l] * h / s->taken;
-        kmp_collocation_weights(&s->table, s->w, x, s->ahead);
+        kmp_collocation_weights(s->table, s->w, x, s->ahead);
     }
     const double *base = s->has_step ? s->g_start_old : s->dy + s->p, *lanes = s->has_step ? s->ahead : s->one;
     kmp_lanes_sum(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(kmp_lane_terms){base, lanes, base, s->zero},
@@ -89,7 +89,7 @@ static void find_lead(kmp_collocation *s)
     for (int k = 0; k < s->inner; k++) {
         s->lead[k] = 0;
         for (int j = 0; j < s->s; j++)
-            s->lead[k] += s->table.lead[j] * s->g[k * s->w + j];
+            s->lead[k] += s->table->lead[j] * s->g[k * s->w + j];
     }
 }
 
@@ -98,7 +98,7 @@ static void find_lead(kmp_collocation *s)
 static double misfit(kmp_collocation *s, double h)
 {
     double ratio = h / s->taken, power = pow(ratio, s->s - 1), sum = 0;
-    double by = h * s->table.gap / ((s->s + 1) * (s->table.centre + (1 - s->table.centre) / ratio));
+    double by = h * s->table->gap / ((s->s + 1) * (s->table->centre + (1 - s->table->centre) / ratio));
     find_lead(s);
     for (int k = 0; s->has_step && k < s->inner; k++) {
         double e = by * (s->lead[k] - power * s->lead_old[k]) * s->per_scale[s->p + k];
@@ -143,7 +143,7 @@ void kmp_collocation_end(kmp_collocation *s, double h)
         const double *rate = s->g + (k - s->p) * s->w;
         s->y_old[k] = s->y[k];
         for (int j = 0; j < s->s; j++)
-            s->y_old[k] += h * s->table.end[j][KMP_END_ONCE] * rate[j];
+            s->y_old[k] += h * s->table->end[j][KMP_END_ONCE] * rate[j];
     }
 }
 

@@ -5,6 +5,7 @@
 #include "linalg/dense/dense.h"
 
 #include <math.h>
+#include <pthread.h>
 #include <stdbool.h>
 #include <string.h>
 
@@ -296,7 +297,7 @@ void kmp_collocation_add_eigenvalues(kmp_collocation_table *table)
     table->re[0] = table->filter;
     find_eigenvalues(table, m);
     for (int e = s % 2 ? 0 : 1; e < table->eigenvalues; e++) {
-        number v[S];
+        number v[S] = {{0, 0}};
         find_vector(table, m, (number){table->re[e], table->im[e]}, v);
         for (int i = 0; i < s; i++) {
             table->outof_re[i][e] = vectors[i + column * s] = v[i].re;
@@ -318,6 +319,20 @@ void kmp_collocation_add_eigenvalues(kmp_collocation_table *table)
         }
         column += e > 0 ? 2 : 1;
     }
+}
+
+const kmp_collocation_table *kmp_collocation_table_of(int stages)
+{
+    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+    static kmp_collocation_table tables[S + 1];
+    kmp_collocation_table *table = &tables[stages];
+    (void)pthread_mutex_lock(&lock);
+    if (table->eigenvalues == 0) {
+        kmp_collocation_make(table, stages);
+        kmp_collocation_add_eigenvalues(table);
+    }
+    (void)pthread_mutex_unlock(&lock);
+    return table;
 }
 
 /* -- weights -------------------------------------------------------------------------------------------- */

@@ -49,6 +49,9 @@ typedef struct kmp_collocation_table {
 void kmp_collocation_make(kmp_collocation_table *table, int stages);
 void kmp_collocation_add_eigenvalues(kmp_collocation_table *table);
 
+/** All members for so many stages; they are computed once in a process. */
+const kmp_collocation_table *kmp_collocation_table_of(int stages);
+
 /** Values at `places` x, KMP_COLLOCATION_LANES at most, of the polynomial of degree s through values at the nodes: the
  * weight of node j at place l is at j places + l. */
 void kmp_collocation_weights(const kmp_collocation_table *table, int places, const double *x, double *weight);
