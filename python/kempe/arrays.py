@@ -17,7 +17,7 @@ Order = Literal["C", "F"]
 FLOAT = np.dtype(np.float64)
 DOUBLES = ffi.typeof("double[]")
 INTS = ffi.typeof("int[]")
-_from_buffer = ffi.from_buffer
+_from_buffer, _ndarray = ffi.from_buffer, np.ndarray
 
 
 class _Memory:
@@ -48,7 +48,7 @@ def view(pointer: Any, shape: tuple[int, ...], owner: Any, order: Order = "C") -
 
 def vector(values: ArrayLike, count: int, name: str) -> Any:
     """`count` numbers as an argument; anything but a contiguous array of float64 is converted."""
-    if type(values) is np.ndarray and values.dtype is FLOAT and values.shape == (count,):
+    if type(values) is _ndarray and values.dtype is FLOAT and values.shape == (count,):
         try:
             return _from_buffer(DOUBLES, values)
         except ValueError:  # not contiguous

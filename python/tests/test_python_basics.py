@@ -6,6 +6,7 @@ import gc
 import json
 import multiprocessing
 import os
+import pathlib
 import pickle
 import re
 import signal
@@ -391,7 +392,13 @@ def test_readme(tmp_path):
     program = re.search(
         r"(?:^    .*\n)+", (ROOT / "README.md").read_text().partition("after `pip install .`")[2], re.M
     )[0]
+    environment = {**os.environ, "PYTHONPATH": str(pathlib.Path(kempe.__file__).absolute().parents[1])}
     done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(program)], cwd=tmp_path, check=True, capture_output=True, text=True
+        [sys.executable, "-c", textwrap.dedent(program)],
+        cwd=tmp_path,
+        check=True,
+        capture_output=True,
+        text=True,
+        env=environment,
     )
     assert program.count("\n") == 5 and "degrees of freedom   1" in done.stdout and "converged" in done.stdout
