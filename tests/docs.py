@@ -137,7 +137,7 @@ def missing(quoted, printed):
 
 def files(page):
     """Models and tables that a page names before it shows them: `NAME.yaml` ends a paragraph, the block follows."""
-    return dict(re.findall(r"`(\w+\.(?:yaml|csv))`[^`\n]*:\n\n```(?:yaml|csv)\n(.*?)^```", page.read_text(), re.M | re.S))
+    return dict(re.findall(r"`(\w+\.(?:yaml|csv))`[^`\n]*:\n\n```(?:yaml|text)\n(.*?)^```", page.read_text(), re.M | re.S))
 
 
 class Tables(unittest.TestCase):

@@ -26,11 +26,21 @@ static const char *say_key(const reading *s, const char *key)
 
 /* -- numbers and places ------------------------------------------------------------------------------ */
 
+/* Parameters alone are symbols in masses by shapes: a number of a shape has no name, and one of a point moves the
+ * point. */
+static void drop_symbols(int count, kmp_number *number)
+{
+    for (int k = 0; k < count; k++)
+        number[k].symbol = 0;
+}
+
 static bool read_positive(const reading *s, const kmp_yaml *node, const char *key, kmp_number *number)
 {
     const char *what = say_key(s, key);
-    return kmp_read_number(s->r, node, what, kmp_key_dimension(shape_keys, key), number) &&
-           kmp_check_rule(s->r, node, what, KMP_FIELD_POSITIVE, number->value, "");
+    bool good = kmp_read_number(s->r, node, what, kmp_key_dimension(shape_keys, key), number) &&
+                kmp_check_rule(s->r, node, what, KMP_FIELD_POSITIVE, number->value, "");
+    drop_symbols(good, number);
+    return good;
 }
 
 /* A point of the same body by its name. */
@@ -56,10 +66,12 @@ static bool read_place(const reading *s, const kmp_yaml *node, const char *what,
         *point = read_point_name(s, node, what);
         if (*point)
             memcpy(at, (*point)->at, sizeof(*point)->at);
+        drop_symbols(*point ? 3 : 0, at);
         return *point;
     }
     if (!kmp_read_vector(s->r, node, what, KMP_DIM_LENGTH, at))
         return false;
+    drop_symbols(3, at);
     for (int k = 0; origin && k < 3; k++)
         at[k] = kmp_number_add(arena, at[k], origin[k]);
     return true;
@@ -159,6 +171,7 @@ static bool read_box(const reading *s, const kmp_yaml *node)
     const char *what = say_key(s, "box");
     if (!kmp_read_vector(s->r, node, what, KMP_DIM_LENGTH, s->shape->edge) || !read_frame(s))
         return false;
+    drop_symbols(3, s->shape->edge);
     bool good = true;
     for (int k = 0; k < 3; k++)
         good = kmp_check_rule(s->r, node->items[k], kmp_reader_say(s->r, "%s, component %d,", what, k + 1),
