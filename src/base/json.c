@@ -155,7 +155,7 @@ void kmp_json_boolean(kmp_json *json, const char *key, bool x)
 
 static void put_value(kmp_json *json, const char *key, const char *conversion, va_list *arguments)
 {
-    switch (conversion[strcspn(conversion, "gdsc")]) {
+    switch (conversion[strcspn(conversion, "gdsi")]) {
     case 'g':
         kmp_json_rounded(json, key, va_arg(*arguments, double), conversion[1] == '.' ? atoi(conversion + 2) : 0);
         break;

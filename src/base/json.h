@@ -42,7 +42,7 @@ void kmp_json_text(kmp_json *json, const char *key, kmp_text *s);     /* a strin
 void kmp_json_boolean(kmp_json *json, const char *key, bool x);
 
 /** Members by a template: keys with a value each, separated by blanks. %g is a number, %.3g one of 3 digits, %d or %ld
- * a whole one, %s a string (kmp_json_string where it may be NULL), %c a boolean; { and [ open an object or an array
+ * a whole one, %s a string (kmp_json_string where it may be NULL), %i a boolean; { and [ open an object or an array
  * (without a key: inside an array), } and ] close it. */
 void kmp_json_put(kmp_json *json, const char *format, ...) __attribute__((format(printf, 2, 3)));
 

@@ -27,7 +27,7 @@ static void json_rounding(kmp_json *json, const kempe_system *system)
         if (system->misfit[c] > 0)
             kmp_json_number(json, system->model->closures[c].name, system->misfit[c] * system->length);
     kmp_json_end(json);
-    kmp_json_put(json, "closure_tolerance %g corrected %c moved %g length %g", system->closure_tolerance,
+    kmp_json_put(json, "closure_tolerance %g corrected %i moved %g length %g", system->closure_tolerance,
                  system->mended, system->mended_by * system->length, system->length);
     kmp_json_end(json);
 }

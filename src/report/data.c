@@ -62,7 +62,7 @@ static void put_reference(kmp_json *json, const kempe_comparison *c)
     double uncertainty[KMP_COMPARE_SHOWN];
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         uncertainty[k] = c->has_reference ? c->uncertainty[kmp_compare_shown[k]] : NAN;
-    kmp_json_put(json, "reference { there %c", c->has_reference);
+    kmp_json_put(json, "reference { there %i", c->has_reference);
     put_string(json, "source", c->source);
     kmp_json_rounded_numbers(json, "uncertainty", KMP_COMPARE_SHOWN, uncertainty, 3);
     kmp_json_end(json);
@@ -92,7 +92,7 @@ static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compare
     put_string(json, "reason", run->reason);
     kmp_json_boolean(json, "left_out", run->left_out);
     kmp_json_rounded_numbers(json, "error", KMP_COMPARE_SHOWN, error, 3);
-    kmp_json_put(json, "below %c h %.3g hdot %.3g drift %.3g", kmp_compared_is_below(c, run, KMP_QUANTITY_Q),
+    kmp_json_put(json, "below %i h %.3g hdot %.3g drift %.3g", kmp_compared_is_below(c, run, KMP_QUANTITY_Q),
                  run->verdict.h_max, run->verdict.hdot_max, run->verdict.drift_rel);
     kmp_print_counts(json, &run->report);
     kmp_json_put(json, "cpu %.4g ready %.4g memory %.4g", run->cpu_s, c->system->build_s + run->build_s,
@@ -113,7 +113,7 @@ static void put_costs(kmp_json *json, const kempe_comparison *c, int l)
 
 static void put_level(kmp_json *json, const kempe_comparison *c, int l)
 {
-    kmp_json_put(json, "{ level %.3g blank %c best %ld run [", c->levels.level[l], c->levels.blank[l],
+    kmp_json_put(json, "{ level %.3g blank %i best %ld run [", c->levels.level[l], c->levels.blank[l],
                  c->levels.best[l] < 0 ? -1 : c->runs[c->levels.best[l]].method - c->methods);
     for (int w = 0; w < c->method_count; w++)
         kmp_json_whole(json, NULL, c->levels.run[w * c->levels.count + l]);
@@ -151,7 +151,7 @@ static void put_tables(kmp_json *json, const kempe_comparison *c)
 
 static void put_advice(kmp_json *json, const kempe_comparison *c)
 {
-    kmp_json_put(json, "advice { run %d level %.3g stiff %c", c->advice.run, c->advice.level, c->advice.stiff);
+    kmp_json_put(json, "advice { run %d level %.3g stiff %i", c->advice.run, c->advice.level, c->advice.stiff);
     kmp_sentences_json(json, "reasons", &c->advice.because);
     kmp_json_end(json);
 }

@@ -110,7 +110,7 @@ static void put_mode(kmp_json *json, const kempe_modes *m, const shown *s)
     ptrdiff_t at = (ptrdiff_t)c * n;
     kmp_text words = {0};
     bool zero = c < m->modes.spectrum.zeros;
-    kmp_json_put(json, "{ zero %c frames %d amplitude %.9g re %.9g im %.9g frequency %.9g damping %.9g", zero,
+    kmp_json_put(json, "{ zero %i frames %d amplitude %.9g re %.9g im %.9g frequency %.9g damping %.9g", zero,
                  s->frames, s->amplitude, re, im, kmp_mode_frequency(re, im), kmp_mode_damping(re, im));
     if (zero)
         kmp_modes_put_along(&words, m, c);

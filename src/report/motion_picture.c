@@ -217,7 +217,7 @@ static void put_lines(kmp_json *json, const picture *p)
     kmp_json_array(json, "lines");
     for (int k = 0; k < p->drawing.line_count; k++) {
         const kmp_line *line = &p->drawing.lines[k];
-        kmp_json_put(json, "{ name %s rod %c body [", line->name ? line->name : "", p->drawing.is_rod[k]);
+        kmp_json_put(json, "{ name %s rod %i body [", line->name ? line->name : "", p->drawing.is_rod[k]);
         for (int i = 0; i < 2; i++)
             kmp_json_whole(json, NULL, line->body[i]);
         kmp_json_put(json, "] at [");

@@ -108,7 +108,7 @@ static void put_series(kmp_json *json, const kmp_result_page *page)
         return;
     }
     strides stride = choose_strides(page);
-    kmp_json_put(json, "series { x %s logarithmic %c scattered %c rows %d stride %d drawn %d left_out %d first [",
+    kmp_json_put(json, "series { x %s logarithmic %i scattered %i rows %d stride %d drawn %d left_out %d first [",
                  page->x, page->logarithmic, page->scattered, rows, stride.first,
                  thin(rows, stride.first, kempe_table_values(table, x), room), page->left_out);
     for (int k = 0; k < page->first_count; k++)
@@ -225,7 +225,7 @@ static void put_inputs(kmp_json *json, const kempe_model *model)
 static void put_file(kmp_json *json, const char *name, char *text, size_t length, size_t *room)
 {
     bool cut = length > *room;
-    kmp_json_put(json, "{ name %s cut %c", name, cut);
+    kmp_json_put(json, "{ name %s cut %i", name, cut);
     if (cut)
         text[*room] = '\0';
     *room -= cut ? *room : length;

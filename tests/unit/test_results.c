@@ -92,7 +92,7 @@ static void test_json_template(void)
     kmp_text text = {0};
     kmp_json json = kmp_json_begin_compact(&text);
     const char *volatile none = NULL;
-    kmp_json_put(&json, "{ tenth %g none %s long %ld list [ { third %.3g } { no %c yes %c } ]", 0.1, none, -7L, 1.0 / 3,
+    kmp_json_put(&json, "{ tenth %g none %s long %ld list [ { third %.3g } { no %i yes %i } ]", 0.1, none, -7L, 1.0 / 3,
                  false, true);
     kmp_json_put(&json, "empty { } whole %d }", 3);
     CHECK_TEXT(text.s,

@@ -156,7 +156,7 @@ static void json_stiffness(kmp_json *json, const kempe_comparison *c)
     kmp_stiffness s = c->count > 0 ? kmp_compare_stiffness(c) : (kmp_stiffness){-1, -1, -1, false};
     kmp_json_put(
         json,
-        "stiffness { stiff %c rtol %g rtol_tighter %g explicit_steps %g explicit_steps_tighter %g implicit_steps %g }",
+        "stiffness { stiff %i rtol %g rtol_tighter %g explicit_steps %g explicit_steps_tighter %g implicit_steps %g }",
         s.stiff, s.loose >= 0 ? c->runs[s.loose].rtol : NAN, s.tight >= 0 ? c->runs[s.tight].rtol : NAN,
         steps_of(c, s.loose), steps_of(c, s.tight), steps_of(c, s.implicit));
 }

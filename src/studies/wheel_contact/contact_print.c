@@ -142,7 +142,7 @@ static void show_all(kmp_text *text, const void *result)
 
 static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_contact_patch *p)
 {
-    kmp_json_put(json, "{ touches %c s %g y %g angle %g radius %g normal %g", p->touches, p->s, p->y, p->angle,
+    kmp_json_put(json, "{ touches %i s %g y %g angle %g radius %g normal %g", p->touches, p->s, p->y, p->angle,
                  p->radius, p->normal);
     kmp_json_numbers(json, "slip", 2, p->slip);
     kmp_json_number(json, "spin", p->spin);
