@@ -102,7 +102,7 @@ static void put_name(kmp_text *text, const member *m)
 static void put_sizes(kmp_text *text, const member *m, int more)
 {
     kmp_put_integer(text, LONG, 2);
-    kmp_put_integer(text, (uint64_t)(16 + more), 2);
+    kmp_put_integer(text, 16 + (uint64_t)more, 2);
     kmp_put_integer(text, m->size, 8);
     kmp_put_integer(text, m->size, 8);
 }
