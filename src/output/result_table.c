@@ -22,7 +22,7 @@ struct kempe_table {
     kempe_context *context;
     kmp_arena arena; /* names and words */
     const char *name;
-    int columns, column_room, rows, row_room, next; /* next: cell of the last row */
+    int columns, rows, row_room, next; /* next: cell of the last row */
     bool failed, units_named, apart;
     table_column *column;
 };
@@ -61,15 +61,11 @@ void kmp_tabulate_column(kempe_table *table, const char *unit, const char *forma
 {
     if (!is_usable(table))
         return;
-    if (table->columns == table->column_room) {
-        int room = 2 * table->column_room + 8;
-        table_column *column = kmp_realloc(table->column, (size_t)room, sizeof *column);
-        table->failed = !column;
-        if (!column)
-            return;
-        table->column = column;
-        table->column_room = room;
-    }
+    table_column *column = kmp_list_room(table->column, (size_t)table->columns, sizeof *column);
+    table->failed = !column;
+    if (!column)
+        return;
+    table->column = column;
     kmp_text name = {0};
     va_list arguments;
     va_start(arguments, format);

@@ -246,16 +246,12 @@ void kmp_sensitivity_fill(const kempe_sensitivity *s, const kmp_sensitivity_sour
 
 double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at)
 {
-    if (s->rows == s->room) {
-        size_t room = 2 * (size_t)s->room + 16;
-        double *times = kmp_realloc(s->at, room, sizeof *times);
-        s->at = times ? times : s->at;
-        double *cell = kmp_realloc(s->cell, room * kmp_sensitivity_width(s), sizeof *cell);
-        s->cell = cell ? cell : s->cell;
-        if (!times || !cell)
-            return NULL;
-        s->room = (int)room;
-    }
+    double *times = kmp_list_room(s->at, (size_t)s->rows, sizeof *times);
+    s->at = times ? times : s->at;
+    double *cell = kmp_list_room(s->cell, (size_t)s->rows, kmp_sensitivity_width(s) * sizeof *cell);
+    s->cell = cell ? cell : s->cell;
+    if (!times || !cell)
+        return NULL;
     s->at[s->rows] = at;
     return s->cell + (size_t)s->rows++ * kmp_sensitivity_width(s);
 }
