@@ -7,12 +7,9 @@ enum { MOST_ENTRIES = 1000 };
 void kmp_run_log_add(kmp_run_log *log, const char *kind, double t, double before, double after, const char *format, ...)
 {
     kmp_text text = {0};
-    va_list arguments;
     if (!log)
         return;
-    va_start(arguments, format);
-    kmp_text_vprintf(&text, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&text, format);
     char *line = kmp_text_take(&text);
     log->count++;
     if (line)

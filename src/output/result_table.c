@@ -67,10 +67,7 @@ void kmp_tabulate_column(kempe_table *table, const char *unit, const char *forma
         return;
     table->column = column;
     kmp_text name = {0};
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(&name, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&name, format);
     kmp_shown shown = unit ? kmp_shown_as(table->context, unit) : (kmp_shown){0};
     table->column[table->columns++] = (table_column){
         .name = kmp_arena_strdup(&table->arena, name.s ? name.s : ""),
@@ -324,8 +321,7 @@ static void csv_name(kmp_text *text, const kempe_table *t, const table_column *c
     if (c->unit && *c->unit && (t->units_named || strncmp(c->unit, "deg", 3) == 0))
         kmp_text_printf(&name, " [%s]", c->unit);
     csv_word(text, name.s ? name.s : "");
-    text->failed = text->failed || name.failed;
-    kmp_text_free(&name);
+    kmp_text_free_part(text, &name);
 }
 
 static void put_csv(kmp_text *text, const kempe_table *t)

@@ -116,8 +116,7 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
     bool any = put_argument(&argument, model, output, '.');
     kmp_text_printf(text, any ? "%s.%s" : "%s", kmp_output_rows[output->kind].word,
                     any && argument.s ? argument.s : "");
-    text->failed = text->failed || argument.failed;
-    kmp_text_free(&argument);
+    kmp_text_free_part(text, &argument);
     if (output->kind == KMP_OUTPUT_ENERGY)
         kmp_text_printf(text, ".%s", energies[k]);
     else if (output->kind == KMP_OUTPUT_AXES)

@@ -116,8 +116,7 @@ static void show_assembly(kmp_text *text, const void *result)
     kmp_assembly_put_rates(&changed, a);
     for (const char *at = changed.s ? changed.s : ""; *at; at += strcspn(at, "\n") + 1)
         kmp_text_printf(text, "note      %.*s\n", (int)strcspn(at, "\n"), at);
-    text->failed = text->failed || changed.failed;
-    kmp_text_free(&changed);
+    kmp_text_free_part(text, &changed);
     if (a->rates_left > 0)
         kmp_text_printf(
             text,

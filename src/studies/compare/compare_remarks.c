@@ -39,10 +39,7 @@ void kmp_sentences_take(kmp_arena *arena, kmp_sentences *list, kmp_text *text)
 void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format, ...)
 {
     kmp_text text = {0};
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(&text, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&text, format);
     kmp_sentences_take(arena, list, &text);
 }
 
