@@ -216,6 +216,14 @@ kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *f
     return status;
 }
 
+kempe_status kmp_fail_text(kempe_context *context, kempe_status status, kmp_text *sentence)
+{
+    bool whole = !sentence->failed;
+    status = whole ? kmp_fail(context, status, "%s", sentence->s ? sentence->s : "") : kmp_fail_memory(context);
+    kmp_text_free(sentence);
+    return status;
+}
+
 kempe_status kmp_fail_memory(kempe_context *context)
 {
     return kmp_fail(context, KEMPE_E_MEMORY, "out of memory");

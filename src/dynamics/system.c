@@ -339,11 +339,9 @@ static kempe_status read_dynamics(const kempe_model *model, const char *word, km
 {
     kmp_text complaint = {0};
     *dynamics = word ? kmp_dynamics_find(word, &complaint) : model->run.dynamics;
-    kempe_status status = *dynamics < KMP_DYNAMICS_COUNT ? KEMPE_OK
-                          : complaint.s                  ? kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s", complaint.s)
-                                                         : kmp_fail_memory(model->context);
-    kmp_text_free(&complaint);
-    return status;
+    if (*dynamics == KMP_DYNAMICS_COUNT)
+        return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &complaint);
+    return KEMPE_OK;
 }
 
 kempe_system *kmp_system_start(const kempe_model *model)

@@ -194,13 +194,11 @@ kempe_status kmp_tabulate_result(kempe_context *context, const kmp_table_kind *k
         kind->fill(made, result);
         return kmp_tabulate_finish(context, made, table);
     }
-    kmp_text names = {0};
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "there is no table '%s'; the tables are ", name);
     for (kind = kinds; kind->name; kind++)
-        kmp_text_printf(&names, "%s%s", kind == kinds ? "" : ", ", kind->name);
-    kempe_status status =
-        kmp_fail(context, KEMPE_E_ARGUMENT, "there is no table '%s'; the tables are %s", name, names.s ? names.s : "");
-    kmp_text_free(&names);
-    return status;
+        kmp_text_printf(&sentence, "%s%s", kind == kinds ? "" : ", ", kind->name);
+    return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
 }
 
 kempe_context *kmp_table_context(const kempe_table *table)

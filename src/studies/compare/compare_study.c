@@ -92,7 +92,7 @@ static kempe_status extend_given(kmp_compare_job *j, kmp_reference *given, const
         kmp_text source = {0};
         kmp_text_printf(&source, "%s, which agrees to %.0e in q with the one between its rows, %s", name,
                         off[KMP_QUANTITY_Q], c->source);
-        c->source = kmp_sentence_keep(&c->arena, &source);
+        c->source = kmp_text_keep(&source, &c->arena);
         put_given(&j->reference, given);
         return KEMPE_OK;
     }

@@ -81,9 +81,7 @@ static kempe_status check_names(const kempe_model *model, int columns, const cha
                 may = false;
             }
         if (!may)
-            status =
-                why.failed ? kmp_fail_memory(model->context) : kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s", why.s);
-        kmp_text_free(&why);
+            status = kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &why);
     }
     return status;
 }

@@ -22,19 +22,16 @@ enum { KINDS = sizeof kinds / sizeof *kinds };
 static kempe_status find_kind(kempe_sensitivity *s)
 {
     const char *word = s->options->of ? s->options->of : kinds[0]->name;
-    kmp_text names = {0};
-    for (int k = 0; k < KINDS; k++) {
+    kmp_text sentence = {0};
+    for (int k = 0; k < KINDS; k++)
         if (strcmp(kinds[k]->name, word) == 0) {
             s->kind = kinds[k];
-            kmp_text_free(&names);
             return KEMPE_OK;
         }
-        kmp_text_printf(&names, "%s%s", k ? ", " : "", kinds[k]->name);
-    }
-    kempe_status status = kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' are unknown; available: %s",
-                                   word, names.s ? names.s : "");
-    kmp_text_free(&names);
-    return status;
+    kmp_text_printf(&sentence, "sensitivities of '%s' are unknown; available: ", word);
+    for (int k = 0; k < KINDS; k++)
+        kmp_text_printf(&sentence, "%s%s", k ? ", " : "", kinds[k]->name);
+    return kmp_fail_text(s->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
 static kempe_status check_method(const kempe_sensitivity *s)
