@@ -189,7 +189,7 @@ int kmp_text_words(kmp_arena *arena, const char *list, char ***words)
     return count;
 }
 
-const char *kmp_arena_printf(kmp_arena *arena, const char *format, ...)
+char *kmp_arena_printf(kmp_arena *arena, const char *format, ...)
 {
     kmp_text text = {0};
     KMP_TEXT_ARGUMENTS(&text, format);

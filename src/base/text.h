@@ -48,7 +48,7 @@ size_t kmp_text_to_number(const char *s, double *value);
 int kmp_text_words(kmp_arena *arena, const char *list, char ***words);
 
 /** A string in an arena; NULL without memory. */
-const char *kmp_arena_printf(kmp_arena *arena, const char *format, ...) __attribute__((format(printf, 2, 3)));
+char *kmp_arena_printf(kmp_arena *arena, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /** Gives the finished string to the caller (free with kmp_free) and empties `text`; NULL on failure. */
 char *kmp_text_take(kmp_text *text);

@@ -254,11 +254,9 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
 
 static void name_rows(kempe_system *s)
 {
-    for (int r = 0; r < s->m; r++) {
-        kmp_text text = {0};
-        kmp_text_printf(&text, "%s.%d", s->model->closures[s->rows[r].closure].name, s->rows[r].number + 1);
-        s->row_names[r] = kmp_text_keep(&text, &s->arena);
-    }
+    for (int r = 0; r < s->m; r++)
+        s->row_names[r] =
+            kmp_arena_printf(&s->arena, "%s.%d", s->model->closures[s->rows[r].closure].name, s->rows[r].number + 1);
 }
 
 static void take_charts(kempe_system *s)

@@ -55,9 +55,7 @@ static kempe_status check_method(const kempe_sensitivity *s)
 
 static void add_name(kempe_sensitivity *s, const char *name, size_t length)
 {
-    kmp_text text = {0};
-    kmp_text_printf(&text, "%.*s", (int)length, name);
-    s->name[s->count++] = kmp_text_keep(&text, &s->arena);
+    s->name[s->count++] = kmp_arena_printf(&s->arena, "%.*s", (int)length, name);
 }
 
 /* All plain numbers among the parameters that may vary. */
