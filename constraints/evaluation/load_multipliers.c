@@ -222,10 +222,7 @@ kempe_status kmp_fail_unsettled(const kmp_evaluator *eval)
 {
     kmp_text text = {0};
     kmp_put_unsettled(eval, &text);
-    kempe_status status = text.failed ? kmp_fail_memory(eval->system->context)
-                                      : kmp_fail(eval->system->context, KEMPE_E_FAILED, "%s", text.s);
-    kmp_text_free(&text);
-    return status;
+    return kmp_fail_text(eval->system->context, KEMPE_E_FAILED, &text);
 }
 
 /* -- rows that share their load ---------------------------------------------------------------------- */

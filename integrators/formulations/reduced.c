@@ -127,7 +127,7 @@ double kmp_reduced_drive_power(kmp_reduced *d)
 
 static bool is_fused(const kmp_reduced *d)
 {
-    return d->fused && !d->apart && !d->by_saddle && kmp_fused_applies(d->fused);
+    return d->programs.fused && !d->apart && !d->by_saddle && kmp_fused_applies(d->programs.fused);
 }
 
 /* Evaluates q, qd and udd at (t, y), and dy. The fused program gives dy alone. */
@@ -147,7 +147,7 @@ static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
 
 static bool applies_solved(const kmp_reduced *d)
 {
-    return d->solved && !d->apart && !d->cancelled && kmp_solved_applies(d->solved);
+    return d->programs.solved && !d->apart && !d->cancelled && kmp_solved_applies(d->programs.solved);
 }
 
 /* Evaluates by the solved program; false: it does not apply, or its pivots are bad. */
@@ -157,7 +157,8 @@ static bool evaluate_solved(kmp_reduced *d, double t, const double *y, double *d
     if (applies_solved(d) && !d->integrated)
         d->by_solved = kmp_reduced_evaluate_closing(d, true, t, y, dy);
     else if (applies_solved(d))
-        kmp_solved_run_state(d->solved, t, y, dy, d->has_work ? &dy[kmp_reduced_work(d)] : NULL, &d->by_solved);
+        kmp_solved_run_state(d->programs.solved, t, y, dy, d->has_work ? &dy[kmp_reduced_work(d)] : NULL,
+                             &d->by_solved);
     return d->by_solved;
 }
 
@@ -169,14 +170,14 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
         fused = kmp_reduced_evaluate_closing(d, false, t, y, dy);
     int said = solved                    ? KMP_GO
                : fused && !d->integrated ? KMP_GO
-               : fused                   ? (kmp_fused_run(d->fused, t, y, dy) ? KMP_GO : KMP_RETRY)
+               : fused                   ? (kmp_fused_run(d->programs.fused, t, y, dy) ? KMP_GO : KMP_RETRY)
                                          : evaluate_apart(d, t, y, dy);
     for (int k = 0; said == KMP_GO && k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
     if (said == KMP_GO && d->has_work && !solved)
-        dy[kmp_reduced_work(d)] =
-            fused ? kmp_fused_power(d->fused) : kmp_eval_power_here(d->eval, d->qd) + kmp_reduced_drive_power(d);
+        dy[kmp_reduced_work(d)] = fused ? kmp_fused_power(d->programs.fused)
+                                        : kmp_eval_power_here(d->eval, d->qd) + kmp_reduced_drive_power(d);
     return said;
 }
 
@@ -184,7 +185,8 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
 static int fused_stages(kmp_reduced *d, const double *t, const double *y, double *dy)
 {
     int w = KMP_STAGE_LANES, slopes = d->p + d->r;
-    const double *out = kmp_stage_lanes_run(&d->stages, KMP_FUSED_RATES, t, y, NULL), *pivot = out + slopes * w;
+    const double *out = kmp_stage_lanes_run(&d->programs.stages, KMP_FUSED_RATES, t, y, NULL),
+                 *pivot = out + slopes * w;
     memcpy(dy + d->p * w, out, (size_t)(slopes * w) * sizeof *dy);
     if (d->has_work)
         memcpy(dy + kmp_reduced_work(d) * w, pivot + d->p * w, (size_t)w * sizeof *dy);
@@ -194,9 +196,9 @@ static int fused_stages(kmp_reduced *d, const double *t, const double *y, double
 
 static int solved_stages(kmp_reduced *d, const double *t, const double *y, double *dy)
 {
-    const kmp_solved_layout *l = kmp_solved_layout_of(d->solved);
+    const kmp_solved_layout *l = kmp_solved_layout_of(d->programs.solved);
     size_t w = KMP_STAGE_LANES, p = (size_t)d->p, r = (size_t)d->r;
-    const double *out = kmp_stage_lanes_run(&d->stages, KMP_SOLVED_RUN, t, y, NULL);
+    const double *out = kmp_stage_lanes_run(&d->programs.stages, KMP_SOLVED_RUN, t, y, NULL);
     memcpy(dy + p * w, out + (size_t)l->qdd * w, p * w * sizeof *dy);
     memcpy(dy + 2 * p * w, out + (size_t)l->rates * w, r * w * sizeof *dy);
     if (d->has_work)
@@ -210,7 +212,7 @@ static int solved_stages(kmp_reduced *d, const double *t, const double *y, doubl
 static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
 {
     kmp_reduced *d = self;
-    if (!d->stages.lanes)
+    if (!d->programs.stages.lanes)
         return KMP_APART;
     return is_fused(d) ? fused_stages(d, t, y, dy) : applies_solved(d) ? solved_stages(d, t, y, dy) : KMP_APART;
 }
@@ -238,8 +240,8 @@ static int jacobian(void *self, double t, const double *y, double *j)
 static int come_from_solved(kmp_reduced *d, double t, const double *y)
 {
     place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
-    kmp_solved_lend(d->solved, t, d->q);
-    d->cancelled = kmp_solved_is_cancelled(d->solved, d->start.rtol, d->start.rate_scale);
+    kmp_solved_lend(d->programs.solved, t, d->q);
+    d->cancelled = kmp_solved_is_cancelled(d->programs.solved, d->start.rtol, d->start.rate_scale);
     return kmp_reduction_factor(&d->red) ? KMP_RETRY : KMP_GO;
 }
 
@@ -247,15 +249,15 @@ static int come_from_solved(kmp_reduced *d, double t, const double *y)
 static bool is_good_again(kmp_reduced *d, double t, const double *y)
 {
     if (d->by_solved)
-        return kmp_solved_order_is_good(d->solved);
-    if (d->solved)
-        return d->apart ? kmp_solved_order_is_good_at(d->solved, t, y) : true;
-    if (d->fused && !d->integrated) {
+        return kmp_solved_order_is_good(d->programs.solved);
+    if (d->programs.solved)
+        return d->apart ? kmp_solved_order_is_good_at(d->programs.solved, t, y) : true;
+    if (d->programs.fused && !d->integrated) {
         memcpy(d->state, y, (size_t)(2 * d->p) * sizeof *y);
         for (int i = 0; i < d->r; i++)
             d->state[2 * d->p + i] = d->q[d->part.v[i]];
     }
-    return d->fused && kmp_fused_is_good(d->fused, t, d->integrated ? y : d->state);
+    return d->programs.fused && kmp_fused_is_good(d->programs.fused, t, d->integrated ? y : d->state);
 }
 
 int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused_end *end)
@@ -272,7 +274,7 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused
         *end = (kmp_fused_end){.good = is_good_again(d, t, y), .signs = d->signs_now};
         return KMP_GO;
     }
-    *end = kmp_fused_at_end(d->fused);
+    *end = kmp_fused_at_end(d->programs.fused);
     place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
     kmp_eval_lend_closure(d->eval, t, d->q, end->h, end->jacobian, end->h_t);
     if (d->r > 0) {
@@ -321,7 +323,7 @@ int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fus
     d->formulation.newton = d->red.newton;
     d->formulation.factorizations = d->red.factorizations + d->saddle.factorizations;
     d->steps++;
-    d->apart = (d->fused || d->solved) && !end->good;
+    d->apart = (d->programs.fused || d->programs.solved) && !end->good;
     return KMP_GO;
 }
 

@@ -13,6 +13,13 @@
 /* Earlier choices of u whose programs are kept. */
 enum { KMP_REDUCED_KEPT = 8 };
 
+/* Of one choice of u. */
+typedef struct kmp_reduced_programs {
+    kmp_fused *fused;       /* NULL: there is none */
+    kmp_solved *solved;     /* with many degrees of freedom; NULL: there is none */
+    kmp_stage_lanes stages; /* either of them for several stages at once */
+} kmp_reduced_programs;
+
 typedef struct kmp_reduced {
     kmp_formulation formulation; /* first */
     kmp_formulation_start start; /* without the state */
@@ -20,10 +27,8 @@ typedef struct kmp_reduced {
     kmp_evaluator *eval;
     kmp_partition part; /* own copy: exchanges change it */
     kmp_reduction red;
-    kmp_fused *fused;              /* NULL: there is none */
+    kmp_reduced_programs programs; /* of the present choice */
     bool closed_fused;             /* newton: the fused program made the last evaluation */
-    kmp_stage_lanes stages;        /* the fused program for several stages at once */
-    kmp_solved *solved;            /* with many degrees of freedom; NULL: there is none */
     struct kmp_reduced_kept *kept; /* of earlier choices; NULL: none yet */
     int kept_next;                 /* record for the next new one */
     bool had_solved;               /* the last choice had a solved program */

@@ -52,12 +52,12 @@ static bool finish(kmp_reduced *d, bool solved, double t, double *dy, const doub
 {
     bool good;
     if (!solved) {
-        good = kmp_fused_finish(d->fused, t, d->state, dy);
-        *left = kmp_fused_left(d->fused);
+        good = kmp_fused_finish(d->programs.fused, t, d->state, dy);
+        *left = kmp_fused_left(d->programs.fused);
         return good;
     }
-    kmp_solved_run_state(d->solved, t, d->state, dy, d->has_work ? &dy[kmp_reduced_work(d)] : NULL, &good);
-    *left = kmp_solved_left(d->solved);
+    kmp_solved_run_state(d->programs.solved, t, d->state, dy, d->has_work ? &dy[kmp_reduced_work(d)] : NULL, &good);
+    *left = kmp_solved_left(d->programs.solved);
     return good;
 }
 
@@ -68,8 +68,8 @@ static bool close_and_finish(kmp_reduced *d, bool solved, double t, double *dy)
     double last = INFINITY, *v = d->state + 2 * d->p;
     for (int k = 0; k < MOST_CORRECTIONS; k++) {
         memcpy(v, d->v, (size_t)d->r * sizeof *v);
-        kmp_written_correction c =
-            solved ? kmp_solved_close(d->solved, t, d->state) : kmp_fused_close(d->fused, t, d->state);
+        kmp_written_correction c = solved ? kmp_solved_close(d->programs.solved, t, d->state)
+                                          : kmp_fused_close(d->programs.fused, t, d->state);
         extent e = measure(d, c.dv), left;
         d->red.newton++;
         if (!is_small(d, e) && !(e.scaled <= 0.9 * last))

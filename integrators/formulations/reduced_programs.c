@@ -14,32 +14,27 @@
 /* Programs of a choice of u and rows. `part`: only u and rows, which determine v. */
 struct kmp_reduced_kept {
     int *u, *rows; /* p, r */
-    kmp_fused *fused;
-    kmp_solved *solved;
-    kmp_stage_lanes stages;
+    kmp_reduced_programs programs;
 };
 
 /* -- earlier choices ----------------------------------------------------------------------------------- */
 
-static void release(struct kmp_reduced_kept *kept)
+static void release(kmp_reduced_programs *programs)
 {
-    kmp_stage_lanes_free(&kept->stages);
-    kmp_fused_free(kept->fused);
-    kmp_solved_free(kept->solved);
-    kept->fused = NULL;
-    kept->solved = NULL;
+    kmp_stage_lanes_free(&programs->stages);
+    kmp_fused_free(programs->fused);
+    kmp_solved_free(programs->solved);
+    *programs = (kmp_reduced_programs){0};
 }
 
 void kmp_reduced_free_programs(kmp_reduced *d)
 {
     for (int k = 0; k < KMP_REDUCED_KEPT && d->kept; k++) {
-        release(&d->kept[k]);
+        release(&d->kept[k].programs);
         kmp_free(d->kept[k].u);
     }
     kmp_free(d->kept);
-    kmp_stage_lanes_free(&d->stages);
-    kmp_fused_free(d->fused);
-    kmp_solved_free(d->solved);
+    release(&d->programs);
 }
 
 static bool is_of(const struct kmp_reduced_kept *kept, const kmp_partition *part)
@@ -67,7 +62,7 @@ static struct kmp_reduced_kept *new_kept(kmp_reduced *d)
         return NULL;
     struct kmp_reduced_kept *kept = &d->kept[d->kept_next];
     d->kept_next = (d->kept_next + 1) % KMP_REDUCED_KEPT;
-    release(kept);
+    release(&kept->programs);
     kmp_free(kept->u);
     *kept = (struct kmp_reduced_kept){.u = KMP_NEW(int, 1 + part->p + part->r)};
     if (!kept->u)
@@ -84,19 +79,15 @@ bool kmp_reduced_keep(kmp_reduced *d)
     kept = kept ? kept : new_kept(d);
     if (!kept)
         return kmp_fail_memory(d->s->context) == KEMPE_OK;
-    release(kept);
-    kept->fused = d->fused;
-    kept->solved = d->solved;
-    kept->stages = d->stages;
-    d->had_solved = d->solved;
-    d->fused = NULL;
-    d->solved = NULL;
-    d->stages = (kmp_stage_lanes){0};
+    release(&kept->programs);
+    kept->programs = d->programs;
+    d->had_solved = d->programs.solved;
+    d->programs = (kmp_reduced_programs){0};
     return true;
 }
 
 /* Takes the programs that were kept for the present choice, if their order of elimination is good at d->q. */
-static void take_kept(kmp_reduced *d, struct kmp_reduced_kept *kept)
+static void take_kept(kmp_reduced *d, kmp_reduced_programs *kept)
 {
     kmp_reduced_pack(&d->part, true, d->q, d->qd, d->state);
     bool good = kept->fused ? !kmp_fused_is_stale(kept->fused) && kmp_fused_is_good(kept->fused, d->t, d->state)
@@ -106,12 +97,8 @@ static void take_kept(kmp_reduced *d, struct kmp_reduced_kept *kept)
         release(kept);
         return;
     }
-    d->fused = kept->fused;
-    d->solved = kept->solved;
-    d->stages = kept->stages;
-    kept->fused = NULL;
-    kept->solved = NULL;
-    kept->stages = (kmp_stage_lanes){0};
+    d->programs = *kept;
+    *kept = (kmp_reduced_programs){0};
 }
 
 /* -- programs ------------------------------------------------------------------------------------------ */
@@ -148,7 +135,7 @@ static int prepare_stages(kmp_reduced *d, const kmp_program *program)
 {
     int states = 2 * d->p + d->r;
     if (!d->start.lanes || !d->integrated ||
-        kmp_stage_lanes_init(&d->stages, program, d->eval, states, kmp_lanes_best()))
+        kmp_stage_lanes_init(&d->programs.stages, program, d->eval, states, kmp_lanes_best()))
         return KMP_GO;
     (void)kmp_fail_memory(d->s->context);
     return KMP_HALT;
@@ -166,9 +153,9 @@ int kmp_reduced_solve(kmp_reduced *d, double t)
     d->due_solved = LONG_MAX;
     if (!regular)
         return KMP_GO;
-    if (kmp_solved_new_reduced(&d->solved, &d->red, !d->integrated) != KEMPE_OK)
+    if (kmp_solved_new_reduced(&d->programs.solved, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
-    return prepare_stages(d, d->solved ? kmp_solved_program(d->solved) : NULL);
+    return prepare_stages(d, d->programs.solved ? kmp_solved_program(d->programs.solved) : NULL);
 }
 
 int kmp_reduced_make_lanes(kmp_reduced *d, double t)
@@ -176,15 +163,16 @@ int kmp_reduced_make_lanes(kmp_reduced *d, double t)
     if (d->start.lanes)
         return KMP_GO;
     d->start.lanes = true;
-    if (d->fused || d->solved)
-        return prepare_stages(d, d->fused ? kmp_fused_program(d->fused) : kmp_solved_program(d->solved));
+    if (d->programs.fused || d->programs.solved)
+        return prepare_stages(d, d->programs.fused ? kmp_fused_program(d->programs.fused)
+                                                   : kmp_solved_program(d->programs.solved));
     bool at_once = !d->fuses_late;
     return wait_for_solved(d, at_once) == KMP_GO ? kmp_reduced_solve(d, t) : KMP_HALT;
 }
 
 static void count_fused(kmp_reduced *d)
 {
-    kmp_counts count = kmp_program_count(kmp_fused_program(d->fused), KMP_FUSED_RATES, KMP_FUSED_RATES);
+    kmp_counts count = kmp_program_count(kmp_fused_program(d->programs.fused), KMP_FUSED_RATES, KMP_FUSED_RATES);
     d->formulation.ode.cycles = kmp_cycles_of_one(count);
     d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(count, false);
 }
@@ -195,7 +183,7 @@ static void count_solved(kmp_reduced *d, double operations)
     kmp_ode *ode = &d->formulation.ode;
     kmp_counts count = kmp_program_count(d->s->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
     count.paper = (long)operations;
-    if (d->due_solved <= d->evaluations || d->solved)
+    if (d->due_solved <= d->evaluations || d->programs.solved)
         ode->cycles = kmp_cycles_of_one(count);
     ode->cycles_of_lanes = kmp_cycles_of_lanes(count, d->eval->by_bodies);
 }
@@ -203,9 +191,9 @@ static void count_solved(kmp_reduced *d, double operations)
 int kmp_reduced_count(kmp_reduced *d)
 {
     bool lanes = d->integrated && !d->s->force;
-    double operations = lanes && !d->fused ? kmp_solved_operations(d->eval, &d->part) : INFINITY;
+    double operations = lanes && !d->programs.fused ? kmp_solved_operations(d->eval, &d->part) : INFINITY;
     d->formulation.ode.cycles = kmp_cycles_by_parts(kmp_reduced_operations(d), d->eval->by_bodies);
-    if (lanes && d->fused)
+    if (lanes && d->programs.fused)
         count_fused(d);
     else if (operations >= 0 && isfinite(operations))
         count_solved(d, operations);
@@ -216,11 +204,7 @@ int kmp_reduced_count(kmp_reduced *d)
 
 static void forget_programs(kmp_reduced *d)
 {
-    kmp_stage_lanes_free(&d->stages);
-    kmp_fused_free(d->fused);
-    kmp_solved_free(d->solved);
-    d->fused = NULL;
-    d->solved = NULL;
+    release(&d->programs);
     d->by_solved = false;
     d->apart = false;
     d->steps = 0;
@@ -228,26 +212,27 @@ static void forget_programs(kmp_reduced *d)
 
 int kmp_reduced_fuse(kmp_reduced *d, bool worth)
 {
-    bool at_once = worth && (d->solved || d->had_solved || d->start.lanes);
+    bool at_once = worth && (d->programs.solved || d->had_solved || d->start.lanes);
     forget_programs(d);
     struct kmp_reduced_kept *kept = find_kept(d);
     d->fuses_late = !worth && !kept && can_fuse(d);
     if (kept)
-        take_kept(d, kept);
-    if (d->fused || d->solved) {
+        take_kept(d, &kept->programs);
+    if (d->programs.fused || d->programs.solved) {
         d->due_solved = LONG_MAX;
         return KMP_GO;
     }
     worth = worth || kept;
-    if (worth && can_fuse(d) && kmp_fused_new(&d->fused, &d->red, !d->integrated) != KEMPE_OK)
+    if (worth && can_fuse(d) && kmp_fused_new(&d->programs.fused, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
-    if (!d->fused)
+    if (!d->programs.fused)
         return wait_for_solved(d, at_once);
     d->due_solved = LONG_MAX;
-    return prepare_stages(d, kmp_fused_program(d->fused));
+    return prepare_stages(d, kmp_fused_program(d->programs.fused));
 }
 
 bool kmp_reduced_is_stale(kmp_reduced *d)
 {
-    return (d->fused && kmp_fused_is_stale(d->fused)) || (d->solved && kmp_solved_is_stale(d->solved));
+    return (d->programs.fused && kmp_fused_is_stale(d->programs.fused)) ||
+           (d->programs.solved && kmp_solved_is_stale(d->programs.solved));
 }

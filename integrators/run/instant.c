@@ -10,26 +10,11 @@ kmp_instant kmp_instant_of(const kmp_evaluator *eval, double t, const double *q,
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
 
-/* Makes room for one more entry. false: no memory, and the list is unchanged. */
-static bool grow(void **list, int count, int *room, size_t size)
-{
-    if (count < *room)
-        return true;
-    int wanted = 2 * count + 64;
-    void *larger = kmp_realloc(*list, (size_t)wanted, size);
-    if (!larger)
-        return false;
-    *list = larger;
-    *room = wanted;
-    return true;
-}
-
 int kmp_listing_add(kmp_listing *listing, kmp_ref r)
 {
-    void *output = listing->output;
-    listing->failed =
-        listing->failed || !grow(&output, listing->output_count, &listing->output_room, sizeof *listing->output);
-    listing->output = output;
+    kmp_ref *output = kmp_list_room(listing->output, (size_t)listing->output_count, sizeof *output);
+    listing->output = output ? output : listing->output;
+    listing->failed = listing->failed || !output;
     if (listing->failed)
         return -1;
     listing->output[listing->output_count] = r;
@@ -38,11 +23,11 @@ int kmp_listing_add(kmp_listing *listing, kmp_ref r)
 
 void kmp_listing_place(kmp_listing *listing, int block, int row, int col, int source)
 {
-    void *entry = listing->entry;
     if (source < 0)
         return;
-    listing->failed = listing->failed || !grow(&entry, listing->count, &listing->room, sizeof *listing->entry);
-    listing->entry = entry;
+    kmp_tangent *entry = kmp_list_room(listing->entry, (size_t)listing->count, sizeof *entry);
+    listing->entry = entry ? entry : listing->entry;
+    listing->failed = listing->failed || !entry;
     if (!listing->failed)
         listing->entry[listing->count++] = (kmp_tangent){block, row, col, source};
 }

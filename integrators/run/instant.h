@@ -35,7 +35,7 @@ typedef struct kmp_tangent {
 typedef struct kmp_listing {
     kmp_ref *output;
     kmp_tangent *entry;
-    int output_count, output_room, count, room;
+    int output_count, count;
     bool failed;
 } kmp_listing;
 

@@ -161,11 +161,9 @@ static kempe_status resolve_change_points(const kempe_system *system, kmp_run_sp
 {
     kmp_text complaint = {0};
     spec->change_points = or_default(spec->change_points, kmp_change_points_word(system->model->run.change_points));
-    kempe_status status = kmp_change_points_find(spec->change_points, &complaint) < KMP_CHANGE_POINTS_COUNT
-                              ? KEMPE_OK
-                              : kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s", complaint.s ? complaint.s : "");
-    kmp_text_free(&complaint);
-    return status;
+    if (kmp_change_points_find(spec->change_points, &complaint) == KMP_CHANGE_POINTS_COUNT)
+        return kmp_fail_text(system->context, KEMPE_E_ARGUMENT, &complaint);
+    return KEMPE_OK;
 }
 
 static double first_positive(double a, double b, double c)

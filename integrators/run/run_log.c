@@ -4,35 +4,21 @@
 
 enum { MOST_ENTRIES = 1000 };
 
-static bool make_room(kmp_run_log *log)
-{
-    if (log->kept < log->capacity)
-        return true;
-    int capacity = log->capacity ? 2 * log->capacity : 16;
-    kmp_log_entry *entries = NULL;
-    if (log->kept < MOST_ENTRIES)
-        entries = kmp_realloc(log->entries, (size_t)capacity, sizeof *entries);
-    if (!entries)
-        return false;
-    log->entries = entries;
-    log->capacity = capacity;
-    return true;
-}
-
 void kmp_run_log_add(kmp_run_log *log, const char *kind, double t, double before, double after, const char *format, ...)
 {
     kmp_text text = {0};
-    va_list arguments;
     if (!log)
         return;
-    va_start(arguments, format);
-    kmp_text_vprintf(&text, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&text, format);
     char *line = kmp_text_take(&text);
     log->count++;
     if (line)
         kmp_log(log->context, KEMPE_LOG_INFO, "t = %.9g: %s", t, line);
-    if (line && make_room(log))
+    kmp_log_entry *entries = NULL;
+    if (line && log->kept < MOST_ENTRIES)
+        entries = kmp_list_room(log->entries, (size_t)log->kept, sizeof *entries);
+    log->entries = entries ? entries : log->entries;
+    if (entries)
         log->entries[log->kept++] = (kmp_log_entry){t, kind, before, after, line};
     else
         kmp_free(line);

@@ -15,7 +15,7 @@ typedef struct kmp_log_entry {
 typedef struct kmp_run_log {
     kempe_context *context;
     kmp_log_entry *entries;
-    int kept, capacity;
+    int kept;
     long count;
 } kmp_run_log;
 

@@ -81,10 +81,7 @@ kempe_status kmp_runner_fail_unsettled(kmp_runner *run, double t, const double *
     kmp_text text = {0};
     if (!explain_end(run, t, q, qd, &text))
         return kmp_fail_unsettled(run->eval);
-    kempe_status status =
-        text.failed ? kmp_fail_memory(run->s->context) : kmp_fail(run->s->context, KEMPE_E_FAILED, "%s", text.s);
-    kmp_text_free(&text);
-    return status;
+    return kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
 }
 
 /* Names implicit variables of the model: without a solution nothing can be evaluated. */

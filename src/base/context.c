@@ -211,11 +211,16 @@ static size_t begin_sentence(kmp_text *message)
 kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *format, ...)
 {
     size_t from = begin_sentence(&context->message);
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(&context->message, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&context->message, format);
     flatten(&context->message, from);
+    return status;
+}
+
+kempe_status kmp_fail_text(kempe_context *context, kempe_status status, kmp_text *sentence)
+{
+    bool whole = !sentence->failed;
+    status = whole ? kmp_fail(context, status, "%s", sentence->s ? sentence->s : "") : kmp_fail_memory(context);
+    kmp_text_free(sentence);
     return status;
 }
 
@@ -265,10 +270,7 @@ kempe_status kmp_complain(kempe_context *context, const char *file, int line, in
         kmp_text_printf(&context->message, "%s:%d:%d: ", file, line, column);
     else
         kmp_text_printf(&context->message, "%s: ", file);
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(&context->message, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&context->message, format);
     flatten(&context->message, from);
     return context->message.failed ? KEMPE_E_MEMORY : KEMPE_E_INPUT;
 }
@@ -310,10 +312,7 @@ void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
     if ((!context->log && !kept) || (context->quiet && level != KEMPE_LOG_PROGRESS))
         return;
     kmp_text line = {0};
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(&line, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&line, format);
     flatten(&line, 0);
     if (!line.failed && (level != KEMPE_LOG_WARNING || keep_warning(context, line.s)) && context->log)
         context->log(context->user, level, line.s);

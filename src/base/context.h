@@ -21,6 +21,9 @@ void kmp_context_begin(kempe_context *context);
 kempe_status kmp_fail(kempe_context *context, kempe_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
+/** kmp_fail with a sentence that was put together, which is freed. KEMPE_E_MEMORY if it has failed. */
+kempe_status kmp_fail_text(kempe_context *context, kempe_status status, kmp_text *sentence);
+
 /** Returns the status of `call` from the enclosing function, unless that is KEMPE_OK. */
 #define KMP_TRY(call)                                                                                                  \
     do {                                                                                                               \

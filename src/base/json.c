@@ -47,8 +47,7 @@ static void quote(kmp_json *json, const char *s)
     kmp_text_quote(&quoted, s);
     for (const char *c = quoted.s; c && *c; c++)
         kmp_text_printf(json->text, *c == '<' ? "\\u003c" : "%c", *c);
-    json->text->failed = json->text->failed || quoted.failed;
-    kmp_text_free(&quoted);
+    kmp_text_free_part(json->text, &quoted);
 }
 
 void kmp_json_key(kmp_json *json, const char *key)
@@ -140,9 +139,8 @@ void kmp_json_string(kmp_json *json, const char *key, const char *s)
 
 void kmp_json_text(kmp_json *json, const char *key, kmp_text *s)
 {
-    json->text->failed = json->text->failed || s->failed;
     kmp_json_string(json, key, s->s ? s->s : "");
-    kmp_text_free(s);
+    kmp_text_free_part(json->text, s);
 }
 
 void kmp_json_boolean(kmp_json *json, const char *key, bool x)

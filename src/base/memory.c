@@ -47,6 +47,13 @@ void *kmp_realloc(void *old, size_t n, size_t size)
     return given(n > SIZE_MAX / size ? NULL : realloc(old, n * size), n, size);
 }
 
+void *kmp_list_room(void *list, size_t count, size_t size)
+{
+    enum { FIRST = 8 };
+    bool full = count == 0 || (count >= FIRST && (count & (count - 1)) == 0);
+    return full ? kmp_realloc(list, count > 0 ? 2 * count : FIRST, size) : list;
+}
+
 void kmp_free(void *p)
 {
     free(p);

@@ -11,6 +11,10 @@ void *kmp_calloc(size_t n, size_t size);
 
 /** Grows to n objects of `size` bytes; the old block is kept when this returns NULL. */
 void *kmp_realloc(void *old, size_t n, size_t size);
+
+/** Room for one more object in a list of `count`, all of which were added so: the list itself or, where that is full,
+ *  grown to twice its size. NULL: no memory, and the list is kept. */
+void *kmp_list_room(void *list, size_t count, size_t size);
 void kmp_free(void *p);
 
 /** Copy of a string; NULL when there is no memory. */

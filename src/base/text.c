@@ -46,10 +46,7 @@ void kmp_text_vprintf(kmp_text *text, const char *format, va_list arguments)
 
 void kmp_text_printf(kmp_text *text, const char *format, ...)
 {
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(text, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(text, format);
 }
 
 void kmp_text_append(kmp_text *text, const char *bytes, size_t length)
@@ -192,20 +189,11 @@ int kmp_text_words(kmp_arena *arena, const char *list, char ***words)
     return count;
 }
 
-const char *kmp_arena_vprintf(kmp_arena *arena, const char *format, va_list arguments)
+char *kmp_arena_printf(kmp_arena *arena, const char *format, ...)
 {
     kmp_text text = {0};
-    kmp_text_vprintf(&text, format, arguments);
+    KMP_TEXT_ARGUMENTS(&text, format);
     return kmp_text_keep(&text, arena);
-}
-
-const char *kmp_arena_printf(kmp_arena *arena, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    const char *made = kmp_arena_vprintf(arena, format, arguments);
-    va_end(arguments);
-    return made;
 }
 
 char *kmp_text_take(kmp_text *text)
@@ -232,6 +220,12 @@ void kmp_text_free(kmp_text *text)
 {
     kmp_free(text->s);
     *text = (kmp_text){0};
+}
+
+void kmp_text_free_part(kmp_text *text, kmp_text *part)
+{
+    text->failed = text->failed || part->failed;
+    kmp_text_free(part);
 }
 
 void kempe_text_free(char *text)

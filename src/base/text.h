@@ -15,6 +15,15 @@ typedef struct kmp_text {
 
 void kmp_text_printf(kmp_text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void kmp_text_vprintf(kmp_text *text, const char *format, va_list arguments) __attribute__((format(printf, 2, 0)));
+/** Appends the arguments of a function that ends in `format, ...`. */
+#define KMP_TEXT_ARGUMENTS(text, format)                                                                               \
+    do {                                                                                                               \
+        va_list kmp_arguments;                                                                                         \
+        va_start(kmp_arguments, format);                                                                               \
+        kmp_text_vprintf((text), (format), kmp_arguments);                                                             \
+        va_end(kmp_arguments);                                                                                         \
+    } while (0)
+
 void kmp_text_put(kmp_text *text, const char *s);
 void kmp_text_append(kmp_text *text, const char *bytes, size_t length);
 
@@ -39,9 +48,7 @@ size_t kmp_text_to_number(const char *s, double *value);
 int kmp_text_words(kmp_arena *arena, const char *list, char ***words);
 
 /** A string in an arena; NULL without memory. */
-const char *kmp_arena_printf(kmp_arena *arena, const char *format, ...) __attribute__((format(printf, 2, 3)));
-const char *kmp_arena_vprintf(kmp_arena *arena, const char *format, va_list arguments)
-    __attribute__((format(printf, 2, 0)));
+char *kmp_arena_printf(kmp_arena *arena, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /** Gives the finished string to the caller (free with kmp_free) and empties `text`; NULL on failure. */
 char *kmp_text_take(kmp_text *text);
@@ -49,3 +56,6 @@ char *kmp_text_take(kmp_text *text);
 /** Moves the string to `arena` and empties `text`; NULL, and the arena has failed, when there is no memory. */
 char *kmp_text_keep(kmp_text *text, kmp_arena *arena);
 void kmp_text_free(kmp_text *text);
+
+/** Frees a part of a text, which has failed where the part had. */
+void kmp_text_free_part(kmp_text *text, kmp_text *part);

@@ -76,17 +76,16 @@ static kempe_status choose_as_assembled(beginning *b)
                         "independent there; hold others, as many as the degrees of freedom (start: hold)");
     if (l->p == b->held || b->m == 0 || near)
         return KEMPE_OK;
-    kmp_text more = {0};
-    for (int k = 0; k < l->p; k++)
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence,
+                    "the start has no derivative with respect to parameters: the mechanism has %d degrees of freedom, "
+                    "its start holds %d, and the result of the assembly depends on the guess; hold",
+                    l->p, b->held);
+    for (int k = 0, named = 0; k < l->p; k++)
         if (!s->model->start.hold[l->part.u[k]])
-            kmp_text_printf(&more, "%s%s", more.length ? ", " : "", s->model->motions[l->part.u[k]].name);
-    status = kmp_fail(s->context, KEMPE_E_FAILED,
-                      "the start has no derivative with respect to parameters: the mechanism has %d degrees of "
-                      "freedom, its start holds %d, and the result of the assembly depends on the guess; hold %s too "
-                      "(start: hold), or give a closed start",
-                      l->p, b->held, more.s ? more.s : "");
-    kmp_text_free(&more);
-    return status;
+            kmp_text_printf(&sentence, "%s %s", named++ ? "," : "", s->model->motions[l->part.u[k]].name);
+    kmp_text_put(&sentence, " too (start: hold), or give a closed start");
+    return kmp_fail_text(s->context, KEMPE_E_FAILED, &sentence);
 }
 
 static void move_positions(beginning *b, double *dq)

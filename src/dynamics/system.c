@@ -254,11 +254,9 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
 
 static void name_rows(kempe_system *s)
 {
-    for (int r = 0; r < s->m; r++) {
-        kmp_text text = {0};
-        kmp_text_printf(&text, "%s.%d", s->model->closures[s->rows[r].closure].name, s->rows[r].number + 1);
-        s->row_names[r] = kmp_text_keep(&text, &s->arena);
-    }
+    for (int r = 0; r < s->m; r++)
+        s->row_names[r] =
+            kmp_arena_printf(&s->arena, "%s.%d", s->model->closures[s->rows[r].closure].name, s->rows[r].number + 1);
 }
 
 static void take_charts(kempe_system *s)
@@ -339,11 +337,9 @@ static kempe_status read_dynamics(const kempe_model *model, const char *word, km
 {
     kmp_text complaint = {0};
     *dynamics = word ? kmp_dynamics_find(word, &complaint) : model->run.dynamics;
-    kempe_status status = *dynamics < KMP_DYNAMICS_COUNT ? KEMPE_OK
-                          : complaint.s                  ? kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s", complaint.s)
-                                                         : kmp_fail_memory(model->context);
-    kmp_text_free(&complaint);
-    return status;
+    if (*dynamics == KMP_DYNAMICS_COUNT)
+        return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &complaint);
+    return KEMPE_OK;
 }
 
 kempe_system *kmp_system_start(const kempe_model *model)

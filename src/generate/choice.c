@@ -7,14 +7,11 @@ static const char *const schemes[] = {[KMP_SCHEME_COMPOSITE] = "composite", [KMP
 
 static kempe_status refuse_set(kempe_context *context, const char *name, size_t length)
 {
-    kmp_text list = {0};
-    kmp_sets_list(&list);
-    kempe_status status = list.failed ? kmp_fail_memory(context)
-                                      : kmp_fail(context, KEMPE_E_ARGUMENT,
-                                                 "unknown set '%.*s'; sets are %s, and several of them joined by +",
-                                                 (int)length, name, list.s);
-    kmp_text_free(&list);
-    return status;
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "unknown set '%.*s'; sets are ", (int)length, name);
+    kmp_sets_list(&sentence);
+    kmp_text_put(&sentence, ", and several of them joined by +");
+    return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
 }
 
 /* The sets of a name, or of several with + between. */

@@ -29,14 +29,11 @@ enum { LANGUAGES = sizeof languages / sizeof *languages };
 
 static kempe_status refuse_language(kempe_context *context, const char *name)
 {
-    kmp_text list = {0};
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "unknown language '%s'; languages are ", name);
     for (int k = 0; k < LANGUAGES; k++)
-        kmp_text_printf(&list, "%s%s", k ? ", " : "", languages[k]->name);
-    kempe_status status =
-        list.failed ? kmp_fail_memory(context)
-                    : kmp_fail(context, KEMPE_E_ARGUMENT, "unknown language '%s'; languages are %s", name, list.s);
-    kmp_text_free(&list);
-    return status;
+        kmp_text_printf(&sentence, "%s%s", k ? ", " : "", languages[k]->name);
+    return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
 }
 
 static kempe_status read_language(kempe_code *code, const kempe_generate_options *g)

@@ -445,10 +445,9 @@ static void put_pair(kmp_scalar *s, kmp_text *text, const kmp_statement *st)
             put_variable(s, text, set[k]);
             kmp_text_printf(text, " = %s%s\n", name[k].s ? name[k].s : "", s->language->end);
         }
-    text->failed = text->failed || angle.failed || name[0].failed || name[1].failed;
-    kmp_text_free(&angle);
-    kmp_text_free(&name[0]);
-    kmp_text_free(&name[1]);
+    kmp_text_free_part(text, &angle);
+    kmp_text_free_part(text, &name[0]);
+    kmp_text_free_part(text, &name[1]);
 }
 
 static unsigned put_statement(kmp_scalar *s, kmp_text *text, const kmp_statement *st)

@@ -61,10 +61,9 @@ static void name_rows(kmp_code_source *source, const kmp_equations *eq)
     source->m = eq->m;
     source->row_names = KMP_ARENA_NEW(&source->arena, char *, eq->m);
     for (int r = 0; source->row_names && r < eq->m; r++) {
-        kmp_text text = {0};
         const kmp_row *row = &eq->rows[r];
-        kmp_text_printf(&text, "%s.%d", eq->model->closures[row->closure].name, row->number + 1);
-        source->row_names[r] = kmp_text_keep(&text, &source->arena);
+        source->row_names[r] =
+            kmp_arena_printf(&source->arena, "%s.%d", eq->model->closures[row->closure].name, row->number + 1);
     }
 }
 

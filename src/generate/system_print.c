@@ -301,8 +301,7 @@ static kempe_status write_lines(kmp_text *out, const kempe_system *system, kempe
         json_lines(&json, &lines);
         kmp_json_end(&json);
     }
-    out->failed = out->failed || lines.failed;
-    kmp_text_free(&lines);
+    kmp_text_free_part(out, &lines);
     if (status == KEMPE_OK && view == KEMPE_VIEW_PASSES && format == KEMPE_TEXT) {
         kmp_text_put(out, "\n");
         status = write_stats(out, system, format);

@@ -145,12 +145,8 @@ static kempe_status mark(kmp_variant *v, int k, const char *name)
 {
     kempe_model *m = &v->model;
     kmp_text why = {0};
-    if (!kmp_variant_may(m, name, &why)) {
-        kempe_status status =
-            why.failed ? kmp_fail_memory(m->context) : kmp_fail(m->context, KEMPE_E_ARGUMENT, "%s", why.s);
-        kmp_text_free(&why);
-        return status;
-    }
+    if (!kmp_variant_may(m, name, &why))
+        return kmp_fail_text(m->context, KEMPE_E_ARGUMENT, &why);
     meaning found = look_up(m, name);
     int at = found.parameter >= 0 ? found.parameter : add_start(v, name, found.rate, found.motion);
     KMP_TRY(kmp_made(m->context, at >= 0));

@@ -18,10 +18,7 @@ void kmp_csv_complain(kmp_csv *csv, const char *at, const char *format, ...)
 {
     int column = 1;
     kmp_text sentence = {0};
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(&sentence, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&sentence, format);
     for (const char *s = csv->line_text; s < at; s++)
         column += ((unsigned char)*s & 0xc0) != 0x80;
     if (csv->complaints++ < MOST_COMPLAINTS)

@@ -41,23 +41,20 @@ const char *kmp_plot_colour(int curve)
     return colours[curve % COLOURS];
 }
 
-static void put_words(kmp_text *text, double x, double y, const char *attributes, const char *format, va_list arguments)
+/* Frees the words. */
+static void put_words(kmp_text *text, double x, double y, const char *attributes, kmp_text *words)
 {
-    kmp_text words = {0};
-    kmp_text_vprintf(&words, format, arguments);
     kmp_text_printf(text, "<text x=\"%.1f\" y=\"%.1f\" %s>", x, y, attributes);
-    kmp_text_escape(text, words.s ? words.s : "");
+    kmp_text_escape(text, words->s ? words->s : "");
     kmp_text_put(text, "</text>\n");
-    text->failed = text->failed || words.failed;
-    kmp_text_free(&words);
+    kmp_text_free_part(text, words);
 }
 
 void kmp_picture_words(kmp_text *text, double x, double y, const char *attributes, const char *format, ...)
 {
-    va_list arguments;
-    va_start(arguments, format);
-    put_words(text, x, y, attributes, format, arguments);
-    va_end(arguments);
+    kmp_text words = {0};
+    KMP_TEXT_ARGUMENTS(&words, format);
+    put_words(text, x, y, attributes, &words);
 }
 
 static void put_dot(kmp_text *text, double x, double y, const char *colour)
@@ -68,14 +65,13 @@ static void put_dot(kmp_text *text, double x, double y, const char *colour)
 void kmp_picture_entry(kmp_text *text, double x, double y, const char *curve, const char *colour, const char *format,
                        ...)
 {
-    va_list arguments;
+    kmp_text words = {0};
     if (curve)
         kmp_text_printf(text, "<path class=\"%s\" stroke=\"%s\" d=\"M%.1f %.1fh30\"/>\n", curve, colour, x, y);
     else
         put_dot(text, x + 15, y, colour);
-    va_start(arguments, format);
-    put_words(text, x + 38, y + 4, "", format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&words, format);
+    put_words(text, x + 38, y + 4, "", &words);
 }
 
 /* -- axes -------------------------------------------------------------------------------------------- */
@@ -208,7 +204,7 @@ static void put_axis_name(const kmp_plot *p, int axis, double x, double y, const
 void kmp_plot_begin(kmp_plot *plot, const char *format, ...)
 {
     double width = plot->width, height = plot->height;
-    va_list arguments;
+    kmp_text title = {0};
     for (int k = 0; k < 2; k++)
         if (!plot->axis[k].exact || !(range_of(&plot->axis[k]) > 0))
             widen(&plot->axis[k]);
@@ -221,9 +217,8 @@ void kmp_plot_begin(kmp_plot *plot, const char *format, ...)
         else
             put_even_ticks(plot, k);
     kmp_text_printf(plot->text, "<rect width=\"%.1f\" height=\"%.1f\" class=\"frame\"/>\n", width, height);
-    va_start(arguments, format);
-    put_words(plot->text, width / 2, -12, "class=\"title\" " CENTRED, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&title, format);
+    put_words(plot->text, width / 2, -12, "class=\"title\" " CENTRED, &title);
     put_axis_name(plot, 0, width / 2, height + 36, CENTRED);
     put_axis_name(plot, 1, -height / 2, -56, CENTRED " transform=\"rotate(-90)\"");
     kmp_text_printf(plot->text, "<svg x=\"%d\" y=\"%d\" width=\"%.1f\" height=\"%.1f\" viewBox=\"%d %d %.1f %.1f\">\n",

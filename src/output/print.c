@@ -49,9 +49,7 @@ static void print_lines(kmp_json *json, const char *key, const char *lines)
     kmp_json_array(json, key);
     for (; *lines; lines += strcspn(lines, "\n") + 1) {
         kmp_text_printf(&line, "%.*s", (int)strcspn(lines, "\n"), lines);
-        kmp_json_string(json, NULL, line.s ? line.s : "");
-        json->text->failed = json->text->failed || line.failed;
-        kmp_text_free(&line);
+        kmp_json_text(json, NULL, &line);
     }
     kmp_json_end(json);
 }

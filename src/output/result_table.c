@@ -22,7 +22,7 @@ struct kempe_table {
     kempe_context *context;
     kmp_arena arena; /* names and words */
     const char *name;
-    int columns, column_room, rows, row_room, next; /* next: cell of the last row */
+    int columns, rows, row_room, next; /* next: cell of the last row */
     bool failed, units_named, apart;
     table_column *column;
 };
@@ -61,20 +61,13 @@ void kmp_tabulate_column(kempe_table *table, const char *unit, const char *forma
 {
     if (!is_usable(table))
         return;
-    if (table->columns == table->column_room) {
-        int room = 2 * table->column_room + 8;
-        table_column *column = kmp_realloc(table->column, (size_t)room, sizeof *column);
-        table->failed = !column;
-        if (!column)
-            return;
-        table->column = column;
-        table->column_room = room;
-    }
+    table_column *column = kmp_list_room(table->column, (size_t)table->columns, sizeof *column);
+    table->failed = !column;
+    if (!column)
+        return;
+    table->column = column;
     kmp_text name = {0};
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(&name, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&name, format);
     kmp_shown shown = unit ? kmp_shown_as(table->context, unit) : (kmp_shown){0};
     table->column[table->columns++] = (table_column){
         .name = kmp_arena_strdup(&table->arena, name.s ? name.s : ""),
@@ -201,13 +194,11 @@ kempe_status kmp_tabulate_result(kempe_context *context, const kmp_table_kind *k
         kind->fill(made, result);
         return kmp_tabulate_finish(context, made, table);
     }
-    kmp_text names = {0};
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "there is no table '%s'; the tables are ", name);
     for (kind = kinds; kind->name; kind++)
-        kmp_text_printf(&names, "%s%s", kind == kinds ? "" : ", ", kind->name);
-    kempe_status status =
-        kmp_fail(context, KEMPE_E_ARGUMENT, "there is no table '%s'; the tables are %s", name, names.s ? names.s : "");
-    kmp_text_free(&names);
-    return status;
+        kmp_text_printf(&sentence, "%s%s", kind == kinds ? "" : ", ", kind->name);
+    return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
 }
 
 kempe_context *kmp_table_context(const kempe_table *table)
@@ -328,8 +319,7 @@ static void csv_name(kmp_text *text, const kempe_table *t, const table_column *c
     if (c->unit && *c->unit && (t->units_named || strncmp(c->unit, "deg", 3) == 0))
         kmp_text_printf(&name, " [%s]", c->unit);
     csv_word(text, name.s ? name.s : "");
-    text->failed = text->failed || name.failed;
-    kmp_text_free(&name);
+    kmp_text_free_part(text, &name);
 }
 
 static void put_csv(kmp_text *text, const kempe_table *t)

@@ -23,25 +23,21 @@ static size_t width_of(const kmp_samples *table, int quantity)
     return (size_t)(quantity == KMP_QUANTITY_LAMBDA ? table->m : table->n);
 }
 
-/* Room for `rows` rows of at least one number each; false: no memory. */
+/* Room for one more row of at least one number; false: no memory. */
 static bool grow(double **array, size_t width, int rows)
 {
-    double *grown = kmp_realloc(*array, (size_t)rows * (width > 0 ? width : 1), sizeof *grown);
+    double *grown = kmp_list_room(*array, (size_t)rows, (width > 0 ? width : 1) * sizeof *grown);
     *array = grown ? grown : *array;
     return grown;
 }
 
 bool kmp_samples_extend(kmp_samples *table)
 {
-    if (table->rows == table->capacity) {
-        int capacity = table->capacity ? 2 * table->capacity : 64;
-        bool ok = grow(&table->t, 1, capacity) && grow(&table->work, 1, capacity);
-        for (int k = 0; k < KMP_QUANTITIES; k++)
-            ok = ok && grow(&table->value[k], width_of(table, k), capacity);
-        if (!ok)
-            return false;
-        table->capacity = capacity;
-    }
+    bool ok = grow(&table->t, 1, table->rows) && grow(&table->work, 1, table->rows);
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        ok = ok && grow(&table->value[k], width_of(table, k), table->rows);
+    if (!ok)
+        return false;
     size_t row = (size_t)table->rows++;
     table->t[row] = table->work[row] = NAN;
     for (int k = 0; k < KMP_QUANTITIES; k++)

@@ -7,7 +7,7 @@
 
 typedef struct kmp_samples {
     int n, m;
-    int rows, capacity;
+    int rows;
     double *t, *work;              /* of each row */
     double *value[KMP_QUANTITIES]; /* rows x n (or m); in references NaN where not given */
     const bool *shared; /* m, of references, not their own: multipliers that redundant rows leave open, which are not

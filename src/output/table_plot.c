@@ -55,14 +55,12 @@ static bool is_drawn(const drawing *d, int column)
 
 static kempe_status fail_unknown(const drawing *d, const char *word)
 {
-    kmp_text names = {0};
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "there is no column '%s' to draw; the columns are ", word);
     for (int c = 0; c < kempe_table_column_count(d->table); c++)
         if (kempe_table_values(d->table, c))
-            kmp_text_printf(&names, "%s%s", c ? ", " : "", kempe_table_column_name(d->table, c));
-    kempe_status status = kmp_fail(d->context, KEMPE_E_ARGUMENT, "there is no column '%s' to draw; the columns are %s",
-                                   word, names.s ? names.s : "");
-    kmp_text_free(&names);
-    return status;
+            kmp_text_printf(&sentence, "%s%s", c ? ", " : "", kempe_table_column_name(d->table, c));
+    return kmp_fail_text(d->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
 static kempe_status add_curves(drawing *d, const char *word)

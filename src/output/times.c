@@ -10,17 +10,13 @@ kempe_status kmp_times_spacing(const kempe_system *system, double requested, dou
     const kempe_model *model = system->model;
     const kmp_run_settings *run = &model->run;
     kmp_text complaint = {0};
-    kempe_status status = KEMPE_OK;
     *every = requested > 0 ? requested : run->output_step > 0 ? run->output_step : t_end / DEFAULT_ROWS;
     if (kmp_rows_fit(*every, t_end, &complaint))
         return KEMPE_OK;
-    if (!complaint.s)
-        status = kmp_fail_memory(system->context);
-    else if (requested > 0)
-        status = kmp_fail(system->context, KEMPE_E_ARGUMENT, "%s", complaint.s);
-    else
-        status = kmp_complain(system->context, model->files[run->every_place.file], run->every_place.line,
-                              run->every_place.column, "%s", complaint.s);
+    if (requested > 0 || complaint.failed)
+        return kmp_fail_text(system->context, KEMPE_E_ARGUMENT, &complaint);
+    kempe_status status = kmp_complain(system->context, model->files[run->every_place.file], run->every_place.line,
+                                       run->every_place.column, "%s", complaint.s ? complaint.s : "");
     kmp_text_free(&complaint);
     return status;
 }

@@ -78,8 +78,7 @@ static void put_method(kmp_json *json, const kmp_method *method)
     put_string(json, "form", method->form);
     put_string(json, "integrator", method->integrator);
     kmp_json_end(json);
-    json->text->failed = json->text->failed || name.failed;
-    kmp_text_free(&name);
+    kmp_text_free_part(json->text, &name);
 }
 
 static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)

@@ -95,14 +95,6 @@ static void release(maker *w)
 
 /* -- data -------------------------------------------------------------------------------------------- */
 
-/* Puts a string from a text that is freed then. */
-static void put_words(kmp_json *json, const char *key, kmp_text *words)
-{
-    kmp_json_string(json, key, words->s ? words->s : "");
-    json->text->failed = json->text->failed || words->failed;
-    kmp_text_free(words);
-}
-
 static void put_mode(kmp_json *json, const kempe_modes *m, const shown *s)
 {
     int c = s->eigenvalue, n = m->modes.n;
@@ -116,7 +108,7 @@ static void put_mode(kmp_json *json, const kempe_modes *m, const shown *s)
         kmp_modes_put_along(&words, m, c);
     else
         kmp_modes_put_movers(&words, m, c);
-    put_words(json, "moves", &words);
+    kmp_json_text(json, "moves", &words);
     kmp_json_rounded_numbers(json, "shape_re", n, m->modes.shown_re + at, 6);
     kmp_json_rounded_numbers(json, "shape_im", n, m->modes.shown_im + at, 6);
     kmp_json_rounded_numbers(json, "kinetic", n, m->modes.kinetic + at, 4);
@@ -170,7 +162,7 @@ static void put_data(kmp_text *text, const maker *w)
     kmp_json_put(&json, "{ kempe %s model %s at %s stability %s", KEMPE_VERSION, m->system->model->name,
                  m->family->state->equilibrium ? "the equilibrium" : "the assembled start", kmp_modes_verdict(m));
     kmp_modes_put_verdict(&because, m);
-    put_words(&json, "reasons", &because);
+    kmp_json_text(&json, "reasons", &because);
     kmp_json_string(&json, "reason", m->reason ? m->reason : "");
     kmp_json_whole(&json, "freedoms", m->modes.p);
     kmp_json_put(&json, "frames %d coordinates [", FRAMES);

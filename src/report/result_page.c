@@ -263,8 +263,7 @@ static void put_files(kmp_json *json, const kempe_model *model)
         kmp_model_show(&shown, model);
     if (shown.s)
         put_file(json, model->name, shown.s, shown.length, &room);
-    json->text->failed = json->text->failed || shown.failed;
-    kmp_text_free(&shown);
+    kmp_text_free_part(json->text, &shown);
     kmp_json_end(json);
 }
 

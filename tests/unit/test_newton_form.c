@@ -80,7 +80,7 @@ static double evaluate_open(form *f, const double *y, double off, double *open)
         z[2 * d->p + i] += off * between(-1, 1) * s->scale[d->part.v[i]];
     CHECK(kmp_reduced_rhs(d, f->reduced->t, z, dy) == KMP_GO);
     double worst = relative(size, dy, exact);
-    for (int i = 0; (d->by_solved || (d->fused && d->closed_fused)) && i < d->r; i++)
+    for (int i = 0; (d->by_solved || (d->programs.fused && d->closed_fused)) && i < d->r; i++)
         d->q[d->part.v[i]] = d->v[i];
     for (int k = 0; k < d->p; k++)
         d->q[d->part.u[k]] = y[k];
@@ -109,7 +109,7 @@ static void one_form(const char *name, const kempe_system *s, const states *at, 
         for (int try = 0; try < TRIES; try++)
             worst = check_max(worst, evaluate_open(&f, formulation->y, pow(10, -2.5 - 0.5 * try), &open));
     }
-    way used = f.reduced->fused ? FUSED : f.reduced->by_solved ? SOLVED : IN_PARTS;
+    way used = f.reduced->programs.fused ? FUSED : f.reduced->by_solved ? SOLVED : IN_PARTS;
     printf("  %-30s %s: slopes %.1e, |h| %.1e\n", name, ways[used], worst, open);
     CHECK(formulation->exchanges > 0 || used == by);
     CHECK(worst < gain * KMP_CORRECTION_IN_STAGE * TOLERANCE);

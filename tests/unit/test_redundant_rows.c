@@ -265,17 +265,17 @@ static void a_formulation_that_lasts_is_fused(void)
     double work;
     CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
     CHECK(kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK);
-    CHECK(((kmp_reduced *)runner->formulation)->fused != NULL);
+    CHECK(((kmp_reduced *)runner->formulation)->programs.fused != NULL);
     CHECK(kmp_runner_step(runner) == KEMPE_OK);
     double t = kmp_runner_t(runner), h = runner->solver->h;
     CHECK(kmp_runner_inner_row(runner, t, runner->state, &work) == KEMPE_OK);
     CHECK(kmp_runner_take_up(runner, t, false, work, h) == KEMPE_OK);
     for (int k = 0; k <= KMP_FORMULATION_BRIEF; k++) {
-        CHECK(((kmp_reduced *)runner->formulation)->fused == NULL);
+        CHECK(((kmp_reduced *)runner->formulation)->programs.fused == NULL);
         CHECK(kmp_runner_step(runner) == KEMPE_OK);
     }
     CHECK(kmp_runner_step(runner) == KEMPE_OK);
-    CHECK(((kmp_reduced *)runner->formulation)->fused != NULL && notes_of(&notes, "row") == 0);
+    CHECK(((kmp_reduced *)runner->formulation)->programs.fused != NULL && notes_of(&notes, "row") == 0);
     kmp_runner_free(runner);
     kmp_run_log_free(&notes);
     unload(&l);
@@ -334,9 +334,9 @@ static void programs_return_with_their_choice(void)
         while (kmp_runner_t(runner) < spec.t_end && kmp_runner_step(runner) == KEMPE_OK) {
             const kmp_reduced *d = (const kmp_reduced *)runner->formulation;
             const kmp_fused *before = program[d->part.u[0]];
-            returns += d->part.u[0] != u && before && d->fused == before;
+            returns += d->part.u[0] != u && before && d->programs.fused == before;
             u = d->part.u[0];
-            program[u] = d->fused ? d->fused : program[u];
+            program[u] = d->programs.fused ? d->programs.fused : program[u];
         }
         CHECK(kmp_runner_t(runner) >= spec.t_end && returns > 3);
         kmp_runner_free(runner);

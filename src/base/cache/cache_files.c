@@ -106,7 +106,7 @@ typedef struct entry {
 
 typedef struct entries {
     entry *list;
-    size_t count, room;
+    size_t count;
     uint64_t bytes;
 } entries;
 
@@ -118,14 +118,10 @@ static bool is_result(const char *name)
 
 static void add_entry(entries *all, const char *name, const struct stat *about)
 {
-    if (all->count == all->room) {
-        size_t room = all->room ? 2 * all->room : 64;
-        entry *list = kmp_realloc(all->list, room, sizeof *list);
-        if (!list)
-            return;
-        all->list = list;
-        all->room = room;
-    }
+    entry *list = kmp_list_room(all->list, all->count, sizeof *list);
+    if (!list)
+        return;
+    all->list = list;
     entry *e = &all->list[all->count++];
     memcpy(e->name, name, sizeof e->name);
     e->used = about->st_mtim;

@@ -114,16 +114,15 @@ static bool note(kmp_noted *noted, int k, kmp_ref value)
     return true;
 }
 
-/* The number of a condition whose value is noted; -1 when there is no memory. */
-static int meet(const kmp_tree *tree, kmp_condition condition, kmp_ref value, const char *format, va_list arguments)
+/* The number of a condition whose value is noted; -1 when there is no memory. Frees the text. */
+static int meet(const kmp_tree *tree, kmp_condition condition, kmp_ref value, kmp_text *text)
 {
     int k = find(tree->events, condition.of, condition.number);
     if (k < 0) {
-        kmp_text text = {0};
-        kmp_text_vprintf(&text, format, arguments);
-        condition.text = kmp_text_take(&text);
+        condition.text = kmp_text_take(text);
         k = add(tree->events, condition);
     }
+    kmp_text_free(text);
     if (k >= 0 && note(tree->noted, k, value))
         return k;
     kmp_graph_fail(tree->graph);
@@ -147,10 +146,9 @@ kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp
     if (!can_stand(tree, of, number, less))
         return less;
     const kmp_condition condition = {.of = of, .number = number, .lag = lag, .advice = advice};
-    va_list arguments;
-    va_start(arguments, format);
-    int k = meet(tree, condition, difference, format, arguments);
-    va_end(arguments);
+    kmp_text text = {0};
+    KMP_TEXT_ARGUMENTS(&text, format);
+    int k = meet(tree, condition, difference, &text);
     if (k < 0)
         return less;
     kmp_ref holds = kmp_input(g, KMP_IN_MODE, (uint32_t)k);
@@ -167,10 +165,9 @@ void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref valu
     if (!tree->events || !(always || moves(tree->graph, value)))
         return;
     const kmp_condition condition = {.of = of, .number = number, .ends = true, .advice = advice};
-    va_list arguments;
-    va_start(arguments, format);
-    (void)meet(tree, condition, value, format, arguments);
-    va_end(arguments);
+    kmp_text text = {0};
+    KMP_TEXT_ARGUMENTS(&text, format);
+    (void)meet(tree, condition, value, &text);
 }
 
 bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)

@@ -138,8 +138,7 @@ static void write_statements(kmp_writer *w, kmp_scalar *s, kmp_text *statements)
             kmp_fill(&part, w->language->part);
             kmp_fill(&call, w->language->part_call);
         }
-        w->text->failed = w->text->failed || own.failed;
-        kmp_text_free(&own);
+        kmp_text_free_part(w->text, &own);
     }
     w->used = used;
 }
@@ -157,8 +156,7 @@ static void write_stage(const kmp_writer *w, int stage, const char *pattern)
     in.statements = &statements;
     write_statements(&in, &s, &statements);
     kmp_fill(&in, pattern);
-    w->text->failed = w->text->failed || statements.failed;
-    kmp_text_free(&statements);
+    kmp_text_free_part(w->text, &statements);
     kmp_scalar_free(&s);
 }
 
@@ -518,8 +516,7 @@ static bool holds(const kmp_writer *w, const char *word, size_t length)
     to.text = &value;
     put_word(&to, word, length);
     bool is_one = value.length > 0 && strcmp(value.s, "0") != 0;
-    w->text->failed = w->text->failed || value.failed;
-    kmp_text_free(&value);
+    kmp_text_free_part(w->text, &value);
     return is_one;
 }
 

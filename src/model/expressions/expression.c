@@ -111,10 +111,7 @@ __attribute__((format(printf, 3, 4))) static const kmp_expr *complain(const pars
                                                                       const char *format, ...)
 {
     kmp_text sentence = {0};
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(&sentence, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&sentence, format);
     return say_at(p, where, &sentence);
 }
 

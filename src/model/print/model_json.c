@@ -342,9 +342,8 @@ static void put_goal(kmp_json *json, const kempe_model *model, const kmp_goal *g
 {
     kmp_text name = {0};
     kmp_model_put_goal(&name, model, goal);
-    json->text->failed = json->text->failed || name.failed;
     kmp_json_object(json, name.s);
-    kmp_text_free(&name);
+    kmp_text_free_part(json->text, &name);
     if (goal->width == 3) {
         put_vector(json, "value", goal->value);
         put_vector(json, "weight", goal->weight);

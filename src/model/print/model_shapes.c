@@ -38,8 +38,7 @@ static void put_looks(kmp_json *json, const kmp_shape *s)
     kmp_text_printf(&colour, "#%06x", (unsigned)s->colour & 0xffffff);
     if (s->colour >= 0)
         kmp_json_string(json, "colour", colour.s);
-    json->text->failed = json->text->failed || colour.failed;
-    kmp_text_free(&colour);
+    kmp_text_free_part(json->text, &colour);
     if (s->opacity < 1)
         kmp_json_number(json, "opacity", s->opacity);
 }

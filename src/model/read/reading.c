@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Errors and nodes: functions for every part of the reader. */
 #include "model/read/reading.h"
-#include <stdarg.h>
 #include <string.h>
 
 /* -- errors -------------------------------------------------------------------------------------- */
@@ -18,20 +17,14 @@ static void say(kmp_reader *r, kmp_place place, kmp_text *sentence)
 void kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...)
 {
     kmp_text sentence = {0};
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(&sentence, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&sentence, format);
     say(r, place, &sentence);
 }
 
 void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)
 {
     kmp_text sentence = {0};
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(&sentence, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&sentence, format);
     kmp_nearest_suggest(nearest, &sentence);
     say(r, place, &sentence);
 }
@@ -44,11 +37,9 @@ const char *kmp_reader_take(kmp_reader *r, kmp_text *text)
 
 const char *kmp_reader_say(kmp_reader *r, const char *format, ...)
 {
-    va_list arguments;
-    va_start(arguments, format);
-    const char *kept = kmp_arena_vprintf(&r->scratch, format, arguments);
-    va_end(arguments);
-    return kept ? kept : "";
+    kmp_text text = {0};
+    KMP_TEXT_ARGUMENTS(&text, format);
+    return kmp_reader_take(r, &text);
 }
 
 const char *kmp_reader_cycle(kmp_reader *r, kmp_name_list names, int (*next)(const void *user, int k), const void *user,

@@ -10,7 +10,6 @@
 
 struct kmp_mesh_maker {
     kmp_mesh mesh;
-    int vertex_room, triangle_room;
     int *slot; /* vertices by hash, -1: empty */
     uint32_t slots;
     bool failed; /* for want of memory */
@@ -59,27 +58,12 @@ static bool grow_slots(kmp_mesh_maker *m)
     return true;
 }
 
-/* Room for one more of `size` bytes. */
-static bool make_room(void **list, int count, int *room, size_t size)
-{
-    if (count < *room)
-        return true;
-    int most = *room ? 2 * *room : 512;
-    void *grown = kmp_realloc(*list, (size_t)most, size);
-    if (!grown)
-        return false;
-    *list = grown;
-    *room = most;
-    return true;
-}
-
 int kmp_mesh_vertex(kmp_mesh_maker *m, const double at[3])
 {
     kmp_mesh *mesh = &m->mesh;
-    void *list = mesh->vertex;
-    m->failed = m->failed || (2 * (uint32_t)mesh->vertex_count >= m->slots && !grow_slots(m)) ||
-                !make_room(&list, mesh->vertex_count, &m->vertex_room, sizeof *mesh->vertex);
-    mesh->vertex = list;
+    void *list = kmp_list_room(mesh->vertex, (size_t)mesh->vertex_count, sizeof *mesh->vertex);
+    mesh->vertex = list ? list : mesh->vertex;
+    m->failed = m->failed || !list || (2 * (uint32_t)mesh->vertex_count >= m->slots && !grow_slots(m));
     if (m->failed)
         return -1;
     uint32_t k = find(m, at);
@@ -93,11 +77,11 @@ int kmp_mesh_vertex(kmp_mesh_maker *m, const double at[3])
 bool kmp_mesh_triangle(kmp_mesh_maker *m, int a, int b, int c)
 {
     kmp_mesh *mesh = &m->mesh;
-    void *list = mesh->triangle;
     if (a == b || b == c || c == a)
         return true;
-    m->failed = m->failed || !make_room(&list, mesh->triangle_count, &m->triangle_room, sizeof *mesh->triangle);
-    mesh->triangle = list;
+    void *list = kmp_list_room(mesh->triangle, (size_t)mesh->triangle_count, sizeof *mesh->triangle);
+    mesh->triangle = list ? list : mesh->triangle;
+    m->failed = m->failed || !list;
     if (m->failed)
         return false;
     int *to = mesh->triangle[mesh->triangle_count++];

@@ -10,21 +10,18 @@ typedef struct obj {
     kmp_mesh_maker *m;
     kmp_words words;
     int *vertex; /* of the mesh, by its number in the file */
-    int count, room;
+    int count;
     kmp_text *why;
 } obj;
 
 static bool read_vertex(obj *o)
 {
     double at[3];
-    if (o->count == o->room) {
-        int room = o->room ? 2 * o->room : 512, *grown = kmp_realloc(o->vertex, (size_t)room, sizeof *grown);
-        o->why->failed = o->why->failed || !grown;
-        if (!grown)
-            return false;
-        o->vertex = grown;
-        o->room = room;
-    }
+    int *grown = kmp_list_room(o->vertex, (size_t)o->count, sizeof *grown);
+    o->why->failed = o->why->failed || !grown;
+    if (!grown)
+        return false;
+    o->vertex = grown;
     for (int k = 0; k < 3; k++)
         if (!kmp_words_number(&o->words, false, &at[k], o->why))
             return false;

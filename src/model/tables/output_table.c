@@ -92,11 +92,9 @@ void kmp_output_print(kmp_text *text, const kempe_model *model, const kmp_output
 {
     kmp_text argument = {0};
     bool any = put_argument(&argument, model, output, ' ');
-    if (argument.failed)
-        text->failed = true;
     kmp_text_printf(text, any ? "%s(%s)" : "%s", kmp_output_rows[output->kind].word,
                     any && argument.s ? argument.s : "");
-    kmp_text_free(&argument);
+    kmp_text_free_part(text, &argument);
 }
 
 /* The numbers of a contact, in their order. */
@@ -116,8 +114,7 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
     bool any = put_argument(&argument, model, output, '.');
     kmp_text_printf(text, any ? "%s.%s" : "%s", kmp_output_rows[output->kind].word,
                     any && argument.s ? argument.s : "");
-    text->failed = text->failed || argument.failed;
-    kmp_text_free(&argument);
+    kmp_text_free_part(text, &argument);
     if (output->kind == KMP_OUTPUT_ENERGY)
         kmp_text_printf(text, ".%s", energies[k]);
     else if (output->kind == KMP_OUTPUT_AXES)

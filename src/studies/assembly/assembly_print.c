@@ -62,14 +62,13 @@ static void show_goals(kmp_text *text, const kempe_assembly *a)
         for (int i = 0; i < goal->width; i++, at++) {
             kmp_text name = {0};
             put_goal(&name, model, goal, i);
-            text->failed = text->failed || name.failed;
             kmp_shown shown =
                 kmp_shown_as(a->system->context,
                              goal->motion < 0 ? "m" : kmp_quantity_unit(a->system, KMP_QUANTITY_Q, goal->motion));
             double wanted = shown.factor * goal->value[i].value, reached = shown.factor * a->goals.value[at];
             kmp_text_printf(text, "  %-*s  %-4s  %10.6g  %22.15g  %22.15g  %14.6g\n", width, name.s ? name.s : "",
                             shown.unit, goal->weight[i].value, wanted, reached, reached - wanted);
-            kmp_text_free(&name);
+            kmp_text_free_part(text, &name);
         }
     }
 }
@@ -116,8 +115,7 @@ static void show_assembly(kmp_text *text, const void *result)
     kmp_assembly_put_rates(&changed, a);
     for (const char *at = changed.s ? changed.s : ""; *at; at += strcspn(at, "\n") + 1)
         kmp_text_printf(text, "note      %.*s\n", (int)strcspn(at, "\n"), at);
-    text->failed = text->failed || changed.failed;
-    kmp_text_free(&changed);
+    kmp_text_free_part(text, &changed);
     if (a->rates_left > 0)
         kmp_text_printf(
             text,
@@ -137,12 +135,11 @@ static void json_goals(kmp_json *j, const kempe_assembly *a)
         for (int i = 0; i < goal->width; i++, at++) {
             kmp_text name = {0};
             put_goal(&name, model, goal, i);
-            j->text->failed = j->text->failed || name.failed;
             kmp_json_object(j, name.s ? name.s : "");
+            kmp_text_free_part(j->text, &name);
             kmp_json_put(j, "goal %g weight %g reached %g remains %g", goal->value[i].value, goal->weight[i].value,
                          a->goals.value[at], a->goals.value[at] - goal->value[i].value);
             kmp_json_end(j);
-            kmp_text_free(&name);
         }
     }
     kmp_json_put(j, "} }");
@@ -174,9 +171,8 @@ static void json_assembly(kmp_text *text, const void *result)
     kmp_text_put(&warnings, "");
     kmp_assembly_put_rates(&warnings, a);
     kmp_print_head(&j, a->system, is_done(a) ? KEMPE_OK : KEMPE_E_FAILED, reason.s, a->system->build_s, warnings.s);
-    text->failed = text->failed || warnings.failed || reason.failed;
-    kmp_text_free(&warnings);
-    kmp_text_free(&reason);
+    kmp_text_free_part(text, &warnings);
+    kmp_text_free_part(text, &reason);
     kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);
     kmp_print_entries(&j, "qd", a->system, KMP_QUANTITY_QD, a->qd);
     json_rates(&j, a);

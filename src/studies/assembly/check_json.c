@@ -23,8 +23,7 @@ static void json_sentence(kmp_json *json, const char *key, const kempe_check *ch
     kmp_text line = {0};
     write(&line, check);
     kmp_json_string(json, key, line.s && line.length > 0 ? line.s : NULL);
-    json->text->failed = json->text->failed || line.failed;
-    kmp_text_free(&line);
+    kmp_text_free_part(json->text, &line);
 }
 
 static void json_partition(kmp_json *json, const kempe_check *check)

@@ -25,12 +25,9 @@ static void line(kmp_text *text, const char *word, const char *format, ...) __at
 /* A line after its label. */
 static void line(kmp_text *text, const char *word, const char *format, ...)
 {
-    va_list arguments;
-    va_start(arguments, format);
     label(text, word);
-    kmp_text_vprintf(text, format, arguments);
+    KMP_TEXT_ARGUMENTS(text, format);
     kmp_text_put(text, "\n");
-    va_end(arguments);
 }
 
 /* A line of its own when `write` gives a sentence. */
@@ -41,8 +38,7 @@ static void sentence(kmp_text *text, const kempe_check *check, const char *word,
     write(&s, check);
     if (s.s && s.length > 0)
         line(text, word, "%s", s.s);
-    text->failed = text->failed || s.failed;
-    kmp_text_free(&s);
+    kmp_text_free_part(text, &s);
 }
 
 /* Item k of a list, without the end of its line. */

@@ -61,12 +61,10 @@ static kempe_status check_names(kempe_context *context, const char *list, part p
     for (const char *s = list; s;) {
         size_t length = strcspn(s, ",");
         if (!is_known(s, length, p)) {
-            kmp_text known = {0};
-            list_known(&known, p);
-            kempe_status status = kmp_fail(context, KEMPE_E_ARGUMENT, "unknown %s '%.*s'; available: %s", part_name[p],
-                                           (int)length, s, known.failed || !known.s ? "none" : known.s);
-            kmp_text_free(&known);
-            return status;
+            kmp_text sentence = {0};
+            kmp_text_printf(&sentence, "unknown %s '%.*s'; available: ", part_name[p], (int)length, s);
+            list_known(&sentence, p);
+            return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
         }
         s = s[length] ? s + length + 1 : NULL;
     }

@@ -66,8 +66,7 @@ static void show_instants(kmp_text *text, const kempe_comparison *c)
     if (c->system->m > 0)
         kmp_text_printf(&sentence, "; of lambda to the largest load, %.3g", s->load);
     show_wrapped(text, "errors: ", sentence.s ? sentence.s : "");
-    text->failed = text->failed || sentence.failed;
-    kmp_text_free(&sentence);
+    kmp_text_free_part(text, &sentence);
 }
 
 static void show_head(kmp_text *text, const kempe_comparison *c)
@@ -105,8 +104,7 @@ static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compar
     kmp_text name = {0};
     kmp_compare_name(&name, run->method);
     kmp_text_printf(text, "%-*s %5.0e", width, name.s ? name.s : "", run->rtol);
-    text->failed = text->failed || name.failed;
-    kmp_text_free(&name);
+    kmp_text_free_part(text, &name);
     if (run->status != KEMPE_OK) {
         show_reason(text, run, LINE - width - 9);
         return;

@@ -58,8 +58,7 @@ static void put_name(kmp_text *text, const kempe_comparison *c, const kmp_method
     kmp_text name = {0};
     kmp_compare_name(&name, method);
     kmp_text_printf(text, "%-*s", kmp_compare_name_width(c), name.s ? name.s : "");
-    text->failed = text->failed || name.failed;
-    kmp_text_free(&name);
+    kmp_text_free_part(text, &name);
 }
 
 void kmp_compare_end_line(kmp_text *text)

@@ -416,7 +416,7 @@ static void settle(maker *m, double at_end, double bound)
         describe(m, &text);
     else
         describe_nothing(m, at_end, &text);
-    c->source = kmp_sentence_keep(&c->arena, &text);
+    c->source = kmp_text_keep(&text, &c->arena);
     warn(m, at_end, bound);
     if (!c->has_reference)
         return;

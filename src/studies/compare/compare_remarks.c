@@ -14,35 +14,20 @@
 
 /* -- sentences --------------------------------------------------------------------------------------- */
 
-const char *kmp_sentence_keep(kmp_arena *arena, kmp_text *text)
-{
-    const char *kept = kmp_arena_strdup(arena, text->s ? text->s : "");
-    arena->failed = arena->failed || text->failed;
-    kmp_text_free(text);
-    return kept;
-}
-
 void kmp_sentences_take(kmp_arena *arena, kmp_sentences *list, kmp_text *text)
 {
-    const char *sentence = text->length > 0 || text->failed ? kmp_sentence_keep(arena, text) : NULL;
-    if (sentence && list->count == list->room) {
-        list->room = 2 * list->room + 8;
-        const char **grown = KMP_ARENA_NEW(arena, const char *, list->room);
-        if (grown && list->count > 0)
-            memcpy(grown, list->s, (size_t)list->count * sizeof *grown);
-        list->s = grown;
-    }
-    if (sentence && list->s)
-        list->s[list->count++] = sentence;
+    const char *sentence = text->length > 0 || text->failed ? kmp_text_keep(text, arena) : NULL;
+    const char **grown = sentence ? kmp_arena_room(arena, list->s, list->count, sizeof *grown) : NULL;
+    if (!grown)
+        return;
+    list->s = grown;
+    list->s[list->count++] = sentence;
 }
 
 void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format, ...)
 {
     kmp_text text = {0};
-    va_list arguments;
-    va_start(arguments, format);
-    kmp_text_vprintf(&text, format, arguments);
-    va_end(arguments);
+    KMP_TEXT_ARGUMENTS(&text, format);
     kmp_sentences_take(arena, list, &text);
 }
 

@@ -120,10 +120,9 @@ static void leave_out(kmp_compared *run, const char *reason)
 
 static void leave_out_spent(const grid *g, kmp_compared *run)
 {
-    kmp_text reason = {0};
-    kmp_text_printf(&reason, "omitted: the processor time of %.3g s for all runs is used up; increase --budget",
-                    g->comparison->budget_s);
-    leave_out(run, kmp_sentence_keep(&g->comparison->arena, &reason));
+    leave_out(run, kmp_arena_printf(&g->comparison->arena,
+                                    "omitted: the processor time of %.3g s for all runs is used up; increase --budget",
+                                    g->comparison->budget_s));
 }
 
 /* A method that was abandoned is so at all tighter tolerances. */
@@ -136,7 +135,7 @@ static void give_up(const grid *g, int method, int rtol, double limit_s, double 
         kmp_text_printf(&reason, ", compared with %.3g s of the fastest", fastest);
     else
         kmp_text_printf(&reason, " of the %.3g s for all runs; increase --budget", g->comparison->budget_s);
-    const char *kept = kmp_sentence_keep(&g->comparison->arena, &reason);
+    const char *kept = kmp_text_keep(&reason, &g->comparison->arena);
     for (int k = 0; k < g->comparison->rtol_count; k++)
         if (run_of(g, method, k)->rtol <= bound)
             leave_out(run_of(g, method, k), kept);

@@ -89,10 +89,8 @@ static kempe_status extend_given(kmp_compare_job *j, kmp_reference *given, const
     given->shared = c->shared;
     kmp_verdict_errors(&j->reference, c->system, given, INFINITY, off);
     if (c->has_reference && c->until >= c->t_end && off[KMP_QUANTITY_Q] <= AGREED) {
-        kmp_text source = {0};
-        kmp_text_printf(&source, "%s, which agrees to %.0e in q with the one between its rows, %s", name,
-                        off[KMP_QUANTITY_Q], c->source);
-        c->source = kmp_sentence_keep(&c->arena, &source);
+        c->source = kmp_arena_printf(&c->arena, "%s, which agrees to %.0e in q with the one between its rows, %s", name,
+                                     off[KMP_QUANTITY_Q], c->source);
         put_given(&j->reference, given);
         return KEMPE_OK;
     }

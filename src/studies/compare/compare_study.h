@@ -56,7 +56,7 @@ typedef struct kmp_tables {
 
 /** In an arena, whose failure tells of missing memory. */
 typedef struct kmp_sentences {
-    int count, room;
+    int count;
     const char **s;
 } kmp_sentences;
 
@@ -184,9 +184,6 @@ void kmp_compare_name(kmp_text *text, const kmp_method *method);
 void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 void kmp_sentences_take(kmp_arena *arena, kmp_sentences *list, kmp_text *text);
-
-/** A copy of the text in the arena, which is emptied. */
-const char *kmp_sentence_keep(kmp_arena *arena, kmp_text *text);
 
 /** True when an error is too close to the reference's own uncertainty: below ten times it. */
 bool kmp_compared_is_below(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);

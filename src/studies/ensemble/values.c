@@ -24,22 +24,13 @@ kempe_values *kmp_values_new(int columns, const char *const *names)
     return NULL;
 }
 
-/* Room for so many rows. */
-static bool reserve(kempe_values *values, int room)
-{
-    double *rows = kmp_realloc(values->rows, (size_t)room * (size_t)values->columns + 1, sizeof *rows);
-    if (!rows)
-        return false;
-    values->rows = rows;
-    values->room = room;
-    return true;
-}
-
 double *kmp_values_add(kempe_values *values)
 {
-    if (values->count == values->room &&
-        (values->room > INT_MAX / 2 || !reserve(values, values->room ? 2 * values->room : 64)))
+    size_t row = (size_t)values->columns * sizeof *values->rows;
+    double *rows = values->count < INT_MAX ? kmp_list_room(values->rows, (size_t)values->count, row) : NULL;
+    if (!rows)
         return NULL;
+    values->rows = rows;
     return values->rows + (size_t)values->count++ * (size_t)values->columns;
 }
 
@@ -90,9 +81,7 @@ static kempe_status check_names(const kempe_model *model, int columns, const cha
                 may = false;
             }
         if (!may)
-            status =
-                why.failed ? kmp_fail_memory(model->context) : kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s", why.s);
-        kmp_text_free(&why);
+            status = kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &why);
     }
     return status;
 }
@@ -107,7 +96,9 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
     KMP_TRY(check_names(model, columns, names));
     KMP_WANTED(model->context, rows || columns == 0 || count == 0, "rows");
     kempe_values *made = kmp_values_new(columns, names);
-    if (!made || !reserve(made, count)) {
+    if (made)
+        made->rows = KMP_NEW(double, (size_t)count *(size_t)columns + 1);
+    if (!made || !made->rows) {
         kempe_values_free(made);
         return kmp_fail_memory(model->context);
     }

@@ -6,7 +6,7 @@
 #include <kempe/ensemble.h>
 
 struct kempe_values {
-    int columns, count, room; /* room: for rows */
+    int columns, count;
     kmp_arena arena;
     char **name;  /* columns */
     double *rows; /* count x columns */

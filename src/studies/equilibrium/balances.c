@@ -120,12 +120,11 @@ static kempe_status name_freed(kempe_equilibrium *e)
         return KEMPE_OK;
     }
     for (int k = 0; k < e->rate_count; k++) {
-        kmp_text name = {0};
         if (e->rates[k].how != KMP_RATE_FREED)
             continue;
-        kmp_text_printf(&name, "qd(%s)", e->system->model->motions[e->rates[k].coordinate].name);
         e->freed_unit[e->freed_count] = kmp_quantity_unit(e->system, KMP_QUANTITY_QD, e->rates[k].coordinate);
-        e->freed_name[e->freed_count++] = kmp_text_keep(&name, &e->arena);
+        e->freed_name[e->freed_count++] =
+            kmp_arena_printf(&e->arena, "qd(%s)", e->system->model->motions[e->rates[k].coordinate].name);
     }
     return e->arena.failed ? kmp_fail_memory(e->system->context) : KEMPE_OK;
 }

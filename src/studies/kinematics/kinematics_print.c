@@ -216,10 +216,7 @@ static void json_left_out(kmp_json *j, const kempe_model *model)
         if (!is_left_out(model, o))
             continue;
         kmp_output_print(&name, model, &model->outputs[o]);
-        if (name.failed)
-            j->text->failed = true;
-        kmp_json_string(j, NULL, name.s);
-        kmp_text_free(&name);
+        kmp_json_text(j, NULL, &name);
     }
     kmp_json_end(j);
 }

@@ -79,9 +79,7 @@ static char *unit_of_load(kmp_arena *arena, const kempe_model *model, const kmp_
 /* In the arena; NULL: no memory. */
 static char *name_of_load(kmp_channels *c, const kmp_requested_input *input, int order)
 {
-    kmp_text name = {0};
-    kmp_text_printf(&name, "%s%s", input->name, kmp_derivative_ends[order]);
-    return kmp_text_keep(&name, &c->arena);
+    return kmp_arena_printf(&c->arena, "%s%s", input->name, kmp_derivative_ends[order]);
 }
 
 static bool name_loads(kmp_channels *c)

@@ -255,9 +255,7 @@ static void json_mode(kmp_json *j, const kempe_modes *m, int c)
         kmp_modes_put_along(&along, m, c);
     else
         kmp_modes_put_movers(&along, m, c);
-    kmp_json_string(j, "moves", along.s ? along.s : "");
-    j->text->failed = j->text->failed || along.failed;
-    kmp_text_free(&along);
+    kmp_json_text(j, "moves", &along);
     kmp_json_object(j, "shape");
     for (int k = 0; k < m->modes.n; k++)
         json_pair(j, name_of(m, k), re[k], im[k]);
@@ -315,8 +313,7 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json_put(&j, "zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
     kmp_modes_put_verdict(&verdict, m);
     kmp_json_string(&j, "reasons", verdict.s);
-    text->failed = text->failed || verdict.failed;
-    kmp_text_free(&verdict);
+    kmp_text_free_part(text, &verdict);
     kmp_json_array(&j, "modes");
     for (int c = 0; c < s->count; c++)
         if (c < s->still || (c >= s->zeros && s->im[c] >= 0))

@@ -45,11 +45,9 @@ static kempe_status give_reason(kempe_modes *m)
 {
     kempe_context *context = m->system->context;
     const kmp_locus *l = &m->locus;
-    kmp_text reason = {0};
-    kmp_text_printf(&reason, "'%s' was swept from %g to %g: %s", m->name, l->value[0],
-                    l->value[l->reached > 0 ? l->reached - 1 : 0],
-                    kmp_interrupted(context) ? "interrupted" : kempe_context_message(context));
-    m->reason = kmp_text_keep(&reason, &m->arena);
+    m->reason = kmp_arena_printf(&m->arena, "'%s' was swept from %g to %g: %s", m->name, l->value[0],
+                                 l->value[l->reached > 0 ? l->reached - 1 : 0],
+                                 kmp_interrupted(context) ? "interrupted" : kempe_context_message(context));
     return m->reason ? KEMPE_STOPPED : kmp_fail_memory(context);
 }
 
@@ -101,9 +99,7 @@ static kempe_status sweep(kempe_modes *m, const kmp_operating_family_options *op
     if (count < 2 || count > MOST_VALUES || range->from == range->to)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "a sweep needs two ends and 2 to %d values, as in '%s=1:2:61'",
                         MOST_VALUES, range->name);
-    kmp_text name = {0};
-    kmp_text_printf(&name, "%s%s", options->varies ? "qd." : "", range->name);
-    m->name = kmp_text_keep(&name, &m->arena);
+    m->name = kmp_arena_printf(&m->arena, "%s%s", options->varies ? "qd." : "", range->name);
     double *values = KMP_ARENA_NEW(&m->arena, double, count);
     KMP_TRY(kmp_made(context, !m->arena.failed));
     for (int k = 0; k < count; k++)

@@ -80,8 +80,7 @@ static void draw_name(kmp_text *text, const kempe_response *r, int pair, double 
     kmp_response_put_unit(&unit, r, input, kmp_response_shown(r, output).unit, ", ", " / ");
     kmp_picture_entry(text, LEFT, y, "curve", kmp_plot_colour(pair), "%s / %s%s%s", kmp_response_output(r, output),
                       kmp_response_input(r, input), unit.s ? unit.s : "", zero ? ": zero" : "");
-    text->failed = text->failed || unit.failed;
-    kmp_text_free(&unit);
+    kmp_text_free_part(text, &unit);
 }
 
 /* -- the picture ------------------------------------------------------------------------------------- */

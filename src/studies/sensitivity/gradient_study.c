@@ -166,10 +166,7 @@ static kempe_status report_end(kempe_gradient *g, double done)
     kmp_text_put(&sentence, g->count ? ", parameters likewise; there the driven coordinates no longer determine the "
                                        "others: use other lengths, or drive another coordinate"
                                      : "; there the driven coordinates no longer determine the others");
-    kempe_status status =
-        sentence.failed ? kmp_fail_memory(g->context) : kmp_fail(g->context, KEMPE_E_FAILED, "%s", sentence.s);
-    kmp_text_free(&sentence);
-    return status;
+    return kmp_fail_text(g->context, KEMPE_E_FAILED, &sentence);
 }
 
 /* -- values ------------------------------------------------------------------------------------------ */
@@ -232,7 +229,7 @@ kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values)
     if (status == KEMPE_OK)
         memcpy(gradient->wanted, values, (size_t)gradient->count * sizeof *values);
     else if (status == KEMPE_E_INPUT)
-        status = kmp_fail(gradient->context, status, "%s", why.s);
+        status = kmp_fail_text(gradient->context, status, &why);
     kmp_text_free(&why);
     (void)kmp_variant_set(gradient->variant, gradient->value + gradient->driven, &why); /* the path begins there */
     kmp_text_free(&why);
@@ -305,17 +302,13 @@ static bool name_values(kempe_gradient *g)
 static kempe_status report_freedoms(const kempe_gradient *g)
 {
     const kmp_partition *part = &g->linear.part;
-    kmp_text others = {0};
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "the mechanism has %d degree%s of freedom, and %d coordinate%s driven: %s", part->p,
+                    part->p == 1 ? "" : "s", g->driven, g->driven == 1 ? " is" : "s are", part->p ? "" : "none");
     for (int k = 0; k < part->p; k++)
-        kmp_text_printf(&others, "%s'%s'", k ? ", " : "", g->system->model->motions[part->u[k]].name);
-    kempe_status status =
-        others.failed ? kmp_fail_memory(g->context)
-                      : kmp_fail(g->context, KEMPE_E_FAILED,
-                                 "the mechanism has %d degree%s of freedom, and %d coordinate%s driven: %s would do",
-                                 part->p, part->p == 1 ? "" : "s", g->driven, g->driven == 1 ? " is" : "s are",
-                                 part->p ? others.s : "none");
-    kmp_text_free(&others);
-    return status;
+        kmp_text_printf(&sentence, "%s'%s'", k ? ", " : "", g->system->model->motions[part->u[k]].name);
+    kmp_text_put(&sentence, " would do");
+    return kmp_fail_text(g->context, KEMPE_E_FAILED, &sentence);
 }
 
 /* Takes the model as read: assembled, with the driven coordinates as u. */

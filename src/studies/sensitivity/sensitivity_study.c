@@ -22,19 +22,16 @@ enum { KINDS = sizeof kinds / sizeof *kinds };
 static kempe_status find_kind(kempe_sensitivity *s)
 {
     const char *word = s->options->of ? s->options->of : kinds[0]->name;
-    kmp_text names = {0};
-    for (int k = 0; k < KINDS; k++) {
+    kmp_text sentence = {0};
+    for (int k = 0; k < KINDS; k++)
         if (strcmp(kinds[k]->name, word) == 0) {
             s->kind = kinds[k];
-            kmp_text_free(&names);
             return KEMPE_OK;
         }
-        kmp_text_printf(&names, "%s%s", k ? ", " : "", kinds[k]->name);
-    }
-    kempe_status status = kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' are unknown; available: %s",
-                                   word, names.s ? names.s : "");
-    kmp_text_free(&names);
-    return status;
+    kmp_text_printf(&sentence, "sensitivities of '%s' are unknown; available: ", word);
+    for (int k = 0; k < KINDS; k++)
+        kmp_text_printf(&sentence, "%s%s", k ? ", " : "", kinds[k]->name);
+    return kmp_fail_text(s->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
 static kempe_status check_method(const kempe_sensitivity *s)
@@ -58,9 +55,7 @@ static kempe_status check_method(const kempe_sensitivity *s)
 
 static void add_name(kempe_sensitivity *s, const char *name, size_t length)
 {
-    kmp_text text = {0};
-    kmp_text_printf(&text, "%.*s", (int)length, name);
-    s->name[s->count++] = kmp_text_keep(&text, &s->arena);
+    s->name[s->count++] = kmp_arena_printf(&s->arena, "%.*s", (int)length, name);
 }
 
 /* All plain numbers among the parameters that may vary. */
@@ -246,16 +241,12 @@ void kmp_sensitivity_fill(const kempe_sensitivity *s, const kmp_sensitivity_sour
 
 double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at)
 {
-    if (s->rows == s->room) {
-        size_t room = 2 * (size_t)s->room + 16;
-        double *times = kmp_realloc(s->at, room, sizeof *times);
-        s->at = times ? times : s->at;
-        double *cell = kmp_realloc(s->cell, room * kmp_sensitivity_width(s), sizeof *cell);
-        s->cell = cell ? cell : s->cell;
-        if (!times || !cell)
-            return NULL;
-        s->room = (int)room;
-    }
+    double *times = kmp_list_room(s->at, (size_t)s->rows, sizeof *times);
+    s->at = times ? times : s->at;
+    double *cell = kmp_list_room(s->cell, (size_t)s->rows, kmp_sensitivity_width(s) * sizeof *cell);
+    s->cell = cell ? cell : s->cell;
+    if (!times || !cell)
+        return NULL;
     s->at[s->rows] = at;
     return s->cell + (size_t)s->rows++ * kmp_sensitivity_width(s);
 }

@@ -29,7 +29,7 @@ struct kempe_sensitivity {
     int *chosen;              /* columns: the requested ones of them */
     int columns;
     char **column, **unit;
-    int rows, room;
+    int rows;
     double *at, *cell; /* rows; rows of kmp_sensitivity_width: a value per column, then count derivatives per column */
     kempe_status status;
     char *reason;   /* "" when ok */

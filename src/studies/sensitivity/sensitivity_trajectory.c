@@ -54,15 +54,12 @@ static kempe_status choose_integrator(work *w, kempe_run_options *run)
     kind = kmp_solver_find(run->integrator);
     if (kind && carries(kind))
         return KEMPE_OK;
-    kmp_text names = {0};
-    for (int k = 0; kmp_solver_get(k); k++)
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "integrator '%s' does not support sensitivities; available:", run->integrator);
+    for (int k = 0, named = 0; kmp_solver_get(k); k++)
         if (carries(kmp_solver_get(k)))
-            kmp_text_printf(&names, "%s%s", names.length ? ", " : "", kmp_solver_get(k)->name);
-    kempe_status status =
-        kmp_fail(s->context, KEMPE_E_ARGUMENT, "integrator '%s' does not support sensitivities; available: %s",
-                 run->integrator, names.s ? names.s : "");
-    kmp_text_free(&names);
-    return status;
+            kmp_text_printf(&sentence, "%s %s", named++ ? "," : "", kmp_solver_get(k)->name);
+    return kmp_fail_text(s->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
 static kempe_status choose_run(work *w)

@@ -121,8 +121,7 @@ static void show_unused(kmp_text *text, const kempe_model *model)
     kmp_print_unused(&names, model);
     if (names.length > 0)
         kmp_text_printf(text, "unused    parameters without any effect on the model: %s\n", names.s);
-    text->failed = text->failed || names.failed;
-    kmp_text_free(&names);
+    kmp_text_free_part(text, &names);
 }
 
 static const char *again_name(const kempe_trajectory *t)

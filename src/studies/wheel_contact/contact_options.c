@@ -82,21 +82,22 @@ static kempe_status read_hold(kempe_contacts *t, const char *words)
 
 static kempe_status read_law(kempe_contacts *t, const char *word)
 {
-    kmp_text all = {0};
+    kmp_text sentence = {0};
     const char *name;
     for (int law = KEMPE_CREEP_NONE; word && (name = kempe_contact_law_name((kempe_creep_law)law)) != NULL; law++) {
         if (strcmp(name, word) == 0) {
             t->has_law = true;
             t->law = (kempe_creep_law)law;
         }
-        kmp_text_printf(&all, "%s%s", all.s ? ", " : "", name);
+        if (law == KEMPE_CREEP_NONE)
+            kmp_text_printf(&sentence, "unknown creep law '%s'; available: %s", word, name);
+        else
+            kmp_text_printf(&sentence, ", %s", name);
     }
-    kempe_status status = !word || t->has_law
-                              ? KEMPE_OK
-                              : kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "unknown creep law '%s'; available: %s", word,
-                                         all.s ? all.s : "");
-    kmp_text_free(&all);
-    return status;
+    if (word && !t->has_law)
+        return kmp_fail_text(context_of(t), KEMPE_E_ARGUMENT, &sentence);
+    kmp_text_free(&sentence);
+    return KEMPE_OK;
 }
 
 kempe_status kmp_contact_request(kempe_contacts *t, const kempe_contact_options *options)

@@ -232,13 +232,11 @@ static kempe_status take_row(job *j)
 static kempe_status give_reason(job *j, kempe_status status)
 {
     kempe_contacts *t = j->t;
-    kmp_text reason = {0};
     if (t->count == 0 || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
         return status;
-    kmp_text_printf(&reason, "'%s' was swept from %g to %g: %s", t->over.range[0].name, t->value[0],
-                    t->value[t->count - 1],
-                    status == KEMPE_STOPPED ? "interrupted" : kempe_context_message(context_of(j)));
-    t->reason = kmp_text_keep(&reason, &t->arena);
+    t->reason = kmp_arena_printf(&t->arena, "'%s' was swept from %g to %g: %s", t->over.range[0].name, t->value[0],
+                                 t->value[t->count - 1],
+                                 status == KEMPE_STOPPED ? "interrupted" : kempe_context_message(context_of(j)));
     return t->reason ? KEMPE_STOPPED : kmp_fail_memory(context_of(j));
 }
 

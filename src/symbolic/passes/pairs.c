@@ -31,10 +31,10 @@ typedef struct sharing {
     int item_count;
     pair *pairs;
     uint32_t *table, table_size; /* 1 + number of a pair, 0: free */
-    int pair_count, pair_room;
+    int pair_count;
     int *member;
     kmp_ref (*made)[2]; /* operands of pairs that were made */
-    uint32_t made_count, made_room;
+    uint32_t made_count;
     bool failed;
 } sharing;
 
@@ -110,14 +110,10 @@ static pair *find(sharing *s, kmp_ref a, kmp_ref b)
         if (p->a == a && p->b == b)
             return p;
     }
-    if (s->pair_count == s->pair_room) {
-        int room = s->pair_room ? 2 * s->pair_room : 512;
-        pair *pairs = kmp_realloc(s->pairs, (size_t)room, sizeof *pairs);
-        if (!pairs)
-            return NULL;
-        s->pairs = pairs;
-        s->pair_room = room;
-    }
+    pair *pairs = kmp_list_room(s->pairs, (size_t)s->pair_count, sizeof *pairs);
+    if (!pairs)
+        return NULL;
+    s->pairs = pairs;
     s->table[k] = (uint32_t)s->pair_count + 1;
     s->pairs[s->pair_count] = (pair){a, b, 0, 0, 0};
     return &s->pairs[s->pair_count++];
@@ -183,14 +179,10 @@ static bool stands(const sharing *s, const list *l, const pair *p, int at[2], km
 
 static bool make(sharing *s, pair *p)
 {
-    if (s->made_count == s->made_room) {
-        uint32_t room = s->made_room ? 2 * s->made_room : 128;
-        kmp_ref(*made)[2] = kmp_realloc(s->made, room, sizeof *made);
-        if (!made)
-            return false;
-        s->made = made;
-        s->made_room = room;
-    }
+    kmp_ref(*made)[2] = kmp_list_room(s->made, s->made_count, sizeof *made);
+    if (!made)
+        return false;
+    s->made = made;
     s->made[s->made_count][0] = p->a;
     s->made[s->made_count][1] = p->b;
     p->made = s->r.count + s->made_count++;
