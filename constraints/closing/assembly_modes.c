@@ -317,20 +317,14 @@ const kmp_loop_block *kmp_mode_watch_next(kmp_mode_watch *w, const double *q)
 kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches)
 {
     KMP_WANTED_BOTH(system, branches);
-    kempe_branches *b = KMP_NEW(kempe_branches, 1);
     kmp_context_begin(system->context);
-    KMP_TRY(kmp_made(system->context, b));
+    KMP_MAKE(system->context, kempe_branches, b);
     b->system = system;
     kempe_status status = kempe_assembly_new(system, &b->assembly);
     if (status == KEMPE_OK)
         status = find(b, seed);
     b->warnings = kmp_context_warnings(system->context);
-    if (status != KEMPE_OK) {
-        kempe_branches_free(b);
-        return status;
-    }
-    *branches = b;
-    return KEMPE_OK;
+    return KMP_GIVE_OR_FREE(status, branches, b, kempe_branches_free);
 }
 
 void kempe_branches_free(kempe_branches *branches)

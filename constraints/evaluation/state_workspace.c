@@ -87,10 +87,8 @@ static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a);
 
 kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, workspace, "workspace");
-    kempe_workspace *ws = KMP_NEW(kempe_workspace, 1);
-    KMP_TRY(kmp_made(system->context, ws));
+    KMP_WANTED_BOTH(system, workspace);
+    KMP_MAKE(system->context, kempe_workspace, ws);
     ws->system = system;
     ws->n = system->n;
     ws->m = system->m;

@@ -73,8 +73,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     kempe_assembly *own = NULL;
     kempe_status status = KEMPE_OK;
     unsigned long memory_failures = kmp_memory_failures();
-    kmp_runner *run = KMP_NEW(kmp_runner, 1);
-    KMP_TRY(kmp_made(system->context, run));
+    KMP_MAKE(system->context, kmp_runner, run);
     run->memory_failures = memory_failures;
     run->s = system;
     run->spec = *spec;

@@ -323,12 +323,7 @@ kempe_status kmp_slopes_new(const kempe_system *system, const char *backend, int
     KMP_MAKE(system->context, kmp_slopes, s);
     *s = (kmp_slopes){.system = system, .n = system->n, .m = system->m, .count = count};
     kempe_status status = fill(s, backend, names, with_outputs);
-    if (status != KEMPE_OK) {
-        kmp_slopes_free(s);
-        return status;
-    }
-    *slopes = s;
-    return KEMPE_OK;
+    return KMP_GIVE_OR_FREE(status, slopes, s, kmp_slopes_free);
 }
 
 static void free_matrix(kmp_slope_matrix *x)

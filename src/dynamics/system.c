@@ -363,13 +363,8 @@ static kempe_status new_system(const kempe_model *model, kmp_dynamics dynamics, 
     KMP_TRY(kmp_made(model->context, s));
     s->dynamics = dynamics;
     kempe_status status = derive(s, closures);
-    if (status != KEMPE_OK) {
-        kempe_system_free(s);
-        return status;
-    }
     s->build_s = kmp_cpu_now() - begin;
-    *system = s;
-    return KEMPE_OK;
+    return KMP_GIVE_OR_FREE(status, system, s, kempe_system_free);
 }
 
 kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system)

@@ -37,20 +37,14 @@ struct kempe_batch {
 
 kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *values, kempe_ensemble **ensemble)
 {
-    KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, values, "values");
+    KMP_WANTED_BOTH(model, values);
     KMP_WANTED(model->context, ensemble, "ensemble");
     kmp_context_clear(model->context);
-    kempe_ensemble *e = KMP_NEW(kempe_ensemble, 1);
-    KMP_TRY(kmp_made(model->context, e));
+    KMP_MAKE(model->context, kempe_ensemble, e);
     e->values = values;
     e->model = model;
     kempe_status status = kmp_ensemble_new(model, values->columns, (const char *const *)values->name, &e->inner);
-    if (status == KEMPE_OK)
-        *ensemble = e;
-    else
-        kempe_ensemble_free(e);
-    return status;
+    return KMP_GIVE_OR_FREE(status, ensemble, e, kempe_ensemble_free);
 }
 
 void kempe_ensemble_free(kempe_ensemble *ensemble)

@@ -178,22 +178,17 @@ static kempe_status make(kempe_outputs *o, const char *words)
 
 kempe_status kempe_outputs_new(const kempe_system *system, const char *words, kempe_outputs **outputs)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, words, "words");
+    KMP_WANTED_BOTH(system, words);
     KMP_WANTED(system->context, outputs, "outputs");
     kmp_context_begin(system->context);
-    kempe_outputs *o = KMP_NEW(kempe_outputs, 1);
-    KMP_TRY(kmp_made(system->context, o));
+    KMP_MAKE(system->context, kempe_outputs, o);
     o->system = system;
     o->n = system->n;
     o->m = system->m;
     kempe_status status = make(o, words);
-    if (status == KEMPE_OK) {
-        *outputs = o;
-        return status;
-    }
-    kempe_outputs_free(o);
-    return status == KEMPE_E_MEMORY ? kmp_fail_memory(system->context) : status;
+    if (status == KEMPE_E_MEMORY)
+        (void)kmp_fail_memory(system->context);
+    return KMP_GIVE_OR_FREE(status, outputs, o, kempe_outputs_free);
 }
 
 void kempe_outputs_free(kempe_outputs *o)

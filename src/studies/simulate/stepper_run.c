@@ -59,22 +59,16 @@ static kempe_status begin(kempe_stepper *s)
 
 kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_options *run, kempe_stepper **stepper)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, stepper, "stepper");
+    KMP_WANTED_BOTH(system, stepper);
     KMP_OPTIONS(system->context, kempe_run_options, run);
     kmp_context_begin(system->context);
-    kempe_stepper *s = KMP_NEW(kempe_stepper, 1);
-    KMP_TRY(kmp_made(system->context, s));
+    KMP_MAKE(system->context, kempe_stepper, s);
     s->system = system;
     kempe_status status = kmp_spec_of(system, run, &s->arena, &s->spec);
     s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* monitored by the caller; t_end is far */
     if (status == KEMPE_OK)
         status = begin(s);
-    if (status == KEMPE_OK)
-        *stepper = s;
-    else
-        kempe_stepper_free(s);
-    return status;
+    return KMP_GIVE_OR_FREE(status, stepper, s, kempe_stepper_free);
 }
 
 void kempe_stepper_free(kempe_stepper *stepper)

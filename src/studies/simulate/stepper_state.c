@@ -146,11 +146,7 @@ kempe_status kempe_stepper_save(kempe_stepper *s, kempe_stepper_state **state)
     KMP_TRY(kmp_made(s->system->context, made));
     record(s, made);
     kempe_status status = run_from(s, made);
-    if (status == KEMPE_OK)
-        *state = made;
-    else
-        kempe_stepper_state_free(made);
-    return status;
+    return KMP_GIVE_OR_FREE(status, state, made, kempe_stepper_state_free);
 }
 
 kempe_status kempe_stepper_restore(kempe_stepper *s, const kempe_stepper_state *state)
@@ -199,11 +195,7 @@ kempe_status kempe_stepper_copy(kempe_stepper *s, kempe_stepper **copy)
     if (status == KEMPE_OK && state)
         status = run_from(made, state);
     kempe_stepper_state_free(state);
-    if (status == KEMPE_OK)
-        *copy = made;
-    else
-        kempe_stepper_free(made);
-    return status;
+    return KMP_GIVE_OR_FREE(status, copy, made, kempe_stepper_free);
 }
 
 /* -- another state ------------------------------------------------------------------------------------- */

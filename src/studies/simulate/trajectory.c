@@ -403,8 +403,7 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
 
 kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options *options, kempe_trajectory **trajectory)
 {
-    KMP_WANTED(NULL, system, "system");
-    KMP_WANTED(system->context, trajectory, "trajectory");
+    KMP_WANTED_BOTH(system, trajectory);
     KMP_OPTIONS(system->context, kempe_run_options, options);
     job j = {.system = system, .context = system->context, .run = options};
     kmp_context_begin(j.context);

@@ -260,9 +260,8 @@ kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_
     KMP_WANTED_BOTH(system, table);
     KMP_OPTIONS(system->context, kempe_contact_options, options);
     double begun = kmp_cpu_now();
-    kempe_contacts *t = KMP_NEW(kempe_contacts, 1);
     kmp_context_begin(system->context);
-    KMP_TRY(kmp_made(system->context, t));
+    KMP_MAKE(system->context, kempe_contacts, t);
     t->given = system;
     job j = {.t = t};
     kempe_status status = kmp_contact_request(t, options);
