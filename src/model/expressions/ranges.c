@@ -155,16 +155,13 @@ kempe_status kmp_range_fits(kempe_context *context, const char *what, const kmp_
 {
     if (kmp_dimension_fits(range->dimension, wanted))
         return KEMPE_OK;
-    kmp_text have = {0}, want = {0};
-    kmp_dimension_print(&have, range->dimension);
-    kmp_dimension_print(&want, wanted);
-    kempe_status status = have.failed || want.failed
-                              ? kmp_fail_memory(context)
-                              : kmp_fail(context, KEMPE_E_ARGUMENT, "%s: '%s': %s is given, but %s is expected", what,
-                                         range->name, have.s, want.s);
-    kmp_text_free(&have);
-    kmp_text_free(&want);
-    return status;
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "%s: '%s': ", what, range->name);
+    kmp_dimension_print(&sentence, range->dimension);
+    kmp_text_put(&sentence, " is given, but ");
+    kmp_dimension_print(&sentence, wanted);
+    kmp_text_put(&sentence, " is expected");
+    return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
 }
 
 kempe_status kmp_range_fits_motion(kempe_context *context, const char *what, const kmp_range *range, bool rotation,

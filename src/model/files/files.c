@@ -111,16 +111,12 @@ static kempe_status say_again(kmp_reader *r, const complaint *c)
 static kempe_status say_rest(kmp_reader *r, const complaint *last, int rest)
 {
     const char *file = last->file >= 0 ? r->model->files[last->file] : r->file;
-    kmp_text place = {0};
-    kmp_text_put(&place, file);
+    kmp_text sentence = {0};
+    kmp_text_put(&sentence, file);
     if (last->line > 0)
-        kmp_text_printf(&place, ":%d:%d", last->line, last->column);
-    kempe_status status =
-        place.failed ? KEMPE_E_MEMORY
-                     : kmp_fail(r->context, KEMPE_E_INPUT, "%s: at least %d more errors: the first %d are listed",
-                                place.s, rest, KMP_MOST_COMPLAINTS);
-    kmp_text_free(&place);
-    return status;
+        kmp_text_printf(&sentence, ":%d:%d", last->line, last->column);
+    kmp_text_printf(&sentence, ": at least %d more errors: the first %d are listed", rest, KMP_MOST_COMPLAINTS);
+    return kmp_fail_text(r->context, KEMPE_E_INPUT, &sentence);
 }
 
 kempe_status kmp_reader_sort_complaints(kmp_reader *r)

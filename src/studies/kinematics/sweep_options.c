@@ -34,17 +34,15 @@ static int find_drive(const kempe_model *model, const char *name)
 static kempe_status refuse_name(const kempe_model *model, const char *name, bool coordinates, const char *word)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
-    kmp_text hint = {0};
+    kmp_text sentence = {0};
     for (int k = 0; coordinates && k < model->motion_count; k++)
         kmp_nearest_offer(&nearest, model->motions[k].name);
     for (int c = 0; c < model->closure_count; c++)
         if (kmp_closure_is_drive(&model->closures[c]))
             kmp_nearest_offer(&nearest, model->closures[c].name);
-    kmp_nearest_suggest(&nearest, &hint);
-    kempe_status status = kmp_fail(model->context, KEMPE_E_ARGUMENT, "'%s' is not a %s of '%s'%s%s", name, word,
-                                   model->name, coordinates ? ", and not t" : "", hint.s ? hint.s : "");
-    kmp_text_free(&hint);
-    return status;
+    kmp_text_printf(&sentence, "'%s' is not a %s of '%s'%s", name, word, model->name, coordinates ? ", and not t" : "");
+    kmp_nearest_suggest(&nearest, &sentence);
+    return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
 /* The coordinate of a name, which may be that of its drive; -1: the time. */
