@@ -14,7 +14,6 @@ import contextlib
 import csv
 import json
 import math
-import os
 import pathlib
 import re
 import struct
@@ -23,7 +22,7 @@ import unittest
 import xml.etree.ElementTree
 
 import report_pages
-from report_pages import ROOT, Page, browse, check_by_itself, kempe
+from report_pages import ROOT, Page, browse, check_by_itself, kempe, sampled
 
 DESKTOP, TELEPHONE, DARK = [], ["--window-size=390,800"], ["--blink-settings=preferredColorScheme=0"]
 
@@ -40,13 +39,6 @@ EXAMPLES = {
     "n_four_bar": ("examples/n_four_bar/n_four_bar.yaml", ["--t-end", "1"], DARK),
     "driven_slider_crank": ("examples/driven_slider_crank/driven_slider_crank.yaml", ["--angle-unit", "deg"], DESKTOP),
 }
-
-
-
-def sampled(cases):
-    """All cases of a full check, otherwise every fourth one: desktop, telephone and dark."""
-    return cases if "KEMPE_FULL" in os.environ else dict(list(cases.items())[::4])
-
 
 # The rocker of the four-bar is driven beyond its dead centre.
 LOCK = ((ROOT / "examples/four_bar/four_bar.yaml").read_text().replace("qd: {crank: 20}", "qd: {}")
@@ -113,7 +105,7 @@ class Case(report_pages.Folder):
 
 class Simulations(Case):
     def test_examples(self):
-        for name, (model, options, browser) in sampled(EXAMPLES).items():
+        for name, (model, options, browser) in sampled(EXAMPLES, 4).items():
             with self.subTest(name):
                 drawn, data = self.open(self.make("simulate", model, *options, name=name), *browser)
                 self.check_drawn(drawn, data)
