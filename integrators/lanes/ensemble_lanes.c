@@ -48,7 +48,7 @@ static void put_inputs(kmp_ensemble *e)
     }
 }
 
-/* The end of the steps of an instance for now. */
+/* Time that the next steps of an instance do not go beyond: the end of the run, or the next jump of an input. */
 static double limit_of(const kmp_ensemble *e, const kmp_instance *x)
 {
     return fmin(e->spec.t_end, kmp_present_inputs_until(&x->inputs));

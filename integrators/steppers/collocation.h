@@ -19,7 +19,7 @@ typedef enum kmp_iteration {
     KMP_ITERATIONS
 } kmp_iteration;
 
-/* What distinguishes integrators with this code. */
+/* Parameters of an integrator of this family: radau, radau5, radau9. */
 typedef struct kmp_collocation_method {
     int stages;             /* 0: as many as the lanes of the ODE have room for */
     kmp_iteration cheapest; /* that is tried */

@@ -12,6 +12,19 @@ from .context import string
 from .result import Result
 
 
+class MatrixOf:
+    """An attribute of a linearization: one of its matrices."""
+
+    def __init__(self, doc: str) -> None:
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type[Linearization], name: str) -> None:
+        self.name = name
+
+    def __get__(self, linearization: Linearization | None, owner: type[Linearization]) -> Array:
+        return self if linearization is None else linearization.matrix(self.name)  # type: ignore[return-value]
+
+
 class Linearization(Result):
     """xd = A x + B w, y = C x + D w with x = (du, dud); M dudd + G dud + K du + L w = 0, dq = N du, dqd = N dud + Nd du.
 
@@ -26,45 +39,16 @@ class Linearization(Result):
         values = lib.kempe_linearization_matrix(self._pointer, number, rows, columns)
         return view(values, (rows[0], columns[0]), self._pointer, "F")
 
-    @property
-    def A(self) -> Array:
-        return self.matrix("A")
-
-    @property
-    def B(self) -> Array:
-        return self.matrix("B")
-
-    @property
-    def C(self) -> Array:
-        return self.matrix("C")
-
-    @property
-    def D(self) -> Array:
-        return self.matrix("D")
-
-    @property
-    def M(self) -> Array:
-        return self.matrix("M")
-
-    @property
-    def G(self) -> Array:
-        return self.matrix("G")
-
-    @property
-    def K(self) -> Array:
-        return self.matrix("K")
-
-    @property
-    def L(self) -> Array:
-        return self.matrix("L")
-
-    @property
-    def N(self) -> Array:
-        return self.matrix("N")
-
-    @property
-    def Nd(self) -> Array:
-        return self.matrix("Nd")
+    A = MatrixOf("Of the states (2p x 2p).")
+    B = MatrixOf("Of the inputs on the rates of the states.")
+    C = MatrixOf("Of the states on the outputs.")
+    D = MatrixOf("Of the inputs on the outputs.")
+    M = MatrixOf("Mass of the independent coordinates (p x p).")
+    G = MatrixOf("Damping and gyroscopic terms (p x p).")
+    K = MatrixOf("Stiffness (p x p).")
+    L = MatrixOf("Of the inputs on the equations of motion.")
+    N = MatrixOf("Coordinates by independent ones (n x p).")
+    Nd = MatrixOf("Rate of N along the motion (n x p).")
 
     def _channel(self, name: str) -> dict[str, str]:
         channel, p = getattr(lib, f"KEMPE_CHANNEL_{name}"), self._pointer

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outputs by handle are the columns of a result; their Jacobians agree with differences, with open and with closed
  * loops, on examples; at dead centres they are refused by name. */
+#include "four_bar_text.h"
 #include "loaded.h"
 #include <kempe/check.h>
 #include <kempe/output_handles.h>
@@ -202,15 +203,7 @@ static void columns(void)
 {
     static const char text[] =
         "kempe: 1\ngravity: [0, -9.81, 0]\n"
-        "inputs: {u: {unit: N*m, t: [0, 0.3, 0.6], value: [0.2, 3, -1], method: hold}}\n"
-        "ground: {points: {B: [1, 0, 0]}}\nbodies:\n"
-        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.15, 0, 0], inertia: {zz: 0.01}, "
-        "points: {P: [0.3, 0, 0]}}\n"
-        "  coupler: {joint: {name: C, revolute: z, at: crank.P}, mass: 1, com: [0.45, 0, 0], inertia: {zz: 0.1}, "
-        "points: {Q: [0.9, 0, 0]}}\n"
-        "  rocker: {joint: {name: R, revolute: z, at: ground.B}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.05}, "
-        "points: {Q: [0.6, 0, 0]}}\n"
-        "loops: {q: {ball: [coupler.Q, rocker.Q]}}\n"
+        "inputs: {u: {unit: N*m, t: [0, 0.3, 0.6], value: [0.2, 3, -1], method: hold}}\n" FOUR_BAR_TEXT
         "forces: {motor: {joint: A, torque: u - 0.3*qd(A)}, spring: {spring: [ground.B, crank.P], stiffness: 20, "
         "free_length: 0.5}}\n"
         "sensors: {power: \"u*qd(A)\"}\n"

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* States of a stepper are set, saved, restored and copied to the bit; parameters change, and stops are met. */
+#include "four_bar_text.h"
 #include "sampled.h"
 
 static void check_equal(const kempe_stepper *a, const kempe_stepper *b, int n)
@@ -12,15 +13,7 @@ static void check_equal(const kempe_stepper *a, const kempe_stepper *b, int n)
 
 /* A four-bar whose coordinates are exchanged as it turns, with a torque that switches. */
 static const char switching[] =
-    "kempe: 1\ngravity: [0, -9.81, 0]\ninputs: {u: {default: 0.2, unit: N*m}}\n"
-    "ground: {points: {B: [1, 0, 0]}}\nbodies:\n"
-    "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.15, 0, 0], inertia: {zz: 0.01}, "
-    "points: {P: [0.3, 0, 0]}}\n"
-    "  coupler: {joint: {name: C, revolute: z, at: crank.P}, mass: 1, com: [0.45, 0, 0], inertia: {zz: 0.1}, "
-    "points: {Q: [0.9, 0, 0]}}\n"
-    "  rocker: {joint: {name: R, revolute: z, at: ground.B}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.05}, "
-    "points: {Q: [0.6, 0, 0]}}\n"
-    "loops: {q: {ball: [coupler.Q, rocker.Q]}}\n"
+    "kempe: 1\ngravity: [0, -9.81, 0]\ninputs: {u: {default: 0.2, unit: N*m}}\n" FOUR_BAR_TEXT
     "forces: {motor: {joint: A, torque: \"if(sin(q(A)) > 0, 3 + u, u - 1) - 0.3*qd(A)\"}}\n"
     "start: {q: {A: 0.5, C: 0.5, R: 1.5}, qd: {A: 6}}\n";
 

@@ -285,7 +285,8 @@ static int sides_block(kmp_graph *g)
     return kmp_graph_add_implicit(g, kmp_implicit_new_among(l, 2, 4, residual, guess, 2, candidate, merit));
 }
 
-/* Values, derivatives against differences, the same bits after bytes; no candidate is one that is no number. */
+/* Checks values, derivatives against differences, and equal bits of a program that was written and read as bytes. An
+ * input that is no number gives NaN. */
 static void test_sides(void)
 {
     kmp_graph *g = kmp_graph_new();

@@ -166,7 +166,7 @@ static void add_cross(double *to, const double *a, const double *b)
         to[k] += a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
 
-/* What gravity and a force at other.P say of the rates of P and of L about the origin and about the centre of mass:
+/* Rates of the momentum P, and of L about the origin and about the centre of mass, by gravity and the force at other.P;
  * `centre` is sum m c / sum m. */
 static void loads_of(const double *place, double *rate)
 {

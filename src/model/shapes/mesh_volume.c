@@ -46,7 +46,7 @@ static void say_edge(const kmp_mesh *mesh, const edge *e, int count, bool open, 
                     count, count == 1 ? "" : "s", a[0], a[1], a[2], b[0], b[1], b[2]);
 }
 
-/* The first edge of either fault in the order of the triangles is told. */
+/* Reports the first edge without a neighbour, otherwise the first edge whose triangles face opposite ways. */
 static void check_edges(const kmp_mesh *mesh, edge *table, uint32_t slots, kmp_text *why)
 {
     const edge *first[2] = {NULL, NULL};

@@ -252,7 +252,7 @@ static bool read_mesh(const reading *s, const kmp_yaml *node)
     return s->shape->mesh;
 }
 
-/* What it encloses is wanted for a mass alone. */
+/* Computes the volume of a mesh that has a mass; a mesh that is drawn only may be open. */
 static void enclose(const reading *s)
 {
     kmp_text why = {0};

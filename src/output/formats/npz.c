@@ -80,7 +80,7 @@ static uint32_t checksum(const char *bytes, size_t size)
     return ~sum;
 }
 
-/* What both headers of a file begin with after their signatures, up to the length of the name. */
+/* The local and the central header have these fields after their signatures, up to the length of the name. */
 static void put_facts(kmp_text *text, const member *m)
 {
     kmp_put_integer(text, VERSION, 2);

@@ -9,7 +9,7 @@
 /* Pixels of the bitmap for one of the picture. */
 #define SCALE 2.0
 
-/* What is used of librsvg 2.52, glib and cairo 1.16; their types are opaque here. */
+/* Functions of librsvg 2.52, glib and cairo 1.16 by their own names; their types are opaque here. */
 typedef struct rectangle {
     double x, y, width, height;
 } rectangle;
