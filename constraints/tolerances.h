@@ -38,6 +38,10 @@
  * saddle system is solved with pivots chosen by their size (constraints/evaluation/solved.h). */
 #define KMP_SOLVED_PIVOT 1e-5
 
+/** Multipliers of two solutions of load-dependent forces differ by more than this part of the largest: each is known to
+ * some thousand roundings. */
+#define KMP_OTHER_LOAD 1e-8
+
 /** Closed states at a smaller distance are equal: near a singular position states are closed to the root of
  * rounding. */
 #define KMP_SAME_STATE 1e-5

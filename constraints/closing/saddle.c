@@ -323,6 +323,12 @@ void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda)
         take_multipliers(saddle, lambda);
 }
 
+bool kmp_saddle_find_other(kmp_saddle *saddle, int *row, double *value)
+{
+    const kmp_answer pressed = {saddle, multipliers};
+    return kmp_load_find_other(saddle->eval, &pressed, row, value);
+}
+
 static int place(void *self, double t, const double *q)
 {
     kmp_saddle *saddle = self;

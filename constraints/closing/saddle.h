@@ -72,5 +72,8 @@ void kmp_saddle_solve(kmp_saddle *saddle, const double *f, const double *b, doub
  * multipliers update the bias (constraints/evaluation/load_multipliers.h); results are not finite if that fails. */
 void kmp_saddle_accelerations(kmp_saddle *saddle, double *qdd, double *lambda);
 
+/** After kmp_saddle_accelerations: kmp_load_find_other with its factors. */
+bool kmp_saddle_find_other(kmp_saddle *saddle, int *row, double *value);
+
 /** Closer along the mass-orthogonal direction; dx: n values of work space. */
 kmp_closer kmp_saddle_closer(kmp_saddle *saddle, double *dx);

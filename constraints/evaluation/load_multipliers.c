@@ -25,6 +25,7 @@ struct kmp_load_work {
     double *matrix;           /* count x count: dLambda/dnu - 1 */
     double *residual, *step;  /* count: Lambda(nu) - nu */
     double *from;             /* m: nu before the step */
+    double *first;            /* m: a solution, while another one is searched */
     int *pivot;
     int worst; /* row of the largest residual when Newton's method failed; -1: it did not */
 };
@@ -40,7 +41,7 @@ kmp_load_work *kmp_load_work_new(const kempe_system *s, kmp_arena *arena)
     w->column = KMP_ARENA_NEW(arena, double, s->n);
     w->matrix = KMP_ARENA_NEW(arena, double, count *count);
     w->pivot = KMP_ARENA_NEW(arena, int, count);
-    KMP_ARENA_EACH(arena, double, s->m, &w->lambda, &w->changed, &w->from);
+    KMP_ARENA_EACH(arena, double, s->m, &w->lambda, &w->changed, &w->from, &w->first);
     return KMP_ARENA_EACH(arena, double, count, &w->residual, &w->step) ? w : NULL;
 }
 
@@ -175,23 +176,70 @@ static bool settle(kmp_evaluator *eval, const kmp_answer *answer)
     return false;
 }
 
+/* Iterates from other multipliers: with the load of no such force, or from zero where C may have no derivative (a root
+ * of squares) from the multipliers that follow from C there. */
+static bool settle_from(kmp_evaluator *eval, const kmp_answer *answer, bool loaded)
+{
+    kmp_load_work *w = eval->load;
+    memset(w->changed, 0, (size_t)eval->m * sizeof *w->changed);
+    kmp_eval_bias_with(eval, w->changed);
+    if (!loaded)
+        return settle(eval, answer);
+    answer->multipliers(answer->self, eval->bias, false, w->lambda);
+    for (int k = 0; k < w->count; k++)
+        w->changed[eval->system->load_rows[k]] = w->lambda[eval->system->load_rows[k]];
+    kmp_eval_bias_with(eval, w->changed);
+    return settle(eval, answer);
+}
+
 bool kmp_load_settle(kmp_evaluator *eval, const kmp_answer *answer)
 {
     kmp_load_work *w = eval->load;
     if (!w)
         return true;
-    bool settled = settle(eval, answer);
-    if (!settled) { /* the last solution may be far away */
-        memset(w->changed, 0, (size_t)eval->m * sizeof *w->changed);
-        kmp_eval_bias_with(eval, w->changed);
-        settled = settle(eval, answer);
-    }
+    /* the last solution may be far away */
+    bool settled = settle(eval, answer) || settle_from(eval, answer, false) || settle_from(eval, answer, true);
     if (!settled) {
         memset(eval->nu, 0, (size_t)eval->m * sizeof *eval->nu);
         return false;
     }
     w->worst = -1;
     return true;
+}
+
+/* True if nu differs from the first solution; the row where it does most. */
+static bool is_other(const kmp_evaluator *eval, int *row)
+{
+    const kempe_system *s = eval->system;
+    double size = 0, most = 0;
+    for (int k = 0; k < eval->load->count; k++) {
+        int r = s->load_rows[k];
+        double part = fabs(eval->nu[r] - eval->load->first[r]) * s->row_scale[r];
+        size = fmax(size, fmax(fabs(eval->nu[r]), fabs(eval->load->first[r])) * s->row_scale[r]);
+        *row = part > most ? r : *row;
+        most = fmax(most, part);
+    }
+    return most > KMP_OTHER_LOAD * size;
+}
+
+bool kmp_load_find_other(kmp_evaluator *eval, const kmp_answer *answer, int *row, double *value)
+{
+    static const double parts[] = {-1, 0, -100, 100};
+    kmp_load_work *w = eval->load;
+    bool found = false;
+    if (!w)
+        return false;
+    memcpy(w->first, eval->nu, (size_t)eval->m * sizeof *w->first);
+    for (size_t k = 0; k < sizeof parts / sizeof *parts && !found; k++) {
+        for (int r = 0; r < eval->m; r++)
+            w->changed[r] = parts[k] * w->first[r];
+        kmp_eval_bias_with(eval, w->changed);
+        found = settle(eval, answer) && is_other(eval, row);
+    }
+    *value = found ? eval->nu[*row] : 0;
+    kmp_eval_bias_with(eval, w->first);
+    w->worst = -1;
+    return found;
 }
 
 void kmp_load_forget(kmp_evaluator *eval)

@@ -18,6 +18,10 @@ typedef struct kmp_answer {
  * rounding. Without such forces it does nothing. false: Newton's method failed; kmp_put_unsettled has the message. */
 bool kmp_load_settle(kmp_evaluator *eval, const kmp_answer *answer);
 
+/** After kmp_load_settle: looks for another solution, from opposite, much larger and vanishing multipliers. *row: where
+ * it differs most, *value: the other multiplier there. The evaluator keeps the first solution. */
+bool kmp_load_find_other(kmp_evaluator *eval, const kmp_answer *answer, int *row, double *value);
+
 /** Small changes near a state where C is at its multipliers. `factor` once, false if they are not determined; then
  * `change` adds to a change of C (n) at constant multipliers the part of their change. */
 bool kmp_load_factor(kmp_evaluator *eval, const kmp_answer *answer);

@@ -5,6 +5,7 @@
 #include "constraints/partition/causes.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
+#include "dynamics/load_dependent.h"
 #include "integrators/run/runner.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -92,6 +93,25 @@ kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, c
         status = kmp_runner_fail_unsettled(run, t, q, qd);
     kmp_saddle_free(&saddle);
     return status;
+}
+
+/* Tells of a start at which forces that depend on multipliers have two solutions. */
+static kempe_status note_other_solution(kmp_runner *run)
+{
+    const kempe_system *s = run->s;
+    kmp_saddle saddle;
+    int row = 0;
+    double other;
+    if (s->load_row_count == 0)
+        return KEMPE_OK;
+    KMP_TRY(make_saddle(run, &saddle));
+    if (!kmp_saddle_factor(&saddle) && kmp_saddle_find_other(&saddle, &row, &other))
+        kmp_run_log_add(run->log, "solutions", run->spec.t_start, run->lambda[row], other,
+                        "force '%s' has two solutions: with %.6g and with %.6g for the multiplier of closure row '%s'; "
+                        "the run begins with the first",
+                        kmp_load_dependent_force(s, row), run->lambda[row], other, s->row_names[row]);
+    kmp_saddle_free(&saddle);
+    return KEMPE_OK;
 }
 
 kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *q, const double *qd, double work)
@@ -262,6 +282,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         KMP_TRY(kmp_runner_project(run, t, q, qd));
     KMP_TRY(check_rates(run, qd));
     KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
+    KMP_TRY(note_other_solution(run));
     KMP_TRY(look_at_margin(run, q));
     if (run->part.p == 0 && !run->s->rheonomic)
         kmp_run_log_add(run->log, "rest", t, NAN, NAN,

@@ -142,6 +142,15 @@ static kempe_trajectory *simulate(const kempe_system *system, const way *by, dou
     return trajectory;
 }
 
+/* The number of entries of a kind in the log of a run, with this text or any. */
+static int has_entry(const kempe_trajectory *run, const char *kind, const char *text)
+{
+    int count = 0;
+    for (int k = 0; k < run->log.kept; k++)
+        count += strcmp(run->log.entries[k].kind, kind) == 0 && (!*text || strcmp(run->log.entries[k].text, text) == 0);
+    return count;
+}
+
 /* On an incline of slope 5/9.81 with friction 0.3 the block is accelerated by 5 - 0.3 * 9.81, and its feet carry what
  * keeps it from tipping: 0.05 m above the plane its weight and friction make a moment. */
 static void rough_incline(void)
@@ -324,6 +333,48 @@ static void not_linear(void)
     unload(&l);
 }
 
+/* A friction torque by the size of a reaction, a root of squares without derivative at no load: its one solution is
+ * found, shared/reference/friction.md, F9. */
+static void root_of_squares(void)
+{
+    loaded l = load("tests/models/rubbing_pin.yaml");
+    kempe_trajectory *run = NULL;
+    kempe_run_options options = {.no_convergence_check = 1};
+    CHECK(l.system && kempe_simulate(l.system, &options, &run) == KEMPE_OK);
+    if (run) {
+        const double *lambda = kempe_trajectory_lambda(run, 0);
+        CHECK_NEAR(kempe_trajectory_qdd(run, 0)[0], 3.466369352439077, 1e-13);
+        CHECK_NEAR(0.1 * hypot(lambda[0], lambda[1]), 0.3866477953177883, 1e-13);
+        CHECK(has_entry(run, "solutions", "") == 0);
+    }
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* Friction of a slider by its own load, friction.md, F7 with mu = 10 at 300 degrees: two solutions in one direction,
+ * which the log tells, and none in the other. */
+static void two_solutions(void)
+{
+    loaded l = load("tests/models/rubbing_guide.yaml");
+    kempe_trajectory *run = NULL;
+    kempe_run_options options = {.no_convergence_check = 1};
+    CHECK(l.system && kempe_simulate(l.system, &options, &run) == KEMPE_OK);
+    if (run) {
+        CHECK_NEAR(0.8 * 9.81 - kempe_trajectory_lambda(run, 0)[1], 6.1066, 1e-5);
+        CHECK(has_entry(run, "solutions",
+                        "force 'f' has two solutions: with 1.74139 and with 47.2918 for the "
+                        "multiplier of closure row 'C.2'; the run begins with the first") == 1);
+    }
+    kempe_trajectory_free(run);
+    unload(&l);
+    l = load_set("tests/models/rubbing_guide.yaml", (const kempe_setting[]){{"w", "-15"}}, 1);
+    run = NULL;
+    CHECK(l.system && kempe_simulate(l.system, &options, &run) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(l.context), "no consistent value of both is found"));
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 /* Forward dynamics for programs of users: with efforts of theirs, and where the load is shared. */
 static void workspace(void)
 {
@@ -419,6 +470,8 @@ int main(void)
     TEST(prescribed);
     TEST(same_root);
     TEST(not_linear);
+    TEST(root_of_squares);
+    TEST(two_solutions);
     TEST(workspace);
     TEST(jacobian);
     return check_report();

@@ -274,7 +274,8 @@ static void units(void)
     CHECK(parameter("sqrt(9 m^2) + 1 m") == 4 && parameter("(4 m^2)^(1/2) - 1 m") == 1);
     CHECK(parameter("1 kN*m + 5 J") == 1005);
     CHECK(parameter("sin(90 deg)/(1 s) + 1 Hz") == 2);
-    CHECK(parameter("1 + 2 m") == 3); /* a bare number fits */
+    CHECK(parameter("1 + 2 m") == 3);             /* a bare number fits */
+    CHECK(parameter("3*sign(-1 s) + 2 m") == -1); /* so does a sign times one */
     CHECK(isnan(parameter("1 m + 2 s")) && isnan(parameter("2*(1 m) + 2 s")) && isnan(parameter("sin(1 m)")));
     CHECK(isnan(parameter("log(1 kg/m)")) && isnan(parameter("2^(3 m)")) && isnan(parameter("sqrt(4 m) + 1 m")));
     CHECK(isnan(parameter("2 m^10")) && isnan(parameter("2 m^1.5")) && isnan(parameter("2 m^(2)")));

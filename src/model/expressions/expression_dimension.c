@@ -11,6 +11,7 @@ typedef enum rule {
     LIKE_ARGUMENT, /* the arguments fit each other, the value is like them */
     OF_CHOICE,     /* the second and third fit each other, the value is like them */
     OF_RATIO,      /* the arguments fit each other, the value is a number */
+    OF_SIGN,       /* the value is like 1: 3*sign(v) is as good a force as 3 */
     SQUARE_ROOT
 } rule;
 
@@ -28,7 +29,7 @@ static rule rule_of(kmp_function function)
         const char *name;
         rule rule;
     } rules[] = {{"sqrt", SQUARE_ROOT}, {"abs", LIKE_ARGUMENT}, {"min", LIKE_ARGUMENT}, {"max", LIKE_ARGUMENT},
-                 {"atan2", OF_RATIO},   {"sign", OF_RATIO},     {"if", OF_CHOICE}};
+                 {"atan2", OF_RATIO},   {"sign", OF_SIGN},      {"if", OF_CHOICE}};
     for (size_t k = 0; k < sizeof rules / sizeof rules[0]; k++)
         if (strcmp(kmp_function_name(function), rules[k].name) == 0)
             return rules[k].rule;
@@ -62,6 +63,8 @@ static kmp_dimension dimension_of_call(walk *w, const kmp_expr *expr)
     case OF_RATIO:
         (void)agree(w, expr, a, b);
         return KMP_DIM_NUMBER;
+    case OF_SIGN:
+        return (kmp_dimension){.kind = KMP_DIMENSION_BARE};
     case WANTS_NUMBER:
         break;
     }

@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A primal active-set method: the minimum over the entries that are inside, as far as the nearest bound; then an entry
+ * with a wrong sign of y leaves its bound. Entries are scaled so that D has a unit diagonal. On entries inside D is
+ * eliminated with diagonal pivots. Where it is singular and a slope remains, the function falls along a null vector, up
+ * to a bound. Each minimum over a face is visited once, because the function decreases. Where steps of length zero
+ * might repeat faces, the entry of least number leaves (Bland's rule), so that the method ends. */
+#include "linalg/dense/box_minimum.h"
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+enum {
+    LARGEST_FIRST = 10, /* rounds for each entry in which the largest violation leaves its bound, not the first one */
+    MOST_ROUNDS = 100   /* rounds for each entry */
+};
+
+/* A pivot of D with a unit diagonal below this is zero: rounding of its elements. */
+#define SINGULAR 1e-11
+/* y below this part of the largest scaled one is zero. */
+#define FLAT 1e-12
+
+typedef struct search {
+    const kmp_box *box;
+    double *x, *y, *scale, *part, *rest, *step;
+    double *work; /* n x n */
+    int *side;
+    double flat;
+    double *pivots; /* order of the pivots, as numbers */
+} search;
+
+static double slope(const kmp_box *box, const double *x, int i)
+{
+    double sum = box->a[i];
+    for (int j = 0; j < box->n; j++)
+        sum += box->d[i + j * box->n] * x[j];
+    return sum;
+}
+
+static void put_inside(const kmp_box *box, double *x, int *side)
+{
+    for (int i = 0; i < box->n; i++) {
+        x[i] = fmin(fmax(x[i], box->lower[i]), box->upper[i]);
+        side[i] = x[i] <= box->lower[i] ? -1 : x[i] >= box->upper[i] ? 1 : 0;
+    }
+}
+
+/* Copies the scaled D, and the scaled -y of entries inside as a right-hand side. */
+static void begin(search *s)
+{
+    int n = s->box->n;
+    for (int i = 0; i < n; i++) {
+        s->y[i] = slope(s->box, s->x, i);
+        s->rest[i] = s->side[i] == 0 ? -s->y[i] / s->scale[i] : 0;
+        s->part[i] = s->step[i] = 0;
+        for (int j = 0; j < n; j++)
+            s->work[i + j * n] = s->box->d[i + j * n] / (s->scale[i] * s->scale[j]);
+    }
+}
+
+/* The largest remaining diagonal element of an entry inside; -1: none that is not zero. */
+static int find_pivot(const search *s)
+{
+    int n = s->box->n, best = -1;
+    for (int i = 0; i < n; i++)
+        if (s->side[i] == 0 && s->part[i] == 0 && s->work[i + i * n] > SINGULAR &&
+            (best < 0 || s->work[i + i * n] > s->work[best + best * n]))
+            best = i;
+    return best;
+}
+
+/* Eliminates entry p from those inside without a pivot. */
+static void eliminate(search *s, int p)
+{
+    int n = s->box->n;
+    for (int i = 0; i < n; i++) {
+        if (s->side[i] != 0 || s->part[i] != 0)
+            continue;
+        double by = s->work[i + p * n] / s->work[p + p * n];
+        for (int j = 0; j < n; j++)
+            s->work[i + j * n] -= s->side[j] == 0 && s->part[j] == 0 ? by * s->work[p + j * n] : 0;
+        s->rest[i] -= by * s->rest[p];
+    }
+}
+
+/* Sets the step of pivots from that of the last ones. */
+static void substitute_back(search *s, int count, bool whole)
+{
+    int n = s->box->n;
+    for (int k = count; k-- > 0;) {
+        int p = (int)s->pivots[k];
+        double sum = whole ? s->rest[p] : 0;
+        for (int j = 0; j < n; j++)
+            sum -= s->side[j] == 0 && (s->part[j] == 0 || s->part[j] > k + 1) ? s->work[p + j * n] * s->step[j] : 0;
+        s->step[p] = sum / s->work[p + p * n];
+    }
+}
+
+/* The entry with the largest slope that remains where D is singular; -1: none. */
+static int find_fall(const search *s)
+{
+    int best = -1;
+    for (int i = 0; i < s->box->n; i++)
+        if (s->side[i] == 0 && s->part[i] == 0 && fabs(s->rest[i]) > s->flat &&
+            (best < 0 || fabs(s->rest[i]) > fabs(s->rest[best])))
+            best = i;
+    return best;
+}
+
+/* The step to the minimum over the entries inside; true: the function falls along it without end. */
+static bool find_step(search *s)
+{
+    int count = 0, p;
+    begin(s);
+    while ((p = find_pivot(s)) >= 0) {
+        s->pivots[count] = p;
+        s->part[p] = ++count;
+        eliminate(s, p);
+    }
+    int fall = find_fall(s);
+    if (fall >= 0)
+        s->step[fall] = s->rest[fall];
+    substitute_back(s, count, fall < 0);
+    for (int i = 0; i < s->box->n; i++)
+        s->step[i] /= s->scale[i];
+    return fall >= 0;
+}
+
+/* Makes the step up to the nearest bound; the entry there, -1: none. *done: the step was finite. */
+static int advance(search *s, bool endless, bool *done)
+{
+    const kmp_box *box = s->box;
+    double most = endless ? INFINITY : 1;
+    int stop = -1;
+    for (int i = 0; i < box->n; i++) {
+        double to = s->step[i] < 0 ? box->lower[i] : box->upper[i];
+        double length = s->side[i] != 0 || s->step[i] == 0 ? INFINITY : fmax((to - s->x[i]) / s->step[i], 0);
+        if (length < most) {
+            most = length;
+            stop = i;
+        }
+    }
+    *done = most < INFINITY;
+    for (int i = 0; *done && i < box->n; i++)
+        s->x[i] = fmin(fmax(s->x[i] + most * s->step[i], box->lower[i]), box->upper[i]);
+    if (stop >= 0) {
+        s->side[stop] = s->step[stop] < 0 ? -1 : 1;
+        s->x[stop] = s->side[stop] < 0 ? box->lower[stop] : box->upper[stop];
+    }
+    return stop;
+}
+
+/* The entry that leaves its bound: that with the largest violation of the sign of y, or the first one; -1: none. */
+static int find_leaving(search *s, bool largest)
+{
+    const kmp_box *box = s->box;
+    int best = -1;
+    double most = s->flat;
+    for (int i = 0; i < box->n && (best < 0 || largest); i++) {
+        s->y[i] = slope(box, s->x, i);
+        double off = s->side[i] * s->y[i] / s->scale[i];
+        if (box->lower[i] < box->upper[i] && off > most) {
+            best = i;
+            most = off;
+        }
+    }
+    return best;
+}
+
+static void set_scales(search *s)
+{
+    int n = s->box->n;
+    s->flat = 0;
+    for (int i = 0; i < n; i++) {
+        double own = s->box->d[i + i * n];
+        s->scale[i] = own > 0 ? sqrt(own) : 1;
+        s->flat = fmax(s->flat, FLAT * fabs(s->box->a[i]) / s->scale[i]);
+    }
+}
+
+static kmp_box_outcome run(search *s)
+{
+    int n = s->box->n;
+    bool finite = true;
+    for (int round = 0; round < MOST_ROUNDS * (n + 1); round++) {
+        int stop = advance(s, find_step(s), &finite);
+        if (!finite)
+            return KMP_BOX_UNBOUNDED;
+        if (stop >= 0)
+            continue;
+        int leaving = find_leaving(s, round < LARGEST_FIRST * (n + 1));
+        if (leaving < 0)
+            return KMP_BOX_FOUND;
+        s->side[leaving] = 0;
+    }
+    return KMP_BOX_UNSETTLED;
+}
+
+kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double *y, int *side, double *room)
+{
+    int n = box->n;
+    search s = {.box = box,
+                .x = x,
+                .y = y,
+                .side = side,
+                .work = room,
+                .scale = room + n * n,
+                .part = room + n * n + n,
+                .rest = room + n * n + 2 * n,
+                .step = room + n * n + 3 * n,
+                .pivots = room + n * n + 4 * n};
+    set_scales(&s);
+    put_inside(box, x, side);
+    kmp_box_outcome outcome = run(&s);
+    for (int i = 0; i < n; i++)
+        y[i] = side[i] == 0 && outcome == KMP_BOX_FOUND ? 0 : slope(box, x, i);
+    return outcome;
+}
