@@ -199,11 +199,25 @@ def outputs(_):
     return table(("output", "unit", "meaning"), lines)
 
 
+def measures():
+    """The words of points and axes in expressions."""
+    lines = []
+    for _, word, argument, least, most, components, _, unit, meaning in generate_schema.rows("measures.def", "KMP_MEASURE"):
+        places = {"AXIS": ("a.P.x", "b.Q.x", "a.P.z"), "POINT": ("a.P", "b.Q")}[argument]
+        after = {"1": "", "3": ".x", "9": ".x.y"}[components]
+        lines.append((", ".join(f"`{word}({', '.join(places[:count])}){after}`" for count in range(int(least), int(most) + 1)), unit or "none", meaning))
+    return table(("measure", "unit", "meaning"), lines)
+
+
+def rows_of(name):
+    return {"outputs": outputs, "measures": lambda _: measures()}[name](name)
+
+
 def kinds(name):
     return {"joints": joint_kinds, "closures": closure_kinds}[name](name)
 
 
-TABLES = {"keys": keys, "force": force, "kinds": kinds, "rows": outputs}
+TABLES = {"keys": keys, "force": force, "kinds": kinds, "rows": rows_of}
 
 
 # -- index ---------------------------------------------------------------------------------------------
@@ -238,7 +252,7 @@ def entries():
             for what, name, made in MARK.findall(body):
                 words = [word for line in made.split("\n")[2:] for word in re.findall(r"`(\w+)", line.split("|")[1] if "|" in line else "")]
                 if what == "rows":
-                    found.update({(word, "output"): place for word in words})
+                    found.update({(word, "output" if name == "outputs" else "measure"): place for word in words})
                 elif what != "kinds":
                     for word in words:
                         link_of = f"[{title_at(SECTIONS[word])}]({SECTIONS[word]})" if name == "model" and word in SECTIONS else place

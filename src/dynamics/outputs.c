@@ -15,13 +15,6 @@ bool kmp_outputs_need_forces(const kempe_model *model)
     return false;
 }
 
-/* Velocity (order 1) or acceleration (order 2) of a point. */
-static kmp_vec point_rate(const kmp_tree *tree, int point, int order)
-{
-    kmp_vec rate = kmp_vec_rate(tree, kmp_point_position(tree, point, 0));
-    return order == 1 ? rate : kmp_vec_acceleration(tree, rate);
-}
-
 /* qd' M qd / 2, the potential, and their sum. */
 static kmp_vec energies(kmp_equations *eq, const kmp_forces *forces)
 {
@@ -42,13 +35,13 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
 {
     switch (output->kind) {
     case KMP_OUTPUT_POSITION:
-        return kmp_point_position(&eq->tree, output->index, 0);
+        return kmp_point_measure(&eq->tree, KMP_MEASURE_POSITION, output->index, -1);
     case KMP_OUTPUT_VELOCITY:
-        return point_rate(&eq->tree, output->index, 1);
+        return kmp_point_measure(&eq->tree, KMP_MEASURE_VELOCITY, output->index, -1);
     case KMP_OUTPUT_ACCELERATION:
-        return point_rate(&eq->tree, output->index, 2);
+        return kmp_vec_acceleration(&eq->tree, kmp_point_measure(&eq->tree, KMP_MEASURE_VELOCITY, output->index, -1));
     case KMP_OUTPUT_ANGULAR_VELOCITY:
-        return kmp_link_spin(&eq->tree, kmp_point_link(&eq->tree, output->index), 0);
+        return kmp_point_measure(&eq->tree, KMP_MEASURE_ANGULAR_VELOCITY, output->index, -1);
     case KMP_OUTPUT_REACTION:
     case KMP_OUTPUT_MOMENT:
         return kmp_closures_reaction(eq, output->index, output->kind == KMP_OUTPUT_MOMENT);

@@ -9,6 +9,7 @@
 static const char *const parameters[] = {"a", "b", "L1"};
 static const double values[] = {0.3, -2, 1.5};
 static const char *const coordinates[] = {"A", "B"}, *const closures[] = {"A", "B"};
+static const char *const points[] = {"one.P", "two.Q"};
 
 static int find(const char *const *names, int count, const char *name)
 {
@@ -36,6 +37,17 @@ static int find_closure(void *user, const char *name)
     return find(closures, 2, name);
 }
 
+static bool find_point(void *user, const char *text, const char *word, int column, kmp_spot *spot)
+{
+    kempe_context *context = user;
+    int point = find(points, 2, text);
+    if (point < 0)
+        (void)kmp_complain(context, "expression", 1, column, "%s: no point '%s'", word, text);
+    else
+        *spot = (kmp_spot){.point = point, .name = points[point]};
+    return point >= 0;
+}
+
 static const kmp_expr *parse(kmp_arena *arena, const char *text)
 {
     kempe_context *context = fuzz_context_new();
@@ -47,6 +59,8 @@ static const kmp_expr *parse(kmp_arena *arena, const char *text)
                             .parameter = find_parameter,
                             .coordinate = find_coordinate,
                             .closure = find_closure,
+                            .user = context,
+                            .point = find_point,
                             .time = true};
     const kmp_expr *expr = kmp_expr_parse(&scope, text);
     fuzz_promise(!arena->failed, "there is memory");
@@ -103,7 +117,8 @@ static void derive(const char *expression, unsigned choice)
                         "ground: {points: {O: [0, 0, 0]}}\nbodies:\n"
                         "  one: {joint: {name: A, revolute: z, at: ground.O}, mass: 1, inertia: {zz: 1}, "
                         "points: {P: [1, 0, 0]}}\n"
-                        "  two: {joint: {name: B, revolute: z, at: one.P}, mass: 1, inertia: {zz: 1}}\n"
+                        "  two: {joint: {name: B, revolute: z, at: one.P}, mass: 1, inertia: {zz: 1}, "
+                        "points: {Q: [1, 0.5, 0]}}\n"
                         "forces: {motor: {joint: B, torque: ");
     kmp_text_quote(&text, expression);
     kmp_text_put(&text, "}}\n");

@@ -185,6 +185,10 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
         return tree->place[e->index];
     case KMP_EXPR_TABLE:
         return kmp_table_at(g, kmp_graph_add_table(g, e->table->table), kmp_tree_expression(tree, e->a));
+    case KMP_EXPR_MEASURE:
+        return kmp_tree_measure(tree, e->measure, e->number);
+    case KMP_EXPR_RATE:
+        return kmp_tree_rate(tree, kmp_tree_expression(tree, e->a));
     case KMP_EXPR_NEG:
         return kmp_neg(kmp_tree_expression(tree, e->a));
     case KMP_EXPR_POW:

@@ -267,3 +267,16 @@ void kmp_point_axes(const kmp_tree *tree, int point, int ancestor, kmp_vec axes[
 
 /** From point a to point b in the axes of the nearest common ancestor, whose link is stored in *frame. */
 kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame);
+
+/** Position, velocity or angular velocity of a point: from the origin of the ground, in its axes; `from` >= 0: from that
+ * point, relative to its body, in its axes. */
+kmp_vec kmp_point_measure(const kmp_tree *tree, kmp_measure_kind kind, int point, int from);
+
+/** The distance of two points. */
+kmp_ref kmp_point_distance(const kmp_tree *tree, int a, int b);
+
+/** A measure of expressions, component `number` of it. */
+kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int number);
+
+/** The total time derivative of a function of t and q. */
+kmp_ref kmp_tree_rate(const kmp_tree *tree, kmp_ref x);

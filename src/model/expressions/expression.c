@@ -2,7 +2,7 @@
 /* Expressions: recursive descent, one function for each rule of the grammar in docs/model/expressions.md. The first
  * error ends the parse. Nesting and size are limited, so that no text can exhaust the stack, here or in functions that
  * traverse the tree. */
-#include "model/expressions/expression.h"
+#include "model/expressions/expression_parser.h"
 #include "model/limits.h"
 #include "model/tables/nearest.h"
 #include <math.h>
@@ -10,12 +10,6 @@
 #include <string.h>
 
 enum { MOST_ARGUMENTS = 3 };
-
-typedef struct parser {
-    const kmp_expr_scope *scope;
-    const char *text, *at;
-    int depth, nodes;
-} parser;
 
 static const struct {
     const char *name;
@@ -26,8 +20,7 @@ static const struct {
 #undef KMP_FUNCTION
 };
 
-static const kmp_expr *parse_sum(parser *p);
-static const kmp_expr *parse_factor(parser *p);
+static const kmp_expr *parse_factor(kmp_parser *p);
 
 /* -- words --------------------------------------------------------------------------------------- */
 
@@ -41,21 +34,21 @@ static bool is_digit(char c)
     return c >= '0' && c <= '9';
 }
 
-static void skip_space(parser *p)
+void kmp_parse_skip_space(kmp_parser *p)
 {
     p->at += strspn(p->at, " \t\r\n");
 }
 
-static bool take(parser *p, char c)
+bool kmp_parse_take(kmp_parser *p, char c)
 {
-    skip_space(p);
+    kmp_parse_skip_space(p);
     if (*p->at != c)
         return false;
     p->at++;
     return true;
 }
 
-static size_t word_length(const char *s)
+size_t kmp_parse_word_length(const char *s)
 {
     size_t n = 0;
     if (begins_word(s[0]))
@@ -65,7 +58,7 @@ static size_t word_length(const char *s)
 }
 
 /* A zero-ended copy of the n characters at p->at, which are passed. */
-static const char *copy_word(parser *p, size_t n)
+const char *kmp_parse_copy(kmp_parser *p, size_t n)
 {
     char *word = kmp_arena_alloc(p->scope->arena, n + 1, 1);
     if (word)
@@ -87,7 +80,7 @@ const char *kmp_function_name(kmp_function function)
 /* -- errors -------------------------------------------------------------------------------------- */
 
 /* Columns count characters, so the later bytes of a UTF-8 sequence do not. */
-static int column_of(const parser *p, const char *where)
+int kmp_parse_column(const kmp_parser *p, const char *where)
 {
     int column = p->scope->column;
     for (const char *s = p->text; s < where; s++)
@@ -96,26 +89,26 @@ static int column_of(const parser *p, const char *where)
 }
 
 /* Reports a sentence, which is freed. */
-static const kmp_expr *say_at(const parser *p, const char *where, kmp_text *sentence)
+static const kmp_expr *say_at(const kmp_parser *p, const char *where, kmp_text *sentence)
 {
     const kmp_expr_scope *scope = p->scope;
     bool failed = sentence->failed || scope->arena->failed;
-    if (failed || kmp_complain(scope->context, scope->file, scope->line, column_of(p, where), "%s", sentence->s) ==
-                      KEMPE_E_MEMORY)
+    if (failed || kmp_complain(scope->context, scope->file, scope->line, kmp_parse_column(p, where), "%s",
+                               sentence->s) == KEMPE_E_MEMORY)
         scope->arena->failed = true;
     kmp_text_free(sentence);
     return NULL;
 }
 
-__attribute__((format(printf, 3, 4))) static const kmp_expr *complain(const parser *p, const char *where,
-                                                                      const char *format, ...)
+__attribute__((format(printf, 3, 4))) const kmp_expr *kmp_parse_complain(const kmp_parser *p, const char *where,
+                                                                         const char *format, ...)
 {
     kmp_text sentence = {0};
     KMP_TEXT_ARGUMENTS(&sentence, format);
     return say_at(p, where, &sentence);
 }
 
-static const kmp_expr *complain_unknown(const parser *p, const char *where, const char *name, kmp_expr_symbol symbol)
+const kmp_expr *kmp_parse_unknown_name(const kmp_parser *p, const char *where, const char *name, kmp_expr_symbol symbol)
 {
     static const char *const words[] = {"parameter", "coordinate", "loop"};
     kmp_text sentence = {0};
@@ -125,16 +118,17 @@ static const kmp_expr *complain_unknown(const parser *p, const char *where, cons
     return say_at(p, where, &sentence);
 }
 
-static const kmp_expr *complain_function(const parser *p, const char *where, const char *name)
+static const kmp_expr *complain_function(const kmp_parser *p, const char *where, const char *name)
 {
     kmp_text sentence = {0};
     kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMES_OF(functions));
+    kmp_nearest_offer_all(&nearest, kmp_measure_words);
     kmp_text_printf(&sentence, "unknown function '%s'", name);
     kmp_nearest_suggest(&nearest, &sentence);
     return say_at(p, where, &sentence);
 }
 
-static const kmp_expr *complain_unit(const parser *p, const char *where, const char *name)
+static const kmp_expr *complain_unit(const kmp_parser *p, const char *where, const char *name)
 {
     kmp_text sentence = {0};
     kmp_text_printf(&sentence, "an operator or a unit is expected here, not '%s'; units are ", name);
@@ -152,257 +146,197 @@ static int character_size(const char *s)
 }
 
 /* Reports that the grammar requires `wanted` at p->at. */
-static const kmp_expr *complain_wanted(parser *p, const char *wanted)
+const kmp_expr *kmp_parse_wanted(kmp_parser *p, const char *wanted)
 {
-    skip_space(p);
+    kmp_parse_skip_space(p);
     if (*p->at == '\0')
-        return complain(p, p->at, "%s is expected, but the expression ends", wanted);
-    size_t n = word_length(p->at);
+        return kmp_parse_complain(p, p->at, "%s is expected, but the expression ends", wanted);
+    size_t n = kmp_parse_word_length(p->at);
     int length = n > 0 ? (int)n : character_size(p->at);
-    return complain(p, p->at, "%s is expected here, not '%.*s'", wanted, length, p->at);
+    return kmp_parse_complain(p, p->at, "%s is expected here, not '%.*s'", wanted, length, p->at);
 }
 
 /* -- nodes --------------------------------------------------------------------------------------- */
 
-static const kmp_expr *make(parser *p, const char *where, kmp_expr expr)
+const kmp_expr *kmp_parse_make(kmp_parser *p, const char *where, kmp_expr expr)
 {
     if (++p->nodes > KMP_MOST_EXPRESSION_NODES)
-        return complain(p, p->text, "the expression is too long: more than %d operations and operands",
-                        KMP_MOST_EXPRESSION_NODES);
+        return kmp_parse_complain(p, p->text, "the expression is too long: more than %d operations and operands",
+                                  KMP_MOST_EXPRESSION_NODES);
     kmp_expr *node = KMP_ARENA_NEW(p->scope->arena, kmp_expr, 1);
     if (!node)
         return NULL;
     *node = expr;
-    node->column = column_of(p, where);
+    node->column = kmp_parse_column(p, where);
     return node;
 }
 
-static const kmp_expr *make_binary(parser *p, const char *where, kmp_expr_kind kind, const kmp_expr *a,
+static const kmp_expr *make_binary(kmp_parser *p, const char *where, kmp_expr_kind kind, const kmp_expr *a,
                                    const kmp_expr *b)
 {
-    return a && b ? make(p, where, (kmp_expr){.kind = kind, .a = a, .b = b}) : NULL;
+    return a && b ? kmp_parse_make(p, where, (kmp_expr){.kind = kind, .a = a, .b = b}) : NULL;
 }
 
 /* -- rules --------------------------------------------------------------------------------------- */
 
-/* The operands allowed where no coordinates are. */
-static const char *allowed_here(const kmp_expr_scope *scope)
-{
-    return scope->coordinate  ? "a function of q, qd and t"
-           : scope->place > 1 ? "a function of x, y, z and t"
-           : scope->place     ? "a function of x and t"
-           : scope->time      ? "a function of t"
-                              : "a constant";
-}
-
-/* q(NAME) and qd(NAME), from the opening parenthesis on. */
-static const kmp_expr *parse_coordinate(parser *p, const char *where, kmp_expr_kind kind)
-{
-    const char *symbol = kind == KMP_EXPR_Q ? "q" : "qd";
-    if (!p->scope->coordinate)
-        return complain(p, where, "%s is not allowed here: %s is expected", symbol, allowed_here(p->scope));
-    if (!take(p, '('))
-        return complain(p, where, "'%s' needs a coordinate in parentheses: %s(NAME)", symbol, symbol);
-    skip_space(p);
-    const char *start = p->at;
-    size_t n = word_length(start);
-    if (n == 0)
-        return complain_wanted(p, "the name of a coordinate");
-    if (start[n] == '.' && is_digit(start[n + 1]))
-        for (n++; is_digit(start[n]);)
-            n++;
-    const char *name = copy_word(p, n);
-    int index = name ? p->scope->coordinate(p->scope->user, name) : -1;
-    if (index < 0)
-        return complain_unknown(p, start, name ? name : "", KMP_SYMBOL_COORDINATE);
-    if (!take(p, ')'))
-        return complain_wanted(p, "')'");
-    return make(p, where, (kmp_expr){.kind = kind, .index = index});
-}
-
-/* lambda(LOOP) and lambda(LOOP.k), from the opening parenthesis on. */
-static const kmp_expr *parse_multiplier(parser *p, const char *where)
-{
-    if (!p->scope->closure)
-        return complain(p, where, "lambda is not allowed here: %s is expected", allowed_here(p->scope));
-    (void)take(p, '(');
-    skip_space(p);
-    const char *start = p->at;
-    size_t n = word_length(start);
-    if (n == 0)
-        return complain_wanted(p, "the name of a loop");
-    const char *name = copy_word(p, n);
-    int index = name ? p->scope->closure(p->scope->user, name) : -1, number = 0;
-    if (index < 0)
-        return complain_unknown(p, start, name ? name : "", KMP_SYMBOL_CLOSURE);
-    if (*p->at == '.') {
-        const char *digit = ++p->at;
-        if (!is_digit(*digit) || *digit == '0' || is_digit(digit[1]))
-            return complain(p, digit, "the number of a multiplier is expected here: lambda(%s.1) is the first one",
-                            name);
-        number = *p->at++ - '1';
-    }
-    if (!take(p, ')'))
-        return complain_wanted(p, "')'");
-    return make(p, where, (kmp_expr){.kind = KMP_EXPR_LAMBDA, .index = index, .number = number});
-}
-
 /* a < b and its like. */
-static const kmp_expr *parse_comparison(parser *p)
+static const kmp_expr *parse_comparison(kmp_parser *p)
 {
     static const kmp_expr_kind kinds[2][2] = {{KMP_EXPR_LESS, KMP_EXPR_AT_MOST}, {KMP_EXPR_GREATER, KMP_EXPR_AT_LEAST}};
-    const kmp_expr *left = parse_sum(p);
+    const kmp_expr *left = kmp_parse_sum(p);
     if (!left)
         return NULL;
-    skip_space(p);
+    kmp_parse_skip_space(p);
     const char *sign = p->at;
     if (*sign != '<' && *sign != '>')
-        return complain_wanted(p, "an operator, '<', '<=', '>' or '>='");
+        return kmp_parse_wanted(p, "an operator, '<', '<=', '>' or '>='");
     bool equal = sign[1] == '=';
     p->at += equal ? 2 : 1;
-    return make_binary(p, sign, kinds[*sign == '>'][equal], left, parse_sum(p));
+    return make_binary(p, sign, kinds[*sign == '>'][equal], left, kmp_parse_sum(p));
 }
 
-static const kmp_expr *parse_call(parser *p, const char *where, const char *name)
+static const kmp_expr *parse_call(kmp_parser *p, const char *where, const char *name)
 {
     const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL};
     int count = 0, function = find_function(name);
     if (function < 0)
         return complain_function(p, where, name);
-    if (!take(p, '('))
-        return complain(p, where, "function '%s' needs its argument in parentheses", name);
-    if (!take(p, ')')) {
+    if (!kmp_parse_take(p, '('))
+        return kmp_parse_complain(p, where, "function '%s' needs its argument in parentheses", name);
+    if (!kmp_parse_take(p, ')')) {
         do {
             bool condition = function == KMP_FUNCTION_if && count == 0;
-            const kmp_expr *argument = condition ? parse_comparison(p) : parse_sum(p);
+            const kmp_expr *argument = condition ? parse_comparison(p) : kmp_parse_sum(p);
             if (!argument)
                 return NULL;
             if (count < MOST_ARGUMENTS)
                 arguments[count] = argument;
             count++;
-        } while (take(p, ','));
-        if (!take(p, ')'))
-            return complain_wanted(p, "an operator, ',' or ')'");
+        } while (kmp_parse_take(p, ','));
+        if (!kmp_parse_take(p, ')'))
+            return kmp_parse_wanted(p, "an operator, ',' or ')'");
     }
     int arity = functions[function].arity;
     if (count != arity)
-        return complain(p, where, "function '%s' takes %d argument%s, not %d", name, arity, arity == 1 ? "" : "s",
-                        count);
-    return make(p, where,
-                (kmp_expr){.kind = KMP_EXPR_CALL,
-                           .function = (kmp_function)function,
-                           .a = arguments[0],
-                           .b = arguments[1],
-                           .c = arguments[2]});
+        return kmp_parse_complain(p, where, "function '%s' takes %d argument%s, not %d", name, arity,
+                                  arity == 1 ? "" : "s", count);
+    return kmp_parse_make(p, where,
+                          (kmp_expr){.kind = KMP_EXPR_CALL,
+                                     .function = (kmp_function)function,
+                                     .a = arguments[0],
+                                     .b = arguments[1],
+                                     .c = arguments[2]});
 }
 
-static const kmp_expr *parse_time(parser *p, const char *where)
+static const kmp_expr *parse_time(kmp_parser *p, const char *where)
 {
     if (!p->scope->time)
-        return complain(p, where, "t is not allowed here: a constant is expected");
-    return make(p, where, (kmp_expr){.kind = KMP_EXPR_TIME});
+        return kmp_parse_complain(p, where, "t is not allowed here: a constant is expected");
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_TIME});
 }
 
 /* An input, which is a function of time. */
-static const kmp_expr *parse_input(parser *p, const char *where, const char *name, kmp_expr made)
+static const kmp_expr *parse_input(kmp_parser *p, const char *where, const char *name, kmp_expr made)
 {
     if (*p->at == '(')
-        return complain(p, where, "'%s' is an input, not a function", name);
+        return kmp_parse_complain(p, where, "'%s' is an input, not a function", name);
     if (!p->scope->time)
-        return complain(p, where, "input '%s' is not allowed here: a constant is expected", name);
+        return kmp_parse_complain(p, where, "input '%s' is not allowed here: a constant is expected", name);
     made.kind = KMP_EXPR_INPUT;
-    return make(p, where, made);
+    return kmp_parse_make(p, where, made);
 }
 
-static const kmp_expr *parse_table(parser *p, const char *where, const kmp_named_table *table)
+static const kmp_expr *parse_table(kmp_parser *p, const char *where, const kmp_named_table *table)
 {
-    if (!take(p, '('))
-        return complain(p, where, "table '%s' needs its argument in parentheses", table->name);
-    const kmp_expr *argument = parse_sum(p);
+    if (!kmp_parse_take(p, '('))
+        return kmp_parse_complain(p, where, "table '%s' needs its argument in parentheses", table->name);
+    const kmp_expr *argument = kmp_parse_sum(p);
     if (!argument)
         return NULL;
-    if (!take(p, ')'))
-        return complain_wanted(p, "an operator or ')'");
-    return make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = argument});
+    if (!kmp_parse_take(p, ')'))
+        return kmp_parse_wanted(p, "an operator or ')'");
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = argument});
 }
 
 /* An algebraic variable of the model, where coordinates are allowed. */
-static const kmp_expr *parse_unknown(parser *p, const char *where, kmp_expr made)
+static const kmp_expr *parse_unknown(kmp_parser *p, const char *where, kmp_expr made)
 {
     const kmp_unknowns *u = made.unknowns;
     const char *name = u->count ? u->unknown[made.number] : u->name;
     if (*p->at == '(')
-        return complain(p, where, "'%s' is an algebraic variable, not a function", name);
+        return kmp_parse_complain(p, where, "'%s' is an algebraic variable, not a function", name);
     if (!p->scope->coordinate)
-        return complain(p, where, "%s is not allowed here: %s is expected", name, allowed_here(p->scope));
+        return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected", name,
+                                  kmp_parse_allowed(p->scope));
     if (u->late && !u->zero[0])
-        return complain(p, where, "%s depends on multipliers, which is not allowed here", name);
+        return kmp_parse_complain(p, where, "%s depends on multipliers, which is not allowed here", name);
     made.kind = KMP_EXPR_UNKNOWN;
     made.a = u->leaves;
-    return make(p, where, made);
+    return kmp_parse_make(p, where, made);
 }
 
 /* x, y or z. */
-static const kmp_expr *parse_place(parser *p, const char *where, int index)
+static const kmp_expr *parse_place(kmp_parser *p, const char *where, int index)
 {
     if (index >= p->scope->place)
-        return complain(p, where, "%c is not allowed here: a function of x%s is expected", "xyz"[index],
-                        p -> scope -> place > 1 ? " and y" : "");
-    return make(p, where, (kmp_expr){.kind = KMP_EXPR_PLACE, .index = index});
+        return kmp_parse_complain(p, where, "%c is not allowed here: a function of x%s is expected", "xyz"[index],
+                                  p -> scope -> place > 1 ? " and y" : "");
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_PLACE, .index = index});
 }
 
-static const kmp_expr *parse_word(parser *p)
+static const kmp_expr *parse_word(kmp_parser *p)
 {
     const char *where = p->at;
-    const char *name = copy_word(p, word_length(p->at));
+    const char *name = kmp_parse_copy(p, kmp_parse_word_length(p->at));
     if (!name)
         return NULL;
     if (strcmp(name, "q") == 0)
-        return parse_coordinate(p, where, KMP_EXPR_Q);
+        return kmp_parse_coordinate(p, where, KMP_EXPR_Q);
     if (strcmp(name, "qd") == 0)
-        return parse_coordinate(p, where, KMP_EXPR_QD);
+        return kmp_parse_coordinate(p, where, KMP_EXPR_QD);
     if (strcmp(name, "t") == 0)
         return parse_time(p, where);
     if (strcmp(name, "pi") == 0)
-        return make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = 3.14159265358979323846});
+        return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = 3.14159265358979323846});
     if (p->scope->place > 0 && name[0] >= 'x' && name[0] <= 'z' && !name[1])
         return parse_place(p, where, name[0] - 'x');
-    skip_space(p);
-    int index = p->scope->parameter ? p->scope->parameter(p->scope->user, name) : -1;
-    if (index >= 0 && *p->at == '(')
-        return complain(p, where, "'%s' is a parameter, not a function", name);
-    if (index >= 0)
-        return make(p, where, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = index});
-    kmp_expr input = {0};
-    if (p->scope->input && p->scope->input(p->scope->user, name, &input))
-        return parse_input(p, where, name, input);
+    kmp_parse_skip_space(p);
     const kmp_named_table *table = p->scope->table ? p->scope->table(p->scope->user, name) : NULL;
     if (table)
         return parse_table(p, where, table);
+    if (*p->at == '(' && kmp_parse_refers(name))
+        return kmp_parse_reference(p, where, name);
+    int index = p->scope->parameter ? p->scope->parameter(p->scope->user, name) : -1;
+    if (index >= 0 && *p->at == '(')
+        return kmp_parse_complain(p, where, "'%s' is a parameter, not a function", name);
+    if (index >= 0)
+        return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = index});
+    kmp_expr input = {0};
+    if (p->scope->input && p->scope->input(p->scope->user, name, &input))
+        return parse_input(p, where, name, input);
     const kmp_unknowns *unknowns = NULL;
     int number = 0;
     index = p->scope->unknown ? p->scope->unknown(p->scope->user, name, &unknowns, &number) : -1;
     if (index >= 0)
         return parse_unknown(p, where, (kmp_expr){.index = index, .number = number, .unknowns = unknowns});
-    if (*p->at == '(' && strcmp(name, "lambda") == 0)
-        return parse_multiplier(p, where);
     if (*p->at == '(' || find_function(name) >= 0)
         return parse_call(p, where, name);
-    return complain_unknown(p, where, name, KMP_SYMBOL_PARAMETER);
+    return kmp_parse_unknown_name(p, where, name, KMP_SYMBOL_PARAMETER);
 }
 
 /* `^` and a whole number after a unit. */
-static bool parse_unit_power(parser *p, int *power)
+static bool parse_unit_power(kmp_parser *p, int *power)
 {
     *power = 1;
-    if (!take(p, '^'))
+    if (!kmp_parse_take(p, '^'))
         return true;
-    skip_space(p);
+    kmp_parse_skip_space(p);
     const char *where = p->at;
-    bool negative = take(p, '-');
+    bool negative = kmp_parse_take(p, '-');
     int digit = is_digit(*p->at) ? *p->at - '0' : -1;
     if (digit < 0 || is_digit(p->at[1]) || p->at[1] == '.' || begins_word(p->at[1])) {
-        complain(p, where, "the power of a unit is an integer below ten; write (2 m)^x for a power of the number");
+        kmp_parse_complain(p, where,
+                           "the power of a unit is an integer below ten; write (2 m)^x for a power of the number");
         return false;
     }
     p->at++;
@@ -411,26 +345,26 @@ static bool parse_unit_power(parser *p, int *power)
 }
 
 /* Multiplies or divides by another unit after `*` or `/`. Returns 1 if there was one, 0 if none, -1 after an error. */
-static int parse_next_unit(parser *p, kmp_unit *unit)
+static int parse_next_unit(kmp_parser *p, kmp_unit *unit)
 {
     const kmp_expr_scope *scope = p->scope;
     const char *begin = p->at, *word;
     kmp_unit next;
-    int power, sign = take(p, '*') ? 1 : take(p, '/') ? -1 : 0;
-    skip_space(p);
+    int power, sign = kmp_parse_take(p, '*') ? 1 : kmp_parse_take(p, '/') ? -1 : 0;
+    kmp_parse_skip_space(p);
     word = p->at;
-    size_t length = sign ? word_length(word) : 0;
+    size_t length = sign ? kmp_parse_word_length(word) : 0;
     const char *after = word + length + strspn(word + length, " \t\r\n");
     if (length == 0 || *after == '(' || !kmp_unit_find(word, length, &next)) {
         p->at = begin;
         return 0;
     }
-    const char *name = copy_word(p, length);
+    const char *name = kmp_parse_copy(p, length);
     if (!name)
         return -1;
     if (scope->parameter && scope->parameter(scope->user, name) >= 0) {
-        complain(p, word, "'%s' is a unit and a parameter of this model: put the number before it in parentheses",
-                 name);
+        kmp_parse_complain(
+            p, word, "'%s' is a unit and a parameter of this model: put the number before it in parentheses", name);
         return -1;
     }
     if (!parse_unit_power(p, &power))
@@ -439,23 +373,23 @@ static int parse_next_unit(parser *p, kmp_unit *unit)
     return 1;
 }
 
-static const kmp_expr *make_number(parser *p, const char *where, double value, kmp_dimension unit)
+static const kmp_expr *make_number(kmp_parser *p, const char *where, double value, kmp_dimension unit)
 {
     if (!isfinite(value))
-        return complain(p, where, "this number is too large: the largest is about 1.8e308 in SI units");
-    return make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value, .unit = unit});
+        return kmp_parse_complain(p, where, "this number is too large: the largest is about 1.8e308 in SI units");
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value, .unit = unit});
 }
 
 /* A number with the unit that may follow it: one literal. */
-static const kmp_expr *parse_unit(parser *p, const char *number, double value)
+static const kmp_expr *parse_unit(kmp_parser *p, const char *number, double value)
 {
     kmp_unit first, unit = {1, 1, KMP_DIM_NUMBER, 0};
     int power, more;
-    skip_space(p);
-    size_t length = word_length(p->at);
+    kmp_parse_skip_space(p);
+    size_t length = kmp_parse_word_length(p->at);
     if (length == 0)
         return make_number(p, number, value, (kmp_dimension){0});
-    const char *where = p->at, *name = copy_word(p, length);
+    const char *where = p->at, *name = kmp_parse_copy(p, length);
     if (!name)
         return NULL;
     if (!kmp_unit_find(name, length, &first))
@@ -468,13 +402,13 @@ static const kmp_expr *parse_unit(parser *p, const char *number, double value)
     return more < 0 ? NULL : make_number(p, number, value * unit.factor / unit.divisor, unit.dimension);
 }
 
-static const kmp_expr *parse_primary(parser *p)
+static const kmp_expr *parse_primary(kmp_parser *p)
 {
     double value = 0;
-    if (take(p, '(')) {
-        const kmp_expr *inner = parse_sum(p);
-        if (inner && !take(p, ')'))
-            return complain_wanted(p, "an operator or ')'");
+    if (kmp_parse_take(p, '(')) {
+        const kmp_expr *inner = kmp_parse_sum(p);
+        if (inner && !kmp_parse_take(p, ')'))
+            return kmp_parse_wanted(p, "an operator or ')'");
         return inner;
     }
     size_t n = kmp_text_to_number(p->at, &value);
@@ -485,36 +419,36 @@ static const kmp_expr *parse_primary(parser *p)
     }
     if (begins_word(*p->at))
         return parse_word(p);
-    return complain_wanted(p, "a number, a name or '('");
+    return kmp_parse_wanted(p, "a number, a name or '('");
 }
 
-static const kmp_expr *parse_power(parser *p)
+static const kmp_expr *parse_power(kmp_parser *p)
 {
     const kmp_expr *base = parse_primary(p);
-    if (!base || !take(p, '^'))
+    if (!base || !kmp_parse_take(p, '^'))
         return base;
     const char *sign = p->at - 1;
-    skip_space(p);
+    kmp_parse_skip_space(p);
     const char *where = p->at;
     const kmp_expr *exponent = parse_factor(p);
     if (exponent && !kmp_expr_is_constant(exponent))
-        return complain(p, where, "an exponent must be constant: numbers and parameters");
+        return kmp_parse_complain(p, where, "an exponent must be constant: numbers and parameters");
     return make_binary(p, sign, KMP_EXPR_POW, base, exponent);
 }
 
 /* Every nested rule passes through this function, which limits the depth. */
-static const kmp_expr *parse_factor(parser *p)
+static const kmp_expr *parse_factor(kmp_parser *p)
 {
     const kmp_expr *factor;
-    skip_space(p);
+    kmp_parse_skip_space(p);
     if (p->depth >= KMP_MOST_EXPRESSION_LEVELS)
-        return complain(p, p->at, "the expression is nested too deeply: more than %d levels",
-                        KMP_MOST_EXPRESSION_LEVELS);
+        return kmp_parse_complain(p, p->at, "the expression is nested too deeply: more than %d levels",
+                                  KMP_MOST_EXPRESSION_LEVELS);
     p->depth++;
     const char *where = p->at;
-    if (take(p, '-')) {
+    if (kmp_parse_take(p, '-')) {
         const kmp_expr *a = parse_factor(p);
-        factor = a ? make(p, where, (kmp_expr){.kind = KMP_EXPR_NEG, .a = a}) : NULL;
+        factor = a ? kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_NEG, .a = a}) : NULL;
     } else {
         factor = parse_power(p);
     }
@@ -522,12 +456,12 @@ static const kmp_expr *parse_factor(parser *p)
     return factor;
 }
 
-static const kmp_expr *parse_product(parser *p)
+static const kmp_expr *parse_product(kmp_parser *p)
 {
     const kmp_expr *left = parse_factor(p);
     while (left) {
-        kmp_expr_kind kind = take(p, '*') ? KMP_EXPR_MUL : KMP_EXPR_DIV;
-        if (kind == KMP_EXPR_DIV && !take(p, '/'))
+        kmp_expr_kind kind = kmp_parse_take(p, '*') ? KMP_EXPR_MUL : KMP_EXPR_DIV;
+        if (kind == KMP_EXPR_DIV && !kmp_parse_take(p, '/'))
             break;
         const char *sign = p->at - 1;
         left = make_binary(p, sign, kind, left, parse_factor(p));
@@ -535,12 +469,12 @@ static const kmp_expr *parse_product(parser *p)
     return left;
 }
 
-static const kmp_expr *parse_sum(parser *p)
+const kmp_expr *kmp_parse_sum(kmp_parser *p)
 {
     const kmp_expr *left = parse_product(p);
     while (left) {
-        kmp_expr_kind kind = take(p, '+') ? KMP_EXPR_ADD : KMP_EXPR_SUB;
-        if (kind == KMP_EXPR_SUB && !take(p, '-'))
+        kmp_expr_kind kind = kmp_parse_take(p, '+') ? KMP_EXPR_ADD : KMP_EXPR_SUB;
+        if (kind == KMP_EXPR_SUB && !kmp_parse_take(p, '-'))
             break;
         const char *sign = p->at - 1;
         left = make_binary(p, sign, kind, left, parse_product(p));
@@ -550,10 +484,10 @@ static const kmp_expr *parse_sum(parser *p)
 
 const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text)
 {
-    parser p = {.scope = scope, .text = text, .at = text};
-    const kmp_expr *expr = scope->compares ? parse_comparison(&p) : parse_sum(&p);
-    skip_space(&p);
+    kmp_parser p = {.scope = scope, .text = text, .at = text};
+    const kmp_expr *expr = scope->compares ? parse_comparison(&p) : kmp_parse_sum(&p);
+    kmp_parse_skip_space(&p);
     if (!expr || *p.at == '\0')
         return expr;
-    return complain_wanted(&p, "an operator or the end");
+    return kmp_parse_wanted(&p, "an operator or the end");
 }

@@ -30,7 +30,9 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_AT_LEAST, /* a >= b */
     KMP_EXPR_TABLE,    /* table(a) */
     KMP_EXPR_UNKNOWN,  /* index of the group of algebraic variables, number in it; a: the operands of its value */
-    KMP_EXPR_PLACE     /* x, y, z: index 0, 1, 2 of a place, given at evaluation */
+    KMP_EXPR_PLACE,    /* x, y, z: index 0, 1, 2 of a place, given at evaluation */
+    KMP_EXPR_MEASURE,  /* measure, number of its component */
+    KMP_EXPR_RATE      /* the derivative of a by t along the motion */
 } kmp_expr_kind;
 
 /* Functions of the language, one row each. */
@@ -40,6 +42,32 @@ typedef enum kmp_function {
 #undef KMP_FUNCTION
     KMP_FUNCTION_COUNT
 } kmp_function;
+
+/* Quantities of points and axes, one row each. */
+typedef enum kmp_measure_kind {
+#define KMP_MEASURE(kind, ...) KMP_MEASURE_##kind,
+#include "model/expressions/measures.def"
+#undef KMP_MEASURE
+    KMP_MEASURE_KINDS
+} kmp_measure_kind;
+
+/** A point of the model, or one of its axes. */
+typedef struct kmp_spot {
+    int point;
+    int axis;         /* 0, 1, 2; -1: the point itself */
+    const char *name; /* BODY.POINT, as the model has it */
+} kmp_spot;
+
+typedef struct kmp_measure {
+    kmp_measure_kind kind;
+    const char *word;
+    int components; /* as in measures.def */
+    int count;
+    kmp_spot spot[3];
+} kmp_measure;
+
+/** Their words, by kind. */
+extern const kmp_name_list kmp_measure_words;
 
 /** A function given by points, under the name that expressions use. */
 typedef struct kmp_named_table {
@@ -57,6 +85,7 @@ typedef struct kmp_expr {
     kmp_dimension unit; /* of a number, of an input */
     const kmp_named_table *table;
     const struct kmp_unknowns *unknowns;
+    const kmp_measure *measure;
     int symbol; /* of a constant law, as in kmp_number */
     int column; /* its column; of an operation, its sign's column */
     const struct kmp_expr *a, *b, *c;
@@ -109,6 +138,9 @@ typedef struct kmp_expr_scope {
     const kmp_named_table *(*table)(void *user, const char *name); /* NULL: there is none */
     /* The unknowns that a name is one of: their index, and which; -1: there are none. */
     int (*unknown)(void *user, const char *name, const struct kmp_unknowns **unknowns, int *number);
+    /* Sets the point and its name from the text BODY.POINT at a column; false: there is none, which is reported with
+     * `word` as its beginning. NULL: points and rates are not allowed. */
+    bool (*point)(void *user, const char *text, const char *word, int column, kmp_spot *spot);
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
     bool time;     /* t is allowed */
     bool compares; /* a comparison is required: a < b */
@@ -149,6 +181,12 @@ void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault);
 /** The first node for which `is` is true, each before its operands; NULL when there is none. */
 typedef bool (*kmp_expr_test)(const kmp_expr *expr, const void *user);
 const kmp_expr *kmp_expr_find(const kmp_expr *expr, kmp_expr_test is, const void *user);
+
+/** A test for kmp_expr_find: an operand that depends on rates. */
+bool kmp_expr_is_rate(const kmp_expr *expr, const void *unused);
+
+/** True if two leaves are the same. */
+bool kmp_expr_same_leaf(const kmp_expr *a, const kmp_expr *b);
 
 /** The first lambda(..) in an expression, NULL when there is none; NULL has none. */
 const kmp_expr *kmp_expr_lambda(const kmp_expr *expr);

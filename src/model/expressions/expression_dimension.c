@@ -92,6 +92,8 @@ static kmp_dimension dimension_of(walk *w, const kmp_expr *expr)
         return w->dimensions[expr->index].kind == KMP_DIMENSION_BARE ? KMP_DIM_ANY : w->dimensions[expr->index];
     case KMP_EXPR_NEG:
         return dimension_of(w, expr->a);
+    case KMP_EXPR_RATE:
+        return kmp_dimension_times(dimension_of(w, expr->a), KMP_DIM_TIME, -1);
     case KMP_EXPR_ADD:
     case KMP_EXPR_SUB:
         return agree(w, expr, dimension_of(w, expr->a), dimension_of(w, expr->b));

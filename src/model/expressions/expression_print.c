@@ -44,6 +44,23 @@ static void print_negative(kmp_text *text, const kmp_expr *expr, const kmp_expr_
     kmp_text_put(text, place > BIND_NEGATIVE ? ")" : "");
 }
 
+/* distance(a.P, b.Q), position(b.P).x, axes(b.P).z.x */
+static void print_measure(kmp_text *text, const kmp_measure *measure, int number)
+{
+    kmp_text_printf(text, "%s(", measure->word);
+    for (int k = 0; k < measure->count; k++) {
+        const kmp_spot *spot = &measure->spot[k];
+        kmp_text_printf(text, "%s%s", k ? ", " : "", spot->name);
+        if (spot->axis >= 0)
+            kmp_text_printf(text, ".%c", "xyz"[spot->axis]);
+    }
+    kmp_text_put(text, ")");
+    if (measure->components > 3)
+        kmp_text_printf(text, ".%c", "xyz"[number / 3]);
+    if (measure->components > 1)
+        kmp_text_printf(text, ".%c", "xyz"[number % 3]);
+}
+
 static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place)
 {
     switch (expr->kind) {
@@ -73,6 +90,14 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         break;
     case KMP_EXPR_UNKNOWN:
         kmp_text_put(text, expr->unknowns->count ? expr->unknowns->unknown[expr->number] : expr->unknowns->name);
+        break;
+    case KMP_EXPR_MEASURE:
+        print_measure(text, expr->measure, expr->number);
+        break;
+    case KMP_EXPR_RATE:
+        kmp_text_put(text, "rate(");
+        print_within(text, expr->a, names, BIND_SUM);
+        kmp_text_put(text, ")");
         break;
     case KMP_EXPR_NEG:
         print_negative(text, expr, names, place);

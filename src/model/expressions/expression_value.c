@@ -41,6 +41,8 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
         return expr->table->table ? kmp_table_value(expr->table->table, 0, a) : 0;
     case KMP_EXPR_TIME:
         return t;
+    case KMP_EXPR_RATE: /* of a constant: functions of t have none */
+        return 0;
     case KMP_EXPR_INPUT:
         return isnan(t) ? NAN : expr->value;
     default:
@@ -60,6 +62,20 @@ const kmp_expr *kmp_expr_find(const kmp_expr *expr, kmp_expr_test is, const void
     const kmp_expr *found = kmp_expr_find(expr->a, is, user);
     found = found ? found : kmp_expr_find(expr->b, is, user);
     return found ? found : kmp_expr_find(expr->c, is, user);
+}
+
+static bool same_measure(const kmp_measure *a, const kmp_measure *b)
+{
+    bool same = a->kind == b->kind && a->count == b->count;
+    for (int k = 0; same && k < a->count; k++)
+        same = a->spot[k].point == b->spot[k].point && a->spot[k].axis == b->spot[k].axis;
+    return same;
+}
+
+bool kmp_expr_same_leaf(const kmp_expr *a, const kmp_expr *b)
+{
+    return a->kind == b->kind && a->index == b->index && a->number == b->number && a->a == b->a &&
+           (!a->measure || same_measure(a->measure, b->measure));
 }
 
 static bool is_lambda(const kmp_expr *expr, const void *user)
@@ -87,7 +103,8 @@ bool kmp_expr_has_time(const kmp_expr *expr)
 static bool is_variable(const kmp_expr *expr, const void *user)
 {
     return is_time(expr, user) || expr->kind == KMP_EXPR_Q || expr->kind == KMP_EXPR_QD ||
-           expr->kind == KMP_EXPR_LAMBDA || expr->kind == KMP_EXPR_UNKNOWN || expr->kind == KMP_EXPR_PLACE;
+           expr->kind == KMP_EXPR_LAMBDA || expr->kind == KMP_EXPR_UNKNOWN || expr->kind == KMP_EXPR_PLACE ||
+           expr->kind == KMP_EXPR_MEASURE;
 }
 
 bool kmp_expr_is_constant(const kmp_expr *expr)

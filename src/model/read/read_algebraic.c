@@ -46,16 +46,11 @@ static bool waits(const kmp_reader *r, const kmp_yaml *map, int i)
 
 /* -- operands ----------------------------------------------------------------------------------------- */
 
-static bool is_same(const kmp_expr *a, const kmp_expr *b)
-{
-    return a->kind == b->kind && a->index == b->index && a->number == b->number;
-}
-
 /* Adds a leaf to a sum that has it not yet. */
 static void add_leaf(kmp_reader *r, const kmp_expr *leaf, const kmp_expr **sum)
 {
     for (const kmp_expr *e = *sum; e; e = e->kind == KMP_EXPR_ADD ? e->b : NULL)
-        if (is_same(e->kind == KMP_EXPR_ADD ? e->a : e, leaf))
+        if (kmp_expr_same_leaf(e->kind == KMP_EXPR_ADD ? e->a : e, leaf))
             return;
     kmp_expr *more = *sum ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
     if (more)
@@ -63,11 +58,13 @@ static void add_leaf(kmp_reader *r, const kmp_expr *leaf, const kmp_expr **sum)
     *sum = more ? more : leaf;
 }
 
-/* For algebraic variables their operands are appended below them. */
+/* For algebraic variables their operands are appended below them. A rate is an operand of its own. */
 static void add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum)
 {
     if (!e)
         return;
+    if (e->kind == KMP_EXPR_RATE)
+        add_leaf(r, e, sum);
     if (!e->a && e->kind != KMP_EXPR_NUMBER && e->kind != KMP_EXPR_UNKNOWN)
         add_leaf(r, e, sum);
     add_leaves(r, e->a, sum);

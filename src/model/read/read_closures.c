@@ -200,18 +200,14 @@ static void read_terms(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         closure->constant = constant;
 }
 
-static bool is_rate(const kmp_expr *e, const void *user)
-{
-    (void)user;
-    return e->kind == KMP_EXPR_QD;
-}
-
 static void read_constraint(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "constraint");
     closure->function = kmp_read_expr(r, node, what, KMP_DIM_ANY, KMP_OF_STATE);
-    if (kmp_expr_find(closure->function, is_rate, NULL))
-        kmp_reader_complain(r, node->place, "%s: a constraint may depend on t and q(..), not on qd(..)", what);
+    if (kmp_expr_find(closure->function, kmp_expr_is_rate, NULL))
+        kmp_reader_complain(r, node->place,
+                            "%s: a constraint may depend on t, q(..) and positions, not on qd(..) and other rates",
+                            what);
     read_power(r, map, what, closure);
 }
 

@@ -143,6 +143,19 @@ static void suggest_closure(const kmp_reader *r, const char *name, kmp_text *sen
     kmp_nearest_suggest(&nearest, sentence);
 }
 
+static bool find_spot(void *user, const char *text, const char *word, int column, kmp_spot *spot)
+{
+    kmp_reader *r = user;
+    int point = kmp_read_point_text(r, (kmp_place){r->scope_line, column, r->scope}, text, word);
+    if (point < 0)
+        return false;
+    const kmp_point *p = &r->model->points[point];
+    kmp_text name = {0};
+    kmp_text_printf(&name, "%s.%s", r->model->bodies[p->body].name, p->name);
+    *spot = (kmp_spot){.point = point, .name = kmp_text_keep(&name, &r->model->arena)};
+    return spot->name;
+}
+
 static void suggest(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence)
 {
     if (symbol == KMP_SYMBOL_COORDINATE)
@@ -164,7 +177,8 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                                                           : "a mapping");
         return NULL;
     }
-    bool of_loads = allowed == KMP_OF_LOADS || allowed == KMP_COMPARISON;
+    bool of_loads = allowed == KMP_OF_LOADS || allowed == KMP_COMPARISON,
+         of_state = of_loads || allowed == KMP_OF_STATE;
     kmp_expr_scope scope = {.context = r->context,
                             .arena = &r->model->arena,
                             .file = r->model->files[node->text_place.file],
@@ -172,7 +186,8 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .column = node->text_place.column,
                             .user = r,
                             .parameter = find_parameter,
-                            .coordinate = allowed == KMP_OF_STATE || of_loads ? find_in_expression : NULL,
+                            .coordinate = of_state ? find_in_expression : NULL,
+                            .point = of_state ? find_spot : NULL,
                             .closure = of_loads ? find_closure : NULL,
                             .input = find_input,
                             .table = find_table,
@@ -184,6 +199,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                                      : allowed == KMP_OF_PLACE ? 3
                                                                : 0};
     r->scope = node->text_place.file;
+    r->scope_line = node->text_place.line;
     const kmp_expr *expr = kmp_expr_parse(&scope, node->text);
     if (!expr)
         r->wrong = true;

@@ -37,6 +37,7 @@ typedef struct kmp_reader {
     kmp_include_instance *instances; /* included files, parents first */
     int instance_count;
     int scope; /* file whose names the current expression uses */
+    int scope_line;
     const kmp_yaml *root;
     bool digests;          /* what is read goes into a digest: results are cached */
     kmp_digest digest;     /* of all files and settings so far */

@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Positions, velocities, distances and angles of points and axes: the measures of expressions (model/expressions/
+ * measures.def), and rates of expressions. */
+#include "dynamics/kinematics/link_tree.h"
+#include "symbolic/derivative.h"
+
+/* -- vectors ------------------------------------------------------------------------------------------- */
+
+/* A vector in the axes of link `link` along the axes of a point. */
+static kmp_vec along_axes(const kmp_tree *tree, int point, int link, kmp_vec v)
+{
+    kmp_vec axes[3], out;
+    kmp_point_axes(tree, point, link, axes);
+    for (int k = 0; k < 3; k++)
+        out.x[k] = kmp_vec_dot(tree->graph, axes[k], v);
+    return out;
+}
+
+static kmp_vec position(const kmp_tree *tree, int point, int from)
+{
+    if (from < 0)
+        return kmp_point_position(tree, point, 0);
+    int frame;
+    kmp_vec d = kmp_point_difference(tree, from, point, &frame);
+    return along_axes(tree, from, frame, d);
+}
+
+static kmp_vec angular_velocity(const kmp_tree *tree, int point, int from)
+{
+    int link = kmp_point_link(tree, point);
+    if (from < 0)
+        return kmp_link_spin(tree, link, 0);
+    int other = kmp_point_link(tree, from), frame = kmp_tree_common(tree, link, other);
+    kmp_vec w = kmp_vec_sub(tree->graph, kmp_link_spin(tree, link, frame), kmp_link_spin(tree, other, frame));
+    return along_axes(tree, from, frame, w);
+}
+
+kmp_vec kmp_point_measure(const kmp_tree *tree, kmp_measure_kind kind, int point, int from)
+{
+    switch (kind) {
+    case KMP_MEASURE_POSITION:
+        return position(tree, point, from);
+    case KMP_MEASURE_VELOCITY:
+        return kmp_vec_rate(tree, position(tree, point, from));
+    case KMP_MEASURE_ANGULAR_VELOCITY:
+        return angular_velocity(tree, point, from);
+    default:
+        return kmp_vec_zero();
+    }
+}
+
+static kmp_vec axis_of(const kmp_tree *tree, const kmp_spot *spot, int axis, int frame)
+{
+    double e[3] = {axis == 0, axis == 1, axis == 2};
+    return kmp_point_direction(tree, spot->point, e, frame);
+}
+
+/* Component `number` of the three axes of a point. */
+static kmp_ref axes_component(const kmp_tree *tree, const kmp_measure *measure, int number)
+{
+    const kmp_spot *of = measure->spot;
+    if (measure->count == 1)
+        return axis_of(tree, of, number / 3, 0).x[number % 3];
+    int frame = kmp_tree_common(tree, kmp_point_link(tree, of[0].point), kmp_point_link(tree, of[1].point));
+    kmp_vec u = axis_of(tree, &of[0], number / 3, frame), v = axis_of(tree, &of[1], number % 3, frame);
+    return kmp_vec_dot(tree->graph, u, v);
+}
+
+/* -- numbers ------------------------------------------------------------------------------------------- */
+
+kmp_ref kmp_point_distance(const kmp_tree *tree, int a, int b)
+{
+    int frame;
+    kmp_vec d = kmp_point_difference(tree, a, b, &frame);
+    return kmp_sqrt(tree->graph, kmp_vec_dot(tree->graph, d, d));
+}
+
+/* The angle between unit vectors u and v is atan2(|u x v|, u.v). That from u to v about w is the angle of their
+ * components across w, atan2(w.(u x v), u.v - (w.u)(w.v)). */
+static kmp_ref angle(const kmp_tree *tree, const kmp_measure *measure)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_spot *of = measure->spot;
+    int frame = kmp_point_link(tree, of[0].point);
+    for (int k = 1; k < measure->count; k++)
+        frame = kmp_tree_common(tree, frame, kmp_point_link(tree, of[k].point));
+    kmp_vec u = axis_of(tree, &of[0], of[0].axis, frame), v = axis_of(tree, &of[1], of[1].axis, frame);
+    kmp_vec across = kmp_vec_cross(g, u, v);
+    kmp_ref along = kmp_vec_dot(g, u, v);
+    if (measure->count == 2)
+        return kmp_binary(g, KMP_OP_ATAN2, kmp_sqrt(g, kmp_vec_dot(g, across, across)), along);
+    kmp_vec w = axis_of(tree, &of[2], of[2].axis, frame);
+    kmp_ref common = kmp_mul(g, kmp_vec_dot(g, w, u), kmp_vec_dot(g, w, v));
+    return kmp_binary(g, KMP_OP_ATAN2, kmp_vec_dot(g, w, across), kmp_sub(g, along, common));
+}
+
+kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int number)
+{
+    const kmp_spot *of = measure->spot;
+    switch (measure->kind) {
+    case KMP_MEASURE_DISTANCE:
+        return kmp_point_distance(tree, of[0].point, of[1].point);
+    case KMP_MEASURE_ANGLE:
+        return angle(tree, measure);
+    case KMP_MEASURE_AXES:
+        return axes_component(tree, measure, number);
+    default:
+        return kmp_point_measure(tree, measure->kind, of[0].point, measure->count > 1 ? of[1].point : -1).x[number];
+    }
+}
+
+/* -- rates --------------------------------------------------------------------------------------------- */
+
+kmp_ref kmp_tree_rate(const kmp_tree *tree, kmp_ref x)
+{
+    kmp_derivative *d = kmp_time_derivative(tree);
+    kmp_ref rate = kmp_derivative_of(d, x);
+    kmp_derivative_free(d);
+    return rate;
+}

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Words that refer to other parts of the model: coordinates, multipliers, points and their axes. */
+#include "model/expressions/expression_parser.h"
+#include <string.h>
+
+static const struct {
+    const char *word;
+    bool axes; /* of axes, not of points */
+    int least, most, components, order;
+} rows[] = {
+#define KMP_MEASURE(kind, word, argument, least, most, components, order, unit, meaning)                               \
+    {word, MEASURE_OF_##argument, least, most, components, order},
+#define MEASURE_OF_POINT false
+#define MEASURE_OF_AXIS  true
+#include "model/expressions/measures.def"
+#undef KMP_MEASURE
+};
+
+const kmp_name_list kmp_measure_words = {rows, sizeof rows[0], sizeof rows / sizeof *rows};
+
+static bool is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+/* -- coordinates and multipliers ------------------------------------------------------------------ */
+
+/* The operands allowed where no coordinates are. */
+const char *kmp_parse_allowed(const kmp_expr_scope *scope)
+{
+    return scope->coordinate  ? "a function of q, qd and t"
+           : scope->place > 1 ? "a function of x, y, z and t"
+           : scope->place     ? "a function of x and t"
+           : scope->time      ? "a function of t"
+                              : "a constant";
+}
+
+/* q(NAME) and qd(NAME), from the opening parenthesis on. */
+const kmp_expr *kmp_parse_coordinate(kmp_parser *p, const char *where, kmp_expr_kind kind)
+{
+    const char *symbol = kind == KMP_EXPR_Q ? "q" : "qd";
+    if (!p->scope->coordinate)
+        return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected", symbol,
+                                  kmp_parse_allowed(p->scope));
+    if (!kmp_parse_take(p, '('))
+        return kmp_parse_complain(p, where, "'%s' needs a coordinate in parentheses: %s(NAME)", symbol, symbol);
+    kmp_parse_skip_space(p);
+    const char *start = p->at;
+    size_t n = kmp_parse_word_length(start);
+    if (n == 0)
+        return kmp_parse_wanted(p, "the name of a coordinate");
+    if (start[n] == '.' && is_digit(start[n + 1]))
+        for (n++; is_digit(start[n]);)
+            n++;
+    const char *name = kmp_parse_copy(p, n);
+    int index = name ? p->scope->coordinate(p->scope->user, name) : -1;
+    if (index < 0)
+        return kmp_parse_unknown_name(p, start, name ? name : "", KMP_SYMBOL_COORDINATE);
+    if (!kmp_parse_take(p, ')'))
+        return kmp_parse_wanted(p, "')'");
+    return kmp_parse_make(p, where, (kmp_expr){.kind = kind, .index = index});
+}
+
+/* lambda(LOOP) and lambda(LOOP.k), from the opening parenthesis on. */
+static const kmp_expr *parse_multiplier(kmp_parser *p, const char *where)
+{
+    if (!p->scope->closure)
+        return kmp_parse_complain(p, where, "lambda is not allowed here: %s is expected", kmp_parse_allowed(p->scope));
+    (void)kmp_parse_take(p, '(');
+    kmp_parse_skip_space(p);
+    const char *start = p->at;
+    size_t n = kmp_parse_word_length(start);
+    if (n == 0)
+        return kmp_parse_wanted(p, "the name of a loop");
+    const char *name = kmp_parse_copy(p, n);
+    int index = name ? p->scope->closure(p->scope->user, name) : -1, number = 0;
+    if (index < 0)
+        return kmp_parse_unknown_name(p, start, name ? name : "", KMP_SYMBOL_CLOSURE);
+    if (*p->at == '.') {
+        const char *digit = ++p->at;
+        if (!is_digit(*digit) || *digit == '0' || is_digit(digit[1]))
+            return kmp_parse_complain(
+                p, digit, "the number of a multiplier is expected here: lambda(%s.1) is the first one", name);
+        number = *p->at++ - '1';
+    }
+    if (!kmp_parse_take(p, ')'))
+        return kmp_parse_wanted(p, "')'");
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_LAMBDA, .index = index, .number = number});
+}
+
+/* -- measures ---------------------------------------------------------------------------------------- */
+
+/* `.x`, `.y` or `.z`: 0, 1, 2; -1 when none follows. */
+static int take_component(kmp_parser *p)
+{
+    const char *at = p->at;
+    if (at[0] != '.' || at[1] < 'x' || at[1] > 'z' || kmp_parse_word_length(at + 1) != 1)
+        return -1;
+    p->at += 2;
+    return at[1] - 'x';
+}
+
+/* BODY.POINT, with axes BODY.POINT.x: false after an error. */
+static bool parse_spot(kmp_parser *p, const char *word, bool axes, kmp_spot *spot)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at;
+    size_t n = kmp_parse_word_length(start), m = n > 0 && start[n] == '.' ? kmp_parse_word_length(start + n + 1) : 0;
+    if (m == 0) {
+        kmp_parse_wanted(p, axes ? "an axis BODY.POINT.x" : "a point BODY.POINT");
+        return false;
+    }
+    const char *name = kmp_parse_copy(p, n + 1 + m);
+    if (!name || !p->scope->point(p->scope->user, name, word, kmp_parse_column(p, start), spot))
+        return false;
+    spot->axis = axes ? take_component(p) : -1;
+    if (axes && spot->axis < 0)
+        kmp_parse_complain(p, p->at, "an axis is expected here: %s.x, %s.y or %s.z", name, name, name);
+    return !axes || spot->axis >= 0;
+}
+
+/* The component of a vector, or of one of three, after the closing parenthesis. */
+static bool parse_component(kmp_parser *p, kmp_measure_kind kind, int *number)
+{
+    int count = rows[kind].components, first = count > 1 ? take_component(p) : 0;
+    int second = count > 3 && first >= 0 ? take_component(p) : 0;
+    *number = count > 3 ? 3 * first + second : first;
+    if (first < 0 || second < 0)
+        kmp_parse_complain(p, p->at, "a component is expected here: %s(..)%s.x, for example", rows[kind].word,
+                           count > 3 ? ".z" : "");
+    return first >= 0 && second >= 0;
+}
+
+/* True if the only argument is the name of a coordinate: no point. */
+static bool is_coordinate(const char *s)
+{
+    size_t n = kmp_parse_word_length(s);
+    return n > 0 && (s[n] != '.' || is_digit(s[n + 1]));
+}
+
+static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measure_kind kind)
+{
+    const char *word = rows[kind].word;
+    if (!p->scope->point)
+        return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected", word,
+                                  kmp_parse_allowed(p->scope));
+    if (kind == KMP_MEASURE_ANGLE && is_coordinate(p->at + 1 + strspn(p->at + 1, " ")))
+        return kmp_parse_coordinate(p, where, KMP_EXPR_Q);
+    kmp_measure *measure = KMP_ARENA_NEW(p->scope->arena, kmp_measure, 1);
+    int number = 0;
+    if (!measure)
+        return NULL;
+    *measure = (kmp_measure){.kind = kind, .word = word, .components = rows[kind].components};
+    (void)kmp_parse_take(p, '(');
+    do {
+        if (measure->count == rows[kind].most)
+            return kmp_parse_wanted(p, "')'");
+        if (!parse_spot(p, word, rows[kind].axes, &measure->spot[measure->count++]))
+            return NULL;
+    } while (kmp_parse_take(p, ','));
+    if (measure->count < rows[kind].least)
+        return kmp_parse_wanted(p, rows[kind].axes ? "',' and another axis" : "',' and another point");
+    if (!kmp_parse_take(p, ')'))
+        return kmp_parse_wanted(p, measure->count < rows[kind].most ? "',' or ')'" : "')'");
+    if (!parse_component(p, kind, &number))
+        return NULL;
+    if (kind == KMP_MEASURE_DISTANCE && measure->spot[0].point == measure->spot[1].point)
+        return kmp_parse_complain(p, where, "distance of the point %s from itself", measure->spot[0].name);
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_MEASURE, .number = number, .measure = measure});
+}
+
+/* -- rates ------------------------------------------------------------------------------------------- */
+
+bool kmp_expr_is_rate(const kmp_expr *expr, const void *unused)
+{
+    (void)unused;
+    return expr->kind == KMP_EXPR_QD || expr->kind == KMP_EXPR_RATE ||
+           (expr->kind == KMP_EXPR_MEASURE && rows[expr->measure->kind].order > 0);
+}
+
+/* True for what has no rate of its own here: rates, multipliers, variables whose equations are being read. */
+static bool has_no_rate(const kmp_expr *expr, const void *unused)
+{
+    const kmp_unknowns *u = expr->unknowns;
+    return kmp_expr_is_rate(expr, unused) || expr->kind == KMP_EXPR_LAMBDA ||
+           (expr->kind == KMP_EXPR_UNKNOWN && u->count > 0 && !u->zero[u->count - 1]);
+}
+
+static const kmp_expr *parse_rate(kmp_parser *p, const char *where)
+{
+    if (!p->scope->point)
+        return kmp_parse_complain(p, where, "rate is not allowed here: %s is expected", kmp_parse_allowed(p->scope));
+    (void)kmp_parse_take(p, '(');
+    kmp_parse_skip_space(p);
+    const char *start = p->at;
+    const kmp_expr *of = kmp_parse_sum(p);
+    if (!of)
+        return NULL;
+    if (!kmp_parse_take(p, ')'))
+        return kmp_parse_wanted(p, "an operator or ')'");
+    if (kmp_expr_find(of, has_no_rate, NULL))
+        return kmp_parse_complain(p, start,
+                                  "the rate of this expression depends on accelerations: rate(..) is for functions of "
+                                  "t, q(..), positions, distances and angles");
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_RATE, .a = of});
+}
+
+/* -- all of them --------------------------------------------------------------------------------------- */
+
+bool kmp_parse_refers(const char *name)
+{
+    return strcmp(name, "lambda") == 0 || strcmp(name, "rate") == 0 || kmp_name_find(kmp_measure_words, name) >= 0;
+}
+
+const kmp_expr *kmp_parse_reference(kmp_parser *p, const char *where, const char *name)
+{
+    if (strcmp(name, "lambda") == 0)
+        return parse_multiplier(p, where);
+    if (strcmp(name, "rate") == 0)
+        return parse_rate(p, where);
+    return parse_measure(p, where, (kmp_measure_kind)kmp_name_find(kmp_measure_words, name));
+}
