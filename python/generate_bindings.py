@@ -29,6 +29,7 @@ GUARDED = re.compile(
 CALLBACKS = """
 extern "Python" int python_force(void *user, double t, const double *q, const double *qd, double *effort);
 extern "Python" void python_log(void *user, kempe_level level, const char *line);
+extern "Python" void python_progress(void *user, const kempe_progress *progress);
 """
 
 
@@ -112,7 +113,7 @@ def option_class(struct, rows):
     bases = [class_name(kind.removeprefix("const ").rstrip(" *")) for _, kind, _ in rows if "_options" in kind]
     names = {name for name, _, _ in rows}
     lines = [
-        f"class {class_name(struct)}({', '.join(bases) or 'TypedDict'}, total=False):",
+        f"class {class_name(struct)}({', '.join(bases) or 'Reporting'}, total=False):",
         f'    """Options of `{struct}`. Each may be left out.',
         "",
     ]
@@ -133,7 +134,11 @@ def write_options(path):
     parts = [
         '"""Names and types of options. Generated from the public headers."""\n\nfrom __future__ import annotations\n\n'
         "from collections.abc import Mapping, Sequence\nfrom os import PathLike\nfrom typing import TypedDict, Union\n\n"
-        'Text = Union[str, float, "PathLike[str]", Sequence[Union[str, float]], Mapping[str, object]]\n'
+        "from .progress import ProgressTo\n\n"
+        'Text = Union[str, float, "PathLike[str]", Sequence[Union[str, float]], Mapping[str, object]]\n',
+        "class Reporting(TypedDict, total=False):\n"
+        '    """progress: True for a bar, or a function that is called with a `Progress`; its exception ends the computation."""\n\n'
+        "    progress: ProgressTo\n",
     ]
     pathlib.Path(path).write_text("\n\n".join([*parts, *(option_class(*struct) for struct in structs.items())]))
 

@@ -199,6 +199,7 @@ static kempe_status sample(search *s, int seed)
         kempe_assembly_free(a);
         b->starts = scatter.starts;
         b->closed = scatter.closed;
+        kmp_progress(b->system->context, KMP_PROGRESS_STUDY, b->starts, starts, "starts");
     }
     return KEMPE_OK;
 }

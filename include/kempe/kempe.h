@@ -107,6 +107,24 @@ KEMPE_API kempe_context *kempe_context_new(void);
 KEMPE_API void kempe_context_free(kempe_context *context);
 KEMPE_API void kempe_context_set_log(kempe_context *context, kempe_log_fn *log, void *user);
 
+/** How far a long computation has come: `done` of `total`. `unit` is "s" for the simulated time of a run, which may be
+ * a part of another computation; otherwise a plural: "rows", "runs", "instances", "frequencies", "values", "starts". */
+typedef struct kempe_progress {
+    double done, total;
+    const char *unit;
+    double elapsed_s; /* on the wall, since the count of this unit began */
+    double left_s;    /* estimate at the pace so far; -1 while there is none */
+} kempe_progress;
+
+/** Receives the progress of a computation, in the thread that called it. It may interrupt the context. */
+typedef void kempe_progress_fn(void *user, const kempe_progress *progress);
+
+/** Calls a function about every `interval` seconds on the wall during long computations, not before `interval` seconds
+ * have passed, and at the end of what was reported. Interval 0: after every step. Results do not depend on it. NULL: no
+ * more calls. */
+KEMPE_API void kempe_context_set_progress(kempe_context *context, double interval, kempe_progress_fn *progress,
+                                          void *user);
+
 /** Unit of angles in texts, tables, pictures and pages that are made from now on, also of their rates and
  * accelerations: "rad" (default) or "deg". JSON of results and all other numbers of this interface remain in SI.
  * KEMPE_E_ARGUMENT: another unit. */

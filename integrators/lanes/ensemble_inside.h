@@ -87,12 +87,8 @@ struct kmp_ensemble {
     kmp_pool *pools[KMP_POOLS_MOST];
     int pool_count;
     kmp_lane_room room;
-    double reported; /* time of the last progress report */
     kmp_ensemble_work work;
 };
-
-/** True if a progress report is due, once a second. */
-bool kmp_ensemble_reports(kmp_ensemble *e);
 
 /* ensemble_start.c: one instance at a time. Statuses concern the whole ensemble: memory. */
 

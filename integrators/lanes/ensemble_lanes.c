@@ -535,14 +535,13 @@ static void park(kmp_ensemble *e, kmp_pool *pool)
         }
 }
 
-static void report(kmp_ensemble *e)
+/* Instances that neither wait nor are in a lane are done, or are left to run separately. */
+static void report(kmp_ensemble *e, size_t active)
 {
-    int waiting = 0;
-    if (!kmp_ensemble_reports(e))
-        return;
+    int done = e->count - (int)active;
     for (int k = 0; k < e->pool_count; k++)
-        waiting += e->pools[k]->waiting;
-    kmp_log(e->context, KEMPE_LOG_PROGRESS, "%d of %d instances wait", waiting, e->count);
+        done -= e->pools[k]->waiting;
+    kmp_progress(e->context, KMP_PROGRESS_STUDY, done, e->count, "instances");
 }
 
 kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool)
@@ -559,7 +558,7 @@ kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool)
             begin_lanes(e, pool);
         status = step(e, pool);
         if (e->work.sweeps % 1024 == 0)
-            report(e);
+            report(e, active);
     }
     park(e, pool);
     return status;

@@ -5,7 +5,6 @@
 #include "integrators/lanes/ensemble_inside.h"
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
@@ -53,14 +52,6 @@ kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *e)
     return e->work;
 }
 
-bool kmp_ensemble_reports(kmp_ensemble *e)
-{
-    double now = (double)time(NULL);
-    bool due = now - e->reported >= 1;
-    e->reported = due ? now : e->reported;
-    return due;
-}
-
 /* -- a run ------------------------------------------------------------------------------------------- */
 
 static void release(kmp_ensemble *e)
@@ -101,7 +92,6 @@ static kempe_status prepare(kmp_ensemble *e)
     for (size_t k = 0; k < (size_t)e->count * (size_t)e->n; k++)
         e->q[k] = e->qd[k] = NAN;
     e->work = (kmp_ensemble_work){.width = width};
-    e->reported = (double)time(NULL);
     return KEMPE_OK;
 }
 
@@ -131,15 +121,16 @@ static kempe_status run_lanes(kmp_ensemble *e)
 static kempe_status run_alone(kmp_ensemble *e)
 {
     kempe_status status = KEMPE_OK;
+    int count = 0, before = e->work.alone;
+    for (int i = 0; i < e->count; i++)
+        count += e->results[i].alone;
     for (int i = 0; i < e->count && status == KEMPE_OK; i++) {
         if (!e->results[i].alone)
             continue;
         if (kmp_interrupted(e->context))
             break;
         status = kmp_instance_alone(e, i);
-        e->work.alone++;
-        if (kmp_ensemble_reports(e))
-            kmp_log(e->context, KEMPE_LOG_PROGRESS, "instance %d of %d, separately", i + 1, e->count);
+        kmp_progress(e->context, KMP_PROGRESS_STUDY, ++e->work.alone - before, count, "instances");
     }
     for (int i = 0; i < e->count && status == KEMPE_OK; i++) {
         kmp_ensemble_result *result = &e->results[i];

@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "integrators/run/runner.h"
 #include <math.h>
-#include <time.h>
 
 long kmp_runner_tried(const kmp_runner *run)
 {
@@ -24,25 +23,11 @@ static kempe_status check_bound(kmp_runner *run, double t)
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
 
-/* The rate is that of the whole run so far: simulated seconds in a second of wall-clock time. */
-static void report_progress(const kmp_runner *run, double t, double now)
-{
-    double end = run->spec.t_end, rate = (t - run->spec.t_start) / (now - run->began);
-    kmp_log(run->s->context, KEMPE_LOG_PROGRESS, "t = %.6g of %.6g s (%.0f %%), %.3g s per second, %.3g s left", t, end,
-            100 * t / end, rate, (end - t) / fmax(rate, 1e-300));
-}
-
-/* Reports progress once a second of wall-clock time, whose clock is cheaper than that of the processor, and checks for
- * interrupts. */
+/* Reports progress and checks for interrupts. */
 static kempe_status attend(kmp_runner *run)
 {
-    double now = (double)time(NULL), t = kmp_runner_t(run);
-    if (run->began == 0)
-        run->began = run->progress = now;
-    if (now - run->progress >= 1) {
-        run->progress = now;
-        report_progress(run, t, now);
-    }
+    double t = kmp_runner_t(run);
+    kmp_progress(run->s->context, KMP_PROGRESS_RUN, t, run->spec.t_end, "s");
     if (!kmp_interrupted(run->s->context))
         return check_bound(run, t);
     run->reason = kmp_strdup("interrupted");

@@ -64,10 +64,10 @@ struct kmp_runner {
     double *moved;  /* 3 n + m: a row, if moving closures do work */
     double work;    /* of non-conservative forces on a dae formulation, by quadrature up to work_t */
     double work_t;
-    double rate_scale, build_s, began, progress; /* last two: seconds on the wall, 0: not yet */
-    unsigned long memory_failures;               /* at the creation of the run */
-    kmp_run_log own, *log;                       /* the caller's log, or the run's own */
-    long rescued_at; /* number of attempted steps at the last restart of a stopped integrator */
+    double rate_scale, build_s;
+    unsigned long memory_failures; /* at the creation of the run */
+    kmp_run_log own, *log;         /* the caller's log, or the run's own */
+    long rescued_at;               /* number of attempted steps at the last restart of a stopped integrator */
     char *reason;
     bool locks;
     bool cut; /* given up for spec.limit_s */

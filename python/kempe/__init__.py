@@ -39,6 +39,7 @@ from .linearize import Linearization
 from .model import Model
 from .modes import Modes
 from .output_handles import Outputs
+from .progress import Progress
 from .response import Response
 from .sensitivity import Sensitivity
 from .stepper import SavedState, State, Stepper
@@ -81,6 +82,7 @@ __all__ = [
     "OutOfMemoryError",
     "Outputs",
     "Problem",
+    "Progress",
     "Response",
     "SavedState",
     "Sensitivity",

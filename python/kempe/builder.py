@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+import functools
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
 
 from ._native import ffi, lib
 from .context import Context, Release
@@ -11,6 +13,19 @@ from .model import Model
 from .options import converted, fill, names_of, refuse_unknown
 
 Number = float | str  # in SI, or an expression of parameters
+Method = TypeVar("Method", bound=Callable[..., "Builder"])
+
+
+def recorded(method: Method) -> Method:
+    """The method, with a record of its calls: a model that was built is pickled as them."""
+
+    @functools.wraps(method)
+    def call(builder: Builder, /, *arguments: Any, **keywords: Any) -> Builder:
+        method(builder, *arguments, **keywords)
+        builder._calls.append((method.__name__, arguments, keywords))
+        return builder
+
+    return cast(Method, call)
 
 
 class Builder:
@@ -24,6 +39,8 @@ class Builder:
 
     def __init__(self, name: str) -> None:
         self._context = Context()
+        self._name = name
+        self._calls: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = []
         out = ffi.new("kempe_model **")
         self._context.check(lib.kempe_model_new, self._context.pointer, name.encode(), out)
         self._pointer = ffi.gc(out[0], Release(self._context, lib.kempe_model_free, ()))
@@ -47,41 +64,51 @@ class Builder:
         fill(struct, {"name": name, **members}, keep)
         return self._call(getattr(lib, f"kempe_model_add_{what}"), struct)
 
+    @recorded
     def gravity(self, x: Number, y: Number, z: Number) -> Builder:
         """Gravity in m/s^2, in the axes of the ground."""
         return self._numbers(lib.kempe_model_set_gravity, numbers=(x, y, z))
 
+    @recorded
     def parameter(self, name: str, value: Number) -> Builder:
         return self._numbers(lib.kempe_model_add_parameter, name.encode(), numbers=(value,))
 
+    @recorded
     def body(self, name: str, **members: Any) -> Builder:
         """A body: at, joint, kind, axis (3), motions, mass, com (3), inertia (xx yy zz xy xz yz)."""
         return self._add("body", name, members)
 
+    @recorded
     def point(self, body: str, name: str, x: Number, y: Number, z: Number) -> Builder:
         """A point of a body or of the "ground"."""
         return self._numbers(lib.kempe_model_add_point, body.encode(), name.encode(), numbers=(x, y, z))
 
+    @recorded
     def joint(self, name: str, **members: Any) -> Builder:
         """A joint between two bodies: kind, point (2), axis (3), pitch, cut."""
         return self._add("joint", name, members)
 
+    @recorded
     def closure(self, name: str, **members: Any) -> Builder:
         """A closure between two points: kind, point (2), length."""
         return self._add("closure", name, members)
 
+    @recorded
     def force(self, name: str, **members: Any) -> Builder:
         """A force: joint with torque or force, or spring (2) with stiffness, damping, free_length."""
         return self._add("force", name, members)
 
+    @recorded
     def text(self, section: str, name: str, text: str) -> Builder:
         """Any other entry of the model language: text("run", "t_end", "5")."""
         return self._call(lib.kempe_model_add_text, section.encode(), name.encode(), text.encode())
 
+    @recorded
     def q(self, coordinate: str, value: Number, hold: bool = False) -> Builder:
         """Guess of a coordinate for the assembly; `hold`: it keeps this value."""
         return self._numbers(lib.kempe_model_set_q, coordinate.encode(), numbers=(value,), more=(int(hold),))
 
+    @recorded
     def qd(self, coordinate: str, value: Number) -> Builder:
         """Rate of a coordinate at the start."""
         return self._numbers(lib.kempe_model_set_qd, coordinate.encode(), numbers=(value,))
@@ -89,4 +116,11 @@ class Builder:
     def finish(self) -> Model:
         """Checks and freezes the model. InputError has every mistake; the builder may then be continued."""
         self._call(lib.kempe_model_finish)
-        return Model._of(self._context, self._pointer)
+        return Model._of(self._context, self._pointer, (_build_again, (self._name, list(self._calls))))
+
+
+def _build_again(name: str, calls: list[tuple[str, tuple[Any, ...], dict[str, Any]]]) -> Model:
+    builder = Builder(name)
+    for method, arguments, keywords in calls:
+        getattr(builder, method)(*arguments, **keywords)
+    return builder.finish()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from ._native import lib
 from .arrays import Array, view
+from .display import check_html
 from .result import Reported, Result, TableOf
 
 
@@ -37,6 +38,9 @@ class Check(Result):
         rows = zip(self.coordinates["coordinate"], self.coordinates["role"])
         return [str(coordinate) for coordinate, role in rows if role == "independent"]
 
+    def _shown(self) -> str:
+        return check_html(self)
+
     def __repr__(self) -> str:
         return f"<Check: {self.dof} degrees of freedom, {sum(self.redundant.values())} redundant rows>"
 
@@ -45,6 +49,7 @@ class Assembly(Reported):
     """The state in which the loops are closed, from the model's guess."""
 
     _noun = "assembly"
+    _kept = ("q", "qd")
 
     @property
     def q(self) -> Array:
@@ -61,6 +66,7 @@ class Branches(Result):
     """Configurations in which the loops close with the held coordinates fixed; the first is the model's."""
 
     _noun = "branches"
+    _kept_each = ("__getitem__",)
 
     def __len__(self) -> int:
         return int(lib.kempe_branches_count(self._pointer))

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from .display import comparison_html
 from .result import Reported, TableOf
 
 
@@ -12,3 +13,6 @@ class Comparison(Reported):
     _noun = "comparison"
     runs = TableOf("A row for each run: method, rtol, status, errors, residuals, energy, work, times, memory.")
     levels = TableOf("The methods at equal error: rtol, cpu_s, ratio to the fastest, steps, evaluations.")
+
+    def _shown(self) -> str:
+        return comparison_html(self)

@@ -5,18 +5,20 @@ after all that was made from it."""
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import pathlib
 import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from types import TracebackType
 from typing import Any, ClassVar, TypeVar
 
 from ._native import ffi, lib
 from .errors import ArgumentError, Interrupted, KempeWarning, error_of
+from .progress import Progress, ProgressTo, shown
 
 NULL = ffi.NULL
 _logger = logging.getLogger("kempe")
@@ -50,7 +52,8 @@ class Listener:
     def __init__(self) -> None:
         self.warnings: list[str] = []
         self.failure: BaseException | None = None
-        self.progress: Callable[[str], object] | None = None
+        self.progress: Callable[[str], object] | None = None  # lines of the log
+        self.count: Callable[[Progress], object] | None = None
 
     def receive(self, level: int, line: str) -> None:
         if level == lib.KEMPE_LOG_WARNING:
@@ -77,6 +80,29 @@ class Context:
         self.inputs: dict[str, str] = {}  # and their units
         self._handle = ffi.new_handle((self.pointer, self.listener))
         lib.kempe_context_set_log(self.pointer, lib.python_log, self._handle)
+
+    def on_count(self, receive: Callable[[Progress], object] | None, interval: float = 0.1) -> None:
+        """Calls a function about every `interval` seconds of long computations. None: no more."""
+        self.listener.count = receive
+        callback = NULL if receive is None else lib.python_progress
+        lib.kempe_context_set_progress(self.pointer, interval, callback, self._handle)
+
+    @contextlib.contextmanager
+    def reporting(self, progress: ProgressTo | None) -> Iterator[None]:
+        """Progress of the computations inside goes to a function, or is shown if True. None: as the model has it."""
+        if progress is None:
+            yield
+            return
+        bars = shown() if progress is True else None
+        with self.lock:
+            before = self.listener.count
+            self.on_count(bars or progress or None)  # type: ignore[arg-type]
+            try:
+                yield
+            finally:
+                self.on_count(before)
+                if bars:
+                    bars.close()
 
     def message(self) -> str:
         return string(lib.kempe_context_message(self.pointer))
@@ -186,7 +212,17 @@ class Owned:
         """Called once the object exists."""
 
     def __reduce__(self) -> Any:
-        raise TypeError(f"{type(self).__name__} cannot be pickled; models and tables can")
+        raise TypeError(f"a {type(self).__name__} cannot be pickled or copied; models, systems, tables and results can")
+
+
+class Fixed(Owned):
+    """An object of the library that never changes: a copy is the object itself."""
+
+    def __copy__(self: T) -> T:
+        return self
+
+    def __deepcopy__(self: T, memo: object) -> T:
+        return self
 
 
 def _level_of_caller() -> int:
@@ -204,6 +240,14 @@ def failed(kind: type[BaseException], failure: BaseException, traceback: Traceba
     if listener.failure is None:
         listener.failure = failure
     lib.kempe_context_interrupt(pointer)
+
+
+@ffi.def_extern(onerror=failed)
+def python_progress(user: Any, progress: Any) -> None:
+    count = ffi.from_handle(user)[1].count
+    left = progress.left_s if progress.left_s >= 0 else None
+    if count is not None:
+        count(Progress(progress.done, progress.total, string(progress.unit), progress.elapsed_s, left))
 
 
 @ffi.def_extern(onerror=failed)

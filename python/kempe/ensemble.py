@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ._native import lib
 from .arrays import Array, view
-from .context import Owned, string
+from .context import Fixed, Owned, string
 from .options import options as struct_of
 from .result import Reported, TableOf
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ._options import RunOptions
 
 
-class Values(Owned):
+class Values(Fixed):
     """Values of parameters and starts: a row for each instance."""
 
     _noun = "values"
@@ -43,6 +43,7 @@ class Batch(Reported):
     """Results of all instances."""
 
     _noun = "batch"
+    _kept = ("status", "reason", "q", "qd")
     instances = TableOf("A row for each instance: values, status, t, q.NAME, qd.NAME, work, accuracy, verdict, reason.")
 
     def __len__(self) -> int:
@@ -80,9 +81,12 @@ class Ensemble(Owned):
 
     def run(self, lanes: int = 0, **options: Unpack[RunOptions]) -> Batch:
         """Runs every instance to t_end. `lanes`: instances at a time, 0 the best for this machine, -1 a separate run for each."""
-        given, keep = struct_of("run", "kempe_run_options", options)
-        made = self._context.make(
-            Batch, lib.guarded_kempe_ensemble_run, self._pointer, given, lanes, owners=(self._pointer,)
-        )
+        values: dict[str, Any] = dict(options)
+        progress = values.pop("progress", None)
+        given, keep = struct_of("run", "kempe_run_options", values)
+        with self._context.reporting(progress):
+            made = self._context.make(
+                Batch, lib.guarded_kempe_ensemble_run, self._pointer, given, lanes, owners=(self._pointer,)
+            )
         del keep
         return made

@@ -12,6 +12,7 @@ class Equilibrium(Reported):
     """Equilibria and their stability; the first is the one found from the start, if there is one."""
 
     _noun = "equilibrium"
+    _kept_each = ("stability", "is_stable")
     equilibria = TableOf(
         "A row each: stability, residual, potential (J), hits, unknowns, q.NAME, qd.NAME, lambda.CLOSURE.k."
     )

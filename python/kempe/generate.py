@@ -20,6 +20,7 @@ class Code(Result):
     """Equations in another language: a function for each set."""
 
     _noun = "code"
+    _kept = ("files",)
 
     @property
     def files(self) -> dict[str, str]:

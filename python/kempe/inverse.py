@@ -11,6 +11,7 @@ class Inverse(Judged, Reported):
     """Actuator forces and torques of a prescribed motion."""
 
     _noun = "inverse"
+    _kept = ("dof", "rank", "residual")
     rows = TableOf("t, tau.NAME (N m or N), power.NAME (W), q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, reactions.")
 
     @property

@@ -15,3 +15,6 @@ class Kinematics(Judged, Reported, Drawn):
         "Limits of the driven coordinates: s, coordinate, value, extreme, determined, margin, instead, q.NAME."
     )
     change_points = TableOf("Change points that were crossed: s, value, margin, q.NAME.")
+
+    def _shown(self) -> str:
+        return self._picture() or self.rows._curves()

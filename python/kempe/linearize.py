@@ -9,17 +9,11 @@ from typing import Any
 from ._native import ffi, lib
 from .arrays import Array, view
 from .context import string
-from .result import Result
+from .result import PartOf, Result
 
 
-class MatrixOf:
+class MatrixOf(PartOf):
     """An attribute of a linearization: one of its matrices."""
-
-    def __init__(self, doc: str) -> None:
-        self.__doc__ = doc
-
-    def __set_name__(self, owner: type[Linearization], name: str) -> None:
-        self.name = name
 
     def __get__(self, linearization: Linearization | None, owner: type[Linearization]) -> Array:
         return self if linearization is None else linearization.matrix(self.name)  # type: ignore[return-value]
@@ -31,6 +25,7 @@ class Linearization(Result):
     Matrices are read-only views."""
 
     _noun = "linearization"
+    _kept = ("states", "inputs", "outputs", "q", "qd", "y", "is_equilibrium")
 
     def matrix(self, name: str) -> Array:
         """A matrix by its name: A, B, C, D, M, G, K, L, N, Nd."""

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import html
 import json
 import os
 from collections.abc import Callable, Mapping
@@ -12,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._native import ffi, lib
-from .context import Context, Owned, string
+from .context import Context, Fixed, string
+from .display import details, model_html
 from .ensemble import Ensemble, Values
 from .generate import Code, Count
 from .gradient import Gradient
@@ -28,15 +28,16 @@ if TYPE_CHECKING:
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
+Recipe = tuple[Callable[..., Any], tuple[Any, ...]]  # for pickles: what makes an equal object
 
 
-class Model(Owned):
+class Model(Fixed):
     """A model file, read and checked, with values of parameters and inputs as keywords: Model("four_bar.yaml", crank="310 mm").
 
     A value is a text as in the file, or a number in the parameter's unit. `parameters` has values whose names are no keywords.
     `closure_tolerance` (m) is the gap that redundant closures may keep; `cache` a folder that keeps derived equations.
 
-    A model is frozen. Pickled, it is its path or text and these values, and is read again."""
+    A model is frozen. Pickled, it is its path or text and these values, and is read again. A copy is the model itself."""
 
     _noun = "model"
 
@@ -49,8 +50,9 @@ class Model(Owned):
         cache: str | os.PathLike[str] | None = None,
         **more: Any,
     ) -> None:
-        recipe = ("path", os.path.abspath(path), {**(parameters or {}), **more}, closure_tolerance, cache)
-        self._read(lib.guarded_kempe_model_read_set, (os.fsencode(path),), recipe)
+        values = {**(parameters or {}), **more}
+        self._recipe: Recipe = _read_again, (os.path.abspath(path), None, values, closure_tolerance, cache)
+        self._read(lib.guarded_kempe_model_read_set, (os.fsencode(path),), values, closure_tolerance, cache)
 
     @classmethod
     def from_text(
@@ -65,8 +67,10 @@ class Model(Owned):
     ) -> Model:
         """Reads a model from text; `label` replaces the file name in messages."""
         model = cls.__new__(cls)
-        recipe = ("text", (text, label), {**(parameters or {}), **more}, closure_tolerance, cache)
-        model._read(lib.guarded_kempe_model_read_text_set, (text.encode(), label.encode()), recipe)
+        values = {**(parameters or {}), **more}
+        model._recipe = _read_again, (label, text, values, closure_tolerance, cache)
+        source = (text.encode(), label.encode())
+        model._read(lib.guarded_kempe_model_read_text_set, source, values, closure_tolerance, cache)
         return model
 
     @classmethod
@@ -74,8 +78,9 @@ class Model(Owned):
         """Reads a model from a dict with the keys of a model file. Tuples are lists."""
         return cls.from_text(json.dumps(document, indent=1, default=_plain), parameters, label="dict", **more)
 
-    def _read(self, function: Any, source: tuple[bytes, ...], recipe: tuple[Any, ...]) -> None:
-        _, _, values, tolerance, cache = self._recipe = recipe
+    def _read(
+        self, function: Any, source: tuple[bytes, ...], values: Values_, tolerance: float | None, cache: Any
+    ) -> None:
         self._context = Context()
         if cache is not None:
             self._context.check(lib.kempe_context_set_cache, self._context.pointer, os.fsencode(cache))
@@ -101,10 +106,10 @@ class Model(Owned):
         self._system: System | None = None
 
     @classmethod
-    def _of(cls, context: Context, pointer: Any) -> Model:
+    def _of(cls, context: Context, pointer: Any, recipe: Recipe) -> Model:
         """A model that a builder has made."""
         model = cls.__new__(cls)
-        model._context, model._recipe = context, ()
+        model._context, model._recipe = context, recipe
         model._take(pointer)
         return model
 
@@ -140,16 +145,17 @@ class Model(Owned):
         return f"<Model {self.name!r}: coordinates {', '.join(self.coordinates)}>"
 
     def _repr_html_(self) -> str:
-        return f"<pre>{html.escape(str(self))}</pre>"
+        return model_html(self.to_dict(), self.coordinates) + details("model", str(self))
 
     def __reduce__(self) -> Any:
-        if not self._recipe:
-            raise TypeError("a model of a builder cannot be pickled")
-        return (_read_again, self._recipe)
+        return self._recipe
 
     def on_progress(self, receive: Callable[[str], object] | None) -> None:
-        """Calls a function with each line of progress of comparisons, ensembles and reports. None: no more."""
+        """Calls a function with lines of progress, about one a second, in all computations with this model. None: no more.
+
+        A single computation has the keyword `progress`: True for a bar, or a function of a `Progress`."""
         self._context.listener.progress = receive
+        self._context.on_count(None if receive is None else lambda progress: receive(str(progress)), 1.0)
 
     # -- equations -------------------------------------------------------------------------------------
 
@@ -169,6 +175,7 @@ class Model(Owned):
                 owners=(self._pointer,),
                 long=False,
             )
+        made._recipe = _derive_again, (self._recipe, dynamics, force)
         if force is not None:
             made._set_force(force)
         elif dynamics is None:
@@ -242,10 +249,15 @@ class Model(Owned):
         )
 
 
-def _read_again(kind: str, source: Any, values: dict[str, Any], tolerance: float | None, cache: Any) -> Model:
-    if kind == "path":
-        return Model(source, values, closure_tolerance=tolerance, cache=cache)
-    return Model.from_text(source[0], values, label=source[1], closure_tolerance=tolerance, cache=cache)
+def _read_again(label: str, text: str | None, values: Values_, tolerance: float | None, cache: Any) -> Model:
+    if text is None:
+        return Model(label, values, closure_tolerance=tolerance, cache=cache)
+    return Model.from_text(text, values, label=label, closure_tolerance=tolerance, cache=cache)
+
+
+def _derive_again(recipe: Recipe, dynamics: str | None, force: Force | None) -> System:
+    made: Model = recipe[0](*recipe[1])
+    return made.system(dynamics, force)
 
 
 def _plain(value: Any) -> Any:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._native import lib
+from .display import modes_html
 from .result import Drawn, Reported, TableOf
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ class Modes(Reported, Drawn):
     """Modes about a state, and their change with a parameter."""
 
     _noun = "modes"
+    _kept = ("zero_count", "is_unstable")
     modes = TableOf("A row for each eigenvalue: re, im (1/s), frequency (Hz), damping, decay (s), re.NAME, im.NAME.")
     rows = TableOf("Of a sweep: NAME, re.1, im.1, ..; otherwise the modes.")
     critical = TableOf("Values of a sweep at which a mode becomes unstable or stable.")
@@ -38,3 +40,6 @@ class Modes(Reported, Drawn):
     def is_unstable(self) -> bool:
         """A mode grows by more than rounding explains."""
         return bool(lib.kempe_modes_is_unstable(self._pointer))
+
+    def _shown(self) -> str:
+        return modes_html(self) + self._picture()

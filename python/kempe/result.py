@@ -4,18 +4,22 @@
 from __future__ import annotations
 
 import html
+import inspect
 import json
 import os
-from typing import Any
+from typing import Any, ClassVar
 
 from ._native import lib
-from .context import Owned, string, text_written
+from .context import Fixed, Owned, string, text_written
+from .display import details, picture
+from .errors import Error
+from .kept import read_again, values_of
 from .options import options
 from .table import Table
 
 
-class TableOf:
-    """An attribute of a result: one of its tables, made when it is first used."""
+class PartOf:
+    """An attribute of a result that the library has by its name."""
 
     def __init__(self, doc: str) -> None:
         self.__doc__ = doc
@@ -23,12 +27,27 @@ class TableOf:
     def __set_name__(self, owner: type[Result], name: str) -> None:
         self.name = name
 
+
+class TableOf(PartOf):
+    """An attribute of a result: one of its tables, made when it is first used."""
+
     def __get__(self, result: Result | None, owner: type[Result]) -> Table:
         return self if result is None else result.table(self.name)  # type: ignore[return-value]
 
 
-class Result(Owned):
-    """What a study has found. str() is its summary, as the command prints it."""
+class Result(Fixed):
+    """What a study has found. str() is its summary, as the command prints it. Pickled, it is its numbers, tables and texts."""
+
+    _kept: ClassVar[tuple[str, ...]] = ()  # further attributes that a pickled result has
+    _kept_each: ClassVar[tuple[str, ...]] = ()  # methods whose argument is an index
+
+    @classmethod
+    def tables_and_matrices(cls) -> list[str]:
+        """Names of the tables, and of the matrices of a state space."""
+        return [name for name in dir(cls) if isinstance(inspect.getattr_static(cls, name), PartOf)]
+
+    def __reduce__(self) -> Any:
+        return read_again, (type(self), values_of(self))
 
     def _made(self) -> None:
         self._tables: dict[str, Table] = {}
@@ -60,11 +79,18 @@ class Result(Owned):
         return f"<{type(self).__name__}>"
 
     def _repr_html_(self) -> str:
-        return f"<pre>{html.escape(str(self))}</pre>"
+        shown = self._shown()
+        return shown + details("summary", str(self), opened=not shown)
+
+    def _shown(self) -> str:
+        """What a notebook shows above the summary, which is open where there is nothing else."""
+        return ""
 
 
 class Judged(Result):
     """A result that may end early: `status` is "ok", "stopped" or "failed", `reason` a sentence."""
+
+    _kept: ClassVar[tuple[str, ...]] = ("status", "reason")
 
     @property
     def status(self) -> str:
@@ -116,17 +142,28 @@ class Drawn(Result):
         """The picture as text."""
         return text_written(self.write_picture, "result.svg")
 
+    def _picture(self) -> str:
+        try:
+            return picture(self.svg())
+        except (Error, KeyError):  # nothing varies
+            return ""
+
+    def _shown(self) -> str:
+        return self._picture()
+
 
 def study(kind: Any, source: Owned, values: dict[str, Any], struct: str = "", maker: str = "new") -> Any:
     """The result of a study of a model or system, whose options are keywords."""
     struct = struct or f"kempe_{kind._noun}_options"
+    progress = values.pop("progress", None)
     given, keep = options(kind.__name__, struct, values)
-    made = source._context.make(
-        kind,
-        getattr(lib, f"guarded_kempe_{kind._noun}_{maker}" if maker else "guarded_kempe_simulate"),
-        source._pointer,
-        given,
-        owners=(source._pointer,),
-    )
+    with source._context.reporting(progress):
+        made = source._context.make(
+            kind,
+            getattr(lib, f"guarded_kempe_{kind._noun}_{maker}" if maker else "guarded_kempe_simulate"),
+            source._pointer,
+            given,
+            owners=(source._pointer,),
+        )
     del keep
     return made

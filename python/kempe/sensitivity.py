@@ -13,6 +13,7 @@ class Sensitivity(Result):
     """Exact derivatives of a trajectory or of a state by parameters of the model."""
 
     _noun = "sensitivity"
+    _kept = ("method", "work")
     rows = TableOf("t or row; each quantity, q.rocker, and its derivatives by the parameters, q.rocker/PARAMETER.")
     parameters = TableOf("parameter, value (SI).")
 

@@ -151,6 +151,8 @@ class Stepper(Owned):
         """Another stepper at the same state."""
         return self._context.make(Stepper, lib.kempe_stepper_copy, self._pointer, owners=(self._pointer,), long=False)
 
+    __copy__ = copy
+
     @property
     def work(self) -> dict[str, int]:
         """Work so far: steps, rejected, refused, rhs, newton, factorizations, exchanges, centrings."""

@@ -13,7 +13,7 @@ from .arrays import Array
 from .check import Assembly, Branches, Check
 from .compare import Comparison
 from .contacts import Contacts
-from .context import Owned, failed, string
+from .context import Fixed, failed, string
 from .equilibrium import Equilibrium
 from .inverse import Inverse
 from .kinematics import Kinematics
@@ -43,15 +43,24 @@ if TYPE_CHECKING:
         ResponseOptions,
         RunOptions,
     )
+    from .progress import ProgressTo
 
 Force: TypeAlias = "Callable[[float, Array, Array], ArrayLike]"
 View = Literal["equations", "program", "stats", "passes"]
 
 
-class System(Owned):
-    """The equations of motion of a model. Keywords of studies are the options of the command, with _ for -."""
+class System(Fixed):
+    """The equations of motion of a model. Keywords of studies are the options of the command, with _ for -. Each study that may
+    take long has the keyword `progress`: True for a bar, or a function of a `Progress`.
+
+    A system is frozen. Pickled, it is its model, and is derived again. A copy is the system itself."""
 
     _noun = "system"
+
+    _recipe: tuple[Callable[..., Any], tuple[Any, ...]]
+
+    def __reduce__(self) -> Any:
+        return self._recipe
 
     def _made(self) -> None:
         count = lib.kempe_system_row_count(self._pointer)
@@ -101,9 +110,10 @@ class System(Owned):
         made: Assembly = self._new(Assembly)
         return made
 
-    def branches(self, seed: int = 1) -> Branches:
+    def branches(self, seed: int = 1, progress: ProgressTo | None = None) -> Branches:
         """Other assembly modes, from random starts."""
-        made: Branches = self._new(Branches, seed)
+        with self._context.reporting(progress):
+            made: Branches = self._new(Branches, seed)
         return made
 
     # -- motion --------------------------------------------------------------------------------------------

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import html
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -13,7 +12,8 @@ import numpy as np
 
 from ._native import ffi, lib
 from .arrays import view
-from .context import NULL, Owned, string, text_written
+from .context import NULL, Fixed, string, text_written
+from .display import picture, table_html
 from .options import text_of
 
 if TYPE_CHECKING:
@@ -28,7 +28,60 @@ def column_name(output: str) -> str:
     return f"{found[1]}.{found[2].replace(',', '.').replace(' ', '')}{found[3]}" if found else output
 
 
-class Table(Owned, Mapping[str, "NDArray[Any]"]):
+class Columns(Mapping[str, "NDArray[Any]"]):
+    """Columns by name, in SI, with their units."""
+
+    name: str
+    row_count: int
+    names: tuple[str, ...]
+    units: dict[str, str]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(dict.fromkeys(self.names))
+
+    def __len__(self) -> int:
+        return len(self.units)
+
+    def __repr__(self) -> str:
+        return f"<Table {self.name}: {self.row_count} rows of {len(self)} columns>"
+
+    def row(self, k: int) -> dict[str, Any]:
+        """One row as a dict."""
+        return {name: self[name][k] for name in self}
+
+    def to_dict(self) -> dict[str, NDArray[Any]]:
+        """The columns by name (rows each)."""
+        return dict(self.items())
+
+    def to_pandas(self, index: str | None = None) -> Any:
+        """A pandas.DataFrame; `attrs["units"]` has the units."""
+        import pandas
+
+        frame = pandas.DataFrame({name: self[name] for name in self})
+        frame.attrs.update(units=dict(self.units), name=self.name)
+        return frame.set_index(index) if index else frame
+
+    def to_xarray(self, index: str | None = None) -> Any:
+        """An xarray.Dataset over the first column, or over `index`; each variable has its unit."""
+        import xarray
+
+        index = index or self.names[0]
+        columns = {name: ((index,), self[name], {"units": self.units[name]}) for name in self}
+        return xarray.Dataset(
+            {name: column for name, column in columns.items() if name != index}, {index: columns[index]}
+        )
+
+    def _curves(self) -> str:
+        return ""
+
+    def _repr_html_(self) -> str:
+        return table_html(self)
+
+    def __reduce__(self) -> Any:
+        return (FrozenTable, (self.name, dict(self.units), {name: np.array(self[name]) for name in self}))
+
+
+class Table(Columns, Fixed):
     """Columns by name, in SI: arrays of float64, read-only views without a copy, or arrays of words.
 
     Names are those of columns, "position.coupler.C.x", or those of outputs, "position(coupler.C).x"."""
@@ -64,42 +117,8 @@ class Table(Owned, Mapping[str, "NDArray[Any]"]):
             [string(lib.kempe_table_word(self._pointer, row, column)) for row in range(self.row_count)], dtype=str
         )
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(dict.fromkeys(self.names))
-
-    def __len__(self) -> int:
-        return len(self.units)
-
     def __str__(self) -> str:
         return self._context.text(lib.kempe_table_print, self._pointer, lib.KEMPE_TEXT)
-
-    def __repr__(self) -> str:
-        return f"<Table {self.name}: {self.row_count} rows of {len(self)} columns>"
-
-    def row(self, k: int) -> dict[str, Any]:
-        """One row as a dict."""
-        return {name: self[name][k] for name in self}
-
-    def to_dict(self) -> dict[str, NDArray[Any]]:
-        return dict(self.items())
-
-    def to_pandas(self, index: str | None = None) -> Any:
-        """A pandas.DataFrame; `attrs["units"]` has the units."""
-        import pandas
-
-        frame = pandas.DataFrame({name: self[name] for name in self})
-        frame.attrs.update(units=dict(self.units), name=self.name)
-        return frame.set_index(index) if index else frame
-
-    def to_xarray(self, index: str | None = None) -> Any:
-        """An xarray.Dataset over the first column, or over `index`; each variable has its unit."""
-        import xarray
-
-        index = index or self.names[0]
-        columns = {name: ((index,), self[name], {"units": self.units[name]}) for name in self}
-        return xarray.Dataset(
-            {name: column for name, column in columns.items() if name != index}, {index: columns[index]}
-        )
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes a file in the format of its ending: .csv, .json, .npz, .mat."""
@@ -114,22 +133,13 @@ class Table(Owned, Mapping[str, "NDArray[Any]"]):
         """The picture as text."""
         return text_written(lambda path: self.write_picture(path, x, y), "table.svg")
 
-    def _repr_html_(self) -> str:
-        shown = min(self.row_count, 10)
-        head = "".join(
-            f"<th>{html.escape(name)}<br><small>{html.escape(self.units[name])}</small></th>" for name in self
-        )
-        rows = "".join(
-            "<tr>" + "".join(f"<td>{_cell(self[name][k])}</td>" for name in self) + "</tr>" for k in range(shown)
-        )
-        more = f"<p>{self.row_count - shown} more rows</p>" if shown < self.row_count else ""
-        return f"<table><caption>{html.escape(self.name)}</caption><tr>{head}</tr>{rows}</table>{more}"
-
-    def __reduce__(self) -> Any:
-        return (FrozenTable, (self.name, dict(self.units), {name: np.array(self[name]) for name in self}))
+    def _curves(self, most: int = 8) -> str:
+        """The coordinates over the first column, as a notebook shows them; "" if there are none."""
+        chosen = [name for name in self.names[1:] if name.startswith("q.")][:most]
+        return picture(self.svg(self.names[0], chosen)) if chosen and self.row_count > 1 else ""
 
 
-class FrozenTable(Mapping[str, "NDArray[Any]"]):
+class FrozenTable(Columns):
     """A table that was pickled: its columns alone."""
 
     def __init__(self, name: str, units: dict[str, str], columns: dict[str, NDArray[Any]]) -> None:
@@ -140,12 +150,8 @@ class FrozenTable(Mapping[str, "NDArray[Any]"]):
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self._columns[name] if name in self._columns else self._columns[column_name(name)]
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
+    def __copy__(self) -> FrozenTable:
+        return self
 
-    def __len__(self) -> int:
-        return len(self._columns)
-
-
-def _cell(value: Any) -> str:
-    return html.escape(f"{value:.6g}" if isinstance(value, float) else str(value))
+    def __deepcopy__(self, memo: object) -> FrozenTable:
+        return self

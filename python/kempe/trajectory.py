@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import html
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ._native import lib
 from .arrays import Array, view
+from .display import trajectory_html
 from .options import text_of
 from .result import Judged, Reported, TableOf
 from .table import Table, column_name
@@ -25,6 +25,7 @@ class Trajectory(Judged, Reported):
     with several components has a column for each."""
 
     _noun = "trajectory"
+    _kept = ("q", "qd", "qdd", "lam", "names", "closure_rows")
     rows = TableOf("t and the outputs that the model requests.")
     log = TableOf("Events between steps: t, kind, text, before, after.")
 
@@ -105,9 +106,9 @@ class Trajectory(Judged, Reported):
         """The table `rows` as an xarray.Dataset over t."""
         return self.rows.to_xarray("t")
 
-    def _repr_html_(self) -> str:
-        return f"<pre>{html.escape(str(self))}</pre>{self.rows.svg()}"
+    def _shown(self) -> str:
+        return trajectory_html(self) + self.rows._curves()
 
     def __repr__(self) -> str:
-        end = float(lib.kempe_trajectory_time(self._pointer, len(self) - 1)) if len(self) else 0.0
+        end = self.t[-1] if len(self) else 0.0
         return f"<Trajectory: {self.status}, {len(self)} rows to t = {end:g} s>"

@@ -99,7 +99,7 @@ def test_problems():
         (kempe.FailedError, RuntimeError, lambda m: m.simulate(max_steps=3)),
         (TypeError, TypeError, lambda m: m.simulate(rtoll=1e-3)),
         (TypeError, TypeError, lambda m: kempe.Trajectory()),
-        (TypeError, TypeError, lambda m: pickle.dumps(m.system())),
+        (TypeError, TypeError, lambda m: pickle.dumps(m.system().workspace())),
         (TypeError, TypeError, lambda m: m.simulate(independent=object())),
         (ValueError, ValueError, lambda m: m.system().workspace().evaluate(0, [1, 2])),
         (ValueError, ValueError, lambda m: m.system().workspace().close(0, [1, 2, 3], hold=["nonsense"])),
@@ -154,8 +154,7 @@ def test_builder_gives_the_model_of_a_file():
     built.q("A", 0.5).qd("A", 0).text("run", "t_end", "1").text("run", "output_step", "0.1")
     model = built.finish()
     assert np.array_equal(model.simulate().q, pendulum(FREE).simulate().q)
-    with pytest.raises(TypeError):
-        pickle.dumps(model)
+    assert np.array_equal(pickle.loads(pickle.dumps(model)).simulate().q, model.simulate().q)
     with pytest.raises(kempe.ArgumentError):
         built.body("late")
 
@@ -379,7 +378,7 @@ def test_page():
     """The blocks of docs/python.md, one after another."""
     page = (ROOT / "docs/python.md").read_text()
     blocks = re.findall(r"(?:^    .*\n|^\n(?=    ))+", page, re.M)
-    program = "\n".join(textwrap.dedent(block) for block in blocks if "pip install" not in block)
+    program = "\n".join(textwrap.dedent(block) for block in blocks if not re.search("pip install|ProcessPool", block))
     assert len(blocks) > 5 and "assert" in program
     subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True)
 

@@ -2,6 +2,7 @@
 /* The context hides how messages are kept and how an interrupt is signalled. An interrupt ends the computation that
  * sees it, all parts of it; the next computation begins without it. */
 #include "base/context.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include <kempe/cache.h>
 #include <limits.h>
@@ -9,6 +10,13 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* A count that is reported. It begins anew where it falls, or where the total or unit is another one. */
+typedef struct count {
+    kempe_progress last;
+    double began, from, due; /* on the wall; `done` at the beginning */
+    bool told;               /* some of it was reported: its end will be */
+} count;
 
 struct kempe_context {
     kmp_text message;
@@ -19,6 +27,10 @@ struct kempe_context {
     kmp_text warnings; /* of the current computation, one per line */
     int warning_count;
     atomic_int interrupt;
+    kempe_progress_fn *progress; /* NULL: none */
+    void *progress_user;
+    double progress_interval;
+    count counts[KMP_PROGRESS_KINDS];
     char *cache; /* folder of cached results; NULL: none */
 };
 
@@ -184,6 +196,7 @@ void kmp_context_begin(kempe_context *context)
                                                   memory_order_relaxed);
     kmp_text_free(&context->warnings);
     context->warning_count = 0;
+    memset(context->counts, 0, sizeof context->counts);
     kmp_context_clear(context);
 }
 
@@ -305,6 +318,42 @@ static bool keep_warning(kempe_context *context, const char *line)
                     context->warning_count < KMP_MOST_WARNINGS ? line : "further warnings are omitted");
     return true;
 }
+
+/* -- progress ---------------------------------------------------------------------------------------- */
+
+void kempe_context_set_progress(kempe_context *context, double interval, kempe_progress_fn *progress, void *user)
+{
+    if (!context)
+        return;
+    context->progress = progress;
+    context->progress_user = user;
+    context->progress_interval = interval;
+    memset(context->counts, 0, sizeof context->counts);
+}
+
+static bool is_another(const kempe_progress *last, double done, double total, const char *unit)
+{
+    return !last->unit || strcmp(last->unit, unit) != 0 || last->total != total || done < last->done;
+}
+
+void kmp_progress(kempe_context *context, int kind, double done, double total, const char *unit)
+{
+    count *c = &context->counts[kind];
+    if (!context->progress)
+        return;
+    double now = kmp_wall_now();
+    if (is_another(&c->last, done, total, unit))
+        *c = (count){.began = now, .from = done, .due = now + context->progress_interval};
+    double elapsed = now - c->began, ahead = done - c->from;
+    c->last = (kempe_progress){done, total, unit, elapsed, ahead > 0 ? (total - done) * elapsed / ahead : -1};
+    if (now < c->due && !(c->told && done >= total))
+        return;
+    c->due = now + context->progress_interval;
+    c->told = true;
+    context->progress(context->progress_user, &c->last);
+}
+
+/* -- log --------------------------------------------------------------------------------------------- */
 
 void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
 {

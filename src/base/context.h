@@ -104,6 +104,11 @@ typedef struct kmp_shown {
 } kmp_shown;
 kmp_shown kmp_shown_as(const kempe_context *context, const char *unit);
 
+/** Tells the caller's function, if one is set and its interval has passed, that `done` of `total` is done.
+ * KMP_PROGRESS_RUN: the time of a run, which may be a part of a study that counts as KMP_PROGRESS_STUDY. */
+enum { KMP_PROGRESS_RUN, KMP_PROGRESS_STUDY, KMP_PROGRESS_KINDS };
+void kmp_progress(kempe_context *context, int kind, double done, double total, const char *unit);
+
 /** While quiet nothing but progress is logged. */
 void kmp_context_quiet(kempe_context *context, bool quiet);
 

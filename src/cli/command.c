@@ -270,6 +270,8 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     }
     cli_terminal_begin(settings->quiet);
     kempe_context_set_log(j.context, cli_terminal_log, NULL);
+    if (cli_terminal_shows_progress())
+        kempe_context_set_progress(j.context, 1, cli_terminal_progress, NULL);
     watch_interrupt(j.context);
     kempe_status status = use_cache(&j);
     if (status == KEMPE_OK)

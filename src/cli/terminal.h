@@ -13,6 +13,10 @@ void cli_terminal_begin(bool quiet);
 /** The log function of a context; `user` is unused. */
 void cli_terminal_log(void *user, kempe_level level, const char *line);
 
+/** The function of a context for progress, if it is shown; `user` is unused. */
+bool cli_terminal_shows_progress(void);
+void cli_terminal_progress(void *user, const kempe_progress *progress);
+
 /** Notes that a file was written. */
 void cli_terminal_written(const char *path);
 

@@ -303,8 +303,11 @@ kempe_status kmp_compare_run_all(kmp_compare_job *j)
     for (int k = 0; status == KEMPE_OK && k < g.comparison->rtol_count; k++) {
         double fastest = INFINITY;
         sort_methods(&g);
-        for (int w = 0; status == KEMPE_OK && w < g.comparison->method_count; w++)
+        for (int w = 0; status == KEMPE_OK && w < g.comparison->method_count; w++) {
             status = run_cell(&g, g.methods[w], g.rtols[k], &fastest);
+            kmp_progress(j->context, KMP_PROGRESS_STUDY, k * g.comparison->method_count + w + 1, g.comparison->count,
+                         "runs");
+        }
     }
     if (status == KEMPE_OK)
         status = time_all(&g);

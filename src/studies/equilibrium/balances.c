@@ -231,6 +231,7 @@ static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe
         kempe_status status = kmp_scatter_next(&scatter, &a);
         e->starts = scatter.starts;
         e->closed = scatter.closed;
+        kmp_progress(e->system->context, KMP_PROGRESS_STUDY, e->starts, starts, "starts");
         if (a)
             status = try_start(e, linear, a, guess, start->q);
         kempe_assembly_free(a);

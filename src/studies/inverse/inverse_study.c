@@ -424,6 +424,7 @@ static kempe_status follow(job *j)
             return kmp_fail(j->context, KEMPE_STOPPED, "interrupted at t = %.9g s", j->prescribed.t);
         KMP_TRY(go_to(j, k, j->times.t[k] + j->t_first));
         keep_row(j);
+        kmp_progress(j->context, KMP_PROGRESS_STUDY, k + 1, j->times.count, "rows");
     }
     return KEMPE_OK;
 }

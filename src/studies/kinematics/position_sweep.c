@@ -91,6 +91,7 @@ static void take_row(void *user, double s, const double *q, const double *qs, co
         qdd[i] = qss ? qss[i] * rate * rate : NAN;
     }
     show(j, s, q, qd, qdd, k->shown + at * (size_t)k->width);
+    kmp_progress(k->system->context, KMP_PROGRESS_STUDY, k->count, k->requested, "rows");
 }
 
 static void take_change(void *user, const kmp_sweep_pose *pose, double margin)

@@ -318,6 +318,7 @@ static kempe_status go(maker *m, family *here)
             return KEMPE_STOPPED;
         KMP_TRY(reach(m, here, l->value[k], 0, &next, &doubt));
         note(m, &next, doubt);
+        kmp_progress(m->context, KMP_PROGRESS_STUDY, k + 1, l->values, "values");
         const around values = {k > 1 ? l->value[k - 2] : NAN, k + 1 < l->values ? l->value[k + 1] : NAN};
         kempe_status status = look_between(m, here, &next, &values);
         leave(here);

@@ -393,6 +393,7 @@ kempe_status kmp_frequency_run(kmp_frequency *frequency)
     kempe_context *context = l->system->context;
     for (int k = 0; k < f->count; k++) {
         take(f, k);
+        kmp_progress(context, KMP_PROGRESS_STUDY, k + 1, f->count, "frequencies");
         if (kmp_interrupted(context))
             return KEMPE_STOPPED;
     }

@@ -367,6 +367,7 @@ static kempe_status pass_segment(adjoint *a, double *h)
     kempe_status status = a->kind->start(a->solver, a->options->spec->t_end - a->last->to, a->y, NULL, end, *h);
     while (status == KEMPE_OK && a->solver->t < end) {
         status = a->kind->step(a->solver);
+        kmp_progress(context, KMP_PROGRESS_STUDY, a->solver->t, a->options->spec->t_end, "s");
         if (status == KEMPE_OK && kmp_interrupted(context))
             return kmp_fail(context, KEMPE_STOPPED, "interrupted");
     }

@@ -250,6 +250,7 @@ static kempe_status run(job *j, const kempe_contact_options *options)
         status = go(j, j->there);
         if (status == KEMPE_OK)
             status = take_row(j);
+        kmp_progress(context_of(j), KMP_PROGRESS_STUDY, row + 1, t->requested, "rows");
     }
     return give_reason(j, status);
 }

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What notebooks and clusters need: progress, pickled models and results, displays."""
+
+import concurrent.futures
+import copy
+import inspect
+import multiprocessing
+import pickle
+import re
+import sys
+
+import kempe
+import numpy as np
+import pytest
+from conftest import ROOT
+
+EXAMPLES = ROOT / "examples"
+
+
+def all_results():
+    """A result of each study, by name."""
+    four_bar = kempe.Model(EXAMPLES / "four_bar/four_bar.yaml")
+    quarter_car = kempe.Model(EXAMPLES / "quarter_car/quarter_car.yaml").system()
+    system = four_bar.system()
+    return {
+        "check": system.check(),
+        "assembly": system.assemble(),
+        "branches": system.branches(),
+        "trajectory": four_bar.simulate(t_end=0.2),
+        "comparison": system.compare(t_end=0.05, rtols=[1e-4], formulations="reduced", integrators=["dop853"]),
+        "kinematics": system.kinematics(sweep={"crank": (0, 6, 31)}),
+        "equilibrium": quarter_car.equilibrium(),
+        "linearization": quarter_car.linearize(),
+        "modes": quarter_car.modes(),
+        "sensitivity": four_bar.sensitivity(parameters="crank", t_end=0.1),
+        "batch": four_bar.ensemble({"crank": [0.29, 0.3]}).run(t_end=0.1),
+        "code": four_bar.generate(language="python", sets="M_C"),
+        "count": four_bar.count(sets="M_C"),
+    }
+
+
+@pytest.fixture(scope="module")
+def results():
+    return all_results()
+
+
+# -- progress ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def at_every_step(monkeypatch):
+    """Reports after each step instead of ten times a second."""
+    on_count = kempe.context.Context.on_count
+    monkeypatch.setattr(
+        kempe.context.Context, "on_count", lambda self, receive, interval=0.0: on_count(self, receive, 0.0)
+    )
+
+
+def test_progress_of_a_run_and_of_studies(four_bar, at_every_step):
+    seen = []
+    expected = four_bar.simulate(t_end=0.5, no_convergence_check=1)
+    run = four_bar.simulate(t_end=0.5, no_convergence_check=1, progress=seen.append)
+    assert np.array_equal(run.q, expected.q)
+    assert all(p.unit == "s" and p.total == 0.5 for p in seen) and seen[-1].done == 0.5 and seen[-1].part == 1
+    assert [p.done for p in seen] == sorted(p.done for p in seen)
+    assert seen[0].left is None and seen[-1].left == 0 and "0.5 of 0.5 s (100 %)" in str(seen[-1])
+    count = len(seen)
+    four_bar.simulate(t_end=0.5)
+    assert len(seen) == count  # of that run alone
+    system = four_bar.system()
+    studies = {
+        "rows": lambda: system.kinematics(sweep={"crank": (0, 6, 31)}, progress=seen.append),
+        "runs": lambda: system.compare(t_end=0.05, rtols=[1e-4, 1e-6], formulations="reduced", progress=seen.append),
+        "starts": lambda: system.branches(progress=seen.append),
+        "instances": lambda: four_bar.ensemble({"crank": np.linspace(0.28, 0.3, 4)}).run(
+            t_end=0.1, lanes=-1, no_convergence_check=1, progress=seen.append
+        ),
+    }
+    for unit, study in studies.items():
+        seen.clear()
+        study()
+        counts = [p.done for p in seen if p.unit == unit]
+        assert len(counts) > 1 and counts == sorted(counts), unit
+
+
+def test_exception_of_progress_ends_the_run(four_bar, at_every_step):
+    def receive(progress):
+        if progress.done > 0.1:
+            raise ZeroDivisionError("enough")
+
+    with pytest.raises(ZeroDivisionError, match="enough"):
+        four_bar.simulate(t_end=1e4, progress=receive)
+    assert four_bar.simulate(t_end=0.1).status == "ok"
+
+
+def test_bars_of_tqdm(four_bar, at_every_step, capsys):
+    pytest.importorskip("tqdm")
+    four_bar.simulate(t_end=0.5, progress=True)
+    text = capsys.readouterr().err
+    assert text.count("100% |") >= 2 and "0.5 of 0.5 s" in text  # the run, and the one at another tolerance
+
+
+def test_line_without_tqdm(four_bar, at_every_step, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    four_bar.simulate(t_end=0.5, progress=True)
+    text = capsys.readouterr().err
+    assert text.startswith("\r") and "0.5 of 0.5 s (100 %)" in text and text.endswith("\n")
+
+
+def test_lines_of_all_computations(four_bar, at_every_step):
+    lines = []
+    four_bar.on_progress(lines.append)
+    four_bar.simulate(t_end=0.2)
+    assert any("of 0.2 s" in line for line in lines)
+    four_bar.on_progress(None)
+    lines.clear()
+    four_bar.simulate(t_end=0.2)
+    assert not lines
+
+
+# -- pickles and copies --------------------------------------------------------------------------------------
+
+
+def equal(a, b):
+    """Equal values of attributes: numbers, arrays, tables, texts and containers of them."""
+    if isinstance(a, (dict, kempe.Table)):
+        return list(a) == list(b) and all(equal(a[name], b[name]) for name in a)
+    if isinstance(a, np.ndarray):
+        return np.array_equal(a, b, equal_nan=a.dtype.kind in "fc")
+    return a == b
+
+
+def public(kind):
+    """Names of the attributes of a class that take no argument."""
+    for name in dir(kind):
+        found = inspect.getattr_static(kind, name)
+        if not name.startswith("_") and (
+            isinstance(found, property) or hasattr(found, "__get__") and not callable(found)
+        ):
+            yield name
+
+
+def attribute(result, name):
+    try:
+        return getattr(result, name)
+    except kempe.Error as missing:
+        return str(missing)
+
+
+def test_pickled_results_have_all_that_is_known(results):
+    for name, result in results.items():
+        again = pickle.loads(pickle.dumps(result))
+        assert isinstance(again, type(result)) and repr(again) == repr(result), name
+        assert str(again) == str(result) and again.text(full=True) == result.text(full=True)
+        assert again.to_dict() == result.to_dict() and again._repr_html_()
+        names = [each for each in public(type(result)) if each not in ("tables_and_matrices",)]
+        for each in names:
+            assert equal(attribute(result, each), attribute(again, each)), f"{name}.{each}"
+        assert repr(pickle.loads(pickle.dumps(again))) == repr(result)
+    run, again = results["trajectory"], pickle.loads(pickle.dumps(results["trajectory"]))
+    assert len(again) == len(run) and np.array_equal(again["q(crank)"], run.q[:, 0]) and again.verdict == run.verdict
+    with pytest.raises(TypeError, match="needs the Trajectory itself"):
+        again["position(coupler.C)"]
+    branches = pickle.loads(pickle.dumps(results["branches"]))
+    assert [list(q) for q in branches] == [list(q) for q in results["branches"]]
+    assert pickle.loads(pickle.dumps(results["equilibrium"])).is_stable() is results["equilibrium"].is_stable()
+
+
+def push(t, q, qd):
+    return -0.1 * qd
+
+
+def test_pickled_systems_and_built_models(four_bar):
+    system = pickle.loads(pickle.dumps(four_bar.system("plain", push)))
+    expected = four_bar.system("plain", push).simulate(t_end=0.2)
+    assert np.array_equal(system.simulate(t_end=0.2).q, expected.q)
+    built = kempe.Builder("pendulum").gravity(0, -9.81, 0).parameter("L", 2)
+    built.body("arm", joint="A", mass=3, com=(0, "-L/2", 0), inertia=(0, 0, 1, 0, 0, 0)).q("A", 0.5)
+    model = built.finish()
+    again = pickle.loads(pickle.dumps(model))
+    assert np.array_equal(again.simulate(t_end=0.2).q, model.simulate(t_end=0.2).q)
+
+
+def test_copies(four_bar, results):
+    for fixed in (four_bar, four_bar.system(), results["trajectory"], results["trajectory"].rows):
+        assert copy.copy(fixed) is fixed and copy.deepcopy([fixed])[0] is fixed
+    stepper = four_bar.system().stepper(t_end=1)
+    stepper.advance(0.2)
+    other = copy.copy(stepper)
+    stepper.advance(0.4)
+    assert other.t == 0.2 and other.q[0] != stepper.q[0]
+    with pytest.raises(TypeError, match="a Workspace cannot be pickled or copied"):
+        copy.copy(four_bar.system().workspace())
+
+
+def one_of_many(job):
+    model, length = job
+    return kempe.Model(EXAMPLES / "four_bar/four_bar.yaml", crank=length).simulate(t_end=0.2), model.simulate(t_end=0.2)
+
+
+def test_four_spawned_processes(four_bar):
+    lengths = [0.28, 0.29, 0.3, 0.31]
+    with concurrent.futures.ProcessPoolExecutor(4, multiprocessing.get_context("spawn")) as pool:
+        runs = list(pool.map(one_of_many, [(four_bar, length) for length in lengths]))
+    expected = four_bar.simulate(t_end=0.2)
+    for (run, same), length in zip(runs, lengths):
+        assert np.array_equal(same.q, expected.q) and same.units == expected.units
+        assert np.array_equal(run.q, one_of_many((four_bar, length))[0].q)
+
+
+# -- displays ------------------------------------------------------------------------------------------------
+
+
+def test_displays_are_small_and_well_formed(results, four_bar):
+    from html.parser import HTMLParser
+
+    class Balanced(HTMLParser):
+        def __init__(self):
+            super().__init__()
+            self.open = []
+
+        def handle_starttag(self, tag, attributes):
+            if tag not in ("br", "img"):
+                self.open.append(tag)
+
+        def handle_endtag(self, tag):
+            assert self.open.pop() == tag
+
+    for name, shown in {"model": four_bar, **results, "table": results["trajectory"].rows}.items():
+        page = shown._repr_html_()
+        parser = Balanced()
+        parser.feed(page)
+        assert not parser.open and 100 < len(page) < 30_000, name
+        assert "color" not in re.sub(r'src="[^"]*"', "", page) and "<style" not in page, name  # the notebook's own
+
+
+def test_displays_say_what_matters(results, four_bar):
+    assert "crank" in four_bar._repr_html_() and "parameters" in four_bar._repr_html_()
+    assert 'degrees of freedom</th><td style="text-align: left">1<' in results["check"]._repr_html_()
+    run = results["trajectory"]._repr_html_()
+    assert "converged" in run and "data:image/svg+xml" in run
+    assert "processor time, ms" in results["comparison"]._repr_html_()
+    assert "stable: every mode decays" in results["modes"]._repr_html_()
+    model = kempe.Model(EXAMPLES / "limousine/limousine.yaml")
+    assert "more bodies" in model._repr_html_()
+
+
+def test_animation_in_a_cell(results):
+    try:
+        page = results["trajectory"].report()
+    except kempe.FileError as missing:
+        pytest.skip(str(missing))
+    frame = page._repr_html_()
+    assert frame.startswith('<iframe srcdoc="') and "&lt;html" in frame and "<html" not in frame
