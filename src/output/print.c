@@ -90,6 +90,9 @@ void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *syst
     for (int k = 0; k < kmp_quantity_size(system, quantity); k++)
         kmp_json_number(json, kmp_quantity_name(system, quantity, k), values ? values[k] : NAN);
     kmp_json_end(json);
+    if (quantity == KMP_QUANTITY_QD && system->model->state_count > 0)
+        kmp_print_entries(json, "state", system, KMP_QUANTITY_STATE,
+                          values ? values + kmp_model_coordinates(system->model) : NULL);
 }
 
 const char *kmp_name_of_coordinate(const kempe_system *system, int k)
