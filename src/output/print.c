@@ -175,6 +175,16 @@ int kmp_print_width(const kempe_system *system, kmp_quantity quantity)
     return width;
 }
 
+void kmp_print_states(kmp_text *text, const kempe_system *system, const double *qd)
+{
+    const kempe_model *model = system->model;
+    int width = kmp_print_width(system, KMP_QUANTITY_STATE);
+    if (model->state_count > 0)
+        kmp_text_printf(text, "  %-*s  %22s\n", width, "", "state");
+    for (int k = 0; k < model->state_count; k++)
+        kmp_text_printf(text, "  %-*s  %22.15g\n", width, model->states[k].name, qd[kmp_model_coordinates(model) + k]);
+}
+
 const char *kmp_print_unit(const kempe_system *system, int coordinate)
 {
     return kmp_shown_as(system->context, kmp_quantity_unit(system, KMP_QUANTITY_Q, coordinate)).unit;

@@ -123,12 +123,11 @@ static void digits(void)
         const end *exact;
     } cases[] = {
         {LAG, 1, 1, &lag_end}, {MOTOR, 1, 1, &motor_end}, {PID, 2, 1, &pid_end}, {SERVO, 0.5, 2.5e6, &servo_end}};
-    static const kmp_method methods[] = {
-        {.formulation = "reduced", .form = "integrated", .integrator = "dop853"},
-        {.formulation = "reduced", .form = "integrated", .integrator = "radau"},
-        {.formulation = "projected", .form = "none", .integrator = "dop853"},
-        {.formulation = "projected", .form = "none", .integrator = "radau"},
-        {.formulation = "dae", .form = "index1", .integrator = "radau"}};
+    static const kmp_method methods[] = {{.formulation = "reduced", .form = "integrated", .integrator = "dop853"},
+                                         {.formulation = "reduced", .form = "integrated", .integrator = "radau"},
+                                         {.formulation = "projected", .form = "none", .integrator = "dop853"},
+                                         {.formulation = "projected", .form = "none", .integrator = "radau"},
+                                         {.formulation = "dae", .form = "index1", .integrator = "radau"}};
     for (int c = 0; c < 4; c++) {
         char text[2048];
         (void)snprintf(text, sizeof text, "%s" RUN, cases[c].model, cases[c].t_end, cases[c].t_end, 1e-11, 1e-11);
