@@ -29,7 +29,7 @@ FORCES = {"JOINT": "force", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPR
 NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`",
          "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
 ARGUMENTS = {"LOOP": "(LOOP)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
-             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)"}
+             "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "MAYBE_STATE": "(STATE)"}
 
 
 # -- pages ---------------------------------------------------------------------------------------------
@@ -87,7 +87,7 @@ def number_lines(macro):
     return [(f"`{row[1]}`", f"number, {row[2]}", f"required with `{row[0]}`", row[-1].split(": ", 1)[1]) for row in generate_schema.rows("closure_numbers.def", macro)]
 
 
-SECTIONS = {"include": "include.md", "parameters": "parameters.md", "inputs": "inputs.md", "tables": "tables.md", "profiles": "tracks.md#profiles",
+SECTIONS = {"include": "include.md", "parameters": "parameters.md", "inputs": "inputs.md", "states": "states.md", "tables": "tables.md", "profiles": "tracks.md#profiles",
             "tracks": "tracks.md", "algebraic": "algebraic.md", "closure_tolerance": "../diagnosis.md#rounded-drawings", "ground": "bodies.md#ground",
             "bodies": "bodies.md", "wheels": "wheels.md", "joints": "graphs.md", "loops": "closures.md", "drives": "drives.md",
             "forces": "forces.md", "sensors": "outputs.md#sensors", "start": "start.md", "run": "run.md"}
@@ -288,7 +288,7 @@ def without_page():
     """Tables of rows that no page shows."""
     shown = {(what, name) for text in texts().values() for what, name, _ in MARK.findall(text)}
     wanted = {("keys", path.stem[:-5]) for path in (DOCS.parent / "src/model/keys").glob("*_keys.def")} - {("keys", "ground")}
-    wanted |= {("force", row[0]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[2] != "wheel"}
+    wanted |= {("force", row[0]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[2] not in ("wheel", "state")}
     return sorted(wanted - shown)
 
 

@@ -216,6 +216,7 @@ def definitions():
         "drive": drive(),
         "force": force(),
         "input": keyed("input", method=words("signal.c", "words")),
+        "state": keyed("state"),
         "table": keyed("table", method={"enum": ["spline", "linear"]}),
         "profile": keyed("profile"),
         "piece": piece(),
@@ -231,7 +232,7 @@ def definitions():
 
 def sections():
     """Schemas of the sections of a model."""
-    entries = {"inputs": "input", "tables": "table", "profiles": "profile", "tracks": "track", "algebraic": "algebraic", "wheels": "wheel", "joints": "edge",
+    entries = {"inputs": "input", "states": "state", "tables": "table", "profiles": "profile", "tracks": "track", "algebraic": "algebraic", "wheels": "wheel", "joints": "edge",
                "loops": "loop", "drives": "drive", "forces": "force", "parameters": "number", "sensors": "number"}
     return {**{section: named(ref(entry)) for section, entry in entries.items()}, "start": ref("start"), "run": ref("run"),
             "ground": keyed("ground"), "bodies": dict(named(ref("body")), minProperties=1),

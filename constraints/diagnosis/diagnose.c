@@ -142,6 +142,21 @@ static kempe_status diagnose(kempe_check *check)
     return status == KEMPE_E_FAILED && check->assembly ? explain(check) : status;
 }
 
+/* Without the states, on which neither closures nor masses depend, and without forces, which may. */
+static kempe_status leave_out_states(kempe_check *c, const kempe_model *model)
+{
+    c->mechanism = KMP_NEW(kempe_model, 1);
+    KMP_TRY(kmp_made(model->context, c->mechanism));
+    *c->mechanism = *model;
+    c->mechanism->motion_count = kmp_model_coordinates(model);
+    c->mechanism->has_digest = false;
+    c->mechanism->state_count = c->mechanism->force_count = c->mechanism->sensor_count = 0;
+    c->mechanism->output_count = c->mechanism->run.until_count = 0;
+    KMP_TRY(kempe_system_new(c->mechanism, &c->own));
+    c->system = c->own;
+    return KEMPE_OK;
+}
+
 kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
 {
     KMP_WANTED_BOTH(system, check);
@@ -151,7 +166,9 @@ kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
     c->body_count = system->model->body_count - 1;
     c->loop_count = system->model->closure_count;
     unsigned long failures = kmp_memory_failures();
-    kempe_status status = diagnose(c);
+    kempe_status status = system->model->state_count > 0 ? leave_out_states(c, system->model) : KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = diagnose(c);
     c->warnings = kmp_context_warnings(system->context);
     if (status == KEMPE_E_FAILED && kmp_memory_failures() != failures)
         status = KEMPE_E_MEMORY; /* the messages of earlier trials are dropped */
@@ -169,6 +186,8 @@ void kempe_check_free(kempe_check *check)
         return;
     kempe_assembly_free(check->assembly);
     kmp_partition_free(&check->part);
+    kempe_system_free(check->own);
+    kmp_free(check->mechanism);
     kmp_arena_free(&check->arena);
     kmp_free(check->warnings);
     kmp_free(check);

@@ -456,8 +456,9 @@ double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda)
 double kmp_eval_kinetic(const kmp_evaluator *eval, const double *qd)
 {
     const kmp_pattern *p = &eval->system->mass;
+    int coordinates = kmp_model_coordinates(eval->system->model);
     double sum = 0;
-    for (int k = 0; k < p->count; k++)
+    for (int k = 0; k < p->count && p->row[k] < coordinates; k++)
         sum += eval->mass[k] * qd[p->row[k]] * qd[p->col[k]] * (p->row[k] == p->col[k] ? 0.5 : 1);
     return sum;
 }

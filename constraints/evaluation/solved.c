@@ -250,8 +250,9 @@ void kmp_solved_lend(kmp_solved *solved, double t, const double *q)
 bool kmp_solved_is_cancelled(const kmp_solved *solved, double rtol, double rate_scale)
 {
     const double *scale = solved->eval->system->scale, *open = solved->end + solved->layout.open;
+    int coordinates = kmp_model_coordinates(solved->eval->system->model);
     double most = 0;
-    for (int i = 0; solved->layout.r > 0 && i < solved->layout.n; i++)
+    for (int i = 0; solved->layout.r > 0 && i < coordinates; i++)
         most = isfinite(open[i]) ? fmax(most, fabs(open[i]) / scale[i]) : INFINITY;
     return DBL_EPSILON * most > KMP_MARGIN_CANCELLED * rtol * rate_scale * rate_scale;
 }

@@ -57,6 +57,9 @@ static kempe_status check_wish(const kempe_system *s, int p, int r, const int *b
                                const double *pivots)
 {
     kmp_text names = {0};
+    int states = s->model->state_count;
+    p -= states; /* the last ones of `best` */
+    count -= states;
     for (int k = 0; k < p; k++)
         kmp_text_printf(&names, "%s%s", k ? ", " : "", coordinate(s, best[k]));
     char *would = kmp_text_take(&names);
@@ -85,6 +88,10 @@ static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_sy
     sort(best, part->p);
     for (int k = 0; k < count; k++)
         c->fixed[wish[k]] = 1;
+    for (int k = kmp_model_coordinates(s->model); k < s->n; k++) { /* states are independent in any case */
+        count += !c->fixed[k];
+        c->fixed[k] = 1;
+    }
     part->user = true;
     return kmp_pick_pivot(c, c->fixed, pivots) ? check_wish(s, part->p, part->r, best, wish, count, pivots)
                                                : kmp_fail_memory(s->context);

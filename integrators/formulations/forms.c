@@ -367,7 +367,8 @@ static void begin(dae *d, const kmp_formulation_start *start)
     put_multipliers(d, start->lambda, d->formulation.y, d->formulation.yp);
     for (int i = 0; i < d->formulation.size; i++) {
         bool coordinate = i < n, rate = i >= n && i < 2 * n;
-        d->differential[i] = coordinate || (rate && !d->form.rates_free) || d->form.integrated;
+        bool state = rate && kmp_state_of(d->s->model, i - n);
+        d->differential[i] = coordinate || (rate && !d->form.rates_free) || state || d->form.integrated;
         d->factor[i] = coordinate || rate ? 1 : OUT_OF_NORM;
         if (!coordinate && !rate)
             d->formulation.atol[i] = start->atol;

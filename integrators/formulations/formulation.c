@@ -46,9 +46,17 @@ void kmp_formulation_begin_with_state(kmp_formulation *formulation, const kmp_fo
     for (int i = 0; i < n; i++) {
         formulation->y[i] = start->q[i];
         formulation->y[n + i] = start->qd[i];
-        formulation->atol[i] = start->atol * start->system->scale[i];
-        formulation->atol[n + i] = formulation->atol[i] * start->rate_scale;
+        kmp_formulation_tolerances(start->system, i, start->atol * start->system->scale[i], start->rate_scale,
+                                   &formulation->atol[i], &formulation->atol[n + i]);
     }
+}
+
+void kmp_formulation_tolerances(const kempe_system *system, int coordinate, double tolerance, double rate_scale,
+                                double *position, double *rate)
+{
+    bool state = kmp_state_of(system->model, coordinate);
+    *position = state ? 1e300 : tolerance;
+    *rate = state ? tolerance : tolerance * rate_scale;
 }
 
 void kmp_formulation_position_of_state(kmp_formulation *formulation, double t, const double *y, double *q)
@@ -82,7 +90,7 @@ int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, do
 double kmp_formulation_rate_scale(const kempe_system *system, double t_end, const double *qd, const double *qdd)
 {
     double scale = 1 / t_end;
-    for (int i = 0; i < system->n; i++) {
+    for (int i = 0; i < kmp_model_coordinates(system->model); i++) {
         scale = fmax(scale, fabs(qd[i]) / system->scale[i]);
         scale = fmax(scale, sqrt(fabs(qdd[i]) / system->scale[i]));
     }

@@ -121,6 +121,11 @@ void kmp_formulation_make_unknowns(kmp_formulation *formulation, int size, bool 
 void kmp_formulation_begin_with_state(kmp_formulation *formulation, const kmp_formulation_start *start);
 void kmp_formulation_position_of_state(kmp_formulation *formulation, double t, const double *y, double *q);
 
+/** The absolute tolerances of a coordinate and of its rate, from that of an angle times the size of the coordinate.
+ * That of a state is this one; its integral, the coordinate of its motion, is not controlled. */
+void kmp_formulation_tolerances(const kempe_system *system, int coordinate, double tolerance, double rate_scale,
+                                double *position, double *rate);
+
 /** Checks that the dropped rows close, too, at the evaluator's last closure (at t): not wider than many tolerances
  * (scaled), nor than a multiple of the kept rows. KMP_GO, or KMP_HALT with the reason. */
 int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, double t, double tolerance,

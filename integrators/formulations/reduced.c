@@ -32,10 +32,9 @@ void kmp_reduced_pack(const kmp_partition *part, bool has_v, const double *q, co
 void kmp_reduced_set_tolerances(kmp_reduced *d)
 {
     double *atol = d->formulation.atol;
-    for (int k = 0; k < d->p; k++) {
-        atol[k] = d->start.atol * d->s->scale[d->part.u[k]];
-        atol[d->p + k] = atol[k] * d->start.rate_scale;
-    }
+    for (int k = 0; k < d->p; k++)
+        kmp_formulation_tolerances(d->s, d->part.u[k], d->start.atol * d->s->scale[d->part.u[k]], d->start.rate_scale,
+                                   &atol[k], &atol[d->p + k]);
     for (int i = 0; d->has_v && i < d->r; i++)
         atol[2 * d->p + i] = d->start.atol * d->s->scale[d->part.v[i]];
     if (d->has_work)

@@ -2,6 +2,7 @@
 /* DOP853 on the lanes of a pool: an attempt of a step in every lane, then for each lane the decisions of rk.c and
  * reduced.c. Lanes of instances that have finished, or that another pool continues, are filled again. */
 #include "constraints/tolerances.h"
+#include "integrators/formulations/formulation.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/steppers/dop853.h"
 #include "linalg/dense/dense.h"
@@ -98,10 +99,9 @@ static void load(kmp_ensemble *e, kmp_pool *pool, size_t l, int i)
     for (int k = 0; k < e->m; k++)
         room->row_scale[(size_t)k * w + l] = row_scale[k];
     double *atol = room->atol + l;
-    for (int k = 0; k < e->p; k++) {
-        atol[(size_t)k * w] = e->spec.atol * scale[pool->part.u[k]];
-        atol[(size_t)(e->p + k) * w] = atol[(size_t)k * w] * x->rate_scale;
-    }
+    for (int k = 0; k < e->p; k++)
+        kmp_formulation_tolerances(e->s, pool->part.u[k], e->spec.atol * scale[pool->part.u[k]], x->rate_scale,
+                                   &atol[(size_t)k * w], &atol[(size_t)(e->p + k) * w]);
     for (int k = 0; k < e->r; k++)
         atol[(size_t)(2 * e->p + k) * w] = e->spec.atol * scale[pool->part.v[k]];
     if (e->s->dissipative)

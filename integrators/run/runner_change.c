@@ -197,7 +197,7 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
 {
     const double *open = run->eval->by_bodies && run->margin.r > 0 ? run->eval->free_qdd : NULL;
     double most = 0;
-    for (int i = 0; open && i < run->s->n; i++)
+    for (int i = 0; open && i < kmp_model_coordinates(run->s->model); i++)
         most = isfinite(open[i]) ? fmax(most, fabs(open[i]) / run->s->scale[i]) : INFINITY;
     double size = run->rate_scale * run->rate_scale;
     if (DBL_EPSILON * most <= KMP_MARGIN_CANCELLED * run->spec.rtol * size || !(t > kmp_runner_t_old(run)))

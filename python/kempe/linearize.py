@@ -34,7 +34,7 @@ class Linearization(Result):
         values = lib.kempe_linearization_matrix(self._pointer, number, rows, columns)
         return view(values, (rows[0], columns[0]), self._pointer, "F")
 
-    A = MatrixOf("Of the states (2p x 2p).")
+    A = MatrixOf("Of the states (2p x 2p, and one for each state of the model).")
     B = MatrixOf("Of the inputs on the rates of the states.")
     C = MatrixOf("Of the states on the outputs.")
     D = MatrixOf("Of the inputs on the outputs.")

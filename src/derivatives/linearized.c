@@ -320,6 +320,44 @@ void kmp_linear_matrices(kmp_linear *linear)
     kmp_linear_inertia(linear);
 }
 
+/* The column of a spectrum of zeros that is the integral of a state; -1: none. */
+static int find_integral(const kmp_spectrum *s, int place)
+{
+    for (int c = 0; c < s->zeros; c++) {
+        bool alone = s->x_re[place + c * s->p] != 0;
+        for (int i = 0; alone && i < s->p; i++)
+            alone = i == place || s->x_re[i + c * s->p] == 0;
+        if (alone)
+            return c;
+    }
+    return -1;
+}
+
+static void remove_column(kmp_spectrum *s, int c)
+{
+    size_t p = (size_t)s->p, at = (size_t)c, after = (size_t)(s->count - 1 - c);
+    double *const values[] = {s->re, s->im}, *const vectors[] = {s->x_re, s->x_im, s->y_re, s->y_im};
+    for (size_t k = 0; k < sizeof values / sizeof *values; k++)
+        memmove(values[k] + at, values[k] + at + 1, after * sizeof(double));
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        memmove(vectors[k] + at * p, vectors[k] + (at + 1) * p, after * p * sizeof(double));
+    s->still -= c < s->still;
+    s->zeros--;
+    s->count--;
+    if (s->zeros > 0 && s->still == 0)
+        s->still = 1; /* a repeated one takes its place */
+}
+
+/* Each state has one zero for its integral, which is no state of the motion. */
+static void remove_integrals(const kmp_linear *l, kmp_spectrum *s)
+{
+    for (int k = 0; k < l->p; k++) {
+        int c = kmp_state_of(l->system->model, l->part.u[k]) ? find_integral(s, k) : -1;
+        if (c >= 0)
+            remove_column(s, c);
+    }
+}
+
 kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum)
 {
     const kmp_linear *l = linear;
@@ -327,8 +365,10 @@ kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectru
     unsigned long failures = kmp_memory_failures();
     int info = kmp_spectrum_init(spectrum, l->p, l->inertia ? l->inertia : l->mass, l->inertia ? l->mass : NULL,
                                  l->damping, l->stiffness, false);
-    if (info == 0)
+    if (info == 0) {
+        remove_integrals(l, spectrum);
         return KEMPE_OK;
+    }
     if (kmp_memory_failures() != failures)
         return kmp_fail_memory(context);
     if (info > 0)

@@ -116,6 +116,6 @@ void kmp_linear_matrices(kmp_linear *linear);
 /** N' M N alone, for callers that have made the other matrices by kmp_linear_follow. */
 void kmp_linear_inertia(kmp_linear *linear);
 
-/** Eigenvalues and vectors of Mr, Gr and Kr; independent of the choice of u. KEMPE_E_MEMORY; KEMPE_E_FAILED: Mr is
- * singular, N' M N is not positive, or an iteration did not converge. */
+/** Eigenvalues and vectors of Mr, Gr and Kr, without the zeros of integrals of states; independent of the choice of u.
+ * KEMPE_E_MEMORY; KEMPE_E_FAILED: Mr is singular, N' M N is not positive, or an iteration did not converge. */
 kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum);

@@ -48,13 +48,22 @@ static double rounding(const kmp_linear *l)
     return 64 * l->n * DBL_EPSILON * largest;
 }
 
-/* Factors the matrix (p x p) that u or udd follows by; its rank. */
-static int factor(kmp_state_sensitivity *s, const kmp_linear *l, const double *matrix, double zero)
+static bool is_state(const kmp_linear *l, int k)
+{
+    return kmp_state_of(l->system->model, l->part.u[k]);
+}
+
+/* Factors the matrix (p x p) that u, or udd, follows by; its rank. At an equilibrium the value of a state, a rate,
+ * follows in place of its integral. */
+static int factor(kmp_state_sensitivity *s, const kmp_linear *l, bool equilibrium)
 {
     int p = l->p, rank = 0;
-    for (int j = 0; j < p; j++)
+    double zero = equilibrium ? rounding(l) : 0;
+    for (int j = 0; j < p; j++) {
+        const double *matrix = !equilibrium ? l->mass : is_state(l, j) ? l->damping : l->stiffness;
         for (int i = 0; i < p; i++)
             s->matrix[i + j * p] = matrix[i + j * p] * scale_of(l, i) * scale_of(l, j);
+    }
     kmp_lu_complete(p, p, s->matrix, NULL, s->r, s->c, s->pivots);
     while (rank < p && s->pivots[rank] > fmax(zero, 64 * p * DBL_EPSILON * s->pivots[0]))
         rank++;
@@ -99,6 +108,22 @@ static kempe_status report_open(const kmp_state_sensitivity *s, const kmp_linear
                     s->names[k], name, l->p, rank, s->pivots[0] > 0 ? s->pivots[rank] / s->pivots[0] : 0.0);
 }
 
+/* Takes the solution x (p) into the change: of u, of the rates of states, or of accelerations. */
+static void take(kmp_state_sensitivity *s, const kmp_linear *l, bool equilibrium, const double *x, kmp_change *change)
+{
+    if (!equilibrium || l->system->model->state_count == 0) {
+        *(equilibrium ? &change->u : &change->udd) = x;
+        return;
+    }
+    for (int k = 0; k < l->p; k++) {
+        bool state = is_state(l, k);
+        s->ud[k] = (change->ud ? change->ud[k] : 0) + (state ? x[k] : 0);
+        s->u[k] = state ? 0 : x[k];
+    }
+    change->u = s->u;
+    change->ud = s->ud;
+}
+
 /* -- one parameter ----------------------------------------------------------------------------------- */
 
 static kmp_response column(const kmp_state_sensitivity *s, int k)
@@ -122,8 +147,7 @@ kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_stat
     kmp_slopes_at(slopes, &at);
     kmp_linear_matrices(linear);
     bool equilibrium = keeping == KMP_KEEP_EQUILIBRIUM;
-    int rank = factor(sensitivity_of_state, linear, equilibrium ? linear->stiffness : linear->mass,
-                      equilibrium ? rounding(linear) : 0);
+    int rank = factor(sensitivity_of_state, linear, equilibrium);
     for (int k = 0; k < sensitivity_of_state->count; k++) {
         kmp_change change = kmp_slopes_change(slopes, k, sensitivity_of_state->part);
         kmp_response response = column(sensitivity_of_state, k);
@@ -133,7 +157,7 @@ kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_stat
         double *x = sensitivity_of_state->side + sensitivity_of_state->n;
         if (!solve(sensitivity_of_state, linear, rank, response.residual, x))
             return report_open(sensitivity_of_state, linear, rank, k);
-        *(equilibrium ? &change.u : &change.udd) = x;
+        take(sensitivity_of_state, linear, equilibrium, x, &change);
         kmp_linear_follow(linear, &change, &response);
     }
     return KEMPE_OK;

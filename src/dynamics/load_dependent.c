@@ -36,6 +36,16 @@ static bool is_wheel(const kempe_model *model, const char *name)
     return false;
 }
 
+kempe_status kmp_refuse_states(const kempe_model *model, const char *what)
+{
+    if (model->state_count == 0)
+        return KEMPE_OK;
+    return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                    "%s: the state '%s' follows from its rate over time, which is not supported there; give the model "
+                    "without its states",
+                    what, model->states[0].name);
+}
+
 kempe_status kmp_refuse_load_dependent(const kempe_system *s, const char *what)
 {
     if (s->load_row_count == 0)

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Forces that depend on multipliers, by name. */
+/* Forces that depend on multipliers, and states, by name where a study does not support them. */
 #pragma once
 
 #include "dynamics/system.h"
+
+/** KEMPE_E_ARGUMENT, with a state's name, where the model has states and `what` is a study of positions alone. */
+kempe_status kmp_refuse_states(const kempe_model *model, const char *what);
 
 /** The name of a force that depends on multipliers of a row's closure. */
 const char *kmp_load_dependent_force(const kempe_system *system, int row);

@@ -22,7 +22,7 @@ static kmp_vec energies(kmp_equations *eq, const kmp_forces *forces)
     kmp_ref *mass = KMP_GRAPH_NEW(g, kmp_ref, eq->n * eq->n), kinetic = KMP_ZERO;
     if (mass)
         kmp_mass_composite(&eq->tree, mass);
-    for (int i = 0; mass && i < eq->n; i++)
+    for (int i = 0; mass && i < kmp_model_coordinates(eq->model); i++)
         for (int k = 0; k <= i; k++) {
             kmp_ref rates = kmp_mul(g, kmp_input(g, KMP_IN_QD, (uint32_t)i), kmp_input(g, KMP_IN_QD, (uint32_t)k));
             kmp_ref half = i == k ? kmp_const(g, 0.5) : KMP_ONE;

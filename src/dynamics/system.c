@@ -126,11 +126,18 @@ static bool set_reach(kempe_system *s)
     return reach;
 }
 
+/* That of a state is the size of its values, as rates of one second. */
+static double scale_of(const kempe_system *s, int k)
+{
+    const kmp_state *state = kmp_state_of(s->model, k);
+    return state ? state->scale : s->model->motions[k].rotation ? 1 : s->length;
+}
+
 static void set_scales(kempe_system *s)
 {
     s->length = kmp_system_length(s->model);
     for (int k = 0; k < s->n; k++)
-        s->scale[k] = s->model->motions[k].rotation ? 1 : s->length;
+        s->scale[k] = scale_of(s, k);
     for (int r = 0; r < s->m; r++)
         s->row_scale[r] = pow(s->length, s->rows[r].length_power);
     for (int k = 0; k < s->model->parameter_count; k++)

@@ -36,6 +36,16 @@ typedef struct kmp_model_input {
     bool used;               /* some expression has it */
 } kmp_model_input;
 
+/** A variable with a differential equation of first order, y' = rate. It is the rate of a motion of its own, on which
+ * no body and no closure depends and which moves a unit inertia: the equation of that motion is y' = rate. Its
+ * coordinate, the integral of y, occurs nowhere. */
+typedef struct kmp_state {
+    const char *name;
+    kmp_place place;
+    kmp_number start;
+    double scale; /* size of its values */
+} kmp_state;
+
 /** A point fixed to a body, in the body's axes, from the body's origin. */
 typedef struct kmp_point {
     const char *name; /* without the body's name */
@@ -189,6 +199,7 @@ typedef struct kmp_run_settings {
 
 /* The names of a part of the model: KMP_NAMED(model, force). */
 #define KMP_NAMED(model, part) KMP_NAMES((model)->part##s, (model)->part##_count)
+#define KMP_COORDINATES(model) KMP_NAMES((model)->motions, kmp_model_coordinates(model))
 #define KMP_BODY_NAMES(model)  KMP_NAMES((model)->bodies, (model)->body_count)
 
 struct kempe_model {
@@ -227,7 +238,9 @@ struct kempe_model {
     kmp_shape *shapes; /* those of a body are next to each other, but for those of grounds put on it */
     int shape_count;
     kmp_motion *motions;
-    int motion_count; /* n */
+    int motion_count; /* n, with those of states, which are the last ones */
+    kmp_state *states;
+    int state_count;
     kmp_closure *closures;
     int closure_count;
     kmp_cut *cuts;
@@ -241,6 +254,25 @@ struct kempe_model {
     kmp_output *outputs; /* when none are given: q, qd, qdd, lambda */
     int output_count;
 };
+
+/** The number of coordinates of bodies; the motions of states follow them. */
+static inline int kmp_model_coordinates(const kempe_model *model)
+{
+    return model->motion_count - model->state_count;
+}
+
+/** The state whose motion it is; NULL: it is a motion of a body. */
+static inline const kmp_state *kmp_state_of(const kempe_model *model, int motion)
+{
+    int first = kmp_model_coordinates(model);
+    return motion >= first ? &model->states[motion - first] : NULL;
+}
+
+/** The rate of state k. Rates are the last forces. */
+static inline const kmp_expr *kmp_state_rate(const kempe_model *model, int k)
+{
+    return model->forces[model->force_count - model->state_count + k].effort;
+}
 
 /** True if it prescribes a coordinate: a drive or a lock. */
 bool kmp_closure_is_drive(const kmp_closure *closure);

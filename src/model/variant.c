@@ -107,12 +107,12 @@ static int add_start(kmp_variant *v, const char *name, bool rate, int motion)
 
 static void say_unknown(const kempe_model *m, const char *name, bool coordinate, kmp_text *why)
 {
-    kmp_nearest nearest = kmp_nearest_of(name, coordinate ? KMP_NAMED(m, motion) : KMP_NAMED(m, parameter));
+    kmp_nearest nearest = kmp_nearest_of(name, coordinate ? KMP_COORDINATES(m) : KMP_NAMED(m, parameter));
     kmp_text_printf(why, "the model has no %s '%s'", coordinate ? "coordinate" : "parameter", name);
     kmp_nearest_suggest(&nearest, why);
 }
 
-/* The meaning of a name: a parameter, or the coordinate whose start value or rate it is; the other is -1. */
+/* The meaning of a name: a parameter, or the coordinate or state whose start value or rate it is; the other is -1. */
 typedef struct meaning {
     int parameter, motion;
     bool rate;
@@ -123,8 +123,10 @@ static meaning look_up(const kempe_model *m, const char *name)
     bool rate = strncmp(name, "qd.", 3) == 0, start = rate || strncmp(name, "q.", 2) == 0;
     meaning found = {kmp_parameter_find(m, name), -1, rate};
     if (found.parameter < 0 && start)
-        found.motion = kmp_name_find(KMP_NAMED(m, motion), name + (rate ? 3 : 2));
-    return found;
+        found.motion = kmp_name_find(KMP_COORDINATES(m), name + (rate ? 3 : 2));
+    int state =
+        found.parameter < 0 && strncmp(name, "state.", 6) == 0 ? kmp_name_find(KMP_NAMED(m, state), name + 6) : -1;
+    return state < 0 ? found : (meaning){-1, kmp_model_coordinates(m) + state, true};
 }
 
 bool kmp_variant_may(const kempe_model *m, const char *name, kmp_text *why)

@@ -45,6 +45,18 @@ void kmp_convergence_row(kmp_convergence *found, double t, int count, const doub
         found->until = t;
 }
 
+void kmp_convergence_state(kmp_convergence *found, double t, const kempe_system *system, const double *q,
+                           const double *qd, const double *other_q, const double *other_qd)
+{
+    int first = kmp_model_coordinates(system->model), states = system->model->state_count;
+    kmp_convergence_row(found, t, first, q, other_q, system->scale);
+    if (states == 0)
+        return;
+    double of_bodies = found->difference;
+    kmp_convergence_row(found, t, states, qd + first, other_qd + first, system->scale + first);
+    found->index += found->difference > of_bodies ? first : 0;
+}
+
 /* -- cases ------------------------------------------------------------------------------------------- */
 
 /* Cases which[0 .. count-1], at a tolerance. */
@@ -124,11 +136,12 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
                     double work)
 {
     beside *b = user;
-    (void)qd, (void)qdd, (void)lambda, (void)work;
+    (void)qdd, (void)lambda, (void)work;
     if (t != kmp_samples_time(b->table, b->row))
         return 0; /* where a condition ends it */
-    kmp_convergence_row(b->found, t, b->system->n, kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row++), q,
-                        b->system->scale);
+    kmp_convergence_state(b->found, t, b->system, kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row),
+                          kmp_samples_get(b->table, KMP_QUANTITY_QD, b->row), q, qd);
+    b->row++;
     return 0;
 }
 

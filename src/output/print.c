@@ -90,6 +90,9 @@ void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *syst
     for (int k = 0; k < kmp_quantity_size(system, quantity); k++)
         kmp_json_number(json, kmp_quantity_name(system, quantity, k), values ? values[k] : NAN);
     kmp_json_end(json);
+    if (quantity == KMP_QUANTITY_QD && system->model->state_count > 0)
+        kmp_print_entries(json, "state", system, KMP_QUANTITY_STATE,
+                          values ? values + kmp_model_coordinates(system->model) : NULL);
 }
 
 const char *kmp_name_of_coordinate(const kempe_system *system, int k)
@@ -170,6 +173,16 @@ int kmp_print_width(const kempe_system *system, kmp_quantity quantity)
         width = length > width ? length : width;
     }
     return width;
+}
+
+void kmp_print_states(kmp_text *text, const kempe_system *system, const double *qd)
+{
+    const kempe_model *model = system->model;
+    int width = kmp_print_width(system, KMP_QUANTITY_STATE);
+    if (model->state_count > 0)
+        kmp_text_printf(text, "  %-*s  %22s\n", width, "", "state");
+    for (int k = 0; k < model->state_count; k++)
+        kmp_text_printf(text, "  %-*s  %22.15g\n", width, model->states[k].name, qd[kmp_model_coordinates(model) + k]);
 }
 
 const char *kmp_print_unit(const kempe_system *system, int coordinate)

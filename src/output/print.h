@@ -53,6 +53,9 @@ int kmp_print_width(const kempe_system *system, kmp_quantity quantity);
 
 /** Unit of a coordinate, "rad", "deg" or "m", and a value in it from SI: of the coordinate, its rate or acceleration.
  */
+/** Lines of the states of a model with their values, from the rates qd (n); nothing without states. */
+void kmp_print_states(kmp_text *text, const kempe_system *system, const double *qd);
+
 const char *kmp_print_unit(const kempe_system *system, int coordinate);
 double kmp_print_value(const kempe_system *system, int coordinate, double x);
 

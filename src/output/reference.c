@@ -24,11 +24,19 @@ typedef struct reader {
 
 /* -- header ------------------------------------------------------------------------------------------ */
 
+/* A state is the rate of its motion. */
+static column column_of(const kempe_system *system, kmp_quantity quantity, int index)
+{
+    bool state = quantity == KMP_QUANTITY_STATE;
+    return (column){COLUMN_VALUE, state ? KMP_QUANTITY_QD : quantity,
+                    state ? kmp_model_coordinates(system->model) + index : index};
+}
+
 /* Finds the entry of the column `name`, and offers every known name for the suggestion, kept in `known`. False: no
  * memory. */
 static bool find_column(reader *r, const char *name, kmp_nearest *nearest, char *known, size_t size, column *found)
 {
-    for (int k = 0; k < KMP_QUANTITIES; k++)
+    for (int k = 0; k <= KMP_QUANTITY_STATE; k++)
         for (int i = 0; i < kmp_quantity_size(r->system, (kmp_quantity)k); i++) {
             kmp_text text = {0};
             kmp_text_printf(&text, "%s.%s", kmp_quantity_prefix((kmp_quantity)k),
@@ -36,7 +44,7 @@ static bool find_column(reader *r, const char *name, kmp_nearest *nearest, char 
             if (text.failed)
                 return false;
             if (strcmp(text.s, name) == 0)
-                *found = (column){COLUMN_VALUE, (kmp_quantity)k, i};
+                *found = column_of(r->system, (kmp_quantity)k, i);
             const char *best = nearest->best;
             int before = nearest->distance;
             kmp_nearest_offer(nearest, text.s);
@@ -147,7 +155,7 @@ static void take_time(kmp_csv *csv, kmp_reference *reference, int at, kmp_csv_fi
 static void take_value(kmp_csv *csv, const reader *r, int k, kmp_csv_field f)
 {
     const column *c = &r->columns[k];
-    size_t width = (size_t)kmp_quantity_size(r->system, c->quantity);
+    size_t width = (size_t)(c->quantity == KMP_QUANTITY_LAMBDA ? r->system->m : r->system->n);
     double *value = &r->reference->value[c->quantity][(size_t)(r->reference->rows - 1) * width + (size_t)c->index];
     if (f.length > 0 && !kmp_csv_number(csv, k, f, value))
         kmp_csv_complain(csv, f.s, "this is not a number; write a number, or leave the field empty");

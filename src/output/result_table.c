@@ -83,6 +83,14 @@ void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_q
     for (int k = 0; k < kmp_quantity_size(system, quantity); k++)
         kmp_tabulate_column(table, kmp_quantity_unit(system, quantity, k), "%s.%s", kmp_quantity_prefix(quantity),
                             kmp_quantity_name(system, quantity, k));
+    if (quantity == KMP_QUANTITY_QD)
+        kmp_tabulate_quantity(table, system, KMP_QUANTITY_STATE);
+}
+
+void kmp_tabulate_values(kempe_table *table, const kempe_system *system, kmp_quantity quantity, const double *values)
+{
+    int states = quantity == KMP_QUANTITY_QD ? system->model->state_count : 0;
+    kmp_tabulate_numbers(table, kmp_quantity_size(system, quantity) + states, values);
 }
 
 void kmp_tabulate_columns(kempe_table *table, const char *unit, const char *names)

@@ -100,7 +100,7 @@ static double largest(const kempe_system *system, const kmp_reference *reference
 {
     double most = 0;
     for (int row = 0; row < reference->rows; row++)
-        for (int k = 0; k < system->n; k++) {
+        for (int k = 0; k < kmp_model_coordinates(system->model); k++) {
             double x = reference->value[quantity][(size_t)row * (size_t)system->n + (size_t)k];
             most = isnan(x) ? most : fmax(most, fabs(x) / system->scale[k]);
         }
@@ -148,13 +148,16 @@ static void use_words_of(const kempe_system *system, const double *ref, double *
     }
 }
 
+/* The integrals of states are no results. */
 static void compare_row(double *error, const kmp_samples *table, int row, const kmp_reference *reference, int r,
-                        const double *values, const double *size, const kmp_scales *scales)
+                        const double *values, const kempe_system *system, const kmp_scales *scales)
 {
     const double rates[KMP_QUANTITY_LAMBDA] = {1, scales->rate, scales->acceleration};
     for (int k = 0; k < KMP_QUANTITY_LAMBDA; k++) {
         const double *x = values ? values + (ptrdiff_t)k * table->n : kmp_samples_get(table, (kmp_quantity)k, row);
-        compare_entries(&error[k], table->n, x, reference->value[k] + (size_t)r * (size_t)table->n, size, rates[k]);
+        int count = k == KMP_QUANTITY_Q ? kmp_model_coordinates(system->model) : table->n;
+        compare_entries(&error[k], count, x, reference->value[k] + (size_t)r * (size_t)table->n, system->scale,
+                        rates[k]);
     }
 }
 
@@ -175,7 +178,7 @@ static void compare_rows(double *error, const kmp_samples *table, const kmp_refe
                 memcpy(room + k * n, kmp_samples_get(table, (kmp_quantity)k, row), n * sizeof *room);
             use_words_of(system, reference->value[KMP_QUANTITY_Q] + (size_t)r * n, room + 3 * n, room);
         }
-        compare_row(error, table, row, reference, r, room, system->scale, &scales);
+        compare_row(error, table, row, reference, r, room, system, &scales);
         if (m > 0)
             compare_loads(&error[KMP_QUANTITY_LAMBDA], system, reference,
                           kmp_samples_get(table, KMP_QUANTITY_LAMBDA, row),

@@ -71,7 +71,7 @@ static const kmp_expr *parse(kmp_arena *arena, const char *text)
 
 static char *text_of(const kmp_expr *expr)
 {
-    const kmp_expr_names names = {KMP_NAMES_OF(parameters), KMP_NAMES_OF(coordinates), KMP_NAMES_OF(closures), {0}};
+    const kmp_expr_names names = {KMP_NAMES_OF(parameters), KMP_NAMES_OF(coordinates), KMP_NAMES_OF(closures), {0}, 0};
     kmp_text text = {0};
     kmp_expr_print(&text, expr, &names);
     char *s = kmp_text_take(&text);

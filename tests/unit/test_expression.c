@@ -161,7 +161,7 @@ static void limits(void)
 static void prints(const char *text, const char *expected)
 {
     const kmp_expr_names names = {
-        KMP_NAMES_OF(parameter_names), KMP_NAMES_OF(coordinate_names), KMP_NAMES_OF(closure_names), {0}};
+        KMP_NAMES_OF(parameter_names), KMP_NAMES_OF(coordinate_names), KMP_NAMES_OF(closure_names), {0}, 0};
     kmp_arena arena = {0};
     kmp_text first = {0}, second = {0};
     const kmp_expr *expr = parse(&arena, text, false);

@@ -313,6 +313,14 @@ static void set_body(kmp_tree *tree, int b)
     add_body(tree, b);
 }
 
+/* The motion of a state: a rotation of a unit inertia on the ground. */
+static void set_state(kmp_tree *tree, int k)
+{
+    kmp_mount base = tree->mounts[0];
+    set_motion(tree, k, &base);
+    tree->links[k + 1].inertia.x[0] = KMP_ONE;
+}
+
 bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
     *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
@@ -330,6 +338,8 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
     identity(tree->mounts[0].r);
     for (int b = 1; b < model->body_count; b++)
         set_body(tree, b);
+    for (int k = kmp_model_coordinates(model); k < model->motion_count; k++)
+        set_state(tree, k);
     tree->gravity = kmp_tree_vector(tree, model->gravity);
     return !kmp_graph_failed(g);
 }

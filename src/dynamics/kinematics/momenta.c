@@ -22,7 +22,7 @@ static part in_motion(const kmp_tree *tree, int link, const kmp_inertia *of)
 static bool next_part(const kmp_tree *tree, int body, int *at, part *p)
 {
     int link = body < 0 ? *at + 1 : tree->mounts[body].link;
-    if (link == tree->count || (body >= 0 && *at > 0))
+    if (link > kmp_model_coordinates(tree->model) || (body >= 0 && *at > 0))
         return false;
     *at = link;
     const kmp_link *l = &tree->links[link];

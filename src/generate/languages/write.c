@@ -209,7 +209,11 @@ static void put_legend(const kmp_writer *w, const char *of, int count, char *con
             kmp_text_printf(w->text, "%s%s %s", k ? "\n" : "", w->mark, k ? "  " : of);
         kmp_text_printf(w->text, " %d ", k * each + w->language->base);
         put_comment_name(w->text, names[k]);
-        kmp_text_put(w->text, !motions ? "" : motions[k].rotation ? " (rad)" : " (m)");
+        bool state = motions && kmp_state_of(w->source->model, k);
+        kmp_text_put(w->text, !motions              ? ""
+                              : state               ? " (integral of the state qd)"
+                              : motions[k].rotation ? " (rad)"
+                                                    : " (m)");
     }
     kmp_text_put(w->text, count ? "\n" : "");
 }

@@ -246,6 +246,17 @@ static const kmp_expr *parse_input(kmp_parser *p, const char *where, const char 
     return kmp_parse_make(p, where, made);
 }
 
+/* A state, where coordinates are allowed. */
+static const kmp_expr *parse_state(kmp_parser *p, const char *where, const char *name, int motion)
+{
+    if (*p->at == '(')
+        return kmp_parse_complain(p, where, "'%s' is a state, not a function", name);
+    if (!p->scope->coordinate)
+        return kmp_parse_complain(p, where, "state '%s' is not allowed here: %s is expected", name,
+                                  kmp_parse_allowed(p->scope));
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion});
+}
+
 static const kmp_expr *parse_table(kmp_parser *p, const char *where, const kmp_named_table *table)
 {
     if (!kmp_parse_take(p, '('))
@@ -314,6 +325,9 @@ static const kmp_expr *parse_word(kmp_parser *p)
     kmp_expr input = {0};
     if (p->scope->input && p->scope->input(p->scope->user, name, &input))
         return parse_input(p, where, name, input);
+    index = p->scope->state ? p->scope->state(p->scope->user, name) : -1;
+    if (index >= 0)
+        return parse_state(p, where, name, index);
     const kmp_unknowns *unknowns = NULL;
     int number = 0;
     index = p->scope->unknown ? p->scope->unknown(p->scope->user, name, &unknowns, &number) : -1;

@@ -15,7 +15,7 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_TIME,      /* t */
     KMP_EXPR_INPUT,     /* index of the input; value: at t = 0 */
     KMP_EXPR_Q,         /* index of the coordinate: q(NAME) */
-    KMP_EXPR_QD,        /* index of the coordinate: qd(NAME) */
+    KMP_EXPR_QD,        /* index of the coordinate: qd(NAME); of the motion of a state: its value */
     KMP_EXPR_LAMBDA,    /* index of the closure, number among its multipliers: lambda(LOOP), lambda(LOOP.k) */
     KMP_EXPR_NEG,       /* a */
     KMP_EXPR_ADD,       /* a, b */
@@ -135,6 +135,7 @@ typedef struct kmp_expr_scope {
     int (*closure)(void *user, const char *name); /* closures whose multipliers are allowed */
     /* Sets index, unit and value of an input; false: there is none. */
     bool (*input)(void *user, const char *name, struct kmp_expr *input);
+    int (*state)(void *user, const char *name);                    /* the motion of a state */
     const kmp_named_table *(*table)(void *user, const char *name); /* NULL: there is none */
     /* The unknowns that a name is one of: their index, and which; -1: there are none. */
     int (*unknown)(void *user, const char *name, const struct kmp_unknowns **unknowns, int *number);
@@ -150,6 +151,7 @@ typedef struct kmp_expr_scope {
 /** Names of an expression's symbols. */
 typedef struct kmp_expr_names {
     kmp_name_list parameters, coordinates, closures, inputs;
+    int states; /* the last ones of `coordinates`, named alone */
 } kmp_expr_names;
 
 /** NULL after an error (with the column inside the expression), or when the arena has failed for want of memory. */

@@ -83,7 +83,8 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         kmp_text_printf(text, "q(%s)", kmp_name_at(names->coordinates, expr->index));
         break;
     case KMP_EXPR_QD:
-        kmp_text_printf(text, "qd(%s)", kmp_name_at(names->coordinates, expr->index));
+        kmp_text_printf(text, expr->index < names->coordinates.count - names->states ? "qd(%s)" : "%s",
+                        kmp_name_at(names->coordinates, expr->index));
         break;
     case KMP_EXPR_LAMBDA:
         kmp_text_printf(text, "lambda(%s.%d)", kmp_name_at(names->closures, expr->index), expr->number + 1);

@@ -103,6 +103,19 @@ static void put_inputs(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+static void put_states(kmp_json *json, const kempe_model *model)
+{
+    kmp_model_json_begin(json, "states");
+    for (int i = 0; i < model->state_count; i++) {
+        kmp_json_object(json, model->states[i].name);
+        kmp_json_number(json, "start", model->start.qd[kmp_model_coordinates(model) + i].value);
+        put_expr(json, "rate", model, kmp_state_rate(model, i));
+        kmp_json_number(json, "scale", model->states[i].scale);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
 static void put_tables(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "tables");
@@ -201,7 +214,7 @@ static void put_bodies(kmp_json *json, const kempe_model *model)
         put_body(json, model, i);
     kmp_json_end(json);
     begin_list(json, "coordinates");
-    for (int i = 0; i < model->motion_count; i++)
+    for (int i = 0; i < kmp_model_coordinates(model); i++)
         kmp_json_string(json, NULL, model->motions[i].name);
     kmp_json_end(json);
 }
@@ -316,7 +329,7 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
 static void put_forces(kmp_json *json, const kempe_model *model)
 {
     begin_list(json, "forces");
-    for (int i = 0; i < model->force_count; i++) {
+    for (int i = 0; i < model->force_count - model->state_count; i++) {
         kmp_model_json_item(json, NULL);
         put_force(json, model, &model->forces[i]);
         kmp_json_end(json);
@@ -333,7 +346,7 @@ static void put_forces(kmp_json *json, const kempe_model *model)
 static void put_values(kmp_json *json, const kempe_model *model, const char *key, const kmp_number *values)
 {
     kmp_json_object(json, key);
-    for (int i = 0; i < model->motion_count; i++)
+    for (int i = 0; i < kmp_model_coordinates(model); i++)
         kmp_json_number(json, model->motions[i].name, values[i].value);
     kmp_json_end(json);
 }
@@ -403,6 +416,8 @@ static kmp_json put_mechanism(kmp_text *text, const kempe_model *model)
     put_parameters(&json, model);
     if (model->input_count > 0)
         put_inputs(&json, model);
+    if (model->state_count > 0)
+        put_states(&json, model);
     put_tables(&json, model);
     kmp_model_json_tracks(&json, model);
     if (model->unknowns_count > 0)

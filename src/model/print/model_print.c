@@ -6,7 +6,7 @@
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
 {
     const kmp_expr_names names = {KMP_NAMED(model, parameter), KMP_NAMED(model, motion), KMP_NAMED(model, closure),
-                                  KMP_NAMED(model, input)};
+                                  KMP_NAMED(model, input), model->state_count};
     kmp_expr_print(text, expr, &names);
 }
 

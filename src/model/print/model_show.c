@@ -85,6 +85,19 @@ static void show_inputs(kmp_text *text, const kempe_model *model)
     }
 }
 
+static void show_states(kmp_text *text, const kempe_model *model)
+{
+    begin(text, "states", model->state_count);
+    for (int i = 0; i < model->state_count; i++) {
+        const kmp_state *state = &model->states[i];
+        kmp_text_printf(text, "  %s", state->name);
+        put_number(text, ": start ", model->start.qd[kmp_model_coordinates(model) + i].value);
+        put_number(text, ", scale ", state->scale);
+        put_expr(text, ", rate ", model, kmp_state_rate(model, i));
+        kmp_text_put(text, "\n");
+    }
+}
+
 static void show_tables(kmp_text *text, const kempe_model *model)
 {
     begin(text, "tables", model->table_count);
@@ -285,8 +298,9 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
 
 static void show_forces(kmp_text *text, const kempe_model *model)
 {
-    begin(text, "forces", model->force_count);
-    for (int i = 0; i < model->force_count; i++)
+    int forces = model->force_count - model->state_count; /* those after them are rates of states */
+    begin(text, "forces", forces);
+    for (int i = 0; i < forces; i++)
         show_force(text, model, &model->forces[i]);
     begin(text, "sensors", model->sensor_count);
     for (int i = 0; i < model->sensor_count; i++) {
@@ -315,8 +329,8 @@ static void show_goal(kmp_text *text, const kempe_model *model, const kmp_goal *
 static void show_start(kmp_text *text, const kempe_model *model)
 {
     const kmp_start *start = &model->start;
-    kmp_text_printf(text, "coordinates (%d): start q, qd\n", model->motion_count);
-    for (int i = 0; i < model->motion_count; i++) {
+    kmp_text_printf(text, "coordinates (%d): start q, qd\n", kmp_model_coordinates(model));
+    for (int i = 0; i < kmp_model_coordinates(model); i++) {
         kmp_text_printf(text, "  %s", model->motions[i].name);
         put_number(text, ": ", start->q[i].value);
         put_number(text, ", ", start->qd[i].value);
@@ -361,6 +375,7 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, "\n");
     show_parameters(text, model);
     show_inputs(text, model);
+    show_states(text, model);
     show_tables(text, model);
     kmp_model_show_tracks(text, model);
     show_unknowns(text, model);

@@ -204,7 +204,12 @@ static void read_constraint(kmp_reader *r, const kmp_yaml *map, const char *what
 {
     const kmp_yaml *node = kmp_yaml_get(map, "constraint");
     closure->function = kmp_read_expr(r, node, what, KMP_DIM_ANY, KMP_OF_STATE);
-    if (kmp_expr_find(closure->function, kmp_expr_is_rate, NULL))
+    const kmp_expr *rate = kmp_expr_find(closure->function, kmp_expr_is_rate, NULL);
+    const kmp_state *state = rate && rate->kind == KMP_EXPR_QD ? kmp_state_of(r->model, rate->index) : NULL;
+    if (state)
+        kmp_reader_complain(r, node->place, "%s: a constraint may depend on t, q(..) and positions, not on state '%s'",
+                            what, state->name);
+    else if (rate)
         kmp_reader_complain(r, node->place,
                             "%s: a constraint may depend on t, q(..) and positions, not on qd(..) and other rates",
                             what);

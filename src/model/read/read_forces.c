@@ -233,7 +233,7 @@ void kmp_read_forces(kmp_reader *r)
 {
     kempe_model *model = r->model;
     kmp_section s = kmp_read_section(r, "forces", "force");
-    model->forces = KMP_ARENA_NEW(&model->arena, kmp_force, s.count + model->wheel_count);
+    model->forces = KMP_ARENA_NEW(&model->arena, kmp_force, s.count + model->wheel_count + model->state_count);
     if (!model->forces)
         return;
     while (kmp_section_next(&s)) {
@@ -242,4 +242,5 @@ void kmp_read_forces(kmp_reader *r)
         read_force(&(element){r, s.node, s.what, force});
     }
     kmp_add_wheel_forces(r);
+    kmp_add_state_rates(r);
 }

@@ -299,7 +299,7 @@ void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes)
 {
     for (int i = 1; i < r->model->body_count; i++)
         read_joint(r, joint_nodes[i - 1], i);
-    if (r->model->body_count > 1 && r->model->motion_count == 0 && !r->wrong)
+    if (r->model->body_count > 1 && r->model->motion_count == 0 && !r->wrong && !kmp_yaml_get(r->root, "states"))
         kmp_reader_complain(r, r->model->bodies[1].place,
                             "the mechanism cannot move: all bodies are welded to the ground");
 }

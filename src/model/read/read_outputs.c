@@ -22,11 +22,9 @@ void kmp_read_sensors(kmp_reader *r)
 
 static int find_thing(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
-    static const char *const kinds[] = {[KMP_OUTPUT_OF_MAYBE_LOOP] = "loop",
-                                        [KMP_OUTPUT_OF_LOOP] = "loop",
-                                        [KMP_OUTPUT_OF_FORCE] = "force",
-                                        [KMP_OUTPUT_OF_SENSOR] = "sensor",
-                                        [KMP_OUTPUT_OF_WHEEL] = "wheel"};
+    static const char *const kinds[] = {
+        [KMP_OUTPUT_OF_MAYBE_LOOP] = "loop", [KMP_OUTPUT_OF_LOOP] = "loop",     [KMP_OUTPUT_OF_MAYBE_STATE] = "state",
+        [KMP_OUTPUT_OF_FORCE] = "force",     [KMP_OUTPUT_OF_SENSOR] = "sensor", [KMP_OUTPUT_OF_WHEEL] = "wheel"};
     const char *kind = kinds[row->argument];
     kmp_name_list names = kmp_output_names(r->model, row->argument);
     int found = kmp_name_find(names, name);
@@ -110,6 +108,7 @@ static void complain_output(kmp_reader *r, const kmp_yaml *node)
 {
     kmp_nearest nearest = kmp_nearest_of(node->text, KMP_NAMES_OF(kmp_output_rows));
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, sensor));
+    kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, state));
     kmp_reader_complain_near(
         r, node->place, &nearest,
         "unknown output '%s'; available: q, qd, qdd, lambda, energy, q(JOINT), angle(JOINT), qd(JOINT), qdd(JOINT), "
@@ -126,9 +125,12 @@ static bool read_word(kmp_reader *r, const char *text, kmp_output *output)
             return true;
         }
     int sensor = kmp_name_find(KMP_NAMED(r->model, sensor), text);
+    int state = sensor < 0 ? kmp_name_find(KMP_NAMED(r->model, state), text) : -1;
     if (sensor >= 0)
         *output = (kmp_output){.kind = KMP_OUTPUT_SENSOR, .index = sensor};
-    return sensor >= 0;
+    if (state >= 0)
+        *output = (kmp_output){.kind = KMP_OUTPUT_STATE, .index = state};
+    return sensor >= 0 || state >= 0;
 }
 
 static void read_output(kmp_reader *r, const kmp_yaml *node, kmp_output *output)
@@ -155,8 +157,9 @@ static void read_output(kmp_reader *r, const kmp_yaml *node, kmp_output *output)
 
 static void use_default_outputs(kempe_model *model)
 {
-    model->outputs = KMP_ARENA_NEW(&model->arena, kmp_output, KMP_OUTPUT_LAMBDA + 1);
-    for (int i = 0; model->outputs && i <= KMP_OUTPUT_LAMBDA; i++)
+    int last = model->state_count > 0 ? KMP_OUTPUT_STATE : KMP_OUTPUT_LAMBDA;
+    model->outputs = KMP_ARENA_NEW(&model->arena, kmp_output, last + 1);
+    for (int i = 0; model->outputs && i <= last; i++)
         model->outputs[model->output_count++] = (kmp_output){.kind = (kmp_output_kind)i, .index = -1};
 }
 

@@ -55,6 +55,10 @@ void kmp_read_start(kmp_reader *r)
     int n = model->motion_count;
     KMP_ARENA_EACH(&model->arena, kmp_number, n, &start->q, &start->qd);
     KMP_ARENA_EACH(&model->arena, bool, n, &start->q_given, &start->qd_given, &start->hold);
+    for (int k = 0; !model->arena.failed && k < model->state_count; k++) {
+        start->qd[kmp_model_coordinates(model) + k] = model->states[k].start;
+        start->qd_given[kmp_model_coordinates(model) + k] = true;
+    }
     const kmp_yaml *map = kmp_yaml_get(r->root, "start");
     if (model->arena.failed || !map || !kmp_read_map(r, map, "start", start_keys))
         return;

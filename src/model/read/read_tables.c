@@ -52,7 +52,8 @@ bool kmp_name_means_something(const kmp_reader *r, const char *name)
             return true;
     static const char *const symbols[] = {"t", "q", "qd", "pi"};
     return kmp_name_find(KMP_NAMED(r->model, parameter), name) >= 0 ||
-           kmp_name_find(KMP_NAMED(r->model, input), name) >= 0 || kmp_name_find(KMP_NAMES_OF(symbols), name) >= 0;
+           kmp_name_find(KMP_NAMED(r->model, input), name) >= 0 ||
+           kmp_name_find(KMP_NAMED(r->model, state), name) >= 0 || kmp_name_find(KMP_NAMES_OF(symbols), name) >= 0;
 }
 
 void kmp_read_tables(kmp_reader *r)

@@ -51,7 +51,7 @@ static int find_coordinate(void *user, const char *name)
 {
     kmp_reader *r = user;
     name = kmp_reader_name(r, r->scope, name);
-    int named = kmp_name_find(KMP_NAMED(r->model, motion), name);
+    int named = kmp_name_find(KMP_COORDINATES(r->model), name);
     return named >= 0 ? named : find_numbered(r->model, name);
 }
 
@@ -72,7 +72,7 @@ static void suggest_coordinate(const kmp_reader *r, const char *name, kmp_text *
                         body->motion_count);
         return;
     }
-    kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMED(r->model, motion));
+    kmp_nearest nearest = kmp_nearest_of(name, KMP_COORDINATES(r->model));
     kmp_nearest_suggest(&nearest, sentence);
 }
 
@@ -95,6 +95,14 @@ static bool find_input(void *user, const char *name, kmp_expr *made)
     return input;
 }
 
+/* The motion of a state; -1: there is none. */
+static int find_state(void *user, const char *name)
+{
+    kmp_reader *r = user;
+    int found = kmp_name_find(KMP_NAMED(r->model, state), kmp_reader_name(r, r->scope, name));
+    return found < 0 ? -1 : kmp_model_coordinates(r->model) + found;
+}
+
 static int find_unknown(void *user, const char *name, const kmp_unknowns **unknowns, int *number)
 {
     kmp_reader *r = user;
@@ -115,6 +123,7 @@ static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *s
     kmp_nearest_offer(&nearest, "pi");
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, parameter));
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, input));
+    kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, state));
     for (int i = 0; i < r->model->unknowns_count; i++)
         kmp_nearest_offer_all(&nearest, kmp_unknown_names(&r->model->unknowns[i]));
     if (!nearest.best && find_joint(r->model, name))
@@ -190,6 +199,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .point = of_state ? find_spot : NULL,
                             .closure = of_loads ? find_closure : NULL,
                             .input = find_input,
+                            .state = find_state,
                             .table = find_table,
                             .unknown = find_unknown,
                             .suggest = suggest,

@@ -42,6 +42,7 @@ typedef struct kmp_reader {
     bool digests;          /* what is read goes into a digest: results are cached */
     kmp_digest digest;     /* of all files and settings so far */
     kmp_linkage *linkage;  /* NULL without joints between bodies */
+    const kmp_yaml **state_nodes; /* of the states, whose rates are read late */
     bool wrong;            /* an error was reported */
     bool *parameter_known; /* its value is good; dependents of others are skipped without message */
     double *parameter_values;
@@ -339,6 +340,8 @@ void kmp_read_profiles(kmp_reader *r);
 void kmp_read_bodies(kmp_reader *r);
 void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes); /* of bodies 1, 2, ... */
 void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body);         /* and shapes */
+void kmp_read_states(kmp_reader *r); /* but for their rates, which are the last forces */
+void kmp_add_state_rates(kmp_reader *r);
 void kmp_read_tracks(kmp_reader *r);
 void kmp_read_wheels(kmp_reader *r);
 void kmp_read_unknowns(kmp_reader *r); /* but for those that depend on multipliers */

@@ -15,8 +15,8 @@ kempe_status kmp_coordinate_find(const kempe_model *model, const char *what, con
     const char *word = kmp_arena_printf(&arena, "%.*s", (int)length, name);
     KMP_TRY(kmp_made(model->context, word));
     kempe_status status = KEMPE_OK;
-    int found = kmp_name_find(KMP_NAMED(model, motion), word);
-    kmp_nearest nearest = kmp_nearest_of(word, KMP_NAMED(model, motion));
+    int found = kmp_name_find(KMP_COORDINATES(model), word);
+    kmp_nearest nearest = kmp_nearest_of(word, KMP_COORDINATES(model));
     if (found >= 0)
         *coordinate = found;
     else if (kmp_name_find(KMP_NAMED(model, cut), word) >= 0)

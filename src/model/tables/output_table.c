@@ -28,8 +28,8 @@ bool kmp_output_stands_alone(kmp_output_kind kind)
 {
     kmp_output_argument argument = kmp_output_rows[kind].argument;
     return argument == KMP_OUTPUT_OF_NOTHING || argument == KMP_OUTPUT_OF_MAYBE_COORDINATE ||
-           argument == KMP_OUTPUT_OF_MAYBE_LOOP || argument == KMP_OUTPUT_OF_MAYBE_BODY ||
-           argument == KMP_OUTPUT_OF_MAYBE_BODY_ABOUT;
+           argument == KMP_OUTPUT_OF_MAYBE_STATE || argument == KMP_OUTPUT_OF_MAYBE_LOOP ||
+           argument == KMP_OUTPUT_OF_MAYBE_BODY || argument == KMP_OUTPUT_OF_MAYBE_BODY_ABOUT;
 }
 
 bool kmp_output_equal(const kmp_output *a, const kmp_output *b)
@@ -46,7 +46,9 @@ kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument arg
 {
     switch (argument) {
     case KMP_OUTPUT_OF_MAYBE_COORDINATE:
-        return KMP_NAMED(model, motion);
+        return KMP_COORDINATES(model);
+    case KMP_OUTPUT_OF_MAYBE_STATE:
+        return KMP_NAMED(model, state);
     case KMP_OUTPUT_OF_MAYBE_LOOP:
     case KMP_OUTPUT_OF_LOOP:
         return KMP_NAMED(model, closure);

@@ -78,11 +78,12 @@ static void show_coordinates(kmp_text *text, const kempe_assembly *a)
     const kempe_model *model = a->system->model;
     int width = kmp_print_width(a->system, KMP_QUANTITY_Q);
     kmp_text_printf(text, "  %-*s  unit  %22s  %22s  %22s\n", width, "", "guess", "q", "qd");
-    for (int k = 0; k < a->system->n; k++)
+    for (int k = 0; k < kmp_model_coordinates(model); k++)
         kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g  %22.15g%s\n", width, model->motions[k].name,
                         kmp_print_unit(a->system, k), kmp_print_value(a->system, k, model->start.q[k].value),
                         kmp_print_value(a->system, k, a->q[k]), kmp_print_value(a->system, k, a->qd[k]),
                         model->start.hold && model->start.hold[k] ? "  held" : "");
+    kmp_print_states(text, a->system, a->qd);
 }
 
 static void show_assembly(kmp_text *text, const void *result)

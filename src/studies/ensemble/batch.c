@@ -117,14 +117,16 @@ typedef struct repeat {
 
 /* Compares the results of repeated instances with those of the first run. */
 static void compare_ends(const repeat *r, int count, const int *which, const kmp_ensemble_result *results,
-                         const double *q, kmp_convergence *found)
+                         const double *q, const double *qd, kmp_convergence *found)
 {
     const kempe_batch *b = r->b;
-    const double *size = kmp_ensemble_system(b->ensemble->inner)->scale;
+    const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
     for (int k = 0; k < count; k++) {
-        const double *first = kempe_batch_q(b, r->instance[which[k]]);
+        int first = r->instance[which[k]];
+        ptrdiff_t at = (ptrdiff_t)k * b->n;
         if (results[k].status == KEMPE_OK)
-            kmp_convergence_row(&found[k], results[k].t, b->n, first, q + (size_t)k * (size_t)b->n, size);
+            kmp_convergence_state(&found[k], results[k].t, system, kempe_batch_q(b, first), kempe_batch_qd(b, first),
+                                  q + at, qd + at);
         else
             found[k].stopped = results[k].t;
     }
@@ -151,7 +153,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     if (status == KEMPE_OK && kmp_interrupted(context))
         status = KEMPE_STOPPED;
     if (status == KEMPE_OK)
-        compare_ends(r, count, which, results, q, found);
+        compare_ends(r, count, which, results, q, qd, found);
     for (int k = 0; results && k < count; k++)
         kmp_free(results[k].reason);
     kmp_arena_free(&arena);
@@ -475,8 +477,9 @@ static void put_row(const kempe_batch *b, kempe_table *table, int k)
     kmp_tabulate_numbers(table, b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k));
     kmp_tabulate_word(table, kempe_batch_status(b, k));
     kmp_tabulate_number(table, r->t);
-    kmp_tabulate_numbers(table, b->n, kempe_batch_q(b, k));
-    kmp_tabulate_numbers(table, b->n, kempe_batch_qd(b, k));
+    const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
+    kmp_tabulate_values(table, system, KMP_QUANTITY_Q, kempe_batch_q(b, k));
+    kmp_tabulate_values(table, system, KMP_QUANTITY_QD, kempe_batch_qd(b, k));
     kmp_tabulate_numbers(table, sizeof ends / sizeof *ends, ends);
     kmp_tabulate_word(table, kmp_convergence_word(again));
     kmp_tabulate_word(table, alone_of(r));

@@ -88,6 +88,8 @@ double kmp_equilibrium_residual(const kmp_linear *linear)
 
 bool kmp_descent_is_idle(const kmp_linear *l, int k, const double *work)
 {
+    if (kmp_state_of(l->system->model, l->part.u[k]))
+        return false;
     for (int i = 0; i < l->p; i++)
         if (fabs(l->stiffness[i + k * l->p]) * kmp_descent_scale(l, i) * kmp_descent_scale(l, k) >
             KMP_WAY_FLAT * work[i])

@@ -83,7 +83,8 @@ double kmp_descent_spread(kmp_descent *w);
 /** Takes l to a part of the step. */
 bool kmp_descent_try(kmp_descent *w, double part);
 
-/** True if R does not change with u_k, to first order; `work` as from kmp_descent_measure. */
+/** True if R does not change with u_k, to first order, and u_k is not the motion of a state; `work` as from
+ * kmp_descent_measure. */
 bool kmp_descent_is_idle(const kmp_linear *l, int k, const double *work);
 
 /** Newton's method by damped least squares from the current state, with the additions of w->search->exchange; then to

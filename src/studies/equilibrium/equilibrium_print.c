@@ -14,7 +14,7 @@ static void list(kmp_text *text, const kempe_system *system, int count, const in
 
 static bool moves(const kempe_equilibrium *e, const kmp_balance *b)
 {
-    for (int k = 0; k < e->system->n; k++)
+    for (int k = 0; k < kmp_model_coordinates(e->system->model); k++)
         if (b->qd[k] != 0)
             return true;
     return false;
@@ -26,13 +26,14 @@ static void show_coordinates(kmp_text *text, const kempe_equilibrium *e, const k
     int width = kmp_print_width(e->system, KMP_QUANTITY_Q);
     bool rates = moves(e, b);
     kmp_text_printf(text, "  %-*s  unit  %22s%s\n", width, "", "q", rates ? "                      qd" : "");
-    for (int k = 0; k < e->system->n; k++) {
+    for (int k = 0; k < kmp_model_coordinates(model); k++) {
         kmp_text_printf(text, "  %-*s  %-4s  %22.15g", width, model->motions[k].name, kmp_print_unit(e->system, k),
                         kmp_print_value(e->system, k, b->q[k]));
         if (rates)
             kmp_text_printf(text, "  %22.15g", kmp_print_value(e->system, k, b->qd[k]));
         kmp_text_put(text, "\n");
     }
+    kmp_print_states(text, e->system, b->qd);
 }
 
 static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)

@@ -265,7 +265,7 @@ static kempe_status find(kmp_descent *w)
     return kmp_descent_least(w);
 }
 
-kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search)
+static kempe_status find_balance(kmp_linear *linear, double t, double *q, kmp_search *search)
 {
     kmp_descent w = {.l = linear, .search = search, .t = t, .n = linear->n, .reported = NAN};
     w.bound = search->balanced ? SHORT_BOUND : FIRST_BOUND;
@@ -283,6 +283,54 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
     else
         kmp_descent_give_up(&w);
     kmp_arena_free(&w.arena);
+    return status;
+}
+
+/* States as rates to be found, from their start values, after the first `count` rates. */
+static void add_states(const kempe_model *model, int count, kmp_steady *rates)
+{
+    for (int k = 0; k < model->state_count; k++) {
+        int motion = kmp_model_coordinates(model) + k;
+        rates[count + k] = (kmp_steady){motion, model->start.qd[motion].value, KMP_RATE_FREED};
+    }
+}
+
+/* Descends with the states among the unknowns, where that fails by Newton's method from the start. */
+static kempe_status find_with_states(kmp_linear *linear, double t, double *q, kmp_search *search, kmp_steady *rates)
+{
+    const kempe_model *model = linear->system->model;
+    size_t given = (size_t)search->rate_count * sizeof *rates;
+    kmp_search with = *search;
+    kempe_status status = KEMPE_E_FAILED;
+    with.rates = rates;
+    with.rate_count += model->state_count;
+    for (int attempt = search->newton; status == KEMPE_E_FAILED && attempt < 2; attempt++) {
+        if (attempt > search->newton)
+            kmp_context_clear(model->context);
+        if (given > 0)
+            memcpy(rates, search->rates, given);
+        add_states(model, search->rate_count, rates);
+        with.newton = attempt == 1;
+        status = find_balance(linear, t, q, &with);
+    }
+    if (given > 0)
+        memcpy(search->rates, rates, given);
+    with.rates = search->rates;
+    with.rate_count = search->rate_count;
+    with.newton = search->newton;
+    *search = with;
+    return status;
+}
+
+kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search)
+{
+    const kempe_model *model = linear->system->model;
+    if (model->state_count == 0)
+        return find_balance(linear, t, q, search);
+    kmp_steady *rates = KMP_NEW(kmp_steady, search->rate_count + model->state_count);
+    kempe_status status =
+        rates ? find_with_states(linear, t, q, search, rates) : kmp_fail_memory(linear->system->context);
+    kmp_free(rates);
     return status;
 }
 

@@ -24,8 +24,8 @@ static void fill_equilibria(kempe_table *table, const void *result)
         kmp_tabulate_number(table, b->potential);
         kmp_tabulate_number(table, b->hits);
         kmp_tabulate_numbers(table, e->freed_count, b->freed);
-        kmp_tabulate_numbers(table, s->n, b->q);
-        kmp_tabulate_numbers(table, s->n, b->qd);
+        kmp_tabulate_values(table, s, KMP_QUANTITY_Q, b->q);
+        kmp_tabulate_values(table, s, KMP_QUANTITY_QD, b->qd);
         kmp_tabulate_numbers(table, s->m, b->lambda);
     }
 }

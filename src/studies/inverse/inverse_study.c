@@ -5,6 +5,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "dynamics/closures.h"
+#include "dynamics/load_dependent.h"
 #include "model/expressions/ranges.h"
 #include "model/tables/coordinates.h"
 #include "output/times.h"
@@ -574,6 +575,7 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     KMP_OPTIONS(system->context, kempe_inverse_options, options);
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
+    KMP_TRY(kmp_refuse_states(system->model, "inverse dynamics"));
     job j = {.system = system, .context = system->context, .options = options, .r = result_new(system)};
     KMP_TRY(kmp_made(system->context, j.r));
     kempe_status status = prepare(&j);

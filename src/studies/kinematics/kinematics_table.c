@@ -22,9 +22,9 @@ static void fill_rows(kempe_table *table, const void *result)
         kmp_tabulate_row(table);
         kmp_tabulate_number(table, k->s[row]);
         kmp_tabulate_number(table, k->time < 0 ? k->s[row] / k->rate : kmp_lead_value(&k->lead[k->time], k->s[row]));
-        kmp_tabulate_numbers(table, s->n, k->q + at);
-        kmp_tabulate_numbers(table, s->n, k->qd + at);
-        kmp_tabulate_numbers(table, s->n, k->qdd + at);
+        kmp_tabulate_values(table, s, KMP_QUANTITY_Q, k->q + at);
+        kmp_tabulate_values(table, s, KMP_QUANTITY_QD, k->qd + at);
+        kmp_tabulate_values(table, s, KMP_QUANTITY_QDD, k->qdd + at);
         kmp_tabulate_numbers(table, k->width, k->shown + (ptrdiff_t)row * k->width);
     }
 }
@@ -49,7 +49,7 @@ static void fill_dead_centres(kempe_table *table, const void *result)
         kmp_tabulate_number(table, dead->determined);
         kmp_tabulate_number(table, dead->margin);
         kmp_tabulate_word(table, dead->instead);
-        kmp_tabulate_numbers(table, k->system->n, dead->q);
+        kmp_tabulate_values(table, k->system, KMP_QUANTITY_Q, dead->q);
     }
 }
 
@@ -66,7 +66,7 @@ static void fill_change_points(kempe_table *table, const void *result)
         kmp_tabulate_number(table, change->s);
         kmp_tabulate_number(table, kmp_lead_value(lead, change->s));
         kmp_tabulate_number(table, change->margin);
-        kmp_tabulate_numbers(table, k->system->n, change->q);
+        kmp_tabulate_values(table, k->system, KMP_QUANTITY_Q, change->q);
     }
 }
 

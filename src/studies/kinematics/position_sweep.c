@@ -6,6 +6,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/partition/causes.h"
+#include "dynamics/load_dependent.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
 #include <kempe/check.h>
@@ -391,6 +392,7 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
     KMP_WANTED_BOTH(system, kinematics);
     KMP_OPTIONS(system->context, kempe_kinematics_options, options);
     kmp_context_begin(system->context);
+    KMP_TRY(kmp_refuse_states(system->model, "kinematics"));
     double begin = kmp_cpu_now();
     KMP_MAKE(system->context, kempe_kinematics, k);
     k->system = system;

@@ -32,13 +32,15 @@ static void set_name(kmp_channels *c, kmp_names *names, int k, kmp_text *name, c
 static bool name_states(kmp_channels *c)
 {
     static const char *const turns[] = {"rad", "rad/s"}, *const slides[] = {"m", "m/s"};
-    int p = c->linear.p;
-    bool ok = names_init(c, &c->states, 2 * p);
-    for (int k = 0; ok && k < 2 * p; k++) {
-        const kmp_motion *motion = &c->system->model->motions[c->linear.part.u[k % p]];
+    int p = c->linear.p, width = kmp_transfer_width(&c->transfer);
+    bool ok = names_init(c, &c->states, width);
+    for (int i = 0; ok && i < width; i++) {
+        int k = kmp_transfer_state(&c->transfer, i), coordinate = c->linear.part.u[k % p];
+        const kmp_motion *motion = &c->system->model->motions[coordinate];
+        bool state = kmp_state_of(c->system->model, coordinate);
         kmp_text name = {0};
-        kmp_text_printf(&name, "%s.%s", k < p ? "q" : "qd", motion->name);
-        set_name(c, &c->states, k, &name, (motion->rotation ? turns : slides)[k / p]);
+        kmp_text_printf(&name, "%s.%s", state ? "state" : k < p ? "q" : "qd", motion->name);
+        set_name(c, &c->states, i, &name, state ? "" : (motion->rotation ? turns : slides)[k / p]);
     }
     return !c->arena.failed;
 }
@@ -184,7 +186,7 @@ static kempe_status report_singular(const kmp_channels *c, kempe_status status)
 
 static bool has_rates(const kmp_linear *l)
 {
-    for (int k = 0; k < l->n; k++)
+    for (int k = 0; k < kmp_model_coordinates(l->system->model); k++)
         if (l->qd[k] != 0)
             return true;
     return false;
@@ -195,10 +197,12 @@ static kempe_status judge_steady(kmp_channels *c, bool *steady)
 {
     kmp_linear *l = &c->linear;
     kmp_steady *rates = KMP_ARENA_NEW(&c->arena, kmp_steady, l->p);
-    kmp_search search = {.rates = rates, .rate_count = l->p};
+    kmp_search search = {.rates = rates};
     KMP_TRY(kmp_made(c->system->context, rates));
     for (int k = 0; k < l->p; k++)
-        rates[k] = (kmp_steady){.coordinate = l->part.u[k], .rate = c->at->inner_qd[l->part.u[k]]};
+        if (!kmp_state_of(l->system->model, l->part.u[k]))
+            rates[search.rate_count++] =
+                (kmp_steady){.coordinate = l->part.u[k], .rate = c->at->inner_qd[l->part.u[k]]};
     KMP_TRY(kmp_linear_at_rates(l, c->at->t, c->at->inner_q, c->at->inner_qd, false));
     kmp_linear_matrices(l);
     c->residual = kmp_equilibrium_residual(l);

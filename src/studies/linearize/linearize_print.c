@@ -45,8 +45,9 @@ static void show_matrix(kmp_text *text, const kmp_matrix_row *row)
 static void show(kmp_text *text, const kempe_linearization *l)
 {
     const kmp_channels *c = &l->channels;
+    int freedoms = c->linear.p - c->system->model->state_count;
     kmp_text_printf(text, "%s: linear %s (t = 0), %d degree%s of freedom\n", c->system->model->name, state_sentence(c),
-                    c->linear.p, c->linear.p == 1 ? "" : "s");
+                    freedoms, freedoms == 1 ? "" : "s");
     list(text, "states", &c->states);
     list(text, "inputs", &c->loads);
     list(text, "outputs", &c->outputs);

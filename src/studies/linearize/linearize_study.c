@@ -10,6 +10,7 @@ kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
     const kmp_transfer *transfer = &l->channels.transfer;
     const kmp_linear *linear = &l->channels.linear;
     int p = transfer->p, n = transfer->n, inputs = transfer->columns, outputs = transfer->outputs;
+    int width = kmp_transfer_width(transfer);
     const kmp_matrix_row row[] = {
 #define KMP_MATRIX(name, word, rows, columns, values, meaning) {word, meaning, values, rows, columns},
 #include "studies/linearize/matrices.def"

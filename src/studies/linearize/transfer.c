@@ -200,6 +200,31 @@ static void put_accelerations(int p, const double *factor, const int *pivot, int
     }
 }
 
+int kmp_transfer_width(const kmp_transfer *transfer)
+{
+    return 2 * transfer->p - transfer->linear->system->model->state_count;
+}
+
+/* States of the model are independent: their motions are among u. */
+int kmp_transfer_state(const kmp_transfer *transfer, int k)
+{
+    const kmp_linear *l = transfer->linear;
+    int from = 0;
+    for (; from < l->p; from++)
+        if (!kmp_state_of(l->system->model, l->part.u[from]) && k-- == 0)
+            return from;
+    return from + k;
+}
+
+/* Leaves out the rows, or columns, of integrals of states. */
+static void drop(const kmp_transfer *t, bool of_rows, int rows, bool of_columns, int columns, double *x)
+{
+    int width = kmp_transfer_width(t), to = 0;
+    for (int j = 0; j < (of_columns ? width : columns); j++)
+        for (int i = 0; i < (of_rows ? width : rows); i++)
+            x[to++] = x[(of_rows ? kmp_transfer_state(t, i) : i) + (of_columns ? kmp_transfer_state(t, j) : j) * rows];
+}
+
 int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b, double *c, double *d)
 {
     const kmp_transfer *t = transfer;
@@ -219,6 +244,9 @@ int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b,
         memcpy(d, t->direct, outputs * columns * sizeof *d);
         add_product(t->outputs, t->p, 2 * t->p, t->by_udd, a + p, 2 * t->p, c);
         add_product(t->outputs, t->p, t->columns, t->by_udd, b + p, 2 * t->p, d);
+        drop(t, true, 2 * t->p, true, 2 * t->p, a);
+        drop(t, true, 2 * t->p, false, t->columns, b);
+        drop(t, false, t->outputs, true, 2 * t->p, c);
     }
     kmp_free(mass);
     kmp_free(pivot);

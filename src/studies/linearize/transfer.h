@@ -64,6 +64,12 @@ void kmp_transfer_eval(kmp_transfer *transfer);
 /** True if a parameter among the inputs moves closures: its rate then acts, too, for which there is no column. */
 bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input);
 
-/** A (2p x 2p), B (2p x columns), C (outputs x 2p) and D (outputs x columns), column-major. 0; 1 + k: the reduced mass
+/** The states x of a state space: du and dud without the integrals of states of the model. Number k of x among the 2p.
+ */
+int kmp_transfer_width(const kmp_transfer *transfer);
+int kmp_transfer_state(const kmp_transfer *transfer, int k);
+
+/** A (w x w, w the width, in room for 2p x 2p), B (w x columns), C (outputs x w) and D (outputs x columns),
+ * column-major. 0; 1 + k: the reduced mass
  *  is not positive for u[k]; -1: no memory; -2: Mr is singular. */
 int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b, double *c, double *d);

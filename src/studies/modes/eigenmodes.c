@@ -26,6 +26,18 @@ void kmp_modes_free(kmp_modes *modes)
 
 /* -- shapes ------------------------------------------------------------------------------------------ */
 
+/* The value of a state in place of its integral. */
+static void show_states(const kmp_modes *s, int c)
+{
+    double *re = s->re + (ptrdiff_t)c * s->n, *im = s->im + (ptrdiff_t)c * s->n;
+    double a = s->spectrum.re[c], b = s->spectrum.im[c];
+    for (int i = kmp_model_coordinates(s->system->model); i < s->n; i++) {
+        double x = re[i];
+        re[i] = x * a - im[i] * b;
+        im[i] = x * b + im[i] * a;
+    }
+}
+
 /* N x, the first of its largest entries made real and one size of its coordinate. */
 static void shape(kmp_modes *s, const kmp_linear *l, int c)
 {
@@ -37,6 +49,7 @@ static void shape(kmp_modes *s, const kmp_linear *l, int c)
             re[i] += l->red.x[i + k * n] * s->spectrum.x_re[k + c * p];
             im[i] += l->red.x[i + k * n] * s->spectrum.x_im[k + c * p];
         }
+    show_states(s, c);
     for (int i = 0; i < n; i++) {
         double size = hypot(re[i], im[i]) / scale[i];
         if (size > most * (1 + 1e-6)) {
@@ -73,7 +86,7 @@ static void shares(int n, const double *re, const double *im, const double *a_re
 /* The energies of each eigenvalue; its conjugate has the same. */
 static void energies(kmp_modes *s, const kmp_linear *l, const double *mass, double *work)
 {
-    int n = s->n;
+    int n = s->n, bodies = kmp_model_coordinates(s->system->model); /* states have no energy */
     double *m_re = work, *m_im = work + n, *k_re = work + 2 * (ptrdiff_t)n, *k_im = work + 3 * (ptrdiff_t)n;
     for (int c = 0; c < s->count; c++) {
         const double *re = s->re + (ptrdiff_t)c * n, *im = s->im + (ptrdiff_t)c * n;
@@ -85,9 +98,9 @@ static void energies(kmp_modes *s, const kmp_linear *l, const double *mass, doub
             }
         kmp_tangents_add(&l->tangents, KMP_R_Q, l->d, 1, re, k_re);
         kmp_tangents_add(&l->tangents, KMP_R_Q, l->d, 1, im, k_im);
-        shares(n, re, im, m_re, m_im, s->kinetic + (ptrdiff_t)c * n);
+        shares(bodies, re, im, m_re, m_im, s->kinetic + (ptrdiff_t)c * n);
         if (c >= s->spectrum.zeros)
-            shares(n, re, im, k_re, k_im, s->potential + (ptrdiff_t)c * n);
+            shares(bodies, re, im, k_re, k_im, s->potential + (ptrdiff_t)c * n);
     }
 }
 
@@ -126,6 +139,7 @@ kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
     bool room = make_room(&s) && kmp_arena_make_groups(&scratch, 2, groups) && mass && work;
     kempe_status status = room ? kmp_linear_spectrum(linear, &s.spectrum) : kmp_fail_memory(system->context);
     if (room && status == KEMPE_OK) {
+        s.count = s.spectrum.count;
         memcpy(s.u, linear->part.u, (size_t)s.p * sizeof *s.u);
         measure(&s, linear, mass, work);
         *modes = s;

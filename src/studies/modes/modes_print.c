@@ -209,9 +209,9 @@ static void show_locus(kmp_text *text, const kempe_modes *m)
 
 static void show_state(kmp_text *text, const kempe_modes *m)
 {
-    kmp_text_printf(text, "%s: %d degree%s of freedom at %s%s: ", m->system->model->name, m->modes.p,
-                    m->modes.p == 1 ? "" : "s",
-                    m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
+    int freedoms = m->modes.p - m->system->model->state_count;
+    kmp_text_printf(text, "%s: %d degree%s of freedom at %s%s: ", m->system->model->name, freedoms,
+                    freedoms == 1 ? "" : "s", m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
                     kmp_model_has_time(m->system->model) ? " (t = 0)" : "");
     kmp_list_names(text, m->system, kmp_name_of_coordinate, m->modes.p, m->modes.u);
     kmp_text_put(text, "\n\n");

@@ -77,8 +77,8 @@ static void fill_state(kempe_table *table, const void *result)
     kmp_tabulate_quantity(table, m->system, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, m->system, KMP_QUANTITY_QD);
     kmp_tabulate_row(table);
-    kmp_tabulate_numbers(table, m->system->n, m->q);
-    kmp_tabulate_numbers(table, m->system->n, m->qd);
+    kmp_tabulate_values(table, m->system, KMP_QUANTITY_Q, m->q);
+    kmp_tabulate_values(table, m->system, KMP_QUANTITY_QD, m->qd);
 }
 
 kempe_status kempe_modes_table(const kempe_modes *modes, const char *name, kempe_table **table)

@@ -50,25 +50,55 @@ void kmp_frequency_free(kmp_frequency *frequency)
     *f = (kmp_frequency){0};
 }
 
+/* True if unknown k is the value of a state. */
+static bool is_state(const kmp_frequency *f, int k)
+{
+    const kmp_linear *l = f->transfer->linear;
+    return kmp_state_of(l->system->model, l->part.u[k]);
+}
+
 /* -- one frequency ----------------------------------------------------------------------------------- */
+
+/* An entry of -w^2 Mr + i w Gr + Kr; of the column of a state, whose unknown is its value, of i w Mr + Gr. */
+typedef struct entry {
+    double re, im, size;
+} entry;
+
+static entry entry_of(const kmp_frequency *f, double w, int row, int column)
+{
+    const kmp_linear *l = f->transfer->linear;
+    int e = row + column * f->transfer->p;
+    double m = l->mass[e], g = l->damping[e], k = l->stiffness[e];
+    if (is_state(f, column))
+        return (entry){g, w * m, fabs(g) + w * fabs(m)};
+    return (entry){k - w * w * m, w * g, fabs(k) + w * fabs(g) + w * w * fabs(m)};
+}
+
+/* The larger of its terms. */
+static double size_of_diagonal(const kmp_frequency *f, double w, int k)
+{
+    const kmp_linear *l = f->transfer->linear;
+    int e = k + k * f->transfer->p;
+    double m = fabs(l->mass[e]), g = fabs(l->damping[e]);
+    return is_state(f, k) ? fmax(g, w * m) : fmax(fmax(fabs(l->stiffness[e]), w * g), w * w * m);
+}
 
 /* S (-w^2 Mr + i w Gr + Kr) S, its diagonal of the size of one, in factors. false: singular. */
 static bool factor(kmp_frequency *f, double w)
 {
-    const kmp_linear *l = f->transfer->linear;
     int p = f->transfer->p;
     for (int k = 0; k < p; k++) {
-        double size = fmax(fabs(l->stiffness[k + k * p]), w * fabs(l->damping[k + k * p]));
-        size = fmax(size, w * w * fabs(l->mass[k + k * p]));
+        double size = size_of_diagonal(f, w, k);
         f->scale[k] = size > 0 ? 1 / sqrt(size) : 1;
     }
     for (int k = 0; k < p; k++)
         for (int i = 0; i < p; i++) {
             int e = i + k * p;
             double s = f->scale[i] * f->scale[k];
-            f->a_re[e] = s * (l->stiffness[e] - w * w * l->mass[e]);
-            f->a_im[e] = s * w * l->damping[e];
-            f->terms[e] = s * (fabs(l->stiffness[e]) + w * fabs(l->damping[e]) + w * w * fabs(l->mass[e]));
+            entry x = entry_of(f, w, i, k);
+            f->a_re[e] = s * x.re;
+            f->a_im[e] = s * x.im;
+            f->terms[e] = s * x.size;
         }
     if (kmp_lu_complex_factor(p, f->a_re, f->a_im, f->pivot) != 0)
         return false;
@@ -143,7 +173,8 @@ static void put_output(kmp_frequency *f, double w, int output, int input)
     double size = 0; /* of its terms */
     for (int k = 0; k < t->p; k++) {
         int at = output + k * t->outputs;
-        double complex by = t->by_u[at] - w * w * t->by_udd[at] + w * t->by_ud[at] * I;
+        double complex by = is_state(f, k) ? t->by_ud[at] + w * t->by_udd[at] * I
+                                           : t->by_u[at] - w * w * t->by_udd[at] + w * t->by_ud[at] * I;
         double complex du = f->du_re[k] + f->du_im[k] * I;
         sum += by * du;
         size += size_of(by) * size_of(du);

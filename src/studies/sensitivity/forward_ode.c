@@ -148,9 +148,10 @@ static void set_weights(kmp_forward_formulation *f)
     double *atol = f->formulation.atol;
     for (int b = 0; b <= f->count; b++)
         for (int i = 0; i < w; i++) {
-            double of = f->start.atol * f->system->scale[kmp_forward_unknowns(f)[i]] / (b ? f->sizes[b - 1] : 1);
-            atol[b * w + i] = of;
-            atol[half + b * w + i] = of * f->start.rate_scale;
+            int k = kmp_forward_unknowns(f)[i];
+            double of = f->start.atol * f->system->scale[k] / (b ? f->sizes[b - 1] : 1);
+            kmp_formulation_tolerances(f->system, k, of, f->start.rate_scale, &atol[b * w + i],
+                                       &atol[half + b * w + i]);
         }
     for (int b = 0; b < f->integrals; b++)
         atol[2 * half + b] = f->start.atol * f->options->spec->t_end / (b ? f->sizes[b - 1] : 1);

@@ -7,6 +7,7 @@
 #include "base/share.h"
 #include "constraints/rounding/mend.h"
 #include "derivatives/state_sensitivity.h"
+#include "dynamics/load_dependent.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
 #include "model/variant.h"
@@ -366,6 +367,7 @@ kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_o
     KMP_OPTIONS(model->context, kempe_gradient_options, options);
     KMP_WANTED(model->context, options->parameters || options->parameter_count <= 0, "parameters");
     kmp_context_begin(model->context);
+    KMP_TRY(kmp_refuse_states(model, "gradients at a position"));
     KMP_MAKE(model->context, kempe_gradient, g);
     g->context = model->context;
     g->count = options->parameter_count;

@@ -20,6 +20,11 @@ void kmp_checkpoint_end(kmp_text *text, const char *s, size_t length)
     kmp_text_printf(text, "# end, %016" PRIx64 "\n", hash_of(s, length));
 }
 
+static int width_of(const kempe_system *system, kmp_quantity quantity)
+{
+    return quantity == KMP_QUANTITY_LAMBDA ? system->m : system->n;
+}
+
 /* The head of a checkpoint: the model's own text, with the values of its parameters, identifies it. */
 kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text)
 {
@@ -29,7 +34,7 @@ kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text)
                     hash_of(model, strlen(model)));
     kempe_text_free(model);
     for (kmp_quantity k = KMP_QUANTITY_Q; k < KMP_QUANTITIES; k++)
-        for (int i = 0; i < kmp_quantity_size(system, k); i++)
+        for (int i = 0; i < width_of(system, k); i++)
             kmp_text_printf(text, ",%s.%s", kmp_quantity_prefix(k), kmp_quantity_name(system, k, i));
     kmp_text_put(text, "\n");
     return KEMPE_OK;
@@ -42,7 +47,7 @@ static void print_row(const kempe_system *system, const kmp_samples *samples, in
     kmp_text_number(text, kmp_samples_work(samples, row));
     for (kmp_quantity k = KMP_QUANTITY_Q; k < KMP_QUANTITIES; k++) {
         const double *value = kmp_samples_get(samples, k, row);
-        for (int i = 0; i < kmp_quantity_size(system, k); i++) {
+        for (int i = 0; i < width_of(system, k); i++) {
             kmp_text_put(text, ",");
             kmp_text_number(text, value[i]);
         }

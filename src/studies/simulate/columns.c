@@ -5,10 +5,11 @@
 /* The quantity of an output whose values are in the table. */
 static kmp_quantity quantity_of(kmp_output_kind kind)
 {
-    return kind == KMP_OUTPUT_Q     ? KMP_QUANTITY_Q
-           : kind == KMP_OUTPUT_QD  ? KMP_QUANTITY_QD
-           : kind == KMP_OUTPUT_QDD ? KMP_QUANTITY_QDD
-                                    : KMP_QUANTITY_LAMBDA;
+    return kind == KMP_OUTPUT_Q       ? KMP_QUANTITY_Q
+           : kind == KMP_OUTPUT_QD    ? KMP_QUANTITY_QD
+           : kind == KMP_OUTPUT_QDD   ? KMP_QUANTITY_QDD
+           : kind == KMP_OUTPUT_STATE ? KMP_QUANTITY_STATE
+                                      : KMP_QUANTITY_LAMBDA;
 }
 
 /* True if an output includes entry k: lambda(CLOSURE) has that closure's rows alone, q(JOINT) that coordinate. */
@@ -55,6 +56,14 @@ static void add_computed(kmp_columns *columns, const kempe_model *model, int o, 
     }
 }
 
+/* A state is the rate of its motion. */
+static kmp_column from_table(const kempe_system *system, kmp_quantity quantity, int k, int output)
+{
+    bool state = quantity == KMP_QUANTITY_STATE;
+    int index = state ? kmp_model_coordinates(system->model) + k : k;
+    return (kmp_column){state ? KMP_QUANTITY_QD : quantity, index, output, 0};
+}
+
 static void add_from_table(kmp_columns *columns, const kempe_system *system, int o)
 {
     const kmp_output *output = &system->model->outputs[o];
@@ -64,7 +73,7 @@ static void add_from_table(kmp_columns *columns, const kempe_system *system, int
         if (!is_requested(system, output, k))
             continue;
         kmp_text_printf(&name, "%s.%s", kmp_quantity_prefix(quantity), kmp_quantity_name(system, quantity, k));
-        add(columns, &name, kmp_quantity_unit(system, quantity, k), (kmp_column){quantity, k, o, 0});
+        add(columns, &name, kmp_quantity_unit(system, quantity, k), from_table(system, quantity, k, o));
     }
 }
 

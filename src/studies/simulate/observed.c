@@ -48,13 +48,16 @@ static bool has_output(const kempe_model *model, kmp_output_kind kind, int index
         return !kmp_closure_is_drive(&model->closures[index]);
     if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_POINT)
         return model->points[index].body > 0; /* points of the ground rest */
-    return kind != KMP_OUTPUT_FORCE || !model->forces[index].vector[0];
+    return kind != KMP_OUTPUT_FORCE ||
+           !(model->forces[index].vector[0] || model->forces[index].kind == KMP_FORCE_STATE);
 }
 
 /* The kinds in the order of their rows, with the words that a reader looks for first before those of points. */
 static void list_kind(listing *l, kmp_output_kind kind)
 {
     const kempe_model *model = l->model;
+    if (kind == KMP_OUTPUT_STATE && model->state_count == 0)
+        return;
     if (kmp_output_stands_alone(kind)) {
         kmp_output all = {.kind = kind, .index = -1};
         add(l, all, false);
@@ -73,6 +76,7 @@ static kempe_status list_all(kmp_observed *o, int most)
     static const kmp_output_kind order[] = {KMP_OUTPUT_Q,
                                             KMP_OUTPUT_QD,
                                             KMP_OUTPUT_QDD,
+                                            KMP_OUTPUT_STATE,
                                             KMP_OUTPUT_ENERGY,
                                             KMP_OUTPUT_SENSOR,
                                             KMP_OUTPUT_FORCE,
@@ -88,7 +92,7 @@ static kempe_status list_all(kmp_observed *o, int most)
                                             KMP_OUTPUT_ANGULAR_VELOCITY,
                                             KMP_OUTPUT_AXES};
     kempe_model *model = kmp_variant_model(o->variant);
-    int room = model->output_count + 7 + model->sensor_count + model->force_count + 2 * model->closure_count +
+    int room = model->output_count + 8 + model->sensor_count + model->force_count + 2 * model->closure_count +
                5 * model->point_count + model->wheel_count;
     listing l = {.model = model, .list = KMP_ARENA_NEW(&model->arena, kmp_output, room), .most = most};
     KMP_TRY(kmp_made(model->context, l.list));

@@ -54,10 +54,17 @@ static void show_state(kmp_text *text, const kempe_trajectory *t)
         return;
     kmp_text_printf(text, "at t = %.9g s\n", end_time(t));
     kmp_text_printf(text, "  %-*s  unit  %22s  %22s  %22s\n", width, "", "q", "qd", "qdd");
-    for (int k = 0; k < t->system->n; k++)
-        kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g  %22.15g\n", width, t->system->model->motions[k].name,
+    const kempe_model *model = t->system->model;
+    int coordinates = kmp_model_coordinates(model);
+    for (int k = 0; k < coordinates; k++)
+        kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g  %22.15g\n", width, model->motions[k].name,
                         kmp_print_unit(t->system, k), kmp_print_value(t->system, k, q[k]),
                         kmp_print_value(t->system, k, qd[k]), kmp_print_value(t->system, k, qdd[k]));
+    width = kmp_print_width(t->system, KMP_QUANTITY_STATE);
+    if (model->state_count > 0)
+        kmp_text_printf(text, "  %-*s  %22s  %22s\n", width, "", "state", "rate");
+    for (int k = coordinates; k < t->system->n; k++)
+        kmp_text_printf(text, "  %-*s  %22.15g  %22.15g\n", width, model->motions[k].name, qd[k], qdd[k]);
     kmp_text_put(text, "\n");
 }
 

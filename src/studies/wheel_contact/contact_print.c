@@ -242,8 +242,8 @@ static void fill_states(kempe_table *to, const void *result)
     for (int row = 0; row < t->count; row++) {
         kmp_tabulate_row(to);
         kmp_tabulate_number(to, t->value[row]);
-        kmp_tabulate_numbers(to, n, t->q + (ptrdiff_t)row * n);
-        kmp_tabulate_numbers(to, n, t->qd + (ptrdiff_t)row * n);
+        kmp_tabulate_values(to, t->system, KMP_QUANTITY_Q, t->q + (ptrdiff_t)row * n);
+        kmp_tabulate_values(to, t->system, KMP_QUANTITY_QD, t->qd + (ptrdiff_t)row * n);
     }
 }
 

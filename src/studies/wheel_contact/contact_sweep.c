@@ -7,6 +7,7 @@
 #include "base/share.h"
 #include "constraints/closing/charts.h"
 #include "constraints/rounding/mend.h"
+#include "dynamics/load_dependent.h"
 #include "model/tables/coordinates.h"
 #include <math.h>
 #include <string.h>
@@ -262,6 +263,7 @@ kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_
     KMP_OPTIONS(system->context, kempe_contact_options, options);
     double begun = kmp_cpu_now();
     kmp_context_begin(system->context);
+    KMP_TRY(kmp_refuse_states(system->model, "contact table"));
     KMP_MAKE(system->context, kempe_contacts, t);
     t->given = system;
     job j = {.t = t};

@@ -1,0 +1,258 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Studies of models with states against closed forms: equilibrium, state space, eigenvalues, frequency response,
+ * sensitivities, ensembles, diagnosis, states of a stepper. */
+#include "loaded.h"
+#include <complex.h>
+#include <kempe/check.h>
+#include <kempe/ensemble.h>
+#include <kempe/equilibrium.h>
+#include <kempe/linearize.h>
+#include <kempe/modes.h>
+#include <kempe/response.h>
+#include <kempe/sensitivity.h>
+#include <kempe/stepper.h>
+
+/* A direct-current motor against a torsional spring. */
+#define MOTOR                                                                                                          \
+    "kempe: 1\n"                                                                                                       \
+    "parameters: {R: 2, L: 5e-3, K: 0.1, J: 1e-3, b: 1e-4, U: 12, k: %s, i0: 1}\n"                                     \
+    "states: {i: {start: i0, rate: (U - R*i - K*qd(A))/L}}\n"                                                          \
+    "bodies: {rotor: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: J}}}\n"                        \
+    "forces: {torque: {joint: A, torque: K*i - b*qd(A)}, spring: {joint: A, spring: {stiffness: k}}}\n"                \
+    "run: {t_end: 0.1, rtol: 1e-11, atol: 1e-11, outputs: [q, qd, i]}\n"
+
+static const double R = 2, L = 5e-3, K = 0.1, J = 1e-3, B = 1e-4, U = 12, STIFF = 0.5;
+
+static loaded load_motor(const char *stiffness)
+{
+    char text[1024];
+    (void)snprintf(text, sizeof text, MOTOR, stiffness);
+    return load_text(text);
+}
+
+static double entry(const kempe_table *table, int row, const char *column)
+{
+    int k = kempe_table_find(table, column);
+    return k < 0 || row >= kempe_table_row_count(table) ? NAN : kempe_table_number(table, row, k);
+}
+
+/* det(s^2 J + s b + k, -K; K s / L, s + R / L) of angle and current. */
+static double complex characteristic(double complex s, double stiffness)
+{
+    return (s * s * J + s * B + stiffness) * (s + R / L) + K * K * s / L;
+}
+
+static void equilibrium(void)
+{
+    loaded l = load_motor("0.5");
+    kempe_equilibrium *e = NULL;
+    CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK);
+    CHECK(kempe_equilibrium_count(e) == 1);
+    CHECK_TEXT(kempe_equilibrium_stability(e, 0), "stable");
+    kempe_table *table = NULL;
+    CHECK(e && kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK);
+    CHECK_NEAR(entry(table, 0, "q.A"), K * U / R / STIFF, 1e-12);
+    CHECK_NEAR(entry(table, 0, "state.i"), U / R, 1e-12);
+    CHECK(kempe_table_find(table, "qd.i") < 0 && kempe_table_find(table, "q.i") < 0);
+    kempe_table_free(table);
+    kempe_equilibrium_free(e);
+    unload(&l);
+}
+
+/* Where nothing holds the rotor it turns steadily, with the current of that speed. */
+static void steady_motion(void)
+{
+    loaded l = load_motor("0");
+    kempe_equilibrium *e = NULL;
+    CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK);
+    kempe_table *table = NULL;
+    CHECK(e && kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK);
+    double speed = K * U / R / (B + K * K / R);
+    CHECK_NEAR(entry(table, 0, "qd.A"), speed, 1e-9);
+    CHECK_NEAR(entry(table, 0, "state.i"), (U - K * speed) / R, 1e-9);
+    kempe_table_free(table);
+    kempe_equilibrium_free(e);
+    unload(&l);
+}
+
+static void state_space(void)
+{
+    static const char *const names[] = {"q.A", "qd.A", "state.i"};
+    const double a[9] = {0, -STIFF / J, 0, 1, -B / J, -K / L, 0, K / J, -R / L}, b[3] = {0, 0, 1 / L};
+    loaded l = load_motor("0.5");
+    kempe_linearization *x = NULL;
+    kempe_linearize_options options = {.inputs = "U", .outputs = "i,qd(A)"};
+    int rows = 0, columns = 0;
+    CHECK(l.system && kempe_linearization_new(l.system, &options, &x) == KEMPE_OK);
+    CHECK(kempe_linearization_count(x, KEMPE_CHANNEL_STATE) == 3);
+    for (int k = 0; k < 3; k++)
+        CHECK_TEXT(kempe_linearization_name(x, KEMPE_CHANNEL_STATE, k), names[k]);
+    const double *of_a = kempe_linearization_matrix(x, KEMPE_MATRIX_A, &rows, &columns);
+    CHECK(of_a && rows == 3 && columns == 3);
+    for (int k = 0; of_a && k < 9; k++)
+        CHECK_NEAR(of_a[k], a[k], 1e-13);
+    const double *of_b = kempe_linearization_matrix(x, KEMPE_MATRIX_B, &rows, &columns);
+    CHECK(of_b && rows == 3 && columns == 1);
+    for (int k = 0; of_b && k < 3; k++)
+        CHECK_NEAR(of_b[k], b[k], 1e-13);
+    const double *of_c = kempe_linearization_matrix(x, KEMPE_MATRIX_C, &rows, &columns);
+    CHECK(of_c && rows == 2 && columns == 3 && of_c[4] == 1 && of_c[3] == 1 - of_c[2] && of_c[0] == 0);
+    kempe_linearization_free(x);
+    unload(&l);
+}
+
+/* Every eigenvalue is a root of the characteristic polynomial, of which there are as many as its degree. */
+static void eigenvalues(void)
+{
+    static const char *const stiffness[] = {"0.5", "0"};
+    static const double value[] = {0.5, 0};
+    for (int c = 0; c < 2; c++) {
+        loaded l = load_motor(stiffness[c]);
+        kempe_modes *m = NULL;
+        kempe_modes_options options = {.at = "start"};
+        CHECK(l.system && kempe_modes_new(l.system, &options, &m) == KEMPE_OK);
+        kempe_table *table = NULL;
+        CHECK(m && kempe_modes_table(m, "modes", &table) == KEMPE_OK);
+        CHECK(kempe_table_row_count(table) == 3);
+        double complex product = 1;
+        for (int k = 0; k < kempe_table_row_count(table); k++) {
+            double complex s = entry(table, k, "re") + entry(table, k, "im") * I;
+            double size = cabs(s * s * J) * (cabs(s) + R / L) + value[c] * R / L;
+            CHECK(cabs(characteristic(s, value[c])) <= 1e-11 * size);
+            product *= s;
+        }
+        CHECK_NEAR(creal(product), -value[c] * R / L / J, 1e-11);
+        kempe_table_free(table);
+        kempe_modes_free(m);
+        unload(&l);
+    }
+}
+
+/* Current by voltage: (s^2 J + s b + k) / L over the characteristic polynomial; also at rest. */
+static void response(void)
+{
+    loaded l = load_motor("0.5");
+    kempe_response *x = NULL;
+    kempe_response_options options = {.inputs = "U", .outputs = "i", .frequencies = "0.1:100:5"};
+    CHECK(l.system && kempe_response_new(l.system, &options, &x) == KEMPE_OK);
+    kempe_table *table = NULL;
+    CHECK(x && kempe_response_table(x, "rows", &table) == KEMPE_OK);
+    for (int k = 0; k < kempe_table_row_count(table); k++) {
+        double complex s = 2 * acos(-1) * entry(table, k, "frequency") * I;
+        double complex wanted = (s * s * J + s * B + STIFF) / L / characteristic(s, STIFF);
+        double phase = acos(-1) / 180 * entry(table, k, "state.i/U.phase");
+        double complex found = entry(table, k, "state.i/U.amplitude") * cexp(phase * I);
+        CHECK(cabs(found - wanted) <= 1e-12 * cabs(wanted));
+    }
+    CHECK(kempe_table_row_count(table) == 5);
+    kempe_table_free(table);
+    kempe_response_free(x);
+    unload(&l);
+}
+
+/* A lag: y = 1 + (y0 - 1) e^(-t/T), by T and by its start. */
+static void sensitivity(void)
+{
+    static const char *const methods[] = {"forward", "adjoint"};
+    loaded l =
+        load_text("kempe: 1\nparameters: {T: 0.2, y0: 0.25}\nstates: {y: {start: y0, rate: (1 - y)/T, scale: 1}}\n"
+                  "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                  "run: {t_end: 1, rtol: 1e-11, atol: 1e-11, outputs: [y]}\n");
+    for (int k = 0; k < 2; k++) {
+        kempe_sensitivity *s = NULL;
+        kempe_table *rows = NULL;
+        kempe_sensitivity_options options = {.parameters = k ? "T,state.y" : "T,y0", .method = methods[k]};
+        CHECK(l.model && kempe_sensitivity_new(l.model, &options, &s) == KEMPE_OK);
+        CHECK(s && kempe_sensitivity_table(s, "rows", &rows) == KEMPE_OK);
+        int last = kempe_table_row_count(rows) - 1;
+        CHECK_NEAR(kempe_table_number(rows, last, kempe_table_find(rows, "state.y")), 1 - 0.75 * exp(-5), 1e-9);
+        CHECK_NEAR(kempe_table_number(rows, last, kempe_table_find(rows, "state.y/T")), -0.75 * exp(-5) / 0.04, 1e-8);
+        CHECK_NEAR(kempe_table_number(rows, last, kempe_table_find(rows, k ? "state.y/state.y" : "state.y/y0")),
+                   exp(-5), 1e-8);
+        kempe_table_free(rows);
+        kempe_sensitivity_free(s);
+    }
+    unload(&l);
+}
+
+/* Instances in lanes and alone, with other time constants and starts. */
+static void ensemble(void)
+{
+    static const char *const names[] = {"T", "state.y"};
+    static const double rows[] = {0.1, 0, 0.2, 0.5, 0.4, -1, 0.8, 2, 1.6, 0.25};
+    loaded l = load_text("kempe: 1\nparameters: {T: 0.2}\nstates: {y: {rate: (1 - y)/T, scale: 1}}\n"
+                         "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                         "forces: {push: {joint: x, force: y}}\nrun: {t_end: 1, rtol: 1e-11, atol: 1e-11}\n");
+    kempe_values *values = NULL;
+    kempe_ensemble *e = NULL;
+    CHECK(l.model && kempe_values_new(l.model, 2, names, 5, rows, &values) == KEMPE_OK);
+    CHECK(values && kempe_ensemble_new(l.model, values, &e) == KEMPE_OK);
+    for (int lanes = -1; e && lanes < 1; lanes++) {
+        kempe_batch *b = NULL;
+        kempe_run_options run = {.t_end = 1};
+        CHECK(kempe_ensemble_run(e, &run, lanes, &b) == KEMPE_OK);
+        for (int k = 0; b && k < 5; k++) {
+            double T = rows[2 * k], from = rows[2 * k + 1] - 1, at = exp(-1 / T);
+            CHECK_NEAR(kempe_batch_qd(b, k)[1], 1 + from * at, 1e-9);
+            CHECK_NEAR(kempe_batch_qd(b, k)[0], 1 + from * T * (1 - at), 1e-9);
+        }
+        kempe_batch_free(b);
+    }
+    kempe_ensemble_free(e);
+    kempe_values_free(values);
+    unload(&l);
+}
+
+/* A state that is set, saved, restored; the continued run is the same to the last bit. */
+static void stepper(void)
+{
+    loaded l = load_motor("0.5");
+    kempe_stepper *s = NULL;
+    kempe_stepper_state *kept = NULL;
+    CHECK(l.system && kempe_stepper_new(l.system, NULL, &s) == KEMPE_OK);
+    const double q[2] = {0.1, 0}, qd[2] = {-1, 2.5};
+    double moved = NAN, end[2] = {0};
+    CHECK(s && kempe_stepper_set_state(s, q, qd, &moved) == KEMPE_OK);
+    CHECK(s && kempe_stepper_qd(s)[1] == 2.5 && kempe_stepper_qdd(s) != NULL);
+    CHECK_NEAR(kempe_stepper_qdd(s)[1], (U - R * 2.5 + K) / L, 1e-12);
+    CHECK(kempe_stepper_advance(s, 0.01) == KEMPE_OK && kempe_stepper_save(s, &kept) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(s, 0.02) == KEMPE_OK);
+    memcpy(end, kempe_stepper_qd(s), sizeof end);
+    CHECK(kempe_stepper_restore(s, kept) == KEMPE_OK && kempe_stepper_advance(s, 0.02) == KEMPE_OK);
+    CHECK(memcmp(end, kempe_stepper_qd(s), sizeof end) == 0);
+    kempe_stepper_state_free(kept);
+    kempe_stepper_free(s);
+    unload(&l);
+}
+
+/* The diagnosis is that of the mechanism, with requested coordinates too. */
+static void check(void)
+{
+    char *text = NULL;
+    loaded l = load_motor("0.5");
+    kempe_check *c = NULL;
+    CHECK(l.system && kempe_check_new(l.system, &c) == KEMPE_OK);
+    CHECK(c && kempe_check_print(c, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(text && strstr(text, "degrees of freedom   1\n") && strstr(text, "independent, u       A\n"));
+    kempe_text_free(text);
+    kempe_check_free(c);
+    kempe_trajectory *trajectory = NULL;
+    kempe_run_options run = {.independent = "A"};
+    CHECK(kempe_simulate(l.system, &run, &trajectory) == KEMPE_OK);
+    kempe_trajectory_free(trajectory);
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(equilibrium);
+    TEST(steady_motion);
+    TEST(state_space);
+    TEST(eigenvalues);
+    TEST(response);
+    TEST(sensitivity);
+    TEST(ensemble);
+    TEST(stepper);
+    TEST(check);
+    return check_report();
+}
