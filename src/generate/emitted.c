@@ -108,23 +108,11 @@ void kempe_code_free(kempe_code *code)
     kmp_free(code);
 }
 
-int kempe_code_file_count(const kempe_code *code)
-{
-    KMP_GIVEN(code, 0);
-    return code->files.count;
-}
-
-const char *kempe_code_file_name(const kempe_code *code, int k)
-{
-    KMP_GIVEN(code, "");
-    return k >= 0 && k < code->files.count ? code->files.file[k].name : "";
-}
-
-const char *kempe_code_file_text(const kempe_code *code, int k)
-{
-    KMP_GIVEN(code, "");
-    return k >= 0 && k < code->files.count ? code->files.file[k].text.s : "";
-}
+KMP_GETTER(int kempe_code_file_count(const kempe_code *code), code, code->files.count, 0)
+KMP_GETTER_AT(const char *kempe_code_file_name(const kempe_code *code, int k), code, k, code->files.count,
+              code->files.file[k].name, "")
+KMP_GETTER_AT(const char *kempe_code_file_text(const kempe_code *code, int k), code, k, code->files.count,
+              code->files.file[k].text.s, "")
 
 kempe_status kempe_code_write(const kempe_code *code, const char *folder)
 {

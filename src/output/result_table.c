@@ -208,40 +208,15 @@ kempe_context *kmp_table_context(const kempe_table *table)
 
 /* -- reading ----------------------------------------------------------------------------------------- */
 
-const char *kempe_table_name(const kempe_table *table)
-{
-    KMP_GIVEN(table, "");
-    return table->name;
-}
-
-int kempe_table_row_count(const kempe_table *table)
-{
-    KMP_GIVEN(table, 0);
-    return table->rows;
-}
-
-int kempe_table_column_count(const kempe_table *table)
-{
-    KMP_GIVEN(table, 0);
-    return table->columns;
-}
-
-static const table_column *column_of(const kempe_table *table, int column)
-{
-    return table && column >= 0 && column < table->columns ? &table->column[column] : NULL;
-}
-
-const char *kempe_table_column_name(const kempe_table *table, int column)
-{
-    const table_column *c = column_of(table, column);
-    return c ? c->name : "";
-}
-
-const char *kempe_table_unit(const kempe_table *table, int column)
-{
-    const table_column *c = column_of(table, column);
-    return c && c->unit ? c->unit : "";
-}
+KMP_GETTER(const char *kempe_table_name(const kempe_table *table), table, table->name, "")
+KMP_GETTER(int kempe_table_row_count(const kempe_table *table), table, table->rows, 0)
+KMP_GETTER(int kempe_table_column_count(const kempe_table *table), table, table->columns, 0)
+KMP_GETTER_AT(const char *kempe_table_column_name(const kempe_table *table, int column), table, column, table->columns,
+              table->column[column].name, "")
+KMP_GETTER_AT(const char *kempe_table_unit(const kempe_table *table, int column), table, column, table->columns,
+              table->column[column].unit ? table->column[column].unit : "", "")
+KMP_GETTER_AT(const double *kempe_table_values(const kempe_table *table, int column), table, column, table->columns,
+              table->column[column].number, NULL)
 
 kmp_table_look kmp_table_column_look(const kempe_table *table, int column)
 {
@@ -262,12 +237,6 @@ int kempe_table_find(const kempe_table *table, const char *name)
     return -1;
 }
 
-const double *kempe_table_values(const kempe_table *table, int column)
-{
-    const table_column *c = column_of(table, column);
-    return c ? c->number : NULL;
-}
-
 double kempe_table_number(const kempe_table *table, int row, int column)
 {
     const double *values = kempe_table_values(table, column);
@@ -276,8 +245,8 @@ double kempe_table_number(const kempe_table *table, int row, int column)
 
 const char *kempe_table_word(const kempe_table *table, int row, int column)
 {
-    const table_column *c = column_of(table, column);
-    return c && c->word && row >= 0 && row < table->rows ? c->word[row] : "";
+    bool words = table && column >= 0 && column < table->columns && table->column[column].word;
+    return words && row >= 0 && row < table->rows ? table->column[column].word[row] : "";
 }
 
 /* -- CSV --------------------------------------------------------------------------------------------- */

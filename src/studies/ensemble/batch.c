@@ -264,42 +264,15 @@ kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run,
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-int kempe_batch_count(const kempe_batch *b)
-{
-    KMP_GIVEN(b, 0);
-    return b->count;
-}
-
-static const kmp_ensemble_result *result_of(const kempe_batch *b, int k)
-{
-    return k >= 0 && k < b->count ? &b->results[k] : NULL;
-}
-
-const char *kempe_batch_status(const kempe_batch *b, int k)
-{
-    KMP_GIVEN(b, "");
-    const kmp_ensemble_result *result = result_of(b, k);
-    return result ? kmp_status_word(result->status) : "";
-}
-
-const char *kempe_batch_reason(const kempe_batch *b, int k)
-{
-    KMP_GIVEN(b, "");
-    const kmp_ensemble_result *result = result_of(b, k);
-    return result && result->reason ? result->reason : "";
-}
-
-const double *kempe_batch_q(const kempe_batch *b, int k)
-{
-    KMP_GIVEN(b, NULL);
-    return result_of(b, k) ? b->q + (size_t)k * (size_t)b->n : NULL;
-}
-
-const double *kempe_batch_qd(const kempe_batch *b, int k)
-{
-    KMP_GIVEN(b, NULL);
-    return result_of(b, k) ? b->qd + (size_t)k * (size_t)b->n : NULL;
-}
+KMP_GETTER(int kempe_batch_count(const kempe_batch *b), b, b->count, 0)
+KMP_GETTER_AT(const char *kempe_batch_status(const kempe_batch *b, int k), b, k, b->count,
+              kmp_status_word(b->results[k].status), "")
+KMP_GETTER_AT(const char *kempe_batch_reason(const kempe_batch *b, int k), b, k, b->count,
+              b->results[k].reason ? b->results[k].reason : "", "")
+KMP_GETTER_AT(const double *kempe_batch_q(const kempe_batch *b, int k), b, k, b->count, b->q + (size_t)k * (size_t)b->n,
+              NULL)
+KMP_GETTER_AT(const double *kempe_batch_qd(const kempe_batch *b, int k), b, k, b->count,
+              b->qd + (size_t)k * (size_t)b->n, NULL)
 
 static const char *alone_of(const kmp_ensemble_result *r)
 {
