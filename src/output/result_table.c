@@ -5,6 +5,8 @@
 #include "output/formats/named_arrays.h"
 #include "output/print.h"
 #include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <string.h>
 
 /* One of the two arrays holds the cells. */
@@ -85,12 +87,17 @@ void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_q
                             kmp_quantity_name(system, quantity, k));
 }
 
-void kmp_tabulate_columns(kempe_table *table, const char *unit, const char *names)
+void kmp_tabulate_columns(kempe_table *table, const char *columns)
 {
-    for (const char *s = names; *s; s += strspn(s, " ")) {
-        int length = (int)strcspn(s, " ");
-        kmp_tabulate_column(table, unit, "%.*s", length, s);
-        s += length;
+    for (const char *s = columns, *end; *s; s = end + strspn(end, "] ")) {
+        int length = (int)strcspn(s, " [");
+        char unit[16] = "";
+        end = s + length;
+        if (*end == '[') {
+            end += strcspn(end, "]");
+            (void)snprintf(unit, sizeof unit, "%.*s", (int)(end - s) - length - 1, s + length + 1);
+        }
+        kmp_tabulate_column(table, strcmp(unit, "words") == 0 ? NULL : unit, "%.*s", length, s);
     }
 }
 
@@ -157,11 +164,25 @@ void kmp_tabulate_numbers(kempe_table *table, int count, const double *x)
         kmp_tabulate_number(table, x[k]);
 }
 
-void kmp_tabulate_word(kempe_table *table, const char *word)
+static void put_word(kempe_table *t, const char *word)
 {
-    table_column *column = next_cell(table);
+    table_column *column = next_cell(t);
     if (column && column->word)
-        column->word[table->rows - 1] = kmp_arena_strdup(&table->arena, word);
+        column->word[t->rows - 1] = kmp_arena_strdup(&t->arena, word);
+}
+
+void kmp_tabulate_cells(kempe_table *table, const char *format, ...)
+{
+    va_list cells;
+    va_start(cells, format);
+    for (const char *s = format; *s; s++)
+        if (*s == 's')
+            put_word(table, va_arg(cells, const char *));
+        else if (*s == 'g')
+            kmp_tabulate_number(table, va_arg(cells, double));
+        else if (*s == 'd')
+            kmp_tabulate_number(table, s[-1] == 'l' ? (double)va_arg(cells, long) : va_arg(cells, int));
+    va_end(cells);
 }
 
 void kmp_tabulate_fail(kempe_table *table)

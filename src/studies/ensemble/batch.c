@@ -422,12 +422,11 @@ static void put_columns(const kempe_batch *b, kempe_table *table)
     const kempe_values *values = b->ensemble->values;
     for (int k = 0; k < values->columns; k++)
         kmp_tabulate_column(table, kmp_quantity_unit_of(system, values->name[k]), "%s", values->name[k]);
-    kmp_tabulate_columns(table, NULL, "status");
-    kmp_tabulate_columns(table, "s", "t");
+    kmp_tabulate_columns(table, "status[words] t[s]");
     kmp_tabulate_quantity(table, system, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, system, KMP_QUANTITY_QD);
-    kmp_tabulate_columns(table, "", "steps rejected refused rhs exchanges h hdot drift difference");
-    kmp_tabulate_columns(table, NULL, "verdict single_run reason");
+    kmp_tabulate_columns(table, "steps rejected refused rhs exchanges h hdot drift difference verdict[words] "
+                                "single_run[words] reason[words]");
     kmp_tabulate_apart(table);
 }
 
@@ -435,25 +434,15 @@ static void put_row(const kempe_batch *b, kempe_table *table, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
     const kmp_convergence *again = &b->again[k];
-    const double ends[] = {(double)r->steps,
-                           (double)r->rejected,
-                           (double)r->refused,
-                           (double)r->rhs,
-                           (double)r->exchanges,
-                           r->h,
-                           r->hdot,
-                           r->drift,
-                           again->known ? again->difference : NAN};
     kmp_tabulate_row(table);
     kmp_tabulate_numbers(table, b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k));
-    kmp_tabulate_word(table, kempe_batch_status(b, k));
-    kmp_tabulate_number(table, r->t);
+    kmp_tabulate_cells(table, "%s %g", kempe_batch_status(b, k), r->t);
     kmp_tabulate_numbers(table, b->n, kempe_batch_q(b, k));
     kmp_tabulate_numbers(table, b->n, kempe_batch_qd(b, k));
-    kmp_tabulate_numbers(table, sizeof ends / sizeof *ends, ends);
-    kmp_tabulate_word(table, kmp_convergence_word(again));
-    kmp_tabulate_word(table, alone_of(r));
-    kmp_tabulate_word(table, kempe_batch_reason(b, k));
+    kmp_tabulate_cells(table, "%ld %ld %ld %ld %ld %g %g %g", r->steps, r->rejected, r->refused, r->rhs, r->exchanges,
+                       r->h, r->hdot, r->drift);
+    kmp_tabulate_cells(table, "%g %s %s %s", again->known ? again->difference : NAN, kmp_convergence_word(again),
+                       alone_of(r), kempe_batch_reason(b, k));
 }
 
 static void fill_instances(kempe_table *table, const void *result)
