@@ -158,17 +158,13 @@ static void write_json(kmp_text *text, const void *result)
                  kmp_status_word(KEMPE_OK), "", code->cpu_s, code->language->name, source->hash);
     for (int k = 0; k < source->count; k++) {
         const kmp_tally *t = &source->routines[k].tally;
-        kmp_json_object(&json, source->routines[k].name);
-        kmp_json_put(&json, "paper %ld robotran %ld prepare %ld", t->counts.paper, t->counts.robotran,
-                     t->counts.robotran - t->runtime.robotran);
-        kmp_json_end(&json);
+        kmp_json_put(&json, "%s { paper %ld robotran %ld prepare %ld }", source->routines[k].name, t->counts.paper,
+                     t->counts.robotran, t->counts.robotran - t->runtime.robotran);
     }
     kmp_json_put(&json, "} files [");
     for (int k = 0; k < code->files.count; k++)
         kmp_json_string(&json, NULL, code->files.file[k].name);
-    kmp_json_end(&json);
-    kmp_json_number(&json, "cpu_s", code->cpu_s);
-    kmp_json_end(&json);
+    kmp_json_put(&json, "} cpu_s %g }", code->cpu_s);
 }
 
 kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text)

@@ -340,9 +340,7 @@ static void put_json(kmp_text *text, const void *result)
 {
     const kempe_table *t = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_json_object(&json, NULL);
-    kmp_json_string(&json, "name", t->name);
-    kmp_json_array(&json, "columns");
+    kmp_json_put(&json, "{ name %s columns [", t->name);
     for (int c = 0; c < t->columns; c++)
         kmp_json_string(&json, NULL, t->column[c].name);
     kmp_json_put(&json, "] units [");
