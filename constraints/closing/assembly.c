@@ -271,14 +271,5 @@ void kempe_assembly_free(kempe_assembly *a)
     kmp_free(a);
 }
 
-const double *kempe_assembly_q(const kempe_assembly *assembly)
-{
-    KMP_GIVEN(assembly, NULL);
-    return assembly->q;
-}
-
-const double *kempe_assembly_qd(const kempe_assembly *assembly)
-{
-    KMP_GIVEN(assembly, NULL);
-    return assembly->qd;
-}
+KMP_GETTER(const double *kempe_assembly_q(const kempe_assembly *assembly), assembly, assembly->q, NULL)
+KMP_GETTER(const double *kempe_assembly_qd(const kempe_assembly *assembly), assembly, assembly->qd, NULL)

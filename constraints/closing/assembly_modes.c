@@ -338,14 +338,6 @@ void kempe_branches_free(kempe_branches *branches)
     kmp_free(branches);
 }
 
-int kempe_branches_count(const kempe_branches *branches)
-{
-    KMP_GIVEN(branches, 0);
-    return branches->count;
-}
-
-const double *kempe_branches_q(const kempe_branches *branches, int k)
-{
-    KMP_GIVEN(branches && k >= 0 && k < branches->count, NULL);
-    return branches->branch[k].q;
-}
+KMP_GETTER(int kempe_branches_count(const kempe_branches *branches), branches, branches->count, 0)
+KMP_GETTER_AT(const double *kempe_branches_q(const kempe_branches *branches, int k), branches, k, branches->count,
+              branches->branch[k].q, NULL)

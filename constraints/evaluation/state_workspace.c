@@ -202,35 +202,21 @@ static const kempe_workspace *up_to_date(const kempe_workspace *workspace)
     return ws;
 }
 
-const char *kempe_workspace_message(const kempe_workspace *workspace)
-{
-    KMP_GIVEN(workspace, "");
-    return workspace->message;
-}
+KMP_GETTER(const char *kempe_workspace_message(const kempe_workspace *workspace), workspace, workspace->message, "")
 
 #define VALUES(name)                                                                                                   \
-    const double *kempe_workspace_##name(const kempe_workspace *workspace)                                             \
-    {                                                                                                                  \
-        KMP_GIVEN(workspace, NULL);                                                                                    \
-        return up_to_date(workspace)->name;                                                                            \
-    }
+    KMP_GETTER(const double *kempe_workspace_##name(const kempe_workspace *workspace), workspace,                      \
+               up_to_date(workspace)->name, NULL)
 VALUES(mass)
 VALUES(bias)
 VALUES(h)
 VALUES(jacobian)
 VALUES(jdqd)
 
-double kempe_workspace_kinetic(const kempe_workspace *workspace)
-{
-    KMP_GIVEN(workspace, NAN);
-    return up_to_date(workspace)->eval->mass ? kmp_eval_kinetic(workspace->eval, workspace->qd) : 0;
-}
-
-double kempe_workspace_potential(const kempe_workspace *workspace)
-{
-    KMP_GIVEN(workspace, NAN);
-    return up_to_date(workspace)->eval->mass ? kmp_eval_potential(workspace->eval, workspace->t, workspace->q) : 0;
-}
+KMP_GETTER(double kempe_workspace_kinetic(const kempe_workspace *workspace), workspace,
+           up_to_date(workspace)->eval->mass ? kmp_eval_kinetic(workspace->eval, workspace->qd) : 0, NAN)
+KMP_GETTER(double kempe_workspace_potential(const kempe_workspace *workspace), workspace,
+           up_to_date(workspace)->eval->mass ? kmp_eval_potential(workspace->eval, workspace->t, workspace->q) : 0, NAN)
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 

@@ -44,7 +44,8 @@ kempe_status kmp_fail_text(kempe_context *context, kempe_status status, kmp_text
 
 /* Required arguments of public functions. KMP_WANTED: KEMPE_E_ARGUMENT with a sentence if a context can be reached
  * (NULL: it cannot). KMP_WANTED_BOTH: an object with a context, and another argument. KMP_GIVEN, in a getter: the value
- * returned for a missing object. */
+ * returned for a missing object. KMP_GETTER, KMP_GETTER_AT: a whole getter of an object, of its entry k out of `count`.
+ */
 #define KMP_MISSING "%s is NULL or missing"
 #define KMP_WANTED(context, thing, name)                                                                               \
     do {                                                                                                               \
@@ -59,6 +60,14 @@ kempe_status kmp_fail_text(kempe_context *context, kempe_status status, kmp_text
         if (!(thing))                                                                                                  \
             return otherwise;                                                                                          \
     } while (0)
+#define KMP_GETTER(signature, object, value, otherwise)                                                                \
+    signature                                                                                                          \
+    {                                                                                                                  \
+        return (object) ? (value) : (otherwise);                                                                       \
+    }
+#define KMP_GETTER_AT(signature, object, k, count, value, otherwise)                                                   \
+    KMP_GETTER(signature, (object) && (k) >= 0 && (k) < (count), value, otherwise)
+
 /** Replaces `given`, a pointer to options of a caller (NULL: the defaults), by a copy of the library's size. The member
  * `size` is that of the caller's struct, 0: that of version 0.1. KEMPE_E_ARGUMENT: it has members that are set and
  * unknown here. A member that is added to a struct comes last, and `first` below becomes its offset. */

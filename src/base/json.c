@@ -182,20 +182,26 @@ static bool next_word(const char **at, char *word, size_t room)
 
 void kmp_json_put(kmp_json *json, const char *format, ...)
 {
-    char word[64], key[64] = "";
+    char word[64], room[64];
+    const char *key = NULL;
     va_list arguments;
     va_start(arguments, format);
     while (next_word(&format, word, sizeof word)) {
-        const char *of = key[0] ? key : NULL;
+        const char *of = key;
+        bool in_object = json->depth > 0 && json->depth <= KMP_JSON_DEPTH && json->close[json->depth - 1] == '}';
+        key = NULL;
         if (*word == '}' || *word == ']')
             kmp_json_end(json);
         else if (*word == '{')
             kmp_json_object(json, of);
         else if (*word == '[')
             kmp_json_array(json, of);
-        else if (*word == '%')
+        else if (*word != '%')
+            key = strcpy(room, word);
+        else if (!of && in_object)
+            key = va_arg(arguments, const char *);
+        else
             put_value(json, of, word, &arguments);
-        (void)snprintf(key, sizeof key, "%s", strchr("{}[]%", *word) ? "" : word);
     }
     va_end(arguments);
 }

@@ -42,8 +42,8 @@ void kmp_json_text(kmp_json *json, const char *key, kmp_text *s);     /* a strin
 void kmp_json_boolean(kmp_json *json, const char *key, bool x);
 
 /** Members by a template: keys with a value each, separated by blanks. %g is a number, %.3g one of 3 digits, %d or %ld
- * a whole one, %s a string (kmp_json_string where it may be NULL), %i a boolean; { and [ open an object or an array
- * (without a key: inside an array), } and ] close it. */
+ * a whole one, %s a string or null for NULL, %i a boolean; { and [ open an object or an array, } and ] close it. Inside
+ * an array there are no keys. Inside an object %s in the place of a key is one: "%s { low %g high %g }". */
 void kmp_json_put(kmp_json *json, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /** An array of numbers on one line. */

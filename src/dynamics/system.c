@@ -425,14 +425,6 @@ void kmp_system_effort(const kempe_system *system, double t, const double *q, co
             effort[i] = NAN;
 }
 
-int kempe_system_row_count(const kempe_system *system)
-{
-    KMP_GIVEN(system, 0);
-    return system->m;
-}
-
-const char *kempe_system_row_name(const kempe_system *system, int k)
-{
-    KMP_GIVEN(system, "");
-    return k >= 0 && k < system->m ? system->row_names[k] : "";
-}
+KMP_GETTER(int kempe_system_row_count(const kempe_system *system), system, system->m, 0)
+KMP_GETTER_AT(const char *kempe_system_row_name(const kempe_system *system, int k), system, k, system->m,
+              system->row_names[k], "")

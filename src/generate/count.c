@@ -90,14 +90,12 @@ static void show_count(kmp_text *text, const void *result)
 
 static void json_entry(kmp_json *json, const char *name, const kmp_tally *t)
 {
-    kmp_json_object(json, name);
-    kmp_json_put(json, "paper %ld robotran %ld add %ld mul %ld div %ld", t->counts.paper, t->counts.robotran,
+    kmp_json_put(json, "%s { paper %ld robotran %ld add %ld mul %ld div %ld", name, t->counts.paper, t->counts.robotran,
                  t->counts.add, t->counts.mul, t->counts.div);
     kmp_json_put(json, "neg %ld trig %ld other %ld kept %ld removed %ld", t->counts.neg, t->counts.trig,
                  t->counts.other, t->operations, t->useless);
-    kmp_json_put(json, "serial_steps %ld vsi_steps %ld runtime { paper %ld robotran %ld }", t->steps.serial,
+    kmp_json_put(json, "serial_steps %ld vsi_steps %ld runtime { paper %ld robotran %ld } }", t->steps.serial,
                  t->steps.vector, t->runtime.paper, t->runtime.robotran);
-    kmp_json_end(json);
 }
 
 static void json_count(kmp_text *text, const void *result)
@@ -109,9 +107,7 @@ static void json_count(kmp_text *text, const void *result)
     for (int k = 0; k < c->choice.count; k++)
         json_entry(&json, c->choice.chosen[k].name, &c->tally[k]);
     json_entry(&json, "all", &c->all);
-    kmp_json_end(&json);
-    kmp_json_number(&json, "cpu_s", c->cpu_s);
-    kmp_json_end(&json);
+    kmp_json_put(&json, "} cpu_s %g }", c->cpu_s);
 }
 
 kempe_status kempe_count_print(const kempe_count *c, kempe_format format, char **text)

@@ -108,23 +108,11 @@ void kempe_code_free(kempe_code *code)
     kmp_free(code);
 }
 
-int kempe_code_file_count(const kempe_code *code)
-{
-    KMP_GIVEN(code, 0);
-    return code->files.count;
-}
-
-const char *kempe_code_file_name(const kempe_code *code, int k)
-{
-    KMP_GIVEN(code, "");
-    return k >= 0 && k < code->files.count ? code->files.file[k].name : "";
-}
-
-const char *kempe_code_file_text(const kempe_code *code, int k)
-{
-    KMP_GIVEN(code, "");
-    return k >= 0 && k < code->files.count ? code->files.file[k].text.s : "";
-}
+KMP_GETTER(int kempe_code_file_count(const kempe_code *code), code, code->files.count, 0)
+KMP_GETTER_AT(const char *kempe_code_file_name(const kempe_code *code, int k), code, k, code->files.count,
+              code->files.file[k].name, "")
+KMP_GETTER_AT(const char *kempe_code_file_text(const kempe_code *code, int k), code, k, code->files.count,
+              code->files.file[k].text.s, "")
 
 kempe_status kempe_code_write(const kempe_code *code, const char *folder)
 {
@@ -170,17 +158,13 @@ static void write_json(kmp_text *text, const void *result)
                  kmp_status_word(KEMPE_OK), "", code->cpu_s, code->language->name, source->hash);
     for (int k = 0; k < source->count; k++) {
         const kmp_tally *t = &source->routines[k].tally;
-        kmp_json_object(&json, source->routines[k].name);
-        kmp_json_put(&json, "paper %ld robotran %ld prepare %ld", t->counts.paper, t->counts.robotran,
-                     t->counts.robotran - t->runtime.robotran);
-        kmp_json_end(&json);
+        kmp_json_put(&json, "%s { paper %ld robotran %ld prepare %ld }", source->routines[k].name, t->counts.paper,
+                     t->counts.robotran, t->counts.robotran - t->runtime.robotran);
     }
     kmp_json_put(&json, "} files [");
     for (int k = 0; k < code->files.count; k++)
         kmp_json_string(&json, NULL, code->files.file[k].name);
-    kmp_json_end(&json);
-    kmp_json_number(&json, "cpu_s", code->cpu_s);
-    kmp_json_end(&json);
+    kmp_json_put(&json, "} cpu_s %g }", code->cpu_s);
 }
 
 kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text)

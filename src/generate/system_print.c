@@ -209,22 +209,19 @@ static void json_gains(kmp_json *json, const kmp_gains *gains)
     for (int k = 0; k < KMP_GAINS_KINDS; k++)
         json_gain(json, &gains->savings[k]);
     json_gain(json, &gains->all);
-    kmp_json_end(json);
-    kmp_json_put(json, "made %ld needed %ld", gains->made, gains->needed);
+    kmp_json_put(json, "} made %ld needed %ld", gains->made, gains->needed);
 }
 
 static void json_counts(kmp_json *json, const char *key, const kmp_counts *c)
 {
-    kmp_json_object(json, key);
-    kmp_json_put(json, "paper %ld robotran %ld add %ld mul %ld div %ld trig %ld other %ld", c->paper, c->robotran,
-                 c->add, c->mul, c->div, c->trig, c->other);
+    kmp_json_put(json, "%s { paper %ld robotran %ld add %ld mul %ld div %ld trig %ld other %ld", key, c->paper,
+                 c->robotran, c->add, c->mul, c->div, c->trig, c->other);
 }
 
 static void json_tally(kmp_json *json, const char *key, const kmp_tally *t)
 {
     json_counts(json, key, &t->counts);
-    kmp_json_put(json, "created %ld kept %ld", t->created, t->kept);
-    kmp_json_end(json);
+    kmp_json_put(json, "created %ld kept %ld }", t->created, t->kept);
 }
 
 static void json_stats(kmp_json *json, const kempe_system *system, const kmp_tally t[KMP_EQ_SETS])

@@ -4,35 +4,15 @@
 #include <kempe/settings.h>
 #include <math.h>
 
-static const kmp_model_input *input_at(const kempe_model *model, int input)
-{
-    return model && input >= 0 && input < model->input_count ? &model->inputs[input] : NULL;
-}
-
-int kempe_model_input_count(const kempe_model *model)
-{
-    return model ? model->input_count : 0;
-}
+KMP_GETTER(int kempe_model_input_count(const kempe_model *model), model, model->input_count, 0)
+KMP_GETTER_AT(const char *kempe_model_input_name(const kempe_model *model, int input), model, input, model->input_count,
+              model->inputs[input].name, NULL)
+KMP_GETTER_AT(const char *kempe_model_input_unit(const kempe_model *model, int input), model, input, model->input_count,
+              model->inputs[input].unit, "")
+KMP_GETTER_AT(double kempe_model_input_value(const kempe_model *model, int input, double t), model, input,
+              model->input_count, kmp_signal_value(&model->inputs[input].signal, t), NAN)
 
 int kempe_model_input_find(const kempe_model *model, const char *name)
 {
     return model && name ? kmp_name_find(KMP_NAMED(model, input), name) : -1;
-}
-
-const char *kempe_model_input_name(const kempe_model *model, int input)
-{
-    const kmp_model_input *found = input_at(model, input);
-    return found ? found->name : NULL;
-}
-
-const char *kempe_model_input_unit(const kempe_model *model, int input)
-{
-    const kmp_model_input *found = input_at(model, input);
-    return found ? found->unit : "";
-}
-
-double kempe_model_input_value(const kempe_model *model, int input, double t)
-{
-    const kmp_model_input *found = input_at(model, input);
-    return found ? kmp_signal_value(&found->signal, t) : NAN;
 }

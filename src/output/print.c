@@ -26,10 +26,8 @@ static void json_rounding(kmp_json *json, const kempe_system *system)
     for (int c = 0; c < system->model->closure_count; c++)
         if (system->misfit[c] > 0)
             kmp_json_number(json, system->model->closures[c].name, system->misfit[c] * system->length);
-    kmp_json_end(json);
-    kmp_json_put(json, "closure_tolerance %g corrected %i moved %g length %g", system->closure_tolerance,
+    kmp_json_put(json, "} closure_tolerance %g corrected %i moved %g length %g }", system->closure_tolerance,
                  system->mended, system->mended_by * system->length, system->length);
-    kmp_json_end(json);
 }
 
 void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more)
@@ -131,8 +129,7 @@ void kmp_print_verdict(kmp_json *json, const kmp_verdict *verdict)
     kmp_json_put(json, "residual { h_max %g hdot_max %g", verdict->h_max, verdict->hdot_max);
     if (verdict->misfit_row >= 0)
         kmp_json_number(json, "misfit", verdict->misfit);
-    kmp_json_end(json);
-    kmp_json_put(json, "energy { drift_rel %g }", verdict->drift_rel);
+    kmp_json_put(json, "} energy { drift_rel %g }", verdict->drift_rel);
 }
 
 void kmp_print_errors(kmp_json *json, const kmp_verdict *verdict)
@@ -153,8 +150,7 @@ void kmp_print_work(kmp_json *json, const kmp_run_report *report)
 {
     kmp_json_object(json, "work");
     kmp_print_counts(json, report);
-    kmp_json_put(json, "centrings %ld events %ld", report->centrings, report->events);
-    kmp_json_end(json);
+    kmp_json_put(json, "centrings %ld events %ld }", report->centrings, report->events);
 }
 
 void kmp_print_cell(kmp_text *text, int width, int digits, double x)

@@ -5,6 +5,8 @@
 #include "output/formats/named_arrays.h"
 #include "output/print.h"
 #include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <string.h>
 
 /* One of the two arrays holds the cells. */
@@ -93,12 +95,17 @@ void kmp_tabulate_values(kempe_table *table, const kempe_system *system, kmp_qua
     kmp_tabulate_numbers(table, kmp_quantity_size(system, quantity) + states, values);
 }
 
-void kmp_tabulate_columns(kempe_table *table, const char *unit, const char *names)
+void kmp_tabulate_columns(kempe_table *table, const char *columns)
 {
-    for (const char *s = names; *s; s += strspn(s, " ")) {
-        int length = (int)strcspn(s, " ");
-        kmp_tabulate_column(table, unit, "%.*s", length, s);
-        s += length;
+    for (const char *s = columns, *end; *s; s = end + strspn(end, "] ")) {
+        int length = (int)strcspn(s, " [");
+        char unit[16] = "";
+        end = s + length;
+        if (*end == '[') {
+            end += strcspn(end, "]");
+            (void)snprintf(unit, sizeof unit, "%.*s", (int)(end - s) - length - 1, s + length + 1);
+        }
+        kmp_tabulate_column(table, strcmp(unit, "words") == 0 ? NULL : unit, "%.*s", length, s);
     }
 }
 
@@ -165,11 +172,25 @@ void kmp_tabulate_numbers(kempe_table *table, int count, const double *x)
         kmp_tabulate_number(table, x[k]);
 }
 
-void kmp_tabulate_word(kempe_table *table, const char *word)
+static void put_word(kempe_table *t, const char *word)
 {
-    table_column *column = next_cell(table);
+    table_column *column = next_cell(t);
     if (column && column->word)
-        column->word[table->rows - 1] = kmp_arena_strdup(&table->arena, word);
+        column->word[t->rows - 1] = kmp_arena_strdup(&t->arena, word);
+}
+
+void kmp_tabulate_cells(kempe_table *table, const char *format, ...)
+{
+    va_list cells;
+    va_start(cells, format);
+    for (const char *s = format; *s; s++)
+        if (*s == 's')
+            put_word(table, va_arg(cells, const char *));
+        else if (*s == 'g')
+            kmp_tabulate_number(table, va_arg(cells, double));
+        else if (*s == 'd')
+            kmp_tabulate_number(table, s[-1] == 'l' ? (double)va_arg(cells, long) : va_arg(cells, int));
+    va_end(cells);
 }
 
 void kmp_tabulate_fail(kempe_table *table)
@@ -216,40 +237,15 @@ kempe_context *kmp_table_context(const kempe_table *table)
 
 /* -- reading ----------------------------------------------------------------------------------------- */
 
-const char *kempe_table_name(const kempe_table *table)
-{
-    KMP_GIVEN(table, "");
-    return table->name;
-}
-
-int kempe_table_row_count(const kempe_table *table)
-{
-    KMP_GIVEN(table, 0);
-    return table->rows;
-}
-
-int kempe_table_column_count(const kempe_table *table)
-{
-    KMP_GIVEN(table, 0);
-    return table->columns;
-}
-
-static const table_column *column_of(const kempe_table *table, int column)
-{
-    return table && column >= 0 && column < table->columns ? &table->column[column] : NULL;
-}
-
-const char *kempe_table_column_name(const kempe_table *table, int column)
-{
-    const table_column *c = column_of(table, column);
-    return c ? c->name : "";
-}
-
-const char *kempe_table_unit(const kempe_table *table, int column)
-{
-    const table_column *c = column_of(table, column);
-    return c && c->unit ? c->unit : "";
-}
+KMP_GETTER(const char *kempe_table_name(const kempe_table *table), table, table->name, "")
+KMP_GETTER(int kempe_table_row_count(const kempe_table *table), table, table->rows, 0)
+KMP_GETTER(int kempe_table_column_count(const kempe_table *table), table, table->columns, 0)
+KMP_GETTER_AT(const char *kempe_table_column_name(const kempe_table *table, int column), table, column, table->columns,
+              table->column[column].name, "")
+KMP_GETTER_AT(const char *kempe_table_unit(const kempe_table *table, int column), table, column, table->columns,
+              table->column[column].unit ? table->column[column].unit : "", "")
+KMP_GETTER_AT(const double *kempe_table_values(const kempe_table *table, int column), table, column, table->columns,
+              table->column[column].number, NULL)
 
 kmp_table_look kmp_table_column_look(const kempe_table *table, int column)
 {
@@ -270,12 +266,6 @@ int kempe_table_find(const kempe_table *table, const char *name)
     return -1;
 }
 
-const double *kempe_table_values(const kempe_table *table, int column)
-{
-    const table_column *c = column_of(table, column);
-    return c ? c->number : NULL;
-}
-
 double kempe_table_number(const kempe_table *table, int row, int column)
 {
     const double *values = kempe_table_values(table, column);
@@ -284,8 +274,8 @@ double kempe_table_number(const kempe_table *table, int row, int column)
 
 const char *kempe_table_word(const kempe_table *table, int row, int column)
 {
-    const table_column *c = column_of(table, column);
-    return c && c->word && row >= 0 && row < table->rows ? c->word[row] : "";
+    bool words = table && column >= 0 && column < table->columns && table->column[column].word;
+    return words && row >= 0 && row < table->rows ? table->column[column].word[row] : "";
 }
 
 /* -- CSV --------------------------------------------------------------------------------------------- */
@@ -358,9 +348,7 @@ static void put_json(kmp_text *text, const void *result)
 {
     const kempe_table *t = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_json_object(&json, NULL);
-    kmp_json_string(&json, "name", t->name);
-    kmp_json_array(&json, "columns");
+    kmp_json_put(&json, "{ name %s columns [", t->name);
     for (int c = 0; c < t->columns; c++)
         kmp_json_string(&json, NULL, t->column[c].name);
     kmp_json_put(&json, "] units [");

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables under construction. Running out of memory is sticky: every call after it does nothing, kmp_tabulate_finish
- * tells. Columns come first, then rows, cell by cell:
+ * tells. Columns come first, then rows:
  *
  *     kempe_table *t = kmp_tabulate(context, "rows");
- *     kmp_tabulate_column(t, "s", "t");
+ *     kmp_tabulate_columns(t, "t[s] kind[words]");
  *     kmp_tabulate_column(t, unit, "q.%s", name);
  *     kmp_tabulate_row(t);
- *     kmp_tabulate_number(t, time);
- *     kmp_tabulate_number(t, q);
+ *     kmp_tabulate_cells(t, "%g %s %g", time, kind, q);
  *     return kmp_tabulate_finish(context, t, table);
  */
 #pragma once
@@ -29,8 +28,8 @@ void kmp_tabulate_column(kempe_table *table, const char *unit, const char *forma
 void kmp_tabulate_quantity(kempe_table *table, const kempe_system *system, kmp_quantity quantity);
 void kmp_tabulate_values(kempe_table *table, const kempe_system *system, kmp_quantity quantity, const double *values);
 
-/** Columns more: names with blanks between. */
-void kmp_tabulate_columns(kempe_table *table, const char *unit, const char *names);
+/** Columns more: names with blanks between, each with its unit behind it in brackets, [words] for a column of words. */
+void kmp_tabulate_columns(kempe_table *table, const char *columns);
 
 /** How pictures draw the column added last; periodic: a turn is 360. */
 typedef enum kmp_table_look { KMP_LOOK_PLAIN, KMP_LOOK_LOGARITHMIC, KMP_LOOK_PERIODIC } kmp_table_look;
@@ -44,10 +43,11 @@ bool kmp_table_rows_apart(const kempe_table *table);
 /** A row more, whose cells are unknown. */
 void kmp_tabulate_row(kempe_table *table);
 
-/** Fills the next cell of the last row, or the next `count` cells. A number that is not finite is unknown. */
+/** Fills the next cells of the last row by a template: %g, %d and %ld are numbers, %s words. A number that is not
+ * finite is unknown. */
+void kmp_tabulate_cells(kempe_table *table, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void kmp_tabulate_number(kempe_table *table, double x);
 void kmp_tabulate_numbers(kempe_table *table, int count, const double *x);
-void kmp_tabulate_word(kempe_table *table, const char *word);
 
 /** The table cannot be completed, for want of memory. */
 void kmp_tabulate_fail(kempe_table *table);

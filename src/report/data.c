@@ -94,9 +94,8 @@ static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compare
     kmp_json_put(json, "below %i h %.3g hdot %.3g drift %.3g", kmp_compared_is_below(c, run, KMP_QUANTITY_Q),
                  run->verdict.h_max, run->verdict.hdot_max, run->verdict.drift_rel);
     kmp_print_counts(json, &run->report);
-    kmp_json_put(json, "cpu %.4g ready %.4g memory %.4g", run->cpu_s, c->system->build_s + run->build_s,
+    kmp_json_put(json, "cpu %.4g ready %.4g memory %.4g }", run->cpu_s, c->system->build_s + run->build_s,
                  run->report.heap > 0 ? (double)run->report.heap : NAN);
-    kmp_json_end(json);
 }
 
 /* Seconds, steps and evaluations of each method at a level. */

@@ -16,8 +16,7 @@ void kmp_drawn_shapes(kmp_json *json, const kempe_model *model, int body)
             continue;
         if (count++ == 0)
             kmp_json_array(json, "solids");
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "kind", kmp_shape_words[model->shapes[k].kind]);
+        kmp_json_put(json, "{ kind %s", kmp_shape_words[model->shapes[k].kind]);
         kmp_model_json_shape(json, &model->shapes[k]);
         kmp_json_end(json);
     }
@@ -68,9 +67,7 @@ static void put_mesh(kmp_json *json, const kmp_mesh *mesh, int most)
     kmp_arena arena = {0};
     kmp_mesh thin;
     bool good = kmp_mesh_thin(&arena, mesh, most, &thin);
-    kmp_json_object(json, NULL);
-    kmp_json_string(json, "file", mesh->path);
-    kmp_json_whole(json, "triangles", mesh->triangle_count);
+    kmp_json_put(json, "{ file %s triangles %d", mesh->path, mesh->triangle_count);
     if (good) {
         kmp_json_whole(json, "drawn", thin.triangle_count);
         put_points(json, &arena, &thin);

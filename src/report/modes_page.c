@@ -116,13 +116,6 @@ static void put_mode(kmp_json *json, const kempe_modes *m, const shown *s)
     kmp_json_end(json);
 }
 
-/* The unit in which the page shows numbers in SI, and its factor. */
-static void put_shown(kmp_json *json, kmp_shown as)
-{
-    kmp_json_string(json, "unit", as.unit);
-    kmp_json_rounded(json, "factor", as.factor, 17);
-}
-
 static void put_rows(kmp_json *json, const char *key, const kmp_locus *l, const double *x)
 {
     kmp_json_array(json, key);
@@ -139,8 +132,7 @@ static void put_locus(kmp_json *json, const kempe_modes *m)
         return;
     }
     kmp_shown as = kmp_modes_shown(m);
-    kmp_json_put(json, "locus { name %s", m->name);
-    put_shown(json, as);
+    kmp_json_put(json, "locus { name %s unit %s factor %.17g", m->name, as.unit, as.factor);
     kmp_json_rounded_numbers(json, "values", l->reached, l->value, 9);
     kmp_json_rounded_numbers(json, "orders", m->order_count, m->order, 6);
     put_rows(json, "re", l, l->re);
@@ -163,13 +155,11 @@ static void put_data(kmp_text *text, const maker *w)
                  m->family->state->equilibrium ? "the equilibrium" : "the assembled start", kmp_modes_verdict(m));
     kmp_modes_put_verdict(&because, m);
     kmp_json_text(&json, "reasons", &because);
-    kmp_json_string(&json, "reason", m->reason ? m->reason : "");
-    kmp_json_whole(&json, "freedoms", m->modes.p);
-    kmp_json_put(&json, "frames %d coordinates [", FRAMES);
+    kmp_json_put(&json, "reason %s freedoms %d frames %d coordinates [", m->reason ? m->reason : "", m->modes.p,
+                 FRAMES);
     for (int k = 0; k < m->modes.n; k++) {
-        kmp_json_put(&json, "{ name %s", m->system->model->motions[k].name);
-        put_shown(&json, kmp_shown_as(m->system->context, kmp_quantity_unit(m->system, KMP_QUANTITY_Q, k)));
-        kmp_json_end(&json);
+        kmp_shown as = kmp_shown_as(m->system->context, kmp_quantity_unit(m->system, KMP_QUANTITY_Q, k));
+        kmp_json_put(&json, "{ name %s unit %s factor %.17g }", m->system->model->motions[k].name, as.unit, as.factor);
     }
     kmp_json_put(&json, "] modes [");
     for (int k = 0; k < w->count; k++)

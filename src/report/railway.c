@@ -19,12 +19,10 @@ static void put_disc(kmp_json *json, const kempe_model *model, const kmp_wheel *
         at[i] = point->at[i].value;
         axis[i] = axis_at(point, i, 1);
     }
-    kmp_json_object(json, NULL);
-    kmp_json_whole(json, "body", point->body);
+    kmp_json_put(json, "{ body %d", point->body);
     kmp_json_rounded_numbers(json, "at", 3, at, 7);
     kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
-    kmp_json_rounded(json, "radius", wheel->radius.value, 7);
-    kmp_json_end(json);
+    kmp_json_put(json, "radius %.7g }", wheel->radius.value);
 }
 
 /* -- rails ------------------------------------------------------------------------------------------- */

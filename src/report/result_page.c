@@ -229,8 +229,7 @@ static void put_file(kmp_json *json, const char *name, char *text, size_t length
     if (cut)
         text[*room] = '\0';
     *room -= cut ? *room : length;
-    kmp_json_string(json, "text", text);
-    kmp_json_end(json);
+    kmp_json_put(json, "text %s }", text);
 }
 
 /* A file that is included several times is shown once. */
@@ -278,14 +277,9 @@ static void put_words(kmp_json *json, const kmp_result_page *page)
                  kmp_status_word(page->status), page->reason ? page->reason : "", page->warnings ? page->warnings : "",
                  page->sentences ? page->sentences : "");
     kmp_json_put(json, "facts [");
-    for (int k = 0; k < page->fact_count; k++) {
-        kmp_json_array(json, NULL);
-        kmp_json_string(json, NULL, page->fact[k].name);
-        kmp_json_string(json, NULL, page->fact[k].value);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-    kmp_json_put(json, "text %s n %d m %d", page->text ? page->text : "", s->n, s->m);
+    for (int k = 0; k < page->fact_count; k++)
+        kmp_json_put(json, "[ %s %s ]", page->fact[k].name, page->fact[k].value);
+    kmp_json_put(json, "] text %s n %d m %d", page->text ? page->text : "", s->n, s->m);
 }
 
 static void put_data(kmp_text *text, const kmp_result_page *page)
@@ -299,8 +293,7 @@ static void put_data(kmp_text *text, const kmp_result_page *page)
         kmp_page_record(&json, page->record);
     kmp_json_end(&json);
     put_stopped_at(&json, page);
-    kmp_json_boolean(&json, "separate", page->separate);
-    kmp_json_boolean(&json, "locked", page->locked);
+    kmp_json_put(&json, "separate %i locked %i", page->separate, page->locked);
     put_parameters(&json, page->system->model);
     put_inputs(&json, page->system->model);
     put_files(&json, page->system->model);

@@ -13,13 +13,11 @@ static kempe_context *context;
 static kempe_status make(kempe_table **table)
 {
     kempe_table *t = kmp_tabulate(context, "runs");
-    kmp_tabulate_column(t, "s", "t");
-    kmp_tabulate_column(t, NULL, "reason");
+    kmp_tabulate_columns(t, "t[s] reason[words]");
     kmp_tabulate_column(t, "", "q.%s", "crank");
     for (int row = 0; row < 40; row++) {
         kmp_tabulate_row(t);
-        kmp_tabulate_number(t, 0.25 * row);
-        kmp_tabulate_word(t, row == 1 ? "a \"lock\", here" : row == 2 ? "ok" : "");
+        kmp_tabulate_cells(t, "%g %s", 0.25 * row, row == 1 ? "a \"lock\", here" : row == 2 ? "ok" : "");
         if (row != 3)
             kmp_tabulate_number(t, row == 4 ? (double)INFINITY : row);
     }
@@ -138,9 +136,7 @@ static void drawn(void)
 {
     char path[] = "/tmp/kempe_table_XXXXXX.svg";
     kempe_table *t = kmp_tabulate(context, "rows"), *made = NULL;
-    kmp_tabulate_columns(t, "s", "t");
-    kmp_tabulate_columns(t, "m", "position.b.P.x position.b.P.y");
-    kmp_tabulate_columns(t, "N", "force.spring");
+    kmp_tabulate_columns(t, "t[s] position.b.P.x[m] position.b.P.y[m] force.spring[N]");
     for (int k = 0; k < 5; k++) {
         kmp_tabulate_row(t);
         kmp_tabulate_numbers(t, 4, (double[]){k, k * k, -k, 3 - k});
@@ -169,18 +165,14 @@ static void names_with_units(void)
 {
     char path[] = "/tmp/kempe_table_XXXXXX.csv";
     kempe_table *t = kmp_tabulate(context, "rows");
-    kmp_tabulate_columns(t, "s", "t");
-    kmp_tabulate_columns(t, "", "zone");
-    kmp_tabulate_columns(t, NULL, "word");
+    kmp_tabulate_columns(t, "t[s] zone moment[N m] word[words]");
     kmp_tabulate_row(t);
-    kmp_tabulate_number(t, 2.5);
-    kmp_tabulate_number(t, 1);
-    kmp_tabulate_word(t, "ok");
+    kmp_tabulate_cells(t, "%g %ld %g %s", 2.5, 1L, 0.5, "ok");
     close(mkstemps(path, 4));
     kempe_table_name_units(t);
     CHECK(kempe_table_write(t, path) == KEMPE_OK);
     char *text = read_back(path);
-    CHECK_TEXT(text ? text : "", "t [s],zone,word\n2.5,1,ok\n");
+    CHECK_TEXT(text ? text : "", "t [s],zone,moment [N m],word\n2.5,1,0.5,ok\n");
     kmp_free(text);
     unlink(path);
     kempe_table_free(t);

@@ -94,10 +94,10 @@ static void test_json_template(void)
     const char *volatile none = NULL;
     kmp_json_put(&json, "{ tenth %g none %s long %ld list [ { third %.3g } { no %i yes %i } ]", 0.1, none, -7L, 1.0 / 3,
                  false, true);
-    kmp_json_put(&json, "empty { } whole %d }", 3);
+    kmp_json_put(&json, "empty { } whole %d %s { low %d } %s [ %s %d ] }", 3, "by name", 1, "listed", "word", 2);
     CHECK_TEXT(text.s,
                "{\"tenth\":0.1,\"none\":null,\"long\":-7,\"list\":[{\"third\":0.333},{\"no\":false,\"yes\":true}],"
-               "\"empty\":{},\"whole\":3}");
+               "\"empty\":{},\"whole\":3,\"by name\":{\"low\":1},\"listed\":[\"word\",2]}");
     kmp_text_free(&text);
 }
 

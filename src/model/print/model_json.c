@@ -91,8 +91,7 @@ static void put_inputs(kmp_json *json, const kempe_model *model)
     kmp_model_json_begin(json, "inputs");
     for (int i = 0; i < model->input_count; i++) {
         const kmp_signal *s = &model->inputs[i].signal;
-        kmp_json_object(json, model->inputs[i].name);
-        kmp_json_number(json, "default", model->inputs[i].value);
+        kmp_json_put(json, "%s { default %g", model->inputs[i].name, model->inputs[i].value);
         if (s->count > 1) {
             kmp_json_string(json, "method", kmp_name_at(kmp_signal_words, (int)s->method));
             kmp_json_numbers(json, "t", s->count, s->t);
@@ -121,8 +120,8 @@ static void put_tables(kmp_json *json, const kempe_model *model)
     kmp_model_json_begin(json, "tables");
     for (int i = 0; i < model->table_count; i++) {
         const kmp_table *table = model->tables[i].table;
-        kmp_json_object(json, model->tables[i].name);
-        kmp_json_string(json, "method", table->method == KMP_TABLE_LINEAR ? "linear" : "spline");
+        kmp_json_put(json, "%s { method %s", model->tables[i].name,
+                     table->method == KMP_TABLE_LINEAR ? "linear" : "spline");
         kmp_json_numbers(json, "x", table->count, table->x);
         kmp_json_numbers(json, "y", table->count, table->y);
         kmp_json_end(json);
@@ -139,8 +138,7 @@ static void put_unknowns(kmp_json *json, const kempe_model *model)
             put_expr(json, u->name, model, u->zero[0]);
             continue;
         }
-        kmp_json_object(json, u->name);
-        kmp_json_object(json, "of");
+        kmp_json_put(json, "%s { of {", u->name);
         for (int k = 0; k < u->count; k++)
             kmp_json_number(json, u->unknown[k], u->guess[k].value);
         kmp_json_end(json);

@@ -51,9 +51,7 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
     if (s->kind == KMP_SHAPE_BOX)
         put_vector(json, "size", 3, s->edge);
     if (s->kind == KMP_SHAPE_MESH) {
-        kmp_json_string(json, "file", s->mesh->path);
-        kmp_json_whole(json, "triangles", s->mesh->triangle_count);
-        kmp_json_number(json, "scale", s->scale.value);
+        kmp_json_put(json, "file %s triangles %d scale %g", s->mesh->path, s->mesh->triangle_count, s->scale.value);
     }
     if (s->radius.value > 0)
         kmp_json_number(json, "radius", s->radius.value);
@@ -80,8 +78,8 @@ void kmp_model_json_shapes(kmp_json *json, const kempe_model *model)
     kmp_json_array(json, "shapes");
     for (int k = 0; k < model->shape_count; k++) {
         kmp_model_json_item(json, NULL);
-        kmp_json_string(json, "body", model->bodies[model->shapes[k].body].name);
-        kmp_json_string(json, "kind", kmp_shape_words[model->shapes[k].kind]);
+        kmp_json_put(json, "body %s kind %s", model->bodies[model->shapes[k].body].name,
+                     kmp_shape_words[model->shapes[k].kind]);
         kmp_model_json_shape(json, &model->shapes[k]);
         kmp_json_end(json);
     }

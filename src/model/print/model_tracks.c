@@ -77,8 +77,7 @@ static void put_course(kmp_json *json, const kmp_track *track)
     kmp_json_array(json, "course");
     for (int k = 0; k < track->course_count; k++) {
         const kmp_course_piece *piece = &track->course[k];
-        kmp_json_object(json, NULL);
-        kmp_json_number(json, kmp_course_words[piece->kind], piece->length);
+        kmp_json_put(json, "{ %s %g", kmp_course_words[piece->kind], piece->length);
         if (piece->radius > 0)
             kmp_json_number(json, "radius", piece->radius);
         if (piece->cant != 0)

@@ -251,20 +251,7 @@ kempe_status kempe_model_set_closure_tolerance(kempe_model *model, double metres
     return KEMPE_OK;
 }
 
-const char *kempe_model_name(const kempe_model *model)
-{
-    KMP_GIVEN(model, "");
-    return model->name;
-}
-
-int kempe_model_coordinate_count(const kempe_model *model)
-{
-    KMP_GIVEN(model, 0);
-    return model->motion_count;
-}
-
-const char *kempe_model_coordinate_name(const kempe_model *model, int k)
-{
-    KMP_GIVEN(model && k >= 0 && k < model->motion_count, "");
-    return model->motions[k].name;
-}
+KMP_GETTER(const char *kempe_model_name(const kempe_model *model), model, model->name, "")
+KMP_GETTER(int kempe_model_coordinate_count(const kempe_model *model), model, model->motion_count, 0)
+KMP_GETTER_AT(const char *kempe_model_coordinate_name(const kempe_model *model, int k), model, k, model->motion_count,
+              model->motions[k].name, "")

@@ -138,9 +138,8 @@ static void json_goals(kmp_json *j, const kempe_assembly *a)
             put_goal(&name, model, goal, i);
             kmp_json_object(j, name.s ? name.s : "");
             kmp_text_free_part(j->text, &name);
-            kmp_json_put(j, "goal %g weight %g reached %g remains %g", goal->value[i].value, goal->weight[i].value,
+            kmp_json_put(j, "goal %g weight %g reached %g remains %g }", goal->value[i].value, goal->weight[i].value,
                          a->goals.value[at], a->goals.value[at] - goal->value[i].value);
-            kmp_json_end(j);
         }
     }
     kmp_json_put(j, "} }");
@@ -151,15 +150,10 @@ static void json_rates(kmp_json *j, const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
     kmp_json_object(j, "rates_changed");
-    for (int k = 0; k < a->system->n; k++) {
-        if (!kmp_assembly_changed_rate(a, k))
-            continue;
-        kmp_json_object(j, model->motions[k].name);
-        kmp_json_put(j, "given %g taken %g", model->start.qd[k].value, a->qd[k]);
-        kmp_json_end(j);
-    }
-    kmp_json_end(j);
-    kmp_json_number(j, "rates_left", a->rates_left);
+    for (int k = 0; k < a->system->n; k++)
+        if (kmp_assembly_changed_rate(a, k))
+            kmp_json_put(j, "%s { given %g taken %g }", model->motions[k].name, model->start.qd[k].value, a->qd[k]);
+    kmp_json_put(j, "} rates_left %g", a->rates_left);
 }
 
 static void json_assembly(kmp_text *text, const void *result)

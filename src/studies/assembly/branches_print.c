@@ -63,13 +63,11 @@ static void json_branches(kmp_text *text, const void *result)
     for (int k = 0; k < b->system->n; k++)
         if (b->kept[k])
             kmp_json_string(&j, NULL, b->system->model->motions[k].name);
-    kmp_json_end(&j);
-    kmp_json_put(&j, "starts %d closed %d more %d branches [", b->starts, b->closed, b->many);
+    kmp_json_put(&j, "} starts %d closed %d more %d branches [", b->starts, b->closed, b->many);
     for (int k = 0; k < b->count; k++) {
         kmp_json_object(&j, NULL);
         kmp_print_entries(&j, "q", b->system, KMP_QUANTITY_Q, b->branch[k].q);
-        kmp_json_put(&j, "residual %g sign %s hits %d", b->branch[k].residual, b->branch[k].sign, b->branch[k].hits);
-        kmp_json_end(&j);
+        kmp_json_put(&j, "residual %g sign %s hits %d }", b->branch[k].residual, b->branch[k].sign, b->branch[k].hits);
     }
     kmp_json_put(&j, "] }");
 }

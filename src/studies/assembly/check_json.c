@@ -60,9 +60,8 @@ static void json_mobility(kmp_json *json, const kempe_check *check)
                  d->moved || check->part.p == 0 ? (double)(check->part.n - d->generic_rank) : (double)NAN, d->declared,
                  d->margin);
     json_sentence(json, "explanation", check, kmp_check_mobility);
-    kmp_json_put(json, "second_order %s branches %g", words[d->second],
+    kmp_json_put(json, "second_order %s branches %g }", words[d->second],
                  d->second == KMP_SECOND_BRANCHES ? (double)d->branches : (double)NAN);
-    kmp_json_end(json);
 }
 
 static void json_redundancy(kmp_json *json, const kempe_check *check)
@@ -72,8 +71,7 @@ static void json_redundancy(kmp_json *json, const kempe_check *check)
     for (int k = 0; k < d->set_count; k++) {
         kmp_json_object(json, NULL);
         json_rows(json, "rows", check, d->sets[k].count, d->sets[k].rows);
-        kmp_json_string(json, "when", !d->moved ? NULL : d->sets[k].always ? "always" : "here");
-        kmp_json_end(json);
+        kmp_json_put(json, "when %s }", !d->moved ? NULL : d->sets[k].always ? "always" : "here");
     }
     kmp_json_end(json);
     json_rows(json, "reactions_not_unique", check, d->shared_count, d->shared_rows);
@@ -92,10 +90,8 @@ static void json_alternatives(kmp_json *json, const kempe_check *check)
     kmp_json_array(json, "alternatives");
     for (int k = 0; k < check->diagnosis.alternative_count; k++) {
         const kmp_alternative *a = &check->diagnosis.alternatives[k];
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "coordinate", motion_name(check, a->coordinate));
-        kmp_json_string(json, "instead_of", motion_name(check, a->instead));
-        kmp_json_put(json, "max_B %g }", a->max_b);
+        kmp_json_put(json, "{ coordinate %s instead_of %s max_B %g }", motion_name(check, a->coordinate),
+                     motion_name(check, a->instead), a->max_b);
     }
     kmp_json_end(json);
 }
@@ -106,9 +102,8 @@ static void json_landmarks(kmp_json *json, const kempe_check *check)
     kmp_json_array(json, "met");
     for (int i = 0; i < l->landmark_count; i++) {
         const kmp_landmark *mark = &l->landmark[i];
-        kmp_json_put(json, "{ what %s", mark->coordinate >= 0 ? "dead centre" : "change point");
-        kmp_json_string(json, "coordinate", motion_name(check, mark->coordinate));
-        kmp_json_number(json, "margin", mark->margin);
+        kmp_json_put(json, "{ what %s coordinate %s margin %g", mark->coordinate >= 0 ? "dead centre" : "change point",
+                     motion_name(check, mark->coordinate), mark->margin);
         kmp_print_entries(json, "q", check->system, KMP_QUANTITY_Q, mark->q);
         kmp_json_end(json);
     }
@@ -118,13 +113,12 @@ static void json_landmarks(kmp_json *json, const kempe_check *check)
 static void json_limits(kmp_json *json, const kempe_check *check)
 {
     const kmp_limits *l = &check->diagnosis.limits;
-    kmp_json_object(json, "limits");
-    kmp_json_put(json, "walked %d cycle %d reason %s range {", l->walked, l->cycle, l->walked ? l->ended : l->why_not);
+    kmp_json_put(json, "limits { walked %d cycle %d reason %s range {", l->walked, l->cycle,
+                 l->walked ? l->ended : l->why_not);
     for (int k = 0; l->walked && k < check->system->n; k++) {
         const kmp_swing *swing = &l->swing[k];
-        kmp_json_object(json, motion_name(check, k));
-        kmp_json_put(json, "low %g high %g turns %d low_dead_centre %d high_dead_centre %d }", swing->low, swing->high,
-                     swing->turns, swing->low_dead, swing->high_dead);
+        kmp_json_put(json, "%s { low %g high %g turns %d low_dead_centre %d high_dead_centre %d }",
+                     motion_name(check, k), swing->low, swing->high, swing->turns, swing->low_dead, swing->high_dead);
     }
     kmp_json_end(json);
     json_landmarks(json, check);
@@ -151,9 +145,8 @@ static void json_releases(kmp_json *json, const kempe_check *check)
     kmp_json_array(json, "releases");
     for (int k = 0; k < o->release_count; k++) {
         const kmp_release *release = &o->releases[k];
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "coordinate", motion_name(check, release->coordinate));
-        kmp_json_put(json, "closes %d to %g }", release->closes, release->closes ? release->to : NAN);
+        kmp_json_put(json, "{ coordinate %s closes %d to %g }", motion_name(check, release->coordinate),
+                     release->closes, release->closes ? release->to : NAN);
     }
     kmp_json_end(json);
 }
@@ -161,17 +154,10 @@ static void json_releases(kmp_json *json, const kempe_check *check)
 static void json_obstacle(kmp_json *json, const kempe_check *check)
 {
     const kempe_assembly *a = check->assembly;
-    static const char *const unknown[] = {"rank", "dof", "cond_Jv", "max_B"};
-    static const char *const empty[] = {"redundant", "u", "v", "blocks"};
     kmp_json_put(json, "nbody %d nq %d nh %d loops %d", check->body_count, check->system->n, check->system->m,
                  check->loop_count);
-    for (int k = 0; k < 4; k++)
-        kmp_json_number(json, unknown[k], NAN);
-    for (int k = 0; k < 4; k++) {
-        kmp_json_array(json, empty[k]);
-        kmp_json_end(json);
-    }
-    kmp_json_number(json, "gap", a->gap);
+    kmp_json_put(json, "rank %g dof %g cond_Jv %g max_B %g redundant [ ] u [ ] v [ ] blocks [ ] gap %g", NAN, NAN, NAN,
+                 NAN, a->gap);
     kmp_print_names(json, "culprits", check->system, kmp_name_of_closure, a->culprit_count, a->culprits);
     json_releases(json, check);
     kmp_json_array(json, "too_short");
@@ -204,8 +190,7 @@ static void json_shaped(kmp_json *json, const kempe_model *model)
             continue;
         if (count++ == 0)
             kmp_json_array(json, "mass_by_shapes");
-        kmp_json_object(json, NULL);
-        kmp_json_string(json, "body", model->bodies[b].name);
+        kmp_json_put(json, "{ body %s", model->bodies[b].name);
         kmp_model_json_mass(json, &model->bodies[b]);
         kmp_json_end(json);
     }

@@ -10,18 +10,13 @@ static void fill_mobility(kempe_table *table, const void *result)
     const kmp_partition *part = &check->part;
     const kmp_diagnosis *d = &check->diagnosis;
     bool generic = d->moved || part->p == 0;
-    const double found[] = {
-        part->r,    part->p,     check->driven, generic ? (double)(part->n - d->generic_rank) : (double)NAN,
-        part->cond, part->max_b, d->margin};
-    kmp_tabulate_columns(table, "",
-                         "bodies coordinates closures rows rank dof driven generic_dof cond_Jv max_B margin");
+    kmp_tabulate_columns(table, "bodies coordinates closures rows rank dof driven generic_dof cond_Jv max_B margin");
     kmp_tabulate_row(table);
-    kmp_tabulate_number(table, check->body_count);
-    kmp_tabulate_number(table, check->system->n);
-    kmp_tabulate_number(table, check->loop_count);
-    kmp_tabulate_number(table, check->system->m);
+    kmp_tabulate_cells(table, "%d %d %d %d", check->body_count, check->system->n, check->loop_count, check->system->m);
     if (check->assembled)
-        kmp_tabulate_numbers(table, sizeof found / sizeof *found, found);
+        kmp_tabulate_cells(table, "%d %d %d %g %g %g %g", part->r, part->p, check->driven,
+                           generic ? (double)(part->n - d->generic_rank) : (double)NAN, part->cond, part->max_b,
+                           d->margin);
 }
 
 static const kmp_alternative *alternative_of(const kempe_check *check, int coordinate)
@@ -44,21 +39,20 @@ static void fill_coordinates(kempe_table *table, const void *result)
 {
     const kempe_check *check = result;
     const kmp_limits *l = &check->diagnosis.limits;
-    kmp_tabulate_columns(table, NULL, "coordinate unit role instead_of");
-    kmp_tabulate_columns(table, "", "max_B low high turns low_dead_centre high_dead_centre");
+    kmp_tabulate_columns(table, "coordinate[words] unit[words] role[words] instead_of[words] max_B low high turns "
+                                "low_dead_centre high_dead_centre");
     for (int k = 0; k < check->system->n; k++) {
         const kmp_alternative *a = alternative_of(check, k);
         kmp_tabulate_row(table);
-        kmp_tabulate_word(table, kmp_name_of_coordinate(check->system, k));
-        kmp_tabulate_word(table, kmp_print_unit(check->system, k));
-        kmp_tabulate_word(table, check->assembled ? role_of(&check->part, k) : "");
-        kmp_tabulate_word(table, a && a->instead >= 0 ? kmp_name_of_coordinate(check->system, a->instead) : "");
-        kmp_tabulate_number(table, a ? a->max_b : NAN);
+        kmp_tabulate_cells(table, "%s %s %s %s %g", kmp_name_of_coordinate(check->system, k),
+                           kmp_print_unit(check->system, k), check->assembled ? role_of(&check->part, k) : "",
+                           a && a->instead >= 0 ? kmp_name_of_coordinate(check->system, a->instead) : "",
+                           a ? a->max_b : NAN);
         if (!check->assembled || !l->walked)
             continue;
         const kmp_swing *s = &l->swing[k];
-        double low = kmp_print_value(check->system, k, s->low), high = kmp_print_value(check->system, k, s->high);
-        kmp_tabulate_numbers(table, 5, (const double[]){low, high, s->turns, s->low_dead, s->high_dead});
+        kmp_tabulate_cells(table, "%g %g %d %d %d", kmp_print_value(check->system, k, s->low),
+                           kmp_print_value(check->system, k, s->high), s->turns, s->low_dead, s->high_dead);
     }
 }
 
@@ -75,20 +69,17 @@ static int count_rows(const kempe_check *check, int closure, bool redundant)
 static void fill_closures(kempe_table *table, const void *result)
 {
     const kempe_check *check = result;
-    kmp_tabulate_columns(table, NULL, "closure kind");
-    kmp_tabulate_columns(table, "", "rows redundant may_lose gap");
+    kmp_tabulate_columns(table, "closure[words] kind[words] rows redundant may_lose gap");
     for (int c = 0; c < check->loop_count; c++) {
         const kmp_diagnosis *d = &check->diagnosis;
         int may_lose = 0;
         for (int k = 0; check->assembled && k < d->repair_count; k++)
             may_lose = d->repairs[k].closure == c ? d->repairs[k].count : may_lose;
         kmp_tabulate_row(table);
-        kmp_tabulate_word(table, kmp_name_of_closure(check->system, c));
-        kmp_tabulate_word(table, check->system->model->closures[c].kind);
-        kmp_tabulate_number(table, count_rows(check, c, false));
-        kmp_tabulate_number(table, check->assembled ? (double)count_rows(check, c, true) : (double)NAN);
-        kmp_tabulate_number(table, check->assembled ? (double)may_lose : (double)NAN);
-        kmp_tabulate_number(table, check->assembly->gaps[c]);
+        kmp_tabulate_cells(table, "%s %s %d %g %g %g", kmp_name_of_closure(check->system, c),
+                           check->system->model->closures[c].kind, count_rows(check, c, false),
+                           check->assembled ? (double)count_rows(check, c, true) : (double)NAN,
+                           check->assembled ? (double)may_lose : (double)NAN, check->assembly->gaps[c]);
     }
 }
 

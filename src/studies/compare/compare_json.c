@@ -17,8 +17,7 @@ static void json_source(kmp_json *json, const kmp_source *source)
 {
     kmp_json_object(json, NULL);
     json_names(json, &source->method);
-    kmp_json_put(json, "rtol %g own_difference %g distance %g", source->rtol, source->own, source->distance);
-    kmp_json_end(json);
+    kmp_json_put(json, "rtol %g own_difference %g distance %g }", source->rtol, source->own, source->distance);
 }
 
 static void json_reference(kmp_json *json, const kempe_comparison *c)
@@ -86,10 +85,9 @@ static void json_reached(kmp_json *json, const kempe_comparison *c, int method, 
     int k = c->levels.run[method * c->levels.count + l];
     kmp_json_object(json, NULL);
     json_names(json, &c->methods[method]);
-    kmp_json_put(json, "rtol %g cpu_s %g ratio %g", k >= 0 ? c->runs[k].rtol : NAN,
+    kmp_json_put(json, "rtol %g cpu_s %g ratio %g }", k >= 0 ? c->runs[k].rtol : NAN,
                  kmp_compare_cost(c, method, l).cpu_s,
                  c->levels.best[l] < 0 ? NAN : number_or_none(kmp_compare_ratio(c, method, l)));
-    kmp_json_end(json);
 }
 
 static void json_levels(kmp_json *json, const kempe_comparison *c)

@@ -6,52 +6,34 @@
 
 static void put_method(kempe_table *table, const kmp_method *method)
 {
-    kmp_tabulate_word(table, method->formulation);
-    kmp_tabulate_word(table, method->form ? method->form : "");
-    kmp_tabulate_word(table, method->integrator);
-    kmp_tabulate_word(table, method->linear ? method->linear : "");
+    kmp_tabulate_cells(table, "%s %s %s %s", method->formulation, method->form ? method->form : "", method->integrator,
+                       method->linear ? method->linear : "");
 }
 
 static void put_run(kempe_table *table, const kempe_comparison *c, const kmp_compared *run)
 {
     const kmp_run_report *r = &run->report;
-    const double numbers[] = {run->verdict.h_max,
-                              run->verdict.hdot_max,
-                              run->verdict.drift_rel,
-                              (double)r->steps,
-                              (double)r->rejected,
-                              (double)r->refused,
-                              (double)r->rhs,
-                              (double)r->newton,
-                              (double)r->jacobians,
-                              (double)r->factorizations,
-                              (double)r->exchanges,
-                              run->cpu_s,
-                              run->build_s,
-                              kmp_compare_first_s(c, run),
-                              run->report.heap > 0 ? (double)run->report.heap : NAN,
-                              run->apart};
     kmp_tabulate_row(table);
     put_method(table, run->method);
-    kmp_tabulate_number(table, run->rtol);
-    kmp_tabulate_word(table, kmp_status_word(run->status));
-    kmp_tabulate_word(table, run->reason);
+    kmp_tabulate_cells(table, "%g %s %s", run->rtol, kmp_status_word(run->status), run->reason);
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         kmp_tabulate_number(table, kmp_compare_error(c, run, kmp_compare_shown[k]));
-    kmp_tabulate_numbers(table, sizeof numbers / sizeof *numbers, numbers);
+    kmp_tabulate_cells(table, "%g %g %g %ld %ld %ld %ld", run->verdict.h_max, run->verdict.hdot_max,
+                       run->verdict.drift_rel, r->steps, r->rejected, r->refused, r->rhs);
+    kmp_tabulate_cells(table, "%ld %ld %ld %ld %g %g %g %g %g", r->newton, r->jacobians, r->factorizations,
+                       r->exchanges, run->cpu_s, run->build_s, kmp_compare_first_s(c, run),
+                       r->heap > 0 ? (double)r->heap : NAN, run->apart);
 }
 
 static void fill_runs(kempe_table *table, const void *result)
 {
     const kempe_comparison *c = result;
-    kmp_tabulate_columns(table, NULL, "formulation form integrator linear");
-    kmp_tabulate_columns(table, "", "rtol");
+    kmp_tabulate_columns(table, "formulation[words] form[words] integrator[words] linear[words] rtol");
     kmp_tabulate_look(table, KMP_LOOK_LOGARITHMIC);
     kmp_tabulate_apart(table);
-    kmp_tabulate_columns(table, NULL, "status reason");
-    kmp_tabulate_columns(table, "",
-                         "error_q error_qd error_lambda h_max hdot_max drift_rel steps rejected refused rhs newton "
-                         "jacobians factorizations exchanges cpu_s build_s first_s memory_bytes difference");
+    kmp_tabulate_columns(table, "status[words] reason[words] error_q error_qd error_lambda h_max hdot_max drift_rel "
+                                "steps rejected refused rhs newton jacobians factorizations exchanges cpu_s build_s "
+                                "first_s memory_bytes difference");
     for (int k = 0; k < c->count; k++)
         put_run(table, c, &c->runs[k]);
 }
@@ -60,8 +42,8 @@ static void fill_levels(kempe_table *table, const void *result)
 {
     const kempe_comparison *c = result;
     const kmp_levels *levels = &c->levels;
-    kmp_tabulate_columns(table, NULL, "formulation form integrator linear");
-    kmp_tabulate_columns(table, "", "error rtol cpu_s ratio steps rhs");
+    kmp_tabulate_columns(table, "formulation[words] form[words] integrator[words] linear[words] error rtol cpu_s ratio "
+                                "steps rhs");
     for (int l = 0; l < levels->count; l++)
         for (int w = 0; w < c->method_count && !levels->blank[l]; w++) {
             int run = levels->run[w * levels->count + l];
@@ -69,13 +51,9 @@ static void fill_levels(kempe_table *table, const void *result)
             kmp_tabulate_row(table);
             put_method(table, &c->methods[w]);
             kmp_tabulate_number(table, levels->level[l]);
-            if (run < 0)
-                continue;
-            kmp_tabulate_number(table, c->runs[run].rtol);
-            kmp_tabulate_number(table, cost.cpu_s);
-            kmp_tabulate_number(table, kmp_compare_ratio(c, w, l));
-            kmp_tabulate_number(table, cost.steps);
-            kmp_tabulate_number(table, cost.rhs);
+            if (run >= 0)
+                kmp_tabulate_cells(table, "%g %g %g %g %g", c->runs[run].rtol, cost.cpu_s, kmp_compare_ratio(c, w, l),
+                                   cost.steps, cost.rhs);
         }
 }
 

@@ -266,42 +266,15 @@ kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run,
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-int kempe_batch_count(const kempe_batch *b)
-{
-    KMP_GIVEN(b, 0);
-    return b->count;
-}
-
-static const kmp_ensemble_result *result_of(const kempe_batch *b, int k)
-{
-    return k >= 0 && k < b->count ? &b->results[k] : NULL;
-}
-
-const char *kempe_batch_status(const kempe_batch *b, int k)
-{
-    KMP_GIVEN(b, "");
-    const kmp_ensemble_result *result = result_of(b, k);
-    return result ? kmp_status_word(result->status) : "";
-}
-
-const char *kempe_batch_reason(const kempe_batch *b, int k)
-{
-    KMP_GIVEN(b, "");
-    const kmp_ensemble_result *result = result_of(b, k);
-    return result && result->reason ? result->reason : "";
-}
-
-const double *kempe_batch_q(const kempe_batch *b, int k)
-{
-    KMP_GIVEN(b, NULL);
-    return result_of(b, k) ? b->q + (size_t)k * (size_t)b->n : NULL;
-}
-
-const double *kempe_batch_qd(const kempe_batch *b, int k)
-{
-    KMP_GIVEN(b, NULL);
-    return result_of(b, k) ? b->qd + (size_t)k * (size_t)b->n : NULL;
-}
+KMP_GETTER(int kempe_batch_count(const kempe_batch *b), b, b->count, 0)
+KMP_GETTER_AT(const char *kempe_batch_status(const kempe_batch *b, int k), b, k, b->count,
+              kmp_status_word(b->results[k].status), "")
+KMP_GETTER_AT(const char *kempe_batch_reason(const kempe_batch *b, int k), b, k, b->count,
+              b->results[k].reason ? b->results[k].reason : "", "")
+KMP_GETTER_AT(const double *kempe_batch_q(const kempe_batch *b, int k), b, k, b->count, b->q + (size_t)k * (size_t)b->n,
+              NULL)
+KMP_GETTER_AT(const double *kempe_batch_qd(const kempe_batch *b, int k), b, k, b->count,
+              b->qd + (size_t)k * (size_t)b->n, NULL)
 
 static const char *alone_of(const kmp_ensemble_result *r)
 {
@@ -451,12 +424,11 @@ static void put_columns(const kempe_batch *b, kempe_table *table)
     const kempe_values *values = b->ensemble->values;
     for (int k = 0; k < values->columns; k++)
         kmp_tabulate_column(table, kmp_quantity_unit_of(system, values->name[k]), "%s", values->name[k]);
-    kmp_tabulate_columns(table, NULL, "status");
-    kmp_tabulate_columns(table, "s", "t");
+    kmp_tabulate_columns(table, "status[words] t[s]");
     kmp_tabulate_quantity(table, system, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, system, KMP_QUANTITY_QD);
-    kmp_tabulate_columns(table, "", "steps rejected refused rhs exchanges h hdot drift difference");
-    kmp_tabulate_columns(table, NULL, "verdict single_run reason");
+    kmp_tabulate_columns(table, "steps rejected refused rhs exchanges h hdot drift difference verdict[words] "
+                                "single_run[words] reason[words]");
     kmp_tabulate_apart(table);
 }
 
@@ -464,26 +436,16 @@ static void put_row(const kempe_batch *b, kempe_table *table, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
     const kmp_convergence *again = &b->again[k];
-    const double ends[] = {(double)r->steps,
-                           (double)r->rejected,
-                           (double)r->refused,
-                           (double)r->rhs,
-                           (double)r->exchanges,
-                           r->h,
-                           r->hdot,
-                           r->drift,
-                           again->known ? again->difference : NAN};
+    const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
     kmp_tabulate_row(table);
     kmp_tabulate_numbers(table, b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k));
-    kmp_tabulate_word(table, kempe_batch_status(b, k));
-    kmp_tabulate_number(table, r->t);
-    const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
+    kmp_tabulate_cells(table, "%s %g", kempe_batch_status(b, k), r->t);
     kmp_tabulate_values(table, system, KMP_QUANTITY_Q, kempe_batch_q(b, k));
     kmp_tabulate_values(table, system, KMP_QUANTITY_QD, kempe_batch_qd(b, k));
-    kmp_tabulate_numbers(table, sizeof ends / sizeof *ends, ends);
-    kmp_tabulate_word(table, kmp_convergence_word(again));
-    kmp_tabulate_word(table, alone_of(r));
-    kmp_tabulate_word(table, kempe_batch_reason(b, k));
+    kmp_tabulate_cells(table, "%ld %ld %ld %ld %ld %g %g %g", r->steps, r->rejected, r->refused, r->rhs, r->exchanges,
+                       r->h, r->hdot, r->drift);
+    kmp_tabulate_cells(table, "%g %s %s %s", again->known ? again->difference : NAN, kmp_convergence_word(again),
+                       alone_of(r), kempe_batch_reason(b, k));
 }
 
 static void fill_instances(kempe_table *table, const void *result)

@@ -43,29 +43,12 @@ void kempe_values_free(kempe_values *values)
     kmp_free(values);
 }
 
-int kempe_values_count(const kempe_values *values)
-{
-    KMP_GIVEN(values, 0);
-    return values->count;
-}
-
-int kempe_values_column_count(const kempe_values *values)
-{
-    KMP_GIVEN(values, 0);
-    return values->columns;
-}
-
-const char *kempe_values_name(const kempe_values *values, int column)
-{
-    KMP_GIVEN(values, "");
-    return column >= 0 && column < values->columns ? values->name[column] : "";
-}
-
-const double *kempe_values_row(const kempe_values *values, int k)
-{
-    KMP_GIVEN(values, NULL);
-    return k >= 0 && k < values->count ? values->rows + (size_t)k * (size_t)values->columns : NULL;
-}
+KMP_GETTER(int kempe_values_count(const kempe_values *values), values, values->count, 0)
+KMP_GETTER(int kempe_values_column_count(const kempe_values *values), values, values->columns, 0)
+KMP_GETTER_AT(const char *kempe_values_name(const kempe_values *values, int column), values, column, values->columns,
+              values->name[column], "")
+KMP_GETTER_AT(const double *kempe_values_row(const kempe_values *values, int k), values, k, values->count,
+              values->rows + (size_t)k * (size_t)values->columns, NULL)
 
 /* Reports names that the model does not have, or that occur twice. */
 static kempe_status check_names(const kempe_model *model, int columns, const char *const *names)

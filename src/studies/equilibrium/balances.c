@@ -294,11 +294,7 @@ void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
 
 /* -- results ----------------------------------------------------------------------------------------- */
 
-int kempe_equilibrium_count(const kempe_equilibrium *equilibrium)
-{
-    KMP_GIVEN(equilibrium, 0);
-    return equilibrium->count;
-}
+KMP_GETTER(int kempe_equilibrium_count(const kempe_equilibrium *equilibrium), equilibrium, equilibrium->count, 0)
 
 int kempe_equilibrium_is_stable(const kempe_equilibrium *equilibrium, int k)
 {
@@ -307,8 +303,5 @@ int kempe_equilibrium_is_stable(const kempe_equilibrium *equilibrium, int k)
     return word == KMP_UNDECIDED ? -1 : word != KMP_UNSTABLE;
 }
 
-const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, int k)
-{
-    KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, "");
-    return kmp_stability_text(equilibrium->balance[k].stability.word);
-}
+KMP_GETTER_AT(const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, int k), equilibrium, k,
+              equilibrium->count, kmp_stability_text(equilibrium->balance[k].stability.word), "")

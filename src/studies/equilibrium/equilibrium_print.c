@@ -159,8 +159,7 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_json_put(j, "} reaction {");
     for (int c = 0; c < model->closure_count; c++)
         kmp_json_numbers(j, model->closures[c].name, 3, b->reaction + 3 * c);
-    kmp_json_end(j);
-    kmp_json_put(j, "potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
+    kmp_json_put(j, "} potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
     kmp_json_numbers(j, "history", b->iterations, b->residuals);
     kmp_json_whole(j, "hits", b->hits);
 }

@@ -8,10 +8,7 @@ static void fill_equilibria(kempe_table *table, const void *result)
 {
     const kempe_equilibrium *e = result;
     const kempe_system *s = e->system;
-    kmp_tabulate_column(table, NULL, "stability");
-    kmp_tabulate_column(table, "", "residual");
-    kmp_tabulate_column(table, "J", "potential");
-    kmp_tabulate_column(table, "", "hits");
+    kmp_tabulate_columns(table, "stability[words] residual potential[J] hits");
     for (int k = 0; k < e->freed_count; k++)
         kmp_tabulate_column(table, e->freed_unit[k], "%s", e->freed_name[k]);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_Q);
@@ -19,10 +16,8 @@ static void fill_equilibria(kempe_table *table, const void *result)
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_LAMBDA);
     for (const kmp_balance *b = e->balance; b < e->balance + e->count; b++) {
         kmp_tabulate_row(table);
-        kmp_tabulate_word(table, kmp_stability_text(b->stability.word));
-        kmp_tabulate_number(table, b->residual);
-        kmp_tabulate_number(table, b->potential);
-        kmp_tabulate_number(table, b->hits);
+        kmp_tabulate_cells(table, "%s %g %g %d", kmp_stability_text(b->stability.word), b->residual, b->potential,
+                           b->hits);
         kmp_tabulate_numbers(table, e->freed_count, b->freed);
         kmp_tabulate_values(table, s, KMP_QUANTITY_Q, b->q);
         kmp_tabulate_values(table, s, KMP_QUANTITY_QD, b->qd);
@@ -33,11 +28,11 @@ static void fill_equilibria(kempe_table *table, const void *result)
 static void fill_history(kempe_table *table, const void *result)
 {
     const kempe_equilibrium *e = result;
-    kmp_tabulate_columns(table, "", "equilibrium iteration residual step");
+    kmp_tabulate_columns(table, "equilibrium iteration residual step");
     for (int k = 0; k < e->count; k++)
         for (int i = 0; i < e->balance[k].iterations; i++) {
             kmp_tabulate_row(table);
-            kmp_tabulate_numbers(table, 4, (double[]){k, i, e->balance[k].residuals[i], e->balance[k].steps[i]});
+            kmp_tabulate_cells(table, "%d %d %g %g", k, i, e->balance[k].residuals[i], e->balance[k].steps[i]);
         }
 }
 

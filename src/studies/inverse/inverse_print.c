@@ -232,9 +232,8 @@ static void json_motion(kmp_json *json, const kempe_inverse *r)
 {
     static const char *const words[] = {"drives", "table", "start"};
     kmp_json_put(json, "motion %s source %s rows %d", words[r->motion], r->source, r->rows);
-    if (r->off_coordinate >= 0) {
+    if (r->off_coordinate >= 0)
         kmp_json_put(json, "off { largest %g coordinate %s t %g }", r->off, name_of(r, r->off_coordinate), r->off_t);
-    }
     if (r->motion == KMP_INVERSE_START)
         kmp_print_names(json, "u", r->system, kmp_name_of_coordinate, r->start_u_count, r->start_u);
 }
@@ -253,25 +252,22 @@ static void json_actuators(kmp_json *json, const kempe_inverse *r)
     kmp_json_object(json, "actuators");
     for (int k = 0; k < r->a; k++) {
         kmp_inverse_summary s = kmp_inverse_summarise(r, k);
-        kmp_json_object(json, name_of(r, r->actuator[k]));
-        kmp_json_put(json, "unit %s weight %g largest %g largest_t %g", unit_of(r, r->actuator[k]), r->weight[k],
-                     r->rows ? s.peak : NAN, r->rows ? s.peak_t : NAN);
-        kmp_json_put(json, "rms %g power %g power_t %g work %g", r->rows ? s.rms : NAN, r->rows ? s.power : NAN,
+        kmp_json_put(json, "%s { unit %s weight %g largest %g largest_t %g", name_of(r, r->actuator[k]),
+                     unit_of(r, r->actuator[k]), r->weight[k], r->rows ? s.peak : NAN, r->rows ? s.peak_t : NAN);
+        kmp_json_put(json, "rms %g power %g power_t %g work %g }", r->rows ? s.rms : NAN, r->rows ? s.power : NAN,
                      r->rows ? s.power_t : NAN, r->rows ? s.work : NAN);
-        kmp_json_end(json);
     }
     kmp_json_end(json);
 }
 
 static void json_kind(kmp_json *json, const kempe_inverse *r)
 {
-    kmp_json_whole(json, "freedoms", r->freedoms);
-    kmp_json_put(json, "rank %d efforts %s norm %s length %g transmission %g", r->rank, r->rows ? kind_of(r) : NULL,
-                 "sum of weight*tau^2, a force times length", r->system->length, r->rows ? r->hold : NAN);
-    kmp_json_put(json, "transmission_t %g residual %g residual_t %g singular %d left { largest %g t %g",
+    kmp_json_put(json, "freedoms %d rank %d efforts %s norm %s length %g transmission %g", r->freedoms, r->rank,
+                 r->rows ? kind_of(r) : NULL, "sum of weight*tau^2, a force times length", r->system->length,
+                 r->rows ? r->hold : NAN);
+    kmp_json_put(json, "transmission_t %g residual %g residual_t %g singular %d left { largest %g t %g efforts {",
                  r->rows ? r->hold_t : NAN, r->rows ? r->residual : NAN, r->rows ? r->residual_t : NAN, r->singular,
                  r->rows ? kmp_inverse_unmet(r) : NAN, r->rows ? r->unmet_t : NAN);
-    kmp_json_object(json, "efforts");
     for (int k = 0; k < r->left_count; k++)
         kmp_json_number(json, name_of(r, r->left_u[k]), r->left[k]);
     kmp_json_put(json, "} } redundant [");
@@ -345,8 +341,7 @@ static void json(kmp_text *text, const void *result)
     json_model_forces(&j, r);
     json_rows(&j, r);
     kmp_convergence_json(&j, &r->again, r->a > 0 ? name_of(r, r->actuator[r->again.index]) : NULL);
-    kmp_json_number(&j, "cpu_s", r->cpu_s);
-    kmp_json_end(&j);
+    kmp_json_put(&j, "cpu_s %g }", r->cpu_s);
 }
 
 kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_format format, char **text)

@@ -34,32 +34,9 @@ kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
     return s;
 }
 
-const char *kempe_inverse_status(const kempe_inverse *inverse)
-{
-    KMP_GIVEN(inverse, "");
-    return kmp_status_word(inverse->status);
-}
-
-const char *kempe_inverse_reason(const kempe_inverse *inverse)
-{
-    KMP_GIVEN(inverse, "");
-    return inverse->reason;
-}
-
-int kempe_inverse_dof(const kempe_inverse *inverse)
-{
-    KMP_GIVEN(inverse, 0);
-    return inverse->freedoms;
-}
-
-int kempe_inverse_rank(const kempe_inverse *inverse)
-{
-    KMP_GIVEN(inverse, 0);
-    return inverse->rank;
-}
-
-double kempe_inverse_residual(const kempe_inverse *inverse)
-{
-    KMP_GIVEN(inverse, NAN);
-    return inverse->residual;
-}
+KMP_GETTER(const char *kempe_inverse_status(const kempe_inverse *inverse), inverse, kmp_status_word(inverse->status),
+           "")
+KMP_GETTER(const char *kempe_inverse_reason(const kempe_inverse *inverse), inverse, inverse->reason, "")
+KMP_GETTER(int kempe_inverse_dof(const kempe_inverse *inverse), inverse, inverse->freedoms, 0)
+KMP_GETTER(int kempe_inverse_rank(const kempe_inverse *inverse), inverse, inverse->rank, 0)
+KMP_GETTER(double kempe_inverse_residual(const kempe_inverse *inverse), inverse, inverse->residual, NAN)

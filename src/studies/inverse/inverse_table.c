@@ -7,7 +7,7 @@
 static void put_columns(kempe_table *table, const kempe_inverse *r)
 {
     const kempe_model *model = r->system->model;
-    kmp_tabulate_column(table, "s", "t");
+    kmp_tabulate_columns(table, "t[s]");
     for (int k = 0; k < r->a; k++)
         kmp_tabulate_column(table, model->motions[r->actuator[k]].rotation ? "N m" : "N", "tau.%s",
                             model->motions[r->actuator[k]].name);

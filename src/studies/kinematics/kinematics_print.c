@@ -159,8 +159,7 @@ static void json_leads(kmp_json *j, const kempe_kinematics *k)
         kmp_json_put(j, "{ name %s unit %s from %g to %g held %d }", kmp_kinematics_name(k, lead),
                      kmp_kinematics_unit(k, lead), lead->from, lead->to, i >= k->driven);
     }
-    kmp_json_end(j);
-    kmp_json_put(j, "speed %g released [", k->speed);
+    kmp_json_put(j, "] speed %g released [", k->speed);
     for (int c = 0; c < k->system->model->closure_count; c++)
         if (k->released[c])
             kmp_json_string(j, NULL, k->system->model->closures[c].name);
@@ -173,17 +172,13 @@ static void json_ranges(kmp_json *j, const kempe_kinematics *k)
     kmp_json_object(j, "coordinates");
     for (int i = 0; i < n; i++) {
         span q = span_of(k, k->q, n, i);
-        kmp_json_object(j, k->system->model->motions[i].name);
-        kmp_json_put(j, "least %g greatest %g qd_max %g qdd_max %g", q.least, q.most, largest(span_of(k, k->qd, n, i)),
-                     largest(span_of(k, k->qdd, n, i)));
-        kmp_json_end(j);
+        kmp_json_put(j, "%s { least %g greatest %g qd_max %g qdd_max %g }", k->system->model->motions[i].name, q.least,
+                     q.most, largest(span_of(k, k->qd, n, i)), largest(span_of(k, k->qdd, n, i)));
     }
     kmp_json_put(j, "} outputs {");
     for (int c = 0; c < k->width; c++) {
         span x = span_of(k, k->shown, k->width, c);
-        kmp_json_object(j, k->column[c].name);
-        kmp_json_put(j, "least %g greatest %g", x.least, x.most);
-        kmp_json_end(j);
+        kmp_json_put(j, "%s { least %g greatest %g }", k->column[c].name, x.least, x.most);
     }
     kmp_json_end(j);
 }
@@ -231,9 +226,8 @@ static void json_all(kmp_text *text, const void *result)
     json_ranges(&j, k);
     json_dead(&j, k);
     json_left_out(&j, k->system->model);
-    kmp_json_put(&j, "work { steps %ld rejected %ld newton %ld exchanges %ld cpu_s %g }", k->effort.steps,
+    kmp_json_put(&j, "work { steps %ld rejected %ld newton %ld exchanges %ld cpu_s %g } }", k->effort.steps,
                  k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
-    kmp_json_end(&j);
 }
 
 kempe_status kempe_kinematics_print(const kempe_kinematics *k, kempe_format format, char **text)

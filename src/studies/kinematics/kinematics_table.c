@@ -9,8 +9,7 @@ static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_kinematics *k = result;
     const kempe_system *s = k->system;
-    kmp_tabulate_column(table, "", "s");
-    kmp_tabulate_column(table, "s", "t");
+    kmp_tabulate_columns(table, "s t[s]");
     for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QDD; quantity++)
         kmp_tabulate_quantity(table, s, quantity);
     for (int c = 0; c < k->width; c++)
@@ -20,8 +19,8 @@ static void fill_rows(kempe_table *table, const void *result)
     for (int row = 0; row < k->count; row++) {
         ptrdiff_t at = (ptrdiff_t)row * s->n;
         kmp_tabulate_row(table);
-        kmp_tabulate_number(table, k->s[row]);
-        kmp_tabulate_number(table, k->time < 0 ? k->s[row] / k->rate : kmp_lead_value(&k->lead[k->time], k->s[row]));
+        kmp_tabulate_cells(table, "%g %g", k->s[row],
+                           k->time < 0 ? k->s[row] / k->rate : kmp_lead_value(&k->lead[k->time], k->s[row]));
         kmp_tabulate_values(table, s, KMP_QUANTITY_Q, k->q + at);
         kmp_tabulate_values(table, s, KMP_QUANTITY_QD, k->qd + at);
         kmp_tabulate_values(table, s, KMP_QUANTITY_QDD, k->qdd + at);
@@ -33,22 +32,14 @@ static void fill_dead_centres(kempe_table *table, const void *result)
 {
     const kempe_kinematics *k = result;
     const kmp_lead *lead = &k->lead[k->first];
-    kmp_tabulate_column(table, "", "s");
-    kmp_tabulate_column(table, NULL, "coordinate");
+    kmp_tabulate_columns(table, "s coordinate[words]");
     kmp_tabulate_column(table, kmp_kinematics_unit(k, lead), "value");
-    kmp_tabulate_column(table, NULL, "extreme");
-    kmp_tabulate_columns(table, "", "determined margin");
-    kmp_tabulate_column(table, NULL, "instead");
+    kmp_tabulate_columns(table, "extreme[words] determined margin instead[words]");
     kmp_tabulate_quantity(table, k->system, KMP_QUANTITY_Q);
     for (const kmp_dead_centre *dead = k->dead; dead < k->dead + k->dead_count; dead++) {
         kmp_tabulate_row(table);
-        kmp_tabulate_number(table, dead->s);
-        kmp_tabulate_word(table, kmp_kinematics_name(k, lead));
-        kmp_tabulate_number(table, dead->value);
-        kmp_tabulate_word(table, dead->largest ? "greatest" : "least");
-        kmp_tabulate_number(table, dead->determined);
-        kmp_tabulate_number(table, dead->margin);
-        kmp_tabulate_word(table, dead->instead);
+        kmp_tabulate_cells(table, "%g %s %g %s %g %g %s", dead->s, kmp_kinematics_name(k, lead), dead->value,
+                           dead->largest ? "greatest" : "least", dead->determined, dead->margin, dead->instead);
         kmp_tabulate_values(table, k->system, KMP_QUANTITY_Q, dead->q);
     }
 }
@@ -57,15 +48,13 @@ static void fill_change_points(kempe_table *table, const void *result)
 {
     const kempe_kinematics *k = result;
     const kmp_lead *lead = &k->lead[k->first];
-    kmp_tabulate_column(table, "", "s");
+    kmp_tabulate_columns(table, "s");
     kmp_tabulate_column(table, kmp_kinematics_unit(k, lead), "value");
-    kmp_tabulate_column(table, "", "margin");
+    kmp_tabulate_columns(table, "margin");
     kmp_tabulate_quantity(table, k->system, KMP_QUANTITY_Q);
     for (const kmp_change_point *change = k->change; change < k->change + k->change_count; change++) {
         kmp_tabulate_row(table);
-        kmp_tabulate_number(table, change->s);
-        kmp_tabulate_number(table, kmp_lead_value(lead, change->s));
-        kmp_tabulate_number(table, change->margin);
+        kmp_tabulate_cells(table, "%g %g %g", change->s, kmp_lead_value(lead, change->s), change->margin);
         kmp_tabulate_values(table, k->system, KMP_QUANTITY_Q, change->q);
     }
 }

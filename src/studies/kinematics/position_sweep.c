@@ -424,14 +424,5 @@ void kempe_kinematics_free(kempe_kinematics *k)
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-const char *kempe_kinematics_status(const kempe_kinematics *k)
-{
-    KMP_GIVEN(k, "");
-    return kmp_status_word(k->status);
-}
-
-const char *kempe_kinematics_reason(const kempe_kinematics *k)
-{
-    KMP_GIVEN(k, "");
-    return k->reason ? k->reason : "";
-}
+KMP_GETTER(const char *kempe_kinematics_status(const kempe_kinematics *k), k, kmp_status_word(k->status), "")
+KMP_GETTER(const char *kempe_kinematics_reason(const kempe_kinematics *k), k, k->reason ? k->reason : "", "")

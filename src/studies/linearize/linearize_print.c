@@ -62,12 +62,8 @@ static void show(kmp_text *text, const kempe_linearization *l)
 static void json_names(kmp_json *j, const char *key, const kmp_names *names)
 {
     kmp_json_array(j, key);
-    for (int k = 0; k < names->count; k++) {
-        kmp_json_object(j, NULL);
-        kmp_json_string(j, "name", names->name[k]);
-        kmp_json_string(j, "unit", names->unit[k]);
-        kmp_json_end(j);
-    }
+    for (int k = 0; k < names->count; k++)
+        kmp_json_put(j, "{ name %s unit %s }", names->name[k], names->unit[k]);
     kmp_json_end(j);
 }
 
@@ -88,9 +84,11 @@ static void json(kmp_text *text, const kempe_linearization *l, double *room)
     const kmp_channels *c = &l->channels;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, KEMPE_OK, "", c->build_s, c->warnings);
-    kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
-    kmp_json_string(&j, "state", c->goes_on ? "steady" : c->rests ? "rests" : "moves");
-    kmp_json_number(&j, "residual", c->residual);
+    kmp_json_put(&j, "at %s state %s residual %g", c->at->equilibrium ? "equilibrium" : "start",
+                 c->goes_on ? "steady"
+                 : c->rests ? "rests"
+                            : "moves",
+                 c->residual);
     kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
     kmp_print_entries(&j, "qd", c->system, KMP_QUANTITY_QD, c->at->qd);

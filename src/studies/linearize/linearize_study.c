@@ -90,47 +90,16 @@ static const kmp_names *names_of(const kempe_linearization *l, kempe_channel cha
                                             : &l->channels.outputs;
 }
 
-int kempe_linearization_count(const kempe_linearization *l, kempe_channel channel)
-{
-    KMP_GIVEN(l, 0);
-    return names_of(l, channel)->count;
-}
-
-const char *kempe_linearization_name(const kempe_linearization *l, kempe_channel channel, int k)
-{
-    KMP_GIVEN(l && k >= 0 && k < kempe_linearization_count(l, channel), "");
-    return names_of(l, channel)->name[k];
-}
-
-const char *kempe_linearization_unit(const kempe_linearization *l, kempe_channel channel, int k)
-{
-    KMP_GIVEN(l && k >= 0 && k < kempe_linearization_count(l, channel), "");
-    return names_of(l, channel)->unit[k];
-}
-
-const double *kempe_linearization_q(const kempe_linearization *l)
-{
-    KMP_GIVEN(l, NULL);
-    return l->channels.at->q;
-}
-
-const double *kempe_linearization_qd(const kempe_linearization *l)
-{
-    KMP_GIVEN(l, NULL);
-    return l->channels.at->qd;
-}
-
-const double *kempe_linearization_y(const kempe_linearization *l)
-{
-    KMP_GIVEN(l, NULL);
-    return l->channels.transfer.value;
-}
-
-int kempe_linearization_is_equilibrium(const kempe_linearization *l)
-{
-    KMP_GIVEN(l, 0);
-    return l->channels.rests;
-}
+KMP_GETTER(int kempe_linearization_count(const kempe_linearization *l, kempe_channel channel), l,
+           names_of(l, channel)->count, 0)
+KMP_GETTER_AT(const char *kempe_linearization_name(const kempe_linearization *l, kempe_channel channel, int k), l, k,
+              names_of(l, channel)->count, names_of(l, channel)->name[k], "")
+KMP_GETTER_AT(const char *kempe_linearization_unit(const kempe_linearization *l, kempe_channel channel, int k), l, k,
+              names_of(l, channel)->count, names_of(l, channel)->unit[k], "")
+KMP_GETTER(const double *kempe_linearization_q(const kempe_linearization *l), l, l->channels.at->q, NULL)
+KMP_GETTER(const double *kempe_linearization_qd(const kempe_linearization *l), l, l->channels.at->qd, NULL)
+KMP_GETTER(const double *kempe_linearization_y(const kempe_linearization *l), l, l->channels.transfer.value, NULL)
+KMP_GETTER(int kempe_linearization_is_equilibrium(const kempe_linearization *l), l, l->channels.rests, 0)
 
 /* -- files ---------------------------------------------------------------------------------------- */
 

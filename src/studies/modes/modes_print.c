@@ -269,9 +269,8 @@ static void json_critical(kmp_json *j, const kmp_critical *c)
 {
     kmp_json_put(j, "{ value %g", c->value);
     json_pair(j, "eigenvalue", c->re, c->im);
-    kmp_json_put(j, "frequency %g branch %d grows %s", kmp_mode_frequency(c->re, c->im), c->branch,
+    kmp_json_put(j, "frequency %g branch %d grows %s }", kmp_mode_frequency(c->re, c->im), c->branch,
                  c->grows_above ? "above" : "below");
-    kmp_json_end(j);
 }
 
 static void json_locus(kmp_json *j, const kempe_modes *m)
@@ -309,11 +308,9 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json_array(&j, "eigenvalues");
     for (int c = 0; c < s->count; c++)
         json_pair(&j, NULL, s->re[c], s->im[c]);
-    kmp_json_end(&j);
-    kmp_json_put(&j, "zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
+    kmp_json_put(&j, "] zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
     kmp_modes_put_verdict(&verdict, m);
-    kmp_json_string(&j, "reasons", verdict.s);
-    kmp_text_free_part(text, &verdict);
+    kmp_json_text(&j, "reasons", &verdict);
     kmp_json_array(&j, "modes");
     for (int c = 0; c < s->count; c++)
         if (c < s->still || (c >= s->zeros && s->im[c] >= 0))
@@ -321,8 +318,7 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json_end(&j);
     if (m->name)
         json_locus(&j, m);
-    kmp_json_number(&j, "cpu_s", m->cpu_s);
-    kmp_json_end(&j);
+    kmp_json_put(&j, "cpu_s %g }", m->cpu_s);
 }
 
 kempe_status kempe_modes_print(const kempe_modes *modes, kempe_format format, char **text)

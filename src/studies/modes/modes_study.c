@@ -220,11 +220,7 @@ void kempe_modes_free(kempe_modes *modes)
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-int kempe_modes_zero_count(const kempe_modes *m)
-{
-    KMP_GIVEN(m, 0);
-    return m->modes.spectrum.zeros;
-}
+KMP_GETTER(int kempe_modes_zero_count(const kempe_modes *m), m, m->modes.spectrum.zeros, 0)
 
 int kempe_modes_is_unstable(const kempe_modes *m)
 {

@@ -8,23 +8,18 @@ static void fill_modes(kempe_table *table, const void *result)
 {
     const kempe_modes *m = result;
     const kmp_spectrum *s = &m->modes.spectrum;
-    kmp_tabulate_columns(table, "", "index");
-    kmp_tabulate_columns(table, "1/s", "re im");
-    kmp_tabulate_columns(table, "Hz", "frequency");
-    kmp_tabulate_columns(table, "", "damping");
-    kmp_tabulate_columns(table, "s", "decay");
+    kmp_tabulate_columns(table, "index re[1/s] im[1/s] frequency[Hz] damping decay[s]");
     kmp_tabulate_apart(table);
     for (int k = 0; k < 2 * m->modes.n; k++)
         kmp_tabulate_column(table, "", "%s.%s", k % 2 ? "im" : "re", m->system->model->motions[k / 2].name);
     for (int c = 0; c < s->count; c++) {
         double re = s->re[c], im = s->im[c];
-        const double values[] = {c, re, im, kmp_mode_frequency(re, im), kmp_mode_damping(re, im), kmp_mode_time(re)};
+        ptrdiff_t at = (ptrdiff_t)c * m->modes.n;
         kmp_tabulate_row(table);
-        kmp_tabulate_numbers(table, sizeof values / sizeof *values, values);
-        for (int k = 0; k < m->modes.n; k++) {
-            kmp_tabulate_number(table, m->modes.shown_re[k + (ptrdiff_t)c * m->modes.n]);
-            kmp_tabulate_number(table, m->modes.shown_im[k + (ptrdiff_t)c * m->modes.n]);
-        }
+        kmp_tabulate_cells(table, "%d %g %g %g %g %g", c, re, im, kmp_mode_frequency(re, im), kmp_mode_damping(re, im),
+                           kmp_mode_time(re));
+        for (int k = 0; k < m->modes.n; k++)
+            kmp_tabulate_cells(table, "%g %g", m->modes.shown_re[k + at], m->modes.shown_im[k + at]);
     }
 }
 
@@ -35,12 +30,11 @@ static void fill_sweep(kempe_table *table, const kempe_modes *m)
     for (int k = 0; k < 2 * l->count; k++)
         kmp_tabulate_column(table, "1/s", "%s.%d", k % 2 ? "im" : "re", k / 2 + 1);
     for (int k = 0; k < l->reached; k++) {
+        ptrdiff_t at = (ptrdiff_t)k * l->count;
         kmp_tabulate_row(table);
         kmp_tabulate_number(table, l->value[k]);
-        for (int b = 0; b < l->count; b++) {
-            kmp_tabulate_number(table, l->re[b + (ptrdiff_t)k * l->count]);
-            kmp_tabulate_number(table, l->im[b + (ptrdiff_t)k * l->count]);
-        }
+        for (int b = 0; b < l->count; b++)
+            kmp_tabulate_cells(table, "%g %g", l->re[b + at], l->im[b + at]);
     }
 }
 
@@ -55,19 +49,13 @@ static void fill_rows(kempe_table *table, const void *result)
 
 static void fill_critical(kempe_table *table, const void *result)
 {
-    const kmp_locus *l = &((const kempe_modes *)result)->locus;
-    const char *name = ((const kempe_modes *)result)->name;
-    kmp_tabulate_columns(table, name ? kmp_quantity_unit_of(((const kempe_modes *)result)->system, name) : "", "value");
-    kmp_tabulate_columns(table, "1/s", "re im");
-    kmp_tabulate_columns(table, "Hz", "frequency");
-    kmp_tabulate_columns(table, "", "branch");
-    kmp_tabulate_column(table, NULL, "grows");
-    for (int k = 0; k < l->critical_count; k++) {
-        const kmp_critical *c = &l->critical[k];
-        const double values[] = {c->value, c->re, c->im, kmp_mode_frequency(c->re, c->im), c->branch + 1};
+    const kempe_modes *m = result;
+    kmp_tabulate_column(table, m->name ? kmp_quantity_unit_of(m->system, m->name) : "", "value");
+    kmp_tabulate_columns(table, "re[1/s] im[1/s] frequency[Hz] branch grows[words]");
+    for (const kmp_critical *c = m->locus.critical; c < m->locus.critical + m->locus.critical_count; c++) {
         kmp_tabulate_row(table);
-        kmp_tabulate_numbers(table, sizeof values / sizeof *values, values);
-        kmp_tabulate_word(table, c->grows_above ? "above" : "below");
+        kmp_tabulate_cells(table, "%g %g %g %g %d %s", c->value, c->re, c->im, kmp_mode_frequency(c->re, c->im),
+                           c->branch + 1, c->grows_above ? "above" : "below");
     }
 }
 

@@ -180,7 +180,7 @@ static void fill_rows(kempe_table *table, const void *result)
     const kempe_response *r = result;
     const kmp_frequency *f = &r->frequency;
     int pairs = f->inputs * f->outputs;
-    kmp_tabulate_column(table, "Hz", "frequency");
+    kmp_tabulate_columns(table, "frequency[Hz]");
     kmp_tabulate_look(table, r->linear ? KMP_LOOK_PLAIN : KMP_LOOK_LOGARITHMIC);
     for (int k = 0; k < pairs; k++) {
         int i = k / f->outputs, o = k % f->outputs;
@@ -198,8 +198,8 @@ static void fill_rows(kempe_table *table, const void *result)
         kmp_tabulate_number(table, f->at[k]);
         for (int p = 0; p < pairs; p++) {
             kmp_response_point at = kmp_response_at(r, k, p);
-            kmp_tabulate_number(table, kmp_response_shown(r, p % f->outputs).factor * at.amplitude);
-            kmp_tabulate_number(table, at.phase * (360 / two_pi));
+            kmp_tabulate_cells(table, "%g %g", kmp_response_shown(r, p % f->outputs).factor * at.amplitude,
+                               at.phase * (360 / two_pi));
         }
     }
 }
@@ -207,17 +207,12 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_peaks(kempe_table *table, const void *result)
 {
     const kempe_response *r = result;
-    kmp_tabulate_columns(table, NULL, "input output");
-    kmp_tabulate_column(table, "Hz", "frequency");
-    kmp_tabulate_column(table, "", "amplitude");
-    kmp_tabulate_column(table, "deg", "phase");
-    kmp_tabulate_column(table, "", "gain");
+    kmp_tabulate_columns(table, "input[words] output[words] frequency[Hz] amplitude phase[deg] gain");
     for (const kmp_peak *p = r->frequency.peak; p < r->frequency.peak + r->frequency.peak_count; p++) {
         kmp_tabulate_row(table);
-        kmp_tabulate_word(table, kmp_response_input(r, p->input));
-        kmp_tabulate_word(table, kmp_response_output(r, p->output));
-        double amplitude = kmp_response_shown(r, p->output).factor * p->amplitude;
-        kmp_tabulate_numbers(table, 4, (double[]){p->frequency, amplitude, p->phase * (360 / two_pi), p->gain});
+        kmp_tabulate_cells(table, "%s %s %g %g %g %g", kmp_response_input(r, p->input),
+                           kmp_response_output(r, p->output), p->frequency,
+                           kmp_response_shown(r, p->output).factor * p->amplitude, p->phase * (360 / two_pi), p->gain);
     }
 }
 

@@ -397,44 +397,12 @@ void kempe_gradient_free(kempe_gradient *gradient)
     kmp_free(g);
 }
 
-int kempe_gradient_count(const kempe_gradient *gradient)
-{
-    KMP_GIVEN(gradient, 0);
-    return gradient->shown;
-}
-
-const char *kempe_gradient_name(const kempe_gradient *gradient, int k)
-{
-    KMP_GIVEN(gradient, "");
-    return k >= 0 && k < gradient->shown ? gradient->name[k] : "";
-}
-
-const double *kempe_gradient_values(const kempe_gradient *gradient)
-{
-    KMP_GIVEN(gradient, NULL);
-    return gradient->out;
-}
-
-const double *kempe_gradient_jacobian(const kempe_gradient *gradient)
-{
-    KMP_GIVEN(gradient, NULL);
-    return gradient->jacobian;
-}
-
-const double *kempe_gradient_by_driven(const kempe_gradient *gradient)
-{
-    KMP_GIVEN(gradient, NULL);
-    return gradient->by_driven;
-}
-
-const double *kempe_gradient_q(const kempe_gradient *gradient)
-{
-    KMP_GIVEN(gradient, NULL);
-    return gradient->q;
-}
-
-const double *kempe_gradient_q_jacobian(const kempe_gradient *gradient)
-{
-    KMP_GIVEN(gradient, NULL);
-    return gradient->q_jacobian;
-}
+KMP_GETTER(int kempe_gradient_count(const kempe_gradient *gradient), gradient, gradient->shown, 0)
+KMP_GETTER_AT(const char *kempe_gradient_name(const kempe_gradient *gradient, int k), gradient, k, gradient->shown,
+              gradient->name[k], "")
+KMP_GETTER(const double *kempe_gradient_values(const kempe_gradient *gradient), gradient, gradient->out, NULL)
+KMP_GETTER(const double *kempe_gradient_jacobian(const kempe_gradient *gradient), gradient, gradient->jacobian, NULL)
+KMP_GETTER(const double *kempe_gradient_by_driven(const kempe_gradient *gradient), gradient, gradient->by_driven, NULL)
+KMP_GETTER(const double *kempe_gradient_q(const kempe_gradient *gradient), gradient, gradient->q, NULL)
+KMP_GETTER(const double *kempe_gradient_q_jacobian(const kempe_gradient *gradient), gradient, gradient->q_jacobian,
+           NULL)

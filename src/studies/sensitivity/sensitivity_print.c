@@ -189,12 +189,10 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_parameters(kempe_table *table, const void *result)
 {
     const kempe_sensitivity *s = result;
-    kmp_tabulate_column(table, NULL, "parameter");
-    kmp_tabulate_column(table, "", "value");
+    kmp_tabulate_columns(table, "parameter[words] value");
     for (int k = 0; k < s->count; k++) {
         kmp_tabulate_row(table);
-        kmp_tabulate_word(table, s->name[k]);
-        kmp_tabulate_number(table, s->parameter[k]);
+        kmp_tabulate_cells(table, "%s %g", s->name[k], s->parameter[k]);
     }
 }
 

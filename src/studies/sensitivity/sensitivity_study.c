@@ -253,14 +253,5 @@ double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at)
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-const char *kempe_sensitivity_method(const kempe_sensitivity *s)
-{
-    KMP_GIVEN(s, "");
-    return s->method;
-}
-
-kempe_slope_work kempe_sensitivity_work(const kempe_sensitivity *s)
-{
-    KMP_GIVEN(s, (kempe_slope_work){0});
-    return s->work;
-}
+KMP_GETTER(const char *kempe_sensitivity_method(const kempe_sensitivity *s), s, s->method, "")
+KMP_GETTER(kempe_slope_work kempe_sensitivity_work(const kempe_sensitivity *s), s, s->work, (kempe_slope_work){0})

@@ -139,18 +139,11 @@ kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
     return kmp_stepper_settle(s, status == KEMPE_OK || stood != KEMPE_OK ? stood : status);
 }
 
-double kempe_stepper_time(const kempe_stepper *stepper)
-{
-    KMP_GIVEN(stepper, NAN);
-    return stepper->t;
-}
+KMP_GETTER(double kempe_stepper_time(const kempe_stepper *stepper), stepper, stepper->t, NAN)
 
 #define PART_OF_ROW(name, at)                                                                                          \
-    const double *kempe_stepper_##name(const kempe_stepper *stepper)                                                   \
-    {                                                                                                                  \
-        KMP_GIVEN(stepper, NULL);                                                                                      \
-        return stepper->row + (at)*stepper->system->n;                                                                 \
-    }
+    KMP_GETTER(const double *kempe_stepper_##name(const kempe_stepper *stepper), stepper,                              \
+               stepper->row + (at)*stepper->system->n, NULL)
 
 PART_OF_ROW(q, 0)
 PART_OF_ROW(qd, 1)
@@ -172,8 +165,5 @@ kempe_work kempe_stepper_work(const kempe_stepper *stepper)
                         .centrings = r.centrings};
 }
 
-const char *kempe_stepper_reason(const kempe_stepper *stepper)
-{
-    KMP_GIVEN(stepper, "");
-    return stepper->reason ? stepper->reason : "";
-}
+KMP_GETTER(const char *kempe_stepper_reason(const kempe_stepper *stepper), stepper,
+           stepper->reason ? stepper->reason : "", "")

@@ -424,43 +424,20 @@ kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options 
 
 /* -- getters ----------------------------------------------------------------------------------------- */
 
-int kempe_trajectory_row_count(const kempe_trajectory *trajectory)
-{
-    KMP_GIVEN(trajectory, 0);
-    return trajectory->table.rows;
-}
+KMP_GETTER(int kempe_trajectory_row_count(const kempe_trajectory *trajectory), trajectory, trajectory->table.rows, 0)
 
-static bool has_row(const kempe_trajectory *trajectory, int row)
-{
-    return row >= 0 && row < trajectory->table.rows;
-}
-
-double kempe_trajectory_time(const kempe_trajectory *trajectory, int row)
-{
-    KMP_GIVEN(trajectory, NAN);
-    return has_row(trajectory, row) ? kmp_samples_time(&trajectory->table, row) : NAN;
-}
+KMP_GETTER_AT(double kempe_trajectory_time(const kempe_trajectory *trajectory, int row), trajectory, row,
+              trajectory->table.rows, kmp_samples_time(&trajectory->table, row), NAN)
 
 #define ROW(name, quantity)                                                                                            \
-    const double *kempe_trajectory_##name(const kempe_trajectory *trajectory, int row)                                 \
-    {                                                                                                                  \
-        KMP_GIVEN(trajectory, NULL);                                                                                   \
-        return has_row(trajectory, row) ? kmp_samples_get(&trajectory->table, quantity, row) : NULL;                   \
-    }
+    KMP_GETTER_AT(const double *kempe_trajectory_##name(const kempe_trajectory *trajectory, int row), trajectory, row, \
+                  trajectory->table.rows, kmp_samples_get(&trajectory->table, quantity, row), NULL)
 
 ROW(q, KMP_QUANTITY_Q)
 ROW(qd, KMP_QUANTITY_QD)
 ROW(qdd, KMP_QUANTITY_QDD)
 ROW(lambda, KMP_QUANTITY_LAMBDA)
 
-const char *kempe_trajectory_status(const kempe_trajectory *trajectory)
-{
-    KMP_GIVEN(trajectory, "");
-    return kmp_status_word(trajectory->status);
-}
-
-const char *kempe_trajectory_reason(const kempe_trajectory *trajectory)
-{
-    KMP_GIVEN(trajectory, "");
-    return trajectory->reason;
-}
+KMP_GETTER(const char *kempe_trajectory_status(const kempe_trajectory *trajectory), trajectory,
+           kmp_status_word(trajectory->status), "")
+KMP_GETTER(const char *kempe_trajectory_reason(const kempe_trajectory *trajectory), trajectory, trajectory->reason, "")

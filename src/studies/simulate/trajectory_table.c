@@ -34,17 +34,11 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_log(kempe_table *table, const void *result)
 {
     const kmp_run_log *log = &((const kempe_trajectory *)result)->log;
-    kmp_tabulate_columns(table, "s", "t");
-    kmp_tabulate_columns(table, NULL, "kind text");
-    kmp_tabulate_columns(table, "", "before after");
+    kmp_tabulate_columns(table, "t[s] kind[words] text[words] before after");
     for (int k = 0; k < log->kept; k++) {
         const kmp_log_entry *entry = &log->entries[k];
         kmp_tabulate_row(table);
-        kmp_tabulate_number(table, entry->t);
-        kmp_tabulate_word(table, entry->kind);
-        kmp_tabulate_word(table, entry->text);
-        kmp_tabulate_number(table, entry->before);
-        kmp_tabulate_number(table, entry->after);
+        kmp_tabulate_cells(table, "%g %s %s %g %g", entry->t, entry->kind, entry->text, entry->before, entry->after);
     }
 }
 

@@ -196,13 +196,11 @@ kempe_status kempe_contacts_print(const kempe_contacts *t, kempe_format format, 
 static void fill_row(kempe_table *to, const kempe_contacts *t, int row, int wheel, int zone)
 {
     const kempe_contact_patch *p = kempe_contacts_patch(t, row, wheel, zone);
-    const double cells[] = {zone + 1,    p->touches,  p->s,       p->y,       p->angle,
-                            p->radius,   p->normal,   p->slip[0], p->slip[1], p->spin,
-                            p->force[0], p->force[1], p->moment,  p->a,       p->b};
     kmp_tabulate_row(to);
-    kmp_tabulate_number(to, t->value[row]);
-    kmp_tabulate_word(to, wheel_name(t, wheel));
-    kmp_tabulate_numbers(to, (int)(sizeof cells / sizeof *cells), cells);
+    kmp_tabulate_cells(to, "%g %s %d %d %g %g %g %g %g", t->value[row], wheel_name(t, wheel), zone + 1, p->touches,
+                       p->s, p->y, p->angle, p->radius, p->normal);
+    kmp_tabulate_cells(to, "%g %g %g %g %g %g %g %g", p->slip[0], p->slip[1], p->spin, p->force[0], p->force[1],
+                       p->moment, p->a, p->b);
     kmp_tabulate_numbers(to, t->has_law ? 2 : 0, p->by_law);
     kmp_tabulate_number(to, p->one_ellipse < 0 ? NAN : (double)p->one_ellipse);
 }
@@ -210,21 +208,11 @@ static void fill_row(kempe_table *to, const kempe_contacts *t, int row, int whee
 static void fill_rows(kempe_table *to, const void *result)
 {
     const kempe_contacts *t = result;
-    const char *over = t->over.range[0].name;
-    kmp_tabulate_column(to, kmp_contact_unit(t, 0), "%s", over);
-    kmp_tabulate_column(to, NULL, "wheel");
-    kmp_tabulate_columns(to, "", "zone touches");
-    kmp_tabulate_columns(to, "m", "s y");
-    kmp_tabulate_columns(to, "rad", "angle");
-    kmp_tabulate_columns(to, "m", "radius");
-    kmp_tabulate_columns(to, "N", "normal");
-    kmp_tabulate_columns(to, "", "slip.x slip.y");
-    kmp_tabulate_columns(to, "1/m", "spin");
-    kmp_tabulate_columns(to, "N", "force.x force.y");
-    kmp_tabulate_columns(to, "N m", "moment");
-    kmp_tabulate_columns(to, "m", "a b");
-    kmp_tabulate_columns(to, "N", t->has_law ? "by_law.x by_law.y" : "");
-    kmp_tabulate_columns(to, "", "one_ellipse");
+    kmp_tabulate_column(to, kmp_contact_unit(t, 0), "%s", t->over.range[0].name);
+    kmp_tabulate_columns(to,
+                         "wheel[words] zone touches s[m] y[m] angle[rad] radius[m] normal[N] slip.x slip.y spin[1/m] "
+                         "force.x[N] force.y[N] moment[N m] a[m] b[m]");
+    kmp_tabulate_columns(to, t->has_law ? "by_law.x[N] by_law.y[N] one_ellipse" : "one_ellipse");
     kmp_tabulate_apart(to);
     for (int row = 0; row < t->count; row++)
         for (int w = 0; w < t->wheel_count; w++)

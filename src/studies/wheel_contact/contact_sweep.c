@@ -301,23 +301,10 @@ void kempe_contacts_free(kempe_contacts *t)
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-const char *kempe_contacts_status(const kempe_contacts *t)
-{
-    KMP_GIVEN(t, "");
-    return t->status == KEMPE_OK ? "ok" : "stopped";
-}
-
-const char *kempe_contacts_reason(const kempe_contacts *t)
-{
-    KMP_GIVEN(t, "");
-    return t->reason ? t->reason : "";
-}
-
-int kempe_contacts_zone_count(const kempe_contacts *t, int wheel)
-{
-    KMP_GIVEN(t, 0);
-    return wheel >= 0 && wheel < t->wheel_count ? t->first[wheel + 1] - t->first[wheel] : 0;
-}
+KMP_GETTER(const char *kempe_contacts_status(const kempe_contacts *t), t, t->status == KEMPE_OK ? "ok" : "stopped", "")
+KMP_GETTER(const char *kempe_contacts_reason(const kempe_contacts *t), t, t->reason ? t->reason : "", "")
+KMP_GETTER_AT(int kempe_contacts_zone_count(const kempe_contacts *t, int wheel), t, wheel, t->wheel_count,
+              t->first[wheel + 1] - t->first[wheel], 0)
 
 const kempe_contact_patch *kempe_contacts_patch(const kempe_contacts *t, int k, int wheel, int zone)
 {
