@@ -2,6 +2,7 @@
 #include "constraints/evaluation/written.h"
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
+#include "symbolic/program/contraction.h"
 #include <math.h>
 #include <string.h>
 
@@ -184,6 +185,8 @@ void kmp_written_stage(kmp_written *w)
 
 void kmp_written_put(kmp_written *w, int count, const kmp_ref *of)
 {
+    if (of == w->closure)
+        w->exact = (int)(w->to - w->all);
     if (count > 0)
         memcpy(w->to, of, (size_t)count * sizeof *of);
     w->to += count;
@@ -197,7 +200,12 @@ int kmp_written_closure_count(const kempe_system *s)
 
 kmp_program *kmp_written_program(kmp_written *w)
 {
-    return kmp_graph_failed(w->g) ? NULL : kmp_program_new(w->g, w->stages, w->count, w->group);
+    kmp_program *p = kmp_graph_failed(w->g) ? NULL : kmp_program_new(w->g, w->stages, w->count, w->group);
+    int end = w->exact + kmp_written_closure_count(w->s);
+    if (!p || kmp_program_contract(p, w->exact, end))
+        return p;
+    kmp_program_free(p);
+    return NULL;
 }
 
 /* -- running ------------------------------------------------------------------------------------------- */

@@ -28,6 +28,7 @@ typedef struct kmp_written {
     const kmp_ref *jdqd;                  /* m; of articulated bodies: the drift */
     kmp_ref power;                        /* of the non-conservative forces in the source */
     kmp_ref *all, *to;                    /* outputs of the new program */
+    int exact;                            /* the first of `closure` in `all` */
     const kmp_ref *group[KMP_WRITTEN_STAGES];
     int stages, count[KMP_WRITTEN_STAGES];
 } kmp_written;

@@ -195,13 +195,12 @@ KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view
 /** Options of a run. Names are those of the command line; NULL, or 0 for a number, takes the model's or Kempe's
  * default. */
 typedef struct kempe_run_options {
-    size_t size;             /* sizeof this struct, or 0: that of version 0.1 */
-    const char *formulation; /* reduced | dae | projected */
-    const char *form;        /* reduced: integrated | newton;  dae: stabilized1;  projected: none */
-    const char *integrator;  /* dop853 | dopri5 | adams | bdf | radau | radau5 | radau9 | erk | dirk | ida */
-    const char *linear;      /* dae: auto, klu, umfpack, dense */
-    const char
-        *backend; /* native (default: machine code on x86-64 with AVX, elsewhere the tape), tape: the same bits */
+    size_t size;               /* sizeof this struct, or 0: that of version 0.1 */
+    const char *formulation;   /* reduced | dae | projected */
+    const char *form;          /* reduced: integrated | newton;  dae: stabilized1;  projected: none */
+    const char *integrator;    /* dop853 | dopri5 | adams | bdf | radau | radau5 | radau9 | erk | dirk | ida */
+    const char *linear;        /* dae: auto, klu, umfpack, dense */
+    const char *backend;       /* native (default: machine code where AVX and FMA exist), tape: the same bits */
     const char *independent;   /* initial independent coordinates, comma-separated */
     int keep_independent;      /* 1: they are fixed: the run fails if they become singular, instead of changing them */
     const char *change_points; /* cross (default): change points are located and crossed; ignore: neither (expert) */

@@ -24,10 +24,10 @@ static void find_kept(lister *b)
     const kmp_layout *l = b->layout;
     const kmp_program *p = l->program;
     for (int i = 0; i < p->code[p->stages]; i++) {
-        const kmp_instruction *in = &p->instruction[i];
-        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
-            int j = kmp_layout_instruction(l, kmp_instruction_operand(in, k));
-            if (j >= 0 && (!kmp_code_is_straight(in) || !kmp_layout_together(l, i, j)))
+        uint32_t operand[3];
+        for (int k = kmp_layout_operands(l, i, operand); k-- > 0;) {
+            int j = kmp_layout_instruction(l, operand[k]);
+            if (j >= 0 && (!kmp_code_is_straight(&p->instruction[i]) || !kmp_layout_together(l, i, j)))
                 b->kept[j] = 1;
         }
     }
@@ -36,22 +36,36 @@ static void find_kept(lister *b)
             b->kept[kmp_layout_instruction(l, p->output[k])] = 1;
 }
 
+static kmp_x86_op op_of(const kmp_instruction *in)
+{
+    switch (in->op) {
+    case KMP_OP_MUL:
+        return KMP_X86_MUL;
+    case KMP_OP_DIV:
+        return KMP_X86_DIV;
+    case KMP_OP_SQRT:
+        return KMP_X86_SQRT;
+    default:
+        return in->b & 1 ? KMP_X86_SUB : KMP_X86_ADD;
+    }
+}
+
 static void add_operation(void *self, int i)
 {
     lister *b = self;
     const kmp_layout *l = b->layout;
-    const kmp_instruction *in = &l->program->instruction[i];
-    bool unary = in->op == KMP_OP_SQRT;
-    kmp_x86_op op = in->op == KMP_OP_MUL   ? KMP_X86_MUL
-                    : in->op == KMP_OP_DIV ? KMP_X86_DIV
-                    : unary                ? KMP_X86_SQRT
-                    : in->b & 1            ? KMP_X86_SUB
-                                           : KMP_X86_ADD;
-    b->code->operations[b->count++] = (kmp_straight){.op = (uint8_t)op,
-                                                     .d = kmp_layout_target(l, i),
-                                                     .x = unary ? 0 : kmp_layout_slot(l, in->a),
-                                                     .y = kmp_layout_slot(l, unary ? in->a : in->b),
-                                                     .kept = b->kept[i]};
+    uint32_t operand[3];
+    int count = kmp_layout_operands(l, i, operand);
+    kmp_straight *s = &b->code->operations[b->count++];
+    *s = (kmp_straight){.op = (uint16_t)op_of(&l->program->instruction[i]),
+                        .d = kmp_layout_target(l, i),
+                        .x = count > 1 ? kmp_layout_slot(l, operand[0]) : 0,
+                        .y = kmp_layout_slot(l, operand[count > 1]),
+                        .kept = b->kept[i]};
+    if (count == 3) {
+        s->z = kmp_layout_slot(l, operand[2]);
+        s->op = operand[0] & 1 ? KMP_X86_SUB_PRODUCT : operand[2] & 1 ? KMP_X86_PRODUCT_SUB : KMP_X86_PRODUCT_ADD;
+    }
 }
 
 bool kmp_code_list(kmp_code *code, kmp_layout *l)

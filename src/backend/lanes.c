@@ -126,10 +126,10 @@ void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const do
 /* -- run --------------------------------------------------------------------------------------------- */
 
 /* One operation on all lanes; the loops run over `w` alone, so that the compiler vectorises them. */
-static void run_operation(const kmp_straight *s, size_t w, double *v)
+static inline __attribute__((always_inline)) void run_operation(const kmp_straight *s, size_t w, double *v)
 {
     double *d = v + s->d * w;
-    const double *x = v + s->x * w, *y = v + s->y * w;
+    const double *x = v + s->x * w, *y = v + s->y * w, *z = v + s->z * w;
     switch (s->op) {
     case KMP_X86_ADD:
         for (size_t l = 0; l < w; l++)
@@ -147,6 +147,18 @@ static void run_operation(const kmp_straight *s, size_t w, double *v)
         for (size_t l = 0; l < w; l++)
             d[l] = x[l] / y[l];
         break;
+    case KMP_X86_PRODUCT_ADD:
+        for (size_t l = 0; l < w; l++)
+            d[l] = fma(x[l], y[l], z[l]);
+        break;
+    case KMP_X86_PRODUCT_SUB:
+        for (size_t l = 0; l < w; l++)
+            d[l] = fma(x[l], y[l], -z[l]);
+        break;
+    case KMP_X86_SUB_PRODUCT:
+        for (size_t l = 0; l < w; l++)
+            d[l] = fma(-x[l], y[l], z[l]);
+        break;
     default:
         for (size_t l = 0; l < w; l++)
             d[l] = sqrt(y[l]);
@@ -154,16 +166,29 @@ static void run_operation(const kmp_straight *s, size_t w, double *v)
     }
 }
 
+static void run_operations(const kmp_straight *s, const kmp_straight *end, size_t w, double *v)
+{
+    for (; s < end; s++)
+        run_operation(s, w, v);
+}
+
+KMP_MULTIPLY_ADD static void run_inline(const kmp_straight *s, const kmp_straight *end, size_t w, double *v)
+{
+    for (; s < end; s++)
+        run_operation(s, w, v);
+}
+
 static void run_arithmetic(kmp_lanes *lanes, uint32_t segment)
 {
     const kmp_code *code = &lanes->code;
+    const kmp_straight *operations = code->operations;
     if (lanes->segment) {
         if (lanes->segment[segment])
             lanes->segment[segment](lanes->v);
         return;
     }
-    for (uint32_t k = code->start[segment]; k < code->start[segment + 1]; k++)
-        run_operation(&code->operations[k], (size_t)lanes->width, lanes->v);
+    (kmp_has_multiply_add() ? run_inline : run_operations)(
+        operations + code->start[segment], operations + code->start[segment + 1], (size_t)lanes->width, lanes->v);
 }
 
 /* All angles of all lanes together. */

@@ -3,16 +3,18 @@
 #pragma once
 
 #include "backend/x86/frame.h"
+#include "symbolic/program/contraction.h"
 
 /** Data of the preparation in addition to the frame. Arrays by instruction. */
 typedef struct kmp_layout {
     kmp_frame *frame;
     const kmp_program *program;
-    kmp_arena arena;        /* of all arrays here, and of others that are needed as long */
-    bool *is_straight;      /* the back end's own arithmetic */
-    uint32_t special_count; /* of instructions that are not */
-    int leaves;             /* constants and inputs: values before the instructions */
-    uint32_t *depth;        /* segment, within the stage, in which a value appears */
+    kmp_arena arena;            /* of all arrays here, and of others that are needed as long */
+    bool *is_straight;          /* the back end's own arithmetic */
+    const uint8_t *contraction; /* of the program; NULL: each instruction is alone */
+    uint32_t special_count;     /* of instructions that are not */
+    int leaves;                 /* constants and inputs: values before the instructions */
+    uint32_t *depth;            /* segment, within the stage, in which a value appears */
     uint16_t *stage_of;
     uint32_t *slot;          /* by value */
     uint32_t lanes;          /* the first slot of sines and cosines */
@@ -34,8 +36,8 @@ void kmp_layout_free(kmp_layout *l);
 /** What runs the contents of implicit blocks by a back end. */
 kmp_block_runner kmp_layout_runner(const kmp_backend *backend);
 
-/** Visits the straight instructions in the program's order, segment by segment. `start` receives *count, which the
- * callback increases, at the beginning of each segment and at the end. */
+/** Visits the straight instructions in the program's order, segment by segment, without products that are part of a
+ * sum. `start` receives *count, which the callback increases, at the beginning of each segment and at the end. */
 typedef void kmp_layout_write(void *self, int instruction);
 void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self, const uint32_t *count, uint32_t *start);
 
@@ -64,6 +66,10 @@ static inline bool kmp_layout_together(const kmp_layout *l, int i, int j)
 {
     return l->stage_of[i] == l->stage_of[j] && l->depth[i] == l->depth[j];
 }
+
+/** The operands that the evaluation of an instruction reads, with signs, at most three; returns their number. For a sum
+ * that takes a product they are x, y, z of x * y + z. */
+int kmp_layout_operands(const kmp_layout *l, int instruction, uint32_t operand[3]);
 
 /* program_parts.c */
 

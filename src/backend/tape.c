@@ -1,13 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The branch-free tape: every add, subtract and multiply is v[d] = v[a] * v[b] + v[c] with two roundings, so that there
- * is no opcode to mispredict:
+/* The branch-free tape: every add, subtract and multiply is v[d] = v[a] * v[b] + v[c], so that there is no opcode to
+ * mispredict:
  *
- *     x + y = x * 1 + y      x - y = y * (-1) + x      x * y = x * y + (-0)      x + p * q = p * q + x
+ *     x + y = x * 1 + y      x - y = y * (-1) + x      x * y = x * y + (-0)      -x = x * (-1) + (-0)
  *
- * all equal to the last bit. Products with a single reader are fused into the sum that reads them. Slots are 16 bits
- * wide when they suffice, 32 otherwise. */
+ * with one rounding where the program contracts, otherwise with two; all equal to the last bit. Products that are part
+ * of a sum (symbolic/program/contraction.h) have no record of their own. Slots are 16 bits wide when they suffice, 32
+ * otherwise. */
 #include "backend/layout.h"
+#include "base/clones.h"
 #include "base/memory.h"
+#include <math.h>
 
 typedef struct record16 {
     uint16_t d, a, b, c;
@@ -26,71 +29,15 @@ typedef struct tape {
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-/* Arrays by instruction. */
 typedef struct builder {
     tape *t;
     kmp_layout layout;
-    uint32_t *uses;     /* by instruction: the number of instructions and outputs that read it */
-    uint8_t *fused;     /* a product that its only reader takes over */
-    uint8_t *fuse_b;    /* a sum that takes over: 1 its first, 2 its second operand */
     uint32_t *negative; /* by constant: slot of its negative, 0 when none */
 } builder;
 
 static bool is_record(const kmp_instruction *in)
 {
     return in->op == KMP_OP_ADD || in->op == KMP_OP_MUL;
-}
-
-static bool is_constant(const builder *b, uint32_t operand)
-{
-    return (int)(operand >> 1) < b->layout.program->constant_count;
-}
-
-/* True if sum i may absorb its operand, a product of its own segment without other readers. A subtracted product must
- * have a constant factor, whose negative is then used. */
-static bool can_fuse(const builder *b, int i, uint32_t operand)
-{
-    int k = kmp_layout_instruction(&b->layout, operand);
-    if (k < 0 || b->layout.program->instruction[k].op != KMP_OP_MUL || b->uses[k] != 1 ||
-        !kmp_layout_together(&b->layout, k, i))
-        return false;
-    return !(operand & 1) || is_constant(b, b->layout.program->instruction[k].a);
-}
-
-static void count_uses(builder *b)
-{
-    const kmp_program *p = b->layout.program;
-    for (int i = 0; i < p->code[p->stages]; i++) {
-        const kmp_instruction *in = &p->instruction[i];
-        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
-            int read = kmp_layout_instruction(&b->layout, kmp_instruction_operand(in, k));
-            if (read >= 0)
-                b->uses[read]++;
-        }
-    }
-    for (int k = 0; k < p->outputs[p->stages]; k++) {
-        int read = kmp_layout_instruction(&b->layout, p->output[k]);
-        if (read >= 0)
-            b->uses[read]++;
-    }
-}
-
-static void fuse(builder *b)
-{
-    const kmp_program *p = b->layout.program;
-    count_uses(b);
-    for (int i = 0; i < p->code[p->stages]; i++) {
-        const kmp_instruction *in = &p->instruction[i];
-        if (in->op != KMP_OP_ADD)
-            continue;
-        /* The other operand is added unchanged: it must have no sign. */
-        if (can_fuse(b, i, in->b))
-            b->fuse_b[i] = 2;
-        else if (!(in->b & 1) && can_fuse(b, i, in->a))
-            b->fuse_b[i] = 1;
-        if (b->fuse_b[i])
-            b->fused[kmp_layout_instruction(&b->layout, b->fuse_b[i] == 2 ? in->b : in->a)] = 1;
-    }
 }
 
 static void put_record(tape *t, uint32_t d, uint32_t a, uint32_t b, uint32_t c)
@@ -114,26 +61,46 @@ static uint32_t negative_slot(builder *b, uint32_t operand)
     return b->negative[k];
 }
 
+/* Slot of an operand with its sign; the negative of a value is computed in `room`. */
+static uint32_t signed_slot(builder *b, uint32_t operand, uint32_t room)
+{
+    uint32_t slot = kmp_layout_slot(&b->layout, operand);
+    if (!(operand & 1))
+        return slot;
+    if ((int)(operand >> 1) < b->layout.program->constant_count)
+        return negative_slot(b, operand);
+    put_record(b->t, room, slot, KMP_SLOT_MINUS_ONE, KMP_SLOT_MINUS_ZERO);
+    return room;
+}
+
+/* The slot of the product is free for a negative operand, of which there is at most one. */
+static void write_multiply_add(builder *b, int i, uint32_t d)
+{
+    const kmp_layout *l = &b->layout;
+    kmp_multiply_add m = kmp_multiply_add_of(l->program, i, (kmp_contraction)l->contraction[i]);
+    uint32_t room = kmp_layout_target(l, (int)m.product), x = m.x, y = m.y;
+    if (x & 1 && (int)(y >> 1) < l->program->constant_count) {
+        x = m.y | 1;
+        y = m.x & ~1u;
+    }
+    uint32_t first = signed_slot(b, x, room), last = signed_slot(b, m.z, room);
+    put_record(b->t, d, first, kmp_layout_slot(l, y), last);
+}
+
 static void write_record(void *self, int i)
 {
     builder *b = self;
     const kmp_layout *l = &b->layout;
     const kmp_instruction *in = &l->program->instruction[i];
     uint32_t d = kmp_layout_target(l, i), x = kmp_layout_slot(l, in->a), y = kmp_layout_slot(l, in->b);
-    if (b->fused[i])
-        return;
-    if (in->op == KMP_OP_MUL) {
+    if (l->contraction[i] != KMP_ALONE)
+        write_multiply_add(b, i, d);
+    else if (in->op == KMP_OP_MUL)
         put_record(b->t, d, x, y, KMP_SLOT_MINUS_ZERO);
-    } else if (b->fuse_b[i]) {
-        uint32_t product = b->fuse_b[i] == 2 ? in->b : in->a, other = b->fuse_b[i] == 2 ? x : y;
-        const kmp_instruction *m = &l->program->instruction[kmp_layout_instruction(l, product)];
-        uint32_t factor = product & 1 ? negative_slot(b, m->a) : kmp_layout_slot(l, m->a);
-        put_record(b->t, d, factor, kmp_layout_slot(l, m->b), other);
-    } else if (in->b & 1) {
+    else if (in->b & 1)
         put_record(b->t, d, y, KMP_SLOT_MINUS_ONE, x);
-    } else {
+    else
         put_record(b->t, d, x, KMP_SLOT_ONE, y);
-    }
 }
 
 static bool begin(builder *b, const kmp_program *p)
@@ -145,10 +112,9 @@ static bool begin(builder *b, const kmp_program *p)
         return false;
     kmp_arena *own = &b->layout.arena, *a = &t->frame.arena;
     t->frame.taped = true;
-    b->uses = KMP_ARENA_NEW(own, uint32_t, code);
-    b->fused = KMP_ARENA_NEW(own, uint8_t, code);
-    b->fuse_b = KMP_ARENA_NEW(own, uint8_t, code);
     b->negative = KMP_ARENA_NEW(own, uint32_t, p->constant_count);
+    if (!p->contraction)
+        b->layout.contraction = kmp_program_contraction(p, 0, 0, own);
     if (t->frame.slots + (uint32_t)p->constant_count <= UINT16_MAX)
         t->narrow = KMP_ARENA_NEW(a, record16, code);
     else
@@ -170,7 +136,6 @@ static void *prepare(const kmp_program *p)
     builder b = {.t = KMP_NEW(tape, 1)};
     bool ok = b.t && begin(&b, p);
     if (ok) {
-        fuse(&b);
         kmp_layout_visit(&b.layout, write_record, &b, &b.t->records, b.t->start);
     }
     kmp_layout_free(&b.layout);
@@ -182,16 +147,28 @@ static void *prepare(const kmp_program *p)
 
 /* -- run --------------------------------------------------------------------------------------------- */
 
-static void run_narrow(const record16 *r, const record16 *end, double *v)
+#define RUN(value)                                                                                                     \
+    if (t->narrow)                                                                                                     \
+        for (const record16 *r = t->narrow + t->start[g], *end = t->narrow + t->start[g + 1]; r < end; r++)            \
+            v[r->d] = value;                                                                                           \
+    else                                                                                                               \
+        for (const record32 *r = t->wide + t->start[g], *end = t->wide + t->start[g + 1]; r < end; r++)                \
+        v[r->d] = value
+
+/* The records of a segment. */
+static void run_rounded_twice(const tape *t, uint32_t g, double *v)
 {
-    for (; r < end; r++)
-        v[r->d] = v[r->a] * v[r->b] + v[r->c];
+    RUN(v[r->a] * v[r->b] + v[r->c]);
 }
 
-static void run_wide(const record32 *r, const record32 *end, double *v)
+static void run_rounded_once(const tape *t, uint32_t g, double *v)
 {
-    for (; r < end; r++)
-        v[r->d] = v[r->a] * v[r->b] + v[r->c];
+    RUN(fma(v[r->a], v[r->b], v[r->c]));
+}
+
+KMP_MULTIPLY_ADD static void run_multiply_add(const tape *t, uint32_t g, double *v)
+{
+    RUN(fma(v[r->a], v[r->b], v[r->c]));
 }
 
 static void run(void *code, int stage)
@@ -199,10 +176,10 @@ static void run(void *code, int stage)
     tape *t = code;
     kmp_frame *f = &t->frame;
     for (uint32_t g = f->stage[stage]; g < f->stage[stage + 1]; g++) {
-        if (t->narrow)
-            run_narrow(t->narrow + t->start[g], t->narrow + t->start[g + 1], f->v);
+        if (!f->program->contraction)
+            run_rounded_twice(t, g, f->v);
         else
-            run_wide(t->wide + t->start[g], t->wide + t->start[g + 1], f->v);
+            (kmp_has_multiply_add() ? run_multiply_add : run_rounded_once)(t, g, f->v);
         kmp_frame_functions(f, g);
     }
     kmp_frame_copies(f, stage);

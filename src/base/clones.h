@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Static functions in several clones: the loader takes the clone for the widest vectors of the machine, all with the
- * same bits. Sanitizers run before the loader may choose, so they get the plain function. */
+ * same bits. Sanitizers run before the loader may choose, so they get the plain function. Functions with fma() have a
+ * twin for processors that have it as an instruction; the C library's has the same bits. */
 #pragma once
 
+#include <stdbool.h>
 #include <stdint.h> /* defines __GLIBC__ */
 
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&                           \
@@ -11,6 +13,22 @@
 #else
 #define KMP_CLONES
 #endif
+
+#if defined(__x86_64__) && defined(__GNUC__)
+#define KMP_MULTIPLY_ADD __attribute__((target("fma")))
+#else
+#define KMP_MULTIPLY_ADD
+#endif
+
+/** True if functions with KMP_MULTIPLY_ADD run here. */
+static inline bool kmp_has_multiply_add(void)
+{
+#if defined(__x86_64__) && defined(__GNUC__)
+    return __builtin_cpu_supports("fma");
+#else
+    return true;
+#endif
+}
 
 /** A function that clones call: it is inlined into each, for its vectors. */
 #define KMP_INTO_CLONES inline __attribute__((always_inline))

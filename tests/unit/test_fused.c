@@ -7,6 +7,7 @@
 #include "random.h"
 #include "states.h"
 #include "testing.h"
+#include <float.h>
 #include <math.h>
 
 enum { STATES = 8, FAR = 40, MOST_ROWS = 200 };
@@ -136,6 +137,7 @@ static void closed_along_the_motion(kmp_fused *plain, const kmp_reduction *red, 
 {
     static const double offs[] = {0, 1e-9, 1e-5, 2e-4};
     kmp_fused *closing = NULL;
+    const double bound = (100 + 10 * red->r) * DBL_EPSILON; /* rounding adds up along a chain of loops */
     double *y = KMP_NEW(double, 2 * red->n), worst = 0;
     CHECK(kmp_fused_new(&closing, red, true) == KEMPE_OK);
     for (int k = 0; closing && k < at->count; k++)
@@ -143,8 +145,8 @@ static void closed_along_the_motion(kmp_fused *plain, const kmp_reduction *red, 
             put_state(red->part, at->q + k * at->n, at->qd + k * at->n, y);
             worst = check_max(worst, difference_closing(closing, plain, red, at->t[k], y, offs[o]));
         }
-    CHECK(closing && worst < 1e-13);
-    if (!(worst < 1e-13))
+    CHECK(closing && worst < bound);
+    if (!(worst < bound))
         printf("  %s: %g by the closing program\n", name, worst);
     kmp_fused_free(closing);
     kmp_free(y);

@@ -16,9 +16,9 @@ static kmp_straight operations[MOST];
 static uint32_t count;
 static double initial[ROOM];
 
-static uint32_t add(kmp_x86_op op, uint32_t x, uint32_t y, bool kept)
+static uint32_t add(kmp_x86_op op, uint32_t x, uint32_t y, uint32_t z, bool kept)
 {
-    operations[count] = (kmp_straight){.op = (uint16_t)op, .d = LEAVES + count, .x = x, .y = y, .kept = kept};
+    operations[count] = (kmp_straight){.op = (uint16_t)op, .d = LEAVES + count, .x = x, .y = y, .z = z, .kept = kept};
     return LEAVES + count++;
 }
 
@@ -32,32 +32,37 @@ static uint32_t place(int copy, int k)
 
 static kmp_x86_op variant(kmp_x86_op op)
 {
-    return op == KMP_X86_ADD && pick(8) == 0 ? KMP_X86_SUB : op;
+    static const kmp_x86_op three[] = {KMP_X86_PRODUCT_ADD, KMP_X86_PRODUCT_SUB, KMP_X86_SUB_PRODUCT};
+    if (pick(8) > 0)
+        return op;
+    return op == KMP_X86_ADD ? KMP_X86_SUB : kmp_x86_has_three(op) ? three[pick(3)] : op;
 }
 
 /* Copies of one random expression, in which some operations vary, then sums over them. `alike`: without variation. */
 static void make_copies(bool alike)
 {
-    static const kmp_x86_op ops[] = {KMP_X86_ADD, KMP_X86_MUL, KMP_X86_SUB, KMP_X86_MUL,
-                                     KMP_X86_ADD, KMP_X86_MUL, KMP_X86_DIV, KMP_X86_SQRT};
+    static const kmp_x86_op ops[] = {KMP_X86_ADD,         KMP_X86_MUL, KMP_X86_SUB,         KMP_X86_PRODUCT_ADD,
+                                     KMP_X86_ADD,         KMP_X86_MUL, KMP_X86_PRODUCT_SUB, KMP_X86_PRODUCT_ADD,
+                                     KMP_X86_SUB_PRODUCT, KMP_X86_MUL, KMP_X86_DIV,         KMP_X86_SQRT};
     kmp_x86_op op[SIZE];
-    int x[SIZE], y[SIZE];
+    int x[SIZE], y[SIZE], z[SIZE];
     count = 0;
     for (int k = 0; k < SIZE; k++) {
-        op[k] = ops[pick(16) < 14 ? pick(6) : pick(8)];
+        op[k] = ops[pick(16) < 14 ? pick(10) : pick(12)];
         x[k] = pick(12 + k);
         y[k] = pick(3) == 0 ? pick(12 + k) : 12 + k - 1 - pick(k < 20 ? k + 12 : 20);
+        z[k] = pick(3) == 0 ? y[k] : pick(12 + k);
     }
     for (int copy = 0; copy < COPIES; copy++)
         for (int k = 0; k < SIZE; k++) {
-            bool turn = !alike && pick(6) == 0 && kmp_x86_commutes(op[k]);
+            bool turn = !alike && pick(6) == 0 && (kmp_x86_commutes(op[k]) || kmp_x86_has_three(op[k]));
             uint32_t a = place(copy, x[k]), b = place(copy, y[k]);
-            (void)add(alike ? op[k] : variant(op[k]), turn ? b : a, turn ? a : b, pick(10) == 0);
+            (void)add(alike ? op[k] : variant(op[k]), turn ? b : a, turn ? a : b, place(copy, z[k]), pick(10) == 0);
         }
     for (int k = 0; k < 20; k++) {
         uint32_t sum = place(0, 12 + pick(SIZE));
         for (int copy = 1; copy < COPIES; copy++)
-            sum = add(KMP_X86_ADD, sum, place(copy, 12 + pick(SIZE)), copy == COPIES - 1);
+            sum = add(KMP_X86_ADD, sum, place(copy, 12 + pick(SIZE)), 0, copy == COPIES - 1);
     }
 }
 
@@ -72,6 +77,12 @@ static double value(const kmp_straight *s, const double *v)
         return v[s->x] * v[s->y];
     case KMP_X86_DIV:
         return v[s->x] / v[s->y];
+    case KMP_X86_PRODUCT_ADD:
+        return fma(v[s->x], v[s->y], v[s->z]);
+    case KMP_X86_PRODUCT_SUB:
+        return fma(v[s->x], v[s->y], -v[s->z]);
+    case KMP_X86_SUB_PRODUCT:
+        return fma(-v[s->x], v[s->y], v[s->z]);
     default:
         return sqrt(v[s->y]);
     }

@@ -3,6 +3,7 @@
 #include "backend/x86/machine.h"
 #include "backend/x86/x86.h"
 #include "base/memory.h"
+#include "plain.h"
 #include "random_graph.h"
 #include "symbolic/passes/shorten.h"
 #include "symbolic/program/program.h"
@@ -15,57 +16,7 @@
 #include <unistd.h>
 #endif
 
-/* -- a plain interpreter of programs ------------------------------------------------------------------ */
-
-typedef struct plain {
-    const kmp_program *p;
-    double *v;
-    double *out;
-} plain;
-
-static plain plain_new(const kmp_program *p)
-{
-    int values = p->constant_count + p->input_count + p->code[p->stages];
-    plain a = {p, KMP_NEW(double, values), KMP_NEW(double, p->outputs[p->stages])};
-    memcpy(a.v, p->constant, (size_t)p->constant_count * sizeof(double));
-    return a;
-}
-
-static void plain_free(plain *a)
-{
-    kmp_free(a->v);
-    kmp_free(a->out);
-}
-
-static double plain_operand(const plain *a, uint32_t operand)
-{
-    double v = a->v[operand >> 1];
-    return operand & 1 ? -v : v;
-}
-
-static double plain_instruction(const plain *a, int i)
-{
-    double x[3] = {0};
-    const kmp_instruction *in = &a->p->instruction[i];
-    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
-        x[k] = plain_operand(a, kmp_instruction_operand(in, k));
-    return kmp_program_value(a->p, i, x[0], x[1], x[2]);
-}
-
-static const double *plain_run(plain *a, const double *const inputs[KMP_IN_COUNT], int stage)
-{
-    const kmp_program *p = a->p;
-    int leaves = p->constant_count + p->input_count;
-    for (int k = 0; k < p->input_count; k++)
-        a->v[p->constant_count + k] = inputs[p->input[k].kind] ? inputs[p->input[k].kind][p->input[k].index] : NAN;
-    for (int i = p->code[stage]; i < p->code[stage + 1]; i++)
-        a->v[leaves + i] = plain_instruction(a, i);
-    for (int k = p->outputs[stage]; k < p->outputs[stage + 1]; k++)
-        a->out[k] = plain_operand(a, p->output[k]);
-    return a->out + p->outputs[stage];
-}
-
-/* -- the back ends against it ------------------------------------------------------------------------------ */
+/* -- back ends against a plain evaluation --------------------------------------------------------------- */
 
 static bool same_bits(double a, double b)
 {
@@ -165,9 +116,11 @@ static void sensitivities(const steps *s, const double *x, double *size)
     }
 }
 
-/* Steps as outputs of two groups, every third with the other sign. */
+/* Steps as outputs of two groups, every third with the other sign: all, or one of some, so that others have a single
+ * reader. */
 static void random_program(uint64_t seed)
 {
+    int apart = seed % 2 ? 1 : 5;
     double x[GRAPH_INPUTS], size[GRAPH_STEPS];
     steps s;
     kmp_ref r[GRAPH_STEPS];
@@ -178,19 +131,24 @@ static void random_program(uint64_t seed)
     sensitivities(&s, x, size);
     kmp_graph *g = kmp_graph_new();
     steps_build(&s, g, r);
-    for (int k = 0; k < s.count; k += 3)
-        r[k] = kmp_neg(r[k]);
-    int first = pick(s.count), count[2] = {first, s.count - first};
+    int outputs = 0;
+    for (int k = apart - 1; k < s.count; k += apart, outputs++) {
+        r[outputs] = outputs % 3 == 0 ? kmp_neg(r[k]) : r[k];
+        size[outputs] = size[k];
+    }
+    int first = pick(outputs), count[2] = {first, outputs - first};
     const kmp_ref *group[2] = {r, r + first};
     kmp_program *p = kmp_program_new(g, 2, count, group);
     const double *const inputs[KMP_IN_COUNT] = {[KMP_IN_Q] = x};
+    if (seed % 4 > 1)
+        CHECK(kmp_program_contract(p, 0, pick(outputs)));
     CHECK(backend_mismatches(p, inputs) == 0);
     double *value = KMP_NEW(double, kmp_graph_count(g));
     kmp_graph_eval(g, inputs, value);
     plain a = plain_new(p);
     for (int stage = 0; stage < p->stages; stage++)
         (void)plain_run(&a, inputs, stage);
-    for (int k = 0; k < s.count; k++)
+    for (int k = 0; k < outputs; k++)
         CHECK_NEAR(a.out[k], value_of(value, r[k]), 1e-12 * size[k]);
     plain_free(&a);
     kmp_free(value);

@@ -23,22 +23,26 @@ static uint32_t operand(int defined, int reach)
 
 static void make_operations(int count, int reach)
 {
-    static const kmp_x86_op ops[] = {KMP_X86_ADD, KMP_X86_SUB,  KMP_X86_MUL, KMP_X86_ADD,
-                                     KMP_X86_MUL, KMP_X86_SQRT, KMP_X86_DIV, KMP_X86_LOAD};
+    static const kmp_x86_op ops[] = {KMP_X86_ADD,         KMP_X86_SUB,  KMP_X86_MUL, KMP_X86_PRODUCT_ADD,
+                                     KMP_X86_PRODUCT_SUB, KMP_X86_SQRT, KMP_X86_DIV, KMP_X86_LOAD,
+                                     KMP_X86_SUB_PRODUCT, KMP_X86_ADD,  KMP_X86_MUL, KMP_X86_PRODUCT_ADD};
     for (int k = 0; k < count; k++) {
         kmp_straight *s = &operations[k];
-        *s = (kmp_straight){.op = (uint16_t)ops[pick(8)],
+        *s = (kmp_straight){.op = (uint16_t)ops[pick(12)],
                             .d = (uint32_t)(LEAVES + k),
                             .x = operand(LEAVES + k, reach),
                             .y = operand(LEAVES + k, reach),
+                            .z = operand(LEAVES + k, reach),
                             .kept = pick(4) == 0};
         if (pick(10) == 0)
             s->y = s->x;
+        if (pick(10) == 0)
+            s->z = pick(2) == 0 ? s->x : s->y;
         is_read_later[LEAVES + k] = s->kept;
     }
 }
 
-static double value(kmp_x86_op op, double x, double y)
+static double value(kmp_x86_op op, double x, double y, double z)
 {
     switch (op) {
     case KMP_X86_ADD:
@@ -51,6 +55,12 @@ static double value(kmp_x86_op op, double x, double y)
         return x / y;
     case KMP_X86_SQRT:
         return sqrt(y);
+    case KMP_X86_PRODUCT_ADD:
+        return fma(x, y, z);
+    case KMP_X86_PRODUCT_SUB:
+        return fma(x, y, -z);
+    case KMP_X86_SUB_PRODUCT:
+        return fma(-x, y, z);
     default:
         return y;
     }
@@ -68,10 +78,12 @@ static int wrong_bits(kmp_x86_form form, int count, routine *run)
     for (int k = 0; k < SLOTS * wide; k++)
         v[k] = expected[k] = k < LEAVES * wide ? between(-2, 2) : NAN;
     for (int k = 0; k < count; k++)
-        for (int lane = 0; lane < wide; lane++)
+        for (int lane = 0; lane < wide; lane++) {
+            const kmp_straight *s = &operations[k];
+            uint32_t l = (uint32_t)lane, w = (uint32_t)wide;
             expected[(LEAVES + k) * wide + lane] =
-                value(operations[k].op, expected[operations[k].x * (uint32_t)wide + (uint32_t)lane],
-                      expected[operations[k].y * (uint32_t)wide + (uint32_t)lane]);
+                value(s->op, expected[s->x * w + l], expected[s->y * w + l], expected[s->z * w + l]);
+        }
     run(v);
     for (int k = 0; k < (LEAVES + count) * wide; k++)
         bad += (k / wide < LEAVES || is_read_later[k / wide]) && !same_bits(v[k], expected[k]);

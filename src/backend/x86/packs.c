@@ -139,7 +139,17 @@ static void write_alone(writer *w, const kmp_straight *s)
 {
     bool unary = kmp_x86_is_unary(s->op);
     uint32_t x = unary ? 0 : read_alone(w, s->x), y = read_alone(w, s->y);
-    append(w, s->op, s->d, x, y)->kept = s->kept;
+    uint32_t z = kmp_x86_has_three(s->op) ? read_alone(w, s->z) : 0;
+    kmp_straight *out = append(w, s->op, s->d, x, y);
+    out->z = z;
+    out->kept = s->kept;
+}
+
+/* The negative of one lane of a pack. */
+static uint32_t negate(writer *w, uint32_t slot, bool high)
+{
+    double low = high ? 0.0 : -0.0;
+    return append(w, KMP_X86_XOR, new_slots(w), slot, add_constant(w, low, high ? -0.0 : 0.0))->d;
 }
 
 /* Sums and differences side by side. A lane that subtracts negates its second operand, unless the machine can do
@@ -148,24 +158,42 @@ static kmp_x86_op mix(writer *w, kmp_x86_op low, kmp_x86_op high, uint32_t *y)
 {
     if (low == high)
         return low | KMP_X86_PAIR;
-    if (low == KMP_X86_SUB)
+    if (!kmp_pack_negates(low, high))
         return KMP_X86_SUB_ADD;
-    *y = append(w, KMP_X86_XOR, new_slots(w), *y, add_constant(w, 0.0, -0.0))->d;
+    *y = negate(w, *y, true);
     return KMP_X86_ADD | KMP_X86_PAIR;
+}
+
+/* Operations of three sources side by side. A lane that subtracts its product negates a factor, unless both do. */
+static kmp_x86_op mix_three(writer *w, kmp_x86_op low, kmp_x86_op high, uint32_t *y)
+{
+    if (low == high)
+        return low | KMP_X86_PAIR;
+    if (kmp_pack_negates(low, high)) {
+        *y = negate(w, *y, high == KMP_X86_SUB_PRODUCT);
+        low = low == KMP_X86_SUB_PRODUCT ? KMP_X86_PRODUCT_ADD : low;
+        high = high == KMP_X86_SUB_PRODUCT ? KMP_X86_PRODUCT_ADD : high;
+    }
+    if (low == high)
+        return low | KMP_X86_PAIR;
+    return low == KMP_X86_PRODUCT_SUB ? KMP_X86_PRODUCT_SUB_ADD : KMP_X86_PRODUCT_ADD_SUB;
 }
 
 static void write_pair(writer *w, uint32_t k)
 {
     const kmp_straight *s = &w->c.operations[k], *t = &w->c.operations[w->c.mate[k]];
-    uint32_t turned, x = 0, y;
+    uint32_t turned, x = 0, y, z = 0;
     bool crossed = kmp_pack_is_crossed(&w->c, k, w->c.mate[k], &turned), first = crossed && turned == k;
     crossed = crossed && !first;
     if (!kmp_x86_is_unary(s->op))
         x = read_both(w, first ? s->y : s->x, crossed ? t->y : t->x);
     y = read_both(w, first ? s->x : s->y, crossed ? t->x : t->y);
-    kmp_x86_op op = mix(w, s->op, t->op, &y);
+    if (kmp_x86_has_three(s->op))
+        z = read_both(w, s->z, t->z);
+    kmp_x86_op op = kmp_x86_has_three(s->op) ? mix_three(w, s->op, t->op, &y) : mix(w, s->op, t->op, &y);
     w->pack[k] = new_slots(w);
     kmp_straight *out = append(w, op, w->pack[k], x, y);
+    out->z = z;
     out->low = s->kept ? s->d : 0;
     out->high = t->kept ? t->d : 0;
 }
@@ -183,6 +211,8 @@ static void expand_operands(writer *w, uint32_t k, uint32_t *pending)
     expand(w, s->y, pending);
     if (!kmp_x86_is_unary(s->op))
         expand(w, s->x, pending);
+    if (kmp_x86_has_three(s->op))
+        expand(w, s->z, pending);
 }
 
 /* Writes an operation after all that it needs. */
@@ -220,7 +250,7 @@ static bool begin(writer *w, kmp_packs *p, uint32_t count, const kmp_straight *o
     w->joints = KMP_ARENA_NEW(p->arena, joint, w->mask + 1);
     w->out = KMP_ARENA_NEW(p->arena, kmp_straight, w->most + 1);
     KMP_ARENA_EACH(p->arena, uint8_t, count, &w->state, &w->alone);
-    return KMP_ARENA_EACH(p->arena, uint32_t, 3 * count, &w->pack, &w->pending) &&
+    return KMP_ARENA_EACH(p->arena, uint32_t, 4 * count, &w->pack, &w->pending) &&
            kmp_pack_choose(&w->c, p->arena, count, operations, p->writer);
 }
 

@@ -33,6 +33,9 @@ bool kmp_pack_choose(kmp_pack_choice *c, kmp_arena *arena, uint32_t count, const
 /** True if the operands of the two are paired crosswise: those of `*turned`, one of the two, exchanged. */
 bool kmp_pack_is_crossed(const kmp_pack_choice *c, uint32_t a, uint32_t b, uint32_t *turned);
 
+/** True if operations of one kind in the two lanes need the negative of an operand of one of them. */
+bool kmp_pack_negates(kmp_x86_op low, kmp_x86_op high);
+
 /* A pair of numbers that are known when the code is written. */
 typedef struct kmp_pack_constant {
     uint32_t slot;

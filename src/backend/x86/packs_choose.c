@@ -9,7 +9,7 @@ enum { CANDIDATES = 4, GAIN_PAIR = 10, LOSS_JOIN = 10, LOSS_SHARED = 3 };
 
 /* A shape: its operation and the shapes of its operands. */
 typedef struct shape {
-    uint32_t op, x, y;
+    uint32_t op, x, y, z;
     uint32_t first, last; /* operations */
     uint32_t height;      /* of the expression */
     uint32_t lower;       /* the next shape of the same height */
@@ -36,7 +36,7 @@ static uint32_t shape_of(const kmp_pack_choice *c, uint32_t slot)
 /* Sums and differences pair with each other. */
 static kmp_x86_op kind_of(const kmp_straight *s)
 {
-    return s->op == KMP_X86_SUB ? KMP_X86_ADD : s->op;
+    return kmp_x86_has_three(s->op) ? KMP_X86_PRODUCT_ADD : s->op == KMP_X86_SUB ? KMP_X86_ADD : s->op;
 }
 
 static bool is_unary(const kmp_straight *s)
@@ -46,7 +46,7 @@ static bool is_unary(const kmp_straight *s)
 
 static bool commutes(const kmp_straight *s)
 {
-    return s->op == KMP_X86_ADD || s->op == KMP_X86_MUL;
+    return s->op == KMP_X86_ADD || s->op == KMP_X86_MUL || kmp_x86_has_three(s->op);
 }
 
 /* -- shapes -------------------------------------------------------------------------------------------- */
@@ -54,25 +54,31 @@ static bool commutes(const kmp_straight *s)
 static uint32_t *find_shape(const shapes *all, const shape *asked)
 {
     uint64_t hash = (asked->op * UINT64_C(31) + asked->x) * UINT64_C(0x9e3779b97f4a7c15) + asked->y;
+    hash = hash * UINT64_C(0x94d049bb133111eb) + asked->z;
     uint32_t at = (uint32_t)((hash * UINT64_C(0xbf58476d1ce4e5b9)) >> 32) & all->mask;
     for (; all->table[at]; at = (at + 1) & all->mask) {
         const shape *s = &all->shape[all->table[at]];
-        if (s->op == asked->op && s->x == asked->x && s->y == asked->y)
+        if (s->op == asked->op && s->x == asked->x && s->y == asked->y && s->z == asked->z)
             break;
     }
     return &all->table[at];
+}
+
+static uint32_t largest(uint32_t a, uint32_t b)
+{
+    return a > b ? a : b;
 }
 
 static void add_to_shape(kmp_pack_choice *c, shapes *all, uint32_t k)
 {
     const kmp_straight *s = &c->operations[k];
     uint32_t x = is_unary(s) ? 0 : shape_of(c, s->x), y = shape_of(c, s->y);
+    uint32_t z = kmp_x86_has_three(s->op) ? shape_of(c, s->z) : 0;
     bool turn = x > y && kind_of(s) != KMP_X86_DIV && !is_unary(s);
-    shape asked = {.op = kind_of(s), .x = turn ? y : x, .y = turn ? x : y, .first = k, .last = k};
+    shape asked = {.op = kind_of(s), .x = turn ? y : x, .y = turn ? x : y, .z = z, .first = k, .last = k};
     uint32_t *number = find_shape(all, &asked);
     if (*number == 0) {
-        uint32_t below = all->shape[x].height > all->shape[y].height ? all->shape[x].height : all->shape[y].height;
-        asked.height = below + 1;
+        asked.height = 1 + largest(all->shape[x].height, largest(all->shape[y].height, all->shape[z].height));
         asked.lower = all->highest[asked.height];
         *number = ++all->count;
         all->shape[*number] = asked;
@@ -137,6 +143,12 @@ bool kmp_pack_is_crossed(const kmp_pack_choice *c, uint32_t a, uint32_t b, uint3
            fit(c, s->x, t->y) + fit(c, s->y, t->x) > fit(c, s->x, t->x) + fit(c, s->y, t->y);
 }
 
+bool kmp_pack_negates(kmp_x86_op low, kmp_x86_op high)
+{
+    return (low == KMP_X86_ADD && high == KMP_X86_SUB) ||
+           (kmp_x86_has_three(low) && (low == KMP_X86_SUB_PRODUCT) != (high == KMP_X86_SUB_PRODUCT));
+}
+
 /* Pairs two operands on trial, if they can be; returns the gain. */
 static int visit(kmp_pack_choice *c, uint32_t u, uint32_t v, uint32_t *pairs, uint32_t *pending)
 {
@@ -159,8 +171,7 @@ static int visit(kmp_pack_choice *c, uint32_t u, uint32_t v, uint32_t *pairs, ui
     c->paired[2 * *pairs] = a;
     c->paired[2 * (*pairs)++ + 1] = b;
     c->pending[(*pending)++] = *pairs - 1;
-    bool negates = c->operations[a].op == KMP_X86_ADD && c->operations[b].op == KMP_X86_SUB;
-    return negates ? GAIN_PAIR - LOSS_JOIN : GAIN_PAIR;
+    return kmp_pack_negates(c->operations[a].op, c->operations[b].op) ? GAIN_PAIR - LOSS_JOIN : GAIN_PAIR;
 }
 
 /* Pairs two operations and what they read. Returns the gain; *pairs: their number. */
@@ -177,6 +188,8 @@ static int try_pair(kmp_pack_choice *c, uint32_t a, uint32_t b, uint32_t *pairs)
         if (!is_unary(s))
             gain += visit(c, s->x, crossed ? t->y : t->x, pairs, &pending);
         gain += visit(c, s->y, crossed ? t->x : t->y, pairs, &pending);
+        if (kmp_x86_has_three(s->op))
+            gain += visit(c, s->z, t->z, pairs, &pending);
     }
     return gain;
 }

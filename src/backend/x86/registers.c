@@ -28,7 +28,7 @@ bool kmp_registers_init(kmp_registers *r, kmp_arena *arena, uint32_t packs, uint
                          .next = KMP_ARENA_NEW(arena, uint32_t, slots),
                          .in = KMP_ARENA_NEW(arena, int16_t, slots),
                          .missing = KMP_ARENA_NEW(arena, uint8_t, slots),
-                         .after = KMP_ARENA_NEW(arena, uint32_t, 2 * longest)};
+                         .after = KMP_ARENA_NEW(arena, uint32_t, 3 * longest)};
     if (arena->failed)
         return false;
     memset(r->next, 0xff, slots * sizeof *r->next);
@@ -54,11 +54,15 @@ static void find_uses(kmp_registers *r, uint32_t count, const kmp_straight *oper
 {
     for (uint32_t k = count; k-- > 0;) {
         const kmp_straight *s = &operations[k];
-        r->after[2 * k] = kmp_x86_is_unary(s->op) ? NEVER : r->next[s->x];
-        r->after[2 * k + 1] = r->next[s->y];
-        if (!kmp_x86_is_unary(s->op))
+        bool unary = kmp_x86_is_unary(s->op), three = kmp_x86_has_three(s->op);
+        r->after[3 * k] = unary ? NEVER : r->next[s->x];
+        r->after[3 * k + 1] = r->next[s->y];
+        r->after[3 * k + 2] = three ? r->next[s->z] : NEVER;
+        if (!unary)
             r->next[s->x] = k;
         r->next[s->y] = k;
+        if (three)
+            r->next[s->z] = k;
     }
 }
 
@@ -114,17 +118,27 @@ static void set_bases(const writer *w)
         kmp_x86_set_base(w->c, (int)base, bytes(w, w->r->slots + (base - 1) * w->reach + w->reach / 2));
 }
 
-/* An operation with the memory of a value, or of its lane. */
-static void use_memory(const writer *w, kmp_x86_op op, int d, int x, uint32_t slot, uint32_t lane)
+/* A place in memory: a base and the distance from it. */
+typedef struct address {
+    int base;
+    int32_t distance;
+} address;
+
+/* The place of a value, or of its lane. */
+static address address_of(const writer *w, uint32_t slot, uint32_t lane)
 {
     uint32_t place = w->r->place[slot];
     if (place == 0)
-        kmp_x86_memory(w->c, op, d, x, 0, bytes(w, slot + lane));
-    else if (--place < w->near)
-        kmp_x86_memory(w->c, op, d, x, 1 + (int)(place / w->reach),
-                       bytes(w, place % w->reach + lane) - bytes(w, w->reach / 2));
-    else
-        kmp_x86_memory(w->c, op, d, x, 0, bytes(w, w->r->slots + place + lane));
+        return (address){0, bytes(w, slot + lane)};
+    if (--place < w->near)
+        return (address){1 + (int)(place / w->reach), bytes(w, place % w->reach + lane) - bytes(w, w->reach / 2)};
+    return (address){0, bytes(w, w->r->slots + place + lane)};
+}
+
+static void use_memory(const writer *w, kmp_x86_op op, int d, int x, uint32_t slot, uint32_t lane)
+{
+    address y = address_of(w, slot, lane);
+    kmp_x86_memory(w->c, op, d, x, y.base, y.distance);
 }
 
 /* -- registers --------------------------------------------------------------------------------------- */
@@ -256,7 +270,7 @@ static void apply(writer *w, kmp_x86_op op, int d, int x, uint32_t y, int y_regi
 static void write_unary(writer *w, const kmp_straight *s)
 {
     kmp_registers *r = w->r;
-    set_next(r, s->y, r->after[2 * w->at + 1]);
+    set_next(r, s->y, r->after[3 * w->at + 1]);
     int y = r->in[s->y];
     free_if_done(r, s->y);
     int d = find(w, -1, 0);
@@ -282,7 +296,7 @@ static bool takes_high(kmp_x86_op op)
 static void write_binary(writer *w, const kmp_straight *s)
 {
     kmp_registers *r = w->r;
-    uint32_t x = s->x, y = s->y, after_x = r->after[2 * w->at], after_y = r->after[2 * w->at + 1];
+    uint32_t x = s->x, y = s->y, after_x = r->after[3 * w->at], after_y = r->after[3 * w->at + 1];
     if (kmp_x86_commutes(s->op) && r->in[x] < 0 && (r->in[y] >= 0 || after_y < after_x)) {
         x = s->y;
         y = s->x;
@@ -308,6 +322,87 @@ static void write_binary(writer *w, const kmp_straight *s)
     finish(w, s, d);
 }
 
+/* A source of an operation of three: x, y or z. */
+typedef struct source {
+    uint32_t slot, after; /* its next use after the operation */
+    int reg;              /* -1: it is in memory */
+} source;
+
+static int count_in_memory(const kmp_registers *r, const source *from)
+{
+    int count = 0;
+    for (int k = 0; k < 3; k++)
+        count += r->in[from[k].slot] < 0;
+    return count;
+}
+
+/* At most one source stays in memory; one that appears twice does not. */
+static void fetch_three(writer *w, source *from)
+{
+    kmp_registers *r = w->r;
+    for (int k = 0; k < 3; k++)
+        fetch(w, from[k].slot, from[k].after, -1);
+    for (int k = 0; k < 3 && count_in_memory(r, from) > 1; k++)
+        (void)first_source(w, from[k].slot, -1);
+    for (int k = 0; k < 3; k++)
+        from[k].reg = r->in[from[k].slot];
+}
+
+/* The number of the source whose register receives the result: one that is not used again; one whose register is given
+ * up, or that is in memory; otherwise the last one, which is copied. */
+static int result_of(writer *w, source *from)
+{
+    const kmp_registers *r = w->r;
+    int result = 2;
+    for (int k = 0; k < 3; k++)
+        if (from[k].reg >= 0 && r->in[from[k].slot] < 0)
+            return k;
+    int d = find(w, -1, 0);
+    empty(w, d);
+    for (int k = 0; k < 3; k++)
+        result = from[k].reg < 0 ? k : result;
+    for (int k = 0; k < 3; k++)
+        result = from[k].reg == d ? k : result;
+    if (from[result].reg < 0)
+        use_memory(w, whole(r, KMP_X86_LOAD, from[result].slot), d, 0, from[result].slot, 0);
+    else if (from[result].reg != d)
+        kmp_x86_registers(w->c, KMP_X86_LOAD | KMP_X86_PAIR, d, d, from[result].reg);
+    from[result].reg = d;
+    return result;
+}
+
+/* Writes the operation with the result in place of a source. */
+static void apply_three(const writer *w, kmp_x86_op op, const source *from, int result)
+{
+    int third = result == 2 ? (from[0].reg < 0 ? 0 : 1) : from[2].reg < 0 ? 2 : 1 - result, other = 3 - result - third;
+    kmp_x86_order order = result == 2  ? KMP_X86_INTO_Z_WITH_Y
+                          : third == 2 ? KMP_X86_INTO_X_WITH_Z
+                                       : KMP_X86_INTO_X_WITH_Y;
+    if (from[third].reg >= 0) {
+        kmp_x86_three(w->c, op, order, from[result].reg, from[other].reg, from[third].reg);
+    } else {
+        address at = address_of(w, from[third].slot, 0);
+        kmp_x86_three_memory(w->c, op, order, from[result].reg, from[other].reg, at.base, at.distance);
+    }
+}
+
+static void write_three(writer *w, const kmp_straight *s)
+{
+    kmp_registers *r = w->r;
+    const uint32_t *after = &r->after[3 * w->at];
+    source from[3] = {{s->x, after[0], -1}, {s->y, after[1], -1}, {s->z, after[2], -1}};
+    fetch_three(w, from);
+    for (int k = 0; k < 3; k++)
+        set_next(r, from[k].slot, from[k].after);
+    for (int k = 0; k < 3; k++)
+        free_if_done(r, from[k].slot);
+    int result = result_of(w, from);
+    apply_three(w, s->op, from, result);
+    for (int k = 0; k < 3; k++)
+        free_place_if_done(r, from[k].slot);
+    finish(w, s, from[result].reg);
+}
+
 void kmp_registers_write(kmp_registers *r, kmp_x86 *c, uint32_t count, const kmp_straight *operations)
 {
     writer w = {
@@ -320,6 +415,8 @@ void kmp_registers_write(kmp_registers *r, kmp_x86 *c, uint32_t count, const kmp
         const kmp_straight *s = &operations[w.at];
         if (kmp_x86_is_unary(s->op))
             write_unary(&w, s);
+        else if (kmp_x86_has_three(s->op))
+            write_three(&w, s);
         else
             write_binary(&w, s);
     }

@@ -7,10 +7,11 @@
 #include "backend/x86/x86.h"
 #include "base/arena.h"
 
-/** slot d = slot x op slot y. SQRT: of y. LOAD: a copy of y. No slot is written twice. A pair (kmp_packs) is named by
+/** slot d = slot x op slot y, for operations of three sources also with slot z. SQRT: of y. LOAD: a copy of y. No slot
+ * is written twice. A pair (kmp_packs) is named by
  * its first slot; one by one, it is read there as its lane 0. */
 typedef struct kmp_straight {
-    uint32_t d, x, y;
+    uint32_t d, x, y, z;
     uint16_t op;        /* a kmp_x86_op */
     bool kept;          /* the code that follows reads d, too */
     uint32_t low, high; /* of a pair: slots of the lanes that the code that follows reads; 0: it does not */
@@ -27,7 +28,7 @@ typedef struct kmp_registers {
     uint32_t *next;                    /* next use, as a position */
     int16_t *in;                       /* register, -1: none */
     uint8_t *missing;                  /* the register's value is not yet stored in the slot */
-    uint32_t *after;                   /* by operation: next uses of x and y after it */
+    uint32_t *after;                   /* by operation: next uses of x, y and z after it */
     uint32_t holds[KMP_X86_REGISTERS]; /* slot + 1 in each register, 0: none */
     uint32_t until[KMP_X86_REGISTERS]; /* next use of the value in each register */
     uint32_t is_free;                  /* a bit for each register */

@@ -61,23 +61,24 @@ static bool has_source(kmp_x86_form form, kmp_x86_op op)
 }
 
 /* Prefix for registers d (ModRM.reg), x (vvvv) and y (ModRM.rm), followed by the opcode. Bits of registers are
- * inverted. */
+ * inverted. Operations of three sources are in the second table of opcodes, 0f 38, with W = 1. */
 static uint8_t *put_prefix(uint8_t *at, kmp_x86_form form, kmp_x86_op op, int d, int x, int y)
 {
     int r = !(d & 8), b = !(y & 8), source = has_source(form, op) ? ~x & 31 : 31, v = source & 15;
-    int wide = form != KMP_X86_ONE, pp = is_packed(form, op) ? 1 : 3;
+    bool three = kmp_x86_has_three(op);
+    int wide = form != KMP_X86_ONE, pp = three || is_packed(form, op) ? 1 : 3, table = three ? 2 : 1;
     if (form == KMP_X86_EIGHT) {
         at = put(at, 0x62);
-        at = put(at, r << 7 | (y < 16) << 6 | b << 5 | (d < 16) << 4 | 1);
+        at = put(at, r << 7 | (y < 16) << 6 | b << 5 | (d < 16) << 4 | table);
         at = put(at, 1 << 7 | v << 3 | 1 << 2 | pp);
         at = put(at, 2 << 5 | source >> 4 << 3);
-    } else if (b) {
+    } else if (b && !three) {
         at = put(at, 0xc5);
         at = put(at, r << 7 | v << 3 | wide << 2 | pp);
     } else {
         at = put(at, 0xc4);
-        at = put(at, r << 7 | 1 << 6 | b << 5 | 1);
-        at = put(at, v << 3 | wide << 2 | pp);
+        at = put(at, r << 7 | 1 << 6 | b << 5 | table);
+        at = put(at, three << 7 | v << 3 | wide << 2 | pp);
     }
     return put(at, (int)op & 255);
 }
@@ -100,6 +101,23 @@ void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
     at = put_prefix(at, c->form, op, d, x, y);
     at = put(at, 3 << 6 | (d & 7) << 3 | (y & 7));
     finish(c, put_bits(at, op));
+}
+
+/* Opcodes 98, a8 and b8 to 9d, ad and bd, odd for a single double; 96 and 97, a6 .. for pairs that differ in sign. */
+static kmp_x86_op ordered(kmp_x86_form form, kmp_x86_op op, kmp_x86_order order)
+{
+    static const unsigned bits[] = {0x90, 0xa0, 0xb0};
+    return (kmp_x86_op)((unsigned)op | bits[order] | !is_packed(form, op));
+}
+
+void kmp_x86_three(kmp_x86 *c, kmp_x86_op op, kmp_x86_order order, int d, int other, int third)
+{
+    kmp_x86_registers(c, ordered(c->form, op, order), d, other, third);
+}
+
+void kmp_x86_three_memory(kmp_x86 *c, kmp_x86_op op, kmp_x86_order order, int d, int other, int base, int32_t third)
+{
+    kmp_x86_memory(c, ordered(c->form, op, order), d, other, base, third);
 }
 
 /* Bytes by which short distances count. */
@@ -164,7 +182,8 @@ void kmp_x86_return(kmp_x86 *c)
 bool kmp_x86_runs(kmp_x86_form form)
 {
 #if defined(__x86_64__) && defined(__GNUC__) && defined(__unix__)
-    return form == KMP_X86_EIGHT ? __builtin_cpu_supports("avx512f") : __builtin_cpu_supports("avx");
+    bool wide = form == KMP_X86_EIGHT ? __builtin_cpu_supports("avx512f") : __builtin_cpu_supports("avx");
+    return wide && __builtin_cpu_supports("fma");
 #else
     (void)form;
     return false;

@@ -239,6 +239,9 @@ kmp_program *kmp_program_copy(const kmp_program *p)
     c->label = p->label ? KMP_ARENA_NEW(&c->arena, kmp_label, code) : NULL;
     if (c->label)
         copy(c->label, p->label, code, sizeof *c->label);
+    c->contraction = p->contraction ? KMP_ARENA_NEW(&c->arena, uint8_t, code) : NULL;
+    if (c->contraction)
+        copy(c->contraction, p->contraction, code, sizeof *c->contraction);
     bool ok = !c->arena.failed;
     for (int k = 0; ok && k < p->table_count; k++)
         ok = kmp_program_add_table(c, p->table[k]) == k;

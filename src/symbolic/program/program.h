@@ -66,6 +66,7 @@ typedef struct kmp_program {
     kmp_program_block *block; /* the blocks in use, copied */
     int block_count;
     kmp_label *label;                  /* by instruction; NULL where the graph kept none */
+    uint8_t *contraction;              /* by instruction (contraction.h); NULL: each one is rounded */
     uint32_t graph_nodes;              /* before useless ones were left out */
     struct kmp_program_shared *shared; /* program_forms.h */
 } kmp_program;
@@ -113,7 +114,7 @@ bool kmp_program_equal(const kmp_program *a, const kmp_program *b);
 int kmp_program_add_block(kmp_program *p, const kmp_program_block *block);
 
 /** Value of instruction i (of no implicit block) from the values of its operands (signs included); every back end uses
- * it. */
+ * it, except for sums that take a product (contraction.h). */
 double kmp_program_value(const kmp_program *p, int i, double x, double y, double z);
 
 /** The program as text, one instruction per line (docs/program_format.md); `stage_name` (stages entries) may be NULL.
