@@ -28,7 +28,7 @@ GUARDED = re.compile(
 )
 CALLBACKS = """
 extern "Python" int python_force(void *user, double t, const double *q, const double *qd, double *effort);
-extern "Python" void python_log(void *user, kempe_level level, const char *line);
+extern "Python+C" void python_log(void *user, kempe_level level, const char *line);
 extern "Python" void python_progress(void *user, const kempe_progress *progress);
 """
 

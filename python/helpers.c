@@ -5,6 +5,7 @@
  * No Python code runs between installing and restoring but that of callbacks. Where there is no sigaction, guards do
  * nothing. */
 #include "helpers.h"
+#include <stdatomic.h>
 #include <string.h>
 
 #ifdef _WIN32
@@ -64,6 +65,25 @@ kempe_status python_guard_end(python_guard *guard, kempe_status status)
 }
 
 #endif
+
+void python_log(void *user, kempe_level level, const char *line); /* Python's */
+static atomic_int notes_wanted;
+
+static void pass_on(void *user, kempe_level level, const char *line)
+{
+    if (level != KEMPE_LOG_INFO || atomic_load_explicit(&notes_wanted, memory_order_relaxed))
+        python_log(user, level, line);
+}
+
+void python_listen(kempe_context *context, void *user)
+{
+    kempe_context_set_log(context, pass_on, user);
+}
+
+void python_want_notes(int wanted)
+{
+    atomic_store_explicit(&notes_wanted, wanted, memory_order_relaxed);
+}
 
 static void copy(double *to, int width, int row, const double *from)
 {

@@ -18,6 +18,10 @@ void python_guard_begin(python_guard *guard, kempe_context *context);
  * for it. Returns the status that it is given. */
 kempe_status python_guard_end(python_guard *guard, kempe_status status);
 
+/** The log of a context goes to Python's python_log from now on; notes only while they are wanted. */
+void python_listen(kempe_context *context, void *user);
+void python_want_notes(int wanted);
+
 /** Many states: `count` rows of q, qd, ..; NULL as for a single state. `t` has a value for each row, or one for all
  * (t_step 0). Results, matrices column-major, are rows too; NULL: not wanted. */
 typedef struct python_states {

@@ -3,19 +3,18 @@
 
 from __future__ import annotations
 
-import pathlib
 import sys
 from typing import Any
 
-import numpy as np
-
 from ._native import lib
 from .context import string
+from .lazy import np
 
 
 def about() -> dict[str, Any]:
     """Versions; `libraries`, the files of the library and of what was bundled with it; `licenses`, texts by file name."""
     import importlib.metadata
+    import pathlib
 
     package = pathlib.Path(__file__).parent
     bundled = package.parent / "kempe.libs"

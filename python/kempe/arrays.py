@@ -3,21 +3,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-import numpy as np
-
 from ._native import ffi
+from .lazy import np
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 Array: TypeAlias = "NDArray[np.float64]"
 Order = Literal["C", "F"]
-FLOAT = np.dtype(np.float64)
 DOUBLES = ffi.typeof("double[]")
 INTS = ffi.typeof("int[]")
-_from_buffer, _ndarray = ffi.from_buffer, np.ndarray
+_from_buffer = ffi.from_buffer
 
 
 class _Memory:
@@ -32,31 +31,33 @@ class _Memory:
 
 def view(pointer: Any, shape: tuple[int, ...], owner: Any, order: Order = "C") -> Array:
     """A read-only array of the library's memory, without a copy."""
-    size = int(np.prod(shape))
+    size = math.prod(shape)
     if pointer == ffi.NULL or size == 0:
         empty = np.full(shape, np.nan)
         empty.flags.writeable = False
         return empty
     interface = {
         "version": 3,
-        "typestr": FLOAT.str,
+        "typestr": np.dtype(np.float64).str,
         "shape": (size,),
         "data": (int(ffi.cast("uintptr_t", pointer)), True),
     }
     return np.asarray(_Memory(owner, interface)).reshape(shape, order=order)
 
 
+def converted(values: ArrayLike | None, count: int, name: str) -> Array | None:
+    """`count` numbers as a contiguous array of float64; None stays."""
+    if values is None:
+        return None
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.shape != (count,):
+        raise ValueError(f"{name} has {count} values, not the shape {array.shape}")
+    return array
+
+
 def vector(values: ArrayLike, count: int, name: str) -> Any:
     """`count` numbers as an argument; anything but a contiguous array of float64 is converted."""
-    if type(values) is _ndarray and values.dtype is FLOAT and values.shape == (count,):
-        try:
-            return _from_buffer(DOUBLES, values)
-        except ValueError:  # not contiguous
-            pass
-    values = np.ascontiguousarray(values, dtype=FLOAT)
-    if values.shape != (count,):
-        raise ValueError(f"{name} has {count} values, not the shape {values.shape}")
-    return _from_buffer(DOUBLES, values)
+    return _from_buffer(DOUBLES, converted(values, count, name))
 
 
 def optional(values: ArrayLike | None, count: int, name: str) -> Any:
@@ -67,7 +68,7 @@ def optional(values: ArrayLike | None, count: int, name: str) -> Any:
 def writable(array: Array, shape: tuple[int, ...], name: str, order: Order = "C") -> Any:
     """An array of the caller as memory to be written."""
     try:
-        if array.dtype is FLOAT and array.shape == shape:
+        if array.dtype == np.float64 and array.shape == shape:
             return _from_buffer(DOUBLES, array if order == "C" else array.T, True)
     except (ValueError, BufferError):  # not contiguous, read-only
         pass

@@ -71,6 +71,7 @@ class Builder:
 
     @recorded
     def parameter(self, name: str, value: Number) -> Builder:
+        """A parameter and its value in SI, or an expression."""
         return self._numbers(lib.kempe_model_add_parameter, name.encode(), numbers=(value,))
 
     @recorded

@@ -13,13 +13,13 @@ class Check(Result):
     """Mobility, redundant rows with their closures, independent coordinates, limits of motion."""
 
     _noun = "check"
-    mobility = TableOf(
+    mobility: TableOf = TableOf(
         "One row: bodies, coordinates, closures, rows, rank, dof, driven, generic_dof, cond_Jv, max_B, margin."
     )
-    coordinates = TableOf(
+    coordinates: TableOf = TableOf(
         "A row for each coordinate: role, instead_of, max_B, low, high, turns, dead centres (rad or m)."
     )
-    closures = TableOf("A row for each closure: kind, rows, redundant, may_lose, gap (m).")
+    closures: TableOf = TableOf("A row for each closure: kind, rows, redundant, may_lose, gap (m).")
 
     @property
     def dof(self) -> int:

@@ -11,8 +11,8 @@ class Comparison(Reported):
     """Errors, residuals, work and times of many runs against a reference."""
 
     _noun = "comparison"
-    runs = TableOf("A row for each run: method, rtol, status, errors, residuals, energy, work, times, memory.")
-    levels = TableOf("The methods at equal error: rtol, cpu_s, ratio to the fastest, steps, evaluations.")
+    runs: TableOf = TableOf("A row for each run: method, rtol, status, errors, residuals, energy, work, times, memory.")
+    levels: TableOf = TableOf("The methods at equal error: rtol, cpu_s, ratio to the fastest, steps, evaluations.")
 
     def _shown(self) -> str:
         return comparison_html(self)

@@ -5,11 +5,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ._native import ffi, lib
 from .arrays import Array, vector
 from .errors import ArgumentError
+from .lazy import np
 from .options import members_of, options
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ class Contacts(Judged, Drawn):
     """Contact points, normal forces, creepages and creep forces of each wheel."""
 
     _noun = "contacts"
-    rows = TableOf("A row for each value, wheel and zone: the numbers of its patch.")
-    states = TableOf("A row for each value: q and qd.")
+    rows: TableOf = TableOf("A row for each value, wheel and zone: the numbers of its patch.")
+    states: TableOf = TableOf("A row for each value: q and qd.")
 
     def zone_count(self, wheel: int) -> int:
         """Zones of a wheel."""

@@ -6,22 +6,26 @@ after all that was made from it."""
 from __future__ import annotations
 
 import contextlib
-import logging
-import pathlib
+import functools
 import signal
 import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator
 from types import TracebackType
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from ._native import ffi, lib
 from .errors import ArgumentError, Interrupted, KempeWarning, error_of
 from .progress import Progress, ProgressTo, shown
 
+if TYPE_CHECKING:
+    import logging
+    import pathlib
+
 NULL = ffi.NULL
-_logger = logging.getLogger("kempe")
+_INFO = 20  # logging.INFO
+_getsignal = getattr(signal.getsignal, "__wrapped__", signal.getsignal)  # without a search for an enum, 10 us
 _main_thread = threading.main_thread().ident
 T = TypeVar("T", bound="Owned")
 
@@ -33,11 +37,12 @@ def string(text: Any) -> str:
 
 def interruptible() -> bool:
     """KeyboardInterrupt would be raised in this thread."""
-    return threading.get_ident() == _main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    return threading.get_ident() == _main_thread and _getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def text_written(write: Callable[[pathlib.Path], None], name: str) -> str:
     """The text that a function writes into a file of this name."""
+    import pathlib
     import tempfile
 
     with tempfile.TemporaryDirectory() as folder:
@@ -55,31 +60,38 @@ class Listener:
         self.progress: Callable[[str], object] | None = None  # lines of the log
         self.count: Callable[[Progress], object] | None = None
 
-    def receive(self, level: int, line: str) -> None:
+    def receive(self, level: int, line: Any) -> None:
         if level == lib.KEMPE_LOG_WARNING:
-            self.warnings.append(line)
+            self.warnings.append(string(line))
         elif level == lib.KEMPE_LOG_PROGRESS:
             if self.progress is not None:
-                self.progress(line)
+                self.progress(string(line))
         else:
-            _logger.info(line)
+            _logger().info(string(line))
+
+
+@functools.cache
+def _logger() -> logging.Logger:
+    import logging
+
+    return logging.getLogger("kempe")
 
 
 class Context:
     """Messages, interrupts and lock of one model and of everything that is made from it."""
 
     def __init__(self) -> None:
-        self.pointer = ffi.gc(lib.kempe_context_new(), lib.kempe_context_free)
+        self.pointer: Any = ffi.gc(lib.kempe_context_new(), lib.kempe_context_free)
         if self.pointer == NULL:
             raise MemoryError("no memory for a context")
-        self.lock = threading.RLock()
-        self.listener = Listener()
+        self.lock: threading.RLock = threading.RLock()
+        self.listener: Listener = Listener()
         self.waiting: list[tuple[Release, Any]] = []
         self.coordinates: tuple[str, ...] = ()  # names, once the model is read
         self.rows: tuple[str, ...] = ()  # of the closures, once a system is derived
         self.inputs: dict[str, str] = {}  # and their units
         self._handle = ffi.new_handle((self.pointer, self.listener))
-        lib.kempe_context_set_log(self.pointer, lib.python_log, self._handle)
+        lib.python_listen(self.pointer, self._handle)
 
     def on_count(self, receive: Callable[[Progress], object] | None, interval: float = 0.1) -> None:
         """Calls a function about every `interval` seconds of long computations. None: no more."""
@@ -131,6 +143,7 @@ class Context:
 
     def guarded(self, function: Any, *arguments: Any) -> tuple[int, str]:
         """As run, for a guarded form of a function: SIGINT ends the computation."""
+        lib.python_want_notes(_logger().isEnabledFor(_INFO))
         return self.run(function, self.pointer if interruptible() else NULL, *arguments)
 
     def check(self, function: Any, *arguments: Any) -> None:
@@ -192,7 +205,9 @@ class Release:
     __slots__ = ("context", "function", "owners")
 
     def __init__(self, context: Context, function: Any, owners: tuple[Any, ...]) -> None:
-        self.context, self.function, self.owners = context, function, owners
+        self.context: Context = context
+        self.function: Any = function
+        self.owners: tuple[Any, ...] = owners
 
     def __call__(self, pointer: Any) -> None:
         self.context.free(self, pointer)
@@ -252,4 +267,4 @@ def python_progress(user: Any, progress: Any) -> None:
 
 @ffi.def_extern(onerror=failed)
 def python_log(user: Any, level: int, line: Any) -> None:
-    ffi.from_handle(user)[1].receive(level, string(line))
+    ffi.from_handle(user)[1].receive(level, line)

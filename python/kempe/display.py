@@ -5,7 +5,6 @@ are images with a white ground, so that their styles stay inside and dark themes
 from __future__ import annotations
 
 import html
-import urllib.parse
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -51,7 +50,9 @@ def details(title: str, text: str, opened: bool = False) -> str:
 
 def picture(svg: str) -> str:
     """A picture as an image, whose styles do not reach the rest of the page."""
-    return f'<img style="max-width: 100%" alt="picture" src="data:image/svg+xml,{urllib.parse.quote(svg)}">'
+    from urllib.parse import quote
+
+    return f'<img style="max-width: 100%" alt="picture" src="data:image/svg+xml,{quote(svg)}">'
 
 
 def counted(count: int, noun: str) -> str:

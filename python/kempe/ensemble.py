@@ -5,11 +5,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ._native import lib
 from .arrays import Array, view
 from .context import Fixed, Owned, string
+from .lazy import np
 from .options import options as struct_of
 from .result import Reported, TableOf
 
@@ -44,7 +43,7 @@ class Batch(Reported):
 
     _noun = "batch"
     _kept = ("status", "reason", "q", "qd")
-    instances = TableOf("A row for each instance: values, status, t, q.NAME, qd.NAME, work, accuracy, verdict, reason.")
+    instances: TableOf = TableOf("A row for each instance: values, status, t, q.NAME, qd.NAME, work, accuracy, verdict, reason.")
 
     def __len__(self) -> int:
         return int(lib.kempe_batch_count(self._pointer))

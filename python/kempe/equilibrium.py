@@ -13,10 +13,10 @@ class Equilibrium(Reported):
 
     _noun = "equilibrium"
     _kept_each = ("stability", "is_stable")
-    equilibria = TableOf(
+    equilibria: TableOf = TableOf(
         "A row each: stability, residual, potential (J), hits, unknowns, q.NAME, qd.NAME, lambda.CLOSURE.k."
     )
-    history = TableOf("The searches: equilibrium, iteration, residual, step.")
+    history: TableOf = TableOf("The searches: equilibrium, iteration, residual, step.")
 
     def __len__(self) -> int:
         return int(lib.kempe_equilibrium_count(self._pointer))

@@ -6,11 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ._native import lib
 from .arrays import Array, optional, vector, view
 from .context import Owned, string
+from .lazy import np
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

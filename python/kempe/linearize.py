@@ -34,16 +34,16 @@ class Linearization(Result):
         values = lib.kempe_linearization_matrix(self._pointer, number, rows, columns)
         return view(values, (rows[0], columns[0]), self._pointer, "F")
 
-    A = MatrixOf("Of the states (2p x 2p, and one for each state of the model).")
-    B = MatrixOf("Of the inputs on the rates of the states.")
-    C = MatrixOf("Of the states on the outputs.")
-    D = MatrixOf("Of the inputs on the outputs.")
-    M = MatrixOf("Mass of the independent coordinates (p x p).")
-    G = MatrixOf("Damping and gyroscopic terms (p x p).")
-    K = MatrixOf("Stiffness (p x p).")
-    L = MatrixOf("Of the inputs on the equations of motion.")
-    N = MatrixOf("Coordinates by independent ones (n x p).")
-    Nd = MatrixOf("Rate of N along the motion (n x p).")
+    A: MatrixOf = MatrixOf("Of the states (2p x 2p, and one for each state of the model).")
+    B: MatrixOf = MatrixOf("Of the inputs on the rates of the states.")
+    C: MatrixOf = MatrixOf("Of the states on the outputs.")
+    D: MatrixOf = MatrixOf("Of the inputs on the outputs.")
+    M: MatrixOf = MatrixOf("Mass of the independent coordinates (p x p).")
+    G: MatrixOf = MatrixOf("Damping and gyroscopic terms (p x p).")
+    K: MatrixOf = MatrixOf("Stiffness (p x p).")
+    L: MatrixOf = MatrixOf("Of the inputs on the equations of motion.")
+    N: MatrixOf = MatrixOf("Coordinates by independent ones (n x p).")
+    Nd: MatrixOf = MatrixOf("Rate of N along the motion (n x p).")
 
     def _channel(self, name: str) -> dict[str, str]:
         channel, p = getattr(lib, f"KEMPE_CHANNEL_{name}"), self._pointer

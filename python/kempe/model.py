@@ -8,14 +8,13 @@ import os
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ._native import ffi, lib
 from .context import Context, Fixed, string
 from .display import details, model_html
 from .ensemble import Ensemble, Values
 from .generate import Code, Count
 from .gradient import Gradient
+from .lazy import np
 from .options import characters, text_of
 from .result import study
 from .sensitivity import Sensitivity

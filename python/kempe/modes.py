@@ -5,10 +5,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ._native import lib
 from .display import modes_html
+from .lazy import np
 from .result import Drawn, Reported, TableOf
 
 if TYPE_CHECKING:
@@ -20,10 +19,10 @@ class Modes(Reported, Drawn):
 
     _noun = "modes"
     _kept = ("zero_count", "is_unstable")
-    modes = TableOf("A row for each eigenvalue: re, im (1/s), frequency (Hz), damping, decay (s), re.NAME, im.NAME.")
-    rows = TableOf("Of a sweep: NAME, re.1, im.1, ..; otherwise the modes.")
-    critical = TableOf("Values of a sweep at which a mode becomes unstable or stable.")
-    state = TableOf("One row: q.NAME and qd.NAME.")
+    modes: TableOf = TableOf("A row for each eigenvalue: re, im (1/s), frequency (Hz), damping, decay (s), re.NAME, im.NAME.")
+    rows: TableOf = TableOf("Of a sweep: NAME, re.1, im.1, ..; otherwise the modes.")
+    critical: TableOf = TableOf("Values of a sweep at which a mode becomes unstable or stable.")
+    state: TableOf = TableOf("One row: q.NAME and qd.NAME.")
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:

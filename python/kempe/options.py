@@ -6,15 +6,14 @@ tuple of numbers is a range "from:to:count")."""
 
 from __future__ import annotations
 
-import difflib
+import functools
 import keyword
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-import numpy as np
-
 from ._native import ffi
+from .lazy import np
 
 Member = tuple[str, Any]  # name, type
 
@@ -53,17 +52,31 @@ def words(texts: Iterable[str], keep: list[Any]) -> Any:
     return keep[-1]
 
 
-def names_of(struct: Any) -> list[str]:
+class _Plan:
+    """What is known of a struct: members by keyword, with their types and the members that count them."""
+
+    def __init__(self, struct: Any) -> None:
+        members = {name: member.type for name, member in struct.fields}
+        self.size = ffi.sizeof(struct) if "size" in members else 0
+        self.nested = {name: kind for name, kind in members.items() if _nested(kind) is not None}
+        self.members = {
+            keyword_of(name): (name, kind, f"{name[:-1]}_count" if f"{name[:-1]}_count" in members else "")
+            for name, kind in members.items()
+            if name != "size" and name not in self.nested and not _is_count(name, members)
+        }
+
+
+@functools.cache
+def _plan(struct: Any) -> _Plan:
+    return _Plan(struct.item if struct.kind == "pointer" else struct)
+
+
+@functools.cache
+def names_of(struct: Any) -> tuple[str, ...]:
     """The keywords of a struct, and of structs that it points to."""
-    names: list[str] = []
-    members = dict(struct.fields)
-    for name, member in members.items():
-        nested = _nested(member.type)
-        if nested is not None:
-            names += names_of(nested)
-        elif name != "size" and not _is_count(name, members):
-            names.append(keyword_of(name))
-    return names
+    plan = _plan(struct)
+    inner = [name for kind in plan.nested.values() for name in names_of(kind)]
+    return (*plan.members, *inner)
 
 
 def keyword_of(member: str) -> str:
@@ -79,11 +92,13 @@ def _is_count(name: str, members: Mapping[str, Any]) -> bool:
     return name.endswith("_count") and name[: -len("_count")] + "s" in members
 
 
-def refuse_unknown(function: str, known: Iterable[str], given: Iterable[str]) -> None:
+def refuse_unknown(function: str, known: Collection[str], given: Iterable[str]) -> None:
     """TypeError for keywords that do not exist, with names near to them."""
-    known = list(known)
     for name in given:
         if name not in known:
+            import difflib
+
+            known = list(known)
             near = difflib.get_close_matches(name, known, 3) or known
             raise TypeError(
                 f"{function} has no keyword '{name}'; {'near' if near is not known else 'there'} are {', '.join(near)}"
@@ -92,19 +107,18 @@ def refuse_unknown(function: str, known: Iterable[str], given: Iterable[str]) ->
 
 def fill(struct: Any, values: Mapping[str, Any], keep: list[Any]) -> Any:
     """Sets the members of a struct that are among the values."""
-    members = dict(ffi.typeof(struct).fields if ffi.typeof(struct).kind == "struct" else ffi.typeof(struct).item.fields)
-    for name, member in members.items():
-        nested = _nested(member.type)
-        if name == "size":
-            struct.size = ffi.sizeof(ffi.typeof(struct).item)
-        elif nested is not None:
-            keep.append(fill(ffi.new(f"{nested.cname} *"), values, keep))
-            setattr(struct, name, keep[-1])
-        elif values.get(keyword_of(name)) is not None:
-            value = values[keyword_of(name)]
-            _set(struct, name, member.type, value, keep)
-            if name[:-1] + "_count" in members:
-                setattr(struct, name[:-1] + "_count", 1 if isinstance(value, str) else len(value))
+    plan = _plan(ffi.typeof(struct))
+    if plan.size:
+        struct.size = plan.size
+    for name, kind in plan.nested.items():
+        keep.append(fill(ffi.new(f"{kind.item.cname} *"), values, keep))
+        setattr(struct, name, keep[-1])
+    for key, value in values.items():
+        if value is not None and key in plan.members:
+            name, kind, count = plan.members[key]
+            _set(struct, name, kind, value, keep)
+            if count:
+                setattr(struct, count, 1 if isinstance(value, str) else len(value))
     return struct
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ._native import lib
 from .arrays import Array, optional, vector, writable
 from .context import NULL, Owned, string
+from .lazy import np
 from .options import text_of
 from .stepper import Stepper
 from .trajectory import Trajectory

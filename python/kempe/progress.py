@@ -64,7 +64,7 @@ class Line:
     """A line on stderr that is written over."""
 
     def __init__(self) -> None:
-        self.width = 0
+        self.width: int = 0
 
     def __call__(self, progress: Progress) -> None:
         line = str(progress)

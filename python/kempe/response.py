@@ -10,5 +10,5 @@ class Response(Reported, Drawn):
     """Steady-state response of outputs to harmonic inputs near an equilibrium."""
 
     _noun = "response"
-    rows = TableOf("frequency (Hz), OUTPUT/INPUT.amplitude and OUTPUT/INPUT.phase (degrees) of each pair.")
-    peaks = TableOf("Maxima of amplitudes: input, output, frequency (Hz), amplitude.")
+    rows: TableOf = TableOf("frequency (Hz), OUTPUT/INPUT.amplitude and OUTPUT/INPUT.phase (degrees) of each pair.")
+    peaks: TableOf = TableOf("Maxima of amplitudes: input, output, frequency (Hz), amplitude.")

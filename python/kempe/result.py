@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import html
-import inspect
 import json
 import os
 from typing import Any, ClassVar
@@ -44,7 +43,9 @@ class Result(Fixed):
     @classmethod
     def tables_and_matrices(cls) -> list[str]:
         """Names of the tables, and of the matrices of a state space."""
-        return [name for name in dir(cls) if isinstance(inspect.getattr_static(cls, name), PartOf)]
+        from inspect import getattr_static
+
+        return [name for name in dir(cls) if isinstance(getattr_static(cls, name), PartOf)]
 
     def __reduce__(self) -> Any:
         return read_again, (type(self), values_of(self))
@@ -121,6 +122,7 @@ class Reported(Result):
     """A result with a page: a self-contained HTML file, which moves the mechanism."""
 
     def write_report(self, path: str | os.PathLike[str]) -> None:
+        """Writes the page as one file of HTML."""
         status, message = self._context.guarded(
             getattr(lib, f"guarded_kempe_{self._noun}_write_report"), self._pointer, os.fsencode(path)
         )

@@ -14,8 +14,8 @@ class Sensitivity(Result):
 
     _noun = "sensitivity"
     _kept = ("method", "work")
-    rows = TableOf("t or row; each quantity, q.rocker, and its derivatives by the parameters, q.rocker/PARAMETER.")
-    parameters = TableOf("parameter, value (SI).")
+    rows: TableOf = TableOf("t or row; each quantity, q.rocker, and its derivatives by the parameters, q.rocker/PARAMETER.")
+    parameters: TableOf = TableOf("parameter, value (SI).")
 
     @property
     def method(self) -> str:

@@ -6,8 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-import numpy as np
-
 from ._native import ffi, lib
 from .arrays import Array
 from .check import Assembly, Branches, Check
@@ -17,6 +15,7 @@ from .context import Fixed, failed, string
 from .equilibrium import Equilibrium
 from .inverse import Inverse
 from .kinematics import Kinematics
+from .lazy import np
 from .linearize import Linearization
 from .modes import Modes
 from .options import text_of

@@ -8,12 +8,11 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ._native import ffi, lib
 from .arrays import view
 from .context import NULL, Fixed, string, text_written
 from .display import picture, table_html
+from .lazy import np
 from .options import text_of
 
 if TYPE_CHECKING:
@@ -143,9 +142,11 @@ class FrozenTable(Columns):
     """A table that was pickled: its columns alone."""
 
     def __init__(self, name: str, units: dict[str, str], columns: dict[str, NDArray[Any]]) -> None:
-        self.name, self.units, self._columns = name, units, columns
-        self.names = tuple(columns)
-        self.row_count = len(next(iter(columns.values()), ()))
+        self.name: str = name
+        self.units: dict[str, str] = units
+        self._columns = columns
+        self.names: tuple[str, ...] = tuple(columns)
+        self.row_count: int = len(next(iter(columns.values()), ()))
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self._columns[name] if name in self._columns else self._columns[column_name(name)]

@@ -5,11 +5,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from ._native import lib
 from .arrays import Array, view, writable
 from .display import trajectory_html
+from .lazy import np
 from .options import text_of
 from .result import Judged, Reported, TableOf
 from .table import Table, column_name
@@ -35,8 +34,8 @@ class Trajectory(Judged, Reported):
 
     _noun = "trajectory"
     _kept = ("q", "qd", "qdd", "lam", "names", "closure_rows")
-    rows = TableOf("t and the outputs that the model requests.")
-    log = TableOf("Events between steps: t, kind, text, before, after.")
+    rows: TableOf = TableOf("t and the outputs that the model requests.")
+    log: TableOf = TableOf("Events between steps: t, kind, text, before, after.")
 
     def __len__(self) -> int:
         return int(lib.kempe_trajectory_row_count(self._pointer))

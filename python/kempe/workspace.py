@@ -6,19 +6,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from ._native import ffi, lib
-from .arrays import DOUBLES, INTS, Array, optional, vector, view, writable
-from .context import NULL, Owned, string
+from .arrays import DOUBLES, INTS, Array, converted, view, writable
+from .fast_calls import calls
+from .context import Owned, string
 from .errors import error_of
+from .lazy import np
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-_evaluate = lib.kempe_workspace_evaluate
-_forward = lib.kempe_workspace_forward_dynamics
-_inverse = lib.kempe_workspace_inverse_dynamics
+_evaluate = calls.kempe_workspace_evaluate
+_forward = calls.kempe_workspace_forward_dynamics
+_inverse = calls.kempe_workspace_inverse_dynamics
+_CONVERT = calls.CONVERT
 _from_buffer = ffi.from_buffer
 
 
@@ -47,11 +48,12 @@ class Workspace(Owned):
     _noun = "workspace"
 
     def _made(self) -> None:
-        self.n = len(self._context.coordinates)
-        self.m = len(self._context.rows)
+        self.n: int = len(self._context.coordinates)
+        self.m: int = len(self._context.rows)
         w, n, m = self._pointer, self.n, self.m
+        self._address = int(ffi.cast("uintptr_t", w))
         self._lam = np.empty(m)
-        self.views = Equations(
+        self.views: Equations = Equations(
             view(lib.kempe_workspace_mass(w), (n, n), w, "F"),
             view(lib.kempe_workspace_bias(w), (n,), w),
             view(lib.kempe_workspace_h(w), (m,), w),
@@ -63,12 +65,19 @@ class Workspace(Owned):
         self._context.run(int)  # raises what a callback has raised
         raise error_of(status, string(lib.kempe_workspace_message(self._pointer)))
 
+    def _settle(self, status: int, function: Any, t: float, *arrays: Array | None) -> None:
+        """After a call that was refused: the same with arrays that are converted; else raises its error."""
+        if status == _CONVERT:
+            status = function(self._address, self.n, self.m, t, *arrays)
+        if status:
+            self._fail(status)
+
     def evaluate(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> Equations:
         """Evaluates everything at t (s), q and qd (n each; None: at rest). q need not close the loops. Returns `views`."""
         n = self.n
-        status = _evaluate(self._pointer, t, vector(q, n, "q"), NULL if qd is None else vector(qd, n, "qd"))
+        status = _evaluate(self._address, n, self.m, t, q, qd)
         if status:
-            self._fail(status)
+            self._settle(status, _evaluate, t, converted(q, n, "q"), converted(qd, n, "qd"))
         return self.views
 
     @property
@@ -118,17 +127,13 @@ class Workspace(Owned):
         """Accelerations and multipliers under the model's forces and the generalized forces Q (n; None: none)."""
         n, m = self.n, self.m
         made = Accelerations(np.empty(n), np.empty(m)) if out is None else out
-        status = _forward(
-            self._pointer,
-            t,
-            vector(q, n, "q"),
-            vector(qd, n, "qd"),
-            optional(Q, n, "Q"),
-            writable(made.qdd, (n,), "qdd"),
-            writable(made.lam, (m,), "lam"),
-        )
+        qdd, lam = made
+        status = _forward(self._address, n, m, t, q, qd, Q, qdd, lam)
         if status:
-            self._fail(status)
+            writable(qdd, (n,), "qdd")
+            writable(lam, (m,), "lam")
+            given = converted(q, n, "q"), converted(qd, n, "qd"), converted(Q, n, "Q")
+            self._settle(status, _forward, t, *given, qdd, lam)
         return made
 
     def rates(self, t: float, state: ArrayLike) -> Array:
@@ -147,11 +152,11 @@ class Workspace(Owned):
         """Generalized forces Q = M qdd + C (n; N m or N), with the loops open."""
         n = self.n
         made = np.empty(n) if out is None else out
-        status = _inverse(
-            self._pointer, t, vector(q, n, "q"), vector(qd, n, "qd"), vector(qdd, n, "qdd"), writable(made, (n,), "out")
-        )
+        status = _inverse(self._address, n, self.m, t, q, qd, qdd, made)
         if status:
-            self._fail(status)
+            writable(made, (n,), "out")
+            given = converted(q, n, "q"), converted(qd, n, "qd"), converted(qdd, n, "qdd")
+            self._settle(status, _inverse, t, *given, made)
         return made
 
     def close(

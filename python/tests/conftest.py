@@ -10,6 +10,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import textwrap
 
 import pytest
 
@@ -29,14 +30,21 @@ class Recorder:
         return value
 
 
+def loaded(name, path):
+    """A module of an extension file."""
+    spec = importlib.util.spec_from_loader(name, importlib.machinery.ExtensionFileLoader(name, path))
+    sys.modules[name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(sys.modules[name])
+    return sys.modules[name]
+
+
 def record():
-    """Loads the extension module before the package does."""
+    """Loads the extension modules before the package does."""
     folders = importlib.util.find_spec("kempe").submodule_search_locations
-    spec = importlib.machinery.PathFinder.find_spec("kempe._native", folders)
-    native = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(native)
+    path = importlib.machinery.PathFinder.find_spec("kempe._native", folders).origin
+    native = loaded("kempe._native", path)
     native.lib = Recorder(native.lib)
-    sys.modules["kempe._native"] = native
+    sys.modules["kempe._calls"] = Recorder(loaded("kempe._calls", path))
 
 
 record()
@@ -62,6 +70,14 @@ def command():
         return json.loads(done.stdout)
 
     return run
+
+
+def page_program():
+    """The blocks of docs/python.md, one after another."""
+    page = (ROOT / "docs/python.md").read_text()
+    blocks = re.findall(r"(?:^    .*\n|^\n(?=    ))+", page, re.M)
+    assert len(blocks) > 5
+    return "\n".join(textwrap.dedent(block) for block in blocks if not re.search("pip install|ProcessPool", block))
 
 
 TIMES = re.compile(r"_s$|_ms$|cpu|wall|memory|bytes")

@@ -3,6 +3,7 @@
 
 LEFT_OUT = {
     "kempe_status_text": "classes of errors have names",
+    "kempe_context_set_log": "by python_listen, which leaves out what nobody reads",
     "kempe_context_set_angle_unit": "arrays are in SI",
     "kempe_cache_folder": "the caller names a folder",
     "kempe_model_read": "kempe_model_read_set without settings",

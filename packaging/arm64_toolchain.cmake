@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# For arm64 by Debian's cross-compiler, with the packages in the folder KEMPE_ARM64 (packaging/build_arm64 makes it). Programs run by
+# QEMU's user mode.
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES KEMPE_ARM64)
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR aarch64)
+set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
+set(CMAKE_SYSROOT ${KEMPE_ARM64})
+set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64;-L;${KEMPE_ARM64})
