@@ -100,6 +100,12 @@ void kmp_eval_set_mode(kmp_evaluator *eval, int condition, bool holds)
     set_modes(eval);
 }
 
+void kmp_eval_set_modes(kmp_evaluator *eval, const double *mode)
+{
+    memmove(eval->mode, mode, (size_t)eval->system->events.count * sizeof *mode);
+    set_modes(eval);
+}
+
 void kmp_eval_set_kink(kmp_evaluator *eval, int condition, int side)
 {
     eval->mode[condition] = side;

@@ -219,6 +219,8 @@ typedef struct kempe_run_options {
                      * run fails when the last 100,000 steps advanced so little that the rest would take more than
                      * 1e8 */
     double fixed_step; /* s: length of all steps of dop853 and dopri5, without error control; 0: by the tolerances */
+    int keep_dense;    /* 1: the trajectory keeps the dense output of every step, for kempe_trajectory_at
+                        * (output_handles.h) */
 } kempe_run_options;
 
 typedef struct kempe_trajectory kempe_trajectory;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * Outputs of a mechanism at any state, by handle: of a stepper, of a row of a trajectory, or of given coordinates; and
- * Jacobians of those that move, in all coordinates and in the independent ones (closed chain).
+ * Outputs of a mechanism by handle: at given coordinates, at a stepper, at any time of a run; and Jacobians of
+ * those that move, in all coordinates and in the independent ones (closed chain).
  *
  *     kempe_outputs *outputs;
  *     kempe_outputs_new(system, "position(platform.C1), force(spring), power", &outputs);
@@ -48,6 +48,19 @@ KEMPE_API kempe_status kempe_outputs_at(kempe_outputs *outputs, double t, const 
 KEMPE_API kempe_status kempe_outputs_at_stepper(kempe_outputs *outputs, const kempe_stepper *stepper, double *values);
 KEMPE_API kempe_status kempe_outputs_at_row(kempe_outputs *outputs, const kempe_trajectory *trajectory, int row,
                                             double *values);
+
+/** State at a time (s) of a run that was made with keep_dense: q, qd, qdd (n each), lambda (row_count of the system),
+ * NULL: not wanted. It is the row that the run had written there, up to the last digits: from the polynomial of its
+ * step, with the loops closed, accelerations and multipliers solved for. At an event or a sample it is the state
+ * before. A trajectory with keep_dense holds its run and about 10 numbers per unknown and step (docs/outputs.md). It
+ * belongs to one thread at a time. KEMPE_E_ARGUMENT: it has no dense output, or t is not within the run.
+ * KEMPE_E_FAILED: the run could not have written that row. */
+KEMPE_API kempe_status kempe_trajectory_at(kempe_trajectory *trajectory, double t, double *q, double *qd, double *qdd,
+                                           double *lambda);
+
+/** Values of the outputs there. */
+KEMPE_API kempe_status kempe_outputs_at_time(kempe_outputs *outputs, kempe_trajectory *trajectory, double t,
+                                             double *values);
 
 /** J (count x n) and jdqd (count; NULL: not wanted) at t, q and qd (NULL: at rest), column-major. Rows of outputs that
  * depend on accelerations or multipliers are NaN. */

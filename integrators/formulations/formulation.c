@@ -14,6 +14,7 @@ void *kmp_formulation_new(const kmp_formulation_start *start, size_t bytes)
         return NULL;
     }
     formulation->n = start->part->n;
+    formulation->part = start->part;
     formulation->release = kmp_formulation_free;
     return formulation;
 }

@@ -83,11 +83,16 @@ struct kmp_formulation {
      * (t, y). NULL: none. */
     int (*keep)(kmp_formulation *formulation, double t, const double *y);
 
+    /** Stands where a step of another formulation with the same unknowns ended, at (t, y) with q closed: rows within
+     * that step are predicted from there. NULL: nothing is predicted. */
+    int (*stand)(kmp_formulation *formulation, double t, const double *y, const double *q);
+
     /** Appends to `reason` why no step was possible from the last accepted one, if the formulation knows. NULL:
      * none. */
     void (*explain)(kmp_formulation *formulation);
 
-    kmp_ode ode; /* one of ode and dae, or both */
+    const kmp_partition *part; /* the present rows and coordinates */
+    kmp_ode ode;               /* one of ode and dae, or both */
     kmp_dae dae;
     kmp_arena arena; /* of y, yp, atol and a formulation's own arrays */
     int n;           /* coordinates */

@@ -456,6 +456,17 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     return put_slope(d, t, y, yp);
 }
 
+static int stand(kmp_formulation *formulation, double t, const double *y, const double *q)
+{
+    kmp_reduced *d = (kmp_reduced *)formulation;
+    memcpy(d->q, q, (size_t)d->n * sizeof *q);
+    if (kmp_reduced_settle(d, t, y) != KMP_GO || kmp_reduced_evaluate(d, t, y) != KMP_GO) /* for the curvature */
+        return KMP_HALT;
+    memcpy(d->q, q, (size_t)d->n * sizeof *q);
+    kmp_reduced_remember(d, t, y);
+    return KMP_GO;
+}
+
 /* -- making one -------------------------------------------------------------------------------------- */
 
 static void release(kmp_formulation *formulation)
@@ -537,6 +548,8 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.renew = renew;
     d->formulation.resume = resume;
     d->formulation.explain = kmp_reduced_explain;
+    d->formulation.stand = d->has_v ? NULL : stand;
+    d->formulation.part = &d->part;
     if (!kmp_partition_copy(&d->part, part) || !allocate(d)) {
         (void)kmp_fail_memory(start->system->context);
     } else {

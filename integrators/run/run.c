@@ -3,6 +3,7 @@
 #include "integrators/run/run.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "integrators/run/recording.h"
 #include "integrators/run/runner.h"
 #include <math.h>
 
@@ -309,6 +310,11 @@ static kempe_status report_step(kmp_runner *run)
     return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be interpolated", t);
 }
 
+static kempe_status record(kmp_runner *run)
+{
+    return run->spec.recording ? kmp_recording_add(run->spec.recording, run) : KEMPE_OK;
+}
+
 static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
 {
     int next = 0, steps = 0;
@@ -316,8 +322,11 @@ static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
     double *row = KMP_ARENA_NEW(&run->arena, double, 3 * run->s->n + run->s->m);
     KMP_TRY(kmp_made(run->s->context, row));
     KMP_TRY(deliver(run, &next, row, take, user));
+    KMP_TRY(record(run));
     while (kmp_runner_t(run) < run->spec.t_end) {
         kempe_status status = kmp_runner_step(run);
+        if (status == KEMPE_OK || status == KEMPE_STOPPED)
+            KMP_TRY(record(run));
         if (status == KEMPE_OK)
             status = report_step(run);
         if (status == KEMPE_OK)
@@ -346,6 +355,9 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
     report->cpu_s = cpu_s;
     report->wall_s = run && run->team ? wall_s : 0;
     report->heap = heap > 0 ? kmp_heap_in_use() - heap : 0;
-    kmp_runner_free(run);
+    if (spec->recording)
+        kmp_recording_take(spec->recording, run);
+    else
+        kmp_runner_free(run);
     return status;
 }

@@ -30,13 +30,14 @@ typedef struct kmp_run_spec {
     const double *times;
     const int *u; /* independent coordinates chosen by the user */
     int u_count;
-    bool keep_independent;     /* no exchanges: the run ends where u becomes singular */
-    const char *change_points; /* a word of change_points.def */
-    bool closely;              /* the run checks another run: conditions are evaluated at more places */
-    double limit_s;            /* processor time after which a run is given up; 0: none */
-    long max_steps;            /* attempted steps, rejected ones included; 0: as work_bound.h; -1: no bound */
-    kmp_run_log *log;          /* events of the run; NULL: only logged */
-    int threads;               /* number that share the work of an evaluation, if the back end can; 0: one */
+    bool keep_independent;           /* no exchanges: the run ends where u becomes singular */
+    const char *change_points;       /* a word of change_points.def */
+    bool closely;                    /* the run checks another run: conditions are evaluated at more places */
+    double limit_s;                  /* processor time after which a run is given up; 0: none */
+    long max_steps;                  /* attempted steps, rejected ones included; 0: as work_bound.h; -1: no bound */
+    kmp_run_log *log;                /* events of the run; NULL: only logged */
+    struct kmp_recording *recording; /* of dense output; it takes the runner in the end; NULL: none */
+    int threads;                     /* number that share the work of an evaluation, if the back end can; 0: one */
     const struct kmp_formulation_kind *kind; /* a formulation of the caller in place of the named one; NULL: none */
     void *user;                              /* argument of that formulation and of `step` */
     kmp_step_fn *step;                       /* callback at accepted steps; NULL: none */

@@ -322,8 +322,24 @@ static kempe_status dense(void *solver, double t, double *y, double *yp)
     return KEMPE_OK;
 }
 
+static void transfer(void *solver, kmp_number_stream *stream)
+{
+    kmp_collocation *s = solver;
+    kmp_solver_transfer_times(&s->base, stream);
+    kmp_stream_numbers(stream, 1, &s->taken);
+    kmp_stream_numbers(stream, s->n, s->y);
+    if (!(s->base.t > s->base.t_old))
+        return;
+    kmp_stream_numbers(stream, s->n, s->y_old);
+    kmp_stream_numbers(stream, (s->inner + s->q) * s->w, s->g_old);
+    kmp_stream_numbers(stream, s->inner + s->q, s->g_start_old);
+    kmp_stream_numbers(stream, s->n, s->slip);
+    kmp_stream_numbers(stream, s->n, s->fix);
+}
+
 #define KMP_COLLOCATION_FUNCTIONS                                                                                      \
-    .corrects = true, .create = create, .release = kmp_solver_free, .start = start, .step = step, .dense = dense
+    .corrects = true, .create = create, .release = kmp_solver_free, .start = start, .step = step, .dense = dense,      \
+    .transfer = transfer
 
 /* Powers: for radau found on the mechanisms of bench/collocation, as REST; for the others Hairer's choice. */
 static const kmp_collocation_method

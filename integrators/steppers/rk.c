@@ -189,6 +189,12 @@ static void interpolate(const kmp_rk *s, double x, double *y)
     }
 }
 
+static bool prepare(kmp_rk *s)
+{
+    s->dense_ready = s->dense_ready || (!s->received && s->method->prepare_dense(s) == KMP_GO);
+    return s->dense_ready;
+}
+
 kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp)
 {
     kmp_rk *s = solver;
@@ -198,9 +204,24 @@ kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp)
         memcpy(y, at_end ? s->y : s->y_old, (size_t)s->base.ode.n * sizeof *y);
         return KEMPE_OK;
     }
-    s->dense_ready = s->dense_ready || s->method->prepare_dense(s) == KMP_GO;
-    if (!s->dense_ready)
+    if (!prepare(s))
         return KEMPE_E_FAILED;
     interpolate(s, (t - s->base.t_old) / s->taken, y);
     return KEMPE_OK;
+}
+
+void kmp_rk_transfer(void *solver, kmp_number_stream *stream)
+{
+    kmp_rk *s = solver;
+    int n = s->base.ode.n;
+    kmp_solver_transfer_times(&s->base, stream);
+    s->received = stream->back;
+    double ready = !stream->back && s->base.t > s->base.t_old && prepare(s);
+    kmp_stream_numbers(stream, 1, &ready);
+    s->dense_ready = ready > 0;
+    kmp_stream_numbers(stream, 1, &s->taken);
+    kmp_stream_numbers(stream, n, s->y);
+    kmp_stream_numbers(stream, n, s->y_old);
+    for (int j = 0; s->dense_ready && j < s->method->interpolants; j++)
+        kmp_stream_numbers(stream, n, s->interpolant[j]);
 }

@@ -53,6 +53,7 @@ struct kmp_rk {
     bool rejected;    /* the last attempt was rejected: no growth */
     bool collapsed;
     bool dense_ready;
+    bool received;          /* the last step is another solver's */
     double *y, *y_old, *dy; /* dy is k[end] after a step, k[1] within one */
     double *stage, *w;
     double *k[KMP_RK_MAX_STAGES + 1];
@@ -117,6 +118,7 @@ kempe_status kmp_rk_step(void *solver);
 /** Dense output. The first call within a step may evaluate the right-hand side: a formulation with a stored evaluation
  * must then not take it for the step's end. */
 kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp);
+void kmp_rk_transfer(void *solver, kmp_number_stream *stream);
 
 #define KMP_RK_SOLVER(id, is_standard)                                                                                 \
     const kmp_solver_kind kmp_solver_##id = {.name = #id,                                                              \
@@ -128,4 +130,5 @@ kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp);
                                              .release = kmp_solver_free,                                               \
                                              .start = kmp_rk_start,                                                    \
                                              .step = kmp_rk_step,                                                      \
-                                             .dense = kmp_rk_dense}
+                                             .dense = kmp_rk_dense,                                                    \
+                                             .transfer = kmp_rk_transfer}

@@ -412,6 +412,17 @@ static kempe_status dense(void *solver, double time, double *y, double *yp)
     return KEMPE_OK;
 }
 
+static void transfer(void *solver, kmp_number_stream *stream)
+{
+    singular_step *s = solver;
+    int n = s->base.ode.n;
+    kmp_solver_transfer_times(&s->base, stream);
+    kmp_stream_numbers(stream, 1, &s->h);
+    kmp_stream_numbers(stream, n, s->y);
+    kmp_stream_numbers(stream, n, s->y0);
+    kmp_stream_numbers(stream, NODES * n, s->a);
+}
+
 void kmp_singular_step_nearest(const void *solver, double *time, double *size)
 {
     const singular_step *s = solver;
@@ -425,4 +436,5 @@ const kmp_solver_kind kmp_solver_singular_step = {.name = "singular_step",
                                                   .release = kmp_solver_free,
                                                   .start = start,
                                                   .step = step,
-                                                  .dense = dense};
+                                                  .dense = dense,
+                                                  .transfer = transfer};

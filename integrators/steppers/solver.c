@@ -66,6 +66,12 @@ void kmp_solver_begin(kmp_solver *solver, double t, double t_end, double h)
     solver->hopeless = 0;
 }
 
+void kmp_solver_transfer_times(kmp_solver *solver, kmp_number_stream *stream)
+{
+    kmp_stream_numbers(stream, 1, &solver->t);
+    kmp_stream_numbers(stream, 1, &solver->t_old);
+}
+
 int kmp_solver_call(kmp_solver *solver, double t, const double *y, double *dy)
 {
     solver->work.rhs++;

@@ -7,6 +7,8 @@
 #include "base/context.h"
 #include "integrators/steppers/ode.h"
 
+#include <string.h>
+
 typedef struct kmp_solver_setup {
     kempe_context *context;
     const kmp_ode *ode; /* one of ode and dae, by `dae` of the kind */
@@ -41,6 +43,21 @@ typedef struct kmp_solver {
     kmp_arena arena; /* of an integrator's arrays */
 } kmp_solver;
 
+/** Numbers that are counted, written or read in one order: the same calls do all three. */
+typedef struct kmp_number_stream {
+    double *at; /* of all; NULL: they are counted */
+    size_t count;
+    bool back; /* they are read */
+} kmp_number_stream;
+
+static inline void kmp_stream_numbers(kmp_number_stream *stream, int n, double *x)
+{
+    double *at = stream->at ? stream->at + stream->count : NULL;
+    if (at && n > 0)
+        memcpy(stream->back ? x : at, stream->back ? at : x, (size_t)n * sizeof *x);
+    stream->count += (size_t)n;
+}
+
 typedef struct kmp_solver_kind {
     const char *name;
     const char *family; /* of integrators with the same formulas for y' = f and F = 0; NULL: its name */
@@ -72,6 +89,10 @@ typedef struct kmp_solver_kind {
 
     /** y (and y' if yp is not NULL, of a DAE) at a time t in [t_old, t] of the solver. */
     kempe_status (*dense)(void *solver, double t, double *y, double *yp);
+
+    /** Transfers what `dense` needs for the last step, from one solver to another of the same problem, which was not
+     * started and gives nothing else. */
+    void (*transfer)(void *solver, kmp_number_stream *stream);
 } kmp_solver_kind;
 
 /** Makes a zeroed struct of `bytes` bytes that begins with a kmp_solver and has the problem of the setup. NULL after a
@@ -84,6 +105,9 @@ void *kmp_solver_made(void *solver);
 
 /** Sets times and step of a start. */
 void kmp_solver_begin(kmp_solver *solver, double t, double t_end, double h);
+
+/** Transfers the ends of the last step. */
+void kmp_solver_transfer_times(kmp_solver *solver, kmp_number_stream *stream);
 
 /** Cycles of a stage of an explicit method besides its evaluation, about: a call, and sums for each unknown. */
 #define KMP_CYCLES_OF_STAGE   100

@@ -54,7 +54,8 @@ static const kmp_sun_package package = {.name = "CVODE",
                                         .set_first_step = CVodeSetInitStep,
                                         .set_end = CVodeSetStopTime,
                                         .advance = advance,
-                                        .derivative = CVodeGetDky};
+                                        .derivative = CVodeGetDky,
+                                        .degree = CVodeGetLastOrder};
 
 const kmp_solver_kind kmp_solver_bdf = {.name = "bdf",
                                         .family = "bdf",

@@ -112,7 +112,8 @@ static const kmp_sun_package package = {.name = "IDA",
                                         .set_first_step = IDASetInitStep,
                                         .set_end = IDASetStopTime,
                                         .advance = advance,
-                                        .derivative = IDAGetDky};
+                                        .derivative = IDAGetDky,
+                                        .degree = IDAGetLastOrder};
 
 const kmp_solver_kind kmp_solver_ida = {.name = "ida",
                                         .family = "bdf",

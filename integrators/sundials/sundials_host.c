@@ -30,7 +30,8 @@ static bool make_arrays(kmp_sun *s)
     s->yp = s->kind->dae ? make(s->n, s->sun) : NULL;
     s->out = make(s->n, s->sun);
     if (!s->y || !s->out || (s->kind->dae && !s->yp) ||
-        !KMP_ARENA_GROUPS(&s->base.arena, {s->n, {&s->y_old, &s->yp_old, &s->dy, &s->w}}))
+        !KMP_ARENA_GROUPS(&s->base.arena, {s->n, {&s->y_old, &s->yp_old, &s->dy, &s->w}},
+                          {2 * (KMP_SUN_MOST_DEGREE + 1) * s->n, {&s->node}}))
         return false;
     put(s, s->y, s->y_old); /* zeros */
     if (s->yp)
@@ -306,6 +307,31 @@ static bool is_within(const kmp_solver *s, double t)
     return t >= s->t_old - slack && t <= s->t + slack;
 }
 
+/* Chebyshev's nodes of a step; their number. */
+static int place_nodes(const kmp_sun *s, double *at)
+{
+    int count = s->degree + 1;
+    for (int j = 0; j < count; j++)
+        at[j] = s->base.t_old + (s->base.t - s->base.t_old) * 0.5 * (1 - cos((j + 0.5) * acos(-1.0) / count));
+    return count;
+}
+
+/* Component k (y or yp) of a received step by Lagrange's polynomials of its nodes. */
+static void interpolate(const kmp_sun *s, double t, int k, double *to)
+{
+    double at[KMP_SUN_MOST_DEGREE + 1];
+    int count = place_nodes(s, at);
+    memset(to, 0, (size_t)s->n * sizeof *to);
+    for (int j = 0; j < count; j++) {
+        const double *y = s->node + (size_t)(k * count + j) * (size_t)s->n;
+        double weight = 1;
+        for (int l = 0; l < count; l++)
+            weight *= l == j ? 1 : (t - at[l]) / (at[j] - at[l]);
+        for (int i = 0; i < s->n; i++)
+            to[i] += weight * y[i];
+    }
+}
+
 kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp)
 {
     kmp_sun *s = solver;
@@ -313,10 +339,38 @@ kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp)
     N_Vector end[] = {s->y, s->yp};
     double *to[] = {y, yp};
     for (int k = 0; k < 2 && end[k] && to[k]; k++) {
+        if (!at_end && s->received) {
+            interpolate(s, t, k, to[k]);
+            continue;
+        }
         if (!at_end && (!is_within(&s->base, t) || s->package->derivative(s->memory, t, k, s->out)))
             return kmp_fail(s->base.context, KEMPE_E_BUG, "%s has no value at t = %.9g: its last step is %.9g to %.9g",
                             s->package->name, t, s->base.t_old, s->base.t);
         get(s, at_end ? end[k] : s->out, to[k]);
     }
     return KEMPE_OK;
+}
+
+/* The package's history stays with it: a step is transferred by its values at as many nodes as its degree needs. */
+void kmp_sun_transfer(void *solver, kmp_number_stream *stream)
+{
+    kmp_sun *s = solver;
+    N_Vector end[] = {s->y, s->yp};
+    double degree = KMP_SUN_DEGREE, at[KMP_SUN_MOST_DEGREE + 1];
+    s->received = stream->back;
+    if (!stream->back && s->package->degree && s->package->degree(s->memory, &s->degree) == 0)
+        degree = s->degree;
+    kmp_solver_transfer_times(&s->base, stream);
+    kmp_stream_numbers(stream, 1, &degree);
+    s->degree = (int)degree;
+    int count = s->base.t > s->base.t_old ? place_nodes(s, at) : 0;
+    for (int k = 0; k < 2 && end[k]; k++) {
+        kmp_stream_numbers(stream, s->n, kmp_sun_data(end[k]));
+        for (int j = 0; j < count; j++) {
+            double *node = s->node + (size_t)(k * count + j) * (size_t)s->n;
+            if (stream->at && !stream->back && s->package->derivative(s->memory, at[j], k, s->out) == 0)
+                get(s, s->out, node);
+            kmp_stream_numbers(stream, s->n, node);
+        }
+    }
 }

@@ -67,7 +67,13 @@ typedef struct kmp_sun_package {
     int (*planned)(void *memory, double *h);
     int (*advance)(kmp_sun *s, double *t);
     int (*derivative)(void *memory, double t, int order, N_Vector out);
+
+    /** The degree of the last step's polynomial; NULL: at most KMP_SUN_DEGREE. */
+    int (*degree)(void *memory, int *degree);
 } kmp_sun_package;
+
+/** Of ARKODE's interpolants, and of all packages. */
+enum { KMP_SUN_DEGREE = 5, KMP_SUN_MOST_DEGREE = 12 };
 
 /** The user data of all callbacks. */
 struct kmp_sun {
@@ -84,6 +90,9 @@ struct kmp_sun {
     SUNNonlinearSolver iteration; /* a package's own choice; NULL: its default */
     double *y_old, *yp_old;       /* n: at the start of a step */
     double *dy, *w;               /* n */
+    double *node;                 /* 2 (KMP_SUN_MOST_DEGREE + 1) n: y, and yp, at nodes of a received step */
+    int degree;                   /* of that step */
+    bool received;                /* the last step is another solver's */
     bool halted;                  /* the formulation gave up in a callback */
     bool moved;                   /* the formulation has corrected y: reset before the next step */
     kmp_solver_work more;         /* work not counted by the package: earlier starts, evaluations, rejected steps */
@@ -109,11 +118,12 @@ kempe_status kmp_sun_start(void *solver, double t, const double *y, const double
 kempe_status kmp_sun_extend(void *solver, double t_end);
 kempe_status kmp_sun_step(void *solver);
 kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp);
+void kmp_sun_transfer(void *solver, kmp_number_stream *stream);
 
 /** The functions of a kind, whose method is a kmp_sun_package. */
 #define KMP_SUN_FUNCTIONS                                                                                              \
     .create = kmp_sun_create, .release = kmp_sun_release, .start = kmp_sun_start, .extend = kmp_sun_extend,            \
-    .step = kmp_sun_step, .dense = kmp_sun_dense
+    .step = kmp_sun_step, .dense = kmp_sun_dense, .transfer = kmp_sun_transfer
 
 /** Writes the pattern of a DAE's matrix. */
 void kmp_sun_put_pattern(const kmp_dae *dae, SUNMatrix a);

@@ -66,6 +66,12 @@ class Outputs(Owned):
         """Values (k) at a row of a trajectory."""
         return self._values(lib.kempe_outputs_at_row, trajectory._pointer, row)
 
+    def at_time(self, trajectory: Trajectory, t: ArrayLike) -> Array:
+        """Values (k) at any time (s), or at several, of a run with `keep_dense=True`."""
+        times = np.asarray(t, dtype=float)
+        values = [self._values(lib.kempe_outputs_at_time, trajectory._pointer, time) for time in times.flat]
+        return np.array(values).reshape((*times.shape, len(self)))
+
     def _slopes(self, function: Any, width: int, t: float, q: ArrayLike, qd: ArrayLike | None) -> tuple[Array, Array]:
         slopes, drift = np.empty((len(self), width), order="F"), np.empty(len(self))
         self._context.check(

@@ -3,19 +3,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ._native import lib
-from .arrays import Array, view
+from .arrays import Array, view, writable
 from .display import trajectory_html
 from .options import text_of
 from .result import Judged, Reported, TableOf
 from .table import Table, column_name
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
+
+
+class States(NamedTuple):
+    """States between rows: arrays of n or m numbers, or one row for each time."""
+
+    q: Array
+    qd: Array
+    qdd: Array
+    lam: Array
 
 
 class Trajectory(Judged, Reported):
@@ -59,6 +68,16 @@ class Trajectory(Judged, Reported):
 
     def _rows(self, name: str, width: int) -> Array:
         return view(self._call(name)(self._pointer, 0), (len(self), width), self._pointer)
+
+    def at(self, t: ArrayLike) -> States:
+        """States at any time (s), or at several, of a run with `keep_dense=True`: as rows that the run had there."""
+        times = np.asarray(t, dtype=float)
+        n, m = len(self._context.coordinates), len(self._context.rows)
+        states = States(*(np.empty((times.size, width)) for width in (n, n, n, m)))
+        for k, time in enumerate(times.flat):
+            into = (writable(part[k], (part.shape[1],), "state") for part in states)
+            self._context.check(lib.kempe_trajectory_at, self._pointer, time, *into)
+        return States(*(part.reshape(times.shape + part.shape[1:]) for part in states))
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -274,6 +274,24 @@ def test_outputs(four_bar):
         system.outputs("nonsense")
 
 
+def test_between_rows(four_bar):
+    system = four_bar.system()
+    many = system.simulate(t_end=0.5, output_step=0.01)
+    few = system.simulate(t_end=0.5, output_step=0.5, keep_dense=True)
+    states, one = few.at(many.t[::-1]), few.at(many.t[7])
+    assert len(few) == 2 and states.lam.shape == many.lam.shape and one.q.shape == (3,)
+    for name in ("q", "qd", "qdd", "lam"):
+        assert np.array_equal(getattr(states, name)[::-1], getattr(many, name))
+        assert np.array_equal(getattr(one, name), getattr(many, name)[7])
+    outputs = system.outputs("position(coupler.C)")
+    assert np.array_equal(outputs.at_time(few, many.t), [outputs.at_row(many, row) for row in range(len(many))])
+    assert outputs.at_time(few, 0.123).shape == (3,) and few.at([]).q.shape == (0, 3)
+    with pytest.raises(kempe.ArgumentError, match="not within the run"):
+        few.at([0.1, 0.6])
+    with pytest.raises(kempe.ArgumentError, match="keep_dense"):
+        many.at(0.1)
+
+
 # -- other studies ------------------------------------------------------------------------------------------
 
 

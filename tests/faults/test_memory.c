@@ -14,6 +14,7 @@
 #include <kempe/kinematics.h>
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
+#include <kempe/output_handles.h>
 #include <kempe/response.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
@@ -500,6 +501,20 @@ static kempe_status simulate_stabilized1(scene *s)
     return simulate(s, "dae", "stabilized1", NULL);
 }
 
+/* States at two times of a run, to and fro across an exchange of u. */
+static kempe_status simulate_kept(scene *s)
+{
+    kempe_run_options run = {.rtol = 1e-4, .t_end = 0.12, .no_convergence_check = 1, .keep_dense = 1};
+    kempe_trajectory *trajectory = NULL;
+    kempe_status status = kempe_simulate(s->system, &run, &trajectory);
+    double q[3];
+    untouched(status, trajectory);
+    for (int k = 0; status == KEMPE_OK && k < 3; k++)
+        status = kempe_trajectory_at(trajectory, k % 2 ? 0.115 : 0.001, q, NULL, NULL, NULL);
+    kempe_trajectory_free(trajectory);
+    return status;
+}
+
 static kempe_status simulate_index1(scene *s)
 {
     return simulate(s, "dae", "index1", NULL);
@@ -821,6 +836,7 @@ static const struct {
               {"sensitivities of modes", differentiate_modes},
               {"gradient", drive},
               {"stabilized1", simulate_stabilized1},
+              {"kept", simulate_kept},
               {"index1", simulate_index1},
               {"step", step},
               {"linearize", linearize},

@@ -201,6 +201,7 @@ static kempe_trajectory *trajectory_new(const job *j)
                             .verdict = kmp_verdict_none(),
                             .log = {.context = j->context},
                             .reaction = unknowns(&arena, 3 * j->system->model->closure_count),
+                            .at = unknowns(&arena, 3 * j->system->n + j->system->m),
                             .shown = unknowns(&arena, kmp_outputs_width(j->system->model))};
     t->spec = kept_spec(spec, t, &arena);
     t->arena = arena;
@@ -218,6 +219,7 @@ void kempe_trajectory_free(kempe_trajectory *trajectory)
     kmp_free(trajectory->reason);
     kmp_free(trajectory->report.reason);
     kmp_free(trajectory->warnings);
+    kmp_recording_free(trajectory->recording);
     kmp_run_log_free(&trajectory->log);
     kmp_samples_free(&trajectory->table);
     kmp_arena_free(&trajectory->arena);
@@ -358,7 +360,12 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
         kmp_samples_init(&j->before, j->system->n, j->system->m);
     }
     j->spec.log = &t->log;
+    if (j->run->keep_dense && !(j->spec.recording = t->recording = kmp_recording_new()))
+        return kmp_fail_memory(j->context);
     kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
+    j->spec.recording = NULL;
+    if (t->recording)
+        kmp_recording_keep_spec(t->recording, &t->spec);
     if (t->report.integrator)
         t->integrator = t->report.integrator;
     if (s.checkpoint && t->table.rows > 0) {

@@ -1,0 +1,285 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/run/recording.h"
+#include "base/memory.h"
+#include "constraints/closing/charts.h"
+#include "integrators/run/runner.h"
+#include <string.h>
+
+/* Successive steps with the same unknowns: formulation, coordinates, rows, charts, integrator. */
+typedef struct stretch {
+    const kmp_formulation_kind *method;
+    const kmp_solver_kind *integrator;
+    bool near_singular, walks, by_bodies;
+    kmp_partition part;
+    double *chart;
+    double t, *row, work; /* a state to begin with: q, qd, qdd, lambda */
+    bool known;           /* the state could be completed */
+} stretch;
+
+typedef struct step {
+    double from, to;
+    int stretch;
+    size_t count;
+    double *numbers;
+} step;
+
+struct kmp_recording {
+    kmp_arena arena;
+    stretch *stretches;
+    step *steps;
+    int stretch_count, step_count;
+    int present; /* the stretch that the runner stands in; -1: another one */
+    kmp_runner *runner;
+};
+
+kmp_recording *kmp_recording_new(void)
+{
+    kmp_recording *recording = KMP_NEW(kmp_recording, 1);
+    if (recording)
+        recording->present = -1;
+    return recording;
+}
+
+void kmp_recording_free(kmp_recording *recording)
+{
+    if (!recording)
+        return;
+    for (int k = 0; k < recording->stretch_count; k++)
+        kmp_partition_free(&recording->stretches[k].part);
+    kmp_runner_free(recording->runner);
+    kmp_arena_free(&recording->arena);
+    kmp_free(recording);
+}
+
+/* -- what a row depends on ---------------------------------------------------------------------------- */
+
+/* Apart from the solver: conditions, inputs, multipliers in loads, the user's coordinates of spherical joints, work. */
+static void transfer_surroundings(kmp_runner *run, kmp_number_stream *stream)
+{
+    kmp_present_inputs *inputs = &run->eval->inputs;
+    _Static_assert(sizeof *inputs->piece % sizeof(double) == 0, "pieces are transferred as numbers");
+    int piece = (int)(sizeof *inputs->piece / sizeof(double));
+    kmp_stream_numbers(stream, run->s->events.count, run->eval->mode);
+    kmp_stream_numbers(stream, piece * inputs->count, (double *)inputs->piece);
+    if (run->eval->nu)
+        kmp_stream_numbers(stream, run->s->m, run->eval->nu);
+    if (kmp_charts_count(run->s) > 0) {
+        kmp_stream_numbers(stream, run->s->n, run->seen);
+        kmp_stream_numbers(stream, 1, &run->seen_t);
+    }
+    kmp_stream_numbers(stream, 1, &run->work);
+    kmp_stream_numbers(stream, 1, &run->work_t);
+}
+
+/* The integrator's polynomial; the closed position at its end, if rows are predicted from there. false: it cannot be
+ * reached again. */
+static bool transfer_polynomial(kmp_runner *run, kmp_number_stream *stream)
+{
+    kmp_formulation *formulation = run->formulation;
+    double *q = run->moved;
+    run->kind->transfer(run->solver, stream);
+    double t = run->solver->t;
+    if (!formulation->stand)
+        return true;
+    bool good = stream->back || !stream->at || kmp_runner_position(run, t, q) == KEMPE_OK;
+    kmp_stream_numbers(stream, run->s->n, q);
+    if (!stream->back)
+        return good;
+    return run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK &&
+           formulation->stand(formulation, t, run->y, q) == KMP_GO;
+}
+
+/* -- recording ----------------------------------------------------------------------------------------- */
+
+static size_t chart_size(const kmp_runner *run)
+{
+    return (size_t)(KMP_CHART_SIZE * run->s->chart_count) * sizeof(double);
+}
+
+/* The kind of integrator that make_formulation and kmp_runner_make_integrator lead to this one by. */
+static const kmp_solver_kind *integrator_of(const kmp_runner *run)
+{
+    return run->near_singular || kmp_runner_is_followed(run) ? kmp_runner_integrator(run) : run->kind;
+}
+
+static bool same_numbers(int count, const int *a, const int *b)
+{
+    return count == 0 || memcmp(a, b, (size_t)count * sizeof *a) == 0;
+}
+
+static bool is_same(const stretch *s, const kmp_runner *run)
+{
+    const kmp_partition *part = run->formulation->part;
+    return s->method == run->method && s->integrator == integrator_of(run) && s->near_singular == run->near_singular &&
+           s->walks == run->walks && s->by_bodies == run->by_bodies && s->part.p == part->p && s->part.r == part->r &&
+           same_numbers(part->p, s->part.u, part->u) && same_numbers(part->r, s->part.rows, part->rows) &&
+           memcmp(s->chart, run->eval->chart, chart_size(run)) == 0;
+}
+
+/* Completes the state at the start of the last step; what it says of a failure does not concern the run. */
+static void complete(kmp_runner *run, stretch *s)
+{
+    kmp_formulation *formulation = run->formulation;
+    kmp_text why = formulation->reason;
+    formulation->reason = (kmp_text){0};
+    s->t = kmp_runner_t_old(run);
+    s->known = run->kind->dense(run->solver, s->t, run->y, run->yp) == KEMPE_OK &&
+               kmp_formulation_row(formulation, s->t, run->y, s->row, &s->work) == KMP_GO;
+    kmp_text_free(&formulation->reason);
+    formulation->reason = why;
+}
+
+static bool add_stretch(kmp_recording *r, kmp_runner *run)
+{
+    stretch *room = kmp_arena_room(&r->arena, r->stretches, r->stretch_count, sizeof *room);
+    if (!room)
+        return false;
+    r->stretches = room;
+    stretch *s = &room[r->stretch_count];
+    *s = (stretch){.method = run->method,
+                   .integrator = integrator_of(run),
+                   .near_singular = run->near_singular,
+                   .walks = run->walks,
+                   .by_bodies = run->by_bodies,
+                   .chart = KMP_ARENA_NEW(&r->arena, double, chart_size(run) / sizeof(double)),
+                   .row = KMP_ARENA_NEW(&r->arena, double, 3 * run->s->n + run->s->m)};
+    if (r->arena.failed || !kmp_partition_copy(&s->part, run->formulation->part))
+        return false;
+    r->stretch_count++;
+    memcpy(s->chart, run->eval->chart, chart_size(run));
+    complete(run, s);
+    return true;
+}
+
+static bool add_step(kmp_recording *r, kmp_runner *run)
+{
+    kmp_number_stream stream = {0};
+    transfer_surroundings(run, &stream);
+    (void)transfer_polynomial(run, &stream);
+    step *room = kmp_arena_room(&r->arena, r->steps, r->step_count, sizeof *room);
+    double *numbers = KMP_ARENA_NEW(&r->arena, double, stream.count);
+    if (!room || !numbers)
+        return false;
+    r->steps = room;
+    stream = (kmp_number_stream){.at = numbers};
+    transfer_surroundings(run, &stream);
+    (void)transfer_polynomial(run, &stream);
+    r->steps[r->step_count++] = (step){.from = kmp_runner_t_old(run),
+                                       .to = kmp_runner_t(run),
+                                       .stretch = r->stretch_count - 1,
+                                       .count = stream.count,
+                                       .numbers = numbers};
+    return true;
+}
+
+kempe_status kmp_recording_add(kmp_recording *r, kmp_runner *run)
+{
+    if (r->step_count > 0 && !(kmp_runner_t(run) > r->steps[r->step_count - 1].to))
+        return KEMPE_OK;
+    bool goes_on = r->stretch_count > 0 && is_same(&r->stretches[r->stretch_count - 1], run);
+    return kmp_made(run->s->context, (goes_on || add_stretch(r, run)) && add_step(r, run));
+}
+
+void kmp_recording_take(kmp_recording *r, kmp_runner *run)
+{
+    r->runner = run;
+    if (!run)
+        return;
+    run->log = &run->own;
+    run->spec.log = NULL;
+    run->choice.open = run->brief = false;
+}
+
+void kmp_recording_keep_spec(kmp_recording *r, const kmp_run_spec *spec)
+{
+    if (r->runner)
+        r->runner->spec = *spec;
+}
+
+/* -- rows ------------------------------------------------------------------------------------------------ */
+
+bool kmp_recording_ends(const kmp_recording *r, double *from, double *until)
+{
+    if (!r->runner || r->step_count == 0)
+        return false;
+    *from = r->steps[0].from;
+    *until = r->steps[r->step_count - 1].to;
+    return true;
+}
+
+/* The step in which the run delivered rows at t: the first that ends there or later. */
+static const step *step_at(const kmp_recording *r, double t)
+{
+    int low = 0, high = r->step_count - 1;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (r->steps[middle].to < t)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return &r->steps[low];
+}
+
+/* Makes the formulation and the integrator of a stretch. */
+static kempe_status stand_in(kmp_runner *run, const stretch *s)
+{
+    int n = run->s->n;
+    kmp_runner_release_integrators(run);
+    if (run->formulation)
+        run->formulation->release(run->formulation);
+    run->formulation = NULL;
+    run->y = run->yp = NULL;
+    kmp_partition_free(&run->part);
+    KMP_TRY(kmp_made(run->s->context, kmp_partition_copy(&run->part, &s->part)));
+    run->method = s->method;
+    run->choice.kind = s->integrator;
+    run->near_singular = s->near_singular;
+    run->walks = s->walks;
+    run->by_bodies = s->by_bodies;
+    kmp_eval_set_charts(run->eval, s->chart);
+    kmp_eval_closure(run->eval, s->t, s->row);
+    kmp_eval_drop(run->eval, s->part.m - s->part.r, s->part.redundant);
+    memcpy(run->state, s->row, (size_t)(3 * n + run->s->m) * sizeof *s->row);
+    return kmp_runner_make(run, s->t, run->state, run->state + n, s->work);
+}
+
+/* Returns to a step. */
+static kempe_status stand_at(kmp_recording *r, const step *at)
+{
+    kmp_runner *run = r->runner;
+    const stretch *s = &r->stretches[at->stretch];
+    kmp_number_stream stream = {.at = at->numbers, .back = true};
+    if (!s->known)
+        return KEMPE_E_FAILED;
+    transfer_surroundings(run, &stream);
+    kmp_eval_set_modes(run->eval, run->eval->mode);
+    if (r->present != at->stretch) {
+        r->present = -1;
+        KMP_TRY(stand_in(run, s));
+        r->present = at->stretch;
+        stream.count = 0;
+        transfer_surroundings(run, &stream);
+    }
+    bool good = transfer_polynomial(run, &stream) && stream.count == at->count;
+    run->at_event = true;
+    run->event_t = at->to;
+    return good ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+kempe_status kmp_recording_row(kmp_recording *r, double t, double *row)
+{
+    kmp_runner *run = r->runner;
+    double work;
+    kmp_free(run->reason);
+    run->reason = NULL;
+    run->locks = false;
+    run->memory_failures = kmp_memory_failures();
+    kempe_status status = stand_at(r, step_at(r, t));
+    if (status == KEMPE_OK)
+        status = kmp_runner_row(run, t, row, &work);
+    status = kmp_runner_give_up(run, status, "the step cannot be taken up again", t);
+    if (status == KEMPE_OK || status == KEMPE_E_MEMORY)
+        return status;
+    return kmp_fail(run->s->context, KEMPE_E_FAILED, "the state at t = %.9g s cannot be completed: %s", t, run->reason);
+}
