@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ._native import lib
 from .arrays import Array, view, writable
@@ -11,19 +11,11 @@ from .display import trajectory_html
 from .lazy import np
 from .options import text_of
 from .result import Judged, Reported, TableOf
+from .stepper import State
 from .table import Table, column_name
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
-
-class States(NamedTuple):
-    """States between rows: arrays of n or m numbers, or one row for each time."""
-
-    q: Array
-    qd: Array
-    qdd: Array
-    lam: Array
 
 
 class Trajectory(Judged, Reported):
@@ -68,15 +60,17 @@ class Trajectory(Judged, Reported):
     def _rows(self, name: str, width: int) -> Array:
         return view(self._call(name)(self._pointer, 0), (len(self), width), self._pointer)
 
-    def at(self, t: ArrayLike) -> States:
-        """States at any time (s), or at several, of a run with `keep_dense=True`: as rows that the run had there."""
+    def at(self, t: ArrayLike) -> State:
+        """The state at any time (s) of a run with `keep_dense=True`, as a row that the run had there; of several times,
+        arrays with a row for each."""
         times = np.asarray(t, dtype=float)
         n, m = len(self._context.coordinates), len(self._context.rows)
-        states = States(*(np.empty((times.size, width)) for width in (n, n, n, m)))
+        parts = [np.empty((times.size, width)) for width in (n, n, n, m)]
         for k, time in enumerate(times.flat):
-            into = (writable(part[k], (part.shape[1],), "state") for part in states)
+            into = (writable(part[k], (part.shape[1],), "state") for part in parts)
             self._context.check(lib.kempe_trajectory_at, self._pointer, time, *into)
-        return States(*(part.reshape(times.shape + part.shape[1:]) for part in states))
+        q, qd, qdd, lam = (part.reshape(times.shape + part.shape[1:]) for part in parts)
+        return State(times[()], q, qd, qdd, lam)
 
     @property
     def names(self) -> tuple[str, ...]:

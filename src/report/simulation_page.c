@@ -129,7 +129,7 @@ static bool is_secondary(const char *name)
 /* The outputs that the model requests, as far as they are few. */
 static kempe_status choose_first(maker *w)
 {
-    KMP_TRY(kmp_made(w->t->system->context, kmp_columns_init(&w->own, w->t->system)));
+    KMP_TRY(kmp_made(w->t->system->context, kmp_columns_init(&w->own, w->t->system, w->t->system->model, NULL)));
     bool few = w->own.count - 1 <= KMP_PAGE_FIRST;
     int most = few ? KMP_PAGE_FIRST : KMP_PAGE_FIRST / 2;
     for (int k = 1; k < w->own.count && w->first_count < most; k++)
@@ -144,7 +144,7 @@ static kempe_status make(maker *w)
 {
     const kempe_system *system = w->t->system;
     KMP_TRY(record_run(w));
-    KMP_TRY(kmp_observed_init(&w->observed, system, NULL, MOST_COLUMNS, w->t->backend));
+    KMP_TRY(kmp_observed_init(&w->observed, system, NULL, MOST_COLUMNS, NULL));
     KMP_TRY(fill_table(w));
     KMP_TRY(choose_first(w));
     if (w->record.row.rows == 0)

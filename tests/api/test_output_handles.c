@@ -280,12 +280,37 @@ static void dead_centres(void)
     unload(&s);
 }
 
+/* Coordinates, rates, accelerations and multipliers are outputs like others. */
+static void arrays_of_the_state(void)
+{
+    loaded s = load_example("four_bar/four_bar");
+    kempe_outputs *o = NULL;
+    const double q[] = {0.1, 0.2, 0.3}, qd[] = {4, 5, 6}, qdd[] = {7, 8, 9}, lambda[] = {10, 11};
+    double values[11], j[33], jdqd[11];
+    CHECK(kempe_outputs_new(s.system, "q, qd(rocker), qdd, lambda(C), position(coupler.C).x, q(crank)", &o) ==
+          KEMPE_OK);
+    CHECK(kempe_outputs_count(o) == 10 && kempe_outputs_find(o, "lambda.C.2") == 8);
+    CHECK_TEXT(kempe_outputs_name(o, 3), "qd.rocker");
+    CHECK_TEXT(kempe_outputs_unit(o, 4), "rad/s^2");
+    CHECK(kempe_outputs_at(o, 0, q, qd, qdd, lambda, values) == KEMPE_OK);
+    const double expected[] = {0.1, 0.2, 0.3, qd[coordinate_named(&s, "rocker")], 7, 8, 9, 10, 11};
+    CHECK(memcmp(values, expected, sizeof expected) == 0);
+    CHECK(kempe_outputs_jacobian(o, 0, q, qd, j, jdqd) == KEMPE_OK);
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < 9; i++) {
+            double unit = i < 3 ? k == i : k == coordinate_named(&s, "rocker");
+            CHECK(i < 4 ? j[10 * k + i] == unit && jdqd[i] == 0 : isnan(j[10 * k + i]));
+        }
+    kempe_outputs_free(o);
+    unload(&s);
+}
+
 static void mistakes(void)
 {
     loaded s = load_example("four_bar/four_bar");
     kempe_outputs *o = NULL;
     CHECK(kempe_outputs_new(s.system, "position(coupler.X)", &o) == KEMPE_E_ARGUMENT && !o);
-    CHECK(kempe_outputs_new(s.system, "q(A)", &o) == KEMPE_E_ARGUMENT && !o);
+    CHECK(kempe_outputs_new(s.system, "q(X)", &o) == KEMPE_E_ARGUMENT && !o);
     CHECK(kempe_outputs_new(s.system, "position(coupler.C).y", &o) == KEMPE_OK);
     CHECK(kempe_outputs_count(o) == 1 && kempe_outputs_find(o, "position.coupler.C.y") == 0);
     CHECK(kempe_outputs_find(o, "x") == -1 && !kempe_outputs_name(o, 1));
@@ -300,6 +325,7 @@ int main(void)
     TEST(axes_turn);
     TEST(columns);
     TEST(dead_centres);
+    TEST(arrays_of_the_state);
     TEST(mistakes);
     return check_report();
 }

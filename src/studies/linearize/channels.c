@@ -98,28 +98,19 @@ static bool name_loads(kmp_channels *c)
 
 /* -- outputs ----------------------------------------------------------------------------------------- */
 
-static bool is_wanted(const kmp_column *of, const unsigned *parts)
-{
-    return of->output >= 0 && (!parts || parts[of->output] >> of->component & 1u);
-}
-
 /* The columns of a run's table that the outputs select; NULL parts: all. */
 static kempe_status take_columns(kmp_channels *c, const unsigned *parts, bool none, kmp_seen **seen)
 {
     kmp_columns columns;
-    int count = 0;
-    KMP_TRY(kmp_made(c->system->context, kmp_columns_init(&columns, c->system)));
-    for (int k = 0; k < columns.count && !none; k++)
-        count += is_wanted(&columns.of[k], parts);
+    KMP_TRY(kmp_made(c->system->context, kmp_columns_init(&columns, c->system, c->system->model, parts)));
+    int count = none ? 0 : columns.count - 1; /* without time */
     *seen = KMP_ARENA_NEW(&c->arena, kmp_seen, count);
     bool ok = names_init(c, &c->outputs, count);
-    for (int k = 0, at = 0; ok && at < count; k++) {
-        const kmp_column *of = &columns.of[k];
-        if (!is_wanted(of, parts))
-            continue;
-        (*seen)[at] = (kmp_seen){(kmp_seen_in)of->quantity, of->index};
-        c->outputs.name[at] = kmp_arena_strdup(&c->arena, columns.name[k]);
-        c->outputs.unit[at++] = kmp_arena_strdup(&c->arena, columns.unit[k]);
+    for (int k = 0; ok && k < count; k++) {
+        const kmp_column *of = &columns.of[k + 1];
+        (*seen)[k] = (kmp_seen){(kmp_seen_in)of->quantity, of->index};
+        c->outputs.name[k] = kmp_arena_strdup(&c->arena, columns.name[k + 1]);
+        c->outputs.unit[k] = kmp_arena_strdup(&c->arena, columns.unit[k + 1]);
     }
     kmp_columns_free(&columns);
     return c->arena.failed ? kmp_fail_memory(c->system->context) : KEMPE_OK;

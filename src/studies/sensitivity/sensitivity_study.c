@@ -216,11 +216,10 @@ bool kmp_sensitivity_add_column(kempe_sensitivity *s, const char *name, const ch
 
 bool kmp_sensitivity_choose(kempe_sensitivity *s)
 {
-    bool ok = kmp_columns_init(&s->outputs, s->system);
+    bool ok = kmp_columns_init(&s->outputs, s->system, s->system->model, s->parts);
     s->chosen = ok ? KMP_ARENA_NEW(&s->arena, int, s->outputs.count) : NULL;
     for (int k = 0; s->chosen && ok && k < s->outputs.count; k++) {
-        const kmp_column *of = &s->outputs.of[k];
-        if (of->output < 0 || (s->parts && !(s->parts[of->output] >> of->component & 1u)))
+        if (s->outputs.of[k].output < 0)
             continue;
         s->chosen[s->columns] = k;
         ok = kmp_sensitivity_add_column(s, s->outputs.name[k], s->outputs.unit[k]);

@@ -46,11 +46,19 @@ static void add(kmp_columns *columns, kmp_text *name, const char *unit, kmp_colu
     kmp_text_free(name);
 }
 
-static void add_computed(kmp_columns *columns, const kempe_model *model, int o, int first)
+/* Components beyond the bits have no words of their own. */
+static bool is_part(const unsigned *parts, int o, int component)
+{
+    return !parts || component >= 32 || parts[o] >> component & 1u;
+}
+
+static void add_computed(kmp_columns *columns, const kempe_model *model, const unsigned *parts, int o, int first)
 {
     const kmp_output *output = &model->outputs[o];
     for (int k = 0; k < kmp_output_width(model, output); k++) {
         kmp_text name = {0};
+        if (!is_part(parts, o, k))
+            continue;
         kmp_output_column(&name, model, output, k);
         add(columns, &name, kmp_output_unit(model, output, k), (kmp_column){KMP_QUANTITIES, first + k, o, k});
     }
@@ -64,9 +72,9 @@ static kmp_column from_table(const kempe_system *system, kmp_quantity quantity, 
     return (kmp_column){state ? KMP_QUANTITY_QD : quantity, index, output, 0};
 }
 
-static void add_from_table(kmp_columns *columns, const kempe_system *system, int o)
+static void add_from_table(kmp_columns *columns, const kempe_system *system, const kempe_model *model, int o)
 {
-    const kmp_output *output = &system->model->outputs[o];
+    const kmp_output *output = &model->outputs[o];
     kmp_quantity quantity = quantity_of(output->kind);
     for (int k = 0; k < kmp_quantity_size(system, quantity); k++) {
         kmp_text name = {0};
@@ -78,20 +86,19 @@ static void add_from_table(kmp_columns *columns, const kempe_system *system, int
 }
 
 /* The number of columns if every output had all that it could have. */
-static int most_columns(const kempe_system *system)
+static int most_columns(const kempe_system *system, const kempe_model *model)
 {
     int most = 1;
-    for (int o = 0; o < system->model->output_count; o++) {
-        const kmp_output *output = &system->model->outputs[o];
-        int width = kmp_output_width(system->model, output);
+    for (int o = 0; o < model->output_count; o++) {
+        const kmp_output *output = &model->outputs[o];
+        int width = kmp_output_width(model, output);
         most += width > 0 ? width : kmp_quantity_size(system, quantity_of(output->kind));
     }
     return most;
 }
 
-static void put_all(kmp_columns *columns, const kempe_system *system)
+static void put_all(kmp_columns *columns, const kempe_system *system, const kempe_model *model, const unsigned *parts)
 {
-    const kempe_model *model = system->model;
     kmp_text time = {0};
     int shown = 0;
     kmp_text_put(&time, "t");
@@ -99,22 +106,22 @@ static void put_all(kmp_columns *columns, const kempe_system *system)
     for (int o = 0; o < model->output_count; o++) {
         int width = kmp_output_width(model, &model->outputs[o]);
         if (!is_repeated(model, o) && width > 0)
-            add_computed(columns, model, o, shown);
+            add_computed(columns, model, parts, o, shown);
         else if (!is_repeated(model, o))
-            add_from_table(columns, system, o);
+            add_from_table(columns, system, model, o);
         shown += width;
     }
 }
 
-bool kmp_columns_init(kmp_columns *columns, const kempe_system *system)
+bool kmp_columns_init(kmp_columns *columns, const kempe_system *system, const kempe_model *model, const unsigned *parts)
 {
-    int most = most_columns(system);
+    int most = most_columns(system, model);
     *columns = (kmp_columns){0};
     columns->name = KMP_ARENA_NEW(&columns->arena, char *, most);
     columns->unit = KMP_ARENA_NEW(&columns->arena, const char *, most);
     columns->of = KMP_ARENA_NEW(&columns->arena, kmp_column, most);
     if (!columns->arena.failed)
-        put_all(columns, system);
+        put_all(columns, system, model, parts);
     bool ok = !columns->arena.failed;
     if (!ok)
         kmp_columns_free(columns);

@@ -19,8 +19,10 @@ typedef struct kmp_columns {
     kmp_arena arena;
 } kmp_columns;
 
-/** false: no memory. */
-bool kmp_columns_init(kmp_columns *columns, const kempe_system *system);
+/** Columns of the outputs of a model with the coordinates and rows of a system: its own or a copy with other outputs.
+ * `parts`: by output, a bit for each requested component; NULL: all. false: no memory. */
+bool kmp_columns_init(kmp_columns *columns, const kempe_system *system, const kempe_model *model,
+                      const unsigned *parts);
 void kmp_columns_free(kmp_columns *columns);
 
 /** The values (count) of a row; NaN where there is none. */

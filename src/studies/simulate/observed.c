@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/simulate/observed.h"
-#include "constraints/rounding/mend.h"
 #include "model/tables/output_table.h"
 #include "model/tables/requested.h"
+#include <string.h>
 
 /* -- all outputs of a model -------------------------------------------------------------------------- */
 
@@ -106,46 +106,107 @@ static kempe_status list_all(kmp_observed *o, int most)
     return KEMPE_OK;
 }
 
+/* -- the program ------------------------------------------------------------------------------------- */
+
+static kmp_ref *values_of(const kmp_observed *o, const kmp_equations *eq)
+{
+    static const kmp_input_kind kind[] = {[KMP_QUANTITY_Q] = KMP_IN_Q,
+                                          [KMP_QUANTITY_QD] = KMP_IN_QD,
+                                          [KMP_QUANTITY_QDD] = KMP_IN_QDD,
+                                          [KMP_QUANTITY_LAMBDA] = KMP_IN_LAMBDA};
+    kmp_ref *value = KMP_GRAPH_NEW(eq->graph, kmp_ref, o->columns.count);
+    for (int c = 1; value && c < o->columns.count; c++) {
+        const kmp_column *of = &o->columns.of[c];
+        value[c - 1] = of->quantity == KMP_QUANTITIES ? eq->shown[of->index]
+                                                      : kmp_input(eq->graph, kind[of->quantity], (uint32_t)of->index);
+    }
+    return value;
+}
+
+static kempe_status make_program(kmp_observed *o, const kmp_equations *eq, const kmp_observed_stages *more)
+{
+    int count = o->columns.count - 1, counts[1 + KMP_OBSERVED_ADDED] = {count};
+    const kmp_ref *value = values_of(o, eq), *groups[1 + KMP_OBSERVED_ADDED] = {value};
+    if (value && more)
+        more->make(more->user, eq, count, value, counts + 1, groups + 1);
+    if (!kmp_graph_failed(eq->graph))
+        o->program = kmp_program_new(eq->graph, more ? 1 + KMP_OBSERVED_ADDED : 1, counts, groups);
+    o->machine = o->program ? kmp_machine_new(o->program, kmp_backend_find(kmp_backend_default())) : NULL;
+    return o->machine ? KEMPE_OK : KEMPE_E_MEMORY;
+}
+
+/* Rows h are derived too: their multipliers may be part of outputs. */
+static kempe_status derive(kmp_observed *o, const kmp_observed_stages *more)
+{
+    const kmp_scene scene = {.sets = KMP_SET_OUTPUT | KMP_SET_CLOSURE | (more ? KMP_SET_JDQD : 0), .plain = true};
+    kmp_equations eq;
+    KMP_TRY(kmp_equations_derive_once(&eq, kmp_variant_model(o->variant), &scene));
+    kempe_status status = make_program(o, &eq, more);
+    kmp_equations_free(&eq);
+    return status;
+}
+
 /* -- observing --------------------------------------------------------------------------------------- */
 
-static kempe_status make(kmp_observed *o, const kempe_system *system, const char *words, int most, const char *backend)
+static kempe_status make(kmp_observed *o, const char *words, int most, const kmp_observed_stages *more)
 {
-    KMP_TRY(kmp_variant_new(system->model, 0, NULL, &o->variant));
-    KMP_TRY(words ? kmp_requested_outputs(kmp_variant_model(o->variant), words, &o->parts) : list_all(o, most));
-    KMP_TRY(kmp_system_of_variant(o->variant, &o->system));
-    kempe_system_set_force(o->system, system->force, system->force_user);
-    o->eval = kmp_eval_new(o->system, backend);
-    if (!o->eval)
+    unsigned *parts = NULL;
+    KMP_TRY(kmp_variant_new(o->system->model, 0, NULL, &o->variant));
+    kempe_model *copy = kmp_variant_model(o->variant);
+    KMP_TRY(words ? kmp_requested_outputs(copy, words, &parts) : list_all(o, most));
+    if (!kmp_columns_init(&o->columns, o->system, copy, parts))
         return KEMPE_E_MEMORY;
-    return kmp_columns_init(&o->columns, o->system) ? KEMPE_OK : kmp_fail_memory(system->context);
+    KMP_TRY(derive(o, more));
+    o->zero = KMP_ARENA_NEW(&o->arena, double, o->system->n + o->system->m);
+    if (!kmp_present_inputs_init(&o->inputs, &o->arena, o->system->model) || o->arena.failed)
+        return KEMPE_E_MEMORY;
+    o->inputs.before = true;
+    kmp_machine_set(o->machine, KMP_IN_PARAMETER, o->system->parameters);
+    (void)kmp_machine_run(o->machine, 0);
+    return KEMPE_OK;
 }
 
 kempe_status kmp_observed_init(kmp_observed *observed, const kempe_system *system, const char *words, int most,
-                               const char *backend)
+                               const kmp_observed_stages *more)
 {
-    *observed = (kmp_observed){0};
-    kempe_status status = make(observed, system, words, most, backend);
+    *observed = (kmp_observed){.system = system};
+    kempe_status status = make(observed, words, most, more);
     if (status != KEMPE_OK)
         kmp_observed_free(observed);
-    return status;
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory(system->context) : status;
 }
 
 void kmp_observed_free(kmp_observed *observed)
 {
+    kmp_machine_free(observed->machine);
+    kmp_program_free(observed->program);
     kmp_columns_free(&observed->columns);
-    kmp_eval_free(observed->eval);
-    kempe_system_free(observed->system);
     kmp_variant_free(observed->variant);
+    kmp_arena_free(&observed->arena);
     *observed = (kmp_observed){0};
 }
 
-void kmp_observed_fill(const kmp_observed *o, const kmp_samples *samples, int row, double *values)
+void kmp_observed_place(kmp_observed *o, double t, const double *q, const double *qd, const double *qdd,
+                        const double *lambda)
 {
-    kmp_columns_fill(samples, &o->columns, o->eval, row, values);
+    kmp_machine_set(o->machine, KMP_IN_TIME, kmp_present_inputs_at(&o->inputs, t));
+    kmp_machine_set(o->machine, KMP_IN_Q, q);
+    kmp_machine_set(o->machine, KMP_IN_QD, qd ? qd : o->zero);
+    kmp_machine_set(o->machine, KMP_IN_QDD, qdd ? qdd : o->zero);
+    kmp_machine_set(o->machine, KMP_IN_LAMBDA, lambda ? lambda : o->zero);
 }
 
-bool kmp_observed_has(const kmp_observed *o, int column)
+void kmp_observed_at(kmp_observed *o, double t, const double *q, const double *qd, const double *qdd,
+                     const double *lambda, double *values)
 {
-    const kmp_column *of = &o->columns.of[column];
-    return of->output < 0 || !o->parts || o->parts[of->output] >> of->component & 1u;
+    kmp_observed_place(o, t, q, qd, qdd, lambda);
+    memcpy(values, kmp_machine_run(o->machine, KMP_OBSERVED_VALUES), (size_t)(o->columns.count - 1) * sizeof *values);
+}
+
+void kmp_observed_fill(kmp_observed *o, const kmp_samples *samples, int row, double *values)
+{
+    values[0] = kmp_samples_time(samples, row);
+    kmp_observed_at(o, values[0], kmp_samples_get(samples, KMP_QUANTITY_Q, row),
+                    kmp_samples_get(samples, KMP_QUANTITY_QD, row), kmp_samples_get(samples, KMP_QUANTITY_QDD, row),
+                    kmp_samples_get(samples, KMP_QUANTITY_LAMBDA, row), values + 1);
 }

@@ -1,28 +1,47 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Outputs of a mechanism other than those that its model requests, at states that are known already: columns of a
- * system derived with these outputs. */
+/* Outputs of a mechanism, whether or not its model requests them, at states that are known already: one program with a
+ * value for each column. */
 #pragma once
 
+#include "backend/x86/machine.h"
+#include "constraints/evaluation/present_inputs.h"
+#include "dynamics/equations.h"
 #include "model/variant.h"
 #include "studies/simulate/columns.h"
 
+/* The stage of the values, and the first and number of those that a caller may add. */
+enum { KMP_OBSERVED_VALUES = 1, KMP_OBSERVED_MORE, KMP_OBSERVED_ADDED = 2 };
+
 typedef struct kmp_observed {
-    kmp_variant *variant;
-    kempe_system *system;
-    kmp_evaluator *eval;
+    const kempe_system *system;
+    kmp_variant *variant; /* a copy of the model with these outputs */
     kmp_columns columns;
-    unsigned *parts; /* by output of its model: a bit for each requested component; NULL: all */
-    int left_out;    /* outputs of the model that are not observed */
+    kmp_program *program;
+    kmp_machine *machine;
+    kmp_present_inputs inputs;
+    kmp_arena arena;
+    double *zero; /* n + m */
+    int left_out; /* outputs of the model that are not observed */
 } kmp_observed;
 
+/** Further stages: their counts and outputs, from the columns without time and their values. */
+typedef struct kmp_observed_stages {
+    void *user;
+    void (*make)(void *user, const kmp_equations *eq, int count, const kmp_ref *value, int *counts,
+                 const kmp_ref **groups);
+} kmp_observed_stages;
+
 /** `words`: as `outputs` in the file, each with a component if one alone is requested; NULL: those of the model, then
- * all others of up to `most` columns. KEMPE_E_ARGUMENT: a wrong word. */
+ * all others of up to `most` columns. `more`: NULL for none. KEMPE_E_ARGUMENT: a wrong word. */
 kempe_status kmp_observed_init(kmp_observed *observed, const kempe_system *system, const char *words, int most,
-                               const char *backend);
+                               const kmp_observed_stages *more);
 void kmp_observed_free(kmp_observed *observed);
 
-/** The values of all columns (columns.count) at a row of samples. */
-void kmp_observed_fill(const kmp_observed *observed, const kmp_samples *samples, int row, double *values);
+/** Sets a state (NULL: zero) with its inputs; kmp_observed_at gives the values, without time. */
+void kmp_observed_place(kmp_observed *observed, double t, const double *q, const double *qd, const double *qdd,
+                        const double *lambda);
+void kmp_observed_at(kmp_observed *observed, double t, const double *q, const double *qd, const double *qdd,
+                     const double *lambda, double *values);
 
-/** True if a column is one that the words request. */
-bool kmp_observed_has(const kmp_observed *observed, int column);
+/** All columns (columns.count) at a row of samples. */
+void kmp_observed_fill(kmp_observed *observed, const kmp_samples *samples, int row, double *values);

@@ -4,11 +4,8 @@
 #include "base/memory.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
-#include "dynamics/equations.h"
 #include "model/tables/coordinates.h"
-#include "model/tables/output_table.h"
-#include "model/tables/requested.h"
-#include "model/variant.h"
+#include "studies/simulate/observed.h"
 #include "studies/simulate/stepper_inside.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
@@ -17,117 +14,68 @@
 #include <math.h>
 #include <string.h>
 
-/* Stages of the program: values; J by columns and jdqd; jdqd of the closures. */
-enum { VALUES = 1, SLOPES, CLOSURES };
+/* Stages of the program beyond the values: J by columns and jdqd; jdqd of the closures. */
+enum { SLOPES = KMP_OBSERVED_MORE, CLOSURES };
 
 struct kempe_outputs {
     const kempe_system *system;
     kmp_arena arena;
-    kmp_variant *variant; /* a copy of the model with these outputs */
+    kmp_observed observed;
     int n, m, count;
-    char **name;
-    const char **unit;
-    bool *moves; /* of each value: it has a Jacobian */
-    kmp_program *program;
-    kmp_machine *machine;
-    kmp_present_inputs inputs;
+    bool *moves;         /* of each value: it has a Jacobian */
     kmp_evaluator *eval; /* of the closures, for the tangent */
     kmp_partition start, part;
     bool own; /* `part` is the caller's choice; otherwise `start` is in use */
     kmp_reduction red;
-    bool reduces;        /* `red` is there */
-    double *zero, *rate; /* n + m zeros; n */
-    double *slope;       /* count x n, and count: J and jdqd */
+    bool reduces;  /* `red` is there */
+    double *rate;  /* n */
+    double *slope; /* count x n, and count: J and jdqd */
 };
 
 /* -- the program ------------------------------------------------------------------------------------- */
-
-typedef struct wanted {
-    int count;
-    kmp_ref *value, *slope; /* count; count x n, then count */
-} wanted;
 
 static unsigned depends_on(const kmp_graph *g, kmp_ref x)
 {
     return kmp_graph_node(g, kmp_id(x))->depends;
 }
 
-/* The components that the words name, out of all that their outputs have. */
-static void pick(kempe_outputs *o, const kmp_equations *eq, const unsigned *parts, wanted *w)
-{
-    const kempe_model *model = eq->model;
-    for (int i = 0, at = 0; i < model->output_count; i++)
-        for (int k = 0; k < kmp_output_width(model, &model->outputs[i]); k++, at++) {
-            kmp_text name = {0};
-            if (k < 32 && !(parts[i] >> k & 1))
-                continue;
-            kmp_output_column(&name, model, &model->outputs[i], k);
-            o->name[w->count] = kmp_text_keep(&name, &o->arena);
-            o->unit[w->count] = kmp_output_unit(model, &model->outputs[i], k);
-            w->value[w->count++] = eq->shown[at];
-        }
-}
-
 /* J by q, of outputs that depend on rates by qd; jdqd is the second, or the first, total derivative by time. */
-static void differentiate(kempe_outputs *o, const kmp_equations *eq, const wanted *w)
+static void differentiate(kempe_outputs *o, const kmp_equations *eq, int count, const kmp_ref *value, kmp_ref *slope)
 {
     kmp_graph *g = eq->graph;
     const unsigned late = 1u << KMP_IN_QDD | 1u << KMP_IN_LAMBDA;
     kmp_derivative *d = kmp_time_derivative(&eq->tree);
-    kmp_ref *by = KMP_GRAPH_NEW(g, kmp_ref, 2 * w->count * o->n);
+    kmp_ref *by = KMP_GRAPH_NEW(g, kmp_ref, 2 * count * o->n);
     if (!by)
         return;
-    kmp_ref *by_rates = by + w->count * o->n;
-    kmp_partials_all(g, w->count, w->value, KMP_IN_Q, o->n, by);
-    kmp_partials_all(g, w->count, w->value, KMP_IN_QD, o->n, by_rates);
-    for (int i = 0; i < w->count; i++) {
-        unsigned depends = depends_on(g, w->value[i]);
+    kmp_ref *by_rates = by + count * o->n;
+    kmp_partials_all(g, count, value, KMP_IN_Q, o->n, by);
+    kmp_partials_all(g, count, value, KMP_IN_QD, o->n, by_rates);
+    for (int i = 0; i < count; i++) {
+        unsigned depends = depends_on(g, value[i]);
         bool rates = depends & 1u << KMP_IN_QD;
         o->moves[i] = !(depends & late);
-        kmp_ref rate = rates ? w->value[i] : kmp_derivative_of(d, w->value[i]);
+        kmp_ref rate = rates ? value[i] : kmp_derivative_of(d, value[i]);
         for (int k = 0; k < o->n && o->moves[i]; k++)
-            w->slope[k * w->count + i] = (rates ? by_rates : by)[i * o->n + k];
-        w->slope[o->n * w->count + i] = o->moves[i] ? kmp_derivative_of(d, rate) : KMP_ZERO;
+            slope[k * count + i] = (rates ? by_rates : by)[i * o->n + k];
+        slope[o->n * count + i] = o->moves[i] ? kmp_derivative_of(d, rate) : KMP_ZERO;
     }
     kmp_derivative_free(d);
 }
 
-static kempe_status make_program(kempe_outputs *o, kmp_equations *eq, const unsigned *parts)
+static void make_slopes(void *user, const kmp_equations *eq, int count, const kmp_ref *value, int *counts,
+                        const kmp_ref **groups)
 {
-    int width = eq->shown_count;
-    wanted w = {.value = KMP_GRAPH_NEW(eq->graph, kmp_ref, width),
-                .slope = KMP_GRAPH_NEW(eq->graph, kmp_ref, width * (o->n + 1))};
-    o->name = KMP_ARENA_NEW(&o->arena, char *, width);
-    o->unit = KMP_ARENA_NEW(&o->arena, const char *, width);
-    o->moves = KMP_ARENA_NEW(&o->arena, bool, width);
-    if (!w.value || !w.slope || o->arena.failed)
-        return KEMPE_E_MEMORY;
-    pick(o, eq, parts, &w);
-    o->count = w.count;
-    differentiate(o, eq, &w);
-    const int counts[] = {w.count, w.count * (o->n + 1), o->m};
-    const kmp_ref *const groups[] = {w.value, w.slope, eq->jdqd};
-    o->program = kmp_graph_failed(eq->graph) ? NULL : kmp_program_new(eq->graph, 3, counts, groups);
-    o->machine = o->program ? kmp_machine_new(o->program, kmp_backend_find(kmp_backend_default())) : NULL;
-    return o->machine && !o->arena.failed ? KEMPE_OK : KEMPE_E_MEMORY;
-}
-
-/* Rows h are derived too: their multipliers may be part of outputs. */
-static kempe_status derive(kempe_outputs *o, const char *words)
-{
-    const kmp_scene scene = {.sets = KMP_SET_OUTPUT | KMP_SET_CLOSURE | KMP_SET_JDQD, .plain = true};
-    kempe_model *copy = kmp_variant_model(o->variant);
-    unsigned *parts = NULL;
-    kmp_equations eq;
-    KMP_TRY(kmp_requested_outputs(copy, words, &parts));
-    for (int i = 0; i < copy->output_count; i++)
-        if (kmp_output_width(copy, &copy->outputs[i]) == 0)
-            return kmp_fail(o->system->context, KEMPE_E_ARGUMENT,
-                            "q, qd, qdd and lambda are no outputs by handle: they are arrays of the state");
-    KMP_TRY(kmp_equations_derive_once(&eq, copy, &scene));
-    kempe_status status = make_program(o, &eq, parts);
-    kmp_equations_free(&eq);
-    return status;
+    kempe_outputs *o = user;
+    kmp_ref *slope = KMP_GRAPH_NEW(eq->graph, kmp_ref, count * (o->n + 1));
+    o->count = count;
+    o->moves = KMP_ARENA_NEW(&o->arena, bool, count);
+    if (slope && o->moves)
+        differentiate(o, eq, count, value, slope);
+    counts[0] = count * (o->n + 1);
+    groups[0] = slope;
+    counts[1] = o->m;
+    groups[1] = eq->jdqd;
 }
 
 /* -- new and free ------------------------------------------------------------------------------------ */
@@ -159,20 +107,15 @@ static kempe_status choose_at_start(kempe_outputs *o)
 
 static kempe_status make(kempe_outputs *o, const char *words)
 {
-    kempe_context *context = o->system->context;
-    KMP_TRY(kmp_variant_new(o->system->model, 0, NULL, &o->variant));
-    KMP_TRY(derive(o, words));
+    const kmp_observed_stages slopes = {o, make_slopes};
+    KMP_TRY(kmp_observed_init(&o->observed, o->system, words, 0, &slopes));
     o->eval = kmp_eval_new_of_closures(o->system);
-    o->zero = KMP_ARENA_NEW(&o->arena, double, o->n + o->m);
     o->rate = KMP_ARENA_NEW(&o->arena, double, o->n);
     o->slope = KMP_ARENA_NEW(&o->arena, double, o->count *(o->n + 1));
-    if (!o->eval || !kmp_present_inputs_init(&o->inputs, &o->arena, o->system->model) || o->arena.failed)
+    if (!o->eval || o->arena.failed)
         return KEMPE_E_MEMORY;
-    o->inputs.before = true;
-    kmp_machine_set(o->machine, KMP_IN_PARAMETER, o->system->parameters);
-    (void)kmp_machine_run(o->machine, 0);
     KMP_TRY(choose_at_start(o));
-    kmp_context_clear(context);
+    kmp_context_clear(o->system->context);
     return KEMPE_OK;
 }
 
@@ -200,9 +143,7 @@ void kempe_outputs_free(kempe_outputs *o)
     kmp_partition_free(&o->start);
     kmp_partition_free(&o->part);
     kmp_eval_free(o->eval);
-    kmp_machine_free(o->machine);
-    kmp_program_free(o->program);
-    kmp_variant_free(o->variant);
+    kmp_observed_free(&o->observed);
     kmp_arena_free(&o->arena);
     kmp_free(o);
 }
@@ -216,33 +157,23 @@ int kempe_outputs_count(const kempe_outputs *outputs)
 
 const char *kempe_outputs_name(const kempe_outputs *outputs, int k)
 {
-    return outputs && k >= 0 && k < outputs->count ? outputs->name[k] : NULL;
+    return outputs && k >= 0 && k < outputs->count ? outputs->observed.columns.name[k + 1] : NULL;
 }
 
 const char *kempe_outputs_unit(const kempe_outputs *outputs, int k)
 {
-    return outputs && k >= 0 && k < outputs->count ? outputs->unit[k] : "";
+    return outputs && k >= 0 && k < outputs->count ? outputs->observed.columns.unit[k + 1] : "";
 }
 
 int kempe_outputs_find(const kempe_outputs *outputs, const char *name)
 {
     for (int k = 0; name && k < kempe_outputs_count(outputs); k++)
-        if (strcmp(outputs->name[k], name) == 0)
+        if (strcmp(kempe_outputs_name(outputs, k), name) == 0)
             return k;
     return -1;
 }
 
 /* -- values ------------------------------------------------------------------------------------------ */
-
-static void place(kempe_outputs *o, double t, const double *q, const double *qd, const double *qdd,
-                  const double *lambda)
-{
-    kmp_machine_set(o->machine, KMP_IN_TIME, kmp_present_inputs_at(&o->inputs, t));
-    kmp_machine_set(o->machine, KMP_IN_Q, q);
-    kmp_machine_set(o->machine, KMP_IN_QD, qd ? qd : o->zero);
-    kmp_machine_set(o->machine, KMP_IN_QDD, qdd ? qdd : o->zero);
-    kmp_machine_set(o->machine, KMP_IN_LAMBDA, lambda ? lambda : o->zero);
-}
 
 kempe_status kempe_outputs_at(kempe_outputs *o, double t, const double *q, const double *qd, const double *qdd,
                               const double *lambda, double *values)
@@ -250,8 +181,7 @@ kempe_status kempe_outputs_at(kempe_outputs *o, double t, const double *q, const
     KMP_WANTED(NULL, o, "outputs");
     KMP_WANTED(o->system->context, q, "q");
     KMP_WANTED(o->system->context, values, "values");
-    place(o, t, q, qd, qdd, lambda);
-    memcpy(values, kmp_machine_run(o->machine, VALUES), (size_t)o->count * sizeof *values);
+    kmp_observed_at(&o->observed, t, q, qd, qdd, lambda, values);
     return KEMPE_OK;
 }
 
@@ -267,12 +197,13 @@ kempe_status kempe_outputs_at_stepper(kempe_outputs *o, const kempe_stepper *s, 
     KMP_WANTED(o->system->context, s, "stepper");
     KMP_WANTED(o->system->context, values, "values");
     KMP_TRY(check_system(o, s->system));
-    kmp_present_inputs_copy(&o->inputs, kmp_runner_inputs(s->runner));
-    o->inputs.held = true;
+    kmp_present_inputs *inputs = &o->observed.inputs;
+    kmp_present_inputs_copy(inputs, kmp_runner_inputs(s->runner));
+    inputs->held = true;
     kempe_status status = kempe_outputs_at(o, s->t, kempe_stepper_q(s), kempe_stepper_qd(s), kempe_stepper_qdd(s),
                                            kempe_stepper_lambda(s), values);
-    memset(o->inputs.replaced, 0, (size_t)o->inputs.count * sizeof *o->inputs.replaced);
-    o->inputs.held = false;
+    memset(inputs->replaced, 0, (size_t)inputs->count * sizeof *inputs->replaced);
+    inputs->held = false;
     return status;
 }
 
@@ -294,9 +225,9 @@ kempe_status kempe_outputs_at_row(kempe_outputs *o, const kempe_trajectory *t, i
 /* J and jdqd at a state, owned by the machine. */
 static const double *slopes_at(kempe_outputs *o, double t, const double *q, const double *qd)
 {
-    place(o, t, q, qd, NULL, NULL);
-    (void)kmp_machine_run(o->machine, VALUES);
-    return kmp_machine_run(o->machine, SLOPES);
+    kmp_observed_place(&o->observed, t, q, qd, NULL, NULL);
+    (void)kmp_machine_run(o->observed.machine, KMP_OBSERVED_VALUES);
+    return kmp_machine_run(o->observed.machine, SLOPES);
 }
 
 kempe_status kempe_outputs_jacobian(kempe_outputs *o, double t, const double *q, const double *qd, double *jacobian,
@@ -391,7 +322,7 @@ static void find_drift(kempe_outputs *o, double *drift)
     int n = o->n;
     memset(o->rate, 0, (size_t)n * sizeof *o->rate);
     if (o->m > 0) {
-        kmp_reduction_push(&o->red, -1, kmp_machine_run(o->machine, CLOSURES), o->rate);
+        kmp_reduction_push(&o->red, -1, kmp_machine_run(o->observed.machine, CLOSURES), o->rate);
     }
     for (int i = 0; i < o->count; i++) {
         drift[i] = o->slope[n * o->count + i];

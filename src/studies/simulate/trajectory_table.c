@@ -21,7 +21,8 @@ static void fill_rows(kempe_table *table, const void *result)
     const kempe_trajectory *t = result;
     kmp_evaluator *eval = kmp_eval_new(t->system, t->backend);
     kmp_columns columns = {0};
-    double *values = eval && kmp_columns_init(&columns, t->system) ? KMP_NEW(double, columns.count) : NULL;
+    double *values =
+        eval && kmp_columns_init(&columns, t->system, t->system->model, NULL) ? KMP_NEW(double, columns.count) : NULL;
     if (values)
         put_rows(table, t, &columns, eval, values);
     else
@@ -51,18 +52,15 @@ kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const ch
 
 /* -- outputs by name --------------------------------------------------------------------------------- */
 
-static void fill_outputs(kempe_table *table, const kempe_trajectory *t, const kmp_observed *o)
+static void fill_outputs(kempe_table *table, const kempe_trajectory *t, kmp_observed *o)
 {
     double *values = KMP_NEW(double, o->columns.count);
     for (int c = 0; c < o->columns.count; c++)
-        if (kmp_observed_has(o, c))
-            kmp_tabulate_column(table, o->columns.unit[c], "%s", o->columns.name[c]);
+        kmp_tabulate_column(table, o->columns.unit[c], "%s", o->columns.name[c]);
     for (int row = 0; values && row < t->table.rows; row++) {
         kmp_observed_fill(o, &t->table, row, values);
         kmp_tabulate_row(table);
-        for (int c = 0; c < o->columns.count; c++)
-            if (kmp_observed_has(o, c))
-                kmp_tabulate_number(table, values[c]);
+        kmp_tabulate_numbers(table, o->columns.count, values);
     }
     if (!values)
         kmp_tabulate_fail(table);
@@ -77,7 +75,7 @@ kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajectory, const 
     KMP_WANTED(context, table, "table");
     kmp_observed o;
     kmp_context_clear(context);
-    KMP_TRY(kmp_observed_init(&o, trajectory->system, names, 0, trajectory->backend));
+    KMP_TRY(kmp_observed_init(&o, trajectory->system, names, 0, NULL));
     kempe_table *made = kmp_tabulate(context, "outputs");
     fill_outputs(made, trajectory, &o);
     kmp_observed_free(&o);
