@@ -24,8 +24,9 @@ Every key, kind, function, unit and output of the model language, with its secti
 """
 OWNERS = {"model": "model", "edge": "joint between two bodies", "piece": "piece of a course", "irregularity": "irregularities",
           "algebraic": "implicit variables", "inertia": "inertia"}
-FORCES = {"JOINT": "force", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPRING": "spring in a joint", "STOPS": "joint limits",
+FORCES = {"JOINT": "force", "LINE": "force along a line", "CYLINDER": "cylinder", "TORSION": "torsion", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPRING": "spring in a joint", "STOPS": "joint limits",
           "FRICTION": "friction", "POINT": "force at a point", "BODY": "torque on a body"}
+LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "torque against a growing angle, by `angle` and `rate`"}
 NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`",
          "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
 ARGUMENTS = {"LOOP": "(LOOP)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
@@ -122,10 +123,17 @@ def place_lines(kind, place, word):
     meaning = {"spring": "numbers of the spring, below" if place == "joint" else "its two points `[BODY.POINT, BODY.POINT]`"}
     for key in ("torque", "force"):  # "on a rotation, or three components .."
         value_of[key] = "three expressions" if kind in ("POINT", "BODY") else "expression"
-        meaning[key] = rows[key].meaning.split(", or ")[kind in ("POINT", "BODY")]
+        meaning[key] = LAWS.get(kind) or rows[key].meaning.split(", or ")[kind in ("POINT", "BODY")]
+    meaning["pressure"] = rows["pressure"].meaning.split(": ", 1)[1]
     for key in [place, *{"NULL": (), "effort": ("torque", "force")}.get(word, (word,))]:
         absent = "one of the two" if word == "effort" and key != place else "required"
         yield f"`{key}`", value(value_of.get(key, rows[key].value), rows[key].unit), absent, meaning.get(key, rows[key].meaning)
+
+
+def more_lines(kind):
+    """Further keys of a kind, whose meanings begin with its name."""
+    return [(f"`{row.key}`", value(row.value, row.unit), row.absent, row.meaning.split(": ", 1)[1]) for row in generate_schema.keys("force")
+            if row.key in {"TORSION": ("axis",), "CYLINDER": ("rod_pressure",)}.get(kind, ())]
 
 
 def number_line(kind, word, field):
@@ -140,7 +148,7 @@ def number_line(kind, word, field):
 def force(kind):
     """The place of action, the word of the kind, its numbers."""
     place, word = next((row[2], row[3]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[0] == kind)
-    return table(KEY_HEAD, [*place_lines(kind, place, word), *(number_line(kind, word, field) for field in generate_schema.fields(kind))])
+    return table(KEY_HEAD, [*place_lines(kind, place, word), *more_lines(kind), *(number_line(kind, word, field) for field in generate_schema.fields(kind))])
 
 
 def motions(chain):

@@ -22,6 +22,20 @@ void kmp_apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp
     applied[link].moment = kmp_vec_add(g, applied[link].moment, moment);
 }
 
+void kmp_apply_between(kmp_forces *forces, const kmp_tree *tree, const int point[2], int frame, kmp_vec force)
+{
+    kmp_apply_at(tree, point[0], frame, force, forces->applied);
+    kmp_apply_at(tree, point[1], frame, kmp_vec_sub(tree->graph, kmp_vec_zero(), force), forces->applied);
+}
+
+void kmp_apply_moment(kmp_forces *forces, const kmp_tree *tree, int point, int frame, kmp_vec moment)
+{
+    int link = kmp_point_link(tree, point);
+    kmp_vec *sum = &forces->applied[link].moment;
+    if (link > 0)
+        *sum = kmp_vec_add(tree->graph, *sum, kmp_from_ancestor(tree, link, frame, moment));
+}
+
 /* - m g.x of every body, x in ground axes. */
 static kmp_ref gravity_potential(const kmp_tree *tree)
 {

@@ -10,6 +10,7 @@
 #include "model/tables/closure_table.h"
 #include "model/variant.h"
 #include "symbolic/program/live.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 
@@ -188,7 +189,8 @@ char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
         }
     if (e) {
         kmp_model_put_expr(&text, model, e->b ? e : e->a);
-        kmp_text_put(&text, e->b ? "" : " < 0");
+        if (!e->b)
+            kmp_text_printf(&text, " < %.6g", e->kind == KMP_EXPR_TABLE ? e->table->table->x[condition->number] : 0.0);
     }
     return kmp_text_keep(&text, &s->arena);
 }

@@ -137,10 +137,11 @@ typedef struct kmp_force {
     kmp_force_kind kind;
     kmp_place place;
     int motion;                /* -1 when it acts on no joint */
-    const kmp_expr *effort;    /* JOINT: N m or N */
-    const kmp_expr *vector[3]; /* POINT, BODY: ground axes */
+    const kmp_expr *effort;    /* JOINT, LINE, TORSION: N m or N */
+    const kmp_expr *vector[3]; /* POINT, BODY: ground axes; CYLINDER: two pressures */
     int point[2], body;
-    kmp_number stiffness, damping, free_length, rest, lower, upper, width, level, speed;
+    int axis; /* TORSION: of the first point, 0 to 2 */
+    kmp_number stiffness, damping, free_length, rest, lower, upper, width, level, speed, bore, rod;
     kmp_number along[3], along_damping[3], about[3], about_damping[3],
         preload[3]; /* BUSHING: axes of the first point */
     bool has_lower, has_upper;

@@ -297,6 +297,9 @@ static void check_force(const kmp_force *force, kmp_text *why)
                 kmp_text_printf(why, "force '%s': %s is %.6g", force->name, field->key, x);
         }
     }
+    if (force->kind == KMP_FORCE_CYLINDER && force->rod.value >= force->bore.value && !why->length)
+        kmp_text_printf(why, "force '%s': the rod, %.6g m, is not thinner than the bore, %.6g m", force->name,
+                        force->rod.value, force->bore.value);
     if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value && !why->length)
         kmp_text_printf(why, "force '%s': lower is %.6g, which is not below upper, %.6g", force->name,
                         force->lower.value, force->upper.value);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Points that coincide in the drawing are one: all marks are combined on it. */
 #include "report/drawing.h"
+#include "model/tables/force_table.h"
 #include <math.h>
 #include <string.h>
 
@@ -179,8 +180,9 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
     for (int b = 1; b < bodies; b++)
         mark_com(drawing, model, b);
     for (int f = 0; f < model->force_count; f++)
-        if (model->forces[f].kind == KMP_FORCE_SPRING)
-            add_line(drawing, model, model->forces[f].name, model->forces[f].point, false);
+        if (kmp_force_is_line(model->forces[f].kind))
+            add_line(drawing, model, model->forces[f].name, model->forces[f].point,
+                     model->forces[f].kind == KMP_FORCE_CYLINDER);
     return true;
 }
 

@@ -45,7 +45,7 @@ static void relative_vectors(void)
 {
     loaded l = load("tests/models/measures.yaml");
     for (int s = 0; s < 5; s++) {
-        double q[N], qd[N], seen[MOST], x[MOST], d[3], v[3], w[3], carried[3];
+        double q[N], qd[N], seen[MOST] = {0}, x[MOST] = {0}, d[3], v[3], w[3], carried[3];
         any_state(s, q, qd);
         at_state(&l, "px, py, pz, vx, vy, vz, wx, wy, wz, gap, closing", 0, q, qd, seen);
         at_state(&l,
@@ -73,7 +73,7 @@ static void relative_vectors(void)
 static void ground_words(void)
 {
     loaded l = load("tests/models/measures.yaml");
-    double q[N], qd[N], seen[MOST], x[MOST];
+    double q[N], qd[N], seen[MOST] = {0}, x[MOST] = {0};
     any_state(1, q, qd);
     at_state(&l, "ground_x, ground_v, ground_w, own, axis, tension", 0, q, qd, seen);
     at_state(&l, "position(arm.T), velocity(arm.T), angular_velocity(arm.T), axes(arm.T), axes(ship.H), force(s)", 0, q,
@@ -91,7 +91,7 @@ static void angles(void)
 {
     loaded l = load("tests/models/measures.yaml");
     for (int s = 0; s < 5; s++) {
-        double q[N], qd[N], seen[MOST], x[MOST], u[3], v[3], c[3];
+        double q[N], qd[N], seen[MOST] = {0}, x[MOST] = {0}, u[3], v[3], c[3];
         any_state(s, q, qd);
         at_state(&l, "between, about", 0, q, qd, seen);
         at_state(&l, "axes(arm.T), axes(ship.H), axes(post.F)", 0, q, qd, x);
@@ -114,7 +114,7 @@ static void rates(void)
 {
     const double h = 1e-4;
     loaded l = load("tests/models/measures.yaml");
-    double q[N], qd[N], before[N], after[N], seen[MOST], low[MOST], high[MOST];
+    double q[N], qd[N], before[N], after[N], seen[MOST] = {0}, low[MOST] = {0}, high[MOST] = {0};
     any_state(2, q, qd);
     for (int k = 0; k < N; k++) {
         before[k] = q[k] - h * qd[k];

@@ -130,17 +130,6 @@ static void init(bushing *b, const kmp_tree *tree, const int point[2])
     b->rate = kmp_vec_sub(g, kmp_vec_rate(tree, b->elongation), kmp_vec_cross(g, first, b->elongation));
 }
 
-/* A moment onto a link, or the opposite one. */
-static void turn(kmp_forces *forces, const bushing *b, int link, kmp_vec x, bool back)
-{
-    kmp_graph *g = b->tree->graph;
-    if (link == 0)
-        return;
-    kmp_vec own = kmp_from_ancestor(b->tree, link, b->frame, x);
-    kmp_vec *sum = &forces->applied[link].moment;
-    *sum = back ? kmp_vec_sub(g, *sum, own) : kmp_vec_add(g, *sum, own);
-}
-
 void kmp_law_bushing(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
@@ -148,10 +137,9 @@ void kmp_law_bushing(kmp_forces *forces, const kmp_tree *tree, const kmp_force *
     bushing b;
     init(&b, tree, point);
     kmp_vec f = pull(forces, &b, force, energy), m = moment(forces, &b, force, energy);
-    kmp_apply_at(tree, point[0], b.frame, f, forces->applied);
-    kmp_apply_at(tree, point[1], b.frame, kmp_vec_sub(g, kmp_vec_zero(), f), forces->applied);
-    turn(forces, &b, kmp_point_link(tree, point[0]), kmp_vec_add(g, m, kmp_vec_cross(g, b.elongation, f)), false);
-    turn(forces, &b, kmp_point_link(tree, point[1]), m, true);
+    kmp_apply_between(forces, tree, point, b.frame, f);
+    kmp_apply_moment(forces, tree, point[0], b.frame, kmp_vec_add(g, m, kmp_vec_cross(g, b.elongation, f)));
+    kmp_apply_moment(forces, tree, point[1], b.frame, kmp_vec_sub(g, kmp_vec_zero(), m));
     for (int i = 0; i < 3; i++) {
         value[i] = kmp_neg(kmp_vec_dot(g, b.p[i], f));
         value[3 + i] = kmp_neg(kmp_vec_dot(g, b.p[i], m));

@@ -24,9 +24,7 @@ void kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *f
             forces->power = kmp_sub(g, forces->power, kmp_mul(g, damping, rate));
     }
     *value = tension;
-    kmp_vec f = kmp_vec_scale(g, ratio, d);
-    kmp_apply_at(tree, force->point[0], frame, f, forces->applied);
-    kmp_apply_at(tree, force->point[1], frame, kmp_vec_sub(g, kmp_vec_zero(), f), forces->applied);
+    kmp_apply_between(forces, tree, force->point, frame, kmp_vec_scale(g, ratio, d));
     if (energy & KMP_ENERGY_POTENTIAL) {
         kmp_ref work = kmp_mul(g, kmp_mul(g, kmp_const(g, 0.5), k), kmp_mul(g, stretch, stretch));
         forces->potential = kmp_add(g, forces->potential, work);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Positions of the charts of spherical joints in the chain of links. */
 #include "dynamics/kinematics/link_tree.h"
+#include "model/tables/force_table.h"
 
 /* True if a body moves with b: b itself, or welded to one that does. */
 static bool moves_with(const kempe_model *model, int body, int b)
@@ -32,7 +33,7 @@ static int requested_points(const kempe_model *model, int b)
         }
         for (int f = 0; f < model->force_count; f++) {
             const kmp_force *force = &model->forces[f];
-            bool requests = force->kind == KMP_FORCE_SPRING || force->kind == KMP_FORCE_BUSHING ||
+            bool requests = kmp_force_is_line(force->kind) || force->kind == KMP_FORCE_BUSHING ||
                             (force->kind == KMP_FORCE_POINT && k == 0);
             count += requests && moves_with(model, model->points[force->point[k]].body, b);
         }

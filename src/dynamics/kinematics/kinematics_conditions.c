@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "symbolic/table_function.h"
 #include <stdarg.h>
 
 void kmp_events_free(kmp_events *events)
@@ -61,12 +62,12 @@ static bool can_stand(const kmp_tree *tree, const void *of, int number, kmp_ref 
 
 /* -- of expressions ---------------------------------------------------------------------------------- */
 
-/* The input for the condition of e, or `otherwise`. */
-static kmp_ref stand_in(const kmp_tree *tree, const kmp_expr *e, bool kink, kmp_ref otherwise)
+/* The input for a condition of e, or `otherwise`. */
+static kmp_ref stand_in(const kmp_tree *tree, const kmp_expr *e, int number, bool kink, kmp_ref otherwise)
 {
-    int k = find(tree->events, e, 0);
+    int k = find(tree->events, e, number);
     if (k < 0)
-        k = add(tree->events, (kmp_condition){.of = e, .expr = e, .kink = kink});
+        k = add(tree->events, (kmp_condition){.of = e, .number = number, .expr = e, .kink = kink});
     if (k < 0)
         kmp_graph_fail(tree->graph);
     return k >= 0 ? kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)k) : otherwise;
@@ -75,7 +76,7 @@ static kmp_ref stand_in(const kmp_tree *tree, const kmp_expr *e, bool kink, kmp_
 kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
 {
     kmp_ref less = kmp_less(tree->graph, a, b);
-    return can_stand(tree, e, 0, less) ? stand_in(tree, e, false, less) : less;
+    return can_stand(tree, e, 0, less) ? stand_in(tree, e, 0, false, less) : less;
 }
 
 static kmp_op kink_of(const kmp_expr *e)
@@ -90,11 +91,36 @@ kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_re
     kmp_ref whole = op == KMP_OP_ABS ? kmp_unary(g, op, a) : kmp_binary(g, op, a, b);
     if (!tree->kinks || !can_stand(tree, e, 0, kmp_less(g, a, b)))
         return whole;
-    kmp_ref side = stand_in(tree, e, true, KMP_ZERO), below = kmp_less(g, KMP_ZERO, side);
+    kmp_ref side = stand_in(tree, e, 0, true, KMP_ZERO), below = kmp_less(g, KMP_ZERO, side);
     kmp_ref branch = op == KMP_OP_ABS   ? kmp_neg(kmp_mul(g, side, a))
                      : op == KMP_OP_MIN ? kmp_select(g, below, a, b)
                                         : kmp_select(g, below, b, a);
     return kmp_select(g, side, branch, whole);
+}
+
+/* Straight lines as the first of them, and at each knot the change of the slope times max(x - knot, 0), which is a kink
+ * there. Tables of many knots have small kinks, which cost more to locate than to pass. */
+kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
+{
+    enum { MOST_KNOTS = 34 };
+    kmp_graph *g = tree->graph;
+    const kmp_table *t = e->table->table;
+    kmp_ref sum = kmp_table_at(g, kmp_graph_add_table(g, e->table->table), x);
+    if (!tree->kinks || t->method != KMP_TABLE_LINEAR || t->count > MOST_KNOTS || !moves(g, x))
+        return sum;
+    for (int k = 1; k < t->count - 1; k++)
+        if (!can_stand(tree, e, k, kmp_less(g, x, kmp_const(g, t->x[k]))))
+            return sum;
+    sum = kmp_add(g, kmp_const(g, t->y[0]),
+                  kmp_mul(g, kmp_const(g, t->piece[0][1]), kmp_sub(g, x, kmp_const(g, t->x[0]))));
+    for (int k = 1; k < t->count - 1; k++) {
+        kmp_ref beyond = kmp_sub(g, x, kmp_const(g, t->x[k])), side = stand_in(tree, e, k, true, KMP_ZERO);
+        kmp_ref branch = kmp_select(g, kmp_less(g, KMP_ZERO, side), KMP_ZERO, beyond);
+        kmp_ref hinge = kmp_select(g, side, branch, kmp_binary(g, KMP_OP_MAX, beyond, KMP_ZERO));
+        kmp_ref change = kmp_const(g, t->piece[k][1] - t->piece[k - 1][1]);
+        sum = kmp_add(g, sum, kmp_mul(g, change, hinge));
+    }
+    return sum;
 }
 
 /* -- of elements ------------------------------------------------------------------------------------- */
@@ -179,6 +205,8 @@ bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
         return known;
     }
     kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
+    if (e->kind == KMP_EXPR_TABLE)
+        b = kmp_const(tree->graph, e->table->table->x[tree->events->condition[k].number]);
     bool turned = e->kind == KMP_EXPR_GREATER || e->kind == KMP_EXPR_AT_MOST;
     *difference = turned ? kmp_sub(tree->graph, b, a) : kmp_sub(tree->graph, a, b);
     return true;

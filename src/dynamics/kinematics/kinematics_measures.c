@@ -2,6 +2,7 @@
 /* Positions, velocities, distances and angles of points and axes: the measures of expressions (model/expressions/
  * measures.def), and rates of expressions. */
 #include "dynamics/kinematics/link_tree.h"
+#include "model/angle_sum.h"
 #include "symbolic/derivative.h"
 
 /* -- vectors ------------------------------------------------------------------------------------------- */
@@ -75,12 +76,31 @@ kmp_ref kmp_point_distance(const kmp_tree *tree, int a, int b)
     return kmp_sqrt(tree->graph, kmp_vec_dot(tree->graph, d, d));
 }
 
+/* An angle that is a sum of coordinates; false: it is none. */
+static bool sum_of_angles(const kmp_tree *tree, const kmp_spot axis[3], kmp_ref *sum)
+{
+    kmp_graph *g = tree->graph;
+    double constant, *factor = KMP_GRAPH_NEW(g, double, tree->count);
+    if (!factor || !kmp_angle_sum(tree->model, axis, &constant, factor))
+        return false;
+    *sum = kmp_const(g, constant);
+    for (int k = 0; k < tree->count - 1; k++) {
+        kmp_ref q = kmp_input(g, KMP_IN_Q, (uint32_t)k);
+        if (factor[k] != 0)
+            *sum = kmp_add(g, *sum, kmp_mul(g, kmp_const(g, factor[k]), q));
+    }
+    return true;
+}
+
 /* The angle between unit vectors u and v is atan2(|u x v|, u.v). That from u to v about w is the angle of their
  * components across w, atan2(w.(u x v), u.v - (w.u)(w.v)). */
 static kmp_ref angle(const kmp_tree *tree, const kmp_measure *measure)
 {
     kmp_graph *g = tree->graph;
     const kmp_spot *of = measure->spot;
+    kmp_ref sum;
+    if (measure->count == 3 && sum_of_angles(tree, of, &sum))
+        return sum;
     int frame = kmp_point_link(tree, of[0].point);
     for (int k = 1; k < measure->count; k++)
         frame = kmp_tree_common(tree, frame, kmp_point_link(tree, of[k].point));
@@ -111,8 +131,21 @@ kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int n
 
 /* -- rates --------------------------------------------------------------------------------------------- */
 
-kmp_ref kmp_tree_rate(const kmp_tree *tree, kmp_ref x)
+/* d.d' / |d|: fewer operations than the derivative of the root. */
+kmp_ref kmp_point_approach(const kmp_tree *tree, int a, int b)
 {
+    kmp_graph *g = tree->graph;
+    int frame;
+    kmp_vec d = kmp_point_difference(tree, a, b, &frame);
+    kmp_ref across = kmp_vec_dot(g, d, kmp_vec_rate(tree, d));
+    return kmp_div(g, across, kmp_sqrt(g, kmp_vec_dot(g, d, d)));
+}
+
+kmp_ref kmp_tree_rate(const kmp_tree *tree, const kmp_expr *of)
+{
+    if (of->kind == KMP_EXPR_MEASURE && of->measure->kind == KMP_MEASURE_DISTANCE)
+        return kmp_point_approach(tree, of->measure->spot[0].point, of->measure->spot[1].point);
+    kmp_ref x = kmp_tree_expression(tree, of);
     kmp_derivative *d = kmp_time_derivative(tree);
     kmp_ref rate = kmp_derivative_of(d, x);
     kmp_derivative_free(d);

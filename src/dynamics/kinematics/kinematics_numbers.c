@@ -2,7 +2,6 @@
 /* Numbers and expressions of the model as nodes of the graph. */
 #include "dynamics/kinematics/link_tree.h"
 #include "model/variant.h"
-#include "symbolic/table_function.h"
 #include <math.h>
 
 static kmp_ref call(kmp_graph *g, kmp_function f, kmp_ref a, kmp_ref b, kmp_ref c)
@@ -184,11 +183,11 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_PLACE:
         return tree->place[e->index];
     case KMP_EXPR_TABLE:
-        return kmp_table_at(g, kmp_graph_add_table(g, e->table->table), kmp_tree_expression(tree, e->a));
+        return kmp_tree_table(tree, e, kmp_tree_expression(tree, e->a));
     case KMP_EXPR_MEASURE:
         return kmp_tree_measure(tree, e->measure, e->number);
     case KMP_EXPR_RATE:
-        return kmp_tree_rate(tree, kmp_tree_expression(tree, e->a));
+        return kmp_tree_rate(tree, e->a);
     case KMP_EXPR_NEG:
         return kmp_neg(kmp_tree_expression(tree, e->a));
     case KMP_EXPR_POW:

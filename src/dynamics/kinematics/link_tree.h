@@ -150,6 +150,9 @@ kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_
  * input KMP_IN_MODE selects: 1 where a (a - b) is negative, -1 where it is not, 0 for the active one. */
 kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
 
+/** A table of expression e at x. The knots of straight lines are kinks. */
+kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x);
+
 /** 1 where `difference` is negative and 0 elsewhere; during a step an input KMP_IN_MODE in its place: for the laws of
  * forces and the rows of closures. `of` is the part of the model that has the condition (a kmp_force, kmp_closure,
  * kmp_wheel, ..), `number` distinguishes its conditions. Equal `of` and `number` give the same condition in any graph,
@@ -268,15 +271,16 @@ void kmp_point_axes(const kmp_tree *tree, int point, int ancestor, kmp_vec axes[
 /** From point a to point b in the axes of the nearest common ancestor, whose link is stored in *frame. */
 kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame);
 
-/** Position, velocity or angular velocity of a point: from the origin of the ground, in its axes; `from` >= 0: from that
- * point, relative to its body, in its axes. */
+/** Position, velocity or angular velocity of a point: from the origin of the ground, in its axes; `from` >= 0: from
+ * that point, relative to its body, in its axes. */
 kmp_vec kmp_point_measure(const kmp_tree *tree, kmp_measure_kind kind, int point, int from);
 
-/** The distance of two points. */
+/** The distance of two points, and its rate. */
 kmp_ref kmp_point_distance(const kmp_tree *tree, int a, int b);
+kmp_ref kmp_point_approach(const kmp_tree *tree, int a, int b);
 
 /** A measure of expressions, component `number` of it. */
 kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int number);
 
-/** The total time derivative of a function of t and q. */
-kmp_ref kmp_tree_rate(const kmp_tree *tree, kmp_ref x);
+/** The total time derivative of an expression of t and q. */
+kmp_ref kmp_tree_rate(const kmp_tree *tree, const kmp_expr *of);

@@ -295,6 +295,37 @@ static const kmp_expr *parse_place(kmp_parser *p, const char *where, int index)
     return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_PLACE, .index = index});
 }
 
+static const kmp_expr_local *find_local(const kmp_parser *p, const char *name)
+{
+    const kmp_expr_locals *locals = p->scope->locals;
+    for (int k = 0; locals && k < locals->count; k++)
+        if (locals->local[k].expr && strcmp(locals->local[k].name, name) == 0)
+            return &locals->local[k];
+    return NULL;
+}
+
+/* True if the model has a parameter, an input or a variable of this name. */
+static bool is_defined(const kmp_expr_scope *scope, const char *name)
+{
+    kmp_expr input = {0};
+    const kmp_unknowns *unknowns = NULL;
+    int number = 0;
+    return (scope->parameter && scope->parameter(scope->user, name) >= 0) ||
+           (scope->input && scope->input(scope->user, name, &input)) ||
+           (scope->state && scope->state(scope->user, name) >= 0) ||
+           (scope->unknown && scope->unknown(scope->user, name, &unknowns, &number) >= 0);
+}
+
+static const kmp_expr *parse_local(kmp_parser *p, const char *where, const kmp_expr_local *local)
+{
+    if (!local->yields && is_defined(p->scope, local->name))
+        return kmp_parse_complain(p, where,
+                                  "'%s' is a quantity of this force and a name of the model: give the latter another "
+                                  "name",
+                                  local->name);
+    return kmp_parse_make(p, where, *local->expr);
+}
+
 static const kmp_expr *parse_word(kmp_parser *p)
 {
     const char *where = p->at;
@@ -317,6 +348,9 @@ static const kmp_expr *parse_word(kmp_parser *p)
         return parse_table(p, where, table);
     if (*p->at == '(' && kmp_parse_refers(name))
         return kmp_parse_reference(p, where, name);
+    const kmp_expr_local *local = find_local(p, name);
+    if (local && !(local->yields && is_defined(p->scope, name)))
+        return parse_local(p, where, local);
     int index = p->scope->parameter ? p->scope->parameter(p->scope->user, name) : -1;
     if (index >= 0 && *p->at == '(')
         return kmp_parse_complain(p, where, "'%s' is a parameter, not a function", name);

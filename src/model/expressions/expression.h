@@ -121,6 +121,18 @@ static inline kmp_name_list kmp_unknown_names(const kmp_unknowns *unknowns)
 /** Kinds of names in expressions. */
 typedef enum kmp_expr_symbol { KMP_SYMBOL_PARAMETER, KMP_SYMBOL_COORDINATE, KMP_SYMBOL_CLOSURE } kmp_expr_symbol;
 
+/** A name with a meaning in one place of the model: "distance" in the law of a force along a line. */
+typedef struct kmp_expr_local {
+    const char *name;
+    const struct kmp_expr *expr;
+    bool yields; /* to the same name of a parameter, input or variable, which is an error otherwise */
+} kmp_expr_local;
+
+typedef struct kmp_expr_locals {
+    int count;
+    kmp_expr_local local[2];
+} kmp_expr_locals;
+
 /** The place of an expression in its file, and the resolution of its symbols. A NULL resolver, or -1 from one, means
  * that such a symbol is not known here. `suggest`, if not NULL, ends the error message (with the nearest known name).
  */
@@ -142,6 +154,7 @@ typedef struct kmp_expr_scope {
     /* Sets the point and its name from the text BODY.POINT at a column; false: there is none, which is reported with
      * `word` as its beginning. NULL: points and rates are not allowed. */
     bool (*point)(void *user, const char *text, const char *word, int column, kmp_spot *spot);
+    const kmp_expr_locals *locals; /* NULL: none */
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
     bool time;     /* t is allowed */
     bool compares; /* a comparison is required: a < b */
@@ -156,6 +169,10 @@ typedef struct kmp_expr_names {
 
 /** NULL after an error (with the column inside the expression), or when the arena has failed for want of memory. */
 const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text);
+
+/** A measure without components, or the rate of an expression, as if they were written; NULL: no memory. */
+const kmp_expr *kmp_expr_measure(kmp_arena *arena, kmp_measure_kind kind, int count, const kmp_spot *spot);
+const kmp_expr *kmp_expr_rate(kmp_arena *arena, const kmp_expr *of);
 
 /** Value with the given parameter values; t, q, qd and lambda must not occur (NaN then). */
 double kmp_expr_value(const kmp_expr *expr, const double *parameters);

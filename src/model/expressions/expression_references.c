@@ -131,6 +131,19 @@ static bool parse_component(kmp_parser *p, kmp_measure_kind kind, int *number)
     return first >= 0 && second >= 0;
 }
 
+const kmp_expr *kmp_expr_measure(kmp_arena *arena, kmp_measure_kind kind, int count, const kmp_spot *spot)
+{
+    kmp_measure *measure = KMP_ARENA_NEW(arena, kmp_measure, 1);
+    kmp_expr *expr = KMP_ARENA_NEW(arena, kmp_expr, 1);
+    if (!measure || !expr)
+        return NULL;
+    *measure =
+        (kmp_measure){.kind = kind, .word = rows[kind].word, .components = rows[kind].components, .count = count};
+    memcpy(measure->spot, spot, (size_t)count * sizeof *spot);
+    *expr = (kmp_expr){.kind = KMP_EXPR_MEASURE, .measure = measure};
+    return expr;
+}
+
 /* True if the only argument is the name of a coordinate: no point. */
 static bool is_coordinate(const char *s)
 {
@@ -176,6 +189,14 @@ bool kmp_expr_is_rate(const kmp_expr *expr, const void *unused)
     (void)unused;
     return expr->kind == KMP_EXPR_QD || expr->kind == KMP_EXPR_RATE ||
            (expr->kind == KMP_EXPR_MEASURE && rows[expr->measure->kind].order > 0);
+}
+
+const kmp_expr *kmp_expr_rate(kmp_arena *arena, const kmp_expr *of)
+{
+    kmp_expr *expr = KMP_ARENA_NEW(arena, kmp_expr, 1);
+    if (expr)
+        *expr = (kmp_expr){.kind = KMP_EXPR_RATE, .a = of};
+    return expr;
 }
 
 /* True for what has no rate of its own here: rates, multipliers, variables whose equations are being read. */

@@ -305,23 +305,27 @@ void kmp_model_json_fields(kmp_json *json, const kempe_model *model, const kmp_f
 static void put_force(kmp_json *json, const kempe_model *model, const kmp_force *force)
 {
     const kmp_force_row *row = &kmp_force_rows[force->kind];
+    bool place = !row->word || kmp_force_is_between(force->kind);
     kmp_json_put(json, "name %s kind %s", force->name,
-                 row->word ? kmp_force_key(model, force->motion, row->word) : row->place);
+                 place ? row->place : kmp_force_key(model, force->motion, row->word));
     if (force->kind == KMP_FORCE_WHEEL)
         kmp_json_string(json, "wheel", model->wheels[force->wheel].name);
     else if (force->motion >= 0)
         kmp_json_string(json, "coordinate", model->motions[force->motion].name);
     else if (force->kind == KMP_FORCE_BODY)
         kmp_json_string(json, "body", model->bodies[force->body].name);
-    else if (!row->word)
+    else if (kmp_force_is_between(force->kind))
         put_two_points(json, model, force->point);
     else
         kmp_model_json_point(json, "point", model, force->point[0]);
     kmp_model_json_fields(json, model, force);
     if (force->effort)
         put_expr(json, "effort", model, force->effort);
+    if (force->kind == KMP_FORCE_TORSION)
+        kmp_json_put(json, "axis %s", kmp_axis_names[force->axis]);
     if (force->vector[0])
-        put_exprs(json, "components", model, 3, force->vector);
+        put_exprs(json, force->kind == KMP_FORCE_CYLINDER ? "pressures" : "components", model,
+                  force->kind == KMP_FORCE_CYLINDER ? 1 + (force->vector[1] != NULL) : 3, force->vector);
 }
 
 static void put_forces(kmp_json *json, const kempe_model *model)

@@ -45,6 +45,9 @@ void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr
 void kmp_model_put_point(kmp_text *text, const kempe_model *model, int index);           /* BODY.POINT */
 void kmp_model_put_goal(kmp_text *text, const kempe_model *model, const kmp_goal *goal); /* A, position(BODY.POINT) */
 bool kmp_closure_has_axes(const kmp_closure *closure);
+/** "x", "y", "z" */
+extern const char *const kmp_axis_names[3];
+
 extern const char *const kmp_inertia_names[6];
 
 /** The settings of a run that are a word or a number, with their keys. */

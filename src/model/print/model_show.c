@@ -275,10 +275,12 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
     kmp_text_printf(text, "  %s: ", force->name);
     if (force->kind == KMP_FORCE_WHEEL) {
         kmp_text_put(text, "wheel");
-    } else if (!row->word) {
+    } else if (kmp_force_is_between(force->kind)) {
         kmp_text_put(text, row->place);
         put_point(text, " ", model, force->point[0]);
         put_point(text, " - ", model, force->point[1]);
+        if (force->kind == KMP_FORCE_TORSION)
+            kmp_text_printf(text, " about %s", kmp_axis_names[force->axis]);
     } else if (force->motion >= 0) {
         kmp_text_printf(text, "%s on %s", kmp_force_key(model, force->motion, row->word),
                         model->motions[force->motion].name);
@@ -291,7 +293,7 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
     kmp_model_json_fields(&fields, model, force);
     if (force->effort)
         put_expr(text, " = ", model, force->effort);
-    for (int k = 0; k < 3 && force->vector[0]; k++)
+    for (int k = 0; k < 3 && force->vector[k]; k++)
         put_expr(text, k > 0 ? ", " : " = [", model, force->vector[k]);
     kmp_text_put(text, force->vector[0] ? "]\n" : "\n");
 }

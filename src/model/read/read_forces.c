@@ -8,7 +8,7 @@ static const kmp_key force_keys[] = {
 #include "model/keys/force_keys.def"
     {0}};
 
-static const char *const places[] = {"joint", "spring", "bushing", "at", "on"};
+static const char *const places[] = {"joint", "spring", "line", "cylinder", "torsion", "bushing", "at", "on"};
 
 /* An element being read. */
 typedef struct element {
@@ -16,6 +16,7 @@ typedef struct element {
     const kmp_yaml *map;
     const char *what;
     kmp_force *force;
+    kmp_expr_locals locals; /* of its law */
 } element;
 
 /* -- choice -------------------------------------------------------------------------------------- */
@@ -47,8 +48,9 @@ static void complain_words(const element *e, const char *place, int found)
             e->r, e->map->place,
             "%s: exactly one of the keys torque, force, spring, stops, friction is expected with 'joint', not %d",
             e->what, found);
-    else
-        kmp_read_required(e->r, e->map, e->what, strcmp(place, "at") == 0 ? "force" : "torque");
+    for (int k = 0; k < KMP_FORCE_KINDS && strcmp(place, "joint") != 0; k++)
+        if (strcmp(kmp_force_rows[k].place, place) == 0)
+            kmp_read_required(e->r, e->map, e->what, kmp_force_rows[k].word);
 }
 
 static int find_kind(const element *e, const char *place)
@@ -124,6 +126,33 @@ static void check_stops(const element *e, const kmp_yaml *map)
 
 /* -- elements ------------------------------------------------------------------------------------ */
 
+/* The law of a force, which knows a quantity and its rate by name. */
+static const kmp_expr *read_law(const element *e, const kmp_yaml *node, kmp_dimension wanted)
+{
+    e->r->locals = &e->locals;
+    const kmp_expr *law = kmp_read_expr(e->r, node, e->what, wanted, KMP_OF_LOADS);
+    e->r->locals = NULL;
+    return law;
+}
+
+static void set_locals(element *e, const char *name, const kmp_expr *quantity, const kmp_expr *rate, bool yields)
+{
+    e->locals = (kmp_expr_locals){2, {{name, quantity, yields}, {"rate", rate, yields}}};
+}
+
+/* At a joint, names of the model have priority. */
+static void set_joint_locals(element *e)
+{
+    kmp_arena *arena = &e->r->model->arena;
+    int motion = e->force->motion;
+    kmp_expr *q = KMP_ARENA_NEW(arena, kmp_expr, 1), *qd = KMP_ARENA_NEW(arena, kmp_expr, 1);
+    if (motion < 0 || !q || !qd)
+        return;
+    *q = (kmp_expr){.kind = KMP_EXPR_Q, .index = motion};
+    *qd = (kmp_expr){.kind = KMP_EXPR_QD, .index = motion};
+    set_locals(e, e->r->model->motions[motion].rotation ? "angle" : "distance", q, qd, true);
+}
+
 /* A rotation has a torque, a translation a force: the other word shows that another motion is intended. */
 static void read_effort(const element *e)
 {
@@ -138,13 +167,14 @@ static void read_effort(const element *e)
                             m->rotation ? "force" : "torque");
         wanted = KMP_DIM_ANY;
     }
-    e->force->effort = kmp_read_expr(r, effort, e->what, wanted, KMP_OF_LOADS);
+    e->force->effort = read_law(e, effort, wanted);
 }
 
-static void read_in_joint(const element *e)
+static void read_in_joint(element *e)
 {
     e->force->motion = kmp_read_motion(e->r, kmp_yaml_get(e->map, "joint"), e->what);
     if (e->force->kind == KMP_FORCE_JOINT) {
+        set_joint_locals(e);
         read_effort(e);
         return;
     }
@@ -187,6 +217,74 @@ static void read_on_body(const element *e)
     read_components(e, "torque");
 }
 
+/* -- between two points ---------------------------------------------------------------------------- */
+
+static void set_distance(element *e)
+{
+    kmp_spot ends[2];
+    kmp_arena *arena = &e->r->model->arena;
+    const int *point = e->force->point;
+    if (!kmp_reader_spot(e->r, point[0], -1, &ends[0]) || !kmp_reader_spot(e->r, point[1], -1, &ends[1]))
+        return;
+    const kmp_expr *distance = kmp_expr_measure(arena, KMP_MEASURE_DISTANCE, 2, ends);
+    set_locals(e, "distance", distance, kmp_expr_rate(arena, distance), false);
+}
+
+/* From the axis that follows the torsion's, of the first point, to that of the second. */
+static void set_angle(element *e)
+{
+    kmp_spot axes[3];
+    kmp_arena *arena = &e->r->model->arena;
+    const int *point = e->force->point;
+    int about = e->force->axis, from = (about + 1) % 3;
+    if (!kmp_reader_spot(e->r, point[0], from, &axes[0]) || !kmp_reader_spot(e->r, point[1], from, &axes[1]) ||
+        !kmp_reader_spot(e->r, point[0], about, &axes[2]))
+        return;
+    const kmp_expr *angle = kmp_expr_measure(arena, KMP_MEASURE_ANGLE, 3, axes);
+    set_locals(e, "angle", angle, kmp_expr_rate(arena, angle), false);
+}
+
+static void read_axis_word(const element *e)
+{
+    static const char *const axes[] = {"x", "y", "z"};
+    const kmp_yaml *axis = kmp_yaml_get(e->map, "axis");
+    int found = axis ? kmp_read_choice(e->r, axis, e->what, KMP_NAMES_OF(axes), "the axis is", " or ") : 2;
+    e->force->axis = found < 0 ? 2 : found;
+}
+
+static void read_pressures(const element *e)
+{
+    static const char *const keys[] = {"pressure", "rod_pressure"};
+    for (int k = 0; k < 2; k++) {
+        const kmp_yaml *node = kmp_yaml_get(e->map, keys[k]);
+        if (node)
+            e->force->vector[k] = read_law(e, node, kmp_key_dimension(force_keys, keys[k]));
+    }
+    if (e->force->bore.value > 0 && e->force->rod.value >= e->force->bore.value)
+        kmp_reader_complain(e->r, e->map->place, "%s: the rod, %.6g m, is not thinner than the bore, %.6g m", e->what,
+                            e->force->rod.value, e->force->bore.value);
+}
+
+static void read_between(element *e, const char *place)
+{
+    kmp_force *force = e->force;
+    bool good = kmp_read_two_points(e->r, kmp_yaml_get(e->map, place), e->what, force->point);
+    read_fields(e, e->map, e->what);
+    if (force->kind == KMP_FORCE_TORSION)
+        read_axis_word(e);
+    if (!good || !kmp_force_rows[force->kind].word)
+        return;
+    if (force->kind == KMP_FORCE_TORSION)
+        set_angle(e);
+    else
+        set_distance(e);
+    if (force->kind == KMP_FORCE_CYLINDER)
+        read_pressures(e);
+    else
+        force->effort = read_law(e, kmp_yaml_get(e->map, kmp_force_rows[force->kind].word),
+                                 force->kind == KMP_FORCE_TORSION ? KMP_DIM_TORQUE : KMP_DIM_FORCE);
+}
+
 /* Reports keys that are known but belong to another kind. */
 static void refuse_others(const element *e, const char *place)
 {
@@ -196,7 +294,9 @@ static void refuse_others(const element *e, const char *place)
         bool good = strcmp(key->text, place) == 0 || (row->word && strcmp(key->text, row->word) == 0);
         if (row->word && strcmp(row->word, "effort") == 0)
             good = good || strcmp(key->text, "torque") == 0 || strcmp(key->text, "force") == 0;
-        for (int k = 0; !row->word && k < kmp_force_field_count; k++)
+        good = good || (e->force->kind == KMP_FORCE_TORSION && strcmp(key->text, "axis") == 0) ||
+               (e->force->kind == KMP_FORCE_CYLINDER && strcmp(key->text, "rod_pressure") == 0);
+        for (int k = 0; strcmp(place, "joint") != 0 && k < kmp_force_field_count; k++)
             good =
                 good || (kmp_force_fields[k].kind == e->force->kind && strcmp(key->text, kmp_force_fields[k].key) == 0);
         for (int k = 0; force_keys[k].name && !good; k++)
@@ -207,7 +307,7 @@ static void refuse_others(const element *e, const char *place)
     }
 }
 
-static void read_force(const element *e)
+static void read_force(element *e)
 {
     if (!kmp_read_map(e->r, e->map, e->what, force_keys))
         return;
@@ -223,8 +323,7 @@ static void read_force(const element *e)
     } else if (strcmp(place, "on") == 0) {
         read_on_body(e);
     } else {
-        kmp_read_two_points(e->r, kmp_yaml_get(e->map, place), e->what, e->force->point);
-        read_fields(e, e->map, e->what);
+        read_between(e, place);
     }
     refuse_others(e, place);
 }
@@ -239,7 +338,7 @@ void kmp_read_forces(kmp_reader *r)
     while (kmp_section_next(&s)) {
         kmp_force *force = &model->forces[model->force_count++];
         *force = (kmp_force){.name = s.name, .place = s.key->place, .motion = -1};
-        read_force(&(element){r, s.node, s.what, force});
+        read_force(&(element){.r = r, .map = s.node, .what = s.what, .force = force});
     }
     kmp_add_wheel_forces(r);
     kmp_add_state_rates(r);

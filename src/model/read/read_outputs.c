@@ -89,7 +89,8 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
     if (loop && is_elastic(r, node, row->word, name))
         return -1;
     int found = find_thing(r, node, row, name);
-    if (row->argument == KMP_OUTPUT_OF_FORCE && found >= 0 && r->model->forces[found].vector[0])
+    if (row->argument == KMP_OUTPUT_OF_FORCE && found >= 0 && r->model->forces[found].vector[0] &&
+        !kmp_force_is_between(r->model->forces[found].kind))
         kmp_reader_complain(r, node->place, "output force: '%s' is given by its components", name);
     return found;
 }

@@ -152,17 +152,20 @@ static void suggest_closure(const kmp_reader *r, const char *name, kmp_text *sen
     kmp_nearest_suggest(&nearest, sentence);
 }
 
+bool kmp_reader_spot(kmp_reader *r, int point, int axis, kmp_spot *spot)
+{
+    const kmp_point *p = &r->model->points[point];
+    kmp_text name = {0};
+    kmp_text_printf(&name, "%s.%s", r->model->bodies[p->body].name, p->name);
+    *spot = (kmp_spot){.point = point, .axis = axis, .name = kmp_text_keep(&name, &r->model->arena)};
+    return spot->name;
+}
+
 static bool find_spot(void *user, const char *text, const char *word, int column, kmp_spot *spot)
 {
     kmp_reader *r = user;
     int point = kmp_read_point_text(r, (kmp_place){r->scope_line, column, r->scope}, text, word);
-    if (point < 0)
-        return false;
-    const kmp_point *p = &r->model->points[point];
-    kmp_text name = {0};
-    kmp_text_printf(&name, "%s.%s", r->model->bodies[p->body].name, p->name);
-    *spot = (kmp_spot){.point = point, .name = kmp_text_keep(&name, &r->model->arena)};
-    return spot->name;
+    return point >= 0 && kmp_reader_spot(r, point, -1, spot);
 }
 
 static void suggest(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence)
@@ -202,6 +205,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .state = find_state,
                             .table = find_table,
                             .unknown = find_unknown,
+                            .locals = r->locals,
                             .suggest = suggest,
                             .time = allowed != KMP_OF_PARAMETERS,
                             .compares = allowed == KMP_COMPARISON,

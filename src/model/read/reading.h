@@ -38,6 +38,7 @@ typedef struct kmp_reader {
     int instance_count;
     int scope; /* file whose names the current expression uses */
     int scope_line;
+    const kmp_expr_locals *locals; /* names that the expressions being read have; NULL: none */
     const kmp_yaml *root;
     bool digests;          /* what is read goes into a digest: results are cached */
     kmp_digest digest;     /* of all files and settings so far */
@@ -239,6 +240,9 @@ const kmp_expr *kmp_read_expr(kmp_reader *r, const kmp_yaml *node, const char *w
 /** An expression of parameters and t; NULL after an error. `*first`: its value at t = 0. */
 const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_dimension wanted,
                                   double *first);
+
+/** A point of the model, or an axis of it (-1: the point itself), for measures; false: no memory. */
+bool kmp_reader_spot(kmp_reader *r, int point, int axis, kmp_spot *spot);
 
 /** The dimension of a coordinate, times s^power: that of its rate with -1. */
 kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double power);

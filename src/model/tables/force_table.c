@@ -49,6 +49,17 @@ const char *kmp_force_key(const kempe_model *model, int motion, const char *key)
     return model->motions[motion].rotation ? "torque" : "force";
 }
 
+bool kmp_force_is_between(kmp_force_kind kind)
+{
+    static const char *const others[] = {"joint", "at", "on", "wheel", "state"};
+    return kmp_name_find(KMP_NAMES_OF(others), kmp_force_rows[kind].place) < 0;
+}
+
+bool kmp_force_is_line(kmp_force_kind kind)
+{
+    return kind == KMP_FORCE_SPRING || kind == KMP_FORCE_LINE || kind == KMP_FORCE_CYLINDER;
+}
+
 bool kmp_force_has(const kmp_force *force, int field)
 {
     const kmp_number *number = kmp_force_get(force, field);

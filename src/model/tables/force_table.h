@@ -36,5 +36,9 @@ const kmp_number *kmp_force_get(const kmp_force *force, int field);
 /** `key` as the file has it: "effort" is `torque` for a rotation, `force` for a translation. */
 const char *kmp_force_key(const kempe_model *model, int motion, const char *key);
 
+/** True if the kind acts between two points; and if it pulls along their line. */
+bool kmp_force_is_between(kmp_force_kind kind);
+bool kmp_force_is_line(kmp_force_kind kind);
+
 /** False for an end that a stop does not have. */
 bool kmp_force_has(const kmp_force *force, int field);

@@ -132,7 +132,7 @@ static const char *unit_of_force(const kempe_model *model, const kmp_force *forc
 {
     bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
                   : force->motion >= 0                  ? model->motions[force->motion].rotation
-                                                        : force->kind == KMP_FORCE_BODY;
+                                       : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;
     return torque ? "N m" : "N";
 }
 
