@@ -105,7 +105,7 @@ static inline int run_text(const char *text, const char *formulation, double t_e
         printf("%s\n%s\n", kempe_context_message(context), text);
     CHECK(good);
     kmp_evaluator *eval = good ? kmp_eval_new(system, "tape") : NULL;
-    if (eval && kmp_columns_init(&columns, system) && columns.count <= MOST_COLUMNS) {
+    if (eval && kmp_columns_init(&columns, system, model, NULL) && columns.count <= MOST_COLUMNS) {
         kmp_columns_fill(&t->table, &columns, eval, 0, first);
         kmp_columns_fill(&t->table, &columns, eval, kempe_trajectory_row_count(t) - 1, last);
         count = columns.count - 1;
