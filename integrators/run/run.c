@@ -232,6 +232,8 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work
     int n = run->s->n;
     kmp_runner_follow(run, t);
     KMP_TRY(kmp_runner_inner_row(run, t, row, work));
+    if (run->friction)
+        kmp_friction_show(run, t, row);
     kmp_runner_show(run, row, row + n, row + 2 * n);
     return KEMPE_OK;
 }

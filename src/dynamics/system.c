@@ -243,7 +243,7 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
         kmp_condition *condition = &s->events.condition[k];
         if (!kmp_tree_event(&eq->tree, k, &out[k]))
             return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
-        condition->late = condition->ends && is_late(eq->graph, out[k]);
+        condition->late = (condition->ends || condition->role != KMP_ROLE_NONE) && is_late(eq->graph, out[k]);
         s->changes_by_rates = s->changes_by_rates || condition->late || is_by_rates(eq->graph, out[k]);
         if (condition->late) {
             out[count + counts[1]++] = out[k];
@@ -297,12 +297,13 @@ bool kmp_system_set_rows(kempe_system *s, int n, int m, const kmp_row *rows, con
 }
 
 /* For programs that integrate: with conditions and the charts of spherical joints as inputs. */
-static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_equations *eq)
+static kempe_status derive_sets(kempe_system *s, unsigned sets, bool frictionless, kmp_equations *eq)
 {
     const kmp_scene scene = {.sets = sets,
                              .scheme = s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
                              .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
                              .events = &s->events,
+                             .frictionless = frictionless,
                              .charted = true};
     return kmp_equations_derive(eq, s->model, &scene);
 }
@@ -327,13 +328,13 @@ static kempe_status derive(kempe_system *s, bool closures)
 {
     const unsigned judge = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT;
     kmp_equations eq;
-    KMP_TRY(derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &eq));
+    KMP_TRY(derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, closures, &eq));
     kempe_status status = derive_motion(s, &eq, closures);
     kmp_equations_free(&eq);
     if (status != KEMPE_OK || closures)
         return status;
     KMP_TRY(kmp_motion_add_articulated(s));
-    KMP_TRY(derive_sets(s, judge, &eq));
+    KMP_TRY(derive_sets(s, judge, false, &eq));
     status = derive_rest(s, &eq);
     kmp_equations_free(&eq);
     return status;

@@ -52,5 +52,8 @@ const char *kmp_force_key(const kempe_model *model, int motion, const char *key)
 bool kmp_force_has(const kmp_force *force, int field)
 {
     const kmp_number *number = kmp_force_get(force, field);
+    if (force->kind == KMP_FORCE_FRICTION)
+        return !(number == &force->speed && !force->has_speed) && !(number == &force->level && force->effort) &&
+               !(number == &force->holding && (!force->has_static || force->holding_effort));
     return !(number == &force->lower && !force->has_lower) && !(number == &force->upper && !force->has_upper);
 }

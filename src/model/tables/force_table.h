@@ -36,5 +36,5 @@ const kmp_number *kmp_force_get(const kmp_force *force, int field);
 /** `key` as the file has it: "effort" is `torque` for a rotation, `force` for a translation. */
 const char *kmp_force_key(const kempe_model *model, int motion, const char *key);
 
-/** False for an end that a stop does not have. */
+/** False for a number that the element does not have: an end of stops, what an expression replaces. */
 bool kmp_force_has(const kmp_force *force, int field);
