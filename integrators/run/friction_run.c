@@ -272,7 +272,7 @@ static void guess(kmp_friction_run *x)
 {
     int n = x->rest;
     for (int i = 0; i < n; i++)
-        x->f[i] = x->element[x->which[i]].before;
+        x->f[i] = x->element[x->which[i]].fired ? 0 : x->element[x->which[i]].before;
     for (int j = 0; j < n; j++)
         for (int i = 0; i < n && x->element[x->which[j]].fired; i++) {
             const element *e = &x->element[x->which[i]];
@@ -343,14 +343,19 @@ static double rounding_of(const kmp_friction_run *x, int i)
     return KMP_FRICTION_ROUNDING * size;
 }
 
-/* True if an element at its bound has no acceleration, and none of the forces inside can hold it: it begins to slip
- * where its reserve is used up. */
+static bool is_at_bound(const kmp_friction_run *x, int i)
+{
+    return fabs(x->f[i]) >= (1 - KMP_FRICTION_TIE) * x->upper[i] && x->lower[i] < x->upper[i];
+}
+
+/* True if an element at its bound has no acceleration yet, but begins to slip: its reserve is used up, or that of
+ * another element whose load it shares. */
 static bool is_exhausted(const kmp_friction_run *x, int i)
 {
-    bool with = x->element[x->which[i]].fired;
+    bool with = false;
     for (int j = 0; j < x->rest; j++)
-        with = with || (x->element[x->which[j]].fired && x->d[i + j * x->rest] != 0);
-    return with && fabs(x->f[i]) >= (1 - KMP_FRICTION_TIE) * x->upper[i] && !(x->lower[i] == x->upper[i]);
+        with = with || (x->element[x->which[j]].fired && is_at_bound(x, j) && (i == j || x->d[i + j * x->rest] != 0));
+    return with && is_at_bound(x, i);
 }
 
 /* Lets the elements slip that the solution accelerates, or whose reserve is used up. True: there are new ones. */

@@ -297,13 +297,13 @@ bool kmp_system_set_rows(kempe_system *s, int n, int m, const kmp_row *rows, con
 }
 
 /* For programs that integrate: with conditions and the charts of spherical joints as inputs. */
-static kempe_status derive_sets(kempe_system *s, unsigned sets, bool frictionless, kmp_equations *eq)
+static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_equations *eq)
 {
     const kmp_scene scene = {.sets = sets,
                              .scheme = s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
                              .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
                              .events = &s->events,
-                             .frictionless = frictionless,
+                             .frictionless = s->frictionless,
                              .charted = true};
     return kmp_equations_derive(eq, s->model, &scene);
 }
@@ -328,13 +328,13 @@ static kempe_status derive(kempe_system *s, bool closures)
 {
     const unsigned judge = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT;
     kmp_equations eq;
-    KMP_TRY(derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, closures, &eq));
+    KMP_TRY(derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &eq));
     kempe_status status = derive_motion(s, &eq, closures);
     kmp_equations_free(&eq);
     if (status != KEMPE_OK || closures)
         return status;
     KMP_TRY(kmp_motion_add_articulated(s));
-    KMP_TRY(derive_sets(s, judge, false, &eq));
+    KMP_TRY(derive_sets(s, judge, &eq));
     status = derive_rest(s, &eq);
     kmp_equations_free(&eq);
     return status;
@@ -370,6 +370,7 @@ static kempe_status new_system(const kempe_model *model, kmp_dynamics dynamics, 
     kempe_system *s = kmp_system_start(model);
     KMP_TRY(kmp_made(model->context, s));
     s->dynamics = dynamics;
+    s->frictionless = closures;
     kempe_status status = derive(s, closures);
     s->build_s = kmp_cpu_now() - begin;
     return KMP_GIVE_OR_FREE(status, system, s, kempe_system_free);

@@ -81,6 +81,7 @@ struct kempe_system {
     bool rheonomic;                   /* h depends on t */
     bool switches;                    /* h depends on conditions: J may jump where they change, and rates with it */
     bool dissipative;      /* some force is not conservative, or a closure that moves or switches does work */
+    bool frictionless;     /* it has no rows of friction that sticks */
     bool has_power;        /* so it is without the user's force */
     kmp_dynamics dynamics; /* as requested */
     kmp_program *motion, *judge;
@@ -123,6 +124,10 @@ kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe
 
 /** A system of closures alone, without masses and forces: for assembling, and for following closed configurations. */
 kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system);
+
+/** The system of the same model without the rows of friction that sticks, which are redundant unless a run holds them:
+ * for examining the closures. */
+kempe_status kmp_system_without_friction_rows(const kempe_system *system, kempe_system **own);
 
 /** A length of a mechanism: |to - from|. */
 typedef struct kmp_lever {

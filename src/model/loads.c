@@ -49,6 +49,14 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
     }
 }
 
+int kmp_model_friction_count(const kempe_model *model)
+{
+    int count = 0;
+    for (int k = 0; k < model->force_count; k++)
+        count += kmp_force_sticks(&model->forces[k]);
+    return count;
+}
+
 static bool force_has_time(const kmp_force *force)
 {
     bool found = kmp_expr_has_time(force->effort) || kmp_expr_has_time(force->holding_effort);

@@ -289,6 +289,9 @@ static inline bool kmp_force_sticks(const kmp_force *force)
 }
 bool kmp_closure_is_friction(const kmp_closure *closure);
 
+/** The number of friction elements that stick. */
+int kmp_model_friction_count(const kempe_model *model);
+
 /** The first multiplier in the expressions of a force, NULL when there is none. */
 const kmp_expr *kmp_force_lambda(const kmp_force *force);
 
