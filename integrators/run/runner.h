@@ -7,7 +7,7 @@
 #include "constraints/partition/partition.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/events.h"
-#include "integrators/run/friction_run.h"
+#include "integrators/friction/friction_run.h"
 #include "integrators/run/run.h"
 #include "integrators/run/work_bound.h"
 #include "integrators/steppers/solver.h"

@@ -125,10 +125,6 @@ kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe
 /** A system of closures alone, without masses and forces: for assembling, and for following closed configurations. */
 kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system);
 
-/** The system of the same model without the rows of friction that sticks, which are redundant unless a run holds them:
- * for examining the closures. */
-kempe_status kmp_system_without_friction_rows(const kempe_system *system, kempe_system **own);
-
 /** A length of a mechanism: |to - from|. */
 typedef struct kmp_lever {
     kmp_number to[3], from[3];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "integrators/run/friction_run.h"
+#include "integrators/friction/friction_run.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
