@@ -129,6 +129,21 @@
 #define KMP_RATE_MARGIN   10.0
 #define KMP_RATE_FADES    0.9
 
+/* -- friction that sticks ------------------------------------------------------------------------------- */
+
+/** Rates below this part of the fastest are none: those at the event of a reversal are some roundings. */
+#define KMP_FRICTION_STILL 1e-10
+/** A rate against the direction of slip that counts as none, a part of the fastest: rounding of rates at rest. */
+#define KMP_FRICTION_NONE 1e-13
+/** Accelerations below this part of their terms are rounding: differences that make up D have lost some digits. */
+#define KMP_FRICTION_ROUNDING 1e-10
+/** Least part of its bound that a friction has where its event says that the bound is reached. */
+#define KMP_FRICTION_TIE 1e-9
+/** Relative change of a force at which levels that depend on multipliers fit: some roundings. */
+#define KMP_FRICTION_SETTLED 1e-14
+/** Part of a run: decisions within it are simultaneous. */
+#define KMP_FRICTION_INSTANT 1e-13
+
 /* -- corrections and steps ----------------------------------------------------------------------------- */
 
 /** The longest move of a coordinate by one correction, rad or characteristic lengths. */

@@ -142,8 +142,9 @@ static kempe_status diagnose(kempe_check *check)
     return status == KEMPE_E_FAILED && check->assembly ? explain(check) : status;
 }
 
-/* Without the states, on which neither closures nor masses depend, and without forces, which may. */
-static kempe_status leave_out_states(kempe_check *c, const kempe_model *model)
+/* Without the states, on which neither closures nor masses depend, and without forces, which may; and without the rows of
+ * friction, the last closures, which are redundant unless a run holds them. */
+static kempe_status leave_out_forces(kempe_check *c, const kempe_model *model)
 {
     c->mechanism = KMP_NEW(kempe_model, 1);
     KMP_TRY(kmp_made(model->context, c->mechanism));
@@ -151,6 +152,7 @@ static kempe_status leave_out_states(kempe_check *c, const kempe_model *model)
     c->mechanism->motion_count = kmp_model_coordinates(model);
     c->mechanism->has_digest = false;
     c->mechanism->state_count = c->mechanism->force_count = c->mechanism->sensor_count = 0;
+    c->mechanism->closure_count -= kmp_model_friction_count(model);
     c->mechanism->output_count = c->mechanism->run.until_count = 0;
     KMP_TRY(kempe_system_new(c->mechanism, &c->own));
     c->system = c->own;
@@ -164,9 +166,10 @@ kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
     KMP_MAKE(system->context, kempe_check, c);
     c->system = system;
     c->body_count = system->model->body_count - 1;
-    c->loop_count = system->model->closure_count;
+    c->loop_count = system->model->closure_count - kmp_model_friction_count(system->model);
     unsigned long failures = kmp_memory_failures();
-    kempe_status status = system->model->state_count > 0 ? leave_out_states(c, system->model) : KEMPE_OK;
+    bool leaves_out = system->model->state_count > 0 || kmp_model_friction_count(system->model) > 0;
+    kempe_status status = leaves_out ? leave_out_forces(c, system->model) : KEMPE_OK;
     if (status == KEMPE_OK)
         status = diagnose(c);
     c->warnings = kmp_context_warnings(system->context);

@@ -23,6 +23,15 @@ static void set_modes(kmp_evaluator *eval)
     set_all(eval, KMP_IN_MODE, eval->mode);
 }
 
+/* The mode of a condition at its value. Friction slips by the sign of its rate. */
+static double mode_at(const kmp_condition *condition, const double *change)
+{
+    double rate = condition->role == KMP_ROLE_SENSE ? change[KMP_ROLE_RATE - KMP_ROLE_SENSE] : 0;
+    if (condition->role != KMP_ROLE_NONE)
+        return (rate > 0) - (rate < 0);
+    return *change < 0 && !condition->ends && !condition->kink ? 1 : 0;
+}
+
 /* Updates the conditions to the state. Conditions may depend on conditions: each pass settles one level. */
 static void follow(kmp_evaluator *eval)
 {
@@ -32,7 +41,7 @@ static void follow(kmp_evaluator *eval)
         const double *change = kmp_machine_run(eval->changes, 1);
         for (int k = 0; k < count; k++) {
             const kmp_condition *condition = &eval->system->events.condition[k];
-            double mode = change[k] < 0 && !condition->ends && !condition->kink ? 1 : 0;
+            double mode = mode_at(condition, change + k);
             same = same && mode == eval->mode[k];
             eval->mode[k] = mode;
         }
@@ -106,7 +115,7 @@ void kmp_eval_set_modes(kmp_evaluator *eval, const double *mode)
     set_modes(eval);
 }
 
-void kmp_eval_set_kink(kmp_evaluator *eval, int condition, int side)
+void kmp_eval_set_kink(kmp_evaluator *eval, int condition, double side)
 {
     eval->mode[condition] = side;
     set_modes(eval);

@@ -116,8 +116,9 @@ void kmp_eval_set_mode(kmp_evaluator *eval, int condition, bool holds);
 /** Takes all conditions and branches of kinks from another time. */
 void kmp_eval_set_modes(kmp_evaluator *eval, const double *mode);
 
-/** Selects the branch of a kink (kmp_tree_kink); 0, initially: by the state. Not changed by kmp_eval_set_mode. */
-void kmp_eval_set_kink(kmp_evaluator *eval, int condition, int side);
+/** Selects the branch of a kink (kmp_tree_kink); 0, initially: by the state. Not changed by kmp_eval_set_mode. Sets the
+ * input of a friction element's role. */
+void kmp_eval_set_kink(kmp_evaluator *eval, int condition, double side);
 
 /** User-defined generalized forces at (t, q, qd), owned by the evaluator, not finite on failure; NULL: none. */
 const double *kmp_eval_effort(kmp_evaluator *eval, double t, const double *q, const double *qd);

@@ -221,7 +221,7 @@ static bool is_settled(const kmp_crossing *c, int k, const kmp_look *a, const km
     kmp_bound r = kmp_bounds_get(c->search.bounds, c->search.output[k]);
     if (r.down >= 0 || r.up <= 0)
         return true;
-    bool holds = c->eval->mode[k] > 0;
+    bool holds = c->eval->mode[k] > 0 && c->s->events.condition[k].role == KMP_ROLE_NONE;
     double h = b->t - a->t, x = a->change[k], y = b->change[k];
     double low = holds ? fmax(-r.high, cone(h, -x, -y, -r.up, -r.down)) : fmax(r.low, cone(h, x, y, r.down, r.up));
     return holds ? low > 0 : low >= 0;
@@ -254,6 +254,21 @@ static bool find_open(kmp_crossing *c, int depth, const piece *p)
     return any;
 }
 
+/* False for a kink without a branch, and for numbers of friction elements that are no events in their modes. */
+static bool may_change(const kmp_crossing *c, int k)
+{
+    switch (c->s->events.condition[k].role) {
+    case KMP_ROLE_NONE:
+        return !kmp_crossing_is_free(c, k);
+    case KMP_ROLE_SENSE:
+        return c->eval->mode[k + 1] == 0;
+    case KMP_ROLE_HELD:
+        return c->eval->mode[k] > 0;
+    default:
+        return false;
+    }
+}
+
 /* Starts with the conditions that were open in the parent piece. */
 static void begin_piece(kmp_crossing *c, int depth)
 {
@@ -262,7 +277,7 @@ static void begin_piece(kmp_crossing *c, int depth)
     if (depth > 0)
         memcpy(open, open - count, count * sizeof *open);
     for (size_t k = 0; depth == 0 && k < count; k++)
-        open[k] = !kmp_crossing_is_free(c, (int)k);
+        open[k] = may_change(c, (int)k);
 }
 
 /* -- narrowing --------------------------------------------------------------------------------------- */

@@ -55,7 +55,8 @@ int kmp_crossing_first_end(const kmp_crossing *c)
 /* True if condition k has changed and switches the equations. */
 static bool has_switched(const kmp_crossing *c, int k)
 {
-    return !c->s->events.condition[k].ends && !c->stays[k] && kmp_crossing_changed(c, k);
+    const kmp_condition *condition = &c->s->events.condition[k];
+    return !condition->ends && condition->role == KMP_ROLE_NONE && !c->stays[k] && kmp_crossing_changed(c, k);
 }
 
 static int first_switched(const kmp_crossing *c)

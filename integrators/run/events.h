@@ -89,6 +89,9 @@ static inline bool kmp_crossing_is_free(const kmp_crossing *c, int k)
 /** True if condition k with the value `change` differs from its fixed state. */
 static inline bool kmp_crossing_differs(const kmp_crossing *c, int k, double change)
 {
+    kmp_role role = c->s->events.condition[k].role;
+    if (role != KMP_ROLE_NONE)
+        return (role == KMP_ROLE_SENSE || role == KMP_ROLE_HELD) && change < 0;
     return !kmp_crossing_is_free(c, k) && (change < 0) != (c->eval->mode[k] > 0);
 }
 static inline bool kmp_crossing_changed(const kmp_crossing *c, int k)

@@ -232,6 +232,8 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work
     int n = run->s->n;
     kmp_runner_follow(run, t);
     KMP_TRY(kmp_runner_inner_row(run, t, row, work));
+    if (run->friction)
+        kmp_friction_show(run, t, row);
     kmp_runner_show(run, row, row + n, row + 2 * n);
     return KEMPE_OK;
 }
@@ -253,7 +255,7 @@ void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
     report->rate_scale = run->rate_scale;
     report->build_s = run->build_s;
     report->cut = run->cut;
-    report->prescribed = run->solver && run->part.p == 0;
+    report->prescribed = run->solver && run->part.p == 0 && !run->friction;
     report->ended = run->ended;
     report->t = run->solver ? kmp_runner_t(run) : 0;
     kmp_runner_add_report(run, report);

@@ -7,6 +7,7 @@
 #include "constraints/partition/partition.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/events.h"
+#include "integrators/friction/friction_run.h"
 #include "integrators/run/run.h"
 #include "integrators/run/work_bound.h"
 #include "integrators/steppers/solver.h"
@@ -53,7 +54,9 @@ struct kmp_runner {
     double *seen, seen_t;         /* the user's coordinates (n) of spherical joints, and their time */
     double *next_seen;            /* n */
     long centrings;
-    kmp_crossing *crossing; /* NULL without conditions */
+    kmp_crossing *crossing;     /* NULL without conditions */
+    kmp_friction_run *friction; /* NULL without friction that sticks */
+    bool loaded_friction;       /* some level depends on multipliers */
     bool at_event;
     double event_t; /* the end of the last step if at_event */
     double stop;    /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it
@@ -82,6 +85,10 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start);
 
 /** Chooses rows and coordinates at (t, q); rank < 0: by the pivots. */
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count);
+
+/** Makes the margin of the chosen rows at (t, q), the distance from a change point, unless change points are ignored.
+ */
+kempe_status kmp_runner_look_at_margin(kmp_runner *run, double t, const double *q);
 
 /** True for rounded numbers if q is not closed on the rows kept now; kmp_runner_project closes q and qd on them. */
 bool kmp_runner_is_off(kmp_runner *run, double t, const double *q);

@@ -27,8 +27,8 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 {
     kmp_partition before = run->part;
     run->part = (kmp_partition){0};
-    kempe_status status =
-        kmp_runner_choose(run, t, q, run->margin.r, before.u, run->spec.keep_independent ? before.p : 0);
+    bool fixed = run->spec.keep_independent && before.p == run->s->n - run->margin.r;
+    kempe_status status = kmp_runner_choose(run, t, q, run->margin.r, before.u, fixed ? before.p : 0);
     kmp_partition_free(&before);
     if (status != KEMPE_OK || run->margin.r == 0)
         return status;
@@ -229,14 +229,36 @@ static kempe_status renew(kmp_runner *run, double t)
     }
 }
 
+/* Decides on the modes of friction; rows that begin or cease to be held change the rank. */
+static kempe_status settle_friction(kmp_runner *run, double t, double *q, double *qd)
+{
+    KMP_TRY(kmp_friction_settle(run, t, q, qd));
+    kmp_margin_free(&run->margin);
+    run->crossing->count++;
+    return kmp_runner_look_at_margin(run, t, q);
+}
+
+/* Removes the rows of friction, which take no part in impacts. */
+static kempe_status let_go(kmp_runner *run, double t, const double *q)
+{
+    kmp_friction_note(run);
+    kmp_friction_release(run);
+    kmp_partition_free(&run->part);
+    KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
+    kmp_margin_free(&run->margin);
+    return kmp_runner_look_at_margin(run, t, q);
+}
+
 /* Makes rates consistent with the present closures: the nearest ones in the kinetic energy, as after impulses along the
  * rows' forces. This is a plastic impact with the least loss of energy. Conditions may depend on rates, so that further
  * ones change. *energy: gain of kinetic energy, J. */
 static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
 {
     double *q = run->state, *qd = q + run->s->n, before = 0;
-    bool changed = true;
+    bool changed = true, any = false;
     kmp_eval_take(run->eval, false);
+    if (run->friction)
+        KMP_TRY(let_go(run, t, q));
     for (int pass = 0; changed; pass++) { /* each changes once at most */
         KMP_TRY(kmp_crossing_change(run->crossing, t, q, qd, pass > 0, &changed));
         if (changed || pass == 0)
@@ -245,11 +267,15 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
             kmp_eval_mass(run->eval);
             before = kmp_eval_kinetic(run->eval, qd);
         }
+        any = any || changed;
         if (changed)
             KMP_TRY(kmp_runner_project(run, t, q, qd));
     }
-    KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
-    *energy = kmp_eval_kinetic(run->eval, qd) - before;
+    if (run->friction)
+        KMP_TRY(settle_friction(run, t, q, qd));
+    else
+        KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
+    *energy = any ? kmp_eval_kinetic(run->eval, qd) - before : 0; /* else friction alone has changed */
     return KEMPE_OK;
 }
 

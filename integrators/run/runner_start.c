@@ -229,15 +229,15 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
 }
 
 /* Measures the distance of the start from a change point, unless change points are ignored. */
-static kempe_status look_at_margin(kmp_runner *run, const double *q)
+kempe_status kmp_runner_look_at_margin(kmp_runner *run, double t, const double *q)
 {
     const char *word = run->spec.change_points;
     bool made = kmp_margin_init(&run->margin, run->s, &run->part);
     if (made && word && strcmp(word, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0)
         kmp_margin_ignore(&run->margin);
     KMP_TRY(kmp_made(run->s->context, made));
-    kmp_eval_closure(run->eval, run->spec.t_start, q);
-    kmp_margin_begin(&run->margin, run->eval, run->spec.t_start, q);
+    kmp_eval_closure(run->eval, t, q);
+    kmp_margin_begin(&run->margin, run->eval, t, q);
     return KEMPE_OK;
 }
 
@@ -258,6 +258,18 @@ static void take_modes(kmp_runner *run)
         if (!run->s->events.condition[k].kink)
             kmp_eval_set_mode(run->eval, k, run->spec.mode_start[k] > 0);
     run->spec.mode_start = NULL;
+}
+
+/* Makes the workspace of friction that sticks. */
+static kempe_status begin_friction(kmp_runner *run)
+{
+    const kempe_model *model = run->s->model;
+    bool none;
+    run->friction = kmp_friction_new(run, &none);
+    for (int k = 0; k < model->force_count; k++)
+        run->loaded_friction =
+            run->loaded_friction || (kmp_force_sticks(&model->forces[k]) && kmp_force_lambda(&model->forces[k]));
+    return run->friction || none ? KEMPE_OK : kmp_fail_memory(run->s->context);
 }
 
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
@@ -281,10 +293,11 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (kmp_runner_is_off(run, t, q))
         KMP_TRY(kmp_runner_project(run, t, q, qd));
     KMP_TRY(check_rates(run, qd));
-    KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
+    KMP_TRY(begin_friction(run));
+    KMP_TRY(run->friction ? kmp_friction_settle(run, t, q, qd) : kmp_runner_accelerate(run, t, q, qd));
     KMP_TRY(note_other_solution(run));
-    KMP_TRY(look_at_margin(run, q));
-    if (run->part.p == 0 && !run->s->rheonomic)
+    KMP_TRY(kmp_runner_look_at_margin(run, t, q));
+    if (run->part.p == 0 && !run->s->rheonomic && !run->friction)
         kmp_run_log_add(run->log, "rest", t, NAN, NAN,
                         "the mechanism cannot move: it has no degree of freedom, and no closure depends on time; "
                         "'kempe check' examines its closures");

@@ -96,7 +96,7 @@ static int power_of(const kempe_model *model, const kmp_closure *closure, const 
     return power == KMP_KIND_POWER_GIVEN ? closure->power : power;
 }
 
-static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
+static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
 {
     const kempe_model *model = eq->model;
     kempe_status status = KEMPE_OK;
@@ -108,7 +108,8 @@ static kempe_status derive_rows(kmp_equations *eq, bool loops_alone)
         int kept = 0;
         if (!kind)
             return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
-        if (loops_alone && kmp_closure_is_drive(closure))
+        if ((scene->loops_alone && kmp_closure_is_drive(closure)) ||
+            (scene->frictionless && kmp_closure_is_friction(closure)))
             continue;
         kmp_closure_residual(kind, &eq->tree, closure, h);
         if (kmp_graph_failed(eq->graph))
@@ -169,6 +170,7 @@ static kempe_status check_multipliers(const kmp_equations *eq)
     for (int k = 0; k < model->force_count; k++) {
         const kmp_force *force = &model->forces[k];
         KMP_TRY(check_expression(eq, force->place, "force", force->name, force->effort));
+        KMP_TRY(check_expression(eq, force->place, "force", force->name, force->holding_effort));
         for (int i = 0; i < 3; i++)
             KMP_TRY(check_expression(eq, force->place, "force", force->name, force->vector[i]));
     }
@@ -251,7 +253,7 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
     const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION | KMP_SET_OUTPUT;
     if (!(sets & needing) && !kmp_model_has_loads(eq->model))
         return KEMPE_OK;
-    KMP_TRY(derive_rows(eq, scene->loops_alone));
+    KMP_TRY(derive_rows(eq, scene));
     if (!scene->loops_alone)
         KMP_TRY(check_multipliers(eq));
     if (sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL)) {

@@ -39,6 +39,7 @@ typedef struct kmp_scene {
     const char *no_inputs;       /* names of bodies without, with commas between; NULL: none */
     bool efforts;                /* efforts on the coordinates as inputs: of the accelerations */
     bool loops_alone;            /* no rows of drives */
+    bool frictionless;           /* no rows of friction that sticks */
     bool labels;                 /* nodes get names */
     bool charted;                /* spherical joints have charts as inputs (model/spherical.c) */
     unsigned without;            /* rules of the graph that are not applied (symbolic/graph.h) */

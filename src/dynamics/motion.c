@@ -323,6 +323,7 @@ static kempe_status derive_articulated(kempe_system *s)
     const kmp_scene scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
                              .efforts = true,
                              .events = &s->events,
+                             .frictionless = s->frictionless,
                              .charted = true};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));

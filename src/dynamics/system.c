@@ -245,7 +245,7 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
         kmp_condition *condition = &s->events.condition[k];
         if (!kmp_tree_event(&eq->tree, k, &out[k]))
             return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
-        condition->late = condition->ends && is_late(eq->graph, out[k]);
+        condition->late = (condition->ends || condition->role != KMP_ROLE_NONE) && is_late(eq->graph, out[k]);
         s->changes_by_rates = s->changes_by_rates || condition->late || is_by_rates(eq->graph, out[k]);
         if (condition->late) {
             out[count + counts[1]++] = out[k];
@@ -305,6 +305,7 @@ static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_equations *e
                              .scheme = s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
                              .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
                              .events = &s->events,
+                             .frictionless = s->frictionless,
                              .charted = true};
     return kmp_equations_derive(eq, s->model, &scene);
 }
@@ -371,6 +372,7 @@ static kempe_status new_system(const kempe_model *model, kmp_dynamics dynamics, 
     kempe_system *s = kmp_system_start(model);
     KMP_TRY(kmp_made(model->context, s));
     s->dynamics = dynamics;
+    s->frictionless = closures;
     kempe_status status = derive(s, closures);
     s->build_s = kmp_cpu_now() - begin;
     return KMP_GIVE_OR_FREE(status, system, s, kempe_system_free);

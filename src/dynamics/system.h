@@ -81,6 +81,7 @@ struct kempe_system {
     bool rheonomic;                   /* h depends on t */
     bool switches;                    /* h depends on conditions: J may jump where they change, and rates with it */
     bool dissipative;      /* some force is not conservative, or a closure that moves or switches does work */
+    bool frictionless;     /* it has no rows of friction that sticks */
     bool has_power;        /* so it is without the user's force */
     kmp_dynamics dynamics; /* as requested */
     kmp_program *motion, *judge;

@@ -5,6 +5,7 @@
 const kmp_expr *kmp_force_lambda(const kmp_force *force)
 {
     const kmp_expr *found = kmp_expr_lambda(force->effort);
+    found = found ? found : kmp_expr_lambda(force->holding_effort);
     for (int k = 0; !found && k < 3; k++)
         found = kmp_expr_lambda(force->vector[k]);
     return found;
@@ -16,7 +17,7 @@ static bool is_loaded(const kempe_model *model, int force)
     bool wheel = false;
     for (int k = 0; k < model->wheel_count; k++)
         wheel = wheel || (model->wheels[k].force == force && model->wheels[k].form == KMP_CONTACT_RIGID);
-    return wheel || kmp_force_lambda(&model->forces[force]);
+    return wheel || kmp_force_sticks(&model->forces[force]) || kmp_force_lambda(&model->forces[force]);
 }
 
 bool kmp_model_has_loads(const kempe_model *model)
@@ -48,9 +49,17 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
     }
 }
 
+int kmp_model_friction_count(const kempe_model *model)
+{
+    int count = 0;
+    for (int k = 0; k < model->force_count; k++)
+        count += kmp_force_sticks(&model->forces[k]);
+    return count;
+}
+
 static bool force_has_time(const kmp_force *force)
 {
-    bool found = kmp_expr_has_time(force->effort);
+    bool found = kmp_expr_has_time(force->effort) || kmp_expr_has_time(force->holding_effort);
     for (int k = 0; k < 3; k++)
         found = found || kmp_expr_has_time(force->vector[k]);
     return found;

@@ -107,6 +107,7 @@ typedef struct kmp_closure {
     const kmp_number *constant;   /* of a coupling; NULL: its value at the start */
     const kmp_named_table *table; /* of a curve from a table */
     int wheel;                    /* of a wheel's contact; meaningless otherwise */
+    int force;                    /* of the kind friction: the element; meaningless otherwise */
     const kmp_expr *curve[2];     /* of a curve: over x, y, z of the first point's axes */
     int curve_side[2];            /* 1: y equals it, 2: z does; 0: it is zero on the curve */
     int curve_count;              /* number of curve expressions: rows */
@@ -145,7 +146,11 @@ typedef struct kmp_force {
     kmp_number along[3], along_damping[3], about[3], about_damping[3],
         preload[3]; /* BUSHING: axes of the first point */
     bool has_lower, has_upper;
-    int wheel; /* of a wheel's contact; meaningless otherwise */
+    bool has_speed, has_static;     /* FRICTION: regularised; a static level */
+    kmp_number holding;             /* FRICTION: the static level */
+    const kmp_expr *holding_effort; /* as an expression, like `effort` for the level; NULL: a number */
+    int closure;                    /* FRICTION that sticks: of its row */
+    int wheel;                      /* of a wheel's contact; meaningless otherwise */
 } kmp_force;
 
 /** A goal of assembly, approached as far as the closures permit: a coordinate, or the position of a point. */
@@ -277,6 +282,16 @@ static inline const kmp_expr *kmp_state_rate(const kempe_model *model, int k)
 
 /** True if it prescribes a coordinate: a drive or a lock. */
 bool kmp_closure_is_drive(const kmp_closure *closure);
+
+/** True for friction that sticks; true for the row of such an element. */
+static inline bool kmp_force_sticks(const kmp_force *force)
+{
+    return force->kind == KMP_FORCE_FRICTION && !force->has_speed;
+}
+bool kmp_closure_is_friction(const kmp_closure *closure);
+
+/** The number of friction elements that stick. */
+int kmp_model_friction_count(const kempe_model *model);
 
 /** The first multiplier in the expressions of a force, NULL when there is none. */
 const kmp_expr *kmp_force_lambda(const kmp_force *force);

@@ -37,6 +37,7 @@ static void mark_force(const kmp_force *force, bool *used)
     if (force->motion >= 0)
         used[force->motion] = true;
     mark_expression(force->effort, used);
+    mark_expression(force->holding_effort, used);
     for (int k = 0; k < 3; k++)
         mark_expression(force->vector[k], used);
 }

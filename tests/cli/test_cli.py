@@ -770,9 +770,9 @@ class Inverse(Case):
 
     def test_keys(self):
         one = self.object(0, "inverse", self.LED, "--actuators", self.LEGS, "--t-end", 0.1, "-o", "legs.csv")
-        self.assertKeys(one, "model status reason build_s motion source rows freedoms rank efforts norm length transmission transmission_t "
+        self.assertKeys(one, "model status reason build_s motion source rows dof rank efforts norm length transmission transmission_t "
                              "residual residual_t singular left redundant actuators t tau power lambda reaction moment cpu_s")
-        self.assertEqual((one["status"], one["motion"], one["rows"], one["freedoms"], one["efforts"]),
+        self.assertEqual((one["status"], one["motion"], one["rows"], one["dof"], one["efforts"]),
                          ("ok", "drives", 11, 6, "definite"))
         self.assertKeys(one["actuators"]["slide1"], "unit weight largest largest_t rms power power_t work")
         self.assertLess(one["residual"], 1e-14)
@@ -805,7 +805,7 @@ class Inverse(Case):
         self.assertIn("the actuator forces minimise the sum of weight*tau^2", done.stdout)
         self.assertIn("redundant", done.stdout)
         one = self.object(1, "inverse", self.ROBOT, "--actuators", "a1")
-        self.assertEqual((one["status"], one["rank"], one["freedoms"], one["efforts"]), ("failed", 1, 2, "least squares"))
+        self.assertEqual((one["status"], one["rank"], one["dof"], one["efforts"]), ("failed", 1, 2, "least squares"))
         self.assertIn("the actuators act on 1 of 2 degrees of freedom", one["reason"])
 
     def test_same_bytes_twice(self):

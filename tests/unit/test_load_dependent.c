@@ -334,7 +334,7 @@ static void not_linear(void)
 }
 
 /* A friction torque by the size of a reaction, a root of squares without derivative at no load: its one solution is
- * found, shared/reference/friction.md, F9. */
+ * found. */
 static void root_of_squares(void)
 {
     loaded l = load("tests/models/rubbing_pin.yaml");

@@ -1,13 +1,33 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Regularised dry friction in a joint: effort -F qd / sqrt(qd^2 + s^2). It is the level F at speeds far beyond s and
- * viscous, -F/s qd, far below it. There is no sticking: a load below F creeps at about s load / F. */
+/* Dry friction in a joint. With a speed s it is regularised: effort -F qd / sqrt(qd^2 + s^2). It is the level F at
+ * speeds far beyond s and viscous, -F/s qd, far below it. There is no sticking: a load below F creeps at about s load /
+ * F. Otherwise it sticks (dynamics/kinematics/friction_modes.h): the effort here is that of slip, and in stick the row
+ * of a closure has it. */
 #include "dynamics/forces/law.h"
+#include "dynamics/kinematics/friction_modes.h"
+
+/* The value of the output is the multiplier of the element's row: a run puts the friction of every mode there. */
+static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
+                           kmp_ref *value)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref slip = kmp_mul(g, kmp_friction_sense(tree, force), kmp_friction_level(tree, force));
+    kmp_ref effort = kmp_sub(g, kmp_friction_input(tree, force, KMP_ROLE_GIVEN), slip);
+    *value = kmp_tree_multiplier(tree, force->closure, 0);
+    kmp_apply_effort(forces, tree, force->motion, effort);
+    if (energy & KMP_ENERGY_POWER)
+        kmp_add_power(forces, tree, effort, kmp_friction_rate(tree, force));
+}
 
 void kmp_law_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
+    if (kmp_force_sticks(force)) {
+        stick_and_slip(forces, tree, force, energy, value);
+        return;
+    }
     kmp_ref qd = kmp_input(g, KMP_IN_QD, (uint32_t)force->motion), s = kmp_tree_number(tree, &force->speed);
-    kmp_ref level = kmp_tree_number(tree, &force->level);
+    kmp_ref level = kmp_friction_level(tree, force);
     kmp_ref root = kmp_sqrt(g, kmp_add(g, kmp_mul(g, qd, qd), kmp_mul(g, s, s)));
     *value = kmp_neg(kmp_mul(g, level, kmp_div(g, qd, root)));
     kmp_apply_effort(forces, tree, force->motion, *value);

@@ -3,6 +3,7 @@
  * there. */
 #include "base/memory.h"
 #include "base/text.h"
+#include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "symbolic/table_function.h"
 #include <stdarg.h>
@@ -23,7 +24,7 @@ void kmp_noted_free(kmp_noted *noted)
 
 /* -- numbers of conditions --------------------------------------------------------------------------- */
 
-static int find(const kmp_events *events, const void *of, int number)
+int kmp_events_find(const kmp_events *events, const void *of, int number)
 {
     for (int k = 0; k < events->count; k++)
         if (events->condition[k].of == of && events->condition[k].number == number)
@@ -31,8 +32,7 @@ static int find(const kmp_events *events, const void *of, int number)
     return -1;
 }
 
-/* Takes the text; -1 when there is no memory. */
-static int add(kmp_events *events, kmp_condition condition)
+int kmp_events_add(kmp_events *events, kmp_condition condition)
 {
     kmp_condition *grown = kmp_realloc(events->condition, (size_t)events->count + 1, sizeof *grown);
     if (!grown || (!condition.expr && !condition.text)) {
@@ -57,7 +57,7 @@ static bool can_stand(const kmp_tree *tree, const void *of, int number, kmp_ref 
     const unsigned late = 1u << KMP_IN_LAMBDA | 1u << KMP_IN_QDD;
     unsigned depends = kmp_graph_node(tree->graph, kmp_id(less))->depends;
     return tree->events && moves(tree->graph, less) && !(depends & late) &&
-           (!tree->settled || find(tree->events, of, number) >= 0);
+           (!tree->settled || kmp_events_find(tree->events, of, number) >= 0);
 }
 
 /* -- of expressions ---------------------------------------------------------------------------------- */
@@ -65,9 +65,9 @@ static bool can_stand(const kmp_tree *tree, const void *of, int number, kmp_ref 
 /* The input for a condition of e, or `otherwise`. */
 static kmp_ref stand_in(const kmp_tree *tree, const kmp_expr *e, int number, bool kink, kmp_ref otherwise)
 {
-    int k = find(tree->events, e, number);
+    int k = kmp_events_find(tree->events, e, number);
     if (k < 0)
-        k = add(tree->events, (kmp_condition){.of = e, .number = number, .expr = e, .kink = kink});
+        k = kmp_events_add(tree->events, (kmp_condition){.of = e, .number = number, .expr = e, .kink = kink});
     if (k < 0)
         kmp_graph_fail(tree->graph);
     return k >= 0 ? kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)k) : otherwise;
@@ -143,10 +143,10 @@ static bool note(kmp_noted *noted, int k, kmp_ref value)
 /* The number of a condition whose value is noted; -1 when there is no memory. Frees the text. */
 static int meet(const kmp_tree *tree, kmp_condition condition, kmp_ref value, kmp_text *text)
 {
-    int k = find(tree->events, condition.of, condition.number);
+    int k = kmp_events_find(tree->events, condition.of, condition.number);
     if (k < 0) {
         condition.text = kmp_text_take(text);
-        k = add(tree->events, condition);
+        k = kmp_events_add(tree->events, condition);
     }
     kmp_text_free(text);
     if (k >= 0 && note(tree->noted, k, value))
@@ -199,6 +199,10 @@ void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref valu
 bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
 {
     const kmp_expr *e = tree->events->condition[k].expr;
+    if (tree->events->condition[k].role != KMP_ROLE_NONE) {
+        *difference = kmp_friction_value(tree, &tree->events->condition[k]);
+        return true;
+    }
     if (!e) {
         bool known = k < tree->noted->count && tree->noted->note[k].known;
         *difference = known ? tree->noted->note[k].value : KMP_ZERO;

@@ -45,6 +45,22 @@ typedef struct kmp_mount {
     kmp_vec p;      /* from the link's origin to the body's, link axes */
 } kmp_mount;
 
+/** Numbers of a friction element that sticks (dynamics/kinematics/friction_modes.h): each is a condition whose input is
+ * not 1 or 0, and whose value is not that of a comparison. The first two are events where their values become
+ * negative. */
+typedef enum kmp_role {
+    KMP_ROLE_NONE,
+    KMP_ROLE_SENSE,        /* input: direction of slip, 1 or -1; 0: none. Value: rate in that direction */
+    KMP_ROLE_HELD,         /* input: 1 while its row counts. Value: static level less the size of the friction */
+    KMP_ROLE_PLACE,        /* input: where it is held; otherwise a rate that is none. Value: place */
+    KMP_ROLE_GIVEN,        /* input: a force. Value: the friction */
+    KMP_ROLE_RATE,         /* value: rate of the place */
+    KMP_ROLE_ACCELERATION, /* value: second rate of the place */
+    KMP_ROLE_LEVEL,        /* value: size of the friction in slip */
+    KMP_ROLE_STATIC,       /* value: bound of the friction in stick */
+    KMP_ROLE_END
+} kmp_role;
+
 /** A condition: a comparison or a sign in an expression, or one of an element. */
 typedef struct kmp_condition {
     const void *of; /* the expression or part of the model that has it: `of` and number identify it */
@@ -54,6 +70,7 @@ typedef struct kmp_condition {
     bool ends;            /* runs end where its value becomes negative; it has no input */
     bool kink;            /* of abs, min or max: the active branch; both branches are equal where it changes */
     bool late;            /* a kink whose value depends on accelerations or multipliers */
+    kmp_role role;        /* of a friction element; otherwise KMP_ROLE_NONE */
     double lag;           /* of an element: it changes where its value has passed zero by this amount; 0: at zero */
     const char *advice;   /* where it ends runs, or prevents continuation by changing back and forth; NULL: none */
 } kmp_condition;
@@ -78,6 +95,10 @@ typedef struct kmp_noted {
 } kmp_noted;
 
 void kmp_events_free(kmp_events *events);
+
+/** The number of a condition by `of` and `number`, -1: none; adds one, whose text it takes, -1: no memory. */
+int kmp_events_find(const kmp_events *events, const void *of, int number);
+int kmp_events_add(kmp_events *events, kmp_condition condition);
 void kmp_noted_free(kmp_noted *noted);
 
 /** Numbers that stay symbols, inputs KMP_IN_PARAMETER: none, the model's parameters, or with them (numbered after them)

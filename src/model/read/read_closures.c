@@ -282,6 +282,11 @@ static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         drive->function = kmp_read_function(r, given, what, kmp_motion_dimension(r->model, drive->motion, 0), &first);
 }
 
+bool kmp_closure_is_friction(const kmp_closure *closure)
+{
+    return strcmp(closure->kind, "friction") == 0;
+}
+
 bool kmp_closure_is_drive(const kmp_closure *closure)
 {
     return strcmp(closure->kind, "drive") == 0 || strcmp(closure->kind, "lock") == 0;
@@ -369,6 +374,8 @@ void kmp_read_closures(kmp_reader *r)
     kmp_section loops = kmp_read_section(r, "loops", "loop"), drives = kmp_read_section(r, "drives", "drive");
     const kmp_yaml *cuts = kmp_linkage_cuts(r);
     int count = loops.count + (cuts ? cuts->count : 0) + drives.count + model->body_count + model->wheel_count;
+    const kmp_yaml *forces = kmp_yaml_get(r->root, "forces");
+    count += forces ? forces->count : 0; /* those that stick have a row */
     model->closures = KMP_ARENA_NEW(&model->arena, kmp_closure, count);
     if (!model->closures)
         return;

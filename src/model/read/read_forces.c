@@ -80,6 +80,19 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
     return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
 }
 
+/* A level of friction may be an expression. True if it is one, or an error: then it has no number. */
+static bool is_law(const element *e, const kmp_force_field *field, const kmp_yaml *node, const char *name)
+{
+    bool level = strcmp(field->key, "effort") == 0;
+    if (e->force->kind != KMP_FORCE_FRICTION || strcmp(field->key, "speed") == 0)
+        return false;
+    const kmp_expr *law = kmp_read_expr(e->r, node, name, dimension_of(e, field), KMP_OF_LOADS);
+    if (law && kmp_expr_is_constant(law))
+        return false;
+    *(level ? &e->force->effort : &e->force->holding_effort) = law;
+    return true;
+}
+
 /* The numbers of the element, keys of `map`. */
 static void read_fields(const element *e, const kmp_yaml *map, const char *what)
 {
@@ -94,6 +107,8 @@ static void read_fields(const element *e, const kmp_yaml *map, const char *what)
         if (!node)
             continue;
         const char *name = kmp_reader_say(e->r, "the %s of %s", key, e->what);
+        if (is_law(e, field, node, name))
+            continue;
         bool good = (field->size == 3 ? kmp_read_one_or_three : kmp_read_number)(
             e->r, node, name, dimension_of(e, field), kmp_force_number(e->force, k));
         for (int i = 0; good && i < field->size; i++)
@@ -122,6 +137,33 @@ static void check_stops(const element *e, const kmp_yaml *map)
     else if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value && !e->r->wrong)
         kmp_reader_complain(e->r, map->place, "%s: lower is %.6g, which is not below upper, %.6g", e->what,
                             force->lower.value, force->upper.value);
+}
+
+/* The row of friction that sticks, a closure of its name. */
+static void add_friction_row(const element *e, const kmp_yaml *map)
+{
+    kempe_model *model = e->r->model;
+    kmp_force *force = e->force;
+    force->has_speed = kmp_yaml_get(map, "speed");
+    force->has_static = kmp_yaml_get(map, "static");
+    if (force->has_speed && force->has_static)
+        kmp_reader_complain(e->r, kmp_yaml_get(map, "static")->place,
+                            "%s: friction with a speed has no static level, because it does not stick", e->what);
+    if (force->has_speed)
+        return;
+    if (kmp_name_find(KMP_NAMED(model, closure), force->name) >= 0)
+        kmp_reader_complain(e->r, force->place,
+                            "friction that sticks cannot have the name '%s' of a loop or drive: lambda(%s) would be "
+                            "ambiguous",
+                            force->name, force->name);
+    force->closure = model->closure_count++;
+    model->closures[force->closure] = (kmp_closure){.name = force->name,
+                                                    .kind = "friction",
+                                                    .place = force->place,
+                                                    .point = {-1, -1},
+                                                    .motion = -1,
+                                                    .force = (int)(force - model->forces),
+                                                    .power = model->motions[force->motion].rotation ? 0 : 1};
 }
 
 /* -- elements ------------------------------------------------------------------------------------ */
@@ -186,6 +228,8 @@ static void read_in_joint(element *e)
     read_fields(e, map, what);
     if (e->force->kind == KMP_FORCE_STOPS)
         check_stops(e, map);
+    if (e->force->kind == KMP_FORCE_FRICTION)
+        add_friction_row(e, map);
 }
 
 static void read_components(const element *e, const char *key)

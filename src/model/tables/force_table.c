@@ -63,5 +63,8 @@ bool kmp_force_is_line(kmp_force_kind kind)
 bool kmp_force_has(const kmp_force *force, int field)
 {
     const kmp_number *number = kmp_force_get(force, field);
+    if (force->kind == KMP_FORCE_FRICTION)
+        return !(number == &force->speed && !force->has_speed) && !(number == &force->level && force->effort) &&
+               !(number == &force->holding && (!force->has_static || force->holding_effort));
     return !(number == &force->lower && !force->has_lower) && !(number == &force->upper && !force->has_upper);
 }

@@ -40,5 +40,5 @@ const char *kmp_force_key(const kempe_model *model, int motion, const char *key)
 bool kmp_force_is_between(kmp_force_kind kind);
 bool kmp_force_is_line(kmp_force_kind kind);
 
-/** False for an end that a stop does not have. */
+/** False for a number that the element does not have: an end of stops, what an expression replaces. */
 bool kmp_force_has(const kmp_force *force, int field);

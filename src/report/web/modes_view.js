@@ -30,7 +30,7 @@ function title(mode) {
 
 function tellVerdict() {
     byId("model").append(data.model);
-    byId("scene").append(`at ${data.at} \u00b7 ${data.freedoms} degree${data.freedoms === 1 ? "" : "s"} of freedom`);
+    byId("scene").append(`at ${data.at} \u00b7 ${data.dof} degree${data.dof === 1 ? "" : "s"} of freedom`);
     byId("answer").append(element("em", data.stability));
     const sentences = [data.reasons.replace(/^[a-z]+: /, "")];
     for (const c of data.locus ? data.locus.critical : []) sentences.push(`${namedValue(c.value)}: a mode ${c.im > 0 ? `of ${digits(c.im / TAU)} Hz ` : ""}grows ${c.grows} it`);

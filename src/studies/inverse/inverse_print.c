@@ -262,7 +262,7 @@ static void json_actuators(kmp_json *json, const kempe_inverse *r)
 
 static void json_kind(kmp_json *json, const kempe_inverse *r)
 {
-    kmp_json_put(json, "freedoms %d rank %d efforts %s norm %s length %g transmission %g", r->freedoms, r->rank,
+    kmp_json_put(json, "dof %d rank %d efforts %s norm %s length %g transmission %g", r->freedoms, r->rank,
                  r->rows ? kind_of(r) : NULL, "sum of weight*tau^2, a force times length", r->system->length,
                  r->rows ? r->hold : NAN);
     kmp_json_put(json, "transmission_t %g residual %g residual_t %g singular %d left { largest %g t %g efforts {",

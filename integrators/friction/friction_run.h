@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Modes of friction elements that stick (dynamics/kinematics/friction_modes.h), decided between steps: at the start, at
+ * events, and wherever conditions or inputs have changed. All elements at rest are decided together. Their forces f and
+ * the accelerations a of their places are related by a = a0 + D f, f within the levels, and a = 0 inside them: the
+ * minimum of a quadratic function in a box (linalg/dense/box_minimum.h). Levels that depend on multipliers depend on f;
+ * they are iterated (Glocker 2001, section 7).
+ *
+ * Elements that stick become rows of J, as far as these are independent of other rows. Where other elements that stick
+ * imply a row, its element keeps the force of this solution until the next event. Where other rows imply it, the rate
+ * is theirs: it slips, or rests without a force. */
+#pragma once
+
+#include "integrators/run/run.h"
+#include <stdbool.h>
+
+typedef struct kmp_friction_run kmp_friction_run;
+
+/** Makes the workspace in the run's arena. NULL: no memory, or the system has no such elements (*none). */
+kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none);
+
+/** Notes the elements whose events are passed at the last evaluated conditions, and the present friction. */
+void kmp_friction_note(kmp_runner *run);
+
+/** Lets go of all rows of friction: before rates are made consistent with closures that switch. */
+void kmp_friction_release(kmp_runner *run);
+
+/** Decides on modes at t and the state (q, qd), whose rates are made consistent with the rows that are held. Chooses
+ * rows and coordinates, and computes run->qdd and run->lambda. KEMPE_E_FAILED with a message where no modes are
+ * possible. */
+kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd);
+
+/** Puts the friction of all elements in place of the multipliers of their rows, in a row at t. */
+void kmp_friction_show(kmp_runner *run, double t, double *row);

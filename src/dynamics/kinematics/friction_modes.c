@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "dynamics/kinematics/friction_modes.h"
+#include "base/memory.h"
+#include "base/text.h"
+#include "symbolic/derivative.h"
+
+/* Adds the conditions of all roles. -1: no memory. */
+static int add_roles(const kmp_tree *tree, const kmp_force *force)
+{
+    int first = tree->events->count;
+    for (int role = KMP_ROLE_SENSE; role < KMP_ROLE_END; role++) {
+        kmp_text text = {0};
+        kmp_text_printf(&text, "friction '%s'", force->name);
+        const kmp_condition condition = {
+            .of = force, .number = role, .role = (kmp_role)role, .text = kmp_text_take(&text)};
+        if (kmp_events_add(tree->events, condition) < 0) {
+            kmp_graph_fail(tree->graph);
+            return -1;
+        }
+    }
+    return first;
+}
+
+int kmp_friction_find(const kmp_tree *tree, const kmp_force *force)
+{
+    int first = tree->events ? kmp_events_find(tree->events, force, KMP_ROLE_SENSE) : -1;
+    return first >= 0 || !tree->events || tree->settled ? first : add_roles(tree, force);
+}
+
+kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_role role)
+{
+    int first = kmp_friction_find(tree, force);
+    return first < 0 ? KMP_ZERO : kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)(first + (int)role - KMP_ROLE_SENSE));
+}
+
+kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force)
+{
+    return kmp_input(tree->graph, KMP_IN_Q, (uint32_t)force->motion);
+}
+
+kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force)
+{
+    return kmp_vec_rate(tree, (kmp_vec){{kmp_friction_place(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
+}
+
+kmp_ref kmp_friction_level(const kmp_tree *tree, const kmp_force *force)
+{
+    return force->effort ? kmp_tree_expression(tree, force->effort) : kmp_tree_number(tree, &force->level);
+}
+
+static kmp_ref static_level(const kmp_tree *tree, const kmp_force *force)
+{
+    if (!force->has_static)
+        return kmp_friction_level(tree, force);
+    return force->holding_effort ? kmp_tree_expression(tree, force->holding_effort)
+                                 : kmp_tree_number(tree, &force->holding);
+}
+
+kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_graph *g = tree->graph;
+    if (kmp_friction_find(tree, force) >= 0)
+        return kmp_friction_input(tree, force, KMP_ROLE_SENSE);
+    kmp_ref rate = kmp_friction_rate(tree, force);
+    return kmp_sub(g, kmp_less(g, KMP_ZERO, rate), kmp_less(g, rate, KMP_ZERO));
+}
+
+/* The rate in the direction of slip; without one, what is left of the rate that counts as none. */
+static kmp_ref rate_ahead(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref rate = kmp_friction_rate(tree, force), sense = kmp_friction_sense(tree, force);
+    kmp_ref none = kmp_friction_input(tree, force, KMP_ROLE_PLACE);
+    kmp_ref slips = kmp_add(g, kmp_mul(g, sense, rate), none);
+    kmp_ref rests = kmp_sub(g, none, kmp_unary(g, KMP_OP_ABS, rate));
+    return kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), KMP_ONE, kmp_select(g, sense, slips, rests));
+}
+
+static kmp_ref friction(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref slip = kmp_mul(g, kmp_friction_sense(tree, force), kmp_friction_level(tree, force));
+    kmp_ref held =
+        kmp_mul(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), kmp_tree_multiplier(tree, force->closure, 0));
+    return kmp_add(g, kmp_sub(g, kmp_friction_input(tree, force, KMP_ROLE_GIVEN), slip), held);
+}
+
+static kmp_ref acceleration(const kmp_tree *tree, const kmp_force *force)
+{
+    return kmp_vec_acceleration(tree, (kmp_vec){{kmp_friction_rate(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
+}
+
+static kmp_ref reserve(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref size = kmp_unary(g, KMP_OP_ABS, kmp_tree_multiplier(tree, force->closure, 0));
+    return kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), kmp_sub(g, static_level(tree, force), size),
+                      KMP_ONE);
+}
+
+kmp_ref kmp_friction_value(const kmp_tree *tree, const kmp_condition *condition)
+{
+    static kmp_ref (*const values[KMP_ROLE_END])(const kmp_tree *, const kmp_force *) = {
+        [KMP_ROLE_SENSE] = rate_ahead,         [KMP_ROLE_HELD] = reserve,
+        [KMP_ROLE_PLACE] = kmp_friction_place, [KMP_ROLE_GIVEN] = friction,
+        [KMP_ROLE_RATE] = kmp_friction_rate,   [KMP_ROLE_ACCELERATION] = acceleration,
+        [KMP_ROLE_LEVEL] = kmp_friction_level, [KMP_ROLE_STATIC] = static_level};
+    return values[condition->role](tree, condition->of);
+}

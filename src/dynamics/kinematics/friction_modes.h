@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Dry friction that sticks: a force f against the rate of a place (a coordinate, or an expression of coordinates), of
+ * at most the static level while the rate is zero, and of the level while it slips. Its mode is held during a step by
+ * inputs of the roles of kmp_role. In slip f = -sense level. In stick it is the multiplier of a row of J, or, where
+ * other rows imply that row, a given force. A run decides on modes (integrators/friction/friction_run.h). */
+#pragma once
+
+#include "dynamics/kinematics/link_tree.h"
+
+/** The number of the element's condition KMP_ROLE_SENSE, which those of the other roles follow; -1: conditions are
+ * evaluated in place, or there is no memory. */
+int kmp_friction_find(const kmp_tree *tree, const kmp_force *force);
+
+/** The input of a role; zero where kmp_friction_find gives none. */
+kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_role role);
+
+/** The place whose rate the friction opposes, and that rate. */
+kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force);
+kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force);
+
+/** The level of the friction in slip. */
+kmp_ref kmp_friction_level(const kmp_tree *tree, const kmp_force *force);
+
+/** The direction of slip: its input, or in place the sign of the rate. */
+kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force);
+
+/** The value of an element's condition. */
+kmp_ref kmp_friction_value(const kmp_tree *tree, const kmp_condition *condition);

@@ -1,0 +1,295 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Dry friction that sticks, against digits of closed forms or of two other methods: times of all transitions and the
+ * state at the end, on every formulation. */
+#include "loaded.h"
+#include "studies/simulate/trajectory.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct way {
+    const char *formulation, *form, *integrator;
+    double tolerance; /* of times and states at rtol 1e-11 */
+} way;
+
+static const way ways[] = {{"reduced", "integrated", "dop853", 1e-9},
+                           {"reduced", "integrated", "radau", 1e-9},
+                           {"reduced", "newton", "dop853", 1e-9},
+                           {"projected", NULL, "dop853", 1e-9},
+                           {"projected", NULL, "radau", 1e-9},
+                           {"dae", NULL, "ida", 1e-6},
+                           {"dae", NULL, "radau", 1e-6},
+                           {"reduced", "newton", "ida", 1e-6}};
+
+enum { WAYS = sizeof ways / sizeof *ways };
+
+static kempe_trajectory *simulate(const loaded *l, const way *by, double t_end)
+{
+    kempe_trajectory *run = NULL;
+    kempe_run_options options = {.formulation = by->formulation,
+                                 .form = by->form,
+                                 .integrator = by->integrator,
+                                 .rtol = 1e-11,
+                                 .t_end = t_end,
+                                 .no_convergence_check = 1};
+    CHECK(l->system && kempe_simulate(l->system, &options, &run) == KEMPE_OK);
+    if (!run || kempe_trajectory_reason(run)[0])
+        printf("%s %s: %s\n", by->formulation, by->integrator,
+               run ? kempe_trajectory_reason(run) : kempe_context_message(l->context));
+    return run;
+}
+
+typedef struct transition {
+    double t;
+    const char *text;
+} transition;
+
+/* The entries of friction in the log, all and in order. */
+static void check_log(const kempe_trajectory *run, int count, const transition *expected, double tolerance)
+{
+    int found = 0;
+    for (int k = 0; k < run->log.kept; k++) {
+        const kmp_log_entry *entry = &run->log.entries[k];
+        if (strcmp(entry->kind, "friction") != 0)
+            continue;
+        if (found < count) {
+            CHECK_NEAR(entry->t, expected[found].t, tolerance);
+            CHECK_TEXT(entry->text, expected[found].text);
+        }
+        found++;
+    }
+    CHECK(found == count);
+}
+
+#define TRANSITIONS(run, tolerance, ...)                                                                               \
+    do {                                                                                                               \
+        const transition expected[] = {__VA_ARGS__};                                                                   \
+        check_log(run, sizeof expected / sizeof *expected, expected, tolerance);                                       \
+    } while (0)
+
+static const double *last_q(const kempe_trajectory *run)
+{
+    return kempe_trajectory_q(run, kempe_trajectory_row_count(run) - 1);
+}
+
+static const double *last_qd(const kempe_trajectory *run)
+{
+    return kempe_trajectory_qd(run, kempe_trajectory_row_count(run) - 1);
+}
+
+static double last_lambda(const kempe_trajectory *run, int row)
+{
+    return kempe_trajectory_lambda(run, kempe_trajectory_row_count(run) - 1)[row];
+}
+
+/* F1: limit cycle of a block on a belt, static level above the level of slip. */
+static void belt(void)
+{
+    const double slip = 4.0688878715914054709, first = 5.1682640342003120347, period = 8.0688878715914054709;
+    loaded l = load("tests/models/friction_belt.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 50);
+        if (run) {
+            const double e = ways[k].tolerance;
+            TRANSITIONS(run, e, {0, "'rub' slips backward"}, {0.3398369094541219371, "'rub' sticks"},
+                        {first, "'rub' slips backward"}, {first + slip, "'rub' sticks"},
+                        {first + period, "'rub' slips backward"}, {first + period + slip, "'rub' sticks"},
+                        {first + 2 * period, "'rub' slips backward"}, {first + 2 * period + slip, "'rub' sticks"},
+                        {first + 3 * period, "'rub' slips backward"}, {first + 3 * period + slip, "'rub' sticks"},
+                        {first + 4 * period, "'rub' slips backward"}, {first + 4 * period + slip, "'rub' sticks"},
+                        {first + 5 * period, "'rub' slips backward"}, {first + 5 * period + slip, "'rub' sticks"});
+            CHECK_NEAR(last_q(run)[0] + last_q(run)[1], 0.28368174725102802799, e);
+            CHECK_NEAR(last_lambda(run, 1), 0.28368174725102802799, e);
+            CHECK(fabs(last_qd(run)[1]) < 1e-12);
+            CHECK(run->verdict.drift_rel < 1e-5);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* F2: a mass on a spring comes to rest where friction holds it, for ever. */
+static void spring(void)
+{
+    const double pi = 3.14159265358979323846;
+    loaded l = load("tests/models/friction_spring.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 5);
+        if (run) {
+            const double e = ways[k].tolerance;
+            TRANSITIONS(run, e, {0, "'rub' slips backward"}, {pi / 10, "'rub' slips forward"},
+                        {pi / 5, "'rub' slips backward"}, {3 * pi / 10, "'rub' slips forward"},
+                        {1.2566370614359172954, "'rub' sticks"});
+            CHECK_NEAR(last_q(run)[0], 0.01, e);
+            CHECK_NEAR(last_lambda(run, 0), 1, e);
+            CHECK(fabs(last_qd(run)[0]) < 1e-12 && run->verdict.drift_rel < 1e-6);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+    l = load_text("kempe: 1\n"
+                  "bodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                  "forces: {k: {joint: x, spring: {stiffness: 100}}, f: {joint: x, friction: {force: 3, static: 8}}}\n"
+                  "start: {q: {x: 0.25}}\n");
+    kempe_trajectory *run = simulate(&l, &ways[0], 2);
+    if (run) {
+        TRANSITIONS(run, 1e-9, {0, "'f' slips backward"}, {pi / 10, "'f' slips forward"},
+                    {pi / 5, "'f' slips backward"}, {0.94247779607693797, "'f' sticks"});
+        CHECK_NEAR(last_q(run)[0], -0.07, 1e-9);
+    }
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* F3: stick that is refused (a direct reversal at 1.30005), stick that lasts 0.04 s; no degree of freedom while it
+ * sticks, with a load that varies. */
+static void incline(void)
+{
+    loaded l = load("tests/models/friction_incline.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 3);
+        if (run) {
+            const double e = ways[k].tolerance;
+            TRANSITIONS(run, e, {0, "'rub' sticks"}, {0.172898482983737957, "'rub' slips forward"},
+                        {0.406106075141259837, "'rub' sticks"}, {0.522247523081533335, "'rub' slips backward"},
+                        {1.30005163001036333, "'rub' slips forward"}, {1.35148974269501093, "'rub' sticks"},
+                        {1.52224752308153333, "'rub' slips backward"}, {2.30005163001036333, "'rub' slips forward"},
+                        {2.35148974269501093, "'rub' sticks"}, {2.52224752308153333, "'rub' slips backward"});
+            CHECK_NEAR(last_q(run)[0], -2.4968072146232871085, e);
+            CHECK(run->verdict.drift_rel < 1e-6);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* F4: a pendulum with a constant torque in its pivot. */
+static void pendulum(void)
+{
+    loaded l = load("tests/models/friction_pendulum.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 7);
+        if (run) {
+            const double e = ways[k].tolerance;
+            TRANSITIONS(run, e, {0, "'rub' slips backward"}, {1.13946829856341975, "'rub' slips forward"},
+                        {2.22731101473602543, "'rub' slips backward"}, {3.28123759868300077, "'rub' slips forward"},
+                        {4.31243918232891776, "'rub' slips backward"}, {5.3289679784671665, "'rub' slips forward"},
+                        {6.33724815850480049, "'rub' sticks"});
+            CHECK_NEAR(last_q(run)[0], 0.099490203605278666138, e);
+            CHECK_NEAR(last_lambda(run, 0), 0.97438957230604256, 10 * e);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* F5: two blocks, one on the other: one of two elements that stick breaks away, the other must not; both stop. */
+static void stack(void)
+{
+    loaded l = load("tests/models/friction_stack.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 14);
+        if (run) {
+            const double e = ways[k].tolerance;
+            TRANSITIONS(run, e, {0, "'floor' sticks"}, {0, "'between' sticks"}, {1.4715, "'floor' slips forward"},
+                        {2.20725, "'between' slips forward"}, {9.25856893476044852, "'between' sticks"},
+                        {12.9681659021406728, "'floor' sticks"});
+            CHECK_NEAR(last_q(run)[0], 20.2605362575508768, e);
+            CHECK_NEAR(last_q(run)[0] + last_q(run)[1], 61.8838923088, e);
+            CHECK(fabs(last_qd(run)[0]) < 1e-12 && fabs(last_qd(run)[1]) < 1e-12);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* F7: friction of a slider by the load of its guide. Dead centres are passed without sticking; it sticks for ever in
+ * the end. */
+static void guide(void)
+{
+    loaded l = load("tests/models/friction_guide.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 1);
+        if (run) {
+            const double e = ways[k].tolerance;
+            CHECK_NEAR(kempe_trajectory_qdd(run, 0)[0], -95.20321315222154, 1e-12);
+            TRANSITIONS(run, e, {0, "'guide' slips backward"}, {0.1199069592433703, "'guide' slips forward"},
+                        {0.2774338128644489, "'guide' slips backward"}, {0.517173110411307, "'guide' sticks"});
+            CHECK_NEAR(last_q(run)[0], 7.667684321805424, e);
+            CHECK_NEAR(last_q(run)[2], 0.301970687258428, e);
+            CHECK_NEAR(last_lambda(run, 2), -1.3884824831, 100 * e);
+            CHECK_NEAR(0.8 * 9.81 - last_lambda(run, 1), 11.2723774361, 100 * e);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* From rest at the dead centre it must not stick. */
+static void dead_centre(void)
+{
+    loaded l = load_set("tests/models/friction_guide.yaml", (const kempe_setting[]){{"w", "0"}, {"th0", "0"}}, 2);
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.1);
+        if (run) {
+            CHECK_NEAR(last_q(run)[0], -0.555312441235473707, ways[k].tolerance);
+            CHECK_NEAR(last_qd(run)[0], -7.71544751311234481, 10 * ways[k].tolerance);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* F8: two frictions on one freedom: their split is not unique, but the motion is. */
+static void pair(void)
+{
+    loaded l = load("tests/models/friction_pair.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 1);
+        if (run) {
+            const double e = ways[k].tolerance;
+            TRANSITIONS(run, e, {0, "'pivot' slips backward"}, {0, "'guide' slips forward"},
+                        {0.0610713090121310061, "'guide' slips backward"}, {0.392738889542190046, "'pivot' sticks"},
+                        {0.392738889542190046, "'guide' sticks"});
+            CHECK_NEAR(last_q(run)[0], -1.02488548253021918, e);
+            CHECK(fabs(last_lambda(run, 2)) <= 0.5 + 1e-15 && fabs(last_lambda(run, 3)) <= 3);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* Levels 1 and 5 on one coordinate under a load that grows: both hold until it exceeds 6, whatever share each has. */
+static void shares(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "bodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                         "forces:\n"
+                         "  load: {joint: x, force: 4*t}\n"
+                         "  weak: {joint: x, friction: {force: 1}}\n"
+                         "  strong: {joint: x, friction: {force: 5}}\n");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 2);
+        if (run) {
+            TRANSITIONS(run, ways[k].tolerance, {0, "'weak' sticks"}, {0, "'strong' sticks"},
+                        {1.5, "'weak' slips forward"}, {1.5, "'strong' slips forward"});
+            CHECK_NEAR(last_q(run)[0], 4.0 / 6 * 0.125, ways[k].tolerance);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(belt);
+    TEST(spring);
+    TEST(incline);
+    TEST(pendulum);
+    TEST(stack);
+    TEST(guide);
+    TEST(dead_centre);
+    TEST(pair);
+    TEST(shares);
+    return check_report();
+}
