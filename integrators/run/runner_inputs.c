@@ -35,7 +35,7 @@ kempe_status kmp_runner_take_conditions(kmp_runner *run, double t)
 {
     const double *q = run->state, *qd = q + run->s->n;
     bool changed;
-    if (!run->crossing || run->eval->inputs.count == 0)
+    if (!run->crossing || (run->eval->inputs.count == 0 && !run->sampler))
         return KEMPE_OK;
     KMP_TRY(kmp_crossing_change(run->crossing, t, q, qd, false, &changed));
     run->crossing->end = kmp_crossing_first_end(run->crossing);
@@ -61,6 +61,7 @@ kempe_status kmp_runner_pass_samples(kmp_runner *run, double t)
             KMP_TRY(check_closures(run, t));
         run->anew = run->anew || jump == 0;
     }
+    run->anew = run->anew || t >= kmp_runner_next_sample(run);
     return run->anew || run->solver->t_end == kmp_runner_limit(run) ? KEMPE_OK : extend(run);
 }
 
