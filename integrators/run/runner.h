@@ -28,7 +28,7 @@ typedef struct kmp_integrator_choice {
     double pace, h;   /* of the other integrator before the trial: time simulated in a counted cycle; its step */
 } kmp_integrator_choice;
 
-/* Of the sampled states (runner_samples.c). */
+/* Of the sampled states (runner_inputs.c). */
 typedef struct kmp_sampler kmp_sampler;
 
 struct kmp_runner {
@@ -118,8 +118,6 @@ kempe_status kmp_runner_take_inputs(kmp_runner *run, double t);
 /** Changes the conditions that the inputs from t on have changed, at the state in run->state; ends the run where one of
  * them says so. */
 kempe_status kmp_runner_take_conditions(kmp_runner *run, double t);
-
-/* runner_samples.c */
 
 /** Makes the sampler of a run that starts at t, if the model has sampled states. */
 kempe_status kmp_runner_make_sampler(kmp_runner *run, double t);
