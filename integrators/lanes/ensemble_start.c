@@ -27,6 +27,7 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
         {s->chart_count > 0, "spherical joints"},
         {s->articulated != NULL, "the articulated-body algorithm"},
         {s->force != NULL, "user-defined forces"},
+        {kmp_model_has_samples(s->model), "sampled states"},
         {s->load_row_count > 0, "forces that depend on multipliers"},
         {s->motion->block_count > 0, "points on curves"},
         {s->m > KMP_LANE_ROWS || e->p > KMP_FUSED_FREEDOMS, "a large system"},

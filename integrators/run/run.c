@@ -92,6 +92,7 @@ void kmp_runner_free(kmp_runner *run)
     if (!run)
         return;
     kmp_runner_release_integrators(run);
+    kmp_runner_free_sampler(run);
     if (run->formulation)
         run->formulation->release(run->formulation);
     kmp_partition_free(&run->part);

@@ -29,6 +29,9 @@ typedef struct kmp_integrator_choice {
     double pace, h;   /* of the other integrator before the trial: time simulated in a counted cycle; its step */
 } kmp_integrator_choice;
 
+/* Of the sampled states (runner_inputs.c). */
+typedef struct kmp_sampler kmp_sampler;
+
 struct kmp_runner {
     const kempe_system *s;
     kmp_run_spec spec;
@@ -58,14 +61,15 @@ struct kmp_runner {
     kmp_friction_run *friction; /* NULL without friction that sticks */
     bool loaded_friction;       /* some level depends on multipliers */
     bool at_event;
-    double event_t; /* the end of the last step if at_event */
-    double stop;    /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it
-                       (kmp_runner_cut) */
-    bool anew;      /* the next step restarts the integrator: external inputs of the equations may have changed */
-    double pace;    /* the proposed step, if steps that end at `stop` are shorter; 0: they are not */
-    double *y, *yp; /* at a row; yp for a DAE only */
-    double *moved;  /* 3 n + m: a row, if moving closures do work */
-    double work;    /* of non-conservative forces on a dae formulation, by quadrature up to work_t */
+    double event_t;       /* the end of the last step if at_event */
+    double stop;          /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it
+                             (kmp_runner_cut) */
+    bool anew;            /* the next step restarts the integrator: external inputs of the equations may have changed */
+    kmp_sampler *sampler; /* NULL without sampled states */
+    double pace;          /* the proposed step, if steps that end at `stop` are shorter; 0: they are not */
+    double *y, *yp;       /* at a row; yp for a DAE only */
+    double *moved;        /* 3 n + m: a row, if moving closures do work */
+    double work;          /* of non-conservative forces on a dae formulation, by quadrature up to work_t */
     double work_t;
     double rate_scale, build_s;
     unsigned long memory_failures; /* at the creation of the run */
@@ -121,6 +125,16 @@ kempe_status kmp_runner_take_inputs(kmp_runner *run, double t);
 /** Changes the conditions that the inputs from t on have changed, at the state in run->state; ends the run where one of
  * them says so. */
 kempe_status kmp_runner_take_conditions(kmp_runner *run, double t);
+
+/** Makes the sampler of a run that starts at t, if the model has sampled states. */
+kempe_status kmp_runner_make_sampler(kmp_runner *run, double t);
+void kmp_runner_free_sampler(kmp_runner *run);
+
+/** The time of the next sample that has not been taken; INFINITY: there is none. */
+double kmp_runner_next_sample(const kmp_runner *run);
+
+/** Takes the samples that are due at t: sets sampled states in run->state, whose inputs are those from t on. */
+void kmp_runner_take_samples(kmp_runner *run, double t);
 
 /* runner_integrator.c */
 

@@ -285,6 +285,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     double *q = run->state, h = t - run->solver->t_old, work, energy;
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
     KMP_TRY(kmp_runner_take_inputs(run, t));
+    kmp_runner_take_samples(run, t);
     KMP_TRY(meet_closures(run, t, &energy));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > run->spec.rtol * before)
@@ -342,11 +343,12 @@ double kmp_runner_step_size(const kmp_runner *run)
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 {
     double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
-    bool given = run->eval->inputs.count > 0, relieved = kmp_runner_relieve(run, t);
+    bool given = run->eval->inputs.count > 0 || run->sampler, relieved = kmp_runner_relieve(run, t);
     if (given && run->crossing && run->s->switches)
         return restart_with_switches(run, t);
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
     KMP_TRY(kmp_runner_take_inputs(run, t));
+    kmp_runner_take_samples(run, t);
     KMP_TRY(kmp_runner_take_conditions(run, t));
     if (relieved) {
         run->anew = false;

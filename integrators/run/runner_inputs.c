@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Inputs of the model during a run. Each step has one polynomial for each input: it ends at the next sample. Beyond it
- * the integrator restarts where a value jumps, and continues in its order elsewhere. */
+/* Inputs and sampled states of the model during a run. Each step has one polynomial for each input: it ends at the next
+ * sample. Beyond it the integrator restarts where a value jumps, and continues in its order elsewhere. Each sampled
+ * state takes its next value at a sample, from the state of the motion before any of them has changed. A sample is
+ * taken once, when the run goes on from its time. */
+#include "backend/x86/machine.h"
+#include "dynamics/equations.h"
 #include "integrators/run/runner.h"
+#include <math.h>
 
 /* An input of a closure must have no jump in value and rate, which no force can follow. */
 static kempe_status check_closures(const kmp_runner *run, double t)
@@ -35,7 +40,7 @@ kempe_status kmp_runner_take_conditions(kmp_runner *run, double t)
 {
     const double *q = run->state, *qd = q + run->s->n;
     bool changed;
-    if (!run->crossing || run->eval->inputs.count == 0)
+    if (!run->crossing || (run->eval->inputs.count == 0 && !run->sampler))
         return KEMPE_OK;
     KMP_TRY(kmp_crossing_change(run->crossing, t, q, qd, false, &changed));
     run->crossing->end = kmp_crossing_first_end(run->crossing);
@@ -61,6 +66,7 @@ kempe_status kmp_runner_pass_samples(kmp_runner *run, double t)
             KMP_TRY(check_closures(run, t));
         run->anew = run->anew || jump == 0;
     }
+    run->anew = run->anew || t >= kmp_runner_next_sample(run);
     return run->anew || run->solver->t_end == kmp_runner_limit(run) ? KEMPE_OK : extend(run);
 }
 
@@ -87,4 +93,108 @@ double kmp_runner_rate_scale(const kmp_runner *run)
 kempe_status kmp_runner_pass(kmp_runner *run, double t)
 {
     return run->at_event && t == run->event_t ? kmp_runner_change(run, t) : KEMPE_OK;
+}
+
+/* -- sampled states ----------------------------------------------------------------------------------- */
+
+struct kmp_sampler {
+    kmp_program *program; /* the next values of the sampled states at (t, q, qd) */
+    kmp_machine *machine;
+    kmp_arena arena;
+    int count;
+    int *state;     /* of each: its index among the states */
+    double *number; /* of its next sample */
+};
+
+static double time_of(const kmp_runner *run, int k)
+{
+    const kmp_sampler *x = run->sampler;
+    return x->number[k] * run->s->model->states[x->state[k]].period;
+}
+
+double kmp_runner_next_sample(const kmp_runner *run)
+{
+    double next = INFINITY;
+    for (int k = 0; run->sampler && k < run->sampler->count; k++)
+        next = fmin(next, time_of(run, k));
+    return next;
+}
+
+/* The first sample at t or after. */
+static void begin(kmp_runner *run, double t)
+{
+    kmp_sampler *x = run->sampler;
+    for (int k = 0; k < x->count; k++) {
+        x->number[k] = fmax(ceil(t / run->s->model->states[x->state[k]].period) - 1, 0);
+        while (time_of(run, k) < t)
+            x->number[k]++;
+    }
+}
+
+static void list_states(kmp_sampler *x, const kempe_model *model)
+{
+    for (int k = 0; k < model->state_count; k++)
+        if (model->states[k].next)
+            x->state[x->count++] = k;
+}
+
+/* Conditions in the expressions have the values of the state. */
+static kempe_status make_program(kmp_sampler *x, const kempe_model *model)
+{
+    const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
+    kmp_equations eq;
+    KMP_TRY(kmp_equations_derive_once(&eq, model, &scene));
+    kmp_ref *next = KMP_GRAPH_NEW(eq.graph, kmp_ref, x->count);
+    for (int k = 0; next && k < x->count; k++)
+        next[k] = kmp_tree_expression(&eq.tree, model->states[x->state[k]].next);
+    const kmp_ref *const group = next;
+    x->program = next && !kmp_graph_failed(eq.graph) ? kmp_program_new(eq.graph, 1, &x->count, &group) : NULL;
+    kmp_equations_free(&eq);
+    return x->program ? KEMPE_OK : kmp_fail_memory(model->context);
+}
+
+kempe_status kmp_runner_make_sampler(kmp_runner *run, double t)
+{
+    const kempe_model *model = run->s->model;
+    if (!kmp_model_has_samples(model))
+        return KEMPE_OK;
+    kmp_sampler *x = run->sampler = KMP_ARENA_NEW(&run->arena, kmp_sampler, 1);
+    KMP_TRY(kmp_made(model->context, x));
+    *x = (kmp_sampler){.state = KMP_ARENA_NEW(&run->arena, int, model->state_count),
+                       .number = KMP_ARENA_NEW(&run->arena, double, model->state_count)};
+    KMP_TRY(kmp_made(model->context, !run->arena.failed));
+    list_states(x, model);
+    KMP_TRY(make_program(x, model));
+    x->machine = kmp_machine_new(x->program, run->eval->backend);
+    KMP_TRY(kmp_made(model->context, x->machine));
+    begin(run, t);
+    return KEMPE_OK;
+}
+
+void kmp_runner_free_sampler(kmp_runner *run)
+{
+    if (!run->sampler)
+        return;
+    kmp_machine_free(run->sampler->machine);
+    kmp_program_free(run->sampler->program);
+}
+
+void kmp_runner_take_samples(kmp_runner *run, double t)
+{
+    kmp_sampler *x = run->sampler;
+    double *qd = run->state + run->s->n;
+    if (!x || t < kmp_runner_next_sample(run))
+        return;
+    kmp_machine_set(x->machine, KMP_IN_PARAMETER, run->s->parameters);
+    (void)kmp_machine_run(x->machine, 0);
+    kmp_machine_set(x->machine, KMP_IN_TIME, kmp_present_inputs_at(&run->eval->inputs, t));
+    kmp_machine_set(x->machine, KMP_IN_CHART, run->eval->chart);
+    kmp_machine_set(x->machine, KMP_IN_Q, run->state);
+    kmp_machine_set(x->machine, KMP_IN_QD, qd);
+    const double *next = kmp_machine_run(x->machine, 1);
+    for (int k = 0; k < x->count; k++)
+        if (time_of(run, k) <= t) {
+            qd[kmp_model_coordinates(run->s->model) + x->state[k]] = next[k];
+            x->number[k]++;
+        }
 }

@@ -218,7 +218,7 @@ static double first_step_of(const kmp_runner *run)
 
 double kmp_runner_limit(const kmp_runner *run)
 {
-    return fmin(run->stop, kmp_present_inputs_until(&run->eval->inputs));
+    return fmin(fmin(run->stop, kmp_runner_next_sample(run)), kmp_present_inputs_until(&run->eval->inputs));
 }
 
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h)
@@ -287,6 +287,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->qdd = q + 2 * n;
     run->lambda = q + 3 * n;
     kmp_runner_center_start(run, start);
+    KMP_TRY(kmp_runner_make_sampler(run, t));
+    kmp_runner_take_samples(run, t);
     kmp_eval_freeze(run->eval, t, q, qd);
     take_modes(run);
     KMP_TRY(kmp_runner_choose(run, t, q, -1, run->spec.u, run->spec.u_count));

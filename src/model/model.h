@@ -43,7 +43,9 @@ typedef struct kmp_state {
     const char *name;
     kmp_place place;
     kmp_number start;
-    double scale; /* size of its values */
+    double scale;         /* size of its values */
+    const kmp_expr *next; /* of a sampled state, whose rate is zero: its value from a sample on; NULL: it has a rate */
+    double period;        /* s, between samples; the first is at t = 0 */
 } kmp_state;
 
 /** A point fixed to a body, in the body's axes, from the body's origin. */
@@ -272,6 +274,15 @@ static inline const kmp_state *kmp_state_of(const kempe_model *model, int motion
 {
     int first = kmp_model_coordinates(model);
     return motion >= first ? &model->states[motion - first] : NULL;
+}
+
+/** True if some state is sampled. */
+static inline bool kmp_model_has_samples(const kempe_model *model)
+{
+    bool found = false;
+    for (int k = 0; k < model->state_count; k++)
+        found = found || model->states[k].next;
+    return found;
 }
 
 /** The rate of state k. Rates are the last forces. */

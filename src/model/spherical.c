@@ -54,6 +54,8 @@ static void mark_used(const kempe_model *model, bool *used)
     for (int k = 0; k < model->start.goal_count; k++)
         if (model->start.goals[k].motion >= 0)
             used[model->start.goals[k].motion] = true;
+    for (int k = 0; k < model->state_count; k++)
+        mark_expression(model->states[k].next, used);
     for (int k = 0; k < model->sensor_count; k++)
         mark_expression(model->sensors[k].expr, used);
 }

@@ -108,7 +108,12 @@ static void put_states(kmp_json *json, const kempe_model *model)
     for (int i = 0; i < model->state_count; i++) {
         kmp_json_object(json, model->states[i].name);
         kmp_json_number(json, "start", model->start.qd[kmp_model_coordinates(model) + i].value);
-        put_expr(json, "rate", model, kmp_state_rate(model, i));
+        if (model->states[i].next) {
+            put_expr(json, "next", model, model->states[i].next);
+            kmp_json_number(json, "sample", model->states[i].period);
+        } else {
+            put_expr(json, "rate", model, kmp_state_rate(model, i));
+        }
         kmp_json_number(json, "scale", model->states[i].scale);
         kmp_json_end(json);
     }

@@ -93,7 +93,10 @@ static void show_states(kmp_text *text, const kempe_model *model)
         kmp_text_printf(text, "  %s", state->name);
         put_number(text, ": start ", model->start.qd[kmp_model_coordinates(model) + i].value);
         put_number(text, ", scale ", state->scale);
-        put_expr(text, ", rate ", model, kmp_state_rate(model, i));
+        if (state->next)
+            put_number(text, ", sampled every ", state->period);
+        put_expr(text, state->next ? " s, next " : ", rate ", model,
+                 state->next ? state->next : kmp_state_rate(model, i));
         kmp_text_put(text, "\n");
     }
 }

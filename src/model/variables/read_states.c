@@ -63,20 +63,50 @@ void kmp_read_states(kmp_reader *r)
     }
 }
 
+static const kmp_expr *zero(kmp_reader *r)
+{
+    kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+    if (e)
+        *e = (kmp_expr){.kind = KMP_EXPR_NUMBER};
+    return e;
+}
+
+/* Its next value and the time between samples. */
+static void read_sampled(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_state *state)
+{
+    const kmp_yaml *sample = kmp_read_required(r, map, what, "sample"), *next = kmp_yaml_get(map, "next");
+    const char *of = kmp_reader_say(r, "sample of %s", what);
+    if (sample && kmp_read_fixed(r, sample, of, kmp_key_dimension(keys, "sample"), &state->period))
+        (void)kmp_check_rule(r, sample, of, KMP_FIELD_POSITIVE, state->period, "");
+    state->next = kmp_read_expr(r, next, kmp_reader_say(r, "next of %s", what), KMP_DIM_ANY, KMP_OF_STATE);
+    if (kmp_yaml_get(map, "rate"))
+        kmp_reader_complain(r, map->place, "%s has a rate and is sampled: it can have one of the keys rate and next",
+                            what);
+}
+
+static const kmp_expr *read_rate(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_state *state)
+{
+    if (map->kind != KMP_YAML_MAP)
+        return NULL;
+    if (kmp_yaml_get(map, "next") || kmp_yaml_get(map, "sample")) {
+        if (kmp_read_required(r, map, what, "next"))
+            read_sampled(r, map, what, state);
+        return zero(r);
+    }
+    const kmp_yaml *rate = kmp_read_required(r, map, what, "rate");
+    return rate ? kmp_read_expr(r, rate, kmp_reader_say(r, "rate of %s", what), KMP_DIM_ANY, KMP_OF_LOADS) : NULL;
+}
+
 void kmp_add_state_rates(kmp_reader *r)
 {
     kempe_model *model = r->model;
     for (int k = 0; k < model->state_count; k++) {
-        const kmp_state *state = &model->states[k];
+        kmp_state *state = &model->states[k];
         const char *what = kmp_reader_say(r, "state '%s'", state->name);
-        const kmp_yaml *map = r->state_nodes[k];
-        const kmp_yaml *rate = map->kind == KMP_YAML_MAP ? kmp_read_required(r, map, what, "rate") : NULL;
-        model->forces[model->force_count++] = (kmp_force){
-            .name = state->name,
-            .kind = KMP_FORCE_STATE,
-            .place = state->place,
-            .motion = kmp_model_coordinates(model) + k,
-            .effort =
-                rate ? kmp_read_expr(r, rate, kmp_reader_say(r, "rate of %s", what), KMP_DIM_ANY, KMP_OF_LOADS) : NULL};
+        model->forces[model->force_count++] = (kmp_force){.name = state->name,
+                                                          .kind = KMP_FORCE_STATE,
+                                                          .place = state->place,
+                                                          .motion = kmp_model_coordinates(model) + k,
+                                                          .effort = read_rate(r, r->state_nodes[k], what, state)};
     }
 }

@@ -7,6 +7,7 @@
 #include "constraints/closing/assembly_modes.h"
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
+#include "dynamics/load_dependent.h"
 #include "output/quantity.h"
 #include "studies/equilibrium/operating.h"
 #include <kempe/check.h>
@@ -273,6 +274,7 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
     KMP_WANTED_BOTH(system, equilibrium);
     KMP_OPTIONS(system->context, kempe_equilibrium_options, options);
     kmp_context_begin(system->context);
+    KMP_TRY(kmp_refuse_samples(system->model, "equilibrium"));
     KMP_MAKE(system->context, kempe_equilibrium, e);
     e->requested = e->system = system;
     kempe_status status = read_options(e, options);

@@ -4,6 +4,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
+#include "dynamics/load_dependent.h"
 #include "studies/equilibrium/exchange.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -131,6 +132,7 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
                                kmp_operating **operating)
 {
     bool start = word && strcmp(word, "start") == 0;
+    KMP_TRY(kmp_refuse_samples(system->model, "small motions about a state"));
     const char *list = rates_of(word);
     if (!start && !list)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
+#include "dynamics/load_dependent.h"
 #include "model/tables/requested.h"
 #include <kempe/sensitivity.h>
 #include <math.h>
@@ -157,6 +158,7 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     double begin = kmp_cpu_now();
     kmp_context_begin(model->context);
     KMP_TRY(kmp_model_check_finished(model));
+    KMP_TRY(kmp_refuse_samples(model, "sensitivities"));
     KMP_MAKE(model->context, kempe_sensitivity, s);
     *s = (kempe_sensitivity){.kind = kinds[0],
                              .model = model,
