@@ -14,7 +14,7 @@
 enum { MAX_REJECT = 1000, MOST_SWEEPS = 16 };
 
 /* Safety, least and largest quotient of two steps. */
-static const double SAFETY = 0.9, SHRINK = 0.2, GROW = 4;
+static const double SAFETY = 0.8, SHRINK = 0.2, GROW = 4;
 /* Remainder of an iteration over rtol: errors anywhere in a run are then about those of dop853 (bench/collocation). */
 static const double REST = 0.01;
 /* Largest quotient of the next step with which step size and factors are kept. */

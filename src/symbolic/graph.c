@@ -16,7 +16,8 @@
 struct kmp_graph {
     kmp_graph_seen seen; /* first */
     uint32_t capacity, value_count, value_capacity;
-    uint32_t *table; /* id + 1, 0 = free */
+    uint32_t room_for; /* nodes, before `nodes` or `table` grows */
+    uint32_t *table;   /* id + 1, 0 = free */
     uint32_t table_size;
     kmp_rotations *rotations;
     kmp_label *labels; /* by id; fewer than nodes */
@@ -93,20 +94,24 @@ static bool grow_table(kmp_graph *g)
     return true;
 }
 
-static bool reserve(kmp_graph *g)
+static bool grow_nodes(kmp_graph *g)
 {
-    if (g->failed || g->seen.count >= UINT32_MAX / 4)
-        return false;
-    if (2 * (g->seen.count + 1) > g->table_size && !grow_table(g))
-        return false;
-    if (g->seen.count < g->capacity)
-        return true;
     uint32_t capacity = g->capacity ? 2 * g->capacity : 2048;
     kmp_node *nodes = kmp_realloc(g->seen.nodes, capacity, sizeof *nodes);
     if (!nodes)
         return false;
     g->seen.nodes = nodes;
     g->capacity = capacity;
+    return true;
+}
+
+/* More room for nodes; half of the table remains free. */
+static bool make_room(kmp_graph *g)
+{
+    if (g->failed || g->seen.count >= UINT32_MAX / 4 || (g->seen.count == g->table_size / 2 && !grow_table(g)) ||
+        (g->seen.count == g->capacity && !grow_nodes(g)))
+        return false;
+    g->room_for = g->table_size / 2 < g->capacity ? g->table_size / 2 : g->capacity;
     return true;
 }
 
@@ -125,7 +130,7 @@ static uint16_t depends_of(const kmp_graph *g, const kmp_node *n)
 /* The node, or an equal one that exists. */
 kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
 {
-    if (!reserve(g)) {
+    if (g->seen.count == g->room_for && !make_room(g)) {
         g->failed = true;
         return KMP_ZERO;
     }

@@ -11,12 +11,18 @@ typedef struct term {
     kmp_ref whole, sign; /* its rewritten form, as long as no factor is extracted; the sign of the factors */
     kmp_ref factor[MOST_FACTORS];
     int count;           /* 0: not taken apart */
+    uint32_t bits;       /* of all factors: most terms without a factor lack its bit */
     bool reduced, taken; /* a factor is out; it is in the sum already */
 } term;
 
+static uint32_t bit_of(kmp_ref factor)
+{
+    return UINT32_C(1) << (factor * UINT32_C(0x9e3779b1) >> 27);
+}
+
 static bool has(const term *t, kmp_ref factor)
 {
-    for (int k = 0; k < t->count; k++)
+    for (int k = 0; t->bits & bit_of(factor) && k < t->count; k++)
         if (t->factor[k] == factor)
             return true;
     return false;
@@ -49,16 +55,17 @@ static int occurrences(const term *terms, int count, kmp_ref factor)
     return n;
 }
 
-/* The factor that most terms have, the first of several; KMP_ZERO when none is in two. */
+/* The factor that most terms have, the first of several; KMP_ZERO when none is in two. The terms from a factor's first
+ * one on have it; as many as are left must be more than the most. */
 static kmp_ref common_factor(const kmp_graph *g, const term *terms, int count)
 {
     kmp_ref best = KMP_ZERO;
     int most = 1;
     double number;
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i + most < count; i++)
         for (int k = 0; !terms[i].taken && k < terms[i].count; k++) {
             kmp_ref f = terms[i].factor[k];
-            int n = occurrences(terms, count, f);
+            int n = occurrences(&terms[i], count - i, f);
             if (n > most && !kmp_is_const(g, f, &number)) {
                 most = n;
                 best = f;
@@ -67,11 +74,11 @@ static kmp_ref common_factor(const kmp_graph *g, const term *terms, int count)
     return best;
 }
 
-/* The sum of the terms, factors taken out while two terms share one. */
-static kmp_ref sum_of(kmp_graph *g, term *terms, int count)
+/* The sum of the terms, factors taken out while two terms share one, `f` first. */
+static kmp_ref sum_of(kmp_graph *g, term *terms, int count, kmp_ref f)
 {
-    kmp_ref sum = KMP_ZERO, f;
-    while ((f = common_factor(g, terms, count)) != KMP_ZERO) {
+    kmp_ref sum = KMP_ZERO;
+    for (; f != KMP_ZERO; f = common_factor(g, terms, count)) {
         kmp_ref inner = KMP_ZERO;
         for (int i = 0; i < count; i++)
             if (!terms[i].taken && has(&terms[i], f)) {
@@ -102,7 +109,8 @@ static term term_of(const kmp_rewrite *r, kmp_ref x)
     for (int k = 0; k < count; k++) {
         kmp_ref now = kmp_rewritten(r, list[k]);
         t.sign ^= now & 1;
-        t.factor[t.count++] = now & ~(kmp_ref)1;
+        t.factor[t.count] = now & ~(kmp_ref)1;
+        t.bits |= bit_of(t.factor[t.count++]);
     }
     return t;
 }
@@ -115,9 +123,8 @@ static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id)
     int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, list, &sign);
     for (int k = 0; k < count; k++)
         terms[k] = term_of(r, list[k]);
-    if (common_factor(r->graph, terms, count) == KMP_ZERO)
-        return kmp_rewrite_node(r, id);
-    return sum_of(r->graph, terms, count);
+    kmp_ref f = common_factor(r->graph, terms, count);
+    return f == KMP_ZERO ? kmp_rewrite_node(r, id) : sum_of(r->graph, terms, count, f);
 }
 
 bool kmp_factor_sums(kmp_graph *g, int count, kmp_ref *outputs)
