@@ -144,6 +144,7 @@ ZERO(kempe_body_def)
 ZERO(kempe_joint_def)
 ZERO(kempe_closure_def)
 ZERO(kempe_force_def)
+ZERO(kempe_shape_def)
 
 SOME(kempe_ensemble, kempe_ensemble_new, some_kempe_model(0), some_kempe_values(0))
 SOME(kempe_batch, kempe_ensemble_run, some_kempe_ensemble(0), &short_run, 0)

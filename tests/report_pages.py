@@ -34,12 +34,33 @@ def sampled(cases, every):
     return cases if "KEMPE_FULL" in os.environ else dict(list(cases.items())[::every])
 
 
+# A window of Chromium is at least 500 px wide; a frame is laid out at its own width. Its document takes the place of the frame's,
+# with the elements that are wider than it, unless they scroll by themselves.
+NARROW = 360
+FRAME = """<!doctype html>
+<html><body><iframe width="%d" height="740" src="%s"></iframe><script>
+function look(tries) {
+    const page = document.querySelector("iframe").contentDocument, root = page.documentElement;
+    if (root.dataset.ready !== "yes" && tries > 0)
+        return setTimeout(look, 50, tries - 1);
+    const scrolls = (e) => e && e !== root && (/auto|scroll|hidden/.test(getComputedStyle(e).overflowX) || scrolls(e.parentElement));
+    const wide = [...page.body.querySelectorAll("*")].filter((e) => e.getBoundingClientRect().right > root.clientWidth + 0.5 && !scrolls(e.parentElement));
+    root.dataset.width = root.clientWidth;
+    root.dataset.wide = wide.map((e) => e.tagName + "#" + e.id + "." + e.className).join(" ");
+    root.dataset.scrolls = root.scrollWidth > root.clientWidth;
+    document.replaceChild(document.adoptNode(root), document.documentElement);
+}
+addEventListener("load", () => look(100));
+</script></body></html>
+"""
+TELEPHONE = ["--allow-file-access-from-files"]  # of the frame, to read the page
+
 #   name: model, options, exit code, runs shown in detail, whether it moves, options of the browser
 FLAT, DARK = ["--disable-3d-apis"], ["--blink-settings=preferredColorScheme=0", "--window-size=500,800"]
 CASES = {
     "stewart": ("examples/stewart/stewart.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "0.2"], 0, 3, True, DARK),
     "andrews": ("examples/andrews/andrews.yaml", ["--rtol", "1e-4,1e-6,1e-8,1e-10"], 0, 3, True, []),
-    "pendulum": ("tests/models/pendulum.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "1"], 0, 3, True, []),
+    "pendulum": ("tests/models/pendulum.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "1"], 0, 3, True, TELEPHONE),
     "four_bar": ("examples/four_bar/four_bar.yaml", ["--rtol", "1e-5,1e-7,1e-9", "--t-end", "0.5"], 0, 3, True, FLAT),
     "parallelogram": ("tests/models/parallelogram.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "0.6"], 0, 3, True, []),
     "rolling": ("examples/rolling_wheel/rolling_wheel.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "2", "--integrators", "radau5,ida"], 0, 2, True, FLAT),
@@ -93,12 +114,25 @@ def kempe(*words, **environment):
 
 def browse(page, profile, *options):
     """What Chromium makes of a page: its document, and what it has to say."""
+    if set(TELEPHONE) <= set(options):
+        frame = page.with_name(f"{page.stem}_narrow.html")
+        frame.write_text(FRAME % (NARROW, page.name))
+        page = frame
     command = [CHROMIUM, "--headless", "--no-sandbox", f"--user-data-dir={profile}", "--window-size=1280,800",
                "--disable-dev-shm-usage", "--virtual-time-budget=500", "--enable-logging=stderr", "--dump-dom", *options,
                page.as_uri()]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     said = [line for line in done.stderr.split("\n") if "CONSOLE" in line and not HARMLESS.search(line)]
     return Page(done.stdout), said
+
+
+def check_narrow(self, drawn, options):
+    """Nothing is wider than a telephone, and the page does not scroll sideways."""
+    if not set(TELEPHONE) <= set(options):
+        return
+    root = drawn.tags[0][1]
+    self.assertTrue(0 < int(root["data-width"]) <= NARROW, root)
+    self.assertEqual((root["data-wide"], root["data-scrolls"]), ("", "false"))
 
 
 def check_by_itself(self, page):
@@ -188,6 +222,7 @@ class Case(Folder):
                 drawn, said = browse(page, self.folder / "profile", *options)
                 self.assertEqual(said, [])
                 self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
+                check_narrow(self, drawn, options)
                 data = json.loads(drawn.data)
                 ended = {data["methods"][run["method"]]["name"].split()[0] for run in data["runs"] if run["status"] == "ok"}
                 shown = len(ended) if name == "rolling" else shown  # slow runs are left out after a time
@@ -250,9 +285,11 @@ class Modes(Folder):
             with self.subTest(name):
                 page = self.make(name)
                 check_by_itself(self, page)
-                drawn, said = browse(page, self.folder / "profile")
+                options = TELEPHONE if name == "car" else []
+                drawn, said = browse(page, self.folder / "profile", *options)
                 self.assertEqual(said, [])
                 self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
+                check_narrow(self, drawn, options)
                 data = json.loads(drawn.data)
                 self.assertEqual((len(data["modes"]), sum(mode["zero"] for mode in data["modes"])), (modes, zeros))
                 buttons = [a for tag, a in drawn.tags if tag == "button" and "data-mode" in a]

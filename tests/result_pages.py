@@ -22,9 +22,9 @@ import unittest
 import xml.etree.ElementTree
 
 import report_pages
-from report_pages import ROOT, Page, browse, check_by_itself, kempe, sampled
+from report_pages import ROOT, TELEPHONE, Page, browse, check_by_itself, check_narrow, kempe, sampled
 
-DESKTOP, TELEPHONE, DARK = [], ["--window-size=390,800"], ["--blink-settings=preferredColorScheme=0"]
+DESKTOP, DARK = [], ["--blink-settings=preferredColorScheme=0"]
 
 #   name: model, options of the command, options of the browser
 EXAMPLES = {
@@ -88,6 +88,7 @@ class Case(report_pages.Folder):
         drawn, said = browse(page, self.folder / "profile", *options)
         self.assertEqual(said, [])
         self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
+        check_narrow(self, drawn, options)
         return drawn, json.loads(drawn.data)
 
     def check_drawn(self, drawn, data):
@@ -318,7 +319,7 @@ class Studies(Case):
     def test_pages(self):
         for k, (command, (model, options, first, frames, answer)) in enumerate(STUDIES.items()):
             with self.subTest(command):
-                drawn, data = self.open(self.make(command, model, *options, name=command), *[DESKTOP, TELEPHONE, DARK][k % 3])
+                drawn, data = self.open(self.make(command, model, *options, name=command), *[DESKTOP, TELEPHONE, TELEPHONE + DARK][k % 3])
                 self.assertEqual(data["series"]["first"] if first else [], first)
                 self.assertIn(answer, drawn.words("answer"))
                 self.assertEqual(int(drawn.by_id["view"]["data-frames"]), frames)

@@ -16,7 +16,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { CYLINDERS = 3, SHOWN = 400, PLACES = 8 };
+enum { CYLINDERS = 3, SHOWN = 400, PLACES = 14 };
 
 static const double sample = 1e-3, period = 8, reach = 1;
 
@@ -103,27 +103,81 @@ static int by_size(const void *a, const void *b)
 
 /* -- picture ----------------------------------------------------------------------------------------- */
 
-/* The arm in four poses, and the way of its tooth. A row: foot, boom's tip, stick's tip and tooth. */
-static int draw(const char *name, int count, double (*row)[PLACES])
+/* The places that are drawn. */
+static const char words[] =
+    "position(ground.foot), position(ground.cylinder), position(boom.lug), position(boom.cylinder), "
+    "position(boom.tip), "
+    "position(stick.lug), position(stick.cylinder), position(stick.rocker), position(stick.tip), position(bucket.lug), "
+    "position(bucket.tooth), position(boom_piston.eye), position(stick_piston.eye), position(bucket_piston.eye)";
+enum { FOOT, BASE, BOOM_LUG, ON_BOOM, BOOM_TIP, STICK_LUG, ON_STICK, ROCKER, STICK_TIP, BUCKET_LUG, TOOTH, EYE };
+
+/* Parts of the arm by their places: a plate through up to five, a bar between two. */
+static const struct {
+    int count, place[5];
+} part[] = {{4, {FOOT, ON_BOOM, BOOM_TIP, BOOM_LUG}},
+            {5, {BOOM_TIP, STICK_LUG, ON_STICK, STICK_TIP, ROCKER}},
+            {3, {STICK_TIP, BUCKET_LUG, TOOTH}},
+            {2, {ROCKER, EYE + 2}},
+            {2, {EYE + 2, BUCKET_LUG}}};
+
+/* Feet and lengths of the barrels. */
+static const struct {
+    int foot;
+    double length;
+} barrel[CYLINDERS] = {{BASE, 0.8}, {ON_BOOM, 0.9}, {ON_STICK, 0.7}};
+
+static double right(const double *place)
+{
+    return 60 + 125 * place[0];
+}
+
+static double down(const double *place)
+{
+    return 215 - 125 * place[1];
+}
+
+static void draw_line(FILE *file, const char *colour, double width, const double *from, const double *to)
+{
+    (void)fprintf(file, "<line stroke=\"%s\" stroke-width=\"%g\" x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\"/>\n",
+                  colour, width, right(from), down(from), right(to), down(to));
+}
+
+/* One pose: plates and bars, then the rods and barrels of the cylinders. */
+static void draw_pose(FILE *file, double (*at)[3])
+{
+    for (size_t k = 0; k < sizeof part / sizeof *part; k++) {
+        (void)fputs("<polygon fill=\"#c9dcec\" stroke=\"#369\" stroke-width=\"3\" stroke-linejoin=\"round\" points=\"",
+                    file);
+        for (int i = 0; i < part[k].count; i++)
+            (void)fprintf(file, "%.1f,%.1f ", right(at[part[k].place[i]]), down(at[part[k].place[i]]));
+        (void)fputs("\"/>\n", file);
+    }
+    for (int k = 0; k < CYLINDERS; k++) {
+        const double *foot = at[barrel[k].foot], *eye = at[EYE + k];
+        double part_of = barrel[k].length / hypot(eye[0] - foot[0], eye[1] - foot[1]);
+        const double end[3] = {foot[0] + part_of * (eye[0] - foot[0]), foot[1] + part_of * (eye[1] - foot[1])};
+        draw_line(file, "#7b8a96", 5, end, eye);
+        draw_line(file, "#d4ac0d", 11, foot, end);
+    }
+}
+
+/* The arm in four poses, and the way of its tooth. */
+static int draw(const char *name, int count, double (*row)[PLACES][3])
 {
     FILE *file = fopen(name, "w");
     if (!file)
         return 1;
-    (void)fputs("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 400\">\n"
-                "<rect width=\"640\" height=\"400\" fill=\"#fff\"/>\n",
+    (void)fputs("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 560 400\">\n"
+                "<rect width=\"560\" height=\"400\" fill=\"#fff\"/>\n",
                 file);
-    for (int pose = 0; pose < 4; pose++) {
-        const double *at = row[pose * (count - 1) / 6];
-        (void)fprintf(file,
-                      "<polyline fill=\"none\" stroke=\"#%s\" stroke-width=\"%d\" stroke-linejoin=\"round\" points=\"",
-                      pose ? "9ab" : "369", pose ? 3 : 6);
-        for (int k = 0; k < PLACES; k += 2)
-            (void)fprintf(file, "%.1f,%.1f ", 60 + 125 * at[k], 215 - 125 * at[k + 1]);
-        (void)fputs("\"/>\n", file);
+    for (int pose = 3; pose >= 0; pose--) {
+        (void)fprintf(file, "<g opacity=\"%g\">\n", pose ? 0.25 : 1);
+        draw_pose(file, row[pose * (count - 1) / 6]);
+        (void)fputs("</g>\n", file);
     }
     (void)fputs("<polyline fill=\"none\" stroke=\"#c33\" stroke-width=\"2\" points=\"", file);
     for (int k = 0; k < count; k++)
-        (void)fprintf(file, "%.1f,%.1f ", 60 + 125 * row[k][6], 215 - 125 * row[k][7]);
+        (void)fprintf(file, "%.1f,%.1f ", right(row[k][TOOTH]), down(row[k][TOOTH]));
     (void)fputs("\"/>\n</svg>\n", file);
     return fclose(file) != 0;
 }
@@ -142,7 +196,7 @@ static int report(double *cost, int steps, double most, double sum)
 
 static int run(excavator *e, int steps, const char *picture)
 {
-    static double shown[SHOWN][PLACES];
+    static double shown[SHOWN][PLACES][3];
     double *cost = malloc((size_t)steps * sizeof *cost), most = 0, sum = 0;
     kempe_status status = cost ? kempe_outputs_at_stepper(e->bucket, e->stepper, e->start) : KEMPE_E_MEMORY;
     int count = 0;
@@ -159,7 +213,7 @@ static int run(excavator *e, int steps, const char *picture)
         most = fmax(most, error);
         sum += error * error;
         if (count < SHOWN && k * (double)SHOWN >= count * (double)steps)
-            status = status == KEMPE_OK ? kempe_outputs_at_stepper(e->places, e->stepper, shown[count++]) : status;
+            status = status == KEMPE_OK ? kempe_outputs_at_stepper(e->places, e->stepper, shown[count++][0]) : status;
     }
     int bad = status != KEMPE_OK || report(cost, steps, most, sum) || (picture && draw(picture, count, shown));
     free(cost);
@@ -181,11 +235,7 @@ static kempe_status prepare(excavator *e, const kempe_model *model, const kempe_
     if (status == KEMPE_OK)
         status = kempe_outputs_choose(e->bucket, "boom_stroke, stick_stroke, bucket_stroke");
     if (status == KEMPE_OK)
-        status = kempe_outputs_new(system,
-                                   "position(ground.foot).x, position(ground.foot).y, position(boom.tip).x, "
-                                   "position(boom.tip).y, position(stick.tip).x, position(stick.tip).y, "
-                                   "position(bucket.tooth).x, position(bucket.tooth).y",
-                                   &e->places);
+        status = kempe_outputs_new(system, words, &e->places);
     for (int k = 0; k < CYLINDERS && status == KEMPE_OK; k++) {
         e->input[k] = kempe_model_input_find(model, cylinder[k].input);
         e->stroke[k] = find(model, cylinder[k].stroke);

@@ -87,12 +87,34 @@ typedef struct kempe_force_def {
     kempe_number stiffness, damping, free_length; /* N/m, N s/m, m */
 } kempe_force_def;
 
+/** A shape of a body (docs/model/shapes.md): a picture; with a density or a mass it gives the body its mass, centre and
+ * inertia, which the body then does not have as well. What is 0 or NULL is left out. */
+typedef struct kempe_shape_def {
+    const char *body;           /* or "ground" */
+    const char *kind;           /* "box", "sphere", "cylinder", "capsule", "mesh" */
+    kempe_number dimensions[3]; /* m: edges of a box; else the first: radius of a sphere, length of a cylinder */
+    const char *between[2];     /* in place of a length: points of the body at the centres of both ends */
+    const char *file;           /* of a mesh, in the working folder unless it is a whole path */
+    kempe_number scale;         /* m: the length that 1 means in it; 0: 1 m */
+    kempe_number radius;        /* m, of a cylinder or capsule */
+    const char *point;          /* of the body: the centre, and the axes; or */
+    kempe_number at[3];         /* m: the centre, in the body's axes */
+    double axis[3];             /* direction of a cylinder or capsule; 0: z */
+    kempe_number density;       /* kg/m^3 */
+    kempe_number mass;          /* kg, in place of the density */
+    int hole;                   /* 1: its mass is taken away from the other shapes */
+    const char *colour;         /* a name, or "#rrggbb" */
+    double opacity;             /* more than 0, at most 1 */
+    const char *text;           /* the shape as model file text, in place of all but the body; NULL: none */
+} kempe_shape_def;
+
 /** Default values. Body: no mass, a revolute joint about z at the ground's origin. Joint: revolute about z. Closure: a
- * ball. Force: none. */
+ * ball. Force: none. Shape: a box. */
 KEMPE_API kempe_body_def kempe_body_default(const char *name);
 KEMPE_API kempe_joint_def kempe_joint_default(const char *name);
 KEMPE_API kempe_closure_def kempe_closure_default(const char *name);
 KEMPE_API kempe_force_def kempe_force_default(const char *name);
+KEMPE_API kempe_shape_def kempe_shape_default(const char *body);
 
 /** Makes an empty model under construction; kempe_model_free frees it. The context must outlive it. */
 KEMPE_API kempe_status kempe_model_new(kempe_context *context, const char *name, kempe_model **model);
@@ -109,6 +131,9 @@ KEMPE_API kempe_status kempe_model_add_point(kempe_model *model, const char *bod
 KEMPE_API kempe_status kempe_model_add_joint(kempe_model *model, const kempe_joint_def *def);
 KEMPE_API kempe_status kempe_model_add_closure(kempe_model *model, const kempe_closure_def *def);
 KEMPE_API kempe_status kempe_model_add_force(kempe_model *model, const kempe_force_def *def);
+
+/** Adds a shape to a body that exists already, or to "ground"; a body may have several. */
+KEMPE_API kempe_status kempe_model_add_shape(kempe_model *model, const kempe_shape_def *def);
 
 /** Adds any other entry of the model language (docs/model/README.md) as model file text: entry `name` of a section,
  * kempe_model_add_text(model, "forces", "stop", "{stops: A, ...}"), or ("run", "t_end", "5"). KEMPE_E_INPUT: the text

@@ -337,7 +337,9 @@ static kempe_status restart_with_switches(kmp_runner *run, double t)
 
 double kmp_runner_step_size(const kmp_runner *run)
 {
-    return run->kind->corrects ? step_it_had(run, kmp_runner_t(run)) : 0;
+    double t = kmp_runner_t(run);
+    bool begins = t == run->spec.t_start && run->spec.first_step > 0; /* not every integrator tells its next step */
+    return !run->kind->corrects ? 0 : begins ? run->spec.first_step : step_it_had(run, t);
 }
 
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)

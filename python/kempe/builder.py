@@ -56,12 +56,12 @@ class Builder:
         kind = ffi.typeof("kempe_number")
         return self._call(function, *arguments, *(converted(kind, number, keep) for number in numbers), *more)
 
-    def _add(self, what: str, name: str, members: dict[str, Any]) -> Builder:
+    def _add(self, what: str, name: str, members: dict[str, Any], key: str = "name") -> Builder:
         label = name.encode()
         struct = ffi.new(f"kempe_{what}_def *", getattr(lib, f"kempe_{what}_default")(ffi.new("char[]", label)))
         keep: list[Any] = []
         refuse_unknown(what, names_of(ffi.typeof(f"kempe_{what}_def")), members)
-        fill(struct, {"name": name, **members}, keep)
+        fill(struct, {key: name, **members}, keep)
         return self._call(getattr(lib, f"kempe_model_add_{what}"), struct)
 
     @recorded
@@ -98,6 +98,12 @@ class Builder:
     def force(self, name: str, **members: Any) -> Builder:
         """A force: joint with torque or force, or spring (2) with stiffness, damping, free_length."""
         return self._add("force", name, members)
+
+    @recorded
+    def shape(self, body: str, **members: Any) -> Builder:
+        """A shape of a body or of the "ground": kind with dimensions (3) or between (2), radius, file, scale, point or at (3), axis (3),
+        density or mass, hole, colour, opacity; or text."""
+        return self._add("shape", body, members, "body")
 
     @recorded
     def text(self, section: str, name: str, text: str) -> Builder:

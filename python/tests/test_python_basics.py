@@ -160,6 +160,18 @@ def test_builder_gives_the_model_of_a_file():
         built.body("late")
 
 
+def test_builder_has_shapes():
+    built = kempe.Builder("bar").parameter("rho", 2700).body("bar").point("bar", "E", 1, 0, 0)
+    built.shape("bar", kind="box", dimensions=(2, 0.1, 0.1), density="rho")
+    built.shape("bar", kind="sphere", dimensions=(0.05, 0, 0), point="E", colour="red")
+    built.shape("ground", text="{box: [1, 1, 0.1], at: [0, 0, 1]}")
+    model = built.finish()
+    assert "sphere" in str(model.to_dict())
+    assert np.isclose(model.system().workspace().evaluate(0.0, [0.0], [0.0]).M[0, 0], 54 * (4 + 0.01) / 12)
+    with pytest.raises(kempe.ArgumentError, match="'leg' does not exist"):
+        kempe.Builder("bar").shape("leg")
+
+
 def test_builder_closes_loops_and_reports():
     built = kempe.Builder("triangle").point("ground", "B", 1, 0, 0)
     built.body("a", mass=1, inertia=(1, 1, 1, 0, 0, 0)).point("a", "P", 1, 0, 0)

@@ -149,6 +149,14 @@ static kempe_status add(kempe_model *model, const char *section, const char *nam
     return end_call(model);
 }
 
+/* Model file text of the present call; *node is NULL for an empty one. */
+static kempe_status load_text(kempe_model *model, const char *text, const kmp_yaml **node)
+{
+    kmp_builder *b = model->builder;
+    int call = b->call_count - 1;
+    return kmp_yaml_load(model->context, &b->arena, b->calls[call], call, text, strlen(text), node);
+}
+
 /* -- beginning ----------------------------------------------------------------------------------- */
 
 kempe_status kempe_model_new(kempe_context *context, const char *name, kempe_model **model)
@@ -243,6 +251,12 @@ static const kmp_yaml *inertia(kmp_builder *b, const kempe_number inertia[6])
     return map;
 }
 
+static void put_given_vector(kmp_builder *b, kmp_yaml *map, const char *key, const kempe_number n[3])
+{
+    if (is_given(n[0]) || is_given(n[1]) || is_given(n[2]))
+        put(b, map, key, vector(b, n));
+}
+
 kempe_status kempe_model_add_body(kempe_model *model, const kempe_body_def *def)
 {
     KMP_WANTED_BOTH(model, def);
@@ -252,9 +266,25 @@ kempe_status kempe_model_add_body(kempe_model *model, const kempe_body_def *def)
     if (def->at)
         put(b, map, "joint", joint(b, def));
     put_given(b, map, "mass", def->mass);
-    put(b, map, "com", vector(b, def->com));
-    put(b, map, "inertia", inertia(b, def->inertia));
+    put_given_vector(b, map, "com", def->com);
+    const kmp_yaml *entries = inertia(b, def->inertia);
+    if (entries && entries->count > 0)
+        put(b, map, "inertia", entries);
     return add(model, "bodies", def->name, map);
+}
+
+/* The node of the ground, or of a body that exists already. KEMPE_E_ARGUMENT: it does not; `what` and `name` are of the
+ * call. */
+static kempe_status find_owner(kempe_model *model, const char *what, const char *name, const char *body,
+                               kmp_yaml **owner)
+{
+    kmp_builder *b = model->builder;
+    bool ground = body && strcmp(body, "ground") == 0;
+    const kmp_yaml *bodies = kmp_yaml_get(b->root, "bodies");
+    *owner = ground ? part(b, b->root, "ground", KMP_YAML_MAP) : (kmp_yaml *)kmp_yaml_get(bodies, body ? body : "");
+    return *owner || ground ? KEMPE_OK
+                            : kmp_fail(model->context, KEMPE_E_ARGUMENT, "%s '%s': body '%s' does not exist yet", what,
+                                       name, body ? body : "");
 }
 
 kempe_status kempe_model_add_point(kempe_model *model, const char *body, const char *name, kempe_number x,
@@ -264,18 +294,73 @@ kempe_status kempe_model_add_point(kempe_model *model, const char *body, const c
     const kempe_number n[3] = {x, y, z};
     kmp_builder *b = model->builder;
     KMP_TRY(check_call(model, "point", name));
-    bool ground = body && strcmp(body, "ground") == 0;
-    const kmp_yaml *bodies = kmp_yaml_get(b->root, "bodies");
-    kmp_yaml *owner =
-        ground ? part(b, b->root, "ground", KMP_YAML_MAP) : (kmp_yaml *)kmp_yaml_get(bodies, body ? body : "");
-    if (!owner && !ground)
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "point '%s': body '%s' does not exist yet", name,
-                        body ? body : "");
+    kmp_yaml *owner;
+    KMP_TRY(find_owner(model, "point", name, body, &owner));
     if (kmp_yaml_get(kmp_yaml_get(owner, "points"), name))
         return kmp_fail(model->context, KEMPE_E_ARGUMENT, "point '%s.%s' exists already in the model", body, name);
     const char *full = kmp_arena_printf(&b->arena, "%s.%s", body, name);
     begin_call(b, "point", full ? full : name);
     put(b, part(b, owner, "points", KMP_YAML_MAP), name, vector(b, n));
+    return end_call(model);
+}
+
+/* -- shapes --------------------------------------------------------------------------------------- */
+
+kempe_shape_def kempe_shape_default(const char *body)
+{
+    return (kempe_shape_def){.body = body, .kind = "box", .opacity = 1};
+}
+
+/* The value of the key that is the kind. */
+static const kmp_yaml *shape_size(kmp_builder *b, const kempe_shape_def *def)
+{
+    if (def->file)
+        return word(b, def->file);
+    if (def->between[0] || def->between[1])
+        return two_words(b, def->between);
+    return strcmp(def->kind, "box") == 0 ? vector(b, def->dimensions) : number(b, def->dimensions[0]);
+}
+
+static const kmp_yaml *shape(kmp_builder *b, const kempe_shape_def *def)
+{
+    const kempe_number axis[3] = {kempe_value(def->axis[0]), kempe_value(def->axis[1]), kempe_value(def->axis[2])};
+    kmp_yaml *map = new_node(b, KMP_YAML_MAP);
+    put(b, map, def->kind, shape_size(b, def));
+    put_given(b, map, "scale", def->scale);
+    put_given(b, map, "radius", def->radius);
+    if (def->point)
+        put(b, map, "at", word(b, def->point));
+    else
+        put_given_vector(b, map, "at", def->at);
+    put_given_vector(b, map, "axis", axis);
+    put_given(b, map, "density", def->density);
+    put_given(b, map, "mass", def->mass);
+    if (def->hole)
+        put(b, map, "hole", word(b, "yes"));
+    if (def->colour)
+        put(b, map, "colour", word(b, def->colour));
+    if (def->opacity != 1)
+        put(b, map, "opacity", number(b, kempe_value(def->opacity)));
+    return map;
+}
+
+kempe_status kempe_model_add_shape(kempe_model *model, const kempe_shape_def *def)
+{
+    KMP_WANTED_BOTH(model, def);
+    kmp_builder *b = model->builder;
+    kmp_yaml *owner;
+    const kmp_yaml *node = NULL;
+    const char *what = def->text ? "text" : def->kind;
+    KMP_TRY(check_call(model, "shape", what));
+    KMP_TRY(find_owner(model, "shape", what, def->body, &owner));
+    begin_call(b, "shape of", def->body);
+    KMP_TRY(end_call(model));
+    if (def->text)
+        KMP_TRY(load_text(model, def->text, &node));
+    else
+        node = shape(b, def);
+    if (node)
+        append(b, part(b, owner, "shape", KMP_YAML_LIST), node);
     return end_call(model);
 }
 
@@ -350,13 +435,11 @@ kempe_status kempe_model_add_text(kempe_model *model, const char *section, const
 {
     KMP_WANTED_BOTH(model, section);
     KMP_WANTED(model->context, text, "text");
-    kmp_builder *b = model->builder;
     const kmp_yaml *node = NULL;
     KMP_TRY(begin_entry(model, section, name));
-    KMP_TRY(kmp_made(model->context, !b->arena.failed));
-    int call = b->call_count - 1;
-    kempe_status status = kmp_yaml_load(model->context, &b->arena, b->calls[call], call, text, strlen(text), &node);
-    return status == KEMPE_OK && node ? add(model, section, name, node) : status;
+    KMP_TRY(end_call(model));
+    KMP_TRY(load_text(model, text, &node));
+    return node ? add(model, section, name, node) : KEMPE_OK;
 }
 
 /* -- start --------------------------------------------------------------------------------------- */

@@ -318,6 +318,104 @@ static void as_text(void)
     kempe_context_free(context);
 }
 
+/* A body of every kind of shape, whose mass follows from them, and a shape of the ground. */
+static kempe_model *build_shapes(kempe_context *context)
+{
+    const kempe_number zero = kempe_value(0), aluminium = kempe_value(2700);
+    kempe_model *model = NULL;
+    CHECK(kempe_model_new(context, "shapes", &model) == KEMPE_OK);
+    CHECK(kempe_model_add_parameter(model, "length", kempe_value(0.4)) == KEMPE_OK);
+    kempe_body_def arm = kempe_body_default("arm");
+    CHECK(kempe_model_add_body(model, &arm) == KEMPE_OK);
+    CHECK(kempe_model_add_point(model, "arm", "O", zero, zero, zero) == KEMPE_OK);
+    CHECK(kempe_model_add_point(model, "arm", "E", kempe_expression("length"), zero, zero) == KEMPE_OK);
+    kempe_shape_def capsule = kempe_shape_default("arm"), bore = capsule, ball = capsule, block = capsule,
+                    box = capsule, mesh = capsule, line = capsule;
+    capsule.kind = "capsule";
+    capsule.between[0] = "O";
+    capsule.between[1] = "E";
+    capsule.radius = kempe_value(0.02);
+    capsule.density = aluminium;
+    bore.kind = "cylinder";
+    bore.dimensions[0] = kempe_value(0.06);
+    bore.radius = kempe_value(0.008);
+    bore.axis[1] = 1;
+    bore.density = aluminium;
+    bore.hole = 1;
+    ball.kind = "sphere";
+    ball.dimensions[0] = kempe_expression("length/10");
+    ball.point = "E";
+    ball.mass = kempe_value(2);
+    ball.colour = "steel";
+    box.dimensions[0] = box.dimensions[1] = box.dimensions[2] = kempe_value(0.1);
+    box.at[1] = kempe_value(0.2);
+    box.opacity = 0.5;
+    mesh.kind = "mesh";
+    mesh.file = KEMPE_ROOT "/tests/models/block.stl";
+    mesh.scale = kempe_value(0.001);
+    line.text = "{line: [O, [0.1, 0, 0], E], radius: 0.005, colour: \"#ff0000\"}";
+    block.body = "ground";
+    block.dimensions[0] = block.dimensions[1] = kempe_value(0.2);
+    block.dimensions[2] = kempe_value(0.02);
+    const kempe_shape_def *const all[] = {&capsule, &bore, &ball, &box, &mesh, &line, &block};
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        CHECK(kempe_model_add_shape(model, all[k]) == KEMPE_OK);
+    return model;
+}
+
+static void shapes(void)
+{
+    static const char text[] =
+        "kempe: 1\nname: shapes\nparameters: {length: 0.4}\n"
+        "ground: {shape: {box: [0.2, 0.2, 0.02]}}\nbodies:\n  arm:\n"
+        "    joint: {revolute: z, at: ground}\n    points: {O: [0, 0, 0], E: [length, 0, 0]}\n    shape:\n"
+        "      - {capsule: [O, E], radius: 0.02, density: 2700}\n"
+        "      - {cylinder: 0.06, radius: 0.008, axis: y, density: 2700, hole: yes}\n"
+        "      - {sphere: length/10, at: E, mass: 2, colour: steel}\n"
+        "      - {box: [0.1, 0.1, 0.1], at: [0, 0.2, 0], opacity: 0.5}\n"
+        "      - {mesh: " KEMPE_ROOT "/tests/models/block.stl, scale: 0.001}\n"
+        "      - {line: [O, [0.1, 0, 0], E], radius: 0.005, colour: \"#ff0000\"}\n";
+    kempe_context *context = kempe_context_new();
+    kempe_model *built = build_shapes(context), *read = NULL;
+    char *a = NULL, *b = NULL;
+    CHECK(kempe_model_finish(built) == KEMPE_OK);
+    CHECK(kempe_model_read_text(context, text, "shapes", &read) == KEMPE_OK);
+    CHECK(kempe_model_print(built, KEMPE_JSON, &a) == KEMPE_OK && kempe_model_print(read, KEMPE_JSON, &b) == KEMPE_OK);
+    CHECK(a && b && strstr(a, "\"capsule\"") && strstr(a, "\"mesh\""));
+    CHECK_TEXT(a, b);
+    CHECK(isfinite(run(built)) && run(built) == run(read));
+    kempe_text_free(a);
+    kempe_text_free(b);
+    kempe_model_free(built);
+    kempe_model_free(read);
+    kempe_context_free(context);
+}
+
+/* Mistakes of shapes name the body. */
+static void wrong_shapes(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = build_shapes(context);
+    kempe_shape_def none = kempe_shape_default("leg"), wrong = kempe_shape_default("arm");
+    CHECK(kempe_model_add_shape(model, &none) == KEMPE_E_ARGUMENT);
+    CHECK_TEXT(kempe_context_message(context), "shape 'box': body 'leg' does not exist yet");
+    wrong.text = "{box: [1, 1";
+    CHECK(kempe_model_add_shape(model, &wrong) == KEMPE_E_INPUT);
+    CHECK(strstr(kempe_context_message(context), "shape of 'arm'") != NULL);
+    wrong.text = NULL;
+    wrong.kind = NULL;
+    CHECK(kempe_model_add_shape(model, &wrong) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_model_add_shape(model, NULL) == KEMPE_E_ARGUMENT && kempe_model_add_shape(NULL, &wrong) < 0);
+    wrong.kind = "cone";
+    CHECK(kempe_model_add_shape(model, &wrong) == KEMPE_OK);
+    CHECK(kempe_model_finish(model) == KEMPE_E_INPUT);
+    if (!strstr(kempe_context_message(context), "shape 7 of body 'arm'"))
+        printf("%s\n", kempe_context_message(context));
+    CHECK(strstr(kempe_context_message(context), "shape of 'arm'") && strstr(kempe_context_message(context), "cone"));
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
 int main(void)
 {
     TEST(same_as_file);
@@ -328,5 +426,7 @@ int main(void)
     TEST(not_finite);
     TEST(open_loop);
     TEST(as_text);
+    TEST(shapes);
+    TEST(wrong_shapes);
     return check_report();
 }

@@ -67,6 +67,44 @@ static void saved_and_restored(void)
             restored(&methods[m], samples);
 }
 
+/* States that are saved one after another at one time are one state: each is followed by the same bits, and the row
+ * stays what it was. */
+static void saved_twice(void)
+{
+    scene s = scene_of(switching);
+    int n = kempe_model_coordinate_count(s.model);
+    size_t size = (size_t)n * sizeof(double);
+    for (int m = 0; m < METHODS; m++)
+        for (int samples = 0; samples <= 10; samples += 10) {
+            kempe_stepper *a = NULL, *b = NULL;
+            kempe_stepper_state *state[3] = {NULL};
+            kempe_run_options run = options(&methods[m], 10, 1e-7);
+            double end[4][3], q[3];
+            CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK);
+            for (int k = 1; k <= samples; k++)
+                CHECK(kempe_stepper_set_input(a, 0, 0.1 * (k % 3)) == 0 && kempe_stepper_advance(a, 0.02 * k) == 0);
+            CHECK(kempe_stepper_advance(a, 0.3) == KEMPE_OK);
+            memcpy(q, kempe_stepper_q(a), size);
+            for (int k = 0; k < 3; k++)
+                CHECK(kempe_stepper_save(a, &state[k]) == KEMPE_OK);
+            CHECK(memcmp(q, kempe_stepper_q(a), size) == 0);
+            for (int k = 0; k < 4; k++) {
+                CHECK(k == 0 || kempe_stepper_restore(a, state[k - 1]) == KEMPE_OK);
+                CHECK(memcmp(q, kempe_stepper_q(a), size) == 0);
+                CHECK(kempe_stepper_advance(a, 2) == KEMPE_OK);
+                memcpy(end[k], kempe_stepper_q(a), size);
+                CHECK(memcmp(end[k], end[0], size) == 0);
+            }
+            CHECK(kempe_stepper_restore(a, state[0]) == KEMPE_OK && kempe_stepper_copy(a, &b) == KEMPE_OK);
+            CHECK(kempe_stepper_advance(b, 2) == KEMPE_OK && memcmp(end[0], kempe_stepper_q(b), size) == 0);
+            for (int k = 0; k < 3; k++)
+                kempe_stepper_state_free(state[k]);
+            kempe_stepper_free(a);
+            kempe_stepper_free(b);
+        }
+    scene_free(&s);
+}
+
 /* The coordinate at the end of 2 s; a step ends at the stop. */
 static double finish(kempe_stepper *stepper)
 {
@@ -222,6 +260,7 @@ static void stops(void)
 int main(void)
 {
     TEST(saved_and_restored);
+    TEST(saved_twice);
     TEST(samples_and_stops_restored);
     TEST(copies);
     TEST(another_state);

@@ -131,6 +131,7 @@ static kempe_status run_from(kempe_stepper *s, const kempe_stepper_state *state)
     spec.mode_start = s->system->events.count > 0 ? state->mode : NULL;
     spec.inputs_start = &state->inputs;
     KMP_TRY(kmp_stepper_run_from(s, &spec, &start));
+    memcpy(s->row, state->row, 2 * (size_t)s->system->n * sizeof *s->row); /* which closing changes by rounding */
     s->own_stop = state->own_stop;
     s->samples = state->samples;
     return KEMPE_OK;
