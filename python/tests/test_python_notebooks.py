@@ -3,6 +3,8 @@
 
 import concurrent.futures
 import copy
+import importlib.machinery
+import importlib.util
 import inspect
 import multiprocessing
 import pickle
@@ -252,3 +254,17 @@ def test_animation_in_a_cell(results):
         pytest.skip(str(missing))
     frame = page._repr_html_()
     assert frame.startswith('<iframe srcdoc="') and "&lt;html" in frame and "<html" not in frame
+
+
+# -- the comparison of notebooks -----------------------------------------------------------------------------
+
+
+def test_comparison_of_notebooks_can_fail():
+    for name in ("nbformat", "nbclient"):
+        pytest.importorskip(name)
+    loader = importlib.machinery.SourceFileLoader("run_notebooks", str(EXAMPLES / "notebooks/run"))
+    run = importlib.util.module_from_spec(importlib.util.spec_from_loader("run_notebooks", loader))
+    loader.exec_module(run)
+    assert run.difference("a 1.2346 of 5, 2e-8 m", "a 1.2345 of 5, 1e-8 m") is None  # the last digit
+    for other in ("a 1.2365 of 5, 1e-8 m", "a 1.2345 of 7, 1e-8 m", "a 1.2345 of 5, 4e-8 m", "b 1.2345 of 5, 1e-8 m"):
+        assert run.difference(other, "a 1.2345 of 5, 1e-8 m") is not None, other
