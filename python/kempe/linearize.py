@@ -92,7 +92,12 @@ class Linearization(Result):
         self._context.check(lib.kempe_linearization_write, self._pointer, os.fsencode(path))
 
     def to_scipy(self) -> Any:
-        """A scipy.signal.StateSpace."""
+        """A scipy.signal.StateSpace.
+
+        >>> space = kempe.Model("cart_pole.yaml").system().linearize(inputs="u", outputs="q(x)").to_scipy()  # with SciPy
+        >>> space.A.shape
+        (4, 4)
+        """
         from scipy.signal import StateSpace
 
         return StateSpace(self.A, self.B, self.C, self.D)

@@ -26,7 +26,12 @@ class Modes(Reported, Drawn):
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:
-        """Eigenvalues, 1/s, in the order of the table "modes"."""
+        """Eigenvalues, 1/s, in the order of the table "modes".
+
+        >>> modes = kempe.Model("quarter_car.yaml").system().modes()
+        >>> modes.eigenvalues.dtype, bool((modes.eigenvalues.real < 0).all())
+        (dtype('complex128'), True)
+        """
         made: NDArray[Any] = self.modes["re"] + 1j * self.modes["im"]
         return made
 

@@ -3,12 +3,17 @@
 
 import concurrent.futures
 import copy
+import doctest
+import importlib
 import importlib.machinery
 import importlib.util
 import inspect
+import io
 import multiprocessing
 import pickle
+import pkgutil
 import re
+import shutil
 import sys
 
 import kempe
@@ -268,3 +273,58 @@ def test_comparison_of_notebooks_can_fail():
     assert run.difference("a 1.2346 of 5, 2e-8 m", "a 1.2345 of 5, 1e-8 m") is None  # the last digit
     for other in ("a 1.2365 of 5, 1e-8 m", "a 1.2345 of 7, 1e-8 m", "a 1.2345 of 5, 4e-8 m", "b 1.2345 of 5, 1e-8 m"):
         assert run.difference(other, "a 1.2345 of 5, 1e-8 m") is not None, other
+
+
+# -- examples in docstrings ----------------------------------------------------------------------------------
+
+MODULES = [
+    kempe,
+    *(
+        importlib.import_module(f"kempe.{name}")
+        for _, name, _ in pkgutil.iter_modules(kempe.__path__)
+        if name[0] != "_"
+    ),
+]
+PACKAGES = {"# with SciPy": "scipy", "# with pandas": "pandas"}
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
+def test_examples_of_docstrings(module, tmp_path, monkeypatch):
+    """Each runs by itself, in a folder with three models."""
+    for name in ("four_bar", "quarter_car", "cart_pole"):
+        shutil.copy(EXAMPLES / name / f"{name}.yaml", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    runner = doctest.DocTestRunner(verbose=False)
+    for test in doctest.DocTestFinder().find(module, globs={**vars(module), "kempe": kempe}):
+        for example in test.examples:
+            missing = [
+                name for word, name in PACKAGES.items() if word in example.source and not importlib.util.find_spec(name)
+            ]
+            example.options.update({doctest.SKIP: True} if missing else {})
+        report = io.StringIO()
+        runner.run(test, out=report.write)
+        assert not report.getvalue(), report.getvalue()
+    EXAMPLES_RUN[module.__name__] = runner.tries
+
+
+EXAMPLES_RUN: dict[str, int] = {}
+
+
+def test_every_public_name_is_described():
+    """Classes, functions and methods have docstrings; most have an example."""
+    without = []
+    for name in kempe.__all__:
+        found = getattr(kempe, name)
+        members = vars(found).items() if inspect.isclass(found) else ()
+        described = [
+            (name, found),
+            *((f"{name}.{each}", member) for each, member in members if not each.startswith("_")),
+        ]
+        for each, member in described:
+            member = getattr(member, "__func__", member)
+            documented = inspect.isclass(member) or inspect.isfunction(member) or isinstance(member, property)
+            if documented and not inspect.getdoc(member):
+                without.append(each)
+    assert without == []
+    if EXAMPLES_RUN:
+        assert sum(EXAMPLES_RUN.values()) > 100 and EXAMPLES_RUN["kempe.system"] > 20
