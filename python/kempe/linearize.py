@@ -103,7 +103,7 @@ class Linearization(Result):
         return StateSpace(self.A, self.B, self.C, self.D)
 
     def to_control(self) -> Any:
-        """A control.StateSpace of python-control, with the names of its channels."""
+        """A control.StateSpace of python-control, with the names of its channels. It allows no dots in names: they are "_"."""
         import control
 
         return control.ss(
@@ -111,7 +111,8 @@ class Linearization(Result):
             self.B,
             self.C,
             self.D,
-            states=list(self.states),
-            inputs=list(self.inputs),
-            outputs=list(self.outputs),
+            **{
+                channel: [name.replace(".", "_") for name in names]
+                for channel, names in (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs))
+            },
         )

@@ -227,10 +227,10 @@ class Model(Fixed):
         """Outputs of the driven mechanism with their derivatives by parameters, for repeated evaluation. The outputs are those of
         the model.
 
-        >>> text = open("four_bar.yaml").read().replace("run: {", "run: {outputs: [q(rocker)], ")
+        >>> text = open("four_bar.yaml").read().replace("run: {", "run: {outputs: [position(coupler.C)], ")
         >>> gradient = Model.from_text(text).gradient(driven="crank", parameters=["crank", "base"])
         >>> gradient.names, gradient.at(0.1).shape, gradient.jacobian.shape
-        (('q.rocker',), (1,), (1, 2))
+        (('position.coupler.C.x', 'position.coupler.C.y', 'position.coupler.C.z'), (3,), (3, 2))
         """
         made: Gradient = study(Gradient, self, dict(options))
         made._set_options(options)

@@ -328,3 +328,56 @@ def test_every_public_name_is_described():
     assert without == []
     if EXAMPLES_RUN:
         assert sum(EXAMPLES_RUN.values()) > 100 and EXAMPLES_RUN["kempe.system"] > 20
+
+
+# -- objects of other packages -------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def car():
+    """The state space of a quarter of a car, with a force on its body."""
+    return kempe.Model(EXAMPLES / "quarter_car/quarter_car.yaml").system().linearize(inputs="effort(body)", outputs="q")
+
+
+def decay(space, start, times):
+    """Free motion of a state space from a state, by exponentials of A (times x outputs)."""
+    values, vectors = np.linalg.eig(space.A)
+    parts = np.linalg.solve(vectors, start)
+    return np.array([(space.C @ (vectors @ (np.exp(values * t) * parts))).real for t in times])
+
+
+def test_state_space_of_scipy(car):
+    signal = pytest.importorskip("scipy.signal")
+    space = car.to_scipy()
+    times, start = np.linspace(0, 1, 101), np.eye(len(car.states))[0]
+    _, y, _ = signal.lsim(space, np.zeros((101, len(car.inputs))), times, X0=start)
+    assert isinstance(space, signal.StateSpace) and np.allclose(y, decay(car, start, times), atol=1e-9)
+
+
+def test_state_space_of_control(car):
+    control = pytest.importorskip("control")
+    space = car.to_control()
+    assert space.state_labels == ["q_wheel", "q_body", "qd_wheel", "qd_body"] and len(space.input_labels) == 1
+    assert np.allclose(np.sort_complex(control.poles(space)), np.sort_complex(np.linalg.eigvals(car.A)))
+
+
+def test_frames_of_pandas_and_xarray_have_units(results):
+    run, again = results["trajectory"], pickle.loads(pickle.dumps(results["trajectory"]))
+    pandas = pytest.importorskip("pandas")
+    xarray = pytest.importorskip("xarray")
+    for each in (run, again):
+        frame, data = each.to_pandas(), each.to_xarray()
+        assert isinstance(frame, pandas.DataFrame) and frame.index.name == "t" and frame.attrs["units"] == run.units
+        assert isinstance(data, xarray.Dataset) and data["qd.crank"].attrs["units"] == "rad/s"
+        assert np.array_equal(frame["q.rocker"], run.q[:, 2]) and np.array_equal(data["t"], run.t)
+    assert list(results["modes"].modes.to_pandas().columns) == list(results["modes"].modes)
+
+
+def test_right_side_of_an_integrator(four_bar):
+    """SciPy's integrator gives Kempe's run."""
+    solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
+    run, workspace = four_bar.simulate(t_end=0.5), four_bar.system().workspace()
+    found = solve_ivp(
+        workspace.rates, (0, 0.5), [*run.q[0], *run.qd[0]], t_eval=run.t, rtol=1e-10, atol=1e-10, method="DOP853"
+    )
+    assert np.abs(found.y[:3].T - run.q).max() < 1e-7
