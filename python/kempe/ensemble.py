@@ -44,7 +44,9 @@ class Batch(Reported):
 
     _noun = "batch"
     _kept = ("status", "reason", "q", "qd")
-    instances: TableOf = TableOf("A row for each instance: values, status, t, q.NAME, qd.NAME, work, accuracy, verdict, reason.")
+    instances: TableOf = TableOf(
+        "A row for each instance: values, status, t, q.NAME, qd.NAME, work, accuracy, verdict, reason."
+    )
 
     def __len__(self) -> int:
         return int(lib.kempe_batch_count(self._pointer))

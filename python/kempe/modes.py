@@ -19,7 +19,9 @@ class Modes(Reported, Drawn):
 
     _noun = "modes"
     _kept = ("zero_count", "is_unstable")
-    modes: TableOf = TableOf("A row for each eigenvalue: re, im (1/s), frequency (Hz), damping, decay (s), re.NAME, im.NAME.")
+    modes: TableOf = TableOf(
+        "A row for each eigenvalue: re, im (1/s), frequency (Hz), damping, decay (s), re.NAME, im.NAME."
+    )
     rows: TableOf = TableOf("Of a sweep: NAME, re.1, im.1, ..; otherwise the modes.")
     critical: TableOf = TableOf("Values of a sweep at which a mode becomes unstable or stable.")
     state: TableOf = TableOf("One row: q.NAME and qd.NAME.")

@@ -10,10 +10,12 @@ import importlib.util
 import inspect
 import io
 import multiprocessing
+import os
 import pickle
 import pkgutil
 import re
 import shutil
+import signal
 import sys
 
 import kempe
@@ -105,6 +107,18 @@ def test_bars_of_tqdm(four_bar, at_every_step, capsys):
     four_bar.simulate(t_end=0.5, progress=True)
     text = capsys.readouterr().err
     assert text.count("100% |") >= 2 and "0.5 of 0.5 s" in text  # the run, and the one at another tolerance
+
+
+def test_interrupt_of_a_run_that_reports(four_bar, at_every_step):
+    def receive(progress):
+        if not sent and progress.done > 0.1:
+            sent.append(os.kill(os.getpid(), signal.SIGINT))
+
+    sent = []
+    with pytest.raises(kempe.Interrupted) as caught:
+        four_bar.simulate(t_end=1e4, progress=receive)
+    assert 0 < caught.value.partial.t[-1] < 1e4 and caught.value.partial.status == "stopped"
+    assert four_bar.simulate(t_end=0.1).status == "ok"
 
 
 def test_line_without_tqdm(four_bar, at_every_step, capsys, monkeypatch):
