@@ -70,7 +70,8 @@ class Trajectory(Judged, Reported):
             into = (writable(part[k], (part.shape[1],), "state") for part in parts)
             self._context.check(lib.kempe_trajectory_at, self._pointer, time, *into)
         q, qd, qdd, lam = (part.reshape(times.shape + part.shape[1:]) for part in parts)
-        return State(times[()], q, qd, qdd, lam)
+        shown: Any = times[()]  # a number, or the array
+        return State(shown, q, qd, qdd, lam)
 
     @property
     def names(self) -> tuple[str, ...]:

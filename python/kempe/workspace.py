@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
 from .arrays import DOUBLES, INTS, Array, converted, view, writable
-from .fast_calls import calls
 from .context import Owned, string
 from .errors import error_of
+from .fast_calls import calls
 from .lazy import np
 
 if TYPE_CHECKING:
