@@ -16,7 +16,7 @@ PAGE = ROOT / "docs/gallery.md"
 HEAD = """# Gallery
 
 This page is generated from the pages of the examples (`python3 docs/gallery.py`). The [table of examples](../examples/README.md)
-lists the features of each model.
+lists the features of each model. [Notebooks](../examples/notebooks/README.md) use some of them from Python.
 """
 GROUPS = (  # title, examples; an example in no group is an error
     ("Planar linkages", "four_bar crank_rocker slider_crank driven_slider_crank chebyshev peaucellier jansen_leg stephenson coupler_fit "
@@ -72,7 +72,7 @@ def page():
 
 
 def main(arguments):
-    there = {path.parent.name for path in ROOT.glob("examples/*/README.md")}
+    there = {path.parent.name for path in ROOT.glob("examples/*/README.md") if any(path.parent.glob("*.yaml"))}
     listed = {name for _, names in GROUPS for name in names.split()}
     if there != listed:
         print("docs/gallery.py: GROUPS and the folders of examples differ:", *sorted(there ^ listed))

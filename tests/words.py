@@ -9,6 +9,7 @@
 
 Text in backquotes and indented blocks is the program's own and is left out, but for the help, which is read whole.
 """
+import json
 import pathlib
 import re
 import subprocess
@@ -61,6 +62,15 @@ def pages():
     yield ROOT / "README.md"
     yield from sorted((ROOT / "docs").rglob("*.md"))
     yield from sorted((ROOT / "examples").rglob("README.md"))
+    yield from sorted((ROOT / "examples").rglob("*.ipynb"))
+
+
+def words_of(page):
+    """The text of a page, or that of a notebook's cells."""
+    if page.suffix != ".ipynb":
+        return page.read_text()
+    cells = json.loads(page.read_text())["cells"]
+    return "\n\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
 
 
 def literals(text):
@@ -102,7 +112,7 @@ def long_sentences(name, text):
 
 def count():
     for page in pages():
-        lengths = [len(words) for words in sentences(page.read_text())]
+        lengths = [len(words) for words in sentences(words_of(page))]
         if lengths:
             print(f"{page.relative_to(ROOT).as_posix():44} {sum(lengths) / len(lengths):5.1f} words a sentence, "
                   f"{sum(n > LONGEST for n in lengths):3} of {len(lengths)} above {LONGEST}")
@@ -131,12 +141,12 @@ def main(arguments):
     if arguments == ["--count"]:
         return count()
     kempe = str(pathlib.Path(arguments[0]).resolve())
-    found = [f for page in pages() for f in faults(page.relative_to(ROOT).as_posix(), page.read_text())]
+    found = [f for page in pages() for f in faults(page.relative_to(ROOT).as_posix(), words_of(page))]
     for command in ["", *command_page.commands(kempe)]:
         found += faults(f"kempe {command} --help", command_page.help_of(kempe, *command.split()), whole=True)
     found += [f for path in sources() for words in literals(path.read_text())
               for f in faults(path.relative_to(ROOT).as_posix(), words, whole=True)]
-    long = [f for page in pages() for f in long_sentences(page.relative_to(ROOT).as_posix(), page.read_text())]
+    long = [f for page in pages() for f in long_sentences(page.relative_to(ROOT).as_posix(), words_of(page))]
     print(*found, *long, f"{len(found)} retired words, {len(long)} sentences above {LONGEST} words", sep="\n")
     return 1 if command_page.main([kempe, "--check"]) or found or long else 0
 

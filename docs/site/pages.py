@@ -15,6 +15,8 @@ import subprocess
 import sys
 import tempfile
 
+import notebook_pages
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SITE = ROOT / "docs/site"
 LINK = re.compile(r"(\]\()([^)#:\s]+)((?:#[^)\s]*)?\))")
@@ -32,7 +34,7 @@ def missing():
 
 def pages():
     return [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md")), *sorted(ROOT.glob("examples/*/README.md")),
-            ROOT / "examples/README.md", ROOT / "bench/README.md"]
+            *sorted(ROOT.glob("examples/*/*.ipynb")), ROOT / "examples/README.md", ROOT / "bench/README.md"]
 
 
 def navigation():
@@ -43,16 +45,17 @@ def navigation():
 
 def tree(entries, caption=""):
     """A hidden toctree, from which Sphinx makes the navigation."""
-    lines = [f"{title} </{page[:-3]}>" if title else f"/{page[:-3]}" for title, page in entries]
+    names = [(title, pathlib.Path(page).with_suffix("")) for title, page in entries]
+    lines = [f"{title} </{page}>" if title else f"/{page}" for title, page in names]
     return "\n".join(["", "```{toctree}", ":hidden:", *([f":caption: {caption}"] if caption else []), "", *lines, "```", ""])
 
 
 def children(page):
-    """Pages below a page: of the decisions, the headers and the examples."""
+    """Pages below a page: of the decisions, the headers, the examples and the notebooks."""
     folder = page.parent
     if page.name != "README.md" or folder in (ROOT, ROOT / "docs"):
         return []
-    below = re.findall(r"\]\(([\w/]+\.md)\)", page.read_text())
+    below = re.findall(r"\]\(([\w/]+\.(?:md|ipynb))\)", page.read_text())
     return [("", (folder / name).relative_to(ROOT).as_posix()) for name in dict.fromkeys(below) if (folder / name).exists()]
 
 
@@ -67,6 +70,8 @@ def staged(page, text):
         path = (page.parent / match.group(2)).resolve()
         if path == ROOT / "README.md":
             return match.group(1) + os.path.relpath(ROOT / "index.md", page.parent) + match.group(3)
+        if path.suffix == ".ipynb":
+            return match.group(1) + match.group(2).removesuffix(".ipynb") + ".md" + match.group(3)
         return match.group(1) + match.group(2) + match.group(3)
     text = re.sub(r"\[([^\]]*)\]\(([^)#:\s]+)\)", lambda m: m.group(1) if (page.parent / m.group(2)).is_dir() else m.group(), text)
     text = re.sub(r"\[[\w/]+\.md\]\(([\w./]+\.md)\)", r"[](\1)", text)
@@ -75,15 +80,16 @@ def staged(page, text):
 
 def stage(folder):
     for page in pages():
-        text = page.read_text()
+        place = folder / page.relative_to(ROOT).parent
+        text = notebook_pages.markdown(page, place) if page.suffix == ".ipynb" else page.read_text()
         for path in linked_files(page, text):
-            if path.is_file() and path.suffix != ".md":
+            if path.is_file() and path.suffix not in (".md", ".ipynb"):
                 copy = folder / path.relative_to(ROOT)
                 copy.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(path, copy)
         text = staged(page, text)
         text += tree(children(page)) if children(page) else ""
-        name = page.relative_to(ROOT)
+        name = page.relative_to(ROOT).with_suffix(".md")
         if page == ROOT / "README.md":
             name = pathlib.Path("index.md")
             text += "".join(tree(entries, caption) for caption, entries in navigation())

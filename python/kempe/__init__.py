@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Kempe: mechanisms with closed kinematic loops.
 
-    model = kempe.Model("four_bar.yaml", crank="310 mm")
-    run = model.simulate(t_end=5, rtol=1e-9)
-    run.t, run.q, run["position(coupler.C).x"]
+    >>> import kempe
+    >>> model = kempe.Model("four_bar.yaml", crank="310 mm")
+    >>> run = model.simulate(t_end=5, rtol=1e-9)
+    >>> run
+    <Trajectory: ok, 501 rows to t = 5 s>
+    >>> run.q.shape, run["position(coupler.C)"].shape
+    ((501, 3), (501, 3))
 
-Units are SI: kg, m, rad, s, N. n is the number of coordinates, m that of closure rows. Arrays are of float64.
+Units are SI: kg, m, rad, s, N. n is the number of coordinates, m that of closure rows. Arrays are of float64. The examples of
+these texts are run in a folder with the models four_bar.yaml, quarter_car.yaml and cart_pole.yaml of the source.
 """
 
 from . import contact

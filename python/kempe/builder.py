@@ -32,9 +32,10 @@ class Builder:
     """Adds bodies, joints and forces in any order, then `finish()` gives the model. Numbers are in SI, or expressions of the
     model's parameters as text. Methods return the builder.
 
-        pendulum = Builder("pendulum").gravity(0, -9.81, 0).parameter("L", 2)
-        pendulum.body("arm", mass=3, com=("L/2", 0, 0)).q("arm", 0.5)
-        model = pendulum.finish()
+    >>> pendulum = Builder("pendulum").gravity(0, -9.81, 0).parameter("L", 2)
+    >>> _ = pendulum.body("arm", mass=3, com=("L/2", 0, 0), inertia=(0, 0, 1, 0, 0, 0)).q("arm", 0.5)
+    >>> pendulum.finish()
+    <Model 'pendulum': coordinates arm>
     """
 
     def __init__(self, name: str) -> None:

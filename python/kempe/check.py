@@ -28,13 +28,21 @@ class Check(Result):
 
     @property
     def redundant(self) -> dict[str, int]:
-        """Closures with redundant rows, and how many."""
+        """Closures with redundant rows, and how many.
+
+        >>> kempe.Model("four_bar.yaml").system().check().redundant
+        {}
+        """
         rows = zip(self.closures["closure"], self.closures["redundant"])
         return {str(closure): int(count) for closure, count in rows if count > 0}
 
     @property
     def independent(self) -> list[str]:
-        """Names of the independent coordinates."""
+        """Names of the independent coordinates.
+
+        >>> kempe.Model("four_bar.yaml").system().check().independent
+        ['coupler']
+        """
         rows = zip(self.coordinates["coordinate"], self.coordinates["role"])
         return [str(coordinate) for coordinate, role in rows if role == "independent"]
 

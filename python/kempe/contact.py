@@ -32,7 +32,12 @@ def _check(status: int) -> None:
 
 def hertz(normal: float, **touch: float) -> dict[str, float]:
     """The contact ellipse of a normal force (N): a, b (m), approach (m), pressure (Pa), stiffness. Keywords: along, across (1/m),
-    shear_modulus (Pa), poisson."""
+    shear_modulus (Pa), poisson.
+
+    >>> ellipse = hertz(80e3, along=1 / 0.46, across=1 / 0.3, shear_modulus=82e9, poisson=0.28)
+    >>> f"{1e3 * ellipse['a']:.2f} mm, {1e3 * ellipse['b']:.2f} mm, {1e-6 * ellipse['pressure']:.0f} MPa"
+    '6.68 mm, 5.02 mm, 1139 MPa'
+    """
     given, _ = options("hertz", "kempe_touch", touch)
     made = ffi.new("kempe_ellipse *")
     _check(lib.kempe_contact_hertz(given, normal, made))
@@ -40,7 +45,11 @@ def hertz(normal: float, **touch: float) -> dict[str, float]:
 
 
 def kalker(ratio: float, poisson: float) -> dict[str, float]:
-    """Kalker's coefficients c11, c22, c23, c33 of an ellipse with the ratio a/b."""
+    """Kalker's coefficients c11, c22, c23, c33 of an ellipse with the ratio a/b.
+
+    >>> f"{kalker(1.0, 0.25)['c11']:.2f}"
+    '4.12'
+    """
     made = ffi.new("kempe_kalker *")
     _check(lib.kempe_contact_kalker(ratio, poisson, made))
     return members_of(made[0])

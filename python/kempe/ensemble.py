@@ -25,6 +25,7 @@ class Values(Fixed):
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Names of the columns: parameters, q.NAME, qd.NAME."""
         count = lib.kempe_values_column_count(self._pointer)
         return tuple(string(lib.kempe_values_name(self._pointer, k)) for k in range(count))
 
@@ -43,7 +44,9 @@ class Batch(Reported):
 
     _noun = "batch"
     _kept = ("status", "reason", "q", "qd")
-    instances: TableOf = TableOf("A row for each instance: values, status, t, q.NAME, qd.NAME, work, accuracy, verdict, reason.")
+    instances: TableOf = TableOf(
+        "A row for each instance: values, status, t, q.NAME, qd.NAME, work, accuracy, verdict, reason."
+    )
 
     def __len__(self) -> int:
         return int(lib.kempe_batch_count(self._pointer))
@@ -79,7 +82,14 @@ class Ensemble(Owned):
     _noun = "ensemble"
 
     def run(self, lanes: int = 0, **options: Unpack[RunOptions]) -> Batch:
-        """Runs every instance to t_end. `lanes`: instances at a time, 0 the best for this machine, -1 a separate run for each."""
+        """Runs every instance to t_end. `lanes`: instances at a time, 0 the best for this machine, -1 a separate run for each.
+
+        >>> import numpy
+        >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": numpy.linspace(0.28, 0.32, 9)})
+        >>> batch = ensemble.run(t_end=0.5)
+        >>> len(batch), batch.q.shape, set(batch.status)
+        (9, (9, 3), {'ok'})
+        """
         values: dict[str, Any] = dict(options)
         progress = values.pop("progress", None)
         given, keep = struct_of("run", "kempe_run_options", values)

@@ -40,6 +40,14 @@ class InputError(Error, ValueError):
 
     @property
     def problems(self) -> list[Problem]:
+        """Each mistake with file, line, column and sentence.
+
+        >>> try:
+        ...     kempe.Model.from_text("kempe: 1\\nbodies: {a: {mas: 1}}", label="a.yaml")
+        ... except kempe.InputError as error:
+        ...     print(error.problems[1].line, error.problems[1].sentence)
+        2 unknown key 'mas' in body 'a'; did you mean 'mass'?
+        """
         return [_problem(line) for line in self.message.splitlines()]
 
 

@@ -12,7 +12,9 @@ class Inverse(Judged, Reported):
 
     _noun = "inverse"
     _kept = ("dof", "rank", "residual")
-    rows: TableOf = TableOf("t, tau.NAME (N m or N), power.NAME (W), q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, reactions.")
+    rows: TableOf = TableOf(
+        "t, tau.NAME (N m or N), power.NAME (W), q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, reactions."
+    )
 
     @property
     def dof(self) -> int:

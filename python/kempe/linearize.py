@@ -92,13 +92,18 @@ class Linearization(Result):
         self._context.check(lib.kempe_linearization_write, self._pointer, os.fsencode(path))
 
     def to_scipy(self) -> Any:
-        """A scipy.signal.StateSpace."""
+        """A scipy.signal.StateSpace.
+
+        >>> space = kempe.Model("cart_pole.yaml").system().linearize(inputs="u", outputs="q(x)").to_scipy()  # with SciPy
+        >>> space.A.shape
+        (4, 4)
+        """
         from scipy.signal import StateSpace
 
         return StateSpace(self.A, self.B, self.C, self.D)
 
     def to_control(self) -> Any:
-        """A control.StateSpace of python-control, with the names of its channels."""
+        """A control.StateSpace of python-control, with the names of its channels. It allows no dots in names: they are "_"."""
         import control
 
         return control.ss(
@@ -106,7 +111,8 @@ class Linearization(Result):
             self.B,
             self.C,
             self.D,
-            states=list(self.states),
-            inputs=list(self.inputs),
-            outputs=list(self.outputs),
+            **{
+                channel: [name.replace(".", "_") for name in names]
+                for channel, names in (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs))
+            },
         )

@@ -31,7 +31,11 @@ Recipe = tuple[Callable[..., Any], tuple[Any, ...]]  # for pickles: what makes a
 
 
 class Model(Fixed):
-    """A model file, read and checked, with values of parameters and inputs as keywords: Model("four_bar.yaml", crank="310 mm").
+    """A model file, read and checked, with values of parameters and inputs as keywords.
+
+    >>> model = Model("four_bar.yaml", crank="310 mm")
+    >>> model.name, model.coordinates
+    ('four-bar', ('crank', 'coupler', 'rocker'))
 
     A value is a text as in the file, or a number in the parameter's unit. `parameters` has values whose names are no keywords.
     `closure_tolerance` (m) is the gap that redundant closures may keep; `cache` a folder that keeps derived equations.
@@ -64,7 +68,13 @@ class Model(Fixed):
         cache: str | os.PathLike[str] | None = None,
         **more: Any,
     ) -> Model:
-        """Reads a model from text; `label` replaces the file name in messages."""
+        """Reads a model from text; `label` replaces the file name in messages.
+
+        >>> Model.from_text("kempe: 1", label="empty.yaml")
+        Traceback (most recent call last):
+        ...
+        kempe.errors.InputError: empty.yaml:1:1: the model has no key 'bodies'
+        """
         model = cls.__new__(cls)
         values = {**(parameters or {}), **more}
         model._recipe = _read_again, (label, text, values, closure_tolerance, cache)
@@ -74,7 +84,12 @@ class Model(Fixed):
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any], parameters: Values_ | None = None, **more: Any) -> Model:
-        """Reads a model from a dict with the keys of a model file. Tuples are lists."""
+        """Reads a model from a dict with the keys of a model file. Tuples are lists.
+
+        >>> arm = {"joint": {"revolute": "z", "at": "ground"}, "mass": "3 kg", "com": (0, -1, 0), "inertia": {"zz": 1}}
+        >>> Model.from_dict({"kempe": 1, "gravity": (0, -9.81, 0), "bodies": {"arm": arm}}).coordinates
+        ('arm',)
+        """
         return cls.from_text(json.dumps(document, indent=1, default=_plain), parameters, label="dict", **more)
 
     def _read(
@@ -116,6 +131,7 @@ class Model(Fixed):
 
     @property
     def name(self) -> str:
+        """The model's name."""
         return string(lib.kempe_model_name(self._pointer))
 
     @property
@@ -129,11 +145,19 @@ class Model(Fixed):
         return dict(self._context.inputs)
 
     def input_value(self, name: str, t: float) -> float:
-        """Value of an input at t (s) by the model's samples or default, in SI."""
+        """Value of an input at t (s) by the model's samples or default, in SI.
+
+        >>> Model("cart_pole.yaml", u=2).input_value("u", 0.0)
+        2.0
+        """
         return float(lib.kempe_model_input_value(self._pointer, self._context.input(name), t))
 
     def to_dict(self) -> dict[str, Any]:
-        """The model as parsed."""
+        """The model as parsed: parameters, bodies with their motions, closures, forces.
+
+        >>> Model("four_bar.yaml").to_dict()["parameters"]["crank"]
+        0.3
+        """
         made: dict[str, Any] = json.loads(self._context.text(lib.kempe_model_print, self._pointer, lib.KEMPE_JSON))
         return made
 
@@ -182,34 +206,63 @@ class Model(Fixed):
         return made
 
     def simulate(self, **options: Unpack[RunOptions]) -> Trajectory:
-        """`system().simulate(..)`."""
+        """`system().simulate(..)`.
+
+        >>> Model("four_bar.yaml").simulate(t_end=1).verdict["convergence"]["result"]
+        'converged'
+        """
         return self.system().simulate(**options)
 
     def sensitivity(self, **options: Unpack[SensitivityOptions]) -> Sensitivity:
-        """Derivatives of a trajectory, or of a state, by parameters."""
+        """Derivatives of a trajectory, or of a state, by parameters.
+
+        >>> slopes = Model("four_bar.yaml").sensitivity(parameters="crank", outputs="q(rocker)", t_end=0.5)
+        >>> slopes.rows.names
+        ('t', 'q.rocker', 'q.rocker/crank')
+        """
         made: Sensitivity = study(Sensitivity, self, dict(options))
         return made
 
     def gradient(self, **options: Unpack[GradientOptions]) -> Gradient:
-        """Outputs of the driven mechanism with their derivatives by parameters, for repeated evaluation."""
+        """Outputs of the driven mechanism with their derivatives by parameters, for repeated evaluation. The outputs are those of
+        the model.
+
+        >>> text = open("four_bar.yaml").read().replace("run: {", "run: {outputs: [position(coupler.C)], ")
+        >>> gradient = Model.from_text(text).gradient(driven="crank", parameters=["crank", "base"])
+        >>> gradient.names, gradient.at(0.1).shape, gradient.jacobian.shape
+        (('position.coupler.C.x', 'position.coupler.C.y', 'position.coupler.C.z'), (3,), (3, 2))
+        """
         made: Gradient = study(Gradient, self, dict(options))
         made._set_options(options)
         return made
 
     def count(self, **options: Unpack[GenerateOptions]) -> Count:
-        """Operation counts of sets of equations."""
+        """Operation counts of sets of equations: "M_C", "J", "forward", ..
+
+        >>> Model("four_bar.yaml").count(sets="M_C")
+        <Count>
+        """
         made: Count = study(Count, self, dict(options), "kempe_generate_options")
         return made
 
     def generate(self, **options: Unpack[GenerateOptions]) -> Code:
-        """The equations in another language."""
+        """The equations in another language: c, octave, python.
+
+        >>> list(Model("four_bar.yaml").generate(language="python", sets="M_C").files)
+        ['four_bar.py']
+        """
         made: Code = study(Code, self, dict(options), "kempe_generate_options")
         return made
 
     # -- many instances ----------------------------------------------------------------------------------
 
     def values(self, columns: Mapping[str, Any] | str | os.PathLike[str]) -> Values:
-        """Values of parameters and starts (q.NAME, qd.NAME) for many instances: arrays of one length by name, or a CSV file."""
+        """Values of parameters and starts (q.NAME, qd.NAME) for many instances: arrays of one length by name, or a CSV file.
+
+        >>> values = Model("four_bar.yaml").values({"crank": [0.29, 0.30, 0.31], "qd.crank": 20})
+        >>> values.names, len(values), values[0].tolist()
+        (('crank', 'qd.crank'), 3, [0.29, 20.0])
+        """
         if not isinstance(columns, Mapping):
             return self._context.make(
                 Values, lib.guarded_kempe_values_read, self._pointer, os.fsencode(columns), owners=(self._pointer,)
@@ -233,14 +286,24 @@ class Model(Fixed):
         )
 
     def sample(self, ranges: Any, count: int, seed: int = 1) -> Values:
-        """Uniformly random values from ranges, {"crank": (0.2, 0.3)} in SI or "crank=200 mm:300 mm"."""
+        """Uniformly random values from ranges, {"crank": (0.2, 0.3)} in SI or "crank=200 mm:300 mm".
+
+        >>> values = Model("four_bar.yaml").sample("crank=290 mm:310 mm", 100)
+        >>> len(values), all(0.29 <= row[0] <= 0.31 for row in values)
+        (100, True)
+        """
         words = text_of(ranges).encode()
         return self._context.make(
             Values, lib.kempe_values_sample, self._pointer, words, count, seed, owners=(self._pointer,), long=False
         )
 
     def ensemble(self, values: Values | Mapping[str, Any] | str | os.PathLike[str]) -> Ensemble:
-        """Many instances of the mechanism: `model.ensemble({"crank": array}).run(t_end=5)`."""
+        """Many instances of the mechanism.
+
+        >>> batch = Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]}).run(t_end=1)
+        >>> batch.status, batch.q.shape
+        (['ok', 'ok', 'ok'], (3, 3))
+        """
         values = values if isinstance(values, Values) else self.values(values)
         owners = (self._pointer, values._pointer)
         return self._context.make(

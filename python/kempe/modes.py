@@ -19,14 +19,21 @@ class Modes(Reported, Drawn):
 
     _noun = "modes"
     _kept = ("zero_count", "is_unstable")
-    modes: TableOf = TableOf("A row for each eigenvalue: re, im (1/s), frequency (Hz), damping, decay (s), re.NAME, im.NAME.")
+    modes: TableOf = TableOf(
+        "A row for each eigenvalue: re, im (1/s), frequency (Hz), damping, decay (s), re.NAME, im.NAME."
+    )
     rows: TableOf = TableOf("Of a sweep: NAME, re.1, im.1, ..; otherwise the modes.")
     critical: TableOf = TableOf("Values of a sweep at which a mode becomes unstable or stable.")
     state: TableOf = TableOf("One row: q.NAME and qd.NAME.")
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:
-        """Eigenvalues, 1/s, in the order of the table "modes"."""
+        """Eigenvalues, 1/s, in the order of the table "modes".
+
+        >>> modes = kempe.Model("quarter_car.yaml").system().modes()
+        >>> modes.eigenvalues.dtype, bool((modes.eigenvalues.real < 0).all())
+        (dtype('complex128'), True)
+        """
         made: NDArray[Any] = self.modes["re"] + 1j * self.modes["im"]
         return made
 

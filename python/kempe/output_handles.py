@@ -46,7 +46,12 @@ class Outputs(Owned):
         qdd: ArrayLike | None = None,
         lam: ArrayLike | None = None,
     ) -> Array:
-        """Values (k) at t (s), q, qd, qdd (n each) and lam (m); None is zero."""
+        """Values (k) at t (s), q, qd, qdd (n each) and lam (m); None is zero.
+
+        >>> outputs = kempe.Model("four_bar.yaml").system().outputs("position(crank.B).y")
+        >>> outputs.at(0.0, [0, 0, 0]).tolist()
+        [0.3]
+        """
         n = self._n
         return self._values(
             lib.kempe_outputs_at,
@@ -85,7 +90,13 @@ class Outputs(Owned):
         return slopes, drift
 
     def jacobian(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> tuple[Array, Array]:
-        """J (k x n) and jdqd (k) with the loops open: accelerations of positions are J qdd + jdqd."""
+        """J (k x n) and jdqd (k) with the loops open: accelerations of positions are J qdd + jdqd.
+
+        >>> outputs = kempe.Model("four_bar.yaml").system().outputs("position(crank.B)")
+        >>> J, jdqd = outputs.jacobian(0.0, [0, 0, 0])
+        >>> J.shape, jdqd.shape
+        ((3, 3), (3,))
+        """
         return self._slopes(lib.kempe_outputs_jacobian, self._n, t, q, qd)
 
     def closed_jacobian(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> tuple[Array, Array]:

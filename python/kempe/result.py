@@ -95,10 +95,12 @@ class Judged(Result):
 
     @property
     def status(self) -> str:
+        """ "ok", "stopped" or "failed"."""
         return string(self._call("status")(self._pointer))
 
     @property
     def reason(self) -> str:
+        """Why the computation ended early, "" when ok."""
         return string(self._call("reason")(self._pointer))
 
     def __repr__(self) -> str:

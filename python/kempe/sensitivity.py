@@ -14,7 +14,9 @@ class Sensitivity(Result):
 
     _noun = "sensitivity"
     _kept = ("method", "work")
-    rows: TableOf = TableOf("t or row; each quantity, q.rocker, and its derivatives by the parameters, q.rocker/PARAMETER.")
+    rows: TableOf = TableOf(
+        "t or row; each quantity, q.rocker, and its derivatives by the parameters, q.rocker/PARAMETER."
+    )
     parameters: TableOf = TableOf("parameter, value (SI).")
 
     @property

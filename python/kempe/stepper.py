@@ -50,7 +50,13 @@ class Stepper(Owned):
         self._call(lib.guarded_kempe_stepper_step, long=True)
 
     def advance(self, t: float) -> None:
-        """Advances to t (s), neither backwards nor beyond t_end."""
+        """Advances to t (s), neither backwards nor beyond t_end.
+
+        >>> stepper = kempe.Model("four_bar.yaml").system().stepper(t_end=1)
+        >>> stepper.advance(0.25)
+        >>> stepper.t, stepper.q.shape
+        (0.25, (3,))
+        """
         self._call(lib.guarded_kempe_stepper_advance, t, long=True)
 
     def __iter__(self) -> Iterator[State]:
@@ -144,7 +150,15 @@ class Stepper(Owned):
         )
 
     def restore(self, state: SavedState) -> None:
-        """Returns to a saved state, of this or of another stepper of the same system and options."""
+        """Returns to a saved state, of this or of another stepper of the same system and options.
+
+        >>> stepper = kempe.Model("four_bar.yaml").system().stepper(t_end=1)
+        >>> state = stepper.save()
+        >>> stepper.advance(0.5)
+        >>> stepper.restore(state)
+        >>> stepper.t
+        0.0
+        """
         self._call(lib.kempe_stepper_restore, state._pointer)
 
     def copy(self) -> Stepper:

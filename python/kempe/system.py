@@ -100,17 +100,29 @@ class System(Fixed):
     # -- the mechanism -----------------------------------------------------------------------------------
 
     def check(self) -> Check:
-        """Mobility, redundant rows, independent coordinates, limits of motion."""
+        """Mobility, redundant rows, independent coordinates, limits of motion.
+
+        >>> kempe.Model("four_bar.yaml").system().check()
+        <Check: 1 degrees of freedom, 0 redundant rows>
+        """
         made: Check = self._new(Check)
         return made
 
     def assemble(self) -> Assembly:
-        """The state in which the loops are closed."""
+        """The state in which the loops are closed.
+
+        >>> kempe.Model("four_bar.yaml").system().assemble().q.shape
+        (3,)
+        """
         made: Assembly = self._new(Assembly)
         return made
 
     def branches(self, seed: int = 1, progress: ProgressTo | None = None) -> Branches:
-        """Other assembly modes, from random starts."""
+        """Other assembly modes, from random starts.
+
+        >>> len(kempe.Model("four_bar.yaml").system().branches())
+        2
+        """
         with self._context.reporting(progress):
             made: Branches = self._new(Branches, seed)
         return made
@@ -118,59 +130,117 @@ class System(Fixed):
     # -- motion --------------------------------------------------------------------------------------------
 
     def simulate(self, **options: Unpack[RunOptions]) -> Trajectory:
-        """Runs one formulation. A run that fails raises FailedError, whose `partial` has the rows up to there."""
+        """Runs one formulation. A run that fails raises FailedError, whose `partial` has the rows up to there.
+
+        >>> system = kempe.Model("four_bar.yaml").system()
+        >>> system.simulate(t_end=1, formulation="projected", output_step=0.1)
+        <Trajectory: ok, 11 rows to t = 1 s>
+        """
         made: Trajectory = study(Trajectory, self, dict(options), "kempe_run_options", "")
         return made
 
     def stepper(self, **options: Unpack[RunOptions]) -> Stepper:
-        """A run that is advanced by the caller."""
+        """A run that is advanced by the caller, who sets inputs between the calls.
+
+        >>> stepper = kempe.Model("cart_pole.yaml").system().stepper(t_end=2)
+        >>> stepper.set_input("u", 1.5)
+        >>> stepper.advance(0.5)
+        >>> stepper
+        <Stepper at t = 0.5 s>
+        """
         made: Stepper = study(Stepper, self, dict(options), "kempe_run_options")
         return made
 
     def compare(self, **options: Unpack[CompareOptions]) -> Comparison:
-        """Many formulations, integrators and tolerances against a reference."""
+        """Many formulations, integrators and tolerances against a reference.
+
+        >>> system = kempe.Model("four_bar.yaml").system()
+        >>> compared = system.compare(t_end=0.1, formulations="reduced", integrators="dop853", rtols=[1e-6, 1e-8])
+        >>> compared.runs.row_count
+        4
+        """
         made: Comparison = study(Comparison, self, dict(options), "kempe_compare_options")
         return made
 
     def kinematics(self, **options: Unpack[KinematicsOptions]) -> Kinematics:
-        """Positions over a range: kinematics(sweep={"crank": ("0 deg", "360 deg", 361)})."""
+        """Positions, rates and accelerations over a range.
+
+        >>> sweep = kempe.Model("four_bar.yaml").system().kinematics(sweep={"crank": ("0 deg", "360 deg", 361)})
+        >>> f"{sweep.rows['q.rocker'].max():.4f} rad"
+        '0.7068 rad'
+        """
         made: Kinematics = study(Kinematics, self, dict(options))
         return made
 
     def inverse(self, **options: Unpack[InverseOptions]) -> Inverse:
-        """Actuator forces and torques of a prescribed motion."""
+        """Actuator forces and torques of a prescribed motion; without `motion`, that of the model's drives or the start.
+
+        >>> held = kempe.Model("four_bar.yaml").system().inverse(actuators="crank")
+        >>> held.dof, held.rank, "tau.crank" in held.rows
+        (1, 1, True)
+        """
         made: Inverse = study(Inverse, self, dict(options))
         return made
 
     # -- about a state -------------------------------------------------------------------------------------
 
     def workspace(self) -> Workspace:
-        """M, C, h, J, forward and inverse dynamics at given states."""
+        """M, C, h, J, forward and inverse dynamics at given states.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> workspace.n, workspace.m
+        (3, 2)
+        """
         return self._context.make(Workspace, lib.kempe_workspace_new, self._pointer, owners=self._owners(), long=False)
 
     def outputs(self, words: Any) -> Outputs:
-        """Outputs at any state, and their Jacobians: "position(coupler.C), force(spring)" or a list."""
+        """Outputs at any state, and their Jacobians: "position(coupler.C), force(spring)" or a list.
+
+        >>> outputs = kempe.Model("four_bar.yaml").system().outputs("position(coupler.C)")
+        >>> outputs.names, outputs.units["position.coupler.C.x"]
+        (('position.coupler.C.x', 'position.coupler.C.y', 'position.coupler.C.z'), 'm')
+        """
         return self._context.make(
             Outputs, lib.kempe_outputs_new, self._pointer, text_of(words).encode(), owners=self._owners(), long=False
         )
 
     def equilibrium(self, **options: Unpack[EquilibriumOptions]) -> Equilibrium:
-        """Static and steady-state equilibria."""
+        """Static and steady-state equilibria.
+
+        >>> found = kempe.Model("quarter_car.yaml").system().equilibrium()
+        >>> len(found), found.is_stable()
+        (1, True)
+        """
         made: Equilibrium = study(Equilibrium, self, dict(options))
         return made
 
     def linearize(self, **options: Unpack[LinearizeOptions]) -> Linearization:
-        """A state space about an equilibrium or the start."""
+        """A state space about an equilibrium or the start.
+
+        >>> space = kempe.Model("cart_pole.yaml").system().linearize(inputs="u", outputs="q(x)")
+        >>> space.A.shape, space.B.shape, space.C.shape
+        ((4, 4), (4, 1), (1, 4))
+        """
         made: Linearization = study(Linearization, self, dict(options), "kempe_linearize_options")
         return made
 
     def modes(self, **options: Unpack[ModesOptions]) -> Modes:
-        """Eigenvalues and mode shapes, also over the values of a parameter."""
+        """Eigenvalues and mode shapes, also over the values of a parameter.
+
+        >>> modes = kempe.Model("quarter_car.yaml").system().modes()
+        >>> [f"{frequency:.3f} Hz" for frequency in modes.modes["frequency"][::2]]
+        ['1.121 Hz', '10.822 Hz']
+        """
         made: Modes = study(Modes, self, dict(options))
         return made
 
     def response(self, **options: Unpack[ResponseOptions]) -> Response:
-        """Frequency response near an equilibrium."""
+        """Frequency response near an equilibrium.
+
+        >>> response = kempe.Model("cart_pole.yaml").system().response(inputs="u", outputs="q(x)", frequencies="0.1:10:50")
+        >>> response.rows.names[0], response.rows.row_count
+        ('frequency', 50)
+        """
         made: Response = study(Response, self, dict(options))
         return made
 

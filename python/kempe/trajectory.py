@@ -70,7 +70,8 @@ class Trajectory(Judged, Reported):
             into = (writable(part[k], (part.shape[1],), "state") for part in parts)
             self._context.check(lib.kempe_trajectory_at, self._pointer, time, *into)
         q, qd, qdd, lam = (part.reshape(times.shape + part.shape[1:]) for part in parts)
-        return State(times[()], q, qd, qdd, lam)
+        shown: Any = times[()]  # a number, or the array
+        return State(shown, q, qd, qdd, lam)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -88,7 +89,12 @@ class Trajectory(Judged, Reported):
         return self.rows.units
 
     def outputs(self, names: Any) -> Table:
-        """A table of t and of outputs: "q(A),force(spring)" or a list of such words."""
+        """A table of t and of outputs: "q(A),force(spring)" or a list of such words.
+
+        >>> run = kempe.Model("four_bar.yaml").simulate(t_end=1)
+        >>> run.outputs("velocity(coupler.C)").names
+        ('t', 'velocity.coupler.C.x', 'velocity.coupler.C.y', 'velocity.coupler.C.z')
+        """
         words = text_of(names).encode()
         return self._context.make(Table, lib.kempe_trajectory_outputs, self._pointer, words, long=False)
 
@@ -102,7 +108,12 @@ class Trajectory(Judged, Reported):
 
     @property
     def verdict(self) -> dict[str, Any]:
-        """Residuals, energy balance, convergence and work of the run."""
+        """Residuals, energy balance, convergence and work of the run.
+
+        >>> run = kempe.Model("four_bar.yaml").simulate(t_end=1)
+        >>> run.verdict["energy"]["drift_rel"] < 1e-8
+        True
+        """
         found = self.to_dict()
         return {
             name: found[name]
@@ -111,7 +122,11 @@ class Trajectory(Judged, Reported):
         }
 
     def to_pandas(self) -> Any:
-        """The table `rows` as a pandas.DataFrame over t."""
+        """The table `rows` as a pandas.DataFrame over t.
+
+        >>> kempe.Model("four_bar.yaml").simulate(t_end=1).to_pandas().index.name  # with pandas
+        't'
+        """
         return self.rows.to_pandas("t")
 
     def to_xarray(self) -> Any:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
 from .arrays import DOUBLES, INTS, Array, converted, view, writable
-from .fast_calls import calls
 from .context import Owned, string
 from .errors import error_of
+from .fast_calls import calls
 from .lazy import np
 
 if TYPE_CHECKING:
@@ -24,14 +24,14 @@ _from_buffer = ffi.from_buffer
 
 
 class Accelerations(NamedTuple):
-    """Accelerations (n) and multipliers (m), or rows of them."""
+    """qdd: accelerations (n; rad/s^2 or m/s^2); lam: multipliers (m; N or N m). Or rows of them."""
 
     qdd: Array
     lam: Array
 
 
 class Equations(NamedTuple):
-    """Values at a state, or at each of N states, which are then the first dimension."""
+    """M (n x n), C (n), h (m), J (m x n), jdqd (m) at a state, or at each of N states, which are then the first dimension."""
 
     M: Array  # n x n
     C: Array  # n
@@ -73,7 +73,13 @@ class Workspace(Owned):
             self._fail(status)
 
     def evaluate(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> Equations:
-        """Evaluates everything at t (s), q and qd (n each; None: at rest). q need not close the loops. Returns `views`."""
+        """Evaluates everything at t (s), q and qd (n each; None: at rest). q need not close the loops. Returns `views`.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> equations = workspace.evaluate(0.0, [0, 0, 0])
+        >>> equations.M.shape, equations.C.shape, equations.J.shape
+        ((3, 3), (3,), (2, 3))
+        """
         n = self.n
         status = _evaluate(self._address, n, self.m, t, q, qd)
         if status:
@@ -124,7 +130,13 @@ class Workspace(Owned):
     def forward_dynamics(
         self, t: float, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, out: Accelerations | None = None
     ) -> Accelerations:
-        """Accelerations and multipliers under the model's forces and the generalized forces Q (n; None: none)."""
+        """Accelerations and multipliers under the model's forces and the generalized forces Q (n; None: none).
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> qdd, lam = workspace.forward_dynamics(0.0, [0, 0, 0], [20, -22.5, 7.5])
+        >>> qdd.shape, lam.shape
+        ((3,), (2,))
+        """
         n, m = self.n, self.m
         made = Accelerations(np.empty(n), np.empty(m)) if out is None else out
         qdd, lam = made
@@ -138,7 +150,15 @@ class Workspace(Owned):
 
     def rates(self, t: float, state: ArrayLike) -> Array:
         """Rates (qd, qdd) of a state (q, qd): a right side for scipy.integrate.solve_ivp. Closures are kept by accelerations
-        alone, so that they drift."""
+        alone, so that they drift.
+
+        >>> from scipy.integrate import solve_ivp  # with SciPy
+        >>> system = kempe.Model("four_bar.yaml").system()
+        >>> start, workspace = system.assemble(), system.workspace()
+        >>> y0 = [*start.q, *start.qd]
+        >>> solve_ivp(workspace.rates, (0, 0.1), y0, rtol=1e-8, atol=1e-10).success  # with SciPy
+        True
+        """
         n = self.n
         y = np.ascontiguousarray(state, dtype=float)
         made = np.empty(2 * n)
@@ -149,7 +169,12 @@ class Workspace(Owned):
     def inverse_dynamics(
         self, t: float, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Array | None = None
     ) -> Array:
-        """Generalized forces Q = M qdd + C (n; N m or N), with the loops open."""
+        """Generalized forces Q = M qdd + C (n; N m or N), with the loops open.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> workspace.inverse_dynamics(0.0, [0, 0, 0], [0, 0, 0], [0, 0, 0]).shape
+        (3,)
+        """
         n = self.n
         made = np.empty(n) if out is None else out
         status = _inverse(self._address, n, self.m, t, q, qd, qdd, made)
@@ -162,7 +187,13 @@ class Workspace(Owned):
     def close(
         self, t: float, q: ArrayLike, qd: ArrayLike | None = None, hold: Iterable[str] = ()
     ) -> tuple[Array, Array]:
-        """Closed q and qd near the given ones. Coordinates in `hold` keep their values."""
+        """Closed q and qd near the given ones. Coordinates in `hold` keep their values.
+
+        >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
+        >>> q, qd = workspace.close(0.0, [0.2, 0, 0], hold=["crank"])
+        >>> bool(q[0] == 0.2), bool(abs(workspace.evaluate(0.0, q).h).max() < 1e-12)
+        (True, True)
+        """
         held = set(hold)
         unknown = held.difference(self._context.coordinates)
         if unknown:
@@ -183,7 +214,14 @@ class Workspace(Owned):
     def evaluate_states(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike | None = None, out: Equations | None = None
     ) -> Equations:
-        """The equations at N states, rows of q and qd (N x n); t is a number, or N of them. `out`: an earlier result."""
+        """The equations at N states, rows of q and qd (N x n); t is a number, or N of them. `out`: an earlier result.
+
+        >>> model = kempe.Model("four_bar.yaml")
+        >>> run = model.simulate(t_end=1)
+        >>> many = model.system().workspace().evaluate_states(run.t, run.q, run.qd)
+        >>> many.M.shape, many.J.shape
+        ((101, 3, 3), (101, 2, 3))
+        """
         states = _States(self, t, q, qd=qd)
         count, n, m = states.count, self.n, self.m
         if out is None:
@@ -204,7 +242,14 @@ class Workspace(Owned):
     def forward_states(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, out: Accelerations | None = None
     ) -> Accelerations:
-        """Accelerations (N x n) and multipliers (N x m) at N states."""
+        """Accelerations (N x n) and multipliers (N x m) at N states.
+
+        >>> model = kempe.Model("four_bar.yaml")
+        >>> run = model.simulate(t_end=1)
+        >>> found = model.system().workspace().forward_states(run.t, run.q, run.qd)
+        >>> found.qdd.shape, bool(abs(found.qdd - run.qdd).max() < 1e-6)
+        ((101, 3), True)
+        """
         states = _States(self, t, q, qd=qd, Q=Q)
         if out is None:
             out = Accelerations(np.empty((states.count, self.n)), np.empty((states.count, self.m)))
@@ -214,7 +259,13 @@ class Workspace(Owned):
     def inverse_states(
         self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Array | None = None
     ) -> Array:
-        """Generalized forces M qdd + C (N x n) at N states."""
+        """Generalized forces M qdd + C (N x n) at N states.
+
+        >>> model = kempe.Model("four_bar.yaml")
+        >>> run = model.simulate(t_end=1)
+        >>> model.system().workspace().inverse_states(run.t, run.q, run.qd, run.qdd).shape
+        (101, 3)
+        """
         states = _States(self, t, q, qd=qd, qdd=qdd)
         out = np.empty((states.count, self.n)) if out is None else out
         states.run(lib.python_inverse_states, forces=out)

@@ -3,10 +3,19 @@
 
 import concurrent.futures
 import copy
+import doctest
+import importlib
+import importlib.machinery
+import importlib.util
 import inspect
+import io
 import multiprocessing
+import os
 import pickle
+import pkgutil
 import re
+import shutil
+import signal
 import sys
 
 import kempe
@@ -98,6 +107,18 @@ def test_bars_of_tqdm(four_bar, at_every_step, capsys):
     four_bar.simulate(t_end=0.5, progress=True)
     text = capsys.readouterr().err
     assert text.count("100% |") >= 2 and "0.5 of 0.5 s" in text  # the run, and the one at another tolerance
+
+
+def test_interrupt_of_a_run_that_reports(four_bar, at_every_step):
+    def receive(progress):
+        if not sent and progress.done > 0.1:
+            sent.append(os.kill(os.getpid(), signal.SIGINT))
+
+    sent = []
+    with pytest.raises(kempe.Interrupted) as caught:
+        four_bar.simulate(t_end=1e4, progress=receive)
+    assert 0 < caught.value.partial.t[-1] < 1e4 and caught.value.partial.status == "stopped"
+    assert four_bar.simulate(t_end=0.1).status == "ok"
 
 
 def test_line_without_tqdm(four_bar, at_every_step, capsys, monkeypatch):
@@ -252,3 +273,125 @@ def test_animation_in_a_cell(results):
         pytest.skip(str(missing))
     frame = page._repr_html_()
     assert frame.startswith('<iframe srcdoc="') and "&lt;html" in frame and "<html" not in frame
+
+
+# -- the comparison of notebooks -----------------------------------------------------------------------------
+
+
+def test_comparison_of_notebooks_can_fail():
+    for name in ("nbformat", "nbclient"):
+        pytest.importorskip(name)
+    loader = importlib.machinery.SourceFileLoader("run_notebooks", str(EXAMPLES / "notebooks/run"))
+    run = importlib.util.module_from_spec(importlib.util.spec_from_loader("run_notebooks", loader))
+    loader.exec_module(run)
+    assert run.difference("a 1.2346 of 5, 2e-8 m", "a 1.2345 of 5, 1e-8 m") is None  # the last digit
+    for other in ("a 1.2365 of 5, 1e-8 m", "a 1.2345 of 7, 1e-8 m", "a 1.2345 of 5, 4e-8 m", "b 1.2345 of 5, 1e-8 m"):
+        assert run.difference(other, "a 1.2345 of 5, 1e-8 m") is not None, other
+
+
+# -- examples in docstrings ----------------------------------------------------------------------------------
+
+MODULES = [
+    kempe,
+    *(
+        importlib.import_module(f"kempe.{name}")
+        for _, name, _ in pkgutil.iter_modules(kempe.__path__)
+        if name[0] != "_"
+    ),
+]
+PACKAGES = {"# with SciPy": "scipy", "# with pandas": "pandas"}
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
+def test_examples_of_docstrings(module, tmp_path, monkeypatch):
+    """Each runs by itself, in a folder with three models."""
+    for name in ("four_bar", "quarter_car", "cart_pole"):
+        shutil.copy(EXAMPLES / name / f"{name}.yaml", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    runner = doctest.DocTestRunner(verbose=False)
+    for test in doctest.DocTestFinder().find(module, globs={**vars(module), "kempe": kempe}):
+        for example in test.examples:
+            missing = [
+                name for word, name in PACKAGES.items() if word in example.source and not importlib.util.find_spec(name)
+            ]
+            example.options.update({doctest.SKIP: True} if missing else {})
+        report = io.StringIO()
+        runner.run(test, out=report.write)
+        assert not report.getvalue(), report.getvalue()
+    EXAMPLES_RUN[module.__name__] = runner.tries
+
+
+EXAMPLES_RUN: dict[str, int] = {}
+
+
+def test_every_public_name_is_described():
+    """Classes, functions and methods have docstrings; most have an example."""
+    without = []
+    for name in kempe.__all__:
+        found = getattr(kempe, name)
+        members = vars(found).items() if inspect.isclass(found) else ()
+        described = [
+            (name, found),
+            *((f"{name}.{each}", member) for each, member in members if not each.startswith("_")),
+        ]
+        for each, member in described:
+            member = getattr(member, "__func__", member)
+            documented = inspect.isclass(member) or inspect.isfunction(member) or isinstance(member, property)
+            if documented and not inspect.getdoc(member):
+                without.append(each)
+    assert without == []
+    if EXAMPLES_RUN:
+        assert sum(EXAMPLES_RUN.values()) > 100 and EXAMPLES_RUN["kempe.system"] > 20
+
+
+# -- objects of other packages -------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def car():
+    """The state space of a quarter of a car, with a force on its body."""
+    return kempe.Model(EXAMPLES / "quarter_car/quarter_car.yaml").system().linearize(inputs="effort(body)", outputs="q")
+
+
+def decay(space, start, times):
+    """Free motion of a state space from a state, by exponentials of A (times x outputs)."""
+    values, vectors = np.linalg.eig(space.A)
+    parts = np.linalg.solve(vectors, start)
+    return np.array([(space.C @ (vectors @ (np.exp(values * t) * parts))).real for t in times])
+
+
+def test_state_space_of_scipy(car):
+    signal = pytest.importorskip("scipy.signal")
+    space = car.to_scipy()
+    times, start = np.linspace(0, 1, 101), np.eye(len(car.states))[0]
+    _, y, _ = signal.lsim(space, np.zeros((101, len(car.inputs))), times, X0=start)
+    assert isinstance(space, signal.StateSpace) and np.allclose(y, decay(car, start, times), atol=1e-9)
+
+
+def test_state_space_of_control(car):
+    control = pytest.importorskip("control")
+    space = car.to_control()
+    assert space.state_labels == ["q_wheel", "q_body", "qd_wheel", "qd_body"] and len(space.input_labels) == 1
+    assert np.allclose(np.sort_complex(control.poles(space)), np.sort_complex(np.linalg.eigvals(car.A)))
+
+
+def test_frames_of_pandas_and_xarray_have_units(results):
+    run, again = results["trajectory"], pickle.loads(pickle.dumps(results["trajectory"]))
+    pandas = pytest.importorskip("pandas")
+    xarray = pytest.importorskip("xarray")
+    for each in (run, again):
+        frame, data = each.to_pandas(), each.to_xarray()
+        assert isinstance(frame, pandas.DataFrame) and frame.index.name == "t" and frame.attrs["units"] == run.units
+        assert isinstance(data, xarray.Dataset) and data["qd.crank"].attrs["units"] == "rad/s"
+        assert np.array_equal(frame["q.rocker"], run.q[:, 2]) and np.array_equal(data["t"], run.t)
+    assert list(results["modes"].modes.to_pandas().columns) == list(results["modes"].modes)
+
+
+def test_right_side_of_an_integrator(four_bar):
+    """SciPy's integrator gives Kempe's run."""
+    solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
+    run, workspace = four_bar.simulate(t_end=0.5), four_bar.system().workspace()
+    found = solve_ivp(
+        workspace.rates, (0, 0.5), [*run.q[0], *run.qd[0]], t_eval=run.t, rtol=1e-10, atol=1e-10, method="DOP853"
+    )
+    assert np.abs(found.y[:3].T - run.q).max() < 1e-7

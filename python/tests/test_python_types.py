@@ -77,9 +77,7 @@ def programs(folder: pathlib.Path) -> None:
     """This file and the page as programs of users."""
     (folder / "page.py").write_text(page_program())
     (folder / "typed_tests.py").write_text(pathlib.Path(__file__).read_text().replace("from conftest", "from helpers"))
-    (folder / "helpers.py").write_text(
-        "import pathlib\nROOT = pathlib.Path()\ndef page_program() -> str: return ''\n"
-    )
+    (folder / "helpers.py").write_text("import pathlib\nROOT = pathlib.Path()\ndef page_program() -> str: return ''\n")
 
 
 def test_mypy(tmp_path: pathlib.Path) -> None:
