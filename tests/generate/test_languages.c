@@ -421,6 +421,8 @@ static void try_all(const char *language)
     try_file("examples/andrews/andrews.yaml", language);
     try_file("examples/stewart/stewart.yaml", language);
     try_file("examples/governor/governor.yaml", language);
+    try_file("tests/models/measures.yaml", language);
+    try_file("tests/models/lines.yaml", language);
     try_text(functions, language);
     try_text(closures, language);
     try_text(inputs, language);

@@ -106,6 +106,8 @@ static void matrices_are_differences_of_the_residual(void)
         against_differences(path);
     }
     against_differences("tests/models/bushings.yaml");
+    against_differences("tests/models/measures.yaml");
+    against_differences("tests/models/lines.yaml");
 }
 
 /* Forces that go with the load of their joints: C is a function of lambda, and lambda of C. */

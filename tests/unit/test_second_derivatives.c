@@ -167,6 +167,10 @@ static void of_examples(void)
         check_rig(&r);
         close_rig(&r);
     }
+    rig r;
+    open_rig(&r, load("tests/models/lines.yaml"));
+    check_rig(&r);
+    close_rig(&r);
 }
 
 static void of_parameters_that_follow(void)

@@ -2,6 +2,7 @@
 /* Numbers and expressions of the model as nodes of the graph. */
 #include "dynamics/kinematics/link_tree.h"
 #include "model/variant.h"
+#include "symbolic/sums/surface.h"
 #include <math.h>
 
 static kmp_ref call(kmp_graph *g, kmp_function f, kmp_ref a, kmp_ref b, kmp_ref c)
@@ -183,7 +184,9 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_PLACE:
         return tree->place[e->index];
     case KMP_EXPR_TABLE:
-        return kmp_tree_table(tree, e, kmp_tree_expression(tree, e->a));
+        return e->b ? kmp_surface_at(g, e->table->surface, kmp_tree_expression(tree, e->a),
+                                     kmp_tree_expression(tree, e->b))
+                    : kmp_tree_table(tree, e, kmp_tree_expression(tree, e->a));
     case KMP_EXPR_MEASURE:
         return kmp_tree_measure(tree, e->measure, e->number);
     case KMP_EXPR_RATE:

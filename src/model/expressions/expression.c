@@ -261,12 +261,17 @@ static const kmp_expr *parse_table(kmp_parser *p, const char *where, const kmp_n
 {
     if (!kmp_parse_take(p, '('))
         return kmp_parse_complain(p, where, "table '%s' needs its argument in parentheses", table->name);
-    const kmp_expr *argument = kmp_parse_sum(p);
-    if (!argument)
+    const kmp_expr *x = kmp_parse_sum(p);
+    if (!x)
+        return NULL;
+    if (table->of_two && !kmp_parse_take(p, ','))
+        return kmp_parse_wanted(p, "an operator or ',' and the second argument of the table");
+    const kmp_expr *y = table->of_two ? kmp_parse_sum(p) : NULL;
+    if (table->of_two && !y)
         return NULL;
     if (!kmp_parse_take(p, ')'))
         return kmp_parse_wanted(p, "an operator or ')'");
-    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = argument});
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = x, .b = y});
 }
 
 /* An algebraic variable of the model, where coordinates are allowed. */

@@ -28,7 +28,7 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_AT_MOST,  /* a <= b */
     KMP_EXPR_GREATER,  /* a > b */
     KMP_EXPR_AT_LEAST, /* a >= b */
-    KMP_EXPR_TABLE,    /* table(a) */
+    KMP_EXPR_TABLE,    /* table(a) or table(a, b) */
     KMP_EXPR_UNKNOWN,  /* index of the group of algebraic variables, number in it; a: the operands of its value */
     KMP_EXPR_PLACE,    /* x, y, z: index 0, 1, 2 of a place, given at evaluation */
     KMP_EXPR_MEASURE,  /* measure, number of its component */
@@ -69,10 +69,12 @@ typedef struct kmp_measure {
 /** Their words, by kind. */
 extern const kmp_name_list kmp_measure_words;
 
-/** A function given by points, under the name that expressions use. */
+/** A function of one or two variables given by points, under the name that expressions use. */
 typedef struct kmp_named_table {
     const char *name;
+    bool of_two;             /* of two variables: a surface, otherwise a table */
     struct kmp_table *table; /* NULL while something is wrong with it */
+    struct kmp_surface *surface;
 } kmp_named_table;
 
 const char *kmp_function_name(kmp_function function);

@@ -106,6 +106,10 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
     case KMP_EXPR_TABLE:
         kmp_text_printf(text, "%s(", expr->table->name);
         print_within(text, expr->a, names, BIND_SUM);
+        if (expr->b) {
+            kmp_text_put(text, ", ");
+            print_within(text, expr->b, names, BIND_SUM);
+        }
         kmp_text_put(text, ")");
         break;
     case KMP_EXPR_CALL:

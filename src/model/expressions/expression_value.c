@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The numbers of expressions. */
 #include "model/expressions/expression.h"
-#include "symbolic/table_function.h"
+#include "symbolic/sums/surface.h"
 #include <math.h>
 
 static double call(kmp_function function, double a, double b, double c)
@@ -38,7 +38,9 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
     case KMP_EXPR_CALL:
         return call(expr->function, a, b, c);
     case KMP_EXPR_TABLE: /* the error of one that could not be read is already reported */
-        return expr->table->table ? kmp_table_value(expr->table->table, 0, a) : 0;
+        return expr->table->table     ? kmp_table_value(expr->table->table, 0, a)
+               : expr->table->surface ? kmp_surface_value(expr->table->surface, a, b)
+                                      : 0;
     case KMP_EXPR_TIME:
         return t;
     case KMP_EXPR_RATE: /* of a constant: functions of t have none */

@@ -3,7 +3,7 @@
 #include "model/print/model_print.h"
 #include "model/tables/closure_table.h"
 #include "model/tables/output_table.h"
-#include "symbolic/table_function.h"
+#include "symbolic/sums/surface.h"
 #include <math.h>
 
 /* -- pieces -------------------------------------------------------------------------------------- */
@@ -120,11 +120,26 @@ static void put_states(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+static void put_surface(kmp_json *json, const char *name, const kmp_surface *s)
+{
+    kmp_json_put(json, "%s { method %s", name, s->one[0]->method == KMP_TABLE_LINEAR ? "linear" : "spline");
+    kmp_json_numbers(json, "x", s->count[0], s->knot[0]);
+    kmp_json_numbers(json, "y", s->count[1], s->knot[1]);
+    kmp_json_array(json, "z");
+    for (int k = 0; k < s->count[0]; k++)
+        kmp_json_numbers(json, NULL, s->count[1], s->z + (ptrdiff_t)k * s->count[1]);
+    kmp_json_put(json, "] }");
+}
+
 static void put_tables(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "tables");
     for (int i = 0; i < model->table_count; i++) {
         const kmp_table *table = model->tables[i].table;
+        if (model->tables[i].surface) {
+            put_surface(json, model->tables[i].name, model->tables[i].surface);
+            continue;
+        }
         kmp_json_put(json, "%s { method %s", model->tables[i].name,
                      table->method == KMP_TABLE_LINEAR ? "linear" : "spline");
         kmp_json_numbers(json, "x", table->count, table->x);

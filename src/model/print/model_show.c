@@ -3,7 +3,7 @@
 #include "model/print/model_print.h"
 #include "model/tables/closure_table.h"
 #include "model/tables/output_table.h"
-#include "symbolic/table_function.h"
+#include "symbolic/sums/surface.h"
 #include <string.h>
 
 /* -- pieces, each after some words ----------------------------------------------------------------- */
@@ -106,6 +106,14 @@ static void show_tables(kmp_text *text, const kempe_model *model)
     begin(text, "tables", model->table_count);
     for (int i = 0; i < model->table_count; i++) {
         const kmp_table *table = model->tables[i].table;
+        const kmp_surface *s = model->tables[i].surface;
+        if (s) {
+            kmp_text_printf(text, "  %s: %s, %d x %d points, x from %.9g to %.9g, y from %.9g to %.9g\n",
+                            model->tables[i].name, s->one[0]->method == KMP_TABLE_LINEAR ? "linear" : "spline",
+                            s->count[0], s->count[1], s->knot[0][0], s->knot[0][s->count[0] - 1], s->knot[1][0],
+                            s->knot[1][s->count[1] - 1]);
+            continue;
+        }
         kmp_text_printf(text, "  %s: %s, %d points, x from %.9g to %.9g\n", model->tables[i].name,
                         table->method == KMP_TABLE_LINEAR ? "linear" : "spline", table->count, table->x[0],
                         table->x[table->count - 1]);

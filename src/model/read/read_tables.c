@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tables: functions of one variable by points, in the file or in columns of a CSV file in its folder. */
+/* Tables: functions of one variable by points, in the file or in columns of a CSV file in its folder, and of two
+ * variables by a grid of points. */
 #include "model/read/reading.h"
-#include "symbolic/table_function.h"
+#include "symbolic/sums/surface.h"
 #include <string.h>
 
 static bool check_points(const kmp_points *p, kmp_place place)
@@ -25,6 +26,67 @@ static bool is_linear(kmp_reader *r, const kmp_yaml *node, const char *what)
     return node && kmp_read_choice(r, node, what, KMP_NAMES_OF(methods), "the method is", " or ") != 0;
 }
 
+/* -- two variables --------------------------------------------------------------------------------- */
+
+/* A list of numbers in ascending order, the knots of a variable. */
+static double *read_knots(kmp_reader *r, const kmp_yaml *map, const char *what, const char *key, int *count)
+{
+    const kmp_yaml *list = kmp_read_required(r, map, what, key);
+    const char *of = kmp_reader_say(r, "%s of %s", key, what);
+    if (!list || !kmp_read_list(r, list, of, -1))
+        return NULL;
+    double *knots = KMP_ARENA_NEW(&r->scratch, double, list->count);
+    bool good = knots;
+    for (int k = 0; good && k < list->count; k++)
+        good = kmp_read_fixed(r, list->items[k], of, KMP_DIM_ANY, &knots[k]);
+    if (!good)
+        return NULL;
+    *count = list->count;
+    int bad = kmp_table_check(list->count, knots, knots);
+    if (list->count < 2)
+        kmp_reader_complain(r, list->place, "%s: a table needs at least two points, not %d", of, list->count);
+    else if (bad >= 0)
+        kmp_reader_complain(r, list->items[bad]->place, "%s: the numbers must increase: %.9g comes after %.9g", of,
+                            knots[bad], knots[bad > 0 ? bad - 1 : 0]);
+    return list->count < 2 || bad >= 0 ? NULL : knots;
+}
+
+static bool read_rows(kmp_reader *r, const kmp_yaml *z, const char *what, const int count[2], double *values)
+{
+    bool good = kmp_read_list(r, z, kmp_reader_say(r, "z of %s", what), count[0]);
+    for (int i = 0; good && i < count[0]; i++) {
+        const char *row = kmp_reader_say(r, "z of %s, row %d,", what, i + 1);
+        good = kmp_read_list(r, z->items[i], row, count[1]);
+        for (int j = 0; good && j < count[1]; j++)
+            good = kmp_read_fixed(r, z->items[i]->items[j], row, KMP_DIM_ANY, &values[i * count[1] + j]);
+    }
+    return good;
+}
+
+/* A table of two variables is a sum over the knots of one of them. */
+static void read_surface(kmp_reader *r, const kmp_yaml *map, const char *what, bool linear, kmp_named_table *table)
+{
+    enum { MOST_TERMS = 64 };
+    int count[2];
+    const kmp_yaml *z = kmp_yaml_get(map, "z");
+    double *x = read_knots(r, map, what, "x", &count[0]), *y = read_knots(r, map, what, "y", &count[1]);
+    if (kmp_yaml_get(map, "csv"))
+        kmp_reader_complain(r, map->place, "%s: a table of two variables is given by lists, not by a file", what);
+    if (!x || !y)
+        return;
+    if (count[0] > MOST_TERMS && count[1] > MOST_TERMS) {
+        kmp_reader_complain(r, z->place, "%s: x has %d numbers and y %d: one of them may have %d at most", what,
+                            count[0], count[1], MOST_TERMS);
+        return;
+    }
+    double *values = KMP_ARENA_NEW(&r->scratch, double, count[0] * count[1]);
+    if (!values || !read_rows(r, z, what, count, values))
+        return;
+    table->surface = kmp_surface_new(linear ? KMP_TABLE_LINEAR : KMP_TABLE_CUBIC, count, x, y, values);
+    if (!table->surface)
+        r->scratch.failed = true;
+}
+
 static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *table)
 {
     static const kmp_key keys[] = {
@@ -38,6 +100,11 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
     if (!kmp_read_map(r, map, p.what, keys))
         return;
     bool linear = is_linear(r, kmp_yaml_get(map, "method"), p.what);
+    table->of_two = map->kind == KMP_YAML_MAP && kmp_yaml_get(map, "z");
+    if (table->of_two) {
+        read_surface(r, map, p.what, linear, table);
+        return;
+    }
     if (!kmp_read_points(&p) || !check_points(&p, map->place))
         return;
     table->table = kmp_table_new(linear ? KMP_TABLE_LINEAR : KMP_TABLE_CUBIC, p.count, p.x, p.y);
@@ -73,5 +140,7 @@ void kmp_read_tables(kmp_reader *r)
 const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     int found = kmp_read_reference(r, node, what, "table", KMP_NAMED(r->model, table));
-    return found < 0 ? NULL : &r->model->tables[found];
+    if (found >= 0 && r->model->tables[found].of_two)
+        kmp_reader_complain(r, node->place, "%s: the table '%s' has two variables", what, node->text);
+    return found < 0 || r->model->tables[found].of_two ? NULL : &r->model->tables[found];
 }

@@ -8,7 +8,7 @@
 #include "model/model_builder.h"
 #include "model/rail/rail.h"
 #include "model/read/reading.h"
-#include "symbolic/table_function.h"
+#include "symbolic/sums/surface.h"
 #include <kempe/settings.h>
 #include <math.h>
 #include <string.h>
@@ -229,7 +229,7 @@ void kempe_model_free(kempe_model *model)
     if (!model)
         return;
     for (int k = 0; k < model->table_count; k++)
-        kmp_table_free(model->tables[k].table);
+        kmp_table_free(model->tables[k].table), kmp_surface_free(model->tables[k].surface);
     for (int k = 0; k < model->profile_count; k++)
         kmp_profile_free(&model->profiles[k]);
     for (int k = 0; k < model->track_count; k++)
