@@ -166,8 +166,39 @@ class Parser:
         self.take(")")
         return text
 
+    def named_place(self):
+        """BODY.POINT or BODY.POINT.x."""
+        text = self.take()
+        while self.peek() == ("sign", "."):
+            text += self.take() + self.take()
+        return text
+
+    def measure(self, word):
+        """A quantity of points or axes, behind its opening parenthesis."""
+        places = [self.named_place()]
+        while self.peek() == ("sign", ","):
+            self.take()
+            places.append(self.named_place())
+        self.take(")")
+        component = ""
+        while self.peek() == ("sign", "."):
+            self.take()
+            component += self.take()
+        return word, tuple(places), component
+
+    def rate(self):
+        """Of a distance or a position."""
+        word = self.take()
+        self.take("(")
+        found = self.measure(word)
+        self.take(")")
+        return {"distance": ("approach", *found[1:]), "position": ("velocity", *found[1:])}[word]
+
     def call(self, word):
         self.take("(")
+        if word in MEASURES or word == "rate":
+            found = self.rate() if word == "rate" else self.measure(word)
+            return lambda env: env.measure(*found)
         if word in ("q", "qd", "lambda"):
             what = self.reference()
             return {"q": lambda env: env.q(what), "qd": lambda env: env.qd(what),
@@ -200,6 +231,9 @@ class Parser:
         y = self.sum()
         self.take(")")
         return lambda env: choose(env.holds(value(a(env)), sign, value(b(env))), x(env), y(env))
+
+
+MEASURES = ("position", "velocity", "angular_velocity", "axes", "distance", "angle")
 
 
 @functools.lru_cache(maxsize=20000)

@@ -7,7 +7,7 @@ from convention import broken
 from expression_values import uses
 from jets import cross
 
-MOVES = {"t", "q", "qd", "lambda"}
+MOVES = {"t", "q", "qd", "lambda", "distance", "rate", "position", "velocity", "angular_velocity", "axes", "angle"}
 
 
 class Loads:
@@ -65,6 +65,50 @@ class Loads:
         if not broken("potential of springs"):
             self.potential += 0.5 * keys["stiffness"] * (length - keys["free_length"])**2
         self.outputs[item.name] = tension[:, None]
+
+    def law(self, item, text, **local):
+        """Values of an expression that knows some quantities by name."""
+        env = self.motion.environment(item.scope)
+        env.local = local
+        return env.value(text) + 0 * self.motion.t
+
+    def pull(self, item, tension_of):
+        """A tension by distance and rate of two points."""
+        (first, p, vp), (second, q, vq) = self.ends(item)
+        gap = q - p
+        length = np.linalg.norm(gap, axis=-1)
+        along = gap / length[:, None]
+        tension = tension_of(distance=length, rate=np.sum(along * (vq - vp), -1))
+        self.push(first.body, p, tension[:, None] * along)
+        self.push(second.body, q, -tension[:, None] * along)
+        return tension, length
+
+    def line(self, item, scope):
+        tension, length = self.pull(item, lambda **local: self.law(item, item.keys["force"], **local))
+        if self.constant(item, [item.keys["force"]]):
+            self.potential += tension * length
+        self.outputs[item.name] = tension[:, None]
+
+    def cylinder(self, item, scope):
+        bore, rod = scope.number(item.keys["bore"]), scope.number(item.keys.get("rod", "0"))
+        whole, ring = 0.25 * np.pi * bore**2, 0.25 * np.pi * (bore**2 - (0 if broken("areas of cylinders") else rod**2))
+        texts = [item.keys["pressure"], item.keys.get("rod_pressure", "0")]
+        tension, length = self.pull(item, lambda **local: ring * self.law(item, texts[1], **local)
+                                    - whole * self.law(item, texts[0], **local))
+        if self.constant(item, texts):
+            self.potential += tension * length
+        self.outputs[item.name] = -tension[:, None]
+
+    def torsion(self, item, scope):
+        motion, (first, second) = self.motion, item.points
+        k = "xyz".index(item.keys.get("axis", "z"))
+        about, across = motion.seen(first)[:, :, k], "xyz"[(k + 1) % 3]
+        names = item.keys["torsion"]
+        angle = motion.angle(scope, [f"{names[0]}.{across}", f"{names[1]}.{across}", f"{names[0]}.{'xyz'[k]}"])
+        torque = self.law(item, item.keys["torque"], angle=angle)
+        self.twist(first.body, torque[:, None] * about)
+        self.twist(second.body, -torque[:, None] * about)
+        self.outputs[item.name] = torque[:, None]
 
     def bushing(self, item, scope):
         motion, (first, p, vp), (second, q, vq) = self.motion, *self.ends(item)

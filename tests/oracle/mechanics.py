@@ -48,6 +48,9 @@ class Environment:
     def multiplier(self, name):
         return self.motion.multiplier(self.scope.full(name))
 
+    def measure(self, word, places, component):
+        return self.motion.measure(self.scope, word, places, component)
+
     def holds(self, a, sign, b):
         return self.motion.holds(a, sign, b)
 
@@ -214,6 +217,41 @@ class Motion:
         arm, w = self.turn[:, body] @ place, self.w[:, body]
         a, wd = accelerations[:, 6 * body:6 * body + 3], accelerations[:, 6 * body + 3:6 * body + 6]
         return a + cross(wd, arm) + (0 if broken("acceleration of points") else cross(w, cross(w, arm)))
+
+    # -- points and axes in expressions
+
+    def seen(self, point):
+        """The axes of a point as columns."""
+        return self.turn[:, point.body] @ point.axes
+
+    def measure(self, scope, word, places, component):
+        if word == "angle":
+            return self.angle(scope, places)
+        points = [scope.point(text) for text in places]
+        (p, v), w = self.point(points[0].body, points[0].place), self.w[:, points[0].body]
+        axes = np.eye(3)[None]
+        if len(points) > 1:
+            (q, u), spin, axes = self.point(points[1].body, points[1].place), self.w[:, points[1].body], self.seen(points[1])
+            carried = 0 if broken("rates of relative positions") or word == "approach" else cross(spin, p - q)
+            p, v, w = p - q, v - u - carried, w - spin
+        if word in ("distance", "approach"):
+            length = np.linalg.norm(p, axis=-1)
+            return length if word == "distance" else np.sum(p * v, -1) / length
+        if word == "axes":
+            component, x = component[1], self.seen(points[0])[:, :, "xyz".index(component[0])]
+        else:
+            x = {"position": p, "velocity": v, "angular_velocity": w}[word]
+        return np.sum(axes[:, :, "xyz".index(component)] * x, -1)
+
+    def angle(self, scope, places):
+        """Between two axes, or from the first to the second about a third."""
+        axes = [self.seen(scope.point(text[:-2]))[:, :, "xyz".index(text[-1])] for text in places]
+        across, along = cross(axes[0], axes[1]), np.sum(axes[0] * axes[1], -1)
+        if len(axes) == 2:
+            return np.arctan2(np.linalg.norm(across, axis=-1), along)
+        about = axes[2] * (-1 if broken("sign of angles") else 1)
+        along = along - np.sum(about * axes[0], -1) * np.sum(about * axes[1], -1)
+        return np.arctan2(np.sum(about * across, -1), along)
 
     # -- closures
 

@@ -366,6 +366,6 @@ def force(scope, name, keys):
         kind = next((k for k in ("stops", "friction", "spring") if k in keys), "effort")
         kind = "joint_" + kind
     else:
-        kind = "spring" if "spring" in keys else "bushing"
+        kind = next(key for key in ("spring", "bushing", "line", "cylinder", "torsion") if key in keys)
         points = [scope.point(text) for text in keys[kind]]
     return Item(kind, scope.full(name), scope, keys, points)

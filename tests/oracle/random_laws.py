@@ -62,7 +62,7 @@ class Laws(Choices):
 
     def add_forces(self):
         makers = [self.put_effort, self.put_effort, self.put_joint_spring, self.put_stops, self.put_friction, self.put_spring,
-                  self.put_bushing, self.put_point_force, self.put_body_torque]
+                  self.put_bushing, self.put_line, self.put_cylinder, self.put_torsion, self.put_point_force, self.put_body_torque]
         for k in range(self.random.integers(1, 5)):
             self.one_of(*makers)(f"f{k}")
 
@@ -86,7 +86,7 @@ class Laws(Choices):
         if found:
             text = self.law(found)
             owner = self.carrying()
-            if owner and self.chance(0.3):
+            if owner and self.chance(0.6):
                 self.features["force-of-lambda"] += 1
                 text += f" - one*{self.between(0.02, 0.15)}*abs(lambda({owner}))*tanh(qd({found[0]}))"
             self.put_force(name, word, {"joint": found[0], word: text})
@@ -135,6 +135,47 @@ class Laws(Choices):
             keys["free_length"] = self.number_text(self.between(0, 1), "m")
             self.put_force(name, "spring", {"spring": list(ends), **keys})
 
+    def apart(self):
+        """Two points with a distance; None: they meet."""
+        ends = self.two_points()
+        return ends if np.linalg.norm(self.frame_of(ends[0])[0] - self.frame_of(ends[1])[0]) > 0.15 else None
+
+    def measure(self):
+        """A number by points and axes of any bodies, without a limit of an angle."""
+        a, b = self.two_points()
+        x, y = self.one_of("x", "y", "z"), self.one_of("x", "y", "z")
+        third = "xyz"[("xyz".index(x) + 1) % 3]
+        self.features["measure"] += 1
+        return self.one_of(f"position({a}).{x}", f"position({a}, {b}).{x}", f"velocity({a}).{x}", f"velocity({a}, {b}).{x}",
+                           f"angular_velocity({a}, {b}).{x}", f"axes({a}).{x}.{y}", f"axes({a}, {b}).{x}.{y}",
+                           f"sin(angle({a}.{x}, {b}.{x}, {a}.{third}))", f"cos(angle({a}.{x}, {b}.{y}))",
+                           f"rate(position({a}, {b}).{x})", f"distance({a}, {b})")
+
+    def put_line(self, name):
+        ends = self.apart()
+        if ends:
+            self.document["parameters"]["one"] = "1"
+            a, b, c = self.between(1, 20), self.between(0, 1), self.between(0, 2)
+            text = self.one_of(f"{a}*(distance - {b})^3 + {c}*rate", f"max({a}*(distance - {b}), -1) + {c}*rate*abs(rate)", f"{a}",
+                               f"{c}*{self.measure()} + {a}*distance")
+            self.put_force(name, "line", {"line": list(ends), "force": f"one*({text})" if text != f"{a}" else text})
+
+    def put_cylinder(self, name):
+        ends = self.apart()
+        if ends:
+            self.document["parameters"]["one"] = "1"
+            texts = [f"one*({self.between(-300, 900)} {sign} {self.between(10, 300)}*{word})" for sign, word in (("-", "rate"), ("+", "distance"))]
+            keys = {"cylinder": list(ends), "bore": "80 mm", "rod": self.number_text(self.between(0.01, 0.06), "m"), "pressure": texts[0]}
+            if self.chance(0.6):
+                keys["rod_pressure"] = texts[1]
+            self.put_force(name, "cylinder", keys)
+
+    def put_torsion(self, name):
+        ends, axis = self.two_points(), self.one_of("x", "y", "z")
+        self.document["parameters"]["one"] = "1"
+        text = f"one*({self.between(0.5, 5)}*sin(angle) + {self.between(0, 1)}*{self.measure()})"
+        self.put_force(name, "torsion", {"torsion": list(ends), "axis": axis, "torque": text})
+
     def put_bushing(self, name):
         ends = self.two_points()
         turn = self.frame_of(ends[0])[1].T @ self.frame_of(ends[1])[1]
@@ -179,7 +220,7 @@ class Laws(Choices):
             found = self.coordinate()
             if found:
                 self.features["sensor"] += 1
-                sensors[f"s{k}"] = self.law(found) + f" + 0.1*qd({found[0]})"
+                sensors[f"s{k}"] = self.law(found) + f" + 0.1*qd({found[0]}) + {self.measure()}"
         owners = list(self.document.get("loops", {})) + list(self.document.get("drives", {}))
         if owners and not self.linkage and self.chance(0.4):
             self.features["condition-lambda"] += 1
