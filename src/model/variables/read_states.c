@@ -63,6 +63,9 @@ void kmp_read_states(kmp_reader *r)
     }
 }
 
+/* A state has one of them. */
+static const char *const ways[] = {"rate", "sample", "when"};
+
 static const kmp_expr *zero(kmp_reader *r)
 {
     kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
@@ -71,27 +74,41 @@ static const kmp_expr *zero(kmp_reader *r)
     return e;
 }
 
-/* Its next value and the time between samples. */
+/* The rate of a state that changes where a comparison becomes true: zero in any case, so that the comparison is a
+ * condition of the equations, and its changes are located. */
+static const kmp_expr *read_when(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    const kmp_expr *when = kmp_read_expr(r, node, kmp_reader_say(r, "when of %s", what), KMP_DIM_ANY, KMP_COMPARISON);
+    kmp_expr *rate = when ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
+    if (kmp_expr_lambda(when))
+        kmp_reader_complain(r, node->place, "when of %s: changes of multipliers are not located", what);
+    if (rate)
+        *rate = (kmp_expr){.kind = KMP_EXPR_CALL, .function = KMP_FUNCTION_if, .a = when, .b = zero(r), .c = zero(r)};
+    return rate;
+}
+
+/* Its next value, and the time between samples. */
 static void read_sampled(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_state *state)
 {
-    const kmp_yaml *sample = kmp_read_required(r, map, what, "sample"), *next = kmp_yaml_get(map, "next");
+    const kmp_yaml *sample = kmp_yaml_get(map, "sample"), *next = kmp_yaml_get(map, "next");
     const char *of = kmp_reader_say(r, "sample of %s", what);
     if (sample && kmp_read_fixed(r, sample, of, kmp_key_dimension(keys, "sample"), &state->period))
         (void)kmp_check_rule(r, sample, of, KMP_FIELD_POSITIVE, state->period, "");
     state->next = kmp_read_expr(r, next, kmp_reader_say(r, "next of %s", what), KMP_DIM_ANY, KMP_OF_STATE);
-    if (kmp_yaml_get(map, "rate"))
-        kmp_reader_complain(r, map->place, "%s has a rate and is sampled: it can have one of the keys rate and next",
-                            what);
+    if (!sample)
+        state->period = INFINITY;
 }
 
 static const kmp_expr *read_rate(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_state *state)
 {
     if (map->kind != KMP_YAML_MAP)
         return NULL;
-    if (kmp_yaml_get(map, "next") || kmp_yaml_get(map, "sample")) {
+    const kmp_yaml *when = kmp_yaml_get(map, "when");
+    if (kmp_yaml_get(map, "next") || kmp_yaml_get(map, "sample") || when) {
+        (void)kmp_read_one_key(r, map, what, KMP_NAMES_OF(ways));
         if (kmp_read_required(r, map, what, "next"))
             read_sampled(r, map, what, state);
-        return zero(r);
+        return when ? read_when(r, when, what) : zero(r);
     }
     const kmp_yaml *rate = kmp_read_required(r, map, what, "rate");
     return rate ? kmp_read_expr(r, rate, kmp_reader_say(r, "rate of %s", what), KMP_DIM_ANY, KMP_OF_LOADS) : NULL;
