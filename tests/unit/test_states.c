@@ -296,6 +296,30 @@ static void transfer_functions(void)
     unload(&l);
 }
 
+/* -- dry friction ------------------------------------------------------------------------------------ */
+
+/* A brake holds a motor, whose current rises, while nothing can move: it slips where K i reaches its level, at half the
+ * final current, after L/R ln 2. */
+static void held_motor(void)
+{
+    loaded l = load_text("kempe: 1\nparameters: {R: 2, L: 5e-3, K: 0.1, U: 12}\n"
+                         "states: {i: {rate: (U - R*i - K*qd(A))/L, scale: 1}}\n"
+                         "bodies: {rotor: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 1e-3}}}\n"
+                         "forces: {torque: {joint: A, torque: K*i}, brake: {joint: A, friction: {torque: 0.3}}}\n"
+                         "run: {t_end: 0.01, rtol: 1e-10, atol: 1e-10, until: qd(A) > 1e-9}\n");
+    static const char *const formulations[] = {"reduced", "projected", "dae"};
+    for (int k = 0; k < 3; k++) {
+        kempe_trajectory *trajectory = NULL;
+        kempe_run_options run = {.formulation = formulations[k], .no_convergence_check = 1};
+        (void)kempe_simulate(l.system, &run, &trajectory);
+        int last = kempe_trajectory_row_count(trajectory) - 1;
+        CHECK(last > 0);
+        CHECK_NEAR(kempe_trajectory_time(trajectory, last), 2.5e-3 * log(2), 1e-6);
+        kempe_trajectory_free(trajectory);
+    }
+    unload(&l);
+}
+
 /* -- results ----------------------------------------------------------------------------------------- */
 
 /* Columns of states, alone and with all; the integral of a state is shown nowhere, and it has no energy. */
@@ -392,6 +416,7 @@ int main(void)
     TEST(closed_loop);
     TEST(events);
     TEST(transfer_functions);
+    TEST(held_motor);
     TEST(columns);
     TEST(starts);
     TEST(mistakes);
