@@ -133,6 +133,11 @@ void kmp_runner_free_sampler(kmp_runner *run);
 /** The time of the next sample that has not been taken; INFINITY: there is none. */
 double kmp_runner_next_sample(const kmp_runner *run);
 
+/** Of states that change where a comparison becomes true: notes which comparisons are; true if some has become so
+ * since, and its state is due. */
+void kmp_runner_note_events(kmp_runner *run);
+bool kmp_runner_meets_events(kmp_runner *run);
+
 /** Takes the samples that are due at t: sets sampled states in run->state, whose inputs are those from t on. */
 void kmp_runner_take_samples(kmp_runner *run, double t);
 

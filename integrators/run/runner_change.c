@@ -342,6 +342,20 @@ double kmp_runner_step_size(const kmp_runner *run)
     return !run->kind->corrects ? 0 : begins ? run->spec.first_step : step_it_had(run, t);
 }
 
+/* Sampled states and those of events, and the conditions that they change, which may be events of others. A state that
+ * changes without end is left as it is after some passes: conditions that change back and forth are reported elsewhere.
+ */
+static kempe_status take_discrete(kmp_runner *run, double t)
+{
+    bool more = true;
+    for (int pass = 0; more && pass <= run->s->model->state_count; pass++) {
+        kmp_runner_take_samples(run, t);
+        KMP_TRY(kmp_runner_take_conditions(run, t));
+        more = kmp_runner_meets_events(run);
+    }
+    return KEMPE_OK;
+}
+
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 {
     double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
@@ -350,8 +364,7 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
         return restart_with_switches(run, t);
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
     KMP_TRY(kmp_runner_take_inputs(run, t));
-    kmp_runner_take_samples(run, t);
-    KMP_TRY(kmp_runner_take_conditions(run, t));
+    KMP_TRY(take_discrete(run, t));
     if (relieved) {
         run->anew = false;
         return kmp_runner_take_up(run, t, false, work, 0);
@@ -369,6 +382,7 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
 {
     kmp_runner_follow(run, t);
     KMP_TRY(pass_event(run, t));
+    run->anew = kmp_runner_meets_events(run) || run->anew;
     KMP_TRY(kmp_runner_center(run, t));
     KMP_TRY(watch_margin(run, t));
     KMP_TRY(watch_bodies(run, t));

@@ -100,10 +100,11 @@ kempe_status kmp_runner_pass(kmp_runner *run, double t)
 struct kmp_sampler {
     kmp_program *program; /* the next values of the sampled states at (t, q, qd) */
     kmp_machine *machine;
-    kmp_arena arena;
     int count;
-    int *state;     /* of each: its index among the states */
-    double *number; /* of its next sample */
+    int *state;      /* of each: its index among the states */
+    double *number;  /* of its next sample */
+    int *condition;  /* whose change to true is an event of it; -1: none */
+    bool *was, *due; /* the comparison was true; it has become so, and the state has not changed since */
 };
 
 static double time_of(const kmp_runner *run, int k)
@@ -112,6 +113,7 @@ static double time_of(const kmp_runner *run, int k)
     return x->number[k] * run->s->model->states[x->state[k]].period;
 }
 
+/* INFINITY of a state without samples. */
 double kmp_runner_next_sample(const kmp_runner *run)
 {
     double next = INFINITY;
@@ -120,11 +122,61 @@ double kmp_runner_next_sample(const kmp_runner *run)
     return next;
 }
 
+/* The comparison at whose change a state changes; NULL: it is sampled. */
+static const kmp_expr *comparison_of(const kmp_runner *run, int k)
+{
+    return kmp_state_rate(run->s->model, run->sampler->state[k])->a;
+}
+
+/* The condition of a comparison holds where its first side is less; <= and >= are then false. */
+static bool is_true(const kmp_runner *run, int k)
+{
+    const kmp_expr *e = comparison_of(run, k);
+    int condition = run->sampler->condition[k];
+    bool holds = condition >= 0 && run->eval->mode[condition] > 0;
+    return condition >= 0 && holds != (e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_AT_LEAST);
+}
+
+static void find_conditions(kmp_runner *run)
+{
+    kmp_sampler *x = run->sampler;
+    const kmp_events *events = &run->s->events;
+    for (int k = 0; k < x->count; k++) {
+        x->condition[k] = -1;
+        for (int i = 0; comparison_of(run, k) && i < events->count; i++)
+            if (events->condition[i].expr == comparison_of(run, k))
+                x->condition[k] = i;
+    }
+}
+
+void kmp_runner_note_events(kmp_runner *run)
+{
+    for (int k = 0; run->sampler && k < run->sampler->count; k++)
+        run->sampler->was[k] = is_true(run, k);
+}
+
+bool kmp_runner_meets_events(kmp_runner *run)
+{
+    kmp_sampler *x = run->sampler;
+    bool any = false;
+    for (int k = 0; x && k < x->count; k++) {
+        bool now = is_true(run, k);
+        x->due[k] = x->due[k] || (now && !x->was[k]);
+        x->was[k] = now;
+        any = any || x->due[k];
+    }
+    return any;
+}
+
 /* The first sample at t or after. */
 static void begin(kmp_runner *run, double t)
 {
     kmp_sampler *x = run->sampler;
     for (int k = 0; k < x->count; k++) {
+        if (comparison_of(run, k)) {
+            x->number[k] = 1;
+            continue;
+        }
         x->number[k] = fmax(ceil(t / run->s->model->states[x->state[k]].period) - 1, 0);
         while (time_of(run, k) < t)
             x->number[k]++;
@@ -161,9 +213,13 @@ kempe_status kmp_runner_make_sampler(kmp_runner *run, double t)
     kmp_sampler *x = run->sampler = KMP_ARENA_NEW(&run->arena, kmp_sampler, 1);
     KMP_TRY(kmp_made(model->context, x));
     *x = (kmp_sampler){.state = KMP_ARENA_NEW(&run->arena, int, model->state_count),
-                       .number = KMP_ARENA_NEW(&run->arena, double, model->state_count)};
+                       .number = KMP_ARENA_NEW(&run->arena, double, model->state_count),
+                       .condition = KMP_ARENA_NEW(&run->arena, int, model->state_count),
+                       .was = KMP_ARENA_NEW(&run->arena, bool, model->state_count),
+                       .due = KMP_ARENA_NEW(&run->arena, bool, model->state_count)};
     KMP_TRY(kmp_made(model->context, !run->arena.failed));
     list_states(x, model);
+    find_conditions(run);
     KMP_TRY(make_program(x, model));
     x->machine = kmp_machine_new(x->program, run->eval->backend);
     KMP_TRY(kmp_made(model->context, x->machine));
@@ -179,11 +235,19 @@ void kmp_runner_free_sampler(kmp_runner *run)
     kmp_program_free(run->sampler->program);
 }
 
+static bool is_due(const kmp_sampler *x)
+{
+    bool any = false;
+    for (int k = 0; k < x->count; k++)
+        any = any || x->due[k];
+    return any;
+}
+
 void kmp_runner_take_samples(kmp_runner *run, double t)
 {
     kmp_sampler *x = run->sampler;
     double *qd = run->state + run->s->n;
-    if (!x || t < kmp_runner_next_sample(run))
+    if (!x || (t < kmp_runner_next_sample(run) && !is_due(x)))
         return;
     kmp_machine_set(x->machine, KMP_IN_PARAMETER, run->s->parameters);
     (void)kmp_machine_run(x->machine, 0);
@@ -193,8 +257,9 @@ void kmp_runner_take_samples(kmp_runner *run, double t)
     kmp_machine_set(x->machine, KMP_IN_QD, qd);
     const double *next = kmp_machine_run(x->machine, 1);
     for (int k = 0; k < x->count; k++)
-        if (time_of(run, k) <= t) {
+        if (x->due[k] || time_of(run, k) <= t) {
             qd[kmp_model_coordinates(run->s->model) + x->state[k]] = next[k];
-            x->number[k]++;
+            x->number[k] += !x->due[k];
+            x->due[k] = false;
         }
 }

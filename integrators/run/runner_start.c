@@ -291,6 +291,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     kmp_runner_take_samples(run, t);
     kmp_eval_freeze(run->eval, t, q, qd);
     take_modes(run);
+    kmp_runner_note_events(run);
     KMP_TRY(kmp_runner_choose(run, t, q, -1, run->spec.u, run->spec.u_count));
     if (kmp_runner_is_off(run, t, q))
         KMP_TRY(kmp_runner_project(run, t, q, qd));

@@ -161,6 +161,49 @@ static void ensemble(void)
     unload(&l);
 }
 
+/* -- events ------------------------------------------------------------------------------------------- */
+
+/* A relay with hysteresis drives a mass to and fro: the force is -1 from x = 1 on, 1 from x = -1 on. By hand: events at
+ * sqrt 2 and 2 sqrt 2 + sqrt 6, where the rate is -sqrt 6. A second state counts the changes, a third follows the first
+ * at once. */
+static void relay(void)
+{
+    loaded l = load_text("kempe: 1\nstates:\n"
+                         "  way: {start: 1, when: (q(x) - 1)*(q(x) + 1) > 0, next: \"if(q(x) > 0, -1, 1)\"}\n"
+                         "  count: {when: (q(x) - 1)*(q(x) + 1) > 0, next: count + 1}\n"
+                         "  back: {when: way <= 0, next: t}\n"
+                         "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                         "forces: {f: {joint: x, force: way}}\nrun: {t_end: 10, output_step: 10, rtol: 1e-9}\n");
+    kmp_method method;
+    int count = 0;
+    double s = 10 - 2 * sqrt(2) - sqrt(6);
+    for (int k = 0; l.system && kmp_method_get(k, &method); k++, count++) {
+        kempe_trajectory *t = run_by(l.system, &method);
+        const double *q = kempe_trajectory_q(t, 1), *qd = kempe_trajectory_qd(t, 1);
+        CHECK_NEAR(q ? q[0] : NAN, -1 - sqrt(6) * s + s * s / 2, 1e-6);
+        CHECK_NEAR(qd ? qd[0] : NAN, s - sqrt(6), 1e-6);
+        CHECK(qd && qd[1] == 1 && qd[2] == 2);
+        CHECK_NEAR(qd ? qd[3] : NAN, sqrt(2), 1e-7);
+        kempe_trajectory_free(t);
+    }
+    CHECK(count > 20);
+    unload(&l);
+}
+
+/* A comparison that holds at the start does not become true there. */
+static void at_the_start(void)
+{
+    loaded l =
+        load_text("kempe: 1\nstates: {y: {start: 5, when: t < 0.5, next: 7}, z: {start: 5, when: t >= 0.5, next: t}}\n"
+                  "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                  "run: {t_end: 1, output_step: 1}\n");
+    kempe_trajectory *t = run_by(l.system, NULL);
+    CHECK(kempe_trajectory_qd(t, 1)[1] == 5);
+    CHECK_NEAR(kempe_trajectory_qd(t, 1)[2], 0.5, 1e-12);
+    kempe_trajectory_free(t);
+    unload(&l);
+}
+
 /* -- what is refused ----------------------------------------------------------------------------------- */
 
 static void check_said(kempe_context *context, const char *sentence)
@@ -200,11 +243,14 @@ static void refused(const char *state, const char *sentence)
 
 static void mistakes(void)
 {
-    refused("next: q(x)", "state 'u' has no key 'sample'");
+    refused("next: q(x)", "state 'u'");
+    refused("when: q(x) > 0", "state 'u' has no key 'next'");
+    refused("when: q(x), next: 1", "an operator, '<', '<=', '>' or '>='");
+    refused("when: q(x) > 0, sample: 0.1, next: 1", "exactly one of");
     refused("sample: 0.1", "state 'u' has no key 'next'");
     refused("next: 1, sample: 0", "sample of state 'u' is 0: it must be positive");
     refused("next: 1, sample: 2 m", "expected s, got m");
-    refused("next: 1, sample: 0.1, rate: 2", "it can have one of the keys rate and next");
+    refused("next: 1, sample: 0.1, rate: 2", "exactly one of");
     refused("next: lambda(c), sample: 0.1", "lambda is not allowed here");
 }
 
@@ -216,6 +262,8 @@ int main(void)
     TEST(condition);
     TEST(stepper);
     TEST(ensemble);
+    TEST(relay);
+    TEST(at_the_start);
     TEST(studies);
     TEST(mistakes);
     return check_report();

@@ -264,6 +264,62 @@ static void events(void)
     unload(&l);
 }
 
+/* -- transfer functions ------------------------------------------------------------------------------ */
+
+/* Step responses: 2/(0.5 s + 1); s/(s^2 + 2 s + 2) is e^-t sin t; (s + 3)/(s^3 + 3 s^2 + 2 s) is
+ * 3/2 t - 7/4 + 2 e^-t - 1/4 e^-2t; and one that filters the motion. */
+static void transfer_functions(void)
+{
+    loaded l =
+        load_text("kempe: 1\nparameters: {T: 0.5 s}\nstates:\n"
+                  "  lag: {transfer: 1, numerator: [2], denominator: [T, 1]}\n"
+                  "  wave: {transfer: 1, numerator: [1, 0], denominator: [1, 2, 2]}\n"
+                  "  long: {transfer: 1, numerator: [2, 6], denominator: [2, 6, 4, 0]}\n"
+                  "  seen: {start: 1, transfer: qd(x), numerator: [3], denominator: [1, 3]}\n"
+                  "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                  "forces: {f: {joint: x, force: 2}}\n"
+                  "run: {t_end: 3, output_step: 0.5, rtol: 1e-11, atol: 1e-11, outputs: [lag, wave, long, seen]}\n");
+    kempe_trajectory *trajectory = NULL;
+    kempe_table *table = NULL;
+    CHECK(l.system && kempe_simulate(l.system, NULL, &trajectory) == KEMPE_OK);
+    CHECK(trajectory && kempe_trajectory_table(trajectory, "rows", &table) == KEMPE_OK);
+    for (int k = 0; k < kempe_table_row_count(table); k++) {
+        double t = 0.5 * k;
+        CHECK_NEAR(kempe_table_number(table, k, 1), 2 * (1 - exp(-2 * t)), 1e-9);
+        CHECK_NEAR(kempe_table_number(table, k, 2), exp(-t) * sin(t), 1e-9);
+        CHECK_NEAR(kempe_table_number(table, k, 3), 1.5 * t - 1.75 + 2 * exp(-t) - 0.25 * exp(-2 * t), 1e-9);
+        CHECK_NEAR(kempe_table_number(table, k, 4), 2 * t - 2.0 / 3 + 5.0 / 3 * exp(-3 * t), 1e-9);
+    }
+    CHECK(kempe_table_row_count(table) == 7);
+    kempe_table_free(table);
+    kempe_trajectory_free(trajectory);
+    unload(&l);
+}
+
+/* -- dry friction ------------------------------------------------------------------------------------ */
+
+/* A brake holds a motor, whose current rises, while nothing can move: it slips where K i reaches its level, at half the
+ * final current, after L/R ln 2. */
+static void held_motor(void)
+{
+    loaded l = load_text("kempe: 1\nparameters: {R: 2, L: 5e-3, K: 0.1, U: 12}\n"
+                         "states: {i: {rate: (U - R*i - K*qd(A))/L, scale: 1}}\n"
+                         "bodies: {rotor: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 1e-3}}}\n"
+                         "forces: {torque: {joint: A, torque: K*i}, brake: {joint: A, friction: {torque: 0.3}}}\n"
+                         "run: {t_end: 0.01, rtol: 1e-10, atol: 1e-10, until: qd(A) > 1e-9}\n");
+    static const char *const formulations[] = {"reduced", "projected", "dae"};
+    for (int k = 0; k < 3; k++) {
+        kempe_trajectory *trajectory = NULL;
+        kempe_run_options run = {.formulation = formulations[k], .no_convergence_check = 1};
+        (void)kempe_simulate(l.system, &run, &trajectory);
+        int last = kempe_trajectory_row_count(trajectory) - 1;
+        CHECK(last > 0);
+        CHECK_NEAR(kempe_trajectory_time(trajectory, last), 2.5e-3 * log(2), 1e-6);
+        kempe_trajectory_free(trajectory);
+    }
+    unload(&l);
+}
+
 /* -- results ----------------------------------------------------------------------------------------- */
 
 /* Columns of states, alone and with all; the integral of a state is shown nowhere, and it has no energy. */
@@ -332,6 +388,11 @@ static void refused(const char *sections, const char *sentence)
 static void mistakes(void)
 {
     refused("states: {y: {start: 1}}", "state 'y' has no key 'rate'");
+    refused("states: {y: {transfer: 1, numerator: [1, 2], denominator: [1, 2]}}", "has a higher degree");
+    refused("states: {y: {transfer: 1, numerator: [1], denominator: [0, 2]}}",
+            "a leading coefficient that is not zero");
+    refused("states: {y: {transfer: 1, numerator: [1]}}", "state 'y' has no key 'denominator'");
+    refused("states: {y: {transfer: 1, rate: 1}}", "exactly one of");
     refused("states: {sin: {rate: 1}}", "a state cannot have the name 'sin'");
     refused("states: {x: {rate: 1}}", "a state cannot have the name 'x', which is that of a coordinate");
     refused("states: {y: {rate: 1, scale: -1}}", "scale of state 'y' is -1: it must be positive");
@@ -354,6 +415,8 @@ int main(void)
     TEST(digits);
     TEST(closed_loop);
     TEST(events);
+    TEST(transfer_functions);
+    TEST(held_motor);
     TEST(columns);
     TEST(starts);
     TEST(mistakes);

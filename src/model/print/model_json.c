@@ -110,7 +110,10 @@ static void put_states(kmp_json *json, const kempe_model *model)
         kmp_json_number(json, "start", model->start.qd[kmp_model_coordinates(model) + i].value);
         if (model->states[i].next) {
             put_expr(json, "next", model, model->states[i].next);
-            kmp_json_number(json, "sample", model->states[i].period);
+            if (kmp_state_rate(model, i)->a)
+                put_expr(json, "when", model, kmp_state_rate(model, i)->a);
+            else
+                kmp_json_number(json, "sample", model->states[i].period);
         } else {
             put_expr(json, "rate", model, kmp_state_rate(model, i));
         }

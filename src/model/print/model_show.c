@@ -93,10 +93,12 @@ static void show_states(kmp_text *text, const kempe_model *model)
         kmp_text_printf(text, "  %s", state->name);
         put_number(text, ": start ", model->start.qd[kmp_model_coordinates(model) + i].value);
         put_number(text, ", scale ", state->scale);
-        if (state->next)
-            put_number(text, ", sampled every ", state->period);
-        put_expr(text, state->next ? " s, next " : ", rate ", model,
-                 state->next ? state->next : kmp_state_rate(model, i));
+        const kmp_expr *rate = kmp_state_rate(model, i);
+        if (state->next && rate->a)
+            put_expr(text, ", when ", model, rate->a);
+        else if (state->next)
+            put_number(text, ", sampled at multiples of ", state->period);
+        put_expr(text, state->next ? ", next " : ", rate ", model, state->next ? state->next : rate);
         kmp_text_put(text, "\n");
     }
 }

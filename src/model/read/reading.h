@@ -346,6 +346,13 @@ void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes); /* of 
 void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body);         /* and shapes */
 void kmp_read_states(kmp_reader *r); /* but for their rates, which are the last forces */
 void kmp_add_state_rates(kmp_reader *r);
+
+/** The number of states of an entry of `states`: of a transfer function its order. */
+int kmp_filter_order(const kmp_yaml *map);
+
+/** The rates of the states of a transfer function from `first` on; they stay as they are after an error. */
+void kmp_read_filter(kmp_reader *r, const kmp_yaml *map, const char *what, int first, const kmp_expr **rates);
+
 void kmp_read_tracks(kmp_reader *r);
 void kmp_read_wheels(kmp_reader *r);
 void kmp_read_unknowns(kmp_reader *r); /* but for those that depend on multipliers */
