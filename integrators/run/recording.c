@@ -96,12 +96,6 @@ static size_t chart_size(const kmp_runner *run)
     return (size_t)(KMP_CHART_SIZE * run->s->chart_count) * sizeof(double);
 }
 
-/* The kind of integrator that make_formulation and kmp_runner_make_integrator lead to this one by. */
-static const kmp_solver_kind *integrator_of(const kmp_runner *run)
-{
-    return run->near_singular || kmp_runner_is_followed(run) ? kmp_runner_integrator(run) : run->kind;
-}
-
 static bool same_numbers(int count, const int *a, const int *b)
 {
     return count == 0 || memcmp(a, b, (size_t)count * sizeof *a) == 0;
@@ -110,7 +104,7 @@ static bool same_numbers(int count, const int *a, const int *b)
 static bool is_same(const stretch *s, const kmp_runner *run)
 {
     const kmp_partition *part = run->formulation->part;
-    return s->method == run->method && s->integrator == integrator_of(run) && s->near_singular == run->near_singular &&
+    return s->method == run->method && s->integrator == run->kind && s->near_singular == run->near_singular &&
            s->walks == run->walks && s->by_bodies == run->by_bodies && s->part.p == part->p && s->part.r == part->r &&
            same_numbers(part->p, s->part.u, part->u) && same_numbers(part->r, s->part.rows, part->rows) &&
            memcmp(s->chart, run->eval->chart, chart_size(run)) == 0;
@@ -137,7 +131,7 @@ static bool add_stretch(kmp_recording *r, kmp_runner *run)
     r->stretches = room;
     stretch *s = &room[r->stretch_count];
     *s = (stretch){.method = run->method,
-                   .integrator = integrator_of(run),
+                   .integrator = run->kind,
                    .near_singular = run->near_singular,
                    .walks = run->walks,
                    .by_bodies = run->by_bodies,

@@ -130,18 +130,29 @@ static void every_method(void)
     scene_free(&s);
 }
 
-/* Through centrings of a spherical joint, change points, the end by a condition, stiff contact, articulated bodies. */
+/* Through centrings of a spherical joint, change points, friction that sticks, samples of states, the end by a
+ * condition, stiff contact, articulated bodies. */
 static void further_models(void)
 {
     static const char tumbling[] =
         "kempe: 1\ngravity: [0, 0, -9.81]\nbodies: {top: {joint: {name: S, spherical: x, at: ground}, mass: 1, com: "
         "[0, 0, 0.3], inertia: {xx: 0.02, yy: 0.03, zz: 0.05}}}\nstart: {q: {S.1: 0.2}, qd: {S.1: 3, S.2: -5, S.3: "
         "4}}\n";
+    static const char sticking[] =
+        "kempe: 1\nbodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\nforces: {k: {joint: x, "
+        "spring: {stiffness: 100}}, f: {joint: x, friction: {force: 3, static: 8}}}\nstart: {q: {x: 0.25}}\n";
+    static const char controlled[] =
+        "kempe: 1\ngravity: [0, -9.81, 0]\nstates: {low: {rate: 5*(q(A) - low)}, u: {sample: 0.05, next: "
+        "\"-20*low - 2*qd(A)\"}}\nbodies: {rod: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0, -1, "
+        "0]}}\n"
+        "forces: {motor: {joint: A, torque: u}}\nstart: {q: {A: 1}}\n";
     static const struct {
         const char *model, *formulation, *kind;
         double t_end, step, allowed;
         kempe_status status;
-    } cases[] = {{tumbling, "reduced", "centring", 4, 0.01, 1e-300, KEMPE_OK},
+    } cases[] = {{sticking, NULL, "friction", 2, 0.01, 1e-300, KEMPE_OK},
+                 {controlled, NULL, NULL, 2, 0.01, 1e-300, KEMPE_OK},
+                 {tumbling, "reduced", "centring", 4, 0.01, 1e-300, KEMPE_OK},
                  {"tests/models/antiparallelogram.yaml", "reduced", "change point", 5, 0.01, 1e-11, KEMPE_OK},
                  {"tests/models/antiparallelogram.yaml", "projected", "change point", 5, 0.01, 1e-11, KEMPE_OK},
                  {"tests/models/locked_slider_crank.yaml", NULL, NULL, 3, 0.01, 1e-300, KEMPE_STOPPED},
@@ -157,7 +168,7 @@ static void further_models(void)
         kempe_run_options run = {.t_end = cases[k].t_end, .formulation = cases[k].formulation};
         pair p = run_both(s.system, run, cases[k].step, cases[k].status);
         compare_rows(&p, s.model, s.system, found);
-        print(strchr(cases[k].model, '\n') ? "tumbling" : strrchr(cases[k].model, '/') + 1, found);
+        print(strchr(cases[k].model, '\n') ? "a text" : strrchr(cases[k].model, '/') + 1, found);
         CHECK(!cases[k].kind || count_in_log(p.few, cases[k].kind) > 0);
         for (int i = 0; i < 4; i++)
             CHECK(found[i].rows > 20 && found[i].most < cases[k].allowed);

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "integrators/steppers/solver.h"
 #include "testing.h"
+#include <stdlib.h>
 
 /* An oscillator with a slow drift of its frequency: y'' = -(1 + t/10)^2 y + .., solved by y = sin(t + t^2/20). */
 typedef struct formulation {
@@ -84,6 +85,29 @@ static double first_step(const kmp_solver_kind *kind)
     return kind->corrects ? 0 : 1e-5;
 }
 
+/* Another solver that receives the last step gives its values, to the bit or to rounding. */
+static void check_transfer(const kmp_solver_kind *kind, kempe_context *context, formulation *r, kmp_solver *s)
+{
+    kmp_number_stream stream = {0};
+    kmp_solver *other = make(kind, context, r, 1e-9);
+    kind->transfer(s, &stream);
+    size_t count = stream.count;
+    double *numbers = malloc(count * sizeof *numbers), a[2], b[2];
+    stream = (kmp_number_stream){.at = numbers};
+    kind->transfer(s, &stream);
+    CHECK(stream.count == count);
+    stream = (kmp_number_stream){.at = numbers, .back = true};
+    kind->transfer(other, &stream);
+    CHECK(stream.count == count && other->t == s->t && other->t_old == s->t_old);
+    for (int k = 0; k <= 8; k++) {
+        double t = k == 8 ? s->t : s->t_old + k / 8.0 * (s->t - s->t_old);
+        CHECK(kind->dense(s, t, a, NULL) == KEMPE_OK && kind->dense(other, t, b, NULL) == KEMPE_OK);
+        CHECK(fabs(a[0] - b[0]) < 1e-14 && fabs(a[1] - b[1]) < 1e-14);
+    }
+    free(numbers);
+    kind->release(other);
+}
+
 static void check_accuracy(const kmp_solver_kind *kind)
 {
     kempe_context *context = kempe_context_new();
@@ -102,6 +126,7 @@ static void check_accuracy(const kmp_solver_kind *kind)
                 worst = check_max(worst, miss(kind, s, k == 4 ? t1 : t0 + 0.25 * k * (t1 - t0)));
         }
         kmp_solver_work w = s->work;
+        check_transfer(kind, context, &r, s);
         CHECK(s->t == 5 && worst < 1e-6 && miss(kind, s, 5) < 1e-6);
         CHECK(w.steps > before && w.rhs > 0 && (round == 0 || w.steps == 2 * before));
         before = w.steps;
