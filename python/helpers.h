@@ -22,6 +22,13 @@ kempe_status python_guard_end(python_guard *guard, kempe_status status);
 void python_listen(kempe_context *context, void *user);
 void python_want_notes(int wanted);
 
+/** Versions of SUNDIALS and KLU, the back end of this processor, names of integrators and linear solvers. */
+const char *python_sundials(void);
+const char *python_klu(void);
+const char *python_backend(void);
+const char *python_integrators(void);
+const char *python_linear_solvers(void);
+
 /** Many states: `count` rows of q, qd, ..; NULL as for a single state. `t` has a value for each row, or one for all
  * (t_step 0). Results, matrices column-major, are rows too; NULL: not wanted. */
 typedef struct python_states {

@@ -12,7 +12,8 @@ from .lazy import np
 
 
 def about() -> dict[str, Any]:
-    """Versions; `libraries`, the files of the library and of what was bundled with it; `licenses`, texts by file name."""
+    """Versions; the back end that runs here; solvers; `libraries`, the files of the library and of what was bundled with it;
+    `license`, of the package, and `licenses`, texts by file name."""
     import importlib.metadata
     import pathlib
 
@@ -23,11 +24,18 @@ def about() -> dict[str, Any]:
         record = importlib.metadata.files("kempe") or []
     except importlib.metadata.PackageNotFoundError:  # in a build folder
         record = []
+    solvers = string(lib.python_linear_solvers()).split()
     return {
         "kempe": string(lib.kempe_version()),
         "python": sys.version.split()[0],
         "numpy": np.__version__,
         "cffi": importlib.metadata.version("cffi"),
+        "sundials": string(lib.python_sundials()),
+        "klu": string(lib.python_klu()),
+        "backend": string(lib.python_backend()),
+        "integrators": string(lib.python_integrators()).split(),
+        "linear_solvers": solvers,
+        "license": "BSD-3-Clause AND LGPL-2.1-or-later" + (" AND GPL-2.0-or-later" if "umfpack" in solvers else ""),
         "libraries": sorted(file.name for file in files if ".so" in file.name or file.suffix == ".pyd"),
         "licenses": {file.name: file.read_text() for file in record if "licenses" in file.parts},
     }

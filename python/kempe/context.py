@@ -161,6 +161,9 @@ class Context:
             status, message = (self.guarded if long else self.run)(function, *arguments, out)
         except KeyboardInterrupt as interrupt:
             raise Interrupted(self._own(kind, out[0], owners)) from interrupt
+        except BaseException:  # of a callback, or a warning that is an error
+            self._own(kind, out[0], owners)  # which frees it
+            raise
         made = self._own(kind, out[0], owners)
         if status < 0 or made is None:
             raise error_of(status, message, made)

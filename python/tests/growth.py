@@ -48,6 +48,7 @@ def kinds():
     model = kempe.Model(path)
     system = model.system()
     damped = model.system(force=lambda t, q, qd: -0.1 * qd).workspace()
+    broken = model.system(force=lambda t, q, qd: 1 / 0)
     workspace, outputs, run = system.workspace(), system.outputs("position(coupler.C)"), system.simulate(t_end=0.5)
     stepper = system.stepper(t_end=1e9)
     q, qd = run.q[3].copy(), run.qd[3].copy()
@@ -61,6 +62,10 @@ def kinds():
     def failed():
         with contextlib.suppress(kempe.FailedError):
             model.simulate(max_steps=3)
+
+    def raised():
+        with contextlib.suppress(ZeroDivisionError):
+            broken.simulate(t_end=0.1)
 
     def unread():
         with contextlib.suppress(kempe.InputError):
@@ -86,6 +91,7 @@ def kinds():
         "columns and outputs of a run": (0.01, lambda: (run.rows["q.crank"], run["position(coupler.C).x"])),
         "InputError": (0.003, unread),
         "FailedError with a run": (0.003, failed),
+        "an exception in a force": (0.003, raised),
         "simulate": (0.003, lambda: model.simulate(t_end=0.1)),
         "model, run, state space, modes": (0.0005, whole),
     }

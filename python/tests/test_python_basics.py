@@ -396,6 +396,7 @@ def test_pickled_model():
     assert np.array_equal(model.simulate().q, pendulum(L=1).simulate().q)
 
 
+@pytest.mark.skipif("libasan" in os.environ.get("LD_PRELOAD", ""), reason="a sanitizer keeps what is freed")
 def test_no_growth():
     """A sample of the calls; all of them with KEMPE_FULL."""
     rows = list(growth.growth(1_000_000 if "KEMPE_FULL" in os.environ else 10_000))
@@ -412,6 +413,10 @@ def test_about():
     about = kempe.about()
     assert about["kempe"] == kempe.__version__ and any("_native" in name for name in about["libraries"])
     assert all(about["licenses"].values())
+    assert re.fullmatch(r"\d+\.\d+\.\d+", about["sundials"]) and re.fullmatch(r"\d+\.\d+\.\d+", about["klu"])
+    assert {"dop853", "ida"} <= set(about["integrators"]) and {"klu", "dense"} <= set(about["linear_solvers"])
+    assert ("GPL-2.0" in about["license"]) == ("umfpack" in about["linear_solvers"])
+    assert about["backend"] == "tape" or about["backend"].startswith("machine code")
 
 
 def test_import_alone_is_quiet():
