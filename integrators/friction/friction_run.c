@@ -205,14 +205,17 @@ static void list_resting(kmp_runner *run, double rate)
     }
 }
 
-/* True if the row of an element is independent of the rows that are kept now. */
+/* True if the row of an element, which is then held, is independent of the rows that are kept now. */
 static kempe_status adds_row(kmp_runner *run, element *e, double t, const double *q, bool *adds)
 {
     int rank = run->part.r;
+    kmp_partition with;
     set_held(run, e, value(run->friction, e, KMP_ROLE_PLACE));
-    KMP_TRY(choose(run, t, q));
-    *adds = run->part.r > rank;
-    return KEMPE_OK;
+    kmp_eval_closure(run->eval, t, q);
+    KMP_TRY(kmp_partition_init(&with, run->s, run->eval->jacobian, NULL, 0));
+    *adds = with.r > rank;
+    kmp_partition_free(&with);
+    return *adds ? choose(run, t, q) : KEMPE_OK;
 }
 
 static kempe_status find_implied(kmp_runner *run, double t, const double *q)

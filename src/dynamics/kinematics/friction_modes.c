@@ -35,7 +35,8 @@ kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_rol
 
 kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force)
 {
-    return kmp_input(tree->graph, KMP_IN_Q, (uint32_t)force->motion);
+    return force->sliding ? kmp_tree_expression(tree, force->sliding)
+                          : kmp_input(tree->graph, KMP_IN_Q, (uint32_t)force->motion);
 }
 
 kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force)
