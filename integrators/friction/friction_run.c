@@ -8,8 +8,9 @@
 #include <string.h>
 
 enum {
-    MOST_PASSES = 200, /* of the iteration for levels that depend on multipliers */
-    MOST_REPEATS = 20  /* decisions without time between them */
+    MOST_PASSES = 60, /* of the iteration for levels that depend on multipliers */
+    MOST_TRIED = 6,   /* elements whose modes are tried one after the other where it does not end */
+    MOST_REPEATS = 20 /* decisions without time between them */
 };
 
 /* What an element does. */
@@ -43,7 +44,7 @@ struct kmp_friction_run {
     int *side;
     double t; /* of the last decision */
     int repeats;
-    double still; /* accelerations below this part of the rate's unit are none */
+    bool open; /* levels do not settle: modes are tried */
 };
 
 /* -- making -------------------------------------------------------------------------------------------- */
@@ -332,6 +333,7 @@ static kempe_status solve_levels(kmp_runner *run, double t, const double *q, con
         if (changed_by(x) <= KMP_FRICTION_SETTLED)
             return KEMPE_OK;
     }
+    x->open = run->loaded_friction;
     return KEMPE_OK;
 }
 
@@ -377,13 +379,117 @@ static bool break_away(kmp_runner *run)
     return any;
 }
 
-/* Solves, with the level of slip for those that break away. */
-static kempe_status decide(kmp_runner *run, double t, const double *q, const double *qd)
+/* -- modes one after the other ----------------------------------------------------------------------------- */
+
+/* Direction of element k of those at rest in combination `code`; the mode before comes first. */
+static int direction(const element *e, int code, int k)
 {
-    KMP_TRY(solve_levels(run, t, q, qd));
-    while (break_away(run))
-        KMP_TRY(solve_levels(run, t, q, qd));
+    int before = e->was == SLIPS ? (e->before_sense > 0) - (e->before_sense < 0) : 0;
+    for (; k > 0; k--)
+        code /= 3;
+    return (before + 1 + code % 3) % 3 - 1;
+}
+
+/* Sets the modes of a combination, and computes accelerations with them. */
+static kempe_status try_modes(kmp_runner *run, int code, double t, const double *q, const double *qd)
+{
+    kmp_friction_run *x = run->friction;
+    bool adds;
+    for (int k = 0; k < x->rest; k++) {
+        element *e = &x->element[x->which[k]];
+        set_slip(run, e, direction(e, code, k), 0);
+    }
+    KMP_TRY(choose(run, t, q));
+    for (int k = 0; k < x->rest; k++) {
+        element *e = &x->element[x->which[k]];
+        if (e->implied || direction(e, code, k) != 0)
+            continue;
+        KMP_TRY(adds_row(run, e, t, q, &adds));
+        if (!adds)
+            set_given(run, e, 0, 0);
+    }
+    return measure(run, t, q, qd);
+}
+
+/* True if accelerations and forces of the last measurement agree with the modes; keeps the forces. */
+static bool is_consistent(kmp_runner *run, int code, double rate)
+{
+    kmp_friction_run *x = run->friction;
+    for (int k = 0; k < x->rest; k++) {
+        const element *e = &x->element[x->which[k]];
+        double least = -KMP_FRICTION_STILL * scale_of(run, e) * rate * rate;
+        int way = direction(e, code, k);
+        x->f[k] = value(x, e, KMP_ROLE_GIVEN);
+        x->upper[k] = value(x, e, way ? KMP_ROLE_LEVEL : KMP_ROLE_STATIC);
+        if (way ? way * value(x, e, KMP_ROLE_ACCELERATION) < least
+                : fabs(x->f[k]) > (1 + KMP_FRICTION_TIE) * x->upper[k])
+            return false;
+    }
+    return true;
+}
+
+static kempe_status complain(const kmp_runner *run, double t)
+{
+    const kmp_friction_run *x = run->friction;
+    kmp_text text = {0};
+    for (int k = 0; k < x->rest; k++)
+        kmp_text_printf(&text, "%s'%s'", k ? ", " : "", x->element[x->which[k]].name);
+    kmp_text_printf(
+        &text,
+        " can neither slip nor stick at t = %.9g: the level depends too much on the friction itself; reduce "
+        "it, or regularise it with a 'speed'",
+        t);
+    return kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
+}
+
+/* Takes the modes of the combination: those that slip break away. */
+static void take_modes(kmp_friction_run *x, int code)
+{
+    for (int k = 0; k < x->rest; k++) {
+        element *e = &x->element[x->which[k]];
+        e->broken = direction(e, code, k) != 0;
+        e->sense = direction(e, code, k);
+    }
+}
+
+/* Tries all combinations of modes, and takes the first one that is consistent. */
+static kempe_status enumerate(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+{
+    kmp_friction_run *x = run->friction;
+    int total = 1, first = -1, found = 0;
+    for (int k = 0; k < x->rest && k < MOST_TRIED; k++)
+        total *= 3;
+    for (int code = 0; code < total && x->rest <= MOST_TRIED; code++) {
+        kempe_status status = try_modes(run, code, t, q, qd);
+        if (status == KEMPE_E_FAILED)
+            kmp_context_clear(run->s->context); /* no solution with these modes */
+        else
+            KMP_TRY(status);
+        bool good = status == KEMPE_OK && is_consistent(run, code, rate);
+        first = good && first < 0 ? code : first;
+        found += good;
+    }
+    if (first < 0)
+        return complain(run, t);
+    if (found > 1)
+        kmp_run_log_add(run->log, "solutions", t, found, NAN,
+                        "%d combinations of modes of friction are possible; the run goes on with that nearest to the "
+                        "modes before",
+                        found);
+    KMP_TRY(try_modes(run, first, t, q, qd));
+    (void)is_consistent(run, first, rate);
+    take_modes(x, first);
     return KEMPE_OK;
+}
+
+/* Solves, with the level of slip for those that break away. */
+static kempe_status decide(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+{
+    run->friction->open = false;
+    KMP_TRY(solve_levels(run, t, q, qd));
+    while (!run->friction->open && break_away(run))
+        KMP_TRY(solve_levels(run, t, q, qd));
+    return run->friction->open ? enumerate(run, t, q, qd, rate) : KEMPE_OK;
 }
 
 static double reserve(const kmp_friction_run *x, int i)
@@ -466,7 +572,7 @@ static kempe_status settle(kmp_runner *run, double t, double *q, double *qd)
     if (x->rest > 0) {
         KMP_TRY(find_matrix(run, t, q, qd, rate));
         guess(x);
-        KMP_TRY(decide(run, t, q, qd));
+        KMP_TRY(decide(run, t, q, qd, rate));
         KMP_TRY(set_modes(run, t, q, rate));
     }
     KMP_TRY(kmp_runner_project(run, t, q, qd));
