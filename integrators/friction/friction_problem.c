@@ -235,8 +235,8 @@ static bool is_consistent(kmp_runner *run, int code, double rate)
         int way = direction(e, code, k);
         x->f[k] = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
         x->upper[k] = kmp_friction_at(x, e, way ? KMP_ROLE_LEVEL : KMP_ROLE_STATIC);
-        if (way ? way * kmp_friction_at(x, e, KMP_ROLE_ACCELERATION) < least
-                : fabs(x->f[k]) > (1 + KMP_FRICTION_TIE) * x->upper[k])
+        double most = (e->fired ? 1 - KMP_FRICTION_TIE : 1 + KMP_FRICTION_TIE) * x->upper[k];
+        if (way ? way * kmp_friction_at(x, e, KMP_ROLE_ACCELERATION) < least : fabs(x->f[k]) > most)
             return false;
     }
     return true;
@@ -296,6 +296,17 @@ static kempe_status enumerate(kmp_runner *run, double t, const double *q, const 
     return KEMPE_OK;
 }
 
+/* True if an element that breaks away is accelerated against its slip by the levels of slip. */
+static bool turns_back(const kmp_friction_run *x)
+{
+    for (int k = 0; k < x->rest; k++) {
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        if (e->broken && e->sense * x->y[k] < -rounding_of(x, k))
+            return true;
+    }
+    return false;
+}
+
 /* Solves, with the level of slip for those that break away. */
 static kempe_status solve_modes(kmp_runner *run, double t, const double *q, const double *qd, double rate)
 {
@@ -303,7 +314,7 @@ static kempe_status solve_modes(kmp_runner *run, double t, const double *q, cons
     KMP_TRY(solve_levels(run, t, q, qd));
     while (!run->friction->open && break_away(run))
         KMP_TRY(solve_levels(run, t, q, qd));
-    return run->friction->open ? enumerate(run, t, q, qd, rate) : KEMPE_OK;
+    return run->friction->open || turns_back(run->friction) ? enumerate(run, t, q, qd, rate) : KEMPE_OK;
 }
 
 kempe_status kmp_friction_decide(kmp_runner *run, double t, const double *q, const double *qd, double rate)
