@@ -41,6 +41,8 @@ kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force)
 
 kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force)
 {
+    if (!force->sliding)
+        return kmp_input(tree->graph, KMP_IN_QD, (uint32_t)force->motion);
     return kmp_vec_rate(tree, (kmp_vec){{kmp_friction_place(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
 }
 
