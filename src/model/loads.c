@@ -59,7 +59,8 @@ int kmp_model_friction_count(const kempe_model *model)
 
 static bool force_has_time(const kmp_force *force)
 {
-    bool found = kmp_expr_has_time(force->effort) || kmp_expr_has_time(force->holding_effort);
+    bool found = kmp_expr_has_time(force->effort) || kmp_expr_has_time(force->holding_effort) ||
+                 kmp_expr_has_time(force->sliding);
     for (int k = 0; k < 3; k++)
         found = found || kmp_expr_has_time(force->vector[k]);
     return found;

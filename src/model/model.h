@@ -150,6 +150,8 @@ typedef struct kmp_force {
     bool has_lower, has_upper;
     bool has_speed, has_static;     /* FRICTION: regularised; a static level */
     kmp_number holding;             /* FRICTION: the static level */
+    const kmp_expr *sliding;        /* FRICTION without a coordinate: a length or an angle, against whose rate it acts */
+    bool turns;                     /* an angle */
     const kmp_expr *holding_effort; /* as an expression, like `effort` for the level; NULL: a number */
     int closure;                    /* FRICTION that sticks: of its row */
     int wheel;                      /* of a wheel's contact; meaningless otherwise */

@@ -38,6 +38,7 @@ static void mark_force(const kmp_force *force, bool *used)
         used[force->motion] = true;
     mark_expression(force->effort, used);
     mark_expression(force->holding_effort, used);
+    mark_expression(force->sliding, used);
     for (int k = 0; k < 3; k++)
         mark_expression(force->vector[k], used);
 }

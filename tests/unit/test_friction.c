@@ -108,6 +108,27 @@ static void belt(void)
     unload(&l);
 }
 
+/* F1b: friction that falls with the rate; from stick at 0 it breaks away at 1. */
+static void falling(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "bodies:\n"
+                         "  belt: {joint: {name: belt, prismatic: x, at: ground}, mass: 1}\n"
+                         "  block: {joint: {name: s, prismatic: x, at: belt}, mass: 1, points: {P: [0, 0, 0]}}\n"
+                         "drives: {belt: {joint: belt, displacement: \"0.2*t\"}}\n"
+                         "forces:\n"
+                         "  spring: {at: block.P, force: [\"-(q(belt) + q(s))\", 0, 0]}\n"
+                         "  rub: {joint: s, friction: {force: 1/(1 + 3*abs(qd(s)))}}\n");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 18);
+        if (run)
+            TRANSITIONS(run, ways[k].tolerance, {0, "'rub' sticks"}, {5, "'rub' slips backward"},
+                        {5 + 4.29599952548015488, "'rub' sticks"}, {5 + 12.0010312948305786, "'rub' slips backward"});
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
 /* F2: a mass on a spring comes to rest where friction holds it, for ever. */
 static void spring(void)
 {
@@ -240,6 +261,64 @@ static void dead_centre(void)
     unload(&l);
 }
 
+/* Driven at a constant rate: the friction follows from the rate; drive torque and load are algebraic. */
+static void driven(void)
+{
+    static const double at[][3] = {{30, 3.83499047080088465, 1.08487204581713305},
+                                   {90, -1.14243080478975624, 10.3301028455162078},
+                                   {150, -1.72971216764770079, 13.150938047223852}};
+    int found = 0;
+    loaded l = load("tests/models/friction_driven.yaml");
+    kempe_trajectory *run = simulate(&l, &ways[0], 0.4);
+    for (int k = 0; run && k < 3; k++) {
+        const double t = at[k][0] * 3.14159265358979323846 / 180 / 20;
+        for (int row = 0; row < kempe_trajectory_row_count(run); row++)
+            if (fabs(kempe_trajectory_time(run, row) - t) < 1e-12) {
+                const double *lambda = kempe_trajectory_lambda(run, row);
+                found++;
+                CHECK_NEAR(lambda[2], at[k][1], 1e-11);
+                CHECK_NEAR(0.8 * 9.81 - lambda[1], at[k][2], 1e-11);
+            }
+    }
+    CHECK(found == 3);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* F9: friction in a pin between two bodies, by the size of its reaction. */
+static void pin(void)
+{
+    loaded l = load("tests/models/friction_pin.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 10);
+        if (run) {
+            const double e = ways[k].tolerance;
+            const kmp_log_entry *first[5] = {NULL}, *last = NULL;
+            int found = 0;
+            for (int i = 0; i < run->log.kept; i++)
+                if (strcmp(run->log.entries[i].kind, "friction") == 0) {
+                    last = &run->log.entries[i];
+                    if (found < 5)
+                        first[found++] = last;
+                }
+            CHECK_NEAR(kempe_trajectory_qdd(run, 0)[0], 3.466369352439077, 1e-12);
+            CHECK(found == 5 && last);
+            if (found == 5) {
+                CHECK_NEAR(first[1]->t, 0.392683606439903, e);
+                CHECK_NEAR(first[2]->t, 0.717106675396144, e);
+                CHECK_NEAR(first[3]->t, 0.874660819817614, e);
+                CHECK_NEAR(first[4]->t, 1.04033050003479, e);
+                CHECK_NEAR(last->t, 8.1093110906558, e);
+                CHECK_TEXT(last->text, "'pin' sticks");
+            }
+            CHECK_NEAR(last_q(run)[0], 4.457798148496, e);
+            CHECK_NEAR(last_lambda(run, 2), -0.194881753582, 10 * e);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
 /* F8: two frictions on one freedom: their split is not unique, but the motion is. */
 static void pair(void)
 {
@@ -283,12 +362,15 @@ static void shares(void)
 int main(void)
 {
     TEST(belt);
+    TEST(falling);
     TEST(spring);
     TEST(incline);
     TEST(pendulum);
     TEST(stack);
     TEST(guide);
     TEST(dead_centre);
+    TEST(driven);
+    TEST(pin);
     TEST(pair);
     TEST(shares);
     return check_report();

@@ -5,6 +5,22 @@
  * of a closure has it. */
 #include "dynamics/forces/law.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "symbolic/partials.h"
+
+/* On the coordinate, or on all that the place depends on. */
+static void apply(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref effort)
+{
+    kmp_ref place = kmp_friction_place(tree, force);
+    int count = force->sliding ? tree->count - 1 : 0;
+    kmp_ref *slope = KMP_GRAPH_NEW(tree->graph, kmp_ref, count);
+    if (!force->sliding)
+        kmp_apply_effort(forces, tree, force->motion, effort);
+    if (slope && count > 0)
+        kmp_partials_all(tree->graph, 1, &place, KMP_IN_Q, count, slope);
+    for (int k = 0; slope && k < count; k++)
+        if (slope[k] != KMP_ZERO)
+            kmp_apply_effort(forces, tree, k, kmp_mul(tree->graph, slope[k], effort));
+}
 
 /* The value of the output is the multiplier of the element's row: a run puts the friction of every mode there. */
 static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
@@ -14,7 +30,7 @@ static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_f
     kmp_ref slip = kmp_mul(g, kmp_friction_sense(tree, force), kmp_friction_level(tree, force));
     kmp_ref effort = kmp_sub(g, kmp_friction_input(tree, force, KMP_ROLE_GIVEN), slip);
     *value = kmp_tree_multiplier(tree, force->closure, 0);
-    kmp_apply_effort(forces, tree, force->motion, effort);
+    apply(forces, tree, force, effort);
     if (energy & KMP_ENERGY_POWER)
         kmp_add_power(forces, tree, effort, kmp_friction_rate(tree, force));
 }
@@ -26,11 +42,11 @@ void kmp_law_friction(kmp_forces *forces, const kmp_tree *tree, const kmp_force 
         stick_and_slip(forces, tree, force, energy, value);
         return;
     }
-    kmp_ref qd = kmp_input(g, KMP_IN_QD, (uint32_t)force->motion), s = kmp_tree_number(tree, &force->speed);
+    kmp_ref qd = kmp_friction_rate(tree, force), s = kmp_tree_number(tree, &force->speed);
     kmp_ref level = kmp_friction_level(tree, force);
     kmp_ref root = kmp_sqrt(g, kmp_add(g, kmp_mul(g, qd, qd), kmp_mul(g, s, s)));
     *value = kmp_neg(kmp_mul(g, level, kmp_div(g, qd, root)));
-    kmp_apply_effort(forces, tree, force->motion, *value);
+    apply(forces, tree, force, *value);
     if (energy & KMP_ENERGY_POWER)
         kmp_add_power(forces, tree, *value, qd);
 }

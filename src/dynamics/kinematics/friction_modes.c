@@ -35,11 +35,14 @@ kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_rol
 
 kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force)
 {
-    return kmp_input(tree->graph, KMP_IN_Q, (uint32_t)force->motion);
+    return force->sliding ? kmp_tree_expression(tree, force->sliding)
+                          : kmp_input(tree->graph, KMP_IN_Q, (uint32_t)force->motion);
 }
 
 kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force)
 {
+    if (!force->sliding)
+        return kmp_input(tree->graph, KMP_IN_QD, (uint32_t)force->motion);
     return kmp_vec_rate(tree, (kmp_vec){{kmp_friction_place(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
 }
 

@@ -293,7 +293,7 @@ static void put_closure(kmp_json *json, const kempe_model *model, const kmp_clos
 static void put_closures(kmp_json *json, const kempe_model *model)
 {
     begin_list(json, "closures");
-    for (int i = 0; i < model->closure_count; i++) {
+    for (int i = 0; i < model->closure_count - kmp_model_friction_count(model); i++) {
         kmp_model_json_item(json, NULL);
         put_closure(json, model, &model->closures[i]);
         kmp_json_end(json);
@@ -317,7 +317,7 @@ void kmp_model_json_fields(kmp_json *json, const kempe_model *model, const kmp_f
         const kmp_force_field *field = &kmp_force_fields[k];
         if (field->kind != force->kind || !kmp_force_has(force, k))
             continue;
-        const char *key = kmp_force_key(model, force->motion, field->key);
+        const char *key = kmp_force_key(model, force, field->key);
         if (field->size == 1)
             kmp_json_number(json, key, kmp_force_get(force, k)->value);
         else
@@ -330,11 +330,13 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
     const kmp_force_row *row = &kmp_force_rows[force->kind];
     bool place = !row->word || kmp_force_is_between(force->kind);
     kmp_json_put(json, "name %s kind %s", force->name,
-                 place ? row->place : kmp_force_key(model, force->motion, row->word));
+                 place ? row->place : kmp_force_key(model, force, row->word));
     if (force->kind == KMP_FORCE_WHEEL)
         kmp_json_string(json, "wheel", model->wheels[force->wheel].name);
     else if (force->motion >= 0)
         kmp_json_string(json, "coordinate", model->motions[force->motion].name);
+    else if (force->sliding)
+        put_expr(json, "sliding", model, force->sliding);
     else if (force->kind == KMP_FORCE_BODY)
         kmp_json_string(json, "body", model->bodies[force->body].name);
     else if (kmp_force_is_between(force->kind))
@@ -346,6 +348,8 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
         put_expr(json, "effort", model, force->effort);
     if (force->kind == KMP_FORCE_TORSION)
         kmp_json_put(json, "axis %s", kmp_axis_names[force->axis]);
+    if (force->holding_effort)
+        put_expr(json, "static", model, force->holding_effort);
     if (force->vector[0])
         put_exprs(json, force->kind == KMP_FORCE_CYLINDER ? "pressures" : "components", model,
                   force->kind == KMP_FORCE_CYLINDER ? 1 + (force->vector[1] != NULL) : 3, force->vector);

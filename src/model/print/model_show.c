@@ -252,8 +252,9 @@ static void show_between(kmp_text *text, const kempe_model *model, const kmp_clo
 
 static void show_closures(kmp_text *text, const kempe_model *model)
 {
-    begin(text, "loops", model->closure_count);
-    for (int i = 0; i < model->closure_count; i++) {
+    int count = model->closure_count - kmp_model_friction_count(model); /* without the rows of forces */
+    begin(text, "loops", count);
+    for (int i = 0; i < count; i++) {
         const kmp_closure *closure = &model->closures[i];
         kmp_text_printf(text, "  %s: %s ", closure->name, closure->kind);
         (closure->point[0] < 0 ? show_relation : show_between)(text, model, closure);
@@ -295,8 +296,10 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
         if (force->kind == KMP_FORCE_TORSION)
             kmp_text_printf(text, " about %s", kmp_axis_names[force->axis]);
     } else if (force->motion >= 0) {
-        kmp_text_printf(text, "%s on %s", kmp_force_key(model, force->motion, row->word),
+        kmp_text_printf(text, "%s on %s", kmp_force_key(model, force, row->word),
                         model->motions[force->motion].name);
+    } else if (force->sliding) {
+        put_expr(text, "friction against the rate of ", model, force->sliding);
     } else if (force->kind == KMP_FORCE_BODY) {
         kmp_text_printf(text, "torque on %s", model->bodies[force->body].name);
     } else {
@@ -306,6 +309,8 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
     kmp_model_json_fields(&fields, model, force);
     if (force->effort)
         put_expr(text, " = ", model, force->effort);
+    if (force->holding_effort)
+        put_expr(text, ", static ", model, force->holding_effort);
     for (int k = 0; k < 3 && force->vector[k]; k++)
         put_expr(text, k > 0 ? ", " : " = [", model, force->vector[k]);
     kmp_text_put(text, force->vector[0] ? "]\n" : "\n");

@@ -8,7 +8,7 @@ static const kmp_key force_keys[] = {
 #include "model/keys/force_keys.def"
     {0}};
 
-static const char *const places[] = {"joint", "spring", "line", "cylinder", "torsion", "bushing", "at", "on"};
+static const char *const places[] = {"joint", "spring", "line", "cylinder", "torsion", "bushing", "at", "on", "sliding"};
 
 /* An element being read. */
 typedef struct element {
@@ -56,6 +56,8 @@ static void complain_words(const element *e, const char *place, int found)
 static int find_kind(const element *e, const char *place)
 {
     int kind = -1, found = 0;
+    if (strcmp(place, "sliding") == 0)
+        return kmp_read_required(e->r, e->map, e->what, "friction") ? KMP_FORCE_FRICTION : -1;
     for (int k = 0; k < KMP_FORCE_KINDS; k++)
         if (strcmp(kmp_force_rows[k].place, place) == 0 && has_word(e, kmp_force_rows[k].word)) {
             kind = k;
@@ -73,7 +75,8 @@ static int find_kind(const element *e, const char *place)
 
 static kmp_dimension dimension_of(const element *e, const kmp_force_field *field)
 {
-    bool rotation = e->force->motion >= 0 && e->r->model->motions[e->force->motion].rotation;
+    int motion = e->force->motion;
+    bool rotation = motion >= 0 ? e->r->model->motions[motion].rotation : e->force->turns;
     kmp_dimension d = kmp_dimension_power(rotation ? KMP_DIM_TORQUE : KMP_DIM_FORCE, field->effort);
     d = kmp_dimension_times(d, rotation ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, field->coordinate);
     d.angle = rotation && field->coordinate == 1 && field->effort == 0;
@@ -100,7 +103,7 @@ static void read_fields(const element *e, const kmp_yaml *map, const char *what)
         const kmp_force_field *field = &kmp_force_fields[k];
         if (field->kind != e->force->kind)
             continue;
-        const char *key = e->force->motion < 0 ? field->key : kmp_force_key(e->r->model, e->force->motion, field->key);
+        const char *key = kmp_force_key(e->r->model, e->force, field->key);
         const kmp_yaml *node = kmp_yaml_get(map, key);
         if (!node && field->required)
             kmp_read_required(e->r, map, what, key);
@@ -123,7 +126,7 @@ static const kmp_key *keys_of(const element *e)
     int count = 0;
     for (int k = 0; keys && k < kmp_force_field_count; k++)
         if (kmp_force_fields[k].kind == e->force->kind)
-            keys[count++].name = kmp_force_key(e->r->model, e->force->motion, kmp_force_fields[k].key);
+            keys[count++].name = kmp_force_key(e->r->model, e->force, kmp_force_fields[k].key);
     return keys;
 }
 
@@ -156,6 +159,7 @@ static void add_friction_row(const element *e, const kmp_yaml *map)
                             "friction that sticks cannot have the name '%s' of a loop or drive: lambda(%s) would be "
                             "ambiguous",
                             force->name, force->name);
+    bool turns = force->motion >= 0 ? model->motions[force->motion].rotation : force->turns;
     force->closure = model->closure_count++;
     model->closures[force->closure] = (kmp_closure){.name = force->name,
                                                     .kind = "friction",
@@ -163,7 +167,7 @@ static void add_friction_row(const element *e, const kmp_yaml *map)
                                                     .point = {-1, -1},
                                                     .motion = -1,
                                                     .force = (int)(force - model->forces),
-                                                    .power = model->motions[force->motion].rotation ? 0 : 1};
+                                                    .power = turns ? 0 : 1};
 }
 
 /* -- elements ------------------------------------------------------------------------------------ */
@@ -212,17 +216,12 @@ static void read_effort(const element *e)
     e->force->effort = read_law(e, effort, wanted);
 }
 
-static void read_in_joint(element *e)
+/* The own mapping of a kind. */
+static void read_own(const element *e)
 {
-    e->force->motion = kmp_read_motion(e->r, kmp_yaml_get(e->map, "joint"), e->what);
-    if (e->force->kind == KMP_FORCE_JOINT) {
-        set_joint_locals(e);
-        read_effort(e);
-        return;
-    }
     const kmp_yaml *map = kmp_yaml_get(e->map, kmp_force_rows[e->force->kind].word);
     const char *what = kmp_reader_say(e->r, "%s of %s", kmp_force_rows[e->force->kind].word, e->what);
-    const kmp_key *keys = e->force->motion < 0 ? NULL : keys_of(e);
+    const kmp_key *keys = keys_of(e);
     if (!keys || !kmp_read_map(e->r, map, what, keys))
         return;
     read_fields(e, map, what);
@@ -230,6 +229,31 @@ static void read_in_joint(element *e)
         check_stops(e, map);
     if (e->force->kind == KMP_FORCE_FRICTION)
         add_friction_row(e, map);
+}
+
+/* Friction against the rate of an expression: an angle where its level is a torque. */
+static void read_sliding(const element *e)
+{
+    const kmp_yaml *node = kmp_yaml_get(e->map, "sliding"), *map = kmp_yaml_get(e->map, "friction");
+    e->force->turns = map->kind == KMP_YAML_MAP && kmp_yaml_get(map, "torque");
+    e->force->sliding =
+        kmp_read_expr(e->r, node, e->what, e->force->turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, KMP_OF_STATE);
+    if (kmp_expr_find(e->force->sliding, kmp_expr_is_rate, NULL))
+        kmp_reader_complain(e->r, node->place, "%s: sliding may depend on t, q(..) and positions, not on rates",
+                            e->what);
+    else if (e->force->sliding)
+        read_own(e);
+}
+
+static void read_in_joint(element *e)
+{
+    e->force->motion = kmp_read_motion(e->r, kmp_yaml_get(e->map, "joint"), e->what);
+    if (e->force->kind == KMP_FORCE_JOINT) {
+        set_joint_locals(e);
+        read_effort(e);
+    } else if (e->force->motion >= 0) {
+        read_own(e);
+    }
 }
 
 static void read_components(const element *e, const char *key)
@@ -362,6 +386,8 @@ static void read_force(element *e)
     e->force->kind = (kmp_force_kind)kind;
     if (strcmp(place, "joint") == 0) {
         read_in_joint(e);
+    } else if (strcmp(place, "sliding") == 0) {
+        read_sliding(e);
     } else if (strcmp(place, "at") == 0) {
         read_at_point(e);
     } else if (strcmp(place, "on") == 0) {

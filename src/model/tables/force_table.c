@@ -42,11 +42,12 @@ const kmp_number *kmp_force_get(const kmp_force *force, int field)
     return (const kmp_number *)(const void *)((const char *)force + kmp_force_fields[field].offset);
 }
 
-const char *kmp_force_key(const kempe_model *model, int motion, const char *key)
+const char *kmp_force_key(const kempe_model *model, const kmp_force *force, const char *key)
 {
     if (!key || strcmp(key, "effort") != 0)
         return key;
-    return model->motions[motion].rotation ? "torque" : "force";
+    bool turns = force->motion >= 0 ? model->motions[force->motion].rotation : force->turns;
+    return turns ? "torque" : "force";
 }
 
 bool kmp_force_is_between(kmp_force_kind kind)

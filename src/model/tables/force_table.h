@@ -34,7 +34,7 @@ kmp_number *kmp_force_number(kmp_force *force, int field);
 const kmp_number *kmp_force_get(const kmp_force *force, int field);
 
 /** `key` as the file has it: "effort" is `torque` for a rotation, `force` for a translation. */
-const char *kmp_force_key(const kempe_model *model, int motion, const char *key);
+const char *kmp_force_key(const kempe_model *model, const kmp_force *force, const char *key);
 
 /** True if the kind acts between two points; and if it pulls along their line. */
 bool kmp_force_is_between(kmp_force_kind kind);

@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Elements of friction that sticks: their inputs and values in a run. */
+#include "integrators/friction/friction_inside.h"
+#include "linalg/dense/box_minimum.h"
+#include <math.h>
+#include <string.h>
+
+/* -- making -------------------------------------------------------------------------------------------- */
+
+static const char *name_of(const kempe_system *s, int slot)
+{
+    return ((const kmp_force *)s->events.condition[slot].of)->name;
+}
+
+kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
+{
+    const kmp_events *events = &run->s->events;
+    kmp_arena *a = &run->arena;
+    kmp_friction_run *x = KMP_ARENA_NEW(a, kmp_friction_run, 1);
+    int count = 0;
+    for (int k = 0; k < events->count; k++)
+        count += events->condition[k].role == KMP_ROLE_SENSE;
+    *none = count == 0;
+    if (!x || *none)
+        return NULL;
+    x->t = -INFINITY;
+    x->element = KMP_ARENA_NEW(a, kmp_friction_element, count);
+    x->which = KMP_ARENA_NEW(a, int, count);
+    x->side = KMP_ARENA_NEW(a, int, count);
+    x->change = KMP_ARENA_NEW(a, double, events->count);
+    x->d = KMP_ARENA_NEW(a, double, count *count);
+    x->room = KMP_ARENA_NEW(a, double, kmp_box_room(count));
+    KMP_ARENA_EACH(a, double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried);
+    if (a->failed)
+        return NULL;
+    for (int k = 0; k < events->count; k++)
+        if (events->condition[k].role == KMP_ROLE_SENSE)
+            x->element[x->count++] = (kmp_friction_element){.slot = k, .name = name_of(run->s, k)};
+    return x;
+}
+
+/* -- inputs and values of an element ------------------------------------------------------------------- */
+
+double kmp_friction_at(const kmp_friction_run *x, const kmp_friction_element *e, kmp_role role)
+{
+    return x->change[e->slot + (int)role - KMP_ROLE_SENSE];
+}
+
+void kmp_friction_put(kmp_runner *run, const kmp_friction_element *e, kmp_role role, double input)
+{
+    kmp_eval_set_kink(run->eval, e->slot + (int)role - KMP_ROLE_SENSE, input);
+}
+
+double kmp_friction_scale(const kmp_runner *run, const kmp_friction_element *e)
+{
+    const kmp_force *force = run->s->events.condition[e->slot].of;
+    for (int r = 0; r < run->s->m; r++)
+        if (run->s->rows[r].closure == force->closure)
+            return run->s->row_scale[r];
+    return 1;
+}
+
+void kmp_friction_set_slip(kmp_runner *run, kmp_friction_element *e, double sense, double none)
+{
+    e->stance = KMP_FRICTION_SLIPS;
+    e->sense = sense;
+    kmp_friction_put(run, e, KMP_ROLE_SENSE, sense);
+    kmp_friction_put(run, e, KMP_ROLE_HELD, 0);
+    kmp_friction_put(run, e, KMP_ROLE_GIVEN, 0);
+    kmp_friction_put(run, e, KMP_ROLE_PLACE, none);
+}
+
+void kmp_friction_set_given(kmp_runner *run, kmp_friction_element *e, double force, double none)
+{
+    kmp_friction_set_slip(run, e, 0, none);
+    kmp_friction_put(run, e, KMP_ROLE_GIVEN, force);
+}
+
+void kmp_friction_set_held(kmp_runner *run, kmp_friction_element *e, double place)
+{
+    kmp_friction_set_slip(run, e, 0, place);
+    e->stance = KMP_FRICTION_HELD;
+    kmp_friction_put(run, e, KMP_ROLE_HELD, 1);
+}
+
+/* -- evaluation ---------------------------------------------------------------------------------------- */
+
+kempe_status kmp_friction_choose(kmp_runner *run, double t, const double *q)
+{
+    kmp_partition_free(&run->part);
+    return kmp_runner_choose(run, t, q, -1, NULL, 0);
+}
+
+kempe_status kmp_friction_measure(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    kmp_friction_run *x = run->friction;
+    kmp_eval_closure(run->eval, t, q);
+    KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
+    kmp_eval_all_changes(run->eval, t, q, qd, run->qdd, run->lambda, x->change);
+    return KEMPE_OK;
+}
+
+void kmp_friction_note(kmp_runner *run)
+{
+    kmp_friction_run *x = run->friction;
+    memcpy(x->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
+    for (int i = 0; i < x->count; i++) {
+        kmp_friction_element *e = &x->element[i];
+        e->fired = e->stance == KMP_FRICTION_HELD && kmp_friction_at(x, e, KMP_ROLE_HELD) < 0;
+        e->before = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
+    }
+}
+
+void kmp_friction_release(kmp_runner *run)
+{
+    for (int i = 0; i < run->friction->count; i++)
+        kmp_friction_put(run, &run->friction->element[i], KMP_ROLE_HELD, 0);
+}
+
+void kmp_friction_show(kmp_runner *run, double t, double *row)
+{
+    const kempe_system *s = run->s;
+    kmp_friction_run *x = run->friction;
+    double *lambda = row + 3 * s->n;
+    kmp_eval_all_changes(run->eval, t, row, row + s->n, row + 2 * s->n, lambda, x->change);
+    for (int r = 0; r < s->m; r++) {
+        const kmp_closure *closure = &s->model->closures[s->rows[r].closure];
+        for (int i = 0; i < x->count && kmp_closure_is_friction(closure); i++)
+            if (s->events.condition[x->element[i].slot].of == &s->model->forces[closure->force])
+                lambda[r] = kmp_friction_at(x, &x->element[i], KMP_ROLE_GIVEN);
+    }
+}
+
+kempe_status kmp_friction_adds_row(kmp_runner *run, kmp_friction_element *e, double t, const double *q, bool *adds)
+{
+    int rank = run->part.r;
+    kmp_partition with;
+    kmp_friction_set_held(run, e, kmp_friction_at(run->friction, e, KMP_ROLE_PLACE));
+    kmp_eval_closure(run->eval, t, q);
+    KMP_TRY(kmp_partition_init(&with, run->s, run->eval->jacobian, NULL, 0));
+    *adds = with.r > rank;
+    kmp_partition_free(&with);
+    return *adds ? kmp_friction_choose(run, t, q) : KEMPE_OK;
+}

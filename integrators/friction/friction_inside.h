@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Internals of friction that sticks in a run, for its files: elements and their inputs (friction_elements.c), the
+ * decision on modes at a state (friction_problem.c), what follows from it (friction_run.c). */
+#pragma once
+
+#include "integrators/friction/friction_run.h"
+#include "integrators/run/runner.h"
+
+/* What an element does. */
+typedef enum kmp_friction_stance {
+    KMP_FRICTION_SLIPS,
+    KMP_FRICTION_HELD,    /* by its row */
+    KMP_FRICTION_CARRIED, /* at rest by the rows of others, with a given force */
+    KMP_FRICTION_IDLE     /* at rest by other closures: its force is not determined, and taken as zero */
+} kmp_friction_stance;
+
+typedef struct kmp_friction_element {
+    int slot; /* its condition KMP_ROLE_SENSE */
+    const char *name;
+    kmp_friction_stance stance, was; /* now, and before the decision */
+    double sense, before_sense;      /* of slip */
+    bool fired, known;               /* its reserve was used up at the event; it has been decided before */
+    bool implied;                    /* its row follows from closures */
+    bool broken;                     /* it slips in this decision */
+    double before;                   /* its friction at the event */
+} kmp_friction_element;
+
+struct kmp_friction_run {
+    int count;
+    kmp_friction_element *element;
+    double *change;                        /* values of all conditions */
+    int rest, *which;                      /* elements that decide, by number */
+    double *d, *a;                         /* rest x rest, rest: accelerations a + D f of their places */
+    double *lower, *upper, *f, *y, *tried; /* rest: bounds, forces, accelerations; forces of the last pass */
+    double *room;
+    int *side;
+    double t; /* of the last decision */
+    int repeats;
+    bool open; /* levels do not settle: modes are tried */
+};
+
+/** The value of a role at the last measurement. */
+double kmp_friction_at(const kmp_friction_run *x, const kmp_friction_element *e, kmp_role role);
+
+/** Sets the input of a role. */
+void kmp_friction_put(kmp_runner *run, const kmp_friction_element *e, kmp_role role, double input);
+
+/** Size of an element's place: the scale of its row. */
+double kmp_friction_scale(const kmp_runner *run, const kmp_friction_element *e);
+
+/** Slip (`none`: a rate against its sense that counts as none); rest with a given force (`none`: a larger rate is an
+ * event); rest at a place by its row. */
+void kmp_friction_set_slip(kmp_runner *run, kmp_friction_element *e, double sense, double none);
+void kmp_friction_set_given(kmp_runner *run, kmp_friction_element *e, double force, double none);
+void kmp_friction_set_held(kmp_runner *run, kmp_friction_element *e, double place);
+
+/** Chooses rows and coordinates with the present inputs, without a wish. */
+kempe_status kmp_friction_choose(kmp_runner *run, double t, const double *q);
+
+/** Accelerations and multipliers with the present inputs, and all values. */
+kempe_status kmp_friction_measure(kmp_runner *run, double t, const double *q, const double *qd);
+
+/** True if the row of an element, which is then held, is independent of the rows that are kept now. */
+kempe_status kmp_friction_adds_row(kmp_runner *run, kmp_friction_element *e, double t, const double *q, bool *adds);
+
+/** Decides which elements at rest slip (`broken`, `sense`); x->f has the forces of the others. `rate`: of the motion,
+ * 1/s. */
+kempe_status kmp_friction_decide(kmp_runner *run, double t, const double *q, const double *qd, double rate);

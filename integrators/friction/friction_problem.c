@@ -1,0 +1,330 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The decision on modes at a state: the box-constrained problem of the elements at rest, with levels that may depend on
+ * its solution; where these do not settle, all combinations of modes. */
+#include "constraints/tolerances.h"
+#include "integrators/friction/friction_inside.h"
+#include "linalg/dense/box_minimum.h"
+#include <math.h>
+#include <string.h>
+
+enum {
+    MOST_PASSES = 60, /* of the iteration for levels that depend on multipliers */
+    MOST_TRIED = 6    /* elements whose modes are tried one after the other where it does not end */
+};
+
+/* -- the problem at a state ------------------------------------------------------------------------------ */
+
+/* Lists the elements at rest; the others slip on. */
+static void list_resting(kmp_runner *run, double rate)
+{
+    kmp_friction_run *x = run->friction;
+    x->rest = 0;
+    for (int i = 0; i < x->count; i++) {
+        kmp_friction_element *e = &x->element[i];
+        double size = kmp_friction_scale(run, e) * rate, v = kmp_friction_at(x, e, KMP_ROLE_RATE);
+        e->broken = e->implied = false;
+        if (fabs(v) <= KMP_FRICTION_STILL * size) {
+            kmp_friction_set_given(run, e, 0, 0);
+            x->which[x->rest++] = i;
+        } else {
+            kmp_friction_set_slip(run, e, v > 0 ? 1 : -1, KMP_FRICTION_NONE * size);
+        }
+    }
+}
+
+static kempe_status find_implied(kmp_runner *run, double t, const double *q)
+{
+    kmp_friction_run *x = run->friction;
+    bool adds;
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        KMP_TRY(kmp_friction_adds_row(run, e, t, q, &adds));
+        e->implied = !adds;
+        kmp_friction_set_given(run, e, 0, 0);
+        KMP_TRY(kmp_friction_choose(run, t, q));
+    }
+    return KEMPE_OK;
+}
+
+/* A force of a size that occurs, by which D is found. */
+static double unit_of(double level)
+{
+    return level > 0 ? level : 1;
+}
+
+/* a0 and D, column by column; rounding of what closures imply is removed. */
+static kempe_status find_matrix(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+{
+    kmp_friction_run *x = run->friction;
+    int n = x->rest;
+    KMP_TRY(kmp_friction_measure(run, t, q, qd));
+    for (int i = 0; i < n; i++) {
+        const kmp_friction_element *e = &x->element[x->which[i]];
+        bool none = e->implied && fabs(kmp_friction_at(x, e, KMP_ROLE_ACCELERATION)) <=
+                                      KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate * rate;
+        x->a[i] = none ? 0 : kmp_friction_at(x, e, KMP_ROLE_ACCELERATION);
+        x->upper[i] = kmp_friction_at(x, e, KMP_ROLE_LEVEL);
+    }
+    for (int j = 0; j < n; j++) {
+        kmp_friction_element *by = &x->element[x->which[j]];
+        double unit = unit_of(x->upper[j]);
+        kmp_friction_set_given(run, by, unit, 0);
+        KMP_TRY(kmp_friction_measure(run, t, q, qd));
+        for (int i = 0; i < n; i++) {
+            const kmp_friction_element *e = &x->element[x->which[i]];
+            bool none = e->implied || by->implied;
+            x->d[i + j * n] = none ? 0 : (kmp_friction_at(x, e, KMP_ROLE_ACCELERATION) - x->a[i]) / unit;
+        }
+        kmp_friction_set_given(run, by, 0, 0);
+    }
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < i; j++)
+            x->d[i + j * n] = x->d[j + i * n] = (x->d[i + j * n] + x->d[j + i * n]) / 2;
+    return KEMPE_OK;
+}
+
+/* The guess: the friction before. Elements that were at rest with a given force take all they can of the load of one
+ * whose reserve is used up. */
+static void guess(kmp_friction_run *x)
+{
+    int n = x->rest;
+    for (int i = 0; i < n; i++)
+        x->f[i] = x->element[x->which[i]].fired ? 0 : x->element[x->which[i]].before;
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < n && x->element[x->which[j]].fired; i++) {
+            const kmp_friction_element *e = &x->element[x->which[i]];
+            double along = x->d[i + j * n] * x->element[x->which[j]].before;
+            if (e->was == KMP_FRICTION_CARRIED && along != 0)
+                x->f[i] = along > 0 ? INFINITY : -INFINITY;
+        }
+}
+
+/* The bounds at the levels of the last measurement. */
+static void set_bounds(kmp_friction_run *x)
+{
+    for (int i = 0; i < x->rest; i++) {
+        const kmp_friction_element *e = &x->element[x->which[i]];
+        double slip = fmax(kmp_friction_at(x, e, KMP_ROLE_LEVEL), 0),
+               most = fmax(kmp_friction_at(x, e, KMP_ROLE_STATIC), slip);
+        x->lower[i] = e->broken ? -e->sense * slip : -most;
+        x->upper[i] = e->broken ? -e->sense * slip : most;
+    }
+}
+
+static kempe_status solve(kmp_runner *run, double t)
+{
+    kmp_friction_run *x = run->friction;
+    const kmp_box box = {x->rest, x->d, x->a, x->lower, x->upper};
+    if (kmp_box_minimum(&box, x->f, x->y, x->side, x->room) == KMP_BOX_FOUND)
+        return KEMPE_OK;
+    return kmp_fail(run->s->context, KEMPE_E_FAILED, "the modes of friction at t = %.9g are not determined", t);
+}
+
+/* Largest change of a force from pass to pass, over the largest force. */
+static double changed_by(const kmp_friction_run *x)
+{
+    double most = 0, size = 0;
+    for (int i = 0; i < x->rest; i++) {
+        most = fmax(most, fabs(x->f[i] - x->tried[i]));
+        size = fmax(size, fmax(fabs(x->f[i]), fabs(x->tried[i])));
+    }
+    return size > 0 ? most / size : 0;
+}
+
+/* Solves with levels that fit the multipliers of the solution. */
+static kempe_status solve_levels(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    kmp_friction_run *x = run->friction;
+    set_bounds(x);
+    KMP_TRY(solve(run, t));
+    for (int pass = 0; pass < MOST_PASSES && run->loaded_friction; pass++) {
+        memcpy(x->tried, x->f, (size_t)x->rest * sizeof *x->f);
+        for (int i = 0; i < x->rest; i++)
+            kmp_friction_put(run, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
+        KMP_TRY(kmp_friction_measure(run, t, q, qd));
+        set_bounds(x);
+        KMP_TRY(solve(run, t));
+        if (changed_by(x) <= KMP_FRICTION_SETTLED)
+            return KEMPE_OK;
+    }
+    x->open = run->loaded_friction;
+    return KEMPE_OK;
+}
+
+/* -- the decision ---------------------------------------------------------------------------------------- */
+
+/* Rounding of the acceleration of element i. */
+static double rounding_of(const kmp_friction_run *x, int i)
+{
+    double size = fabs(x->a[i]);
+    for (int j = 0; j < x->rest; j++)
+        size = fmax(size, fabs(x->d[i + j * x->rest] * x->f[j]));
+    return KMP_FRICTION_ROUNDING * size;
+}
+
+static bool is_at_bound(const kmp_friction_run *x, int i)
+{
+    return fabs(x->f[i]) >= (1 - KMP_FRICTION_TIE) * x->upper[i] && x->lower[i] < x->upper[i];
+}
+
+/* True if an element at its bound has no acceleration yet, but begins to slip: its reserve is used up, or that of
+ * another element whose load it shares. */
+static bool is_exhausted(const kmp_friction_run *x, int i)
+{
+    bool with = false;
+    for (int j = 0; j < x->rest; j++)
+        with = with || (x->element[x->which[j]].fired && is_at_bound(x, j) && (i == j || x->d[i + j * x->rest] != 0));
+    return with && is_at_bound(x, i);
+}
+
+/* Lets the elements slip that the solution accelerates, or whose reserve is used up. True: there are new ones. */
+static bool break_away(kmp_runner *run)
+{
+    kmp_friction_run *x = run->friction;
+    bool any = false;
+    for (int i = 0; i < x->rest; i++) {
+        kmp_friction_element *e = &x->element[x->which[i]];
+        bool moves = x->side[i] != 0 && fabs(x->y[i]) > rounding_of(x, i);
+        if (e->broken || !(moves || is_exhausted(x, i)))
+            continue;
+        e->broken = any = true;
+        e->sense = moves ? (x->y[i] > 0 ? 1 : -1) : (x->f[i] > 0 ? -1 : 1);
+    }
+    return any;
+}
+
+/* -- modes one after the other ----------------------------------------------------------------------------- */
+
+/* Direction of element k of those at rest in combination `code`; the mode before comes first. */
+static int direction(const kmp_friction_element *e, int code, int k)
+{
+    int before = e->was == KMP_FRICTION_SLIPS ? (e->before_sense > 0) - (e->before_sense < 0) : 0;
+    for (; k > 0; k--)
+        code /= 3;
+    return (before + 1 + code % 3) % 3 - 1;
+}
+
+/* Sets the modes of a combination, and computes accelerations with them. */
+static kempe_status try_modes(kmp_runner *run, int code, double t, const double *q, const double *qd)
+{
+    kmp_friction_run *x = run->friction;
+    bool adds;
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        kmp_friction_set_slip(run, e, direction(e, code, k), 0);
+    }
+    KMP_TRY(kmp_friction_choose(run, t, q));
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        if (e->implied || direction(e, code, k) != 0)
+            continue;
+        KMP_TRY(kmp_friction_adds_row(run, e, t, q, &adds));
+        if (!adds)
+            kmp_friction_set_given(run, e, 0, 0);
+    }
+    return kmp_friction_measure(run, t, q, qd);
+}
+
+/* True if accelerations and forces of the last measurement agree with the modes; keeps the forces. */
+static bool is_consistent(kmp_runner *run, int code, double rate)
+{
+    kmp_friction_run *x = run->friction;
+    for (int k = 0; k < x->rest; k++) {
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        double least = -KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate * rate;
+        int way = direction(e, code, k);
+        x->f[k] = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
+        x->upper[k] = kmp_friction_at(x, e, way ? KMP_ROLE_LEVEL : KMP_ROLE_STATIC);
+        double most = (e->fired ? 1 - KMP_FRICTION_TIE : 1 + KMP_FRICTION_TIE) * x->upper[k];
+        if (way ? way * kmp_friction_at(x, e, KMP_ROLE_ACCELERATION) < least : fabs(x->f[k]) > most)
+            return false;
+    }
+    return true;
+}
+
+static kempe_status complain(const kmp_runner *run, double t)
+{
+    const kmp_friction_run *x = run->friction;
+    kmp_text text = {0};
+    for (int k = 0; k < x->rest; k++)
+        kmp_text_printf(&text, "%s'%s'", k ? ", " : "", x->element[x->which[k]].name);
+    kmp_text_printf(
+        &text,
+        " can neither slip nor stick at t = %.9g: the level depends too much on the friction itself; reduce "
+        "it, or regularise it with a 'speed'",
+        t);
+    return kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
+}
+
+/* Takes the modes of the combination: those that slip break away. */
+static void take_modes(kmp_friction_run *x, int code)
+{
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        e->broken = direction(e, code, k) != 0;
+        e->sense = direction(e, code, k);
+    }
+}
+
+/* Tries all combinations of modes, and takes the first one that is consistent. */
+static kempe_status enumerate(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+{
+    kmp_friction_run *x = run->friction;
+    int total = 1, first = -1, found = 0;
+    for (int k = 0; k < x->rest && k < MOST_TRIED; k++)
+        total *= 3;
+    for (int code = 0; code < total && x->rest <= MOST_TRIED; code++) {
+        kempe_status status = try_modes(run, code, t, q, qd);
+        if (status == KEMPE_E_FAILED)
+            kmp_context_clear(run->s->context); /* no solution with these modes */
+        else
+            KMP_TRY(status);
+        bool good = status == KEMPE_OK && is_consistent(run, code, rate);
+        first = good && first < 0 ? code : first;
+        found += good;
+    }
+    if (first < 0)
+        return complain(run, t);
+    if (found > 1)
+        kmp_run_log_add(run->log, "solutions", t, found, NAN,
+                        "%d combinations of modes of friction are possible; the run goes on with that nearest to the "
+                        "modes before",
+                        found);
+    KMP_TRY(try_modes(run, first, t, q, qd));
+    (void)is_consistent(run, first, rate);
+    take_modes(x, first);
+    return KEMPE_OK;
+}
+
+/* True if an element that breaks away is accelerated against its slip by the levels of slip. */
+static bool turns_back(const kmp_friction_run *x)
+{
+    for (int k = 0; k < x->rest; k++) {
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        if (e->broken && e->sense * x->y[k] < -rounding_of(x, k))
+            return true;
+    }
+    return false;
+}
+
+/* Solves, with the level of slip for those that break away. */
+static kempe_status solve_modes(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+{
+    run->friction->open = false;
+    KMP_TRY(solve_levels(run, t, q, qd));
+    while (!run->friction->open && break_away(run))
+        KMP_TRY(solve_levels(run, t, q, qd));
+    return run->friction->open || turns_back(run->friction) ? enumerate(run, t, q, qd, rate) : KEMPE_OK;
+}
+
+kempe_status kmp_friction_decide(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+{
+    list_resting(run, rate);
+    KMP_TRY(kmp_friction_choose(run, t, q));
+    KMP_TRY(find_implied(run, t, q));
+    if (run->friction->rest == 0)
+        return KEMPE_OK;
+    KMP_TRY(find_matrix(run, t, q, qd, rate));
+    guess(run->friction);
+    return solve_modes(run, t, q, qd, rate);
+}
