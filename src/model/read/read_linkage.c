@@ -157,8 +157,8 @@ static bool read_ends(kmp_reader *r, const kmp_linkage *g, kmp_edge *edge, const
         return false;
     if (edge->body[0] != edge->body[1])
         return true;
-    kmp_reader_complain(r, points->place, "%s: both points are on body '%s'", what, g->body_names[edge->body[0]]);
-    return false;
+    return kmp_reader_complain(r, points->place, "%s: both points are on body '%s'", what,
+                               g->body_names[edge->body[0]]);
 }
 
 /* Checks that no loop, drive or other joint has the name of a joint, which may be cut. */

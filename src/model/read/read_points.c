@@ -34,11 +34,9 @@ static bool read_lists(points *p)
     if (!x || !y || !kmp_read_list(p->r, x, kmp_reader_say(p->r, "%s of %s", p->key[0], p->what), -1) ||
         !kmp_read_list(p->r, y, kmp_reader_say(p->r, "%s of %s", p->key[1], p->what), -1))
         return false;
-    if (x->count != y->count) {
-        kmp_reader_complain(p->r, y->place, "%s: %s has %d numbers, %s has %d", p->what, p->key[0], x->count, p->key[1],
-                            y->count);
-        return false;
-    }
+    if (x->count != y->count)
+        return kmp_reader_complain(p->r, y->place, "%s: %s has %d numbers, %s has %d", p->what, p->key[0], x->count,
+                                   p->key[1], y->count);
     if (!make_room(p, x->count))
         return false;
     p->count = x->count;
