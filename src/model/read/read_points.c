@@ -9,9 +9,7 @@ typedef kmp_points points;
 
 static bool make_room(points *p, int count)
 {
-    p->x = KMP_ARENA_NEW(&p->r->scratch, double, count);
-    p->y = KMP_ARENA_NEW(&p->r->scratch, double, count);
-    p->place = KMP_ARENA_NEW(&p->r->scratch, kmp_place, count);
+    KMP_ARENA_MAKE(&p->r->scratch, KMP_ROOM(double, count, &p->x, &p->y), KMP_ROOM(kmp_place, count, &p->place));
     return p->x && p->y && p->place;
 }
 
