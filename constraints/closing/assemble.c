@@ -369,11 +369,8 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
     const kmp_rounding *rounding = kmp_rounding_of(s);
     w->rank = guess->rank > 0 ? guess->rank : rounding ? rounding->rank : -1;
     w->near = w->rank < 0 ? KMP_CLOSED_NEAR : fmax(KMP_CLOSED_NEAR, 2 * s->closure_tolerance / s->length);
-    w->trial = KMP_ARENA_NEW(&w->arena, double, s->n + s->m);
-    KMP_ARENA_EACH(&w->arena, double, s->n, &w->from, &w->best);
-    w->rate = KMP_ARENA_NEW(&w->arena, double, s->m);
-    w->fixed = KMP_ARENA_NEW(&w->arena, bool, s->n);
-    w->held = KMP_ARENA_NEW(&w->arena, int, s->n);
+    KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, s->n + s->m, &w->trial), KMP_ROOM(double, s->n, &w->from, &w->best),
+                   KMP_ROOM(double, s->m, &w->rate), KMP_ROOM(bool, s->n, &w->fixed), KMP_ROOM(int, s->n, &w->held));
     if (!w->eval || w->arena.failed || !kmp_least_change_init(&w->least, w->eval))
         return false;
     w->least.hold = guess->hold;

@@ -97,11 +97,9 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
     if (!a)
         return NULL;
     a->system = s;
-    a->gaps = KMP_ARENA_NEW(&a->arena, double, closures);
-    a->open = KMP_ARENA_NEW(&a->arena, double, s->m);
-    a->pivots = KMP_ARENA_NEW(&a->arena, double, s->m + s->n);
-    a->culprits = KMP_ARENA_NEW(&a->arena, int, closures);
-    a->dropped = KMP_ARENA_NEW(&a->arena, bool, s->m);
+    KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, closures, &a->gaps), KMP_ROOM(double, s->m, &a->open),
+                   KMP_ROOM(double, s->m + s->n, &a->pivots), KMP_ROOM(int, closures, &a->culprits),
+                   KMP_ROOM(bool, s->m, &a->dropped));
     kmp_goals_init(&a->goals, s->model, &a->arena);
     if (KMP_ARENA_EACH(&a->arena, double, s->n, &a->q, &a->qd, &a->moved))
         return a;

@@ -227,9 +227,8 @@ static kempe_status find(kempe_branches *b, int seed)
 {
     int n = b->system->n;
     search s = {.b = b, .walk = kmp_walk_new(b->system)};
-    b->kept = KMP_ARENA_NEW(&b->arena, bool, n);
-    s.matrix = KMP_ARENA_NEW(&b->arena, double, n *n);
-    s.order = KMP_ARENA_NEW(&b->arena, int, n);
+    KMP_ARENA_MAKE(&b->arena, KMP_ROOM(bool, n, &b->kept), KMP_ROOM(double, n *n, &s.matrix),
+                   KMP_ROOM(int, n, &s.order));
     kempe_status status = KEMPE_E_MEMORY;
     bool made = s.walk && !b->arena.failed && choose_kept(&s);
     if (made) {
@@ -261,9 +260,8 @@ static bool watch_init(kmp_mode_watch *w, const kempe_system *system, const doub
     int n = system->n, count = 0;
     w->b.system = system;
     w->s = (search){.b = &w->b, .walk = kmp_walk_new_of_closures(system)};
-    w->b.kept = KMP_ARENA_NEW(&w->b.arena, bool, n);
-    w->s.matrix = KMP_ARENA_NEW(&w->b.arena, double, n *n);
-    w->s.order = KMP_ARENA_NEW(&w->b.arena, int, n);
+    KMP_ARENA_MAKE(&w->b.arena, KMP_ROOM(bool, n, &w->b.kept), KMP_ROOM(double, n *n, &w->s.matrix),
+                   KMP_ROOM(int, n, &w->s.order));
     if (!w->s.walk || w->b.arena.failed)
         return false;
     for (int k = 0; k < n; k++)

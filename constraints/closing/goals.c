@@ -340,10 +340,8 @@ static bool descend(search *w)
 static void make_place(search *w, place *p)
 {
     size_t n = (size_t)w->n, count = (size_t)w->count;
-    p->r = KMP_ARENA_NEW(&w->arena, double, count);
-    p->slope = KMP_ARENA_NEW(&w->arena, double, count *n);
-    p->tangent = KMP_ARENA_NEW(&w->arena, double, n *(n + 1));
-    KMP_ARENA_EACH(&w->arena, double, n, &p->q, &p->gradient, &p->projected);
+    KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, count, &p->r), KMP_ROOM(double, count *n, &p->slope),
+                   KMP_ROOM(double, n *(n + 1), &p->tangent), KMP_ROOM(double, n, &p->q, &p->gradient, &p->projected));
 }
 
 /* Makes the points of a start in the user's own charts, in which an assembly with goals stays. false: no memory. */
@@ -376,10 +374,8 @@ static bool search_extend(search *w)
 {
     size_t n = (size_t)w->n, m = (size_t)w->m;
     w->walk = kmp_walk_new(w->s);
-    w->multiplier = KMP_ARENA_NEW(&w->arena, double, m);
-    w->transposed = KMP_ARENA_NEW(&w->arena, double, n *m);
-    w->hessian = KMP_ARENA_NEW(&w->arena, double, n *n);
-    KMP_ARENA_EACH(&w->arena, double, n, &w->eigen, &w->y, &w->step, &w->rate);
+    KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, m, &w->multiplier), KMP_ROOM(double, n *m, &w->transposed),
+                   KMP_ROOM(double, n *n, &w->hessian), KMP_ROOM(double, n, &w->eigen, &w->y, &w->step, &w->rate));
     make_place(w, &w->there);
     if (w->walk)
         w->walk->hold = w->hold;

@@ -46,13 +46,9 @@ bool kmp_least_change_init(kmp_least_change *c, kmp_evaluator *eval)
     int n = eval->n, m = eval->m, places = n + m + 2 * jac->count;
     bool large = m > SPARSE_FROM && places < (long)(n + m) * (n + m) / SPARSE_BELOW;
     *c = (kmp_least_change){.eval = eval};
-    c->entry = KMP_ARENA_NEW(&c->arena, double, jac->count);
-    c->start = KMP_ARENA_NEW(&c->arena, int, n + 1);
-    c->column = KMP_ARENA_NEW(&c->arena, int, jac->count);
-    c->right = KMP_ARENA_NEW(&c->arena, double, n + m);
-    c->dx = KMP_ARENA_NEW(&c->arena, double, n);
-    c->matrix = KMP_ARENA_NEW(&c->arena, double, large ? places : m *m);
-    if (c->arena.failed)
+    if (!KMP_ARENA_MAKE(&c->arena, KMP_ROOM(double, jac->count, &c->entry), KMP_ROOM(int, n + 1, &c->start),
+                        KMP_ROOM(int, jac->count, &c->column), KMP_ROOM(double, n + m, &c->right),
+                        KMP_ROOM(double, n, &c->dx), KMP_ROOM(double, large ? places : m *m, &c->matrix)))
         return false;
     sort_columns(c, jac, n);
     return !large || make_sparse(c, jac, n, m);

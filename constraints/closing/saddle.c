@@ -164,10 +164,9 @@ static bool init(kmp_saddle *saddle, const kmp_partition *part, kmp_saddle_kind 
     saddle->n = n;
     saddle->r = r;
     saddle->kind = kind;
-    saddle->matrix = KMP_ARENA_NEW(&saddle->arena, double, kind == KMP_SADDLE_SPARSE ? entries : size * size);
-    saddle->x = KMP_ARENA_NEW(&saddle->arena, double, n + r);
-    saddle->pivot = KMP_ARENA_NEW(&saddle->arena, int, n + r);
-    saddle->position = KMP_ARENA_NEW(&saddle->arena, int, part->m);
+    KMP_ARENA_MAKE(&saddle->arena, KMP_ROOM(double, kind == KMP_SADDLE_SPARSE ? entries : size * size, &saddle->matrix),
+                   KMP_ROOM(double, n + r, &saddle->x), KMP_ROOM(int, n + r, &saddle->pivot),
+                   KMP_ROOM(int, part->m, &saddle->position));
     if (!KMP_ARENA_EACH(&saddle->arena, int, kind == KMP_SADDLE_BY_BODIES ? 0 : entries, &saddle->entry_row,
                         &saddle->entry_col, &saddle->entry_from))
         return false;
@@ -209,12 +208,9 @@ bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_evaluator *eval, int rank)
     int n = eval->n, m = eval->m;
     *saddle = (kmp_saddle){.eval = eval, .rank = rank};
     saddle->all = (kmp_partition){.n = n, .m = m, .r = m, .rows = KMP_ARENA_NEW(&saddle->arena, int, m)};
-    saddle->out = KMP_ARENA_NEW(&saddle->arena, bool, m);
-    saddle->row = KMP_ARENA_NEW(&saddle->arena, int, m);
-    saddle->col = KMP_ARENA_NEW(&saddle->arena, int, n);
-    saddle->scaled = KMP_ARENA_NEW(&saddle->arena, double, (size_t)m *(size_t)n);
-    saddle->largest = KMP_ARENA_NEW(&saddle->arena, double, n);
-    saddle->pivots = KMP_ARENA_NEW(&saddle->arena, double, m + n);
+    KMP_ARENA_MAKE(&saddle->arena, KMP_ROOM(bool, m, &saddle->out), KMP_ROOM(int, m, &saddle->row),
+                   KMP_ROOM(int, n, &saddle->col), KMP_ROOM(double, (size_t)m *(size_t)n, &saddle->scaled),
+                   KMP_ROOM(double, n, &saddle->largest), KMP_ROOM(double, m + n, &saddle->pivots));
     for (int i = 0; saddle->all.rows && i < m; i++)
         saddle->all.rows[i] = i;
     return saddle->all.rows && init(saddle, &saddle->all, by_size(eval->system, m));

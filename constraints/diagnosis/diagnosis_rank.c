@@ -346,11 +346,8 @@ static bool prepare(kmp_examination *x, int rank, quadratic *f)
     kmp_walk_evaluate(w, x->q);
     f->d = n - kmp_walk_tangents(w, rank);
     f->pairs = f->d * (f->d + 1) / 2;
-    f->tangent = KMP_ARENA_NEW(x->arena, double, n * f->d);
-    f->qd = KMP_ARENA_NEW(x->arena, double, n);
-    f->gamma0 = KMP_ARENA_NEW(x->arena, double, m);
-    f->gamma = KMP_ARENA_NEW(x->arena, double, m * f->pairs);
-    if (x->arena->failed)
+    if (!KMP_ARENA_MAKE(x->arena, KMP_ROOM(double, n * f->d, &f->tangent), KMP_ROOM(double, n, &f->qd),
+                        KMP_ROOM(double, m, &f->gamma0), KMP_ROOM(double, m * f->pairs, &f->gamma)))
         return false;
     memcpy(f->tangent, w->basis, (size_t)(n * f->d) * sizeof *f->tangent);
     f->l = m - kmp_walk_left(w, kmp_rounding_zero(x->system, KMP_RANK), rank);

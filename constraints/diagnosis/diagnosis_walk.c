@@ -23,11 +23,9 @@ static kmp_walk *new_walk(const kempe_system *system, kmp_evaluator *eval)
     *w = (kmp_walk){.system = system, .n = n, .m = m, .eval = eval};
     const kmp_rounding *rounding = kmp_rounding_of(system);
     w->rank = rounding ? rounding->rank : -1;
-    w->jacobian = KMP_ARENA_NEW(&w->arena, double, m *n);
-    w->h = KMP_ARENA_NEW(&w->arena, double, m);
-    w->pivots = KMP_ARENA_NEW(&w->arena, double, m + n);
-    KMP_ARENA_EACH(&w->arena, int, size, &w->order, &w->row_order);
-    w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
+    KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, m *n, &w->jacobian), KMP_ROOM(double, m, &w->h),
+                   KMP_ROOM(double, m + n, &w->pivots), KMP_ROOM(int, size, &w->order, &w->row_order),
+                   KMP_ROOM(bool, m, &w->dropped));
     if (KMP_ARENA_EACH(&w->arena, double, size *size, &w->copy, &w->basis) && w->eval &&
         kmp_least_change_init(&w->least, w->eval))
         return w;

@@ -165,10 +165,10 @@ static bool make_machines(kmp_evaluator *eval)
 static bool prepare(kmp_evaluator *eval)
 {
     bool made = make_machines(eval);
-    eval->dropped = KMP_ARENA_NEW(&eval->arena, bool, eval->m);
-    eval->mode = KMP_ARENA_NEW(&eval->arena, double, eval->system->events.count);
-    eval->chart = KMP_ARENA_NEW(&eval->arena, double, KMP_CHART_SIZE * eval->system->chart_count);
-    KMP_ARENA_EACH(&eval->arena, double, eval->n, &eval->q, &eval->with_force, &eval->effort);
+    KMP_ARENA_MAKE(&eval->arena, KMP_ROOM(bool, eval->m, &eval->dropped),
+                   KMP_ROOM(double, eval->system->events.count, &eval->mode),
+                   KMP_ROOM(double, KMP_CHART_SIZE * eval->system->chart_count, &eval->chart),
+                   KMP_ROOM(double, eval->n, &eval->q, &eval->with_force, &eval->effort));
     if (eval->system->load_row_count > 0) {
         eval->nu = KMP_ARENA_NEW(&eval->arena, double, eval->m);
         eval->load = kmp_load_work_new(eval->system, &eval->arena);

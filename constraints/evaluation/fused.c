@@ -75,9 +75,8 @@ static void find_turns(kmp_fused *f)
 static bool allocate(kmp_fused *f)
 {
     int n = f->red->n, efforts = f->red->eval->system->force ? n : 0;
-    f->state = KMP_ARENA_NEW(&f->arena, double, 2 * n);
-    KMP_ARENA_EACH(&f->arena, int, f->red->r, &f->turn, &f->signs);
-    KMP_ARENA_EACH(&f->arena, double, efforts, &f->q, &f->qd);
+    KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, 2 * n, &f->state), KMP_ROOM(int, f->red->r, &f->turn, &f->signs),
+                   KMP_ROOM(double, efforts, &f->q, &f->qd));
     f->effort = efforts ? KMP_ARENA_NEW(&f->arena, double, efforts) : NULL;
     return !f->arena.failed;
 }

@@ -38,10 +38,9 @@ kmp_load_work *kmp_load_work_new(const kempe_system *s, kmp_arena *arena)
         return NULL;
     w->count = s->load_row_count;
     w->worst = -1;
-    w->column = KMP_ARENA_NEW(arena, double, s->n);
-    w->matrix = KMP_ARENA_NEW(arena, double, count *count);
-    w->pivot = KMP_ARENA_NEW(arena, int, count);
-    KMP_ARENA_EACH(arena, double, s->m, &w->lambda, &w->changed, &w->from, &w->first);
+    KMP_ARENA_MAKE(arena, KMP_ROOM(double, s->n, &w->column), KMP_ROOM(double, count *count, &w->matrix),
+                   KMP_ROOM(int, count, &w->pivot),
+                   KMP_ROOM(double, s->m, &w->lambda, &w->changed, &w->from, &w->first));
     return KMP_ARENA_EACH(arena, double, count, &w->residual, &w->step) ? w : NULL;
 }
 

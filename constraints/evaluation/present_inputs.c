@@ -6,12 +6,9 @@
 bool kmp_present_inputs_init(kmp_present_inputs *inputs, kmp_arena *arena, const kempe_model *model)
 {
     *inputs = (kmp_present_inputs){.model = model, .count = model->input_count};
-    inputs->piece = KMP_ARENA_NEW(arena, kmp_signal_piece, inputs->count);
-    inputs->given = KMP_ARENA_NEW(arena, kmp_signal_piece, inputs->count);
-    inputs->replaced = KMP_ARENA_NEW(arena, bool, inputs->count);
-    inputs->waits = KMP_ARENA_NEW(arena, bool, inputs->count);
-    inputs->vector = KMP_ARENA_NEW(arena, double, kmp_present_inputs_size(inputs));
-    if (arena->failed)
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(kmp_signal_piece, inputs->count, &inputs->piece, &inputs->given),
+                        KMP_ROOM(bool, inputs->count, &inputs->replaced, &inputs->waits),
+                        KMP_ROOM(double, kmp_present_inputs_size(inputs), &inputs->vector)))
         return false;
     for (int k = 0; k < inputs->count; k++)
         inputs->piece[k] = kmp_signal_at(&model->inputs[k].signal, 0);

@@ -64,12 +64,10 @@ static bool given(kempe_workspace *ws, const char *name, const void *argument)
 static bool allocate(kempe_workspace *ws)
 {
     size_t n = (size_t)ws->n, m = (size_t)ws->m;
-    ws->hold = KMP_ARENA_NEW(&ws->arena, bool, n);
-    ws->mass = KMP_ARENA_NEW(&ws->arena, double, n *n);
-    ws->jacobian = KMP_ARENA_NEW(&ws->arena, double, m *n);
-    KMP_ARENA_EACH(&ws->arena, double, m, &ws->h, &ws->jdqd);
-    KMP_ARENA_EACH(&ws->arena, double, n + m, &ws->answer, &ws->row);
-    return KMP_ARENA_EACH(&ws->arena, double, n, &ws->bias, &ws->q, &ws->qd, &ws->trial);
+    return KMP_ARENA_MAKE(&ws->arena, KMP_ROOM(bool, n, &ws->hold), KMP_ROOM(double, n *n, &ws->mass),
+                          KMP_ROOM(double, m *n, &ws->jacobian), KMP_ROOM(double, m, &ws->h, &ws->jdqd),
+                          KMP_ROOM(double, n + m, &ws->answer, &ws->row),
+                          KMP_ROOM(double, n, &ws->bias, &ws->q, &ws->qd, &ws->trial));
 }
 
 /* Chooses the rows and coordinates of the start; none if it cannot be assembled. */

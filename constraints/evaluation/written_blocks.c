@@ -148,12 +148,10 @@ bool kmp_written_blocks_init(kmp_written_blocks *k, kmp_arena *arena, kmp_graph 
 {
     int r = k->red->r;
     k->g = g;
-    k->block = KMP_ARENA_NEW(arena, struct kmp_written_block, kmp_block_count(k->red->block));
-    k->block_of = KMP_ARENA_NEW(arena, int, r);
-    k->factor = KMP_ARENA_NEW(arena, double, r *KMP_WRITTEN_BLOCK);
-    k->ju = KMP_ARENA_NEW(arena, kmp_ref, r * k->red->p);
-    KMP_ARENA_EACH(arena, kmp_ref, r * KMP_WRITTEN_BLOCK, &k->multiplier);
-    KMP_ARENA_EACH(arena, kmp_ref, r, &k->pivot);
+    KMP_ARENA_MAKE(arena, KMP_ROOM(struct kmp_written_block, kmp_block_count(k->red->block), &k->block),
+                   KMP_ROOM(int, r, &k->block_of), KMP_ROOM(double, r *KMP_WRITTEN_BLOCK, &k->factor),
+                   KMP_ROOM(kmp_ref, r * k->red->p, &k->ju), KMP_ROOM(kmp_ref, r * KMP_WRITTEN_BLOCK, &k->multiplier),
+                   KMP_ROOM(kmp_ref, r, &k->pivot));
     if (!KMP_ARENA_EACH(arena, kmp_ref, r * r, &k->jv))
         return false;
     sort_jacobian(k, jacobian);

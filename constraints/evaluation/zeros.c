@@ -107,11 +107,9 @@ static bool list_x(kmp_zeros *z, const kmp_reduction *red, sets reach, const int
         count += size_of(reach, i, z->p);
     if ((double)count > MOST_OF_X * z->n * z->p)
         return false;
-    z->x_start = KMP_ARENA_NEW(z->arena, int, z->p + 1);
-    z->x_row = KMP_ARENA_NEW(z->arena, int, count);
-    z->b_row = KMP_ARENA_NEW(z->arena, int, count - z->p + 1);
-    z->used = KMP_ARENA_NEW(z->arena, char, (size_t)(z->p + 1) / 2 * (size_t)(z->blocks + 1));
-    if (z->arena->failed)
+    if (!KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, z->p + 1, &z->x_start), KMP_ROOM(int, count, &z->x_row),
+                        KMP_ROOM(int, count - z->p + 1, &z->b_row),
+                        KMP_ROOM(char, (size_t)(z->p + 1) / 2 * (size_t)(z->blocks + 1), &z->used)))
         return false;
     int *b = z->b_row;
     for (int k = 0; k < z->p; k++) {

@@ -16,18 +16,17 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     int m = system->m, n = system->n, r = part->r, entries = system->jacobian.count;
     unsigned chance = 1;
     *margin = (kmp_margin){.system = system, .r = r, .step_t = NAN, .clear_t = -INFINITY};
-    margin->place = KMP_ARENA_NEW(&margin->arena, int, m);
-    margin->column = KMP_ARENA_NEW(&margin->arena, int, n);
-    margin->row_start = KMP_ARENA_NEW(&margin->arena, int, m + 1);
-    KMP_ARENA_EACH(&margin->arena, int, entries, &margin->entry, &margin->entry_row, &margin->entry_column);
-    KMP_ARENA_EACH(&margin->arena, int, r, &margin->taken, &margin->signs_stood, &margin->drop_column);
-    KMP_ARENA_EACH(&margin->arena, int, m - r + 1, &margin->now.start, &margin->stood.start);
-    KMP_ARENA_EACH(&margin->arena, int, (m - r) * r, &margin->now.kept, &margin->stood.kept);
-    KMP_ARENA_EACH(&margin->arena, double, (m - r) * r, &margin->now.t, &margin->stood.t);
-    KMP_ARENA_EACH(&margin->arena, double, m, &margin->now.z, &margin->stood.z, &margin->begin);
-    KMP_ARENA_EACH(&margin->arena, double, n, &margin->now.w, &margin->stood.w, &margin->other);
-    KMP_ARENA_EACH(&margin->arena, double, r, &margin->u, &margin->drop_value, &margin->along);
-    margin->room = KMP_ARENA_NEW(&margin->arena, double, 4 * r);
+    KMP_ARENA_MAKE(&margin->arena, KMP_ROOM(int, m, &margin->place), KMP_ROOM(int, n, &margin->column),
+                   KMP_ROOM(int, m + 1, &margin->row_start),
+                   KMP_ROOM(int, entries, &margin->entry, &margin->entry_row, &margin->entry_column),
+                   KMP_ROOM(int, r, &margin->taken, &margin->signs_stood, &margin->drop_column),
+                   KMP_ROOM(int, m - r + 1, &margin->now.start, &margin->stood.start),
+                   KMP_ROOM(int, (m - r) * r, &margin->now.kept, &margin->stood.kept),
+                   KMP_ROOM(double, (m - r) * r, &margin->now.t, &margin->stood.t),
+                   KMP_ROOM(double, m, &margin->now.z, &margin->stood.z, &margin->begin),
+                   KMP_ROOM(double, n, &margin->now.w, &margin->stood.w, &margin->other),
+                   KMP_ROOM(double, r, &margin->u, &margin->drop_value, &margin->along),
+                   KMP_ROOM(double, 4 * r, &margin->room));
     if (!KMP_ARENA_EACH(&margin->arena, double, entries, &margin->weight, &margin->value, &margin->now.jacobian,
                         &margin->stood.jacobian))
         return false;

@@ -18,11 +18,8 @@ bool kmp_pick_init(kmp_pick *c, int m, int n, int nz)
     double places = (double)m * n;
     bool large = places > DENSE_MOST || (places > SPARSE_FROM && nz * SPARSE_BELOW < places);
     *c = (kmp_pick){.m = m, .n = n, .dense = !large, .growth = KMP_PICK_GROWTH};
-    c->row = KMP_ARENA_NEW(&c->arena, int, m);
-    KMP_ARENA_EACH(&c->arena, int, n, &c->col, &c->fixed);
-    KMP_ARENA_EACH(&c->arena, int, nz, &c->entry_row, &c->entry_col);
-    c->value = KMP_ARENA_NEW(&c->arena, double, nz);
-    return !c->arena.failed;
+    return KMP_ARENA_MAKE(&c->arena, KMP_ROOM(int, m, &c->row), KMP_ROOM(int, n, &c->col, &c->fixed),
+                          KMP_ROOM(int, nz, &c->entry_row, &c->entry_col), KMP_ROOM(double, nz, &c->value));
 }
 
 void kmp_pick_free(kmp_pick *c)
@@ -74,16 +71,10 @@ static bool tableau_init(tableau *t, const kmp_pick *c, int r)
 {
     size_t rows = (size_t)r, p = (size_t)(c->n - r), nz = c->dense ? 0 : (size_t)c->nz;
     *t = (tableau){.r = r, .p = c->n - r};
-    t->b = KMP_ARENA_NEW(&t->arena, double, rows *p);
-    t->most = KMP_ARENA_NEW(&t->arena, double, p);
-    t->at = KMP_ARENA_NEW(&t->arena, int, p);
-    t->moved = KMP_ARENA_NEW(&t->arena, double, rows);
-    t->row_at = KMP_ARENA_NEW(&t->arena, int, c->m);
-    t->col_at = KMP_ARENA_NEW(&t->arena, int, c->n);
-    t->jv = KMP_ARENA_NEW(&t->arena, double, c->dense ? rows *rows : nz);
-    t->pivot = KMP_ARENA_NEW(&t->arena, int, rows);
-    KMP_ARENA_EACH(&t->arena, int, nz, &t->jv_row, &t->jv_col);
-    return !t->arena.failed;
+    return KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, rows *p, &t->b), KMP_ROOM(double, p, &t->most),
+                          KMP_ROOM(int, p, &t->at), KMP_ROOM(double, rows, &t->moved), KMP_ROOM(int, c->m, &t->row_at),
+                          KMP_ROOM(int, c->n, &t->col_at), KMP_ROOM(double, c->dense ? rows *rows : nz, &t->jv),
+                          KMP_ROOM(int, rows, &t->pivot), KMP_ROOM(int, nz, &t->jv_row, &t->jv_col));
 }
 
 static double *column_of(const tableau *t, int k)

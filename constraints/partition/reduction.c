@@ -14,17 +14,12 @@ enum { MAX_NEWTON = 12 };
 static bool allocate(kmp_reduction *red, int entries, int m)
 {
     size_t n = (size_t)red->n, p = (size_t)red->p, r = (size_t)red->r;
-    red->row_of = KMP_ARENA_NEW(&red->arena, int, m);
-    red->place = KMP_ARENA_NEW(&red->arena, int, n);
-    red->jv = KMP_ARENA_NEW(&red->arena, double, entries);
-    red->bvu = KMP_ARENA_NEW(&red->arena, double, r *p);
-    red->x = KMP_ARENA_NEW(&red->arena, double, n *p);
-    red->mr = KMP_ARENA_NEW(&red->arena, double, p *p);
-    red->dv = KMP_ARENA_NEW(&red->arena, double, r);
-    red->answer = KMP_ARENA_NEW(&red->arena, double, p);
-    KMP_ARENA_EACH(&red->arena, double, n, &red->x_t, &red->a0, &red->force);
-    return KMP_ARENA_EACH(&red->arena, int, entries, &red->jv_entry, &red->jv_row, &red->jv_col, &red->ju_entry,
-                          &red->ju_row, &red->ju_col);
+    return KMP_ARENA_MAKE(
+        &red->arena, KMP_ROOM(int, m, &red->row_of), KMP_ROOM(int, n, &red->place), KMP_ROOM(double, entries, &red->jv),
+        KMP_ROOM(double, r *p, &red->bvu), KMP_ROOM(double, n *p, &red->x), KMP_ROOM(double, p *p, &red->mr),
+        KMP_ROOM(double, r, &red->dv), KMP_ROOM(double, p, &red->answer),
+        KMP_ROOM(double, n, &red->x_t, &red->a0, &red->force),
+        KMP_ROOM(int, entries, &red->jv_entry, &red->jv_row, &red->jv_col, &red->ju_entry, &red->ju_row, &red->ju_col));
 }
 
 /* Splits the Jacobian's entries into Jv and Ju. */

@@ -502,10 +502,8 @@ static void find_places(search *x)
 static bool begin(search *x, kmp_arena *arena)
 {
     const kempe_system *s = x->s;
-    x->excluded = KMP_ARENA_NEW(arena, bool, s->m);
-    x->counts = KMP_ARENA_NEW(arena, bool, MOST_PLACES + 1);
-    x->number = KMP_ARENA_NEW(arena, quantity, MOST_NUMBERS);
-    if (arena->failed)
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(bool, s->m, &x->excluded), KMP_ROOM(bool, MOST_PLACES + 1, &x->counts),
+                        KMP_ROOM(quantity, MOST_NUMBERS, &x->number)))
         return false;
     x->rank = s->rounding->rank - kmp_rounding_drives(s, x->a->dropped, x->excluded);
     x->left = s->m - x->rank;
@@ -514,12 +512,10 @@ static bool begin(search *x, kmp_arena *arena)
     x->walk = walk_of(x, s);
     if (x->count < 0 || !x->walk)
         return false;
-    x->w = KMP_ARENA_NEW(arena, double, conditions * s->m);
-    x->h = KMP_ARENA_NEW(arena, double, places * s->m);
-    x->matrix = KMP_ARENA_NEW(arena, double, conditions * x->count);
-    x->drawn = KMP_ARENA_NEW(arena, double, places);
-    KMP_ARENA_EACH(arena, double, places * s->n, &x->at.q, &x->trial.q);
-    KMP_ARENA_EACH(arena, double, conditions, &x->at.rest, &x->trial.rest);
+    KMP_ARENA_MAKE(arena, KMP_ROOM(double, conditions * s->m, &x->w), KMP_ROOM(double, places * s->m, &x->h),
+                   KMP_ROOM(double, conditions * x->count, &x->matrix), KMP_ROOM(double, places, &x->drawn),
+                   KMP_ROOM(double, places * s->n, &x->at.q, &x->trial.q),
+                   KMP_ROOM(double, conditions, &x->at.rest, &x->trial.rest));
     if (!KMP_ARENA_EACH(arena, double, x->count, &x->total, &x->goal, &x->shift))
         return false;
     find_places(x);

@@ -160,10 +160,8 @@ static bool compress(dae *d)
 {
     int size = d->formulation.size, nz = 0;
     add_terms(d);
-    d->terms = KMP_ARENA_NEW(&d->formulation.arena, term, d->term_count);
-    d->col_start = KMP_ARENA_NEW(&d->formulation.arena, long, size + 1);
-    d->row = KMP_ARENA_NEW(&d->formulation.arena, long, d->term_count);
-    if (d->formulation.arena.failed)
+    if (!KMP_ARENA_MAKE(&d->formulation.arena, KMP_ROOM(term, d->term_count, &d->terms),
+                        KMP_ROOM(long, size + 1, &d->col_start), KMP_ROOM(long, d->term_count, &d->row)))
         return false;
     add_terms(d);
     qsort(d->terms, (size_t)d->term_count, sizeof *d->terms, by_column);
@@ -327,11 +325,8 @@ static bool allocate(dae *d, int size)
 {
     kmp_arena *a = &d->formulation.arena;
     kmp_formulation_make_unknowns(&d->formulation, size, true);
-    d->differential = KMP_ARENA_NEW(a, double, size);
-    d->factor = KMP_ARENA_NEW(a, double, size);
-    d->lambda = KMP_ARENA_NEW(a, double, d->m);
-    d->mu = KMP_ARENA_NEW(a, double, d->m);
-    d->position = KMP_ARENA_NEW(a, int, d->m);
+    KMP_ARENA_MAKE(a, KMP_ROOM(double, size, &d->differential, &d->factor), KMP_ROOM(double, d->m, &d->lambda, &d->mu),
+                   KMP_ROOM(int, d->m, &d->position));
     return !a->failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
 }
 

@@ -368,7 +368,8 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->t = start->t;
     d->rtol = start->rtol;
     d->rate_scale = start->rate_scale;
-    (void)KMP_ARENA_GROUPS(&d->formulation.arena, {d->m, {&d->violation, &d->lambda}}, {n, {&d->dx, &d->q, &d->qd}});
+    (void)KMP_ARENA_MAKE(&d->formulation.arena, KMP_ROOM(double, d->m, &d->violation, &d->lambda),
+                         KMP_ROOM(double, n, &d->dx, &d->q, &d->qd));
     kmp_formulation_make_unknowns(&d->formulation, 2 * n + d->has_work, false);
     d->formulation.release = release;
     d->formulation.row = row;

@@ -483,12 +483,11 @@ static bool allocate(kmp_reduced *d)
 {
     kmp_arena *a = &d->formulation.arena;
     kmp_formulation_make_unknowns(&d->formulation, kmp_reduced_work(d) + d->has_work, false);
-    d->signs = KMP_ARENA_NEW(a, int, d->r);
-    d->signs_now = KMP_ARENA_NEW(a, int, d->r);
-    return KMP_ARENA_GROUPS(a, {d->n, {&d->q, &d->qd, &d->qdd, &d->weight}}, {d->part.m, {&d->lambda}},
-                            {d->p, {&d->udd, &d->anchor_u, &d->anchor_w}}, {2 * d->p + d->r, {&d->state, &d->slope}},
-                            {d->r * d->p, {&d->anchor_b}},
-                            {d->r, {&d->anchor_v, &d->anchor_t, &d->anchor_c, &d->v, &d->by_scale, &d->by_weight}});
+    return KMP_ARENA_MAKE(
+        a, KMP_ROOM(int, d->r, &d->signs, &d->signs_now), KMP_ROOM(double, d->n, &d->q, &d->qd, &d->qdd, &d->weight),
+        KMP_ROOM(double, d->part.m, &d->lambda), KMP_ROOM(double, d->p, &d->udd, &d->anchor_u, &d->anchor_w),
+        KMP_ROOM(double, 2 * d->p + d->r, &d->state, &d->slope), KMP_ROOM(double, d->r * d->p, &d->anchor_b),
+        KMP_ROOM(double, d->r, &d->anchor_v, &d->anchor_t, &d->anchor_c, &d->v, &d->by_scale, &d->by_weight));
 }
 
 static kempe_status begin(kmp_reduced *d, const kmp_formulation_start *start)

@@ -49,8 +49,9 @@ kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduc
 {
     int n = red->n, m = red->part->m;
     *jacobian = (kmp_reduced_jacobian){.red = red};
-    if (!KMP_ARENA_GROUPS(&jacobian->arena, {n, {&jacobian->qdd, &jacobian->dq, &jacobian->dqd}},
-                          {m, {&jacobian->lambda}}, {2 * red->p, {&jacobian->unit}}, {5 * n + m, {&jacobian->room}}))
+    if (!KMP_ARENA_MAKE(&jacobian->arena, KMP_ROOM(double, n, &jacobian->qdd, &jacobian->dq, &jacobian->dqd),
+                        KMP_ROOM(double, m, &jacobian->lambda), KMP_ROOM(double, 2 * red->p, &jacobian->unit),
+                        KMP_ROOM(double, 5 * n + m, &jacobian->room)))
         return kmp_fail_memory(red->eval->system->context);
     return kmp_tangents_init(&jacobian->tangents, red->eval->system, red->eval->backend,
                              KMP_TANGENTS_NEAR | (power ? 1u << KMP_VALUE_POWER : 0));

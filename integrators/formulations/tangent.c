@@ -291,9 +291,9 @@ static bool make_room(kmp_tangents *t)
     int n = t->n;
     if (!t->forced)
         return true;
-    return KMP_ARENA_GROUPS(&t->arena, {n, {&t->effort, &t->moved}}, {2 * n, {&t->state}},
-                            {outputs_of(&t->value), {&t->with_effort}},
-                            {outputs_of(&t->tangent) + 2 * n * n + 2 * n, {&t->tangents_with_it}});
+    return KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, n, &t->effort, &t->moved), KMP_ROOM(double, 2 * n, &t->state),
+                          KMP_ROOM(double, outputs_of(&t->value), &t->with_effort),
+                          KMP_ROOM(double, outputs_of(&t->tangent) + 2 * n * n + 2 * n, &t->tangents_with_it));
 }
 
 static bool is_worth_two_derivations(const kempe_system *system)

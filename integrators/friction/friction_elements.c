@@ -24,14 +24,10 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     if (!x || *none)
         return NULL;
     x->t = -INFINITY;
-    x->element = KMP_ARENA_NEW(a, kmp_friction_element, count);
-    x->which = KMP_ARENA_NEW(a, int, count);
-    x->side = KMP_ARENA_NEW(a, int, count);
-    x->change = KMP_ARENA_NEW(a, double, events->count);
-    x->d = KMP_ARENA_NEW(a, double, count *count);
-    x->room = KMP_ARENA_NEW(a, double, kmp_box_room(count));
-    KMP_ARENA_EACH(a, double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried);
-    if (a->failed)
+    if (!KMP_ARENA_MAKE(a, KMP_ROOM(kmp_friction_element, count, &x->element),
+                        KMP_ROOM(int, count, &x->which, &x->side), KMP_ROOM(double, events->count, &x->change),
+                        KMP_ROOM(double, count *count, &x->d), KMP_ROOM(double, kmp_box_room(count), &x->room),
+                        KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried)))
         return NULL;
     for (int k = 0; k < events->count; k++)
         if (events->condition[k].role == KMP_ROLE_SENSE)

@@ -72,7 +72,8 @@ static bool allocate(kmp_ensemble *e)
     e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
     for (int i = 0; i < e->count && !a->failed; i++) {
         kmp_instance *x = &e->instances[i];
-        (void)KMP_ARENA_GROUPS(a, {size, {&x->y, &x->dy}}, {e->parameters + e->n + e->m, {&x->constants}});
+        (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, size, &x->y, &x->dy),
+                             KMP_ROOM(double, e->parameters + e->n + e->m, &x->constants));
         (void)kmp_present_inputs_init(&x->inputs, a, e->s->model);
         x->inputs.held = true;
     }

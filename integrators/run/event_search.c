@@ -46,9 +46,9 @@ static void find_outputs(kmp_event_search *s, const kempe_system *system)
 static void make_looks(kmp_event_search *s, const kempe_system *system, kmp_arena *arena)
 {
     for (int i = 0; i < KMP_SEARCH_LOOKS; i++) {
-        s->look[i].change = KMP_ARENA_NEW(arena, double, system->events.count);
-        s->look[i].state = KMP_ARENA_NEW(arena, double, 3 * system->n + system->m);
-        s->look[i].solved = KMP_ARENA_NEW(arena, double, s->solved[0] + s->solved[1]);
+        KMP_ARENA_MAKE(arena, KMP_ROOM(double, system->events.count, &s->look[i].change),
+                       KMP_ROOM(double, 3 * system->n + system->m, &s->look[i].state),
+                       KMP_ROOM(double, s->solved[0] + s->solved[1], &s->look[i].solved));
     }
 }
 
@@ -58,10 +58,8 @@ bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system, bool
     s->charts = -1;
     s->least = closely ? CLOSELY : 0;
     s->bounds = kmp_bounds_new(system->changes, arena);
-    s->output = KMP_ARENA_NEW(arena, int, count);
-    s->third = KMP_ARENA_NEW(arena, bool, count);
-    s->open = KMP_ARENA_NEW(arena, bool, count *(KMP_SEARCH_DEPTH + 1));
-    if (arena->failed)
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, count, &s->output), KMP_ROOM(bool, count, &s->third),
+                        KMP_ROOM(bool, count *(KMP_SEARCH_DEPTH + 1), &s->open)))
         return false;
     find_outputs(s, system);
     make_looks(s, system, arena);

@@ -33,8 +33,8 @@ kmp_crossing *kmp_crossing_new(kmp_runner *run)
                         .end = -1};
     c->repeats = KMP_ARENA_NEW(a, int, count);
     c->stays = KMP_ARENA_NEW(a, bool, count);
-    if (!KMP_ARENA_GROUPS(a, {n, {&c->q, &c->qd, &c->qdd}}, {system->m, {&c->lambda}},
-                          {count, {&c->change, &c->last, &c->most, &c->largest}}) ||
+    if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
+                        KMP_ROOM(double, count, &c->change, &c->last, &c->most, &c->largest)) ||
         !kmp_event_search_init(&c->search, system, run->spec.closely, a))
         return NULL;
     for (int k = 0; k < count; k++)

@@ -279,8 +279,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
     run->eval = kmp_eval_new_shared(run->s, run->spec.backend, run->team);
-    if (!run->eval ||
-        !KMP_ARENA_GROUPS(&run->arena, {n, {&run->seen, &run->next_seen}}, {3 * n + m, {&run->moved, &run->state}}))
+    if (!run->eval || !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->seen, &run->next_seen),
+                                      KMP_ROOM(double, 3 * n + m, &run->moved, &run->state)))
         return kmp_fail_memory(run->s->context);
     double *q = run->state, *qd = q + n;
     begin_inputs(run);

@@ -27,11 +27,10 @@ static void allocate(kmp_collocation *s)
 {
     int inner = s->inner + s->q;
     kmp_arena *a = &s->base.arena;
-    (void)KMP_ARENA_GROUPS(a,
-                           {s->n,
-                            {&s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale, &s->per_scale,
-                             &s->w_accept, &s->error, &s->fix, &s->slip}},
-                           {inner, {&s->weight, &s->g_start, &s->g_start_old, &s->lead, &s->lead_old}});
+    (void)KMP_ARENA_MAKE(a,
+                         KMP_ROOM(double, s->n, &s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale,
+                                  &s->per_scale, &s->w_accept, &s->error, &s->fix, &s->slip),
+                         KMP_ROOM(double, inner, &s->weight, &s->g_start, &s->g_start_old, &s->lead, &s->lead_old));
     struct {
         double **to;
         int size;

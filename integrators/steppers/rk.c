@@ -18,7 +18,7 @@ void *kmp_rk_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
         return NULL;
     int n = s->base.ode.n;
     kmp_arena *a = &s->base.arena;
-    (void)KMP_ARENA_GROUPS(a, {n, {&s->y, &s->y_old, &s->stage, &s->w}});
+    (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &s->y, &s->y_old, &s->stage, &s->w));
     for (int i = 1; i <= method->stages; i++)
         s->k[i] = KMP_ARENA_NEW(a, double, n);
     for (int i = 0; i < method->interpolants; i++)

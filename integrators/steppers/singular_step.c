@@ -371,8 +371,8 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     if (!s)
         return NULL;
     int n = s->base.ode.n;
-    (void)KMP_ARENA_GROUPS(&s->base.arena, {n, {&s->y, &s->y0, &s->dy0, &s->trial}},
-                           {NODES * n, {&s->node, &s->slope, &s->a}});
+    (void)KMP_ARENA_MAKE(&s->base.arena, KMP_ROOM(double, n, &s->y, &s->y0, &s->dy0, &s->trial),
+                         KMP_ROOM(double, NODES *n, &s->node, &s->slope, &s->a));
     prepare_nodes(s);
     return kmp_solver_made(s);
 }

@@ -30,8 +30,8 @@ static bool make_arrays(kmp_sun *s)
     s->yp = s->kind->dae ? make(s->n, s->sun) : NULL;
     s->out = make(s->n, s->sun);
     if (!s->y || !s->out || (s->kind->dae && !s->yp) ||
-        !KMP_ARENA_GROUPS(&s->base.arena, {s->n, {&s->y_old, &s->yp_old, &s->dy, &s->w}},
-                          {2 * (KMP_SUN_MOST_DEGREE + 1) * s->n, {&s->node}}))
+        !KMP_ARENA_MAKE(&s->base.arena, KMP_ROOM(double, s->n, &s->y_old, &s->yp_old, &s->dy, &s->w),
+                        KMP_ROOM(double, 2 * (KMP_SUN_MOST_DEGREE + 1) * s->n, &s->node)))
         return false;
     put(s, s->y, s->y_old); /* zeros */
     if (s->yp)

@@ -40,9 +40,7 @@ static void *create(SUNMatrix a, kmp_arena *arena)
     if (!u)
         return NULL;
     u->n = SUNSparseMatrix_Columns(a);
-    u->wi = KMP_ARENA_NEW(arena, SuiteSparse_long, u->n);
-    u->w = KMP_ARENA_NEW(arena, double, u->n);
-    u->b = KMP_ARENA_NEW(arena, double, u->n);
+    KMP_ARENA_MAKE(arena, KMP_ROOM(SuiteSparse_long, u->n, &u->wi), KMP_ROOM(double, u->n, &u->w, &u->b));
     umfpack_dl_defaults(u->control);
     u->control[UMFPACK_IRSTEP] = 0;
     return arena->failed ? NULL : u;

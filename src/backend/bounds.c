@@ -93,11 +93,9 @@ kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)
     r->first = r->inputs + program->input_count;
     int values = r->first + operations;
     knowledge *marks = KMP_ARENA_NEW(arena, knowledge, values);
-    r->order = KMP_ARENA_NEW(arena, int, operations);
-    r->known = KMP_ARENA_NEW(arena, bool, program->outputs[program->stages]);
-    r->given = KMP_ARENA_NEW(arena, bool, program->outputs[program->stages]);
-    r->value = KMP_ARENA_NEW(arena, kmp_bound, values);
-    if (arena->failed)
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, operations, &r->order),
+                        KMP_ROOM(bool, program->outputs[program->stages], &r->known, &r->given),
+                        KMP_ROOM(kmp_bound, values, &r->value)))
         return NULL;
     find_known(r, marks);
     find_order(r, marks);

@@ -40,12 +40,10 @@ kmp_duals *kmp_duals_new(const kmp_program *program, kmp_arena *arena)
     *d = (kmp_duals){.program = program, .inputs = program->constant_count};
     d->first = d->inputs + program->input_count;
     d->count = d->first + operations;
-    d->value = KMP_ARENA_NEW(arena, double, d->count);
-    d->steps = KMP_ARENA_NEW(arena, step, operations);
-    d->moves = KMP_ARENA_NEW(arena, bool, d->count);
-    d->slopes = KMP_ARENA_NEW(arena, double, (size_t)d->count *KMP_DUALS_WIDTH);
-    d->marks = KMP_ARENA_NEW(arena, uint64_t, d->count);
-    if (arena->failed)
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, d->count, &d->value), KMP_ROOM(step, operations, &d->steps),
+                        KMP_ROOM(bool, d->count, &d->moves),
+                        KMP_ROOM(double, (size_t)d->count *KMP_DUALS_WIDTH, &d->slopes),
+                        KMP_ROOM(uint64_t, d->count, &d->marks)))
         return NULL;
     if (program->constant_count > 0)
         memcpy(d->value, program->constant, (size_t)program->constant_count * sizeof *d->value);

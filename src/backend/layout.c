@@ -301,15 +301,11 @@ static bool allocate(kmp_layout *l, uint32_t extra)
     f->slots = l->lanes + 2 * angles;
     f->v =
         kmp_arena_aligned(&f->values, f->slots + extra); /* eight doubles that are stored together are not torn apart */
-    f->specials = KMP_ARENA_NEW(a, kmp_special, l->special_count);
-    f->angle = KMP_ARENA_NEW(a, uint32_t, angles);
-    f->sine = KMP_ARENA_NEW(a, uint32_t, angles);
-    f->cosine = KMP_ARENA_NEW(a, uint32_t, angles);
-    f->segments = KMP_ARENA_NEW(a, kmp_segment, segments);
-    f->stage = KMP_ARENA_NEW(a, uint32_t, p->stages + 1);
-    f->copies = KMP_ARENA_NEW(a, kmp_copy, outputs);
-    f->copy_start = KMP_ARENA_NEW(a, uint32_t, p->stages + 1);
-    f->feeds = KMP_ARENA_NEW(a, kmp_feed, p->input_count);
+    KMP_ARENA_MAKE(a, KMP_ROOM(kmp_special, l->special_count, &f->specials),
+                   KMP_ROOM(uint32_t, angles, &f->angle, &f->sine, &f->cosine),
+                   KMP_ROOM(kmp_segment, segments, &f->segments),
+                   KMP_ROOM(uint32_t, p->stages + 1, &f->stage, &f->copy_start),
+                   KMP_ROOM(kmp_copy, outputs, &f->copies), KMP_ROOM(kmp_feed, p->input_count, &f->feeds));
     l->segment_start = KMP_ARENA_NEW(&l->arena, uint32_t, segments);
     l->angle_of = angles > 0 ? KMP_ARENA_NEW(&l->arena, uint32_t, f->slots) : NULL;
     return f->v && !a->failed && !l->arena.failed;
@@ -371,11 +367,9 @@ static bool begin(kmp_layout *l)
 {
     int code = l->program->code[l->program->stages];
     kmp_arena *a = &l->arena;
-    l->depth = KMP_ARENA_NEW(a, uint32_t, code);
-    l->stage_of = KMP_ARENA_NEW(a, uint16_t, code);
-    l->slot = KMP_ARENA_NEW(a, uint32_t, l->leaves + code);
-    l->is_straight = KMP_ARENA_NEW(a, bool, code);
-    l->order = KMP_ARENA_NEW(a, int, code);
+    KMP_ARENA_MAKE(a, KMP_ROOM(uint32_t, code, &l->depth), KMP_ROOM(uint16_t, code, &l->stage_of),
+                   KMP_ROOM(uint32_t, l->leaves + code, &l->slot), KMP_ROOM(bool, code, &l->is_straight),
+                   KMP_ROOM(int, code, &l->order));
     l->contraction = l->program->contraction;
     if (l->frame->team) {
         l->part = KMP_ARENA_NEW(a, uint8_t, code);

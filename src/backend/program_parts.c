@@ -352,14 +352,9 @@ static bool begin(finder *f)
 {
     size_t count = (size_t)f->count;
     kmp_arena *a = f->arena;
-    f->reads = KMP_ARENA_NEW(a, seeds, count);
-    f->feeds = KMP_ARENA_NEW(a, seeds, count);
-    f->earlier = KMP_ARENA_NEW(a, seeds, f->from);
-    f->part = KMP_ARENA_NEW(a, uint8_t, count);
-    f->best = KMP_ARENA_NEW(a, uint8_t, count);
-    f->wish = KMP_ARENA_NEW(a, uint8_t, count);
-    f->root = KMP_ARENA_NEW(a, int, count);
-    f->weight = KMP_ARENA_NEW(a, double, count);
+    KMP_ARENA_MAKE(a, KMP_ROOM(seeds, count, &f->reads, &f->feeds), KMP_ROOM(seeds, f->from, &f->earlier),
+                   KMP_ROOM(uint8_t, count, &f->part, &f->best, &f->wish), KMP_ROOM(int, count, &f->root),
+                   KMP_ROOM(double, count, &f->weight));
     return !a->failed && number_seeds(f);
 }
 

@@ -72,21 +72,19 @@ double *kmp_arena_aligned(kmp_arena *arena, size_t n)
     return past ? p + (LINE - past) : p;
 }
 
-bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group *groups)
+static void make_each(kmp_arena *arena, const kmp_arena_arrays *room)
 {
-    for (size_t k = 0; k < count; k++)
-        for (double **const *to = groups[k].to; *to; to++)
-            **to = KMP_ARENA_NEW(arena, double, groups[k].size);
-    return !arena->failed;
-}
-
-bool kmp_arena_alloc_each(kmp_arena *arena, size_t n, size_t size, size_t count, const void *pointers)
-{
-    for (size_t k = 0; k < count; k++) {
-        void *place, *made = kmp_arena_alloc(arena, n, size);
-        memcpy(&place, (const char *)pointers + k * sizeof place, sizeof place); /* pointers of any type */
+    for (size_t k = 0; k < room->count; k++) {
+        void *place, *made = kmp_arena_alloc(arena, room->n, room->size);
+        memcpy(&place, (const char *)room->pointers + k * sizeof place, sizeof place); /* pointers of any type */
         memcpy(place, &made, sizeof made);
     }
+}
+
+bool kmp_arena_make(kmp_arena *arena, size_t count, const kmp_arena_arrays *arrays)
+{
+    for (size_t k = 0; k < count; k++)
+        make_each(arena, &arrays[k]);
     return !arena->failed;
 }
 

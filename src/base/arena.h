@@ -32,25 +32,21 @@ void *kmp_arena_at(const kmp_arena *arena, kmp_arena_spot spot, size_t size);
  * copy of twice the size. NULL without memory. */
 void *kmp_arena_room(kmp_arena *arena, void *list, int count, size_t size);
 
-/** Arrays of doubles of one size to allocate, and the places of their addresses: up to the first NULL, 15 at most. */
-typedef struct kmp_arena_group {
-    ptrdiff_t size;
-    double **to[16];
-} kmp_arena_group;
-
-/** Allocates all groups. True if the arena has never failed. */
-bool kmp_arena_make_groups(kmp_arena *arena, size_t count, const kmp_arena_group *groups);
-
-/** Allocates arrays of doubles by groups: KMP_ARENA_GROUPS(arena, {n, {&p->q, &p->qd}}, {m, {&p->lambda}}). */
-#define KMP_ARENA_GROUPS(arena, ...)                                                                                   \
-    kmp_arena_make_groups((arena), sizeof((kmp_arena_group[]){__VA_ARGS__}) / sizeof(kmp_arena_group),                 \
-                          (const kmp_arena_group[]){__VA_ARGS__})
-
 #define KMP_ARENA_NEW(arena, type, n) ((type *)kmp_arena_alloc((arena), (size_t)(n), sizeof(type)))
 
-/** Allocates n values for each of several pointers to a type, KMP_ARENA_EACH(&arena, int, n, &row, &column). True if
- * the arena has never failed. */
-#define KMP_ARENA_EACH(arena, type, n, ...)                                                                            \
-    kmp_arena_alloc_each((arena), (size_t)(n), sizeof(type), sizeof((type **[]){__VA_ARGS__}) / sizeof(type **),       \
-                         (type * *[]){__VA_ARGS__})
-bool kmp_arena_alloc_each(kmp_arena *arena, size_t n, size_t size, size_t count, const void *pointers);
+/** n values for each of some pointers to a type. */
+typedef struct kmp_arena_arrays {
+    size_t n, size, count;
+    const void *pointers; /* their addresses */
+} kmp_arena_arrays;
+#define KMP_COUNT_OF(type, ...) (sizeof((type[]){__VA_ARGS__}) / sizeof(type))
+#define KMP_ROOM(type, n, ...)                                                                                         \
+    ((kmp_arena_arrays){(size_t)(n), sizeof(type), KMP_COUNT_OF(type **, __VA_ARGS__), (type * *[]){__VA_ARGS__}})
+
+/** Allocates values for pointers of several sizes and types, KMP_ARENA_MAKE(&arena, KMP_ROOM(int, n, &row, &column),
+ * KMP_ROOM(double, n * n, &matrix)), or of one, KMP_ARENA_EACH(&arena, int, n, &row, &column). True if the arena has
+ * never failed. */
+#define KMP_ARENA_MAKE(arena, ...)                                                                                     \
+    kmp_arena_make((arena), KMP_COUNT_OF(kmp_arena_arrays, __VA_ARGS__), (const kmp_arena_arrays[]){__VA_ARGS__})
+#define KMP_ARENA_EACH(arena, type, n, ...) KMP_ARENA_MAKE(arena, KMP_ROOM(type, n, __VA_ARGS__))
+bool kmp_arena_make(kmp_arena *arena, size_t count, const kmp_arena_arrays *arrays);

@@ -280,13 +280,14 @@ enum { OPTION_COUNT = sizeof options / sizeof *options, WORD_MAX = 64 };
 
 static char last_complaint[512];
 
-void cli_complain(const char *format, ...)
+bool cli_complain(const char *format, ...)
 {
     va_list list;
     va_start(list, format);
     vsnprintf(last_complaint, sizeof last_complaint, format, list);
     va_end(list);
     cli_terminal_error("kempe: ", last_complaint);
+    return false;
 }
 
 const char *cli_complaint(void)
@@ -341,10 +342,8 @@ static bool complain_unknown(unsigned command, const char *command_name, const c
     names[count] = NULL;
     const char *near = cli_nearest(word + strspn(word, "-"), names);
     if (near)
-        cli_complain("unknown option '%s', did you mean '--%s'?", word, near);
-    else
-        cli_complain("unknown option '%s'; 'kempe %s --help' lists the options", word, command_name);
-    return false;
+        return cli_complain("unknown option '%s', did you mean '--%s'?", word, near);
+    return cli_complain("unknown option '%s'; 'kempe %s --help' lists the options", word, command_name);
 }
 
 /* The short form of an option, its first letter; 0 for none. */
@@ -376,14 +375,10 @@ static bool store_number(const option *o, const char *text, void *place)
 {
     char *end;
     double x = strtod(text, &end);
-    if (end == text || *end || !isfinite(x) || x <= 0) {
-        cli_complain("--%s needs a positive number, not '%s'", o->name, text);
-        return false;
-    }
-    if (o->kind != OPTION_NUMBER && (x > 1e15 || x != (double)(long long)x)) {
-        cli_complain("--%s needs a whole number, not '%s'", o->name, text);
-        return false;
-    }
+    if (end == text || *end || !isfinite(x) || x <= 0)
+        return cli_complain("--%s needs a positive number, not '%s'", o->name, text);
+    if (o->kind != OPTION_NUMBER && (x > 1e15 || x != (double)(long long)x))
+        return cli_complain("--%s needs a whole number, not '%s'", o->name, text);
     if (o->kind == OPTION_NUMBER)
         *(double *)place = x;
     else if (o->kind == OPTION_LONG)
@@ -427,14 +422,10 @@ static bool has_ending(const option *o, const char *path)
 static bool store_setting(const option *o, char *text, cli_settings *settings)
 {
     size_t length = strcspn(text, "=");
-    if (length == 0 || !text[length] || !text[length + 1]) {
-        cli_complain("--%s needs NAME=VALUE, not '%s'", o->name, text);
-        return false;
-    }
-    if (settings->set_count == CLI_MOST_SETS) {
-        cli_complain("--%s: at most %d values can be set", o->name, CLI_MOST_SETS);
-        return false;
-    }
+    if (length == 0 || !text[length] || !text[length + 1])
+        return cli_complain("--%s needs NAME=VALUE, not '%s'", o->name, text);
+    if (settings->set_count == CLI_MOST_SETS)
+        return cli_complain("--%s: at most %d values can be set", o->name, CLI_MOST_SETS);
     text[length] = '\0';
     settings->sets[settings->set_count++] = (kempe_setting){text, text + length + 1};
     return true;
@@ -449,10 +440,8 @@ static bool store(const option *o, char *text, cli_settings *settings)
         return store_quantity(o, text, place);
     if (o->kind == OPTION_SETTING)
         return store_setting(o, text, settings);
-    if (!has_ending(o, text)) {
-        cli_complain("--%s writes %s files; '%s' has another ending", o->name, kinds[o->kind].ending, text);
-        return false;
-    }
+    if (!has_ending(o, text))
+        return cli_complain("--%s writes %s files; '%s' has another ending", o->name, kinds[o->kind].ending, text);
     *(const char **)place = text;
     return true;
 }
@@ -466,26 +455,20 @@ static int read_option(unsigned command, const char *name, int count, char **wor
         return complain_unknown(command, name, words[0]);
     char *attached = words[0][length] ? words[0] + length + 1 : NULL;
     if (o->kind == OPTION_FLAG) {
-        if (attached) {
-            cli_complain("--%s takes no value", o->name);
-            return 0;
-        }
+        if (attached)
+            return cli_complain("--%s takes no value", o->name);
         *(int *)(void *)((char *)settings + o->offset) = 1;
         return 1;
     }
-    if (!attached && count < 2) {
-        cli_complain("--%s needs a value: %s", o->name, o->value);
-        return 0;
-    }
+    if (!attached && count < 2)
+        return cli_complain("--%s needs a value: %s", o->name, o->value);
     return store(o, attached ? attached : words[1], settings) ? 2 - (attached != NULL) : 0;
 }
 
 static bool read_file_name(const char *word, cli_settings *settings)
 {
-    if (settings->file) {
-        cli_complain("one model file is expected, but '%s' and '%s' are given", settings->file, word);
-        return false;
-    }
+    if (settings->file)
+        return cli_complain("one model file is expected, but '%s' and '%s' are given", settings->file, word);
     settings->file = word;
     return true;
 }
@@ -518,10 +501,8 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
             return false;
         }
     }
-    if (!settings->file && !settings->help) {
-        cli_complain("the model file is missing: kempe %s FILE", command_name);
-        return false;
-    }
+    if (!settings->file && !settings->help)
+        return cli_complain("the model file is missing: kempe %s FILE", command_name);
     return true;
 }
 

@@ -70,8 +70,8 @@ typedef struct cli_settings {
 /** Reads the words after the command's name. False after an error message on stderr. */
 bool cli_options_read(unsigned command, const char *command_name, int count, char **words, cli_settings *settings);
 
-/** Prints "kempe: .." on stderr, and keeps this last sentence. */
-void cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
+/** Prints "kempe: .." on stderr, and keeps this last sentence; returns false. */
+bool cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
 const char *cli_complaint(void);
 
 /** The value of --json in a command line that may otherwise be invalid; NULL: none. */

@@ -12,9 +12,8 @@
 
 static bool make_room(kmp_linear *l)
 {
-    const kmp_arena_group groups[] = {
-        {l->n, {&l->q, &l->qd, &l->qdd, &l->force, &l->unit}}, {l->m, {&l->lambda}}, {5 * l->n + l->m, {&l->work}}};
-    return kmp_arena_make_groups(&l->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(&l->arena, KMP_ROOM(double, l->n, &l->q, &l->qd, &l->qdd, &l->force, &l->unit),
+                          KMP_ROOM(double, l->m, &l->lambda), KMP_ROOM(double, 5 * l->n + l->m, &l->work));
 }
 
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
@@ -104,14 +103,11 @@ kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part)
     *part = (kmp_partition){0};
     int p = linear->p = linear->part.p;
     kmp_arena *a = &linear->choice;
-    bool pressed = s->load_row_count > 0;
-    const kmp_arena_group groups[] = {{p, {&linear->residual}},
-                                      {p * p, {&linear->mass, &linear->damping, &linear->stiffness}},
-                                      {p * p, {&linear->pressed, &linear->inertia}}};
-    (void)kmp_arena_make_groups(a, pressed ? 3 : 2, groups);
-    if (pressed)
-        linear->pivot = KMP_ARENA_NEW(a, int, p);
-    KMP_TRY(kmp_made(s->context, !a->failed));
+    if (s->load_row_count > 0)
+        KMP_ARENA_MAKE(a, KMP_ROOM(double, p *p, &linear->pressed, &linear->inertia), KMP_ROOM(int, p, &linear->pivot));
+    KMP_TRY(kmp_made(s->context,
+                     KMP_ARENA_MAKE(a, KMP_ROOM(double, p, &linear->residual),
+                                    KMP_ROOM(double, p *p, &linear->mass, &linear->damping, &linear->stiffness))));
     kempe_status status = kmp_reduction_init(&linear->red, linear->eval, &linear->part);
     linear->chosen = status == KEMPE_OK;
     return status;

@@ -12,16 +12,14 @@ kempe_status kmp_state_sensitivity_init(kmp_state_sensitivity *sensitivity_of_st
     int n = system->n, m = system->m;
     kmp_state_sensitivity *s = sensitivity_of_state;
     *s = (kmp_state_sensitivity){.system = system, .n = n, .m = m, .count = count, .names = names};
-    const kmp_arena_group groups[] = {{n * count, {&s->q, &s->qd, &s->qdd, &s->residual}},
-                                      {m * count, {&s->lambda}},
-                                      {3 * m + n, {&s->part}},
-                                      {n, {&s->u, &s->ud, &s->pivots}},
-                                      {n * n, {&s->matrix}},
-                                      {2 * n, {&s->side}}};
     s->r = KMP_ARENA_NEW(&s->arena, int, n);
     s->c = KMP_ARENA_NEW(&s->arena, int, n);
-    return kmp_arena_make_groups(&s->arena, sizeof groups / sizeof *groups, groups) ? KEMPE_OK
-                                                                                    : kmp_fail_memory(system->context);
+    return KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, n *count, &s->q, &s->qd, &s->qdd, &s->residual),
+                          KMP_ROOM(double, m *count, &s->lambda), KMP_ROOM(double, 3 * m + n, &s->part),
+                          KMP_ROOM(double, n, &s->u, &s->ud, &s->pivots), KMP_ROOM(double, n *n, &s->matrix),
+                          KMP_ROOM(double, 2 * n, &s->side))
+               ? KEMPE_OK
+               : kmp_fail_memory(system->context);
 }
 
 void kmp_state_sensitivity_free(kmp_state_sensitivity *sensitivity_of_state)

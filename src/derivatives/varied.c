@@ -8,11 +8,10 @@
 static bool make_room(kmp_varied *v)
 {
     int n = v->n;
-    const kmp_arena_group groups[] = {{n, {&v->q, &v->udd, &v->residual, &v->anchor[0].q, &v->anchor[1].q}},
-                                      {n * (2 + n), {&v->anchor[0].drift, &v->anchor[1].drift}},
-                                      {3 * v->m + n, {&v->part}},
-                                      {v->slopes->shown, {&v->shown}}};
-    return kmp_arena_make_groups(&v->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(&v->arena,
+                          KMP_ROOM(double, n, &v->q, &v->udd, &v->residual, &v->anchor[0].q, &v->anchor[1].q),
+                          KMP_ROOM(double, n *(2 + n), &v->anchor[0].drift, &v->anchor[1].drift),
+                          KMP_ROOM(double, 3 * v->m + n, &v->part), KMP_ROOM(double, v->slopes->shown, &v->shown));
 }
 
 kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, const char *backend, kmp_slopes *slopes)

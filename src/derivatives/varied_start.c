@@ -37,15 +37,10 @@ static bool make_room(beginning *b)
 {
     kmp_arena *a = &b->arena;
     int n = b->n, m = b->m;
-    const kmp_arena_group groups[] = {{n, {&b->x, &b->pulled}},
-                                      {m, {&b->mu}},
-                                      {n + m, {&b->zero}},
-                                      {3 * m + n, {&b->without}},
-                                      {m * n, {&b->jacobian, &b->scaled}},
-                                      {b->v->count * n, {&b->with}}};
-    b->hold = KMP_ARENA_NEW(a, int, n);
-    b->free = KMP_ARENA_NEW(a, bool, n);
-    return kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(a, KMP_ROOM(int, n, &b->hold), KMP_ROOM(bool, n, &b->free),
+                          KMP_ROOM(double, n, &b->x, &b->pulled), KMP_ROOM(double, m, &b->mu),
+                          KMP_ROOM(double, n + m, &b->zero), KMP_ROOM(double, 3 * m + n, &b->without),
+                          KMP_ROOM(double, m *n, &b->jacobian, &b->scaled), KMP_ROOM(double, b->v->count *n, &b->with));
 }
 
 /* -- positions --------------------------------------------------------------------------------------- */

@@ -280,16 +280,11 @@ bool kmp_system_set_rows(kempe_system *s, int n, int m, const kmp_row *rows, con
 {
     s->n = n;
     s->m = m;
-    s->rows = KMP_ARENA_NEW(&s->arena, kmp_row, s->m);
-    s->row_names = KMP_ARENA_NEW(&s->arena, char *, s->m);
-    s->scale = KMP_ARENA_NEW(&s->arena, double, s->n);
-    s->row_scale = KMP_ARENA_NEW(&s->arena, double, s->m);
-    s->parameters = KMP_ARENA_NEW(&s->arena, double, s->model->parameter_count);
-    s->rounding = KMP_ARENA_NEW(&s->arena, kmp_rounding, 1);
-    s->misfit = KMP_ARENA_NEW(&s->arena, double, s->model->closure_count);
-    s->chart_first = KMP_ARENA_NEW(&s->arena, int, s->n);
-    s->chart_before = KMP_ARENA_NEW(&s->arena, bool, s->n);
-    if (s->arena.failed)
+    if (!KMP_ARENA_MAKE(&s->arena, KMP_ROOM(kmp_row, s->m, &s->rows), KMP_ROOM(char *, s->m, &s->row_names),
+                        KMP_ROOM(double, s->n, &s->scale), KMP_ROOM(double, s->m, &s->row_scale),
+                        KMP_ROOM(double, s->model->parameter_count, &s->parameters),
+                        KMP_ROOM(kmp_rounding, 1, &s->rounding), KMP_ROOM(double, s->model->closure_count, &s->misfit),
+                        KMP_ROOM(int, s->n, &s->chart_first), KMP_ROOM(bool, s->n, &s->chart_before)))
         return false;
     memcpy(s->rows, rows, (size_t)m * sizeof *rows);
     memcpy(s->misfit, misfit, (size_t)s->model->closure_count * sizeof *misfit);

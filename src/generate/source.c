@@ -128,9 +128,9 @@ static bool take_symbols(kmp_code_source *source, const kmp_tree *tree)
         return true;
     kmp_arena *arena = &source->arena;
     source->symbol_count = kmp_tree_symbol_count(tree);
-    source->place = KMP_ARENA_NEW(arena, int, source->symbol_count);
-    source->value = KMP_ARENA_NEW(arena, double, source->symbol_count);
-    source->parameter_name = KMP_ARENA_NEW(arena, char *, source->symbol_count);
+    KMP_ARENA_MAKE(arena, KMP_ROOM(int, source->symbol_count, &source->place),
+                   KMP_ROOM(double, source->symbol_count, &source->value),
+                   KMP_ROOM(char *, source->symbol_count, &source->parameter_name));
     for (int k = 0; !arena->failed && k < source->symbol_count; k++)
         source->place[k] = -1;
     return !arena->failed;

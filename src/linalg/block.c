@@ -42,14 +42,11 @@ static bool allocate(kmp_block *b, int n, int nz)
 {
     b->n = n;
     b->nz = nz;
-    b->inverse = KMP_ARENA_NEW(&b->arena, double, n);
-    b->off = KMP_ARENA_NEW(&b->arena, double, nz);
-    b->scratch = KMP_ARENA_NEW(&b->arena, double, 2 * n);
-    b->due = KMP_ARENA_NEW(&b->arena, char, n);
-    KMP_ARENA_EACH(&b->arena, int, n + 1, &b->start, &b->lu_start, &b->off_start);
-    KMP_ARENA_EACH(&b->arena, int, nz, &b->off_column, &b->target);
-    return KMP_ARENA_EACH(&b->arena, int, n, &b->p, &b->q, &b->order, &b->pivot, &b->signs, &b->place, &b->row_place,
-                          &b->block_of);
+    return KMP_ARENA_MAKE(
+        &b->arena, KMP_ROOM(double, n, &b->inverse), KMP_ROOM(double, nz, &b->off),
+        KMP_ROOM(double, 2 * n, &b->scratch), KMP_ROOM(char, n, &b->due),
+        KMP_ROOM(int, n + 1, &b->start, &b->lu_start, &b->off_start), KMP_ROOM(int, nz, &b->off_column, &b->target),
+        KMP_ROOM(int, n, &b->p, &b->q, &b->order, &b->pivot, &b->signs, &b->place, &b->row_place, &b->block_of));
 }
 
 /* Compressed columns of the pattern; `ap` has n + 1 places, `ai` nz. */

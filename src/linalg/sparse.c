@@ -55,9 +55,8 @@ static kmp_sparse *make(int n, int nz)
         return NULL;
     s->n = n;
     s->nz = nz;
-    s->start = KMP_ARENA_NEW(&s->arena, long, n + 1);
-    s->row = KMP_ARENA_NEW(&s->arena, long, nz);
-    s->value = KMP_ARENA_NEW(&s->arena, double, nz);
+    KMP_ARENA_MAKE(&s->arena, KMP_ROOM(long, n + 1, &s->start), KMP_ROOM(long, nz, &s->row),
+                   KMP_ROOM(double, nz, &s->value));
     klu_l_defaults(&s->common);
     if (!s->arena.failed)
         return s;

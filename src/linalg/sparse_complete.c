@@ -449,15 +449,12 @@ static bool find_pivots(work *w, const kmp_entries *a, double *pivots)
 static bool allocate(work *w)
 {
     int m = w->m, n = w->n;
-    w->entries = KMP_ARENA_NEW(&w->arena, entry *, m);
-    w->row = KMP_ARENA_NEW(&w->arena, list, m);
-    w->rows = KMP_ARENA_NEW(&w->arena, int *, n);
-    w->column = KMP_ARENA_NEW(&w->arena, list, n);
-    w->ranks = KMP_ARENA_NEW(&w->arena, rank, m < n ? m : n);
-    w->column_gone = KMP_ARENA_NEW(&w->arena, bool, n);
-    KMP_ARENA_EACH(&w->arena, bool, m, &w->row_gone, &w->in_bucket);
-    KMP_ARENA_EACH(&w->arena, int, m, &w->best, &w->heap, &w->heap_at, &w->r_at, &w->next, &w->before);
-    return KMP_ARENA_EACH(&w->arena, int, n + 1, &w->place, &w->c_at, &w->users, &w->bucket);
+    return KMP_ARENA_MAKE(&w->arena, KMP_ROOM(entry *, m, &w->entries), KMP_ROOM(list, m, &w->row),
+                          KMP_ROOM(int *, n, &w->rows), KMP_ROOM(list, n, &w->column),
+                          KMP_ROOM(rank, m < n ? m : n, &w->ranks), KMP_ROOM(bool, n, &w->column_gone),
+                          KMP_ROOM(bool, m, &w->row_gone, &w->in_bucket),
+                          KMP_ROOM(int, m, &w->best, &w->heap, &w->heap_at, &w->r_at, &w->next, &w->before),
+                          KMP_ROOM(int, n + 1, &w->place, &w->c_at, &w->users, &w->bucket));
 }
 
 bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, long *products)

@@ -161,9 +161,8 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
     drawing->marks =
         KMP_ARENA_NEW(&drawing->arena, kmp_mark,
                       3 * model->body_count + 2 * (model->closure_count + model->force_count) + model->point_count);
-    drawing->lines = KMP_ARENA_NEW(&drawing->arena, kmp_line, lines);
-    drawing->is_rod = KMP_ARENA_NEW(&drawing->arena, bool, lines);
-    drawing->slides = KMP_ARENA_NEW(&drawing->arena, kmp_picture_slide, model->body_count);
+    KMP_ARENA_MAKE(&drawing->arena, KMP_ROOM(kmp_line, lines, &drawing->lines), KMP_ROOM(bool, lines, &drawing->is_rod),
+                   KMP_ROOM(kmp_picture_slide, model->body_count, &drawing->slides));
     if (drawing->arena.failed) {
         kmp_drawing_free(drawing);
         return false;

@@ -117,11 +117,10 @@ static bool make_frames(picture *p)
     while ((rows + p->stride - 2) / p->stride + 1 > most && p->stride < rows)
         p->stride++;
     p->frames = (rows + p->stride - 2) / p->stride + 1;
-    p->poses = KMP_ARENA_NEW(&p->arena, kmp_pose, p->model->body_count);
-    p->position = KMP_ARENA_NEW(&p->arena, double, 3 * (ptrdiff_t)p->frames * moving);
-    p->rotation = KMP_ARENA_NEW(&p->arena, double, 4 * (ptrdiff_t)p->frames * moving);
-    p->room = KMP_ARENA_NEW(&p->arena, int16_t, 4 * (ptrdiff_t)p->frames * moving);
-    if (p->arena.failed)
+    if (!KMP_ARENA_MAKE(&p->arena, KMP_ROOM(kmp_pose, p->model->body_count, &p->poses),
+                        KMP_ROOM(double, 3 * (ptrdiff_t)p->frames * moving, &p->position),
+                        KMP_ROOM(double, 4 * (ptrdiff_t)p->frames * moving, &p->rotation),
+                        KMP_ROOM(int16_t, 4 * (ptrdiff_t)p->frames * moving, &p->room)))
         return false;
     pose_frames(p);
     return true;

@@ -169,10 +169,9 @@ kempe_status kmp_record_run(const kempe_system *system, const kmp_run_spec *spec
     own.log = &r.log;
     own.time_count = 0;
     kmp_samples_init(&r.row, system->n, system->m);
-    const kmp_arena_group groups[] = {{rows + 2, {&r.h, &r.hdot, &r.energy, &r.kinetic, &r.potential}},
-                                      {3 * system->n + system->m, {&work.room}}};
     r.ranges = KMP_ARENA_NEW(&r.arena, kmp_step_range, KMP_RECORD_RANGES);
-    bool ok = kmp_arena_make_groups(&r.arena, sizeof groups / sizeof *groups, groups);
+    bool ok = KMP_ARENA_MAKE(&r.arena, KMP_ROOM(double, rows + 2, &r.h, &r.hdot, &r.energy, &r.kinetic, &r.potential),
+                             KMP_ROOM(double, 3 * system->n + system->m, &work.room));
     kempe_status status = ok ? run_rows(system, start, &work) : kmp_fail_memory(system->context);
     if (kmp_has_result(status)) {
         kempe_status judged = judge(system, own.backend, &r);

@@ -68,13 +68,9 @@ static void list_roots(kmp_partials *p)
 static bool init(kmp_partials *p)
 {
     p->derivative = kmp_derivative_of_few(p->g);
-    p->first = KMP_ARENA_NEW(&p->room, uint32_t, p->count + 1);
-    p->first_root = KMP_ARENA_NEW(&p->room, uint32_t, p->count + 1);
-    p->root = KMP_ARENA_NEW(&p->room, int, p->roots);
-    p->met = KMP_ARENA_NEW(&p->room, bool, p->count);
-    p->found = KMP_ARENA_NEW(&p->room, uint32_t, p->count);
-    p->which = KMP_ARENA_NEW(&p->room, int, p->roots);
-    p->value = KMP_ARENA_NEW(&p->room, kmp_ref, p->roots);
+    KMP_ARENA_MAKE(&p->room, KMP_ROOM(uint32_t, p->count + 1, &p->first, &p->first_root),
+                   KMP_ROOM(int, p->roots, &p->root, &p->which), KMP_ROOM(bool, p->count, &p->met),
+                   KMP_ROOM(uint32_t, p->count, &p->found), KMP_ROOM(kmp_ref, p->roots, &p->value));
     if (p->room.failed || !p->derivative)
         return false;
     list_users(p);

@@ -89,9 +89,7 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
         return NULL;
     t->method = method;
     t->count = count;
-    t->owns = KMP_ARENA_NEW(&t->arena, atomic_int, 1);
-    t->x = KMP_ARENA_NEW(&t->arena, double, count);
-    t->y = KMP_ARENA_NEW(&t->arena, double, count);
+    KMP_ARENA_MAKE(&t->arena, KMP_ROOM(atomic_int, 1, &t->owns), KMP_ROOM(double, count, &t->x, &t->y));
     t->piece = kmp_arena_alloc(&t->arena, (size_t)count, sizeof *t->piece);
     t->last = KMP_ARENA_NEW(&t->arena, int, last_part(t) + 2);
     if (!t->arena.failed) {

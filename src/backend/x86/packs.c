@@ -247,9 +247,8 @@ static bool begin(writer *w, kmp_packs *p, uint32_t count, const kmp_straight *o
         w->mask = 2 * w->mask + 1;
     for (uint32_t k = 0; k < count; k++)
         p->writer[operations[k].d] = k + 1;
-    w->joints = KMP_ARENA_NEW(p->arena, joint, w->mask + 1);
-    w->out = KMP_ARENA_NEW(p->arena, kmp_straight, w->most + 1);
-    KMP_ARENA_EACH(p->arena, uint8_t, count, &w->state, &w->alone);
+    KMP_ARENA_MAKE(p->arena, KMP_ROOM(joint, w->mask + 1, &w->joints), KMP_ROOM(kmp_straight, w->most + 1, &w->out),
+                   KMP_ROOM(uint8_t, count, &w->state, &w->alone));
     return KMP_ARENA_EACH(p->arena, uint32_t, 4 * count, &w->pack, &w->pending) &&
            kmp_pack_choose(&w->c, p->arena, count, operations, p->writer);
 }

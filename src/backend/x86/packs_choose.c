@@ -98,10 +98,8 @@ static bool find_shapes(kmp_pack_choice *c, kmp_arena *arena, shapes *all)
     while (size < 2 * c->count)
         size *= 2;
     all->mask = size - 1;
-    all->table = KMP_ARENA_NEW(arena, uint32_t, size);
-    all->shape = KMP_ARENA_NEW(arena, shape, c->count + 1);
-    all->highest = KMP_ARENA_NEW(arena, uint32_t, c->count + 1);
-    if (arena->failed)
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(uint32_t, size, &all->table), KMP_ROOM(shape, c->count + 1, &all->shape),
+                        KMP_ROOM(uint32_t, c->count + 1, &all->highest)))
         return false;
     for (uint32_t k = 0; k < c->count; k++)
         add_to_shape(c, all, k);

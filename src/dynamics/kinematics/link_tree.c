@@ -324,11 +324,11 @@ static void set_state(kmp_tree *tree, int k)
 bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
     *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
-    tree->links = KMP_ARENA_NEW(&tree->arena, kmp_link, tree->count);
-    tree->mounts = KMP_ARENA_NEW(&tree->arena, kmp_mount, model->body_count);
-    tree->symbols = KMP_ARENA_NEW(&tree->arena, double, kmp_tree_symbol_count(tree));
-    tree->unknown = KMP_ARENA_NEW(&tree->arena, kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count);
-    tree->solved = KMP_ARENA_NEW(&tree->arena, bool, model->unknowns_count);
+    KMP_ARENA_MAKE(&tree->arena, KMP_ROOM(kmp_link, tree->count, &tree->links),
+                   KMP_ROOM(kmp_mount, model->body_count, &tree->mounts),
+                   KMP_ROOM(double, kmp_tree_symbol_count(tree), &tree->symbols),
+                   KMP_ROOM(kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count, &tree->unknown),
+                   KMP_ROOM(bool, model->unknowns_count, &tree->solved));
     if (tree->arena.failed || !kmp_tree_place_charts(tree)) {
         kmp_tree_free(tree);
         return false;

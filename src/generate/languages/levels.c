@@ -216,9 +216,8 @@ bool kmp_levels_init(kmp_nesting_levels *l, const kmp_code_source *source, const
     kmp_arena own = {0}, *a = &l->arena; /* own: until the levels are there */
     int code = p->code[2], leaves = p->constant_count + p->input_count;
     *l = (kmp_nesting_levels){.routine = routine};
-    l->numbers = KMP_ARENA_NEW(a, double, p->constant_count + 2);
-    l->groups = KMP_ARENA_NEW(a, kmp_group, code);
-    l->output = KMP_ARENA_NEW(a, int, p->outputs[2]);
+    KMP_ARENA_MAKE(a, KMP_ROOM(double, p->constant_count + 2, &l->numbers), KMP_ROOM(kmp_group, code, &l->groups),
+                   KMP_ROOM(int, p->outputs[2], &l->output));
     for (int k = 0; k < 3; k++) {
         l->operand[k] = KMP_ARENA_NEW(a, int, code);
         l->minus[k] = KMP_ARENA_NEW(a, bool, code);
@@ -271,10 +270,8 @@ bool kmp_outputs_init(kmp_outputs *o, const kmp_nesting_levels *l, int array, bo
     const kmp_array *a = &l->routine->arrays[array];
     int output = a->first, cols = a->cols ? a->cols : 1;
     *o = (kmp_outputs){0};
-    o->from = KMP_ARENA_NEW(&o->arena, int, a->rows *cols);
-    o->to = KMP_ARENA_NEW(&o->arena, int, a->rows *cols);
-    o->minus = KMP_ARENA_NEW(&o->arena, bool, a->rows *cols);
-    if (o->arena.failed)
+    if (!KMP_ARENA_MAKE(&o->arena, KMP_ROOM(int, a->rows *cols, &o->from, &o->to),
+                        KMP_ROOM(bool, a->rows *cols, &o->minus)))
         return false;
     for (int i = 0; i < a->rows; i++)
         for (int k = 0; k < (a->symmetric ? i + 1 : cols); k++, output++) {

@@ -48,9 +48,8 @@ int kmp_eigen_general(int n, double *a, double *re, double *im, double *v_re, do
     int ilo, ihi, lwork = n * (n + 6) + 1, info = 0;
     double norm, *left, *right, *work, *scale;
     kmp_arena room = {0};
-    KMP_ARENA_EACH(&room, double, n *n, &left, &right);
-    KMP_ARENA_EACH(&room, double, lwork, &work);
-    KMP_ARENA_EACH(&room, double, n, &scale);
+    KMP_ARENA_MAKE(&room, KMP_ROOM(double, n *n, &left, &right), KMP_ROOM(double, lwork, &work),
+                   KMP_ROOM(double, n, &scale));
     bool made = !room.failed;
     if (made && n > 0) {
         dgeevx_("B", "V", "V", "N", &n, a, &n, re, im, left, &n, right, &n, &ilo, &ihi, scale, &norm, NULL, NULL, work,
@@ -138,12 +137,9 @@ bool kmp_singular_init(kmp_singular *svd, kmp_arena *arena, int m, int n)
 {
     int k = m < n ? m : n;
     *svd = (kmp_singular){.m = m, .n = n, .k = k, .lwork = 4 * imax(3 * k + imax(m, n), 5 * k) + 1};
-    svd->u = KMP_ARENA_NEW(arena, double, m *k);
-    svd->s = KMP_ARENA_NEW(arena, double, k);
-    svd->vt = KMP_ARENA_NEW(arena, double, k *n);
-    svd->copy = KMP_ARENA_NEW(arena, double, m *n);
-    svd->work = KMP_ARENA_NEW(arena, double, svd->lwork);
-    return !arena->failed;
+    return KMP_ARENA_MAKE(arena, KMP_ROOM(double, m *k, &svd->u), KMP_ROOM(double, k, &svd->s),
+                          KMP_ROOM(double, k *n, &svd->vt), KMP_ROOM(double, m *n, &svd->copy),
+                          KMP_ROOM(double, svd->lwork, &svd->work));
 }
 
 bool kmp_singular_decompose(kmp_singular *svd, const double *a)

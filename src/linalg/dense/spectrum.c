@@ -55,10 +55,9 @@ static double rounding(int n)
 static bool make_rooms(pencil *w)
 {
     double **part = w->part;
-    w->pivot = KMP_ARENA_NEW(&w->arena, int, w->n);
-    KMP_ARENA_EACH(&w->arena, double, w->n, &w->s, &w->row, &w->noise);
-    return KMP_ARENA_EACH(&w->arena, double, w->n * w->n, &w->l, &w->g, &w->k, &w->t, &w->h, &w->a, &w->vector,
-                          &w->apart, &part[0], &part[1], &part[2], &part[3], &part[4], &part[5]);
+    return KMP_ARENA_MAKE(&w->arena, KMP_ROOM(int, w->n, &w->pivot), KMP_ROOM(double, w->n, &w->s, &w->row, &w->noise),
+                          KMP_ROOM(double, w->n * w->n, &w->l, &w->g, &w->k, &w->t, &w->h, &w->a, &w->vector, &w->apart,
+                                   &part[0], &part[1], &part[2], &part[3], &part[4], &part[5]));
 }
 
 /* out = L^-1 a L^-T; `row` has room for n. */

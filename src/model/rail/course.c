@@ -331,8 +331,7 @@ static bool choose_candidates(kmp_track *t, kmp_arena *arena)
 
 static bool make_tables(kmp_track *t, laying *l)
 {
-    const kmp_arena_group group = {l->knots, {&l->s, &l->x, &l->y, &l->cant}};
-    if (!kmp_arena_make_groups(&l->arena, 1, &group))
+    if (!KMP_ARENA_EACH(&l->arena, double, l->knots, &l->s, &l->x, &l->y, &l->cant))
         return false;
     l->knots = 0;
     follow(l);

@@ -39,9 +39,8 @@ static bool read_radius(const reading *c, const kmp_yaml *map, double *radius)
         return false;
     if (*radius > c->track->gauge)
         return true;
-    kmp_reader_complain(c->r, node->place, "radius of %s must be larger than the gauge %.9g, not %.9g", c->what,
-                        c->track->gauge, *radius);
-    return false;
+    return kmp_reader_complain(c->r, node->place, "radius of %s must be larger than the gauge %.9g, not %.9g", c->what,
+                               c->track->gauge, *radius);
 }
 
 static bool read_cant(const reading *c, const kmp_yaml *map, double *cant)
@@ -54,11 +53,10 @@ static bool read_cant(const reading *c, const kmp_yaml *map, double *cant)
         return false;
     if (*cant > -between && *cant < between)
         return true;
-    kmp_reader_complain(c->r, node->place,
-                        "cant of %s is the height of the outer rail above the inner one, less than the "
-                        "%.9g m between them, not %.9g",
-                        c->what, between, *cant);
-    return false;
+    return kmp_reader_complain(c->r, node->place,
+                               "cant of %s is the height of the outer rail above the inner one, less than the "
+                               "%.9g m between them, not %.9g",
+                               c->what, between, *cant);
 }
 
 static bool read_piece(const reading *c, const kmp_yaml *map, kmp_course_piece *piece)
@@ -69,18 +67,14 @@ static bool read_piece(const reading *c, const kmp_yaml *map, kmp_course_piece *
     const char *kind = kmp_course_words[piece->kind];
     if (!node || !read_length(c, node, kind, &piece->length))
         return false;
-    if (!(piece->length * 1000 >= KMP_COURSE_SHORTEST)) {
-        kmp_reader_complain(c->r, node->place, "%s of %s must be at least %d mm long, not %.9g m", kind, c->what,
-                            KMP_COURSE_SHORTEST, piece->length);
-        return false;
-    }
+    if (!(piece->length * 1000 >= KMP_COURSE_SHORTEST))
+        return kmp_reader_complain(c->r, node->place, "%s of %s must be at least %d mm long, not %.9g m", kind, c->what,
+                                   KMP_COURSE_SHORTEST, piece->length);
     bool curve = piece->kind == KMP_COURSE_LEFT || piece->kind == KMP_COURSE_RIGHT;
     for (int k = 0; k < 2 && !curve; k++) {
         const char *key = k ? "cant" : "radius";
-        if (kmp_yaml_get(map, key)) {
-            kmp_reader_complain(c->r, kmp_yaml_get(map, key)->place, "%s: a %s has no %s", c->what, kind, key);
-            return false;
-        }
+        if (kmp_yaml_get(map, key))
+            return kmp_reader_complain(c->r, kmp_yaml_get(map, key)->place, "%s: a %s has no %s", c->what, kind, key);
     }
     return !curve || (read_radius(c, map, &piece->radius) && read_cant(c, map, &piece->cant));
 }
@@ -121,9 +115,8 @@ static bool check_length(kmp_reader *r, const kmp_yaml *list, const char *what, 
         length += t->course[k].length;
     if (length <= 1000.0 * KMP_COURSE_LONGEST)
         return true;
-    kmp_reader_complain(r, list->place, "%s is %.9g m long: at most %d km are allowed", what, length,
-                        KMP_COURSE_LONGEST);
-    return false;
+    return kmp_reader_complain(r, list->place, "%s is %.9g m long: at most %d km are allowed", what, length,
+                               KMP_COURSE_LONGEST);
 }
 
 void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_track *track)

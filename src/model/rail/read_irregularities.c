@@ -42,8 +42,7 @@ static bool read_seed(const reading *c)
         return false;
     if (*seed >= 0 && *seed <= 1e9 && *seed == floor(*seed))
         return true;
-    kmp_reader_complain(c->r, node->place, "seed of %s is an integer up to 1e9, not %.9g", c->what, *seed);
-    return false;
+    return kmp_reader_complain(c->r, node->place, "seed of %s is an integer up to 1e9, not %.9g", c->what, *seed);
 }
 
 static bool read_stretch(const reading *c)
@@ -54,10 +53,9 @@ static bool read_stretch(const reading *c)
         return false;
     if (fmax(fabs(c->spectrum->from), fabs(c->spectrum->to)) <= farthest)
         return true;
-    kmp_reader_complain(c->r, to->place,
-                        "%s are made within %.9g m of the track's beginning, not from %.9g m to %.9g m", c->what,
-                        farthest, c->spectrum->from, c->spectrum->to);
-    return false;
+    return kmp_reader_complain(c->r, to->place,
+                               "%s are made within %.9g m of the track's beginning, not from %.9g m to %.9g m", c->what,
+                               farthest, c->spectrum->from, c->spectrum->to);
 }
 
 static bool read_wavelengths(const reading *c)
@@ -72,10 +70,9 @@ static bool read_wavelengths(const reading *c)
         return false;
     if (*shortest >= finest && *longest > *shortest)
         return true;
-    kmp_reader_complain(c->r, list->place,
-                        "%s are the shortest and the longest one, at least %.9g m, not %.9g and %.9g", what, finest,
-                        *shortest, *longest);
-    return false;
+    return kmp_reader_complain(c->r, list->place,
+                               "%s are the shortest and the longest one, at least %.9g m, not %.9g and %.9g", what,
+                               finest, *shortest, *longest);
 }
 
 static bool check_size(const reading *c)
@@ -104,9 +101,8 @@ static bool read_scale(const reading *c)
         return false;
     if (*scale >= 0 && *scale <= largest_scale)
         return true;
-    kmp_reader_complain(c->r, node->place, "scale of %s is a factor from 0 to %.9g, not %.9g", c->what, largest_scale,
-                        *scale);
-    return false;
+    return kmp_reader_complain(c->r, node->place, "scale of %s is a factor from 0 to %.9g, not %.9g", c->what,
+                               largest_scale, *scale);
 }
 
 static bool read_spectrum(const reading *c)

@@ -14,16 +14,12 @@ static bool read_unit(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     if (!node)
         return true;
     const char *word = kmp_read_word(r, node, kmp_reader_say(r, "unit of %s", what));
-    if (word && !kmp_yaml_get(map, "csv")) {
-        kmp_reader_complain(
+    if (word && !kmp_yaml_get(map, "csv"))
+        return kmp_reader_complain(
             r, node->place,
             "%s: a unit applies to the columns of a CSV file; numbers of the model file have their own units", what);
-        return false;
-    }
-    if (word && (!kmp_unit_find(word, strlen(word), unit) || !kmp_dimension_fits(unit->dimension, KMP_DIM_LENGTH))) {
-        kmp_reader_complain(r, node->place, "%s: the unit must be a length such as mm, not '%s'", what, word);
-        return false;
-    }
+    if (word && (!kmp_unit_find(word, strlen(word), unit) || !kmp_dimension_fits(unit->dimension, KMP_DIM_LENGTH)))
+        return kmp_reader_complain(r, node->place, "%s: the unit must be a length such as mm, not '%s'", what, word);
     return word;
 }
 
@@ -47,30 +43,26 @@ static bool check_order(const kmp_points *p)
     double sense = p->x[p->count - 1] - p->x[0];
     for (int k = 1; k < p->count; k++) {
         double step = p->x[k] - p->x[k - 1];
-        if (step == 0) {
-            kmp_reader_complain(p->r, p->place[k],
-                                "%s: y = %.9g is given twice: a profile has one height for each y; remove one of the "
-                                "points, a vertical part cannot carry a wheel",
-                                p->what, p->x[k]);
-            return false;
-        }
-        if ((step > 0) != (sense > 0)) {
-            kmp_reader_complain(
+        if (step == 0)
+            return kmp_reader_complain(
+                p->r, p->place[k],
+                "%s: y = %.9g is given twice: a profile has one height for each y; remove one of the "
+                "points, a vertical part cannot carry a wheel",
+                p->what, p->x[k]);
+        if ((step > 0) != (sense > 0))
+            return kmp_reader_complain(
                 p->r, p->place[k],
                 "%s: y decreases from %.9g to %.9g: a profile has one height for each y; remove the overhanging part",
                 p->what, p->x[k - 1], p->x[k]);
-            return false;
-        }
     }
     return true;
 }
 
 static bool check_points(const kmp_points *p)
 {
-    if (p->count < LEAST_POINTS) {
-        kmp_reader_complain(p->r, p->map->place, "%s: a profile needs at least four points, not %d", p->what, p->count);
-        return false;
-    }
+    if (p->count < LEAST_POINTS)
+        return kmp_reader_complain(p->r, p->map->place, "%s: a profile needs at least four points, not %d", p->what,
+                                   p->count);
     return check_order(p);
 }
 
@@ -92,10 +84,10 @@ static bool check_spline(const kmp_points *p, const kmp_table *t)
         double apart = hypot(t->x[k + 1] - t->x[k], t->y[k + 1] - t->y[k]), off = swing(t, k);
         if (off <= apart / 4)
             continue;
-        kmp_reader_complain(p->r, p->place[k + 1],
-                            "%s: the spline overshoots between y = %.9g m and %.9g m by %.3g m: add points there",
-                            p->what, t->x[k], t->x[k + 1], off);
-        return false;
+        return kmp_reader_complain(
+            p->r, p->place[k + 1],
+            "%s: the spline overshoots between y = %.9g m and %.9g m by %.3g m: add points there", p->what, t->x[k],
+            t->x[k + 1], off);
     }
     return true;
 }

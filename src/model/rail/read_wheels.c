@@ -40,10 +40,8 @@ static bool read_rail(const reading *w, const kmp_yaml *node)
     int side = dot ? kmp_name_find(KMP_NAMES(kmp_track_side_words, KMP_TRACK_SIDES), dot + 1) : -1;
     if (!word)
         return false;
-    if (side < 0) {
-        kmp_reader_complain(r, node->place, "%s: a rail is TRACK.left or TRACK.right, not '%s'", w->what, word);
-        return false;
-    }
+    if (side < 0)
+        return kmp_reader_complain(r, node->place, "%s: a rail is TRACK.left or TRACK.right, not '%s'", w->what, word);
     w->wheel->side = (kmp_track_side)side;
     kmp_yaml name = *node;
     name.text = kmp_reader_say(r, "%.*s", (int)(dot - word), word);
@@ -59,9 +57,8 @@ static bool read_centre(const reading *w, const kmp_yaml *node)
         return false;
     if (w->r->model->points[w->wheel->point].body > 0)
         return true;
-    kmp_reader_complain(w->r, node->place,
-                        "%s: a wheel is at a point of a body that rotates with it, not of the ground", w->what);
-    return false;
+    return kmp_reader_complain(w->r, node->place,
+                               "%s: a wheel is at a point of a body that rotates with it, not of the ground", w->what);
 }
 
 /* -- numbers ------------------------------------------------------------------------------------- */
@@ -78,8 +75,7 @@ static bool read_poisson(const reading *w)
         return false;
     if (*poisson >= 0 && *poisson <= 0.5)
         return true;
-    kmp_reader_complain(w->r, node->place, "%s: poisson must be between 0 and 0.5, not %.6g", w->what, *poisson);
-    return false;
+    return kmp_reader_complain(w->r, node->place, "%s: poisson must be between 0 and 0.5, not %.6g", w->what, *poisson);
 }
 
 static bool read_numbers(const reading *w)
@@ -127,9 +123,8 @@ static bool read_zone(const reading *w, const kmp_yaml *node, int k, double (*zo
             return false;
     if (zone[k][0] < zone[k][1] && (k == 0 || zone[k][0] >= zone[k - 1][1]))
         return true;
-    kmp_reader_complain(w->r, node->place, "%s is from %.6g to %.6g: zones must increase without overlap", what,
-                        zone[k][0], zone[k][1]);
-    return false;
+    return kmp_reader_complain(w->r, node->place, "%s is from %.6g to %.6g: zones must increase without overlap", what,
+                               zone[k][0], zone[k][1]);
 }
 
 static bool read_zones(const reading *w)
@@ -140,11 +135,9 @@ static bool read_zones(const reading *w)
         return true;
     if (!kmp_read_list(w->r, list, kmp_reader_say(w->r, "zones of %s", w->what), -1))
         return false;
-    if (list->count < 1 || list->count > KMP_WHEEL_ZONES) {
-        kmp_reader_complain(w->r, list->place, "%s: a wheel has 1 to %d zones, not %d", w->what, KMP_WHEEL_ZONES,
-                            list->count);
-        return false;
-    }
+    if (list->count < 1 || list->count > KMP_WHEEL_ZONES)
+        return kmp_reader_complain(w->r, list->place, "%s: a wheel has 1 to %d zones, not %d", w->what, KMP_WHEEL_ZONES,
+                                   list->count);
     bool good = true;
     for (int k = 0; k < list->count; k++)
         good = read_zone(w, list->items[k], k, wheel->zone) && good;

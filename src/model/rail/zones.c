@@ -87,12 +87,9 @@ static bool begin(scan *s, const kmp_track *track, const kmp_wheel *wheel)
     s->radius = sample(&s->arena, height, s->first, s->step, s->count);
     s->rail = sample(&s->arena, track->rail, s->rail_first, s->rail_step, s->rail_count);
     s->lowest = s->count - 1;
-    s->aside = KMP_ARENA_NEW(&s->arena, double, s->count);
-    s->below = KMP_ARENA_NEW(&s->arena, double, s->count);
-    s->over = KMP_ARENA_NEW(&s->arena, double, (s->count + RUN - 1) / RUN);
-    s->low = KMP_ARENA_NEW(&s->arena, double, (s->count + RUN - 1) / RUN);
-    s->top = KMP_ARENA_NEW(&s->arena, double, s->rail_count);
-    if (s->arena.failed)
+    if (!KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, s->count, &s->aside, &s->below),
+                        KMP_ROOM(double, (s->count + RUN - 1) / RUN, &s->over, &s->low),
+                        KMP_ROOM(double, s->rail_count, &s->top)))
         return false;
     for (int k = 0; k < s->count; k++)
         s->radius[k] = wheel->radius.value - s->radius[k];

@@ -102,10 +102,9 @@ static bool read_guesses(kmp_reader *r, const kmp_yaml *of, const char *what, km
 {
     if (!kmp_read_map(r, of, what, NULL))
         return false;
-    if (of->count < 1 || of->count > KMP_UNKNOWNS_MOST) {
-        kmp_reader_complain(r, of->place, "%s has %d names; 1 to %d are allowed", what, of->count, KMP_UNKNOWNS_MOST);
-        return false;
-    }
+    if (of->count < 1 || of->count > KMP_UNKNOWNS_MOST)
+        return kmp_reader_complain(r, of->place, "%s has %d names; 1 to %d are allowed", what, of->count,
+                                   KMP_UNKNOWNS_MOST);
     for (int k = 0; k < of->count; k++) {
         const kmp_yaml *key = of->keys[k];
         const char *name = kmp_reader_name(r, key->place.file, key->text);

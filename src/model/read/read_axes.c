@@ -36,9 +36,9 @@ bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double
     if (node->kind != KMP_YAML_LIST) {
         if (node->kind == KMP_YAML_SCALAR && read_letter_axis(node->text, axis))
             return true;
-        kmp_reader_complain(r, node->place, "%s: an axis is x, y, z, -x, -y, -z or a list of three numbers%s%s%s", what,
-                            node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
-        return false;
+        return kmp_reader_complain(r, node->place,
+                                   "%s: an axis is x, y, z, -x, -y, -z or a list of three numbers%s%s%s", what,
+                                   node->text[0] ? ", not '" : "", node->text, node->text[0] ? "'" : "");
     }
     if (!kmp_read_vector(r, node, kmp_reader_say(r, "%s: the axis", what), KMP_DIM_ANY, vector))
         return false;
@@ -48,8 +48,7 @@ bool kmp_read_axis(kmp_reader *r, const kmp_yaml *node, const char *what, double
     }
     if (normalise(axis))
         return true;
-    kmp_reader_complain(r, node->place, "%s: the axis has no direction: all its components are zero", what);
-    return false;
+    return kmp_reader_complain(r, node->place, "%s: the axis has no direction: all its components are zero", what);
 }
 
 /* -- orientations -------------------------------------------------------------------------------- */
@@ -105,11 +104,9 @@ bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double
 {
     double axis[2][3];
     int number[2] = {0};
-    if (node->kind != KMP_YAML_MAP || node->count < 1 || node->count > 2) {
-        kmp_reader_complain(r, node->place, "%s: axes are given by one or two of x, y, z, such as {z: [0, 1, 1]}",
-                            what);
-        return false;
-    }
+    if (node->kind != KMP_YAML_MAP || node->count < 1 || node->count > 2)
+        return kmp_reader_complain(r, node->place,
+                                   "%s: axes are given by one or two of x, y, z, such as {z: [0, 1, 1]}", what);
     if (!kmp_read_map(r, node, what, axes_keys))
         return false;
     for (int k = 0; k < node->count; k++) {
@@ -123,6 +120,5 @@ bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double
     }
     if (kmp_square_axes(number[0], axis[0], number[1], axis[1], m))
         return true;
-    kmp_reader_complain(r, node->place, "%s: the two axes have the same direction", what);
-    return false;
+    return kmp_reader_complain(r, node->place, "%s: the two axes have the same direction", what);
 }

@@ -97,10 +97,8 @@ static const kmp_yaml *load(kmp_reader *r, const kmp_yaml *node, const char *pat
 
 static bool check_root(kmp_reader *r, const kmp_yaml *root)
 {
-    if (root->kind != KMP_YAML_MAP) {
-        kmp_reader_complain(r, root->place, "a model is a mapping that begins with 'kempe: 1'");
-        return false;
-    }
+    if (root->kind != KMP_YAML_MAP)
+        return kmp_reader_complain(r, root->place, "a model is a mapping that begins with 'kempe: 1'");
     (void)kmp_read_version(r, root, "the included model");
     return kmp_read_map(r, root, "the included model", kmp_model_keys);
 }

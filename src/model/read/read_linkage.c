@@ -157,8 +157,8 @@ static bool read_ends(kmp_reader *r, const kmp_linkage *g, kmp_edge *edge, const
         return false;
     if (edge->body[0] != edge->body[1])
         return true;
-    kmp_reader_complain(r, points->place, "%s: both points are on body '%s'", what, g->body_names[edge->body[0]]);
-    return false;
+    return kmp_reader_complain(r, points->place, "%s: both points are on body '%s'", what,
+                               g->body_names[edge->body[0]]);
 }
 
 /* Checks that no loop, drive or other joint has the name of a joint, which may be cut. */
@@ -329,11 +329,10 @@ static kmp_linkage *new_linkage(kmp_reader *r, int bodies, int joints)
     int n = bodies + 1;
     if (!g)
         return NULL;
-    g->edges = KMP_ARENA_NEW(&r->scratch, kmp_edge, bodies + joints);
-    g->path = KMP_ARENA_NEW(&r->scratch, int, 2 * n);
-    KMP_ARENA_EACH(&r->scratch, const char *, n, &g->body_names);
-    KMP_ARENA_EACH(&r->scratch, const kmp_yaml *, n, &g->body_keys, &g->body_maps);
-    KMP_ARENA_EACH(&r->scratch, int, n, &g->by, &g->depth, &g->order, &g->group);
+    KMP_ARENA_MAKE(&r->scratch, KMP_ROOM(kmp_edge, bodies + joints, &g->edges), KMP_ROOM(int, 2 * n, &g->path),
+                   KMP_ROOM(const char *, n, &g->body_names),
+                   KMP_ROOM(const kmp_yaml *, n, &g->body_keys, &g->body_maps),
+                   KMP_ROOM(int, n, &g->by, &g->depth, &g->order, &g->group));
     return r->scratch.failed ? NULL : g;
 }
 

@@ -87,9 +87,9 @@ static bool take_names(kmp_section *s)
     kmp_reader *r = s->r;
     kempe_model *model = r->model;
     model->parameters = KMP_ARENA_NEW(&model->arena, kmp_parameter, s->count);
-    r->parameter_known = KMP_ARENA_NEW(&r->scratch, bool, s->count);
-    r->parameter_values = KMP_ARENA_NEW(&r->scratch, double, s->count);
-    r->parameter_dimensions = KMP_ARENA_NEW(&r->scratch, kmp_dimension, s->count);
+    KMP_ARENA_MAKE(&r->scratch, KMP_ROOM(bool, s->count, &r->parameter_known),
+                   KMP_ROOM(double, s->count, &r->parameter_values),
+                   KMP_ROOM(kmp_dimension, s->count, &r->parameter_dimensions));
     if (r->scratch.failed || model->arena.failed)
         return false;
     while (kmp_section_next(s)) {

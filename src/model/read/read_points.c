@@ -9,9 +9,7 @@ typedef kmp_points points;
 
 static bool make_room(points *p, int count)
 {
-    p->x = KMP_ARENA_NEW(&p->r->scratch, double, count);
-    p->y = KMP_ARENA_NEW(&p->r->scratch, double, count);
-    p->place = KMP_ARENA_NEW(&p->r->scratch, kmp_place, count);
+    KMP_ARENA_MAKE(&p->r->scratch, KMP_ROOM(double, count, &p->x, &p->y), KMP_ROOM(kmp_place, count, &p->place));
     return p->x && p->y && p->place;
 }
 
@@ -34,11 +32,9 @@ static bool read_lists(points *p)
     if (!x || !y || !kmp_read_list(p->r, x, kmp_reader_say(p->r, "%s of %s", p->key[0], p->what), -1) ||
         !kmp_read_list(p->r, y, kmp_reader_say(p->r, "%s of %s", p->key[1], p->what), -1))
         return false;
-    if (x->count != y->count) {
-        kmp_reader_complain(p->r, y->place, "%s: %s has %d numbers, %s has %d", p->what, p->key[0], x->count, p->key[1],
-                            y->count);
-        return false;
-    }
+    if (x->count != y->count)
+        return kmp_reader_complain(p->r, y->place, "%s: %s has %d numbers, %s has %d", p->what, p->key[0], x->count,
+                                   p->key[1], y->count);
     if (!make_room(p, x->count))
         return false;
     p->count = x->count;

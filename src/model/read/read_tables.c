@@ -7,10 +7,8 @@
 
 static bool check_points(const kmp_points *p, kmp_place place)
 {
-    if (p->count < 2) {
-        kmp_reader_complain(p->r, place, "%s: a table needs at least two points, not %d", p->what, p->count);
-        return false;
-    }
+    if (p->count < 2)
+        return kmp_reader_complain(p->r, place, "%s: a table needs at least two points, not %d", p->what, p->count);
     int bad = kmp_table_check(p->count, p->x, p->y);
     if (bad > 0)
         kmp_reader_complain(p->r, p->place[bad], "%s: x must increase: %.9g comes after %.9g", p->what, p->x[bad],

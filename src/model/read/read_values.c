@@ -267,8 +267,7 @@ bool kmp_check_dimension(kmp_reader *r, const kmp_yaml *node, const char *what, 
         kmp_text_put(&sentence, ", got ");
         kmp_dimension_print(&sentence, found);
     }
-    kmp_reader_complain(r, place, "%s: %s", what, kmp_reader_take(r, &sentence));
-    return false;
+    return kmp_reader_complain(r, place, "%s: %s", what, kmp_reader_take(r, &sentence));
 }
 
 kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double power)
@@ -363,8 +362,8 @@ bool kmp_check_rule(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_f
 {
     if (kmp_field_fits(rule, value))
         return true;
-    kmp_reader_complain(r, node->place, "%s is %.6g: it must %s%s", what, value, kmp_field_rule_words(rule), hint);
-    return false;
+    return kmp_reader_complain(r, node->place, "%s is %.6g: it must %s%s", what, value, kmp_field_rule_words(rule),
+                               hint);
 }
 
 /* Sets a flag of the parameters in an expression, and of those that they depend on; `flag`: its place in them. */
@@ -523,10 +522,9 @@ bool kmp_read_two_points(kmp_reader *r, const kmp_yaml *node, const char *what, 
     if (!good || read[0] < 0 || read[1] < 0)
         return false;
     int body = r->model->points[read[0]].body;
-    if (body == r->model->points[read[1]].body) {
-        kmp_reader_complain(r, node->place, "%s: both points are on body '%s'", what, r->model->bodies[body].name);
-        return false;
-    }
+    if (body == r->model->points[read[1]].body)
+        return kmp_reader_complain(r, node->place, "%s: both points are on body '%s'", what,
+                                   r->model->bodies[body].name);
     memcpy(point, read, sizeof read);
     return true;
 }

@@ -24,9 +24,8 @@ bool kmp_read_version(kmp_reader *r, const kmp_yaml *root, const char *what)
     const kmp_yaml *version = kmp_read_required(r, root, what, "kempe");
     if (!version || strcmp(version->text, "1") == 0)
         return true;
-    kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model format, not '%s'",
-                        version->text);
-    return false;
+    return kmp_reader_complain(r, version->place, "kempe: this program reads version 1 of the model format, not '%s'",
+                               version->text);
 }
 
 /* The file's name without folders and ending. */

@@ -14,11 +14,12 @@ static void say(kmp_reader *r, kmp_place place, kmp_text *sentence)
     kmp_text_free(sentence);
 }
 
-void kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...)
+bool kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...)
 {
     kmp_text sentence = {0};
     KMP_TEXT_ARGUMENTS(&sentence, format);
     say(r, place, &sentence);
+    return false;
 }
 
 void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)
@@ -82,10 +83,8 @@ bool kmp_read_map(kmp_reader *r, const kmp_yaml *node, const char *what, const k
 {
     if (node->empty)
         return true;
-    if (node->kind != KMP_YAML_MAP) {
-        kmp_reader_complain(r, node->place, "%s must be a mapping (key: value), not %s", what, kind_name(node));
-        return false;
-    }
+    if (node->kind != KMP_YAML_MAP)
+        return kmp_reader_complain(r, node->place, "%s must be a mapping (key: value), not %s", what, kind_name(node));
     kmp_name_list known = KMP_NAMES(keys, 0);
     while (keys && keys[known.count].name)
         known.count++;

@@ -110,7 +110,8 @@ void kmp_check_joint_keys(kmp_reader *r, const kmp_joint_row *row, const kmp_yam
 
 /* -- errors -------------------------------------------------------------------------------------- */
 
-void kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
+/** Returns false: a function that has no result ends with `return kmp_reader_complain(..)`. */
+bool kmp_reader_complain(kmp_reader *r, kmp_place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
 /** Reports "<sentence>; did you mean ...?" with the suggestion of `nearest`. */
 void kmp_reader_complain_near(kmp_reader *r, kmp_place place, const kmp_nearest *nearest, const char *format, ...)

@@ -129,12 +129,10 @@ static bool read_between(const reading *s, const kmp_yaml *node, const char *key
     kmp_arena *arena = &s->r->model->arena;
     static const char *const none[] = {"at", "axis"};
     for (int k = 0; k < 2; k++)
-        if (kmp_yaml_get(s->map, none[k])) {
-            kmp_reader_complain(s->r, kmp_yaml_get(s->map, none[k])->place,
-                                "%s: a %s between two places has no '%s'; give its length in place of them", s->what,
-                                key, none[k]);
-            return false;
-        }
+        if (kmp_yaml_get(s->map, none[k]))
+            return kmp_reader_complain(s->r, kmp_yaml_get(s->map, none[k])->place,
+                                       "%s: a %s between two places has no '%s'; give its length in place of them",
+                                       s->what, key, none[k]);
     kmp_number(*end)[3] = kmp_read_list(s->r, node, say_key(s, key), 2) ? read_places(s, node, key) : NULL;
     kmp_number sum = {.value = 0}, way[3];
     if (!end)
@@ -199,10 +197,8 @@ static bool read_line(const reading *s, const kmp_yaml *node)
     if (!kmp_read_list(s->r, node, say_key(s, "line"), -1) ||
         (radius && !read_positive(s, radius, "radius", &s->shape->radius)))
         return false;
-    if (node->count < 2) {
-        kmp_reader_complain(s->r, node->place, "%s: a line needs two places or more", s->what);
-        return false;
-    }
+    if (node->count < 2)
+        return kmp_reader_complain(s->r, node->place, "%s: a line needs two places or more", s->what);
     s->shape->through = (const kmp_number(*)[3])read_places(s, node, "line");
     s->shape->through_count = node->count;
     return s->shape->through;

@@ -262,13 +262,11 @@ static bool begin(grid *g)
     kempe_comparison *c = g->comparison;
     kmp_samples_init(&g->table, c->system->n, c->system->m);
     c->runs = KMP_ARENA_NEW(&c->arena, kmp_compared, c->method_count * c->rtol_count);
-    g->before = KMP_ARENA_NEW(&g->arena, kmp_samples, c->method_count);
-    g->before_run = KMP_ARENA_NEW(&g->arena, int, c->method_count);
-    g->cpu_s = KMP_ARENA_NEW(&g->arena, double, c->method_count);
-    g->repeats = KMP_ARENA_NEW(&g->arena, int, c->method_count * c->rtol_count);
-    g->out = KMP_ARENA_NEW(&g->arena, bool, c->method_count);
-    g->methods = KMP_ARENA_NEW(&g->arena, int, c->method_count);
-    g->rtols = KMP_ARENA_NEW(&g->arena, int, c->rtol_count);
+    KMP_ARENA_MAKE(&g->arena, KMP_ROOM(kmp_samples, c->method_count, &g->before),
+                   KMP_ROOM(int, c->method_count, &g->before_run, &g->methods),
+                   KMP_ROOM(double, c->method_count, &g->cpu_s),
+                   KMP_ROOM(int, c->method_count * c->rtol_count, &g->repeats),
+                   KMP_ROOM(bool, c->method_count, &g->out), KMP_ROOM(int, c->rtol_count, &g->rtols));
     if (!c->runs || g->arena.failed)
         return false;
     c->count = c->method_count * c->rtol_count;

@@ -73,10 +73,9 @@ static kempe_batch *new_batch(const kempe_ensemble *e)
     b->ensemble = e;
     b->count = e->values->count;
     b->n = kmp_ensemble_system(e->inner)->n;
-    b->results = KMP_ARENA_NEW(&b->arena, kmp_ensemble_result, b->count);
-    b->q = KMP_ARENA_NEW(&b->arena, double, (size_t)b->count *(size_t)b->n);
-    b->qd = KMP_ARENA_NEW(&b->arena, double, (size_t)b->count *(size_t)b->n);
-    b->again = KMP_ARENA_NEW(&b->arena, kmp_convergence, b->count);
+    KMP_ARENA_MAKE(&b->arena, KMP_ROOM(kmp_ensemble_result, b->count, &b->results),
+                   KMP_ROOM(double, (size_t)b->count *(size_t)b->n, &b->q, &b->qd),
+                   KMP_ROOM(kmp_convergence, b->count, &b->again));
     if (!b->arena.failed)
         return b;
     kempe_batch_free(b);

@@ -16,15 +16,12 @@
 bool kmp_descent_init(kmp_descent *w)
 {
     int n = w->n;
-    const kmp_arena_group groups[] = {{n,
-                                       {&w->q, &w->begin, &w->rates, &w->work, &w->size, &w->values, &w->right,
-                                        &w->step, &w->force, &w->move, &w->trial}},
-                                      {n * n, {&w->matrix, &w->vectors, &w->factors}}};
-    (void)kmp_arena_make_groups(&w->arena, 2, groups);
-    w->pivot = KMP_ARENA_NEW(&w->arena, int, n);
-    w->place = KMP_ARENA_NEW(&w->arena, int, n);
-    w->rate = KMP_ARENA_NEW(&w->arena, int, n);
-    w->given = KMP_ARENA_NEW(&w->arena, double, w->search->rate_count);
+    KMP_ARENA_MAKE(&w->arena,
+                   KMP_ROOM(double, n, &w->q, &w->begin, &w->rates, &w->work, &w->size, &w->values, &w->right, &w->step,
+                            &w->force, &w->move, &w->trial),
+                   KMP_ROOM(double, n *n, &w->matrix, &w->vectors, &w->factors),
+                   KMP_ROOM(int, n, &w->pivot, &w->place, &w->rate),
+                   KMP_ROOM(double, w->search->rate_count, &w->given));
     for (int k = 0; w->given && k < w->search->rate_count; k++)
         w->given[k] = w->search->rates[k].rate;
     size_t charts = KMP_CHART_SIZE * (size_t)w->l->system->chart_count;

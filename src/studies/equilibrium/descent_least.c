@@ -43,19 +43,13 @@ static bool make_room(solver *s)
 {
     int n = s->w->n, m = s->w->l->m, f = s->x->free_count, t = s->x->target_count, r = s->w->search->rate_count;
     int rows = n + t, columns = n + f;
-    const kmp_arena_group groups[] = {{n, {&s->unit, &s->dqd, &s->dqdd, &s->dr}},
-                                      {m, {&s->dlambda}},
-                                      {3 * m + n, {&s->partial}},
-                                      {rows, {&s->value, &s->row_size}},
-                                      {columns, {&s->column_size, &s->step}},
-                                      {rows * columns, {&s->jacobian}},
-                                      {(rows + columns) * columns, {&s->damped}},
-                                      {rows + columns, {&s->right}},
-                                      {n * columns, {&s->moves}},
-                                      {s->shown, {&s->along}},
-                                      {n + f + r, {&s->kept, &s->good}},
-                                      {t, {&s->from, &s->to}}};
-    return kmp_arena_make_groups(&s->w->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(
+        &s->w->arena, KMP_ROOM(double, n, &s->unit, &s->dqd, &s->dqdd, &s->dr), KMP_ROOM(double, m, &s->dlambda),
+        KMP_ROOM(double, 3 * m + n, &s->partial), KMP_ROOM(double, rows, &s->value, &s->row_size),
+        KMP_ROOM(double, columns, &s->column_size, &s->step), KMP_ROOM(double, rows *columns, &s->jacobian),
+        KMP_ROOM(double, (rows + columns) * columns, &s->damped), KMP_ROOM(double, rows + columns, &s->right),
+        KMP_ROOM(double, n *columns, &s->moves), KMP_ROOM(double, s->shown, &s->along),
+        KMP_ROOM(double, n + f + r, &s->kept, &s->good), KMP_ROOM(double, t, &s->from, &s->to));
 }
 
 /* -- the equations ----------------------------------------------------------------------------------- */

@@ -40,10 +40,9 @@ static kempe_status read_release(kmp_exchange *x, const kempe_model *model, cons
 {
     char **word;
     int count = kmp_text_words(&x->arena, list, &word);
-    const kmp_arena_group groups[] = {{count, {&x->value, &x->trial, &x->given}}};
-    x->name = KMP_ARENA_NEW(&x->arena, const char *, count);
-    x->rate = KMP_ARENA_NEW(&x->arena, int, count);
-    KMP_TRY(kmp_made(model->context, kmp_arena_make_groups(&x->arena, 1, groups)));
+    KMP_TRY(kmp_made(model->context,
+                     KMP_ARENA_MAKE(&x->arena, KMP_ROOM(const char *, count, &x->name), KMP_ROOM(int, count, &x->rate),
+                                    KMP_ROOM(double, count, &x->value, &x->trial, &x->given))));
     for (int k = 0; k < count; k++)
         if (!is_rate(word[k])) {
             int at = kmp_parameter_find(model, word[k]);

@@ -13,9 +13,9 @@
 static bool make_room(kmp_operating *o)
 {
     int n = o->system->n, charts = o->system->chart_count;
-    const kmp_arena_group groups[] = {{n, {&o->q, &o->qd, &o->inner_q, &o->inner_qd, &o->trial}},
-                                      {KMP_CHART_SIZE * charts, {&o->chart}}};
-    return kmp_arena_make_groups(&o->arena, charts > 0 ? 2 : 1, groups);
+    if (charts > 0)
+        o->chart = KMP_ARENA_NEW(&o->arena, double, KMP_CHART_SIZE *charts);
+    return KMP_ARENA_EACH(&o->arena, double, n, &o->q, &o->qd, &o->inner_q, &o->inner_qd, &o->trial);
 }
 
 /* Takes the assembled start in its charts, none of them singular. */

@@ -14,14 +14,10 @@
 static bool make_room(kmp_inverse *v)
 {
     ptrdiff_t n = v->n, entries = v->system->jacobian.count, pressed = v->system->load_row_count > 0 ? n : 0;
-    const kmp_arena_group groups[] = {{v->a, {&v->weight, &v->tau}},
-                                      {v->m, {&v->lambda}},
-                                      {entries, {&v->masked}},
-                                      {n, {&v->rest, &v->sum}},
-                                      {pressed, {&v->inertia}}};
-    v->actuator = KMP_ARENA_NEW(&v->arena, int, v->a);
-    v->left_out = KMP_ARENA_NEW(&v->arena, bool, v->m);
-    return kmp_arena_make_groups(&v->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(&v->arena, KMP_ROOM(int, v->a, &v->actuator), KMP_ROOM(bool, v->m, &v->left_out),
+                          KMP_ROOM(double, v->a, &v->weight, &v->tau), KMP_ROOM(double, v->m, &v->lambda),
+                          KMP_ROOM(double, entries, &v->masked), KMP_ROOM(double, n, &v->rest, &v->sum),
+                          KMP_ROOM(double, pressed, &v->inertia));
 }
 
 kempe_status kmp_inverse_init(kmp_inverse *inverse, kmp_evaluator *eval, int count, const int *actuator,
@@ -66,9 +62,8 @@ static kempe_status choose(kmp_inverse *v)
     kmp_eval_mask(v->eval, v->left_out, v->masked);
     KMP_TRY(kmp_partition_init(&v->part, v->system, v->masked, NULL, 0));
     int p = v->p = v->part.p;
-    const kmp_arena_group groups[] = {
-        {p * p, {&v->gram, &v->inner}}, {p * v->a, {&v->matrix}}, {p, {&v->reach, &v->choice, &v->left}}};
-    if (!kmp_arena_make_groups(&v->choices, sizeof groups / sizeof *groups, groups) ||
+    if (!KMP_ARENA_MAKE(&v->choices, KMP_ROOM(double, p *p, &v->gram, &v->inner),
+                        KMP_ROOM(double, p * v->a, &v->matrix), KMP_ROOM(double, p, &v->reach, &v->choice, &v->left)) ||
         !kmp_singular_init(&v->svd, &v->choices, p, v->a))
         return kmp_fail_memory(v->system->context);
     return kmp_reduction_init(&v->red, v->eval, &v->part);

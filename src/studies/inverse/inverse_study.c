@@ -49,13 +49,9 @@ static kempe_inverse *result_new(const kempe_system *s)
         return NULL;
     *r = (kempe_inverse){.system = s, .n = s->n, .m = s->m, .off_coordinate = -1, .build_s = s->build_s};
     kmp_arena *a = &r->arena;
-    const kmp_arena_group groups[] = {{s->n, {&r->weight, &r->left}}};
-    r->loop = KMP_ARENA_NEW(a, int, s->model->closure_count);
-    r->actuator = KMP_ARENA_NEW(a, int, s->n);
-    r->left_u = KMP_ARENA_NEW(a, int, s->n);
-    r->start_u = KMP_ARENA_NEW(a, int, s->n);
-    r->redundant = KMP_ARENA_NEW(a, bool, s->m);
-    if (!kmp_arena_make_groups(a, 1, groups)) {
+    if (!KMP_ARENA_MAKE(a, KMP_ROOM(int, s->model->closure_count, &r->loop),
+                        KMP_ROOM(int, s->n, &r->actuator, &r->left_u, &r->start_u), KMP_ROOM(bool, s->m, &r->redundant),
+                        KMP_ROOM(double, s->n, &r->weight, &r->left))) {
         kempe_inverse_free(r);
         return NULL;
     }
@@ -92,8 +88,7 @@ static bool make_rows(kempe_inverse *r, ptrdiff_t rows)
         *at[k] = r->width;
         r->width += size[k];
     }
-    const kmp_arena_group groups[] = {{rows, {&r->t}}, {rows * r->width, {&r->value}}};
-    return kmp_arena_make_groups(&r->arena, 2, groups);
+    return KMP_ARENA_MAKE(&r->arena, KMP_ROOM(double, rows, &r->t), KMP_ROOM(double, rows * r->width, &r->value));
 }
 
 /* -- options ----------------------------------------------------------------------------------------- */
@@ -447,9 +442,8 @@ static bool thin_out(const job *j, job *thin)
     size_t rows = (size_t)(x->rows + 1) / 2, n = (size_t)j->system->n;
     double *t, *value[3];
     kmp_gap_in_table gap;
-    const kmp_arena_group groups[] = {{(ptrdiff_t)rows, {&t}},
-                                      {(ptrdiff_t)(rows * n), {&value[0], &value[1], &value[2]}}};
-    if (!kmp_arena_make_groups(&thin->arena, 2, groups))
+    if (!KMP_ARENA_MAKE(&thin->arena, KMP_ROOM(double, rows, &t),
+                        KMP_ROOM(double, rows *n, &value[0], &value[1], &value[2])))
         return false;
     for (size_t r = 0; r < rows; r++) {
         t[r] = x->t[2 * r];

@@ -27,15 +27,11 @@
 static bool make_room(kmp_prescribed_motion *g)
 {
     ptrdiff_t n = g->n, entries = g->system->jacobian.count;
-    const kmp_arena_group groups[] = {
-        {n,
-         {&g->q, &g->qd, &g->qdd, &g->trial, &g->move, &g->ud, &g->udd, &g->rest, &g->from, &g->tq, &g->tqd, &g->tqdd}},
-        {entries, {&g->masked}}};
-    g->sign = KMP_ARENA_NEW(&g->arena, int, n);
-    g->u = KMP_ARENA_NEW(&g->arena, int, n);
-    g->left_out = KMP_ARENA_NEW(&g->arena, bool, g->m);
-    g->given = KMP_ARENA_NEW(&g->arena, bool, n);
-    return kmp_arena_make_groups(&g->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(&g->arena, KMP_ROOM(int, n, &g->sign, &g->u), KMP_ROOM(bool, g->m, &g->left_out),
+                          KMP_ROOM(bool, n, &g->given),
+                          KMP_ROOM(double, n, &g->q, &g->qd, &g->qdd, &g->trial, &g->move, &g->ud, &g->udd, &g->rest,
+                                   &g->from, &g->tq, &g->tqd, &g->tqdd),
+                          KMP_ROOM(double, entries, &g->masked));
 }
 
 /* Drives of coordinates in the table are ignored. */

@@ -49,9 +49,9 @@ static kempe_status make_room(kempe_kinematics *k)
 {
     take_columns(k);
     ptrdiff_t rows = k->requested, size = rows * k->system->n;
-    const kmp_arena_group groups[] = {
-        {size, {&k->q, &k->qd, &k->qdd}}, {rows, {&k->requested_s, &k->s}}, {rows * k->width, {&k->shown}}};
-    KMP_TRY(kmp_made(k->system->context, kmp_arena_make_groups(&k->arena, sizeof groups / sizeof *groups, groups)));
+    KMP_TRY(kmp_made(k->system->context, KMP_ARENA_MAKE(&k->arena, KMP_ROOM(double, size, &k->q, &k->qd, &k->qdd),
+                                                        KMP_ROOM(double, rows, &k->requested_s, &k->s),
+                                                        KMP_ROOM(double, rows * k->width, &k->shown))));
     for (int i = 0; i < k->requested; i++)
         k->requested_s[i] = i == k->requested - 1 ? 1 : (double)i / (k->requested - 1);
     return KEMPE_OK;

@@ -55,14 +55,11 @@ static void poses_swap(kmp_sweep_pose *a, kmp_sweep_pose *b)
 static bool make_room(kmp_sweep *w)
 {
     ptrdiff_t x = w->n + 1, m = w->system->m, entries = w->system->jacobian.count;
-    const kmp_arena_group groups[] = {{x,
-                                       {&w->here.x, &w->here.dx, &w->next.x, &w->next.dx, &w->between.x, &w->between.dx,
-                                        &w->entry.x, &w->entry.dx, &w->unit, &w->drift, &w->dx, &w->xs, &w->xss}},
-                                      {m, {&w->jd}},
-                                      {entries, {&w->masked}}};
-    w->dropped = KMP_ARENA_NEW(&w->arena, bool, m);
-    w->moving = KMP_ARENA_NEW(&w->arena, int, m);
-    return kmp_arena_make_groups(&w->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(&w->arena, KMP_ROOM(bool, m, &w->dropped), KMP_ROOM(int, m, &w->moving),
+                          KMP_ROOM(double, x, &w->here.x, &w->here.dx, &w->next.x, &w->next.dx, &w->between.x,
+                                   &w->between.dx, &w->entry.x, &w->entry.dx, &w->unit, &w->drift, &w->dx, &w->xs,
+                                   &w->xss),
+                          KMP_ROOM(double, m, &w->jd), KMP_ROOM(double, entries, &w->masked));
 }
 
 kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures)
@@ -97,14 +94,13 @@ static bool renew_leads(kmp_sweep *w, int count, const kmp_lead *leads)
 {
     int p = w->p;
     kmp_arena *arena = &w->of_leads;
-    const kmp_arena_group groups[] = {
-        {(p + 1) * (w->n + 1), {&w->gradient}}, {(p + 1) * (p + 1), {&w->matrix}}, {p + 1, {&w->rhs, &w->pivots}}};
     kmp_arena_free(arena);
     w->count = count;
     w->time = -1;
     w->lead = KMP_ARENA_NEW(arena, kmp_lead, count);
     w->order = KMP_ARENA_NEW(arena, int, 2 * (p + 1));
-    if (!kmp_arena_make_groups(arena, sizeof groups / sizeof *groups, groups))
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, (p + 1) * (w->n + 1), &w->gradient),
+                        KMP_ROOM(double, (p + 1) * (p + 1), &w->matrix), KMP_ROOM(double, p + 1, &w->rhs, &w->pivots)))
         return false;
     memcpy(w->lead, leads, (size_t)count * sizeof *leads);
     return true;

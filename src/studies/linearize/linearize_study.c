@@ -26,9 +26,9 @@ static kempe_status make_first_order(kempe_linearization *l)
     const kempe_system *system = l->channels.system;
     const kmp_transfer *t = &l->channels.transfer;
     ptrdiff_t p = t->p, inputs = t->columns, outputs = t->outputs;
-    const kmp_arena_group groups[] = {
-        {4 * p * p, {&l->a}}, {2 * p * inputs, {&l->b}}, {2 * p * outputs, {&l->c}}, {outputs * inputs, {&l->d}}};
-    bool made = kmp_arena_make_groups(&l->channels.arena, sizeof groups / sizeof *groups, groups);
+    bool made =
+        KMP_ARENA_MAKE(&l->channels.arena, KMP_ROOM(double, 4 * p * p, &l->a), KMP_ROOM(double, 2 * p * inputs, &l->b),
+                       KMP_ROOM(double, 2 * p * outputs, &l->c), KMP_ROOM(double, outputs *inputs, &l->d));
     int failed = made ? kmp_transfer_first_order(t, l->a, l->b, l->c, l->d) : -1;
     if (failed == -2)
         return kmp_fail(system->context, KEMPE_E_FAILED,

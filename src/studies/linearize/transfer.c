@@ -45,19 +45,16 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
                         .inputs = inputs,
                         .outputs = outputs,
                         .columns = (int)columns};
-    const kmp_arena_group groups[] = {{n * p, {&t->map, &t->map_rate}},
-                                      {p * columns, {&t->loads}},
-                                      {outputs * p, {&t->by_u, &t->by_ud, &t->by_udd}},
-                                      {outputs * columns, {&t->direct}},
-                                      {outputs, {&t->value}},
-                                      {3 * m + n, {&t->side}},
-                                      {3 * n + m, {&t->moved}},
-                                      {p, {&t->unit}},
-                                      {slopes->shown, {&t->shown}}};
     t->seen = KMP_ARENA_NEW(&t->arena, kmp_seen, outputs);
     t->load = KMP_ARENA_NEW(&t->arena, kmp_load, columns);
     KMP_TRY(
-        kmp_made(linear->system->context, kmp_arena_make_groups(&t->arena, sizeof groups / sizeof *groups, groups)));
+        kmp_made(linear->system->context,
+                 KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, n *p, &t->map, &t->map_rate),
+                                KMP_ROOM(double, p *columns, &t->loads),
+                                KMP_ROOM(double, outputs *p, &t->by_u, &t->by_ud, &t->by_udd),
+                                KMP_ROOM(double, outputs *columns, &t->direct), KMP_ROOM(double, outputs, &t->value),
+                                KMP_ROOM(double, 3 * m + n, &t->side), KMP_ROOM(double, 3 * n + m, &t->moved),
+                                KMP_ROOM(double, p, &t->unit), KMP_ROOM(double, slopes->shown, &t->shown))));
     memcpy(t->seen, seen, (size_t)outputs * sizeof *seen);
     list_loads(t, place);
     return KEMPE_OK;

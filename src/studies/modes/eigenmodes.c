@@ -8,9 +8,8 @@ static bool make_room(kmp_modes *s)
 {
     ptrdiff_t size = (ptrdiff_t)s->n * s->count;
     kmp_arena *a = &s->arena;
-    const kmp_arena_group groups[] = {{size, {&s->re, &s->im, &s->kinetic, &s->potential}}};
     s->u = KMP_ARENA_NEW(a, int, s->p);
-    (void)kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
+    (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, size, &s->re, &s->im, &s->kinetic, &s->potential));
     bool charts = s->system->chart_count > 0;
     s->shown_re = charts ? KMP_ARENA_NEW(a, double, size) : s->re;
     s->shown_im = charts ? KMP_ARENA_NEW(a, double, size) : s->im;
@@ -135,8 +134,10 @@ kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
     kmp_modes s = {.system = system, .n = linear->n, .p = linear->p, .count = 2 * linear->p};
     kmp_arena scratch = {0};
     double *mass = NULL, *work = NULL;
-    const kmp_arena_group groups[] = {{(ptrdiff_t)s.n * s.n, {&mass}}, {4 * (ptrdiff_t)s.n, {&work}}};
-    bool room = make_room(&s) && kmp_arena_make_groups(&scratch, 2, groups) && mass && work;
+    bool room = make_room(&s) &&
+                KMP_ARENA_MAKE(&scratch, KMP_ROOM(double, (ptrdiff_t)s.n *s.n, &mass),
+                               KMP_ROOM(double, 4 * (ptrdiff_t)s.n, &work)) &&
+                mass && work;
     kempe_status status = room ? kmp_linear_spectrum(linear, &s.spectrum) : kmp_fail_memory(system->context);
     if (room && status == KEMPE_OK) {
         s.count = s.spectrum.count;

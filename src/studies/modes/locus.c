@@ -271,11 +271,10 @@ static kempe_status look_between(maker *m, const family *from, const family *to,
 static bool make_room(maker *m, int count)
 {
     kmp_locus *l = m->l;
-    const kmp_arena_group all[] = {{(ptrdiff_t)count * l->values, {&l->re, &l->im}}};
     l->count = count;
-    m->cost = KMP_ARENA_NEW(&m->arena, double, (size_t)count *(size_t)count);
-    m->column = KMP_ARENA_NEW(&m->arena, int, count);
-    return kmp_arena_make_groups(&l->arena, 1, all) && !m->arena.failed;
+    return KMP_ARENA_EACH(&l->arena, double, (ptrdiff_t)count * l->values, &l->re, &l->im) &&
+           KMP_ARENA_MAKE(&m->arena, KMP_ROOM(double, (size_t)count *(size_t)count, &m->cost),
+                          KMP_ROOM(int, count, &m->column));
 }
 
 static void note(maker *m, const family *s, double doubt)
@@ -293,8 +292,8 @@ static void note(maker *m, const family *s, double doubt)
 static kempe_status begin(maker *m, const double *values, family *first)
 {
     kmp_locus *l = m->l;
-    const kmp_arena_group groups[] = {{l->values, {&l->value, &l->doubt}}, {l->values * m->visited->base->n, {&l->q}}};
-    KMP_TRY(kmp_made(m->context, kmp_arena_make_groups(&l->arena, sizeof groups / sizeof *groups, groups)));
+    KMP_TRY(kmp_made(m->context, KMP_ARENA_MAKE(&l->arena, KMP_ROOM(double, l->values, &l->value, &l->doubt),
+                                                KMP_ROOM(double, l->values * m->visited->base->n, &l->q))));
     memcpy(l->value, values, (size_t)l->values * sizeof *values);
     KMP_TRY(arrive(m, l->value[0], first));
     if (!make_room(m, first->modes.count)) {

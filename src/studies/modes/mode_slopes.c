@@ -49,19 +49,14 @@ static bool make_room(work *w)
 {
     kmp_arena *a = &w->arena;
     int n = w->n, count = w->spectrum->count;
-    w->left = KMP_ARENA_NEW(a, number, count * count);
-    w->moved = KMP_ARENA_NEW(a, number, count * count);
-    w->s = KMP_ARENA_NEW(a, number, count);
-    w->group = KMP_ARENA_NEW(a, int, count);
-    w->pivot = KMP_ARENA_NEW(a, int, count);
-    w->done = KMP_ARENA_NEW(a, bool, count);
+    KMP_ARENA_MAKE(a, KMP_ROOM(number, count * count, &w->left, &w->moved), KMP_ROOM(number, count, &w->s),
+                   KMP_ROOM(int, count, &w->group, &w->pivot), KMP_ROOM(bool, count, &w->done));
     part *x = w->part;
-    const kmp_arena_group groups[] = {{n, {&x[0].u, &x[0].ud, &x[0].udd, &x[0].q, &x[0].qd, &x[0].qdd, &w->rest[0]}},
-                                      {n, {&x[1].u, &x[1].ud, &x[1].udd, &x[1].q, &x[1].qd, &x[1].qdd, &w->rest[1]}},
-                                      {w->m, {&x[0].lambda, &x[1].lambda}},
-                                      {w->out->count, {&w->unit}},
-                                      {2 * count * (count + 1), {&w->room}}};
-    return kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(a,
+                          KMP_ROOM(double, n, &x[0].u, &x[0].ud, &x[0].udd, &x[0].q, &x[0].qd, &x[0].qdd, &w->rest[0],
+                                   &x[1].u, &x[1].ud, &x[1].udd, &x[1].q, &x[1].qd, &x[1].qdd, &w->rest[1]),
+                          KMP_ROOM(double, w->m, &x[0].lambda, &x[1].lambda), KMP_ROOM(double, w->out->count, &w->unit),
+                          KMP_ROOM(double, 2 * count * (count + 1), &w->room));
 }
 
 /* -- one mode ---------------------------------------------------------------------------------------- */
@@ -253,8 +248,6 @@ kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, k
 {
     int modes = spectrum->count, count = shift->count;
     *slopes = (kmp_mode_slopes){.modes = modes, .count = count};
-    const kmp_arena_group groups[] = {{modes * count, {&slopes->re, &slopes->im}}};
-    slopes->kind = KMP_ARENA_NEW(&slopes->arena, kmp_mode_kind, modes);
     work w = {.linear = linear,
               .second = second,
               .shift = shift,
@@ -263,7 +256,9 @@ kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, k
               .p = linear->p,
               .n = linear->n,
               .m = linear->m};
-    bool ok = kmp_arena_make_groups(&slopes->arena, 1, groups) && make_room(&w);
+    bool ok = KMP_ARENA_MAKE(&slopes->arena, KMP_ROOM(double, modes *count, &slopes->re, &slopes->im),
+                             KMP_ROOM(kmp_mode_kind, modes, &slopes->kind)) &&
+              make_room(&w);
     for (int i = 0; ok && i < spectrum->zeros; i++) {
         slopes->kind[i] = KMP_MODE_ZERO;
         for (int k = 0; k < count; k++)

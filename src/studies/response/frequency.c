@@ -26,16 +26,14 @@ kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *tr
 {
     kmp_frequency *f = frequency;
     ptrdiff_t p = transfer->p, block = (ptrdiff_t)transfer->inputs->count * transfer->outputs, all = block * count;
-    const kmp_arena_group groups[] = {{all, {&f->re, &f->im}},
-                                      {count, {&f->at}},
-                                      {block, {&f->still, &f->h_re, &f->h_im}},
-                                      {p * p, {&f->a_re, &f->a_im, &f->terms}},
-                                      {p, {&f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im}}};
     *f = (kmp_frequency){
         .transfer = transfer, .inputs = transfer->inputs->count, .outputs = transfer->outputs, .count = count};
     f->pole = KMP_ARENA_NEW(&f->arena, bool, count);
     f->pivot = KMP_ARENA_NEW(&f->arena, int, p);
-    return kmp_arena_make_groups(&f->arena, sizeof groups / sizeof *groups, groups)
+    return KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, all, &f->re, &f->im), KMP_ROOM(double, count, &f->at),
+                          KMP_ROOM(double, block, &f->still, &f->h_re, &f->h_im),
+                          KMP_ROOM(double, p *p, &f->a_re, &f->a_im, &f->terms),
+                          KMP_ROOM(double, p, &f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im))
                ? KEMPE_OK
                : kmp_fail_memory(transfer->linear->system->context);
 }

@@ -423,17 +423,14 @@ static bool make_room(adjoint *a)
 {
     int n = a->n, m = a->m, p = a->p;
     a->size = 2 * p + a->count;
-    const kmp_arena_group groups[] = {
-        {a->size, {&a->y, &a->atol}},
-        {n, {&a->wq, &a->wqd, &a->wqdd, &a->w, &a->dq, &a->dqd, &a->dqdd, &a->back.force}},
-        {m, {&a->wlambda, &a->back.h, &a->back.rate, &a->back.curve}},
-        {p, {&a->wu, &a->back.u, &a->back.ud, &a->back.udd}},
-        {2 * p, {&a->state}},
-        {2 * p * p, {&a->matrix}},
-        {a->v->system->events.count, {&a->unit}}};
     a->ode =
         (kmp_ode){.n = a->size, .self = a, .rhs = rhs, .accept = accept, .jacobian = jacobian, .quadratures = a->count};
-    return kmp_arena_make_groups(&a->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(
+        &a->arena, KMP_ROOM(double, a->size, &a->y, &a->atol),
+        KMP_ROOM(double, n, &a->wq, &a->wqd, &a->wqdd, &a->w, &a->dq, &a->dqd, &a->dqdd, &a->back.force),
+        KMP_ROOM(double, m, &a->wlambda, &a->back.h, &a->back.rate, &a->back.curve),
+        KMP_ROOM(double, p, &a->wu, &a->back.u, &a->back.ud, &a->back.udd), KMP_ROOM(double, 2 * p, &a->state),
+        KMP_ROOM(double, 2 * p * p, &a->matrix), KMP_ROOM(double, a->v->system->events.count, &a->unit));
 }
 
 /* The weights at the end, in y, and their sizes, for the tolerances. */
@@ -521,11 +518,8 @@ kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *options, con
                                 .start_qd = KMP_ARENA_NEW(&a.arena, double, a.n *a.count),
                                 .watch = {.user = &a, .row = keep_end, .step = keep_step, .mark = keep_mark}};
     a.options = &motion;
-    const kmp_arena_group groups[] = {{a.n, {&a.end_q, &a.own_q, &a.own_qd, &a.own_qdd}},
-                                      {(ptrdiff_t)chart_size(&a), {&a.own_chart}}};
-    (void)kmp_arena_make_groups(&a.arena, 2, groups);
-    a.end_u = KMP_ARENA_NEW(&a.arena, int, a.n);
-    if (!a.arena.failed)
+    if (KMP_ARENA_MAKE(&a.arena, KMP_ROOM(double, a.n, &a.end_q, &a.own_q, &a.own_qd, &a.own_qdd),
+                       KMP_ROOM(double, chart_size(&a), &a.own_chart), KMP_ROOM(int, a.n, &a.end_u)))
         kmp_charts_reset(varied->system, a.own_chart);
     kempe_status status = a.arena.failed ? kmp_fail_memory(varied->system->context)
                                          : kmp_forward_run(varied, &motion, sizes, NULL, &report->forward);

@@ -218,23 +218,15 @@ static bool make_room(kmp_forward_formulation *f)
 {
     kmp_arena *a = &f->arena;
     int n = f->n, count = f->v->count, conditions = f->system->events.count;
-    const kmp_arena_group groups[] = {
-        {n, {&f->q, &f->qd, &f->su, &f->sud, &f->ud, &f->before, &f->old_q}},
-        {n * count, {&f->dq, &f->dqd, &f->dqdd}},
-        {f->m * count, {&f->dlambda}},
-        {f->v->slopes->shown * count, {&f->dshown}},
-        {count, {&f->swing}},
-        {conditions, {&f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along}},
-        {KMP_CHART_SIZE * f->system->chart_count, {&f->chart, &f->new_chart, &f->old_chart}},
-        {2 * n, {&f->old_y}},
-        {2 * n * n, {&f->matrix}},
-        {f->integrals, {&f->tail}}};
-    (void)kmp_arena_make_groups(a, sizeof groups / sizeof *groups, groups);
-    f->signs = KMP_ARENA_NEW(a, int, n);
-    f->signs_now = KMP_ARENA_NEW(a, int, n);
-    f->old_u = KMP_ARENA_NEW(a, int, n);
-    f->every = KMP_ARENA_NEW(a, int, n);
-    f->cause = KMP_ARENA_NEW(a, bool, conditions);
+    KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->su, &f->sud, &f->ud, &f->before, &f->old_q),
+                   KMP_ROOM(double, n *count, &f->dq, &f->dqd, &f->dqdd), KMP_ROOM(double, f->m *count, &f->dlambda),
+                   KMP_ROOM(double, f->v->slopes->shown *count, &f->dshown), KMP_ROOM(double, count, &f->swing),
+                   KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),
+                   KMP_ROOM(double, KMP_CHART_SIZE * f->system->chart_count, &f->chart, &f->new_chart, &f->old_chart),
+                   KMP_ROOM(double, 2 * n, &f->old_y), KMP_ROOM(double, 2 * n * n, &f->matrix),
+                   KMP_ROOM(double, f->integrals, &f->tail),
+                   KMP_ROOM(int, n, &f->signs, &f->signs_now, &f->old_u, &f->every),
+                   KMP_ROOM(bool, conditions, &f->cause));
     for (int i = 0; !a->failed && i < f->n; i++)
         f->every[i] = i;
     return !a->failed;

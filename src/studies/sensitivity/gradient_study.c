@@ -268,23 +268,15 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
 static bool make_room(kempe_gradient *g)
 {
     int n = g->n, m = g->m, count = g->count, driven = g->driven, shown = g->shown, all = driven + count;
-    const kmp_arena_group groups[] = {{n, {&g->q, &g->trial, &g->predicted, &g->dqd, &g->dqdd}},
-                                      {m, {&g->dlambda}},
-                                      {3 * m + n, {&g->part}},
-                                      {driven, {&g->rates, &g->accelerations, &g->unit}},
-                                      {count, {&g->wanted}},
-                                      {all, {&g->value, &g->from}},
-                                      {all + n, {&g->to}},
-                                      {all + n + shown, {&g->column}},
-                                      {n * all, {&g->slope}},
-                                      {shown, {&g->out}},
-                                      {shown * count, {&g->jacobian}},
-                                      {shown * driven, {&g->by_driven}},
-                                      {n * count, {&g->q_jacobian}}};
-    (void)kmp_arena_make_groups(&g->arena, sizeof groups / sizeof *groups, groups);
-    g->order = KMP_ARENA_NEW(&g->arena, int, driven);
-    g->name = KMP_ARENA_NEW(&g->arena, char *, shown);
-    return !g->arena.failed;
+    return KMP_ARENA_MAKE(&g->arena, KMP_ROOM(double, n, &g->q, &g->trial, &g->predicted, &g->dqd, &g->dqdd),
+                          KMP_ROOM(double, m, &g->dlambda), KMP_ROOM(double, 3 * m + n, &g->part),
+                          KMP_ROOM(double, driven, &g->rates, &g->accelerations, &g->unit),
+                          KMP_ROOM(double, count, &g->wanted), KMP_ROOM(double, all, &g->value, &g->from),
+                          KMP_ROOM(double, all + n, &g->to), KMP_ROOM(double, all + n + shown, &g->column),
+                          KMP_ROOM(double, n *all, &g->slope), KMP_ROOM(double, shown, &g->out),
+                          KMP_ROOM(double, shown *count, &g->jacobian), KMP_ROOM(double, shown *driven, &g->by_driven),
+                          KMP_ROOM(double, n *count, &g->q_jacobian), KMP_ROOM(int, driven, &g->order),
+                          KMP_ROOM(char *, shown, &g->name));
 }
 
 static bool name_values(kempe_gradient *g)

@@ -9,9 +9,8 @@
 static bool make_room(kmp_sensitivity_state *x)
 {
     int n = x->s->system->n, count = x->s->count, shown = x->slopes->shown;
-    const kmp_arena_group groups[] = {
-        {n, {&x->q, &x->qd}}, {n * count, {&x->dq, &x->dqd}}, {shown, {&x->shown}}, {shown * count, {&x->by}}};
-    return kmp_arena_make_groups(&x->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(&x->arena, KMP_ROOM(double, n, &x->q, &x->qd), KMP_ROOM(double, n *count, &x->dq, &x->dqd),
+                          KMP_ROOM(double, shown, &x->shown), KMP_ROOM(double, shown *count, &x->by));
 }
 
 /* The start with the accelerations that the equations give. */

@@ -126,11 +126,10 @@ static kempe_status take_outputs(kempe_sensitivity *s)
 
 static kempe_status derive(kempe_sensitivity *s)
 {
-    const kmp_arena_group groups[] = {{s->count, {&s->parameter, &s->size}}};
     KMP_TRY(kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant));
     KMP_TRY(take_outputs(s));
     KMP_TRY(kmp_system_of_variant(s->variant, &s->system));
-    KMP_TRY(kmp_made(s->context, kmp_arena_make_groups(&s->arena, 1, groups)));
+    KMP_TRY(kmp_made(s->context, KMP_ARENA_EACH(&s->arena, double, s->count, &s->parameter, &s->size)));
     for (int k = 0; k < s->count; k++) {
         s->parameter[k] = value_of(kmp_variant_model(s->variant), s->name[k]);
         s->size[k] = s->parameter[k] != 0 ? fabs(s->parameter[k]) : 1;

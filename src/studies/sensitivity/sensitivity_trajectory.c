@@ -92,12 +92,11 @@ static bool make_room(work *w)
     const kempe_sensitivity *s = w->s;
     int n = s->system->n;
     ptrdiff_t width = (ptrdiff_t)kmp_sensitivity_width(s);
-    const kmp_arena_group groups[] = {{n, {&w->w[KMP_QUANTITY_Q], &w->w[KMP_QUANTITY_QD], &w->w[KMP_QUANTITY_QDD]}},
-                                      {s->system->m, {&w->w[KMP_QUANTITY_LAMBDA]}},
-                                      {w->slopes->shown, {&w->w[KMP_QUANTITIES]}},
-                                      {s->count, {&w->gradient}},
-                                      {width, {&w->other, &w->size}}};
-    return kmp_arena_make_groups(&w->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(&w->arena,
+                          KMP_ROOM(double, n, &w->w[KMP_QUANTITY_Q], &w->w[KMP_QUANTITY_QD], &w->w[KMP_QUANTITY_QDD]),
+                          KMP_ROOM(double, s->system->m, &w->w[KMP_QUANTITY_LAMBDA]),
+                          KMP_ROOM(double, w->slopes->shown, &w->w[KMP_QUANTITIES]),
+                          KMP_ROOM(double, s->count, &w->gradient), KMP_ROOM(double, width, &w->other, &w->size));
 }
 
 static kempe_status prepare(work *w)

@@ -117,9 +117,8 @@ bool kmp_columns_init(kmp_columns *columns, const kempe_system *system, const ke
 {
     int most = most_columns(system, model);
     *columns = (kmp_columns){0};
-    columns->name = KMP_ARENA_NEW(&columns->arena, char *, most);
-    columns->unit = KMP_ARENA_NEW(&columns->arena, const char *, most);
-    columns->of = KMP_ARENA_NEW(&columns->arena, kmp_column, most);
+    KMP_ARENA_MAKE(&columns->arena, KMP_ROOM(char *, most, &columns->name),
+                   KMP_ROOM(const char *, most, &columns->unit), KMP_ROOM(kmp_column, most, &columns->of));
     if (!columns->arena.failed)
         put_all(columns, system, model, parts);
     bool ok = !columns->arena.failed;

@@ -51,8 +51,8 @@ kempe_status kmp_stepper_run_from(kempe_stepper *s, const kmp_run_spec *spec, co
 
 static kempe_status begin(kempe_stepper *s)
 {
-    const kmp_arena_group group = {3 * s->system->n + s->system->m, {&s->row, &s->next}};
-    KMP_TRY(kmp_made(s->system->context, kmp_arena_make_groups(&s->arena, 1, &group)));
+    KMP_TRY(kmp_made(s->system->context,
+                     KMP_ARENA_EACH(&s->arena, double, 3 * s->system->n + s->system->m, &s->row, &s->next)));
     kempe_status status = kmp_stepper_run_from(s, &s->spec, NULL);
     return s->runner ? kmp_stepper_settle(s, status) : status;
 }

@@ -85,9 +85,8 @@ static kempe_stepper_state *state_new(const kempe_stepper *s)
     if (!state)
         return NULL;
     state->system = s->system;
-    state->row = KMP_ARENA_NEW(&state->arena, double, 2 * n);
-    state->given = KMP_ARENA_NEW(&state->arena, double, n);
-    state->mode = KMP_ARENA_NEW(&state->arena, double, modes);
+    KMP_ARENA_MAKE(&state->arena, KMP_ROOM(double, 2 * n, &state->row), KMP_ROOM(double, n, &state->given),
+                   KMP_ROOM(double, modes, &state->mode));
     if (kmp_present_inputs_init(&state->inputs, &state->arena, s->system->model) && !state->arena.failed)
         return state;
     kempe_stepper_state_free(state);
@@ -173,8 +172,8 @@ kempe_status kempe_stepper_reset(kempe_stepper *s)
 static kempe_status copy_spec(const kempe_stepper *s, kempe_stepper *to)
 {
     int *u = KMP_ARENA_NEW(&to->arena, int, s->system->n);
-    const kmp_arena_group group = {3 * s->system->n + s->system->m, {&to->row, &to->next}};
-    KMP_TRY(kmp_made(s->system->context, u && kmp_arena_make_groups(&to->arena, 1, &group)));
+    KMP_TRY(kmp_made(s->system->context,
+                     KMP_ARENA_EACH(&to->arena, double, 3 * s->system->n + s->system->m, &to->row, &to->next)));
     to->system = s->system;
     to->spec = s->spec;
     to->keeps = s->keeps;

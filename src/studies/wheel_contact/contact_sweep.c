@@ -65,9 +65,9 @@ static kempe_status make_table(kempe_contacts *t)
     KMP_TRY(kmp_made(t->given->context, t->first));
     for (int k = 0; k < t->wheel_count; k++)
         t->first[k + 1] = t->first[k] + kmp_wheel_contacts(&model->wheels[k]);
-    const kmp_arena_group groups[] = {{rows, {&t->value}}, {rows * t->system->n, {&t->q, &t->qd}}};
     t->patch = KMP_ARENA_NEW(&t->arena, kempe_contact_patch, rows * t->first[t->wheel_count]);
-    return kmp_arena_make_groups(&t->arena, 2, groups) ? KEMPE_OK : kmp_fail_memory(t->given->context);
+    return kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, rows, &t->value),
+                                                      KMP_ROOM(double, rows * t->system->n, &t->q, &t->qd)));
 }
 
 /* -- the start ----------------------------------------------------------------------------------------- */
@@ -123,9 +123,9 @@ static kempe_status read_freed(job *j, const char *words)
 static bool make_room(job *j)
 {
     ptrdiff_t n = j->t->system->n, leads = j->t->over.count;
-    const kmp_arena_group groups[] = {{leads, {&j->here, &j->there, &j->from, &j->between, &j->parameters}},
-                                      {n, {&j->q, &j->before}}};
-    return kmp_arena_make_groups(&j->arena, sizeof groups / sizeof *groups, groups);
+    return KMP_ARENA_MAKE(&j->arena,
+                          KMP_ROOM(double, leads, &j->here, &j->there, &j->from, &j->between, &j->parameters),
+                          KMP_ROOM(double, n, &j->q, &j->before));
 }
 
 static kempe_status begin(job *j, const kempe_contact_options *options)

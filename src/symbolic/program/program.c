@@ -78,13 +78,9 @@ kmp_program *kmp_program_with_room(size_t stages, size_t code, size_t outputs, s
     kmp_program *p = KMP_NEW(kmp_program, 1);
     if (!p)
         return NULL;
-    p->code = KMP_ARENA_NEW(&p->arena, int, stages + 1);
-    p->outputs = KMP_ARENA_NEW(&p->arena, int, stages + 1);
-    p->output = KMP_ARENA_NEW(&p->arena, uint32_t, outputs);
-    p->instruction = KMP_ARENA_NEW(&p->arena, kmp_instruction, code);
-    p->constant = KMP_ARENA_NEW(&p->arena, double, constants);
-    p->input = KMP_ARENA_NEW(&p->arena, kmp_program_input, inputs);
-    p->shared = KMP_ARENA_NEW(&p->arena, kmp_program_shared, 1);
+    KMP_ARENA_MAKE(&p->arena, KMP_ROOM(int, stages + 1, &p->code, &p->outputs), KMP_ROOM(uint32_t, outputs, &p->output),
+                   KMP_ROOM(kmp_instruction, code, &p->instruction), KMP_ROOM(double, constants, &p->constant),
+                   KMP_ROOM(kmp_program_input, inputs, &p->input), KMP_ROOM(kmp_program_shared, 1, &p->shared));
     if (!p->arena.failed)
         return p;
     kmp_program_free(p);

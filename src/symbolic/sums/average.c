@@ -182,12 +182,9 @@ kmp_average *kmp_average_room(const kmp_program_block *block)
     a->block = block;
     a->groups = ((size_t)block->candidates + LANES - 1) / LANES;
     size_t width = a->groups * LANES;
-    a->place = KMP_ARENA_NEW(&a->arena, double, width + a->groups);
-    a->spacing = KMP_ARENA_NEW(&a->arena, double, width);
-    a->weight = KMP_ARENA_NEW(&a->arena, double, width);
-    a->middle = KMP_ARENA_NEW(&a->arena, double, a->groups + LANES);
-    a->value = KMP_ARENA_NEW(&a->arena, double, block->unknowns);
-    a->first = KMP_ARENA_NEW(&a->arena, size_t, 2 * a->groups);
+    KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, width + a->groups, &a->place),
+                   KMP_ROOM(double, width, &a->spacing, &a->weight), KMP_ROOM(double, a->groups + LANES, &a->middle),
+                   KMP_ROOM(double, block->unknowns, &a->value), KMP_ROOM(size_t, 2 * a->groups, &a->first));
     if (!a->arena.failed) {
         measure(a);
         a->scan = kmp_scan_new(block, (int)(width + a->groups), a->place);

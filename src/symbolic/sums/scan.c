@@ -344,12 +344,9 @@ static bool allocate(kmp_scan *s)
     int code = p->code[LAST + 1], values = leaves(p) + code, tables = 0;
     for (int i = p->code[FIRST]; i < code; i++)
         tables += p->instruction[i].op == KMP_OP_TABLE;
-    s->row = KMP_ARENA_NEW(&s->arena, double *, values);
-    s->need = KMP_ARENA_NEW(&s->arena, uint8_t, 2 * values);
-    s->common = KMP_ARENA_NEW(&s->arena, int, values);
-    s->steps = KMP_ARENA_NEW(&s->arena, step, code);
-    s->pieces = KMP_ARENA_NEW(&s->arena, int, (size_t)tables * s->width);
-    s->every = KMP_ARENA_NEW(&s->arena, size_t, s->width / LANES);
+    KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double *, values, &s->row), KMP_ROOM(uint8_t, 2 * values, &s->need),
+                   KMP_ROOM(int, values, &s->common), KMP_ROOM(step, code, &s->steps),
+                   KMP_ROOM(int, (size_t)tables * s->width, &s->pieces), KMP_ROOM(size_t, s->width / LANES, &s->every));
     s->first = kmp_interpreter_new(p);
     return s->first && !s->arena.failed;
 }
