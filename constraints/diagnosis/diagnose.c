@@ -142,8 +142,8 @@ static kempe_status diagnose(kempe_check *check)
     return status == KEMPE_E_FAILED && check->assembly ? explain(check) : status;
 }
 
-/* Without the states, on which neither closures nor masses depend, and without forces, which may; and without the rows of
- * friction, the last closures, which are redundant unless a run holds them. */
+/* Without the states, on which neither closures nor masses depend, and without forces, which may; and without the rows
+ * of friction, the last closures, which are redundant unless a run holds them. */
 static kempe_status leave_out_forces(kempe_check *c, const kempe_model *model)
 {
     c->mechanism = KMP_NEW(kempe_model, 1);

@@ -120,8 +120,9 @@ typedef struct kmp_obstacle {
 
 struct kempe_check {
     const kempe_system *system;
-    kempe_model *mechanism;  /* of a model with states or friction that sticks: the model without them and without forces, */
-    kempe_system *own;       /* and its system, which is examined; NULL: there are none */
+    kempe_model
+        *mechanism;    /* of a model with states or friction that sticks: the model without them and without forces, */
+    kempe_system *own; /* and its system, which is examined; NULL: there are none */
     kempe_assembly *assembly;
     bool assembled;          /* false: only `obstacle` is set */
     kmp_partition part;      /* n, m, p (dof), r (rank), u, v, rows, redundant, cond, max_b */

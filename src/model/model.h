@@ -148,10 +148,10 @@ typedef struct kmp_force {
     kmp_number along[3], along_damping[3], about[3], about_damping[3],
         preload[3]; /* BUSHING: axes of the first point */
     bool has_lower, has_upper;
-    bool has_speed, has_static;     /* FRICTION: regularised; a static level */
-    kmp_number holding;             /* FRICTION: the static level */
-    const kmp_expr *sliding;        /* FRICTION without a coordinate: a length or an angle, against whose rate it acts */
-    bool turns;                     /* an angle */
+    bool has_speed, has_static; /* FRICTION: regularised; a static level */
+    kmp_number holding;         /* FRICTION: the static level */
+    const kmp_expr *sliding;    /* FRICTION without a coordinate: a length or an angle, against whose rate it acts */
+    bool turns;                 /* an angle */
     const kmp_expr *holding_effort; /* as an expression, like `effort` for the level; NULL: a number */
     int closure;                    /* FRICTION that sticks: of its row */
     int wheel;                      /* of a wheel's contact; meaningless otherwise */

@@ -296,8 +296,7 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
         if (force->kind == KMP_FORCE_TORSION)
             kmp_text_printf(text, " about %s", kmp_axis_names[force->axis]);
     } else if (force->motion >= 0) {
-        kmp_text_printf(text, "%s on %s", kmp_force_key(model, force, row->word),
-                        model->motions[force->motion].name);
+        kmp_text_printf(text, "%s on %s", kmp_force_key(model, force, row->word), model->motions[force->motion].name);
     } else if (force->sliding) {
         put_expr(text, "friction against the rate of ", model, force->sliding);
     } else if (force->kind == KMP_FORCE_BODY) {

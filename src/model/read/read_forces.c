@@ -8,7 +8,8 @@ static const kmp_key force_keys[] = {
 #include "model/keys/force_keys.def"
     {0}};
 
-static const char *const places[] = {"joint", "spring", "line", "cylinder", "torsion", "bushing", "at", "on", "sliding"};
+static const char *const places[] = {"joint",   "spring", "line", "cylinder", "torsion",
+                                     "bushing", "at",     "on",   "sliding"};
 
 /* An element being read. */
 typedef struct element {

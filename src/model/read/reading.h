@@ -40,12 +40,12 @@ typedef struct kmp_reader {
     int scope_line;
     const kmp_expr_locals *locals; /* names that the expressions being read have; NULL: none */
     const kmp_yaml *root;
-    bool digests;          /* what is read goes into a digest: results are cached */
-    kmp_digest digest;     /* of all files and settings so far */
-    kmp_linkage *linkage;  /* NULL without joints between bodies */
+    bool digests;                 /* what is read goes into a digest: results are cached */
+    kmp_digest digest;            /* of all files and settings so far */
+    kmp_linkage *linkage;         /* NULL without joints between bodies */
     const kmp_yaml **state_nodes; /* of the states, whose rates are read late */
-    bool wrong;            /* an error was reported */
-    bool *parameter_known; /* its value is good; dependents of others are skipped without message */
+    bool wrong;                   /* an error was reported */
+    bool *parameter_known;        /* its value is good; dependents of others are skipped without message */
     double *parameter_values;
     kmp_dimension *parameter_dimensions;
 } kmp_reader;
