@@ -68,6 +68,17 @@ kempe_status kmp_refuse_load_dependent(const kempe_system *s, const char *what)
                     is_wheel(s->model, force) ? "use elastic contact" : "give it a law without lambda");
 }
 
+kempe_status kmp_refuse_friction(const kempe_model *model, const char *what)
+{
+    for (int k = 0; k < model->force_count; k++)
+        if (kmp_force_sticks(&model->forces[k]))
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "%s: friction '%s' sticks and slips by modes that a run decides; give it a 'speed' to "
+                            "regularise it",
+                            what, model->forces[k].name);
+    return KEMPE_OK;
+}
+
 kempe_status kmp_refuse_load_dependent_model(const kempe_model *model, const char *what)
 {
     for (int k = 0; k < model->force_count; k++) {

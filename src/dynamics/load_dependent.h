@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Forces that depend on multipliers, and states, by name where a study does not support them. */
+/* Forces that depend on multipliers, friction that sticks, and states, by name where a study does not support them. */
 #pragma once
 
 #include "dynamics/system.h"
@@ -19,3 +19,6 @@ kempe_status kmp_refuse_load_dependent(const kempe_system *system, const char *w
 
 /** Checks a model without a system; errors as kmp_refuse_load_dependent. */
 kempe_status kmp_refuse_load_dependent_model(const kempe_model *model, const char *what);
+
+/** KEMPE_E_ARGUMENT, with its name, where the model has friction that sticks and `what` has no modes for it. */
+kempe_status kmp_refuse_friction(const kempe_model *model, const char *what);

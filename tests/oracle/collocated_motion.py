@@ -9,6 +9,7 @@ from mechanics import Motion
 
 ORDER = 9  # points of a window
 LONGEST = 0.02  # of a window, s
+MOST = 100  # windows of a motion: near a singular position of a spherical joint's angles they become too short
 PLACE = 1e-12  # of a change of a condition, in parts of a window
 SETTLED = 1e-13  # change of the last iteration, of 1 + the size of each value
 SMOOTH = 1e-9  # last coefficients of the accelerations times the window's length, likewise
@@ -21,6 +22,10 @@ def integral(places):
     """The matrix that brings values at PLACES to integrals from 0 to other places of [0, 1]."""
     lows = np.stack([chebyshev.chebint(row, lbnd=-1) for row in np.eye(ORDER)])
     return 0.5 * chebyshev.chebvander(2 * places - 1, ORDER) @ lows.T @ TO_COEFFICIENTS
+
+
+class TooManyWindows(Exception):
+    """The motion is left out: its windows are too short."""
 
 
 class Conditions:
@@ -38,7 +43,7 @@ class Integration:
     def __init__(self, mechanism, t, q, qd):
         self.mechanism, self.t, self.q, self.qd = mechanism, t, q, qd
         self.held = self.outcomes(np.zeros(1), q[None], qd[None])[0]
-        self.whole = integral(PLACES)
+        self.whole, self.windows = integral(PLACES), 0
 
     def motion(self, t, q, qd, conditions):
         return Motion(self.mechanism, self.t + t, q, qd, conditions=conditions).solve()
@@ -83,6 +88,9 @@ class Integration:
                     raise FloatingPointError("windows become too short")
                 continue
             self.take(h, a)
+            self.windows += 1
+            if self.windows > MOST:
+                raise TooManyWindows
             h *= 1.6
 
     def take(self, h, a):

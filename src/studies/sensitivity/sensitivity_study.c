@@ -43,10 +43,7 @@ static kempe_status check_method(const kempe_sensitivity *s)
     if ((method || s->options->integral) && !s->kind->integrals)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
                         s->kind->name);
-    if (kmp_model_friction_count(s->model) > 0)
-        return kmp_fail(s->context, KEMPE_E_FAILED,
-                        "sensitivities jump where friction begins or ceases to stick, and are not available; give each "
-                        "friction a 'speed' to regularise it");
+    KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
     if (s->run->checkpoint || s->run->resume)
         return kmp_fail(
             s->context, KEMPE_E_ARGUMENT,
