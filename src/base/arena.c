@@ -81,7 +81,7 @@ static void make_each(kmp_arena *arena, const kmp_arena_arrays *room)
     }
 }
 
-bool kmp_arena_make(kmp_arena *arena, size_t count, const kmp_arena_arrays *arrays)
+bool kmp_arena_make(kmp_arena *arena, size_t count, kmp_arena_arrays *arrays)
 {
     for (size_t k = 0; k < count; k++)
         make_each(arena, &arrays[k]);

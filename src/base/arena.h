@@ -37,7 +37,7 @@ void *kmp_arena_room(kmp_arena *arena, void *list, int count, size_t size);
 /** n values for each of some pointers to a type. */
 typedef struct kmp_arena_arrays {
     size_t n, size, count;
-    const void *pointers; /* their addresses */
+    void *pointers; /* their addresses */
 } kmp_arena_arrays;
 #define KMP_COUNT_OF(type, ...) (sizeof((type[]){__VA_ARGS__}) / sizeof(type))
 #define KMP_ROOM(type, n, ...)                                                                                         \
@@ -47,6 +47,6 @@ typedef struct kmp_arena_arrays {
  * KMP_ROOM(double, n * n, &matrix)), or of one, KMP_ARENA_EACH(&arena, int, n, &row, &column). True if the arena has
  * never failed. */
 #define KMP_ARENA_MAKE(arena, ...)                                                                                     \
-    kmp_arena_make((arena), KMP_COUNT_OF(kmp_arena_arrays, __VA_ARGS__), (const kmp_arena_arrays[]){__VA_ARGS__})
+    kmp_arena_make((arena), KMP_COUNT_OF(kmp_arena_arrays, __VA_ARGS__), (kmp_arena_arrays[]){__VA_ARGS__})
 #define KMP_ARENA_EACH(arena, type, n, ...) KMP_ARENA_MAKE(arena, KMP_ROOM(type, n, __VA_ARGS__))
-bool kmp_arena_make(kmp_arena *arena, size_t count, const kmp_arena_arrays *arrays);
+bool kmp_arena_make(kmp_arena *arena, size_t count, kmp_arena_arrays *arrays);

@@ -237,11 +237,6 @@ kempe_status kmp_fail_text(kempe_context *context, kempe_status status, kmp_text
     return status;
 }
 
-kempe_status kmp_fail_memory(kempe_context *context)
-{
-    return kmp_fail(context, KEMPE_E_MEMORY, "out of memory");
-}
-
 kempe_status kmp_options_copy(kempe_context *context, void *own, size_t known, size_t first, const void *given,
                               size_t size)
 {

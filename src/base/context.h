@@ -83,15 +83,16 @@ kempe_status kmp_options_copy(kempe_context *context, void *own, size_t known, s
 kempe_status kmp_fail_missing(kempe_context *context, const char *name);
 
 /** KEMPE_E_MEMORY with its sentence. */
-kempe_status kmp_fail_memory(kempe_context *context);
+static inline kempe_status kmp_fail_memory(kempe_context *context)
+{
+    (void)kmp_fail(context, KEMPE_E_MEMORY, "out of memory");
+    return KEMPE_E_MEMORY;
+}
 
 /** KEMPE_OK if what needs memory was made, otherwise that error. */
 static inline kempe_status kmp_made(kempe_context *context, bool made)
 {
-    if (made)
-        return KEMPE_OK;
-    (void)kmp_fail_memory(context);
-    return KEMPE_E_MEMORY;
+    return made ? KEMPE_OK : kmp_fail_memory(context);
 }
 
 /** Errors beyond this number are counted and not kept: a reader begins with the first ones. */

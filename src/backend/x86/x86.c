@@ -78,7 +78,7 @@ static uint8_t *put_prefix(uint8_t *at, kmp_x86_form form, kmp_x86_op op, int d,
     } else {
         at = put(at, 0xc4);
         at = put(at, r << 7 | 1 << 6 | b << 5 | table);
-        at = put(at, three << 7 | v << 3 | wide << 2 | pp);
+        at = put(at, (three ? 1 << 7 : 0) | v << 3 | wide << 2 | pp);
     }
     return put(at, (int)op & 255);
 }

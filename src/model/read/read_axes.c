@@ -102,7 +102,7 @@ static const kmp_key axes_keys[] = {{"x", "", ""}, {"y", "", ""}, {"z", "", ""},
 
 bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double m[3][3])
 {
-    double axis[2][3];
+    double axis[2][3] = {{0}};
     int number[2] = {0};
     if (node->kind != KMP_YAML_MAP || node->count < 1 || node->count > 2)
         return kmp_reader_complain(r, node->place,

@@ -345,7 +345,7 @@ bool kmp_read_quantity(kmp_reader *r, const kmp_yaml *node, const char *what, km
                        double *value)
 {
     const kmp_expr *expr = parse(r, node, what, KMP_OF_PARAMETERS);
-    kmp_dimension dimension;
+    kmp_dimension dimension = {0};
     if (!expr || !is_known(r, expr))
         return false;
     double x = kmp_expr_value(expr, r->parameter_values);

@@ -52,7 +52,8 @@ static void fill_critical(kempe_table *table, const void *result)
     const kempe_modes *m = result;
     kmp_tabulate_column(table, m->name ? kmp_quantity_unit_of(m->system, m->name) : "", "value");
     kmp_tabulate_columns(table, "re[1/s] im[1/s] frequency[Hz] branch grows[words]");
-    for (const kmp_critical *c = m->locus.critical; c < m->locus.critical + m->locus.critical_count; c++) {
+    for (int k = 0; k < m->locus.critical_count; k++) {
+        const kmp_critical *c = &m->locus.critical[k];
         kmp_tabulate_row(table);
         kmp_tabulate_cells(table, "%g %g %g %g %d %s", c->value, c->re, c->im, kmp_mode_frequency(c->re, c->im),
                            c->branch + 1, c->grows_above ? "above" : "below");
