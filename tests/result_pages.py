@@ -318,6 +318,8 @@ STUDIES = {
 class Studies(Case):
     def test_pages(self):
         for k, (command, (model, options, first, frames, answer)) in enumerate(STUDIES.items()):
+            if command not in sampled(STUDIES, 2):
+                continue
             with self.subTest(command):
                 drawn, data = self.open(self.make(command, model, *options, name=command), *[DESKTOP, TELEPHONE, TELEPHONE + DARK][k % 3])
                 self.assertEqual(data["series"]["first"] if first else [], first)
