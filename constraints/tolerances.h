@@ -295,3 +295,9 @@
 #define KMP_INPUT_CONTINUOUS 1e-9
 /** Entries below this part of a row of size 1 are rounding: their squares add nothing. */
 #define KMP_ROWS_NOTHING 1e-12
+
+/* -- error control ------------------------------------------------------------------------------------- */
+
+/** Absolute tolerance of an entry that is integrated with the others and does not limit the step: the work of forces,
+ * and the position of a state, which is the integral of that state. */
+#define KMP_UNCONTROLLED 1e300

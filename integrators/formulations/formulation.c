@@ -55,7 +55,7 @@ void kmp_formulation_tolerances(const kempe_system *system, int coordinate, doub
                                 double *position, double *rate)
 {
     bool state = kmp_state_of(system->model, coordinate);
-    *position = state ? 1e300 : tolerance;
+    *position = state ? KMP_UNCONTROLLED : tolerance;
     *rate = state ? tolerance : tolerance * rate_scale;
 }
 

@@ -402,7 +402,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     kmp_formulation_begin_with_state(&d->formulation, start);
     if (d->has_work) {
         d->formulation.y[2 * n] = start->work;
-        d->formulation.atol[2 * n] = 1e300; /* measured, not controlled */
+        d->formulation.atol[2 * n] = KMP_UNCONTROLLED;
     }
     return &d->formulation;
 }

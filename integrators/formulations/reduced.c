@@ -38,7 +38,7 @@ void kmp_reduced_set_tolerances(kmp_reduced *d)
     for (int i = 0; d->has_v && i < d->r; i++)
         atol[2 * d->p + i] = d->start.atol * d->s->scale[d->part.v[i]];
     if (d->has_work)
-        atol[kmp_reduced_work(d)] = 1e300; /* measured, not controlled */
+        atol[kmp_reduced_work(d)] = KMP_UNCONTROLLED;
 }
 
 static void place_q(kmp_reduced *d, const double *u, const double *v)

@@ -13,7 +13,7 @@
 /* Earlier choices of u whose programs are kept. */
 enum { KMP_REDUCED_KEPT = 8 };
 
-/* Of one choice of u. */
+/* Programs of one choice of u. */
 typedef struct kmp_reduced_programs {
     kmp_fused *fused;       /* NULL: there is none */
     kmp_solved *solved;     /* with many degrees of freedom; NULL: there is none */

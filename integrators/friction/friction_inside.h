@@ -6,7 +6,7 @@
 #include "integrators/friction/friction_run.h"
 #include "integrators/run/runner.h"
 
-/* What an element does. */
+/* The state of motion of an element. */
 typedef enum kmp_friction_stance {
     KMP_FRICTION_SLIPS,
     KMP_FRICTION_HELD,    /* by its row */

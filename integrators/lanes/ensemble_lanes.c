@@ -105,7 +105,7 @@ static void load(kmp_ensemble *e, kmp_pool *pool, size_t l, int i)
     for (int k = 0; k < e->r; k++)
         atol[(size_t)(2 * e->p + k) * w] = e->spec.atol * scale[pool->part.v[k]];
     if (e->s->dissipative)
-        atol[(size_t)(2 * e->p + e->r) * w] = 1e300; /* measured, not controlled */
+        atol[(size_t)(2 * e->p + e->r) * w] = KMP_UNCONTROLLED;
     kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants);
 }
 

@@ -29,7 +29,7 @@ typedef struct kmp_integrator_choice {
     double pace, h;   /* of the other integrator before the trial: time simulated in a counted cycle; its step */
 } kmp_integrator_choice;
 
-/* Of the sampled states (runner_inputs.c). */
+/* Sampled states (sampler.c). */
 typedef struct kmp_sampler kmp_sampler;
 
 struct kmp_runner {
@@ -133,8 +133,8 @@ void kmp_runner_free_sampler(kmp_runner *run);
 /** The time of the next sample that has not been taken; INFINITY: there is none. */
 double kmp_runner_next_sample(const kmp_runner *run);
 
-/** Of states that change where a comparison becomes true: notes which comparisons are; true if some has become so
- * since, and its state is due. */
+/** Notes which comparisons of states that change at events are true. Returns true if one has become true since the
+ * last call, and its state is due. */
 void kmp_runner_note_events(kmp_runner *run);
 bool kmp_runner_meets_events(kmp_runner *run);
 

@@ -72,7 +72,7 @@ typedef struct kmp_sun_package {
     int (*degree)(void *memory, int *degree);
 } kmp_sun_package;
 
-/** Of ARKODE's interpolants, and of all packages. */
+/** Highest degree of ARKODE's interpolants, and of the interpolants of all packages. */
 enum { KMP_SUN_DEGREE = 5, KMP_SUN_MOST_DEGREE = 12 };
 
 /** The user data of all callbacks. */

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a notebook shows of models and results: small tables and pictures. They take the notebook's own colours, and pictures
+"""Displays of models and results in notebooks: small tables and pictures. They take the notebook's own colours, and pictures
 are images with a white ground, so that their styles stay inside and dark themes do not hide their lines."""
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def words(texts: Iterable[str], keep: list[Any]) -> Any:
 
 
 class _Plan:
-    """What is known of a struct: members by keyword, with their types and the members that count them."""
+    """Description of a struct: members by keyword, with their types and the members that count them."""
 
     def __init__(self, struct: Any) -> None:
         members = {name: member.type for name, member in struct.fields}

@@ -77,7 +77,7 @@ class Line:
 
 
 def shown() -> Bars | Line:
-    """What progress=True shows."""
+    """Display of progress=True."""
     try:
         from tqdm.auto import tqdm
     except ImportError:

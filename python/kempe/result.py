@@ -35,7 +35,7 @@ class TableOf(PartOf):
 
 
 class Result(Fixed):
-    """What a study has found. str() is its summary, as the command prints it. Pickled, it is its numbers, tables and texts."""
+    """Result of a study. str() is its summary, as the command prints it. Pickled, it is its numbers, tables and texts."""
 
     _kept: ClassVar[tuple[str, ...]] = ()  # further attributes that a pickled result has
     _kept_each: ClassVar[tuple[str, ...]] = ()  # methods whose argument is an index
@@ -84,7 +84,7 @@ class Result(Fixed):
         return shown + details("summary", str(self), opened=not shown)
 
     def _shown(self) -> str:
-        """What a notebook shows above the summary, which is open where there is nothing else."""
+        """Display of a notebook above the summary, which is open where there is nothing else."""
         return ""
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What notebooks and clusters need: progress, pickled models and results, displays."""
+"""Needs of notebooks and clusters: progress, pickled models and results, displays."""
 
 import concurrent.futures
 import copy

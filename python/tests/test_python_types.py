@@ -65,7 +65,7 @@ def test_studies_have_types() -> None:
 
 
 def tool(name: str, *words: str, cwd: pathlib.Path = ROOT) -> str:
-    """What a tool prints; it must be content."""
+    """Text that a tool prints. The tool must succeed."""
     if importlib.util.find_spec(name) is None:
         pytest.skip(f"{name} is not installed")
     done = subprocess.run([sys.executable, "-m", name, *words], cwd=cwd, capture_output=True, text=True)

@@ -63,6 +63,14 @@ double kmp_print_value(const kempe_system *system, int coordinate, double x);
 typedef void kmp_put_fn(kmp_text *text, const void *result);
 kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const void *result, char **text);
 
+/** The public function TYPE_print of a result, with its functions for JSON and text. */
+#define KMP_PRINT(type, result, context, json, show)                                                                   \
+    kempe_status type##_print(const type *result, kempe_format format, char **text)                                    \
+    {                                                                                                                  \
+        KMP_WANTED(NULL, result, #result);                                                                             \
+        return kmp_print_result((context), format == KEMPE_JSON ? (json) : (show), result, text);                      \
+    }
+
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);
 

@@ -66,3 +66,12 @@ typedef struct kmp_table_kind {
 /** The table of a name, out of `kinds` up to one without a name. KEMPE_E_ARGUMENT: there is none of that name. */
 kempe_status kmp_tabulate_result(kempe_context *context, const kmp_table_kind *kinds, const void *result,
                                  const char *name, kempe_table **table);
+
+/** The public function TYPE_table of a result, with its kinds of tables: {"rows", fill_rows}, .. */
+#define KMP_TABLES(type, result, context, ...)                                                                         \
+    kempe_status type##_table(const type *result, const char *name, kempe_table **table)                               \
+    {                                                                                                                  \
+        static const kmp_table_kind kinds[] = {__VA_ARGS__, {0}};                                                      \
+        KMP_WANTED(NULL, result, #result);                                                                             \
+        return kmp_tabulate_result((context), kinds, result, name, table);                                             \
+    }

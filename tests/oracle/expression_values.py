@@ -187,7 +187,7 @@ class Parser:
         return word, tuple(places), component
 
     def rate(self):
-        """Of a distance or a position."""
+        """Rate of a distance or a position."""
         word = self.take()
         self.take("(")
         found = self.measure(word)

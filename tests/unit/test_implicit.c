@@ -286,7 +286,7 @@ static int sides_block(kmp_graph *g)
 }
 
 /* Checks values, derivatives against differences, and equal bits of a program that was written and read as bytes. An
- * input that is no number gives NaN. */
+ * input that is not a number gives NaN. */
 static void test_sides(void)
 {
     kmp_graph *g = kmp_graph_new();

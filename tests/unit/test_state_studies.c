@@ -59,7 +59,7 @@ static void equilibrium(void)
     unload(&l);
 }
 
-/* Where nothing holds the rotor it turns steadily, with the current of that speed. */
+/* Steady motion of the motor: where nothing holds the rotor, it turns steadily, with the current of that speed. */
 static void steady_motion(void)
 {
     loaded l = load_motor("0");

@@ -38,7 +38,7 @@
     "forces: {piston: {joint: x, force: p*area - load - damping*qd(x)}}\n"
 #define RUN "run: {t_end: %g, output_step: %g, rtol: %g, atol: %g}\n"
 
-/* What a run ends with: q, qd and the state, of a model with one coordinate. */
+/* The end of a run of a model with one coordinate: q, qd and the state. */
 typedef struct end {
     double q, qd, state;
 } end;
@@ -165,7 +165,7 @@ static void digits(void)
     "forces: {motor: {joint: A, torque: K*i}}\n"                                                                       \
     "start: {q: {A: 90 deg, B: -62 deg, D: 106 deg}, hold: [A]}\n"
 
-/* The same with the states as rates of flywheels of unit inertia, driven by torques: an independent way to state it. */
+/* Writes the same model with the states as rates of flywheels of unit inertia, driven by torques: an independent way to state it. */
 static void write_flywheels(char *text, size_t size)
 {
     (void)snprintf(text, size, "%s", FOUR_BAR);

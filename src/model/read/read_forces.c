@@ -84,7 +84,7 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
     return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
 }
 
-/* A level of friction may be an expression. True if it is one, or an error: then it has no number. */
+/* True if the level of a friction is an expression, or an error: the element has no number then. */
 static bool is_law(const element *e, const kmp_force_field *field, const kmp_yaml *node, const char *name)
 {
     bool level = strcmp(field->key, "effort") == 0;

@@ -179,9 +179,4 @@ static void json_assembly(kmp_text *text, const void *result)
     kmp_json_end(&j);
 }
 
-kempe_status kempe_assembly_print(const kempe_assembly *assembly, kempe_format format, char **text)
-{
-    KMP_WANTED(NULL, assembly, "assembly");
-    return kmp_print_result(assembly->system->context, format == KEMPE_JSON ? json_assembly : show_assembly, assembly,
-                            text);
-}
+KMP_PRINT(kempe_assembly, assembly, assembly->system->context, json_assembly, show_assembly)

@@ -72,9 +72,4 @@ static void json_branches(kmp_text *text, const void *result)
     kmp_json_put(&j, "] }");
 }
 
-kempe_status kempe_branches_print(const kempe_branches *branches, kempe_format format, char **text)
-{
-    KMP_WANTED(NULL, branches, "branches");
-    return kmp_print_result(branches->system->context, format == KEMPE_JSON ? json_branches : show_branches, branches,
-                            text);
-}
+KMP_PRINT(kempe_branches, branches, branches->system->context, json_branches, show_branches)

@@ -83,10 +83,5 @@ static void fill_closures(kempe_table *table, const void *result)
     }
 }
 
-kempe_status kempe_check_table(const kempe_check *check, const char *name, kempe_table **table)
-{
-    static const kmp_table_kind kinds[] = {
-        {"mobility", fill_mobility}, {"coordinates", fill_coordinates}, {"closures", fill_closures}, {0}};
-    KMP_WANTED(NULL, check, "check");
-    return kmp_tabulate_result(check->system->context, kinds, check, name, table);
-}
+KMP_TABLES(kempe_check, check, check->system->context, {"mobility", fill_mobility}, {"coordinates", fill_coordinates},
+           {"closures", fill_closures})

@@ -227,9 +227,4 @@ static void show(kmp_text *text, const void *result)
         kmp_text_printf(text, "%s: %s\n", kmp_status_word(c->status), c->reason);
 }
 
-kempe_status kempe_comparison_print(const kempe_comparison *comparison, kempe_format format, char **text)
-{
-    KMP_WANTED(NULL, comparison, "comparison");
-    return kmp_print_result(comparison->system->context, format == KEMPE_JSON ? kmp_compare_json : show, comparison,
-                            text);
-}
+KMP_PRINT(kempe_comparison, comparison, comparison->system->context, kmp_compare_json, show)

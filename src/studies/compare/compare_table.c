@@ -57,9 +57,4 @@ static void fill_levels(kempe_table *table, const void *result)
         }
 }
 
-kempe_status kempe_comparison_table(const kempe_comparison *comparison, const char *name, kempe_table **table)
-{
-    static const kmp_table_kind kinds[] = {{"runs", fill_runs}, {"levels", fill_levels}, {0}};
-    KMP_WANTED(NULL, comparison, "comparison");
-    return kmp_tabulate_result(comparison->system->context, kinds, comparison, name, table);
-}
+KMP_TABLES(kempe_comparison, comparison, comparison->system->context, {"runs", fill_runs}, {"levels", fill_levels})

@@ -409,11 +409,7 @@ static void put_json(kmp_text *text, const void *result)
     kmp_json_put(&json, "] }");
 }
 
-kempe_status kempe_batch_print(const kempe_batch *b, kempe_format format, char **out)
-{
-    KMP_WANTED(NULL, b, "batch");
-    return kmp_print_result(b->ensemble->model->context, format == KEMPE_JSON ? put_json : put_text, b, out);
-}
+KMP_PRINT(kempe_batch, batch, batch->ensemble->model->context, put_json, put_text)
 
 /* -- as a table -------------------------------------------------------------------------------------- */
 
@@ -455,12 +451,7 @@ static void fill_instances(kempe_table *table, const void *result)
         put_row(b, table, k);
 }
 
-kempe_status kempe_batch_table(const kempe_batch *b, const char *name, kempe_table **table)
-{
-    static const kmp_table_kind kinds[] = {{"instances", fill_instances}, {0}};
-    KMP_WANTED(NULL, b, "batch");
-    return kmp_tabulate_result(b->ensemble->model->context, kinds, b, name, table);
-}
+KMP_TABLES(kempe_batch, batch, batch->ensemble->model->context, {"instances", fill_instances})
 
 /* -- for pages --------------------------------------------------------------------------------------- */
 

@@ -179,9 +179,4 @@ static void json_equilibrium(kmp_text *text, const void *result)
     kmp_json_put(&j, "] }");
 }
 
-kempe_status kempe_equilibrium_print(const kempe_equilibrium *equilibrium, kempe_format format, char **text)
-{
-    KMP_WANTED(NULL, equilibrium, "equilibrium");
-    return kmp_print_result(equilibrium->system->context, format == KEMPE_JSON ? json_equilibrium : show_equilibrium,
-                            equilibrium, text);
-}
+KMP_PRINT(kempe_equilibrium, equilibrium, equilibrium->system->context, json_equilibrium, show_equilibrium)

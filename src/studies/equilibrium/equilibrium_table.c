@@ -36,9 +36,5 @@ static void fill_history(kempe_table *table, const void *result)
         }
 }
 
-kempe_status kempe_equilibrium_table(const kempe_equilibrium *equilibrium, const char *name, kempe_table **table)
-{
-    static const kmp_table_kind kinds[] = {{"equilibria", fill_equilibria}, {"history", fill_history}, {0}};
-    KMP_WANTED(NULL, equilibrium, "equilibrium");
-    return kmp_tabulate_result(equilibrium->requested->context, kinds, equilibrium, name, table);
-}
+KMP_TABLES(kempe_equilibrium, equilibrium, equilibrium->requested->context, {"equilibria", fill_equilibria},
+           {"history", fill_history})

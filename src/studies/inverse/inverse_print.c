@@ -344,8 +344,4 @@ static void json(kmp_text *text, const void *result)
     kmp_json_put(&j, "cpu_s %g }", r->cpu_s);
 }
 
-kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_format format, char **text)
-{
-    KMP_WANTED(NULL, inverse, "inverse");
-    return kmp_print_result(inverse->system->context, format == KEMPE_JSON ? json : show, inverse, text);
-}
+KMP_PRINT(kempe_inverse, inverse, inverse->system->context, json, show)

@@ -36,9 +36,4 @@ static void fill_rows(kempe_table *table, const void *result)
     }
 }
 
-kempe_status kempe_inverse_table(const kempe_inverse *inverse, const char *name, kempe_table **table)
-{
-    static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {0}};
-    KMP_WANTED(NULL, inverse, "inverse");
-    return kmp_tabulate_result(inverse->system->context, kinds, inverse, name, table);
-}
+KMP_TABLES(kempe_inverse, inverse, inverse->system->context, {"rows", fill_rows})

@@ -230,8 +230,4 @@ static void json_all(kmp_text *text, const void *result)
                  k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
 }
 
-kempe_status kempe_kinematics_print(const kempe_kinematics *k, kempe_format format, char **text)
-{
-    KMP_WANTED(NULL, k, "kinematics");
-    return kmp_print_result(k->system->context, format == KEMPE_JSON ? json_all : show_all, k, text);
-}
+KMP_PRINT(kempe_kinematics, kinematics, kinematics->system->context, json_all, show_all)

@@ -59,10 +59,5 @@ static void fill_change_points(kempe_table *table, const void *result)
     }
 }
 
-kempe_status kempe_kinematics_table(const kempe_kinematics *kinematics, const char *name, kempe_table **table)
-{
-    static const kmp_table_kind kinds[] = {
-        {"rows", fill_rows}, {"dead_centres", fill_dead_centres}, {"change_points", fill_change_points}, {0}};
-    KMP_WANTED(NULL, kinematics, "kinematics");
-    return kmp_tabulate_result(kinematics->system->context, kinds, kinematics, name, table);
-}
+KMP_TABLES(kempe_kinematics, kinematics, kinematics->system->context, {"rows", fill_rows},
+           {"dead_centres", fill_dead_centres}, {"change_points", fill_change_points})

@@ -321,8 +321,4 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json_put(&j, "cpu_s %g }", m->cpu_s);
 }
 
-kempe_status kempe_modes_print(const kempe_modes *modes, kempe_format format, char **text)
-{
-    KMP_WANTED(NULL, modes, "modes");
-    return kmp_print_result(modes->system->context, format == KEMPE_JSON ? json_all : show_all, modes, text);
-}
+KMP_PRINT(kempe_modes, modes, modes->system->context, json_all, show_all)

@@ -70,10 +70,5 @@ static void fill_state(kempe_table *table, const void *result)
     kmp_tabulate_values(table, m->system, KMP_QUANTITY_QD, m->qd);
 }
 
-kempe_status kempe_modes_table(const kempe_modes *modes, const char *name, kempe_table **table)
-{
-    static const kmp_table_kind kinds[] = {
-        {"rows", fill_rows}, {"modes", fill_modes}, {"critical", fill_critical}, {"state", fill_state}, {0}};
-    KMP_WANTED(NULL, modes, "modes");
-    return kmp_tabulate_result(modes->system->context, kinds, modes, name, table);
-}
+KMP_TABLES(kempe_modes, modes, modes->system->context, {"rows", fill_rows}, {"modes", fill_modes},
+           {"critical", fill_critical}, {"state", fill_state})

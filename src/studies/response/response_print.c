@@ -192,8 +192,4 @@ static void json(kmp_text *text, const void *result)
     kmp_json_put(&j, "] }");
 }
 
-kempe_status kempe_response_print(const kempe_response *response, kempe_format format, char **text)
-{
-    KMP_WANTED(NULL, response, "response");
-    return kmp_print_result(response->channels.system->context, format == KEMPE_JSON ? json : show, response, text);
-}
+KMP_PRINT(kempe_response, response, response->channels.system->context, json, show)

@@ -216,9 +216,4 @@ static void fill_peaks(kempe_table *table, const void *result)
     }
 }
 
-kempe_status kempe_response_table(const kempe_response *response, const char *name, kempe_table **table)
-{
-    static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"peaks", fill_peaks}, {0}};
-    KMP_WANTED(NULL, response, "response");
-    return kmp_tabulate_result(response->channels.system->context, kinds, response, name, table);
-}
+KMP_TABLES(kempe_response, response, response->channels.system->context, {"rows", fill_rows}, {"peaks", fill_peaks})

@@ -144,11 +144,7 @@ static void put_json(kmp_text *text, const void *result)
     kmp_json_end(&json);
 }
 
-kempe_status kempe_sensitivity_print(const kempe_sensitivity *sensitivity, kempe_format format, char **out)
-{
-    KMP_WANTED(NULL, sensitivity, "sensitivity");
-    return kmp_print_result(sensitivity->context, format == KEMPE_JSON ? put_json : put_text, sensitivity, out);
-}
+KMP_PRINT(kempe_sensitivity, sensitivity, sensitivity->context, put_json, put_text)
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 
@@ -196,9 +192,4 @@ static void fill_parameters(kempe_table *table, const void *result)
     }
 }
 
-kempe_status kempe_sensitivity_table(const kempe_sensitivity *sensitivity, const char *name, kempe_table **table)
-{
-    static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"parameters", fill_parameters}, {0}};
-    KMP_WANTED(NULL, sensitivity, "sensitivity");
-    return kmp_tabulate_result(sensitivity->context, kinds, sensitivity, name, table);
-}
+KMP_TABLES(kempe_sensitivity, sensitivity, sensitivity->context, {"rows", fill_rows}, {"parameters", fill_parameters})

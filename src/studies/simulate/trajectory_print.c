@@ -351,8 +351,4 @@ static void json(kmp_text *text, const void *result)
     kmp_json_end(&j);
 }
 
-kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory, kempe_format format, char **text)
-{
-    KMP_WANTED(NULL, trajectory, "trajectory");
-    return kmp_print_result(trajectory->system->context, format == KEMPE_JSON ? json : show, trajectory, text);
-}
+KMP_PRINT(kempe_trajectory, trajectory, trajectory->system->context, json, show)

@@ -43,12 +43,7 @@ static void fill_log(kempe_table *table, const void *result)
     }
 }
 
-kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const char *name, kempe_table **table)
-{
-    static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"log", fill_log}, {0}};
-    KMP_WANTED(NULL, trajectory, "trajectory");
-    return kmp_tabulate_result(trajectory->system->context, kinds, trajectory, name, table);
-}
+KMP_TABLES(kempe_trajectory, trajectory, trajectory->system->context, {"rows", fill_rows}, {"log", fill_log})
 
 /* -- outputs by name --------------------------------------------------------------------------------- */
 

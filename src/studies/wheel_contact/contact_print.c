@@ -185,11 +185,7 @@ static void show_json(kmp_text *text, const void *result)
     kmp_json_put(&json, "] }");
 }
 
-kempe_status kempe_contacts_print(const kempe_contacts *t, kempe_format format, char **out)
-{
-    KMP_WANTED(NULL, t, "table");
-    return kmp_print_result(t->given->context, format == KEMPE_JSON ? show_json : show_all, t, out);
-}
+KMP_PRINT(kempe_contacts, contacts, contacts->given->context, show_json, show_all)
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 
@@ -235,9 +231,4 @@ static void fill_states(kempe_table *to, const void *result)
     }
 }
 
-kempe_status kempe_contacts_table(const kempe_contacts *t, const char *name, kempe_table **table)
-{
-    static const kmp_table_kind kinds[] = {{"rows", fill_rows}, {"states", fill_states}, {0}};
-    KMP_WANTED(NULL, t, "contact table");
-    return kmp_tabulate_result(t->given->context, kinds, t, name, table);
-}
+KMP_TABLES(kempe_contacts, contacts, contacts->given->context, {"rows", fill_rows}, {"states", fill_states})
