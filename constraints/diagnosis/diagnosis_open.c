@@ -103,7 +103,7 @@ static polygon polygon_of(const kempe_model *model, const kmp_closure *c)
 {
     polygon p = {.model = model, .from = -1, .to = -1};
     int at = c->point[0], bt = c->point[1];
-    int a = model->points[at].body, b = model->points[bt].body, top = kmp_part_ancestor(model, a, b);
+    int a = model->points[at].body, b = model->points[bt].body, top = kmp_model_common_body(model, a, b);
     climb(&p, a, top, &at);
     climb(&p, b, top, &bt);
     add_side(&p, top, at, bt);

@@ -8,20 +8,10 @@ int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure)
 }
 
 /* Numbers of bodies increase from parents to children. */
-int kmp_part_ancestor(const kempe_model *model, int a, int b)
-{
-    while (a != b)
-        if (a > b)
-            a = model->bodies[a].parent;
-        else
-            b = model->bodies[b].parent;
-    return a;
-}
-
 kmp_vec kmp_part_own(const kmp_tree *tree, const kmp_closure *closure, kmp_vec v)
 {
     const kmp_point *points = tree->model->points, *p = &points[closure->point[0]], *q = &points[closure->point[1]];
-    return kmp_body_vector_back(tree, kmp_part_ancestor(tree->model, p->body, q->body), v);
+    return kmp_body_vector_back(tree, kmp_model_common_body(tree->model, p->body, q->body), v);
 }
 
 /* Vectors a and b across a unit vector e: coordinate axes when e is one. */

@@ -8,9 +8,6 @@
 
 #include "constraints/kinds/kind.h"
 
-/** The nearest common ancestor of two bodies. */
-int kmp_part_ancestor(const kempe_model *model, int a, int b);
-
 /** The link of the nearest common ancestor of the two points' bodies: vectors between them are found in its axes. */
 int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure);
 

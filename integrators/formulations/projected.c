@@ -11,7 +11,7 @@
 #include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/stage_lanes.h"
-#include "integrators/run/cycles.h"
+#include "integrators/formulations/cycles.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>

@@ -10,7 +10,7 @@
 #include "integrators/formulations/reduced.h"
 #include "constraints/evaluation/fused_inside.h"
 #include "constraints/tolerances.h"
-#include "integrators/run/cycles.h"
+#include "integrators/formulations/cycles.h"
 #include <math.h>
 #include <string.h>
 

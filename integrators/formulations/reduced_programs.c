@@ -6,7 +6,7 @@
 #include "constraints/evaluation/fused_inside.h"
 #include "constraints/evaluation/solved_inside.h"
 #include "integrators/formulations/reduced.h"
-#include "integrators/run/cycles.h"
+#include "integrators/formulations/cycles.h"
 #include <limits.h>
 #include <math.h>
 #include <string.h>

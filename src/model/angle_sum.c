@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Axes of the model with all coordinates zero, and rotations between bodies about one of them. */
 #include "model/angle_sum.h"
+#include "linalg/dot.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -60,11 +61,6 @@ static void rest_axis(const kempe_model *model, const kmp_spot *spot, double out
         out[i] = r.x[i][spot->axis];
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Adds `sign` for each rotation between a body and its ancestor; false where one is about another axis than w. */
 static bool add_path(const kempe_model *model, int b, int ancestor, const double w[3], int sign, double *factor)
 {
@@ -74,7 +70,7 @@ static bool add_path(const kempe_model *model, int b, int ancestor, const double
         for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++) {
             double e[3];
             apply(&base, model->motions[k].axis, e);
-            double along = dot(e, w);
+            double along = kmp_dot(3, e, w);
             if (!model->motions[k].rotation)
                 continue;
             for (int i = 0; i < 3; i++)
@@ -86,21 +82,11 @@ static bool add_path(const kempe_model *model, int b, int ancestor, const double
     return true;
 }
 
-static int common_body(const kempe_model *model, int a, int b)
-{
-    while (a != b)
-        if (a > b)
-            a = model->bodies[a].parent;
-        else
-            b = model->bodies[b].parent;
-    return a;
-}
-
 /* The angle from u to v about w; sine and cosine that are zero but for rounding are zero. */
 static double angle_at_rest(const double u[3], const double v[3], const double w[3])
 {
     double across[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-    double s = dot(w, across), c = dot(u, v) - dot(w, u) * dot(w, v);
+    double s = kmp_dot(3, w, across), c = kmp_dot(3, u, v) - kmp_dot(3, w, u) * kmp_dot(3, w, v);
     return atan2(fabs(s) > ROUNDING ? s : 0, fabs(c) > ROUNDING ? c : 0);
 }
 
@@ -111,7 +97,7 @@ bool kmp_angle_sum(const kempe_model *model, const kmp_spot axis[3], double *con
     for (int k = 0; k < 3; k++) {
         rest_axis(model, &axis[k], e[k]);
         body[k] = model->points[axis[k].point].body;
-        common = k == 0 ? body[k] : common_body(model, common, body[k]);
+        common = k == 0 ? body[k] : kmp_model_common_body(model, common, body[k]);
     }
     *constant = angle_at_rest(e[0], e[1], e[2]);
     return add_path(model, body[2], common, e[2], 0, factor) && add_path(model, body[0], common, e[2], -1, factor) &&

@@ -265,6 +265,17 @@ struct kempe_model {
     int output_count;
 };
 
+/** The nearest common ancestor of two bodies. Bodies follow their parents. */
+static inline int kmp_model_common_body(const kempe_model *model, int a, int b)
+{
+    while (a != b)
+        if (a > b)
+            a = model->bodies[a].parent;
+        else
+            b = model->bodies[b].parent;
+    return a;
+}
+
 /** The number of coordinates of bodies; the motions of states follow them. */
 static inline int kmp_model_coordinates(const kempe_model *model)
 {

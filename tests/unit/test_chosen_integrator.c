@@ -3,7 +3,7 @@
  * trial during a run; the same result each time, rows across an exchange, runs that keep theirs. */
 #include "backend/x86/x86.h"
 #include "base/memory.h"
-#include "integrators/run/cycles.h"
+#include "integrators/formulations/cycles.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <math.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A trajectory as a report and as one JSON object. */
-#include "integrators/run/cycles.h"
+#include "integrators/formulations/cycles.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
 #include "studies/simulate/trajectory.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "integrators/run/cycles.h"
+#include "integrators/formulations/cycles.h"
 #include "backend/lanes.h"
 #include "backend/x86/x86.h"
 #include "integrators/steppers/collocation.h"

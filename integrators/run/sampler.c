@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Sampled states of the model during a run. Each takes its next value at a sample or an event, from the state of the
+ * motion before any of them has changed. A sample is taken once, when the run goes on from its time. */
+#include "backend/x86/machine.h"
+#include "dynamics/equations.h"
+#include "integrators/run/runner.h"
+#include <math.h>
+
+struct kmp_sampler {
+    kmp_program *program; /* the next values of the sampled states at (t, q, qd) */
+    kmp_machine *machine;
+    int count;
+    int *state;      /* of each: its index among the states */
+    double *number;  /* of its next sample */
+    int *condition;  /* whose change to true is an event of it; -1: none */
+    bool *was, *due; /* the comparison was true; it has become so, and the state has not changed since */
+};
+
+static double time_of(const kmp_runner *run, int k)
+{
+    const kmp_sampler *x = run->sampler;
+    return x->number[k] * run->s->model->states[x->state[k]].period;
+}
+
+/* INFINITY of a state without samples. */
+double kmp_runner_next_sample(const kmp_runner *run)
+{
+    double next = INFINITY;
+    for (int k = 0; run->sampler && k < run->sampler->count; k++)
+        next = fmin(next, time_of(run, k));
+    return next;
+}
+
+/* The comparison at whose change a state changes; NULL: it is sampled. */
+static const kmp_expr *comparison_of(const kmp_runner *run, int k)
+{
+    return kmp_state_rate(run->s->model, run->sampler->state[k])->a;
+}
+
+/* The condition of a comparison holds where its first side is less; <= and >= are then false. */
+static bool is_true(const kmp_runner *run, int k)
+{
+    const kmp_expr *e = comparison_of(run, k);
+    int condition = run->sampler->condition[k];
+    bool holds = condition >= 0 && run->eval->mode[condition] > 0;
+    return condition >= 0 && holds != (e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_AT_LEAST);
+}
+
+static void find_conditions(kmp_runner *run)
+{
+    kmp_sampler *x = run->sampler;
+    const kmp_events *events = &run->s->events;
+    for (int k = 0; k < x->count; k++) {
+        x->condition[k] = -1;
+        for (int i = 0; comparison_of(run, k) && i < events->count; i++)
+            if (events->condition[i].expr == comparison_of(run, k))
+                x->condition[k] = i;
+    }
+}
+
+void kmp_runner_note_events(kmp_runner *run)
+{
+    for (int k = 0; run->sampler && k < run->sampler->count; k++)
+        run->sampler->was[k] = is_true(run, k);
+}
+
+bool kmp_runner_meets_events(kmp_runner *run)
+{
+    kmp_sampler *x = run->sampler;
+    bool any = false;
+    for (int k = 0; x && k < x->count; k++) {
+        bool now = is_true(run, k);
+        x->due[k] = x->due[k] || (now && !x->was[k]);
+        x->was[k] = now;
+        any = any || x->due[k];
+    }
+    return any;
+}
+
+/* The first sample at t or after. */
+static void begin(kmp_runner *run, double t)
+{
+    kmp_sampler *x = run->sampler;
+    for (int k = 0; k < x->count; k++) {
+        if (comparison_of(run, k)) {
+            x->number[k] = 1;
+            continue;
+        }
+        x->number[k] = fmax(ceil(t / run->s->model->states[x->state[k]].period) - 1, 0);
+        while (time_of(run, k) < t)
+            x->number[k]++;
+    }
+}
+
+static void list_states(kmp_sampler *x, const kempe_model *model)
+{
+    for (int k = 0; k < model->state_count; k++)
+        if (model->states[k].next)
+            x->state[x->count++] = k;
+}
+
+/* Conditions in the expressions have the values of the state. */
+static kempe_status make_program(kmp_sampler *x, const kempe_model *model)
+{
+    const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
+    kmp_equations eq;
+    KMP_TRY(kmp_equations_derive_once(&eq, model, &scene));
+    kmp_ref *next = KMP_GRAPH_NEW(eq.graph, kmp_ref, x->count);
+    for (int k = 0; next && k < x->count; k++)
+        next[k] = kmp_tree_expression(&eq.tree, model->states[x->state[k]].next);
+    const kmp_ref *const group = next;
+    x->program = next && !kmp_graph_failed(eq.graph) ? kmp_program_new(eq.graph, 1, &x->count, &group) : NULL;
+    kmp_equations_free(&eq);
+    return x->program ? KEMPE_OK : kmp_fail_memory(model->context);
+}
+
+kempe_status kmp_runner_make_sampler(kmp_runner *run, double t)
+{
+    const kempe_model *model = run->s->model;
+    if (!kmp_model_has_samples(model))
+        return KEMPE_OK;
+    kmp_sampler *x = run->sampler = KMP_ARENA_NEW(&run->arena, kmp_sampler, 1);
+    KMP_TRY(kmp_made(model->context, x));
+    const int room = model->state_count;
+    bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, room, &x->state, &x->condition),
+                               KMP_ROOM(double, room, &x->number), KMP_ROOM(bool, room, &x->was, &x->due));
+    KMP_TRY(kmp_made(model->context, made));
+    list_states(x, model);
+    find_conditions(run);
+    KMP_TRY(make_program(x, model));
+    x->machine = kmp_machine_new(x->program, run->eval->backend);
+    KMP_TRY(kmp_made(model->context, x->machine));
+    begin(run, t);
+    return KEMPE_OK;
+}
+
+void kmp_runner_free_sampler(kmp_runner *run)
+{
+    if (!run->sampler)
+        return;
+    kmp_machine_free(run->sampler->machine);
+    kmp_program_free(run->sampler->program);
+}
+
+static bool is_due(const kmp_sampler *x)
+{
+    bool any = false;
+    for (int k = 0; k < x->count; k++)
+        any = any || x->due[k];
+    return any;
+}
+
+void kmp_runner_take_samples(kmp_runner *run, double t)
+{
+    kmp_sampler *x = run->sampler;
+    double *qd = run->state + run->s->n;
+    if (!x || (t < kmp_runner_next_sample(run) && !is_due(x)))
+        return;
+    kmp_machine_set(x->machine, KMP_IN_PARAMETER, run->s->parameters);
+    (void)kmp_machine_run(x->machine, 0);
+    kmp_machine_set(x->machine, KMP_IN_TIME, kmp_present_inputs_at(&run->eval->inputs, t));
+    kmp_machine_set(x->machine, KMP_IN_CHART, run->eval->chart);
+    kmp_machine_set(x->machine, KMP_IN_Q, run->state);
+    kmp_machine_set(x->machine, KMP_IN_QD, qd);
+    const double *next = kmp_machine_run(x->machine, 1);
+    for (int k = 0; k < x->count; k++)
+        if (x->due[k] || time_of(run, k) <= t) {
+            qd[kmp_model_coordinates(run->s->model) + x->state[k]] = next[k];
+            x->number[k] += !x->due[k];
+            x->due[k] = false;
+        }
+}
