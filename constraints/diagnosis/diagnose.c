@@ -79,11 +79,35 @@ static kempe_status count_driven(kempe_check *check, const kmp_evaluator *eval)
     return KEMPE_OK;
 }
 
-/* Reports undetermined accelerations, with which every run would end. */
+/* Appends a sentence about a value of the caller's system at the start that is not finite, with its states and forces.
+ */
+static kempe_status foresee_values(const kempe_check *check, const double *q, const double *qd, const double *chart,
+                                   kmp_text *why)
+{
+    const kempe_system *s = check->given;
+    int own = check->system->n;
+    kmp_evaluator *eval = kmp_eval_new(s, "tape");
+    double *state = eval ? KMP_ARENA_NEW(&eval->arena, double, 2 * s->n) : NULL;
+    for (int k = 0; state && k < s->n; k++) {
+        state[k] = k < own ? q[k] : 0;
+        state[s->n + k] = k < own ? qd[k] : s->model->start.qd[k].value;
+    }
+    if (state && chart)
+        kmp_eval_set_charts(eval, chart);
+    if (state)
+        (void)kmp_put_not_finite(eval, 0, state, state + s->n, why);
+    kmp_eval_free(eval);
+    return state ? KEMPE_OK : kmp_fail_memory(s->context);
+}
+
+/* Reports accelerations that are undetermined or not finite, with which every run would end. */
 static kempe_status foresee(kempe_check *check, kmp_evaluator *eval, const double *q)
 {
+    const kempe_assembly *a = check->assembly;
     kmp_text why = {0};
     kempe_status status = kmp_foresee_massless(eval, &check->part, 0, q, &why);
+    if (status == KEMPE_OK && !why.s)
+        status = foresee_values(check, q, a->inner_q ? a->inner_qd : a->qd, a->chart, &why);
     if (why.s) {
         check->undetermined = kmp_arena_strdup(&check->arena, why.s);
         kmp_log(check->system->context, KEMPE_LOG_WARNING, "%s", why.s);
@@ -164,7 +188,7 @@ kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
     KMP_WANTED_BOTH(system, check);
     kmp_context_begin(system->context);
     KMP_MAKE(system->context, kempe_check, c);
-    c->system = system;
+    c->given = c->system = system;
     c->body_count = system->model->body_count - 1;
     c->loop_count = system->model->closure_count - kmp_model_friction_count(system->model);
     unsigned long failures = kmp_memory_failures();

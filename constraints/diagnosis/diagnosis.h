@@ -119,6 +119,7 @@ typedef struct kmp_obstacle {
 } kmp_obstacle;
 
 struct kempe_check {
+    const kempe_system *given; /* the caller's */
     const kempe_system *system;
     kempe_model
         *mechanism;    /* of a model with states or friction that sticks: the model without them and without forces, */
@@ -127,7 +128,7 @@ struct kempe_check {
     bool assembled;          /* false: only `obstacle` is set */
     kmp_partition part;      /* n, m, p (dof), r (rank), u, v, rows, redundant, cond, max_b */
     int driven;              /* degrees of freedom of the drives: the decrease of the rank without them */
-    char *undetermined;      /* reason of undetermined accelerations; NULL: they are determined */
+    char *undetermined;      /* reason of accelerations that are undetermined or not finite; NULL: none */
     int body_count;          /* number of bodies without the ground */
     int loop_count;          /* number of closures */
     kmp_diagnosis diagnosis; /* results of the examination */

@@ -41,7 +41,8 @@ static void follow(kmp_evaluator *eval)
         const double *change = kmp_machine_run(eval->changes, 1);
         for (int k = 0; k < count; k++) {
             const kmp_condition *condition = &eval->system->events.condition[k];
-            double mode = mode_at(condition, change + k);
+            bool held = eval->holds_friction && condition->role != KMP_ROLE_NONE;
+            double mode = held ? eval->mode[k] : mode_at(condition, change + k);
             same = same && mode == eval->mode[k];
             eval->mode[k] = mode;
         }

@@ -28,6 +28,7 @@ typedef struct kempe_equilibrium_options {
                             * equilibria */
     int global;            /* 1: search for further equilibria from random starts */
     int seed;              /* seed of the random starts; 0: 1 */
+    int stick;             /* 1: dry friction keeps its places of the start; 0: it has no force at rest */
 } kempe_equilibrium_options;
 
 typedef struct kempe_equilibrium kempe_equilibrium;
@@ -50,6 +51,9 @@ KEMPE_API const char *kempe_equilibrium_stability(const kempe_equilibrium *equil
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
  * "equilibria", a row each: stability, in words; residual, relative; potential; hits, the starts that ended there; the
  * solved-for unknowns, called as in the options; q.NAME, qd.NAME, lambda.CLOSURE.k.
+ * "friction", dry friction that sticks, a row for each element of each equilibrium, with the option `stick`: its force,
+ * the largest one, their ratio. "rest", the states of rest that friction holds, two rows for each element that sticks:
+ * the coordinate, its value at the end, why the set ends there (slips, limit, holds), q.NAME.
  * "history", the searches: equilibrium and iteration, from 0; residual; step, its length in scaled coordinates. */
 KEMPE_API kempe_status kempe_equilibrium_table(const kempe_equilibrium *equilibrium, const char *name,
                                                kempe_table **table);

@@ -27,12 +27,20 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(kmp_friction_element, count, &x->element),
                         KMP_ROOM(int, count, &x->which, &x->side), KMP_ROOM(double, events->count, &x->change),
                         KMP_ROOM(double, count *count, &x->d), KMP_ROOM(double, kmp_box_room(count), &x->room),
-                        KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried)))
+                        KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried, &x->aside)))
         return NULL;
     for (int k = 0; k < events->count; k++)
         if (events->condition[k].role == KMP_ROLE_SENSE)
             x->element[x->count++] = (kmp_friction_element){.slot = k, .name = name_of(run->s, k)};
     return x;
+}
+
+bool kmp_friction_is_loaded(const kempe_model *model)
+{
+    bool loaded = false;
+    for (int k = 0; k < model->force_count; k++)
+        loaded = loaded || (kmp_force_sticks(&model->forces[k]) && kmp_force_lambda(&model->forces[k]));
+    return loaded;
 }
 
 /* -- inputs and values of an element ------------------------------------------------------------------- */

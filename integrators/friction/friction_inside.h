@@ -32,6 +32,7 @@ struct kmp_friction_run {
     int rest, *which;                      /* elements that decide, by number */
     double *d, *a;                         /* rest x rest, rest: accelerations a + D f of their places */
     double *lower, *upper, *f, *y, *tried; /* rest: bounds, forces, accelerations; forces of the last pass */
+    double *aside;                         /* rest: forces put aside */
     double *room;
     int *side;
     double t; /* of the last decision */
@@ -66,3 +67,16 @@ kempe_status kmp_friction_adds_row(kmp_runner *run, kmp_friction_element *e, dou
 /** Decides which elements at rest slip (`broken`, `sense`); x->f has the forces of the others. `rate`: of the motion,
  * 1/s. */
 kempe_status kmp_friction_decide(kmp_runner *run, double t, const double *q, const double *qd, double rate);
+
+/** Sets up the problem of the elements at rest: x->which, a, d, and the levels in x->upper. */
+kempe_status kmp_friction_pose(kmp_runner *run, double t, const double *q, const double *qd, double rate);
+
+/** Rounding of the acceleration of element i of those at rest. */
+double kmp_friction_rounding(const kmp_friction_run *x, int i);
+
+/** Largest change of a force from the last pass, x->tried, over the largest force. */
+double kmp_friction_changed(const kmp_friction_run *x);
+
+/** At rest: *part of the static levels that friction needs to keep all elements at rest, INFINITY if it cannot; forces
+ * in x->f, static levels in x->upper, by element. */
+kempe_status kmp_friction_load(kmp_runner *run, double t, const double *q, const double *qd, double *part);

@@ -120,8 +120,7 @@ static kempe_status solve(kmp_runner *run, double t)
     return kmp_fail(run->s->context, KEMPE_E_FAILED, "the modes of friction at t = %.9g are not determined", t);
 }
 
-/* Largest change of a force from pass to pass, over the largest force. */
-static double changed_by(const kmp_friction_run *x)
+double kmp_friction_changed(const kmp_friction_run *x)
 {
     double most = 0, size = 0;
     for (int i = 0; i < x->rest; i++) {
@@ -144,7 +143,7 @@ static kempe_status solve_levels(kmp_runner *run, double t, const double *q, con
         KMP_TRY(kmp_friction_measure(run, t, q, qd));
         set_bounds(x);
         KMP_TRY(solve(run, t));
-        if (changed_by(x) <= KMP_FRICTION_SETTLED)
+        if (kmp_friction_changed(x) <= KMP_FRICTION_SETTLED)
             return KEMPE_OK;
     }
     x->open = run->loaded_friction;
@@ -153,8 +152,7 @@ static kempe_status solve_levels(kmp_runner *run, double t, const double *q, con
 
 /* -- the decision ---------------------------------------------------------------------------------------- */
 
-/* Rounding of the acceleration of element i. */
-static double rounding_of(const kmp_friction_run *x, int i)
+double kmp_friction_rounding(const kmp_friction_run *x, int i)
 {
     double size = fabs(x->a[i]);
     for (int j = 0; j < x->rest; j++)
@@ -184,7 +182,7 @@ static bool break_away(kmp_runner *run)
     bool any = false;
     for (int i = 0; i < x->rest; i++) {
         kmp_friction_element *e = &x->element[x->which[i]];
-        bool moves = x->side[i] != 0 && fabs(x->y[i]) > rounding_of(x, i);
+        bool moves = x->side[i] != 0 && fabs(x->y[i]) > kmp_friction_rounding(x, i);
         if (e->broken || !(moves || is_exhausted(x, i)))
             continue;
         e->broken = any = true;
@@ -301,7 +299,7 @@ static bool turns_back(const kmp_friction_run *x)
 {
     for (int k = 0; k < x->rest; k++) {
         const kmp_friction_element *e = &x->element[x->which[k]];
-        if (e->broken && e->sense * x->y[k] < -rounding_of(x, k))
+        if (e->broken && e->sense * x->y[k] < -kmp_friction_rounding(x, k))
             return true;
     }
     return false;
@@ -317,14 +315,19 @@ static kempe_status solve_modes(kmp_runner *run, double t, const double *q, cons
     return run->friction->open || turns_back(run->friction) ? enumerate(run, t, q, qd, rate) : KEMPE_OK;
 }
 
-kempe_status kmp_friction_decide(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+kempe_status kmp_friction_pose(kmp_runner *run, double t, const double *q, const double *qd, double rate)
 {
     list_resting(run, rate);
     KMP_TRY(kmp_friction_choose(run, t, q));
     KMP_TRY(find_implied(run, t, q));
+    return run->friction->rest > 0 ? find_matrix(run, t, q, qd, rate) : KEMPE_OK;
+}
+
+kempe_status kmp_friction_decide(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+{
+    KMP_TRY(kmp_friction_pose(run, t, q, qd, rate));
     if (run->friction->rest == 0)
         return KEMPE_OK;
-    KMP_TRY(find_matrix(run, t, q, qd, rate));
     guess(run->friction);
     return solve_modes(run, t, q, qd, rate);
 }

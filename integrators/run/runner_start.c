@@ -263,12 +263,9 @@ static void take_modes(kmp_runner *run)
 /* Makes the workspace of friction that sticks. */
 static kempe_status begin_friction(kmp_runner *run)
 {
-    const kempe_model *model = run->s->model;
     bool none;
     run->friction = kmp_friction_new(run, &none);
-    for (int k = 0; k < model->force_count; k++)
-        run->loaded_friction =
-            run->loaded_friction || (kmp_force_sticks(&model->forces[k]) && kmp_force_lambda(&model->forces[k]));
+    run->loaded_friction = kmp_friction_is_loaded(run->s->model);
     return run->friction || none ? KEMPE_OK : kmp_fail_memory(run->s->context);
 }
 

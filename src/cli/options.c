@@ -85,6 +85,8 @@ static const option options[] = {
      "prescribed values of outputs: 'position(BODY.POINT).x=0.3'"},
     {CLI_EQUILIBRIUM, IN_RUN, "newton", FLAG(equilibrium.newton),
      "Newton's method: the nearest equilibrium, stable or unstable (default: descent to a stable one)"},
+    {CLI_EQUILIBRIUM, IN_RUN, "stick", FLAG(equilibrium.stick),
+     "dry friction keeps its places of the start (default: it has no force at rest)"},
     {CLI_EQUILIBRIUM, IN_RUN, "global", FLAG(equilibrium.global), "search for several equilibria from random starts"},
     {CLI_EQUILIBRIUM, IN_RUN, "seed", VALUE(WHOLE, seed), "N", "seed of the random starts of --global (default: 1)"},
     {CLI_KINEMATICS, IN_MODEL, "sweep", TEXT(kinematics.sweep), "NAME=A:B:N,..",

@@ -76,8 +76,10 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     b->idle = KMP_ARENA_NEW(&e->arena, int, linear->p);
     b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
     KMP_TRY(kmp_made(s->context, b->idle_count >= 0 && !e->arena.failed));
+    KMP_TRY(kmp_stability_judge(linear, &b->stability));
+    KMP_TRY(kmp_balance_add_friction(e, linear, b));
     e->count++;
-    return kmp_stability_judge(linear, &b->stability);
+    return KEMPE_OK;
 }
 
 /* -- options ----------------------------------------------------------------------------------------- */
@@ -86,7 +88,11 @@ static kempe_status read_options(kempe_equilibrium *e, const kempe_equilibrium_o
 {
     e->newton = options->newton;
     e->all = options->global;
+    e->stick = options->stick;
     KMP_TRY(kmp_steady_read(e->requested->model, options->rates, &e->arena, &e->rate_count, &e->rates));
+    if (e->stick && e->all)
+        return kmp_fail(e->requested->context, KEMPE_E_ARGUMENT,
+                        "--global cannot be combined with --stick: friction sticks where the start has it");
     if (!(options->hold || options->target || options->solve_for))
         return KEMPE_OK;
     KMP_TRY(kmp_exchange_new(e->requested, options->hold, options->target, options->solve_for, e->rates, e->rate_count,
@@ -138,6 +144,8 @@ static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const 
     memcpy(q, start->inner_q ? start->inner_q : start->q, (size_t)e->system->n * sizeof *q);
     if (start->chart)
         kmp_eval_set_charts(linear->eval, start->chart);
+    if (e->friction && e->stick)
+        KMP_TRY(kmp_friction_state_lock(e->friction, 0, q, NULL, NULL));
     KMP_TRY(kmp_equilibrium_or_steady(linear, 0, q, start->inner_q ? start->inner_qd : start->qd, search));
     e->rate_count = search->rate_count;
     return KEMPE_OK;
@@ -249,9 +257,12 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
 {
     kempe_assembly *start = NULL;
     kmp_linear linear = {0};
+    bool none;
     kempe_status status = kempe_assembly_new(e->system, &start);
     if (status == KEMPE_OK)
         status = kmp_linear_init(&linear, e->system, kmp_backend_default());
+    if (status == KEMPE_OK)
+        status = kmp_friction_state_new(linear.eval, &e->friction, &none);
     if (status == KEMPE_OK)
         status = find_first(e, &linear, start);
     if (e->all && (status == KEMPE_OK || (status == KEMPE_E_FAILED && linear.eval))) {
@@ -263,6 +274,7 @@ static kempe_status find(kempe_equilibrium *e, const kempe_equilibrium_options *
                               e->starts);
         kmp_free(why);
     }
+    kmp_friction_state_free(e->friction);
     kmp_linear_free(&linear);
     kempe_assembly_free(start);
     return status;

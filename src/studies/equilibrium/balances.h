@@ -3,6 +3,7 @@
 #pragma once
 
 #include "studies/equilibrium/exchange.h"
+#include "studies/equilibrium/rest_set.h"
 #include "studies/equilibrium/stability.h"
 #include <kempe/equilibrium.h>
 
@@ -20,11 +21,18 @@ typedef struct kmp_balance {
     int iterations, exchanges;
     double *residuals, *steps; /* iterations */
     int hits;                  /* starts that ended here */
+    int friction_count;        /* elements that stick, where requested */
+    kmp_friction_view *friction;
+    double friction_part; /* of their static levels that they need */
+    int set_count;
+    kmp_rest_set *set; /* states of rest that friction holds */
 } kmp_balance;
 
 struct kempe_equilibrium {
     const kempe_system *requested, *system; /* the caller's; the one used in the computation */
     kmp_exchange *exchange;                 /* NULL: none */
+    kmp_friction_state *friction;           /* during the search; NULL: no friction sticks */
+    bool stick;                             /* friction keeps its places of the start */
     kmp_steady *rates;
     int rate_count;
     int freed_count;                       /* solved for: parameters, and rates as "qd(NAME)" */
@@ -37,3 +45,7 @@ struct kempe_equilibrium {
     kmp_arena arena;
     char *warnings; /* of the computation, one per line */
 };
+
+/** Adds friction at the last state of `linear` to a balance there: what its elements need where they stick, and the
+ * states of rest that they hold. Warns of friction that takes no part. Changes the state of `linear`. */
+kempe_status kmp_balance_add_friction(kempe_equilibrium *equilibrium, kmp_linear *linear, kmp_balance *balance);

@@ -40,15 +40,48 @@ static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp
 {
     const kempe_model *model = e->system->model;
     int width = 0;
-    if (model->closure_count == 0)
+    if (model->closure_count == kmp_model_friction_count(model))
         return;
     for (int c = 0; c < model->closure_count; c++)
         width = (int)strlen(model->closures[c].name) > width ? (int)strlen(model->closures[c].name) : width;
     kmp_text_printf(text, "\n  %-*s  %16s  %16s  %16s  N, axes of the nearest common ancestor\n", width, "",
                     "reaction x", "y", "z");
     for (int c = 0; c < model->closure_count; c++)
-        kmp_text_printf(text, "  %-*s  %16.9g  %16.9g  %16.9g\n", width, model->closures[c].name, b->reaction[3 * c],
-                        b->reaction[3 * c + 1], b->reaction[3 * c + 2]);
+        if (!kmp_closure_is_friction(&model->closures[c]))
+            kmp_text_printf(text, "  %-*s  %16.9g  %16.9g  %16.9g\n", width, model->closures[c].name,
+                            b->reaction[3 * c], b->reaction[3 * c + 1], b->reaction[3 * c + 2]);
+}
+
+static void show_friction(kmp_text *text, const kmp_balance *b)
+{
+    if (b->friction_count > 0)
+        kmp_text_printf(text, "\nfriction   %-16s  %16s  %16s  %8s  N or N m\n", "", "force", "largest", "part");
+    for (int i = 0; i < b->friction_count; i++) {
+        const kmp_friction_view *view = &b->friction[i];
+        kmp_text_printf(text, "           %-16s  %16.9g  %16.9g  %8.3g%s\n", view->element->name, view->force,
+                        view->largest, view->largest > 0 ? fabs(view->force) / view->largest : 0,
+                        view->word == KMP_FRICTION_WORD_OPEN ? "  not determined: other closures keep its place" : "");
+    }
+}
+
+static void show_end(kmp_text *text, const kempe_equilibrium *e, int coordinate, const kmp_rest_end *end)
+{
+    kmp_text_printf(text, "%.15g", kmp_print_value(e->system, coordinate, end->q[coordinate]));
+    if (end->word != KMP_REST_SLIPS)
+        kmp_text_put(text, end->word == KMP_REST_LIMIT ? " (limit of the motion)" : " (and beyond)");
+}
+
+static void show_rest(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    for (int i = 0; i < b->set_count; i++) {
+        const kmp_rest_set *set = &b->set[i];
+        kmp_text_printf(text, "%s'%s' holds %s from ", i ? "           " : "\nrest       ", set->element->name,
+                        e->system->model->motions[set->coordinate].name);
+        show_end(text, e, set->coordinate, &set->end[0]);
+        kmp_text_put(text, " to ");
+        show_end(text, e, set->coordinate, &set->end[1]);
+        kmp_text_printf(text, " %s\n", kmp_print_unit(e->system, set->coordinate));
+    }
 }
 
 static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
@@ -109,6 +142,8 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
         kmp_text_put(text, "           there is no equilibrium at rest; these rates of a steady motion were found from "
                            "those of the start\n");
     show_reactions(text, e, b);
+    show_friction(text, b);
+    show_rest(text, e, b);
     show_stability(text, e, b);
     kmp_text_put(text, "residual   ");
     kmp_print_cell(text, 0, 2, b->residual);
@@ -139,6 +174,29 @@ static void show_equilibrium(kmp_text *text, const void *result)
         show_balance(text, e, k);
 }
 
+static void json_friction(kmp_json *j, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    kmp_json_array(j, "friction");
+    for (int i = 0; i < b->friction_count; i++) {
+        const kmp_friction_view *view = &b->friction[i];
+        kmp_json_put(j, "{ name %s force %g largest %g", view->element->name, view->force, view->largest);
+        kmp_json_boolean(j, "determined", view->word != KMP_FRICTION_WORD_OPEN);
+        kmp_json_end(j);
+    }
+    kmp_json_put(j, "] rest [");
+    for (int i = 0; i < b->set_count; i++) {
+        const kmp_rest_set *set = &b->set[i];
+        kmp_json_put(j, "{ name %s coordinate %s", set->element->name, e->system->model->motions[set->coordinate].name);
+        for (int k = 0; k < 2; k++) {
+            kmp_json_put(j, k ? "to { word %s" : "from { word %s", kmp_rest_text(set->end[k].word));
+            kmp_print_entries(j, "q", e->system, KMP_QUANTITY_Q, set->end[k].q);
+            kmp_json_end(j);
+        }
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+}
+
 static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_balance *b)
 {
     const kempe_model *model = e->system->model;
@@ -158,10 +216,13 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
         kmp_json_number(j, e->freed_name[i], b->freed[i]);
     kmp_json_put(j, "} reaction {");
     for (int c = 0; c < model->closure_count; c++)
-        kmp_json_numbers(j, model->closures[c].name, 3, b->reaction + 3 * c);
+        if (!kmp_closure_is_friction(&model->closures[c]))
+            kmp_json_numbers(j, model->closures[c].name, 3, b->reaction + 3 * c);
     kmp_json_put(j, "} potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
     kmp_json_numbers(j, "history", b->iterations, b->residuals);
     kmp_json_whole(j, "hits", b->hits);
+    if (kmp_model_friction_count(model) > 0)
+        json_friction(j, e, b);
 }
 
 static void json_equilibrium(kmp_text *text, const void *result)

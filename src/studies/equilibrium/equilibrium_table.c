@@ -3,6 +3,7 @@
 #include "output/result_table.h"
 #include "studies/equilibrium/balances.h"
 #include <kempe/equilibrium.h>
+#include <math.h>
 
 static void fill_equilibria(kempe_table *table, const void *result)
 {
@@ -36,5 +37,35 @@ static void fill_history(kempe_table *table, const void *result)
         }
 }
 
+static void fill_friction(kempe_table *table, const void *result)
+{
+    const kempe_equilibrium *e = result;
+    kmp_tabulate_columns(table, "equilibrium element[words] force largest part");
+    for (int k = 0; k < e->count; k++)
+        for (int i = 0; i < e->balance[k].friction_count; i++) {
+            const kmp_friction_view *view = &e->balance[k].friction[i];
+            kmp_tabulate_row(table);
+            kmp_tabulate_cells(table, "%d %s %g %g %g", k, view->element->name, view->force, view->largest,
+                               view->largest > 0 ? fabs(view->force) / view->largest : NAN);
+        }
+}
+
+static void fill_rest(kempe_table *table, const void *result)
+{
+    const kempe_equilibrium *e = result;
+    const kempe_system *s = e->system;
+    kmp_tabulate_columns(table, "equilibrium element[words] coordinate[words] value end[words]");
+    kmp_tabulate_quantity(table, s, KMP_QUANTITY_Q);
+    for (int k = 0; k < e->count; k++)
+        for (int i = 0; i < 2 * e->balance[k].set_count; i++) {
+            const kmp_rest_set *set = &e->balance[k].set[i / 2];
+            const kmp_rest_end *end = &set->end[i % 2];
+            kmp_tabulate_row(table);
+            kmp_tabulate_cells(table, "%d %s %s %g %s", k, set->element->name, s->model->motions[set->coordinate].name,
+                               end->q[set->coordinate], kmp_rest_text(end->word));
+            kmp_tabulate_values(table, s, KMP_QUANTITY_Q, end->q);
+        }
+}
+
 KMP_TABLES(kempe_equilibrium, equilibrium, equilibrium->requested->context, {"equilibria", fill_equilibria},
-           {"history", fill_history})
+           {"friction", fill_friction}, {"rest", fill_rest}, {"history", fill_history})

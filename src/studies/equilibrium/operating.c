@@ -5,6 +5,7 @@
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
+#include "integrators/friction/friction_state.h"
 #include "studies/equilibrium/exchange.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -86,6 +87,7 @@ kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *s
 {
     size_t n = (size_t)l->n * sizeof(double);
     memcpy(o->trial, o->inner_q, n);
+    kmp_friction_state_release(l->eval);
     if (o->chart)
         kmp_eval_set_charts(l->eval, o->chart);
     kempe_status status = find_equilibrium(o, l, o->trial, search);
@@ -191,10 +193,43 @@ static kempe_status explain(const kmp_linear *l, kempe_status status)
     return say_why(context, status);
 }
 
-kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count)
+/* Names friction that sticks, once. */
+static void tell_stuck(kmp_operating *o, const kmp_friction_state *friction)
+{
+    kmp_text names = {0};
+    for (int i = 0; i < friction->count && !o->told; i++)
+        if (friction->view[i].word != KMP_FRICTION_WORD_SLIPS)
+            kmp_text_printf(&names, "%s'%s'", names.s ? ", " : "", friction->view[i].element->name);
+    if (names.s)
+        kmp_log(
+            o->system->context, KEMPE_LOG_WARNING,
+            "friction %s sticks at the state: small motions leave its place where it is; without a level it is free",
+            names.s);
+    o->told = true;
+    kmp_text_free(&names);
+}
+
+/* Friction has the modes in which a run would begin at the state. */
+static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
+{
+    kmp_friction_state *friction;
+    bool none;
+    kmp_friction_state_release(l->eval);
+    KMP_TRY(kmp_friction_state_new(l->eval, &friction, &none));
+    if (none)
+        return KEMPE_OK;
+    kempe_status status = kmp_friction_state_decide(friction, o->t, o->inner_q, o->inner_qd);
+    if (status == KEMPE_OK)
+        tell_stuck(o, friction);
+    kmp_friction_state_free(friction);
+    return status;
+}
+
+kempe_status kmp_operating_take(kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count)
 {
     if (operating->chart)
         kmp_eval_set_charts(linear->eval, operating->chart);
+    KMP_TRY(take_friction(operating, linear));
     KMP_TRY(kmp_linear_choose(linear, operating->t, operating->inner_q, wish, wish_count));
     return explain(linear, kmp_linear_at_rates(linear, operating->t, operating->inner_q, operating->inner_qd,
                                                !operating->equilibrium));

@@ -13,6 +13,7 @@ typedef struct kmp_operating {
     double *trial;              /* of a search */
     double *chart;              /* NULL: no joint is spherical */
     bool equilibrium;
+    bool told;       /* of friction that sticks */
     double residual; /* of an equilibrium, relative */
 } kmp_operating;
 
@@ -32,9 +33,10 @@ void kmp_operating_free(kmp_operating *operating);
 kempe_status kmp_operating_settle(kmp_operating *operating, kmp_linear *linear, kmp_search *search);
 
 /** Takes `linear` to the state: its charts, independent coordinates (`wish`: those requested by the caller) and rates.
+ * Friction that sticks at the state keeps its places, by rows that are held; a warning names it.
  * The accelerations are those of the equations of motion (zero at an equilibrium). Errors as kmp_linear_choose;
  * KEMPE_E_FAILED with a sentence also where the state is impossible, or a force is not finite. */
-kempe_status kmp_operating_take(const kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count);
+kempe_status kmp_operating_take(kmp_operating *operating, kmp_linear *linear, const int *wish, int wish_count);
 
 /** Checks that forces are unchanged while coordinates move steadily, unless an exchange fixes these, at a state that
  * was found. KEMPE_E_FAILED: they change. */

@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The part of their static levels with which friction elements keep a mechanism at rest: the least s for which forces
+ * |f| <= s F exist with a + D f = 0. Where the forces are unique they give s. Otherwise s is bracketed, since every
+ * larger part suffices as well. Levels that depend on multipliers are those at the forces that are found. */
+#include "constraints/tolerances.h"
+#include "integrators/friction/friction_inside.h"
+#include "linalg/dense/box_minimum.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_PASSES = 60, MOST_HALVINGS = 60 };
+
+#define FAR    1e6  /* forces beyond this multiple of the largest one that a single element may need: none hold */
+#define NEAR   1e-3 /* a part below the least one by this */
+#define CLOSE  1e-8 /* to a bracket that rounding has ended */
+#define UNIQUE 1e-6 /* a part smaller by this suffices only where forces are not unique */
+
+static double largest(const kmp_friction_run *x, int i)
+{
+    const kmp_friction_element *e = &x->element[x->which[i]];
+    return fmax(kmp_friction_at(x, e, KMP_ROLE_STATIC), fmax(kmp_friction_at(x, e, KMP_ROLE_LEVEL), 0));
+}
+
+/* A bound on forces that are not bounded by levels. */
+static double far_away(const kmp_friction_run *x)
+{
+    double far = 0;
+    for (int i = 0; i < x->rest; i++)
+        if (x->d[i + i * x->rest] > 0)
+            far = fmax(far, fabs(x->a[i]) / x->d[i + i * x->rest]);
+    return FAR * far;
+}
+
+/* True if forces within a part of the levels (INFINITY: any) hold all elements; they are in x->f. */
+static bool suffices(kmp_friction_run *x, double part)
+{
+    double far = far_away(x);
+    for (int i = 0; i < x->rest; i++) {
+        bool free = x->element[x->which[i]].implied || !(x->upper[i] > 0);
+        double most = free ? 0 : part < INFINITY ? part * x->upper[i] : far;
+        x->lower[i] = -most;
+        x->tried[i] = most;
+        x->f[i] = 0;
+    }
+    const kmp_box box = {x->rest, x->d, x->a, x->lower, x->tried};
+    bool holds = kmp_box_minimum(&box, x->f, x->y, x->side, x->room) == KMP_BOX_FOUND;
+    for (int i = 0; holds && i < x->rest; i++)
+        holds = fabs(x->y[i]) <= kmp_friction_rounding(x, i);
+    return holds;
+}
+
+static double part_of(const kmp_friction_run *x)
+{
+    double part = 0;
+    for (int i = 0; i < x->rest; i++)
+        if (x->f[i] != 0)
+            part = fmax(part, fabs(x->f[i]) / x->upper[i]);
+    return part;
+}
+
+/* Below the least part the largest acceleration falls linearly with the part, as long as the same forces are at their
+ * bounds: its zero is more exact than a bracket, where tolerances of rounding decide. */
+static double refine(kmp_friction_run *x, double part)
+{
+    double at[2] = {part * (1 - NEAR), part * (1 - 2 * NEAR)}, y[2];
+    int most = 0;
+    (void)suffices(x, at[0]);
+    for (int i = 0; i < x->rest; i++)
+        most = fabs(x->y[i]) > fabs(x->y[most]) ? i : most;
+    y[0] = x->y[most];
+    (void)suffices(x, at[1]);
+    y[1] = x->y[most];
+    double zero = at[0] + y[0] * (at[0] - at[1]) / (y[1] - y[0]);
+    return fabs(zero - part) <= CLOSE * part ? zero : part;
+}
+
+/* The least part with the levels in x->upper, and its forces. */
+static double least_part(kmp_friction_run *x)
+{
+    if (!suffices(x, INFINITY))
+        return INFINITY;
+    double high = part_of(x), low = 0;
+    bool unique = high == 0 || !suffices(x, high * (1 - UNIQUE));
+    for (int k = 0; !unique && k < MOST_HALVINGS; k++) {
+        double part = (low + high) / 2;
+        if (suffices(x, part))
+            high = part;
+        else
+            low = part;
+    }
+    (void)suffices(x, unique ? INFINITY : high);
+    if (unique)
+        return high;
+    memcpy(x->aside, x->f, (size_t)x->rest * sizeof *x->f);
+    double part = refine(x, high);
+    memcpy(x->f, x->aside, (size_t)x->rest * sizeof *x->f);
+    return part;
+}
+
+/* Forces by element in place of by number among those at rest. */
+static void spread(kmp_friction_run *x)
+{
+    for (int i = x->count - 1, k = x->rest - 1; i >= 0; i--) {
+        bool rests = k >= 0 && x->which[k] == i;
+        x->f[i] = rests ? x->f[k] : 0;
+        x->upper[i] = rests ? x->upper[k] : fmax(kmp_friction_at(x, &x->element[i], KMP_ROLE_STATIC), 0);
+        k -= rests;
+    }
+}
+
+kempe_status kmp_friction_load(kmp_runner *run, double t, const double *q, const double *qd, double *part)
+{
+    kmp_friction_run *x = run->friction;
+    KMP_TRY(kmp_friction_pose(run, t, q, qd, 1 / (run->spec.t_end - run->spec.t_start)));
+    double change = INFINITY;
+    memset(x->f, 0, (size_t)x->count * sizeof *x->f);
+    *part = 0;
+    for (int pass = 0; pass < MOST_PASSES && change > KMP_FRICTION_SETTLED && *part < INFINITY; pass++) {
+        for (int i = 0; i < x->rest; i++)
+            kmp_friction_put(run, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
+        KMP_TRY(kmp_friction_measure(run, t, q, qd));
+        for (int i = 0; i < x->rest; i++)
+            x->upper[i] = largest(x, i);
+        double before = *part;
+        *part = least_part(x);
+        change = pass == 0 && run->loaded_friction ? INFINITY : fabs(*part - before) / *part;
+    }
+    for (int i = 0; i < x->rest; i++)
+        kmp_friction_put(run, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
+    KMP_TRY(kmp_friction_measure(run, t, q, qd));
+    spread(x);
+    return KEMPE_OK;
+}

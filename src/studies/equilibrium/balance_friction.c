@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Dry friction that sticks at an equilibrium. */
+#include "base/memory.h"
+#include "studies/equilibrium/balances.h"
+#include <math.h>
+#include <string.h>
+
+/* Names the elements at rest, all of them or those that need more than they have. Their number. */
+static int name(const kmp_friction_state *f, bool all, kmp_text *text)
+{
+    int count = 0;
+    for (int i = 0; i < f->count; i++) {
+        const kmp_friction_view *view = &f->view[i];
+        bool named = all ? view->rate == 0 : fabs(view->force) > view->largest;
+        if (named)
+            kmp_text_printf(text, "%s'%s'", count++ ? ", " : "", view->element->name);
+        if (named && !all)
+            kmp_text_printf(text, " needs %.6g of at most %.6g", fabs(view->force), view->largest);
+    }
+    return count;
+}
+
+/* Warns of friction at rest that has no force. */
+static void tell_left_out(const kmp_friction_state *f, kempe_context *context)
+{
+    kmp_text names = {0};
+    int count = name(f, true, &names);
+    if (count > 0)
+        kmp_log(
+            context, KEMPE_LOG_WARNING,
+            "friction %s has no force at rest here: equilibrium and stability are those without it; with --stick it "
+            "keeps its place",
+            names.s);
+    kmp_text_free(&names);
+}
+
+/* Warns of friction that sticks only in this computation. */
+static void tell_slips(const kmp_friction_state *f, kempe_context *context)
+{
+    kmp_text names = {0};
+    (void)name(f, false, &names);
+    kmp_log(context, KEMPE_LOG_WARNING, "friction does not hold this state: %s", names.s ? names.s : "it has no level");
+    kmp_text_free(&names);
+}
+
+/* Forces of the elements that stick, also as multipliers of their rows. */
+static kempe_status take_forces(kempe_equilibrium *e, const kmp_linear *l, kmp_balance *b)
+{
+    const kempe_system *s = e->system;
+    kmp_friction_state *f = e->friction;
+    KMP_TRY(kmp_friction_state_load(f, l->t, l->q));
+    b->friction = KMP_ARENA_NEW(&e->arena, kmp_friction_view, f->count);
+    KMP_TRY(kmp_made(s->context, b->friction));
+    memcpy(b->friction, f->view, (size_t)f->count * sizeof *f->view);
+    b->friction_count = f->count;
+    memcpy(b->lambda, f->lambda, (size_t)s->m * sizeof *b->lambda);
+    memcpy(b->reaction, kmp_eval_reactions(l->eval, l->t, l->q, f->lambda),
+           3 * (size_t)s->model->closure_count * sizeof *b->reaction);
+    for (int r = 0; r < s->m; r++)
+        for (int i = 0; i < f->count; i++)
+            if (s->rows[r].closure == f->view[i].element->closure)
+                b->lambda[r] = f->view[i].force;
+    if (f->part > 1)
+        tell_slips(f, s->context);
+    return KEMPE_OK;
+}
+
+static bool is_moving(const kmp_linear *l)
+{
+    for (int k = 0; k < kmp_model_coordinates(l->system->model); k++)
+        if (l->qd[k] != 0)
+            return true;
+    return false;
+}
+
+kempe_status kmp_balance_add_friction(kempe_equilibrium *equilibrium, kmp_linear *linear, kmp_balance *balance)
+{
+    kempe_equilibrium *e = equilibrium;
+    kmp_friction_state *f = e->friction;
+    if (!f)
+        return KEMPE_OK;
+    kmp_friction_state_look(f, linear->t, linear->q, linear->qd);
+    if (!e->stick && e->count == 0)
+        tell_left_out(f, e->system->context);
+    if (is_moving(linear))
+        return KEMPE_OK;
+    f->part = 0;
+    KMP_TRY(e->stick ? take_forces(e, linear, balance) : KEMPE_OK);
+    balance->friction_part = f->part;
+    if (f->part > 1 || e->system->chart_count > 0)
+        return KEMPE_OK;
+    return kmp_rest_sets_find(linear, f, linear->t, linear->q, &e->arena, &balance->set_count, &balance->set);
+}
