@@ -109,7 +109,7 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
         if (!kind)
             return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
         if ((scene->loops_alone && kmp_closure_is_drive(closure)) ||
-            (scene->frictionless && kmp_closure_is_friction(closure)))
+            (scene->frictionless && kmp_closure_is_of_modes(closure)))
             continue;
         kmp_closure_residual(kind, &eq->tree, closure, h);
         if (kmp_graph_failed(eq->graph))
@@ -119,6 +119,9 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
                 eq->h[eq->m] = h[k];
                 eq->row[KMP_CLOSURE_ROWS * c + k] = eq->m;
                 eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};
+            } else if (kmp_closure_is_of_modes(closure)) {
+                status = kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
+                                      closure->place.column, "'%s' depends on no coordinate", closure->name);
             } else if (status != KEMPE_E_MEMORY) {
                 kempe_status met = constant_row(eq, closure, k, h[k], size,
                                                 pow(kmp_system_length(model), power_of(model, closure, kind, k)));

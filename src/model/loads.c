@@ -17,7 +17,7 @@ static bool is_loaded(const kempe_model *model, int force)
     bool wheel = false;
     for (int k = 0; k < model->wheel_count; k++)
         wheel = wheel || (model->wheels[k].force == force && model->wheels[k].form == KMP_CONTACT_RIGID);
-    return wheel || kmp_force_sticks(&model->forces[force]) || kmp_force_lambda(&model->forces[force]);
+    return wheel || kmp_force_has_modes(&model->forces[force]) || kmp_force_lambda(&model->forces[force]);
 }
 
 bool kmp_model_has_loads(const kempe_model *model)
@@ -53,14 +53,14 @@ int kmp_model_friction_count(const kempe_model *model)
 {
     int count = 0;
     for (int k = 0; k < model->force_count; k++)
-        count += kmp_force_sticks(&model->forces[k]);
+        count += kmp_force_has_modes(&model->forces[k]);
     return count;
 }
 
 static bool force_has_time(const kmp_force *force)
 {
     bool found = kmp_expr_has_time(force->effort) || kmp_expr_has_time(force->holding_effort) ||
-                 kmp_expr_has_time(force->sliding);
+                 kmp_expr_has_time(force->sliding) || kmp_expr_has_time(force->touch.gap);
     for (int k = 0; k < 3; k++)
         found = found || kmp_expr_has_time(force->vector[k]);
     return found;

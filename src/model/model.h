@@ -5,6 +5,7 @@
 
 #include "base/arena.h"
 #include "base/cache/digest.h"
+#include "model/contacts/touch.h"
 #include "model/expressions/expression.h"
 #include "model/rail/wheels.h"
 #include "model/shapes/shape.h"
@@ -109,7 +110,7 @@ typedef struct kmp_closure {
     const kmp_number *constant;   /* of a coupling; NULL: its value at the start */
     const kmp_named_table *table; /* of a curve from a table */
     int wheel;                    /* of a wheel's contact; meaningless otherwise */
-    int force;                    /* of the kind friction: the element; meaningless otherwise */
+    int force;                    /* of the kinds friction and touch: the element; meaningless otherwise */
     const kmp_expr *curve[2];     /* of a curve: over x, y, z of the first point's axes */
     int curve_side[2];            /* 1: y equals it, 2: z does; 0: it is zero on the curve */
     int curve_count;              /* number of curve expressions: rows */
@@ -153,8 +154,11 @@ typedef struct kmp_force {
     const kmp_expr *sliding;    /* FRICTION without a coordinate: a length or an angle, against whose rate it acts */
     bool turns;                 /* an angle */
     const kmp_expr *holding_effort; /* as an expression, like `effort` for the level; NULL: a number */
-    int closure;                    /* FRICTION that sticks: of its row */
-    int wheel;                      /* of a wheel's contact; meaningless otherwise */
+    int closure;                    /* FRICTION that sticks, TOUCH: of its row */
+    kmp_contact_pair touch;         /* TOUCH: what touches what */
+    kmp_number restitution;         /* TOUCH */
+    int contact; /* FRICTION: 1 + the contact whose surfaces rub, `level` being the coefficient; 0: none */
+    int wheel;   /* of a wheel's contact; meaningless otherwise */
 } kmp_force;
 
 /** A goal of assembly, approached as far as the closures permit: a coordinate, or the position of a point. */
@@ -314,7 +318,15 @@ static inline bool kmp_force_sticks(const kmp_force *force)
 }
 bool kmp_closure_is_friction(const kmp_closure *closure);
 
-/** The number of friction elements that stick. */
+/** True for friction that sticks and for rigid contacts: elements with modes and a row, which runs decide on. True for
+ * such a row. */
+static inline bool kmp_force_has_modes(const kmp_force *force)
+{
+    return kmp_force_sticks(force) || force->kind == KMP_FORCE_TOUCH;
+}
+bool kmp_closure_is_of_modes(const kmp_closure *closure);
+
+/** The number of these elements, whose rows are the last closures. */
 int kmp_model_friction_count(const kempe_model *model);
 
 /** The first multiplier in the expressions of a force, NULL when there is none. */

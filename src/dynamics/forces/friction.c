@@ -11,9 +11,9 @@
 static void apply(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref effort)
 {
     kmp_ref place = kmp_friction_place(tree, force);
-    int count = force->sliding ? tree->count - 1 : 0;
+    int count = kmp_friction_is_along(force) ? tree->count - 1 : 0;
     kmp_ref *slope = KMP_GRAPH_NEW(tree->graph, kmp_ref, count);
-    if (!force->sliding)
+    if (count == 0)
         kmp_apply_effort(forces, tree, force->motion, effort);
     if (slope && count > 0)
         kmp_partials_all(tree->graph, 1, &place, KMP_IN_Q, count, slope);

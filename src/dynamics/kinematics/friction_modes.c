@@ -2,6 +2,8 @@
 #include "dynamics/kinematics/friction_modes.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "dynamics/kinematics/touch_modes.h"
+#include "dynamics/kinematics/touching.h"
 #include "symbolic/derivative.h"
 
 /* Adds the conditions of all roles. -1: no memory. */
@@ -10,7 +12,7 @@ static int add_roles(const kmp_tree *tree, const kmp_force *force)
     int first = tree->events->count;
     for (int role = KMP_ROLE_SENSE; role < KMP_ROLE_END; role++) {
         kmp_text text = {0};
-        kmp_text_printf(&text, "friction '%s'", force->name);
+        kmp_text_printf(&text, "%s '%s'", force->kind == KMP_FORCE_TOUCH ? "contact" : "friction", force->name);
         const kmp_condition condition = {
             .of = force, .number = role, .role = (kmp_role)role, .text = kmp_text_take(&text)};
         if (kmp_events_add(tree->events, condition) < 0) {
@@ -33,21 +35,34 @@ kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_rol
     return first < 0 ? KMP_ZERO : kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)(first + (int)role - KMP_ROLE_SENSE));
 }
 
+/* Of the friction of a contact. */
+static kmp_ref way_of(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_ref way = KMP_ZERO;
+    (void)kmp_touching_way(tree, &tree->model->forces[force->contact - 1].touch, &way); /* checked before */
+    return way;
+}
+
 kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force)
 {
+    if (force->contact > 0)
+        return way_of(tree, force);
     return force->sliding ? kmp_tree_expression(tree, force->sliding)
                           : kmp_input(tree->graph, KMP_IN_Q, (uint32_t)force->motion);
 }
 
 kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force)
 {
-    if (!force->sliding)
+    if (!kmp_friction_is_along(force))
         return kmp_input(tree->graph, KMP_IN_QD, (uint32_t)force->motion);
     return kmp_vec_rate(tree, (kmp_vec){{kmp_friction_place(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
 }
 
 kmp_ref kmp_friction_level(const kmp_tree *tree, const kmp_force *force)
 {
+    if (force->contact > 0)
+        return kmp_mul(tree->graph, kmp_tree_number(tree, &force->level),
+                       kmp_touch_push(tree, &tree->model->forces[force->contact - 1]));
     return force->effort ? kmp_tree_expression(tree, force->effort) : kmp_tree_number(tree, &force->level);
 }
 
@@ -108,5 +123,6 @@ kmp_ref kmp_friction_value(const kmp_tree *tree, const kmp_condition *condition)
         [KMP_ROLE_PLACE] = kmp_friction_place, [KMP_ROLE_GIVEN] = friction,
         [KMP_ROLE_RATE] = kmp_friction_rate,   [KMP_ROLE_ACCELERATION] = acceleration,
         [KMP_ROLE_LEVEL] = kmp_friction_level, [KMP_ROLE_STATIC] = static_level};
-    return values[condition->role](tree, condition->of);
+    const kmp_force *force = condition->of;
+    return force->kind == KMP_FORCE_TOUCH ? kmp_touch_value(tree, condition) : values[condition->role](tree, force);
 }

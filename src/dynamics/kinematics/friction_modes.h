@@ -14,6 +14,12 @@ int kmp_friction_find(const kmp_tree *tree, const kmp_force *force);
 /** The input of a role; zero where kmp_friction_find gives none. */
 kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_role role);
 
+/** True if its place is an expression, not a coordinate. */
+static inline bool kmp_friction_is_along(const kmp_force *force)
+{
+    return force->sliding || force->contact > 0;
+}
+
 /** The place whose rate the friction opposes, and that rate. */
 kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force);
 kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Loop closures and drives. */
+#include "model/contacts/read_contacts.h"
 #include "model/read/reading.h"
 #include "model/tables/closure_table.h"
 #include <string.h>
@@ -287,6 +288,11 @@ bool kmp_closure_is_friction(const kmp_closure *closure)
     return strcmp(closure->kind, "friction") == 0;
 }
 
+bool kmp_closure_is_of_modes(const kmp_closure *closure)
+{
+    return kmp_closure_is_friction(closure) || strcmp(closure->kind, "touch") == 0;
+}
+
 bool kmp_closure_is_drive(const kmp_closure *closure)
 {
     return strcmp(closure->kind, "drive") == 0 || strcmp(closure->kind, "lock") == 0;
@@ -375,7 +381,7 @@ void kmp_read_closures(kmp_reader *r)
     const kmp_yaml *cuts = kmp_linkage_cuts(r);
     int count = loops.count + (cuts ? cuts->count : 0) + drives.count + model->body_count + model->wheel_count;
     const kmp_yaml *forces = kmp_yaml_get(r->root, "forces");
-    count += forces ? forces->count : 0; /* those that stick have a row */
+    count += (forces ? forces->count : 0) + kmp_contacts_count(r->root); /* those with modes have a row */
     model->closures = KMP_ARENA_NEW(&model->arena, kmp_closure, count);
     if (!model->closures)
         return;

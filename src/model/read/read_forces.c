@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Force elements: the rows of force_kinds.def. */
+#include "model/contacts/read_contacts.h"
 #include "model/read/reading.h"
 #include "model/tables/force_table.h"
 #include <string.h>
@@ -403,7 +404,8 @@ void kmp_read_forces(kmp_reader *r)
 {
     kempe_model *model = r->model;
     kmp_section s = kmp_read_section(r, "forces", "force");
-    model->forces = KMP_ARENA_NEW(&model->arena, kmp_force, s.count + model->wheel_count + model->state_count);
+    model->forces = KMP_ARENA_NEW(&model->arena, kmp_force,
+                                  s.count + model->wheel_count + kmp_contacts_count(r->root) + model->state_count);
     if (!model->forces)
         return;
     while (kmp_section_next(&s)) {
@@ -412,5 +414,6 @@ void kmp_read_forces(kmp_reader *r)
         read_force(&(element){.r = r, .map = s.node, .what = s.what, .force = force});
     }
     kmp_add_wheel_forces(r);
+    kmp_read_contacts(r);
     kmp_add_state_rates(r);
 }

@@ -52,7 +52,7 @@ const char *kmp_force_key(const kempe_model *model, const kmp_force *force, cons
 
 bool kmp_force_is_between(kmp_force_kind kind)
 {
-    static const char *const others[] = {"joint", "at", "on", "wheel", "state"};
+    static const char *const others[] = {"joint", "at", "on", "wheel", "contact", "state"};
     return kmp_name_find(KMP_NAMES_OF(others), kmp_force_rows[kind].place) < 0;
 }
 
@@ -64,6 +64,9 @@ bool kmp_force_is_line(kmp_force_kind kind)
 bool kmp_force_has(const kmp_force *force, int field)
 {
     const kmp_number *number = kmp_force_get(force, field);
+    if (force->kind == KMP_FORCE_TOUCH)
+        return number == &force->restitution ||
+               (number == &force->touch.limit ? force->touch.motion >= 0 : number->value > 0);
     if (force->kind == KMP_FORCE_FRICTION)
         return !(number == &force->speed && !force->has_speed) && !(number == &force->level && force->effort) &&
                !(number == &force->holding && (!force->has_static || force->holding_effort));

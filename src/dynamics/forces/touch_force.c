@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A rigid contact. Its force is the multiplier of its row; where the rows of others keep it closed it is given, and
+ * applied here. The value of the output is the multiplier: a run puts the force of every mode there. */
+#include "dynamics/forces/law.h"
+#include "dynamics/kinematics/touch_modes.h"
+#include "dynamics/kinematics/touching.h"
+
+void kmp_apply_touching(kmp_forces *forces, const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_touching *t,
+                        kmp_vec force)
+{
+    kmp_graph *g = tree->graph;
+    const int points[2] = {touch->side[0].point, touch->side[1].point};
+    kmp_apply_between(forces, tree, points, t->frame, force);
+    kmp_apply_moment(forces, tree, points[0], t->frame, kmp_vec_cross(g, t->arm[0], force));
+    kmp_apply_moment(forces, tree, points[1], t->frame, kmp_vec_cross(g, force, t->arm[1]));
+}
+
+void kmp_law_touch(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref given = kmp_friction_input(tree, force, KMP_ROLE_GIVEN), *slope = KMP_GRAPH_NEW(g, kmp_ref, tree->count);
+    *value = kmp_tree_multiplier(tree, force->closure, 0);
+    if (!slope)
+        return;
+    kmp_touching_slopes(tree, &force->touch, slope);
+    for (int k = 0; k < tree->count - 1; k++) {
+        if (slope[k] == KMP_ZERO)
+            continue;
+        kmp_ref effort = kmp_mul(g, slope[k], given);
+        kmp_apply_effort(forces, tree, k, effort);
+        if (energy & KMP_ENERGY_POWER)
+            kmp_add_power(forces, tree, effort, kmp_input(g, KMP_IN_QD, (uint32_t)k));
+    }
+}

@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* With d from the second side's point to the first's, n the normal and r the first side's radius: on a plane the gap is
+ * n.d - r. About a sphere or an axis it is the distance from there less both radii, inside one the opposite. On a
+ * profile moved outwards by r, y = f(x), it is (y - f)/sqrt(1 + f'^2), which is the distance where it is small and has
+ * its derivatives on the curve. The middle circle of a cylinder with the axis e reaches r sqrt(1 - (n.e)^2) towards a
+ * plane. */
+#include "dynamics/kinematics/touching.h"
+#include "model/angle_sum.h"
+#include "model/contacts/parallel_curve.h"
+#include "symbolic/derivative.h"
+#include "symbolic/partials.h"
+#include "symbolic/table_function.h"
+
+/* The sides being brought together: axes of both points, the vector d and the radii. */
+typedef struct pair {
+    const kmp_tree *tree;
+    const kmp_contact_pair *touch;
+    int frame;
+    kmp_vec d, axes[2][3];
+    kmp_ref radius[2];
+} pair;
+
+static pair pair_of(const kmp_tree *tree, const kmp_contact_pair *touch)
+{
+    pair p = {.tree = tree, .touch = touch};
+    p.d = kmp_point_difference(tree, touch->side[1].point, touch->side[0].point, &p.frame);
+    for (int k = 0; k < 2; k++) {
+        kmp_point_axes(tree, touch->side[k].point, p.frame, p.axes[k]);
+        p.radius[k] = kmp_tree_number(tree, &touch->radius[k]);
+    }
+    return p;
+}
+
+static kmp_vec opposite(kmp_graph *g, kmp_vec a)
+{
+    return kmp_vec_sub(g, kmp_vec_zero(), a);
+}
+
+/* -- shapes of the second side --------------------------------------------------------------------------- */
+
+static void on_plane(const pair *p, kmp_touching *out)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_touch_side *side = p->touch->side;
+    kmp_vec n = p->axes[1][side[1].axis], e = p->axes[0][side[0].axis];
+    kmp_ref height = kmp_vec_dot(g, n, p->d), tilt = kmp_vec_dot(g, n, e);
+    out->normal = n;
+    if (side[0].shape == KMP_TOUCH_SPHERE || tilt == KMP_ZERO) {
+        out->gap = kmp_sub(g, height, p->radius[0]);
+        out->arm[0] = kmp_vec_scale(g, kmp_neg(p->radius[0]), n);
+        return;
+    }
+    kmp_ref reach = kmp_sqrt(g, kmp_sub(g, KMP_ONE, kmp_mul(g, tilt, tilt)));
+    kmp_vec towards = kmp_vec_sub(g, kmp_vec_scale(g, tilt, e), n);
+    out->gap = kmp_sub(g, height, kmp_mul(g, p->radius[0], reach));
+    out->arm[0] = kmp_vec_scale(g, kmp_div(g, p->radius[0], reach), towards);
+}
+
+/* Around a point or an axis. */
+static void on_round(const pair *p, kmp_touching *out)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_touch_side *second = &p->touch->side[1];
+    kmp_vec e = p->axes[1][second->axis], from = p->d;
+    if (second->shape == KMP_TOUCH_CYLINDER)
+        from = kmp_vec_sub(g, from, kmp_vec_scale(g, kmp_vec_dot(g, e, from), e));
+    kmp_ref size = kmp_sqrt(g, kmp_vec_dot(g, from, from));
+    kmp_vec out_of = kmp_vec_scale(g, kmp_div(g, KMP_ONE, size), from);
+    kmp_ref both = second->hollow ? kmp_sub(g, p->radius[1], p->radius[0]) : kmp_add(g, p->radius[1], p->radius[0]);
+    out->normal = second->hollow ? opposite(g, out_of) : out_of;
+    out->gap = second->hollow ? kmp_sub(g, both, size) : kmp_sub(g, size, both);
+    out->arm[0] = kmp_vec_scale(g, kmp_neg(p->radius[0]), out->normal);
+}
+
+static void on_profile(const pair *p, kmp_touching *out)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_vec *e = p->axes[1];
+    bool folds;
+    kmp_table *curve = kmp_parallel_curve(p->touch->side[1].table->table, p->touch->radius[0].value, &folds);
+    int table = kmp_graph_add_table(g, curve);
+    kmp_table_free(curve);
+    kmp_ref x = kmp_vec_dot(g, e[0], p->d), y = kmp_vec_dot(g, e[1], p->d);
+    kmp_ref slope = kmp_table_derivative_at(g, table, 1, x);
+    kmp_ref size = kmp_sqrt(g, kmp_add(g, KMP_ONE, kmp_mul(g, slope, slope)));
+    kmp_vec n = kmp_vec_sub(g, e[1], kmp_vec_scale(g, slope, e[0]));
+    out->normal = kmp_vec_scale(g, kmp_div(g, KMP_ONE, size), n);
+    out->gap = kmp_div(g, kmp_sub(g, y, kmp_table_at(g, table, x)), size);
+    out->arm[0] = kmp_vec_scale(g, kmp_neg(p->radius[0]), out->normal);
+}
+
+/* -- slip ------------------------------------------------------------------------------------------------ */
+
+/* d' + w1 x arm1 - w2 x arm2, relative to the frame; its motion cancels out, because both arms end at one place. */
+static kmp_vec slip_of(const pair *p, const kmp_touching *t)
+{
+    const kmp_tree *tree = p->tree;
+    kmp_graph *g = tree->graph;
+    kmp_vec v = kmp_vec_rate(tree, p->d), turning[2];
+    for (int k = 0; k < 2; k++)
+        turning[k] =
+            kmp_vec_cross(g, kmp_link_spin(tree, kmp_point_link(tree, p->touch->side[k].point), p->frame), t->arm[k]);
+    return kmp_vec_add(g, v, kmp_vec_sub(g, turning[0], turning[1]));
+}
+
+void kmp_touching_find(const kmp_tree *tree, const kmp_contact_pair *touch, bool slips, kmp_touching *touching)
+{
+    kmp_graph *g = tree->graph;
+    const pair p = pair_of(tree, touch);
+    *touching = (kmp_touching){.frame = p.frame, .across = kmp_vec_zero()};
+    switch (touch->side[1].shape) {
+    case KMP_TOUCH_PLANE:
+        on_plane(&p, touching);
+        break;
+    case KMP_TOUCH_PROFILE:
+        on_profile(&p, touching);
+        break;
+    default:
+        on_round(&p, touching);
+    }
+    touching->arm[1] = kmp_vec_add(g, p.d, touching->arm[0]);
+    if (!slips)
+        return;
+    kmp_vec v = slip_of(&p, touching), n = touching->normal;
+    touching->across = kmp_vec_sub(g, v, kmp_vec_scale(g, kmp_vec_dot(g, v, n), n));
+}
+
+/* -- the distance ------------------------------------------------------------------------------------------ */
+
+kmp_ref kmp_touching_gap(const kmp_tree *tree, const kmp_contact_pair *touch)
+{
+    kmp_touching t;
+    if (touch->gap)
+        return kmp_tree_expression(tree, touch->gap);
+    if (touch->motion >= 0) {
+        kmp_ref limit = kmp_tree_number(tree, &touch->limit);
+        kmp_ref beyond = kmp_sub(tree->graph, kmp_input(tree->graph, KMP_IN_Q, (uint32_t)touch->motion), limit);
+        return touch->upper ? kmp_neg(beyond) : beyond;
+    }
+    kmp_touching_find(tree, touch, false, &t);
+    return t.gap;
+}
+
+kmp_ref kmp_touching_rate(const kmp_tree *tree, const kmp_contact_pair *touch)
+{
+    return kmp_vec_rate(tree, (kmp_vec){{kmp_touching_gap(tree, touch), KMP_ZERO, KMP_ZERO}}).x[0];
+}
+
+void kmp_touching_slopes(const kmp_tree *tree, const kmp_contact_pair *touch, kmp_ref *slope)
+{
+    kmp_ref gap = kmp_touching_gap(tree, touch);
+    kmp_partials_all(tree->graph, 1, &gap, KMP_IN_Q, tree->count - 1, slope);
+}
+
+/* -- the way ----------------------------------------------------------------------------------------------- */
+
+/* The angle of the first body relative to the second about an axis of the second's point; false: it is no sum of
+ * coordinates. */
+static bool turned_about(const kmp_tree *tree, const kmp_contact_pair *touch, int axis, kmp_ref *angle)
+{
+    kmp_graph *g = tree->graph;
+    int first = touch->side[0].point, second = touch->side[1].point, from = (axis + 1) % 3;
+    const kmp_spot axes[3] = {
+        {.point = second, .axis = from}, {.point = first, .axis = from}, {.point = second, .axis = axis}};
+    double constant, *factor = KMP_GRAPH_NEW(g, double, tree->count);
+    if (!factor || !kmp_angle_sum(tree->model, axes, &constant, factor))
+        return false;
+    *angle = KMP_ZERO;
+    for (int k = 0; k < tree->count - 1; k++)
+        if (factor[k] != 0)
+            *angle = kmp_add(g, *angle, kmp_mul(g, kmp_const(g, factor[k]), kmp_input(g, KMP_IN_Q, (uint32_t)k)));
+    return true;
+}
+
+/* With the normal along axis k of the plane's point, the slip is along axis k + 1 or k + 2. A turn about b = n x t
+ * moves the place at -r n by -r t. */
+bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, kmp_ref *way)
+{
+    kmp_graph *g = tree->graph;
+    kmp_touching t;
+    if (touch->gap || touch->motion >= 0 || touch->side[1].shape != KMP_TOUCH_PLANE)
+        return false;
+    const pair p = pair_of(tree, touch);
+    int k = touch->side[1].axis, i = (k + 1) % 3, j = (k + 2) % 3;
+    kmp_touching_find(tree, touch, true, &t);
+    bool along_i = kmp_vec_dot(g, p.axes[1][j], t.across) == KMP_ZERO;
+    bool along_j = kmp_vec_dot(g, p.axes[1][i], t.across) == KMP_ZERO;
+    kmp_ref turn = KMP_ZERO;
+    if (along_i == along_j)
+        return false;
+    if (p.radius[0] != KMP_ZERO && !turned_about(tree, touch, along_i ? j : i, &turn))
+        return false;
+    kmp_ref rolled = kmp_mul(g, p.radius[0], along_i ? turn : kmp_neg(turn));
+    *way = kmp_sub(g, kmp_vec_dot(g, p.axes[1][along_i ? i : j], p.d), rolled);
+    return true;
+}
