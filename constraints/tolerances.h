@@ -144,6 +144,18 @@
 /** Part of a run: decisions within it are simultaneous. */
 #define KMP_FRICTION_INSTANT 1e-13
 
+/* -- rigid contacts --------------------------------------------------------------------------------------- */
+
+/** A distance below this many sizes is none: corners that strike together differ by the error of the positions. */
+#define KMP_TOUCH_NEAR 1e-10
+/** What is left of a distance that is open, in sizes: some roundings of positions. */
+#define KMP_TOUCH_LIFT 1e-15
+/** Part of a run: an impact that follows the one before it within this time ends their sequence. The way to the limit
+ * of the sequence is then below rounding of most positions, its square. */
+#define KMP_IMPACT_SPACING 2e-7
+/** Gain of kinetic energy in an impact, over that before it, that is rounding. */
+#define KMP_IMPACT_GAIN 1e-9
+
 /* -- corrections and steps ----------------------------------------------------------------------------- */
 
 /** The longest move of a coordinate by one correction, rad or characteristic lengths. */

@@ -91,7 +91,7 @@ def number_lines(macro):
 SECTIONS = {"include": "include.md", "parameters": "parameters.md", "inputs": "inputs.md", "states": "states.md", "tables": "tables.md", "profiles": "tracks.md#profiles",
             "tracks": "tracks.md", "algebraic": "algebraic.md", "closure_tolerance": "../diagnosis.md#rounded-drawings", "ground": "bodies.md#ground",
             "bodies": "bodies.md", "wheels": "wheels.md", "joints": "graphs.md", "loops": "closures.md", "drives": "drives.md",
-            "forces": "forces.md", "sensors": "outputs.md#sensors", "start": "start.md", "run": "run.md"}
+            "forces": "forces.md", "contacts": "contacts.md", "sensors": "outputs.md#sensors", "start": "start.md", "run": "run.md"}
 KEY_HEAD = ("key", "value", "when absent", "meaning")
 
 
@@ -297,7 +297,7 @@ def without_page():
     """Tables of rows that no page shows."""
     shown = {(what, name) for text in texts().values() for what, name, _ in MARK.findall(text)}
     wanted = {("keys", path.stem[:-5]) for path in (DOCS.parent / "src/model/keys").glob("*_keys.def")} - {("keys", "ground")}
-    wanted |= {("force", row[0]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[2] not in ("wheel", "state")}
+    wanted |= {("force", row[0]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[2] not in ("wheel", "contact", "state")}
     return sorted(wanted - shown)
 
 

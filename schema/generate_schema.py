@@ -95,7 +95,7 @@ VALUES = {  # the words of the tables of src/model/keys
     "one or two expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=2)]},
     "zones": {"type": "array", "items": PAIR, "minItems": 1}, "condition or list": {"anyOf": [WORD, WORDS]}, "joint": ref("joint"),
     "place": ref("place"), "places": {"type": "array", "items": ref("place"), "minItems": 2},
-    "two places or a number": {"anyOf": [NUMBER, {"type": "array", "items": ref("place"), "minItems": 2, "maxItems": 2}]},
+    "surface": ref("surface"), "two places or a number": {"anyOf": [NUMBER, {"type": "array", "items": ref("place"), "minItems": 2, "maxItems": 2}]},
     "shape or list": {"anyOf": [ref("shape"), {"type": "array", "items": ref("shape"), "minItems": 1}]},
     "inertia": ref("inertia"), "coordinates": {"type": "array", "items": {"type": ["string", "number", "null"]}},
 }
@@ -117,6 +117,16 @@ def force():
            if place == "joint" and word != "effort"}
     own["spring"] = {"anyOf": [ref("two_points"), own["spring"]]}
     return keyed("force", **own)
+
+
+def contact():
+    schema = keyed("contact")
+    return dict(schema, oneOf=[{"required": [key]} for key in ("joint", "gap", "point", "sphere", "cylinder")])
+
+
+def surface():
+    schema = keyed("surface")
+    return dict(schema, oneOf=[{"required": [key]} for key in ("plane", "sphere", "cylinder", "profile")])
 
 
 def joint_numbers():
@@ -215,6 +225,8 @@ def definitions():
         "loop": loop(),
         "drive": drive(),
         "force": force(),
+        "contact": contact(),
+        "surface": surface(),
         "input": keyed("input", method=words("signal.c", "words")),
         "state": keyed("state"),
         "table": keyed("table", method={"enum": ["spline", "linear"]}),
@@ -233,7 +245,7 @@ def definitions():
 def sections():
     """Schemas of the sections of a model."""
     entries = {"inputs": "input", "states": "state", "tables": "table", "profiles": "profile", "tracks": "track", "algebraic": "algebraic", "wheels": "wheel", "joints": "edge",
-               "loops": "loop", "drives": "drive", "forces": "force", "parameters": "number", "sensors": "number"}
+               "loops": "loop", "drives": "drive", "forces": "force", "contacts": "contact", "parameters": "number", "sensors": "number"}
     return {**{section: named(ref(entry)) for section, entry in entries.items()}, "start": ref("start"), "run": ref("run"),
             "ground": keyed("ground"), "bodies": dict(named(ref("body")), minProperties=1),
             "include": {"type": "array", "items": ref("include")}}

@@ -10,6 +10,7 @@
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
+#include "dynamics/load_dependent.h"
 #include "linalg/dot.h"
 #include <kempe/check.h>
 #include <kempe/workspace.h>
@@ -371,6 +372,7 @@ kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, con
     KMP_WANTED(NULL, ws, "workspace");
     if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd))
         return KEMPE_E_ARGUMENT;
+    KMP_TRY(kmp_refuse_contacts(ws->system->model, "forward dynamics"));
     if (ws->by_bodies && by_bodies(ws, t, q, qd, Q)) {
         put_answer(ws, qdd, lambda);
         return KEMPE_OK;

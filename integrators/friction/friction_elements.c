@@ -1,15 +1,30 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Elements of friction that sticks: their inputs and values in a run. */
+#include "constraints/tolerances.h"
 #include "integrators/friction/friction_inside.h"
 #include "linalg/dense/box_minimum.h"
 #include <math.h>
 #include <string.h>
 
+/* A rate that is never reached, m/s. */
+#define FAR 1e200
+
 /* -- making -------------------------------------------------------------------------------------------- */
 
-static const char *name_of(const kempe_system *s, int slot)
+/* The element of the contact whose surfaces rub; -1: none. */
+static int base_of(const kmp_runner *run, const kmp_friction_run *x, const kmp_force *force)
 {
-    return ((const kmp_force *)s->events.condition[slot].of)->name;
+    for (int i = 0; i < x->count; i++)
+        if (force->contact > 0 && x->element[i].force == &run->s->model->forces[force->contact - 1])
+            return i;
+    return -1;
+}
+
+static kmp_friction_element element_of(const kmp_runner *run, int slot)
+{
+    const kmp_force *force = run->s->events.condition[slot].of;
+    return (kmp_friction_element){
+        .slot = slot, .name = force->name, .force = force, .contact = force->kind == KMP_FORCE_TOUCH};
 }
 
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
@@ -31,7 +46,9 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
         return NULL;
     for (int k = 0; k < events->count; k++)
         if (events->condition[k].role == KMP_ROLE_SENSE)
-            x->element[x->count++] = (kmp_friction_element){.slot = k, .name = name_of(run->s, k)};
+            x->element[x->count++] = element_of(run, k);
+    for (int i = 0; i < x->count; i++)
+        x->element[i].base = base_of(run, x, x->element[i].force);
     return x;
 }
 
@@ -39,7 +56,8 @@ bool kmp_friction_is_loaded(const kempe_model *model)
 {
     bool loaded = false;
     for (int k = 0; k < model->force_count; k++)
-        loaded = loaded || (kmp_force_sticks(&model->forces[k]) && kmp_force_lambda(&model->forces[k]));
+        loaded = loaded || model->forces[k].contact > 0 ||
+                 (kmp_force_sticks(&model->forces[k]) && kmp_force_lambda(&model->forces[k]));
     return loaded;
 }
 
@@ -72,6 +90,19 @@ void kmp_friction_set_slip(kmp_runner *run, kmp_friction_element *e, double sens
     kmp_friction_put(run, e, KMP_ROLE_HELD, 0);
     kmp_friction_put(run, e, KMP_ROLE_GIVEN, 0);
     kmp_friction_put(run, e, KMP_ROLE_PLACE, none);
+}
+
+void kmp_friction_set_off(kmp_runner *run, kmp_friction_element *e)
+{
+    kmp_friction_set_slip(run, e, 0, FAR);
+}
+
+/* A contact that opens is open from where it is: what rounding leaves of an overlap is none. */
+void kmp_friction_set_moving(kmp_runner *run, kmp_friction_element *e, double sense, double rate)
+{
+    double size = kmp_friction_scale(run, e), gap = kmp_friction_at(run->friction, e, KMP_ROLE_PLACE);
+    kmp_friction_set_slip(run, e, sense,
+                          e->contact ? KMP_TOUCH_LIFT * size + fmax(-gap, 0) : KMP_FRICTION_NONE * size * rate);
 }
 
 void kmp_friction_set_given(kmp_runner *run, kmp_friction_element *e, double force, double none)

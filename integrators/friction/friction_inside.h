@@ -17,6 +17,11 @@ typedef enum kmp_friction_stance {
 typedef struct kmp_friction_element {
     int slot; /* its condition KMP_ROLE_SENSE */
     const char *name;
+    const kmp_force *force;
+    bool contact; /* a rigid contact: it slips where it is open, and its force is not negative */
+    int base;     /* friction of a contact: the element of the contact; -1: none */
+    int rubs;     /* friction of a closed contact that slips, 1 or -1: its force takes part in the decision, not its
+                   * mode; 0: none */
     kmp_friction_stance stance, was; /* now, and before the decision */
     double sense, before_sense;      /* of slip */
     bool fired, known;               /* its reserve was used up at the event; it has been decided before */
@@ -48,6 +53,15 @@ void kmp_friction_put(kmp_runner *run, const kmp_friction_element *e, kmp_role r
 
 /** Size of an element's place: the scale of its row. */
 double kmp_friction_scale(const kmp_runner *run, const kmp_friction_element *e);
+
+/** 1/s: the rate of the motion. */
+double kmp_friction_pace(const kmp_runner *run, const double *qd);
+
+/** Friction of a contact that is open. */
+void kmp_friction_set_off(kmp_runner *run, kmp_friction_element *e);
+
+/** Slip in a direction; a contact opens. `rate`: of the motion, 1/s. */
+void kmp_friction_set_moving(kmp_runner *run, kmp_friction_element *e, double sense, double rate);
 
 /** Slip (`none`: a rate against its sense that counts as none); rest with a given force (`none`: a larger rate is an
  * event); rest at a place by its row. */

@@ -14,6 +14,48 @@ enum {
 
 /* -- the problem at a state ------------------------------------------------------------------------------ */
 
+/* True if a contact is away from its surface, or leaves it. */
+static bool is_open(const kmp_runner *run, const kmp_friction_element *e, double rate)
+{
+    double size = kmp_friction_scale(run, e), gap = kmp_friction_at(run->friction, e, KMP_ROLE_PLACE);
+    return gap > KMP_TOUCH_NEAR * size ||
+           kmp_friction_at(run->friction, e, KMP_ROLE_RATE) > KMP_FRICTION_STILL * size * rate;
+}
+
+static void list(kmp_runner *run, int i)
+{
+    kmp_friction_run *x = run->friction;
+    kmp_friction_set_given(run, &x->element[i], 0, 0);
+    x->which[x->rest++] = i;
+}
+
+static void list_contact(kmp_runner *run, int i, double rate)
+{
+    kmp_friction_element *e = &run->friction->element[i];
+    if (is_open(run, e, rate))
+        kmp_friction_set_moving(run, e, 1, rate);
+    else
+        list(run, i);
+}
+
+/* An element of friction. That of a closed contact takes part also where it slips, because its force depends on that of
+ * the contact. */
+static void list_friction(kmp_runner *run, int i, double rate)
+{
+    kmp_friction_element *e = &run->friction->element[i], *base = e->base < 0 ? NULL : &run->friction->element[e->base];
+    double v = kmp_friction_at(run->friction, e, KMP_ROLE_RATE);
+    if (base && is_open(run, base, rate)) {
+        kmp_friction_set_off(run, e);
+    } else if (fabs(v) <= KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate) {
+        list(run, i);
+    } else if (base) {
+        list(run, i);
+        e->rubs = v > 0 ? 1 : -1;
+    } else {
+        kmp_friction_set_moving(run, e, v > 0 ? 1 : -1, rate);
+    }
+}
+
 /* Lists the elements at rest; the others slip on. */
 static void list_resting(kmp_runner *run, double rate)
 {
@@ -21,14 +63,12 @@ static void list_resting(kmp_runner *run, double rate)
     x->rest = 0;
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
-        double size = kmp_friction_scale(run, e) * rate, v = kmp_friction_at(x, e, KMP_ROLE_RATE);
         e->broken = e->implied = false;
-        if (fabs(v) <= KMP_FRICTION_STILL * size) {
-            kmp_friction_set_given(run, e, 0, 0);
-            x->which[x->rest++] = i;
-        } else {
-            kmp_friction_set_slip(run, e, v > 0 ? 1 : -1, KMP_FRICTION_NONE * size);
-        }
+        e->rubs = 0;
+        if (e->contact)
+            list_contact(run, i, rate);
+        else
+            list_friction(run, i, rate);
     }
 }
 
@@ -38,6 +78,8 @@ static kempe_status find_implied(kmp_runner *run, double t, const double *q)
     bool adds;
     for (int k = 0; k < x->rest; k++) {
         kmp_friction_element *e = &x->element[x->which[k]];
+        if (e->rubs)
+            continue;
         KMP_TRY(kmp_friction_adds_row(run, e, t, q, &adds));
         e->implied = !adds;
         kmp_friction_set_given(run, e, 0, 0);
@@ -94,7 +136,7 @@ static void guess(kmp_friction_run *x)
         for (int i = 0; i < n && x->element[x->which[j]].fired; i++) {
             const kmp_friction_element *e = &x->element[x->which[i]];
             double along = x->d[i + j * n] * x->element[x->which[j]].before;
-            if (e->was == KMP_FRICTION_CARRIED && along != 0)
+            if (!e->contact && e->was == KMP_FRICTION_CARRIED && along != 0)
                 x->f[i] = along > 0 ? INFINITY : -INFINITY;
         }
 }
@@ -106,8 +148,10 @@ static void set_bounds(kmp_friction_run *x)
         const kmp_friction_element *e = &x->element[x->which[i]];
         double slip = fmax(kmp_friction_at(x, e, KMP_ROLE_LEVEL), 0),
                most = fmax(kmp_friction_at(x, e, KMP_ROLE_STATIC), slip);
-        x->lower[i] = e->broken ? -e->sense * slip : -most;
-        x->upper[i] = e->broken ? -e->sense * slip : most;
+        if (e->contact)
+            most = e->broken ? 0 : INFINITY;
+        x->lower[i] = e->contact ? 0 : e->broken ? -e->sense * slip : -most;
+        x->upper[i] = e->broken && !e->contact ? -e->sense * slip : most;
     }
 }
 
@@ -115,8 +159,12 @@ static kempe_status solve(kmp_runner *run, double t)
 {
     kmp_friction_run *x = run->friction;
     const kmp_box box = {x->rest, x->d, x->a, x->lower, x->upper};
-    if (kmp_box_minimum(&box, x->f, x->y, x->side, x->room) == KMP_BOX_FOUND)
+    kmp_box_outcome outcome = kmp_box_minimum(&box, x->f, x->y, x->side, x->room);
+    if (outcome == KMP_BOX_FOUND)
         return KEMPE_OK;
+    if (outcome == KMP_BOX_UNBOUNDED)
+        return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                        "closures or drives force the surfaces of contacts into each other at t = %.9g", t);
     return kmp_fail(run->s->context, KEMPE_E_FAILED, "the modes of friction at t = %.9g are not determined", t);
 }
 
@@ -162,6 +210,8 @@ double kmp_friction_rounding(const kmp_friction_run *x, int i)
 
 static bool is_at_bound(const kmp_friction_run *x, int i)
 {
+    if (x->element[x->which[i]].contact)
+        return x->f[i] <= 0 && x->upper[i] > 0;
     return fabs(x->f[i]) >= (1 - KMP_FRICTION_TIE) * x->upper[i] && x->lower[i] < x->upper[i];
 }
 
@@ -186,7 +236,7 @@ static bool break_away(kmp_runner *run)
         if (e->broken || !(moves || is_exhausted(x, i)))
             continue;
         e->broken = any = true;
-        e->sense = moves ? (x->y[i] > 0 ? 1 : -1) : (x->f[i] > 0 ? -1 : 1);
+        e->sense = e->contact ? 1 : moves ? (x->y[i] > 0 ? 1 : -1) : (x->f[i] > 0 ? -1 : 1);
     }
     return any;
 }
@@ -197,9 +247,22 @@ static bool break_away(kmp_runner *run)
 static int direction(const kmp_friction_element *e, int code, int k)
 {
     int before = e->was == KMP_FRICTION_SLIPS ? (e->before_sense > 0) - (e->before_sense < 0) : 0;
+    before = e->rubs ? e->rubs : before;
     for (; k > 0; k--)
         code /= 3;
     return (before + 1 + code % 3) % 3 - 1;
+}
+
+/* False where a contact would move into its surface, or friction that slips would do anything else. */
+static bool is_allowed(const kmp_friction_run *x, int code)
+{
+    for (int k = 0; k < x->rest; k++) {
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        int way = direction(e, code, k);
+        if ((e->contact && way < 0) || (e->rubs && way != e->rubs))
+            return false;
+    }
+    return true;
 }
 
 /* Sets the modes of a combination, and computes accelerations with them. */
@@ -234,6 +297,8 @@ static bool is_consistent(kmp_runner *run, int code, double rate)
         x->f[k] = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
         x->upper[k] = kmp_friction_at(x, e, way ? KMP_ROLE_LEVEL : KMP_ROLE_STATIC);
         double most = (e->fired ? 1 - KMP_FRICTION_TIE : 1 + KMP_FRICTION_TIE) * x->upper[k];
+        if (e->rubs || (e->contact && !way && x->f[k] >= 0))
+            continue;
         if (way ? way * kmp_friction_at(x, e, KMP_ROLE_ACCELERATION) < least : fabs(x->f[k]) > most)
             return false;
     }
@@ -272,6 +337,8 @@ static kempe_status enumerate(kmp_runner *run, double t, const double *q, const 
     for (int k = 0; k < x->rest && k < MOST_TRIED; k++)
         total *= 3;
     for (int code = 0; code < total && x->rest <= MOST_TRIED; code++) {
+        if (!is_allowed(x, code))
+            continue;
         kempe_status status = try_modes(run, code, t, q, qd);
         if (status == KEMPE_E_FAILED)
             kmp_context_clear(run->s->context); /* no solution with these modes */
@@ -299,7 +366,7 @@ static bool turns_back(const kmp_friction_run *x)
 {
     for (int k = 0; k < x->rest; k++) {
         const kmp_friction_element *e = &x->element[x->which[k]];
-        if (e->broken && e->sense * x->y[k] < -kmp_friction_rounding(x, k))
+        if (e->broken && !e->rubs && e->sense * x->y[k] < -kmp_friction_rounding(x, k))
             return true;
     }
     return false;
@@ -313,6 +380,16 @@ static kempe_status solve_modes(kmp_runner *run, double t, const double *q, cons
     while (!run->friction->open && break_away(run))
         KMP_TRY(solve_levels(run, t, q, qd));
     return run->friction->open || turns_back(run->friction) ? enumerate(run, t, q, qd, rate) : KEMPE_OK;
+}
+
+/* Friction that slips keeps its direction. */
+static void keep_slips(const kmp_friction_run *x)
+{
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        e->broken = e->rubs != 0;
+        e->sense = e->rubs;
+    }
 }
 
 kempe_status kmp_friction_pose(kmp_runner *run, double t, const double *q, const double *qd, double rate)
@@ -329,5 +406,6 @@ kempe_status kmp_friction_decide(kmp_runner *run, double t, const double *q, con
     if (run->friction->rest == 0)
         return KEMPE_OK;
     guess(run->friction);
+    keep_slips(run->friction);
     return solve_modes(run, t, q, qd, rate);
 }

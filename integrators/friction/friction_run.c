@@ -7,8 +7,7 @@
 
 enum { MOST_REPEATS = 20 }; /* decisions without time between them */
 
-/* 1/s: the rate of the motion. */
-static double pace(const kmp_runner *run, const double *qd)
+double kmp_friction_pace(const kmp_runner *run, const double *qd)
 {
     double rate = fmax(run->rate_scale, 1 / (run->spec.t_end - run->spec.t_start));
     for (int i = 0; i < run->s->n; i++)
@@ -21,17 +20,36 @@ static double reserve(const kmp_friction_run *x, int i)
     return x->upper[i] - fabs(x->f[i]);
 }
 
+/* True if the row of element j comes before that of i: contacts first, then by their reserve. */
+static bool is_before(const kmp_friction_run *x, int j, int i)
+{
+    bool first = x->element[x->which[j]].contact, second = x->element[x->which[i]].contact;
+    double a = first ? x->f[j] : reserve(x, j), b = second ? x->f[i] : reserve(x, i);
+    return first != second ? first : a > b || (a == b && j < i);
+}
+
 /* The element at rest with the k-th largest reserve; of equal ones the first. */
 static int with_reserve(const kmp_friction_run *x, int k)
 {
     for (int i = 0; i < x->rest; i++) {
         int above = 0;
         for (int j = 0; j < x->rest; j++)
-            above += reserve(x, j) > reserve(x, i) || (reserve(x, j) == reserve(x, i) && j < i);
+            above += is_before(x, j, i);
         if (above == k)
             return i;
     }
     return 0;
+}
+
+/* Friction of contacts that open in this decision. */
+static void set_off(kmp_runner *run)
+{
+    const kmp_friction_run *x = run->friction;
+    for (int i = 0; i < x->count; i++) {
+        kmp_friction_element *e = &x->element[i];
+        if (e->base >= 0 && x->element[e->base].broken)
+            kmp_friction_set_off(run, e);
+    }
 }
 
 /* Sets the modes of the elements at rest. Rows that others imply are not added: those of the elements with the largest
@@ -42,16 +60,17 @@ static kempe_status set_modes(kmp_runner *run, double t, const double *q, double
     for (int k = 0; k < x->rest; k++) {
         kmp_friction_element *e = &x->element[x->which[k]];
         if (e->broken)
-            kmp_friction_set_slip(run, e, e->sense, KMP_FRICTION_NONE * kmp_friction_scale(run, e) * rate);
+            kmp_friction_set_moving(run, e, e->sense, rate);
         else
             kmp_friction_set_given(run, e, 0, 0);
     }
+    set_off(run);
     KMP_TRY(kmp_friction_choose(run, t, q));
     for (int k = 0; k < x->rest; k++) {
         int i = with_reserve(x, k);
         kmp_friction_element *e = &x->element[x->which[i]];
         bool adds = false;
-        if (e->broken)
+        if (e->broken || (e->base >= 0 && x->element[e->base].broken))
             continue;
         if (!e->implied)
             KMP_TRY(kmp_friction_adds_row(run, e, t, q, &adds));
@@ -71,11 +90,13 @@ static const char *words_of(const kmp_friction_element *e)
 {
     switch (e->stance) {
     case KMP_FRICTION_SLIPS:
+        if (e->contact)
+            return "opens";
         return e->sense > 0 ? "slips forward" : "slips backward";
     case KMP_FRICTION_IDLE:
         return "rests by other closures: its force is not determined, and taken as zero";
     default:
-        return "sticks";
+        return e->contact ? "closes" : "sticks";
     }
 }
 
@@ -83,13 +104,14 @@ static bool is_as_before(const kmp_friction_element *e)
 {
     bool rests = e->stance == KMP_FRICTION_HELD || e->stance == KMP_FRICTION_CARRIED,
          rested = e->was == KMP_FRICTION_HELD || e->was == KMP_FRICTION_CARRIED;
-    return e->known && (rests ? rested : e->stance == e->was && e->sense == e->before_sense);
+    bool off = e->stance == KMP_FRICTION_SLIPS && (e->contact ? !e->known : e->sense == 0);
+    return off || (e->known && (rests ? rested : e->stance == e->was && e->sense == e->before_sense));
 }
 
 static kempe_status settle(kmp_runner *run, double t, double *q, double *qd)
 {
     kmp_friction_run *x = run->friction;
-    double rate = pace(run, qd);
+    double rate = kmp_friction_pace(run, qd);
     const double *now = kmp_eval_changes(run->eval, t, q, qd);
     memcpy(x->change, now, (size_t)run->s->events.count * sizeof *now);
     KMP_TRY(kmp_friction_decide(run, t, q, qd, rate));
@@ -121,7 +143,8 @@ kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *q
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
         if (!is_as_before(e))
-            kmp_run_log_add(run->log, "friction", t, e->before_sense, e->sense, "'%s' %s", e->name, words_of(e));
+            kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s' %s",
+                            e->name, words_of(e));
         e->known = true;
         e->fired = false;
     }

@@ -7,6 +7,7 @@
 #include "constraints/partition/partition.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/friction/friction_run.h"
+#include "integrators/impact/impact.h"
 #include "integrators/run/events.h"
 #include "integrators/run/run.h"
 #include "integrators/run/work_bound.h"
@@ -60,6 +61,7 @@ struct kmp_runner {
     kmp_crossing *crossing;     /* NULL without conditions */
     kmp_friction_run *friction; /* NULL without friction that sticks */
     bool loaded_friction;       /* some level depends on multipliers */
+    kmp_impact_run *impacts;    /* NULL without rigid contacts */
     bool at_event;
     double event_t;       /* the end of the last step if at_event */
     double stop;          /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it

@@ -251,8 +251,9 @@ static kempe_status let_go(kmp_runner *run, double t, const double *q)
 
 /* Makes rates consistent with the present closures: the nearest ones in the kinetic energy, as after impulses along the
  * rows' forces. This is a plastic impact with the least loss of energy. Conditions may depend on rates, so that further
- * ones change. *energy: gain of kinetic energy, J. */
-static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
+ * ones change. Then contacts strike, and modes are decided. Gains of kinetic energy, J: *energy by closures that
+ * switch, *gain by contacts. */
+static kempe_status meet_closures(kmp_runner *run, double t, double *energy, double *gain)
 {
     double *q = run->state, *qd = q + run->s->n, before = 0;
     bool changed = true, any = false;
@@ -271,27 +272,30 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy)
         if (changed)
             KMP_TRY(kmp_runner_project(run, t, q, qd));
     }
+    *gain = 0;
+    if (run->impacts)
+        KMP_TRY(kmp_impact_pass(run, t, q, qd, gain));
     if (run->friction)
         KMP_TRY(settle_friction(run, t, q, qd));
     else
         KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
-    *energy = any ? kmp_eval_kinetic(run->eval, qd) - before : 0; /* else friction alone has changed */
+    *energy = any ? kmp_eval_kinetic(run->eval, qd) - before - *gain : 0; /* else friction alone has changed */
     return KEMPE_OK;
 }
 
 /* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work. */
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
-    double *q = run->state, h = t - run->solver->t_old, work, energy;
+    double *q = run->state, h = t - run->solver->t_old, work, energy, gain;
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
     KMP_TRY(kmp_runner_take_inputs(run, t));
     kmp_runner_take_samples(run, t);
-    KMP_TRY(meet_closures(run, t, &energy));
+    KMP_TRY(meet_closures(run, t, &energy, &gain));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > run->spec.rtol * before)
         kmp_run_log_add(run->log, "impact", t, before, after,
                         "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
-    return kmp_runner_take_up(run, t, false, work + energy, h);
+    return kmp_runner_take_up(run, t, false, work + energy + gain, h);
 }
 
 kempe_status kmp_runner_end(kmp_runner *run, double t, int condition)

@@ -266,7 +266,23 @@ static kempe_status begin_friction(kmp_runner *run)
     bool none;
     run->friction = kmp_friction_new(run, &none);
     run->loaded_friction = kmp_friction_is_loaded(run->s->model);
-    return run->friction || none ? KEMPE_OK : kmp_fail_memory(run->s->context);
+    if (!run->friction && !none)
+        return kmp_fail_memory(run->s->context);
+    run->impacts = kmp_impact_new(run, &none);
+    return run->impacts || none ? KEMPE_OK : kmp_fail_memory(run->s->context);
+}
+
+/* Decides on modes at the start, after impacts there. */
+static kempe_status begin_modes(kmp_runner *run, double t, double *q, double *qd)
+{
+    double gain;
+    if (!run->friction)
+        return kmp_runner_accelerate(run, t, q, qd);
+    if (run->impacts) {
+        KMP_TRY(kmp_impact_check_start(run, t, q, qd));
+        KMP_TRY(kmp_impact_pass(run, t, q, qd, &gain));
+    }
+    return kmp_friction_settle(run, t, q, qd);
 }
 
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
@@ -294,7 +310,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
         KMP_TRY(kmp_runner_project(run, t, q, qd));
     KMP_TRY(check_rates(run, qd));
     KMP_TRY(begin_friction(run));
-    KMP_TRY(run->friction ? kmp_friction_settle(run, t, q, qd) : kmp_runner_accelerate(run, t, q, qd));
+    KMP_TRY(begin_modes(run, t, q, qd));
     KMP_TRY(note_other_solution(run));
     KMP_TRY(kmp_runner_look_at_margin(run, t, q));
     if (run->part.p == 0 && !run->s->rheonomic && !run->friction)

@@ -88,6 +88,20 @@ static kempe_status constant_row(kmp_equations *eq, const kmp_closure *closure, 
                         closure->name, component_name(closure, component), gap, allowed);
 }
 
+/* A row of an element with modes that no coordinate moves. */
+static kempe_status complain_still(const kmp_equations *eq, const kmp_closure *closure)
+{
+    const kmp_force *force = &eq->model->forces[closure->force];
+    const kmp_place at = closure->place;
+    if (force->contact > 0)
+        return kmp_complain(eq->context, eq->model->files[at.file], at.line, at.column,
+                            "contact '%s': friction is known on planes, for slip along one axis of the plane's point; "
+                            "leave 'friction' out, or let the motion be plane",
+                            eq->model->forces[force->contact - 1].name);
+    return kmp_complain(eq->context, eq->model->files[at.file], at.line, at.column, "'%s' depends on no coordinate",
+                        closure->name);
+}
+
 static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind, int row)
 {
     int power = (row < kind->force->rows ? kind->force : kind->moment)->length_power;
@@ -120,8 +134,7 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
                 eq->row[KMP_CLOSURE_ROWS * c + k] = eq->m;
                 eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};
             } else if (kmp_closure_is_of_modes(closure)) {
-                status = kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
-                                      closure->place.column, "'%s' depends on no coordinate", closure->name);
+                status = complain_still(eq, closure);
             } else if (status != KEMPE_E_MEMORY) {
                 kempe_status met = constant_row(eq, closure, k, h[k], size,
                                                 pow(kmp_system_length(model), power_of(model, closure, kind, k)));

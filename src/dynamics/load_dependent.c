@@ -79,6 +79,17 @@ kempe_status kmp_refuse_friction(const kempe_model *model, const char *what)
     return KEMPE_OK;
 }
 
+kempe_status kmp_refuse_contacts(const kempe_model *model, const char *what)
+{
+    for (int k = 0; k < model->force_count; k++)
+        if (model->forces[k].kind == KMP_FORCE_TOUCH)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "%s: the contact '%s' opens and closes, which is not supported there; leave the section "
+                            "'contacts' out",
+                            what, model->forces[k].name);
+    return KEMPE_OK;
+}
+
 kempe_status kmp_refuse_load_dependent_model(const kempe_model *model, const char *what)
 {
     for (int k = 0; k < model->force_count; k++) {

@@ -22,3 +22,6 @@ kempe_status kmp_refuse_load_dependent_model(const kempe_model *model, const cha
 
 /** KEMPE_E_ARGUMENT, with its name, where the model has friction that sticks and `what` has no modes for it. */
 kempe_status kmp_refuse_friction(const kempe_model *model, const char *what);
+
+/** KEMPE_E_ARGUMENT, with its name, where the model has rigid contacts and `what` does not open and close them. */
+kempe_status kmp_refuse_contacts(const kempe_model *model, const char *what);

@@ -234,6 +234,7 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     kmp_set_choice choice;
     kmp_arena *arena = &source->arena;
     KMP_TRY(kmp_refuse_friction(model, "generate"));
+    KMP_TRY(kmp_refuse_contacts(model, "generate"));
     KMP_TRY(kmp_refuse_load_dependent_model(model, "generate"));
     KMP_TRY(read_form(source, g->form));
     KMP_TRY(kmp_choice_read(model, g, &choice));

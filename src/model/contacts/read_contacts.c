@@ -10,10 +10,10 @@
 #define PARALLEL 1e-12
 
 static const kmp_key contact_keys[] = {
-#include "model/keys/contact_keys.def"
+#include "model/contacts/contact_keys.def"
     {0}};
 static const kmp_key surface_keys[] = {
-#include "model/keys/surface_keys.def"
+#include "model/contacts/surface_keys.def"
     {0}};
 
 static const char *const firsts[] = {"joint", "gap", "point", "sphere", "cylinder"};
@@ -197,10 +197,10 @@ static void check_shapes(const reading *c)
         kmp_reader_complain(c->r, c->map->place,
                             "%s: the axis of the first cylinder does not stay parallel to that of the %s", c->what,
                             s[1].shape == KMP_TOUCH_PROFILE ? "profile, z" : "second one");
-    if (s[1].hollow && touch->radius[0].value >= touch->radius[1].value && !c->r->wrong)
+    if (s[1].hollow && touch->radius[1].value > 0 && touch->radius[0].value >= touch->radius[1].value)
         kmp_reader_complain(c->r, c->map->place, "%s: radius %.6g m does not fit inside radius %.6g m", c->what,
                             touch->radius[0].value, touch->radius[1].value);
-    if (s[1].shape != KMP_TOUCH_PROFILE || !s[1].table || !s[1].table->table || c->r->wrong)
+    if (s[1].shape != KMP_TOUCH_PROFILE || !s[1].table || !s[1].table->table)
         return;
     kmp_reader_fix(c->r, &touch->radius[0]);
     kmp_table *curve = kmp_parallel_curve(s[1].table->table, touch->radius[0].value, &folds);

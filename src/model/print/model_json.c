@@ -330,7 +330,11 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
     const kmp_force_row *row = &kmp_force_rows[force->kind];
     bool place = !row->word || kmp_force_is_between(force->kind);
     kmp_json_put(json, "name %s kind %s", force->name, place ? row->place : kmp_force_key(model, force, row->word));
-    if (force->kind == KMP_FORCE_WHEEL)
+    if (force->kind == KMP_FORCE_TOUCH)
+        kmp_pair_json(json, model, &force->touch);
+    else if (force->contact > 0)
+        kmp_json_string(json, "contact", model->forces[force->contact - 1].name);
+    else if (force->kind == KMP_FORCE_WHEEL)
         kmp_json_string(json, "wheel", model->wheels[force->wheel].name);
     else if (force->motion >= 0)
         kmp_json_string(json, "coordinate", model->motions[force->motion].name);

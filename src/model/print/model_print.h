@@ -17,6 +17,10 @@ void kmp_model_json_tracks(kmp_json *json, const kempe_model *model);
 void kmp_model_show_wheels(kmp_text *text, const kempe_model *model);
 void kmp_model_json_wheels(kmp_json *json, const kempe_model *model);
 
+/** What a contact is about (model_contacts.c), as members of an open object. */
+void kmp_pair_show(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair);
+void kmp_pair_json(kmp_json *json, const kempe_model *model, const kmp_contact_pair *pair);
+
 /** Shapes (model_shapes.c): those of a body, of all of them, one as members of an open object. */
 void kmp_model_show_shapes(kmp_text *text, const kempe_model *model, int body);
 void kmp_model_json_shapes(kmp_json *json, const kempe_model *model);

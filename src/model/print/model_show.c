@@ -289,6 +289,10 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
     kmp_text_printf(text, "  %s: ", force->name);
     if (force->kind == KMP_FORCE_WHEEL) {
         kmp_text_put(text, "wheel");
+    } else if (force->kind == KMP_FORCE_TOUCH) {
+        kmp_pair_show(text, model, &force->touch);
+    } else if (force->contact > 0) {
+        kmp_text_printf(text, "friction of contact '%s'", model->forces[force->contact - 1].name);
     } else if (kmp_force_is_between(force->kind)) {
         kmp_text_put(text, row->place);
         put_point(text, " ", model, force->point[0]);

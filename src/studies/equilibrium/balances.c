@@ -287,6 +287,7 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
     KMP_OPTIONS(system->context, kempe_equilibrium_options, options);
     kmp_context_begin(system->context);
     KMP_TRY(kmp_refuse_samples(system->model, "equilibrium"));
+    KMP_TRY(kmp_refuse_contacts(system->model, "equilibrium"));
     KMP_MAKE(system->context, kempe_equilibrium, e);
     e->requested = e->system = system;
     kempe_status status = read_options(e, options);

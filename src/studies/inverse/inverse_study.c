@@ -570,6 +570,7 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
     KMP_TRY(kmp_refuse_states(system->model, "inverse dynamics"));
+    KMP_TRY(kmp_refuse_contacts(system->model, "inverse dynamics"));
     job j = {.system = system, .context = system->context, .options = options, .r = result_new(system)};
     KMP_TRY(kmp_made(system->context, j.r));
     kempe_status status = prepare(&j);

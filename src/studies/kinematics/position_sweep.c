@@ -393,6 +393,7 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
     KMP_OPTIONS(system->context, kempe_kinematics_options, options);
     kmp_context_begin(system->context);
     KMP_TRY(kmp_refuse_states(system->model, "kinematics"));
+    KMP_TRY(kmp_refuse_contacts(system->model, "kinematics"));
     double begin = kmp_cpu_now();
     KMP_MAKE(system->context, kempe_kinematics, k);
     k->system = system;

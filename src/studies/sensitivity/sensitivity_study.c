@@ -44,6 +44,7 @@ static kempe_status check_method(const kempe_sensitivity *s)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
                         s->kind->name);
     KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
+    KMP_TRY(kmp_refuse_contacts(s->model, "sensitivities"));
     if (s->run->checkpoint || s->run->resume)
         return kmp_fail(
             s->context, KEMPE_E_ARGUMENT,

@@ -1,0 +1,365 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/impact/impact.h"
+#include "constraints/closing/saddle.h"
+#include "constraints/tolerances.h"
+#include "integrators/friction/friction_inside.h"
+#include "linalg/dense/box_minimum.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_PASSES = 200 }; /* of the iteration for bounds of friction */
+
+struct kmp_impact_run {
+    int most, count;  /* elements at most, and those that take part */
+    int *which;       /* their numbers among the elements */
+    double *row;      /* most x n: their rows of J */
+    double *way;      /* most x n: changes of the rates by unit impulses */
+    double *jacobian; /* m x n */
+    double *d, *v, *a, *e, *lower, *upper, *f, *y, *tried, *room;
+    int *side;
+    double *last;   /* most: time of the last impact of an element; -INFINITY: none yet */
+    double *before; /* n: rates before the impact */
+    long total;
+};
+
+kmp_impact_run *kmp_impact_new(kmp_runner *run, bool *none)
+{
+    const kmp_friction_run *x = run->friction;
+    kmp_arena *a = &run->arena;
+    int contacts = 0, n = run->s->n, most = x ? x->count : 0;
+    for (int i = 0; i < most; i++)
+        contacts += x->element[i].force->kind == KMP_FORCE_TOUCH;
+    *none = contacts == 0;
+    kmp_impact_run *p = *none ? NULL : KMP_ARENA_NEW(a, kmp_impact_run, 1);
+    if (!p || !KMP_ARENA_MAKE(
+                  a, KMP_ROOM(int, most, &p->which, &p->side), KMP_ROOM(double, most *n, &p->row, &p->way),
+                  KMP_ROOM(double, run->s->m *n, &p->jacobian), KMP_ROOM(double, most *most, &p->d),
+                  KMP_ROOM(double, kmp_box_room(most), &p->room),
+                  KMP_ROOM(double, most, &p->v, &p->a, &p->e, &p->lower, &p->upper, &p->f, &p->y, &p->tried, &p->last),
+                  KMP_ROOM(double, n, &p->before)))
+        return NULL;
+    p->most = most;
+    for (int i = 0; i < most; i++)
+        p->last[i] = -INFINITY;
+    return p;
+}
+
+long kmp_impact_count(const kmp_impact_run *impacts)
+{
+    return impacts ? impacts->total : 0;
+}
+
+static kmp_friction_element *element_of(const kmp_runner *run, int k)
+{
+    return &run->friction->element[run->impacts->which[k]];
+}
+
+/* -- who takes part -------------------------------------------------------------------------------------- */
+
+static bool touches(const kmp_runner *run, const kmp_friction_element *e)
+{
+    return e->contact &&
+           kmp_friction_at(run->friction, e, KMP_ROLE_PLACE) <= KMP_TOUCH_NEAR * kmp_friction_scale(run, e);
+}
+
+/* Contacts whose surfaces touch, and their friction. True: one of them strikes. */
+static bool list_touching(kmp_runner *run, double rate)
+{
+    const kmp_friction_run *x = run->friction;
+    kmp_impact_run *p = run->impacts;
+    bool strikes = false;
+    p->count = 0;
+    for (int i = 0; i < x->count; i++) {
+        const kmp_friction_element *e = &x->element[i], *base = e->base >= 0 ? &x->element[e->base] : e;
+        double v = kmp_friction_at(x, e, KMP_ROLE_RATE), still = KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate;
+        if (!touches(run, base))
+            continue;
+        bool hits = e->contact && v < -still;
+        p->v[p->count] = v;
+        p->e[p->count] = hits ? e->force->restitution.value : 0;
+        p->which[p->count++] = i;
+        strikes = strikes || hits;
+    }
+    return strikes;
+}
+
+/* -- the impulses ------------------------------------------------------------------------------------------ */
+
+static int row_of(const kempe_system *s, int closure)
+{
+    for (int r = 0; r < s->m; r++)
+        if (s->rows[r].closure == closure)
+            return r;
+    return 0;
+}
+
+/* The rows of all that take part. */
+static void find_rows(kmp_runner *run, double t, const double *q)
+{
+    const kempe_system *s = run->s;
+    kmp_impact_run *p = run->impacts;
+    for (int k = 0; k < p->count; k++)
+        kmp_friction_put(run, element_of(run, k), KMP_ROLE_HELD, 1);
+    kmp_eval_closure(run->eval, t, q);
+    kmp_eval_dense_jacobian(run->eval, p->jacobian);
+    for (int k = 0; k < p->count; k++) {
+        int r = row_of(s, element_of(run, k)->force->closure);
+        for (int i = 0; i < s->n; i++)
+            p->row[k * s->n + i] = p->jacobian[r + i * s->m];
+        kmp_friction_put(run, element_of(run, k), KMP_ROLE_HELD, 0);
+    }
+}
+
+/* True if the closures imply the row of element k: no impulse changes its rate. */
+static kempe_status find_implied(kmp_runner *run, int k, double t, const double *q, bool *implied)
+{
+    kmp_partition with;
+    kmp_friction_put(run, element_of(run, k), KMP_ROLE_HELD, 1);
+    kmp_eval_closure(run->eval, t, q);
+    kempe_status status = kmp_partition_init(&with, run->s, run->eval->jacobian, NULL, 0);
+    *implied = status == KEMPE_OK && with.r <= run->part.r;
+    if (status == KEMPE_OK)
+        kmp_partition_free(&with);
+    kmp_friction_put(run, element_of(run, k), KMP_ROLE_HELD, 0);
+    return status;
+}
+
+static double product(int n, const double *a, const double *b)
+{
+    double sum = 0;
+    for (int i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+/* Changes of the rates by unit impulses: P G'. */
+static kempe_status find_ways(kmp_runner *run, double t, const double *q)
+{
+    kmp_impact_run *p = run->impacts;
+    kmp_saddle saddle;
+    int n = run->s->n;
+    kmp_eval_closure(run->eval, t, q);
+    kmp_eval_mass(run->eval);
+    bool made = kmp_saddle_init(&saddle, run->eval, &run->part);
+    bool singular = made && kmp_saddle_factor(&saddle);
+    for (int k = 0; made && !singular && k < p->count; k++) {
+        for (int i = 0; i < n; i++)
+            run->moved[i] = -p->row[k * n + i];
+        kmp_saddle_solve(&saddle, run->moved, NULL, p->way + k * n, NULL);
+    }
+    kmp_saddle_free(&saddle);
+    KMP_TRY(kmp_made(run->s->context, made));
+    return singular ? kmp_fail(run->s->context, KEMPE_E_FAILED, "an impact at t = %.9g meets a singular mechanism", t)
+                    : KEMPE_OK;
+}
+
+static kempe_status find_matrix(kmp_runner *run, double t, const double *q)
+{
+    kmp_impact_run *p = run->impacts;
+    int n = run->s->n;
+    bool implied;
+    find_rows(run, t, q);
+    for (int k = 0; k < p->count; k++) {
+        KMP_TRY(find_implied(run, k, t, q, &implied));
+        if (implied)
+            memset(p->row + k * n, 0, (size_t)n * sizeof *p->row);
+    }
+    KMP_TRY(find_ways(run, t, q));
+    for (int i = 0; i < p->count; i++)
+        for (int j = 0; j <= i; j++)
+            p->d[i + j * p->count] = p->d[j + i * p->count] =
+                (product(n, p->row + i * n, p->way + j * n) + product(n, p->row + j * n, p->way + i * n)) / 2;
+    return KEMPE_OK;
+}
+
+/* The number among those that take part of the contact under element k of friction. */
+static int under(const kmp_runner *run, int k)
+{
+    int i = 0;
+    while (run->impacts->which[i] != element_of(run, k)->base)
+        i++;
+    return i;
+}
+
+/* Bounds by the impulses of the last pass. */
+static void set_bounds(kmp_runner *run)
+{
+    kmp_impact_run *p = run->impacts;
+    for (int k = 0; k < p->count; k++) {
+        const kmp_friction_element *e = element_of(run, k);
+        bool rubs = e->base >= 0;
+        double most = rubs ? e->force->level.value * p->f[under(run, k)] : INFINITY;
+        p->a[k] = p->v[k] + p->e[k] * p->v[k];
+        p->lower[k] = rubs ? -most : 0;
+        p->upper[k] = most;
+    }
+}
+
+static kempe_status complain(const kmp_runner *run, double t, const char *what)
+{
+    const kmp_impact_run *p = run->impacts;
+    kmp_text text = {0};
+    for (int k = 0; k < p->count; k++)
+        if (element_of(run, k)->contact)
+            kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", element_of(run, k)->name);
+    kmp_text_printf(&text, ": %s at t = %.9g", what, t);
+    return kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
+}
+
+/* One minimum; *changed: by how much impulses differ from the last ones, relative to the largest. */
+static kempe_status solve_once(kmp_runner *run, double t, double *changed)
+{
+    kmp_impact_run *p = run->impacts;
+    double most = 0, size = 0;
+    set_bounds(run);
+    memcpy(p->tried, p->f, (size_t)p->count * sizeof *p->f);
+    const kmp_box box = {p->count, p->d, p->a, p->lower, p->upper};
+    kmp_box_outcome outcome = kmp_box_minimum(&box, p->f, p->y, p->side, p->room);
+    for (int k = 0; k < p->count; k++) {
+        most = fmax(most, fabs(p->f[k] - p->tried[k]));
+        size = fmax(size, fmax(fabs(p->f[k]), fabs(p->tried[k])));
+    }
+    *changed = size > 0 ? most / size : 0;
+    return outcome == KMP_BOX_FOUND       ? KEMPE_OK
+           : outcome == KMP_BOX_UNBOUNDED ? complain(run, t, "closures or drives force the surfaces into each other")
+                                          : complain(run, t, "the impulses are not determined");
+}
+
+static kempe_status solve(kmp_runner *run, double t)
+{
+    kmp_impact_run *p = run->impacts;
+    double changed = 1;
+    bool rubs = false;
+    for (int k = 0; k < p->count; k++)
+        rubs = rubs || element_of(run, k)->base >= 0;
+    memset(p->f, 0, (size_t)p->count * sizeof *p->f);
+    KMP_TRY(solve_once(run, t, &changed));
+    for (int pass = 0; rubs && pass < MOST_PASSES && changed > KMP_FRICTION_SETTLED; pass++)
+        KMP_TRY(solve_once(run, t, &changed));
+    return rubs && changed > KMP_FRICTION_TIE ? complain(run, t, "the impulses of friction are not determined")
+                                              : KEMPE_OK;
+}
+
+/* -- after it ------------------------------------------------------------------------------------------------ */
+
+/* Sets the rates, and returns the change of the kinetic energy. */
+static double apply(const kmp_runner *run, double *qd)
+{
+    const kmp_impact_run *p = run->impacts;
+    int n = run->s->n;
+    double before = kmp_eval_kinetic(run->eval, p->before);
+    memcpy(qd, p->before, (size_t)n * sizeof *qd);
+    for (int k = 0; k < p->count; k++)
+        for (int i = 0; i < n; i++)
+            qd[i] += p->f[k] * p->way[k * n + i];
+    return kmp_eval_kinetic(run->eval, qd) - before;
+}
+
+/* Moves the surfaces apart by what the located time of the impact lies behind it, in the inverse inertia: the next
+ * flight begins at the surface. */
+static void part_surfaces(kmp_runner *run, double t, double *q)
+{
+    kmp_impact_run *p = run->impacts;
+    int n = run->s->n;
+    for (int k = 0; k < p->count; k++) {
+        const kmp_friction_element *e = element_of(run, k);
+        p->f[k] = 0;
+        p->a[k] = e->contact ? kmp_friction_at(run->friction, e, KMP_ROLE_PLACE) : 0;
+        p->lower[k] = 0;
+        p->upper[k] = e->contact ? INFINITY : 0;
+    }
+    const kmp_box box = {p->count, p->d, p->a, p->lower, p->upper};
+    if (kmp_box_minimum(&box, p->f, p->y, p->side, p->room) != KMP_BOX_FOUND)
+        return; /* they stay as they are */
+    for (int k = 0; k < p->count; k++)
+        for (int i = 0; i < n; i++)
+            q[i] += p->f[k] * p->way[k * n + i];
+    kmp_eval_closure(run->eval, t, q);
+    kmp_eval_mass(run->eval);
+}
+
+/* Ends the sequences of impacts whose next one would follow at once: they take the rate away. */
+static void end_sequences(kmp_runner *run, double t)
+{
+    kmp_impact_run *p = run->impacts;
+    double least = KMP_IMPACT_SPACING * (run->spec.t_end - run->spec.t_start);
+    for (int k = 0; k < p->count; k++) {
+        double e = p->e[k], since = t - p->last[p->which[k]];
+        if (!(e > 0) || !(e * since < least))
+            continue;
+        double end = e < 1 ? t + e * since / (1 - e) : t;
+        kmp_run_log_add(run->log, "accumulation", t, since, end,
+                        "impacts of '%s' accumulate at t = %.9g; the contact closes", element_of(run, k)->name, end);
+        p->e[k] = 0;
+    }
+}
+
+static void note_impacts(kmp_runner *run, double t, double gain)
+{
+    kmp_impact_run *p = run->impacts;
+    double before = kmp_eval_kinetic(run->eval, p->before);
+    kmp_text names = {0};
+    for (int k = 0; k < p->count; k++) {
+        if (!(p->f[k] > 0) || !element_of(run, k)->contact)
+            continue;
+        kmp_text_printf(&names, "%s'%s' at %.4g", names.length ? ", " : "", element_of(run, k)->name, -p->v[k]);
+        p->last[p->which[k]] = t;
+    }
+    p->total++;
+    kmp_run_log_add(run->log, "impact", t, before, before + gain, "%s: %.4g of %.4g J of kinetic energy are lost",
+                    names.s ? names.s : "", -gain, before);
+    kmp_text_free(&names);
+}
+
+/* Newton's law may gain energy where friction and several contacts take part: such an impact is plastic. */
+static kempe_status keep_from_gaining(kmp_runner *run, double t, double *qd, double *gain)
+{
+    kmp_impact_run *p = run->impacts;
+    if (run->s->rheonomic || *gain <= KMP_IMPACT_GAIN * kmp_eval_kinetic(run->eval, p->before))
+        return KEMPE_OK;
+    kmp_run_log_add(run->log, "restitution", t, NAN, NAN,
+                    "with its restitution an impact would gain %.4g J: it is taken without", *gain);
+    memset(p->e, 0, (size_t)p->count * sizeof *p->e);
+    KMP_TRY(solve(run, t));
+    *gain = apply(run, qd);
+    return KEMPE_OK;
+}
+
+static void evaluate(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    const double *now = kmp_eval_changes(run->eval, t, q, qd);
+    memcpy(run->friction->change, now, (size_t)run->s->events.count * sizeof *now);
+}
+
+kempe_status kmp_impact_pass(kmp_runner *run, double t, double *q, double *qd, double *gain)
+{
+    kmp_impact_run *p = run->impacts;
+    *gain = 0;
+    evaluate(run, t, q, qd);
+    if (!list_touching(run, kmp_friction_pace(run, qd)))
+        return KEMPE_OK;
+    memcpy(p->before, qd, (size_t)run->s->n * sizeof *qd);
+    KMP_TRY(find_matrix(run, t, q));
+    part_surfaces(run, t, q);
+    end_sequences(run, t);
+    KMP_TRY(solve(run, t));
+    *gain = apply(run, qd);
+    KMP_TRY(keep_from_gaining(run, t, qd, gain));
+    note_impacts(run, t, *gain);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_impact_check_start(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    const kmp_friction_run *x = run->friction;
+    evaluate(run, t, q, qd);
+    for (int i = 0; i < x->count; i++) {
+        const kmp_friction_element *e = &x->element[i];
+        double gap = kmp_friction_at(x, e, KMP_ROLE_PLACE);
+        if (e->contact && gap < -KMP_TOUCH_NEAR * kmp_friction_scale(run, e))
+            return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                            "contact '%s' overlaps by %.6g %s at the start; begin with its surfaces apart", e->name,
+                            -gap, e->force->turns ? "rad" : "m");
+    }
+    return KEMPE_OK;
+}

@@ -1,0 +1,280 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Rigid contacts with restitution, against the digits of tests/oracle/contact_digits.py. */
+#include "loaded.h"
+#include "studies/simulate/trajectory.h"
+#include <kempe/equilibrium.h>
+#include <kempe/generate.h>
+#include <kempe/inverse.h>
+#include <kempe/kinematics.h>
+#include <kempe/modes.h>
+#include <math.h>
+#include <string.h>
+
+typedef struct way {
+    const char *formulation, *form, *integrator;
+    double tolerance; /* of times and states at rtol 1e-11 */
+} way;
+
+static const way ways[] = {{"reduced", "integrated", "dop853", 1e-9},
+                           {"reduced", "integrated", "radau", 1e-9},
+                           {"reduced", "newton", "dop853", 1e-9},
+                           {"projected", NULL, "dop853", 1e-9},
+                           {"projected", NULL, "radau", 1e-9},
+                           {"dae", NULL, "ida", 1e-6},
+                           {"dae", NULL, "radau", 1e-6},
+                           {"reduced", "newton", "bdf", 1e-6}};
+
+enum { WAYS = sizeof ways / sizeof *ways };
+
+static kempe_trajectory *simulate(const loaded *l, const way *by, double t_end)
+{
+    kempe_trajectory *run = NULL;
+    kempe_run_options options = {.formulation = by->formulation,
+                                 .form = by->form,
+                                 .integrator = by->integrator,
+                                 .rtol = 1e-11,
+                                 .t_end = t_end,
+                                 .no_convergence_check = 1};
+    CHECK(l->system && kempe_simulate(l->system, &options, &run) == KEMPE_OK);
+    if (!run || kempe_trajectory_reason(run)[0])
+        printf("%s %s: %s\n", by->formulation, by->integrator,
+               run ? kempe_trajectory_reason(run) : kempe_context_message(l->context));
+    return run;
+}
+
+/* The n-th entry of a kind, from 0; NULL: there are fewer. */
+static const kmp_log_entry *entry(const kempe_trajectory *run, const char *kind, int n)
+{
+    for (int k = 0; k < run->log.kept; k++)
+        if (strcmp(run->log.entries[k].kind, kind) == 0 && n-- == 0)
+            return &run->log.entries[k];
+    return NULL;
+}
+
+static double time_of(const kempe_trajectory *run, const char *kind, int n)
+{
+    const kmp_log_entry *e = entry(run, kind, n);
+    return e ? e->t : -1;
+}
+
+static const double *last_q(const kempe_trajectory *run)
+{
+    return kempe_trajectory_q(run, kempe_trajectory_row_count(run) - 1);
+}
+
+static const double *last_qd(const kempe_trajectory *run)
+{
+    return kempe_trajectory_qd(run, kempe_trajectory_row_count(run) - 1);
+}
+
+static const double *last_lambda(const kempe_trajectory *run)
+{
+    return kempe_trajectory_lambda(run, kempe_trajectory_row_count(run) - 1);
+}
+
+#define BALL(contact)                                                                                                  \
+    "kempe: 1\n"                                                                                                       \
+    "gravity: [0, 0, -9.81]\n"                                                                                         \
+    "ground: {points: {O: [0, 0, 0]}}\n"                                                                               \
+    "bodies: {ball: {joint: {name: z, prismatic: z, at: ground}, mass: 2, points: {C: [0, 0, 0]}}}\n"                  \
+    "contacts: {floor: {" contact "}}\n"                                                                               \
+    "start: {q: {z: 1}}\n"
+
+/* C1: a ball whose impacts accumulate; 62 of them, then it rests. */
+static void bouncing(const char *text, double height)
+{
+    loaded l = load_text(text);
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = simulate(&l, &ways[k], 3), *whole = simulate(&l, &ways[k], 5);
+        if (run) {
+            CHECK_NEAR(time_of(run, "impact", 0), 0.45152364098573090445, e);
+            CHECK_NEAR(time_of(run, "impact", 1), 1.1739614665629003516, e);
+            CHECK_NEAR(time_of(run, "impact", 2), 1.7519117270246359093, e);
+            CHECK(!entry(run, "impact", 6) && !entry(run, "accumulation", 0));
+            CHECK_NEAR(last_q(run)[0] - height, 0.068707460965765722041, e);
+            CHECK_NEAR(last_qd(run)[0], -0.01535413338474475932, e);
+            CHECK(run->verdict.drift_rel < 100 * e);
+        }
+        const kmp_log_entry *end = whole ? entry(whole, "accumulation", 0) : NULL;
+        CHECK(end);
+        if (end) {
+            CHECK_NEAR(end->after, 4.0637127688715781401, 10 * e);
+            CHECK(entry(whole, "impact", e > 1e-9 ? 50 : 61) && !entry(whole, "impact", 62));
+            CHECK_TEXT(entry(whole, "contact", 0)->text, "'floor' closes");
+            CHECK_NEAR(last_q(whole)[0], height, 1e-11);
+            CHECK(last_qd(whole)[0] == 0);
+            CHECK_NEAR(last_lambda(whole)[0], 2 * 9.81, 1e-11);
+        }
+        kempe_trajectory_free(run);
+        kempe_trajectory_free(whole);
+    }
+    unload(&l);
+}
+
+/* C2: a sphere slips down an incline, then rolls. */
+static void rolling(void)
+{
+    loaded l = load("tests/models/contact_rolling.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = simulate(&l, &ways[k], 2);
+        if (run) {
+            CHECK_NEAR(time_of(run, "friction", 1), 0.59373299851373425424, e);
+            CHECK_TEXT(entry(run, "friction", 1)->text, "'floor_friction' sticks");
+            CHECK_NEAR(last_q(run)[0], 5.4603360323076193901, 4 * e);
+            CHECK_NEAR(last_lambda(run)[1], -0.4867110351178819, e);
+            CHECK_NEAR(last_qd(run)[0] + 0.1 * last_qd(run)[2], 0, 1e-12);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* An impact within a closed loop changes all rates together, and loses the energy that Newton's law says. */
+static void stopped_slider_crank(void)
+{
+    loaded l = load("tests/models/contact_slider_crank.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = simulate(&l, &ways[k], 1);
+        const kmp_log_entry *first = run ? entry(run, "impact", 0) : NULL,
+                            *second = run ? entry(run, "impact", 1) : NULL;
+        CHECK(first && second);
+        if (second) {
+            CHECK_NEAR(first->t, 0.2203733629703244411726, e);
+            CHECK_NEAR(first->before, 5.20439203350259605825, 10 * e);
+            CHECK_NEAR(first->after, 1.301098008375649014562, 10 * e);
+            CHECK_NEAR(second->t, 0.8391515889912118162059, e);
+            CHECK_NEAR(second->before, 6.892313941370456898063, 100 * e);
+            CHECK_NEAR(second->after, 6.892313941370456898063 / 4, 100 * e);
+            CHECK(run->verdict.drift_rel < 100 * e && run->verdict.hdot_max < 10 * e);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+#define BOX(feet)                                                                                                      \
+    "kempe: 1\n"                                                                                                       \
+    "ground: {points: {O: [0, 0, 0]}}\n"                                                                               \
+    "bodies:\n"                                                                                                        \
+    "  box: {joint: {name: b, planar: z, at: ground}, mass: 1, inertia: {zz: 0.2}, points: {L: [-0.5, -0.2, 0], "      \
+    "R: [0.5, -0.2, 0], M: [0.3, -0.2, 0], N: [-0.2, -0.2, 0]}}\n"                                                     \
+    "contacts:\n" feet
+
+#define FOOT(name, e, more)                                                                                            \
+    "  " #name ": {point: box." #name ", on: {plane: ground.O, normal: y}, restitution: " #e more "}\n"
+
+/* Two corners with different restitution strike at one instant. */
+static void two_corners(void)
+{
+    loaded l = load_text(BOX(FOOT(L, 0.8, "") FOOT(R, 0.2, "")) "start: {q: {b.2: 1.2}, qd: {b.2: -1}}\n");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 1.25);
+        if (run) {
+            CHECK_NEAR(time_of(run, "impact", 0), 1, ways[k].tolerance);
+            CHECK(!entry(run, "impact", 1));
+            CHECK_NEAR(last_qd(run)[1], 0.5, ways[k].tolerance);
+            CHECK_NEAR(last_qd(run)[2], -0.6, ways[k].tolerance);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* Four feet on a line, two more than the motion needs, with friction: nothing moves, and all feet push. */
+static void four_feet(void)
+{
+    loaded l = load_text(BOX(FOOT(L, 0, ", friction: 0.5") FOOT(M, 0, ", friction: 0.5") FOOT(N, 0, ", friction: 0.5")
+                                 FOOT(R, 0, ", friction: 0.5")) "gravity: [1, -9.81, 0]\nstart: {q: {b.2: 0.3}}\n");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 1);
+        if (run) {
+            static const double place[4] = {-0.5, 0.3, -0.2, 0.5};
+            double sum = 0, rub = 0, moment = 0;
+            for (int i = 0; i < 4; i++) {
+                double push = last_lambda(run)[2 * i], along = last_lambda(run)[2 * i + 1];
+                CHECK(push >= 0 && fabs(along) <= 0.5 * push * (1 + 1e-9));
+                sum += push;
+                rub += along;
+                moment += push * place[i] + along * 0.2;
+            }
+            CHECK_NEAR(sum, 9.81, 1e-9);
+            CHECK_NEAR(rub, -1, 1e-9);
+            CHECK_NEAR(moment, 0, 1e-9);
+            CHECK_NEAR(last_q(run)[1], 0.2, 1e-9);
+            for (int i = 0; i < 3; i++)
+                CHECK_NEAR(last_qd(run)[i], 0, 1e-12);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* -- what is rejected ---------------------------------------------------------------------------------------- */
+
+static void check_refused(const char *text, const char *words)
+{
+    loaded l = load_text(text);
+    kempe_trajectory *run = NULL;
+    kempe_run_options options = {.t_end = 2};
+    CHECK(l.system);
+    if (l.system)
+        CHECK(kempe_simulate(l.system, &options, &run) == KEMPE_E_FAILED);
+    if (run && !strstr(kempe_trajectory_reason(run), words))
+        printf("%s\n", kempe_trajectory_reason(run));
+    CHECK(run && strstr(kempe_trajectory_reason(run), words));
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+static void refused_runs(void)
+{
+    check_refused(BALL("joint: z, lower: 1.5, restitution: 0"), "contact 'floor' overlaps by 0.5 m at the start");
+    check_refused(
+        BALL("joint: z, lower: 0, restitution: 0.5") "drives: {d: {joint: z, displacement: \"1 m - (1 m/s)*t\"}}\n",
+        "'floor': closures or drives force the surfaces into each other at t = 1");
+}
+
+static void refused_studies(void)
+{
+    loaded l = load_text(BALL("joint: z, lower: 0, restitution: 0.5"));
+    kempe_equilibrium *equilibrium = NULL;
+    kempe_equilibrium_options at = {0};
+    kempe_modes *modes = NULL;
+    kempe_modes_options of = {0};
+    CHECK(l.system);
+    if (l.system) {
+        CHECK(kempe_equilibrium_new(l.system, &at, &equilibrium) == KEMPE_E_ARGUMENT);
+        CHECK(strstr(kempe_context_message(l.context), "contact 'floor'"));
+        CHECK(kempe_modes_new(l.system, &of, &modes) == KEMPE_E_ARGUMENT);
+        CHECK(strstr(kempe_context_message(l.context), "contact 'floor'"));
+    }
+    kempe_equilibrium_free(equilibrium);
+    kempe_modes_free(modes);
+    unload(&l);
+}
+
+static void stop(void)
+{
+    bouncing(BALL("joint: z, lower: 0, restitution: 0.8"), 0);
+}
+
+static void point_on_plane(void)
+{
+    bouncing(BALL("point: ball.C, on: {plane: ground.O}, restitution: 0.8"), 0);
+}
+
+int main(void)
+{
+    TEST(stop);
+    TEST(point_on_plane);
+    TEST(rolling);
+    TEST(stopped_slider_crank);
+    TEST(two_corners);
+    TEST(four_feet);
+    TEST(refused_runs);
+    TEST(refused_studies);
+    return check_report();
+}
