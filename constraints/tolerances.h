@@ -313,3 +313,9 @@
 /** Absolute tolerance of an entry that is integrated with the others and does not limit the step: the work of forces,
  * and the position of a state, which is the integral of that state. */
 #define KMP_UNCONTROLLED 1e300
+
+/* -- times --------------------------------------------------------------------------------------------- */
+
+/** Times that differ by this part are one time: multiples of two sample times that are decimal numbers differ there by
+ * some roundings of 1.1e-16 each. */
+#define KMP_SAME_TIME 4e-15

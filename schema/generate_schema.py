@@ -91,7 +91,7 @@ VALUES = {  # the words of the tables of src/model/keys
     "`1`": {"enum": [1, "1"]}, "yes or no": {"enum": ["yes", "no", True, False]}, "x, y or z": {"enum": ["x", "y", "z"]}, "two points": ref("two_points"), "names": WORDS,
     "parameters": named(NUMBER), "points": named(ref("point")), "values": {"type": ["object", "null"], "additionalProperties": NUMBER},
     "number or three": NUMBER_OR_THREE, "expression or three": NUMBER_OR_THREE, "numbers or a column": COLUMN, "rows of numbers": {"type": "array", "items": NUMBERS, "minItems": 2},
-    "numbers": NUMBERS, "expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=6)]}, "[shortest, longest]": PAIR,
+    "numbers": NUMBERS, "expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=6)]}, "[shortest, longest]": PAIR, "[low, high]": PAIR,
     "one or two expressions": {"anyOf": [NUMBER, dict(NUMBERS, maxItems=2)]},
     "zones": {"type": "array", "items": PAIR, "minItems": 1}, "condition or list": {"anyOf": [WORD, WORDS]}, "joint": ref("joint"),
     "place": ref("place"), "places": {"type": "array", "items": ref("place"), "minItems": 2},

@@ -268,11 +268,12 @@ void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
 
 /* -- a whole run ------------------------------------------------------------------------------------- */
 
+/* The row of a time that may be beyond the last step by rounding. */
 static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_fn *take, void *user)
 {
     int n = run->s->n;
     double work;
-    KMP_TRY(kmp_runner_row(run, t, row, &work));
+    KMP_TRY(kmp_runner_row(run, fmin(t, kmp_runner_t(run)), row, &work));
     return take(user, t, row, row + n, row + 2 * n, row + 3 * n, work) ? kmp_fail_memory(run->s->context) : KEMPE_OK;
 }
 
@@ -280,7 +281,7 @@ static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_f
 static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn *take, void *user)
 {
     double t = kmp_runner_t(run);
-    for (; *next < run->spec.time_count && run->spec.times[*next] <= t; ++*next)
+    for (; *next < run->spec.time_count && run->spec.times[*next] <= kmp_runner_reach(run, t); ++*next)
         KMP_TRY(deliver_at(run, run->spec.times[*next], row, take, user));
     bool more = *next < run->spec.time_count && (*next == 0 || run->spec.times[*next - 1] < t);
     return run->ended && more ? deliver_at(run, t, row, take, user) : KEMPE_OK;

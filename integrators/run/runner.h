@@ -112,9 +112,6 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
 /** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: of its own choice). */
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h);
 
-/** The end of the integrator's steps: the caller's, or the next sample of an input. */
-double kmp_runner_limit(const kmp_runner *run);
-
 /* runner_inputs.c */
 
 /** Goes on beyond a sample of an input where the last step has ended at it: restarts the integrator where the value
@@ -132,13 +129,27 @@ kempe_status kmp_runner_take_conditions(kmp_runner *run, double t);
 kempe_status kmp_runner_make_sampler(kmp_runner *run, double t);
 void kmp_runner_free_sampler(kmp_runner *run);
 
+/** The end of the integrator's steps: the caller's, or the next sample of an input or a state. Times that are equal up
+ * to rounding are one. */
+double kmp_runner_limit(const kmp_runner *run);
+
+/** The last time whose row belongs to a step that ends at t: beyond t by rounding where a sample is due, so that the
+ * row has the values before it. */
+double kmp_runner_reach(const kmp_runner *run, double t);
+
 /** The time of the next sample that has not been taken; INFINITY: there is none. */
 double kmp_runner_next_sample(const kmp_runner *run);
+
+/** True if a sample is due at t. */
+bool kmp_runner_sample_is_due(const kmp_runner *run, double t);
 
 /** Notes which comparisons of states that change at events are true. Returns true if one has become true since the
  * last call, and its state is due. */
 void kmp_runner_note_events(kmp_runner *run);
 bool kmp_runner_meets_events(kmp_runner *run);
+
+/** At the start: true if the comparison of a state holds that changes then too, and the state is due. */
+bool kmp_runner_settles(kmp_runner *run);
 
 /** Takes the samples that are due at t: sets sampled states in run->state, whose inputs are those from t on. */
 void kmp_runner_take_samples(kmp_runner *run, double t);

@@ -61,7 +61,7 @@ kempe_status kmp_runner_pass_samples(kmp_runner *run, double t)
             KMP_TRY(check_closures(run, t));
         run->anew = run->anew || jump == 0;
     }
-    run->anew = run->anew || t >= kmp_runner_next_sample(run);
+    run->anew = run->anew || kmp_runner_sample_is_due(run, t);
     return run->anew || run->solver->t_end == kmp_runner_limit(run) ? KEMPE_OK : extend(run);
 }
 

@@ -216,11 +216,6 @@ static double first_step_of(const kmp_runner *run)
     return fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);
 }
 
-double kmp_runner_limit(const kmp_runner *run)
-{
-    return fmin(fmin(run->stop, kmp_runner_next_sample(run)), kmp_present_inputs_until(&run->eval->inputs));
-}
-
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h)
 {
     double end = kmp_runner_limit(run);
@@ -258,6 +253,16 @@ static void take_modes(kmp_runner *run)
         if (!run->s->events.condition[k].kink)
             kmp_eval_set_mode(run->eval, k, run->spec.mode_start[k] > 0);
     run->spec.mode_start = NULL;
+}
+
+/* States with hysteresis begin with the value that their input has at the start; conditions may depend on them. */
+static void settle_states(kmp_runner *run, double t)
+{
+    const double *q = run->state, *qd = q + run->s->n;
+    if (!kmp_runner_settles(run))
+        return;
+    kmp_runner_take_samples(run, t);
+    kmp_eval_freeze(run->eval, t, q, qd);
 }
 
 /* Makes the workspace of friction that sticks. */
@@ -303,6 +308,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     KMP_TRY(kmp_runner_make_sampler(run, t));
     kmp_runner_take_samples(run, t);
     kmp_eval_freeze(run->eval, t, q, qd);
+    settle_states(run, t);
     take_modes(run);
     kmp_runner_note_events(run);
     KMP_TRY(kmp_runner_choose(run, t, q, -1, run->spec.u, run->spec.u_count));

@@ -2,6 +2,7 @@
 /* Sampled states of the model during a run. Each takes its next value at a sample or an event, from the state of the
  * motion before any of them has changed. A sample is taken once, when the run goes on from its time. */
 #include "backend/x86/machine.h"
+#include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "integrators/run/runner.h"
 #include <math.h>
@@ -22,6 +23,12 @@ static double time_of(const kmp_runner *run, int k)
     return x->number[k] * run->s->model->states[x->state[k]].period;
 }
 
+/* The last time that is equal to t up to rounding: multiples of different sample times meet there. */
+static double last_equal(double t)
+{
+    return t > 0 ? t * (1 + KMP_SAME_TIME) : t;
+}
+
 /* INFINITY of a state without samples. */
 double kmp_runner_next_sample(const kmp_runner *run)
 {
@@ -29,6 +36,25 @@ double kmp_runner_next_sample(const kmp_runner *run)
     for (int k = 0; run->sampler && k < run->sampler->count; k++)
         next = fmin(next, time_of(run, k));
     return next;
+}
+
+bool kmp_runner_sample_is_due(const kmp_runner *run, double t)
+{
+    return run->sampler && kmp_runner_next_sample(run) <= last_equal(t);
+}
+
+double kmp_runner_limit(const kmp_runner *run)
+{
+    double sample = kmp_runner_next_sample(run), piece = kmp_present_inputs_until(&run->eval->inputs);
+    double limit = fmin(sample, piece);
+    if (fmax(sample, piece) <= last_equal(limit))
+        limit = fmax(sample, piece);
+    return run->stop <= last_equal(limit) ? run->stop : limit;
+}
+
+double kmp_runner_reach(const kmp_runner *run, double t)
+{
+    return kmp_runner_sample_is_due(run, t) ? last_equal(t) : t;
 }
 
 /* The comparison at whose change a state changes; NULL: it is sampled. */
@@ -64,6 +90,17 @@ void kmp_runner_note_events(kmp_runner *run)
         run->sampler->was[k] = is_true(run, k);
 }
 
+bool kmp_runner_settles(kmp_runner *run)
+{
+    kmp_sampler *x = run->sampler;
+    bool any = false;
+    for (int k = 0; x && k < x->count; k++) {
+        x->due[k] = run->s->model->states[x->state[k]].settles && is_true(run, k);
+        any = any || x->due[k];
+    }
+    return any;
+}
+
 bool kmp_runner_meets_events(kmp_runner *run)
 {
     kmp_sampler *x = run->sampler;
@@ -87,7 +124,7 @@ static void begin(kmp_runner *run, double t)
             continue;
         }
         x->number[k] = fmax(ceil(t / run->s->model->states[x->state[k]].period) - 1, 0);
-        while (time_of(run, k) < t)
+        while (last_equal(time_of(run, k)) < t)
             x->number[k]++;
     }
 }
@@ -154,7 +191,7 @@ void kmp_runner_take_samples(kmp_runner *run, double t)
 {
     kmp_sampler *x = run->sampler;
     double *qd = run->state + run->s->n;
-    if (!x || (t < kmp_runner_next_sample(run) && !is_due(x)))
+    if (!x || (!kmp_runner_sample_is_due(run, t) && !is_due(x)))
         return;
     kmp_machine_set(x->machine, KMP_IN_PARAMETER, run->s->parameters);
     (void)kmp_machine_run(x->machine, 0);
@@ -164,9 +201,9 @@ void kmp_runner_take_samples(kmp_runner *run, double t)
     kmp_machine_set(x->machine, KMP_IN_QD, qd);
     const double *next = kmp_machine_run(x->machine, 1);
     for (int k = 0; k < x->count; k++)
-        if (x->due[k] || time_of(run, k) <= t) {
+        if (x->due[k] || time_of(run, k) <= last_equal(t)) {
             qd[kmp_model_coordinates(run->s->model) + x->state[k]] = next[k];
-            x->number[k] += !x->due[k];
+            x->number[k] += time_of(run, k) <= last_equal(t);
             x->due[k] = false;
         }
 }

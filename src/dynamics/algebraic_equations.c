@@ -27,6 +27,8 @@ kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *e)
     const kmp_unknowns *u = &tree->model->unknowns[e->index];
     if (tree->solving == e->index + 1)
         return kmp_unknown(tree->graph, e->number);
+    if (u->block && tree->kinks)
+        return kmp_tree_expression(tree, u->zero[0]);
     /* Multipliers are not final before the closures' rows are. */
     if (!tree->unknown || (!tree->row && u->late)) {
         solve(tree, e->index, u, value);

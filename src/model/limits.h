@@ -17,4 +17,7 @@ enum {
     KMP_MOST_SPECTRUM_KNOTS = 20000 /* of irregularities: time grows with their square */
 };
 
+/* A time is a multiple of the sample time up to this part of it: both are decimal numbers that were rounded. */
+#define KMP_WHOLE_SAMPLES 1e-9
+
 #define KMP_MOST_STEPS 1e15 /* the largest max_steps */

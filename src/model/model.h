@@ -46,7 +46,8 @@ typedef struct kmp_state {
     kmp_number start;
     double scale;         /* size of its values */
     const kmp_expr *next; /* of a sampled state, whose rate is zero: its value from a sample on; NULL: it has a rate */
-    double period;        /* s, between samples; the first is at t = 0 */
+    double period;        /* s, between samples; the first is at t = 0; INFINITY: it has none */
+    bool settles;         /* changes at the start too, where its comparison holds there */
 } kmp_state;
 
 /** A point fixed to a body, in the body's axes, from the body's origin. */

@@ -96,6 +96,27 @@ static void together(void)
     unload(&l);
 }
 
+/* Multiples of decimal sample times differ by rounding where they meet, from each other, from rows and from the end:
+ * they are one time, a row of which has the values before. */
+static void equal_times(void)
+{
+    loaded l = load_text("kempe: 1\nstates:\n  a: {sample: 1 ms, next: a + 1}\n  b: {sample: 0.1, next: a}\n"
+                         "  c: {sample: 0.01, next: b}\n  d: {sample: 0.7, next: t}\n"
+                         "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                         "run: {t_end: 2.1, output_step: 0.1}\n");
+    kmp_method method;
+    for (int k = 0; l.system && kmp_method_get(k, &method); k++) {
+        kempe_trajectory *t = run_by(l.system, &method);
+        CHECK(kempe_trajectory_row_count(t) == 22);
+        for (int row = 1; row < kempe_trajectory_row_count(t); row++) {
+            const double *qd = kempe_trajectory_qd(t, row);
+            CHECK(qd[1] == 100 * row && qd[2] == 100 * (row - 1));
+        }
+        kempe_trajectory_free(t);
+    }
+    unload(&l);
+}
+
 /* A force is switched by a sampled state: from the first sample after 0.35 s on. */
 static void condition(void)
 {
@@ -259,6 +280,7 @@ int main(void)
     TEST(controller);
     TEST(on_a_spring);
     TEST(together);
+    TEST(equal_times);
     TEST(condition);
     TEST(stepper);
     TEST(ensemble);

@@ -165,7 +165,8 @@ static void digits(void)
     "forces: {motor: {joint: A, torque: K*i}}\n"                                                                       \
     "start: {q: {A: 90 deg, B: -62 deg, D: 106 deg}, hold: [A]}\n"
 
-/* Writes the same model with the states as rates of flywheels of unit inertia, driven by torques: an independent way to state it. */
+/* Writes the same model with the states as rates of flywheels of unit inertia, driven by torques: an independent way to
+ * state it. */
 static void write_flywheels(char *text, size_t size)
 {
     (void)snprintf(text, size, "%s", FOUR_BAR);
@@ -388,7 +389,8 @@ static void refused(const char *sections, const char *sentence)
 static void mistakes(void)
 {
     refused("states: {y: {start: 1}}", "state 'y' has no key 'rate'");
-    refused("states: {y: {transfer: 1, numerator: [1, 2], denominator: [1, 2]}}", "has a higher degree");
+    refused("states: {y: {transfer: 1, numerator: [1, 2, 3], denominator: [1, 2]}}",
+            "at least the degree of its numerator");
     refused("states: {y: {transfer: 1, numerator: [1], denominator: [0, 2]}}",
             "a leading coefficient that is not zero");
     refused("states: {y: {transfer: 1, numerator: [1]}}", "state 'y' has no key 'denominator'");

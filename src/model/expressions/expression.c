@@ -9,17 +9,6 @@
 #include <stdarg.h>
 #include <string.h>
 
-enum { MOST_ARGUMENTS = 3 };
-
-static const struct {
-    const char *name;
-    int arity;
-} functions[] = {
-#define KMP_FUNCTION(name, arity, value, node) {#name, arity},
-#include "model/expressions/functions.def"
-#undef KMP_FUNCTION
-};
-
 static const kmp_expr *parse_factor(kmp_parser *p);
 
 /* -- words --------------------------------------------------------------------------------------- */
@@ -67,16 +56,6 @@ const char *kmp_parse_copy(kmp_parser *p, size_t n)
     return word;
 }
 
-static int find_function(const char *name)
-{
-    return kmp_name_find(KMP_NAMES_OF(functions), name);
-}
-
-const char *kmp_function_name(kmp_function function)
-{
-    return functions[function].name;
-}
-
 /* -- errors -------------------------------------------------------------------------------------- */
 
 /* Columns count characters, so the later bytes of a UTF-8 sequence do not. */
@@ -89,7 +68,7 @@ int kmp_parse_column(const kmp_parser *p, const char *where)
 }
 
 /* Reports a sentence, which is freed. */
-static const kmp_expr *say_at(const kmp_parser *p, const char *where, kmp_text *sentence)
+const kmp_expr *kmp_parse_say(const kmp_parser *p, const char *where, kmp_text *sentence)
 {
     const kmp_expr_scope *scope = p->scope;
     bool failed = sentence->failed || scope->arena->failed;
@@ -105,7 +84,7 @@ __attribute__((format(printf, 3, 4))) const kmp_expr *kmp_parse_complain(const k
 {
     kmp_text sentence = {0};
     KMP_TEXT_ARGUMENTS(&sentence, format);
-    return say_at(p, where, &sentence);
+    return kmp_parse_say(p, where, &sentence);
 }
 
 const kmp_expr *kmp_parse_unknown_name(const kmp_parser *p, const char *where, const char *name, kmp_expr_symbol symbol)
@@ -115,17 +94,7 @@ const kmp_expr *kmp_parse_unknown_name(const kmp_parser *p, const char *where, c
     kmp_text_printf(&sentence, "unknown %s '%s'", words[symbol], name);
     if (p->scope->suggest)
         p->scope->suggest(p->scope->user, name, symbol, &sentence);
-    return say_at(p, where, &sentence);
-}
-
-static const kmp_expr *complain_function(const kmp_parser *p, const char *where, const char *name)
-{
-    kmp_text sentence = {0};
-    kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMES_OF(functions));
-    kmp_nearest_offer_all(&nearest, kmp_measure_words);
-    kmp_text_printf(&sentence, "unknown function '%s'", name);
-    kmp_nearest_suggest(&nearest, &sentence);
-    return say_at(p, where, &sentence);
+    return kmp_parse_say(p, where, &sentence);
 }
 
 static const kmp_expr *complain_unit(const kmp_parser *p, const char *where, const char *name)
@@ -133,7 +102,7 @@ static const kmp_expr *complain_unit(const kmp_parser *p, const char *where, con
     kmp_text sentence = {0};
     kmp_text_printf(&sentence, "an operator or a unit is expected here, not '%s'; units are ", name);
     kmp_name_list_print(&sentence, kmp_unit_names, ", ", ", ");
-    return say_at(p, where, &sentence);
+    return kmp_parse_say(p, where, &sentence);
 }
 
 /* Bytes of the character at s, so that a message never cuts one. */
@@ -180,7 +149,7 @@ static const kmp_expr *make_binary(kmp_parser *p, const char *where, kmp_expr_ki
 /* -- rules --------------------------------------------------------------------------------------- */
 
 /* a < b and its like. */
-static const kmp_expr *parse_comparison(kmp_parser *p)
+const kmp_expr *kmp_parse_comparison(kmp_parser *p)
 {
     static const kmp_expr_kind kinds[2][2] = {{KMP_EXPR_LESS, KMP_EXPR_AT_MOST}, {KMP_EXPR_GREATER, KMP_EXPR_AT_LEAST}};
     const kmp_expr *left = kmp_parse_sum(p);
@@ -193,39 +162,6 @@ static const kmp_expr *parse_comparison(kmp_parser *p)
     bool equal = sign[1] == '=';
     p->at += equal ? 2 : 1;
     return make_binary(p, sign, kinds[*sign == '>'][equal], left, kmp_parse_sum(p));
-}
-
-static const kmp_expr *parse_call(kmp_parser *p, const char *where, const char *name)
-{
-    const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL};
-    int count = 0, function = find_function(name);
-    if (function < 0)
-        return complain_function(p, where, name);
-    if (!kmp_parse_take(p, '('))
-        return kmp_parse_complain(p, where, "function '%s' needs its argument in parentheses", name);
-    if (!kmp_parse_take(p, ')')) {
-        do {
-            bool condition = function == KMP_FUNCTION_if && count == 0;
-            const kmp_expr *argument = condition ? parse_comparison(p) : kmp_parse_sum(p);
-            if (!argument)
-                return NULL;
-            if (count < MOST_ARGUMENTS)
-                arguments[count] = argument;
-            count++;
-        } while (kmp_parse_take(p, ','));
-        if (!kmp_parse_take(p, ')'))
-            return kmp_parse_wanted(p, "an operator, ',' or ')'");
-    }
-    int arity = functions[function].arity;
-    if (count != arity)
-        return kmp_parse_complain(p, where, "function '%s' takes %d argument%s, not %d", name, arity,
-                                  arity == 1 ? "" : "s", count);
-    return kmp_parse_make(p, where,
-                          (kmp_expr){.kind = KMP_EXPR_CALL,
-                                     .function = (kmp_function)function,
-                                     .a = arguments[0],
-                                     .b = arguments[1],
-                                     .c = arguments[2]});
 }
 
 static const kmp_expr *parse_time(kmp_parser *p, const char *where)
@@ -372,8 +308,8 @@ static const kmp_expr *parse_word(kmp_parser *p)
     index = p->scope->unknown ? p->scope->unknown(p->scope->user, name, &unknowns, &number) : -1;
     if (index >= 0)
         return parse_unknown(p, where, (kmp_expr){.index = index, .number = number, .unknowns = unknowns});
-    if (*p->at == '(' || find_function(name) >= 0)
-        return parse_call(p, where, name);
+    if (*p->at == '(' || kmp_parse_is_function(name))
+        return kmp_parse_call(p, where, name);
     return kmp_parse_unknown_name(p, where, name, KMP_SYMBOL_PARAMETER);
 }
 
@@ -538,7 +474,7 @@ const kmp_expr *kmp_parse_sum(kmp_parser *p)
 const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text)
 {
     kmp_parser p = {.scope = scope, .text = text, .at = text};
-    const kmp_expr *expr = scope->compares ? parse_comparison(&p) : kmp_parse_sum(&p);
+    const kmp_expr *expr = scope->compares ? kmp_parse_comparison(&p) : kmp_parse_sum(&p);
     kmp_parse_skip_space(&p);
     if (!expr || *p.at == '\0')
         return expr;

@@ -106,8 +106,9 @@ enum { KMP_UNKNOWNS_MOST = 6 };
 
 typedef struct kmp_unknowns {
     const char *name;
-    int count; /* 0: an expression under a name */
-    bool late; /* depends on multipliers: read after the closures */
+    int count;  /* 0: an expression under a name */
+    bool late;  /* depends on multipliers: read after the closures */
+    bool block; /* the value of a function block: its kinks are located where a force uses it */
     const char *unknown[KMP_UNKNOWNS_MOST];
     kmp_number guess[KMP_UNKNOWNS_MOST];
     const kmp_expr *zero[KMP_UNKNOWNS_MOST]; /* one per variable; a named expression is the first; NULL: not read */
@@ -130,9 +131,11 @@ typedef struct kmp_expr_local {
     bool yields; /* to the same name of a parameter, input or variable, which is an error otherwise */
 } kmp_expr_local;
 
+enum { KMP_LOCALS_MOST = 10 };
+
 typedef struct kmp_expr_locals {
     int count;
-    kmp_expr_local local[2];
+    kmp_expr_local local[KMP_LOCALS_MOST];
 } kmp_expr_locals;
 
 /** The place of an expression in its file, and the resolution of its symbols. A NULL resolver, or -1 from one, means
@@ -171,6 +174,9 @@ typedef struct kmp_expr_names {
 
 /** NULL after an error (with the column inside the expression), or when the arena has failed for want of memory. */
 const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text);
+
+/** An expression from a text of the program's own, which knows only the names in `locals`; NULL: no memory. */
+const kmp_expr *kmp_expr_formula(kmp_arena *arena, const char *text, const kmp_expr_locals *locals);
 
 /** A measure without components, or the rate of an expression, as if they were written; NULL: no memory. */
 const kmp_expr *kmp_expr_measure(kmp_arena *arena, kmp_measure_kind kind, int count, const kmp_spot *spot);

@@ -29,14 +29,22 @@ const kmp_expr *kmp_parse_wanted(kmp_parser *p, const char *wanted);
 const kmp_expr *kmp_parse_unknown_name(const kmp_parser *p, const char *where, const char *name,
                                        kmp_expr_symbol symbol);
 
+/** Reports a sentence at a place, and frees it. */
+const kmp_expr *kmp_parse_say(const kmp_parser *p, const char *where, kmp_text *sentence);
+
 /** "a function of t": the operands that are allowed, for messages. */
 const char *kmp_parse_allowed(const kmp_expr_scope *scope);
 
 /** A node whose column is that of `where`. */
 const kmp_expr *kmp_parse_make(kmp_parser *p, const char *where, kmp_expr expr);
 
-/** The rule `sum`. */
+/** The rules `sum` and `sum compare sum`. */
 const kmp_expr *kmp_parse_sum(kmp_parser *p);
+const kmp_expr *kmp_parse_comparison(kmp_parser *p);
+
+/** True for the name of a function; and its call, from the opening parenthesis on. */
+bool kmp_parse_is_function(const char *name);
+const kmp_expr *kmp_parse_call(kmp_parser *p, const char *where, const char *name);
 
 /** q(NAME) and qd(NAME), from the opening parenthesis on. */
 const kmp_expr *kmp_parse_coordinate(kmp_parser *p, const char *where, kmp_expr_kind kind);

@@ -38,7 +38,7 @@ static bool waits(const kmp_reader *r, const kmp_yaml *map, int i)
         return false;
     bool found = has_word(node->text, "lambda");
     for (int k = 0; k < i && !found; k++) {
-        const kmp_unknowns *other = &r->model->unknowns[k];
+        const kmp_unknowns *other = &r->model->unknowns[r->first_algebraic + k];
         found = other->late && has_word(node->text, name_in(r, node->text_place.file, other->name));
     }
     return found;
@@ -59,7 +59,7 @@ static void add_leaf(kmp_reader *r, const kmp_expr *leaf, const kmp_expr **sum)
 }
 
 /* For algebraic variables their operands are appended below them. A rate is an operand of its own. */
-static void add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum)
+void kmp_add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum)
 {
     if (!e)
         return;
@@ -67,9 +67,9 @@ static void add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum)
         add_leaf(r, e, sum);
     if (!e->a && e->kind != KMP_EXPR_NUMBER && e->kind != KMP_EXPR_UNKNOWN)
         add_leaf(r, e, sum);
-    add_leaves(r, e->a, sum);
-    add_leaves(r, e->b, sum);
-    add_leaves(r, e->c, sum);
+    kmp_add_leaves(r, e->a, sum);
+    kmp_add_leaves(r, e->b, sum);
+    kmp_add_leaves(r, e->c, sum);
 }
 
 static bool occurs(const kmp_expr *e, int index, int number)
@@ -133,7 +133,7 @@ static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what
         const char *which = kmp_reader_say(r, "%s, expression %d,", what, k + 1);
         u->zero[k] = kmp_read_expr(r, list ? zero->items[k] : zero, which, KMP_DIM_ANY, KMP_OF_STATE);
         good = good && u->zero[k];
-        add_leaves(r, u->zero[k], &leaves);
+        kmp_add_leaves(r, u->zero[k], &leaves);
     }
     u->leaves = leaves;
     for (int j = 0; good && j < u->count; j++) {
@@ -155,7 +155,7 @@ static void read_entry(kmp_reader *r, const kmp_yaml *node, int index)
     const char *what = kmp_reader_say(r, "algebraic '%s'", u->name);
     if (node->kind == KMP_YAML_SCALAR) {
         u->zero[0] = kmp_read_expr(r, node, what, KMP_DIM_ANY, KMP_OF_LOADS);
-        add_leaves(r, u->zero[0], &u->leaves);
+        kmp_add_leaves(r, u->zero[0], &u->leaves);
         return;
     }
     if (!kmp_read_map(r, node, what, keys))
@@ -165,35 +165,42 @@ static void read_entry(kmp_reader *r, const kmp_yaml *node, int index)
         read_equations(r, zero, what, index);
 }
 
+static void read_late_or_now(kmp_reader *r, const kmp_yaml *map, int i, int index)
+{
+    kempe_model *model = r->model;
+    kmp_unknowns *u = &model->unknowns[index];
+    bool name = map->items[i]->kind == KMP_YAML_SCALAR;
+    if (!name)
+        (void)kmp_read_name(r, map->keys[i], "a group of unknowns");
+    model->unknowns_count = index + !name; /* a named expression cannot use itself */
+    u->late = waits(r, map, i);
+    if (!u->late)
+        read_entry(r, map->items[i], index);
+    model->unknowns_count = index + 1;
+}
+
 void kmp_read_unknowns(kmp_reader *r)
 {
     kempe_model *model = r->model;
     const kmp_yaml *map = kmp_yaml_get(r->root, "algebraic");
     if (!map || !kmp_read_map(r, map, "algebraic", NULL))
         return;
-    model->unknowns = KMP_ARENA_NEW(&model->arena, kmp_unknowns, map->count);
     for (int i = 0; model->unknowns && i < map->count; i++) {
-        bool name = map->items[i]->kind == KMP_YAML_SCALAR;
-        const char *text = map->keys[i]->text;
-        model->unknowns[i].name = name ? read_new_name(r, map->keys[i], "a name of an expression", text)
-                                       : kmp_arena_strdup(&model->arena, text);
-        if (!model->unknowns[i].name)
+        kmp_unknowns *u = &model->unknowns[r->first_algebraic + i];
+        u->name = map->items[i]->kind == KMP_YAML_SCALAR
+                      ? read_new_name(r, map->keys[i], "a name of an expression", map->keys[i]->text)
+                      : kmp_arena_strdup(&model->arena, map->keys[i]->text);
+        if (!u->name)
             return;
-        if (!name)
-            (void)kmp_read_name(r, map->keys[i], "a group of unknowns");
-        model->unknowns_count = i + !name; /* a named expression cannot use itself */
-        model->unknowns[i].late = waits(r, map, i);
-        if (!model->unknowns[i].late)
-            read_entry(r, map->items[i], i);
-        model->unknowns_count = i + 1;
+        read_late_or_now(r, map, i, r->first_algebraic + i);
     }
 }
 
 void kmp_read_late_unknowns(kmp_reader *r)
 {
     const kmp_yaml *map = kmp_yaml_get(r->root, "algebraic");
-    for (int i = 0; i < r->model->unknowns_count; i++) {
+    for (int i = r->first_algebraic; i < r->model->unknowns_count; i++) {
         if (r->model->unknowns[i].late)
-            read_entry(r, map->items[i], i);
+            read_entry(r, map->items[i - r->first_algebraic], i);
     }
 }

@@ -111,8 +111,10 @@ static int find_unknown(void *user, const char *name, const kmp_unknowns **unkno
     for (int i = 0; i < model->unknowns_count; i++) {
         const kmp_unknowns *u = *unknowns = &model->unknowns[i];
         *number = kmp_name_find(kmp_unknown_names(u), name);
-        if (*number >= 0)
-            return i;
+        if (*number < 0)
+            continue;
+        kmp_read_block_of(r, i);
+        return i;
     }
     return -1;
 }

@@ -40,12 +40,14 @@ typedef struct kmp_reader {
     int scope_line;
     const kmp_expr_locals *locals; /* names that the expressions being read have; NULL: none */
     const kmp_yaml *root;
-    bool digests;                 /* what is read goes into a digest: results are cached */
-    kmp_digest digest;            /* of all files and settings so far */
-    kmp_linkage *linkage;         /* NULL without joints between bodies */
-    const kmp_yaml **state_nodes; /* of the states, whose rates are read late */
-    bool wrong;                   /* an error was reported */
-    bool *parameter_known;        /* its value is good; dependents of others are skipped without message */
+    bool digests;                      /* what is read goes into a digest: results are cached */
+    kmp_digest digest;                 /* of all files and settings so far */
+    kmp_linkage *linkage;              /* NULL without joints between bodies */
+    struct kmp_function_block *blocks; /* the entries of `states`, whose laws are read when they are needed */
+    int first_algebraic;               /* of the model's variables: those before it are values of blocks */
+    int block_count, block_level;      /* level: blocks that are being read, each for the one before */
+    bool wrong;                        /* an error was reported */
+    bool *parameter_known;             /* its value is good; dependents of others are skipped without message */
     double *parameter_values;
     kmp_dimension *parameter_dimensions;
 } kmp_reader;
@@ -348,14 +350,13 @@ void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body);         /* and
 void kmp_read_states(kmp_reader *r); /* but for their rates, which are the last forces */
 void kmp_add_state_rates(kmp_reader *r);
 
-/** The number of states of an entry of `states`: of a transfer function its order. */
-int kmp_filter_order(const kmp_yaml *map);
-
-/** The rates of the states of a transfer function from `first` on; they stay as they are after an error. */
-void kmp_read_filter(kmp_reader *r, const kmp_yaml *map, const char *what, int first, const kmp_expr **rates);
+/** Reads the block whose value is variable `unknown` of the model, if it is one and has not been read. One that is
+ * being read depends on itself, which is an error. */
+void kmp_read_block_of(kmp_reader *r, int unknown);
 
 void kmp_read_tracks(kmp_reader *r);
 void kmp_read_wheels(kmp_reader *r);
+void kmp_add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum); /* leaves of e that the sum has not yet */
 void kmp_read_unknowns(kmp_reader *r); /* but for those that depend on multipliers */
 void kmp_read_late_unknowns(kmp_reader *r);
 void kmp_read_closures(kmp_reader *r); /* drives too */
