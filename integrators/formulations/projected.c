@@ -9,9 +9,9 @@
  * is near to losing a row. */
 #include "constraints/evaluation/solved.h"
 #include "constraints/tolerances.h"
+#include "integrators/formulations/cycles.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/stage_lanes.h"
-#include "integrators/formulations/cycles.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>

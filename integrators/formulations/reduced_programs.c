@@ -5,8 +5,8 @@
 #include "base/memory.h"
 #include "constraints/evaluation/fused_inside.h"
 #include "constraints/evaluation/solved_inside.h"
-#include "integrators/formulations/reduced.h"
 #include "integrators/formulations/cycles.h"
+#include "integrators/formulations/reduced.h"
 #include <limits.h>
 #include <math.h>
 #include <string.h>
