@@ -9,8 +9,8 @@
 
 /* Fitted to evaluations of the bench set (bench/bench_counted_time.c) on a processor of 3 GHz with registers of eight
  * doubles. Code of MORE operations in lanes does not remain in the first cache. Recursions over many bodies, which are
- * written out for articulated bodies, use values of long before. Registers of four doubles run a program in two halves,
- * which takes 1.7 times as long; they count as registers of eight, so that results are the same on both. */
+ * written out for articulated bodies, use values of long before. Registers of four doubles take 1.2 to 1.7 times as
+ * long; they count as registers of eight, so that results are the same on both. */
 static const double CALL = 130, EACH = 0.5, TRIG = 8, BY_PARTS = 300, EACH_BY_PARTS = 0.85;
 static const double EACH_OF_BODIES = 0.55;
 static const double CALL_LANES = 240, EACH_LANES = 0.55, EACH_MORE = 0.35, MORE = 3000, DIV_LANES = 40, TRIG_LANES = 30;

@@ -9,9 +9,9 @@
  * is near to losing a row. */
 #include "constraints/evaluation/solved.h"
 #include "constraints/tolerances.h"
+#include "integrators/formulations/cycles.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/stage_lanes.h"
-#include "integrators/formulations/cycles.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -315,7 +315,7 @@ static int make_solved(projected *d, double t, const double *q)
     if (program)
         d->formulation.ode.cycles_of_lanes =
             kmp_cycles_of_lanes(kmp_solved_count(d->solved), kmp_solved_by_bodies(d->solved));
-    return kmp_stage_lanes_init(&d->stages, program, d->eval, d->n, kmp_lanes_best()) ? KMP_GO : KMP_HALT;
+    return kmp_stage_lanes_init(&d->stages, program, d->eval) ? KMP_GO : KMP_HALT;
 }
 
 /* Makes the solved program from when on it pays. */

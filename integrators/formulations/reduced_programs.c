@@ -5,8 +5,8 @@
 #include "base/memory.h"
 #include "constraints/evaluation/fused_inside.h"
 #include "constraints/evaluation/solved_inside.h"
-#include "integrators/formulations/reduced.h"
 #include "integrators/formulations/cycles.h"
+#include "integrators/formulations/reduced.h"
 #include <limits.h>
 #include <math.h>
 #include <string.h>
@@ -133,9 +133,7 @@ static int wait_for_solved(kmp_reduced *d, bool at_once)
 /* Lanes of a program of states, if the integrator uses them. */
 static int prepare_stages(kmp_reduced *d, const kmp_program *program)
 {
-    int states = 2 * d->p + d->r;
-    if (!d->start.lanes || !d->integrated ||
-        kmp_stage_lanes_init(&d->programs.stages, program, d->eval, states, kmp_lanes_best()))
+    if (!d->start.lanes || !d->integrated || kmp_stage_lanes_init(&d->programs.stages, program, d->eval))
         return KMP_GO;
     (void)kmp_fail_memory(d->s->context);
     return KMP_HALT;

@@ -6,28 +6,20 @@
 #include "backend/lanes.h"
 #include "constraints/evaluation/evaluator.h"
 
-/* Stages evaluated at once. Registers of four doubles take them in two halves: the integrator's method, and its bits,
- * are those of registers of eight. */
+/* Stages evaluated at once, also where registers have four doubles: the integrator's method, and its bits, are the same
+ * everywhere. */
 enum { KMP_STAGE_LANES = 8 };
 
 typedef struct kmp_stage_lanes {
     kmp_lanes *lanes; /* NULL: none */
-    int width;        /* of a register */
-    const kmp_program *program;
     const kmp_evaluator *eval;
-    int inputs;    /* numbers of q, and of qd */
-    double *times; /* t and the inputs of the model in all lanes */
-    double *half;  /* inputs of a half, NULL where there is none; then the outputs of all stages */
-    double *outputs;
+    double *times;      /* t and the inputs of the model in all lanes */
     long chart_version; /* of the charts in the lanes */
     double *mode;       /* conditions in the lanes; NULL: the model has none */
 } kmp_stage_lanes;
 
-/** Makes the lanes of a program (NULL: none) with the parameters of the evaluator, in registers of `width` doubles, 4
- * or
- * 8. `inputs`: numbers of q, and of qd if the program has them. false: no memory. */
-bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, const kmp_evaluator *eval, int inputs,
-                          int width);
+/** Makes the lanes of a program (NULL: none) with the parameters of the evaluator. false: no memory. */
+bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, const kmp_evaluator *eval);
 void kmp_stage_lanes_free(kmp_stage_lanes *stages);
 
 /** Runs a stage of the program at t, q and qd (NULL: it has none), with the evaluator's charts and frozen conditions.

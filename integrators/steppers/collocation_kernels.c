@@ -5,19 +5,26 @@
 typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
 typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
 
-/* The functions for registers of one type. The loop over the stages is unrolled for their usual number. */
-#define KERNELS(lanes, usual)                                                                                          \
+/* The functions for lanes in V registers, 1 or 2, of one type: compilers keep eight doubles in memory where registers
+ * have four. The loop over the stages is unrolled for their usual number. */
+#define KERNELS(lanes, type, number, usual)                                                                            \
     static KMP_INTO_CLONES void sum_of_##lanes(int count, int stages, const double *x, const double *column,           \
                                                const kmp_lane_terms *terms, double *restrict out)                      \
     {                                                                                                                  \
-        enum { W = sizeof(lanes) / sizeof(double) };                                                                   \
-        const lanes *c = (const lanes *)column;                                                                        \
-        const lanes a = *(const lanes *)terms->a_lanes, b = *(const lanes *)terms->b_lanes;                            \
+        enum { V = number, LAST = V - 1, W = V * (int)(sizeof(type) / sizeof(double)) };                               \
+        const type *c = (const type *)column, *a = (const type *)terms->a_lanes, *b = (const type *)terms->b_lanes;    \
         for (int k = 0; k < count; k++) {                                                                              \
-            lanes sum = terms->a[k] * a + terms->b[k] * b;                                                             \
-            for (int j = 0; j < stages; j++)                                                                           \
-                sum += x[k * W + j] * c[j];                                                                            \
-            *(lanes *)(out + k * W) = sum;                                                                             \
+            type sum = terms->a[k] * a[0] + terms->b[k] * b[0], more = sum;                                            \
+            if (V == 2)                                                                                                \
+                more = terms->a[k] * a[LAST] + terms->b[k] * b[LAST];                                                  \
+            for (int j = 0; j < stages; j++) {                                                                         \
+                sum += x[k * W + j] * c[j * V];                                                                        \
+                if (V == 2)                                                                                            \
+                    more += x[k * W + j] * c[j * V + LAST];                                                            \
+            }                                                                                                          \
+            ((type *)out)[k * V] = sum;                                                                                \
+            if (V == 2)                                                                                                \
+                ((type *)out)[k * V + LAST] = more;                                                                    \
         }                                                                                                              \
     }                                                                                                                  \
     static KMP_CLONES void sum_##lanes(int count, int stages, const double *x, const double *column,                   \
@@ -28,27 +35,37 @@ typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
         else                                                                                                           \
             sum_of_##lanes(count, stages, x, column, terms, out);                                                      \
     }                                                                                                                  \
-    static KMP_CLONES void subtract_##lanes(int count, const double *f, const double *x, double *out)                  \
+    static KMP_INTO_CLONES void add_##lanes(double weight, const type *change, type *x, type *square)                  \
     {                                                                                                                  \
-        enum { W = sizeof(lanes) / sizeof(double) };                                                                   \
-        for (int k = 0; k < count * W; k += W)                                                                         \
-            *(lanes *)(out + k) = *(const lanes *)(f + k) - *(const lanes *)(x + k);                                   \
+        type by = *change, e = weight * by;                                                                            \
+        *x += by;                                                                                                      \
+        *square += e * e;                                                                                              \
     }                                                                                                                  \
     static KMP_CLONES void advance_##lanes(int count, const double *weight, const double *change, double *x,           \
                                            double *square)                                                             \
     {                                                                                                                  \
-        enum { W = sizeof(lanes) / sizeof(double) };                                                                   \
-        lanes sum = {0};                                                                                               \
+        enum { V = number, LAST = V - 1 };                                                                             \
+        const type *by = (const type *)change;                                                                         \
+        type *to = (type *)x, sum = {0}, more = {0};                                                                   \
         for (int k = 0; k < count; k++) {                                                                              \
-            lanes by = *(const lanes *)(change + k * W), e = weight[k] * by;                                           \
-            *(lanes *)(x + k * W) += by;                                                                               \
-            sum += e * e;                                                                                              \
+            add_##lanes(weight[k], &by[k * V], &to[k * V], &sum);                                                      \
+            if (V == 2)                                                                                                \
+                add_##lanes(weight[k], &by[k * V + LAST], &to[k * V + LAST], &more);                                   \
         }                                                                                                              \
-        *(lanes *)square = sum;                                                                                        \
+        ((type *)square)[0] = sum;                                                                                     \
+        if (V == 2)                                                                                                    \
+            ((type *)square)[LAST] = more;                                                                             \
     }
 
-KERNELS(four, 4)
-KERNELS(eight, 7)
+KERNELS(four, four, 1, 4)
+KERNELS(two_fours, four, 2, 7)
+KERNELS(eight, eight, 1, 7)
+
+static KMP_CLONES void subtract(int count, const double *f, const double *x, double *out)
+{
+    for (int k = 0; k < count; k += 4)
+        *(four *)(out + k) = *(const four *)(f + k) - *(const four *)(x + k);
+}
 
 static KMP_CLONES void scale(int count, double by, const double *x, double *restrict out)
 {
@@ -66,16 +83,15 @@ void kmp_lanes_sum(int width, int count, int stages, const double *x, const doub
 {
     if (width == 4)
         sum_four(count, stages, x, column, terms, out);
+    else if (!kmp_has_eight())
+        sum_two_fours(count, stages, x, column, terms, out);
     else
         sum_eight(count, stages, x, column, terms, out);
 }
 
 void kmp_lanes_subtract(int width, int count, const double *f, const double *x, double *out)
 {
-    if (width == 4)
-        subtract_four(count, f, x, out);
-    else
-        subtract_eight(count, f, x, out);
+    subtract(width * count, f, x, out);
 }
 
 double kmp_lanes_advance(int width, int count, int stages, const double *weight, const double *change, double *x)
@@ -83,6 +99,8 @@ double kmp_lanes_advance(int width, int count, int stages, const double *weight,
     double square[8], sum = 0;
     if (width == 4)
         advance_four(count, weight, change, x, square);
+    else if (!kmp_has_eight())
+        advance_two_fours(count, weight, change, x, square);
     else
         advance_eight(count, weight, change, x, square);
     for (int l = 0; l < stages; l++)

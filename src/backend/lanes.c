@@ -23,11 +23,14 @@ int kmp_lanes_best(void)
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-/* True if machine code of so many lanes runs here. */
-static bool has_form(int width)
+/* The form of machine code of so many lanes that runs best here; 0: there is none. */
+static kmp_x86_form form_of(int width)
 {
-    bool exists = width == KMP_X86_ONE || width == KMP_X86_FOUR || width == KMP_X86_EIGHT;
-    return exists && kmp_x86_runs((kmp_x86_form)width);
+    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS};
+    for (size_t k = 0; k < sizeof forms / sizeof *forms; k++)
+        if (kmp_x86_lanes(forms[k]) == width && kmp_x86_runs(forms[k]))
+            return forms[k];
+    return 0;
 }
 
 static bool add_room(kmp_lanes *lanes)
@@ -58,9 +61,9 @@ static bool make_plain(kmp_lanes *lanes, const kmp_program *p, const kmp_backend
     return ok;
 }
 
-static bool make(kmp_lanes *lanes, const kmp_program *p)
+static bool make(kmp_lanes *lanes, const kmp_program *p, kmp_x86_form form)
 {
-    const kmp_prepared *prepared = kmp_prepared_of(p, (kmp_x86_form)lanes->width);
+    const kmp_prepared *prepared = kmp_prepared_of(p, form);
     if (!prepared || !prepared->code.pages)
         return prepared && make_plain(lanes, p, &kmp_backend_native);
     lanes->segment = prepared->code.segment;
@@ -76,8 +79,8 @@ kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain)
     if (!lanes)
         return NULL;
     lanes->width = width;
-    bool native = !plain && has_form(width);
-    if (native ? make(lanes, program) : make_plain(lanes, program, plain ? NULL : &kmp_backend_native))
+    kmp_x86_form form = plain ? 0 : form_of(width);
+    if (form ? make(lanes, program, form) : make_plain(lanes, program, plain ? NULL : &kmp_backend_native))
         return lanes;
     kmp_lanes_free(lanes);
     return NULL;

@@ -11,12 +11,13 @@ typedef struct kmp_lanes kmp_lanes;
 
 enum { KMP_LANES_MOST = 8 };
 
-/** The number of lanes that this machine runs best: 8 with AVX-512, 4 with AVX, otherwise 8 without machine code. */
+/** The number of lanes in which this machine runs independent instances best: 8 with AVX-512, 4 with AVX, otherwise 8
+ * without machine code. */
 int kmp_lanes_best(void);
 
 /** `width` lanes, 1 to KMP_LANES_MOST. Of 1, 4 and 8 the arithmetic is machine code where that runs and `plain` does
- * not forbid it, otherwise loops over the lanes. The program must outlive it. NULL: no memory. Stage 0 must be run
- * after parameters are set. */
+ * not forbid it, of 8 in two registers of four where there are none of eight; otherwise loops over the lanes. The
+ * program must outlive it. NULL: no memory. Stage 0 must be run after parameters are set. */
 kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain);
 void kmp_lanes_free(kmp_lanes *lanes);
 

@@ -53,37 +53,50 @@ void kmp_sincos_many(int n, const double *x, double *s, double *c)
     }
 }
 
-/* True if all lanes of all angles are within the limit; false for NaN. */
-static KMP_INTO_CLONES bool are_within(int n, const double *v, const uint32_t *x)
-{
-    kmp_eight_mask beyond = {0};
-    int64_t any = 0;
-    for (int k = 0; k < n; k++) {
-        kmp_eight size = (kmp_eight)((kmp_eight_mask)KMP_EIGHT_CONST(v + 8 * (size_t)x[k]) & INT64_MAX);
-        beyond |= ~(size <= KEMPE_SINCOS_LIMIT);
+/* True if all lanes of all angles are within the limit; false for NaN. For registers of one type: compilers take
+ * comparisons of eight apart where there are none of eight. */
+#define ARE_WITHIN(name, lanes, mask)                                                                                  \
+    static KMP_INTO_CLONES bool name(int n, const double *v, const uint32_t *x)                                        \
+    {                                                                                                                  \
+        enum { W = sizeof(lanes) / sizeof(double), V = 8 / W };                                                        \
+        mask beyond = {0};                                                                                             \
+        int64_t any = 0;                                                                                               \
+        for (int k = 0; k < n * V; k++) {                                                                              \
+            const lanes *at = (const lanes *)(v + 8 * (size_t)x[k / V] + W * (k % V));                                 \
+            beyond |= ~((lanes)(*(const mask *)at & INT64_MAX) <= KEMPE_SINCOS_LIMIT);                                 \
+        }                                                                                                              \
+        for (int l = 0; l < W; l++)                                                                                    \
+            any |= beyond[l];                                                                                          \
+        return !any;                                                                                                   \
     }
-    for (int l = 0; l < 8; l++)
-        any |= beyond[l];
-    return !any;
+
+ARE_WITHIN(fours_are_within, kmp_four, kmp_four_mask)
+ARE_WITHIN(eights_are_within, kmp_eight, kmp_eight_mask)
+
+static KMP_INTO_CLONES void angle_of_8(bool within, const double *restrict x, double *restrict s, double *restrict c)
+{
+    for (int l = 0; within && l < 8; l++)
+        kempe_sincos_core_(x[l], &s[l], &c[l]);
+    if (!within)
+        kempe_sincos8_core_(x, s, c);
 }
 
 /* The limit is tested once for all angles: their computations then overlap. */
-KMP_CLONES static void lanes_of_8(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
-{
-    bool within = are_within(n, v, x);
-    for (int k = 0; k < n; k++) {
-        const double *at = v + 8 * (size_t)x[k];
-        double sine[8], cosine[8];
-        for (int l = 0; within && l < 8; l++)
-            kempe_sincos_core_(at[l], &sine[l], &cosine[l]);
-        if (!within)
-            kempe_sincos8_core_(at, sine, cosine);
-        KMP_EIGHT_AT(v + 8 * (size_t)s[k]) = KMP_EIGHT_CONST(sine);
-        KMP_EIGHT_AT(v + 8 * (size_t)c[k]) = KMP_EIGHT_CONST(cosine);
+#define LANES_OF_8(name, are_within)                                                                                   \
+    KMP_CLONES static void name(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)             \
+    {                                                                                                                  \
+        bool within = are_within(n, v, x);                                                                             \
+        for (int k = 0; k < n; k++)                                                                                    \
+            angle_of_8(within, v + 8 * (size_t)x[k], v + 8 * (size_t)s[k], v + 8 * (size_t)c[k]);                      \
     }
-}
+
+LANES_OF_8(lanes_in_fours, fours_are_within)
+LANES_OF_8(lanes_in_eights, eights_are_within)
 
 void kmp_sincos_lanes(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
 {
-    lanes_of_8(n, v, x, s, c);
+    if (kmp_has_eight())
+        lanes_in_eights(n, v, x, s, c);
+    else
+        lanes_in_fours(n, v, x, s, c);
 }

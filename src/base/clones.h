@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Static functions in several clones: the loader takes the clone for the widest vectors of the machine, all with the
- * same bits. Sanitizers run before the loader may choose, so they get the plain function. Functions with fma() have a
- * twin for processors that have it as an instruction; the C library's has the same bits. */
+ * same bits. KMP_NO_AVX512 leaves out vectors of eight doubles (-DKEMPE_AVX512=OFF). Sanitizers run before the loader
+ * may choose, so they get the plain function. Functions with fma() have a twin for processors that have it as an
+ * instruction; the C library's has the same bits. */
 #pragma once
 
 #include <stdbool.h>
@@ -9,7 +10,11 @@
 
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&                           \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifdef KMP_NO_AVX512
+#define KMP_CLONES __attribute__((target_clones("avx2", "default")))
+#else
 #define KMP_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#endif
 #else
 #define KMP_CLONES
 #endif
@@ -27,6 +32,16 @@ static inline bool kmp_has_multiply_add(void)
     return __builtin_cpu_supports("fma");
 #else
     return true;
+#endif
+}
+
+/** True if there are registers of eight doubles. */
+static inline bool kmp_has_eight(void)
+{
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(KMP_NO_AVX512)
+    return __builtin_cpu_supports("avx512f");
+#else
+    return false;
 #endif
 }
 

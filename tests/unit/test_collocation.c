@@ -3,8 +3,6 @@
  * bits with lanes and one by one, stiff motions, events. */
 #include "backend/x86/x86.h"
 #include "base/memory.h"
-#include "constraints/evaluation/solved.h"
-#include "integrators/formulations/stage_lanes.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/collocation_table.h"
 #include "integrators/steppers/solver.h"
@@ -333,49 +331,6 @@ static void test_events(void)
 
 /* -- programs of mechanisms ---------------------------------------------------------------------------- */
 
-/* Registers of four doubles take the stages in two halves. */
-static void test_halves(void)
-{
-    static const char *const examples[] = {"examples/andrews/andrews.yaml", "examples/governor/governor.yaml"};
-    for (int e = 0; e < 2; e++) {
-        loaded l = load(examples[e]);
-        kempe_assembly *start = NULL;
-        kmp_partition part;
-        kmp_stage_lanes stages[2];
-        kmp_solved *solved = NULL;
-        double t[KMP_STAGE_LANES], x[2][16 * KMP_STAGE_LANES], *out[2];
-        kmp_evaluator *eval = kmp_eval_new(l.system, "native");
-        CHECK(kempe_assembly_new(l.system, &start) == KEMPE_OK && l.system->n <= 16);
-        kmp_eval_closure(eval, 0, start->q);
-        CHECK(kmp_partition_init(&part, l.system, eval->jacobian, NULL, 0) == KEMPE_OK);
-        kmp_eval_freeze(eval, 0, start->q, start->qd);
-        CHECK(kmp_solved_new(&solved, eval, &part) == KEMPE_OK && solved);
-        for (int k = 0; k < l.system->n * KMP_STAGE_LANES; k++) {
-            t[k % KMP_STAGE_LANES] = 0.1 * k;
-            x[0][k] = start->q[k / KMP_STAGE_LANES] + 0.01 * sin(k);
-            x[1][k] = start->qd[k / KMP_STAGE_LANES] + 0.1 * cos(k);
-        }
-        const kmp_program *program = kmp_solved_program(solved);
-        size_t count = KMP_STAGE_LANES * (size_t)kmp_solved_layout_of(solved)->n * sizeof(double);
-        for (int k = 0; k < 2; k++) {
-            CHECK(kmp_stage_lanes_init(&stages[k], program, eval, l.system->n, k ? 4 : 8));
-            const double *values = kmp_stage_lanes_run(&stages[k], KMP_SOLVED_RUN, t, x[0], x[1]);
-            out[k] = KMP_NEW(double, KMP_STAGE_LANES *l.system->n);
-            memcpy(out[k], values + kmp_solved_layout_of(solved)->qdd * KMP_STAGE_LANES, count);
-        }
-        CHECK(kmp_stage_lanes_finite(l.system->n, out[0]) && memcmp(out[0], out[1], count) == 0);
-        for (int k = 0; k < 2; k++) {
-            kmp_stage_lanes_free(&stages[k]);
-            kmp_free(out[k]);
-        }
-        kmp_solved_free(solved);
-        kmp_partition_free(&part);
-        kmp_eval_free(eval);
-        kempe_assembly_free(start);
-        unload(&l);
-    }
-}
-
 static void check_default(const char *path, const char *formulation, bool lanes)
 {
     bool machine = kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT);
@@ -427,7 +382,6 @@ static void test_checkpoint(void)
 
 int main(void)
 {
-    TEST(test_halves);
     TEST(test_default);
     TEST(test_checkpoint);
     TEST(test_table);

@@ -74,7 +74,7 @@ static bool same_bits(double a, double b)
 static int wrong_bits(kmp_x86_form form, int count, routine *run)
 {
     static double v[(SLOTS + KMP_PLACES) * WIDEST], expected[SLOTS * WIDEST];
-    int wide = (int)form, bad = 0;
+    int wide = kmp_x86_lanes(form), bad = 0;
     for (int k = 0; k < SLOTS * wide; k++)
         v[k] = expected[k] = k < LEAVES * wide ? between(-2, 2) : NAN;
     for (int k = 0; k < count; k++)
@@ -115,10 +115,10 @@ static void one_program(kmp_x86_form form, int count, int reach)
 
 static void every_form(void)
 {
-    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT};
-    for (int f = 0; f < 3; f++) {
+    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS};
+    for (size_t f = 0; f < sizeof forms / sizeof *forms; f++) {
         if (!kmp_x86_runs(forms[f])) {
-            printf("skipped: the form of %d doubles does not run here\n", (int)forms[f]);
+            printf("skipped: form %d does not run here\n", (int)forms[f]);
             continue;
         }
         random_seed(7);

@@ -108,7 +108,7 @@ static void free_place_if_done(kmp_registers *r, uint32_t slot)
 
 static int32_t bytes(const writer *w, uint32_t slots)
 {
-    return (int32_t)(8 * (uint32_t)w->c->form * slots);
+    return (int32_t)(8 * (uint32_t)kmp_x86_lanes(w->c->form) * slots);
 }
 
 /* Bases are in the middle of the places that they reach. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/x86/x86.h"
+#include "base/clones.h"
 #include "base/memory.h"
 #include <string.h>
 #include <sys/mman.h>
@@ -10,6 +11,8 @@ enum { LONGEST = 16, SHORT = 128 /* least and, but one, greatest distance in a b
  * from SAVED on, which it has to restore. */
 static const int base_register[KMP_X86_BASES] = {7, 6, 2, 1, 0, 3, 5};
 enum { SAVED = 5 };
+/* Of eight doubles in two registers of four: the second register and its place in memory. */
+enum { SECOND = 8, SECOND_BYTES = 4 * sizeof(double) };
 
 /* Room for one more instruction. */
 static uint8_t *room(kmp_x86 *c)
@@ -88,7 +91,7 @@ static uint8_t *put_bits(uint8_t *at, kmp_x86_op op)
     return op >> 12 ? put(at, (int)op >> 12) : at;
 }
 
-void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
+static void put_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
 {
     uint8_t *at = room(c);
     if (!at)
@@ -101,6 +104,13 @@ void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
     at = put_prefix(at, c->form, op, d, x, y);
     at = put(at, 3 << 6 | (d & 7) << 3 | (y & 7));
     finish(c, put_bits(at, op));
+}
+
+void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
+{
+    put_registers(c, op, d, x, y);
+    if (c->form == KMP_X86_TWO_FOURS)
+        put_registers(c, op, d + SECOND, x + SECOND, y + SECOND);
 }
 
 /* Opcodes 98, a8 and b8 to 9d, ad and bd, odd for a single double; 96 and 97, a6 .. for pairs that differ in sign. */
@@ -126,7 +136,7 @@ static int32_t unit_of(kmp_x86_form form)
     return form == KMP_X86_EIGHT ? 64 : 1;
 }
 
-void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y)
+static void put_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y)
 {
     int32_t unit = unit_of(c->form);
     bool is_short = y % unit == 0 && y / unit >= -SHORT && y / unit < SHORT;
@@ -137,6 +147,13 @@ void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y
     at = put(at, (is_short ? 1 : 2) << 6 | (d & 7) << 3 | base_register[base]);
     at = is_short ? put(at, (int)(y / unit) & 255) : put_32(at, y);
     finish(c, put_bits(at, op));
+}
+
+void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y)
+{
+    put_memory(c, op, d, x, base, y);
+    if (c->form == KMP_X86_TWO_FOURS)
+        put_memory(c, op, d + SECOND, x + SECOND, base, y + SECOND_BYTES);
 }
 
 void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance)
@@ -155,12 +172,12 @@ void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance)
 
 int kmp_x86_register_count(kmp_x86_form form)
 {
-    return form == KMP_X86_EIGHT ? 32 : 16;
+    return form == KMP_X86_EIGHT ? 32 : form == KMP_X86_TWO_FOURS ? SECOND : 16;
 }
 
 int kmp_x86_reach(kmp_x86_form form)
 {
-    return 2 * SHORT * unit_of(form) / (8 * (int)form);
+    return 2 * SHORT * unit_of(form) / (8 * kmp_x86_lanes(form));
 }
 
 void kmp_x86_return(kmp_x86 *c)
@@ -182,7 +199,7 @@ void kmp_x86_return(kmp_x86 *c)
 bool kmp_x86_runs(kmp_x86_form form)
 {
 #if defined(__x86_64__) && defined(__GNUC__) && defined(__unix__)
-    bool wide = form == KMP_X86_EIGHT ? __builtin_cpu_supports("avx512f") : __builtin_cpu_supports("avx");
+    bool wide = form == KMP_X86_EIGHT ? kmp_has_eight() : __builtin_cpu_supports("avx");
     return wide && __builtin_cpu_supports("fma");
 #else
     (void)form;

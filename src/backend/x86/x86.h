@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Machine code of x86-64 processors with AVX and FMA: arithmetic on doubles in registers and in memory. Addresses are
  * relative to base 0 (rdi, the first argument of a function), or to further bases, which serve to keep distances short:
- * these fit in a byte within 128 bytes, of eight doubles within 128 of them. Three forms: one double, four (ymm), eight
- * (zmm, AVX-512). The first two have the registers 0 to 15, the last one 0 to 31. Encodings: Intel 64 and IA-32
- * Architectures Software Developer's Manual, volume 2, sections 2.3 (VEX) and 2.7 (EVEX).
- */
+ * these fit in a byte within 128 bytes, of eight doubles within 128 of them. Four forms: one double, four (ymm), eight
+ * (zmm, AVX-512), and eight as two registers of four, whose chains of operations overlap. The first two have the
+ * registers 0 to 15, the third 0 to 31, the last one 0 to 7: register k is k and k + 8 of four doubles. Encodings:
+ * Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2, sections 2.3 (VEX) and 2.7 (EVEX). */
 #pragma once
 
 #include <stdbool.h>
@@ -13,8 +13,18 @@
 
 enum { KMP_X86_REGISTERS = 32, KMP_X86_BASES = 7 }; /* bounds */
 
-/** A form is its number of doubles. */
-typedef enum kmp_x86_form { KMP_X86_ONE = 1, KMP_X86_FOUR = 4, KMP_X86_EIGHT = 8 } kmp_x86_form;
+/** A form is its number of doubles, and for eight in registers of four another bit. */
+typedef enum kmp_x86_form {
+    KMP_X86_ONE = 1,
+    KMP_X86_FOUR = 4,
+    KMP_X86_EIGHT = 8,
+    KMP_X86_TWO_FOURS = 16 + 8
+} kmp_x86_form;
+
+static inline int kmp_x86_lanes(kmp_x86_form form)
+{
+    return (int)form & 15;
+}
 
 /** An operation is its opcode; then a bit for operations on pairs of doubles, in the form of one double; a bit for
  * those of three sources, whose opcode is without the bits for the order of the sources; then bits that follow as a
