@@ -149,7 +149,7 @@ class Tables(unittest.TestCase):
             yield name, f"{name}:", model_pages.heading(name)
         pages = model_pages.texts()
         for kind, name, place, word, _ in generate_schema.rows("force_kinds.def", "KMP_FORCE"):
-            if place not in ("wheel", "state"):  # of pages of their own
+            if place not in ("wheel", "contact", "state"):  # of pages of their own
                 titles = [title for text in pages.values() for title, body in model_pages.sections(text) if f"<!-- force: {kind} -->" in body]
                 yield name, {"NULL": f"{place}:", "effort": "torque:"}.get(word, f"{word}:"), titles[0]
 
