@@ -141,7 +141,7 @@ def number_line(kind, word, field):
     key, three, powers, required, meaning = field
     units = {row.key: row.unit for row in generate_schema.keys("force") if row.unit and word == "NULL"}
     shown = "`torque` or `force`" if key == "effort" else f"`{key}`"
-    optional = {"STOPS": ("lower", "upper"), "FRICTION": ("speed", "static")}.get(kind, ())
+    optional = {"STOPS": ("lower", "upper"), "FRICTION": ("speed", "static", "effort", "mu", "mu_static", "radius")}.get(kind, ())
     absent = "required" if required else "none" if key in optional else "0"
     return shown, value("number or three" if three else "number", units.get(key) or unit_of(kind, powers)), absent, meaning
 
@@ -149,7 +149,8 @@ def number_line(kind, word, field):
 def force(kind):
     """The place of action, the word of the kind, its numbers."""
     place, word = next((row[2], row[3]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[0] == kind)
-    return table(KEY_HEAD, [*place_lines(kind, place, word), *more_lines(kind), *(number_line(kind, word, field) for field in generate_schema.fields(kind))])
+    named = [("`reaction`", "loop", "none", generate_schema.REACTION)] if kind == "FRICTION" else []
+    return table(KEY_HEAD, [*place_lines(kind, place, word), *more_lines(kind), *(number_line(kind, word, field) for field in generate_schema.fields(kind)), *named])
 
 
 def motions(chain):

@@ -101,6 +101,9 @@ VALUES = {  # the words of the tables of src/model/keys
 }
 
 
+REACTION = "with `mu`: the loop whose reaction presses; without it the joint's own"
+
+
 def force_element(kind):
     """The mapping of a kind of force that has one of its own."""
     properties, wanted = {}, []
@@ -109,6 +112,8 @@ def force_element(kind):
             properties[name] = described(NUMBER_OR_THREE if three else NUMBER, meaning)
         if required and key != "effort":
             wanted.append(key)
+    if kind == "FRICTION":
+        properties["reaction"] = described(WORD, REACTION)
     return closed(properties, wanted)
 
 

@@ -27,6 +27,7 @@ typedef struct kmp_friction_element {
     bool fired, known;               /* its reserve was used up at the event; it has been decided before */
     bool implied;                    /* its row follows from closures */
     bool broken;                     /* it slips in this decision */
+    bool tries;                      /* a message names it */
     double before;                   /* its friction at the event */
 } kmp_friction_element;
 
@@ -42,7 +43,8 @@ struct kmp_friction_run {
     int *side;
     double t; /* of the last decision */
     int repeats;
-    bool open; /* levels do not settle: modes are tried */
+    bool open;  /* levels do not settle: modes are tried */
+    bool known; /* a decision has been made */
 };
 
 /** The value of a role at the last measurement. */
@@ -90,6 +92,12 @@ double kmp_friction_rounding(const kmp_friction_run *x, int i);
 
 /** Largest change of a force from the last pass, x->tried, over the largest force. */
 double kmp_friction_changed(const kmp_friction_run *x);
+
+/** The growth of levels with friction at a state, and the element whose level grows most. No row is held afterwards. */
+kempe_status kmp_friction_grow(kmp_runner *run, double t, const double *q, const double *qd, double *growth, int *most);
+
+/** Fails with the elements that can neither slip nor stick, and the growth of a level if that is the reason. */
+kempe_status kmp_friction_complain(kmp_runner *run, double t, const double *q, const double *qd);
 
 /** At rest: *part of the static levels that friction needs to keep all elements at rest, INFINITY if it cannot; forces
  * in x->f, static levels in x->upper, by element. */

@@ -305,20 +305,6 @@ static bool is_consistent(kmp_runner *run, int code, double rate)
     return true;
 }
 
-static kempe_status complain(const kmp_runner *run, double t)
-{
-    const kmp_friction_run *x = run->friction;
-    kmp_text text = {0};
-    for (int k = 0; k < x->rest; k++)
-        kmp_text_printf(&text, "%s'%s'", k ? ", " : "", x->element[x->which[k]].name);
-    kmp_text_printf(
-        &text,
-        " can neither slip nor stick at t = %.9g: the level depends too much on the friction itself; reduce "
-        "it, or regularise it with a 'speed'",
-        t);
-    return kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
-}
-
 /* Takes the modes of the combination: those that slip break away. */
 static void take_modes(kmp_friction_run *x, int code)
 {
@@ -349,7 +335,7 @@ static kempe_status enumerate(kmp_runner *run, double t, const double *q, const 
         found += good;
     }
     if (first < 0)
-        return complain(run, t);
+        return kmp_friction_complain(run, t, q, qd);
     if (found > 1)
         kmp_run_log_add(run->log, "solutions", t, found, NAN,
                         "%d combinations of modes of friction are possible; the run goes on with that nearest to the "

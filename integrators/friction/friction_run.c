@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/friction/friction_run.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_inside.h"
 #include <math.h>
@@ -132,6 +133,24 @@ static kempe_status watch(kmp_runner *run, double t)
     return kmp_fail(run->s->context, KEMPE_E_FAILED, "modes of friction change without end at t = %.9g", t);
 }
 
+/* Tells at the start of levels that grow so much with the friction that there may be several solutions or none. */
+static kempe_status tell_growth(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    double growth;
+    int most;
+    kempe_status status = kmp_friction_grow(run, t, q, qd, &growth, &most);
+    if (status == KEMPE_E_FAILED)
+        kmp_context_clear(run->s->context);
+    else
+        KMP_TRY(status);
+    if (status == KEMPE_OK && growth >= 1)
+        kmp_run_log_add(run->log, "growth", t, NAN, growth,
+                        "the level of '%s' grows by %.4g for each unit of friction: from 1 on there may be several "
+                        "solutions, or none",
+                        run->friction->element[most].name, growth);
+    return KEMPE_OK;
+}
+
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)
 {
     kmp_friction_run *x = run->friction;
@@ -139,7 +158,12 @@ kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *q
         x->element[i].was = x->element[i].stance;
         x->element[i].before_sense = x->element[i].sense;
     }
-    KMP_TRY(settle(run, t, q, qd));
+    KMP_TRY(x->known || !run->loaded_friction ? KEMPE_OK : tell_growth(run, t, q, qd));
+    kempe_status status = settle(run, t, q, qd);
+    if (status == KEMPE_E_FAILED && kmp_is_unsettled(run->eval))
+        return kmp_friction_complain(run, t, q, qd);
+    KMP_TRY(status);
+    x->known = true;
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
         if (!is_as_before(e))

@@ -151,7 +151,7 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
 static const kmp_expr *find_absent(const kmp_equations *eq, const kmp_expr *expr)
 {
     if (!expr || expr->kind == KMP_EXPR_LAMBDA)
-        return expr && kmp_tree_kept(&eq->tree, expr->index, expr->number) < 0 ? expr : NULL;
+        return expr && kmp_tree_kept(&eq->tree, expr->index, expr->number < 0 ? 0 : expr->number) < 0 ? expr : NULL;
     const kmp_expr *found = find_absent(eq, expr->a);
     found = found ? found : find_absent(eq, expr->b);
     return found ? found : find_absent(eq, expr->c);

@@ -6,13 +6,13 @@
 static bool depends_on(const kmp_expr *e, int closure)
 {
     if (!e || e->kind == KMP_EXPR_LAMBDA)
-        return e && e->index == closure;
+        return e && closure >= e->index && closure < e->index + (e->number < 0 ? -e->number : 1);
     return depends_on(e->a, closure) || depends_on(e->b, closure) || depends_on(e->c, closure);
 }
 
 static bool force_depends_on(const kmp_force *force, int closure)
 {
-    bool any = depends_on(force->effort, closure);
+    bool any = depends_on(force->effort, closure) || depends_on(force->holding_effort, closure);
     for (int k = 0; k < 3; k++)
         any = any || depends_on(force->vector[k], closure);
     return any;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Forces that depend on the multipliers of closures, and forces and closures that depend on time. */
 #include "model/model.h"
+#include <string.h>
 
 const kmp_expr *kmp_force_lambda(const kmp_force *force)
 {
@@ -47,6 +48,19 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
     default:
         return false;
     }
+}
+
+int kmp_closure_force_rows(const kmp_closure *closure)
+{
+    static const struct {
+        const char *kind;
+        int rows;
+    } of[] = {{"ball", 3},      {"revolute", 3},      {"universal", 3},      {"weld", 3},   {"cylindrical", 2},
+              {"prismatic", 2}, {"point_on_line", 2}, {"point_on_plane", 1}, {"planar", 1}, {"lock", 1}};
+    for (size_t k = 0; k < sizeof of / sizeof *of; k++)
+        if (strcmp(closure->kind, of[k].kind) == 0)
+            return of[k].rows;
+    return 0;
 }
 
 int kmp_model_friction_count(const kempe_model *model)

@@ -81,8 +81,10 @@ typedef struct kmp_body {
     bool reversed; /* its joint's coordinates are those of the parent relative to the body: the chain has the inverse
                       motions, and a frame is at its end */
     int first_motion, motion_count; /* its chain; no motion: it is welded to its parent */
-    const kmp_joint_row *coupling;  /* its row if that couples the two motions by a number; NULL: it does not */
-    kmp_number number;              /* of the coupling */
+    int load_count;   /* of its first motions: translations that are locked, for the reaction of its joint */
+    int load_closure; /* the first one of their locks */
+    const kmp_joint_row *coupling; /* its row if that couples the two motions by a number; NULL: it does not */
+    kmp_number number;             /* of the coupling */
     kmp_number mass;
     kmp_number com[3];
     kmp_number inertia[6]; /* xx yy zz xy xz yz about the com, body axes; xy is the tensor's entry, -sum m x y */
@@ -146,7 +148,8 @@ typedef struct kmp_force {
     const kmp_expr *vector[3]; /* POINT, BODY: ground axes; CYLINDER: two pressures */
     int point[2], body;
     int axis; /* TORSION: of the first point, 0 to 2 */
-    kmp_number stiffness, damping, free_length, rest, lower, upper, width, level, speed, bore, rod;
+    kmp_number stiffness, damping, free_length, rest, lower, upper, width, level, speed, bore, rod, mu, mu_static,
+        radius;
     kmp_number along[3], along_damping[3], about[3], about_damping[3],
         preload[3]; /* BUSHING: axes of the first point */
     bool has_lower, has_upper;
@@ -318,6 +321,10 @@ static inline bool kmp_force_sticks(const kmp_force *force)
     return force->kind == KMP_FORCE_FRICTION && !force->has_speed;
 }
 bool kmp_closure_is_friction(const kmp_closure *closure);
+
+/** The number of rows of a closure, its first ones, whose multipliers are components of its force along unit axes; 0:
+ * its force is another one. */
+int kmp_closure_force_rows(const kmp_closure *closure);
 
 /** True for friction that sticks and for rigid contacts: elements with modes and a row, which runs decide on. True for
  * such a row. */

@@ -76,6 +76,22 @@ int kmp_tree_kept(const kmp_tree *tree, int closure, int k)
     return -1;
 }
 
+/* The size of the force of closures. */
+static kmp_ref size_of_force(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref sum = KMP_ZERO, only = KMP_ZERO;
+    int count = 0;
+    for (int c = e->index; c < e->index - e->number; c++)
+        for (int k = 0; k < kmp_closure_force_rows(&tree->model->closures[c]); k++) {
+            kmp_ref lambda = kmp_tree_multiplier(tree, c, k);
+            count += lambda != KMP_ZERO;
+            only = lambda != KMP_ZERO ? lambda : only;
+            sum = kmp_add(g, sum, kmp_mul(g, lambda, lambda));
+        }
+    return count == 1 ? kmp_unary(g, KMP_OP_ABS, only) : kmp_sqrt(g, sum);
+}
+
 /* A law that is one number. */
 static bool is_symbol(const kmp_tree *tree, const kmp_expr *e)
 {
@@ -178,7 +194,8 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_QD:
         return kmp_input(g, KMP_IN_QD, (uint32_t)e->index);
     case KMP_EXPR_LAMBDA:
-        return kmp_tree_multiplier(tree, e->index, kmp_tree_kept(tree, e->index, e->number));
+        return e->number < 0 ? size_of_force(tree, e)
+                             : kmp_tree_multiplier(tree, e->index, kmp_tree_kept(tree, e->index, e->number));
     case KMP_EXPR_UNKNOWN:
         return kmp_tree_unknown(tree, e);
     case KMP_EXPR_PLACE:

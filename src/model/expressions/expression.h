@@ -16,7 +16,8 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_INPUT,     /* index of the input; value: at t = 0 */
     KMP_EXPR_Q,         /* index of the coordinate: q(NAME) */
     KMP_EXPR_QD,        /* index of the coordinate: qd(NAME); of the motion of a state: its value */
-    KMP_EXPR_LAMBDA,    /* index of the closure, number among its multipliers: lambda(LOOP), lambda(LOOP.k) */
+    KMP_EXPR_LAMBDA,    /* index of the closure, number among its multipliers: lambda(LOOP), lambda(LOOP.k); number -k:
+                         * the size of the force of k closures from it on */
     KMP_EXPR_NEG,       /* a */
     KMP_EXPR_ADD,       /* a, b */
     KMP_EXPR_SUB,

@@ -87,7 +87,10 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
                         kmp_name_at(names->coordinates, expr->index));
         break;
     case KMP_EXPR_LAMBDA:
-        kmp_text_printf(text, "lambda(%s.%d)", kmp_name_at(names->closures, expr->index), expr->number + 1);
+        if (expr->number < 0)
+            kmp_text_printf(text, "|reaction(%s)|", kmp_name_at(names->closures, expr->index));
+        else
+            kmp_text_printf(text, "lambda(%s.%d)", kmp_name_at(names->closures, expr->index), expr->number + 1);
         break;
     case KMP_EXPR_UNKNOWN:
         kmp_text_put(text, expr->unknowns->count ? expr->unknowns->unknown[expr->number] : expr->unknowns->name);

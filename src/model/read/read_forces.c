@@ -88,9 +88,12 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
 /* True if the level of a friction is an expression, or an error: the element has no number then. */
 static bool is_law(const element *e, const kmp_force_field *field, const kmp_yaml *node, const char *name)
 {
+    static const char *const by_reaction[] = {"mu", "mu_static", "radius"};
     bool level = strcmp(field->key, "effort") == 0;
     if (e->force->kind != KMP_FORCE_FRICTION || strcmp(field->key, "speed") == 0)
         return false;
+    if (kmp_name_find(KMP_NAMES_OF(by_reaction), field->key) >= 0)
+        return true; /* read_reaction */
     const kmp_expr *law = kmp_read_expr(e->r, node, name, dimension_of(e, field), KMP_OF_LOADS);
     if (law && kmp_expr_is_constant(law))
         return false;
@@ -124,8 +127,10 @@ static void read_fields(const element *e, const kmp_yaml *map, const char *what)
 /* The keys of an element's own mapping. */
 static const kmp_key *keys_of(const element *e)
 {
-    kmp_key *keys = KMP_ARENA_NEW(&e->r->scratch, kmp_key, kmp_force_field_count + 1);
+    kmp_key *keys = KMP_ARENA_NEW(&e->r->scratch, kmp_key, kmp_force_field_count + 2);
     int count = 0;
+    if (keys && e->force->kind == KMP_FORCE_FRICTION)
+        keys[count++].name = "reaction";
     for (int k = 0; keys && k < kmp_force_field_count; k++)
         if (kmp_force_fields[k].kind == e->force->kind)
             keys[count++].name = kmp_force_key(e->r->model, e->force, kmp_force_fields[k].key);
@@ -144,15 +149,76 @@ static void check_stops(const element *e, const kmp_yaml *map)
                             force->lower.value, force->upper.value);
 }
 
+static const kmp_expr *product(kmp_reader *r, const kmp_expr *a, const kmp_expr *b)
+{
+    kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+    if (e)
+        *e = (kmp_expr){.kind = KMP_EXPR_MUL, .a = a, .b = b};
+    return e;
+}
+
+/* A coefficient times a reaction, and times a radius if there is one. */
+static const kmp_expr *read_coefficient(const element *e, const kmp_yaml *map, const char *what, const char *key,
+                                        const kmp_expr *reaction, const kmp_expr *radius)
+{
+    const char *name = kmp_reader_say(e->r, "the %s of %s", key, what);
+    const kmp_expr *mu = kmp_read_expr(e->r, kmp_yaml_get(map, key), name, KMP_DIM_NUMBER, KMP_OF_LOADS);
+    if (!mu || !reaction)
+        return NULL;
+    const kmp_expr *level = product(e->r, mu, reaction);
+    return radius && level ? product(e->r, radius, level) : level;
+}
+
+/* Levels by a coefficient and a reaction. */
+static void read_by_reaction(const element *e, const kmp_yaml *map, const char *what)
+{
+    kmp_reader *r = e->r;
+    kmp_force *force = e->force;
+    const kmp_yaml *node = kmp_yaml_get(map, "radius");
+    bool turns = force->motion >= 0 ? r->model->motions[force->motion].rotation : force->turns;
+    if (turns != (node != NULL))
+        kmp_reader_complain(r, map->place,
+                            turns ? "%s: mu needs a radius here, because the motion is a rotation"
+                                  : "%s: a radius is for rotations, and this motion is a translation",
+                            what);
+    const kmp_expr *reaction = kmp_read_reaction(r, force, map, what);
+    const kmp_expr *radius = turns && node ? kmp_read_expr(r, node, kmp_reader_say(r, "the radius of %s", what),
+                                                           KMP_DIM_LENGTH, KMP_OF_LOADS)
+                                           : NULL;
+    force->effort = read_coefficient(e, map, what, "mu", reaction, radius);
+    force->has_static = kmp_yaml_get(map, "mu_static");
+    if (force->has_static)
+        force->holding_effort = read_coefficient(e, map, what, "mu_static", reaction, radius);
+}
+
+/* The level of friction, by its own key or by a reaction. */
+static void read_level(const element *e, const kmp_yaml *map, const char *what)
+{
+    static const char *const others[] = {"mu_static", "radius", "reaction"};
+    kmp_reader *r = e->r;
+    const char *own = kmp_force_key(r->model, e->force, "effort");
+    e->force->has_static = kmp_yaml_get(map, "static");
+    if ((kmp_yaml_get(map, own) != NULL) + (kmp_yaml_get(map, "mu") != NULL) != 1) {
+        kmp_reader_complain(r, map->place, "%s: exactly one of the keys %s, mu is expected", what, own);
+        return;
+    }
+    if (kmp_yaml_get(map, "mu") && e->force->has_static)
+        kmp_reader_complain(r, map->place, "%s: the static level of friction with mu is given by mu_static", what);
+    if (kmp_yaml_get(map, "mu"))
+        read_by_reaction(e, map, what);
+    for (size_t k = 0; k < sizeof others / sizeof *others; k++)
+        if (!kmp_yaml_get(map, "mu") && kmp_yaml_get(map, others[k]))
+            kmp_reader_complain(r, map->place, "%s: %s is for friction with mu", what, others[k]);
+}
+
 /* The row of friction that sticks, a closure of its name. */
 static void add_friction_row(const element *e, const kmp_yaml *map)
 {
     kempe_model *model = e->r->model;
     kmp_force *force = e->force;
     force->has_speed = kmp_yaml_get(map, "speed");
-    force->has_static = kmp_yaml_get(map, "static");
     if (force->has_speed && force->has_static)
-        kmp_reader_complain(e->r, kmp_yaml_get(map, "static")->place,
+        kmp_reader_complain(e->r, map->place,
                             "%s: friction with a speed has no static level, because it does not stick", e->what);
     if (force->has_speed)
         return;
@@ -229,15 +295,17 @@ static void read_own(const element *e)
     read_fields(e, map, what);
     if (e->force->kind == KMP_FORCE_STOPS)
         check_stops(e, map);
-    if (e->force->kind == KMP_FORCE_FRICTION)
+    if (e->force->kind == KMP_FORCE_FRICTION) {
+        read_level(e, map, what);
         add_friction_row(e, map);
+    }
 }
 
 /* Friction against the rate of an expression: an angle where its level is a torque. */
 static void read_sliding(const element *e)
 {
     const kmp_yaml *node = kmp_yaml_get(e->map, "sliding"), *map = kmp_yaml_get(e->map, "friction");
-    e->force->turns = map->kind == KMP_YAML_MAP && kmp_yaml_get(map, "torque");
+    e->force->turns = map->kind == KMP_YAML_MAP && (kmp_yaml_get(map, "torque") || kmp_yaml_get(map, "radius"));
     e->force->sliding =
         kmp_read_expr(e->r, node, e->what, e->force->turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, KMP_OF_STATE);
     if (kmp_expr_find(e->force->sliding, kmp_expr_is_rate, NULL))

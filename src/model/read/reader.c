@@ -77,6 +77,7 @@ static void read_parts(kmp_reader *r)
     kmp_read_profiles(r);
     read_head(r);
     kmp_read_bodies(r);
+    kmp_read_pressed(r);
     kmp_read_states(r);
     kmp_read_tracks(r);
     kmp_read_wheels(r);

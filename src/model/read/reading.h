@@ -334,6 +334,18 @@ void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_
 /* -- parts of wheels (read_wheels.c), after loops and after forces ----------------------------------- */
 
 void kmp_add_wheel_closures(kmp_reader *r);
+
+/* -- reactions that press surfaces together (read_reaction.c) ---------------------------------------- */
+
+/** Adds locked translations to joints of the tree whose friction depends on their reaction: after the bodies; their
+ * number; their locks, after the other closures. */
+void kmp_read_pressed(kmp_reader *r);
+int kmp_count_pressed(const kempe_model *model);
+void kmp_lock_pressed(kmp_reader *r);
+
+/** The size of the reaction that presses on a friction: of the closure that it names, or of its joint. NULL after an
+ * error. */
+const kmp_expr *kmp_read_reaction(kmp_reader *r, const kmp_force *force, const kmp_yaml *map, const char *what);
 void kmp_add_wheel_forces(kmp_reader *r);
 
 /* -- parts of the file, in this order -------------------------------------------------------------- */

@@ -1,0 +1,186 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Friction by coefficients and reactions: of joints of the tree, of loops, in the plane and in space, against digits,
+ * closed forms and the same mechanism with its joint cut; and what is said of levels that grow with the friction. */
+#include "loaded.h"
+#include "studies/simulate/trajectory.h"
+#include <math.h>
+#include <string.h>
+
+static kempe_trajectory *simulate(const loaded *l, const char *formulation, double t_end)
+{
+    kempe_trajectory *run = NULL;
+    kempe_run_options options = {.formulation = formulation, .rtol = 1e-11, .t_end = t_end, .no_convergence_check = 1};
+    CHECK(l->system && (kempe_simulate(l->system, &options, &run), run));
+    return run;
+}
+
+/* The k-th entry of friction in the log. */
+static const kmp_log_entry *entry(const kempe_trajectory *run, const char *kind, int k)
+{
+    for (int i = 0; i < run->log.kept; i++)
+        if (strcmp(run->log.entries[i].kind, kind) == 0 && k-- == 0)
+            return &run->log.entries[i];
+    return NULL;
+}
+
+static double last_q(const kempe_trajectory *run, int k)
+{
+    return kempe_trajectory_q(run, kempe_trajectory_row_count(run) - 1)[k];
+}
+
+static void check_entry(const kempe_trajectory *run, int k, double t, const char *text)
+{
+    const kmp_log_entry *at = entry(run, "friction", k);
+    CHECK(at != NULL);
+    if (at) {
+        CHECK_NEAR(at->t, t, 1e-9);
+        CHECK_TEXT(at->text, text);
+    }
+}
+
+/* F7 with the reaction of the guide, a joint of the tree, in place of its law. */
+static void a_guide_of_the_tree(void)
+{
+    static const char *const formulations[] = {"reduced", "projected"};
+    for (int k = 0; k < 2; k++) {
+        loaded l = load("tests/models/friction_guide_mu.yaml");
+        kempe_trajectory *run = simulate(&l, formulations[k], 1);
+        if (run) {
+            check_entry(run, 1, 0.1199069592433703, "'guide' slips forward");
+            check_entry(run, 3, 0.517173110411307, "'guide' sticks");
+            CHECK_NEAR(last_q(run, coordinate_named(&l, "th")), 7.667684321805424, 1e-9);
+        }
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* F9: a pin that closes a loop. */
+static void a_pin_of_a_loop(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "gravity: [0, -9.81, 0]\n"
+                         "ground: {points: {D: [0.9, 0, 0]}}\n"
+                         "bodies:\n"
+                         "  crank:   {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.15, 0, 0], "
+                         "inertia: {zz: 0.09/12}, points: {B: [0.3, 0, 0]}}\n"
+                         "  coupler: {joint: {name: B, revolute: z, at: crank.B}, mass: 1, com: [0.4, 0, 0], "
+                         "inertia: {zz: 0.64/12}, points: {C: [0.8, 0, 0]}}\n"
+                         "  rocker:  {joint: {name: D, revolute: z, at: ground.D}, mass: 1, com: [0.35, 0, 0], "
+                         "inertia: {zz: 0.49/12}, points: {C: [0.7, 0, 0]}}\n"
+                         "loops: {C: {ball: [coupler.C, rocker.C]}}\n"
+                         "forces:\n"
+                         "  pin: {sliding: q(A) + q(B) - q(D), friction: {mu: 0.5, radius: 0.2 m, reaction: C}}\n"
+                         "start: {q: {A: 90 deg, B: -45 deg, D: 90 deg}, hold: [A], qd: {A: 1.5}}\n"
+                         "run: {t_end: 10}\n");
+    kempe_trajectory *run = simulate(&l, "reduced", 10);
+    if (run) {
+        check_entry(run, 1, 0.392683606439903, "'pin' slips forward");
+        check_entry(run, 3, 0.874660819817614, "'pin' slips forward");
+        CHECK_NEAR(last_q(run, 0), 4.457798148496, 1e-9);
+    }
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* The pin of a pendulum as a joint of the tree, and cut: a planar joint and a loop. */
+static void a_pin_of_the_tree(void)
+{
+    loaded tree = load_text("kempe: 1\n"
+                            "gravity: [0, -9.81, 0]\n"
+                            "bodies: {bob: {joint: {name: th, revolute: z, at: ground}, mass: 1, com: [0, -1, 0], "
+                            "inertia: {zz: 0.1}}}\n"
+                            "forces: {rub: {joint: th, friction: {mu: 0.3, mu_static: 0.4, radius: 20 cm}}}\n"
+                            "start: {q: {th: 1.5}}\n");
+    loaded loop = load_text("kempe: 1\n"
+                            "gravity: [0, -9.81, 0]\n"
+                            "ground: {points: {O: [0, 0, 0]}}\n"
+                            "bodies: {bob: {joint: {name: j, planar: z, at: ground}, mass: 1, com: [0, -1, 0], "
+                            "inertia: {zz: 0.1}, points: {O: [0, 0, 0]}}}\n"
+                            "loops: {C: {ball: [ground.O, bob.O]}}\n"
+                            "forces: {rub: {joint: j.3, friction: {torque: \"0.06*sqrt(lambda(C.1)^2+lambda(C.2)^2)*(1 "
+                            "m)\", static: \"0.08*sqrt(lambda(C.1)^2+lambda(C.2)^2)*(1 m)\"}}}\n"
+                            "start: {q: {j.3: 1.5}, hold: [j.3]}\n");
+    kempe_trajectory *a = simulate(&tree, "reduced", 12), *b = simulate(&loop, "projected", 12);
+    for (int k = 0; a && b && entry(a, "friction", k); k++) {
+        const kmp_log_entry *other = entry(b, "friction", k);
+        check_entry(a, k, other ? other->t : NAN, other ? other->text : "");
+    }
+    CHECK(a && b && entry(a, "friction", 5));
+    if (a && b)
+        CHECK_NEAR(last_q(a, coordinate_named(&tree, "th")), last_q(b, coordinate_named(&loop, "j.3")), 1e-9);
+    kempe_trajectory_free(a);
+    kempe_trajectory_free(b);
+    unload(&tree);
+    unload(&loop);
+}
+
+/* A balanced rotor stops after J w/(mu r m g), a block on a slide in space after v/(mu g cos - g sin). */
+static void closed_forms(void)
+{
+    loaded rotor = load_text("kempe: 1\n"
+                             "gravity: [0, 0, -9.81]\n"
+                             "bodies: {rotor: {joint: {name: A, revolute: x, at: ground}, mass: 3, inertia: "
+                             "{xx: 0.02, yy: 0.02, zz: 0.02}}}\n"
+                             "forces: {rub: {joint: A, friction: {mu: 0.2, radius: 10 mm}}}\n"
+                             "start: {qd: {A: 5}}\n");
+    loaded slide = load_text("kempe: 1\n"
+                             "gravity: [0, 0, -9.81]\n"
+                             "bodies: {block: {joint: {name: s, prismatic: [sqrt(3)/2, 0, -0.5], at: ground}, mass: "
+                             "3}}\n"
+                             "forces: {rub: {joint: s, friction: {mu: 0.7}}}\n"
+                             "start: {qd: {s: 1}}\n");
+    kempe_trajectory *run = simulate(&rotor, "reduced", 5);
+    if (run)
+        check_entry(run, 1, 0.02 * 5 / (0.2 * 0.01 * 3 * 9.81), "'rub' sticks");
+    kempe_trajectory_free(run);
+    run = simulate(&slide, "reduced", 5);
+    if (run)
+        check_entry(run, 1, 1 / (0.7 * 9.81 * cos(3.14159265358979323846 / 6) - 9.81 / 2), "'rub' sticks");
+    kempe_trajectory_free(run);
+    unload(&rotor);
+    unload(&slide);
+}
+
+static void check_words(const char *path, const kempe_setting *settings, int count, double growth, bool solved)
+{
+    char words[64];
+    loaded l = load_set(path, settings, count);
+    kempe_trajectory *run = simulate(&l, "reduced", 0.001);
+    (void)snprintf(words, sizeof words, "grows by %.4g for each", growth);
+    if (run) {
+        const kmp_log_entry *grows = entry(run, "growth", 0), *two = entry(run, "solutions", 0);
+        CHECK((grows != NULL) == (growth >= 1));
+        CHECK(!grows || strstr(grows->text, words));
+        CHECK(solved == (kempe_trajectory_reason(run)[0] == 0));
+        CHECK((two != NULL) == (solved && growth >= 1));
+        CHECK(solved || (strstr(kempe_trajectory_reason(run), "can neither slip nor stick at t = 0") &&
+                         strstr(kempe_trajectory_reason(run), words)));
+    }
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* Two solutions and none: the slider-crank at 300 deg with mu = 10; a rod on rough ground at 45 deg beyond 5/3, where
+ * the level grows by 3 mu/5. */
+static void two_solutions_or_none(void)
+{
+    const char *const guide = "tests/models/friction_guide.yaml", *const rod = "tests/models/friction_rod.yaml";
+    check_words(guide, (const kempe_setting[]){{"th0", "300 deg"}, {"mu", "10"}, {"w", "15"}}, 3, 1.366, true);
+    check_words(guide, (const kempe_setting[]){{"th0", "300 deg"}, {"mu", "10"}, {"w", "-15"}}, 3, 1.366, false);
+    for (int k = 0; k < 2; k++) {
+        const char *const v[] = {"1", "-1"};
+        check_words(rod, (const kempe_setting[]){{"mu", "1.66"}, {"v", v[k]}}, 2, 0.996, true);
+        check_words(rod, (const kempe_setting[]){{"mu", "1.67"}, {"v", v[k]}}, 2, 1.002, k == 0);
+    }
+}
+
+int main(void)
+{
+    TEST(a_guide_of_the_tree);
+    TEST(a_pin_of_a_loop);
+    TEST(a_pin_of_the_tree);
+    TEST(closed_forms);
+    TEST(two_solutions_or_none);
+    return check_report();
+}
