@@ -62,7 +62,9 @@ PARTS = (
          "1e-12"),
         ("Planar parallel robot", "30 digits, as a five-bar", "parallel_robot/parallel_robot", "parallel_robot/reference", "1e-12"),
         ("Gough-Stewart platform", "113-bit arithmetic", "stewart/stewart", "stewart/reference", "1e-12"),
-        ("Suspension", "absolute coordinates, long doubles", "suspension/suspension", "suspension/reference", "1e-12"))),
+        ("Suspension", "absolute coordinates, long doubles", "suspension/suspension", "suspension/reference", "1e-12"),
+        ("Excavator with hydraulics and a digital controller", "113-bit arithmetic", "hydraulic_excavator/hydraulic_excavator",
+         "hydraulic_excavator/reference", "1e-12"))),
 )
 HEAD = """# Published problems
 

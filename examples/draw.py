@@ -705,10 +705,35 @@ def rolling_wheel():
     return p
 
 
+def hydraulic_excavator():
+    """At its start; cylinders as springs."""
+    angles = [math.radians(angle) for angle in (25, 25 - 95, 25 - 95 - 60)]
+    O, C = (0, 0), (0.45, -0.35)
+    boom = lambda point: at(O, angles[0], point)
+    stick = lambda point: at(boom((2.8, 0)), angles[1], point)
+    bucket = lambda point: at(stick((1.5, 0)), angles[2], point)
+    lug, pin = bucket((-0.05, 0.25)), stick((1.2, 0))
+    eye = circles(pin, 0.3, lug, 0.33, 1)
+    p = Picture("The arm of an excavator with its cylinders, at the start")
+    p.spring(C, boom((1.2, 0.25)))
+    p.spring(boom((1.3, 0.5)), stick((-0.4, 0.1)))
+    p.spring(stick((0.1, 0.35)), eye)
+    p.body("boom", O, boom((1.3, 0.5)), boom((2.8, 0)))
+    p.body("stick", stick((-0.4, 0.1)), stick((0.1, 0.35)), stick((1.5, 0)), boom((2.8, 0)))
+    p.body("bucket", bucket((0, 0)), lug, bucket((0.8, 0)))
+    p.body("", pin, eye, colour=4)
+    p.body("", eye, lug, colour=6)
+    p.pivot(O, "foot", True, (-34, 4))
+    p.pivot(C, None, True)
+    for point in (boom((2.8, 0)), stick((1.5, 0)), pin, eye, lug, boom((1.2, 0.25)), boom((1.3, 0.5)), stick((-0.4, 0.1)), stick((0.1, 0.35))):
+        p.pivot(point)
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
-            rolling_wheel, wheelset)
+            rolling_wheel, wheelset, hydraulic_excavator)
 
 if __name__ == "__main__":
     for make in PICTURES:

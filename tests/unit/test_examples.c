@@ -100,11 +100,22 @@ static void test_bogie(void)
     follow(model, digits, "dae", NULL, 1e-9, 1e-7, 1e-5);
 }
 
+static void test_hydraulics(void)
+{
+    static const char model[] = "examples/hydraulic_excavator/hydraulic_excavator.yaml",
+                      digits[] = "examples/hydraulic_excavator/reference.csv";
+    follow(model, digits, "reduced", "dop853", 1e-11, 1e-11, 1e-9);
+    follow(model, digits, "reduced", "radau", 1e-11, 1e-11, 1e-9);
+    follow(model, digits, "projected", NULL, 1e-11, 1e-11, 1e-9);
+    follow(model, digits, "dae", NULL, 1e-9, 1e-6, 1e-4);
+}
+
 int main(void)
 {
     TEST(test_car_axis);
     TEST(test_suspension);
     TEST(test_limousine);
     TEST(test_bogie);
+    TEST(test_hydraulics);
     return check_report();
 }

@@ -101,6 +101,82 @@ static void state_space(void)
     unload(&l);
 }
 
+/* -- a hydraulic servo ------------------------------------------------------------------------------- */
+
+/* A load on a spring, which a cylinder moves: a valve feeds it through an orifice, and it leaks to the tank. Its volume
+ * grows with the piston. */
+#define SERVO                                                                                                          \
+    "kempe: 1\n"                                                                                                       \
+    "parameters: {beta: 1.2 GPa, area: 2e-3, m: 200, c: 800, k: 5e5, supply: 14 MPa, gain: 4e-8, u: 0.5, leak: "       \
+    "1e-11}\n"                                                                                                         \
+    "states: {p: {start: 5 MPa, rate: beta/(1e-3 + area*q(x))*(gain*u*sqrt(supply - p) - leak*p - area*qd(x))}}\n"     \
+    "bodies: {load: {joint: {name: x, prismatic: x, at: ground}, mass: m}}\n"                                          \
+    "forces: {oil: {joint: x, force: p*area - c*qd(x)}, spring: {joint: x, spring: {stiffness: k}}}\n"
+
+static const double beta = 1.2e9, area = 2e-3, load_mass = 200, damper = 800, spring = 5e5, supply = 14e6, gain = 4e-8,
+                    opening = 0.5, leak = 1e-11;
+
+/* gain u sqrt(supply - p) = leak p is a quadratic equation of the root's value. */
+static double rest_pressure(void)
+{
+    double flow = gain * opening / leak, root = (sqrt(flow * flow + 4 * supply) - flow) / 2;
+    return supply - root * root;
+}
+
+/* det(s - A) of x, x' and p at rest, with the volume there. */
+static double complex servo_polynomial(double complex s, double p)
+{
+    double stiffness = beta / (1e-3 + area * p * area / spring), root = sqrt(supply - p);
+    double damping = stiffness * (gain * opening / (2 * root) + leak);
+    return (s * s * load_mass + s * damper + spring) * (s + damping) + stiffness * area * area * s;
+}
+
+/* State space and frequency response of the position by the valve at rest against the closed form. The pressure does
+ * not depend on the place, whose volume multiplies flows that cancel up to rounding. */
+static void hydraulic_servo(void)
+{
+    loaded l = load_text(SERVO);
+    kempe_linearization *x = NULL;
+    kempe_linearize_options options = {.inputs = "u", .outputs = "q(x)", .at = "equilibrium"};
+    int rows = 0, columns = 0;
+    double p = rest_pressure(), stiffness = beta / (1e-3 + area * p * area / spring), root = sqrt(supply - p);
+    const double a[9] = {0,
+                         1,
+                         0,
+                         -spring / load_mass,
+                         -damper / load_mass,
+                         area / load_mass,
+                         0,
+                         -stiffness * area,
+                         -stiffness * (gain * opening / (2 * root) + leak)};
+    CHECK(l.system && kempe_linearization_new(l.system, &options, &x) == KEMPE_OK);
+    const double *of_a = kempe_linearization_matrix(x, KEMPE_MATRIX_A, &rows, &columns);
+    CHECK(of_a && rows == 3 && columns == 3);
+    for (int i = 0; of_a && i < 9; i++)
+        CHECK(fabs(of_a[i] - a[i % 3 * 3 + i / 3]) <=
+              1e-11 * fabs(a[i % 3 * 3 + i / 3]) + (i == 2 ? 1e-15 * stiffness * area : 0));
+    const double *of_b = kempe_linearization_matrix(x, KEMPE_MATRIX_B, &rows, &columns);
+    CHECK(of_b && of_b[0] == 0 && of_b[1] == 0);
+    CHECK_NEAR(of_b ? of_b[2] : NAN, stiffness * gain * root, 1e-11);
+    kempe_linearization_free(x);
+    kempe_response *r = NULL;
+    kempe_response_options asked = {.inputs = "u", .outputs = "q(x)", .frequencies = "0.5:100:9"};
+    CHECK(l.system && kempe_response_new(l.system, &asked, &r) == KEMPE_OK);
+    kempe_table *table = NULL;
+    CHECK(r && kempe_response_table(r, "rows", &table) == KEMPE_OK);
+    for (int i = 0; i < kempe_table_row_count(table); i++) {
+        double complex s = 2 * acos(-1) * entry(table, i, "frequency") * I;
+        double complex wanted = area * stiffness * gain * root / servo_polynomial(s, p);
+        double phase = acos(-1) / 180 * entry(table, i, "q.x/u.phase");
+        double complex found = entry(table, i, "q.x/u.amplitude") * cexp(phase * I);
+        CHECK(cabs(found - wanted) <= 1e-11 * cabs(wanted));
+    }
+    CHECK(kempe_table_row_count(table) == 9);
+    kempe_table_free(table);
+    kempe_response_free(r);
+    unload(&l);
+}
+
 /* Every eigenvalue is a root of the characteristic polynomial, of which there are as many as its degree. */
 static void eigenvalues(void)
 {
@@ -248,6 +324,7 @@ int main(void)
     TEST(equilibrium);
     TEST(steady_motion);
     TEST(state_space);
+    TEST(hydraulic_servo);
     TEST(eigenvalues);
     TEST(response);
     TEST(sensitivity);
