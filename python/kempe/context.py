@@ -5,7 +5,6 @@ after all that was made from it."""
 
 from __future__ import annotations
 
-import _signal  # signal.getsignal searches for an enum
 import contextlib
 import functools
 import signal
@@ -27,6 +26,7 @@ if TYPE_CHECKING:
 
 NULL = ffi.NULL
 _INFO = 20  # logging.INFO
+_getsignal: Any = sys.modules.get("_signal", signal).getsignal  # that of signal searches for an enum
 _main_thread = threading.main_thread().ident
 T = TypeVar("T", bound="Owned")
 
@@ -48,7 +48,7 @@ def constant(group: str, name: str) -> int:
 
 def interruptible() -> bool:
     """KeyboardInterrupt would be raised in this thread."""
-    return threading.get_ident() == _main_thread and _signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    return threading.get_ident() == _main_thread and _getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def text_written(write: Callable[[pathlib.Path], None], name: str) -> str:

@@ -11,7 +11,6 @@ from .arrays import Array, view
 from .context import Fixed, Owned, string
 from .lazy import np
 from .options import options as struct_of
-from .options import unknown
 from .result import Reported, TableOf
 
 if TYPE_CHECKING:
@@ -26,7 +25,11 @@ def rows_of(columns: Mapping[str, Any]) -> Array:
     lengths = {array.size for array in arrays.values() if array.size != 1}
     wrong = [name for name, array in arrays.items() if array.ndim > 1]
     if not arrays or wrong or len(lengths) > 1:
-        said = f"'{wrong[0]}' has the shape {arrays[wrong[0]].shape}" if wrong else f"there are {sorted(lengths) or 'none'}"
+        said = (
+            f"'{wrong[0]}' has the shape {arrays[wrong[0]].shape}"
+            if wrong
+            else f"there are {sorted(lengths) or 'none'}"
+        )
         raise ValueError(f"columns of one length are needed; {said}")
     return np.stack(np.broadcast_arrays(*arrays.values()), axis=1)
 

@@ -14,7 +14,6 @@ from .display import details, model_html
 from .ensemble import Ensemble, Values, rows_of
 from .generate import Code, Count
 from .gradient import Gradient
-from .lazy import np
 from .options import characters, entry_of, text_of, utf8, words
 from .result import study
 from .sensitivity import Sensitivity
@@ -327,5 +326,3 @@ def _read_again(label: str, text: str | None, values: Values_, tolerance: float 
 def _derive_again(recipe: Recipe, dynamics: str | None, force: Force | None) -> System:
     made: Model = recipe[0](*recipe[1])
     return made.system(dynamics, force)
-
-

@@ -104,7 +104,9 @@ class _Plan:
         self.pointer = ffi.typeof(f"{struct.cname} *")
         self.size = ffi.sizeof(struct) if "size" in members else 0
         self.nested = {
-            name: _plan(kind.item) for name, kind in members.items() if kind.kind == "pointer" and kind.item.kind == "struct"
+            name: _plan(kind.item)
+            for name, kind in members.items()
+            if kind.kind == "pointer" and kind.item.kind == "struct"
         }
         counts = {f"{name[:-1]}_count" for name in members if name.endswith("s")}
         self.members: dict[str, Write] = {

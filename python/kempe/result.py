@@ -7,7 +7,7 @@ import html
 import json
 import os
 from collections.abc import Mapping
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any, ClassVar
 
 from ._native import lib
@@ -18,7 +18,7 @@ from .kept import read_again, values_of
 from .options import options, utf8
 from .table import Table
 
-nothing = nullcontext()
+_nothing: AbstractContextManager[None] = nullcontext()
 
 
 class PartOf:
@@ -63,9 +63,7 @@ class Result(Fixed):
     def table(self, name: str) -> Table:
         """A table by its name."""
         if name not in self._tables:
-            self._tables[name] = self._context.make(
-                Table, self._call("table"), self._pointer, utf8(name), long=False
-            )
+            self._tables[name] = self._context.make(Table, self._call("table"), self._pointer, utf8(name), long=False)
         return self._tables[name]
 
     def text(self, full: bool = False) -> str:
@@ -165,7 +163,7 @@ def study(kind: type[T], source: Owned, values: Mapping[str, Any]) -> T:
     context, progress = source._context, values.get("progress")
     given, keep = options(kind._options or f"kempe_{kind._noun}_options", values, "progress")
     function = getattr(lib, kind._maker or f"guarded_kempe_{kind._noun}_new")
-    with nothing if progress is None else context.reporting(progress):
+    with _nothing if progress is None else context.reporting(progress):
         made = context.make(kind, function, source._pointer, given, owners=(source._pointer,))
     del keep
     return made
