@@ -19,14 +19,16 @@ INTS = ffi.typeof("int[]")
 _from_buffer = ffi.from_buffer
 
 
-class _Memory:
-    """Memory of the library as NumPy sees it; the owner lives as long as an array of it."""
+class _Owner:
+    """What memory of the library belongs to. It lives as long as a pointer that would free it by this."""
 
-    __slots__ = ("owner", "__array_interface__")
+    __slots__ = ("owner",)
 
-    def __init__(self, owner: Any, interface: dict[str, Any]) -> None:
+    def __init__(self, owner: Any) -> None:
         self.owner = owner
-        self.__array_interface__ = interface
+
+    def __call__(self, pointer: Any) -> None:
+        """The owner frees it."""
 
 
 def view(pointer: Any, shape: tuple[int, ...], owner: Any, order: Order = "C") -> Array:
@@ -36,28 +38,26 @@ def view(pointer: Any, shape: tuple[int, ...], owner: Any, order: Order = "C") -
         empty = np.full(shape, np.nan)
         empty.flags.writeable = False
         return empty
-    interface = {
-        "version": 3,
-        "typestr": np.dtype(np.float64).str,
-        "shape": (size,),
-        "data": (int(ffi.cast("uintptr_t", pointer)), True),
-    }
-    return np.asarray(_Memory(owner, interface)).reshape(shape, order=order)
+    memory = ffi.buffer(ffi.gc(pointer, _Owner(owner)), 8 * size)
+    return np.frombuffer(memoryview(memory).toreadonly()).reshape(shape, order=order)
+
+
+def matched(values: ArrayLike, count: int, name: str) -> Array:
+    """`count` numbers as a contiguous array of float64."""
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.shape != (count,):
+        raise ValueError(f"{name} has {count} values, not the shape {np.shape(values)}")
+    return array
 
 
 def converted(values: ArrayLike | None, count: int, name: str) -> Array | None:
-    """`count` numbers as a contiguous array of float64; None stays."""
-    if values is None:
-        return None
-    array = np.ascontiguousarray(values, dtype=np.float64)
-    if array.shape != (count,):
-        raise ValueError(f"{name} has {count} values, not the shape {array.shape}")
-    return array
+    """As matched; None stays."""
+    return None if values is None else matched(values, count, name)
 
 
 def vector(values: ArrayLike, count: int, name: str) -> Any:
     """`count` numbers as an argument; anything but a contiguous array of float64 is converted."""
-    return _from_buffer(DOUBLES, converted(values, count, name))
+    return _from_buffer(DOUBLES, matched(values, count, name))
 
 
 def optional(values: ArrayLike | None, count: int, name: str) -> Any:

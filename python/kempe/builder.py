@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 from ._native import ffi, lib
 from .context import Context, Release
 from .model import Model
-from .options import converted, fill, names_of, refuse_unknown
+from .options import entry_of, number, options, utf8
 
 Number = float | str  # in SI, or an expression of parameters
 Method = TypeVar("Method", bound=Callable[..., "Builder"])
@@ -43,7 +43,7 @@ class Builder:
         self._name = name
         self._calls: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = []
         out = ffi.new("kempe_model **")
-        self._context.check(lib.kempe_model_new, self._context.pointer, name.encode(), out)
+        self._context.check(lib.kempe_model_new, self._context.pointer, utf8(name), out)
         self._pointer = ffi.gc(out[0], Release(self._context, lib.kempe_model_free, ()))
 
     def _call(self, function: Any, *arguments: Any) -> Builder:
@@ -54,16 +54,14 @@ class Builder:
         self, function: Any, *arguments: Any, numbers: tuple[Number, ...], more: tuple[Any, ...] = ()
     ) -> Builder:
         keep: list[Any] = []
-        kind = ffi.typeof("kempe_number")
-        return self._call(function, *arguments, *(converted(kind, number, keep) for number in numbers), *more)
+        return self._call(function, *arguments, *(number(each, keep) for each in numbers), *more)
 
     def _add(self, what: str, name: str, members: dict[str, Any], key: str = "name") -> Builder:
-        label = name.encode()
-        struct = ffi.new(f"kempe_{what}_def *", getattr(lib, f"kempe_{what}_default")(ffi.new("char[]", label)))
-        keep: list[Any] = []
-        refuse_unknown(what, names_of(ffi.typeof(f"kempe_{what}_def")), members)
-        fill(struct, {key: name, **members}, keep)
-        return self._call(getattr(lib, f"kempe_model_add_{what}"), struct)
+        start = getattr(lib, f"kempe_{what}_default")(ffi.new("char[]", utf8(name)))
+        struct, keep = options(f"kempe_{what}_def", {key: name, **members}, start=start)
+        self._call(getattr(lib, f"kempe_model_add_{what}"), struct)
+        del keep
+        return self
 
     @recorded
     def gravity(self, x: Number, y: Number, z: Number) -> Builder:
@@ -73,7 +71,7 @@ class Builder:
     @recorded
     def parameter(self, name: str, value: Number) -> Builder:
         """A parameter and its value in SI, or an expression."""
-        return self._numbers(lib.kempe_model_add_parameter, name.encode(), numbers=(value,))
+        return self._numbers(lib.kempe_model_add_parameter, utf8(name), numbers=(value,))
 
     @recorded
     def body(self, name: str, **members: Any) -> Builder:
@@ -83,7 +81,7 @@ class Builder:
     @recorded
     def point(self, body: str, name: str, x: Number, y: Number, z: Number) -> Builder:
         """A point of a body or of the "ground"."""
-        return self._numbers(lib.kempe_model_add_point, body.encode(), name.encode(), numbers=(x, y, z))
+        return self._numbers(lib.kempe_model_add_point, utf8(body), utf8(name), numbers=(x, y, z))
 
     @recorded
     def joint(self, name: str, **members: Any) -> Builder:
@@ -107,19 +105,25 @@ class Builder:
         return self._add("shape", body, members, "body")
 
     @recorded
-    def text(self, section: str, name: str, text: str) -> Builder:
-        """Any other entry of the model language: text("run", "t_end", "5")."""
-        return self._call(lib.kempe_model_add_text, section.encode(), name.encode(), text.encode())
+    def text(self, section: str, name: str, entry: Any) -> Builder:
+        """Any other entry of the model language, as text, number, list or dict.
+
+        >>> tank = Builder("tank").text("states", "p", {"start": "2 MPa", "rate": "-p/(3 s)"}).text("run", "t_end", 5)
+        >>> tank = tank.body("lid", joint="x", kind="prismatic", axis=(0, 0, 1), mass=4)
+        >>> tank.text("forces", "seal", {"joint": "x", "friction": {"force": 30, "static": 50}}).finish().states
+        ('p',)
+        """
+        return self._call(lib.kempe_model_add_text, utf8(section), utf8(name), utf8(entry_of(entry)))
 
     @recorded
     def q(self, coordinate: str, value: Number, hold: bool = False) -> Builder:
         """Guess of a coordinate for the assembly; `hold`: it keeps this value."""
-        return self._numbers(lib.kempe_model_set_q, coordinate.encode(), numbers=(value,), more=(int(hold),))
+        return self._numbers(lib.kempe_model_set_q, utf8(coordinate), numbers=(value,), more=(int(hold),))
 
     @recorded
     def qd(self, coordinate: str, value: Number) -> Builder:
         """Rate of a coordinate at the start."""
-        return self._numbers(lib.kempe_model_set_qd, coordinate.encode(), numbers=(value,))
+        return self._numbers(lib.kempe_model_set_qd, utf8(coordinate), numbers=(value,))
 
     def finish(self) -> Model:
         """Checks and freezes the model. InputError has every mistake; the builder may then be continued."""

@@ -11,6 +11,7 @@ class Comparison(Reported):
     """Errors, residuals, work and times of many runs against a reference."""
 
     _noun = "comparison"
+    _options = "kempe_compare_options"
     runs: TableOf = TableOf("A row for each run: method, rtol, status, errors, residuals, energy, work, times, memory.")
     levels: TableOf = TableOf("The methods at equal error: rtol, cpu_s, ratio to the fastest, steps, evaluations.")
 

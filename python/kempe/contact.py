@@ -9,7 +9,7 @@ from ._native import ffi, lib
 from .arrays import Array, vector
 from .errors import ArgumentError
 from .lazy import np
-from .options import members_of, options
+from .options import members_of, options, unknown
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def _law(name: str) -> int:
     names = [ffi.string(lib.kempe_contact_law_name(k)).decode() for k in range(_LAWS)]
     if name not in names:
-        raise ArgumentError(f"there is no law '{name}'; there are {', '.join(names)}")
+        raise ArgumentError(unknown("law", name, names))
     return names.index(name)
 
 
@@ -38,7 +38,7 @@ def hertz(normal: float, **touch: float) -> dict[str, float]:
     >>> f"{1e3 * ellipse['a']:.2f} mm, {1e3 * ellipse['b']:.2f} mm, {1e-6 * ellipse['pressure']:.0f} MPa"
     '6.68 mm, 5.02 mm, 1139 MPa'
     """
-    given, _ = options("hertz", "kempe_touch", touch)
+    given, _ = options("kempe_touch", touch)
     made = ffi.new("kempe_ellipse *")
     _check(lib.kempe_contact_hertz(given, normal, made))
     return members_of(made[0])
@@ -58,7 +58,7 @@ def kalker(ratio: float, poisson: float) -> dict[str, float]:
 def creep(law: str, **given: Any) -> dict[str, Any]:
     """Force (N) along and across, moment (N m) and sticking share by a law: none, linear, shen, polach, tanh, fastsim, fastsim1.
     Keywords: a, b (m), shear_modulus (Pa), poisson, normal (N), friction, slip (2), spin (1/m), strips."""
-    struct, _ = options("creep", "kempe_creep", given)
+    struct, _ = options("kempe_creep", given)
     made = ffi.new("kempe_creep_force *")
     _check(lib.kempe_contact_creep(_law(law), struct, made))
     return members_of(made[0])
@@ -66,7 +66,7 @@ def creep(law: str, **given: Any) -> dict[str, Any]:
 
 def flexibilities(**given: Any) -> Array:
     """The three flexibilities of FASTSIM, m^3/N. Keywords as in `creep`."""
-    struct, _ = options("flexibilities", "kempe_creep", given)
+    struct, _ = options("kempe_creep", given)
     made = ffi.new("double[3]")
     _check(lib.kempe_contact_flexibilities(struct, made))
     return np.array(list(made))
@@ -74,7 +74,7 @@ def flexibilities(**given: Any) -> Array:
 
 def flexibility(**given: Any) -> float:
     """The single flexibility in place of the three, m^3/N. Keywords as in `creep`."""
-    struct, _ = options("flexibility", "kempe_creep", given)
+    struct, _ = options("kempe_creep", given)
     made = ffi.new("double *")
     _check(lib.kempe_contact_flexibility(struct, made))
     return float(made[0])
@@ -82,7 +82,7 @@ def flexibility(**given: Any) -> float:
 
 def fastsim(flexibility: ArrayLike, **given: Any) -> dict[str, Any]:
     """FASTSIM with given flexibilities (3). Keywords as in `creep`."""
-    struct, _ = options("fastsim", "kempe_creep", given)
+    struct, _ = options("kempe_creep", given)
     made = ffi.new("kempe_creep_force *")
     _check(lib.kempe_contact_fastsim(struct, vector(flexibility, 3, "flexibility"), made))
     return members_of(made[0])

@@ -14,6 +14,7 @@ class Contacts(Judged, Drawn):
     """Contact points, normal forces, creepages and creep forces of each wheel."""
 
     _noun = "contacts"
+    _options = "kempe_contact_options"
     rows: TableOf = TableOf("A row for each value, wheel and zone: the numbers of its patch.")
     states: TableOf = TableOf("A row for each value: q and qd.")
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from ._native import ffi, lib
 from .errors import ArgumentError, Interrupted, KempeWarning, error_of
+from .options import unknown
 from .progress import Progress, ProgressTo, shown
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 NULL = ffi.NULL
 _INFO = 20  # logging.INFO
-_getsignal = getattr(signal.getsignal, "__wrapped__", signal.getsignal)  # without a search for an enum, 10 us
+_getsignal: Any = sys.modules.get("_signal", signal).getsignal  # that of signal searches for an enum
 _main_thread = threading.main_thread().ident
 T = TypeVar("T", bound="Owned")
 
@@ -33,6 +34,16 @@ T = TypeVar("T", bound="Owned")
 def string(text: Any) -> str:
     """A C string; "" for NULL."""
     return "" if text == NULL else str(ffi.string(text).decode())
+
+
+def constant(group: str, name: str) -> int:
+    """A constant of the library, KEMPE_GROUP_NAME."""
+    prefix = f"KEMPE_{group}_"
+    try:
+        return int(getattr(lib, prefix + name.upper()))
+    except AttributeError:
+        known = [each.removeprefix(prefix).lower() for each in dir(lib) if each.startswith(prefix)]
+        raise ArgumentError(unknown(group.lower(), name, known)) from None
 
 
 def interruptible() -> bool:
@@ -105,6 +116,8 @@ class Context:
         if progress is None:
             yield
             return
+        if not isinstance(progress, bool) and not callable(progress):
+            raise TypeError(f"progress is True or a function, not {type(progress).__name__}")
         bars = shown() if progress is True else None
         with self.lock:
             before = self.listener.count
@@ -122,7 +135,7 @@ class Context:
     def input(self, name: str) -> int:
         """The number of an input."""
         if name not in self.inputs:
-            raise ArgumentError(f"there is no input '{name}'; there are {', '.join(self.inputs) or 'none'}")
+            raise ArgumentError(unknown("input", name, self.inputs))
         return list(self.inputs).index(name)
 
     def run(self, function: Any, *arguments: Any) -> tuple[int, str]:
@@ -220,6 +233,8 @@ class Owned:
     """An object of the library. `_noun` is its name in C: kempe_NOUN, kempe_NOUN_free."""
 
     _noun: ClassVar[str]
+    _options: ClassVar[str] = ""  # name of its struct of options, where that is not kempe_NOUN_options
+    _maker: ClassVar[str] = ""  # function that makes it from options, where that is not guarded_kempe_NOUN_new
     _context: Context
     _pointer: Any
 

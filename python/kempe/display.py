@@ -80,14 +80,15 @@ def _motion(body: Mapping[str, Any]) -> str:
     return f"{body['joint']}: {listed(names, 3)}" if names else f"{body['joint']}: fixed"
 
 
-def model_html(model: Mapping[str, Any], coordinates: Iterable[str], most: int = 12) -> str:
+def model_html(model: Mapping[str, Any], most: int = 12) -> str:
     """Bodies with their joints, closures, and what may be varied."""
     bodies = model["bodies"]
     rows = [(body["name"], body["parent"], _motion(body), float(body["mass"])) for body in bodies[:most]]
     more = f"<p>{len(bodies) - most} more bodies</p>" if len(bodies) > most else ""
     closures = [*model.get("closures", ()), *model.get("cuts", ())]
     described = {
-        "coordinates": listed(coordinates),
+        "coordinates": listed(model["coordinates"]),
+        "states": listed(model.get("states", ())),
         "closures": listed(f"{each['name']} ({each.get('kind', 'cut')})" for each in closures),
         "forces": listed(each["name"] for each in model.get("forces", ())),
         "inputs": listed(model.get("inputs", ())),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._native import lib
@@ -16,6 +17,21 @@ if TYPE_CHECKING:
     from typing import Unpack
 
     from ._options import RunOptions
+
+
+def rows_of(columns: Mapping[str, Any]) -> Array:
+    """Columns of one length, or single values for all rows, as rows."""
+    arrays = {name: np.atleast_1d(np.asarray(values, dtype=float)) for name, values in columns.items()}
+    lengths = {array.size for array in arrays.values() if array.size != 1}
+    wrong = [name for name, array in arrays.items() if array.ndim > 1]
+    if not arrays or wrong or len(lengths) > 1:
+        said = (
+            f"'{wrong[0]}' has the shape {arrays[wrong[0]].shape}"
+            if wrong
+            else f"there are {sorted(lengths) or 'none'}"
+        )
+        raise ValueError(f"columns of one length are needed; {said}")
+    return np.stack(np.broadcast_arrays(*arrays.values()), axis=1)
 
 
 class Values(Fixed):
@@ -90,10 +106,8 @@ class Ensemble(Owned):
         >>> len(batch), batch.q.shape, set(batch.status)
         (9, (9, 3), {'ok'})
         """
-        values: dict[str, Any] = dict(options)
-        progress = values.pop("progress", None)
-        given, keep = struct_of("run", "kempe_run_options", values)
-        with self._context.reporting(progress):
+        given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
+        with self._context.reporting(options.get("progress")):
             made = self._context.make(
                 Batch, lib.guarded_kempe_ensemble_run, self._pointer, given, lanes, owners=(self._pointer,)
             )

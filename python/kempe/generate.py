@@ -14,12 +14,14 @@ class Count(Result):
     """Operation counts of sets of equations."""
 
     _noun = "count"
+    _options = "kempe_generate_options"
 
 
 class Code(Result):
     """Equations in another language: a function for each set."""
 
     _noun = "code"
+    _options = "kempe_generate_options"
     _kept = ("files",)
 
     @property

@@ -8,7 +8,7 @@ from typing import Any
 
 from ._native import ffi, lib
 from .arrays import Array, view
-from .context import string
+from .context import constant, string
 from .result import PartOf, Result
 
 
@@ -25,13 +25,13 @@ class Linearization(Result):
     Matrices are read-only views."""
 
     _noun = "linearization"
+    _options = "kempe_linearize_options"
     _kept = ("states", "inputs", "outputs", "q", "qd", "y", "is_equilibrium")
 
     def matrix(self, name: str) -> Array:
         """A matrix by its name: A, B, C, D, M, G, K, L, N, Nd."""
         rows, columns = ffi.new("int *"), ffi.new("int *")
-        number = getattr(lib, f"KEMPE_MATRIX_{name.upper()}")
-        values = lib.kempe_linearization_matrix(self._pointer, number, rows, columns)
+        values = lib.kempe_linearization_matrix(self._pointer, constant("MATRIX", name), rows, columns)
         return view(values, (rows[0], columns[0]), self._pointer, "F")
 
     A: MatrixOf = MatrixOf("Of the states (2p x 2p, and one for each state of the model).")

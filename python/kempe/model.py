@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 from ._native import ffi, lib
 from .context import Context, Fixed, string
 from .display import details, model_html
-from .ensemble import Ensemble, Values
+from .ensemble import Ensemble, Values, rows_of
 from .generate import Code, Count
 from .gradient import Gradient
-from .lazy import np
-from .options import characters, text_of
+from .options import characters, entry_of, text_of, utf8, words
 from .result import study
 from .sensitivity import Sensitivity
 from .system import Force, System
@@ -78,7 +77,7 @@ class Model(Fixed):
         model = cls.__new__(cls)
         values = {**(parameters or {}), **more}
         model._recipe = _read_again, (label, text, values, closure_tolerance, cache)
-        source = (text.encode(), label.encode())
+        source = (utf8(text), utf8(label))
         model._read(lib.guarded_kempe_model_read_text_set, source, values, closure_tolerance, cache)
         return model
 
@@ -90,7 +89,7 @@ class Model(Fixed):
         >>> Model.from_dict({"kempe": 1, "gravity": (0, -9.81, 0), "bodies": {"arm": arm}}).coordinates
         ('arm',)
         """
-        return cls.from_text(json.dumps(document, indent=1, default=_plain), parameters, label="dict", **more)
+        return cls.from_text(entry_of(document), parameters, label="dict", **more)
 
     def _read(
         self, function: Any, source: tuple[bytes, ...], values: Values_, tolerance: float | None, cache: Any
@@ -136,8 +135,20 @@ class Model(Fixed):
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of the joint coordinates, the order of q."""
+        """Names of the joint coordinates and then of the states, the order of q and qd."""
         return self._context.coordinates
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states, variables with an equation of first order. Their values are the last columns of qd.
+
+        >>> arm = {"joint": {"revolute": "z", "at": "ground"}, "mass": 3, "inertia": {"zz": 1}}
+        >>> states = {"heat": {"start": 20, "rate": "qd(arm)^2 - heat"}}
+        >>> model = Model.from_dict({"kempe": 1, "bodies": {"arm": arm}, "states": states})
+        >>> model.coordinates, model.states, model.simulate(t_end=1)["state(heat)"].shape
+        (('arm', 'heat'), ('heat',), (201,))
+        """
+        return tuple(self.to_dict().get("states", ()))
 
     @property
     def inputs(self) -> dict[str, str]:
@@ -168,7 +179,7 @@ class Model(Fixed):
         return f"<Model {self.name!r}: coordinates {', '.join(self.coordinates)}>"
 
     def _repr_html_(self) -> str:
-        return model_html(self.to_dict(), self.coordinates) + details("model", str(self))
+        return model_html(self.to_dict()) + details("model", str(self))
 
     def __reduce__(self) -> Any:
         return self._recipe
@@ -194,7 +205,7 @@ class Model(Fixed):
                 System,
                 lib.kempe_system_new_with_algorithm,
                 self._pointer,
-                dynamics.encode(),
+                utf8(dynamics),
                 owners=(self._pointer,),
                 long=False,
             )
@@ -220,8 +231,7 @@ class Model(Fixed):
         >>> slopes.rows.names
         ('t', 'q.rocker', 'q.rocker/crank')
         """
-        made: Sensitivity = study(Sensitivity, self, dict(options))
-        return made
+        return study(Sensitivity, self, options)
 
     def gradient(self, **options: Unpack[GradientOptions]) -> Gradient:
         """Outputs of the driven mechanism with their derivatives by parameters, for repeated evaluation. The outputs are those of
@@ -232,7 +242,7 @@ class Model(Fixed):
         >>> gradient.names, gradient.at(0.1).shape, gradient.jacobian.shape
         (('position.coupler.C.x', 'position.coupler.C.y', 'position.coupler.C.z'), (3,), (3, 2))
         """
-        made: Gradient = study(Gradient, self, dict(options))
+        made = study(Gradient, self, options)
         made._set_options(options)
         return made
 
@@ -242,8 +252,7 @@ class Model(Fixed):
         >>> Model("four_bar.yaml").count(sets="M_C")
         <Count>
         """
-        made: Count = study(Count, self, dict(options), "kempe_generate_options")
-        return made
+        return study(Count, self, options)
 
     def generate(self, **options: Unpack[GenerateOptions]) -> Code:
         """The equations in another language: c, octave, python.
@@ -251,8 +260,7 @@ class Model(Fixed):
         >>> list(Model("four_bar.yaml").generate(language="python", sets="M_C").files)
         ['four_bar.py']
         """
-        made: Code = study(Code, self, dict(options), "kempe_generate_options")
-        return made
+        return study(Code, self, options)
 
     # -- many instances ----------------------------------------------------------------------------------
 
@@ -267,12 +275,10 @@ class Model(Fixed):
             return self._context.make(
                 Values, lib.guarded_kempe_values_read, self._pointer, os.fsencode(columns), owners=(self._pointer,)
             )
-        rows = np.stack(
-            np.broadcast_arrays(*(np.atleast_1d(np.asarray(each, dtype=float)) for each in columns.values())), axis=1
-        )
+        rows = rows_of(columns)
         keep: list[Any] = []
-        names = ffi.new("const char *[]", [characters(name, keep) for name in columns])
-        data = ffi.from_buffer("double[]", np.ascontiguousarray(rows))
+        names = words(columns, keep)
+        data = ffi.from_buffer("double[]", rows)
         return self._context.make(
             Values,
             lib.kempe_values_new,
@@ -292,9 +298,9 @@ class Model(Fixed):
         >>> len(values), all(0.29 <= row[0] <= 0.31 for row in values)
         (100, True)
         """
-        words = text_of(ranges).encode()
+        given = utf8(text_of(ranges))
         return self._context.make(
-            Values, lib.kempe_values_sample, self._pointer, words, count, seed, owners=(self._pointer,), long=False
+            Values, lib.kempe_values_sample, self._pointer, given, count, seed, owners=(self._pointer,), long=False
         )
 
     def ensemble(self, values: Values | Mapping[str, Any] | str | os.PathLike[str]) -> Ensemble:
@@ -320,8 +326,3 @@ def _read_again(label: str, text: str | None, values: Values_, tolerance: float 
 def _derive_again(recipe: Recipe, dynamics: str | None, force: Force | None) -> System:
     made: Model = recipe[0](*recipe[1])
     return made.system(dynamics, force)
-
-
-def _plain(value: Any) -> Any:
-    """NumPy's numbers and arrays for JSON."""
-    return value.tolist() if hasattr(value, "tolist") else text_of(value)

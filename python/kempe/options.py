@@ -7,15 +7,26 @@ tuple of numbers is a range "from:to:count")."""
 from __future__ import annotations
 
 import functools
+import json
 import keyword
 import os
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
 from ._native import ffi
 from .lazy import np
 
-Member = tuple[str, Any]  # name, type
+Convert = Callable[[Any, list[Any]], Any]  # a value as C has it; the list keeps its memory
+Write = Callable[[Any, Any, list[Any]], None]  # sets a member of a struct
+
+# -- texts and numbers ------------------------------------------------------------------------------------
+
+
+def utf8(text: str) -> bytes:
+    """A text as C has it."""
+    if not isinstance(text, str):
+        raise TypeError(f"a text is needed, not {type(text).__name__}")
+    return text.encode()
 
 
 def text_of(value: Any) -> str:
@@ -24,11 +35,9 @@ def text_of(value: Any) -> str:
         return value
     if isinstance(value, os.PathLike):
         return str(os.fspath(value))
-    if isinstance(value, bool):
+    if isinstance(value, (bool, int, np.integer)):
         return str(int(value))
-    if isinstance(value, (int, np.integer)):
-        return str(int(value))
-    if isinstance(value, (float, np.floating)):
+    if isinstance(value, (float, np.floating)) or np.ndim(value) == 0 and isinstance(value, np.ndarray):
         return repr(float(value))
     if isinstance(value, Mapping):
         return ",".join(f"{name}={_range_of(each)}" for name, each in value.items())
@@ -38,11 +47,23 @@ def text_of(value: Any) -> str:
 
 
 def _range_of(value: Any) -> str:
+    if isinstance(value, np.ndarray) and value.ndim:
+        raise TypeError(f"a range is (from, to, count), not an array of {value.size} values")
     return ":".join(text_of(each) for each in value) if isinstance(value, (tuple, list)) else text_of(value)
 
 
+def entry_of(value: Any) -> str:
+    """A value as the text of an entry of the model language."""
+    return value if isinstance(value, str) else json.dumps(value, indent=1, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    """NumPy's numbers and arrays for JSON."""
+    return value.tolist() if hasattr(value, "tolist") else text_of(value)
+
+
 def characters(text: str, keep: list[Any]) -> Any:
-    keep.append(ffi.new("char[]", text.encode()))
+    keep.append(ffi.new("char[]", utf8(text)))
     return keep[-1]
 
 
@@ -52,31 +73,54 @@ def words(texts: Iterable[str], keep: list[Any]) -> Any:
     return keep[-1]
 
 
+def number(value: Any, keep: list[Any]) -> Any:
+    """A number of a model, which may be an expression."""
+    return (0.0, characters(value, keep)) if isinstance(value, str) else (float(value), ffi.NULL)
+
+
+def _text(value: Any, keep: list[Any]) -> Any:
+    return characters(text_of(value), keep)
+
+
+def _real(value: Any, keep: list[Any]) -> float:
+    return float(value)
+
+
+def _whole(value: Any, keep: list[Any]) -> int:
+    whole = int(value)
+    if whole != value:
+        raise ValueError(f"a whole number is needed, not {value!r}")
+    return whole
+
+
+# -- structs ----------------------------------------------------------------------------------------------
+
+
 class _Plan:
-    """Description of a struct: members by keyword, with their types and the members that count them."""
+    """Description of a struct: what sets its members, by keyword, and the structs that it points to."""
 
     def __init__(self, struct: Any) -> None:
         members = {name: member.type for name, member in struct.fields}
+        self.pointer = ffi.typeof(f"{struct.cname} *")
         self.size = ffi.sizeof(struct) if "size" in members else 0
-        self.nested = {name: kind for name, kind in members.items() if _nested(kind) is not None}
-        self.members = {
-            keyword_of(name): (name, kind, f"{name[:-1]}_count" if f"{name[:-1]}_count" in members else "")
+        self.nested = {
+            name: _plan(kind.item)
             for name, kind in members.items()
-            if name != "size" and name not in self.nested and not _is_count(name, members)
+            if kind.kind == "pointer" and kind.item.kind == "struct"
         }
+        counts = {f"{name[:-1]}_count" for name in members if name.endswith("s")}
+        self.members: dict[str, Write] = {
+            keyword_of(name): _write(name, kind, members)
+            for name, kind in members.items()
+            if name != "size" and name not in self.nested and name not in counts
+        }
+        inner = [name for plan in self.nested.values() for name in plan.names]
+        self.names: tuple[str, ...] = (*self.members, *inner)  # all keywords
 
 
 @functools.cache
 def _plan(struct: Any) -> _Plan:
-    return _Plan(struct.item if struct.kind == "pointer" else struct)
-
-
-@functools.cache
-def names_of(struct: Any) -> tuple[str, ...]:
-    """The keywords of a struct, and of structs that it points to."""
-    plan = _plan(struct)
-    inner = [name for kind in plan.nested.values() for name in names_of(kind)]
-    return (*plan.members, *inner)
+    return _Plan(ffi.typeof(struct) if isinstance(struct, str) else struct)
 
 
 def keyword_of(member: str) -> str:
@@ -84,73 +128,83 @@ def keyword_of(member: str) -> str:
     return f"{member}_" if keyword.iskeyword(member) else member
 
 
-def _nested(kind: Any) -> Any:
-    return kind.item if kind.kind == "pointer" and kind.item.kind == "struct" else None
+def _converter(kind: Any) -> Convert:
+    if kind.kind == "pointer":
+        return _text
+    if kind.kind == "struct":
+        return number
+    return _real if kind.cname in ("double", "float") else _whole
 
 
-def _is_count(name: str, members: Mapping[str, Any]) -> bool:
-    return name.endswith("_count") and name[: -len("_count")] + "s" in members
-
-
-def refuse_unknown(function: str, known: Collection[str], given: Iterable[str]) -> None:
-    """TypeError for keywords that do not exist, with names near to them."""
-    for name in given:
-        if name not in known:
-            import difflib
-
-            known = list(known)
-            near = difflib.get_close_matches(name, known, 3) or known
-            raise TypeError(
-                f"{function} has no keyword '{name}'; {'near' if near is not known else 'there'} are {', '.join(near)}"
-            )
-
-
-def fill(struct: Any, values: Mapping[str, Any], keep: list[Any]) -> Any:
-    """Sets the members of a struct that are among the values."""
-    plan = _plan(ffi.typeof(struct))
-    if plan.size:
-        struct.size = plan.size
-    for name, kind in plan.nested.items():
-        keep.append(fill(ffi.new(f"{kind.item.cname} *"), values, keep))
-        setattr(struct, name, keep[-1])
-    for key, value in values.items():
-        if value is not None and key in plan.members:
-            name, kind, count = plan.members[key]
-            _set(struct, name, kind, value, keep)
-            if count:
-                setattr(struct, count, 1 if isinstance(value, str) else len(value))
-    return struct
-
-
-def _set(struct: Any, name: str, kind: Any, value: Any, keep: list[Any]) -> None:
+def _write(name: str, kind: Any, members: Collection[str]) -> Write:
+    """What sets a member to a value; the number of texts is another member."""
+    if kind.kind == "array":
+        return _write_array(name, kind)
     if kind.kind == "pointer" and kind.item.kind == "pointer":
-        value = [value] if isinstance(value, str) else value
-        setattr(struct, name, words(map(text_of, value), keep))
-    elif kind.kind == "array":
+        return _write_texts(name, f"{name[:-1]}_count", members)
+    convert = _converter(kind)
+    return lambda struct, value, keep: setattr(struct, name, convert(value, keep))
+
+
+def _write_array(name: str, kind: Any) -> Write:
+    convert = _converter(kind.item)
+
+    def write(struct: Any, value: Any, keep: list[Any]) -> None:
         place = getattr(struct, name)
         if len(value) != kind.length:
-            raise ValueError(f"{name} has {kind.length} values, not {len(value)}")
+            raise ValueError(f"{kind.length} values are needed, not {len(value)}")
         for k, each in enumerate(value):
-            place[k] = converted(kind.item, each, keep)
-    else:
-        setattr(struct, name, converted(kind, value, keep))
+            place[k] = convert(each, keep)
+
+    return write
 
 
-def converted(kind: Any, value: Any, keep: list[Any]) -> Any:
-    """A value as a C value of a type: a number, a text, or a number of a model, which may be an expression."""
-    if kind.kind == "pointer":
-        return characters(text_of(value), keep)
-    if kind.kind == "struct":
-        return (0.0, characters(value, keep)) if isinstance(value, str) else (float(value), ffi.NULL)
-    return float(value) if kind.cname in ("double", "float") else int(value)
+def _write_texts(name: str, count: str, members: Collection[str]) -> Write:
+    def write(struct: Any, value: Any, keep: list[Any]) -> None:
+        texts = [value] if isinstance(value, str) else [text_of(each) for each in value]
+        setattr(struct, name, words(texts, keep))
+        if count in members:
+            setattr(struct, count, len(texts))
+
+    return write
 
 
-def options(function: str, struct: str, values: Mapping[str, Any]) -> tuple[Any, list[Any]]:
-    """A struct of options of the library, and what must live as long as it."""
-    kind = ffi.typeof(struct)
-    refuse_unknown(function, names_of(kind), values)
+def _fill(struct: Any, plan: _Plan, values: Mapping[str, Any], keep: list[Any]) -> None:
+    if plan.size:
+        struct.size = plan.size
+    for name, inner in plan.nested.items():
+        keep.append(ffi.new(inner.pointer))
+        _fill(keep[-1], inner, values, keep)
+        setattr(struct, name, keep[-1])
+    for key, value in values.items():
+        write = plan.members.get(key)
+        if write is not None and value is not None:
+            try:
+                write(struct, value, keep)
+            except (TypeError, ValueError, OverflowError) as wrong:
+                raise (TypeError if isinstance(wrong, TypeError) else ValueError)(f"{key}: {wrong}") from None
+
+
+def options(struct: str, values: Mapping[str, Any], *others: str, start: Any = None) -> tuple[Any, list[Any]]:
+    """A struct of the library with the values of keywords, and what must live as long as it. `others`: keywords that are not
+    of the struct; `start`: values of the struct to begin with."""
+    plan = _plan(struct)
+    for name in values:
+        if name not in plan.names and name not in others:
+            raise TypeError(unknown("keyword", name, (*plan.names, *others)))
     keep: list[Any] = []
-    return fill(ffi.new(f"{struct} *"), values, keep), keep
+    made = ffi.new(plan.pointer) if start is None else ffi.new(plan.pointer, start)
+    _fill(made, plan, values, keep)
+    return made, keep
+
+
+def unknown(what: str, name: object, known: Collection[str]) -> str:
+    """The sentence about a name that does not exist, with names near to it."""
+    import difflib
+
+    near = difflib.get_close_matches(str(name), list(known), 3)
+    there = f"near are {', '.join(near)}" if near else f"there are {', '.join(known) or 'none'}"
+    return f"there is no {what} '{name}'; {there}"
 
 
 def members_of(struct: Any) -> dict[str, Any]:

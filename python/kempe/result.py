@@ -6,15 +6,19 @@ from __future__ import annotations
 import html
 import json
 import os
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any, ClassVar
 
 from ._native import lib
-from .context import Fixed, Owned, string, text_written
+from .context import Fixed, Owned, T, string, text_written
 from .display import details, picture
 from .errors import Error
 from .kept import read_again, values_of
-from .options import options
+from .options import options, utf8
 from .table import Table
+
+_nothing: AbstractContextManager[None] = nullcontext()
 
 
 class PartOf:
@@ -59,9 +63,7 @@ class Result(Fixed):
     def table(self, name: str) -> Table:
         """A table by its name."""
         if name not in self._tables:
-            self._tables[name] = self._context.make(
-                Table, self._call("table"), self._pointer, name.encode(), long=False
-            )
+            self._tables[name] = self._context.make(Table, self._call("table"), self._pointer, utf8(name), long=False)
         return self._tables[name]
 
     def text(self, full: bool = False) -> str:
@@ -156,18 +158,12 @@ class Drawn(Result):
         return self._picture()
 
 
-def study(kind: Any, source: Owned, values: dict[str, Any], struct: str = "", maker: str = "new") -> Any:
+def study(kind: type[T], source: Owned, values: Mapping[str, Any]) -> T:
     """The result of a study of a model or system, whose options are keywords."""
-    struct = struct or f"kempe_{kind._noun}_options"
-    progress = values.pop("progress", None)
-    given, keep = options(kind.__name__, struct, values)
-    with source._context.reporting(progress):
-        made = source._context.make(
-            kind,
-            getattr(lib, f"guarded_kempe_{kind._noun}_{maker}" if maker else "guarded_kempe_simulate"),
-            source._pointer,
-            given,
-            owners=(source._pointer,),
-        )
+    context, progress = source._context, values.get("progress")
+    given, keep = options(kind._options or f"kempe_{kind._noun}_options", values, "progress")
+    function = getattr(lib, kind._maker or f"guarded_kempe_{kind._noun}_new")
+    with _nothing if progress is None else context.reporting(progress):
+        made = context.make(kind, function, source._pointer, given, owners=(source._pointer,))
     del keep
     return made

@@ -38,6 +38,7 @@ class Stepper(Owned):
     `q`, `qd`, `qdd`, `lam` are copies of the current row."""
 
     _noun = "stepper"
+    _options = "kempe_run_options"
 
     def _call(self, function: Any, *arguments: Any, long: bool = False) -> None:
         context = self._context
@@ -133,6 +134,9 @@ class Stepper(Owned):
         """Gives parameters other values in SI from now on. Returns the largest change that closing made."""
         keep: list[Any] = []
         moved = ffi.new("double *")
+        for name, value in values.items():
+            if isinstance(value, str):
+                raise TypeError(f"{name}: a number in SI is needed, not {value!r}")
         numbers = ffi.new("double[]", [float(value) for value in values.values()])
         self._call(
             lib.guarded_kempe_stepper_set_parameters, len(values), words(values, keep), numbers, moved, long=True

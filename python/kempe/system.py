@@ -11,7 +11,7 @@ from .arrays import Array
 from .check import Assembly, Branches, Check
 from .compare import Comparison
 from .contacts import Contacts
-from .context import Fixed, failed, string
+from .context import Fixed, T, constant, failed, string
 from .equilibrium import Equilibrium
 from .inverse import Inverse
 from .kinematics import Kinematics
@@ -77,19 +77,20 @@ class System(Fixed):
 
     def text(self, view: View = "equations") -> str:
         """The equations, the program, operation counts or simplifications as text."""
-        chosen = getattr(lib, f"KEMPE_VIEW_{view.upper()}")
-        return self._context.text(lib.kempe_system_print, self._pointer, chosen, lib.KEMPE_TEXT)
+        return self._context.text(lib.kempe_system_print, self._pointer, constant("VIEW", view), lib.KEMPE_TEXT)
 
     def __repr__(self) -> str:
         return f"<System: {len(self.coordinates)} coordinates, {len(self.rows)} closure rows>"
 
     def _set_force(self, force: Force) -> None:
+        if not callable(force):
+            raise TypeError(f"force is a function (t, q, qd), not {type(force).__name__}")
         self._force = ffi.new_handle(
             (self._context.pointer, self._context.listener, _Callback(force, len(self.coordinates)))
         )
         lib.kempe_system_set_force(self._pointer, lib.python_force, self._force)
 
-    def _new(self, kind: Any, *arguments: Any) -> Any:
+    def _new(self, kind: type[T], *arguments: Any) -> T:
         return self._context.make(
             kind, getattr(lib, f"guarded_kempe_{kind._noun}_new"), self._pointer, *arguments, owners=self._owners()
         )
@@ -105,8 +106,7 @@ class System(Fixed):
         >>> kempe.Model("four_bar.yaml").system().check()
         <Check: 1 degrees of freedom, 0 redundant rows>
         """
-        made: Check = self._new(Check)
-        return made
+        return self._new(Check)
 
     def assemble(self) -> Assembly:
         """The state in which the loops are closed.
@@ -114,8 +114,7 @@ class System(Fixed):
         >>> kempe.Model("four_bar.yaml").system().assemble().q.shape
         (3,)
         """
-        made: Assembly = self._new(Assembly)
-        return made
+        return self._new(Assembly)
 
     def branches(self, seed: int = 1, progress: ProgressTo | None = None) -> Branches:
         """Other assembly modes, from random starts.
@@ -124,8 +123,7 @@ class System(Fixed):
         2
         """
         with self._context.reporting(progress):
-            made: Branches = self._new(Branches, seed)
-        return made
+            return self._new(Branches, seed)
 
     # -- motion --------------------------------------------------------------------------------------------
 
@@ -136,8 +134,7 @@ class System(Fixed):
         >>> system.simulate(t_end=1, formulation="projected", output_step=0.1)
         <Trajectory: ok, 11 rows to t = 1 s>
         """
-        made: Trajectory = study(Trajectory, self, dict(options), "kempe_run_options", "")
-        return made
+        return study(Trajectory, self, options)
 
     def stepper(self, **options: Unpack[RunOptions]) -> Stepper:
         """A run that is advanced by the caller, who sets inputs between the calls.
@@ -148,8 +145,7 @@ class System(Fixed):
         >>> stepper
         <Stepper at t = 0.5 s>
         """
-        made: Stepper = study(Stepper, self, dict(options), "kempe_run_options")
-        return made
+        return study(Stepper, self, options)
 
     def compare(self, **options: Unpack[CompareOptions]) -> Comparison:
         """Many formulations, integrators and tolerances against a reference.
@@ -159,8 +155,7 @@ class System(Fixed):
         >>> compared.runs.row_count
         4
         """
-        made: Comparison = study(Comparison, self, dict(options), "kempe_compare_options")
-        return made
+        return study(Comparison, self, options)
 
     def kinematics(self, **options: Unpack[KinematicsOptions]) -> Kinematics:
         """Positions, rates and accelerations over a range.
@@ -169,8 +164,7 @@ class System(Fixed):
         >>> f"{sweep.rows['q.rocker'].max():.4f} rad"
         '0.7068 rad'
         """
-        made: Kinematics = study(Kinematics, self, dict(options))
-        return made
+        return study(Kinematics, self, options)
 
     def inverse(self, **options: Unpack[InverseOptions]) -> Inverse:
         """Actuator forces and torques of a prescribed motion; without `motion`, that of the model's drives or the start.
@@ -179,8 +173,7 @@ class System(Fixed):
         >>> held.dof, held.rank, "tau.crank" in held.rows
         (1, 1, True)
         """
-        made: Inverse = study(Inverse, self, dict(options))
-        return made
+        return study(Inverse, self, options)
 
     # -- about a state -------------------------------------------------------------------------------------
 
@@ -211,8 +204,7 @@ class System(Fixed):
         >>> len(found), found.is_stable()
         (1, True)
         """
-        made: Equilibrium = study(Equilibrium, self, dict(options))
-        return made
+        return study(Equilibrium, self, options)
 
     def linearize(self, **options: Unpack[LinearizeOptions]) -> Linearization:
         """A state space about an equilibrium or the start.
@@ -221,8 +213,7 @@ class System(Fixed):
         >>> space.A.shape, space.B.shape, space.C.shape
         ((4, 4), (4, 1), (1, 4))
         """
-        made: Linearization = study(Linearization, self, dict(options), "kempe_linearize_options")
-        return made
+        return study(Linearization, self, options)
 
     def modes(self, **options: Unpack[ModesOptions]) -> Modes:
         """Eigenvalues and mode shapes, also over the values of a parameter.
@@ -231,8 +222,7 @@ class System(Fixed):
         >>> [f"{frequency:.3f} Hz" for frequency in modes.modes["frequency"][::2]]
         ['1.121 Hz', '10.822 Hz']
         """
-        made: Modes = study(Modes, self, dict(options))
-        return made
+        return study(Modes, self, options)
 
     def response(self, **options: Unpack[ResponseOptions]) -> Response:
         """Frequency response near an equilibrium.
@@ -241,28 +231,30 @@ class System(Fixed):
         >>> response.rows.names[0], response.rows.row_count
         ('frequency', 50)
         """
-        made: Response = study(Response, self, dict(options))
-        return made
+        return study(Response, self, options)
 
     def contact(self, **options: Unpack[ContactOptions]) -> Contacts:
         """Wheels on their rails over a range."""
-        made: Contacts = study(Contacts, self, dict(options), "kempe_contact_options")
-        return made
+        return study(Contacts, self, options)
 
 
 class _Callback:
     """A force function of the caller."""
 
     def __init__(self, force: Force, count: int) -> None:
-        self.force, self.bytes = force, 8 * count
+        self.force, self.count = force, count
 
     def array(self, pointer: Any, writeable: bool = False) -> Array:
-        array = np.frombuffer(ffi.buffer(pointer, self.bytes))
+        array = np.frombuffer(ffi.buffer(pointer, 8 * self.count))
         array.flags.writeable = writeable
         return array
 
     def call(self, t: float, q: Any, qd: Any, effort: Any) -> int:
-        self.array(effort, True)[:] = self.force(t, self.array(q), self.array(qd))
+        given = self.force(t, self.array(q), self.array(qd))
+        if np.shape(given) not in ((), (self.count,)) or given is None:
+            shape = "None" if given is None else f"the shape {np.shape(given)}"
+            raise ValueError(f"force gives {self.count} values, not {shape}")
+        self.array(effort, True)[:] = given
         return 0
 
 

@@ -13,7 +13,7 @@ from .arrays import view
 from .context import NULL, Fixed, string, text_written
 from .display import picture, table_html
 from .lazy import np
-from .options import text_of
+from .options import text_of, unknown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,6 +23,8 @@ _OUTPUT = re.compile(r"(\w+)\(([^()]*)\)((?:\.\w+)*)")
 
 def column_name(output: str) -> str:
     """The name of an output, "position(coupler.C).x", as a column has it, "position.coupler.C.x"."""
+    if not isinstance(output, str):
+        raise TypeError(f"a name is needed, not {type(output).__name__}")
     found = _OUTPUT.fullmatch(output.strip())
     return f"{found[1]}.{found[2].replace(',', '.').replace(' ', '')}{found[3]}" if found else output
 
@@ -108,7 +110,7 @@ class Table(Columns, Fixed):
         for word in (name, column_name(name)):
             column = lib.kempe_table_find(self._pointer, word.encode()) if column < 0 else column
         if column < 0:
-            raise KeyError(name)
+            raise KeyError(unknown("column", name, self.names))
         values = lib.kempe_table_values(self._pointer, column)
         if values != NULL:
             return view(values, (self.row_count,), self._pointer)
@@ -149,7 +151,10 @@ class FrozenTable(Columns):
         self.row_count: int = len(next(iter(columns.values()), ()))
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        return self._columns[name] if name in self._columns else self._columns[column_name(name)]
+        found = name if name in self._columns else column_name(name)
+        if found not in self._columns:
+            raise KeyError(unknown("column", name, self.names))
+        return self._columns[found]
 
     def __copy__(self) -> FrozenTable:
         return self

@@ -25,6 +25,8 @@ class Trajectory(Judged, Reported):
     with several components has a column for each."""
 
     _noun = "trajectory"
+    _options = "kempe_run_options"
+    _maker = "guarded_kempe_simulate"
     _kept = ("q", "qd", "qdd", "lam", "names", "closure_rows")
     rows: TableOf = TableOf("t and the outputs that the model requests.")
     log: TableOf = TableOf("Events between steps: t, kind, text, before, after.")

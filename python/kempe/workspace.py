@@ -7,11 +7,12 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
-from .arrays import DOUBLES, INTS, Array, converted, view, writable
+from .arrays import DOUBLES, INTS, Array, converted, matched, view, writable
 from .context import Owned, string
-from .errors import error_of
+from .errors import ArgumentError, error_of
 from .fast_calls import calls
 from .lazy import np
+from .options import text_of, unknown
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -160,7 +161,7 @@ class Workspace(Owned):
         True
         """
         n = self.n
-        y = np.ascontiguousarray(state, dtype=float)
+        y = matched(state, 2 * n, "state")
         made = np.empty(2 * n)
         made[:n] = y[n:]
         self.forward_dynamics(t, y[:n], y[n:], out=Accelerations(made[n:], self._lam))
@@ -185,7 +186,7 @@ class Workspace(Owned):
         return made
 
     def close(
-        self, t: float, q: ArrayLike, qd: ArrayLike | None = None, hold: Iterable[str] = ()
+        self, t: float, q: ArrayLike, qd: ArrayLike | None = None, hold: str | Iterable[str] = ()
     ) -> tuple[Array, Array]:
         """Closed q and qd near the given ones. Coordinates in `hold` keep their values.
 
@@ -194,17 +195,16 @@ class Workspace(Owned):
         >>> bool(q[0] == 0.2), bool(abs(workspace.evaluate(0.0, q).h).max() < 1e-12)
         (True, True)
         """
-        held = set(hold)
-        unknown = held.difference(self._context.coordinates)
-        if unknown:
-            raise ValueError(
-                f"there is no coordinate '{min(unknown)}'; there are {', '.join(self._context.coordinates)}"
-            )
-        closed, rates = np.array(q, dtype=float), np.zeros(self.n) if qd is None else np.array(qd, dtype=float)
-        keep = ffi.new(INTS, [int(name in held) for name in self._context.coordinates])
-        status = lib.kempe_workspace_close(
-            self._pointer, t, writable(closed, (self.n,), "q"), writable(rates, (self.n,), "qd"), keep
-        )
+        coordinates = self._context.coordinates
+        held = text_of(hold).replace(" ", "").split(",") if hold else []
+        for name in held:
+            if name not in coordinates:
+                raise ArgumentError(unknown("coordinate", name, coordinates))
+        closed = matched(q, self.n, "q").copy()
+        rates = np.zeros(self.n) if qd is None else matched(qd, self.n, "qd").copy()
+        keep = ffi.new(INTS, [int(name in held) for name in coordinates])
+        places = writable(closed, (self.n,), "q"), writable(rates, (self.n,), "qd")
+        status = lib.kempe_workspace_close(self._pointer, t, *places, keep)
         if status:
             self._fail(status)
         return closed, rates

@@ -8,6 +8,7 @@ import json
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import textwrap
@@ -29,6 +30,9 @@ class Recorder:
         USED.add(name.removeprefix("guarded_"))
         return value
 
+    def __dir__(self):
+        return dir(self._lib)
+
 
 def loaded(name, path):
     """A module of an extension file."""
@@ -47,6 +51,7 @@ def record():
     sys.modules["kempe._calls"] = Recorder(loaded("kempe._calls", path))
 
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's job in the background ignores it
 record()
 import kempe  # noqa: E402
 

@@ -114,6 +114,49 @@ def test_errors(error, base, call, four_bar):
     assert isinstance(caught.value, base) and str(caught.value)
 
 
+@pytest.mark.parametrize(
+    "error, sentence, call",
+    [
+        (ValueError, "t_end: could not convert", lambda m: m.simulate(t_end="5 s")),
+        (ValueError, "max_steps: a whole number is needed, not 1.5", lambda m: m.simulate(max_steps=1.5)),
+        (TypeError, "there is no keyword 'outputs'", lambda m: m.simulate(outputs="q")),
+        (TypeError, "progress is True or a function", lambda m: m.simulate(progress=3)),
+        (TypeError, "force is a function", lambda m: m.system(force=3)),
+        (ValueError, "force gives 3 values, not None", lambda m: m.system(force=lambda t, q, qd: None).simulate()),
+        (ValueError, r"not the shape \(2,\)", lambda m: m.system(force=lambda t, q, qd: [1, 2]).simulate()),
+        (TypeError, r"sweep: a range is .*, not an array of 3 values", lambda m: swept(m, {"crank": np.arange(3.0)})),
+        (kempe.ArgumentError, "there is no matrix 'Z'", lambda m: m.system().linearize().matrix("Z")),
+        (kempe.ArgumentError, "there is no view 'all'; there are eq", lambda m: m.system().text("all")),
+        (kempe.ArgumentError, "near are crank", lambda m: m.system().workspace().close(0, [0] * 3, hold="crnk")),
+        (ValueError, r"q has 3 values, not the shape \(2,\)", lambda m: m.system().workspace().close(0, [0, 0])),
+        (ValueError, "state has 6 values", lambda m: m.system().workspace().rates(0, [0.0] * 5)),
+        (TypeError, "crank: a number in SI", lambda m: m.system().stepper().set_parameters(crank="310 mm")),
+        (ValueError, r"one length are needed; there are \[2, 3\]", lambda m: m.values({"a": [1, 2], "b": [1, 2, 3]})),
+        (ValueError, r"'crank' has the shape \(2, 2\)", lambda m: m.values({"crank": np.eye(2)})),
+        (ValueError, "there are none", lambda m: m.values({})),
+        (KeyError, "near are q.crank", lambda m: m.simulate(t_end=0.1).rows["q.crnk"]),
+        (TypeError, "a name is needed, not int", lambda m: m.simulate(t_end=0.1)[0]),
+        (TypeError, "a text is needed, not PosixPath", lambda m: kempe.Model.from_text(ROOT)),
+    ],
+)
+def test_sentences_of_typical_mistakes(error, sentence, call, four_bar):
+    with pytest.raises(error, match=sentence):
+        call(four_bar)
+
+
+def swept(model, sweep):
+    return model.system().kinematics(sweep=sweep)
+
+
+def test_arguments_of_several_kinds(four_bar):
+    path = ROOT / "examples/four_bar/four_bar.yaml"
+    assert kempe.Model(path, crank=np.array(0.31)).to_dict()["parameters"]["crank"] == 0.31
+    assert four_bar.simulate(t_end=np.float32(0.5), max_steps=1e6).t[-1] == 0.5
+    workspace = four_bar.system().workspace()
+    q, qd = workspace.close(0, [0.2, 0, 0], hold="crank")
+    assert q[0] == 0.2 and np.array_equal(q, workspace.close(0, [0.2, 0, 0], hold=["crank"])[0])
+
+
 def test_keywords_have_near_names(four_bar):
     with pytest.raises(TypeError, match="near are rtol"):
         four_bar.simulate(rtoll=1e-3)

@@ -4,6 +4,7 @@
 import concurrent.futures
 import importlib.util
 import os
+import pickle
 import re
 
 import kempe
@@ -291,6 +292,49 @@ def test_between_rows(four_bar):
         few.at([0.1, 0.6])
     with pytest.raises(kempe.ArgumentError, match="keep_dense"):
         many.at(0.1)
+
+
+# -- states and friction that sticks -------------------------------------------------------------------------
+
+STATES = {"p": {"start": "2 MPa", "rate": "(3e6 - p)/0.1"}, "n": {"sample": "10 ms", "next": "n + 1", "scale": 1}}
+
+
+def cylinder():
+    """A load on a cylinder, with a pressure and a counter, built in code."""
+    built = kempe.Builder("cylinder").body("load", joint="x", kind="prismatic", axis=(0, 0, 1), mass=200)
+    for name, state in STATES.items():
+        built.text("states", name, state)
+    return built.force("push", joint="x", force="p*1e-3 - 2e4*qd(x)").finish()
+
+
+def test_states():
+    """A pressure that follows its exact solution, everywhere that Python shows it."""
+    model = cylinder()
+    assert model.states == ("p", "n") and model.coordinates == ("x", "p", "n")
+    assert "states</th>" in model._repr_html_() and pickle.loads(pickle.dumps(model)).states == model.states
+    run = model.simulate(t_end=0.5, output_step=0.05, keep_dense=True)
+    exact = 3e6 - 1e6 * np.exp(-run.t / 0.1)
+    assert np.allclose(run["state(p)"], exact, rtol=1e-6) and np.array_equal(run["p"], run["state.p"])
+    assert np.array_equal(run["state"], run.qd[:, 1:]) and np.array_equal(run["n"][1:], 5 * np.arange(1, 11))
+    assert np.isclose(run.at(0.123).qd[1], 3e6 - 1e6 * np.exp(-1.23), rtol=1e-6)
+    stepper = model.system().stepper(t_end=0.5)
+    stepper.advance(0.25)
+    assert np.isclose(stepper.qd[1], exact[5], rtol=1e-6) and stepper.qd[2] == 25
+    starts = model.ensemble({"state.p": [1e6, 2e6]}).run(t_end=0.1)
+    assert np.allclose(starts.qd[:, 1], 3e6 - np.array([2e6, 1e6]) / np.e, rtol=1e-6)
+
+
+def test_friction_that_sticks():
+    """A block that slides to rest under friction, and stays there."""
+    built = kempe.Builder("block").body("block", joint="s", kind="prismatic", axis=(1, 0, 0), mass=2).qd("s", 3)
+    model = built.text("forces", "rub", {"joint": "s", "friction": {"force": 4, "static": 5}}).finish()
+    run = model.simulate(t_end=2, output_step=0.25)
+    assert np.allclose(run.qd[:, 0], np.maximum(3 - 2 * run.t, 0), atol=1e-9)
+    assert np.isclose(run.q[-1, 0], 9 / 4) and np.allclose(run.lam[:6, 0], -4) and run.lam[-1, 0] == 0
+    assert np.array_equal(run["force(rub)"], run.lam[:, 0])
+    last = run.log.row(-1)
+    assert np.isclose(last["t"], 1.5) and last["kind"] == "friction" and "rub" in last["text"]
+    assert "rub" in str(model.to_dict()["forces"])
 
 
 # -- other studies ------------------------------------------------------------------------------------------

@@ -129,7 +129,8 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
         if (kmp_graph_failed(eq->graph))
             return kmp_fail_memory(eq->context);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
-            if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q)) {
+            if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q) ||
+                (scene->keep_modes && kmp_closure_is_of_modes(closure))) {
                 eq->h[eq->m] = h[k];
                 eq->row[KMP_CLOSURE_ROWS * c + k] = eq->m;
                 eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};

@@ -40,6 +40,7 @@ typedef struct kmp_scene {
     bool efforts;                /* efforts on the coordinates as inputs: of the accelerations */
     bool loops_alone;            /* no rows of drives */
     bool frictionless;           /* no rows of friction that sticks */
+    bool keep_modes;             /* rows of modes also where they are evaluated in place, and zero */
     bool labels;                 /* nodes get names */
     bool charted;                /* spherical joints have charts as inputs (model/spherical.c) */
     unsigned without;            /* rules of the graph that are not applied (symbolic/graph.h) */

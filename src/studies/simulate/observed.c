@@ -138,7 +138,8 @@ static kempe_status make_program(kmp_observed *o, const kmp_equations *eq, const
 /* Rows h are derived too: their multipliers may be part of outputs. */
 static kempe_status derive(kmp_observed *o, const kmp_observed_stages *more)
 {
-    const kmp_scene scene = {.sets = KMP_SET_OUTPUT | KMP_SET_CLOSURE | (more ? KMP_SET_JDQD : 0), .plain = true};
+    const kmp_scene scene = {
+        .sets = KMP_SET_OUTPUT | KMP_SET_CLOSURE | (more ? KMP_SET_JDQD : 0), .plain = true, .keep_modes = true};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive_once(&eq, kmp_variant_model(o->variant), &scene));
     kempe_status status = make_program(o, &eq, more);
