@@ -265,11 +265,18 @@ void kmp_equations_swap_derived(kmp_equations *eq)
     swap(eq->jacobian, eq->derived + 3 * m, m * eq->n);
 }
 
+static void forget_dynamics(kmp_equations *eq)
+{
+    kmp_tree_free(&eq->links);
+    eq->links.count = 0;
+    kmp_graph_return(eq->graph, &eq->mark);
+    kmp_tree_forget(&eq->tree);
+}
+
 kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene)
 {
     set_rules(eq, scene, false);
-    kmp_tree_free(&eq->links);
-    eq->links.count = 0;
+    forget_dynamics(eq);
     return set_frames(eq, scene) ? derive_dynamics(eq, scene) : kmp_fail_memory(eq->context);
 }
 
@@ -283,6 +290,8 @@ static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
     KMP_TRY(kmp_made(eq->context, allocate(eq) && add_tree(eq, scene) && add_savings(eq, scene)));
     kmp_tree_runs(&eq->tree, eq->run);
     KMP_TRY(kmp_closures_derive(eq, scene));
+    if (scene->returns)
+        KMP_TRY(kmp_made(eq->context, kmp_graph_mark_init(&eq->mark, eq->graph)));
     return derive_dynamics(eq, scene);
 }
 
@@ -315,6 +324,7 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_tree_free(&eq->links);
     kmp_noted_free(eq->noted);
     kmp_savings_free(&eq->savings);
+    kmp_graph_mark_free(&eq->mark);
     kmp_graph_free(eq->graph);
     *eq = (kmp_equations){0};
 }
