@@ -60,11 +60,21 @@ static void derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigne
 
 /* -- accelerations ----------------------------------------------------------------------------------- */
 
-static kmp_ref row_times(const kmp_equations *eq, int r, const kmp_ref *x)
+/* The columns of row r of J that are not zero, and their number. */
+static int columns_of(const kmp_equations *eq, int r, int *column)
+{
+    int count = 0;
+    for (int k = 0; k < eq->n; k++)
+        if (eq->jacobian[r * eq->n + k] != KMP_ZERO)
+            column[count++] = k;
+    return count;
+}
+
+static kmp_ref row_times(const kmp_equations *eq, int r, int count, const int *column, const kmp_ref *x)
 {
     kmp_ref sum = KMP_ZERO;
-    for (int k = 0; k < eq->n; k++)
-        sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, eq->jacobian[r * eq->n + k], x[k]));
+    for (int k = 0; k < count; k++)
+        sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, eq->jacobian[r * eq->n + column[k]], x[column[k]]));
     return sum;
 }
 
@@ -72,12 +82,13 @@ static kmp_ref row_times(const kmp_equations *eq, int r, const kmp_ref *x)
  * projected on all rows. lambda = - mobility^-1 drift is solved numerically. */
 static void derive_compliance(kmp_equations *eq, kmp_articulated *bodies)
 {
-    int n = eq->n, m = eq->m;
-    for (int r = 0; r < m; r++) {
+    int n = eq->n, m = eq->m, *column = KMP_GRAPH_NEW(eq->graph, int, n);
+    for (int r = 0; column && r < m; r++) {
+        int count = columns_of(eq, r, column);
         kmp_articulated_solve(bodies, eq->jacobian + r * n, NULL, eq->compliance + r * n);
         for (int s = 0; s <= r; s++)
-            eq->mobility[r * m + s] = row_times(eq, r, eq->compliance + s * n);
-        eq->drift[r] = kmp_add(eq->graph, row_times(eq, r, eq->free_qdd), eq->jdqd[r]);
+            eq->mobility[r * m + s] = row_times(eq, r, count, column, eq->compliance + s * n);
+        eq->drift[r] = kmp_add(eq->graph, row_times(eq, r, count, column, eq->free_qdd), eq->jdqd[r]);
     }
 }
 

@@ -5,6 +5,7 @@
 #include "symbolic/graph.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
 #include "symbolic/label.h"
 #include "symbolic/rotation.h"
@@ -20,6 +21,7 @@ struct kmp_graph {
     uint32_t *table;   /* id + 1, 0 = free */
     uint32_t table_size;
     kmp_rotations *rotations;
+    struct kmp_derivative *spare;
     kmp_label *labels; /* by id; fewer than nodes */
     uint32_t label_count;
     kmp_table **tables;
@@ -173,6 +175,7 @@ void kmp_graph_free(kmp_graph *g)
 {
     if (!g)
         return;
+    kmp_derivative_discard(g->spare);
     kmp_rotations_free(g->rotations);
     kmp_free(g->labels);
     for (int k = 0; k < g->table_count; k++)
@@ -201,6 +204,11 @@ void kmp_graph_fail(kmp_graph *g)
 bool kmp_graph_failed(const kmp_graph *g)
 {
     return g->failed || g->room.failed || kmp_rotations_failed(g->rotations);
+}
+
+struct kmp_derivative **kmp_graph_spare(kmp_graph *g)
+{
+    return &g->spare;
 }
 
 kmp_rotations *kmp_graph_rotations(kmp_graph *g)

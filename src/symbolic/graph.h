@@ -233,3 +233,7 @@ void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT]
 struct kmp_rotations;
 /** The rotated pairs of this graph (src/symbolic/rotation.h). */
 struct kmp_rotations *kmp_graph_rotations(kmp_graph *g);
+
+struct kmp_derivative;
+/** The place of a derivative that is not in use (src/symbolic/derivative.h). */
+struct kmp_derivative **kmp_graph_spare(kmp_graph *g);
