@@ -25,6 +25,7 @@ typedef struct kmp_walk {
     int *order;     /* max(m, n) */
     int *row_order; /* max(m, n) */
     double *pivots; /* m + n */
+    double *largest; /* n: scratch of the pivots */
 } kmp_walk;
 
 /** Makes a walk; NULL: no memory. */

@@ -32,6 +32,8 @@ typedef struct sharing {
     pair *pairs;
     uint32_t *table, table_size; /* 1 + number of a pair, 0: free */
     int pair_count;
+    int *met; /* the number of each pair that the lists have, in their order */
+    int met_count;
     int *member;
     kmp_ref (*made)[2]; /* operands of pairs that were made */
     uint32_t made_count;
@@ -119,34 +121,44 @@ static pair *find(sharing *s, kmp_ref a, kmp_ref b)
     return &s->pairs[s->pair_count++];
 }
 
-typedef void visit(sharing *s, int number, pair *p);
-
-static void each_pair(sharing *s, visit *see)
+static int pairs_of(const list *l)
 {
-    for (int l = 0; l < s->list_count && !s->failed; l++) {
+    return l->count * (l->count - 1) / 2;
+}
+
+static bool count_pairs(sharing *s)
+{
+    int total = 0;
+    for (int l = 0; l < s->list_count; l++)
+        total += pairs_of(&s->lists[l]);
+    s->met = KMP_ARENA_NEW(&s->r.room, int, total);
+    s->met_count = 0;
+    for (int l = 0; s->met && l < s->list_count; l++) {
         const kmp_ref *item = s->items + s->lists[l].first;
         for (int i = 0; i < s->lists[l].count; i++)
-            for (int j = 0; j < i && !s->failed; j++) {
+            for (int j = 0; j < i; j++) {
                 kmp_ref a = item[i], b = item[j];
                 order(&a, &b);
                 pair *p = find(s, a, b);
-                s->failed = !p;
-                if (p)
-                    see(s, l, p);
+                if (!p)
+                    return false;
+                p->count++;
+                s->met[s->met_count++] = (int)(p - s->pairs);
             }
     }
+    return s->met;
 }
 
-static void count_one(sharing *s, int number, pair *p)
+/* Lists the members of each pair that counts. */
+static void enter_members(sharing *s)
 {
-    (void)s, (void)number;
-    p->count++;
-}
-
-static void enter(sharing *s, int number, pair *p)
-{
-    if (p->first >= 0)
-        s->member[p->first++] = number;
+    int met = 0;
+    for (int l = 0; l < s->list_count; l++)
+        for (int k = pairs_of(&s->lists[l]); k > 0; k--) {
+            pair *p = &s->pairs[s->met[met++]];
+            if (p->first >= 0)
+                s->member[p->first++] = l;
+        }
 }
 
 static int by_count(const void *x, const void *y)
@@ -233,7 +245,7 @@ static bool share_all(sharing *s)
     bool any = false;
     s->pair_count = 0;
     memset(s->table, 0, s->table_size * sizeof *s->table);
-    each_pair(s, count_one);
+    s->failed = !count_pairs(s);
     int members = 0;
     for (int k = 0; k < s->pair_count; k++) {
         s->pairs[k].first = s->pairs[k].count > 1 ? members : -1;
@@ -242,7 +254,7 @@ static bool share_all(sharing *s)
     s->member = KMP_ARENA_NEW(&s->r.room, int, members);
     s->failed = s->failed || !s->member;
     if (!s->failed) {
-        each_pair(s, enter);
+        enter_members(s);
         keep_frequent(s);
     }
     for (int k = 0; k < s->pair_count && !s->failed; k++)
