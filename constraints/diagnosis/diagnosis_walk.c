@@ -25,8 +25,7 @@ static kmp_walk *new_walk(const kempe_system *system, kmp_evaluator *eval)
     w->rank = rounding ? rounding->rank : -1;
     KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, m *n, &w->jacobian), KMP_ROOM(double, m, &w->h),
                    KMP_ROOM(double, m + n, &w->pivots), KMP_ROOM(double, n, &w->largest),
-                   KMP_ROOM(int, size, &w->order, &w->row_order),
-                   KMP_ROOM(bool, m, &w->dropped));
+                   KMP_ROOM(int, size, &w->order, &w->row_order), KMP_ROOM(bool, m, &w->dropped));
     if (KMP_ARENA_EACH(&w->arena, double, size *size, &w->copy, &w->basis) && w->eval &&
         kmp_least_change_init(&w->least, w->eval))
         return w;

@@ -63,9 +63,9 @@ typedef struct kmp_equations {
     const kempe_model *model;
     kmp_graph *graph; /* has the room of all arrays */
     kmp_noted *noted;
-    kmp_graph_mark mark;   /* the graph with the closures alone, for a scene that returns to it */
-    kmp_tree tree;  /* for closures, outputs and users */
-    kmp_tree links; /* for the dynamics, when the variants have other links */
+    kmp_graph_mark mark; /* the graph with the closures alone, for a scene that returns to it */
+    kmp_tree tree;       /* for closures, outputs and users */
+    kmp_tree links;      /* for the dynamics, when the variants have other links */
     kmp_savings savings;
     int *run; /* n: rotations about parallel axes */
     int n, m;

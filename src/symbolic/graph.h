@@ -77,7 +77,8 @@ void kmp_graph_set_rules(kmp_graph *g, unsigned rules);
 void kmp_graph_free(kmp_graph *g);
 bool kmp_graph_failed(const kmp_graph *g);
 
-/** A state of a graph to return to: trials leave no nodes, tables, blocks and rotated pairs behind. Its room remains. */
+/** A state of a graph to return to: trials leave no nodes, tables, blocks and rotated pairs behind. Its room remains.
+ */
 typedef struct kmp_graph_mark {
     uint32_t nodes, values;
     int tables, implicits;

@@ -159,7 +159,8 @@ static void solve_inwards(kmp_articulated *a, const kmp_ref *effort, kmp_ref *le
     }
 }
 
-/* A joint whose parent has no acceleration, and that no load accelerates, has none: most joints, for a load on a few. */
+/* A joint whose parent has no acceleration, and that no load accelerates, has none: most joints, for a load on a few.
+ */
 static bool rests(const kmp_graph *g, const kmp_wrench *parent, kmp_ref load)
 {
     return kmp_graph_has_rule(g, KMP_RULE_ZERO) && load == KMP_ZERO && kmp_vec_is_zero(parent->moment) &&
