@@ -255,7 +255,7 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     bool searches = !scene->plain && !scene->savings && scene->sets & dynamic && !(scene->sets & KMP_SET_RESIDUAL) &&
                     model->motion_count <= MOST_MOTIONS;
     kmp_scene first = *scene;
-    first.returns = searches && can_share(scene);
+    first.returns = scene->returns || (searches && can_share(scene));
     kempe_status status = kmp_equations_derive_once(eq, model, &first);
     if (status != KEMPE_OK || !searches)
         return status;
