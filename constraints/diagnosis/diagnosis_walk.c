@@ -24,8 +24,8 @@ static kmp_walk *new_walk(const kempe_system *system, kmp_evaluator *eval)
     const kmp_rounding *rounding = kmp_rounding_of(system);
     w->rank = rounding ? rounding->rank : -1;
     KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, m *n, &w->jacobian), KMP_ROOM(double, m, &w->h),
-                   KMP_ROOM(double, m + n, &w->pivots), KMP_ROOM(int, size, &w->order, &w->row_order),
-                   KMP_ROOM(bool, m, &w->dropped));
+                   KMP_ROOM(double, m + n, &w->pivots), KMP_ROOM(double, n, &w->largest),
+                   KMP_ROOM(int, size, &w->order, &w->row_order), KMP_ROOM(bool, m, &w->dropped));
     if (KMP_ARENA_EACH(&w->arena, double, size *size, &w->copy, &w->basis) && w->eval &&
         kmp_least_change_init(&w->least, w->eval))
         return w;
@@ -142,7 +142,7 @@ double kmp_walk_random(unsigned *state)
 void kmp_walk_pivots(kmp_walk *w, double *pivots)
 {
     memcpy(w->copy, w->jacobian, (size_t)(w->m * w->n) * sizeof *w->copy);
-    kmp_lu_complete(w->m, w->n, w->copy, NULL, w->row_order, w->order, pivots);
+    kmp_pivots_complete(w->m, w->n, w->copy, w->largest, w->row_order, w->order, pivots);
 }
 
 /* -- random directions --------------------------------------------------------------------------------- */

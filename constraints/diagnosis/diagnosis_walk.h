@@ -22,9 +22,10 @@ typedef struct kmp_walk {
     double *copy;     /* max(m, n)^2 */
     double *basis;    /* max(m, n)^2 */
     kmp_least_change least;
-    int *order;     /* max(m, n) */
-    int *row_order; /* max(m, n) */
-    double *pivots; /* m + n */
+    int *order;      /* max(m, n) */
+    int *row_order;  /* max(m, n) */
+    double *pivots;  /* m + n */
+    double *largest; /* n: scratch of the pivots */
 } kmp_walk;
 
 /** Makes a walk; NULL: no memory. */

@@ -60,11 +60,21 @@ static void derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigne
 
 /* -- accelerations ----------------------------------------------------------------------------------- */
 
-static kmp_ref row_times(const kmp_equations *eq, int r, const kmp_ref *x)
+/* The columns of row r of J that are not zero, and their number. */
+static int columns_of(const kmp_equations *eq, int r, int *column)
+{
+    int count = 0;
+    for (int k = 0; k < eq->n; k++)
+        if (eq->jacobian[r * eq->n + k] != KMP_ZERO)
+            column[count++] = k;
+    return count;
+}
+
+static kmp_ref row_times(const kmp_equations *eq, int r, int count, const int *column, const kmp_ref *x)
 {
     kmp_ref sum = KMP_ZERO;
-    for (int k = 0; k < eq->n; k++)
-        sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, eq->jacobian[r * eq->n + k], x[k]));
+    for (int k = 0; k < count; k++)
+        sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, eq->jacobian[r * eq->n + column[k]], x[column[k]]));
     return sum;
 }
 
@@ -72,12 +82,13 @@ static kmp_ref row_times(const kmp_equations *eq, int r, const kmp_ref *x)
  * projected on all rows. lambda = - mobility^-1 drift is solved numerically. */
 static void derive_compliance(kmp_equations *eq, kmp_articulated *bodies)
 {
-    int n = eq->n, m = eq->m;
-    for (int r = 0; r < m; r++) {
+    int n = eq->n, m = eq->m, *column = KMP_GRAPH_NEW(eq->graph, int, n);
+    for (int r = 0; column && r < m; r++) {
+        int count = columns_of(eq, r, column);
         kmp_articulated_solve(bodies, eq->jacobian + r * n, NULL, eq->compliance + r * n);
         for (int s = 0; s <= r; s++)
-            eq->mobility[r * m + s] = row_times(eq, r, eq->compliance + s * n);
-        eq->drift[r] = kmp_add(eq->graph, row_times(eq, r, eq->free_qdd), eq->jdqd[r]);
+            eq->mobility[r * m + s] = row_times(eq, r, count, column, eq->compliance + s * n);
+        eq->drift[r] = kmp_add(eq->graph, row_times(eq, r, count, column, eq->free_qdd), eq->jdqd[r]);
     }
 }
 
@@ -265,11 +276,18 @@ void kmp_equations_swap_derived(kmp_equations *eq)
     swap(eq->jacobian, eq->derived + 3 * m, m * eq->n);
 }
 
+static void forget_dynamics(kmp_equations *eq)
+{
+    kmp_tree_free(&eq->links);
+    eq->links.count = 0;
+    kmp_graph_return(eq->graph, &eq->mark);
+    kmp_tree_forget(&eq->tree);
+}
+
 kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene)
 {
     set_rules(eq, scene, false);
-    kmp_tree_free(&eq->links);
-    eq->links.count = 0;
+    forget_dynamics(eq);
     return set_frames(eq, scene) ? derive_dynamics(eq, scene) : kmp_fail_memory(eq->context);
 }
 
@@ -283,6 +301,8 @@ static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
     KMP_TRY(kmp_made(eq->context, allocate(eq) && add_tree(eq, scene) && add_savings(eq, scene)));
     kmp_tree_runs(&eq->tree, eq->run);
     KMP_TRY(kmp_closures_derive(eq, scene));
+    if (scene->returns)
+        KMP_TRY(kmp_made(eq->context, kmp_graph_mark_init(&eq->mark, eq->graph)));
     return derive_dynamics(eq, scene);
 }
 
@@ -315,6 +335,7 @@ void kmp_equations_free(kmp_equations *eq)
     kmp_tree_free(&eq->links);
     kmp_noted_free(eq->noted);
     kmp_savings_free(&eq->savings);
+    kmp_graph_mark_free(&eq->mark);
     kmp_graph_free(eq->graph);
     *eq = (kmp_equations){0};
 }

@@ -44,6 +44,7 @@ typedef struct kmp_scene {
     bool labels;                 /* nodes get names */
     bool charted;                /* spherical joints have charts as inputs (model/spherical.c) */
     unsigned without;            /* rules of the graph that are not applied (symbolic/graph.h) */
+    bool returns;                /* the equations will be derived again from their closures on */
     bool plain;                  /* as derived: without search for shorter variants */
     bool optimize;               /* look longer for the choice with the fewest operations: joint by joint */
     const kmp_savings *savings;  /* NULL: the one with the fewest operations of some */
@@ -63,8 +64,9 @@ typedef struct kmp_equations {
     const kempe_model *model;
     kmp_graph *graph; /* has the room of all arrays */
     kmp_noted *noted;
-    kmp_tree tree;  /* for closures, outputs and users */
-    kmp_tree links; /* for the dynamics, when the variants have other links */
+    kmp_graph_mark mark; /* the graph with the closures alone, for a scene that returns to it */
+    kmp_tree tree;       /* for closures, outputs and users */
+    kmp_tree links;      /* for the dynamics, when the variants have other links */
     kmp_savings savings;
     int *run; /* n: rotations about parallel axes */
     int n, m;
@@ -103,8 +105,8 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
 kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene);
 /** Exchanges the closures' rows for eq->derived, and back. */
 void kmp_equations_swap_derived(kmp_equations *eq);
-/** Derives M, C, inverse dynamics and accelerations again by other axes and moments (scene->ways), in the same graph.
- * The earlier nodes remain in it, and the closures are unchanged. */
+/** Derives M, C, inverse dynamics and accelerations of a scene that returns again, by other variants. The closures are
+ * unchanged, and the earlier dynamics are gone. */
 kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene);
 /** Derives the equations of a scene with these members, all others zero. Errors as kmp_equations_derive. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,

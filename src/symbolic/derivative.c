@@ -46,12 +46,17 @@ static void set(kmp_derivative *d, uint32_t id, kmp_ref value)
     d->memo[id] = value;
 }
 
-bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction)
+static void forget(kmp_derivative *d)
 {
     for (uint32_t k = 0; k < d->known_count; k++)
         d->memo[d->known[k]] = UNKNOWN;
     d->known_count = 0;
     d->depends = 0;
+}
+
+bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction)
+{
+    forget(d);
     if (!reserve(d, kmp_graph_count(d->g))) {
         kmp_graph_fail(d->g);
         return false;
@@ -65,13 +70,18 @@ bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, c
 
 static kmp_derivative *allocate(kmp_graph *g, bool few)
 {
-    kmp_derivative *d = KMP_NEW(kmp_derivative, 1);
+    kmp_derivative **spare = kmp_graph_spare(g), *d = few ? NULL : *spare;
+    if (d) {
+        *spare = NULL;
+        return d;
+    }
+    d = KMP_NEW(kmp_derivative, 1);
     if (d)
         *d = (kmp_derivative){.g = g, .few = few};
     if (d && reserve(d, kmp_graph_count(g)))
         return d;
     kmp_graph_fail(g);
-    kmp_derivative_free(d);
+    kmp_derivative_discard(d);
     return NULL;
 }
 
@@ -79,11 +89,11 @@ kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf,
 {
     kmp_derivative *d = allocate(g, false);
     if (d)
-        (void)kmp_derivative_restart(d, count, leaf, direction); /* has its room */
+        (void)kmp_derivative_restart(d, count, leaf, direction);
     return d;
 }
 
-void kmp_derivative_free(kmp_derivative *d)
+void kmp_derivative_discard(kmp_derivative *d)
 {
     if (!d)
         return;
@@ -91,6 +101,17 @@ void kmp_derivative_free(kmp_derivative *d)
     kmp_free(d->known);
     kmp_free(d->stack.id);
     kmp_free(d);
+}
+
+void kmp_derivative_free(kmp_derivative *d)
+{
+    kmp_derivative **spare = d && !d->few ? kmp_graph_spare(d->g) : NULL;
+    if (!spare || *spare) {
+        kmp_derivative_discard(d);
+        return;
+    }
+    forget(d);
+    *spare = d;
 }
 
 kmp_derivative *kmp_derivative_of_few(kmp_graph *g)

@@ -12,7 +12,10 @@ typedef struct kmp_derivative kmp_derivative;
 kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction);
 /** Restarts along another direction. False when there is no memory. */
 bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction);
+/** Leaves the room of one to the graph, for the next: most derivatives in a large graph touch few of its nodes. Before
+ * the graph is freed. */
 void kmp_derivative_free(kmp_derivative *d);
+void kmp_derivative_discard(kmp_derivative *d);
 
 /** Differentiation along several directions in turn, where the caller gives for each the nodes that depend on it
  * (symbolic/partials.h). Between `begin` and `end` every other node is constant. begin: false when there is no memory.

@@ -5,6 +5,7 @@
 #include "symbolic/graph.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
 #include "symbolic/label.h"
 #include "symbolic/rotation.h"
@@ -20,13 +21,13 @@ struct kmp_graph {
     uint32_t *table;   /* id + 1, 0 = free */
     uint32_t table_size;
     kmp_rotations *rotations;
+    struct kmp_derivative *spare;
     kmp_label *labels; /* by id; fewer than nodes */
     uint32_t label_count;
     kmp_table **tables;
     int table_count;
     kmp_implicit **implicits;
     int implicit_count;
-    unsigned rules;
     kmp_arena room;
     bool keeps_labels, failed;
 };
@@ -67,15 +68,20 @@ static uint32_t latest(const kmp_node *n)
     return kmp_id(n->b > n->a ? n->b : n->a);
 }
 
-enum { WINDOW = 4096, NEAR = 16 };
+/* Graphs of blocks have some hundred nodes, and those of equations up to some hundred thousand. */
+enum { WINDOW = 4096, NEAR = 16, LEAST = 1024, WIDER = 4 };
 
-/* The slot of the equal node (if `shared`), or a free one. The search begins near the node's youngest operand, mostly
- * one of the last nodes made, so that a large graph uses a small part of its table. After a few probes it continues
- * anywhere. */
+/* The search for a node's slot begins near its youngest operand, mostly one of the last nodes made, so that a large
+ * graph uses a small part of its table. After a few probes it continues anywhere. */
+static uint32_t first_slot(const kmp_graph *g, const kmp_node *n, uint32_t hash)
+{
+    return ((2 * latest(n) & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & (g->table_size - 1);
+}
+
+/* The slot of the equal node (if `shared`), or a free one. */
 static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
 {
-    uint32_t hash = hash_node(g, n), last = g->table_size - 1;
-    uint32_t k = ((2 * latest(n) & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & last;
+    uint32_t hash = hash_node(g, n), last = g->table_size - 1, k = first_slot(g, n, hash);
     for (int step = 1; g->table[k] && !(shared && same_node(g, &g->seen.nodes[g->table[k] - 1], n)); step++)
         k = (step == NEAR ? hash : k + 1) & last;
     return k;
@@ -83,7 +89,7 @@ static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
 
 static bool grow_table(kmp_graph *g)
 {
-    uint32_t size = g->table_size ? 2 * g->table_size : WINDOW, *table = KMP_NEW(uint32_t, size);
+    uint32_t size = g->table_size ? WIDER * g->table_size : LEAST, *table = KMP_NEW(uint32_t, size);
     if (!table)
         return false;
     kmp_free(g->table);
@@ -96,7 +102,7 @@ static bool grow_table(kmp_graph *g)
 
 static bool grow_nodes(kmp_graph *g)
 {
-    uint32_t capacity = g->capacity ? 2 * g->capacity : 2048;
+    uint32_t capacity = g->capacity ? 2 * g->capacity : LEAST / 2;
     kmp_node *nodes = kmp_realloc(g->seen.nodes, capacity, sizeof *nodes);
     if (!nodes)
         return false;
@@ -134,7 +140,7 @@ kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
         g->failed = true;
         return KMP_ZERO;
     }
-    bool shared = g->rules & KMP_RULE_SHARE || n.op == KMP_OP_CONST || n.op == KMP_OP_INPUT;
+    bool shared = g->seen.rules & KMP_RULE_SHARE || n.op == KMP_OP_CONST || n.op == KMP_OP_INPUT;
     uint32_t k = find_slot(g, &n, shared);
     if (g->table[k])
         return (g->table[k] - 1) << 1;
@@ -149,7 +155,7 @@ kmp_graph *kmp_graph_new(void)
     kmp_graph *g = KMP_NEW(kmp_graph, 1);
     if (!g)
         return NULL;
-    g->rules = KMP_RULE_ALL;
+    g->seen.rules = KMP_RULE_ALL;
     g->rotations = kmp_rotations_new();
     (void)kmp_const(g, 0.0);
     (void)kmp_const(g, 1.0);
@@ -162,18 +168,14 @@ kmp_graph *kmp_graph_new(void)
 
 void kmp_graph_set_rules(kmp_graph *g, unsigned rules)
 {
-    g->rules = rules;
-}
-
-bool kmp_graph_has_rule(const kmp_graph *g, unsigned rule)
-{
-    return g->rules & rule;
+    g->seen.rules = rules;
 }
 
 void kmp_graph_free(kmp_graph *g)
 {
     if (!g)
         return;
+    kmp_derivative_discard(g->spare);
     kmp_rotations_free(g->rotations);
     kmp_free(g->labels);
     for (int k = 0; k < g->table_count; k++)
@@ -204,9 +206,55 @@ bool kmp_graph_failed(const kmp_graph *g)
     return g->failed || g->room.failed || kmp_rotations_failed(g->rotations);
 }
 
+struct kmp_derivative **kmp_graph_spare(kmp_graph *g)
+{
+    return &g->spare;
+}
+
 kmp_rotations *kmp_graph_rotations(kmp_graph *g)
 {
     return g->rotations;
+}
+
+/* -- states to return to --------------------------------------------------------------------------- */
+
+bool kmp_graph_mark_init(kmp_graph_mark *mark, const kmp_graph *g)
+{
+    *mark = (kmp_graph_mark){g->seen.count, g->value_count, g->table_count, g->implicit_count,
+                             kmp_rotations_copy(g->rotations)};
+    return mark->rotations;
+}
+
+void kmp_graph_mark_free(kmp_graph_mark *mark)
+{
+    kmp_rotations_free(mark->rotations);
+    *mark = (kmp_graph_mark){0};
+}
+
+/* The youngest node is in the last slot of every search that passes it, so that its slot may become free. */
+static void forget_youngest(kmp_graph *g)
+{
+    uint32_t id = g->seen.count - 1;
+    uint32_t hash = hash_node(g, &g->seen.nodes[id]), last = g->table_size - 1;
+    uint32_t k = first_slot(g, &g->seen.nodes[id], hash);
+    for (int step = 1; g->table[k] != id + 1; step++)
+        k = (step == NEAR ? hash : k + 1) & last;
+    g->table[k] = 0;
+    g->seen.count--;
+}
+
+void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
+{
+    while (g->seen.count > mark->nodes)
+        forget_youngest(g);
+    g->value_count = mark->values;
+    while (g->table_count > mark->tables)
+        kmp_table_free(g->tables[--g->table_count]);
+    while (g->implicit_count > mark->implicits)
+        kmp_implicit_free(g->implicits[--g->implicit_count]);
+    for (uint32_t k = mark->nodes; k < g->label_count; k++)
+        g->labels[k] = (kmp_label){0};
+    kmp_rotations_assign(g->rotations, mark->rotations);
 }
 
 /* -- construction ---------------------------------------------------------------------------------- */
@@ -255,33 +303,28 @@ static void order(const kmp_graph *g, kmp_ref *a, kmp_ref *b)
     }
 }
 
-kmp_ref kmp_add(kmp_graph *g, kmp_ref a, kmp_ref b)
+kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b)
 {
     kmp_ref r;
-    if ((g->rules & KMP_RULE_ZERO && kmp_zeros_add(g, a, b, &r)) ||
-        (g->rules & KMP_RULE_CANCEL && kmp_cancel_same(g, a, b, &r)) ||
-        (g->rules & KMP_RULE_TRIG && kmp_pythagoras(g, a, b, &r)) ||
-        (g->rules & KMP_RULE_CANCEL && kmp_cancel_in_sums(g, a, b, &r)))
+    if ((g->seen.rules & KMP_RULE_ZERO && kmp_zeros_add(g, a, b, &r)) ||
+        (g->seen.rules & KMP_RULE_CANCEL && kmp_cancel_same(g, a, b, &r)) ||
+        (g->seen.rules & KMP_RULE_TRIG && kmp_pythagoras(g, a, b, &r)) ||
+        (g->seen.rules & KMP_RULE_CANCEL && kmp_cancel_in_sums(g, a, b, &r)))
         return r;
     order(g, &a, &b);
     kmp_ref sign = a & 1;
     return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_ADD, .a = a ^ sign, .b = b ^ sign}) ^ sign;
 }
 
-kmp_ref kmp_sub(kmp_graph *g, kmp_ref a, kmp_ref b)
-{
-    return kmp_add(g, a, kmp_neg(b));
-}
-
-kmp_ref kmp_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
+kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
 {
     kmp_ref r, sign = (a ^ b) & 1;
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
     order(g, &a, &b);
-    if (g->rules & KMP_RULE_ZERO && kmp_zeros_mul(g, a, b, sign, &r))
+    if (g->seen.rules & KMP_RULE_ZERO && kmp_zeros_mul(g, a, b, sign, &r))
         return r;
-    if (g->rules & KMP_RULE_SHARE && kmp_squares(g, a, b, &r)) {
+    if (g->seen.rules & KMP_RULE_SHARE && kmp_squares(g, a, b, &r)) {
         if (g->failed)
             return KMP_ZERO;
         return sign ? kmp_neg(r) : r;
@@ -294,9 +337,9 @@ kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
     kmp_ref r, sign = (a ^ b) & 1;
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
-    if (g->rules & KMP_RULE_ZERO && kmp_zeros_div(g, a, b, sign, &r))
+    if (g->seen.rules & KMP_RULE_ZERO && kmp_zeros_div(g, a, b, sign, &r))
         return r;
-    if (g->rules & KMP_RULE_CANCEL && a == b)
+    if (g->seen.rules & KMP_RULE_CANCEL && a == b)
         return KMP_ONE ^ sign;
     return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_DIV, .a = a, .b = b}) ^ sign;
 }

@@ -74,9 +74,21 @@ enum {
 kmp_graph *kmp_graph_new(void);
 /** Selects rules, to measure the gain of each: a new graph applies all. */
 void kmp_graph_set_rules(kmp_graph *g, unsigned rules);
-bool kmp_graph_has_rule(const kmp_graph *g, unsigned rule);
 void kmp_graph_free(kmp_graph *g);
 bool kmp_graph_failed(const kmp_graph *g);
+
+/** A state of a graph to return to: trials leave no nodes, tables, blocks and rotated pairs behind. Its room remains.
+ */
+typedef struct kmp_graph_mark {
+    uint32_t nodes, values;
+    int tables, implicits;
+    struct kmp_rotations *rotations;
+} kmp_graph_mark;
+
+/** False: no memory. To be freed in any case. */
+bool kmp_graph_mark_init(kmp_graph_mark *mark, const kmp_graph *g);
+void kmp_graph_mark_free(kmp_graph_mark *mark);
+void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark);
 
 /** Marks the graph as failed: an operation on it has run out of memory, so its references are invalid too. */
 void kmp_graph_fail(kmp_graph *g);
@@ -105,8 +117,13 @@ typedef struct kmp_graph_seen {
     kmp_node *nodes;
     double *values; /* of CONST nodes */
     uint32_t count;
+    unsigned rules;
 } kmp_graph_seen;
 
+static inline bool kmp_graph_has_rule(const kmp_graph *g, unsigned rule)
+{
+    return ((const kmp_graph_seen *)g)->rules & rule;
+}
 static inline uint32_t kmp_graph_count(const kmp_graph *g)
 {
     return ((const kmp_graph_seen *)g)->count;
@@ -140,9 +157,26 @@ kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n);
 
 kmp_ref kmp_const(kmp_graph *g, double value);
 kmp_ref kmp_input(kmp_graph *g, kmp_input_kind kind, uint32_t index);
-kmp_ref kmp_add(kmp_graph *g, kmp_ref a, kmp_ref b);
-kmp_ref kmp_sub(kmp_graph *g, kmp_ref a, kmp_ref b);
-kmp_ref kmp_mul(kmp_graph *g, kmp_ref a, kmp_ref b);
+/** Sums and products of two operands that need not be nodes of their own; for kmp_add and kmp_mul alone. */
+kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b);
+kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b);
+/* Most operands of equations are zeros, which need no call. */
+static inline kmp_ref kmp_add(kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    if (kmp_graph_has_rule(g, KMP_RULE_ZERO) && (a == KMP_ZERO || b == KMP_ZERO))
+        return a == KMP_ZERO ? b : a;
+    return kmp_graph_add(g, a, b);
+}
+static inline kmp_ref kmp_sub(kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    return kmp_add(g, a, kmp_neg(b));
+}
+static inline kmp_ref kmp_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    if (kmp_graph_has_rule(g, KMP_RULE_ZERO) && (a == KMP_ZERO || b == KMP_ZERO))
+        return KMP_ZERO;
+    return kmp_graph_mul(g, a, b);
+}
 kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b);
 /** op is one of the unary rows of ops.def. */
 kmp_ref kmp_unary(kmp_graph *g, kmp_op op, kmp_ref a);
@@ -200,3 +234,7 @@ void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT]
 struct kmp_rotations;
 /** The rotated pairs of this graph (src/symbolic/rotation.h). */
 struct kmp_rotations *kmp_graph_rotations(kmp_graph *g);
+
+struct kmp_derivative;
+/** The place of a derivative that is not in use (src/symbolic/derivative.h). */
+struct kmp_derivative **kmp_graph_spare(kmp_graph *g);

@@ -2,6 +2,7 @@
 /* A hash table from result pairs (and their quarter turns) to their source and angle. */
 #include "symbolic/rotation.h"
 #include "base/memory.h"
+#include <string.h>
 
 typedef struct entry {
     kmp_ref first, second; /* the rotated pair; first = 0: free */
@@ -28,6 +29,42 @@ void kmp_rotations_free(kmp_rotations *r)
     kmp_free(r->entries);
     kmp_free(r->of_node);
     kmp_free(r);
+}
+
+/* The table has the room of the copy, or more. */
+static void assign(kmp_rotations *r, const kmp_rotations *from)
+{
+    entry *entries = r->entries;
+    uint32_t *of_node = r->of_node;
+    if (from->size)
+        memcpy(entries, from->entries, from->size * sizeof *entries);
+    if (from->node_capacity)
+        memcpy(of_node, from->of_node, from->node_capacity * sizeof *of_node);
+    *r = *from;
+    r->entries = entries;
+    r->of_node = of_node;
+}
+
+kmp_rotations *kmp_rotations_copy(const kmp_rotations *r)
+{
+    kmp_rotations *copy = kmp_rotations_new();
+    if (!copy)
+        return NULL;
+    copy->entries = KMP_NEW(entry, r->size);
+    copy->of_node = KMP_NEW(uint32_t, r->node_capacity);
+    if (copy->entries && copy->of_node) {
+        assign(copy, r);
+        return copy;
+    }
+    kmp_rotations_free(copy);
+    return NULL;
+}
+
+void kmp_rotations_assign(kmp_rotations *r, const kmp_rotations *copy)
+{
+    bool failed = r->failed;
+    assign(r, copy);
+    r->failed = failed;
 }
 
 bool kmp_rotations_failed(const kmp_rotations *r)

@@ -10,6 +10,10 @@ typedef struct kmp_rotations kmp_rotations;
 
 kmp_rotations *kmp_rotations_new(void);
 void kmp_rotations_free(kmp_rotations *r);
+/** NULL: no memory. */
+kmp_rotations *kmp_rotations_copy(const kmp_rotations *r);
+/** Makes r equal to an earlier copy of it. */
+void kmp_rotations_assign(kmp_rotations *r, const kmp_rotations *copy);
 bool kmp_rotations_failed(const kmp_rotations *r);
 
 /** y, z <- y cos(angle) - z sin(angle), y sin(angle) + z cos(angle). */

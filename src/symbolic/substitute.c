@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Depth first with an explicit stack, so that a small change in a large graph costs the nodes that it touches. */
 #include "symbolic/substitute.h"
-#include "symbolic/program/live.h"
 #include "symbolic/stack.h"
 
 typedef struct rewriting {
@@ -112,22 +111,60 @@ bool kmp_substitute(kmp_graph *g, int count, const kmp_ref *from, const kmp_ref 
     return !w.failed && !kmp_graph_failed(g);
 }
 
-/* The nodes that x needs are marked from x down and rebuilt from the inputs up: the order of ids is topological. */
-kmp_ref kmp_graph_replace(kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by, kmp_ref x)
+/* Marks the nodes of x that depend on an input of these kinds; *least is the first of them. */
+static bool mark_moved(const kmp_graph *g, kmp_ref x, unsigned depends, uint8_t *moved, uint32_t *least)
 {
-    uint32_t top = kmp_id(x);
-    uint8_t *needed = KMP_GRAPH_NEW(g, uint8_t, kmp_graph_count(g));
-    kmp_ref *made = KMP_GRAPH_NEW(g, kmp_ref, top + 1);
-    if (!needed || !made)
-        return KMP_ZERO;
-    kmp_live_mark(g, 1, &x, needed, 1);
-    for (uint32_t id = 0; id <= top; id++) {
-        made[id] = id << 1;
-        for (int k = 0; k < count; k++)
+    kmp_stack stack = {0};
+    bool ok = !(kmp_graph_node(g, kmp_id(x))->depends & depends) || kmp_push(&stack, kmp_id(x));
+    while (ok && stack.top) {
+        uint32_t id = stack.id[--stack.top];
+        const kmp_node *n = kmp_graph_node(g, id);
+        if (moved[id])
+            continue;
+        moved[id] = 1;
+        *least = id < *least ? id : *least;
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+            if (kmp_graph_node(g, kmp_id(kmp_operand(n, k)))->depends & depends)
+                ok = ok && kmp_push(&stack, kmp_id(kmp_operand(n, k)));
+    }
+    kmp_free(stack.id);
+    return ok;
+}
+
+/* Nodes that move are rebuilt from the inputs up: the order of ids is topological. */
+static kmp_ref rebuild(kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by, kmp_ref x, uint32_t least,
+                       const uint8_t *moved, kmp_ref *made)
+{
+    for (uint32_t id = least; id <= kmp_id(x); id++) {
+        const kmp_node *n = kmp_graph_node(g, id);
+        for (int k = 0; moved[id] && k < kmp_op_arity((kmp_op)n->op); k++)
+            if (!moved[kmp_id(kmp_operand(n, k))])
+                made[kmp_id(kmp_operand(n, k))] = kmp_operand(n, k) & ~(kmp_ref)1;
+        if (moved[id])
+            made[id] = id << 1;
+        for (int k = 0; k < count && moved[id]; k++)
             if (kmp_id(input[k]) == id)
                 made[id] = kmp_is_negative(input[k]) ? kmp_neg(by[k]) : by[k];
-        if (needed[id] && made[id] == id << 1)
+        if (moved[id] && made[id] == id << 1)
             made[id] = kmp_graph_rebuild_by(g, g, id, made);
     }
     return kmp_mapped(made, x);
+}
+
+kmp_ref kmp_graph_replace(kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by, kmp_ref x)
+{
+    uint32_t top = kmp_id(x), least = UINT32_MAX;
+    unsigned depends = 0;
+    for (int k = 0; k < count; k++)
+        depends |= kmp_graph_node(g, kmp_id(input[k]))->depends;
+    uint8_t *moved = KMP_NEW(uint8_t, top + 1);
+    kmp_ref *made = kmp_realloc(NULL, top + 1, sizeof *made); /* of the nodes that move, and of their operands */
+    kmp_ref now = x;
+    if (!moved || !made || !mark_moved(g, x, depends, moved, &least))
+        kmp_graph_fail(g);
+    else if (least <= top)
+        now = rebuild(g, count, input, by, x, least, moved, made);
+    kmp_free(moved);
+    kmp_free(made);
+    return kmp_graph_failed(g) ? KMP_ZERO : now;
 }

@@ -326,7 +326,8 @@ static void check_ways(int number, const kempe_model *model)
     CHECK(kmp_savings_init(&savings, model));
     pick_ways(&savings, model);
     const bool keep = number % 2;
-    kmp_scene scene = {.sets = SETS, .keep = keep ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING, .savings = &savings};
+    kmp_scene scene = {
+        .sets = SETS, .keep = keep ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING, .savings = &savings, .returns = true};
     scene.scheme = number % 3 ? KMP_SCHEME_COMPOSITE : KMP_SCHEME_NER;
     derived other = {0}, plain;
     kmp_savings first;
@@ -479,7 +480,7 @@ static void parallel_axes_stay(void)
     kmp_savings plain = {0}, found = {0};
     CHECK(model && kmp_savings_init(&plain, model) && kmp_savings_init(&found, model));
     for (int k = 0; model && k < 3; k++) { /* turning axes, what is found, and that beside turning axes */
-        kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .savings = k == 1 ? NULL : &plain};
+        kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .savings = k == 1 ? NULL : &plain, .returns = k == 2};
         kmp_equations eq;
         CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
         scene.savings = &found;

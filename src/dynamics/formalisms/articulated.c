@@ -159,6 +159,14 @@ static void solve_inwards(kmp_articulated *a, const kmp_ref *effort, kmp_ref *le
     }
 }
 
+/* A joint whose parent has no acceleration, and that no load accelerates, has none: most joints, for a load on a few.
+ */
+static bool rests(const kmp_graph *g, const kmp_wrench *parent, kmp_ref load)
+{
+    return kmp_graph_has_rule(g, KMP_RULE_ZERO) && load == KMP_ZERO && kmp_vec_is_zero(parent->moment) &&
+           kmp_vec_is_zero(parent->force);
+}
+
 /* Outward sweep: accelerations relative to qdd = 0; `moment` is the angular one, `force` that of the origin. */
 static void solve_outwards(kmp_articulated *a, kmp_ref *qdd)
 {
@@ -169,6 +177,10 @@ static void solve_outwards(kmp_articulated *a, kmp_ref *qdd)
     for (int i = 1; i < tree->count; i++) {
         const kmp_link *link = &tree->links[i];
         const kmp_wrench *h = &m[link->parent], *passed = &a->passed[i];
+        if (rests(g, h, qdd[i - 1])) {
+            m[i] = *h;
+            continue;
+        }
         m[i].moment = kmp_link_to_child(tree, i, h->moment);
         m[i].force = kmp_link_to_child(tree, i, kmp_vec_add(g, h->force, kmp_vec_cross(g, h->moment, link->p)));
         m[i].force = kmp_vec_add(g, m[i].force, kmp_vec_cross(g, m[i].moment, kmp_link_slide(tree, i)));

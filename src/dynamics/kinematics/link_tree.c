@@ -344,6 +344,21 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
     return !kmp_graph_failed(g);
 }
 
+static bool is_there(const kmp_tree *tree, kmp_ref r)
+{
+    return kmp_id(r) < kmp_graph_count(tree->graph);
+}
+
+void kmp_tree_forget(kmp_tree *tree)
+{
+    for (int k = 0; k < KMP_UNKNOWNS_MOST * tree->model->unknowns_count; k++)
+        if (!is_there(tree, tree->unknown[k]))
+            tree->solved[k / KMP_UNKNOWNS_MOST] = false;
+    for (int k = 0; k < tree->noted->count; k++)
+        if (!is_there(tree, tree->noted->note[k].value))
+            tree->noted->note[k].known = false;
+}
+
 void kmp_tree_sum_up(kmp_tree *tree)
 {
     for (int i = 1; i < tree->count; i++) {

@@ -133,6 +133,10 @@ typedef struct kmp_tree {
                        others; not owned; NULL: none is known */
 } kmp_tree;
 
+/** After the graph has returned to an earlier state: forgets all values of names and conditions that are no longer in
+ * it. */
+void kmp_tree_forget(kmp_tree *tree);
+
 /** The position of a spherical joint's chart: true for before its three rotations, false for after them, by the
  * estimated cost. After them it rotates the data of the body once and each vector passed to carried bodies. Before them
  * it rotates each vector that passes the joint, where the base itself turns or a point's position is needed. */

@@ -220,7 +220,8 @@ static void note(kmp_gaps *s)
 bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
 {
     kmp_gaps s = {.eq = eq, .sets = sets, .view = -1};
-    if (eq->model->closure_count > MOST_CLOSURES)
+    if (eq->model->closure_count > MOST_CLOSURES ||
+        (!is_requested(&s, KMP_GAP_PLACE) && !is_requested(&s, KMP_GAP_RATE)))
         return true;
     s.list = KMP_GRAPH_NEW(eq->graph, kmp_gap, eq->model->closure_count);
     s.seen = KMP_GRAPH_NEW(eq->graph, kmp_gap_seen, eq->tree.count);

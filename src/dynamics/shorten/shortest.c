@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Equations of equal value have many variants (variants.h), and the shortest is found by counting operations. Patterns
  * that follow from the tree are tried one after the other, each in addition to the best so far; with `optimize` also
- * each joint and body separately. The closures' variants are found once. The dynamics are derived again in the same
- * graph, so that a trial costs its changes only. The result is derived once more in a graph of its own, as small models
- * are at each trial. */
+ * each joint and body separately. The closures and their variants are found once: a trial returns to the graph that has
+ * them alone, and derives the dynamics. The result is derived once more in a graph of its own. */
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
@@ -21,9 +20,8 @@ typedef struct search {
     kmp_scene scene; /* with the variants under trial */
     kmp_savings best, tried;
     kmp_equations *work; /* the closures, and the dynamics by the variants tried last */
-    uint32_t fresh;      /* nodes of its graph when it was new */
     bool passes;         /* run before counting */
-    bool shares;         /* trials are written into one graph */
+    bool shares;         /* trials share the closures */
     long least;
 } search;
 
@@ -95,27 +93,15 @@ static long price_of(const search *s, const kmp_equations *eq)
 /* -- trials ------------------------------------------------------------------------------------------ */
 
 /* Derives in a graph of its own. */
-static kempe_status derive_work(search *s, const kmp_savings *savings)
+static kempe_status derive_work(search *s)
 {
     kmp_equations_free(s->work);
-    s->scene.savings = savings;
-    kempe_status status = kmp_equations_derive_once(s->work, s->model, &s->scene);
-    s->scene.savings = &s->tried;
-    return status;
+    return kmp_equations_derive_once(s->work, s->model, &s->scene);
 }
 
-/* Derives in the shared graph. The result of passes depends slightly on other nodes of the graph. A graph that consists
- * mostly of earlier trials is discarded.
- */
 static kempe_status write_tried(search *s)
 {
-    if (!s->shares)
-        return derive_work(s, &s->tried);
-    if (kmp_graph_count(s->work->graph) / 2 >= s->fresh) {
-        KMP_TRY(derive_work(s, &s->best));
-        s->fresh = kmp_graph_count(s->work->graph);
-    }
-    return kmp_equations_derive_again(s->work, &s->scene);
+    return s->shares ? kmp_equations_derive_again(s->work, &s->scene) : derive_work(s);
 }
 
 static void begin(search *s)
@@ -231,13 +217,12 @@ static kempe_status try_joints(search *s, bool *better)
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
-/* True if only sets are requested that can be derived again with unchanged closures, and so many that the passes are
- * left out of the count. */
-static bool can_share(const search *s)
+/* True if only sets are requested that can be derived again with unchanged closures. */
+static bool can_share(const kmp_scene *scene)
 {
     const unsigned sets = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_CLOSURE |
                           KMP_SET_JDQD | KMP_SET_POWER;
-    return !(s->scene.sets & ~sets) && kmp_graph_count(s->work->graph) >= SMALL;
+    return !(scene->sets & ~sets);
 }
 
 /* Searches from the plain equations to the best variants. */
@@ -247,9 +232,8 @@ static kempe_status find(search *s)
     bool ok = kmp_savings_init(&s->best, s->model);
     ok = kmp_savings_init(&s->tried, s->model) && ok;
     s->scene.savings = &s->tried;
-    s->fresh = kmp_graph_count(s->work->graph);
-    s->passes = s->fresh < SMALL;
-    s->shares = can_share(s);
+    s->passes = kmp_graph_count(s->work->graph) < SMALL;
+    s->shares = can_share(&s->scene);
     s->least = price_of(s, s->work);
     KMP_TRY(kmp_made(s->model->context, ok && s->least >= 0));
     kmp_savings_copy(&s->best, &s->work->savings, s->model);
@@ -266,11 +250,14 @@ static kempe_status find(search *s)
 
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
 {
-    kempe_status status = kmp_equations_derive_once(eq, model, scene);
     const unsigned dynamic = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_INVERSE_Q |
                              KMP_SET_INVERSE_QD | KMP_SET_CLOSED | KMP_SET_CLOSED_Q;
-    if (status != KEMPE_OK || scene->plain || scene->savings || !(scene->sets & dynamic) ||
-        scene->sets & KMP_SET_RESIDUAL || model->motion_count > MOST_MOTIONS)
+    bool searches = !scene->plain && !scene->savings && scene->sets & dynamic && !(scene->sets & KMP_SET_RESIDUAL) &&
+                    model->motion_count <= MOST_MOTIONS;
+    kmp_scene first = *scene;
+    first.returns = scene->returns || (searches && can_share(scene));
+    kempe_status status = kmp_equations_derive_once(eq, model, &first);
+    if (status != KEMPE_OK || !searches)
         return status;
     kmp_equations work = *eq;
     search s = {.model = model, .scene = *scene, .work = &work};

@@ -382,12 +382,33 @@ static double size_of(int m, int k, const double *column)
     return a > b ? a : b;
 }
 
-static candidate largest_entry(int m, int n, int k, const double *a, const int *fixed, const int *c)
+/* Of so many columns, sizes are kept between pivots; a column without entry in the pivot's row is unchanged. */
+enum { KEPT = 256 };
+
+static candidate largest_entry(int m, int n, int k, const double *a, const double *largest, const int *fixed,
+                               const int *c)
 {
     candidate best = {.column = -1};
     for (int j = k; j < n; j++)
-        consider(&best, j, size_of(m, k, a + (ptrdiff_t)j * m), fixed, c);
+        consider(&best, j, n <= KEPT ? largest[j] : size_of(m, k, a + (ptrdiff_t)j * m), fixed, c);
     return best;
+}
+
+/* Eliminates column k, if its pivot is usable, and finds the sizes of the columns that have changed. */
+static void eliminate_sparse(int m, int n, int k, bool pivots, double *a, double *largest)
+{
+    double *ak = a + (ptrdiff_t)k * m;
+    for (int i = k + 1; pivots && i < m; i++)
+        ak[i] /= ak[k];
+    for (int j = k + 1; j < n; j++) {
+        double *restrict aj = a + (ptrdiff_t)j * m, f = aj[k];
+        if (f == 0)
+            continue;
+        for (int i = k + 1; pivots && i < m; i++)
+            aj[i] -= ak[i] * f;
+        if (n <= KEPT)
+            largest[j] = size_of(m, k + 1, aj);
+    }
 }
 
 static void exchange(int m, int n, int k, int row, int column, double *a, int *r, int *c)
@@ -402,16 +423,21 @@ static void exchange(int m, int n, int k, int row, int column, double *a, int *r
 
 void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, double *pivots)
 {
+    double largest[KEPT];
     for (int i = 0; i < m; i++)
         r[i] = i;
-    for (int j = 0; j < n; j++)
+    for (int j = 0; j < n; j++) {
         c[j] = j;
+        if (n <= KEPT)
+            largest[j] = size_of(m, 0, a + (ptrdiff_t)j * m);
+    }
     for (int k = 0; k < m && k < n; k++) {
-        candidate best = largest_entry(m, n, k, a, fixed, c);
+        candidate best = largest_entry(m, n, k, a, largest, fixed, c);
         exchange(m, n, k, row_of(m, k, best.size, a + (ptrdiff_t)best.column * m, r), best.column, a, r, c);
+        if (n <= KEPT)
+            largest[best.column] = largest[k];
         pivots[k] = fabs(a[k + k * m]);
-        if (usable(pivots[k]))
-            eliminate(m, n, k, a);
+        eliminate_sparse(m, n, k, usable(pivots[k]), a, largest);
     }
 }
 

@@ -225,19 +225,50 @@ static kmp_ref value_of(const sum *s)
     return r;
 }
 
+/* Sines and cosines among the factors of x, of which `left` may still be visited. */
+static int count_trig(const kmp_graph *g, kmp_ref x, int *left)
+{
+    const kmp_node *n = kmp_graph_node(g, kmp_id(x));
+    if (n->op != KMP_OP_MUL)
+        return (*left)-- > 0 && is_trig(g, x);
+    int first = count_trig(g, n->a, left);
+    return *left > 0 ? first + count_trig(g, n->b, left) : first;
+}
+
+/* Two squares, or a product of each angle's, are the least that a rule applies to. */
+enum { FEWEST_TRIG = 4 };
+
+static bool may_apply(const kmp_rewrite *r, int count, const kmp_ref *list)
+{
+    int found = 0;
+    for (int k = 0; k < count && found < FEWEST_TRIG; k++) {
+        int left = MOST_FACTORS;
+        found += count_trig(r->graph, kmp_rewritten(r, list[k]), &left);
+    }
+    return found >= FEWEST_TRIG;
+}
+
+static bool lay_out(const kmp_rewrite *r, int count, const kmp_ref *list, sum *s)
+{
+    bool ok = true;
+    for (int k = 0; ok && k < count; k++) {
+        monomial m;
+        m.coefficient = 1;
+        m.count = 0;
+        ok = add_factors(r->graph, kmp_rewritten(r, list[k]), &m) && put_term(s, &m);
+    }
+    return ok;
+}
+
 static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *parallel, uint32_t id)
 {
     kmp_ref list[KMP_MOST_TERMS], sign = 0;
-    sum s = {.g = r->graph, .parallel = parallel};
-    int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, list, &sign), squares = 0;
-    bool laid_out = count <= MOST_TERMS;
-    for (int k = 0; laid_out && k < count; k++) {
-        monomial m = {.coefficient = 1};
-        laid_out = add_factors(r->graph, kmp_rewritten(r, list[k]), &m) && put_term(&s, &m);
-        for (int i = 0; i < m.count; i++)
-            squares += is_trig(r->graph, m.factor[i]);
-    }
-    if (!laid_out || squares < 4 || !apply_rules(&s))
+    sum s;
+    s.g = r->graph;
+    s.parallel = parallel;
+    s.count = 0;
+    int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, list, &sign);
+    if (count > MOST_TERMS || !may_apply(r, count, list) || !lay_out(r, count, list, &s) || !apply_rules(&s))
         return kmp_rewrite_node(r, id);
     while (apply_rules(&s))
         ;

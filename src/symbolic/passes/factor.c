@@ -96,23 +96,24 @@ static kmp_ref sum_of(kmp_graph *g, term *terms, int count, kmp_ref f)
 }
 
 /* Term x of the sum as it became. */
-static term term_of(const kmp_rewrite *r, kmp_ref x)
+static void set_term(const kmp_rewrite *r, kmp_ref x, term *t)
 {
     kmp_ref list[KMP_MOST_TERMS];
-    term t = {.sign = x & 1, .whole = kmp_rewritten(r, x)};
+    t->sign = x & 1;
+    t->whole = kmp_rewritten(r, x);
+    t->count = 0;
+    t->bits = 0;
+    t->reduced = t->taken = false;
     const kmp_node *n = kmp_graph_node(r->graph, kmp_id(x));
     if (n->op != KMP_OP_MUL || r->uses[kmp_id(x)] != 1)
-        return t;
-    int count = kmp_rewrite_flatten(r, KMP_OP_MUL, x & ~(kmp_ref)1, list, &t.sign);
-    if (count > MOST_FACTORS)
-        return t;
-    for (int k = 0; k < count; k++) {
+        return;
+    int count = kmp_rewrite_flatten(r, KMP_OP_MUL, x & ~(kmp_ref)1, list, &t->sign);
+    for (int k = 0; count <= MOST_FACTORS && k < count; k++) {
         kmp_ref now = kmp_rewritten(r, list[k]);
-        t.sign ^= now & 1;
-        t.factor[t.count] = now & ~(kmp_ref)1;
-        t.bits |= bit_of(t.factor[t.count++]);
+        t->sign ^= now & 1;
+        t->factor[t->count] = now & ~(kmp_ref)1;
+        t->bits |= bit_of(t->factor[t->count++]);
     }
-    return t;
 }
 
 static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id)
@@ -122,7 +123,7 @@ static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id)
     (void)user;
     int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, list, &sign);
     for (int k = 0; k < count; k++)
-        terms[k] = term_of(r, list[k]);
+        set_term(r, list[k], &terms[k]);
     kmp_ref f = common_factor(r->graph, terms, count);
     return f == KMP_ZERO ? kmp_rewrite_node(r, id) : sum_of(r->graph, terms, count, f);
 }

@@ -32,6 +32,8 @@ typedef struct sharing {
     pair *pairs;
     uint32_t *table, table_size; /* 1 + number of a pair, 0: free */
     int pair_count;
+    int *met; /* the number of each pair that the lists have, in their order */
+    int met_count;
     int *member;
     kmp_ref (*made)[2]; /* operands of pairs that were made */
     uint32_t made_count;
@@ -43,8 +45,9 @@ typedef struct sharing {
 /* Collects the nodes that are the head of a list: not part of another list. */
 static void collect(sharing *s, const uint8_t *inside)
 {
-    for (uint32_t id = 0; id < s->r.count && !s->failed; id++) {
-        if (!s->r.uses[id] || inside[id] || kmp_graph_node(s->r.graph, id)->op != s->op)
+    for (uint32_t k = 0; k < s->r.live.top; k++) {
+        uint32_t id = kmp_rewrite_live(&s->r, k);
+        if (inside[id] || kmp_graph_node(s->r.graph, id)->op != s->op)
             continue;
         kmp_ref found[KMP_MOST_TERMS], sign = 0;
         int count = kmp_rewrite_flatten(&s->r, s->op, id << 1, found, &sign);
@@ -58,9 +61,9 @@ static void collect(sharing *s, const uint8_t *inside)
 
 static void mark_inside(const sharing *s, uint8_t *inside)
 {
-    for (uint32_t id = 0; id < s->r.count; id++) {
-        const kmp_node *n = kmp_graph_node(s->r.graph, id);
-        for (int k = 0; s->r.uses[id] && n->op == s->op && k < 2; k++) {
+    for (uint32_t i = 0; i < s->r.live.top; i++) {
+        const kmp_node *n = kmp_graph_node(s->r.graph, kmp_rewrite_live(&s->r, i));
+        for (int k = 0; n->op == s->op && k < 2; k++) {
             uint32_t below = kmp_id(kmp_operand(n, k));
             inside[below] = s->r.uses[below] == 1 && kmp_graph_node(s->r.graph, below)->op == s->op;
         }
@@ -119,34 +122,44 @@ static pair *find(sharing *s, kmp_ref a, kmp_ref b)
     return &s->pairs[s->pair_count++];
 }
 
-typedef void visit(sharing *s, int number, pair *p);
-
-static void each_pair(sharing *s, visit *see)
+static int pairs_of(const list *l)
 {
-    for (int l = 0; l < s->list_count && !s->failed; l++) {
+    return l->count * (l->count - 1) / 2;
+}
+
+static bool count_pairs(sharing *s)
+{
+    int total = 0;
+    for (int l = 0; l < s->list_count; l++)
+        total += pairs_of(&s->lists[l]);
+    s->met = KMP_ARENA_NEW(&s->r.room, int, total);
+    s->met_count = 0;
+    for (int l = 0; s->met && l < s->list_count; l++) {
         const kmp_ref *item = s->items + s->lists[l].first;
         for (int i = 0; i < s->lists[l].count; i++)
-            for (int j = 0; j < i && !s->failed; j++) {
+            for (int j = 0; j < i; j++) {
                 kmp_ref a = item[i], b = item[j];
                 order(&a, &b);
                 pair *p = find(s, a, b);
-                s->failed = !p;
-                if (p)
-                    see(s, l, p);
+                if (!p)
+                    return false;
+                p->count++;
+                s->met[s->met_count++] = (int)(p - s->pairs);
             }
     }
+    return s->met;
 }
 
-static void count_one(sharing *s, int number, pair *p)
+/* Lists the members of each pair that counts. */
+static void enter_members(sharing *s)
 {
-    (void)s, (void)number;
-    p->count++;
-}
-
-static void enter(sharing *s, int number, pair *p)
-{
-    if (p->first >= 0)
-        s->member[p->first++] = number;
+    int met = 0;
+    for (int l = 0; l < s->list_count; l++)
+        for (int k = pairs_of(&s->lists[l]); k > 0; k--) {
+            pair *p = &s->pairs[s->met[met++]];
+            if (p->first >= 0)
+                s->member[p->first++] = l;
+        }
 }
 
 static int by_count(const void *x, const void *y)
@@ -165,15 +178,15 @@ static int by_count(const void *x, const void *y)
 static bool stands(const sharing *s, const list *l, const pair *p, int at[2], kmp_ref *sign)
 {
     const kmp_ref *item = s->items + l->first;
-    for (int i = 0; i < l->count; i++)
-        for (int j = 0; j < l->count; j++) {
-            *sign = item[i] ^ p->a;
-            if (i != j && *sign <= 1 && item[j] == (p->b ^ *sign)) {
+    for (int i = 0; i < l->count; i++) {
+        *sign = item[i] ^ p->a;
+        for (int j = 0; *sign <= 1 && j < l->count; j++)
+            if (i != j && item[j] == (p->b ^ *sign)) {
                 at[0] = i < j ? i : j;
                 at[1] = i < j ? j : i;
                 return true;
             }
-        }
+    }
     return false;
 }
 
@@ -233,7 +246,7 @@ static bool share_all(sharing *s)
     bool any = false;
     s->pair_count = 0;
     memset(s->table, 0, s->table_size * sizeof *s->table);
-    each_pair(s, count_one);
+    s->failed = !count_pairs(s);
     int members = 0;
     for (int k = 0; k < s->pair_count; k++) {
         s->pairs[k].first = s->pairs[k].count > 1 ? members : -1;
@@ -242,7 +255,7 @@ static bool share_all(sharing *s)
     s->member = KMP_ARENA_NEW(&s->r.room, int, members);
     s->failed = s->failed || !s->member;
     if (!s->failed) {
-        each_pair(s, enter);
+        enter_members(s);
         keep_frequent(s);
     }
     for (int k = 0; k < s->pair_count && !s->failed; k++)
@@ -271,9 +284,8 @@ static void rebuild(sharing *s)
 {
     kmp_graph *g = s->r.graph;
     int next = 0;
-    for (uint32_t id = 0; id < s->r.count; id++) {
-        if (!s->r.uses[id])
-            continue;
+    for (uint32_t i = 0; i < s->r.live.top; i++) {
+        uint32_t id = kmp_rewrite_live(&s->r, i);
         bool head = next < s->list_count && s->lists[next].id == id;
         const list *l = head ? &s->lists[next++] : NULL;
         if (!l || !l->changed) {
@@ -294,8 +306,8 @@ bool kmp_share_pairs(kmp_graph *g, kmp_op op, int count, kmp_ref *outputs)
     if (!kmp_rewrite_init(&s.r, g, count, outputs))
         return false;
     uint8_t *inside = KMP_ARENA_NEW(&s.r.room, uint8_t, s.r.count);
-    s.lists = KMP_ARENA_NEW(&s.r.room, list, s.r.count);
-    s.items = KMP_ARENA_NEW(&s.r.room, kmp_ref, 2 * s.r.count);
+    s.lists = KMP_ARENA_NEW(&s.r.room, list, s.r.live.top);
+    s.items = KMP_ARENA_NEW(&s.r.room, kmp_ref, 2 * (size_t)s.r.live.top);
     s.failed = s.r.room.failed || !grow(&s);
     if (!s.failed) {
         mark_inside(&s, inside);

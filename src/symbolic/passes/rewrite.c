@@ -19,16 +19,23 @@ bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *ou
         r->uses[id]++;
         top = id >= top ? id + 1 : top;
     }
-    for (uint32_t id = top; id-- > 0;) {
+    bool ok = true;
+    for (uint32_t id = top; id-- > 0 && ok;) {
+        if (!r->uses[id])
+            continue;
         const kmp_node *n = kmp_graph_node(g, id);
-        for (int k = 0; r->uses[id] && k < kmp_op_arity((kmp_op)n->op); k++)
+        ok = kmp_push(&r->live, id);
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
             r->uses[kmp_id(kmp_operand(n, k))]++;
     }
-    return true;
+    if (!ok)
+        kmp_rewrite_free(r);
+    return ok;
 }
 
 void kmp_rewrite_free(kmp_rewrite *r)
 {
+    kmp_free(r->live.id);
     kmp_arena_free(&r->room);
 }
 
@@ -40,8 +47,9 @@ kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id)
 /* Copies the labels of nodes to their rewritten forms. */
 static void carry_labels(const kmp_rewrite *r)
 {
-    for (uint32_t id = 0; kmp_graph_has_labels(r->graph) && id < r->count; id++) {
-        const kmp_label *label = r->uses[id] ? kmp_graph_label_of(r->graph, id) : NULL;
+    for (uint32_t k = 0; kmp_graph_has_labels(r->graph) && k < r->live.top; k++) {
+        uint32_t id = kmp_rewrite_live(r, k);
+        const kmp_label *label = kmp_graph_label_of(r->graph, id);
         if (label)
             kmp_graph_label(r->graph, r->now[id], *label);
     }
@@ -54,13 +62,13 @@ bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outpu
         return false;
     for (int k = 0; k < count; k++)
         now[k] = kmp_rewritten(r, outputs[k]);
-    long before = kmp_cost_of(r->graph, sum_price, count, outputs);
+    long before = kmp_cost_of_nodes(r->graph, sum_price, r->live.top, r->live.id);
     long after = kmp_cost_of(r->graph, sum_price, count, now);
-    if (before >= 0 && after >= 0 && after < before) {
+    if (after >= 0 && after < before) {
         carry_labels(r);
         memcpy(outputs, now, (size_t)count * sizeof *now);
     }
-    return before >= 0 && after >= 0;
+    return after >= 0;
 }
 
 /* Appends operands to the list. `waiting` operands are outside and will need a place each. */
@@ -92,9 +100,10 @@ bool kmp_rewrite_sums(kmp_graph *g, kmp_rewrite_sum *rewrite, const void *user, 
     kmp_rewrite r;
     if (!kmp_rewrite_init(&r, g, count, outputs))
         return false;
-    for (uint32_t id = 0; id < r.count; id++)
-        if (r.uses[id])
-            r.now[id] = kmp_graph_node(g, id)->op == KMP_OP_ADD ? rewrite(&r, user, id) : kmp_rewrite_node(&r, id);
+    for (uint32_t k = 0; k < r.live.top; k++) {
+        uint32_t id = kmp_rewrite_live(&r, k);
+        r.now[id] = kmp_graph_node(g, id)->op == KMP_OP_ADD ? rewrite(&r, user, id) : kmp_rewrite_node(&r, id);
+    }
     bool ok = kmp_rewrite_finish(&r, sum_price, count, outputs);
     kmp_rewrite_free(&r);
     return ok;

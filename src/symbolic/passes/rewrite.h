@@ -5,18 +5,26 @@
 
 #include "base/arena.h"
 #include "symbolic/graph.h"
+#include "symbolic/stack.h"
 
 typedef struct kmp_rewrite {
     kmp_graph *graph;
     uint32_t count; /* nodes that the graph had at the beginning */
     uint32_t *uses; /* of each node by needed nodes and outputs; 0: not needed */
     kmp_ref *now;   /* the rewritten form of each needed node */
+    kmp_stack live; /* the needed nodes, the first one last */
     kmp_arena room; /* of all arrays */
 } kmp_rewrite;
 
 /** false: no memory. */
 bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs);
 void kmp_rewrite_free(kmp_rewrite *r);
+
+/** Needed node k, from 0, in the order of the graph. */
+static inline uint32_t kmp_rewrite_live(const kmp_rewrite *r, uint32_t k)
+{
+    return r->live.id[r->live.top - 1 - k];
+}
 
 /** The rewritten form of a reference. */
 static inline kmp_ref kmp_rewritten(const kmp_rewrite *r, kmp_ref x)

@@ -61,20 +61,39 @@ static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uin
     }
 }
 
+/* Makes both functions of each angle; true if one of them is of a sum to be expanded. */
+static bool finds_sums(kmp_graph *g, uint32_t count, const uint8_t *live, const uint8_t *angle_live)
+{
+    bool any = false;
+    for (uint32_t id = 0; id < count && !any; id++) {
+        kmp_node n = *kmp_graph_node(g, id);
+        if (!live[id] || (n.op != KMP_OP_SIN && n.op != KMP_OP_COS))
+            continue;
+        const kmp_node *angle = kmp_graph_node(g, kmp_id(n.a));
+        any = angle->op == KMP_OP_ADD && at_hand(g, angle_live, angle->a) && at_hand(g, angle_live, angle->b);
+        if (!any)
+            (void)expand(g, angle_live, n.a);
+    }
+    return any;
+}
+
 bool kmp_trig_sums(kmp_graph *g, int count, kmp_ref *outputs)
 {
     uint32_t nodes = kmp_graph_count(g);
     kmp_arena room = {0};
     uint8_t *live = KMP_ARENA_NEW(&room, uint8_t, nodes), *angle_live = KMP_ARENA_NEW(&room, uint8_t, nodes);
-    kmp_ref *map = KMP_ARENA_NEW(&room, kmp_ref, nodes);
+    kmp_ref *map = NULL;
     bool ok = !room.failed;
     if (ok) {
         kmp_live_mark(g, count, outputs, live, 1);
         mark_angles(g, nodes, live, angle_live);
-        rebuild(g, nodes, live, angle_live, map);
-        for (int k = 0; k < count; k++)
-            outputs[k] = kmp_mapped(map, outputs[k]);
+        map = finds_sums(g, nodes, live, angle_live) ? KMP_ARENA_NEW(&room, kmp_ref, nodes) : NULL;
+        ok = !room.failed;
     }
+    if (map)
+        rebuild(g, nodes, live, angle_live, map);
+    for (int k = 0; map && k < count; k++)
+        outputs[k] = kmp_mapped(map, outputs[k]);
     kmp_arena_free(&room);
     return ok && !kmp_graph_failed(g);
 }

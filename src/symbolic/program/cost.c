@@ -84,6 +84,14 @@ void kmp_cost_remove(kmp_cost *cost, int count, const kmp_ref *outputs)
         count_use(cost, outputs[k], false);
 }
 
+long kmp_cost_of_nodes(const kmp_graph *g, int sum_price, uint32_t count, const uint32_t *ids)
+{
+    long operations = 0;
+    for (uint32_t k = 0; k < count; k++)
+        operations += price(g, sum_price, kmp_graph_node(g, ids[k]));
+    return operations;
+}
+
 long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs)
 {
     uint32_t nodes = kmp_graph_count(g);
@@ -91,9 +99,8 @@ long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *ou
     long operations = live ? 0 : -1;
     if (live)
         kmp_live_mark(g, count, outputs, live, 1);
-    for (uint32_t id = 0; live && id < nodes; id++)
-        if (live[id])
-            operations += price(g, sum_price, kmp_graph_node(g, id));
+    for (uint32_t id = nodes; live && (id = kmp_live_before(live, id)) < nodes;)
+        operations += price(g, sum_price, kmp_graph_node(g, id));
     kmp_free(live);
     return operations;
 }

@@ -28,3 +28,5 @@ void kmp_cost_remove(kmp_cost *cost, int count, const kmp_ref *outputs);
 
 /** The common cost of fixed outputs; -1: no memory. */
 long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs);
+/** The cost of these nodes themselves. */
+long kmp_cost_of_nodes(const kmp_graph *g, int sum_price, uint32_t count, const uint32_t *ids);

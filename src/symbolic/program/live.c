@@ -12,7 +12,7 @@ void kmp_live_mark(const kmp_graph *g, int count, const kmp_ref *outputs, uint8_
         if (id >= top)
             top = id + 1;
     }
-    for (uint32_t id = top; id-- > 0;) {
+    for (uint32_t id = top; (id = kmp_live_before(mark, id)) != UINT32_MAX;) {
         if (mark[id] != value)
             continue;
         const kmp_node *n = kmp_graph_node(g, id);

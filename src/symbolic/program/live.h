@@ -4,7 +4,24 @@
 #pragma once
 
 #include "symbolic/graph.h"
+#include <string.h>
 
 /** Sets mark[id] = value for every node that the outputs reach and that is not marked yet; marked nodes are not
  * searched again. mark has kmp_graph_count entries. */
 void kmp_live_mark(const kmp_graph *g, int count, const kmp_ref *outputs, uint8_t *mark, uint8_t value);
+
+/** The last marked node before `id`; UINT32_MAX: there is none. Most nodes of a graph are not marked, and are passed
+ * eight at a time. */
+static inline uint32_t kmp_live_before(const uint8_t *mark, uint32_t id)
+{
+    const uint32_t step = 8;
+    for (uint64_t eight = 0; id >= step; id -= step) {
+        memcpy(&eight, mark + id - step, step);
+        if (eight)
+            break;
+    }
+    while (id-- > 0)
+        if (mark[id])
+            return id;
+    return UINT32_MAX;
+}
