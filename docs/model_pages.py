@@ -23,7 +23,7 @@ HEAD = """# Index of keys
 Every key, kind, function, unit and output of the model language, with its section. The page is generated (`docs/generate_pages`).
 """
 OWNERS = {"model": "model", "edge": "joint between two bodies", "piece": "piece of a course", "irregularity": "irregularities",
-          "algebraic": "implicit variables", "inertia": "inertia"}
+          "algebraic": "implicit variables", "inertia": "inertia", "contact_friction": "friction of a contact"}
 FORCES = {"JOINT": "force", "LINE": "force along a line", "CYLINDER": "cylinder", "TORSION": "torsion", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPRING": "spring in a joint", "STOPS": "joint limits",
           "FRICTION": "friction", "POINT": "force at a point", "BODY": "torque on a body"}
 LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "torque against a growing angle, by `angle` and `rate`"}
@@ -213,14 +213,20 @@ def measures():
     """The words of points and axes in expressions."""
     lines = []
     for _, word, argument, least, most, components, _, unit, meaning in generate_schema.rows("measures.def", "KMP_MEASURE"):
-        places = {"AXIS": ("a.P.x", "b.Q.x", "a.P.z"), "POINT": ("a.P", "b.Q")}[argument]
+        places = {"AXIS": ("a.P.x", "b.Q.x", "a.P.z"), "POINT": ("a.P", "b.Q"), "CONTACT": ("floor",)}[argument]
         after = {"1": "", "3": ".x", "9": ".x.y"}[components]
         lines.append((", ".join(f"`{word}({', '.join(places[:count])}){after}`" for count in range(int(least), int(most) + 1)), unit or "none", meaning))
     return table(("measure", "unit", "meaning"), lines)
 
 
+def laws():
+    """Laws of compliant contact; their formulas in the words of expressions."""
+    return table(("law", "normal force", "source"),
+                 [(f"`{word}`", f"`{formula}`", source) for word, _, formula, _, source in generate_schema.rows("compliant_laws.def", "KMP_COMPLIANT_LAW")])
+
+
 def rows_of(name):
-    return {"outputs": outputs, "measures": lambda _: measures()}[name](name)
+    return {"outputs": outputs, "measures": lambda _: measures(), "laws": lambda _: laws()}[name](name)
 
 
 def kinds(name):
@@ -261,7 +267,9 @@ def entries():
             place = f"[{title}]({page}#{anchor(title)})"
             for what, name, made in MARK.findall(body):
                 words = [word for line in made.split("\n")[2:] for word in re.findall(r"`(\w+)", line.split("|")[1] if "|" in line else "")]
-                if what == "rows":
+                if what == "rows" and name == "laws":
+                    found.update({(line.split("`")[1], "law of contact"): place for line in made.split("\n")[2:] if line})
+                elif what == "rows":
                     found.update({(word, "output" if name == "outputs" else "measure"): place for word in words})
                 elif what != "kinds":
                     for word in words:

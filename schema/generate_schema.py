@@ -97,6 +97,8 @@ VALUES = {  # the words of the tables of src/model/keys
     "place": ref("place"), "places": {"type": "array", "items": ref("place"), "minItems": 2},
     "surface": ref("surface"), "two places or a number": {"anyOf": [NUMBER, {"type": "array", "items": ref("place"), "minItems": 2, "maxItems": 2}]},
     "shape or list": {"anyOf": [ref("shape"), {"type": "array", "items": ref("shape"), "minItems": 1}]},
+    "two points or a joint": {"anyOf": [ref("two_points"), WORD]},
+    "number or two": {"anyOf": [NUMBER, {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}]},
     "inertia": ref("inertia"), "coordinates": {"type": "array", "items": {"type": ["string", "number", "null"]}},
 }
 
@@ -124,9 +126,15 @@ def force():
     return keyed("force", **own)
 
 
+def contact_keys():
+    laws = {"enum": list(dict.fromkeys(row[0] for row in rows("compliant_laws.def", "KMP_COMPLIANT_LAW")))}
+    return keyed("contact", law=laws, friction={"anyOf": [NUMBER, keyed("contact_friction")]})
+
+
 def contact():
-    schema = keyed("contact")
-    return dict(schema, oneOf=[{"required": [key]} for key in ("joint", "gap", "point", "sphere", "cylinder")])
+    ways = ("joint", "gap", "point", "sphere", "cylinder", "journal")
+    return dict(contact_keys(), oneOf=[{"required": [key]} for key in ways],
+                anyOf=[{"required": [key]} for key in ("restitution", "law", "force")])
 
 
 def surface():
@@ -145,7 +153,7 @@ def joint():
     motion = {"anyOf": [{"type": "string", "pattern": "^-?[RT][123]$"}, closed({"R": ref("axis")}, ["R"]),
                         closed({"T": ref("axis")}, ["T"])]}
     motions = {"type": "array", "minItems": 1, "items": motion}
-    return dict(keyed("joint", {**kinds, **joint_numbers()}, motions=motions), oneOf=[{"required": [key]} for key in [*chains, "motions"]])
+    return dict(keyed("joint", {**kinds, **joint_numbers()}, motions=motions, contact=contact_keys()), oneOf=[{"required": [key]} for key in [*chains, "motions"]])
 
 
 def edge():
@@ -154,7 +162,7 @@ def edge():
     chains.pop("free")
     kinds = {name: ref("two_points") for name in chains}
     wants = {name: [chain.split("=")[1]] for name, chain in chains.items() if "=" in chain}
-    return dict(keyed("edge", {**kinds, **joint_numbers()}), oneOf=[{"required": [name, *wants.get(name, [])]} for name in chains])
+    return dict(keyed("edge", {**kinds, **joint_numbers()}, contact=contact_keys()), oneOf=[{"required": [name, *wants.get(name, [])]} for name in chains])
 
 
 def loop():
@@ -166,7 +174,7 @@ def loop():
              for name, needs in kinds.items()}
     more = {name: own.get(needs, ref("two_points")) for name, needs in kinds.items()}
     more.update({row[1]: described(NUMBER, row[-1]) for row in numbers.values()})
-    return dict(keyed("closure", more), oneOf=[{"required": [name, *wants[name]]} for name in kinds])
+    return dict(keyed("closure", more, contact=contact_keys()), oneOf=[{"required": [name, *wants[name]]} for name in kinds])
 
 
 def drive():

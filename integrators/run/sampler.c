@@ -4,6 +4,7 @@
 #include "backend/x86/machine.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
+#include "dynamics/kinematics/pressing.h"
 #include "integrators/run/runner.h"
 #include <math.h>
 
@@ -57,7 +58,12 @@ double kmp_runner_reach(const kmp_runner *run, double t)
     return kmp_runner_sample_is_due(run, t) ? last_equal(t) : t;
 }
 
-/* The comparison at whose change a state changes; NULL: it is sampled. */
+static int contact_of(const kmp_runner *run, int k)
+{
+    return run->s->model->states[run->sampler->state[k]].contact - 1;
+}
+
+/* The comparison at whose change a state changes; NULL: it is sampled, or changes with a contact. */
 static const kmp_expr *comparison_of(const kmp_runner *run, int k)
 {
     return kmp_state_rate(run->s->model, run->sampler->state[k])->a;
@@ -69,7 +75,7 @@ static bool is_true(const kmp_runner *run, int k)
     const kmp_expr *e = comparison_of(run, k);
     int condition = run->sampler->condition[k];
     bool holds = condition >= 0 && run->eval->mode[condition] > 0;
-    return condition >= 0 && holds != (e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_AT_LEAST);
+    return condition >= 0 && holds != (e && (e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_AT_LEAST));
 }
 
 static void find_conditions(kmp_runner *run)
@@ -77,7 +83,8 @@ static void find_conditions(kmp_runner *run)
     kmp_sampler *x = run->sampler;
     const kmp_events *events = &run->s->events;
     for (int k = 0; k < x->count; k++) {
-        x->condition[k] = -1;
+        int contact = contact_of(run, k);
+        x->condition[k] = contact < 0 ? -1 : kmp_events_find(events, &run->s->model->forces[contact], KMP_PRESSING);
         for (int i = 0; comparison_of(run, k) && i < events->count; i++)
             if (events->condition[i].expr == comparison_of(run, k))
                 x->condition[k] = i;
@@ -119,7 +126,7 @@ static void begin(kmp_runner *run, double t)
 {
     kmp_sampler *x = run->sampler;
     for (int k = 0; k < x->count; k++) {
-        if (comparison_of(run, k)) {
+        if (comparison_of(run, k) || contact_of(run, k) >= 0) {
             x->number[k] = 1;
             continue;
         }

@@ -48,6 +48,7 @@ typedef struct kmp_state {
     const kmp_expr *next; /* of a sampled state, whose rate is zero: its value from a sample on; NULL: it has a rate */
     double period;        /* s, between samples; the first is at t = 0; INFINITY: it has none */
     bool settles;         /* changes at the start too, where its comparison holds there */
+    int contact;          /* 1 + the force whose contact changes it where it begins; 0: none */
 } kmp_state;
 
 /** A point fixed to a body, in the body's axes, from the body's origin. */
@@ -163,6 +164,7 @@ typedef struct kmp_force {
     kmp_number restitution;         /* TOUCH */
     int contact; /* FRICTION: 1 + the contact whose surfaces rub, `level` being the coefficient; 0: none */
     int wheel;   /* of a wheel's contact; meaningless otherwise */
+    const struct kmp_compliant *compliant; /* COMPLIANT: model/compliant/compliant.h */
 } kmp_force;
 
 /** A goal of assembly, approached as far as the closures permit: a coordinate, or the position of a point. */

@@ -2,6 +2,7 @@
 /* Positions, velocities, distances and angles of points and axes: the measures of expressions (model/expressions/
  * measures.def), and rates of expressions. */
 #include "dynamics/kinematics/link_tree.h"
+#include "dynamics/kinematics/pressing.h"
 #include "model/angle_sum.h"
 #include "symbolic/derivative.h"
 
@@ -124,6 +125,10 @@ kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int n
         return angle(tree, measure);
     case KMP_MEASURE_AXES:
         return axes_component(tree, measure, number);
+    case KMP_MEASURE_DEPTH:
+    case KMP_MEASURE_APPROACH:
+    case KMP_MEASURE_NORMAL:
+        return kmp_pressing_measure(tree, measure->kind, of[0].name);
     default:
         return kmp_point_measure(tree, measure->kind, of[0].point, measure->count > 1 ? of[1].point : -1).x[number];
     }

@@ -240,11 +240,12 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
 
 /* -- the rigid law ------------------------------------------------------------------------------------------------ */
 
-static void check_name(kmp_reader *r, kmp_place place, const char *name)
+/* A joint with clearance and its contact have one name. */
+static void check_name(kmp_reader *r, kmp_place place, const char *name, bool journal)
 {
     if (kmp_name_find(KMP_NAMED(r->model, force), name) >= 0)
         kmp_reader_complain(r, place, "a contact cannot have the name '%s' of a force", name);
-    if (kmp_name_find(KMP_NAMED(r->model, closure), name) >= 0)
+    if (!journal && kmp_name_find(KMP_NAMED(r->model, closure), name) >= 0)
         kmp_reader_complain(r, place,
                             "a contact cannot have the name '%s' of a loop or drive: lambda(%s) would be "
                             "ambiguous",
@@ -294,15 +295,33 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
         return;
     }
     const char *name = kmp_arena_printf(&r->model->arena, "%s_friction", contact->name);
-    check_name(r, node->place, name);
+    check_name(r, node->place, name, false);
     kmp_force *friction = add_force(r, name, node->place, KMP_FORCE_FRICTION);
     friction->level = mu;
     friction->contact = 1 + (int)(contact - r->model->forces);
     add_row(r, friction, "friction");
 }
 
+/* Keys of a contact with a law. */
+static void refuse_laws(kmp_reader *r, const kmp_yaml *map, const char *what)
+{
+    static const char *const keys[] = {"journal", "clearance", "slip",    "stiffness", "exponent",
+                                       "damping", "young",     "poisson", "radii",     "least_rate"};
+    int first = -1;
+    if (kmp_count_keys(map, KMP_NAMES_OF(keys), &first) > 0)
+        kmp_reader_complain(r, kmp_yaml_get(map, keys[first])->place,
+                            "%s: the key '%s' belongs to a contact with a 'law', or with a 'force'", what, keys[first]);
+}
+
 static void read_contact(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force)
 {
+    if (kmp_yaml_get(map, "law") || kmp_yaml_get(map, "force")) {
+        force->kind = KMP_FORCE_COMPLIANT;
+        if (kmp_read_map(r, map, what, contact_keys))
+            kmp_read_compliant(r, map, what, force);
+        return;
+    }
+    refuse_laws(r, map, what);
     if (!kmp_read_map(r, map, what, contact_keys) || !kmp_read_touch(r, map, what, &force->touch) ||
         !read_restitution(r, map, what, &force->restitution))
         return;
@@ -321,7 +340,7 @@ void kmp_read_contacts(kmp_reader *r)
 {
     kmp_section s = kmp_read_section(r, "contacts", "contact");
     while (kmp_section_next(&s)) {
-        check_name(r, s.key->place, s.name);
+        check_name(r, s.key->place, s.name, kmp_yaml_get(s.node, "journal"));
         read_contact(r, s.node, s.what, add_force(r, s.name, s.key->place, KMP_FORCE_TOUCH));
     }
 }

@@ -63,6 +63,7 @@ static void print_measure(kmp_text *text, const kmp_measure *measure, int number
 
 static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names, int place)
 {
+    static const char *const places[] = {"x", "y", "z", "depth", "rate", "impact", "slip"};
     switch (expr->kind) {
     case KMP_EXPR_NUMBER:
         kmp_text_number(text, expr->value);
@@ -74,7 +75,7 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         kmp_text_put(text, kmp_name_at(names->inputs, expr->index));
         break;
     case KMP_EXPR_PLACE:
-        kmp_text_printf(text, "%c", "xyz"[expr->index]);
+        kmp_text_put(text, places[expr->index]);
         break;
     case KMP_EXPR_TIME:
         kmp_text_put(text, "t");

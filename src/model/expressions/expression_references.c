@@ -3,15 +3,15 @@
 #include "model/expressions/expression_parser.h"
 #include <string.h>
 
+enum { OF_POINT, OF_AXIS, OF_CONTACT };
+
 static const struct {
     const char *word;
-    bool axes; /* of axes, not of points */
+    int of; /* axes, points or contacts */
     int least, most, components, order;
 } rows[] = {
 #define KMP_MEASURE(kind, word, argument, least, most, components, order, unit, meaning)                               \
-    {word, MEASURE_OF_##argument, least, most, components, order},
-#define MEASURE_OF_POINT false
-#define MEASURE_OF_AXIS  true
+    {word, OF_##argument, least, most, components, order},
 #include "model/expressions/measures.def"
 #undef KMP_MEASURE
 };
@@ -119,6 +119,23 @@ static bool parse_spot(kmp_parser *p, const char *word, bool axes, kmp_spot *spo
     return !axes || spot->axis >= 0;
 }
 
+static bool parse_contact(kmp_parser *p, const char *word, kmp_spot *spot)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start));
+    const char *found = name && p->scope->contact ? p->scope->contact(p->scope->user, name) : NULL;
+    *spot = (kmp_spot){.point = -1, .axis = -1, .name = found};
+    if (name && !found)
+        kmp_parse_complain(p, start, "%s: '%s' is not a contact with a law", word, name);
+    return found;
+}
+
+static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_spot *spot)
+{
+    return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, spot)
+                                       : parse_spot(p, rows[kind].word, rows[kind].of == OF_AXIS, spot);
+}
+
 /* The component of a vector, or of one of three, after the closing parenthesis. */
 static bool parse_component(kmp_parser *p, kmp_measure_kind kind, int *number)
 {
@@ -168,11 +185,11 @@ static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measu
     do {
         if (measure->count == rows[kind].most)
             return kmp_parse_wanted(p, "')'");
-        if (!parse_spot(p, word, rows[kind].axes, &measure->spot[measure->count++]))
+        if (!parse_argument(p, kind, &measure->spot[measure->count++]))
             return NULL;
     } while (kmp_parse_take(p, ','));
     if (measure->count < rows[kind].least)
-        return kmp_parse_wanted(p, rows[kind].axes ? "',' and another axis" : "',' and another point");
+        return kmp_parse_wanted(p, rows[kind].of == OF_AXIS ? "',' and another axis" : "',' and another point");
     if (!kmp_parse_take(p, ')'))
         return kmp_parse_wanted(p, measure->count < rows[kind].most ? "',' or ')'" : "')'");
     if (!parse_component(p, kind, &number))

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as one JSON object. */
+#include "model/compliant/compliant.h"
 #include "model/print/model_print.h"
 #include "model/tables/closure_table.h"
 #include "model/tables/output_table.h"
@@ -325,11 +326,28 @@ void kmp_model_json_fields(kmp_json *json, const kempe_model *model, const kmp_f
     }
 }
 
+static void put_contact(kmp_json *json, const kempe_model *model, const kmp_force *force)
+{
+    const struct kmp_compliant *contact = force->compliant;
+    const char *const keys[] = {"gap", "normal", "coefficient", "clearance", "radius", "speed"};
+    const kmp_expr *const exprs[] = {force->touch.gap,   force->effort,   force->holding_effort,
+                                     contact->clearance, contact->radius, contact->speed};
+    if (contact->law)
+        kmp_json_string(json, "law", contact->law);
+    for (int k = 0; k < 6; k++)
+        if (exprs[k])
+            put_expr(json, keys[k], model, exprs[k]);
+}
+
 static void put_force(kmp_json *json, const kempe_model *model, const kmp_force *force)
 {
     const kmp_force_row *row = &kmp_force_rows[force->kind];
     bool place = !row->word || kmp_force_is_between(force->kind);
     kmp_json_put(json, "name %s kind %s", force->name, place ? row->place : kmp_force_key(model, force, row->word));
+    if (force->kind == KMP_FORCE_COMPLIANT) {
+        put_contact(json, model, force);
+        return;
+    }
     if (force->kind == KMP_FORCE_TOUCH)
         kmp_pair_json(json, model, &force->touch);
     else if (force->contact > 0)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as a summary to read. */
+#include "model/compliant/compliant.h"
 #include "model/print/model_print.h"
 #include "model/tables/closure_table.h"
 #include "model/tables/output_table.h"
@@ -282,6 +283,20 @@ static void show_cuts(kmp_text *text, const kempe_model *model)
 
 /* -- forces and sensors ---------------------------------------------------------------------------- */
 
+static void show_contact(kmp_text *text, const kempe_model *model, const kmp_force *force)
+{
+    const struct kmp_compliant *contact = force->compliant;
+    if (contact->form == KMP_COMPLIANT_GAP)
+        kmp_text_put(text, "contact");
+    else
+        put_expr(text, "contact of a journal, clearance ", model, contact->clearance);
+    kmp_text_printf(text, ", %s", contact->law ? contact->law : "force");
+    put_expr(text, " = ", model, force->effort);
+    if (force->holding_effort)
+        put_expr(text, ", friction ", model, force->holding_effort);
+    kmp_text_put(text, "\n");
+}
+
 static void show_force(kmp_text *text, const kempe_model *model, const kmp_force *force)
 {
     const kmp_force_row *row = &kmp_force_rows[force->kind];
@@ -293,6 +308,9 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
         kmp_pair_show(text, model, &force->touch);
     } else if (force->contact > 0) {
         kmp_text_printf(text, "friction of contact '%s'", model->forces[force->contact - 1].name);
+    } else if (force->kind == KMP_FORCE_COMPLIANT) {
+        show_contact(text, model, force);
+        return;
     } else if (kmp_force_is_between(force->kind)) {
         kmp_text_put(text, row->place);
         put_point(text, " ", model, force->point[0]);

@@ -462,6 +462,7 @@ static void read_force(element *e)
         read_at_point(e);
     } else if (strcmp(place, "on") == 0) {
         read_on_body(e);
+
     } else {
         read_between(e, place);
     }

@@ -219,6 +219,7 @@ static const kmp_yaml *make_joint(kmp_reader *r, const kmp_edge *edge)
     put(r, joint, edge->kind->name, axis_of(r, edge));
     put(r, joint, "at", edge->point[edge->reversed ? 1 : 0]);
     put(r, joint, "to", edge->point[edge->reversed ? 0 : 1]);
+    put(r, joint, "coordinates", kmp_yaml_get(edge->map, "coordinates"));
     if (key)
         put(r, joint, key, kmp_yaml_get(edge->map, key));
     if (edge->reversed)

@@ -89,8 +89,7 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
     if (loop && is_elastic(r, node, row->word, name))
         return -1;
     int found = find_thing(r, node, row, name);
-    if (row->argument == KMP_OUTPUT_OF_FORCE && found >= 0 && r->model->forces[found].vector[0] &&
-        !kmp_force_is_between(r->model->forces[found].kind))
+    if (row->argument == KMP_OUTPUT_OF_FORCE && found >= 0 && kmp_force_has_components(&r->model->forces[found]))
         kmp_reader_complain(r, node->place, "output force: '%s' is given by its components", name);
     return found;
 }

@@ -170,6 +170,16 @@ static bool find_spot(void *user, const char *text, const char *word, int column
     return point >= 0 && kmp_reader_spot(r, point, -1, spot);
 }
 
+/* Contacts with a law are known before they are read. */
+static const char *find_contact(void *user, const char *name)
+{
+    kmp_reader *r = user;
+    const char *full = kmp_reader_name(r, r->scope, name);
+    const kmp_yaml *contact = kmp_yaml_get(kmp_yaml_get(r->root, "contacts"), full);
+    return kmp_yaml_get(contact, "law") || kmp_yaml_get(contact, "force") ? kmp_arena_strdup(&r->model->arena, full)
+                                                                          : NULL;
+}
+
 static void suggest(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence)
 {
     if (symbol == KMP_SYMBOL_COORDINATE)
@@ -207,6 +217,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .state = find_state,
                             .table = find_table,
                             .unknown = find_unknown,
+                            .contact = find_contact,
                             .locals = r->locals,
                             .suggest = suggest,
                             .time = allowed != KMP_OF_PARAMETERS,

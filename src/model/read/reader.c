@@ -71,6 +71,7 @@ static void read_parts(kmp_reader *r)
         return;
     kmp_read_map(r, r->root, "the model", kmp_model_keys);
     kmp_read_includes(r);
+    kmp_read_clearances(r);
     kmp_read_parameters(r);
     kmp_read_inputs(r);
     kmp_read_tables(r);

@@ -45,6 +45,7 @@ typedef struct kmp_reader {
     kmp_linkage *linkage;              /* NULL without joints between bodies */
     struct kmp_function_block *blocks; /* the entries of `states`, whose laws are read when they are needed */
     int first_algebraic;               /* of the model's variables: those before it are values of blocks */
+    int first_contact_state;           /* of the states that contacts have, the last ones */
     int block_count, block_level;      /* level: blocks that are being read, each for the one before */
     bool wrong;                        /* an error was reported */
     bool *parameter_known;             /* its value is good; dependents of others are skipped without message */
@@ -330,6 +331,17 @@ void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *wha
 
 /** The course of a track whose rails are placed. */
 void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_track *track);
+
+/* -- compliant contacts (compliant/) ------------------------------------------------------------------ */
+
+/** Replaces joints with clearance by joints that move in a plane and entries of `contacts`, in r->root. */
+void kmp_read_clearances(kmp_reader *r);
+
+/** A contact with a law. */
+void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force);
+
+/** True if such a mapping has a law that depends on the rate at the beginning of contact, and so a state. */
+bool kmp_contact_keeps_rate(const kmp_yaml *map);
 
 /* -- parts of wheels (read_wheels.c), after loops and after forces ----------------------------------- */
 

@@ -61,10 +61,15 @@ bool kmp_force_is_line(kmp_force_kind kind)
     return kind == KMP_FORCE_SPRING || kind == KMP_FORCE_LINE || kind == KMP_FORCE_CYLINDER;
 }
 
+bool kmp_force_has_components(const kmp_force *force)
+{
+    return force->kind == KMP_FORCE_POINT || force->kind == KMP_FORCE_BODY;
+}
+
 bool kmp_force_has(const kmp_force *force, int field)
 {
     const kmp_number *number = kmp_force_get(force, field);
-    if (force->kind == KMP_FORCE_TOUCH)
+    if (force->kind == KMP_FORCE_TOUCH || force->kind == KMP_FORCE_COMPLIANT)
         return number == &force->restitution ||
                (number == &force->touch.limit ? force->touch.motion >= 0 : number->value > 0);
     if (force->kind == KMP_FORCE_FRICTION)

@@ -40,5 +40,8 @@ const char *kmp_force_key(const kempe_model *model, const kmp_force *force, cons
 bool kmp_force_is_between(kmp_force_kind kind);
 bool kmp_force_is_line(kmp_force_kind kind);
 
+/** True if it has no value of its own, but three components. */
+bool kmp_force_has_components(const kmp_force *force);
+
 /** False for a number that the element does not have: an end of stops, what an expression replaces. */
 bool kmp_force_has(const kmp_force *force, int field);

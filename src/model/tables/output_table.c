@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/tables/output_table.h"
+#include "model/compliant/compliant.h"
 #include "model/tables/force_table.h"
 
 const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
@@ -8,11 +9,23 @@ const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
 #undef KMP_OUTPUT
 };
 
+/* The numbers of a compliant contact; the last three are those of a journal. */
+static const struct {
+    const char *word, *unit;
+} pressing_numbers[] = {{"normal", "N"}, {"friction", "N"}, {"depth", "m"}, {"rate", "m/s"},
+                        {"slip", "m/s"}, {"x", "m"},        {"y", "m"},     {"eccentricity", "m"}};
+
+static int force_width(const kmp_force *force)
+{
+    bool gap = force->kind == KMP_FORCE_COMPLIANT && force->compliant->form == KMP_COMPLIANT_GAP;
+    return kmp_force_rows[force->kind].width - (gap ? 3 : 0);
+}
+
 int kmp_output_width(const kempe_model *model, const kmp_output *output)
 {
     if (output->kind == KMP_OUTPUT_CONTACT)
         return KMP_CONTACT_SHOWN * kmp_wheel_contacts(&model->wheels[output->index]);
-    return output->kind == KMP_OUTPUT_FORCE ? kmp_force_rows[model->forces[output->index].kind].width
+    return output->kind == KMP_OUTPUT_FORCE ? force_width(&model->forces[output->index])
                                             : kmp_output_rows[output->kind].width;
 }
 
@@ -123,6 +136,8 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
         kmp_text_printf(text, ".%s", axes[k]);
     else if (output->kind == KMP_OUTPUT_CONTACT)
         kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact_numbers[k % KMP_CONTACT_SHOWN].word);
+    else if (output->kind == KMP_OUTPUT_FORCE && model->forces[output->index].kind == KMP_FORCE_COMPLIANT)
+        kmp_text_printf(text, ".%s", pressing_numbers[k].word);
     else if (kmp_output_width(model, output) > 1)
         kmp_text_printf(text, ".%s", components[k]);
 }
@@ -130,6 +145,8 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
 /* A bushing and a wheel have three forces, then three moments; an element at a joint acts along its coordinate. */
 static const char *unit_of_force(const kempe_model *model, const kmp_force *force, int k)
 {
+    if (force->kind == KMP_FORCE_COMPLIANT)
+        return pressing_numbers[k].unit;
     bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
                   : force->motion >= 0                  ? model->motions[force->motion].rotation
                                        : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;

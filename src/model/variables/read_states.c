@@ -225,21 +225,34 @@ static const char *name_of(kmp_reader *r, const kmp_function_block *b, int i)
     return kmp_arena_printf(&r->model->arena, "%s.%d", b->name, i + 1);
 }
 
-static void add_states(kmp_reader *r, kmp_function_block *b)
+static void add_state(kmp_reader *r, const char *name, kmp_place place)
 {
     kempe_model *model = r->model;
-    b->first = model->state_count;
-    kmp_state *states = model->states;
-    for (int i = 0; i < b->count && !model->arena.failed; i++) {
-        const char *name = name_of(r, b, i);
-        states = kmp_arena_room(&model->arena, states, model->state_count, sizeof *states);
-        if (!states || !name)
-            return;
-        model->states = states;
-        states[model->state_count] = (kmp_state){.name = name, .place = b->place, .scale = 1, .period = INFINITY};
-        add_motion(r, &states[model->state_count]);
-        model->state_count++;
-    }
+    kmp_state *states = kmp_arena_room(&model->arena, model->states, model->state_count, sizeof *states);
+    if (!states || !name)
+        return;
+    model->states = states;
+    states[model->state_count] = (kmp_state){.name = name, .place = place, .scale = 1, .period = INFINITY};
+    add_motion(r, &states[model->state_count]);
+    model->state_count++;
+}
+
+static void add_states(kmp_reader *r, kmp_function_block *b)
+{
+    b->first = r->model->state_count;
+    for (int i = 0; i < b->count && !r->model->arena.failed; i++)
+        add_state(r, name_of(r, b, i), b->place);
+}
+
+/* Each contact whose law depends on the rate at its beginning has a state. These are the last states. */
+static void add_contact_states(kmp_reader *r)
+{
+    const kmp_yaml *contacts = kmp_yaml_get(r->root, "contacts");
+    r->first_contact_state = r->model->state_count;
+    for (int k = 0; contacts && contacts->kind == KMP_YAML_MAP && k < contacts->count; k++)
+        if (kmp_contact_keeps_rate(contacts->items[k]))
+            add_state(r, kmp_arena_printf(&r->model->arena, "%s.impact", contacts->keys[k]->text),
+                      contacts->keys[k]->place);
 }
 
 /* The first state, or the first one of the block, begins at `start`. */
@@ -303,6 +316,7 @@ void kmp_read_states(kmp_reader *r)
         check_name(r, s.key->place, s.name);
         add_block(r, &s);
     }
+    add_contact_states(r);
     r->first_algebraic = model->unknowns_count;
 }
 
@@ -360,4 +374,6 @@ void kmp_add_state_rates(kmp_reader *r)
         for (int i = 0; b->rate && !r->model->arena.failed && i < b->count; i++)
             add_rate(r, b->first + i, b->rate[i]);
     }
+    for (int k = r->first_contact_state; k < r->model->state_count; k++)
+        add_rate(r, k, zero(r));
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/simulate/observed.h"
+#include "model/tables/force_table.h"
 #include "model/tables/output_table.h"
 #include "model/tables/requested.h"
 #include <string.h>
@@ -49,7 +50,7 @@ static bool has_output(const kempe_model *model, kmp_output_kind kind, int index
     if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_POINT)
         return model->points[index].body > 0; /* points of the ground rest */
     return kind != KMP_OUTPUT_FORCE ||
-           !(model->forces[index].vector[0] || model->forces[index].kind == KMP_FORCE_STATE);
+           !(kmp_force_has_components(&model->forces[index]) || model->forces[index].kind == KMP_FORCE_STATE);
 }
 
 /* The kinds in the order of their rows, with the words that a reader looks for first before those of points. */

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Compliant contact. The normal force N works against the depth d, the friction T against the slip v. By virtual power
+ * they give coordinate k the generalized force
+ *
+ *     -N d d'/d qd_k - sum_i T_i d v_i/d qd_k,     T = mu N v / sqrt(v.v + s^2), or N mu(v) by an expression of the
+ * slip
+ *
+ * A law of the table has an elastic energy as its potential; what else it takes is work. */
+#include "dynamics/forces/law.h"
+#include "dynamics/kinematics/pressing.h"
+#include "symbolic/partials.h"
+
+enum { WORKS = 4 }; /* rate of depth, slips */
+
+/* The forces along the slip. */
+static void find_friction(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *at, kmp_ref normal,
+                          kmp_ref *friction)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_expr *speed = force->compliant->speed;
+    kmp_ref square = KMP_ZERO, factor = normal;
+    for (int i = 0; i < at->slips; i++)
+        square = kmp_add(g, square, kmp_mul(g, at->slip[i], at->slip[i]));
+    if (speed) {
+        kmp_ref s = kmp_tree_expression(tree, speed), root = kmp_sqrt(g, kmp_add(g, square, kmp_mul(g, s, s)));
+        factor = kmp_div(g, kmp_mul(g, normal, kmp_pressing_coefficient(tree, force, at->slip[0])), root);
+    }
+    for (int i = 0; i < at->slips; i++)
+        friction[i] = kmp_mul(g, factor, speed ? at->slip[i] : kmp_pressing_coefficient(tree, force, at->slip[i]));
+}
+
+/* The generalized forces of `count` forces against rates, zero where the bodies do not touch. */
+static void apply(kmp_forces *forces, const kmp_tree *tree, kmp_ref holds, int count, const kmp_ref *against,
+                  const kmp_ref *size)
+{
+    kmp_graph *g = tree->graph;
+    int n = tree->count - 1;
+    kmp_ref *slope = KMP_GRAPH_NEW(g, kmp_ref, count * n);
+    if (slope)
+        kmp_partials_all(g, count, against, KMP_IN_QD, n, slope);
+    for (int k = 0; slope && k < n; k++) {
+        kmp_ref sum = KMP_ZERO;
+        for (int i = 0; i < count; i++)
+            sum = kmp_add(g, sum, kmp_mul(g, size[i], slope[i * n + k]));
+        if (sum != KMP_ZERO)
+            kmp_apply_effort(forces, tree, k, kmp_select(g, holds, kmp_neg(sum), KMP_ZERO));
+    }
+}
+
+static void add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, const kmp_pressing *at,
+                       int count, const kmp_ref *against, const kmp_ref *size, unsigned energy)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_expr *store = force->compliant->store;
+    kmp_ref holds = kmp_pressing_holds(tree, force, at), lost = KMP_ZERO;
+    for (int i = 0; i < count; i++)
+        lost = kmp_add(g, lost, kmp_mul(g, size[i], against[i]));
+    if (store) {
+        kmp_ref stored = kmp_pressing_law(tree, force, at, store);
+        kmp_derivative *d = kmp_time_derivative(tree);
+        kmp_ref rate = kmp_derivative_of(d, stored);
+        kmp_derivative_free(d);
+        lost = kmp_sub(g, lost, rate);
+        if (energy & KMP_ENERGY_POTENTIAL)
+            forces->potential = kmp_add(g, forces->potential, kmp_select(g, holds, stored, KMP_ZERO));
+    }
+    if (energy & KMP_ENERGY_POWER)
+        forces->power = kmp_sub(g, forces->power, kmp_select(g, holds, lost, KMP_ZERO));
+}
+
+static void show(const kmp_tree *tree, const kmp_pressing *at, kmp_ref holds, const kmp_ref *size, kmp_ref *value)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref square = kmp_add(g, kmp_mul(g, at->x, at->x), kmp_mul(g, at->y, at->y));
+    const kmp_ref shown[] = {at->depth, at->rate, at->slip[0]};
+    value[0] = size[0];
+    value[1] = kmp_select(g, holds, size[1], KMP_ZERO);
+    for (int k = 0; k < 3; k++)
+        value[2 + k] = kmp_select(g, holds, shown[k], KMP_ZERO);
+    value[5] = at->x;
+    value[6] = at->y;
+    value[7] = kmp_sqrt(g, square);
+}
+
+void kmp_law_compliant(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
+                       kmp_ref *value)
+{
+    kmp_pressing at;
+    kmp_pressing_find(tree, force, &at);
+    kmp_ref holds = kmp_pressing_holds(tree, force, &at);
+    kmp_ref against[WORKS] = {at.rate, at.slip[0], at.slip[1], at.slip[2]};
+    kmp_ref size[WORKS] = {kmp_pressing_normal(tree, force, &at), KMP_ZERO, KMP_ZERO, KMP_ZERO};
+    int count = force->holding_effort ? 1 + at.slips : 1;
+    if (count > 1)
+        find_friction(tree, force, &at, size[0], size + 1);
+    apply(forces, tree, holds, count, against, size);
+    show(tree, &at, holds, size, value);
+    if (energy)
+        add_energy(forces, tree, force, &at, count, against, size, energy);
+}

@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "dynamics/kinematics/pressing.h"
+#include "dynamics/kinematics/touching.h"
+#include <math.h>
+#include <string.h>
+
+/* Over lengths. */
+#define KMP_CONTACT_LAG 1e-15
+
+/* The slip of two sides, or the expressions of the user. */
+static void find_slip(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
+{
+    const kmp_contact_pair *touch = &force->touch;
+    kmp_touching sides;
+    while (pressing->slips < 3 && force->vector[pressing->slips]) {
+        pressing->slip[pressing->slips] = kmp_tree_expression(tree, force->vector[pressing->slips]);
+        pressing->slips++;
+    }
+    if (!force->holding_effort || touch->gap || touch->motion >= 0)
+        return;
+    kmp_touching_find(tree, touch, true, &sides);
+    memcpy(pressing->slip, sides.across.x, sizeof pressing->slip);
+    pressing->slips = 3;
+}
+
+static void find_gap(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
+{
+    pressing->open = kmp_touching_gap(tree, &force->touch);
+    pressing->depth = kmp_neg(pressing->open);
+    pressing->rate = kmp_neg(kmp_touching_rate(tree, &force->touch));
+    find_slip(tree, force, pressing);
+}
+
+/* A journal with its centre at (x, y) in a bearing of radius R with the radial clearance c: e = |(x, y)|, depth e - c,
+ * rate (x x' + y y')/e. Its surface slips with (x y' - y x')/e + (R - c) w along the bearing, which is the velocity of
+ * the journal's point of contact. The bodies touch where c^2 - e^2 < 0, which is smooth at the centre, too. */
+static void find_journal(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
+{
+    kmp_graph *g = tree->graph;
+    const struct kmp_compliant *made = force->compliant;
+    kmp_ref x = kmp_tree_expression(tree, force->vector[0]), y = kmp_tree_expression(tree, force->vector[1]);
+    kmp_vec rate = kmp_vec_rate(tree, (kmp_vec){{x, y, KMP_ZERO}});
+    kmp_ref c = kmp_tree_expression(tree, made->clearance), xd = rate.x[0], yd = rate.x[1];
+    kmp_ref square = kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y)), e = kmp_sqrt(g, square);
+    kmp_ref twice = kmp_add(g, c, c);
+    pressing->x = x;
+    pressing->y = y;
+    pressing->open = kmp_div(g, kmp_sub(g, kmp_mul(g, c, c), square), twice);
+    pressing->depth = kmp_sub(g, e, c);
+    pressing->rate = kmp_div(g, kmp_add(g, kmp_mul(g, x, xd), kmp_mul(g, y, yd)), e);
+    if (!made->radius)
+        return;
+    kmp_ref turning = kmp_div(g, kmp_sub(g, kmp_mul(g, x, yd), kmp_mul(g, y, xd)), e);
+    kmp_ref arm = kmp_sub(g, kmp_tree_expression(tree, made->radius), c);
+    pressing->slip[0] = kmp_add(g, turning, kmp_mul(g, arm, kmp_tree_expression(tree, force->vector[2])));
+    pressing->slips = 1;
+}
+
+void kmp_pressing_find(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
+{
+    *pressing = (kmp_pressing){.x = KMP_ZERO, .y = KMP_ZERO, .slip = {KMP_ZERO, KMP_ZERO, KMP_ZERO}};
+    if (force->compliant->form == KMP_COMPLIANT_JOURNAL)
+        find_journal(tree, force, pressing);
+    else
+        find_gap(tree, force, pressing);
+}
+
+/* The lag of a contact, for lengths up to a metre or the farthest point of the model: ten roundings of a place. Without
+ * it rounding would open a contact again at its beginning. */
+static double lag_of(const kempe_model *model)
+{
+    double reach = 1;
+    for (int k = 0; k < model->point_count; k++)
+        for (int i = 0; i < 3; i++)
+            reach = fmax(reach, fabs(model->points[k].at[i].value));
+    return KMP_CONTACT_LAG * reach;
+}
+
+kmp_ref kmp_pressing_holds(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *pressing)
+{
+    return kmp_tree_condition(tree, force, KMP_PRESSING, pressing->open, lag_of(tree->model), NULL, "contact of '%s'",
+                              force->name);
+}
+
+/* Beyond the end of contact, within a step that is cut there, the law sees the modulus of the depth: powers of it stay
+ * defined. */
+kmp_ref kmp_pressing_law(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *pressing,
+                         const kmp_expr *law)
+{
+    kmp_graph *g = tree->graph;
+    const kempe_model *model = tree->model;
+    const int state = force->compliant->state;
+    kmp_ref place[KMP_LOCAL_END] = {KMP_ZERO, KMP_ZERO, KMP_ZERO};
+    kmp_tree within = *tree;
+    place[KMP_LOCAL_DEPTH] = kmp_unary(g, KMP_OP_ABS, pressing->depth);
+    place[KMP_LOCAL_RATE] = pressing->rate;
+    place[KMP_LOCAL_IMPACT] =
+        state < 0 ? KMP_ZERO : kmp_input(g, KMP_IN_QD, (uint32_t)(kmp_model_coordinates(model) + state));
+    place[KMP_LOCAL_SLIP] = pressing->slip[0];
+    within.place = place;
+    return kmp_tree_expression(&within, law);
+}
+
+kmp_ref kmp_pressing_coefficient(const kmp_tree *tree, const kmp_force *force, kmp_ref slip)
+{
+    kmp_ref place[KMP_LOCAL_END] = {[KMP_LOCAL_SLIP] = slip};
+    kmp_tree within = *tree;
+    within.place = place;
+    return kmp_tree_expression(&within, force->holding_effort);
+}
+
+kmp_ref kmp_pressing_normal(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *pressing)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref holds = kmp_pressing_holds(tree, force, pressing);
+    kmp_ref law = kmp_pressing_law(tree, force, pressing, force->effort);
+    kmp_ref pulls = kmp_tree_condition(tree, force, KMP_PRESSING_PULLS, kmp_select(g, holds, law, KMP_ONE), 0, NULL,
+                                       "contact of '%s' without force", force->name);
+    return kmp_select(g, holds, kmp_select(g, pulls, KMP_ZERO, law), KMP_ZERO);
+}
+
+kmp_ref kmp_pressing_measure(const kmp_tree *tree, kmp_measure_kind kind, const char *contact)
+{
+    const kempe_model *model = tree->model;
+    kmp_pressing pressing;
+    int k = kmp_name_find(KMP_NAMED(model, force), contact);
+    if (k < 0)
+        return KMP_ZERO;
+    kmp_pressing_find(tree, &model->forces[k], &pressing);
+    return kind == KMP_MEASURE_DEPTH      ? pressing.depth
+           : kind == KMP_MEASURE_APPROACH ? pressing.rate
+                                          : kmp_pressing_normal(tree, &model->forces[k], &pressing);
+}

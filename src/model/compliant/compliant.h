@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Compliant contact: contacts with a law, and joints with clearance, which become such contacts. The members of
+ * kmp_force of this kind are touch: its geometry, of the form gap; vector: the slip of an expression, up to three
+ * components that are linear in the rates; of the form journal: two coordinates of the journal's centre in the bearing,
+ * and its angular velocity there effort: the law over KMP_LOCAL_..; holding_effort: the coefficient of friction, NULL:
+ * none */
+#pragma once
+
+#include "model/model.h"
+
+typedef enum kmp_compliant_form { KMP_COMPLIANT_GAP, KMP_COMPLIANT_JOURNAL } kmp_compliant_form;
+
+/** Quantities of the contact in its law: places of KMP_EXPR_PLACE after x, y and z. */
+enum { KMP_LOCAL_DEPTH = 3, KMP_LOCAL_RATE, KMP_LOCAL_IMPACT, KMP_LOCAL_SLIP, KMP_LOCAL_END };
+
+struct kmp_compliant {
+    kmp_compliant_form form;
+    const char *law;                    /* its word; NULL: by expression */
+    int state;                          /* that keeps the rate at the beginning of contact; -1: the law has none */
+    const kmp_expr *clearance, *radius; /* of a journal: radial clearance, radius of the bearing */
+    const kmp_expr *store;              /* its elastic energy, NULL: all is work */
+    const kmp_expr *speed; /* of friction: below it the friction is viscous, NULL: by an expression of slip */
+};

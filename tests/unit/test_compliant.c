@@ -1,0 +1,276 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Compliant contact and clearance: restitution of each law against its closed form, depth, force and duration of
+ * contacts against their digits, stiffness by Hertz, a slider-crank with a loose pin against digits of two programs
+ * (tests/digits). */
+#include "loaded.h"
+#include "studies/simulate/trajectory.h"
+#include <math.h>
+#include <string.h>
+
+typedef struct way {
+    const char *formulation, *integrator;
+    double rtol, tolerance; /* the latter relative, of times and rates */
+} way;
+
+static const way ways[] = {{"reduced", "dop853", 1e-11, 1e-9},   {"reduced", "radau", 1e-13, 1e-9},
+                           {"projected", "dop853", 1e-11, 1e-9}, {"projected", "radau", 1e-13, 1e-9},
+                           {"dae", "ida", 1e-11, 1e-6},          {"dae", "radau", 1e-11, 1e-6}};
+
+enum { WAYS = sizeof ways / sizeof *ways };
+
+static kempe_trajectory *simulate(const loaded *l, const way *by, double t_end)
+{
+    kempe_trajectory *run = NULL;
+    kempe_run_options options = {.formulation = by->formulation,
+                                 .integrator = by->integrator,
+                                 .rtol = by->rtol,
+                                 .atol = 1e-14,
+                                 .t_end = t_end,
+                                 .no_convergence_check = 1};
+    kempe_status status = l->system ? kempe_simulate(l->system, &options, &run) : KEMPE_E_INPUT;
+    CHECK(status == KEMPE_OK || status == KEMPE_STOPPED);
+    if (!run)
+        printf("%s %s: %s\n", by->formulation, by->integrator, kempe_context_message(l->context));
+    return run;
+}
+
+/* The times at which contact begins and ends, all and in order; further ones may follow. */
+static void check_times(const kempe_trajectory *run, int count, const double *expected, double tolerance)
+{
+    int found = 0;
+    for (int k = 0; k < run->log.kept && found < count; k++) {
+        const kmp_log_entry *entry = &run->log.entries[k];
+        if (strcmp(entry->kind, "event") != 0 || !strstr(entry->text, "contact of"))
+            continue;
+        CHECK_NEAR(entry->t, expected[found], tolerance * expected[found]);
+        CHECK((strstr(entry->text, "true") != NULL) == (found % 2 == 0));
+        found++;
+    }
+    CHECK(found == count);
+}
+
+#define TIMES(run, tolerance, ...)                                                                                     \
+    do {                                                                                                               \
+        const double expected[] = {__VA_ARGS__};                                                                       \
+        check_times(run, sizeof expected / sizeof *expected, expected, tolerance);                                     \
+    } while (0)
+
+static double last_qd(const kempe_trajectory *run, int k)
+{
+    return kempe_trajectory_qd(run, kempe_trajectory_row_count(run) - 1)[k];
+}
+
+/* Output k of the last row that is not in the table. */
+static double last_shown(const kempe_trajectory *run, int k)
+{
+    return run->shown[k];
+}
+
+/* A unit mass that meets the floor at t = 1 ms with 1 m/s, without any other force. */
+static loaded ball(const char *law, const char *run)
+{
+    char text[600];
+    (void)snprintf(text, sizeof text,
+                   "kempe: 1\n"
+                   "bodies: {ball: {joint: {name: z, prismatic: z, at: ground}, mass: 1}}\n"
+                   "contacts: {floor: {gap: q(z), %s}}\n"
+                   "start: {q: {z: 1 mm}, qd: {z: -1}}\n"
+                   "run: {%soutputs: [q, force(floor)]}\n",
+                   law, run);
+    return load_text(text);
+}
+
+/* The restitution e of F = K d^n (1 + a d'): a v (1 + e) = ln((1 + a v) / (1 - a v e)). By d' = v over the depth,
+ * v v' = -K d^n (1 + a v)/m, so that the integrals of v/(1 + a v) up and down are the same. */
+static double restitution(double a)
+{
+    double low = 0, high = fmin(1, 1 / a);
+    for (int k = 0; k < 200; k++) {
+        double e = 0.5 * (low + high);
+        bool less = a * (1 + e) > log((1 + a) / (1 - a * e));
+        *(less ? &low : &high) = e;
+    }
+    return 0.5 * (low + high);
+}
+
+/* -- laws ------------------------------------------------------------------------------------------------- */
+
+static void check_exit(const char *law, double expected)
+{
+    loaded l = ball(law, "");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.1);
+        if (run)
+            CHECK_NEAR(last_qd(run, 0), expected, ways[k].tolerance);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* For all stiffnesses and exponents. */
+static void hunt_crossley(void)
+{
+    static const double factors[] = {0.01, 0.1, 0.5, 1, 2};
+    static const double digits[] = {0.9933774543987673634, 0.93747557994990506377, 0.74843493159743415812,
+                                    0.59362426004004009232, 0.4107196860610394467};
+    static const char *const numbers[] = {"stiffness: 1e6", "stiffness: 1e4, exponent: 1",
+                                          "stiffness: 1e9, exponent: 2.2"};
+    char law[200];
+    for (int k = 0; k < 5; k++) {
+        CHECK_NEAR(restitution(factors[k]), digits[k], 1e-12); /* rounding of the logarithm over a v */
+        (void)snprintf(law, sizeof law, "law: hunt_crossley, damping: %g, %s", factors[k], numbers[k % 3]);
+        check_exit(law, digits[k]);
+    }
+}
+
+static void made_for_restitution(void)
+{
+    static const double wanted[] = {0.9, 0.7, 0.5, 0.3};
+    char law[200];
+    for (int k = 0; k < 4; k++) {
+        const double c = wanted[k];
+        const struct {
+            const char *word;
+            double factor;
+        } laws[] = {{"lankarani_nikravesh", 3 * (1 - c * c) / 4},
+                    {"hunt_crossley", 3 * (1 - c) / 2},
+                    {"flores", 8 * (1 - c) / (5 * c)}};
+        for (int i = 0; i < 3; i++) {
+            (void)snprintf(law, sizeof law, "law: %s, restitution: %g, stiffness: 1e6", laws[i].word, c);
+            check_exit(law, restitution(laws[i].factor));
+        }
+    }
+}
+
+/* The spring and damper push from the beginning and would pull before the depth is zero: there the contact has no force
+ * any more. Without that the ball would leave with exp(-pi zeta/sqrt(1 - zeta^2)). From d'' + 2 zeta w d' + w^2 d = 0
+ * the force is zero where w^2 d = -2 zeta w d': d' is then -exp(-zeta/sqrt(1 - zeta^2) p), cos p = 2 zeta^2 - 1. */
+static void kelvin_voigt(void)
+{
+    const double w = 1000, zeta = 0.2, root = sqrt(1 - zeta * zeta), p = acos(2 * zeta * zeta - 1);
+    char law[200];
+    (void)snprintf(law, sizeof law, "law: kelvin_voigt, stiffness: %.17g, damping: %.17g", w * w, 2 * zeta * w);
+    check_exit(law, exp(-zeta / root * p));
+    (void)snprintf(law, sizeof law, "force: \"%.17g*depth + %.17g*rate\"", w * w, 2 * zeta * w);
+    check_exit(law, exp(-zeta / root * p));
+    check_exit("law: hertz, stiffness: 1e6", 1);
+    check_exit("force: 1e6*depth^1.5*(1 + 0.1425*rate/impact)", restitution(0.1425)); /* 3(1 - 0.9^2)/4 */
+}
+
+/* Depth and force at their largest, duration (digits: tests/digits/restitution_digits.py). */
+static void largest_depth(void)
+{
+    loaded l = ball("law: hunt_crossley, damping: 0.2, stiffness: 1e6", "until: approach(floor) < 0, ");
+    loaded whole = ball("law: hunt_crossley, damping: 0.2, stiffness: 1e6", "");
+    loaded elastic = ball("law: hertz, stiffness: 1e6", "");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.1);
+        const double e = ways[k].tolerance;
+        if (run) {
+            CHECK_NEAR(last_shown(run, 0), 266.682440591182133, e * 1000);
+            CHECK_NEAR(last_shown(run, 2), 0.0041431400504978336419, e * 0.01);
+        }
+        kempe_trajectory_free(run);
+        if ((run = simulate(&whole, &ways[k], 0.1)))
+            TIMES(run, e, 0.001, 0.01399164240163874);
+        kempe_trajectory_free(run);
+        if ((run = simulate(&elastic, &ways[k], 0.1)))
+            TIMES(run, e, 0.001, 0.0138113493482468762);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+    unload(&whole);
+    unload(&elastic);
+}
+
+/* Dropped from 0.1 m: bounces until it rests on the floor, which ends the events. */
+static void dropped(void)
+{
+    const double first = 0.155163377059, second = 0.405455673119; /* the floor is left */
+    loaded l = load("tests/models/compliant_drop.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.9);
+        if (run) {
+            TIMES(run, e, sqrt(0.2 / 9.81), first, first + 2 * 1.16473656956 / 9.81, second,
+                  second + 2 * 0.99438193219 / 9.81, 0.621432620443);
+            CHECK_NEAR(kempe_trajectory_q(run, kempe_trajectory_row_count(run) - 1)[0], 0.029244781446, 10 * e);
+            CHECK(run->verdict.drift_rel < 1e-6);
+        }
+        kempe_trajectory_free(run);
+    }
+    kempe_trajectory *run = simulate(&l, &ways[1], 20);
+    if (run) {
+        CHECK_NEAR(kempe_trajectory_q(run, kempe_trajectory_row_count(run) - 1)[0], -pow(9.81e-6, 2.0 / 3), 1e-6);
+        CHECK(run->log.kept < 400);
+    }
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* -- clearance -------------------------------------------------------------------------------------------- */
+
+/* The stiffness by Hertz, as force at a depth: steel sphere of 20 mm on a plane; journal of 9.5 mm in a bearing. */
+static void stiffness(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "bodies: {ball: {joint: {name: z, prismatic: z, at: ground}, mass: 1}}\n"
+                         "contacts:\n"
+                         "  sphere: {gap: q(z), law: hertz, young: 207 GPa, radii: 20 mm}\n"
+                         "  socket: {gap: q(z), law: hertz, young: 207 GPa, radii: [9.5 mm, -10 mm]}\n"
+                         "start: {q: {z: -1}}\n"
+                         "run: {outputs: [force(sphere), force(socket)]}\n");
+    kempe_trajectory *run = simulate(&l, &ways[0], 1e-12);
+    if (run) {
+        CHECK_NEAR(last_shown(run, 0), 2.144631556126232e10, 1e-14 * 2e10);
+        CHECK_NEAR(last_shown(run, 5), 6.610198397896846e10, 1e-14 * 7e10);
+    }
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* Pin of a slider-crank, as a loop, as a joint of the tree and in a graph of joints. */
+static void loose_pin(void)
+{
+    static const char *const models[] = {"tests/models/compliant_pin.yaml", "tests/models/compliant_pin_tree.yaml",
+                                         "tests/models/compliant_pin_graph.yaml"};
+    for (int m = 0; m < 3; m++) {
+        loaded l = load(models[m]);
+        for (int k = 0; k < (m ? 2 : 4); k++) {
+            kempe_trajectory *run = simulate(&l, &ways[k], 0.012);
+            if (run) {
+                TIMES(run, 1e-9, 0.00022728603203979, 0.0002807232580788, 0.000637056430168, 0.000690890591941,
+                      0.00074970027984, 0.00081515044038);
+                CHECK(run->verdict.drift_rel < 1e-8);
+            }
+            kempe_trajectory_free(run);
+        }
+        unload(&l);
+    }
+}
+
+/* Friction by the velocity of the centres alone, as the digits have it. */
+static void loose_pin_with_friction(void)
+{
+    loaded l = load("tests/models/compliant_pin_friction.yaml");
+    for (int k = 0; k < 4; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.001);
+        if (run)
+            TIMES(run, 1e-9, 0.00022728603203979, 0.0002807149115640, 0.0006925283641, 0.00074842610918);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(hunt_crossley);
+    TEST(made_for_restitution);
+    TEST(kelvin_voigt);
+    TEST(largest_depth);
+    TEST(dropped);
+    TEST(stiffness);
+    TEST(loose_pin);
+    TEST(loose_pin_with_friction);
+    return check_report();
+}
