@@ -148,8 +148,10 @@
 
 /** A distance below this many sizes is none: corners that strike together differ by the error of the positions. */
 #define KMP_TOUCH_NEAR 1e-10
-/** What is left of a distance that is open, in sizes: some roundings of positions. */
-#define KMP_TOUCH_LIFT 1e-15
+/** An overlap that is none where a contact has opened, in sizes: some roundings of positions. Without a rate it opens
+ * with the third power of the time, and is within rounding for longer. */
+#define KMP_TOUCH_LIFT   1e-15
+#define KMP_TOUCH_LIFTED 1e-13
 /** Part of a run: an impact that follows the one before it within this time ends their sequence. The way to the limit
  * of the sequence is then below rounding of most positions, its square. */
 #define KMP_IMPACT_SPACING 2e-7

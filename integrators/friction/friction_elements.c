@@ -101,8 +101,11 @@ void kmp_friction_set_off(kmp_runner *run, kmp_friction_element *e)
 void kmp_friction_set_moving(kmp_runner *run, kmp_friction_element *e, double sense, double rate)
 {
     double size = kmp_friction_scale(run, e), gap = kmp_friction_at(run->friction, e, KMP_ROLE_PLACE);
-    kmp_friction_set_slip(run, e, sense,
-                          e->contact ? KMP_TOUCH_LIFT * size + fmax(-gap, 0) : KMP_FRICTION_NONE * size * rate);
+    bool rebounds = kmp_friction_at(run->friction, e, KMP_ROLE_RATE) > KMP_FRICTION_STILL * size * rate;
+    bool again = e->lift > 0 && !e->struck && gap < -e->lift; /* it leaves, but the error of steps holds it back */
+    double lift = (rebounds ? KMP_TOUCH_LIFT : KMP_TOUCH_LIFTED) * size + fmax(-gap, 0);
+    e->lift = again ? 4 * e->lift : lift;
+    kmp_friction_set_slip(run, e, sense, e->contact ? e->lift : KMP_FRICTION_NONE * size * rate);
 }
 
 void kmp_friction_set_given(kmp_runner *run, kmp_friction_element *e, double force, double none)

@@ -22,6 +22,9 @@ typedef struct kmp_friction_element {
     int base;     /* friction of a contact: the element of the contact; -1: none */
     int rubs;     /* friction of a closed contact that slips, 1 or -1: its force takes part in the decision, not its
                    * mode; 0: none */
+    double lift;  /* contact: an overlap that is none while it is open; 0: it is closed */
+    bool struck;  /* contact: an impact at this instant has acted on it */
+    double still; /* an acceleration of its place that is none, in this decision */
     kmp_friction_stance stance, was; /* now, and before the decision */
     double sense, before_sense;      /* of slip */
     bool fired, known;               /* its reserve was used up at the event; it has been decided before */

@@ -32,10 +32,12 @@ static void list(kmp_runner *run, int i)
 static void list_contact(kmp_runner *run, int i, double rate)
 {
     kmp_friction_element *e = &run->friction->element[i];
-    if (is_open(run, e, rate))
+    if (is_open(run, e, rate)) {
         kmp_friction_set_moving(run, e, 1, rate);
-    else
+    } else {
+        e->lift = e->was == KMP_FRICTION_SLIPS ? e->lift : 0;
         list(run, i);
+    }
 }
 
 /* An element of friction. That of a closed contact takes part also where it slips, because its force depends on that of
@@ -65,6 +67,7 @@ static void list_resting(kmp_runner *run, double rate)
         kmp_friction_element *e = &x->element[i];
         e->broken = e->implied = false;
         e->rubs = 0;
+        e->still = KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate * rate;
         if (e->contact)
             list_contact(run, i, rate);
         else
@@ -210,8 +213,9 @@ double kmp_friction_rounding(const kmp_friction_run *x, int i)
 
 static bool is_at_bound(const kmp_friction_run *x, int i)
 {
-    if (x->element[x->which[i]].contact)
-        return x->f[i] <= 0 && x->upper[i] > 0;
+    const kmp_friction_element *e = &x->element[x->which[i]];
+    if (e->contact)
+        return x->f[i] * x->d[i + i * x->rest] <= e->still && x->upper[i] > 0;
     return fabs(x->f[i]) >= (1 - KMP_FRICTION_TIE) * x->upper[i] && x->lower[i] < x->upper[i];
 }
 
@@ -352,7 +356,8 @@ static bool turns_back(const kmp_friction_run *x)
 {
     for (int k = 0; k < x->rest; k++) {
         const kmp_friction_element *e = &x->element[x->which[k]];
-        if (e->broken && !e->rubs && e->sense * x->y[k] < -kmp_friction_rounding(x, k))
+        double least = e->contact ? e->still : kmp_friction_rounding(x, k);
+        if (e->broken && !e->rubs && e->sense * x->y[k] < -least)
             return true;
     }
     return false;

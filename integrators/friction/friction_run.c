@@ -170,6 +170,7 @@ kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *q
             kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s' %s",
                             e->name, words_of(e));
         e->known = true;
+        e->struck = false;
         e->fired = false;
     }
     return watch(run, t);

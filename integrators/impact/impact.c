@@ -17,6 +17,7 @@ struct kmp_impact_run {
     double *jacobian; /* m x n */
     double *d, *v, *a, *e, *lower, *upper, *f, *y, *tried, *room;
     int *side;
+    bool *held;     /* most: it takes its rate away, in both directions */
     double *last;   /* most: time of the last impact of an element; -INFINITY: none yet */
     double *before; /* n: rates before the impact */
     long total;
@@ -32,9 +33,9 @@ kmp_impact_run *kmp_impact_new(kmp_runner *run, bool *none)
     *none = contacts == 0;
     kmp_impact_run *p = *none ? NULL : KMP_ARENA_NEW(a, kmp_impact_run, 1);
     if (!p || !KMP_ARENA_MAKE(
-                  a, KMP_ROOM(int, most, &p->which, &p->side), KMP_ROOM(double, most *n, &p->row, &p->way),
-                  KMP_ROOM(double, run->s->m *n, &p->jacobian), KMP_ROOM(double, most *most, &p->d),
-                  KMP_ROOM(double, kmp_box_room(most), &p->room),
+                  a, KMP_ROOM(int, most, &p->which, &p->side), KMP_ROOM(bool, most, &p->held),
+                  KMP_ROOM(double, most *n, &p->row, &p->way), KMP_ROOM(double, run->s->m *n, &p->jacobian),
+                  KMP_ROOM(double, most *most, &p->d), KMP_ROOM(double, kmp_box_room(most), &p->room),
                   KMP_ROOM(double, most, &p->v, &p->a, &p->e, &p->lower, &p->upper, &p->f, &p->y, &p->tried, &p->last),
                   KMP_ROOM(double, n, &p->before)))
         return NULL;
@@ -190,7 +191,7 @@ static void set_bounds(kmp_runner *run)
         bool rubs = e->base >= 0;
         double most = rubs ? e->force->level.value * p->f[under(run, k)] : INFINITY;
         p->a[k] = p->v[k] + p->e[k] * p->v[k];
-        p->lower[k] = rubs ? -most : 0;
+        p->lower[k] = rubs || p->held[k] ? -most : 0;
         p->upper[k] = most;
     }
 }
@@ -256,40 +257,48 @@ static double apply(const kmp_runner *run, double *qd)
 }
 
 /* Moves the surfaces apart by what the located time of the impact lies behind it, in the inverse inertia: the next
- * flight begins at the surface. */
-static void part_surfaces(kmp_runner *run, double t, double *q)
+ * flight begins at the surface. Returns the largest overlap, in sizes. */
+static double part_surfaces(kmp_runner *run, double t, double *q)
 {
     kmp_impact_run *p = run->impacts;
     int n = run->s->n;
+    double most = 0;
     for (int k = 0; k < p->count; k++) {
         const kmp_friction_element *e = element_of(run, k);
         p->f[k] = 0;
         p->a[k] = e->contact ? kmp_friction_at(run->friction, e, KMP_ROLE_PLACE) : 0;
         p->lower[k] = 0;
         p->upper[k] = e->contact ? INFINITY : 0;
+        most = fmax(most, -p->a[k] / kmp_friction_scale(run, e));
     }
     const kmp_box box = {p->count, p->d, p->a, p->lower, p->upper};
     if (kmp_box_minimum(&box, p->f, p->y, p->side, p->room) != KMP_BOX_FOUND)
-        return; /* they stay as they are */
+        return 0; /* they stay as they are */
     for (int k = 0; k < p->count; k++)
         for (int i = 0; i < n; i++)
             q[i] += p->f[k] * p->way[k * n + i];
     kmp_eval_closure(run->eval, t, q);
     kmp_eval_mass(run->eval);
+    return most;
 }
 
-/* Ends the sequences of impacts whose next one would follow at once: they take the rate away. */
-static void end_sequences(kmp_runner *run, double t)
+/* Ends sequences of impacts whose next one would follow at once. A contact that rebounds takes its rate away. Where
+ * contacts strike in turn, each throws the others off by a rate that is no more than that of a fall in this time: they
+ * stay. */
+static void end_sequences(kmp_runner *run, double t, double rate)
 {
     kmp_impact_run *p = run->impacts;
     double least = KMP_IMPACT_SPACING * (run->spec.t_end - run->spec.t_start);
     for (int k = 0; k < p->count; k++) {
+        const kmp_friction_element *element = element_of(run, k);
         double e = p->e[k], since = t - p->last[p->which[k]];
+        p->held[k] =
+            element->contact && since < least && fabs(p->v[k]) < least * kmp_friction_scale(run, element) * rate * rate;
         if (!(e > 0) || !(e * since < least))
             continue;
         double end = e < 1 ? t + e * since / (1 - e) : t;
         kmp_run_log_add(run->log, "accumulation", t, since, end,
-                        "impacts of '%s' accumulate at t = %.9g; the contact closes", element_of(run, k)->name, end);
+                        "impacts of '%s' accumulate at t = %.9g; the contact closes", element->name, end);
         p->e[k] = 0;
     }
 }
@@ -300,10 +309,11 @@ static void note_impacts(kmp_runner *run, double t, double gain)
     double before = kmp_eval_kinetic(run->eval, p->before);
     kmp_text names = {0};
     for (int k = 0; k < p->count; k++) {
-        if (!(p->f[k] > 0) || !element_of(run, k)->contact)
+        if (p->f[k] == 0 || !element_of(run, k)->contact)
             continue;
         kmp_text_printf(&names, "%s'%s' at %.4g", names.length ? ", " : "", element_of(run, k)->name, -p->v[k]);
         p->last[p->which[k]] = t;
+        element_of(run, k)->struck = true;
     }
     p->total++;
     kmp_run_log_add(run->log, "impact", t, before, before + gain, "%s: %.4g of %.4g J of kinetic energy are lost",
@@ -336,12 +346,17 @@ kempe_status kmp_impact_pass(kmp_runner *run, double t, double *q, double *qd, d
     kmp_impact_run *p = run->impacts;
     *gain = 0;
     evaluate(run, t, q, qd);
-    if (!list_touching(run, kmp_friction_pace(run, qd)))
+    double rate = kmp_friction_pace(run, qd);
+    if (!list_touching(run, rate))
         return KEMPE_OK;
     memcpy(p->before, qd, (size_t)run->s->n * sizeof *qd);
     KMP_TRY(find_matrix(run, t, q));
-    part_surfaces(run, t, q);
-    end_sequences(run, t);
+    if (part_surfaces(run, t, q) > KMP_TOUCH_LIFT) { /* otherwise rows and rates are the same but for rounding */
+        evaluate(run, t, q, qd);
+        (void)list_touching(run, rate);
+        KMP_TRY(find_matrix(run, t, q));
+    }
+    end_sequences(run, t, rate);
     KMP_TRY(solve(run, t));
     *gain = apply(run, qd);
     KMP_TRY(keep_from_gaining(run, t, qd, gain));

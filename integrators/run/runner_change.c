@@ -238,10 +238,13 @@ static kempe_status settle_friction(kmp_runner *run, double t, double *q, double
     return kmp_runner_look_at_margin(run, t, q);
 }
 
-/* Removes the rows of friction, which take no part in impacts. */
-static kempe_status let_go(kmp_runner *run, double t, const double *q)
+/* Removes the rows of friction and contacts, whose modes are decided anew. What the integration left of the rates of
+ * closed contacts would strike or part them. */
+static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
 {
     kmp_friction_note(run);
+    if (run->impacts)
+        KMP_TRY(kmp_runner_project(run, t, q, qd));
     kmp_friction_release(run);
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
@@ -259,7 +262,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     bool changed = true, any = false;
     kmp_eval_take(run->eval, false);
     if (run->friction)
-        KMP_TRY(let_go(run, t, q));
+        KMP_TRY(let_go(run, t, q, qd));
     for (int pass = 0; changed; pass++) { /* each changes once at most */
         KMP_TRY(kmp_crossing_change(run->crossing, t, q, qd, pass > 0, &changed));
         if (changed || pass == 0)

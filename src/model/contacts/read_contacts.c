@@ -216,7 +216,6 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
 {
     const reading c = {r, map, what, touch};
     int kind = kmp_read_one_key(r, map, what, KMP_NAMES_OF(firsts));
-    const kmp_yaml *on = kmp_yaml_get(map, "on");
     *touch = (kmp_contact_pair){.motion = -1, .side = {{.point = -1}, {.point = -1}}};
     if (kind < 0)
         return false;
@@ -230,7 +229,7 @@ bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_co
         read_gap(&c);
     if (kind < 2)
         return touch->motion >= 0 || touch->gap;
-    on = kmp_read_required(r, map, what, "on");
+    const kmp_yaml *on = kmp_read_required(r, map, what, "on");
     bool good = read_first(&c, kind);
     good = on && read_second(&c, on) && good;
     if (good)
