@@ -50,7 +50,8 @@ typedef enum kempe_matrix {
     KEMPE_MATRIX_K,
     KEMPE_MATRIX_L,
     KEMPE_MATRIX_N,
-    KEMPE_MATRIX_ND
+    KEMPE_MATRIX_ND,
+    KEMPE_MATRIX_Z /* of a model with sampled states: eigenvalues of A, real and imaginary parts as columns */
 } kempe_matrix;
 
 /** One matrix, column-major: element (i, k) at [i + k rows]; owned by the linearization. */
@@ -72,6 +73,11 @@ KEMPE_API const char *kempe_linearization_unit(const kempe_linearization *linear
 KEMPE_API const double *kempe_linearization_q(const kempe_linearization *linearization);
 KEMPE_API const double *kempe_linearization_qd(const kempe_linearization *linearization);
 KEMPE_API const double *kempe_linearization_y(const kempe_linearization *linearization);
+
+/** The time T in which all samples of the model's sampled states repeat; 0: it has none. The matrices belong to the
+ * steps of T: x(k+1) = A x(k) + B w(k), y(k) = C x(k) + D w(k). There x(k) is the state before the samples. Inputs are
+ * constant in between. */
+KEMPE_API double kempe_linearization_sample_time(const kempe_linearization *linearization);
 
 /** 1: an equilibrium, or a motion that changes no force; 0: the matrices are valid at that instant only. */
 KEMPE_API int kempe_linearization_is_equilibrium(const kempe_linearization *linearization);

@@ -26,10 +26,10 @@ class Linearization(Result):
 
     _noun = "linearization"
     _options = "kempe_linearize_options"
-    _kept = ("states", "inputs", "outputs", "q", "qd", "y", "is_equilibrium")
+    _kept = ("states", "inputs", "outputs", "q", "qd", "y", "sample_time", "is_equilibrium")
 
     def matrix(self, name: str) -> Array:
-        """A matrix by its name: A, B, C, D, M, G, K, L, N, Nd."""
+        """A matrix by its name: A, B, C, D, M, G, K, L, N, Nd, Z."""
         rows, columns = ffi.new("int *"), ffi.new("int *")
         values = lib.kempe_linearization_matrix(self._pointer, constant("MATRIX", name), rows, columns)
         return view(values, (rows[0], columns[0]), self._pointer, "F")
@@ -44,6 +44,7 @@ class Linearization(Result):
     L: MatrixOf = MatrixOf("Of the inputs on the equations of motion.")
     N: MatrixOf = MatrixOf("Coordinates by independent ones (n x p).")
     Nd: MatrixOf = MatrixOf("Rate of N along the motion (n x p).")
+    Z: MatrixOf = MatrixOf("With sampled states: eigenvalues of A, real and imaginary parts as columns.")
 
     def _channel(self, name: str) -> dict[str, str]:
         channel, p = getattr(lib, f"KEMPE_CHANNEL_{name}"), self._pointer
@@ -83,6 +84,11 @@ class Linearization(Result):
         return view(lib.kempe_linearization_y(self._pointer), (len(self.outputs),), self._pointer)
 
     @property
+    def sample_time(self) -> float:
+        """With sampled states: the time after which all samples repeat; A, B, C, D are the map over it. Otherwise 0."""
+        return float(lib.kempe_linearization_sample_time(self._pointer))
+
+    @property
     def is_equilibrium(self) -> bool:
         """The matrices are valid at all times, not at this instant only."""
         return bool(lib.kempe_linearization_is_equilibrium(self._pointer))
@@ -100,7 +106,7 @@ class Linearization(Result):
         """
         from scipy.signal import StateSpace
 
-        return StateSpace(self.A, self.B, self.C, self.D)
+        return StateSpace(self.A, self.B, self.C, self.D, **({"dt": self.sample_time} if self.sample_time else {}))
 
     def to_control(self) -> Any:
         """A control.StateSpace of python-control, with the names of its channels. It allows no dots in names: they are "_"."""
@@ -111,6 +117,7 @@ class Linearization(Result):
             self.B,
             self.C,
             self.D,
+            self.sample_time or 0,
             **{
                 channel: [name.replace(".", "_") for name in names]
                 for channel, names in (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs))

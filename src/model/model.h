@@ -148,6 +148,8 @@ typedef struct kmp_force {
     const kmp_expr *effort;    /* JOINT, LINE, TORSION: N m or N */
     const kmp_expr *vector[3]; /* POINT, BODY: ground axes; CYLINDER: two pressures */
     int point[2], body;
+    const int *through; /* LINE: the points between its ends, through which it runs */
+    int through_count;
     int axis; /* TORSION: of the first point, 0 to 2 */
     kmp_number stiffness, damping, free_length, rest, lower, upper, width, level, speed, bore, rod, mu, mu_static,
         radius;

@@ -157,6 +157,8 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
 {
     int bodies = model->body_count < most_bodies ? model->body_count : most_bodies;
     int lines = model->force_count + model->closure_count;
+    for (int f = 0; f < model->force_count; f++)
+        lines += model->forces[f].through_count;
     *drawing = (kmp_drawing){.body_count = bodies};
     drawing->marks =
         KMP_ARENA_NEW(&drawing->arena, kmp_mark,
@@ -179,8 +181,9 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
     for (int b = 1; b < bodies; b++)
         mark_com(drawing, model, b);
     for (int f = 0; f < model->force_count; f++)
-        if (kmp_force_is_line(model->forces[f].kind))
-            add_line(drawing, model, model->forces[f].name, model->forces[f].point,
+        for (int k = 0; kmp_force_is_line(model->forces[f].kind) && k <= model->forces[f].through_count; k++)
+            add_line(drawing, model, model->forces[f].name,
+                     (const int[]){kmp_force_point(&model->forces[f], k), kmp_force_point(&model->forces[f], k + 1)},
                      model->forces[f].kind == KMP_FORCE_CYLINDER);
     return true;
 }

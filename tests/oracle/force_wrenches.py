@@ -73,14 +73,17 @@ class Loads:
         return env.value(text) + 0 * self.motion.t
 
     def pull(self, item, tension_of):
-        """A tension by distance and rate of two points."""
-        (first, p, vp), (second, q, vq) = self.ends(item)
-        gap = q - p
-        length = np.linalg.norm(gap, axis=-1)
-        along = gap / length[:, None]
-        tension = tension_of(distance=length, rate=np.sum(along * (vq - vp), -1))
-        self.push(first.body, p, tension[:, None] * along)
-        self.push(second.body, q, -tension[:, None] * along)
+        """A tension by the length of a way through points, and its rate."""
+        ends, length, rate, parts = self.ends(item), 0, 0, []
+        for (first, p, vp), (second, q, vq) in zip(ends, ends[1:]):
+            part = np.linalg.norm(q - p, axis=-1)
+            along = (q - p) / part[:, None]
+            length, rate = length + part, rate + np.sum(along * (vq - vp), -1)
+            parts.append((first.body, p, second.body, q, along))
+        tension = tension_of(distance=length, rate=rate)
+        for first, p, second, q, along in parts:
+            self.push(first, p, tension[:, None] * along)
+            self.push(second, q, -tension[:, None] * along)
         return tension, length
 
     def line(self, item, scope):

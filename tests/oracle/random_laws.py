@@ -153,6 +153,11 @@ class Laws(Choices):
 
     def put_line(self, name):
         ends = self.apart()
+        if ends and self.chance(0.4):
+            more = self.two_points()[0]
+            if min(np.linalg.norm(self.frame_of(more)[0] - self.frame_of(end)[0]) for end in ends) > 0.15:
+                ends = (ends[0], more, ends[1])
+                self.features["rope"] += 1
         if ends:
             self.document["parameters"]["one"] = "1"
             a, b, c = self.between(1, 20), self.between(0, 1), self.between(0, 2)

@@ -16,7 +16,7 @@ include-offset include-set parameters units table-spline table-linear table-csv 
 massless loop-ball loop-rod loop-rod-of-time loop-revolute loop-universal loop-cylindrical loop-prismatic loop-weld
 loop-planar loop-point_on_line loop-point_on_plane curve-table curve-y curve-y-and-z curve-surface curve-two-surfaces
 coupler coupler-equals constraint constraint-of-time linkage drive-angle drive-displacement drive-locked redundant torque
-force joint-spring stops friction spring bushing line cylinder torsion measure point-force body-torque condition-q condition-qd condition-t
+force joint-spring stops friction spring bushing line rope cylinder torsion measure point-force body-torque condition-q condition-qd condition-t
 condition-lambda force-of-lambda sensor ancestor-moves ancestor-body formulation-reduced formulation-dae formulation-projected integrators
 dynamics tape held rough-guess""".split()
 

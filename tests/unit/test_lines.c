@@ -123,6 +123,55 @@ static void constant_tension(void)
     CHECK(r.drift < 1e-9);
 }
 
+/* A rope without mass from the ceiling through the eye of a mass and over a fixed pulley to a second mass that hangs on
+ * it: with its tension T the first mass has 2 T, the second one T. An elastic rope is an oscillator of their length
+ * 2 x + y, x and y downwards: T = k (2 x + y - rest), x'' = g - 2 T, y'' = g - T/3 with the masses 1 and 3. */
+static void pulleys(void)
+{
+    static const char model[] =
+        "kempe: 1\n"
+        "gravity: [0, -9.81, 0]\n"
+        "ground: {points: {A: [0, 2, 0], B: [0, 2, 0], C: [1, 2, 0], D: [1, 2, 0]}}\n"
+        "bodies:\n"
+        "  a: {joint: {name: x, prismatic: -y, at: ground.B}, mass: 1, points: {P: [0, 0, 0]}}\n"
+        "  b: {joint: {name: y, prismatic: -y, at: ground.D}, mass: 3, points: {Q: [0, 0, 0]}}\n"
+        "forces: {rope: {line: [ground.A, a.P, ground.B, ground.C, b.Q], force: %s}}\n"
+        "start: {q: {x: 1, y: 1.2}}\n";
+    const double g = 9.81, k = 200, w = sqrt(k * (4 + 1. / 3)), mean = g * (2 + 1) / (w * w);
+    char text[1024];
+    double t = 0.3, s0 = 0.2, s = mean + (s0 - mean) * cos(w * t);
+    (void)snprintf(text, sizeof text, model, "200*(distance - 4)");
+    result r = run_text(text, NULL, 1e-11, t);
+    CHECK_NEAR(2 * r.q[0] + r.q[1] - 3, s, 1e-9);
+    CHECK(r.drift < 1e-7); /* its work has no error control */
+    /* 2 y'' - x''/3 is free of T */
+    CHECK_NEAR(r.q[0] - 6 * r.q[1], 1 - 6 * 1.2 - 5 * g * t * t / 2, 1e-10);
+    (void)snprintf(text, sizeof text, model, "12 N"); /* a constant tension has a potential */
+    r = run_text(text, NULL, 1e-11, t);
+    CHECK_NEAR(r.q[0], 1 + (g - 24) * t * t / 2, 1e-12);
+    CHECK_NEAR(r.q[1], 1.2 + (g - 4) * t * t / 2, 1e-12);
+    CHECK(r.drift < 1e-10);
+}
+
+static void refused(const char *points, const char *sentence)
+{
+    char text[512];
+    kempe_model *model = NULL;
+    kempe_context *context = kempe_context_new();
+    (void)snprintf(text, sizeof text, MASS "forces: {f: {line: [%s], force: 1}}\n", points);
+    CHECK(kempe_model_read_text(context, text, "model.yaml", &model) == KEMPE_E_INPUT);
+    CHECK(strstr(kempe_context_message(context), sentence) != NULL);
+    kempe_context_free(context);
+}
+
+static void mistakes_of_ropes(void)
+{
+    refused("ground.O", "2 items");
+    refused("ground.O, mass.P, mass.P", "point 'mass.P' follows itself");
+    refused("mass.P, mass.P, mass.P", "follows itself");
+    refused("ground.O, mass.X, mass.P", "no point 'X'");
+}
+
 /* Constant pressures on both sides: the thrust of both areas moves the mass with x = F t^2 / (2 m). */
 static void thrust(void)
 {
@@ -275,6 +324,8 @@ int main(void)
     TEST(tabulated_damper);
     TEST(like_a_spring);
     TEST(constant_tension);
+    TEST(pulleys);
+    TEST(mistakes_of_ropes);
     TEST(thrust);
     TEST(oil_spring);
     TEST(two_rotors);

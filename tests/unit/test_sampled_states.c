@@ -4,8 +4,8 @@
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <kempe/ensemble.h>
-#include <kempe/equilibrium.h>
-#include <kempe/linearize.h>
+#include <kempe/modes.h>
+#include <kempe/response.h>
 #include <kempe/sensitivity.h>
 #include <kempe/stepper.h>
 
@@ -236,12 +236,13 @@ static void check_said(kempe_context *context, const char *sentence)
 static void studies(void)
 {
     loaded l = load_text(ROTOR);
-    kempe_equilibrium *e = NULL;
-    kempe_linearization *x = NULL;
+    kempe_modes *m = NULL;
+    kempe_response *x = NULL;
     kempe_sensitivity *s = NULL;
-    CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_E_ARGUMENT);
-    check_said(l.context, "equilibrium: the state 'u' is sampled");
-    CHECK(l.system && kempe_linearization_new(l.system, NULL, &x) == KEMPE_E_ARGUMENT);
+    CHECK(l.system && kempe_modes_new(l.system, NULL, &m) == KEMPE_E_ARGUMENT);
+    check_said(l.context, "the state 'u' is sampled");
+    kempe_response_options response = {.inputs = "Kp", .outputs = "q(A)"};
+    CHECK(l.system && kempe_response_new(l.system, &response, &x) == KEMPE_E_ARGUMENT);
     check_said(l.context, "the state 'u' is sampled");
     CHECK(l.model && kempe_sensitivity_new(l.model, NULL, &s) == KEMPE_E_ARGUMENT);
     check_said(l.context, "sensitivities: the state 'u' is sampled");

@@ -339,6 +339,14 @@ static void put_contact(kmp_json *json, const kempe_model *model, const kmp_forc
             put_expr(json, keys[k], model, exprs[k]);
 }
 
+static void put_rope(kmp_json *json, const kempe_model *model, const kmp_force *force)
+{
+    kmp_json_array(json, "points");
+    for (int k = 0; k < force->through_count + 2; k++)
+        kmp_model_json_point(json, NULL, model, kmp_force_point(force, k));
+    kmp_json_end(json);
+}
+
 static void put_force(kmp_json *json, const kempe_model *model, const kmp_force *force)
 {
     const kmp_force_row *row = &kmp_force_rows[force->kind];
@@ -361,7 +369,7 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
     else if (force->kind == KMP_FORCE_BODY)
         kmp_json_string(json, "body", model->bodies[force->body].name);
     else if (kmp_force_is_between(force->kind))
-        put_two_points(json, model, force->point);
+        put_rope(json, model, force);
     else
         kmp_model_json_point(json, "point", model, force->point[0]);
     kmp_model_json_fields(json, model, force);

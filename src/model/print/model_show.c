@@ -313,8 +313,8 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
         return;
     } else if (kmp_force_is_between(force->kind)) {
         kmp_text_put(text, row->place);
-        put_point(text, " ", model, force->point[0]);
-        put_point(text, " - ", model, force->point[1]);
+        for (int k = 0; k < force->through_count + 2; k++)
+            put_point(text, k > 0 ? " - " : " ", model, kmp_force_point(force, k));
         if (force->kind == KMP_FORCE_TORSION)
             kmp_text_printf(text, " about %s", kmp_axis_names[force->axis]);
     } else if (force->motion >= 0) {

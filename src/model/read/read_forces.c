@@ -357,14 +357,22 @@ static void read_on_body(const element *e)
 
 /* -- between two points ---------------------------------------------------------------------------- */
 
+/* The sum of the distances of each point from the next. */
 static void set_distance(element *e)
 {
-    kmp_spot ends[2];
     kmp_arena *arena = &e->r->model->arena;
-    const int *point = e->force->point;
-    if (!kmp_reader_spot(e->r, point[0], -1, &ends[0]) || !kmp_reader_spot(e->r, point[1], -1, &ends[1]))
-        return;
-    const kmp_expr *distance = kmp_expr_measure(arena, KMP_MEASURE_DISTANCE, 2, ends);
+    const kmp_expr *distance = NULL;
+    for (int k = 0; k <= e->force->through_count; k++) {
+        kmp_spot ends[2];
+        for (int i = 0; i < 2; i++)
+            if (!kmp_reader_spot(e->r, kmp_force_point(e->force, k + i), -1, &ends[i]))
+                return;
+        const kmp_expr *part = kmp_expr_measure(arena, KMP_MEASURE_DISTANCE, 2, ends);
+        kmp_expr *sum = k > 0 ? KMP_ARENA_NEW(arena, kmp_expr, 1) : NULL;
+        if (sum)
+            *sum = (kmp_expr){.kind = KMP_EXPR_ADD, .a = distance, .b = part};
+        distance = sum ? sum : part;
+    }
     set_locals(e, "distance", distance, kmp_expr_rate(arena, distance), false);
 }
 
@@ -403,10 +411,43 @@ static void read_pressures(const element *e)
                             e->force->rod.value, e->force->bore.value);
 }
 
+/* The points of a rope, two or more. Two points that follow each other differ, and not all are of one body. */
+static bool read_rope(const element *e, const kmp_yaml *list)
+{
+    kmp_force *force = e->force;
+    const kmp_point *points = e->r->model->points;
+    int count = list->count, *point = KMP_ARENA_NEW(&e->r->model->arena, int, count);
+    bool good = point, apart = false;
+    for (int k = 0; point && k < count; k++) {
+        point[k] = kmp_read_point(e->r, list->items[k], e->what);
+        good = good && point[k] >= 0;
+        if (good && k > 0 && point[k] == point[k - 1])
+            good = kmp_reader_complain(e->r, list->items[k]->place, "%s: point '%s' follows itself", e->what,
+                                       list->items[k]->text);
+        apart = apart || (good && points[point[k]].body != points[point[0]].body);
+    }
+    if (good && !apart)
+        good = kmp_reader_complain(e->r, list->place, "%s: all points are on body '%s'", e->what,
+                                   e->r->model->bodies[points[point[0]].body].name);
+    if (!good)
+        return false;
+    force->point[0] = point[0];
+    force->point[1] = point[count - 1];
+    force->through = point + 1;
+    force->through_count = count - 2;
+    return true;
+}
+
+static bool read_ends(const element *e, const kmp_yaml *list)
+{
+    bool rope = e->force->kind == KMP_FORCE_LINE && list->kind == KMP_YAML_LIST && list->count > 2;
+    return rope ? read_rope(e, list) : kmp_read_two_points(e->r, list, e->what, e->force->point);
+}
+
 static void read_between(element *e, const char *place)
 {
     kmp_force *force = e->force;
-    bool good = kmp_read_two_points(e->r, kmp_yaml_get(e->map, place), e->what, force->point);
+    bool good = read_ends(e, kmp_yaml_get(e->map, place));
     read_fields(e, e->map, e->what);
     if (force->kind == KMP_FORCE_TORSION)
         read_axis_word(e);

@@ -56,6 +56,11 @@ bool kmp_force_is_between(kmp_force_kind kind)
     return kmp_name_find(KMP_NAMES_OF(others), kmp_force_rows[kind].place) < 0;
 }
 
+int kmp_force_point(const kmp_force *force, int k)
+{
+    return k == 0 ? force->point[0] : k > force->through_count ? force->point[1] : force->through[k - 1];
+}
+
 bool kmp_force_is_line(kmp_force_kind kind)
 {
     return kind == KMP_FORCE_SPRING || kind == KMP_FORCE_LINE || kind == KMP_FORCE_CYLINDER;

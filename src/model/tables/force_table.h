@@ -36,6 +36,9 @@ const kmp_number *kmp_force_get(const kmp_force *force, int field);
 /** `key` as the file has it: "effort" is `torque` for a rotation, `force` for a translation. */
 const char *kmp_force_key(const kempe_model *model, const kmp_force *force, const char *key);
 
+/** Point k of an element between points: 0 and through_count + 1 are its ends. */
+int kmp_force_point(const kmp_force *force, int k);
+
 /** True if the kind acts between two points; and if it pulls along their line. */
 bool kmp_force_is_between(kmp_force_kind kind);
 bool kmp_force_is_line(kmp_force_kind kind);

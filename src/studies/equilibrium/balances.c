@@ -286,11 +286,12 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
     KMP_WANTED_BOTH(system, equilibrium);
     KMP_OPTIONS(system->context, kempe_equilibrium_options, options);
     kmp_context_begin(system->context);
-    KMP_TRY(kmp_refuse_samples(system->model, "equilibrium"));
     KMP_TRY(kmp_refuse_contacts(system->model, "equilibrium"));
     KMP_MAKE(system->context, kempe_equilibrium, e);
-    e->requested = e->system = system;
-    kempe_status status = read_options(e, options);
+    kempe_status status = kmp_averaged_new(system, "equilibrium", &e->averaged);
+    e->requested = e->system = kmp_averaged_system(e->averaged, system);
+    if (status == KEMPE_OK)
+        status = read_options(e, options);
     if (status == KEMPE_OK)
         status = find(e, options);
     e->warnings = kmp_context_warnings(system->context);
@@ -302,6 +303,7 @@ void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
     if (!equilibrium)
         return;
     kmp_exchange_free(equilibrium->exchange);
+    kmp_averaged_free(equilibrium->averaged);
     kmp_free(equilibrium->warnings);
     kmp_arena_free(&equilibrium->arena);
     kmp_free(equilibrium);

@@ -2,6 +2,7 @@
 /* The equilibria that were found, each with all its results. */
 #pragma once
 
+#include "derivatives/averaged.h"
 #include "studies/equilibrium/exchange.h"
 #include "studies/equilibrium/rest_set.h"
 #include "studies/equilibrium/stability.h"
@@ -29,7 +30,8 @@ typedef struct kmp_balance {
 } kmp_balance;
 
 struct kempe_equilibrium {
-    const kempe_system *requested, *system; /* the caller's; the one used in the computation */
+    kmp_averaged *averaged;                 /* of a model with sampled states; NULL: it has none */
+    const kempe_system *requested, *system; /* the caller's, or the averaged one; the one used in the computation */
     kmp_exchange *exchange;                 /* NULL: none */
     kmp_friction_state *friction;           /* during the search; NULL: no friction sticks */
     bool stick;                             /* friction keeps its places of the start */

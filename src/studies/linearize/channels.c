@@ -283,8 +283,12 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
 kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *system, const kmp_channels_options *options)
 {
     double begin = kmp_cpu_now();
-    *channels = (kmp_channels){.given = system, .system = system};
-    kempe_status status = build(channels, options);
+    *channels = (kmp_channels){0};
+    kempe_status status =
+        options->samples ? kmp_averaged_new(system, "small motions about a state", &channels->averaged) : KEMPE_OK;
+    channels->given = channels->system = kmp_averaged_system(channels->averaged, system);
+    if (status == KEMPE_OK)
+        status = build(channels, options);
     channels->build_s = system->build_s + (kmp_cpu_now() - begin);
     if (status != KEMPE_OK)
         kmp_channels_free(channels);
@@ -301,6 +305,7 @@ void kmp_channels_free(kmp_channels *channels)
     kmp_operating_free(c->at);
     kempe_system_free(c->own);
     kmp_variant_free(c->variant);
+    kmp_averaged_free(c->averaged);
     kmp_requested_inputs_free(&c->inputs);
     kmp_arena_free(&c->arena);
     *c = (kmp_channels){0};

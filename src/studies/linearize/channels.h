@@ -2,6 +2,7 @@
 /* A mechanism near a state with named inputs and outputs: the basis of state spaces and frequency responses. */
 #pragma once
 
+#include "derivatives/averaged.h"
 #include "model/variant.h"
 #include "studies/equilibrium/operating.h"
 #include "studies/linearize/transfer.h"
@@ -9,6 +10,7 @@
 /** NULL: the default of each. */
 typedef struct kmp_channels_options {
     const char *at, *inputs, *outputs, *independent, *backend;
+    bool samples; /* sampled states are averaged; otherwise they are rejected */
 } kmp_channels_options;
 
 typedef struct kmp_names {
@@ -18,7 +20,8 @@ typedef struct kmp_names {
 
 typedef struct kmp_channels {
     kmp_arena arena;                    /* of names and scratch */
-    const kempe_system *given, *system; /* the caller's, and the one that is evaluated */
+    kmp_averaged *averaged;             /* of a model with sampled states; NULL: it has none */
+    const kempe_system *given, *system; /* the caller's, or the averaged one, and the one that is evaluated */
     kmp_variant *variant;               /* NULL: both systems are equal */
     kempe_system *own;
     kmp_operating *at;

@@ -4,6 +4,7 @@
 #include "output/print.h"
 #include "studies/linearize/linearize_study.h"
 #include <kempe/linearize.h>
+#include <math.h>
 
 enum { MOST_COLUMNS = 8, MOST_ROWS = 24 };
 
@@ -42,12 +43,27 @@ static void show_matrix(kmp_text *text, const kmp_matrix_row *row)
     }
 }
 
+static double largest_of(const kempe_linearization *l)
+{
+    kmp_matrix_row z = kmp_linearization_row(l, KEMPE_MATRIX_Z);
+    double largest = 0;
+    for (int k = 0; k < z.rows; k++)
+        largest = fmax(largest, hypot(z.values[k], z.values[k + z.rows]));
+    return largest;
+}
+
 static void show(kmp_text *text, const kempe_linearization *l)
 {
     const kmp_channels *c = &l->channels;
     int freedoms = c->linear.p - c->system->model->state_count;
     kmp_text_printf(text, "%s: linear %s (t = 0), %d degree%s of freedom\n", c->system->model->name, state_sentence(c),
                     freedoms, freedoms == 1 ? "" : "s");
+    if (l->period > 0)
+        kmp_text_printf(text, "  samples  from one to the next after %.9g s: largest |z| %.9g, %s\n", l->period,
+                        largest_of(l),
+                        largest_of(l) < 1   ? "stable"
+                        : largest_of(l) > 1 ? "unstable"
+                                            : "neutral");
     list(text, "states", &c->states);
     list(text, "inputs", &c->loads);
     list(text, "outputs", &c->outputs);
@@ -92,13 +108,16 @@ static void json(kmp_text *text, const kempe_linearization *l, double *room)
     kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
     kmp_print_entries(&j, "qd", c->system, KMP_QUANTITY_QD, c->at->qd);
+    if (l->period > 0)
+        kmp_json_number(&j, "sample_time", l->period);
     json_names(&j, "states", &c->states);
     json_names(&j, "inputs", &c->loads);
     json_names(&j, "outputs", &c->outputs);
     kmp_json_numbers(&j, "y", c->outputs.count, c->transfer.value);
     for (int k = 0; k < KMP_MATRICES; k++) {
         kmp_matrix_row row = kmp_linearization_row(l, k);
-        json_matrix(&j, &row, room);
+        if (k != KEMPE_MATRIX_Z || l->z)
+            json_matrix(&j, &row, room);
     }
     kmp_json_end(&j);
 }

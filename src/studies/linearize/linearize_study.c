@@ -2,21 +2,28 @@
 /* State spaces: one made, its matrices, and their file. */
 #include "studies/linearize/linearize_study.h"
 #include "base/memory.h"
+#include "derivatives/sampled_motion.h"
+#include "linalg/dense/lapack.h"
 #include "output/formats/named_arrays.h"
 #include <kempe/linearize.h>
+#include <math.h>
+#include <string.h>
 
 kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
 {
     const kmp_transfer *transfer = &l->channels.transfer;
     const kmp_linear *linear = &l->channels.linear;
     int p = transfer->p, n = transfer->n, inputs = transfer->columns, outputs = transfer->outputs;
-    int width = kmp_transfer_width(transfer);
+    int width = kmp_transfer_width(transfer), second = l->z ? 0 : p;
     const kmp_matrix_row row[] = {
 #define KMP_MATRIX(name, word, rows, columns, values, meaning) {word, meaning, values, rows, columns},
 #include "studies/linearize/matrices.def"
 #undef KMP_MATRIX
     };
-    return k >= 0 && k < (int)(sizeof row / sizeof *row) ? row[k] : (kmp_matrix_row){0};
+    kmp_matrix_row found = k >= 0 && k < (int)(sizeof row / sizeof *row) ? row[k] : (kmp_matrix_row){0};
+    if (l->z && k == KEMPE_MATRIX_A)
+        found.meaning = "x(k+1) = A x(k) + B w(k)";
+    return found;
 }
 
 /* -- construction ------------------------------------------------------------------------------------ */
@@ -43,6 +50,39 @@ static kempe_status make_first_order(kempe_linearization *l)
                     system->model->motions[l->channels.linear.part.u[failed - 1]].name);
 }
 
+/* From one common sample to the next. */
+static kempe_status make_samples(kempe_linearization *l)
+{
+    const kmp_transfer *t = &l->channels.transfer;
+    const kmp_linear *linear = &l->channels.linear;
+    kempe_context *context = l->channels.system->context;
+    ptrdiff_t width = kmp_transfer_width(t);
+    double *every, *room;
+    if (!l->channels.averaged)
+        return KEMPE_OK;
+    KMP_TRY(kmp_made(context,
+                     KMP_ARENA_MAKE(&l->channels.arena, KMP_ROOM(double, width, &every),
+                                    KMP_ROOM(double, 2 * width, &l->z), KMP_ROOM(double, 3 * width * width, &room))));
+    for (int i = 0; i < (int)width; i++) {
+        int place = kmp_transfer_state(t, i) - t->p;
+        const kmp_state *state = place >= 0 ? kmp_state_of(linear->system->model, linear->part.u[place]) : NULL;
+        every[i] = kmp_state_is_sampled(state) ? state->period : INFINITY;
+    }
+    int failed = kmp_sampled_map((int)width, t->columns, l->a, l->b, every, &l->period, l->a, l->b);
+    if (failed == -2)
+        return kmp_fail(
+            context, KEMPE_E_FAILED,
+            "the sample times of the states have no common multiple: there is no map from one sample to the "
+            "next");
+    memcpy(room, l->a, (size_t)(width * width) * sizeof *room);
+    double *vectors = room + width * width;
+    failed = failed ? failed
+                    : kmp_eigen_general((int)width, room, l->z, l->z + width, vectors, vectors, vectors + width * width,
+                                        vectors + width * width);
+    return failed == 0 ? KEMPE_OK
+                       : kmp_fail(context, KEMPE_E_FAILED, "the map from one sample to the next is not finite");
+}
+
 kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *options,
                                      kempe_linearization **linearization)
 {
@@ -50,11 +90,13 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
     KMP_OPTIONS(system->context, kempe_linearize_options, options);
     kmp_context_begin(system->context);
     KMP_MAKE(system->context, kempe_linearization, l);
-    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
-                                            options->backend};
+    const kmp_channels_options requested = {options->at,          options->inputs,  options->outputs,
+                                            options->independent, options->backend, true};
     kempe_status status = kmp_channels_init(&l->channels, system, &requested);
     if (status == KEMPE_OK)
         status = make_first_order(l);
+    if (status == KEMPE_OK)
+        status = make_samples(l);
     l->channels.warnings = kmp_context_warnings(system->context);
     return KMP_GIVE_OR_FREE(status, linearization, l, kempe_linearization_free);
 }
@@ -99,6 +141,7 @@ KMP_GETTER_AT(const char *kempe_linearization_unit(const kempe_linearization *l,
 KMP_GETTER(const double *kempe_linearization_q(const kempe_linearization *l), l, l->channels.at->q, NULL)
 KMP_GETTER(const double *kempe_linearization_qd(const kempe_linearization *l), l, l->channels.at->qd, NULL)
 KMP_GETTER(const double *kempe_linearization_y(const kempe_linearization *l), l, l->channels.transfer.value, NULL)
+KMP_GETTER(double kempe_linearization_sample_time(const kempe_linearization *l), l, l->period, 0)
 KMP_GETTER(int kempe_linearization_is_equilibrium(const kempe_linearization *l), l, l->channels.rests, 0)
 
 /* -- files ---------------------------------------------------------------------------------------- */
@@ -122,7 +165,8 @@ kempe_status kempe_linearization_write(const kempe_linearization *l, const char 
     arrays.failed = !coordinates;
     for (int k = 0; k < KMP_MATRICES; k++) {
         kmp_matrix_row row = kmp_linearization_row(l, k);
-        kmp_arrays_matrix(&arrays, row.name, row.rows, row.columns, row.values);
+        if (k != KEMPE_MATRIX_Z || l->z)
+            kmp_arrays_matrix(&arrays, row.name, row.rows, row.columns, row.values);
     }
     add_names(&arrays, "states", "state_units", &c->states);
     add_names(&arrays, "inputs", "input_units", &c->loads);

@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* In the averaged system a sampled state y has the rate (next - y)/T. A sample replaces y by y + T y', and keeps the
+ * rest; between samples y is constant. So both the samples and the motion between them follow from one linear system
+ * (Chen and Francis 1995, chapter 3; lifting over several sample times). */
+#include "derivatives/sampled_motion.h"
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "linalg/dense/dense.h"
+#include "linalg/dense/exponential.h"
+#include "linalg/dense/lapack.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_REPEATS = 1000 };
+
+bool kmp_state_is_sampled(const kmp_state *state)
+{
+    return state && state->period > 0 && isfinite(state->period);
+}
+
+static bool is_whole(double x)
+{
+    return fabs(x - round(x)) <= KMP_SAME_SAMPLE * fmax(fabs(x), 1);
+}
+
+/* The least multiple of the longest time that is one of all; 0: there is none among the first. */
+static double common_period(int width, const double *every)
+{
+    double longest = 0;
+    for (int i = 0; i < width; i++)
+        longest = isfinite(every[i]) ? fmax(longest, every[i]) : longest;
+    for (int k = 1; k <= MOST_REPEATS; k++) {
+        bool all = longest > 0;
+        for (int i = 0; all && i < width; i++)
+            all = !isfinite(every[i]) || is_whole(k * longest / every[i]);
+        if (all)
+            return k * longest;
+    }
+    return 0;
+}
+
+/* What happens to x: a and b of a size of x and w together, [a b; 0 0], the motion so far, room for another. */
+typedef struct map {
+    int width, size;
+    double *averaged, *held, *step, *now, *next;
+    double h; /* of the step in `step` */
+} map;
+
+static void take_samples(map *m, const double *every, double t)
+{
+    memcpy(m->next, m->now, (size_t)m->size * (size_t)m->size * sizeof *m->next);
+    for (int i = 0; i < m->width; i++)
+        if (isfinite(every[i]) && is_whole(t / every[i]))
+            for (int j = 0; j < m->size; j++)
+                for (int k = 0; k < m->size; k++)
+                    m->next[i + j * m->size] += every[i] * m->averaged[i + k * m->size] * m->now[k + j * m->size];
+    double *now = m->now;
+    m->now = m->next;
+    m->next = now;
+}
+
+static double next_sample(const map *m, const double *every, double t, double end)
+{
+    double next = end;
+    for (int i = 0; i < m->width; i++)
+        if (isfinite(every[i]))
+            next = fmin(next, every[i] * (floor(t / every[i] * (1 + KMP_SAME_SAMPLE) + KMP_SAME_SAMPLE) + 1));
+    return next;
+}
+
+static int move(map *m, double h)
+{
+    if (fabs(h - m->h) > KMP_SAME_SAMPLE * h) {
+        if (kmp_exponential(m->size, m->held, h, m->step) != 0)
+            return -1;
+        m->h = h;
+    }
+    memset(m->next, 0, (size_t)m->size * (size_t)m->size * sizeof *m->next);
+    for (int j = 0; j < m->size; j++)
+        for (int k = 0; k < m->size; k++)
+            for (int i = 0; i < m->size; i++)
+                m->next[i + j * m->size] += m->step[i + k * m->size] * m->now[k + j * m->size];
+    double *now = m->now;
+    m->now = m->next;
+    m->next = now;
+    return 0;
+}
+
+static void fill(map *m, int inputs, const double *a, const double *b, const double *every)
+{
+    for (int j = 0; j < m->width + inputs; j++) {
+        const double *column = j < m->width ? a + (ptrdiff_t)j * m->width : b + (ptrdiff_t)(j - m->width) * m->width;
+        for (int i = 0; i < m->width; i++) {
+            m->averaged[i + j * m->size] = column[i];
+            m->held[i + j * m->size] = isfinite(every[i]) ? 0 : column[i];
+        }
+        m->now[j + j * m->size] = 1;
+    }
+}
+
+int kmp_sampled_map(int width, int inputs, const double *a, const double *b, const double *every, double *period,
+                    double *phi, double *gamma)
+{
+    map m = {.width = width, .size = width + inputs};
+    ptrdiff_t size = (ptrdiff_t)m.size * m.size;
+    double end = common_period(width, every), *room = KMP_NEW(double, 5 * size);
+    int failed = !room ? -1 : end > 0 ? 0 : -2;
+    m.averaged = room, m.held = room + size, m.step = room + 2 * size, m.now = room + 3 * size,
+    m.next = room + 4 * size;
+    if (failed == 0)
+        fill(&m, inputs, a, b, every);
+    for (double t = 0; failed == 0 && t < end * (1 - KMP_SAME_SAMPLE);) {
+        double next = next_sample(&m, every, t, end);
+        take_samples(&m, every, t);
+        failed = move(&m, next - t);
+        t = next;
+    }
+    for (int j = 0; failed == 0 && j < m.size; j++)
+        memcpy(j < width ? phi + (ptrdiff_t)j * width : gamma + (ptrdiff_t)(j - width) * width,
+               m.now + (ptrdiff_t)j * m.size, (size_t)width * sizeof *phi);
+    *period = end;
+    kmp_free(room);
+    return failed;
+}
+
+/* -- eigenvalues ------------------------------------------------------------------------------------- */
+
+/* x of a linear system: its coordinates but for the integrals of states, then the rates. */
+static int list_entries(const kmp_linear *l, int *place, double *every)
+{
+    int width = 0;
+    for (int half = 0; half < 2; half++)
+        for (int k = 0; k < l->p; k++) {
+            const kmp_state *state = kmp_state_of(l->system->model, l->part.u[k]);
+            if (half == 0 && state)
+                continue;
+            place[width] = half * l->p + k;
+            every[width++] = half == 1 && kmp_state_is_sampled(state) ? state->period : INFINITY;
+        }
+    return width;
+}
+
+/* Column `from` of -Mr^-1 [Kr Gr], or of the rates of the coordinates, at the entries of x. */
+static void put_column(const kmp_linear *l, const double *lu, const int *pivot, int from, int width, const int *place,
+                       double *work, double *column)
+{
+    int p = l->p;
+    const double *matrix = from < p ? l->stiffness + (ptrdiff_t)from * p : l->damping + (ptrdiff_t)(from - p) * p;
+    for (int i = 0; i < p; i++)
+        work[i] = -matrix[i];
+    kmp_lu_solve(p, lu, pivot, 1, work);
+    for (int i = 0; i < width; i++)
+        column[i] = place[i] >= p ? work[place[i] - p] : place[i] + p == from;
+}
+
+int kmp_sampled_eigenvalues(const kmp_linear *linear, double *period, int *count, double *re, double *im)
+{
+    int p = linear->p;
+    ptrdiff_t n = 2 * (ptrdiff_t)p;
+    double *room = KMP_NEW(double, 3 * n * n + n + (ptrdiff_t)p * p + p);
+    int *place = KMP_NEW(int, 3 * p), failed = room && place ? 0 : -1;
+    double *a = room, *vectors = room + n * n, *every = room + 3 * n * n, *lu = every + n,
+           *work = lu + (ptrdiff_t)p * p;
+    *count = 0;
+    if (failed == 0) {
+        *count = list_entries(linear, place, every);
+        memcpy(lu, linear->mass, (size_t)p * (size_t)p * sizeof *lu);
+        failed = kmp_lu_factor(p, lu, place + 2 * p) ? -3 : 0;
+    }
+    for (int j = 0; failed == 0 && j < *count; j++)
+        put_column(linear, lu, place + 2 * p, place[j], *count, place, work, a + (ptrdiff_t)j * *count);
+    if (failed == 0)
+        failed = kmp_sampled_map(*count, 0, a, NULL, every, period, a, NULL);
+    if (failed == 0)
+        failed = kmp_eigen_general(*count, a, re, im, vectors, vectors, vectors + n * n, vectors + n * n);
+    kmp_free(room);
+    kmp_free(place);
+    return failed;
+}

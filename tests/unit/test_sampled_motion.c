@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Small motions of models with sampled states: the map from one sample to the next against closed forms and against
+ * runs of linear models, limits of stability, equilibria. */
+#include "linalg/dense/exponential.h"
+#include "loaded.h"
+#include <kempe/equilibrium.h>
+#include <kempe/linearize.h>
+
+/* A rotor under a sampled controller of angle and rate. */
+#define ROTOR                                                                                                          \
+    "kempe: 1\n"                                                                                                       \
+    "parameters: {Kp: 2, Kd: 0.1, J: 0.01, target: 1}\n"                                                               \
+    "states: {u: {sample: %.17g, next: Kp*(target - q(A)) - Kd*qd(A)}}\n"                                              \
+    "bodies: {rotor: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: J}}}\n"                        \
+    "forces: {motor: {joint: A, torque: u}}\n"
+
+static kempe_linearization *linearize(const loaded *l, const char *inputs, const char *outputs)
+{
+    kempe_linearization *x = NULL;
+    const kempe_linearize_options options = {.inputs = inputs, .outputs = outputs};
+    kempe_status status = l->system ? kempe_linearization_new(l->system, &options, &x) : KEMPE_E_ARGUMENT;
+    if (status != KEMPE_OK)
+        printf("  %s\n", kempe_context_message(l->context));
+    CHECK(status == KEMPE_OK);
+    return x;
+}
+
+static const double *matrix_of(const kempe_linearization *x, kempe_matrix matrix, int rows, int columns)
+{
+    int found_rows = 0, found_columns = 0;
+    const double *values = kempe_linearization_matrix(x, matrix, &found_rows, &found_columns);
+    CHECK(values && found_rows == rows && found_columns == columns);
+    return found_rows == rows && found_columns == columns ? values : NULL;
+}
+
+static double largest(const kempe_linearization *x, int count)
+{
+    const double *z = matrix_of(x, KEMPE_MATRIX_Z, count, 2);
+    double most = 0;
+    for (int k = 0; z && k < count; k++)
+        most = fmax(most, hypot(z[k], z[k + count]));
+    return z ? most : NAN;
+}
+
+/* Between samples the torque is constant: q + T qd + T^2/(2 J) u, qd + T/J u, with u = -Kp q - Kd qd. */
+static void map_of_a_rotor(void)
+{
+    const double T = 0.01, Kp = 2, Kd = 0.1, J = 0.01;
+    const double want[9] = {
+        1 - Kp * T * T / (2 * J), -Kp * T / J, -Kp, T - Kd * T * T / (2 * J), 1 - Kd * T / J, -Kd, 0, 0, 0};
+    char text[1024];
+    (void)snprintf(text, sizeof text, ROTOR, T);
+    loaded l = load_text(text);
+    kempe_linearization *x = linearize(&l, "target", "q(A)");
+    CHECK(kempe_linearization_sample_time(x) == T);
+    const double *a = matrix_of(x, KEMPE_MATRIX_A, 3, 3), *b = matrix_of(x, KEMPE_MATRIX_B, 3, 1);
+    const double input[3] = {Kp * T * T / (2 * J), Kp * T / J, Kp};
+    for (int k = 0; a && k < 9; k++)
+        CHECK(fabs(a[k] - want[k]) <= 1e-14);
+    for (int k = 0; b && k < 3; k++)
+        CHECK(fabs(b[k] - input[k]) <= 1e-14);
+    const double *c = matrix_of(x, KEMPE_MATRIX_C, 1, 3);
+    CHECK(c && c[0] == 1 && c[1] == 0 && c[2] == 0);
+    matrix_of(x, KEMPE_MATRIX_M, 0, 0);
+    kempe_linearization_free(x);
+    unload(&l);
+}
+
+/* The rotor is stable for T < min(2 J/Kd, 2 Kd/Kp) = 0.1: the map's determinant is 1 - T Kd/J + T^2 Kp/(2 J), and at z
+ * = -1 its polynomial is 4 - 2 T Kd/J. Both limits are met at once here, with other gains one after the other. */
+static void limit_of_stability(void)
+{
+    static const struct {
+        double Kp, Kd, limit;
+    } gains[] = {{2, 0.1, 0.1}, {0.5, 0.1, 0.2}, {8, 0.1, 0.025}, {2, 0.4, 0.05}};
+    for (int k = 0; k < 4; k++)
+        for (int side = -1; side <= 1; side += 2) {
+            char text[1024], set[64];
+            double limit = fmin(2 * 0.01 / gains[k].Kd, 2 * gains[k].Kd / gains[k].Kp), T = limit * (1 + side * 1e-6);
+            (void)snprintf(set, sizeof set, "{Kp: %g, Kd: %g,", gains[k].Kp, gains[k].Kd);
+            (void)snprintf(text, sizeof text, ROTOR, T);
+            char *from = strstr(text, "{Kp: 2, Kd: 0.1,"), rest[1024];
+            (void)snprintf(rest, sizeof rest, "%s", from + strlen("{Kp: 2, Kd: 0.1,"));
+            (void)snprintf(from, sizeof text - (size_t)(from - text), "%s%s", set, rest);
+            loaded l = load_text(text);
+            kempe_linearization *x = linearize(&l, NULL, NULL);
+            CHECK(side < 0 ? largest(x, 3) < 1 : largest(x, 3) > 1);
+            CHECK_NEAR(largest(x, 3), 1, k == 0 ? 3e-3 : 1e-4); /* a double z = -1: the root of 1e-6 */
+            kempe_equilibrium *e = NULL;
+            CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK);
+            CHECK_TEXT(kempe_equilibrium_stability(e, 0), side < 0 ? "stable" : "unstable");
+            kempe_equilibrium_free(e);
+            kempe_linearization_free(x);
+            unload(&l);
+        }
+}
+
+/* A cart on a spring under a sampled controller rests where both balance: 50 x = 200 (0.3 - x). */
+static void equilibrium_of_a_cart(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "states: {u: {sample: 20 ms, next: 200*(0.3 - q(x)) - 40*qd(x)}}\n"
+                         "bodies: {cart: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\n"
+                         "forces: {spring: {joint: x, spring: {stiffness: 50}}, drive: {joint: x, force: u}}\n");
+    kempe_equilibrium *e = NULL;
+    kempe_table *table = NULL;
+    CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK);
+    CHECK_TEXT(kempe_equilibrium_stability(e, 0), "stable");
+    CHECK(e && kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK);
+    CHECK_NEAR(table ? kempe_table_number(table, 0, kempe_table_find(table, "q.x")) : NAN, 0.24, 1e-13);
+    CHECK_NEAR(table ? kempe_table_number(table, 0, kempe_table_find(table, "state.u")) : NAN, 12, 1e-12);
+    kempe_table_free(table);
+    kempe_equilibrium_free(e);
+    /* x'' + 25 x = u/2 in closed form */
+    kempe_linearization *x = linearize(&l, NULL, NULL);
+    const double w = 5, T = 0.02, c = cos(w * T), s = sin(w * T), by_u = (1 - c) / 50, rate_by_u = s / 10;
+    const double want[6] = {c - 200 * by_u, -w * s - 200 * rate_by_u, -200, s / w - 40 * by_u, c - 40 * rate_by_u, -40};
+    const double *a = matrix_of(x, KEMPE_MATRIX_A, 3, 3);
+    for (int k = 0; a && k < 6; k++)
+        CHECK(fabs(a[k] - want[k]) <= 1e-12 * fmax(1, fabs(want[k])));
+    kempe_linearization_free(x);
+    unload(&l);
+}
+
+/* Two sample times, a filter, a delay: a linear model, whose run over the common period of 60 ms is the map times its
+ * start. An input moves it from rest by B. */
+#define RATES                                                                                                          \
+    "kempe: 1\n"                                                                                                       \
+    "parameters: {r: %g}\n"                                                                                            \
+    "states:\n"                                                                                                        \
+    "  f: {start: %g, rate: (q(x) - f)/0.05, scale: 1}\n"                                                              \
+    "  u: {start: %g, sample: 20 ms, next: 30*(r - w) - 2*qd(x)}\n"                                                    \
+    "  w: {start: %g, sample: 30 ms, next: f}\n"                                                                       \
+    "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\n"                                             \
+    "forces: {s: {joint: x, spring: {stiffness: 40, damping: 1}}, d: {joint: x, force: u}}\n"                          \
+    "start: {q: {x: %g}, qd: {x: %g}}\n"                                                                               \
+    "run: {t_end: 0.06, output_step: 0.06, rtol: 1e-12, atol: 1e-12, integrator: dop853}\n"
+
+static void end_of_run(double r, const double start[5], double end[5])
+{
+    char text[1024];
+    kempe_trajectory *t = NULL;
+    const kempe_run_options options = {.no_convergence_check = 1};
+    (void)snprintf(text, sizeof text, RATES, r, start[2], start[3], start[4], start[0], start[1]);
+    loaded l = load_text(text);
+    CHECK(l.system && kempe_simulate(l.system, &options, &t) == KEMPE_OK);
+    for (int k = 0; k < 5; k++)
+        end[k] = t ? k == 0 ? kempe_trajectory_q(t, 1)[0] : kempe_trajectory_qd(t, 1)[k - 1] : NAN;
+    kempe_trajectory_free(t);
+    unload(&l);
+}
+
+static void several_rates(void)
+{
+    static const double rest[5];
+    char text[1024];
+    double end[5];
+    (void)snprintf(text, sizeof text, RATES, 0., 0., 0., 0., 0., 0.);
+    loaded l = load_text(text);
+    kempe_linearization *x = linearize(&l, "r", NULL);
+    CHECK_NEAR(kempe_linearization_sample_time(x), 0.06, 1e-14);
+    const double *a = matrix_of(x, KEMPE_MATRIX_A, 5, 5), *b = matrix_of(x, KEMPE_MATRIX_B, 5, 1);
+    for (int j = 0; a && j < 5; j++) {
+        double start[5] = {0};
+        start[j] = 1;
+        end_of_run(0, start, end);
+        for (int i = 0; i < 5; i++)
+            CHECK(fabs(a[i + 5 * j] - end[i]) <= 1e-10 * fmax(1, fabs(end[i])));
+    }
+    end_of_run(1, rest, end);
+    for (int i = 0; b && i < 5; i++)
+        CHECK(fabs(b[i] - end[i]) <= 1e-10 * fmax(1, fabs(end[i])));
+    kempe_linearization_free(x);
+    unload(&l);
+}
+
+/* exp of a rotation, of a nilpotent matrix and of one of very different sizes. */
+static void exponential(void)
+{
+    double e[9];
+    CHECK(kmp_exponential(2, (const double[]){0, 1, -1, 0}, 30, e) == 0);
+    CHECK_NEAR(e[0], cos(30), 1e-13);
+    CHECK_NEAR(e[1], sin(30), 1e-13);
+    CHECK(kmp_exponential(3, (const double[]){0, 0, 0, 1e6, 0, 0, 0, 1e-3, 0}, 2, e) == 0);
+    CHECK_NEAR(e[3], 2e6, 1e-15);
+    CHECK_NEAR(e[6], 2e3, 1e-15);
+    CHECK(kmp_exponential(2, (const double[]){-3, 0, 1e9, -5}, 1, e) == 0);
+    CHECK_NEAR(e[0], exp(-3), 1e-14);
+    CHECK_NEAR(e[2], 1e9 * (exp(-3) - exp(-5)) / 2, 1e-13);
+    CHECK(kmp_exponential(1, (const double[]){INFINITY}, 1, e) == -1);
+}
+
+static void rejected(void)
+{
+    loaded l = load_text("kempe: 1\nstates: {y: {when: q(x) > 1, next: 2}}\n"
+                         "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n");
+    kempe_linearization *x = NULL;
+    kempe_equilibrium *e = NULL;
+    CHECK(l.system && kempe_linearization_new(l.system, NULL, &x) == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_context_message(l.context), "the state 'y' changes at events") != NULL);
+    CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_E_ARGUMENT);
+    unload(&l);
+    l = load_text("kempe: 1\nstates: {y: {sample: 0.1, next: q(x)}, z: {sample: 0.07071067811865, next: y}}\n"
+                  "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                  "forces: {s: {joint: x, spring: {stiffness: 40, damping: 1}}}\n");
+    CHECK(l.system && kempe_linearization_new(l.system, NULL, &x) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(l.context), "no common multiple") != NULL);
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(map_of_a_rotor);
+    TEST(limit_of_stability);
+    TEST(equilibrium_of_a_cart);
+    TEST(several_rates);
+    TEST(exponential);
+    TEST(rejected);
+    return check_report();
+}
