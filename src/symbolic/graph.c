@@ -133,6 +133,13 @@ static uint16_t depends_of(const kmp_graph *g, const kmp_node *n)
     return d;
 }
 
+static kmp_ref add_node(kmp_graph *g, kmp_node n, uint32_t slot)
+{
+    g->seen.nodes[g->seen.count] = n;
+    g->table[slot] = ++g->seen.count;
+    return (g->seen.count - 1) << 1;
+}
+
 /* The node, or an equal one that exists. */
 kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
 {
@@ -145,9 +152,25 @@ kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
     if (g->table[k])
         return (g->table[k] - 1) << 1;
     n.depends = depends_of(g, &n);
-    g->seen.nodes[g->seen.count] = n;
-    g->table[k] = ++g->seen.count;
-    return (g->seen.count - 1) << 1;
+    return add_node(g, n, k);
+}
+
+/* kmp_graph_intern of a sum, product or quotient, which most nodes are. */
+static kmp_ref intern_pair(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b)
+{
+    const kmp_node n = {.op = (uint8_t)op, .a = a, .b = b};
+    if (g->seen.count == g->room_for || !(g->seen.rules & KMP_RULE_SHARE))
+        return kmp_graph_intern(g, n);
+    uint32_t hash = mix(op, a, b, 0), last = g->table_size - 1, slot;
+    uint32_t k = (((b > a ? b : a) & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & last;
+    for (int step = 1; (slot = g->table[k]) != 0; step++) {
+        const kmp_node *m = &g->seen.nodes[slot - 1];
+        if (m->a == a && m->b == b && m->op == op)
+            return (slot - 1) << 1;
+        k = (step == NEAR ? hash : k + 1) & last;
+    }
+    uint16_t depends = g->seen.nodes[kmp_id(a)].depends | g->seen.nodes[kmp_id(b)].depends;
+    return add_node(g, (kmp_node){.op = (uint8_t)op, .depends = depends, .a = a, .b = b}, k);
 }
 
 kmp_graph *kmp_graph_new(void)
@@ -303,17 +326,43 @@ static void order(const kmp_graph *g, kmp_ref *a, kmp_ref *b)
     }
 }
 
+static bool is_square(const kmp_graph *g, kmp_ref r)
+{
+    const kmp_node *n = &g->seen.nodes[kmp_id(r)];
+    return n->op == KMP_OP_MUL && n->a == n->b;
+}
+
+/* The rules that may have a shorter form of a sum; each looks further. */
+static unsigned rules_of_sum(const kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    const kmp_node *x = &g->seen.nodes[kmp_id(a)], *y = &g->seen.nodes[kmp_id(b)];
+    double coefficient;
+    kmp_ref p = kmp_split_coefficient(g, a, &coefficient), q = kmp_split_coefficient(g, b, &coefficient);
+    bool numbers = x->op == KMP_OP_CONST && y->op == KMP_OP_CONST, sums = x->op == KMP_OP_ADD || y->op == KMP_OP_ADD;
+    return g->seen.rules & ((a == KMP_ZERO || b == KMP_ZERO || numbers ? KMP_RULE_ZERO : 0u) |
+                            (p == q || sums ? KMP_RULE_CANCEL : 0u) |
+                            (is_square(g, p) && is_square(g, q) ? KMP_RULE_TRIG : 0u));
+}
+
 kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b)
 {
     kmp_ref r;
-    if ((g->seen.rules & KMP_RULE_ZERO && kmp_zeros_add(g, a, b, &r)) ||
-        (g->seen.rules & KMP_RULE_CANCEL && kmp_cancel_same(g, a, b, &r)) ||
-        (g->seen.rules & KMP_RULE_TRIG && kmp_pythagoras(g, a, b, &r)) ||
-        (g->seen.rules & KMP_RULE_CANCEL && kmp_cancel_in_sums(g, a, b, &r)))
+    unsigned rules = rules_of_sum(g, a, b);
+    if (rules && ((rules & KMP_RULE_ZERO && kmp_zeros_add(g, a, b, &r)) ||
+                  (rules & KMP_RULE_CANCEL && kmp_cancel_same(g, a, b, &r)) ||
+                  (rules & KMP_RULE_TRIG && kmp_pythagoras(g, a, b, &r)) ||
+                  (rules & KMP_RULE_CANCEL && kmp_cancel_in_sums(g, a, b, &r))))
         return r;
     order(g, &a, &b);
     kmp_ref sign = a & 1;
-    return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_ADD, .a = a ^ sign, .b = b ^ sign}) ^ sign;
+    return intern_pair(g, KMP_OP_ADD, a ^ sign, b ^ sign) ^ sign;
+}
+
+/* True if w is a factor of the product p, which then may have it squared. */
+static bool has_factor(const kmp_graph *g, kmp_ref p, kmp_ref w)
+{
+    const kmp_node *n = &g->seen.nodes[kmp_id(p)];
+    return n->op == KMP_OP_MUL && (n->a == w || n->b == w);
 }
 
 kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
@@ -322,14 +371,15 @@ kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
     order(g, &a, &b);
-    if (g->seen.rules & KMP_RULE_ZERO && kmp_zeros_mul(g, a, b, sign, &r))
+    if (is_number(g, a) && g->seen.rules & KMP_RULE_ZERO && kmp_zeros_mul(g, a, b, sign, &r))
         return r;
-    if (g->seen.rules & KMP_RULE_SHARE && kmp_squares(g, a, b, &r)) {
+    bool squares = g->seen.rules & KMP_RULE_SHARE && (has_factor(g, a, b) || has_factor(g, b, a));
+    if (squares && kmp_squares(g, a, b, &r)) {
         if (g->failed)
             return KMP_ZERO;
         return sign ? kmp_neg(r) : r;
     }
-    return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_MUL, .a = a, .b = b}) ^ sign;
+    return intern_pair(g, KMP_OP_MUL, a, b) ^ sign;
 }
 
 kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
@@ -341,7 +391,7 @@ kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
         return r;
     if (g->seen.rules & KMP_RULE_CANCEL && a == b)
         return KMP_ONE ^ sign;
-    return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_DIV, .a = a, .b = b}) ^ sign;
+    return intern_pair(g, KMP_OP_DIV, a, b) ^ sign;
 }
 
 /* -- tables ---------------------------------------------------------------------------------------- */

@@ -75,17 +75,14 @@ static long price(const search *s, const kmp_cost *cost)
 static long price_of(const search *s, const kmp_equations *eq)
 {
     kmp_ref *out = KMP_NEW(kmp_ref, kmp_equations_most_outputs(eq));
-    kmp_cost cost = {0};
+    kmp_cost cost = {.graph = eq->graph, .sum_price = s->passes ? 0 : KMP_COST_ADDITION};
     long found = -1;
     if (out) {
         int total = kmp_equations_outputs(eq, s->scene.sets, out);
         if ((!s->passes || (kmp_equations_shorten(eq, total, out) && kmp_trig_sums(eq->graph, total, out))) &&
-            kmp_cost_init(&cost, eq->graph, s->passes ? 0 : KMP_COST_ADDITION)) {
-            kmp_cost_add(&cost, total, out);
-            found = cost.failed ? -1 : price(s, &cost);
-        }
+            kmp_cost_total(&cost, total, out))
+            found = price(s, &cost);
     }
-    kmp_cost_free(&cost);
     kmp_free(out);
     return found;
 }
