@@ -19,7 +19,7 @@ struct kmp_graph {
     uint32_t capacity, value_count, value_capacity;
     uint32_t room_for; /* nodes, before `nodes` or `table` grows */
     uint32_t *table;   /* id + 1, 0 = free */
-    uint32_t table_size;
+    uint32_t table_size, first_size;
     kmp_rotations *rotations;
     struct kmp_derivative *spare;
     kmp_label *labels; /* by id; fewer than nodes */
@@ -89,7 +89,7 @@ static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
 
 static bool grow_table(kmp_graph *g)
 {
-    uint32_t size = g->table_size ? WIDER * g->table_size : LEAST, *table = KMP_NEW(uint32_t, size);
+    uint32_t size = g->table_size ? WIDER * g->table_size : g->first_size, *table = KMP_NEW(uint32_t, size);
     if (!table)
         return false;
     kmp_free(g->table);
@@ -102,7 +102,7 @@ static bool grow_table(kmp_graph *g)
 
 static bool grow_nodes(kmp_graph *g)
 {
-    uint32_t capacity = g->capacity ? 2 * g->capacity : LEAST / 2;
+    uint32_t capacity = g->capacity ? 2 * g->capacity : g->first_size / 2;
     kmp_node *nodes = kmp_realloc(g->seen.nodes, capacity, sizeof *nodes);
     if (!nodes)
         return false;
@@ -175,9 +175,16 @@ static kmp_ref intern_pair(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b)
 
 kmp_graph *kmp_graph_new(void)
 {
+    return kmp_graph_new_for(0);
+}
+
+kmp_graph *kmp_graph_new_for(uint32_t nodes)
+{
     kmp_graph *g = KMP_NEW(kmp_graph, 1);
     if (!g)
         return NULL;
+    for (g->first_size = LEAST; g->first_size / 2 < nodes && g->first_size < UINT32_MAX / WIDER;)
+        g->first_size *= WIDER;
     g->seen.rules = KMP_RULE_ALL;
     g->rotations = kmp_rotations_new();
     (void)kmp_const(g, 0.0);
@@ -490,6 +497,29 @@ void kmp_graph_label(kmp_graph *g, kmp_ref r, kmp_label label)
 const kmp_label *kmp_graph_label_of(const kmp_graph *g, uint32_t id)
 {
     return id < g->label_count && g->labels[id].quantity ? &g->labels[id] : NULL;
+}
+
+/* -- digests --------------------------------------------------------------------------------------- */
+
+static uint64_t stir(uint64_t digest, uint64_t more)
+{
+    digest = (digest ^ more) * 0x9e3779b97f4a7c15u;
+    return digest ^ digest >> 29;
+}
+
+uint64_t kmp_graph_digest(const kmp_graph *g, uint32_t first, int count, const kmp_ref *outputs)
+{
+    uint64_t digest = stir(g->seen.count, (uint64_t)count);
+    for (uint32_t id = first; id < g->seen.count; id++) {
+        const kmp_node *n = &g->seen.nodes[id];
+        uint64_t whole = (uint64_t)n->b << 32 | n->c;
+        if (n->op == KMP_OP_CONST)
+            memcpy(&whole, &g->seen.values[n->a], sizeof whole);
+        digest = stir(stir(digest, (uint64_t)n->a << 8 | n->op), whole);
+    }
+    for (int k = 0; k < count; k++)
+        digest = stir(digest, outputs[k]);
+    return digest;
 }
 
 /* -- values ---------------------------------------------------------------------------------------- */
