@@ -346,9 +346,9 @@ static unsigned rules_of_sum(const kmp_graph *g, kmp_ref a, kmp_ref b)
     double coefficient;
     kmp_ref p = kmp_split_coefficient(g, a, &coefficient), q = kmp_split_coefficient(g, b, &coefficient);
     bool numbers = x->op == KMP_OP_CONST && y->op == KMP_OP_CONST, sums = x->op == KMP_OP_ADD || y->op == KMP_OP_ADD;
-    return g->seen.rules & ((a == KMP_ZERO || b == KMP_ZERO || numbers ? KMP_RULE_ZERO : 0u) |
-                            (p == q || sums ? KMP_RULE_CANCEL : 0u) |
-                            (is_square(g, p) && is_square(g, q) ? KMP_RULE_TRIG : 0u));
+    return g->seen.rules &
+           ((a == KMP_ZERO || b == KMP_ZERO || numbers ? KMP_RULE_ZERO : 0u) | (p == q || sums ? KMP_RULE_CANCEL : 0u) |
+            (is_square(g, p) && is_square(g, q) ? KMP_RULE_TRIG : 0u));
 }
 
 kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b)
@@ -497,73 +497,4 @@ void kmp_graph_label(kmp_graph *g, kmp_ref r, kmp_label label)
 const kmp_label *kmp_graph_label_of(const kmp_graph *g, uint32_t id)
 {
     return id < g->label_count && g->labels[id].quantity ? &g->labels[id] : NULL;
-}
-
-/* -- digests --------------------------------------------------------------------------------------- */
-
-static uint64_t stir(uint64_t digest, uint64_t more)
-{
-    digest = (digest ^ more) * 0x9e3779b97f4a7c15u;
-    return digest ^ digest >> 29;
-}
-
-uint64_t kmp_graph_digest(const kmp_graph *g, uint32_t first, int count, const kmp_ref *outputs)
-{
-    uint64_t digest = stir(g->seen.count, (uint64_t)count);
-    for (uint32_t id = first; id < g->seen.count; id++) {
-        const kmp_node *n = &g->seen.nodes[id];
-        uint64_t whole = (uint64_t)n->b << 32 | n->c;
-        if (n->op == KMP_OP_CONST)
-            memcpy(&whole, &g->seen.values[n->a], sizeof whole);
-        digest = stir(stir(digest, (uint64_t)n->a << 8 | n->op), whole);
-    }
-    for (int k = 0; k < count; k++)
-        digest = stir(digest, outputs[k]);
-    return digest;
-}
-
-/* -- values ---------------------------------------------------------------------------------------- */
-
-static double operand(const double *value, kmp_ref r)
-{
-    return kmp_is_negative(r) ? -value[kmp_id(r)] : value[kmp_id(r)];
-}
-
-static double implicit_value(const kmp_graph *g, const kmp_node *n, const double *value)
-{
-    const kmp_program_block *block = kmp_implicit_block(g->implicits[n->b]);
-    kmp_solving *solving = kmp_solving_new(block, NULL);
-    double y = NAN;
-    kmp_ref list = n->a;
-    for (int l = 0; solving && l < block->arguments; l++, list = g->seen.nodes[kmp_id(list)].b)
-        kmp_solving_arguments(solving)[l] = operand(value, g->seen.nodes[kmp_id(list)].a);
-    if (solving)
-        y = kmp_solving_value(solving, (int)n->c);
-    kmp_solving_free(solving);
-    return y;
-}
-
-static double value_of(const kmp_graph *g, const kmp_node *n, const double *value)
-{
-    double x[3] = {0};
-    for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
-        x[k] = operand(value, kmp_operand(n, k));
-    if (n->op == KMP_OP_IMPLICIT)
-        return implicit_value(g, n, value);
-    if (n->op == KMP_OP_TABLE)
-        return kmp_table_value(g->tables[n->b], (int)n->c, x[0]);
-    return kmp_op_value((kmp_op)n->op, x[0], x[1], x[2]);
-}
-
-void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], double *value)
-{
-    for (uint32_t id = 0; id < g->seen.count; id++) {
-        const kmp_node *n = &g->seen.nodes[id];
-        if (n->op == KMP_OP_CONST)
-            value[id] = g->seen.values[n->a];
-        else if (n->op == KMP_OP_INPUT)
-            value[id] = inputs[n->a] ? inputs[n->a][n->b] : NAN;
-        else
-            value[id] = value_of(g, n, value);
-    }
 }

@@ -279,7 +279,7 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     if (status == KEMPE_OK) {
         s.scene.savings = &s.best;
         s.scene.nodes = kmp_graph_count(work.graph) / 2 * 3; /* with what the passes add */
-        s.best.by_q = s.best.by_qd = scene->tangents; /* once more, with the axes that were chosen */
+        s.best.by_q = s.best.by_qd = scene->tangents;        /* once more, with the axes that were chosen */
         status = kmp_equations_derive_once(eq, model, &s.scene);
     }
     if (status != KEMPE_OK)
