@@ -293,7 +293,7 @@ kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scen
 
 static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
 {
-    eq->graph = kmp_graph_new();
+    eq->graph = kmp_graph_new_for(scene->nodes);
     KMP_TRY(kmp_made(eq->context, eq->graph));
     if (scene->labels)
         kmp_graph_keep_labels(eq->graph);

@@ -44,6 +44,7 @@ typedef struct kmp_scene {
     bool labels;                 /* nodes get names */
     bool charted;                /* spherical joints have charts as inputs (model/spherical.c) */
     unsigned without;            /* rules of the graph that are not applied (symbolic/graph.h) */
+    uint32_t nodes;              /* that the graph will have, about; 0: unknown */
     bool returns;                /* the equations will be derived again from their closures on */
     bool plain;                  /* as derived: without search for shorter variants */
     bool optimize;               /* look longer for the choice with the fewest operations: joint by joint */

@@ -19,7 +19,7 @@ struct kmp_graph {
     uint32_t capacity, value_count, value_capacity;
     uint32_t room_for; /* nodes, before `nodes` or `table` grows */
     uint32_t *table;   /* id + 1, 0 = free */
-    uint32_t table_size;
+    uint32_t table_size, first_size;
     kmp_rotations *rotations;
     struct kmp_derivative *spare;
     kmp_label *labels; /* by id; fewer than nodes */
@@ -89,7 +89,7 @@ static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
 
 static bool grow_table(kmp_graph *g)
 {
-    uint32_t size = g->table_size ? WIDER * g->table_size : LEAST, *table = KMP_NEW(uint32_t, size);
+    uint32_t size = g->table_size ? WIDER * g->table_size : g->first_size, *table = KMP_NEW(uint32_t, size);
     if (!table)
         return false;
     kmp_free(g->table);
@@ -102,7 +102,7 @@ static bool grow_table(kmp_graph *g)
 
 static bool grow_nodes(kmp_graph *g)
 {
-    uint32_t capacity = g->capacity ? 2 * g->capacity : LEAST / 2;
+    uint32_t capacity = g->capacity ? 2 * g->capacity : g->first_size / 2;
     kmp_node *nodes = kmp_realloc(g->seen.nodes, capacity, sizeof *nodes);
     if (!nodes)
         return false;
@@ -133,6 +133,13 @@ static uint16_t depends_of(const kmp_graph *g, const kmp_node *n)
     return d;
 }
 
+static kmp_ref add_node(kmp_graph *g, kmp_node n, uint32_t slot)
+{
+    g->seen.nodes[g->seen.count] = n;
+    g->table[slot] = ++g->seen.count;
+    return (g->seen.count - 1) << 1;
+}
+
 /* The node, or an equal one that exists. */
 kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
 {
@@ -145,16 +152,39 @@ kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
     if (g->table[k])
         return (g->table[k] - 1) << 1;
     n.depends = depends_of(g, &n);
-    g->seen.nodes[g->seen.count] = n;
-    g->table[k] = ++g->seen.count;
-    return (g->seen.count - 1) << 1;
+    return add_node(g, n, k);
+}
+
+/* kmp_graph_intern of a sum, product or quotient, which most nodes are. */
+static kmp_ref intern_pair(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b)
+{
+    const kmp_node n = {.op = (uint8_t)op, .a = a, .b = b};
+    if (g->seen.count == g->room_for || !(g->seen.rules & KMP_RULE_SHARE))
+        return kmp_graph_intern(g, n);
+    uint32_t hash = mix(op, a, b, 0), last = g->table_size - 1, slot;
+    uint32_t k = (((b > a ? b : a) & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & last;
+    for (int step = 1; (slot = g->table[k]) != 0; step++) {
+        const kmp_node *m = &g->seen.nodes[slot - 1];
+        if (m->a == a && m->b == b && m->op == op)
+            return (slot - 1) << 1;
+        k = (step == NEAR ? hash : k + 1) & last;
+    }
+    uint16_t depends = g->seen.nodes[kmp_id(a)].depends | g->seen.nodes[kmp_id(b)].depends;
+    return add_node(g, (kmp_node){.op = (uint8_t)op, .depends = depends, .a = a, .b = b}, k);
 }
 
 kmp_graph *kmp_graph_new(void)
 {
+    return kmp_graph_new_for(0);
+}
+
+kmp_graph *kmp_graph_new_for(uint32_t nodes)
+{
     kmp_graph *g = KMP_NEW(kmp_graph, 1);
     if (!g)
         return NULL;
+    for (g->first_size = LEAST; g->first_size / 2 < nodes && g->first_size < UINT32_MAX / WIDER;)
+        g->first_size *= WIDER;
     g->seen.rules = KMP_RULE_ALL;
     g->rotations = kmp_rotations_new();
     (void)kmp_const(g, 0.0);
@@ -303,17 +333,43 @@ static void order(const kmp_graph *g, kmp_ref *a, kmp_ref *b)
     }
 }
 
+static bool is_square(const kmp_graph *g, kmp_ref r)
+{
+    const kmp_node *n = &g->seen.nodes[kmp_id(r)];
+    return n->op == KMP_OP_MUL && n->a == n->b;
+}
+
+/* The rules that may have a shorter form of a sum; each looks further. */
+static unsigned rules_of_sum(const kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    const kmp_node *x = &g->seen.nodes[kmp_id(a)], *y = &g->seen.nodes[kmp_id(b)];
+    double coefficient;
+    kmp_ref p = kmp_split_coefficient(g, a, &coefficient), q = kmp_split_coefficient(g, b, &coefficient);
+    bool numbers = x->op == KMP_OP_CONST && y->op == KMP_OP_CONST, sums = x->op == KMP_OP_ADD || y->op == KMP_OP_ADD;
+    return g->seen.rules &
+           ((a == KMP_ZERO || b == KMP_ZERO || numbers ? KMP_RULE_ZERO : 0u) | (p == q || sums ? KMP_RULE_CANCEL : 0u) |
+            (is_square(g, p) && is_square(g, q) ? KMP_RULE_TRIG : 0u));
+}
+
 kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b)
 {
     kmp_ref r;
-    if ((g->seen.rules & KMP_RULE_ZERO && kmp_zeros_add(g, a, b, &r)) ||
-        (g->seen.rules & KMP_RULE_CANCEL && kmp_cancel_same(g, a, b, &r)) ||
-        (g->seen.rules & KMP_RULE_TRIG && kmp_pythagoras(g, a, b, &r)) ||
-        (g->seen.rules & KMP_RULE_CANCEL && kmp_cancel_in_sums(g, a, b, &r)))
+    unsigned rules = rules_of_sum(g, a, b);
+    if (rules && ((rules & KMP_RULE_ZERO && kmp_zeros_add(g, a, b, &r)) ||
+                  (rules & KMP_RULE_CANCEL && kmp_cancel_same(g, a, b, &r)) ||
+                  (rules & KMP_RULE_TRIG && kmp_pythagoras(g, a, b, &r)) ||
+                  (rules & KMP_RULE_CANCEL && kmp_cancel_in_sums(g, a, b, &r))))
         return r;
     order(g, &a, &b);
     kmp_ref sign = a & 1;
-    return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_ADD, .a = a ^ sign, .b = b ^ sign}) ^ sign;
+    return intern_pair(g, KMP_OP_ADD, a ^ sign, b ^ sign) ^ sign;
+}
+
+/* True if w is a factor of the product p, which then may have it squared. */
+static bool has_factor(const kmp_graph *g, kmp_ref p, kmp_ref w)
+{
+    const kmp_node *n = &g->seen.nodes[kmp_id(p)];
+    return n->op == KMP_OP_MUL && (n->a == w || n->b == w);
 }
 
 kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
@@ -322,14 +378,15 @@ kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
     order(g, &a, &b);
-    if (g->seen.rules & KMP_RULE_ZERO && kmp_zeros_mul(g, a, b, sign, &r))
+    if (is_number(g, a) && g->seen.rules & KMP_RULE_ZERO && kmp_zeros_mul(g, a, b, sign, &r))
         return r;
-    if (g->seen.rules & KMP_RULE_SHARE && kmp_squares(g, a, b, &r)) {
+    bool squares = g->seen.rules & KMP_RULE_SHARE && (has_factor(g, a, b) || has_factor(g, b, a));
+    if (squares && kmp_squares(g, a, b, &r)) {
         if (g->failed)
             return KMP_ZERO;
         return sign ? kmp_neg(r) : r;
     }
-    return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_MUL, .a = a, .b = b}) ^ sign;
+    return intern_pair(g, KMP_OP_MUL, a, b) ^ sign;
 }
 
 kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
@@ -341,7 +398,7 @@ kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
         return r;
     if (g->seen.rules & KMP_RULE_CANCEL && a == b)
         return KMP_ONE ^ sign;
-    return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_DIV, .a = a, .b = b}) ^ sign;
+    return intern_pair(g, KMP_OP_DIV, a, b) ^ sign;
 }
 
 /* -- tables ---------------------------------------------------------------------------------------- */
@@ -440,50 +497,4 @@ void kmp_graph_label(kmp_graph *g, kmp_ref r, kmp_label label)
 const kmp_label *kmp_graph_label_of(const kmp_graph *g, uint32_t id)
 {
     return id < g->label_count && g->labels[id].quantity ? &g->labels[id] : NULL;
-}
-
-/* -- values ---------------------------------------------------------------------------------------- */
-
-static double operand(const double *value, kmp_ref r)
-{
-    return kmp_is_negative(r) ? -value[kmp_id(r)] : value[kmp_id(r)];
-}
-
-static double implicit_value(const kmp_graph *g, const kmp_node *n, const double *value)
-{
-    const kmp_program_block *block = kmp_implicit_block(g->implicits[n->b]);
-    kmp_solving *solving = kmp_solving_new(block, NULL);
-    double y = NAN;
-    kmp_ref list = n->a;
-    for (int l = 0; solving && l < block->arguments; l++, list = g->seen.nodes[kmp_id(list)].b)
-        kmp_solving_arguments(solving)[l] = operand(value, g->seen.nodes[kmp_id(list)].a);
-    if (solving)
-        y = kmp_solving_value(solving, (int)n->c);
-    kmp_solving_free(solving);
-    return y;
-}
-
-static double value_of(const kmp_graph *g, const kmp_node *n, const double *value)
-{
-    double x[3] = {0};
-    for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
-        x[k] = operand(value, kmp_operand(n, k));
-    if (n->op == KMP_OP_IMPLICIT)
-        return implicit_value(g, n, value);
-    if (n->op == KMP_OP_TABLE)
-        return kmp_table_value(g->tables[n->b], (int)n->c, x[0]);
-    return kmp_op_value((kmp_op)n->op, x[0], x[1], x[2]);
-}
-
-void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], double *value)
-{
-    for (uint32_t id = 0; id < g->seen.count; id++) {
-        const kmp_node *n = &g->seen.nodes[id];
-        if (n->op == KMP_OP_CONST)
-            value[id] = g->seen.values[n->a];
-        else if (n->op == KMP_OP_INPUT)
-            value[id] = inputs[n->a] ? inputs[n->a][n->b] : NAN;
-        else
-            value[id] = value_of(g, n, value);
-    }
 }

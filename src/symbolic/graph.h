@@ -72,6 +72,8 @@ enum {
 };
 
 kmp_graph *kmp_graph_new(void);
+/** With room for so many nodes from the beginning; it grows beyond. */
+kmp_graph *kmp_graph_new_for(uint32_t nodes);
 /** Selects rules, to measure the gain of each: a new graph applies all. */
 void kmp_graph_set_rules(kmp_graph *g, unsigned rules);
 void kmp_graph_free(kmp_graph *g);
@@ -227,6 +229,9 @@ static inline kmp_ref kmp_operand(const kmp_node *n, int k)
 {
     return k == 0 ? n->a : k == 1 ? n->b : n->c;
 }
+
+/** A digest of the nodes from the first one on, and of the outputs. */
+uint64_t kmp_graph_digest(const kmp_graph *g, uint32_t first, int count, const kmp_ref *outputs);
 
 /** Values of all nodes for given inputs (inputs[kind][index]), for tests: value[kmp_graph_count]. */
 void kmp_graph_eval(const kmp_graph *g, const double *const inputs[KMP_IN_COUNT], double *value);

@@ -139,6 +139,12 @@ static void remember(kmp_rotations *r, kmp_ref first, kmp_ref second, kmp_ref y,
         note_node(r, kmp_id(first), k);
 }
 
+/* True if a pair is remembered; then its quarter turns are, too. */
+static bool is_known(const kmp_rotations *r, kmp_ref first, kmp_ref second)
+{
+    return first != KMP_ZERO && r->size && r->entries[slot(r, first, second)].first != KMP_ZERO;
+}
+
 /* -- angles ---------------------------------------------------------------------------------------- */
 
 enum { MAX_TERMS = 64 };
@@ -206,7 +212,7 @@ void kmp_rotate(kmp_graph *g, kmp_ref angle, kmp_ref *y, kmp_ref *z)
     kmp_ref y0 = *y, z0 = *z, c = kmp_cos(g, angle), s = kmp_sin(g, angle);
     *y = kmp_sub(g, kmp_mul(g, y0, c), kmp_mul(g, z0, s));
     *z = kmp_add(g, kmp_mul(g, y0, s), kmp_mul(g, z0, c));
-    if (!collapse)
+    if (!collapse || is_known(r, *y, *z))
         return;
     remember(r, *y, *z, y0, z0, angle);
     remember(r, kmp_neg(*z), *y, kmp_neg(z0), y0, angle);

@@ -9,11 +9,12 @@
 #include "dynamics/shorten/patterns.h"
 #include "symbolic/passes/shorten.h"
 #include "symbolic/program/cost.h"
+#include <limits.h>
 #include <string.h>
 
 /* Larger mechanisms are derived as they are; above LARGE motions fewer patterns are tried; the passes run in trials of
  * graphs of fewer than SMALL nodes. */
-enum { MOST_MOTIONS = 128, LARGE = 40, ROUNDS = 4, SMALL = 3000 };
+enum { MOST_MOTIONS = 128, LARGE = 40, ROUNDS = 4, SMALL = 3000, MOST_SEEN = 32 };
 
 typedef struct search {
     const kempe_model *model;
@@ -23,6 +24,8 @@ typedef struct search {
     bool passes;         /* run before counting */
     bool shares;         /* trials share the closures */
     long least;
+    uint64_t seen[MOST_SEEN]; /* digests of trials that were counted */
+    int seen_count;
 } search;
 
 /* -- counting ---------------------------------------------------------------------------------------- */
@@ -71,21 +74,32 @@ static long price(const search *s, const kmp_cost *cost)
     return EACH * (cost->operations - cost->once) + (s->scene.optimize ? 0 : ONCE * cost->once);
 }
 
-/* The operations of all requested sets as one program; -1: no memory. */
-static long price_of(const search *s, const kmp_equations *eq)
+/* True if the same equations have been counted before: variants often differ where a model has nothing to vary. */
+static bool is_seen(search *s, const kmp_equations *eq, int total, const kmp_ref *out)
+{
+    uint64_t digest = kmp_graph_digest(eq->graph, eq->mark.nodes, total, out);
+    for (int k = 0; k < s->seen_count && k < MOST_SEEN; k++)
+        if (s->seen[k] == digest)
+            return true;
+    s->seen[s->seen_count++ % MOST_SEEN] = digest;
+    return false;
+}
+
+/* The operations of all requested sets as one program; LONG_MAX: no fewer than those of an earlier trial; -1: no
+ * memory. */
+static long price_of(search *s, const kmp_equations *eq)
 {
     kmp_ref *out = KMP_NEW(kmp_ref, kmp_equations_most_outputs(eq));
-    kmp_cost cost = {0};
+    kmp_cost cost = {.graph = eq->graph, .sum_price = s->passes ? 0 : KMP_COST_ADDITION};
     long found = -1;
-    if (out) {
-        int total = kmp_equations_outputs(eq, s->scene.sets, out);
-        if ((!s->passes || (kmp_equations_shorten(eq, total, out) && kmp_trig_sums(eq->graph, total, out))) &&
-            kmp_cost_init(&cost, eq->graph, s->passes ? 0 : KMP_COST_ADDITION)) {
-            kmp_cost_add(&cost, total, out);
-            found = cost.failed ? -1 : price(s, &cost);
-        }
-    }
-    kmp_cost_free(&cost);
+    if (!out)
+        return found;
+    int total = kmp_equations_outputs(eq, s->scene.sets, out);
+    if (s->passes && is_seen(s, eq, total, out))
+        found = LONG_MAX;
+    else if ((!s->passes || (kmp_equations_shorten(eq, total, out) && kmp_trig_sums(eq->graph, total, out))) &&
+             kmp_cost_total(&cost, total, out))
+        found = price(s, &cost);
     kmp_free(out);
     return found;
 }
@@ -264,7 +278,8 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     status = find(&s);
     if (status == KEMPE_OK) {
         s.scene.savings = &s.best;
-        s.best.by_q = s.best.by_qd = scene->tangents; /* once more, with the axes that were chosen */
+        s.scene.nodes = kmp_graph_count(work.graph) / 2 * 3; /* with what the passes add */
+        s.best.by_q = s.best.by_qd = scene->tangents;        /* once more, with the axes that were chosen */
         status = kmp_equations_derive_once(eq, model, &s.scene);
     }
     if (status != KEMPE_OK)

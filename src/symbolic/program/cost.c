@@ -92,15 +92,26 @@ long kmp_cost_of_nodes(const kmp_graph *g, int sum_price, uint32_t count, const 
     return operations;
 }
 
+bool kmp_cost_total(kmp_cost *cost, int count, const kmp_ref *outputs)
+{
+    const kmp_graph *g = cost->graph;
+    uint32_t id = kmp_graph_count(g);
+    uint8_t *live = KMP_NEW(uint8_t, id);
+    if (!live)
+        return false;
+    kmp_live_mark(g, count, outputs, live, 1);
+    while ((id = kmp_live_before(live, id)) != UINT32_MAX) {
+        const kmp_node *n = kmp_graph_node(g, id);
+        long own = price(g, cost->sum_price, n);
+        cost->operations += own;
+        cost->once += n->depends & ~(1u << KMP_IN_PARAMETER) ? 0 : own;
+    }
+    kmp_free(live);
+    return true;
+}
+
 long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs)
 {
-    uint32_t nodes = kmp_graph_count(g);
-    uint8_t *live = KMP_NEW(uint8_t, nodes);
-    long operations = live ? 0 : -1;
-    if (live)
-        kmp_live_mark(g, count, outputs, live, 1);
-    for (uint32_t id = nodes; live && (id = kmp_live_before(live, id)) < nodes;)
-        operations += price(g, sum_price, kmp_graph_node(g, id));
-    kmp_free(live);
-    return operations;
+    kmp_cost cost = {.graph = g, .sum_price = sum_price};
+    return kmp_cost_total(&cost, count, outputs) ? cost.operations : -1;
 }
