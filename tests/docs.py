@@ -30,6 +30,7 @@ import generate_schema  # noqa: E402
 import model_pages  # noqa: E402
 import pictures  # noqa: E402
 import problems  # noqa: E402
+import python_pages  # noqa: E402
 
 KEMPE = "kempe"  # set by main
 FULL = "KEMPE_FULL" in os.environ
@@ -293,7 +294,7 @@ class Pages(unittest.TestCase):
 
     def test_generated_pages(self):
         """They are what their scripts write (docs/commands.md: tests/words.py)."""
-        self.assertEqual([script.main(["--check"]) for script in (api, gallery, figures, model_pages)], [0, 0, 0, 0])
+        self.assertEqual([script.main(["--check"]) for script in (api, gallery, figures, model_pages, python_pages)], [0] * 5)
 
     def test_published_problems(self):
         """The errors on the page are those of runs now, but for rounding."""

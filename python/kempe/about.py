@@ -12,8 +12,8 @@ from .lazy import np
 
 
 def about() -> dict[str, Any]:
-    """Versions; the back end that runs here; solvers; `libraries`, the files of the library and of what was bundled with it;
-    `license`, of the package, and `licenses`, texts by file name."""
+    """Versions, the back end that runs here, solvers. `libraries`: files of the library and of what was bundled with it.
+    `license`: that of the package; `licenses`: texts by file name."""
     import importlib.metadata
     import pathlib
 

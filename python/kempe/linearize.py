@@ -20,7 +20,7 @@ class MatrixOf(PartOf):
 
 
 class Linearization(Result):
-    """xd = A x + B w, y = C x + D w with x = (du, dud); M dudd + G dud + K du + L w = 0, dq = N du, dqd = N dud + Nd du.
+    """xd = A x + B w and y = C x + D w with x = (du, dud). M dudd + G dud + K du + L w = 0. dq = N du and dqd = N dud + Nd du.
 
     Matrices are read-only views."""
 

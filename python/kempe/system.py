@@ -184,7 +184,9 @@ class System(Fixed):
         >>> workspace.n, workspace.m
         (3, 2)
         """
-        return self._context.make(Workspace, lib.kempe_workspace_new, self._pointer, owners=self._owners(), long=False)
+        made = self._context.make(Workspace, lib.kempe_workspace_new, self._pointer, owners=self._owners(), long=False)
+        made._again = self.workspace
+        return made
 
     def outputs(self, words: Any) -> Outputs:
         """Outputs at any state, and their Jacobians: "position(coupler.C), force(spring)" or a list.

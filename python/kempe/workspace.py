@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import os
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
@@ -47,8 +48,11 @@ class Workspace(Owned):
     `M`, `C`, `h`, `J`, `jdqd` are copies; `views` has the same as read-only views, which the next call overwrites."""
 
     _noun = "workspace"
+    _again: Callable[[], Workspace]  # makes another one of the same system
 
     def _made(self) -> None:
+        self._inputs: dict[str, tuple[float, ...]] = {}
+        self._others: list[Workspace] = []  # of further threads
         self.n: int = len(self._context.coordinates)
         self.m: int = len(self._context.rows)
         w, n, m = self._pointer, self.n, self.m
@@ -124,9 +128,22 @@ class Workspace(Owned):
 
     def set_input(self, name: str, value: float, t: float = 0.0, rate: float = 0.0, acceleration: float = 0.0) -> None:
         """Sets an input of the model to value + rate s + acceleration s^2 / 2, where s is the time since t."""
-        status = lib.kempe_workspace_set_input(self._pointer, self._context.input(name), t, value, rate, acceleration)
+        given = t, value, rate, acceleration
+        status = lib.kempe_workspace_set_input(self._pointer, self._context.input(name), *given)
         if status:
             self._fail(status)
+        self._inputs[name] = given
+        for other in self._others:
+            other.set_input(name, value, t, rate, acceleration)
+
+    def _team(self, count: int) -> list[Workspace]:
+        """So many workspaces with the same inputs, this one the first."""
+        while len(self._others) < count - 1:
+            other = self._again()
+            for name, (t, value, *more) in self._inputs.items():
+                other.set_input(name, value, t, *more)
+            self._others.append(other)
+        return [self, *self._others[: count - 1]]
 
     def forward_dynamics(
         self, t: float, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, out: Accelerations | None = None
@@ -212,9 +229,15 @@ class Workspace(Owned):
     # -- many states ---------------------------------------------------------------------------------
 
     def evaluate_states(
-        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike | None = None, out: Equations | None = None
+        self,
+        t: ArrayLike,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        out: Equations | None = None,
+        threads: int = 1,
     ) -> Equations:
         """The equations at N states, rows of q and qd (N x n); t is a number, or N of them. `out`: an earlier result.
+        `threads` share the states, 0: one for each processor; results are the same.
 
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)
@@ -231,6 +254,7 @@ class Workspace(Owned):
             )
         states.run(
             lib.python_evaluate_states,
+            threads,
             mass=out.M,
             bias=out.C,
             h=out.h,
@@ -240,9 +264,15 @@ class Workspace(Owned):
         return out
 
     def forward_states(
-        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, Q: ArrayLike | None = None, out: Accelerations | None = None
+        self,
+        t: ArrayLike,
+        q: ArrayLike,
+        qd: ArrayLike,
+        Q: ArrayLike | None = None,
+        out: Accelerations | None = None,
+        threads: int = 1,
     ) -> Accelerations:
-        """Accelerations (N x n) and multipliers (N x m) at N states.
+        """Accelerations (N x n) and multipliers (N x m) at N states. `threads`: as in evaluate_states.
 
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)
@@ -253,13 +283,13 @@ class Workspace(Owned):
         states = _States(self, t, q, qd=qd, Q=Q)
         if out is None:
             out = Accelerations(np.empty((states.count, self.n)), np.empty((states.count, self.m)))
-        states.run(lib.python_forward_states, accelerations=out.qdd, multipliers=out.lam)
+        states.run(lib.python_forward_states, threads, accelerations=out.qdd, multipliers=out.lam)
         return out
 
     def inverse_states(
-        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Array | None = None
+        self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Array | None = None, threads: int = 1
     ) -> Array:
-        """Generalized forces M qdd + C (N x n) at N states.
+        """Generalized forces M qdd + C (N x n) at N states. `threads`: as in evaluate_states.
 
         >>> model = kempe.Model("four_bar.yaml")
         >>> run = model.simulate(t_end=1)
@@ -268,7 +298,7 @@ class Workspace(Owned):
         """
         states = _States(self, t, q, qd=qd, qdd=qdd)
         out = np.empty((states.count, self.n)) if out is None else out
-        states.run(lib.python_inverse_states, forces=out)
+        states.run(lib.python_inverse_states, threads, forces=out)
         return out
 
 
@@ -277,38 +307,51 @@ class _States:
 
     def __init__(self, workspace: Workspace, t: ArrayLike, q: ArrayLike, **rows: ArrayLike | None) -> None:
         self.workspace = workspace
-        times = np.ascontiguousarray(t, dtype=float)
         first = np.ascontiguousarray(q, dtype=float)
         self.count = len(first) if first.ndim == 2 else 0
-        if times.shape not in ((), (1,), (self.count,)):
-            raise ValueError(f"t is a number or {self.count} of them, not of the shape {times.shape}")
-        step = int(times.shape == (self.count,))
-        self.struct = ffi.new(
-            "python_states *", {"count": self.count, "n": workspace.n, "m": workspace.m, "t_step": step, "failed": -1}
-        )
-        self.keep: list[Any] = []
-        self._set("t", times)
+        self.t = np.ascontiguousarray(t, dtype=float)
+        if self.t.shape not in ((), (1,), (self.count,)):
+            raise ValueError(f"t is a number or {self.count} of them, not of the shape {self.t.shape}")
+        self.rows: dict[str, Array] = {}
         for name, values in {"q": first, **rows}.items():
             if values is not None:
-                array = np.ascontiguousarray(values, dtype=float)
+                self.rows[name] = array = np.ascontiguousarray(values, dtype=float)
                 if array.ndim != 2 or array.shape != (self.count, workspace.n):
                     raise ValueError(
                         f"{name} has rows of {workspace.n} values for each state, not the shape {array.shape}"
                     )
-                self._set(name, array)
 
-    def _set(self, name: str, array: Array) -> None:
-        self.keep.append(_from_buffer(DOUBLES, array))
-        setattr(self.struct, name, self.keep[-1])
-
-    def run(self, function: Any, **results: Array) -> None:
+    def run(self, function: Any, threads: int, **results: Array) -> None:
         n, m, count = self.workspace.n, self.workspace.m, self.count
         shapes = {"mass": (n, n), "jacobian": (n, m), "bias": (n,), "accelerations": (n,), "forces": (n,)}
         for name, array in results.items():
-            self.keep.append(writable(array, (count, *shapes.get(name, (m,))), name))
-            setattr(self.struct, name, self.keep[-1])
-        status = function(self.workspace._pointer, self.struct)
-        if status:
-            self.workspace._context.run(int)
-            message = string(lib.kempe_workspace_message(self.workspace._pointer))
-            raise error_of(status, f"state {self.struct.failed}: {message}")
+            writable(array, (count, *shapes.get(name, (m,))), name)
+        self.rows.update(results)
+        team = self.workspace._team(max(1, min(threads or _processors(), count)))
+        ends = [count * k // len(team) for k in range(len(team) + 1)]
+        if len(team) == 1:
+            failures = [self._part(function, *team, *ends)]
+        else:
+            from concurrent.futures import ThreadPoolExecutor
+
+            with ThreadPoolExecutor(len(team)) as pool:
+                failures = list(pool.map(lambda *part: self._part(function, *part), team, ends, ends[1:]))
+        for status, message in failures:
+            if status:
+                self.workspace._context.run(int)  # raises what a callback has raised
+                raise error_of(status, message)
+
+    def _part(self, function: Any, workspace: Workspace, begin: int, end: int) -> tuple[int, str]:
+        """Computes states begin .. end - 1 in one thread."""
+        step = int(self.t.shape == (self.count,))
+        keep = {name: _from_buffer(DOUBLES, array[begin:end]) for name, array in self.rows.items()}
+        keep["t"] = _from_buffer(DOUBLES, self.t[begin:end] if step else self.t)
+        sizes = {"count": end - begin, "n": workspace.n, "m": workspace.m, "t_step": step, "failed": -1}
+        struct = ffi.new("python_states *", {**sizes, **keep})
+        status: int = function(workspace._pointer, struct)
+        return status, f"state {begin + struct.failed}: {string(lib.kempe_workspace_message(workspace._pointer))}"
+
+
+def _processors() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

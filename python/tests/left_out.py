@@ -18,11 +18,4 @@ LEFT_OUT = {
     "kempe_report_check": "writing a report checks the same",
     "kempe_trajectory_time": "the column t of the rows",
     "kempe_write_file": "Python writes files",
-    "kempe_comparison_write_report": "by the class Reported, as tested reports",
-    "kempe_kinematics_write_report": "by the class Reported, as tested reports",
-    "kempe_equilibrium_write_report": "by the class Reported, as tested reports",
-    "kempe_inverse_write_report": "by the class Reported, as tested reports",
-    "kempe_modes_write_report": "by the class Reported, as tested reports",
-    "kempe_response_write_report": "by the class Reported, as tested reports",
-    "kempe_contacts_write_picture": "by the class Drawn, as tested pictures",
 }

@@ -6,6 +6,8 @@ import importlib.util
 import os
 import pickle
 import re
+import threading
+import time
 
 import kempe
 import numpy as np
@@ -294,6 +296,43 @@ def test_between_rows(four_bar):
         many.at(0.1)
 
 
+def test_threads_share_many_states():
+    model = kempe.Model(EXAMPLES / "cart_pole/cart_pole.yaml")
+    workspace, n = model.system().workspace(), len(model.coordinates)
+    q, qd = np.random.default_rng(1).normal(size=(2, 1001, n))
+    workspace.set_input("u", 2.5)
+    for threads in (2, 3, 0):
+        for name, given in (("evaluate", (q, qd)), ("forward", (q, qd)), ("inverse", (q, qd, q))):
+            one = getattr(workspace, f"{name}_states")(np.arange(1001.0), *given)
+            shared = getattr(workspace, f"{name}_states")(np.arange(1001.0), *given, threads=threads)
+            assert all(np.array_equal(a, b) for a, b in zip(one, shared)), (name, threads)
+    workspace.set_input("u", -1)
+    assert np.array_equal(workspace.forward_states(0, q, qd, threads=3).qdd, workspace.forward_states(0, q, qd).qdd)
+    assert workspace.forward_states(0, q[:1], qd[:1], threads=3).qdd.shape == (1, n)
+    q[700:] = np.nan
+    with pytest.raises(kempe.FailedError, match="state 700: "):
+        workspace.forward_states(0, q, qd, threads=3)
+
+
+def test_force_of_many_threads():
+    """Callbacks run in the threads; their exceptions are raised."""
+    calls = []
+
+    def force(t, q, qd):
+        calls.append(threading.get_ident())
+        time.sleep(1e-3)  # so that no thread has ended before the next one begins
+        if t > 90:
+            raise ZeroDivisionError(f"at {t}")
+        return -qd
+
+    workspace = pendulum().system(force=force).workspace()
+    states = np.zeros((100, 1)), np.ones((100, 1))
+    assert workspace.forward_states(0, *states, threads=4).qdd.shape == (100, 1) and len(set(calls)) > 1
+    with pytest.raises(ZeroDivisionError, match="at 9"):
+        workspace.forward_states(np.arange(100), *states, threads=4)
+    assert workspace.forward_states(0, *states, threads=4).qdd.shape == (100, 1)
+
+
 # -- states and friction that sticks -------------------------------------------------------------------------
 
 STATES = {"p": {"start": "2 MPa", "rate": "(3e6 - p)/0.1"}, "n": {"sample": "10 ms", "next": "n + 1", "scale": 1}}
@@ -509,15 +548,33 @@ def test_contact_table():
         table.patch(9, 0, 0)
 
 
-def test_reports(four_bar, tmp_path):
-    batch = four_bar.ensemble({"crank_mass": [1.0, 1.1]}).run(t_end=0.1)
-    try:
-        batch.write_report(tmp_path / "batch.html")
-    except kempe.FileError as missing:
-        pytest.skip(str(missing))
-    page = four_bar.simulate(t_end=0.1).report()
-    assert "<html" in str(page) and page._repr_html_().startswith("<iframe")
-    assert "<html" in str(four_bar.system().assemble().report())
+def results_with_pages():
+    four_bar, car = (kempe.Model(EXAMPLES / f"{name}/{name}.yaml").system() for name in ("four_bar", "quarter_car"))
+    yield kempe.Model(EXAMPLES / "four_bar/four_bar.yaml").ensemble({"crank_mass": [1.0, 1.1]}).run(t_end=0.1)
+    yield four_bar.simulate(t_end=0.1)
+    yield four_bar.assemble()
+    yield four_bar.kinematics(sweep={"crank": (0, 1, 5)})
+    yield four_bar.inverse(actuators="crank")
+    yield four_bar.compare(t_end=0.05, rtols=[1e-4], formulations="reduced", integrators=["dop853"])
+    yield from (car.equilibrium(), car.modes(), car.response(inputs="effort(body)", outputs="q", frequencies="1:9:3"))
+
+
+def test_reports(tmp_path):
+    missing, path = set(), tmp_path / "page.html"
+    for result in results_with_pages():
+        try:
+            result.write_report(path)
+            assert "<html" in path.read_text() and result.report()._repr_html_().startswith("<iframe")
+        except kempe.FileError as absent:  # libraries of pages
+            missing.add(str(absent))
+    if missing:
+        pytest.skip("; ".join(missing))
+
+
+def test_pictures(tmp_path):
+    model = kempe.Model(EXAMPLES / "manchester/manchester.yaml")
+    model.system().contact(sweep="shift=0:2 mm:3").write_picture(tmp_path / "contact.svg")
+    assert "<svg" in (tmp_path / "contact.svg").read_text()
 
 
 # -- the whole interface ------------------------------------------------------------------------------------

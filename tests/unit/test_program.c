@@ -11,6 +11,7 @@
 
 #if defined(__linux__) && defined(__GLIBC__)
 #include <malloc.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -87,11 +88,16 @@ static void test_no_pages(void)
         mallopt(M_MMAP_MAX, 0);
         mallopt(M_TRIM_THRESHOLD, 1 << 30);
         kmp_free(kmp_calloc(1 << 20, 1));
-        bool limited = setrlimit(RLIMIT_AS, &(struct rlimit){1, 1}) == 0 && !kmp_pages_new("x", 1);
-        _exit(limited && mismatches_of("native", p, inputs) == 0 ? 0 : 1);
+        bool set = setrlimit(RLIMIT_AS, &(struct rlimit){1, 1}) == 0;
+        if (mmap(NULL, 4096, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) != MAP_FAILED)
+            _exit(2);
+        _exit(set && !kmp_pages_new("x", 1) && mismatches_of("native", p, inputs) == 0 ? 0 : 1);
     }
     int status = 1;
-    CHECK(child > 0 && waitpid(child, &status, 0) == child && status == 0);
+    CHECK(child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0 || WEXITSTATUS(status) == 2);
+    if (WEXITSTATUS(status) == 2)
+        printf("skipped: memory is not limited here\n"); /* QEMU does not */
 }
 #else
 static void test_no_pages(void)
