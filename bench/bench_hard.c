@@ -17,10 +17,11 @@ static const char *mark(bool passed)
 
 static void print_one(const hard_case *c, const hard_formulation *formulation, hard_result *r)
 {
-    char name[32];
-    bool dae = strcmp(formulation->formulation, "dae") == 0;
-    snprintf(name, sizeof name, "%s/%s", formulation->formulation, formulation->form);
-    printf("%-28s %-15s %.0e  %-7s %8.1e %8.1e %8.1e %7ld %8.3f  %s%s", c->name, name, hard_rtol(c, dae),
+    char name[64];
+    bool dae = hard_by_ida(formulation);
+    snprintf(name, sizeof name, "%s/%s %s", formulation->formulation, formulation->form,
+             formulation->integrator ? formulation->integrator : "");
+    printf("%-28s %-24s %.0e  %-7s %8.1e %8.1e %8.1e %7ld %8.3f  %s%s", c->name, name, hard_rtol(c, dae),
            r->status == KEMPE_OK        ? "ok"
            : r->status == KEMPE_STOPPED ? "stopped"
                                         : "failed",
@@ -162,7 +163,7 @@ static void equal_lengths(void)
 
 int main(int argc, char **argv)
 {
-    printf("%-28s %-15s %-6s %-7s %8s %8s %8s %7s %8s  %s\n", "case", "formulation", "rtol", "status", "error",
+    printf("%-28s %-24s %-6s %-7s %8s %8s %8s %7s %8s  %s\n", "case", "formulation", "rtol", "status", "error",
            "residual", "energy", "steps", "CPU s", "verdict");
     for (int k = 0; k < HARD_CASES; k++)
         if (argc < 2 || strstr(hard_cases[k].name, argv[1]))

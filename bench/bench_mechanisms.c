@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Random mechanisms: planar and spatial, one to four loops, random joints, some redundant, some that cannot be
- * assembled. Each runs on the reduced and on the projected formulation; the outcomes are counted, and what the
- * formulations do not agree about is named.
+ * assembled. Each runs on the reduced and on another formulation, `projected` where none is named; the outcomes are
+ * counted, and what the formulations do not agree about is named.
  *
- *     bench_mechanisms [-i INTEGRATOR] [COUNT [SEED [FIRST]]]      the last one prints the model FIRST alone
+ *     bench_mechanisms [-i INTEGRATOR] [-f FORMULATION] [COUNT [SEED [FIRST]]]      the last one prints the model FIRST
+ *                                                                                   alone
  *
  * Nonzero when a wrong answer ended well without a word, when two formulations that have both converged disagree, or
  * when less than 95 % of the mechanisms that are assemblable by construction come to the end on both and agree. Where
@@ -273,6 +274,7 @@ static void count_warnings(void *user, kempe_level level, const char *line)
 }
 
 static const char *integrator; /* NULL: the usual ones */
+static const char *other = "projected";
 
 static kempe_status simulate(const kempe_system *system, const char *formulation, double rtol, bool once,
                              kempe_trajectory **trajectory)
@@ -321,9 +323,9 @@ static outcome judge_two(const kempe_system *system, const kempe_model *model, c
     if (d >= 0 && d < AGREEMENT)
         return a_warned || b_warned ? ALARMED : AGREED;
     bool a_wrong = differs_from_itself(system, model, "reduced", a, d);
-    bool b_wrong = differs_from_itself(system, model, "projected", b, d);
+    bool b_wrong = differs_from_itself(system, model, other, b, d);
     if ((a_wrong && !a_warned) || (b_wrong && !b_warned)) {
-        add(detail, size, " of %s%s", a_wrong && !a_warned ? "reduced " : "", b_wrong && !b_warned ? "projected" : "");
+        add(detail, size, " of %s%s", a_wrong && !a_warned ? "reduced " : "", b_wrong && !b_warned ? other : "");
         return SILENT;
     }
     return a_wrong && b_wrong ? SENSITIVE : a_wrong || b_wrong ? UNSETTLED : DISAGREED;
@@ -346,10 +348,10 @@ static outcome judge(kempe_context *context, const kempe_system *system, const k
     kempe_status first = simulate(system, "reduced", 1e-10, false, &a);
     snprintf(detail, size, "%.150s", first == KEMPE_OK ? "" : kempe_context_message(context));
     kempe_context_set_log(context, count_warnings, &b_warned);
-    kempe_status second = simulate(system, "projected", 1e-10, false, &b);
+    kempe_status second = simulate(system, other, 1e-10, false, &b);
     kempe_context_set_log(context, NULL, NULL);
     if (second != KEMPE_OK)
-        add(detail, size, " | projected: %.150s", kempe_context_message(context));
+        add(detail, size, " | %s: %.150s", other, kempe_context_message(context));
     if (first != KEMPE_OK || second != KEMPE_OK)
         result = first != KEMPE_OK && second != KEMPE_OK ? BOTH_FAILED : ONE_FAILED;
     else
@@ -384,11 +386,8 @@ static outcome run_one(uint64_t seed, bool show, bool *assemblable, char *detail
 
 int main(int argc, char **argv)
 {
-    if (argc > 2 && strcmp(argv[1], "-i") == 0) {
-        integrator = argv[2];
-        argc -= 2;
-        argv += 2;
-    }
+    for (; argc > 2 && argv[1][0] == '-'; argc -= 2, argv += 2)
+        *(argv[1][1] == 'i' ? &integrator : &other) = argv[2];
     int count = argc > 1 ? atoi(argv[1]) : 2000, totals[2][OUTCOMES] = {{0}};
     uint64_t seed = argc > 2 ? strtoull(argv[2], NULL, 10) : 1, first = argc > 3 ? strtoull(argv[3], NULL, 10) : 0;
     for (int k = 0; k < count; k++) {

@@ -22,8 +22,9 @@ dynamics tape held rough-guess""".split()
 
 
 class Generator(Trees, Loops, Laws):
-    def __init__(self, seed, number):
+    def __init__(self, seed, number, integrator=None):
         super().__init__(np.random.default_rng([seed, number]), f"random {number}")
+        self.integrator = integrator                      # of all runs; None: chosen for each
         self.number, self.files, self.q = number, {}, {}
 
     def add_run(self):
@@ -60,6 +61,8 @@ class Generator(Trees, Loops, Laws):
             self.features["integrators"] += 1
             run["formulation"] = formulation
             run["integrator"] = self.one_of("radau9", "radau5", "radau", "dopri5", "bdf", "adams", "dop853")
+        if self.integrator:
+            run["formulation"], run["integrator"] = formulation, self.integrator
         if self.chance(0.3):
             self.features["dynamics"] += 1
             articulated = () if self.features["force-of-lambda"] else ("articulated",)
