@@ -42,7 +42,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(kmp_friction_element, count, &x->element),
                         KMP_ROOM(int, count, &x->which, &x->side), KMP_ROOM(double, events->count, &x->change),
                         KMP_ROOM(double, count *count, &x->d), KMP_ROOM(double, kmp_box_room(count), &x->room),
-                        KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried, &x->aside)))
+                        KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried, &x->aside, &x->found)))
         return NULL;
     for (int k = 0; k < events->count; k++)
         if (events->condition[k].role == KMP_ROLE_SENSE)
@@ -144,7 +144,8 @@ void kmp_friction_note(kmp_runner *run)
     memcpy(x->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
-        e->fired = e->stance == KMP_FRICTION_HELD && kmp_friction_at(x, e, KMP_ROLE_HELD) < 0;
+        bool keeps = e->stance == KMP_FRICTION_HELD || e->stance == KMP_FRICTION_CARRIED;
+        e->fired = keeps && kmp_friction_at(x, e, KMP_ROLE_HELD) < 0;
         e->before = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
     }
 }

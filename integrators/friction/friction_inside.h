@@ -41,6 +41,7 @@ struct kmp_friction_run {
     int rest, *which;                      /* elements that decide, by number */
     double *d, *a;                         /* rest x rest, rest: accelerations a + D f of their places */
     double *lower, *upper, *f, *y, *tried; /* rest: bounds, forces, accelerations; forces of the last pass */
+    double *found; /* rest: forces of a decision */
     double *aside;                         /* rest: forces put aside */
     double *room;
     int *side;
@@ -101,6 +102,9 @@ kempe_status kmp_friction_grow(kmp_runner *run, double t, const double *q, const
 
 /** Fails with the elements that can neither slip nor stick, and the growth of a level if that is the reason. */
 kempe_status kmp_friction_complain(kmp_runner *run, double t, const double *q, const double *qd);
+
+/** Divides the load of the elements that do not slip in x->f so that the largest part of a static level is least. */
+void kmp_friction_share(kmp_friction_run *x);
 
 /** At rest: *part of the static levels that friction needs to keep all elements at rest, INFINITY if it cannot; forces
  * in x->f, static levels in x->upper, by element. */
