@@ -37,7 +37,7 @@ static bool suffices(kmp_friction_run *x, double part)
     double far = far_away(x);
     for (int i = 0; i < x->rest; i++) {
         const kmp_friction_element *e = &x->element[x->which[i]];
-        bool free = e->implied || !(x->upper[i] > 0);
+        bool free = e->implied || !(x->upper[i] > 0) || (x->spares && e->loaded);
         double most = free ? 0 : part < INFINITY ? part * x->upper[i] : far;
         double slip = -e->sense * fmax(kmp_friction_at(x, e, KMP_ROLE_LEVEL), 0);
         x->lower[i] = e->broken ? slip : -most;
@@ -112,8 +112,14 @@ static void spread(kmp_friction_run *x)
 
 void kmp_friction_share(kmp_friction_run *x)
 {
+    for (int i = 0; i < x->rest; i++)
+        if (x->element[x->which[i]].contact || x->element[x->which[i]].base >= 0)
+            return; /* forces of contacts have no levels */
     memcpy(x->found, x->f, (size_t)x->rest * sizeof *x->f);
-    if (least_part(x) > 1)
+    x->spares = true;
+    bool divided = least_part(x) <= 1;
+    x->spares = false;
+    if (!divided && least_part(x) > 1)
         memcpy(x->f, x->found, (size_t)x->rest * sizeof *x->f);
 }
 

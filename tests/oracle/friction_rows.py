@@ -8,11 +8,12 @@ import numpy as np
 from compare_run import Comparison
 from mechanics import Motion
 
-SLIPS = 1e-7  # a smaller rate, of the fastest one, is rest up to the tolerance of the run
+SLIPS = 1e-9  # a smaller rate, of the fastest one, is rest up to the tolerance of the run
+LEAST = 0.01  # rad/s, m/s: a linkage that does not move faster rests
 LAW = 1e-7  # of the level
 RESTS = 1e-6  # an acceleration of an element that sticks, of the largest one
 ENERGY = 1e-8  # of the largest energy
-PATH = 1e-5  # of it: work by rows, whose reversals are interpolated
+PATH = 1e-4  # of it: work by rows, with turns between them interpolated
 FORCE = ("torque", "force")
 
 
@@ -74,7 +75,7 @@ class FrictionRows(Comparison):
         k = self.number_of(item)
         v, a, f = self.qd[:, k], self.motion.qdd[:, k], self.motion.friction[item.name]
         level, most = self.levels(item)
-        slips = np.abs(v) > SLIPS * np.abs(self.qd).max()
+        slips = np.abs(v) > SLIPS * max(np.abs(self.qd).max(), LEAST)
         small = LAW * (1 + level.max())
         self.expect(item, "does not have its level while it slips", slips, np.abs(f + level * np.sign(v)), small)
         self.expect(item, "exceeds its static level at rest", ~slips, np.abs(f) - most, small)
@@ -107,12 +108,20 @@ class FrictionRows(Comparison):
             self.complaints.append(f"friction takes {work[-1]:.9g} by its ways, the energy falls by {energy[0] - energy[-1]:.9g}")
 
     def way(self, number):
-        """The way that a coordinate has moved up to each row, turning back between rows where its rate changes sign."""
-        t, q, v = self.motion.t, self.q[:, number], self.qd[:, number]
-        h, back = np.diff(t), v[1:] * v[:-1] < 0
-        steps = np.abs(np.diff(q))
-        a0, a1 = self.qdd[:-1, number], self.qdd[1:, number]
-        with np.errstate(all="ignore"):
-            s0, s1 = np.clip(-v[:-1] / a0, 0, h), np.clip(v[1:] / a1, 0, h)
-            there, here = np.abs(v[:-1] * s0 + a0 * s0**2 / 2), np.abs(v[1:] * s1 - a1 * s1**2 / 2)
-        return np.concatenate([[0], np.cumsum(np.where(back, np.nan_to_num(there + here), steps))])
+        """The way that a coordinate has moved up to each row. Where its rate changes sign between rows it turns back: from
+        either row the way to the turn follows from rate, acceleration and the change of that on its own side."""
+        q, v, a = self.q[:, number], self.qd[:, number], self.qdd[:, number]
+        h, steps = np.diff(self.motion.t), np.abs(np.diff(q))
+        for i in np.nonzero(v[1:] * v[:-1] < 0)[0]:
+            before = (a[i] - a[i - 1]) / h[i - 1] if i > 0 else 0.0
+            after = (a[i + 2] - a[i + 1]) / h[i + 1] if i + 2 < len(a) else 0.0
+            steps[i] = self.to_turn(v[i], a[i], before, h[i]) + self.to_turn(-v[i + 1], a[i + 1], -after, h[i])
+        return np.concatenate([[0], np.cumsum(steps)])
+
+    @staticmethod
+    def to_turn(v, a, j, h):
+        """The way until v + a s + j s^2/2 is zero, within h."""
+        roots = np.roots([j / 2, a, v]) if j else np.array([-v / a if a else h])
+        real = [s.real for s in roots if abs(s.imag) < 1e-9 and 0 <= s.real <= 1.5 * h]
+        s = min(real, default=min(max(-v / a, 0.0), h) if a else h)
+        return abs(v * s + a * s**2 / 2 + j * s**3 / 6)
