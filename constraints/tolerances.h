@@ -139,6 +139,14 @@
 #define KMP_FRICTION_ROUNDING 1e-10
 /** Least part of its bound that a friction has where its event says that the bound is reached. */
 #define KMP_FRICTION_TIE 1e-9
+/** Part of a level by which D is found where accelerations are nonlinear in the forces: differences lose four digits,
+ * and what is left of the nonlinearity is as small. */
+#define KMP_FRICTION_UNIT 1e-4
+/** A row whose pivot is below this part of the least one before it is not held: at a dead centre, as exactly as events
+ * are located. The force that would hold it there is larger by the inverse. */
+#define KMP_FRICTION_RANK 1e-7
+/** Two elements with this relative gap of d_ik^2 to d_ii d_kk have one place, or multiples of it: rounding. */
+#define KMP_FRICTION_ONE_PLACE 1e-12
 /** Relative change of a force at which levels that depend on multipliers fit: some roundings. */
 #define KMP_FRICTION_SETTLED 1e-14
 /** Part of a run: decisions within it are simultaneous. */

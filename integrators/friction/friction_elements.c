@@ -24,7 +24,11 @@ static kmp_friction_element element_of(const kmp_runner *run, int slot)
 {
     const kmp_force *force = run->s->events.condition[slot].of;
     return (kmp_friction_element){
-        .slot = slot, .name = force->name, .force = force, .contact = force->kind == KMP_FORCE_TOUCH};
+        .slot = slot,
+        .name = force->name,
+        .force = force,
+        .contact = force->kind == KMP_FORCE_TOUCH,
+        .loaded = kmp_force_lambda(force)};
 }
 
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
@@ -39,10 +43,11 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     if (!x || *none)
         return NULL;
     x->t = -INFINITY;
-    if (!KMP_ARENA_MAKE(a, KMP_ROOM(kmp_friction_element, count, &x->element),
-                        KMP_ROOM(int, count, &x->which, &x->side), KMP_ROOM(double, events->count, &x->change),
-                        KMP_ROOM(double, count *count, &x->d), KMP_ROOM(double, kmp_box_room(count), &x->room),
-                        KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried, &x->aside)))
+    if (!KMP_ARENA_MAKE(
+            a, KMP_ROOM(kmp_friction_element, count, &x->element), KMP_ROOM(int, count, &x->which, &x->side),
+            KMP_ROOM(double, events->count, &x->change), KMP_ROOM(double, count *count, &x->d),
+            KMP_ROOM(double, kmp_box_room(count), &x->room),
+            KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried, &x->aside, &x->found)))
         return NULL;
     for (int k = 0; k < events->count; k++)
         if (events->condition[k].role == KMP_ROLE_SENSE)
@@ -144,7 +149,8 @@ void kmp_friction_note(kmp_runner *run)
     memcpy(x->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
-        e->fired = e->stance == KMP_FRICTION_HELD && kmp_friction_at(x, e, KMP_ROLE_HELD) < 0;
+        bool keeps = e->stance == KMP_FRICTION_HELD || e->stance == KMP_FRICTION_CARRIED;
+        e->fired = keeps && kmp_friction_at(x, e, KMP_ROLE_HELD) < 0;
         e->before = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
     }
 }
@@ -176,7 +182,8 @@ kempe_status kmp_friction_adds_row(kmp_runner *run, kmp_friction_element *e, dou
     kmp_friction_set_held(run, e, kmp_friction_at(run->friction, e, KMP_ROLE_PLACE));
     kmp_eval_closure(run->eval, t, q);
     KMP_TRY(kmp_partition_init(&with, run->s, run->eval->jacobian, NULL, 0));
-    *adds = with.r > rank;
+    double before = rank > 0 ? run->part.pivots[rank - 1] : with.pivots[0];
+    *adds = with.r > rank && with.pivots[with.r - 1] > KMP_FRICTION_RANK * before;
     kmp_partition_free(&with);
     return *adds ? kmp_friction_choose(run, t, q) : KEMPE_OK;
 }

@@ -30,6 +30,7 @@ typedef struct kmp_friction_element {
     bool fired, known;               /* its reserve was used up at the event; it has been decided before */
     bool implied;                    /* its row follows from closures */
     bool broken;                     /* it slips in this decision */
+    bool loaded;                     /* its level depends on multipliers */
     bool tries;                      /* a message names it */
     double before;                   /* its friction at the event */
 } kmp_friction_element;
@@ -41,13 +42,15 @@ struct kmp_friction_run {
     int rest, *which;                      /* elements that decide, by number */
     double *d, *a;                         /* rest x rest, rest: accelerations a + D f of their places */
     double *lower, *upper, *f, *y, *tried; /* rest: bounds, forces, accelerations; forces of the last pass */
+    double *found;                         /* rest: forces of a decision */
     double *aside;                         /* rest: forces put aside */
     double *room;
     int *side;
     double t; /* of the last decision */
     int repeats;
-    bool open;  /* levels do not settle: modes are tried */
-    bool known; /* a decision has been made */
+    bool spares; /* elements whose level depends on multipliers take no load */
+    bool open;   /* levels do not settle: modes are tried */
+    bool known;  /* a decision has been made */
 };
 
 /** The value of a role at the last measurement. */
@@ -101,6 +104,10 @@ kempe_status kmp_friction_grow(kmp_runner *run, double t, const double *q, const
 
 /** Fails with the elements that can neither slip nor stick, and the growth of a level if that is the reason. */
 kempe_status kmp_friction_complain(kmp_runner *run, double t, const double *q, const double *qd);
+
+/** Divides the load of the elements that do not slip in x->f so that the largest part of a static level is least; if
+ * possible without elements whose level depends on multipliers, and may fall at any time. */
+void kmp_friction_share(kmp_friction_run *x);
 
 /** At rest: *part of the static levels that friction needs to keep all elements at rest, INFINITY if it cannot; forces
  * in x->f, static levels in x->upper, by element. */

@@ -31,21 +31,23 @@ static double far_away(const kmp_friction_run *x)
     return FAR * far;
 }
 
-/* True if forces within a part of the levels (INFINITY: any) hold all elements; they are in x->f. */
+/* True if forces within a part of the levels (INFINITY: any) hold all elements that do not slip; they are in x->f. */
 static bool suffices(kmp_friction_run *x, double part)
 {
     double far = far_away(x);
     for (int i = 0; i < x->rest; i++) {
-        bool free = x->element[x->which[i]].implied || !(x->upper[i] > 0);
+        const kmp_friction_element *e = &x->element[x->which[i]];
+        bool free = e->implied || !(x->upper[i] > 0) || (x->spares && e->loaded);
         double most = free ? 0 : part < INFINITY ? part * x->upper[i] : far;
-        x->lower[i] = -most;
-        x->tried[i] = most;
+        double slip = -e->sense * fmax(kmp_friction_at(x, e, KMP_ROLE_LEVEL), 0);
+        x->lower[i] = e->broken ? slip : -most;
+        x->tried[i] = e->broken ? slip : most;
         x->f[i] = 0;
     }
     const kmp_box box = {x->rest, x->d, x->a, x->lower, x->tried};
     bool holds = kmp_box_minimum(&box, x->f, x->y, x->side, x->room) == KMP_BOX_FOUND;
     for (int i = 0; holds && i < x->rest; i++)
-        holds = fabs(x->y[i]) <= kmp_friction_rounding(x, i);
+        holds = x->element[x->which[i]].broken || fabs(x->y[i]) <= kmp_friction_rounding(x, i);
     return holds;
 }
 
@@ -53,7 +55,7 @@ static double part_of(const kmp_friction_run *x)
 {
     double part = 0;
     for (int i = 0; i < x->rest; i++)
-        if (x->f[i] != 0)
+        if (x->f[i] != 0 && !x->element[x->which[i]].broken)
             part = fmax(part, fabs(x->f[i]) / x->upper[i]);
     return part;
 }
@@ -106,6 +108,19 @@ static void spread(kmp_friction_run *x)
         x->upper[i] = rests ? x->upper[k] : fmax(kmp_friction_at(x, &x->element[i], KMP_ROLE_STATIC), 0);
         k -= rests;
     }
+}
+
+void kmp_friction_share(kmp_friction_run *x)
+{
+    for (int i = 0; i < x->rest; i++)
+        if (x->element[x->which[i]].contact || x->element[x->which[i]].base >= 0)
+            return; /* forces of contacts have no levels */
+    memcpy(x->found, x->f, (size_t)x->rest * sizeof *x->f);
+    x->spares = true;
+    bool divided = least_part(x) <= 1;
+    x->spares = false;
+    if (!divided && least_part(x) > 1)
+        memcpy(x->f, x->found, (size_t)x->rest * sizeof *x->f);
 }
 
 kempe_status kmp_friction_load(kmp_runner *run, double t, const double *q, const double *qd, double *part)

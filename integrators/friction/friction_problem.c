@@ -91,10 +91,11 @@ static kempe_status find_implied(kmp_runner *run, double t, const double *q)
     return KEMPE_OK;
 }
 
-/* A force of a size that occurs, by which D is found. */
-static double unit_of(double level)
+/* A force of a size that occurs, by which D is found. Levels that depend on multipliers make accelerations nonlinear in
+ * the forces: then it is a small one. */
+static double unit_of(const kmp_runner *run, double level)
 {
-    return level > 0 ? level : 1;
+    return (run->loaded_friction ? KMP_FRICTION_UNIT : 1) * (level > 0 ? level : 1);
 }
 
 /* a0 and D, column by column; rounding of what closures imply is removed. */
@@ -112,7 +113,7 @@ static kempe_status find_matrix(kmp_runner *run, double t, const double *q, cons
     }
     for (int j = 0; j < n; j++) {
         kmp_friction_element *by = &x->element[x->which[j]];
-        double unit = unit_of(x->upper[j]);
+        double unit = unit_of(run, x->upper[j]);
         kmp_friction_set_given(run, by, unit, 0);
         KMP_TRY(kmp_friction_measure(run, t, q, qd));
         for (int i = 0; i < n; i++) {
@@ -181,6 +182,20 @@ double kmp_friction_changed(const kmp_friction_run *x)
     return size > 0 ? most / size : 0;
 }
 
+/* At the measured accelerations with the forces of the last pass, a + D f is these accelerations. */
+static void take_accelerations(kmp_friction_run *x)
+{
+    int n = x->rest;
+    for (int i = 0; i < n; i++) {
+        const kmp_friction_element *e = &x->element[x->which[i]];
+        if (e->implied)
+            continue;
+        x->a[i] = kmp_friction_at(x, e, KMP_ROLE_ACCELERATION);
+        for (int j = 0; j < n; j++)
+            x->a[i] -= x->d[i + j * n] * x->f[j];
+    }
+}
+
 /* Solves with levels that fit the multipliers of the solution. */
 static kempe_status solve_levels(kmp_runner *run, double t, const double *q, const double *qd)
 {
@@ -193,6 +208,7 @@ static kempe_status solve_levels(kmp_runner *run, double t, const double *q, con
             kmp_friction_put(run, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
         KMP_TRY(kmp_friction_measure(run, t, q, qd));
         set_bounds(x);
+        take_accelerations(x);
         KMP_TRY(solve(run, t));
         if (kmp_friction_changed(x) <= KMP_FRICTION_SETTLED)
             return KEMPE_OK;
@@ -211,12 +227,16 @@ double kmp_friction_rounding(const kmp_friction_run *x, int i)
     return KMP_FRICTION_ROUNDING * size;
 }
 
+/* True if what is left of the level of an element is rounding of what all elements can do to its acceleration. */
 static bool is_at_bound(const kmp_friction_run *x, int i)
 {
     const kmp_friction_element *e = &x->element[x->which[i]];
     if (e->contact)
         return x->f[i] * x->d[i + i * x->rest] <= e->still && x->upper[i] > 0;
-    return fabs(x->f[i]) >= (1 - KMP_FRICTION_TIE) * x->upper[i] && x->lower[i] < x->upper[i];
+    double all = 0, left = (x->upper[i] - fabs(x->f[i])) * x->d[i + i * x->rest];
+    for (int j = 0; j < x->rest; j++)
+        all += x->upper[j] < INFINITY ? fabs(x->d[i + j * x->rest] * x->upper[j]) : 0;
+    return left <= KMP_FRICTION_TIE * all && x->lower[i] < x->upper[i];
 }
 
 /* True if an element at its bound has no acceleration yet, but begins to slip: its reserve is used up, or that of
@@ -229,6 +249,20 @@ static bool is_exhausted(const kmp_friction_run *x, int i)
     return with && is_at_bound(x, i);
 }
 
+/* True if another element, which stays at rest, has the place of element i or a multiple of it. */
+static bool is_kept(const kmp_friction_run *x, int i)
+{
+    int n = x->rest;
+    bool kept = false;
+    for (int k = 0; k < n && !x->element[x->which[i]].contact; k++) {
+        double product = x->d[i + i * n] * x->d[k + k * n], cross = x->d[i + k * n];
+        bool one = cross * cross >= (1 - KMP_FRICTION_ONE_PLACE) * product && product > 0;
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        kept = kept || (k != i && one && !e->broken && !e->contact && !is_at_bound(x, k));
+    }
+    return kept;
+}
+
 /* Lets the elements slip that the solution accelerates, or whose reserve is used up. True: there are new ones. */
 static bool break_away(kmp_runner *run)
 {
@@ -237,7 +271,7 @@ static bool break_away(kmp_runner *run)
     for (int i = 0; i < x->rest; i++) {
         kmp_friction_element *e = &x->element[x->which[i]];
         bool moves = x->side[i] != 0 && fabs(x->y[i]) > kmp_friction_rounding(x, i);
-        if (e->broken || !(moves || is_exhausted(x, i)))
+        if (e->broken || !(moves || is_exhausted(x, i)) || is_kept(x, i))
             continue;
         e->broken = any = true;
         e->sense = e->contact ? 1 : moves ? (x->y[i] > 0 ? 1 : -1) : (x->f[i] > 0 ? -1 : 1);

@@ -58,6 +58,8 @@ static void set_off(kmp_runner *run)
 static kempe_status set_modes(kmp_runner *run, double t, const double *q, double rate)
 {
     kmp_friction_run *x = run->friction;
+    if (run->loaded_friction) /* levels may fall below forces that are given */
+        kmp_friction_share(x);
     for (int k = 0; k < x->rest; k++) {
         kmp_friction_element *e = &x->element[x->which[k]];
         if (e->broken)

@@ -261,7 +261,7 @@ static bool may_change(const kmp_crossing *c, int k)
     case KMP_ROLE_SENSE:
         return c->eval->mode[k + 1] == 0;
     case KMP_ROLE_HELD:
-        return c->eval->mode[k] > 0;
+        return c->eval->mode[k] > 0 || c->eval->mode[k + KMP_ROLE_GIVEN - KMP_ROLE_HELD] != 0;
     default:
         return false;
     }

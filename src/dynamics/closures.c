@@ -8,6 +8,7 @@
 #include "dynamics/system.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -110,6 +111,20 @@ static int power_of(const kempe_model *model, const kmp_closure *closure, const 
     return power == KMP_KIND_POWER_GIVEN ? closure->power : power;
 }
 
+/* True for a sum of coordinates times numbers that are rounding of products of axes: the row vanishes. */
+static bool is_rounding(const kmp_equations *eq, kmp_ref h)
+{
+    const kmp_node *node = kmp_graph_node(eq->graph, kmp_id(h));
+    if (node->op == KMP_OP_ADD)
+        return is_rounding(eq, node->a) && is_rounding(eq, node->b);
+    if (node->op != KMP_OP_MUL)
+        return false;
+    const kmp_node *a = kmp_graph_node(eq->graph, kmp_id(node->a)), *b = kmp_graph_node(eq->graph, kmp_id(node->b));
+    bool first = a->op == KMP_OP_CONST;
+    return (first || b->op == KMP_OP_CONST) && (first ? b : a)->op == KMP_OP_INPUT &&
+           fabs(constant_value(eq, first ? node->a : node->b)) <= 4 * DBL_EPSILON;
+}
+
 static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
 {
     const kempe_model *model = eq->model;
@@ -129,6 +144,7 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
         if (kmp_graph_failed(eq->graph))
             return kmp_fail_memory(eq->context);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
+            h[k] = is_rounding(eq, h[k]) ? KMP_ZERO : h[k];
             if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q) ||
                 (scene->keep_modes && kmp_closure_is_of_modes(closure))) {
                 eq->h[eq->m] = h[k];

@@ -192,6 +192,9 @@ class Loads:
 
     def joint_friction(self, item, scope):
         keys, (_, qd) = item.keys["friction"], self.state(item)
+        if "speed" not in keys:  # it sticks: as a run has it
+            self.effort(item, self.motion.friction[item.name])
+            return
         level, speed = scope.number(keys.get("torque", keys.get("force"))), scope.number(keys["speed"])
         self.effort(item, (level if broken("sign of friction") else -level) * qd / np.sqrt(qd * qd + speed * speed))
 

@@ -108,12 +108,17 @@ static kmp_ref acceleration(const kmp_tree *tree, const kmp_force *force)
     return kmp_vec_acceleration(tree, (kmp_vec){{kmp_friction_rate(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
 }
 
+/* What is left of the static level of an element that is held, or keeps a given force, which a level may fall below.
+ * Where the given force is the level itself, rounding shall not decide. */
 static kmp_ref reserve(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
+    kmp_ref most = static_level(tree, force), given = kmp_friction_input(tree, force, KMP_ROLE_GIVEN);
     kmp_ref size = kmp_unary(g, KMP_OP_ABS, kmp_tree_multiplier(tree, force->closure, 0));
-    return kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), kmp_sub(g, static_level(tree, force), size),
-                      KMP_ONE);
+    kmp_ref slack = kmp_const(g, 1 + KMP_FRICTION_SLACK);
+    kmp_ref keeps = kmp_sub(g, kmp_mul(g, slack, most), kmp_unary(g, KMP_OP_ABS, given));
+    return kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), kmp_sub(g, most, size),
+                      kmp_select(g, given, keeps, KMP_ONE));
 }
 
 kmp_ref kmp_friction_value(const kmp_tree *tree, const kmp_condition *condition)

@@ -7,6 +7,9 @@
 
 #include "dynamics/kinematics/link_tree.h"
 
+/** A given force that exceeds the static level by less than this part does not. */
+#define KMP_FRICTION_SLACK 1e-9
+
 /** The number of the element's condition KMP_ROLE_SENSE, which those of the other roles follow; -1: conditions are
  * evaluated in place, or there is no memory. */
 int kmp_friction_find(const kmp_tree *tree, const kmp_force *force);

@@ -166,6 +166,17 @@ static int find_leaving(search *s, bool largest)
     return best;
 }
 
+/* Largest term of y at the guess: where D x cancels, its rounding remains. */
+static double largest_term(const search *s, int i)
+{
+    int n = s->box->n;
+    double most = fabs(s->box->a[i]);
+    for (int j = 0; j < n; j++)
+        if (isfinite(s->x[j]))
+            most = fmax(most, fabs(s->box->d[i + j * n] * s->x[j]));
+    return most;
+}
+
 static void set_scales(search *s)
 {
     int n = s->box->n;
@@ -173,7 +184,7 @@ static void set_scales(search *s)
     for (int i = 0; i < n; i++) {
         double own = s->box->d[i + i * n];
         s->scale[i] = own > 0 ? sqrt(own) : 1;
-        s->flat = fmax(s->flat, FLAT * fabs(s->box->a[i]) / s->scale[i]);
+        s->flat = fmax(s->flat, FLAT * largest_term(s, i) / s->scale[i]);
     }
 }
 
@@ -208,8 +219,8 @@ kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double *y, int *s
                 .rest = room + n * n + 2 * n,
                 .step = room + n * n + 3 * n,
                 .pivots = room + n * n + 4 * n};
-    set_scales(&s);
     put_inside(box, x, side);
+    set_scales(&s);
     kmp_box_outcome outcome = run(&s);
     for (int i = 0; i < n; i++)
         y[i] = side[i] == 0 && outcome == KMP_BOX_FOUND ? 0 : slope(box, x, i);

@@ -78,7 +78,8 @@ static void insert(kmp_reader *r, int b, int count, double direction[2][3])
                                 "the name '%s' is that of the reaction of joint '%s', which has friction", name,
                                 body->joint);
         motions[first + k] = (kmp_motion){.name = name ? name : "", .number = body->motion_count + 1 + k, .body = b};
-        memcpy(motions[first + k].axis, direction[k], sizeof direction[k]);
+        for (int i = 0; i < 3; i++)
+            motions[first + k].axis[i] = direction[k][i] + 0.0; /* no negative zero */
     }
     for (int i = 1; i < model->body_count; i++)
         model->bodies[i].first_motion += i != b && model->bodies[i].first_motion >= first ? count : 0;

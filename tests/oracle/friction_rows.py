@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The rows of a run with dry friction that sticks, beside mechanics of the oracle. Friction is taken from the row as a
+given effort, and the accelerations that follow are compared with those of the row. Then each element must fit its law:
+level against the rate while it slips, at most the static level and no rate or acceleration while it sticks. Levels by
+reactions use the oracle's own joint forces and multipliers."""
+import numpy as np
+
+from compare_run import Comparison
+from mechanics import Motion
+
+SLIPS = 1e-9  # a smaller rate, of the fastest one, is rest up to the tolerance of the run
+LEAST = 0.01  # rad/s, m/s: a linkage that does not move faster rests
+LAW = 1e-7  # of the level
+RESTS = 1e-6  # an acceleration of an element that sticks, of the largest one
+ENERGY = 1e-8  # of the largest energy
+PATH = 1e-4  # of it: work by rows, with turns between them interpolated
+FORCE = ("torque", "force")
+
+
+class FrictionRows(Comparison):
+    def __init__(self, mechanism, table):
+        self.mechanism, self.table, self.complaints, self.worst = mechanism, table, [], 0.0
+        names = mechanism.columns
+        self.q, self.qd, self.qdd = (table.columns(word, names) for word in ("q", "qd", "qdd"))
+        self.motion = Motion(mechanism, table.column("t"), self.q, self.qd, table.multipliers())
+        self.motion.friction = {f.name: table.column("force." + f.name) for f in self.elements()}
+        self.motion.solve()
+        self.cond = None
+        self.clear = np.ones(len(self.q), bool)
+        k, b, (_, z, y) = self.motion.system()
+        self.joint_forces = np.linalg.solve(k, b[..., None])[:, z.stop:y.start, 0]
+
+    def elements(self):
+        return [f for f in self.mechanism.forces if f.kind == "joint_friction"]
+
+    def run(self):
+        self.compare_closures()
+        self.agree("qdd", self.qdd, self.motion.qdd, usual=1e-8)
+        for item in self.elements():
+            self.look_at(item)
+        self.look_at_energy()
+        return self.complaints
+
+    # -- laws
+
+    def number_of(self, item):
+        return self.mechanism.places[item.scope.full(item.keys["joint"])]
+
+    def across(self, number):
+        """The size of a joint's force across the axis of its coordinate."""
+        joint = next(j for j in self.mechanism.joints if number in j.coordinates)
+        rows = slice(6 * joint.child, 6 * joint.child + 3)
+        motion = self.motion.motions[:, 6 * joint.child:6 * joint.child + 6, number]
+        axis = motion[:, 3:] if np.abs(motion[:, 3:]).max() > 0 else motion[:, :3]
+        axis = axis / np.linalg.norm(axis, axis=1)[:, None]
+        force = self.joint_forces[:, rows]
+        return np.linalg.norm(force - np.sum(force * axis, 1)[:, None] * axis, axis=1)
+
+    def reaction(self, item, keys):
+        if "reaction" in keys:
+            rows = self.motion.rows[item.scope.full(keys["reaction"])]
+            return np.linalg.norm(self.motion.lambdas[:, rows], axis=1)
+        return self.across(self.number_of(item))
+
+    def levels(self, item):
+        keys, scope = item.keys["friction"], item.scope
+        if "mu" in keys:
+            size = self.reaction(item, keys) * (scope.number(keys["radius"]) if "radius" in keys else 1.0)
+            return scope.number(keys["mu"]) * size, scope.number(keys.get("mu_static", keys["mu"])) * size
+        text = keys["torque"] if "torque" in keys else keys["force"]
+        level = self.motion.environment(scope).value(text) + 0 * self.motion.t
+        return level, np.maximum(scope.number(keys["static"]) if "static" in keys else level, level)
+
+    def look_at(self, item):
+        k = self.number_of(item)
+        v, a, f = self.qd[:, k], self.motion.qdd[:, k], self.motion.friction[item.name]
+        level, most = self.levels(item)
+        slips = np.abs(v) > SLIPS * max(np.abs(self.qd).max(), LEAST)
+        small = LAW * (1 + level.max())
+        self.expect(item, "does not have its level while it slips", slips, np.abs(f + level * np.sign(v)), small)
+        self.expect(item, "exceeds its static level at rest", ~slips, np.abs(f) - most, small)
+        begins = ~slips & (np.abs(a) > RESTS * (1 + np.abs(self.qdd).max()))
+        self.expect(item, "is accelerated at rest without its level against it", begins, np.abs(f + level * np.sign(a)), small)
+
+    def expect(self, item, words, where, off, allowed):
+        off = np.where(where, off, 0.0)
+        self.worst = max(self.worst, float(np.max(off / max(allowed, 1e-300)) * LAW))
+        if np.max(off) > allowed:
+            row = int(np.argmax(off))
+            self.complaints.append(f"friction '{item.name}' {words}: off by {off[row]:.3g} at t = {self.motion.t[row]:.9g}")
+
+    # -- energy
+
+    def look_at_energy(self):
+        """Without drives the energy never grows; with constant levels it falls by them times the ways that were slipped."""
+        energy = self.motion.kinetic() + self.motion.loads.potential
+        size = max(np.ptp(energy), np.abs(self.motion.kinetic()).max(), 1e-3)
+        rise = np.max(np.diff(energy), initial=0.0)
+        if rise > ENERGY * size:
+            self.complaints.append(f"the energy rises by {rise:.3g} of {size:.3g}")
+        keys = [f.keys["friction"] for f in self.elements()]
+        damped = any("damping" in f.keys.get("spring", {}) for f in self.mechanism.forces if isinstance(f.keys.get("spring"), dict))
+        if damped or any("mu" in k or "abs" in "".join(map(str, k.values())) for k in keys):
+            return
+        work = sum(self.levels(f)[0] * self.way(self.number_of(f)) for f in self.elements())
+        off = np.abs(energy[0] - energy - work).max()
+        if off > PATH * size:
+            self.complaints.append(f"friction takes {work[-1]:.9g} by its ways, the energy falls by {energy[0] - energy[-1]:.9g}")
+
+    def way(self, number):
+        """The way that a coordinate has moved up to each row. Where its rate changes sign between rows it turns back: from
+        either row the way to the turn follows from rate, acceleration and the change of that on its own side."""
+        q, v, a = self.q[:, number], self.qd[:, number], self.qdd[:, number]
+        h, steps = np.diff(self.motion.t), np.abs(np.diff(q))
+        for i in np.nonzero(v[1:] * v[:-1] < 0)[0]:
+            before = (a[i] - a[i - 1]) / h[i - 1] if i > 0 else 0.0
+            after = (a[i + 2] - a[i + 1]) / h[i + 1] if i + 2 < len(a) else 0.0
+            steps[i] = self.to_turn(v[i], a[i], before, h[i]) + self.to_turn(-v[i + 1], a[i + 1], -after, h[i])
+        return np.concatenate([[0], np.cumsum(steps)])
+
+    @staticmethod
+    def to_turn(v, a, j, h):
+        """The way until v + a s + j s^2/2 is zero, within h."""
+        roots = np.roots([j / 2, a, v]) if j else np.array([-v / a if a else h])
+        real = [s.real for s in roots if abs(s.imag) < 1e-9 and 0 <= s.real <= 1.5 * h]
+        s = min(real, default=min(max(-v / a, 0.0), h) if a else h)
+        return abs(v * s + a * s**2 / 2 + j * s**3 / 6)
