@@ -730,10 +730,28 @@ def hydraulic_excavator():
     return p
 
 
+def toggle_press():
+    """On its anvil's side of the start, with the knee half straight."""
+    l, u = 0.3, math.radians(35)
+    K, R = (l * math.sin(u), -l * math.cos(u)), (0, -2 * l * math.cos(u))
+    low = -2 * l * math.cos(math.radians(8))
+    p = Picture("A toggle press, its ram above the anvil")
+    p.guide(R, (0, low))
+    p.see((-0.2, low))
+    p.body("upper", (0, 0), K)
+    p.body("lower", K, R)
+    p.body("anvil", (-0.12, low - 0.04), (0.12, low - 0.04), other_side=True, colour=6)
+    p.slider(R)
+    p.pivot((0, 0), "O", True, (-30, 4))
+    p.pivot(K, "K")
+    p.pivot(R, "R", shift=(-28, 4))
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
-            rolling_wheel, wheelset, hydraulic_excavator)
+            rolling_wheel, wheelset, hydraulic_excavator, toggle_press)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -3,6 +3,7 @@
 #include "dynamics/closures.h"
 #include "dynamics/formalisms/newton_euler.h"
 #include "dynamics/kinematics/momenta.h"
+#include "dynamics/kinematics/touching.h"
 #include "model/print/model_print.h"
 #include "model/tables/output_table.h"
 #include "wheel/wheel_contact.h"
@@ -51,6 +52,8 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
         return kmp_momentum(&eq->tree, output->index);
     case KMP_OUTPUT_ANGULAR_MOMENTUM:
         return kmp_angular_momentum(&eq->tree, output->index, output->about - 1);
+    case KMP_OUTPUT_GAP:
+        return kmp_vec_axis(kmp_touching_gap(&eq->tree, &eq->model->forces[output->index].touch), 0);
     case KMP_OUTPUT_SENSOR:
         return kmp_vec_axis(kmp_tree_expression(&eq->tree, eq->model->sensors[output->index].expr), 0);
     default:

@@ -4,7 +4,7 @@
 
     python3 tests/oracle/contact_digits.py
 """
-from mpmath import asin, cos, diff, findroot, mp, mpf, pi, quad, sin, sqrt, tan
+from mpmath import acos, asin, cos, diff, findroot, mp, mpf, pi, quad, sin, sqrt, tan
 
 mp.dps = 40
 G = mpf("9.81")
@@ -83,6 +83,19 @@ def stopped_slider_crank():
     show("second impact at t, energy before", second, kinetic)
 
 
+def off_a_sphere():
+    """A point mass on a smooth sphere of radius 1, from rest 0.5 rad off the top: it leaves where cos is 2/3 of that at the start."""
+    mp.dps = 25
+    start = mpf("0.5")
+    leaves = acos(cos(start) * 2 / 3)
+    # with the angle start + s^2 there is no singular end
+    time = quad(lambda s: s / sqrt(G * sin(start + s * s / 2) * sin(s * s / 2)), [0, sqrt(leaves - start)])
+    rate = sqrt(2 * G * (cos(start) - cos(leaves)))
+    show("leaves at t, angle", time, leaves)
+    t = 1 - time
+    show("x, y at t = 1", sin(leaves) + rate * cos(leaves) * t, cos(leaves) - rate * sin(leaves) * t - G * t * t / 2)
+
+
 def two_corners():
     """A box 2 a wide, centre h above its base, of mass m and inertia I, falls flat at 1 m/s on corners with 0.8 and 0.2."""
     left, right, a = mpf("0.8"), mpf("0.2"), mpf("0.5")
@@ -93,4 +106,5 @@ if __name__ == "__main__":
     bouncing()
     rolling()
     stopped_slider_crank()
+    off_a_sphere()
     two_corners()

@@ -212,6 +212,58 @@ static void four_feet(void)
     unload(&l);
 }
 
+/* A point slides on a smooth sphere, and leaves it where its force becomes zero. */
+static void off_a_sphere(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "gravity: [0, -9.81, 0]\n"
+                         "ground: {points: {O: [0, 0, 0]}}\n"
+                         "bodies: {p: {joint: {name: p, planar: z, at: ground}, mass: 3, inertia: {zz: 1}, "
+                         "points: {C: [0, 0, 0]}}}\n"
+                         "contacts: {c: {point: p.C, on: {sphere: ground.O, radius: 1}, restitution: 0}}\n"
+                         "start: {q: {p.1: sin(0.5), p.2: cos(0.5)}}\n");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = simulate(&l, &ways[k], 1);
+        if (run) {
+            CHECK_NEAR(time_of(run, "contact", 1), 0.4113510976273412016277, 100 * e);
+            CHECK_NEAR(last_q(run)[0], 1.636054344630346531234, 10 * e);
+            CHECK_NEAR(last_q(run)[1], -2.25824992192749837202, 10 * e);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* Distance from the parabola y = x^2/2, by its nearest point. */
+static double above_parabola(double x, double y)
+{
+    double s = x;
+    for (int k = 0; k < 50; k++)
+        s -= (s - x + (s * s / 2 - y) * s) / (1 + 1.5 * s * s - y);
+    return (y - s * s / 2 > 0 ? 1 : -1) * hypot(x - s, y - s * s / 2);
+}
+
+/* Spheres that come to rest against a hollow cylinder, a sphere and a profile slide on with their radius between them.
+ */
+static void round_surfaces(void)
+{
+    loaded l = load("tests/models/contact_round.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = simulate(&l, &ways[k], 2.5);
+        if (run) {
+            const double *q = last_q(run), e = 10 * ways[k].tolerance;
+            CHECK(entry(run, "contact", 1));
+            CHECK_NEAR(hypot(q[0], q[1]), 0.9, e);
+            CHECK(hypot(q[3], q[4]) > 1.1 - e);
+            CHECK_NEAR(above_parabola(q[6], q[7]), 0.1, 1e-7);
+            CHECK(run->verdict.drift_rel < 1000 * ways[k].tolerance);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
 /* -- what is rejected ---------------------------------------------------------------------------------------- */
 
 static void check_refused(const char *text, const char *words)
@@ -274,6 +326,8 @@ int main(void)
     TEST(stopped_slider_crank);
     TEST(two_corners);
     TEST(four_feet);
+    TEST(off_a_sphere);
+    TEST(round_surfaces);
     TEST(refused_runs);
     TEST(refused_studies);
     return check_report();

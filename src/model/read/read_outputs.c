@@ -89,7 +89,10 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
     if (loop && is_elastic(r, node, row->word, name))
         return -1;
     int found = find_thing(r, node, row, name);
-    if (row->argument == KMP_OUTPUT_OF_FORCE && found >= 0 && kmp_force_has_components(&r->model->forces[found]))
+    bool gap = row == &kmp_output_rows[KMP_OUTPUT_GAP];
+    if (gap && found >= 0 && r->model->forces[found].kind != KMP_FORCE_TOUCH)
+        kmp_reader_complain(r, node->place, "output gap: '%s' is no rigid contact", name);
+    else if (row->argument == KMP_OUTPUT_OF_FORCE && found >= 0 && kmp_force_has_components(&r->model->forces[found]))
         kmp_reader_complain(r, node->place, "output force: '%s' is given by its components", name);
     return found;
 }
@@ -113,7 +116,7 @@ static void complain_output(kmp_reader *r, const kmp_yaml *node)
         r, node->place, &nearest,
         "unknown output '%s'; available: q, qd, qdd, lambda, energy, q(JOINT), angle(JOINT), qd(JOINT), qdd(JOINT), "
         "lambda(LOOP), reaction(LOOP), position(BODY.POINT), velocity(BODY.POINT), acceleration(BODY.POINT), "
-        "force(FORCE), sensor(SENSOR), contact(WHEEL), momentum(BODY), angular_momentum(BODY)",
+        "force(FORCE), gap(CONTACT), sensor(SENSOR), contact(WHEEL), momentum(BODY), angular_momentum(BODY)",
         node->text);
 }
 

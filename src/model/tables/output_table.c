@@ -147,6 +147,8 @@ static const char *unit_of_force(const kempe_model *model, const kmp_force *forc
 {
     if (force->kind == KMP_FORCE_COMPLIANT)
         return pressing_numbers[k].unit;
+    if (force->kind == KMP_FORCE_TOUCH)
+        return force->turns ? "N m" : "N";
     bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
                   : force->motion >= 0                  ? model->motions[force->motion].rotation
                                        : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;
@@ -157,6 +159,8 @@ const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, 
 {
     if (output->kind == KMP_OUTPUT_FORCE)
         return unit_of_force(model, &model->forces[output->index], k);
+    if (output->kind == KMP_OUTPUT_GAP)
+        return model->forces[output->index].turns ? "rad" : "m";
     if (output->kind == KMP_OUTPUT_CONTACT)
         return contact_numbers[k % KMP_CONTACT_SHOWN].unit;
     return kmp_output_rows[output->kind].unit;

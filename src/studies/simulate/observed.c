@@ -49,6 +49,8 @@ static bool has_output(const kempe_model *model, kmp_output_kind kind, int index
         return !kmp_closure_is_drive(&model->closures[index]);
     if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_POINT)
         return model->points[index].body > 0; /* points of the ground rest */
+    if (kind == KMP_OUTPUT_GAP)
+        return model->forces[index].kind == KMP_FORCE_TOUCH;
     return kind != KMP_OUTPUT_FORCE ||
            !(kmp_force_has_components(&model->forces[index]) || model->forces[index].kind == KMP_FORCE_STATE);
 }
@@ -81,6 +83,7 @@ static kempe_status list_all(kmp_observed *o, int most)
                                             KMP_OUTPUT_ENERGY,
                                             KMP_OUTPUT_SENSOR,
                                             KMP_OUTPUT_FORCE,
+                                            KMP_OUTPUT_GAP,
                                             KMP_OUTPUT_LAMBDA,
                                             KMP_OUTPUT_REACTION,
                                             KMP_OUTPUT_MOMENT,
@@ -93,7 +96,7 @@ static kempe_status list_all(kmp_observed *o, int most)
                                             KMP_OUTPUT_ANGULAR_VELOCITY,
                                             KMP_OUTPUT_AXES};
     kempe_model *model = kmp_variant_model(o->variant);
-    int room = model->output_count + 8 + model->sensor_count + model->force_count + 2 * model->closure_count +
+    int room = model->output_count + 8 + model->sensor_count + 2 * model->force_count + 2 * model->closure_count +
                5 * model->point_count + model->wheel_count;
     listing l = {.model = model, .list = KMP_ARENA_NEW(&model->arena, kmp_output, room), .most = most};
     KMP_TRY(kmp_made(model->context, l.list));
