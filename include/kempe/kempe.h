@@ -31,7 +31,8 @@
  *
  * The equations of motion are M(q) qdd + C(q, qd, t) = Q + J(q, t)' lambda, h(q, t) = 0. q are the relative joint
  * coordinates of the tree (rad and m), and C is the bias (Coriolis, centrifugal, gravity, applied forces). lambda has
- * one Lagrange multiplier for each closure row.
+ * one Lagrange multiplier for each closure row. A model with states of its own has an entry for each of them at the end
+ * of q, qd and qdd: in qd the value of the state, in qdd its rate, in q its integral, which no equation contains.
  *
  * A function that can fail returns a kempe_status: 0 done, negative an error, positive a normal event.
  * Outputs are untouched on failure. The library never prints, exits or aborts.

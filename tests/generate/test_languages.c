@@ -388,6 +388,25 @@ static const char inputs[] =
     "forces: {motor: {joint: A, torque: \"torque*gain - if(torque > 0, 1, 2)*q(A)\"}}\n"
     "drives: {d: {joint: X, displacement: sin(way/(1 m))*(1 m) + way}}\n";
 
+/* States with a closed loop, blocks and samples: their rates are rows, sampled ones have the rate zero. */
+static const char own_states[] =
+    "kempe: 1\nname: blocks\ngravity: [0, -9.81, 0]\n"
+    "states:\n"
+    "  p: {start: 2, rate: 3*sin(t) - p*qd(A) + q(B)/(4 + p^2)}\n"
+    "  u: {pid: 1 - q(A), proportional: 4, integral: 2, derivative: 0.3, filter: 0.1, limits: [-2, 2]}\n"
+    "  y: {transfer: q(B), numerator: [1, 2, 0.5], denominator: [0.3, 1, 2]}\n"
+    "  h: {hysteresis: q(A), limits: [-1, 1]}\n"
+    "  s: {sample: 0.1, next: u + y}\n"
+    "ground: {points: {D: [0.9, 0, 0]}}\n"
+    "bodies:\n"
+    "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {B: [0.3, 0, 0]}}\n"
+    "  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 1, com: [0.4, 0, 0], inertia: {zz: 0.05}, points: {C: "
+    "[0.8, 0, 0]}}\n"
+    "  rocker: {joint: {name: D, revolute: z, at: ground.D}, mass: 1, inertia: {zz: 0.04}, points: {C: [0.7, 0, 0]}}\n"
+    "loops: {C: {ball: [rod.C, rocker.C]}}\n"
+    "forces: {motor: {joint: A, torque: \"u + p*h + saturation(s, -1, 1) + y\"}}\n"
+    "start: {q: {A: 90 deg, B: -62 deg, D: 106 deg}, hold: [A]}\n";
+
 static void try_text(const char *text, const char *language)
 {
     kempe_model *model = NULL;
@@ -426,6 +445,7 @@ static void try_all(const char *language)
     try_text(functions, language);
     try_text(closures, language);
     try_text(inputs, language);
+    try_text(own_states, language);
     try_random(language);
     choose_states();
 }

@@ -239,11 +239,24 @@ static void show_independent(kmp_text *text, const kempe_check *check, int most)
     kmp_text_put(text, "\n");
 }
 
+/* States, on which no closure depends. */
+static void show_states(kmp_text *text, const kempe_check *check)
+{
+    const kempe_model *model = check->given->model;
+    if (model->state_count == 0)
+        return;
+    label(text, "states");
+    for (int k = 0; k < model->state_count; k++)
+        kmp_text_printf(text, "%s%s", k ? ", " : "", model->states[k].name);
+    kmp_text_put(text, "\n");
+}
+
 static void show_choice(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
     kmp_text_put(text, "\n");
     show_independent(text, check, part->p);
+    show_states(text, check);
     label(text, "dependent, v");
     kmp_list_names(text, check->system, kmp_name_of_coordinate, part->r, part->v);
     kmp_text_put(text, "\n");
@@ -358,6 +371,7 @@ static void show_short(kmp_text *text, const void *result)
         return;
     show_shared(text, check);
     show_independent(text, check, MOST_LISTED);
+    show_states(text, check);
     show_limits(text, check, MOST_RANGES);
     line(text, "details", "with --all");
 }

@@ -207,13 +207,30 @@ static void show_locus(kmp_text *text, const kempe_modes *m)
     show_uncertain(text, m);
 }
 
+/* The independent coordinates, or the states among them. */
+static void list_coordinates(kmp_text *text, const kempe_modes *m, bool states)
+{
+    const char *between = "";
+    for (int k = 0; k < m->modes.p; k++) {
+        int i = m->modes.u[k];
+        if ((kmp_state_of(m->system->model, i) != NULL) != states)
+            continue;
+        kmp_text_printf(text, "%s%s", between, kmp_name_of_coordinate(m->system, i));
+        between = ", ";
+    }
+}
+
 static void show_state(kmp_text *text, const kempe_modes *m)
 {
     int freedoms = m->modes.p - m->system->model->state_count;
     kmp_text_printf(text, "%s: %d degree%s of freedom at %s%s: ", m->system->model->name, freedoms,
                     freedoms == 1 ? "" : "s", m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
                     kmp_model_has_time(m->system->model) ? " (t = 0)" : "");
-    kmp_list_names(text, m->system, kmp_name_of_coordinate, m->modes.p, m->modes.u);
+    list_coordinates(text, m, false);
+    if (m->system->model->state_count > 0) {
+        kmp_text_put(text, "; states: ");
+        list_coordinates(text, m, true);
+    }
     kmp_text_put(text, "\n\n");
 }
 
