@@ -148,9 +148,9 @@ static void digits(void)
 static int pass(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                 double work)
 {
-    double *end = user;
+    double *last = user;
     (void)t, (void)qd, (void)qdd, (void)lambda, (void)work;
-    *end = q[0];
+    *last = q[0];
     return 0;
 }
 
@@ -164,16 +164,16 @@ static void stiff(void)
                          "forces: {spring: {joint: A, torque: -4*seen}}\n"
                          "start: {q: {A: 1}}\n");
     const double times[] = {1};
-    double end = NAN;
+    double last = NAN;
     kmp_run_report report = {0};
     kmp_run_spec spec = {.formulation = "reduced", .rtol = 1e-6, .t_end = 1, .time_count = 1, .times = times};
     kmp_run_log log = {.context = l.context};
     spec.log = &log;
     CHECK(l.system && kmp_run_resolve(l.system, &spec) == KEMPE_OK);
-    CHECK(l.system && kmp_run(l.system, &spec, NULL, pass, &end, &report) == KEMPE_OK);
+    CHECK(l.system && kmp_run(l.system, &spec, NULL, pass, &last, &report) == KEMPE_OK);
     CHECK_TEXT(report.integrator, "radau");
     CHECK(report.steps < 2000);
-    CHECK_NEAR(end, cos(2), 1e-5); /* but for the lag of a microsecond */
+    CHECK_NEAR(last, cos(2), 1e-5); /* but for the lag of a microsecond */
     kmp_free(report.reason);
     kmp_run_log_free(&log);
     unload(&l);
