@@ -4,6 +4,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "symbolic/derivative.h"
+#include "symbolic/rotation.h"
 #include <stdlib.h>
 
 struct kmp_partials {
@@ -37,18 +38,40 @@ static void begin_again(uint32_t *first, uint32_t count)
     first[0] = 0;
 }
 
+/* Marks the nodes that derivatives of the expressions need: their operands, and the sources of rotated pairs. */
+static void mark_needed(kmp_partials *p, bool *needed)
+{
+    kmp_pair pair;
+    for (int k = 0; k < p->roots; k++)
+        needed[kmp_id(p->of[k])] = true;
+    for (uint32_t id = p->count; id-- > 0;) {
+        const kmp_node *n = kmp_graph_node(p->g, id);
+        if (!needed[id])
+            continue;
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+            needed[kmp_id(kmp_operand(n, k))] = true;
+        if (kmp_rotated_pair(p->g, id, &pair))
+            needed[kmp_id(pair.y)] = needed[kmp_id(pair.z)] = needed[kmp_id(pair.angle)] = true;
+    }
+}
+
+/* The users among the needed nodes. */
 static void list_users(kmp_partials *p)
 {
+    bool *needed = KMP_ARENA_NEW(&p->room, bool, p->count);
+    if (!needed)
+        return;
+    mark_needed(p, needed);
     for (uint32_t id = 0; id < p->count; id++) {
         const kmp_node *n = kmp_graph_node(p->g, id);
-        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+        for (int k = 0; needed[id] && k < kmp_op_arity((kmp_op)n->op); k++)
             p->first[kmp_id(kmp_operand(n, k)) + 1]++;
     }
     add_up(p->first, p->count);
     p->user = KMP_ARENA_NEW(&p->room, uint32_t, p->first[p->count]);
     for (uint32_t id = 0; p->user && id < p->count; id++) {
         const kmp_node *n = kmp_graph_node(p->g, id);
-        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+        for (int k = 0; needed[id] && k < kmp_op_arity((kmp_op)n->op); k++)
             p->user[p->first[kmp_id(kmp_operand(n, k))]++] = id;
     }
     begin_again(p->first, p->count);
