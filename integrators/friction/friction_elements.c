@@ -23,12 +23,11 @@ static int base_of(const kmp_runner *run, const kmp_friction_run *x, const kmp_f
 static kmp_friction_element element_of(const kmp_runner *run, int slot)
 {
     const kmp_force *force = run->s->events.condition[slot].of;
-    return (kmp_friction_element){
-        .slot = slot,
-        .name = force->name,
-        .force = force,
-        .contact = force->kind == KMP_FORCE_TOUCH,
-        .loaded = kmp_force_lambda(force)};
+    return (kmp_friction_element){.slot = slot,
+                                  .name = force->name,
+                                  .force = force,
+                                  .contact = force->kind == KMP_FORCE_TOUCH,
+                                  .loaded = kmp_force_lambda(force)};
 }
 
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)

@@ -91,11 +91,12 @@ static kempe_status find_implied(kmp_runner *run, double t, const double *q)
     return KEMPE_OK;
 }
 
-/* A force of a size that occurs, by which D is found. Levels that depend on multipliers make accelerations nonlinear in
- * the forces: then it is a small one. */
+/* A force of a size that occurs, by which D is found. Elements that slip with levels that depend on multipliers make
+ * accelerations nonlinear in the forces: then it is a small one. */
 static double unit_of(const kmp_runner *run, double level)
 {
-    return (run->loaded_friction ? KMP_FRICTION_UNIT : 1) * (level > 0 ? level : 1);
+    bool nonlinear = run->loaded_friction && run->friction->rest < run->friction->count;
+    return (nonlinear ? KMP_FRICTION_UNIT : 1) * (level > 0 ? level : 1);
 }
 
 /* a0 and D, column by column; rounding of what closures imply is removed. */
