@@ -276,7 +276,7 @@ static void read_row(contact *c, const law_row *row)
         return;
     c->made->law = row->word;
     c->force->effort = formula(c->r, row->force, numbers);
-    c->made->store = formula(c->r, row->store, numbers);
+    c->made->store = row->store[0] ? formula(c->r, row->store, numbers) : NULL;
 }
 
 /* The law of the user, over the same quantities. */
