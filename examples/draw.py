@@ -217,6 +217,23 @@ def slider_crank(title="Slider-crank", angle=math.radians(50)):
     return p
 
 
+def loose_pin():
+    r, l, angle, gap = 0.05, 0.12, math.radians(50), 0.006  # the clearance is enlarged
+    A = turn(angle, (r, 0))
+    bearing = (A[0] + math.sqrt(l * l - A[1] ** 2), 0)
+    journal = at(bearing, math.radians(150), (gap, 0))
+    p = Picture("Slider-crank with a loose pin, crank turned by 50 degrees, clearance enlarged")
+    p.guide((0, 0), (0.18, 0))
+    p.body("crank", A, (0, 0))
+    p.body("rod", journal, A)
+    p.slider(bearing)
+    p.pivot((0, 0), "A", True, (-26, 4))
+    p.pivot(A, "B")
+    p.pivot(bearing, "slider.P", shift=(10, -16))
+    p.pivot(journal, "rod.P", shift=(-40, -14))
+    return p
+
+
 def driven_slider_crank():
     return slider_crank("Driven slider-crank", math.radians(125))
 
@@ -733,7 +750,7 @@ def hydraulic_excavator():
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
-            rolling_wheel, wheelset, hydraulic_excavator)
+            rolling_wheel, wheelset, hydraulic_excavator, loose_pin)
 
 if __name__ == "__main__":
     for make in PICTURES:

@@ -57,9 +57,9 @@ static void choose_first(kmp_runner *run)
 {
     const kmp_ode *ode = &run->formulation->ode;
     kmp_integrator_choice *c = &run->choice;
-    bool lanes = ode->lanes && !has_powers(run->s->model);
-    c->kind = kmp_solver_find(lanes ? "radau" : run->spec.integrator);
-    c->ratio = ode->cycles_of_lanes > 0 ? kmp_cycles_ratio(ode, run->spec.rtol) : 0;
+    bool rough = has_powers(run->s->model);
+    c->kind = kmp_solver_find(rough ? "dop853" : ode->lanes ? "radau" : run->spec.integrator);
+    c->ratio = ode->cycles_of_lanes > 0 && !rough ? kmp_cycles_ratio(ode, run->spec.rtol) : 0;
     c->patience = FIRST_TRIAL;
 }
 

@@ -55,6 +55,9 @@ static bool stands_alone(const char *word, size_t length)
     return false;
 }
 
+/* A component of a force, by the name of its column: found when the force is known. */
+enum { NAMED = -2 };
+
 /* Removes ".x" from "position(b.P).x", ".total" from "energy.total". The component, -1 for all of them. */
 static int cut_component(char *word)
 {
@@ -63,6 +66,10 @@ static int cut_component(char *word)
     char *dot = strrchr(word, '.');
     bool energy = strncmp(word, "energy.", 7) == 0;
     bool whole = dot && dot > word && (dot[-1] == ')' || stands_alone(word, (size_t)(dot - word)));
+    if (whole && strncmp(word, "force(", 6) == 0) {
+        *dot = '\0';
+        return NAMED;
+    }
     for (int k = 0; whole && k < (energy ? 3 : 6); k++)
         if (strcmp(dot + 1, energy ? energies[k] : axes[k]) == 0) {
             *dot = '\0';
@@ -88,10 +95,26 @@ static bool list_words(asking *a, kmp_yaml *list, int *component)
     return node && items;
 }
 
-static void check_components(asking *a, const int *component)
+/* The component of a force whose column ends with a word; its width: there is none. */
+static int component_named(const kempe_model *model, const kmp_output *output, const char *word)
+{
+    int width = kmp_output_width(model, output), found = -1;
+    for (int k = 0; k < width && width > 1 && found < 0; k++) {
+        kmp_text column = {0};
+        kmp_output_column(&column, model, output, k);
+        const char *dot = column.failed ? NULL : strrchr(column.s, '.');
+        found = dot && strcmp(dot + 1, word) == 0 ? k : -1;
+        kmp_text_free(&column);
+    }
+    return found < 0 ? width : found;
+}
+
+static void check_components(asking *a, int *component)
 {
     for (int k = 0; k < a->count && !a->r.wrong; k++) {
         const kmp_output *output = &a->model.outputs[k];
+        if (component[k] == NAMED)
+            component[k] = component_named(&a->model, output, strrchr(a->word[k], '.') + 1);
         if (component[k] >= kmp_output_width(&a->model, output))
             kmp_reader_complain(&a->r, nowhere, "'%s': %s has no components", a->word[k],
                                 kmp_output_rows[output->kind].word);
