@@ -473,6 +473,21 @@ def test_import_alone_is_quiet():
     assert json.dumps(kempe.__all__)
 
 
+def test_second_interpreter_has_no_arrays():
+    """NumPy is for the first interpreter of a process, and so is the package."""
+    name = next((each for each in ("_xxsubinterpreters", "_interpreters") if importlib_has(each)), None)
+    if name is None:
+        pytest.skip("no module of sub-interpreters")
+    second = "try:\n    import kempe\n    kempe.lazy.np.zeros(1)\nexcept ImportError: print('refused', flush=True)"
+    program = f"""
+import os, kempe, {name} as interpreters
+kempe.lazy.np.zeros(1)
+interpreters.run_string(interpreters.create(), {second!r})
+os._exit(0)"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "refused\n", done.stdout + done.stderr
+
+
 def test_import_waits_with_numpy():
     """Two thirds of the time of an import would be NumPy's."""
     program = "import sys, kempe; assert 'numpy' not in sys.modules; kempe.contact.hertz; assert kempe.about()['numpy']"
