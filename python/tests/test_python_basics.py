@@ -125,7 +125,7 @@ def test_errors(error, base, call, four_bar):
         (ValueError, "force gives 3 values, not None", lambda m: m.system(force=lambda t, q, qd: None).simulate()),
         (ValueError, r"not the shape \(2,\)", lambda m: m.system(force=lambda t, q, qd: [1, 2]).simulate()),
         (TypeError, r"sweep: a range is .*, not an array of 3 values", lambda m: swept(m, {"crank": np.arange(3.0)})),
-        (kempe.ArgumentError, "there is no matrix 'Z'", lambda m: m.system().linearize().matrix("Z")),
+        (kempe.ArgumentError, "there is no matrix 'Q'", lambda m: m.system().linearize().matrix("Q")),
         (kempe.ArgumentError, "there is no view 'all'; there are eq", lambda m: m.system().text("all")),
         (kempe.ArgumentError, "near are crank", lambda m: m.system().workspace().close(0, [0] * 3, hold="crnk")),
         (ValueError, r"q has 3 values, not the shape \(2,\)", lambda m: m.system().workspace().close(0, [0, 0])),
