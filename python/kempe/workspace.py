@@ -330,7 +330,7 @@ class _States:
         team = self.workspace._team(max(1, min(threads or _processors(), count)))
         ends = [count * k // len(team) for k in range(len(team) + 1)]
         if len(team) == 1:
-            failures = [self._part(function, *team, *ends)]
+            failures = [self._part(function, self.workspace, 0, count)]
         else:
             from concurrent.futures import ThreadPoolExecutor
 

@@ -125,7 +125,7 @@ def test_errors(error, base, call, four_bar):
         (ValueError, "force gives 3 values, not None", lambda m: m.system(force=lambda t, q, qd: None).simulate()),
         (ValueError, r"not the shape \(2,\)", lambda m: m.system(force=lambda t, q, qd: [1, 2]).simulate()),
         (TypeError, r"sweep: a range is .*, not an array of 3 values", lambda m: swept(m, {"crank": np.arange(3.0)})),
-        (kempe.ArgumentError, "there is no matrix 'Z'", lambda m: m.system().linearize().matrix("Z")),
+        (kempe.ArgumentError, "there is no matrix 'Q'", lambda m: m.system().linearize().matrix("Q")),
         (kempe.ArgumentError, "there is no view 'all'; there are eq", lambda m: m.system().text("all")),
         (kempe.ArgumentError, "near are crank", lambda m: m.system().workspace().close(0, [0] * 3, hold="crnk")),
         (ValueError, r"q has 3 values, not the shape \(2,\)", lambda m: m.system().workspace().close(0, [0, 0])),
@@ -471,6 +471,21 @@ def test_import_alone_is_quiet():
     )
     assert done.stdout.strip() == kempe.__version__ and not done.stderr
     assert json.dumps(kempe.__all__)
+
+
+def test_second_interpreter_has_no_arrays():
+    """NumPy is for the first interpreter of a process, and so is the package."""
+    name = next((each for each in ("_xxsubinterpreters", "_interpreters") if importlib_has(each)), None)
+    if name is None:
+        pytest.skip("no module of sub-interpreters")
+    second = "try:\n    import kempe\n    kempe.lazy.np.zeros(1)\nexcept ImportError: print('refused', flush=True)"
+    program = f"""
+import os, kempe, {name} as interpreters
+kempe.lazy.np.zeros(1)
+interpreters.run_string(interpreters.create(), {second!r})
+os._exit(0)"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "refused\n", done.stdout + done.stderr
 
 
 def test_import_waits_with_numpy():
