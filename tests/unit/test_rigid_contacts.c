@@ -212,6 +212,40 @@ static void four_feet(void)
     unload(&l);
 }
 
+/* A sphere strikes the floor obliquely, without weight: its tangential impulse is mu times the normal one, or what
+ * stops the slip. */
+static void oblique(const char *text, double along, double turn)
+{
+    loaded l = load_text(text);
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = simulate(&l, &ways[k], 0.2);
+        if (run) {
+            CHECK_NEAR(time_of(run, "impact", 0), 0.1, e);
+            CHECK_NEAR(last_qd(run)[0], along, e);
+            CHECK_NEAR(last_qd(run)[1], 1.5, e);
+            CHECK_NEAR(last_qd(run)[2], turn, 10 * e);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+#define SPHERE(mu)                                                                                                     \
+    "kempe: 1\n"                                                                                                       \
+    "ground: {points: {O: [0, 0, 0]}}\n"                                                                               \
+    "bodies: {ball: {joint: {name: b, planar: z, at: ground}, mass: 1, inertia: {zz: 0.004}, points: {C: [0, 0, "      \
+    "0]}}}\n"                                                                                                          \
+    "contacts: {floor: {sphere: ball.C, radius: 0.1, on: {plane: ground.O, normal: y}, restitution: 0.5, "             \
+    "friction: " #mu "}}\n"                                                                                            \
+    "start: {q: {b.2: 0.4}, qd: {b.1: 2, b.2: -3}}\n"
+
+static void oblique_impacts(void)
+{
+    oblique(SPHERE(0.1), 2 - 0.1 * 4.5, -0.1 * 4.5 * 0.1 / 0.004);
+    oblique(SPHERE(0.5), 2 - 2 / 3.5, -2 / 3.5 * 0.1 / 0.004);
+}
+
 /* A point slides on a smooth sphere, and leaves it where its force becomes zero. */
 static void off_a_sphere(void)
 {
@@ -326,6 +360,7 @@ int main(void)
     TEST(stopped_slider_crank);
     TEST(two_corners);
     TEST(four_feet);
+    TEST(oblique_impacts);
     TEST(off_a_sphere);
     TEST(round_surfaces);
     TEST(refused_runs);
