@@ -142,7 +142,8 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     const kmp_expr *e = c->s->events.condition[k].expr;
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     kmp_eval_set_mode(c->eval, k, holds);
-    kmp_run_log_add(c->run->log, "event", t, NAN, NAN, "%s became %s", c->s->event_text[k],
+    double most = c->s->events.condition[k].measured && !holds ? c->most[k] : NAN;
+    kmp_run_log_add(c->run->log, "event", t, NAN, most, "%s became %s", c->s->event_text[k],
                     holds == stated ? "true" : "false");
     c->count++;
     c->repeats[k] = just_changed(c, k, t) ? c->repeats[k] + 1 : 0;

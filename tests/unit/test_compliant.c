@@ -264,6 +264,35 @@ static void loose_pin_with_friction(void)
     unload(&l);
 }
 
+/* A start far from the bearing is refused with the name of the joint. */
+static void pin_outside(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "bodies:\n"
+        "  arm: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.1}, points: {P: [0.3, 0, 0]}}\n"
+        "  bob: {joint: {name: S, prismatic: x, at: ground}, mass: 1, points: {Q: [0, 0, 0]}}\n"
+        "loops: {pin: {revolute: [arm.P, bob.Q], clearance: 1 mm, contact: {law: hertz, stiffness: 1e9}}}\n";
+    loaded l = load_text(text);
+    kempe_trajectory *run = simulate(&l, &ways[0], 0.1);
+    CHECK(run && strstr(kempe_trajectory_reason(run), "the journal of 'pin' is not in its bearing at t = 0"));
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* The text of a run has the number of contacts. */
+static void summary(void)
+{
+    loaded l = load("tests/models/compliant_drop.yaml");
+    kempe_trajectory *run = simulate(&l, &ways[0], 0.9);
+    char *text = NULL;
+    CHECK(run && kempe_trajectory_print(run, KEMPE_TEXT, &text) == KEMPE_OK);
+    CHECK(text && strstr(text, "contact   'floor' began 4 times, largest depth 0.00543"));
+    kempe_text_free(text);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(hunt_crossley);
@@ -274,5 +303,7 @@ int main(void)
     TEST(stiffness);
     TEST(loose_pin);
     TEST(loose_pin_with_friction);
+    TEST(pin_outside);
+    TEST(summary);
     return check_report();
 }

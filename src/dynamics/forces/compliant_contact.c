@@ -82,6 +82,22 @@ static void show(const kmp_tree *tree, const kmp_pressing *at, kmp_ref holds, co
     value[7] = kmp_sqrt(g, square);
 }
 
+/* Runs end where the journal's centre is farther from that of the bearing than ten clearances and half a radius. */
+static void end_outside(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *at)
+{
+    kmp_graph *g = tree->graph;
+    const struct kmp_compliant *made = force->compliant;
+    if (made->form != KMP_COMPLIANT_JOURNAL)
+        return;
+    kmp_ref most = kmp_mul(g, kmp_const(g, 10), kmp_tree_expression(tree, made->clearance));
+    if (made->radius)
+        most = kmp_add(g, most, kmp_mul(g, kmp_const(g, 0.5), kmp_tree_expression(tree, made->radius)));
+    kmp_ref square = kmp_add(g, kmp_mul(g, at->x, at->x), kmp_mul(g, at->y, at->y));
+    kmp_tree_end(tree, force, KMP_PRESSING_OUT, kmp_sub(g, kmp_mul(g, most, most), square),
+                 "give start values that place it there, or a stiffer contact",
+                 "the journal of '%s' is not in its bearing", force->name);
+}
+
 void kmp_law_compliant(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                        kmp_ref *value)
 {
@@ -95,6 +111,7 @@ void kmp_law_compliant(kmp_forces *forces, const kmp_tree *tree, const kmp_force
         find_friction(tree, force, &at, size[0], size + 1);
     apply(forces, tree, holds, count, against, size);
     show(tree, &at, holds, size, value);
+    end_outside(tree, force, &at);
     if (energy)
         add_energy(forces, tree, force, &at, count, against, size, energy);
 }

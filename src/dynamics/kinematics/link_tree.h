@@ -70,6 +70,7 @@ typedef struct kmp_condition {
     bool ends;            /* runs end where its value becomes negative; it has no input */
     bool kink;            /* of abs, min or max: the active branch; both branches are equal where it changes */
     bool late;            /* a kink whose value depends on accelerations or multipliers */
+    bool measured;        /* the log has the largest value that it had while it was true */
     kmp_role role;        /* of a friction element; otherwise KMP_ROLE_NONE */
     double lag;           /* of an element: it changes where its value has passed zero by this amount; 0: at zero */
     const char *advice;   /* where it ends runs, or prevents continuation by changing back and forth; NULL: none */

@@ -78,8 +78,12 @@ static double lag_of(const kempe_model *model)
 
 kmp_ref kmp_pressing_holds(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *pressing)
 {
-    return kmp_tree_condition(tree, force, KMP_PRESSING, pressing->open, lag_of(tree->model), NULL, "contact of '%s'",
-                              force->name);
+    kmp_ref holds = kmp_tree_condition(tree, force, KMP_PRESSING, pressing->open, lag_of(tree->model), NULL,
+                                       "contact of '%s'", force->name);
+    int k = tree->events ? kmp_events_find(tree->events, force, KMP_PRESSING) : -1;
+    if (k >= 0)
+        tree->events->condition[k].measured = true;
+    return holds;
 }
 
 /* Beyond the end of contact, within a step that is cut there, the law sees the modulus of the depth: powers of it stay

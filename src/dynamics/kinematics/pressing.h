@@ -5,8 +5,9 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "model/compliant/compliant.h"
 
-/** Conditions of a contact, numbers of kmp_tree_condition: its bodies touch; its law would pull. */
-enum { KMP_PRESSING, KMP_PRESSING_PULLS };
+/** Conditions of a contact, numbers of kmp_tree_condition: its bodies touch; its law would pull; its journal is out of
+ * the bearing. */
+enum { KMP_PRESSING, KMP_PRESSING_PULLS, KMP_PRESSING_OUT };
 
 typedef struct kmp_pressing {
     kmp_ref open;        /* negative where the bodies touch: the gap, or a smooth function of it */

@@ -21,3 +21,7 @@ struct kmp_compliant {
     const kmp_expr *store;              /* its elastic energy, NULL: all is work */
     const kmp_expr *speed; /* of friction: below it the friction is viscous, NULL: by an expression of slip */
 };
+
+/** The depth at a value of the condition that the bodies touch: of a journal with the clearance c that value is
+ * (e^2 - c^2)/(2 c), of any other contact the depth. */
+double kmp_compliant_depth(const kempe_model *model, const kmp_force *force, double value);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A contact with a law: its geometry, its law as an expression of depth and rate, its friction. */
+#include "base/memory.h"
 #include "model/compliant/compliant.h"
 #include "model/contacts/read_contacts.h"
 #include "model/read/reading.h"
@@ -486,4 +487,18 @@ void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, km
     read_law(&c);
     read_friction(&c);
     read_impact(&c);
+}
+
+double kmp_compliant_depth(const kempe_model *model, const kmp_force *force, double value)
+{
+    double *parameters = KMP_NEW(double, model->parameter_count + 1), c;
+    if (force->compliant->form != KMP_COMPLIANT_JOURNAL || !parameters) {
+        kmp_free(parameters);
+        return value;
+    }
+    for (int k = 0; k < model->parameter_count; k++)
+        parameters[k] = model->parameters[k].number.value;
+    c = kmp_expr_value(force->compliant->clearance, parameters);
+    kmp_free(parameters);
+    return sqrt(c * (c + 2 * value)) - c;
 }

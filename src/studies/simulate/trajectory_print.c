@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A trajectory as a report and as one JSON object. */
 #include "integrators/formulations/cycles.h"
+#include "model/compliant/compliant.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
 #include "studies/simulate/trajectory.h"
@@ -179,6 +180,44 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_text_printf(text, ", %.4g ms preparation\n", 1e3 * (r->build_s + t->system->build_s));
 }
 
+/* How often a contact has begun and ended; the largest measure of its depth, where it has ended. */
+static void count_contacts(const kempe_trajectory *t, const kmp_force *force, int *begun, double *most)
+{
+    kmp_text event = {0};
+    kmp_text_printf(&event, "contact of '%s' became ", force->name);
+    *begun = 0;
+    *most = 0;
+    for (int k = 0; !event.failed && k < t->log.kept; k++) {
+        const kmp_log_entry *entry = &t->log.entries[k];
+        if (strncmp(entry->text, event.s, event.length) != 0)
+            continue;
+        *begun += strcmp(entry->text + event.length, "true") == 0;
+        *most = fmax(*most, entry->after);
+    }
+    kmp_text_free(&event);
+}
+
+/* Compliant contacts. */
+static void show_contacts(kmp_text *text, const kempe_trajectory *t)
+{
+    const kempe_model *model = t->system->model;
+    bool cut = t->log.count > t->log.kept;
+    int begun;
+    double most;
+    for (int k = 0; k < model->force_count; k++) {
+        const kmp_force *force = &model->forces[k];
+        if (force->kind != KMP_FORCE_COMPLIANT)
+            continue;
+        count_contacts(t, force, &begun, &most);
+        kmp_text_printf(text, "contact   '%s' began %d time%s%s", force->name, begun, begun == 1 ? "" : "s",
+                        cut ? " in the part of the run whose log is kept" : "");
+        if (most > 0)
+            kmp_text_printf(text, ", largest depth %.4g %s at the ends of steps",
+                            kmp_compliant_depth(model, force, most), force->turns ? "rad" : "m");
+        kmp_text_put(text, "\n");
+    }
+}
+
 /* The coordinates that the start holds, "'A', 'B'". */
 static void put_held(kmp_text *text, const kempe_model *model)
 {
@@ -223,6 +262,7 @@ static void show(kmp_text *text, const void *result)
     show_outputs(text, t);
     show_verdict(text, t);
     show_mode(text, t);
+    show_contacts(text, t);
     show_log(text, t);
 }
 
