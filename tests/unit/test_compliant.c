@@ -264,6 +264,33 @@ static void loose_pin_with_friction(void)
     unload(&l);
 }
 
+/* Johnson's cylinder in a cylinder: the load of 1e6 N/m has the depth 1.559349699922932e-5 m; too great a depth ends.
+ */
+static void cylinder_in_cylinder(void)
+{
+    static const char format[] =
+        "kempe: 1\n"
+        "bodies: {pin: {joint: {planar: z, coordinates: [x, y, a], at: ground}, mass: 1, inertia: {zz: 1}}}\n"
+        "contacts: {pin: {journal: pin, clearance: 0.5 mm, law: johnson, young: 207 GPa, length: 1 m}}\n"
+        "start: {q: {x: %.17g}}\n"
+        "run: {outputs: [force(pin)]}\n";
+    static const double depth[] = {1.559349699922932e-5, 1e-12, 0.27e-3};
+    for (int k = 0; k < 3; k++) {
+        char text[600];
+        (void)snprintf(text, sizeof text, format, 0.5e-3 + depth[k]);
+        loaded l = load_text(text);
+        kempe_trajectory *run = simulate(&l, &ways[0], 1e-12);
+        if (run && k == 0)
+            CHECK_NEAR(last_shown(run, 0), 1e6, 1e-4);
+        if (run && k == 1)
+            CHECK(last_shown(run, 0) > 0.01 && last_shown(run, 0) < 0.1);
+        if (k == 2)
+            CHECK(run && strstr(kempe_trajectory_reason(run), "the depth of 'pin' reaches 0.51 clearances"));
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 /* A start far from the bearing is refused with the name of the joint. */
 static void pin_outside(void)
 {
@@ -303,6 +330,7 @@ int main(void)
     TEST(stiffness);
     TEST(loose_pin);
     TEST(loose_pin_with_friction);
+    TEST(cylinder_in_cylinder);
     TEST(pin_outside);
     TEST(summary);
     return check_report();

@@ -18,7 +18,8 @@ struct kmp_compliant {
     const char *law;                    /* its word; NULL: by expression */
     int state;                          /* that keeps the rate at the beginning of contact; -1: the law has none */
     const kmp_expr *clearance, *radius; /* of a journal: radial clearance, radius of the bearing */
-    const kmp_expr *store;              /* its elastic energy, NULL: all is work */
+    bool limited;          /* the law has no force beyond a depth of 0.95 times 4/e^2 clearances: johnson */
+    const kmp_expr *store; /* its elastic energy, NULL: all is work */
     const kmp_expr *speed; /* of friction: below it the friction is viscous, NULL: by an expression of slip */
 };
 

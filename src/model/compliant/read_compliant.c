@@ -255,6 +255,49 @@ static void refuse_numbers(const contact *c, const law_row *row, const char *con
     }
 }
 
+/* The solution y > 1 of y - ln y = w, w = ln(4 c/(e depth)), by steps of Newton from w + ln w: five are enough for the
+ * last digit where the depth is at most 0.95 of its largest value, 4 c/e^2, at which y = 1. */
+static const kmp_expr *johnson_root(const contact *c)
+{
+    enum { STEPS = 6 };
+    kmp_expr_locals locals = {0};
+    add_local(&locals, "c", c->made->clearance);
+    add_local(&locals, "depth", &quantities[0]);
+    const kmp_expr *w = formula(c->r, "log(1.4715177646857693*c/(depth + 1e-300))", &locals), *y;
+    locals.count = 0;
+    add_local(&locals, "w", w);
+    y = locals.count ? formula(c->r, "w + log(w)", &locals) : NULL;
+    for (int k = 0; k < STEPS && y; k++) {
+        locals.count = 1;
+        add_local(&locals, "y", y);
+        y = formula(c->r, "y*(log(y) + w - 1)/(y - 1)", &locals);
+    }
+    return y;
+}
+
+/* A cylinder in a cylinder: modulus and y of the law's row. */
+static void read_johnson(contact *c)
+{
+    kmp_expr_locals locals = {0};
+    if (c->made->form != KMP_COMPLIANT_JOURNAL) {
+        kmp_reader_complain(c->r, c->map->place, "%s: the law johnson is that of a journal in its bearing", c->what);
+        return;
+    }
+    if (!kmp_read_required(c->r, c->map, c->what, "young") || !kmp_read_required(c->r, c->map, c->what, "length"))
+        return;
+    add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
+    add_local(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
+    add_local(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
+    add_local(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
+    add_local(&locals, "length", read_given(c, "length", KMP_DIM_LENGTH, KMP_FIELD_POSITIVE));
+    if (locals.count < 5 || !c->made->clearance)
+        return;
+    c->made->limited = true;
+    add_local(&c->numbers, "modulus",
+              formula(c->r, "pi*length/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)", &locals));
+    add_local(&c->numbers, "y", johnson_root(c));
+}
+
 static void read_row(contact *c, const law_row *row)
 {
     static const char *const own[] = {"exponent", "damping", "restitution"};
@@ -272,7 +315,10 @@ static void read_row(contact *c, const law_row *row)
             add_local(numbers, own[k], e);
         }
     add_local(numbers, "exponent", exponent);
-    add_local(numbers, "stiffness", read_stiffness(c, value_of(c, exponent)));
+    if (mentions(row->force, "modulus"))
+        read_johnson(c);
+    else
+        add_local(numbers, "stiffness", read_stiffness(c, value_of(c, exponent)));
     if (c->r->wrong)
         return;
     c->made->law = row->word;

@@ -304,8 +304,8 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
 /* Keys of a contact with a law. */
 static void refuse_laws(kmp_reader *r, const kmp_yaml *map, const char *what)
 {
-    static const char *const keys[] = {"journal", "clearance", "slip",    "stiffness", "exponent",
-                                       "damping", "young",     "poisson", "radii",     "least_rate"};
+    static const char *const keys[] = {"journal", "clearance", "slip",  "stiffness",  "exponent", "damping",
+                                       "young",   "poisson",   "radii", "least_rate", "length"};
     int first = -1;
     if (kmp_count_keys(map, KMP_NAMES_OF(keys), &first) > 0)
         kmp_reader_complain(r, kmp_yaml_get(map, keys[first])->place,

@@ -291,7 +291,8 @@ static void show_contact(kmp_text *text, const kempe_model *model, const kmp_for
     else
         put_expr(text, "contact of a journal, clearance ", model, contact->clearance);
     kmp_text_printf(text, ", %s", contact->law ? contact->law : "force");
-    put_expr(text, " = ", model, force->effort);
+    if (!contact->limited)
+        put_expr(text, " = ", model, force->effort);
     if (force->holding_effort)
         put_expr(text, ", friction ", model, force->holding_effort);
     kmp_text_put(text, "\n");
