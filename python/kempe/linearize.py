@@ -101,7 +101,7 @@ class Linearization(Result):
         """A scipy.signal.StateSpace.
 
         >>> space = kempe.Model("cart_pole.yaml").system().linearize(inputs="u", outputs="q(x)").to_scipy()  # with SciPy
-        >>> space.A.shape
+        >>> space.A.shape  # with SciPy
         (4, 4)
         """
         from scipy.signal import StateSpace
