@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "generate/models.h"
 #include "generate/source.h"
+#include "model/compliant/compliant.h"
 #include "model/tables/force_table.h"
 #include "testing.h"
 #include "unit/random.h"
@@ -146,6 +147,19 @@ static void change_law(const kmp_code_source *kept, const kmp_expr *law)
     *own = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value * (name ? factor(name) : 1.0625)};
 }
 
+/* Changes the numbers inside a law of contact, each once, though the law may share them. */
+static void change_inside(const kmp_code_source *kept, const kmp_expr *law)
+{
+    kmp_expr *own = (kmp_expr *)(uintptr_t)law;
+    if (!law)
+        return;
+    if (law->kind == KMP_EXPR_NUMBER && name_of(kept, law->symbol))
+        *own = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = law->value * factor(name_of(kept, law->symbol))};
+    change_inside(kept, law->a);
+    change_inside(kept, law->b);
+    change_inside(kept, law->c);
+}
+
 static void change_closure(const kmp_code_source *kept, const kempe_model *model, const kmp_closure *closure)
 {
     change(kept, model, &closure->number);
@@ -164,6 +178,14 @@ static void change_force(const kmp_code_source *kept, const kempe_model *model, 
         for (int i = 0; kmp_force_fields[k].kind == force->kind && i < kmp_force_fields[k].size; i++)
             change(kept, model, kmp_force_get(force, k) + i);
     change_law(kept, force->effort);
+    change_law(kept, force->holding_effort);
+    change_law(kept, force->touch.gap);
+    if (force->compliant) {
+        change_inside(kept, force->effort);
+        change_law(kept, force->compliant->clearance);
+        change_law(kept, force->compliant->radius);
+        change_law(kept, force->compliant->speed);
+    }
     for (int k = 0; k < 3; k++)
         change_law(kept, force->vector[k]);
 }

@@ -189,7 +189,12 @@ static const struct {
     {"tests/models/one_wheel.yaml", "force(L), contact(L), axes(wheel.C), energy"},
     {"kempe: 1\nstates: {y: {start: 1, rate: -y}}\nbodies: {m: {joint: {prismatic: x, at: ground}, mass: 1}}\n"
      "forces: {f: {joint: m, force: y}}\n",
-     "state, q, qd, qdd, energy, momentum, momentum(m)"}};
+     "state, q, qd, qdd, energy, momentum, momentum(m)"},
+    {"kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {O: [0, 0, 0]}}\n"
+     "bodies: {ball: {joint: {name: z, prismatic: z, at: ground}, mass: 1, points: {C: [0, 0, 0]}}}\n"
+     "contacts: {floor: {sphere: ball.C, radius: 0.1, on: {plane: ground.O}, restitution: 0.8}}\n"
+     "start: {q: {z: 1.1}}\n",
+     "gap(floor), force(floor), lambda, q, qd, qdd, energy, momentum, momentum(ball)"}};
 
 static void every_output(void)
 {
