@@ -132,7 +132,7 @@ typedef struct kmp_expr_local {
     bool yields; /* to the same name of a parameter, input or variable, which is an error otherwise */
 } kmp_expr_local;
 
-enum { KMP_LOCALS_MOST = 10 };
+enum { KMP_LOCALS_MOST = 16 };
 
 typedef struct kmp_expr_locals {
     int count;

@@ -66,7 +66,7 @@ static kempe_status make_samples(kempe_linearization *l)
     for (int i = 0; i < (int)width; i++) {
         int place = kmp_transfer_state(t, i) - t->p;
         const kmp_state *state = place >= 0 ? kmp_state_of(linear->system->model, linear->part.u[place]) : NULL;
-        every[i] = kmp_state_is_sampled(state) ? state->period : INFINITY;
+        every[i] = state && kmp_state_is_sampled(state) ? state->period : INFINITY;
     }
     int failed = kmp_sampled_map((int)width, t->columns, l->a, l->b, every, &l->period, l->a, l->b);
     if (failed == -2)
