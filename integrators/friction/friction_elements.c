@@ -41,7 +41,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     *none = count == 0;
     if (!x || *none)
         return NULL;
-    x->t = -INFINITY;
+    x->t = x->since = -INFINITY;
     if (!KMP_ARENA_MAKE(
             a, KMP_ROOM(kmp_friction_element, count, &x->element), KMP_ROOM(int, count, &x->which, &x->side),
             KMP_ROOM(double, events->count, &x->change), KMP_ROOM(double, count *count, &x->d),
