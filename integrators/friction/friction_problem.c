@@ -338,7 +338,7 @@ static bool is_consistent(kmp_runner *run, int code, double rate)
         x->f[k] = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
         x->upper[k] = kmp_friction_at(x, e, way ? KMP_ROLE_LEVEL : KMP_ROLE_STATIC);
         double most = (e->fired ? 1 - KMP_FRICTION_TIE : 1 + KMP_FRICTION_TIE) * x->upper[k];
-        if (e->rubs || (e->contact && !way && (e->fired ? !is_at_bound(x, k) : x->f[k] >= 0)))
+        if (e->rubs || (e->contact && !way && x->f[k] * x->d[k + k * x->rest] >= (e->fired ? e->still : 0)))
             continue;
         if (way ? way * kmp_friction_at(x, e, KMP_ROLE_ACCELERATION) < least : fabs(x->f[k]) > most)
             return false;
