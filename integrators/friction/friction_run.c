@@ -154,11 +154,10 @@ static kempe_status complain_of_changes(const kmp_runner *run, double t)
     const kmp_friction_element *contact = most->base >= 0 ? &x->element[most->base] : most;
     const char *help = contact->contact ? "A 'law' makes this contact compliant, and its forces unique"
                                         : "Regularise this friction with a 'speed'";
-    return kmp_fail(
-        run->s->context, KEMPE_E_FAILED,
-        "modes are decided %d times between t = %.9g and %.9g, without an end; most often those of '%s'. %s",
-        x->repeats < MOST_REPEATS ? x->changes : x->repeats, x->repeats < MOST_REPEATS ? x->since : t, t, most->name,
-        help);
+    bool at_once = x->repeats >= MOST_REPEATS;
+    return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                    "modes are decided %d times between t = %.9g and %.9g without an end, most often by '%s'. %s",
+                    at_once ? x->repeats : x->changes, at_once ? t : x->since, t, most->name, help);
 }
 
 /* Fails where modes change without progress of time: at one instant, or too often within a short part of the motion. */
