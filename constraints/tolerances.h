@@ -151,6 +151,10 @@
 #define KMP_FRICTION_SETTLED 1e-14
 /** Part of a run: decisions within it are simultaneous. */
 #define KMP_FRICTION_INSTANT 1e-13
+/** Modes that change CROWDED times within this part of the time of the motion, 1 over its rate, alternate without an
+ * end: a run of ten such times would decide 1e8 times. Impacts that accumulate are a hundred at most. */
+#define KMP_FRICTION_CROWD   1e-4
+#define KMP_FRICTION_CROWDED 1000
 
 /* -- rigid contacts --------------------------------------------------------------------------------------- */
 

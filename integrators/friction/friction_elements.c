@@ -41,7 +41,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     *none = count == 0;
     if (!x || *none)
         return NULL;
-    x->t = -INFINITY;
+    x->t = x->since = -INFINITY;
     if (!KMP_ARENA_MAKE(
             a, KMP_ROOM(kmp_friction_element, count, &x->element), KMP_ROOM(int, count, &x->which, &x->side),
             KMP_ROOM(double, events->count, &x->change), KMP_ROOM(double, count *count, &x->d),
@@ -101,7 +101,8 @@ void kmp_friction_set_off(kmp_runner *run, kmp_friction_element *e)
     kmp_friction_set_slip(run, e, 0, FAR);
 }
 
-/* A contact that opens is open from where it is: what rounding leaves of an overlap is none. */
+/* A contact that opens is open from where it is, and slip begins with the rate that it has: what rounding leaves of an
+ * overlap, or of a rate against the slip, is none. */
 void kmp_friction_set_moving(kmp_runner *run, kmp_friction_element *e, double sense, double rate)
 {
     double size = kmp_friction_scale(run, e), gap = kmp_friction_at(run->friction, e, KMP_ROLE_PLACE);
@@ -109,7 +110,8 @@ void kmp_friction_set_moving(kmp_runner *run, kmp_friction_element *e, double se
     bool again = e->lift > 0 && !e->struck && gap < -e->lift; /* it leaves, but the error of steps holds it back */
     double lift = (rebounds ? KMP_TOUCH_LIFT : KMP_TOUCH_LIFTED) * size + fmax(-gap, 0);
     e->lift = again ? 4 * e->lift : lift;
-    kmp_friction_set_slip(run, e, sense, e->contact ? e->lift : KMP_FRICTION_NONE * size * rate);
+    double back = fmax(-sense * kmp_friction_at(run->friction, e, KMP_ROLE_RATE), 0);
+    kmp_friction_set_slip(run, e, sense, e->contact ? e->lift : KMP_FRICTION_NONE * size * rate + back);
 }
 
 void kmp_friction_set_given(kmp_runner *run, kmp_friction_element *e, double force, double none)

@@ -33,6 +33,7 @@ typedef struct kmp_friction_element {
     bool loaded;                     /* its level depends on multipliers */
     bool tries;                      /* a message names it */
     double before;                   /* its friction at the event */
+    int changes;                     /* of its mode since the count began */
 } kmp_friction_element;
 
 struct kmp_friction_run {
@@ -48,9 +49,11 @@ struct kmp_friction_run {
     int *side;
     double t; /* of the last decision */
     int repeats;
-    bool spares; /* elements whose level depends on multipliers take no load */
-    bool open;   /* levels do not settle: modes are tried */
-    bool known;  /* a decision has been made */
+    double since; /* of the count of changes */
+    int changes;  /* decisions since then in which modes change */
+    bool spares;  /* elements whose level depends on multipliers take no load */
+    bool open;    /* levels do not settle: modes are tried */
+    bool known;   /* a decision has been made */
 };
 
 /** The value of a role at the last measurement. */

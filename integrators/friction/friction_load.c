@@ -37,6 +37,10 @@ static bool suffices(kmp_friction_run *x, double part)
     double far = far_away(x);
     for (int i = 0; i < x->rest; i++) {
         const kmp_friction_element *e = &x->element[x->which[i]];
+        if (e->contact) {
+            x->lower[i] = x->tried[i] = x->f[i] = x->found[i];
+            continue;
+        }
         bool free = e->implied || !(x->upper[i] > 0) || (x->spares && e->loaded);
         double most = free ? 0 : part < INFINITY ? part * x->upper[i] : far;
         double slip = -e->sense * fmax(kmp_friction_at(x, e, KMP_ROLE_LEVEL), 0);
@@ -112,9 +116,6 @@ static void spread(kmp_friction_run *x)
 
 void kmp_friction_share(kmp_friction_run *x)
 {
-    for (int i = 0; i < x->rest; i++)
-        if (x->element[x->which[i]].contact || x->element[x->which[i]].base >= 0)
-            return; /* forces of contacts have no levels */
     memcpy(x->found, x->f, (size_t)x->rest * sizeof *x->f);
     x->spares = true;
     bool divided = least_part(x) <= 1;

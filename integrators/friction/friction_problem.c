@@ -250,12 +250,14 @@ static bool is_exhausted(const kmp_friction_run *x, int i)
     return with && is_at_bound(x, i);
 }
 
-/* True if another element, which stays at rest, has the place of element i or a multiple of it. */
+/* True if another element, which stays at rest, has the place of element i or a multiple of it. An acceleration of the
+ * one alone, as of two feet with straight bars between them, tells that the places differ. */
 static bool is_kept(const kmp_friction_run *x, int i)
 {
     int n = x->rest;
     bool kept = false;
-    for (int k = 0; k < n && !x->element[x->which[i]].contact; k++) {
+    const kmp_friction_element *own = &x->element[x->which[i]];
+    for (int k = 0; k < n && !own->contact && fabs(x->y[i]) <= own->still; k++) {
         double product = x->d[i + i * n] * x->d[k + k * n], cross = x->d[i + k * n];
         bool one = cross * cross >= (1 - KMP_FRICTION_ONE_PLACE) * product && product > 0;
         const kmp_friction_element *e = &x->element[x->which[k]];
@@ -336,7 +338,7 @@ static bool is_consistent(kmp_runner *run, int code, double rate)
         x->f[k] = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
         x->upper[k] = kmp_friction_at(x, e, way ? KMP_ROLE_LEVEL : KMP_ROLE_STATIC);
         double most = (e->fired ? 1 - KMP_FRICTION_TIE : 1 + KMP_FRICTION_TIE) * x->upper[k];
-        if (e->rubs || (e->contact && !way && x->f[k] >= 0))
+        if (e->rubs || (e->contact && !way && x->f[k] * x->d[k + k * x->rest] >= (e->fired ? e->still : 0)))
             continue;
         if (way ? way * kmp_friction_at(x, e, KMP_ROLE_ACCELERATION) < least : fabs(x->f[k]) > most)
             return false;

@@ -124,15 +124,53 @@ static kempe_status settle(kmp_runner *run, double t, double *q, double *qd)
     return kmp_runner_accelerate(run, t, q, qd);
 }
 
-/* Fails where decisions repeat without time between them. */
-static kempe_status watch(kmp_runner *run, double t)
+/* Notes which elements change in this decision, or have used up their reserve. True: any does. */
+static bool count_changes(kmp_friction_run *x)
+{
+    bool any = false;
+    for (int i = 0; i < x->count; i++) {
+        kmp_friction_element *e = &x->element[i];
+        bool changes = e->fired || !is_as_before(e);
+        e->changes += changes;
+        any = any || changes;
+    }
+    return any;
+}
+
+static void begin_count(kmp_friction_run *x, double t)
+{
+    x->since = t;
+    x->changes = 0;
+    for (int i = 0; i < x->count; i++)
+        x->element[i].changes = 0;
+}
+
+static kempe_status complain_of_changes(const kmp_runner *run, double t)
+{
+    const kmp_friction_run *x = run->friction;
+    const kmp_friction_element *most = x->element;
+    for (int i = 0; i < x->count; i++)
+        most = x->element[i].changes > most->changes ? &x->element[i] : most;
+    const kmp_friction_element *contact = most->base >= 0 ? &x->element[most->base] : most;
+    const char *help = contact->contact ? "A 'law' makes this contact compliant, and its forces unique"
+                                        : "Regularise this friction with a 'speed'";
+    bool at_once = x->repeats >= MOST_REPEATS;
+    return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                    "modes are decided %d times between t = %.9g and %.9g without an end, most often by '%s'. %s",
+                    at_once ? x->repeats : x->changes, at_once ? t : x->since, t, most->name, help);
+}
+
+/* Fails where modes change without progress of time: at one instant, or too often within a short part of the motion. */
+static kempe_status watch(kmp_runner *run, double t, double rate)
 {
     kmp_friction_run *x = run->friction;
     x->repeats = t - x->t <= KMP_FRICTION_INSTANT * (run->spec.t_end - run->spec.t_start) ? x->repeats + 1 : 0;
     x->t = t;
-    if (x->repeats < MOST_REPEATS)
-        return KEMPE_OK;
-    return kmp_fail(run->s->context, KEMPE_E_FAILED, "modes of friction change without end at t = %.9g", t);
+    if (!((t - x->since) * rate <= KMP_FRICTION_CROWD))
+        begin_count(x, t);
+    x->changes += count_changes(x);
+    bool goes_on = x->repeats < MOST_REPEATS && x->changes < KMP_FRICTION_CROWDED;
+    return goes_on ? KEMPE_OK : complain_of_changes(run, t);
 }
 
 /* Tells at the start of levels that grow so much with the friction that there may be several solutions or none. */
@@ -166,6 +204,7 @@ kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *q
         return kmp_friction_complain(run, t, q, qd);
     KMP_TRY(status);
     x->known = true;
+    status = watch(run, t, kmp_friction_pace(run, qd));
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
         if (!is_as_before(e))
@@ -175,5 +214,5 @@ kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *q
         e->struck = false;
         e->fired = false;
     }
-    return watch(run, t);
+    return status;
 }

@@ -118,7 +118,7 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
     visit(state, t, q, qd);
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, run->state, -1, NULL, 0));
-    run->friction->repeats = 0;
+    run->friction->repeats = run->friction->changes = 0;
     KMP_TRY(kmp_friction_settle(run, t, run->state, run->state + run->s->n));
     take_views(state, t);
     return KEMPE_OK;
