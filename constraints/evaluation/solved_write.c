@@ -177,9 +177,10 @@ static void take_pivots(maker *k)
 static void sum_power(maker *k)
 {
     k->power = k->w.power;
-    for (int i = 0; k->s->force && i < k->n; i++)
-        kmp_written_add_product(k->g, &k->power, kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i),
-                                kmp_written_rate(&k->w, k->red ? k->part : NULL, i));
+    for (int i = 0; k->s->force && i < k->n; i++) {
+        kmp_ref rate = kmp_written_rate(&k->w, k->red ? k->part : NULL, i);
+        kmp_written_add_product(k->g, &k->power, kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i), rate);
+    }
     for (int i = 0; k->w.h_t && i < k->r; i++)
         kmp_written_add_product(k->g, &k->power, kmp_neg(k->lambda[i]), k->w.h_t[k->part->rows[i]]);
 }

@@ -156,9 +156,10 @@ static bool add_time(gather *g, kmp_partials *partials)
         total[i] = KMP_ZERO;
     bool ok = total && add_along(g, partials, kmp_input(graph, KMP_IN_TIME, 0), KMP_ONE, total);
     for (int k = 0; k < g->eq.model->input_count; k++)
-        for (int d = 0; ok && d + 1 < KMP_TIME_NUMBERS; d++)
-            ok = add_along(g, partials, kmp_input(graph, KMP_IN_TIME, kmp_time_index(k, d)),
-                           kmp_input(graph, KMP_IN_TIME, kmp_time_index(k, d + 1)), total);
+        for (int d = 0; ok && d + 1 < KMP_TIME_NUMBERS; d++) {
+            kmp_ref rate = kmp_input(graph, KMP_IN_TIME, kmp_time_index(k, d + 1));
+            ok = add_along(g, partials, kmp_input(graph, KMP_IN_TIME, kmp_time_index(k, d)), rate, total);
+        }
     for (int i = 0; ok && i < g->of_count; i++)
         kmp_listing_put(&g->list, 0, i, g->x->columns, total[i]);
     end_column(g);

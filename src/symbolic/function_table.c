@@ -61,7 +61,7 @@ static bool is_turned(kmp_ref r)
     return r == KMP_ZERO || kmp_is_negative(r);
 }
 
-kmp_ref kmp_less(kmp_graph *g, kmp_ref a, kmp_ref b)
+kmp_ref(kmp_less)(kmp_graph *g, kmp_ref a, kmp_ref b)
 {
     double x, y;
     if (kmp_is_const(g, a, &x) && kmp_is_const(g, b, &y))
@@ -76,7 +76,7 @@ kmp_ref kmp_less(kmp_graph *g, kmp_ref a, kmp_ref b)
     return kmp_graph_intern(g, (kmp_node){.op = KMP_OP_LESS, .a = a, .b = b});
 }
 
-kmp_ref kmp_binary(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b)
+kmp_ref(kmp_binary)(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b)
 {
     double x, y;
     bool number = kmp_is_const(g, b, &y);
@@ -91,7 +91,7 @@ kmp_ref kmp_binary(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b)
     return kmp_graph_intern(g, (kmp_node){.op = (uint8_t)op, .a = a, .b = b});
 }
 
-kmp_ref kmp_select(kmp_graph *g, kmp_ref condition, kmp_ref x, kmp_ref y)
+kmp_ref(kmp_select)(kmp_graph *g, kmp_ref condition, kmp_ref x, kmp_ref y)
 {
     double c;
     if (kmp_is_const(g, condition, &c))

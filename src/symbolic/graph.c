@@ -389,7 +389,7 @@ kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
     return intern_pair(g, KMP_OP_MUL, a, b) ^ sign;
 }
 
-kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b)
+kmp_ref(kmp_div)(kmp_graph *g, kmp_ref a, kmp_ref b)
 {
     kmp_ref r, sign = (a ^ b) & 1;
     a &= ~(kmp_ref)1;

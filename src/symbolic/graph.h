@@ -6,6 +6,7 @@
  * Running out of memory is sticky: references are then zero and kmp_graph_failed returns true. */
 #pragma once
 
+#include "symbolic/rules/argument_order.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -193,6 +194,15 @@ kmp_ref kmp_power(kmp_graph *g, kmp_ref a, double exponent);
 kmp_ref kmp_less(kmp_graph *g, kmp_ref a, kmp_ref b);
 /** x where the condition is not 0, otherwise y; the value that is not chosen may be NaN. */
 kmp_ref kmp_select(kmp_graph *g, kmp_ref condition, kmp_ref x, kmp_ref y);
+
+/* The last operand is evaluated first. */
+#define kmp_add(g, a, b)               KMP_LAST_FIRST(kmp_add, g, a, b)
+#define kmp_sub(g, a, b)               KMP_LAST_FIRST(kmp_sub, g, a, b)
+#define kmp_mul(g, a, b)               KMP_LAST_FIRST(kmp_mul, g, a, b)
+#define kmp_div(g, a, b)               KMP_LAST_FIRST(kmp_div, g, a, b)
+#define kmp_less(g, a, b)              KMP_LAST_FIRST(kmp_less, g, a, b)
+#define kmp_binary(g, op, a, b)        KMP_LAST_FIRST_3(kmp_binary, g, op, a, b)
+#define kmp_select(g, condition, x, y) KMP_LAST_FIRST_3(kmp_select, g, condition, x, y)
 
 /** The node of any operation that is neither leaf nor applied. */
 kmp_ref kmp_operate(kmp_graph *g, kmp_op op, const kmp_ref operands[3]);

@@ -480,6 +480,26 @@ static void test_determinism(void)
     }
 }
 
+/* Compilers evaluate arguments in different orders. Of two nodes made in a call the last one has the lower number. */
+static void test_order_of_arguments(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    kmp_ref x[32];
+    for (uint32_t k = 0; k < 32; k++)
+        x[k] = kmp_input(g, KMP_IN_Q, k);
+    (void)kmp_add(g, kmp_sin(g, x[0]), kmp_sin(g, x[1]));
+    (void)kmp_sub(g, kmp_sin(g, x[2]), kmp_sin(g, x[3]));
+    (void)kmp_mul(g, kmp_sin(g, x[4]), kmp_sin(g, x[5]));
+    (void)kmp_div(g, kmp_sin(g, x[6]), kmp_sin(g, x[7]));
+    (void)kmp_less(g, kmp_sin(g, x[8]), kmp_sin(g, x[9]));
+    (void)kmp_binary(g, KMP_OP_ATAN2, kmp_sin(g, x[10]), kmp_sin(g, x[11]));
+    (void)kmp_select(g, x[31], kmp_sin(g, x[12]), kmp_sin(g, x[13]));
+    (void)kmp_mul(g, kmp_add(g, x[31], kmp_sin(g, x[14])), kmp_add(g, x[31], kmp_sin(g, x[15])));
+    for (int k = 0; k < 16; k += 2)
+        CHECK(kmp_sin(g, x[k]) > kmp_sin(g, x[k + 1]));
+    kmp_graph_free(g);
+}
+
 int main(void)
 {
     TEST(test_numbers);
@@ -500,5 +520,6 @@ int main(void)
     TEST(test_choices);
     TEST(test_pair_derivative);
     TEST(test_determinism);
+    TEST(test_order_of_arguments);
     return check_report();
 }

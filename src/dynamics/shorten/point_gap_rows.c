@@ -126,7 +126,8 @@ static void derive_part(kmp_gaps *s, const kmp_gap *p, kmp_gap_part what, const 
         return;
     place_points(s, p, by, &placed, h);
     if (what == KMP_GAP_RATE) {
-        rates(s, &placed, h, kmp_vec_sub(g, second->v, first->v), kmp_vec_sub(g, second->a, first->a), v->rate);
+        kmp_vec a = kmp_vec_sub(g, second->a, first->a);
+        rates(s, &placed, h, kmp_vec_sub(g, second->v, first->v), a, v->rate);
         return;
     }
     gradients(s, &placed, h, gradient);

@@ -81,6 +81,16 @@ static kmp_dimension dimension_of_power(walk *w, const kmp_expr *expr)
     return kmp_dimension_power(base, kmp_expr_value(expr->b, w->values));
 }
 
+/* The first fault is the leftmost one. */
+static kmp_dimension dimension_of_infix(walk *w, const kmp_expr *expr)
+{
+    kmp_dimension a = dimension_of(w, expr->a), b = dimension_of(w, expr->b);
+    if (expr->kind == KMP_EXPR_MUL || expr->kind == KMP_EXPR_DIV)
+        return kmp_dimension_times(a, b, expr->kind == KMP_EXPR_MUL ? 1 : -1);
+    kmp_dimension both = agree(w, expr, a, b);
+    return expr->kind == KMP_EXPR_ADD || expr->kind == KMP_EXPR_SUB ? both : KMP_DIM_NUMBER;
+}
+
 static kmp_dimension dimension_of(walk *w, const kmp_expr *expr)
 {
     switch (expr->kind) {
@@ -96,19 +106,15 @@ static kmp_dimension dimension_of(walk *w, const kmp_expr *expr)
         return kmp_dimension_times(dimension_of(w, expr->a), KMP_DIM_TIME, -1);
     case KMP_EXPR_ADD:
     case KMP_EXPR_SUB:
-        return agree(w, expr, dimension_of(w, expr->a), dimension_of(w, expr->b));
     case KMP_EXPR_MUL:
-        return kmp_dimension_times(dimension_of(w, expr->a), dimension_of(w, expr->b), 1);
     case KMP_EXPR_DIV:
-        return kmp_dimension_times(dimension_of(w, expr->a), dimension_of(w, expr->b), -1);
-    case KMP_EXPR_POW:
-        return dimension_of_power(w, expr);
     case KMP_EXPR_LESS:
     case KMP_EXPR_AT_MOST:
     case KMP_EXPR_GREATER:
     case KMP_EXPR_AT_LEAST:
-        (void)agree(w, expr, dimension_of(w, expr->a), dimension_of(w, expr->b));
-        return KMP_DIM_NUMBER;
+        return dimension_of_infix(w, expr);
+    case KMP_EXPR_POW:
+        return dimension_of_power(w, expr);
     case KMP_EXPR_CALL:
         return dimension_of_call(w, expr);
     default:

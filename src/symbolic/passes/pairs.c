@@ -276,7 +276,7 @@ static kmp_ref item_now(const sharing *s, kmp_ref item)
     if (id < s->r.count)
         return kmp_rewritten(&s->r, item);
     const kmp_ref *of = s->made[id - s->r.count];
-    kmp_ref r = combine(s, item_now(s, of[0]), item_now(s, of[1]));
+    kmp_ref second = item_now(s, of[1]), r = combine(s, item_now(s, of[0]), second);
     return kmp_is_negative(item) ? kmp_neg(r) : r;
 }
 

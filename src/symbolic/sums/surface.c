@@ -76,7 +76,7 @@ static bool is_zero(const kmp_table *table)
     return true;
 }
 
-kmp_ref kmp_surface_at(kmp_graph *g, const kmp_surface *s, kmp_ref x, kmp_ref y)
+kmp_ref(kmp_surface_at)(kmp_graph *g, const kmp_surface *s, kmp_ref x, kmp_ref y)
 {
     kmp_ref at[2] = {x, y}, sum = KMP_ZERO;
     for (int j = 0; j < s->count[s->sum]; j++) {

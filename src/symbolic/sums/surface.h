@@ -29,3 +29,4 @@ double kmp_surface_value(const kmp_surface *surface, double x, double y);
 
 /** z(x, y) as a node. */
 kmp_ref kmp_surface_at(kmp_graph *g, const kmp_surface *surface, kmp_ref x, kmp_ref y);
+#define kmp_surface_at(g, surface, x, y) KMP_LAST_FIRST_3(kmp_surface_at, g, surface, x, y)
