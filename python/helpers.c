@@ -127,6 +127,12 @@ kempe_status python_evaluate_each(kempe_workspace *w, python_states *s)
 
 kempe_status python_forward_states(kempe_workspace *w, python_states *s)
 {
+    return kempe_workspace_forward_states(w, s->count, s->t, s->t_step, s->q, s->qd, s->Q, s->accelerations,
+                                          s->multipliers, &s->failed);
+}
+
+kempe_status python_forward_each(kempe_workspace *w, python_states *s)
+{
     kempe_status status = KEMPE_OK;
     int k = 0;
     for (; k < s->count && status == KEMPE_OK; k++)

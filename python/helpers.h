@@ -43,6 +43,9 @@ typedef struct python_states {
 /** M, C, h, J, jdqd of every state; accelerations and multipliers; generalized forces. Each ends at the first state
  * that fails, with its status. */
 kempe_status python_evaluate_states(kempe_workspace *workspace, python_states *states);
-kempe_status python_evaluate_each(kempe_workspace *workspace, python_states *states); /* one at a time, to compare */
 kempe_status python_forward_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_inverse_states(kempe_workspace *workspace, python_states *states);
+
+/** One state at a time, to compare. */
+kempe_status python_evaluate_each(kempe_workspace *workspace, python_states *states);
+kempe_status python_forward_each(kempe_workspace *workspace, python_states *states);

@@ -340,6 +340,18 @@ static void put_answer(const kempe_workspace *ws, double *qdd, double *lambda)
         memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
 }
 
+kempe_status kmp_workspace_accelerate(kempe_workspace *ws, const double *Q, double *qdd, double *lambda)
+{
+    kmp_eval_give(ws->eval, Q);
+    kempe_status status = by_partition(ws) ? KEMPE_OK : by_saddle(ws);
+    kmp_eval_give(ws->eval, NULL);
+    if (status != KEMPE_OK)
+        return status;
+    memcpy(ws->bias, ws->eval->bias, (size_t)ws->n * sizeof *ws->bias);
+    put_answer(ws, qdd, lambda);
+    return KEMPE_OK;
+}
+
 kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd,
                                               const double *Q, double *qdd, double *lambda)
 {
@@ -352,14 +364,7 @@ kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, con
         return KEMPE_OK;
     }
     KMP_TRY(evaluate(ws, t, q, qd));
-    kmp_eval_give(ws->eval, Q);
-    kempe_status status = by_partition(ws) ? KEMPE_OK : by_saddle(ws);
-    kmp_eval_give(ws->eval, NULL);
-    if (status != KEMPE_OK)
-        return status;
-    memcpy(ws->bias, ws->eval->bias, (size_t)ws->n * sizeof *ws->bias);
-    put_answer(ws, qdd, lambda);
-    return KEMPE_OK;
+    return kmp_workspace_accelerate(ws, Q, qdd, lambda);
 }
 
 /* -- closing ----------------------------------------------------------------------------------------- */

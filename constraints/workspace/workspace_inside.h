@@ -48,3 +48,6 @@ void kmp_workspace_keep_state(kempe_workspace *ws, double t, const double *q, co
 
 /** Copies the evaluator's values. */
 void kmp_workspace_copy(kempe_workspace *ws);
+
+/** Accelerations and multipliers from the evaluator's M, C, h, J and jdqd, as kempe_workspace_forward_dynamics. */
+kempe_status kmp_workspace_accelerate(kempe_workspace *ws, const double *Q, double *qdd, double *lambda);

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The equations at many states. The motion program runs at a group of states in the lanes of vector registers, with the
- * bits that it has at each of them alone. States that remain, and all states of models with conditions, forces that
- * depend on multipliers or a user-defined force, are evaluated one at a time. */
+/* The equations, and accelerations by them, at many states. The motion program runs at a group of states in the lanes
+ * of vector registers, with the bits that it has at each of them alone. States that remain, and all states of models
+ * with conditions, forces that depend on multipliers or a user-defined force, are evaluated one at a time. */
 #include "constraints/workspace/workspace_inside.h"
+#include "dynamics/load_dependent.h"
 #include <string.h>
 
 /* States before the lanes are prepared. Writing their machine code takes as long as 230 to 480 evaluations (four-bar to
@@ -11,9 +12,10 @@ enum { W = KMP_STAGE_LANES, PAYS = 500 };
 
 /* Arguments of a call. */
 typedef struct state_rows {
-    const double *t, *q, *qd;
-    size_t step; /* of t */
-    const kempe_workspace_rows *out;
+    const double *t, *q, *qd, *Q;
+    size_t step;                     /* of t */
+    const kempe_workspace_rows *out; /* NULL: accelerations are wanted */
+    double *qdd, *lambda;
 } state_rows;
 
 /* -- preparation ------------------------------------------------------------------------------------- */
@@ -121,35 +123,63 @@ static void put_values(kempe_workspace *ws, const kempe_workspace_rows *out, siz
     put(out->jdqd, ws->m, state, eval->jdqd);
 }
 
-/* W states in lanes. The workspace keeps the last one. false: nothing is done, for some value may not be finite. */
-static bool evaluate_group(kempe_workspace *ws, const state_rows *in, size_t first)
+static double *row_of(const double *rows, int width, size_t state)
 {
-    if (!run(ws, in, first))
-        return false;
-    for (int l = 0; l < W; l++) {
-        size_t state = first + (size_t)l, at = state * (size_t)ws->n;
-        lend(ws, l, ws->many.t[l], in->q + at);
-        put_values(ws, in->out, state);
-    }
-    return true;
+    return rows ? (double *)rows + state * (size_t)width : NULL;
 }
 
-/* Makes the last state of a group that of the workspace. */
-static void keep_last(kempe_workspace *ws, const state_rows *in, size_t state)
+/* Results of a state whose values the evaluator has. */
+static kempe_status finish(kempe_workspace *ws, const state_rows *in, size_t state)
 {
-    size_t at = state * (size_t)ws->n;
-    kmp_workspace_keep_state(ws, in->t[state * in->step], in->q + at, in->qd ? in->qd + at : NULL);
-    kmp_workspace_copy(ws);
-    ws->stale = false;
-    ws->message[0] = '\0';
-}
-
-static kempe_status evaluate_one(kempe_workspace *ws, const state_rows *in, size_t state)
-{
-    size_t at = state * (size_t)ws->n;
-    KMP_TRY(kempe_workspace_evaluate(ws, in->t[state * in->step], in->q + at, in->qd ? in->qd + at : NULL));
+    if (!in->out)
+        return kmp_workspace_accelerate(ws, row_of(in->Q, ws->n, state), row_of(in->qdd, ws->n, state),
+                                        row_of(in->lambda, ws->m, state));
     put_values(ws, in->out, state);
     return KEMPE_OK;
+}
+
+/* A state in a lane after `run`. The workspace keeps it if it ends the call. */
+static kempe_status finish_lane(kempe_workspace *ws, const state_rows *in, size_t state, int lane, bool last)
+{
+    const double *q = row_of(in->q, ws->n, state);
+    double t = ws->many.t[lane];
+    lend(ws, lane, t, q);
+    ws->message[0] = '\0';
+    if (last || !in->out)
+        kmp_workspace_keep_state(ws, t, q, row_of(in->qd, ws->n, state));
+    kempe_status status = finish(ws, in, state);
+    if (last || status != KEMPE_OK) {
+        kmp_workspace_copy(ws);
+        ws->stale = false;
+    }
+    return status;
+}
+
+static kempe_status single(kempe_workspace *ws, const state_rows *in, size_t state)
+{
+    const double *q = row_of(in->q, ws->n, state), *qd = row_of(in->qd, ws->n, state);
+    double t = in->t[state * in->step];
+    if (!in->out)
+        return kempe_workspace_forward_dynamics(ws, t, q, qd, row_of(in->Q, ws->n, state),
+                                                row_of(in->qdd, ws->n, state), row_of(in->lambda, ws->m, state));
+    KMP_TRY(kempe_workspace_evaluate(ws, t, q, qd));
+    return finish(ws, in, state);
+}
+
+static kempe_status visit(kempe_workspace *ws, const state_rows *in, bool lanes, int count, int *failed)
+{
+    kempe_status status = KEMPE_OK;
+    int done = 0;
+    while (status == KEMPE_OK && done < count) {
+        int group = lanes && count - done >= W && run(ws, in, (size_t)done) ? W : 0;
+        for (int l = 0; l < group && status == KEMPE_OK; l++, done++)
+            status = finish_lane(ws, in, (size_t)done, l, done + 1 == count);
+        if (group == 0)
+            status = single(ws, in, (size_t)done++);
+    }
+    if (failed)
+        *failed = status == KEMPE_OK ? -1 : done - 1;
+    return status;
 }
 
 kempe_status kempe_workspace_evaluate_states(kempe_workspace *ws, int count, const double *t, int t_step,
@@ -160,19 +190,19 @@ kempe_status kempe_workspace_evaluate_states(kempe_workspace *ws, int count, con
     KMP_WANTED(NULL, ws, "workspace");
     if (!kmp_workspace_given(ws, "t", t) || !kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "rows", rows))
         return KEMPE_E_ARGUMENT;
-    bool lanes = by_lanes(ws, count);
-    kempe_status status = KEMPE_OK;
-    int done = 0;
-    while (status == KEMPE_OK && done < count) {
-        if (lanes && count - done >= W && evaluate_group(ws, &in, (size_t)done)) {
-            done += W;
-            if (done == count)
-                keep_last(ws, &in, (size_t)done - 1);
-        } else {
-            status = evaluate_one(ws, &in, (size_t)done++);
-        }
-    }
-    if (failed)
-        *failed = status == KEMPE_OK ? -1 : done - 1;
-    return status;
+    return visit(ws, &in, by_lanes(ws, count), count, failed);
+}
+
+kempe_status kempe_workspace_forward_states(kempe_workspace *ws, int count, const double *t, int t_step,
+                                            const double *q, const double *qd, const double *Q, double *qdd,
+                                            double *lambda, int *failed)
+{
+    const state_rows in = {.t = t, .q = q, .qd = qd, .Q = Q, .step = t_step != 0, .qdd = qdd, .lambda = lambda};
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!kmp_workspace_given(ws, "t", t) || !kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
+        !kmp_workspace_given(ws, "qdd", qdd))
+        return KEMPE_E_ARGUMENT;
+    bool lanes =
+        !ws->by_bodies && by_lanes(ws, count) && kmp_refuse_contacts(ws->system->model, "forward dynamics") == KEMPE_OK;
+    return visit(ws, &in, lanes, count, failed);
 }

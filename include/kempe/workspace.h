@@ -85,6 +85,13 @@ KEMPE_API kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *workspa
 KEMPE_API kempe_status kempe_workspace_forward_dynamics(kempe_workspace *workspace, double t, const double *q,
                                                         const double *qd, const double *Q, double *qdd, double *lambda);
 
+/** Accelerations (count x n) and multipliers (count x m; NULL: not wanted) at `count` states, with the bits of
+ * kempe_workspace_forward_dynamics; Q: rows, too, or NULL. Arguments, and what is evaluated in groups: as in
+ * kempe_workspace_evaluate_states; states by articulated bodies are not. */
+KEMPE_API kempe_status kempe_workspace_forward_states(kempe_workspace *workspace, int count, const double *t,
+                                                      int t_step, const double *q, const double *qd, const double *Q,
+                                                      double *qdd, double *lambda, int *failed);
+
 /** Closes the loops at t: changes q, and then qd (NULL: not wanted), as little as possible. Coordinates with hold[i]
  * not 0 (n; NULL: none) keep q and qd. KEMPE_E_FAILED, q and qd untouched: the loops cannot be closed from here. */
 KEMPE_API kempe_status kempe_workspace_close(kempe_workspace *workspace, double t, double *q, double *qd,

@@ -14,6 +14,7 @@ typedef struct table {
     loaded l;
     int n, m;
     double *t, *q, *qd;
+    double *qdd, *lambda;
     kempe_workspace_rows rows;
     kempe_workspace *many, *one;
 } table;
@@ -35,6 +36,8 @@ static table table_of(loaded l)
     s.t = room(1);
     s.q = room(s.n);
     s.qd = room(s.n);
+    s.qdd = room(s.n);
+    s.lambda = room(s.m);
     s.rows = (kempe_workspace_rows){room(s.n * s.n), room(s.n), room(s.m), room(s.m * s.n), room(s.m)};
     for (int k = 0; k < COUNT; k++) {
         s.t[k] = 1e-3 * k;
@@ -49,7 +52,8 @@ static table table_of(loaded l)
 
 static void table_free(table *s)
 {
-    double *all[] = {s->t, s->q, s->qd, s->rows.mass, s->rows.bias, s->rows.h, s->rows.jacobian, s->rows.jdqd};
+    double *all[] = {s->t,         s->q,         s->qd,     s->qdd,           s->lambda,
+                     s->rows.mass, s->rows.bias, s->rows.h, s->rows.jacobian, s->rows.jdqd};
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         free(all[k]);
     kempe_workspace_free(s->many);
@@ -86,6 +90,20 @@ static int count_differences(table *s, int count, int t_step, bool moving)
     return differences;
 }
 
+/* The number of states whose accelerations and multipliers differ from single ones. */
+static int count_forward_differences(table *s, int count, const double *Q)
+{
+    int differences = 0;
+    double qdd[MOST], lambda[MOST];
+    CHECK(kempe_workspace_forward_states(s->many, count, s->t, 1, s->q, s->qd, Q, s->qdd, s->lambda, NULL) == KEMPE_OK);
+    for (int k = 0; k < count; k++) {
+        CHECK(kempe_workspace_forward_dynamics(s->one, s->t[k], s->q + k * s->n, s->qd + k * s->n,
+                                               Q ? Q + k * s->n : NULL, qdd, lambda) == KEMPE_OK);
+        differences += !same(s->qdd, s->n, k, qdd) || !same(s->lambda, s->m, k, lambda);
+    }
+    return differences;
+}
+
 /* The workspace keeps the last state. */
 static bool keeps(const table *s, int count)
 {
@@ -103,6 +121,9 @@ static void all_states(loaded l, bool lanes)
         CHECK(keeps(&s, counts[k]));
         CHECK((s.many->many.stages.lanes != NULL) == (lanes && k >= 3));
     }
+    CHECK(count_forward_differences(&s, COUNT, NULL) == 0 && count_forward_differences(&s, COUNT - 3, s.qd) == 0);
+    CHECK(memcmp(kempe_workspace_mass(s.many), kempe_workspace_mass(s.one), sizeof(double)) == 0);
+    CHECK(kempe_workspace_kinetic(s.many) == kempe_workspace_kinetic(s.one));
     CHECK(count_differences(&s, COUNT, 0, true) == 0 && count_differences(&s, COUNT - 3, 1, false) == 0);
     table_free(&s);
 }
@@ -170,6 +191,10 @@ static void failures(void)
         CHECK(kempe_workspace_evaluate(s.one, s.t[k], s.q + k * s.n, s.qd + k * s.n) == KEMPE_OK);
         CHECK(agrees(&s, k, s.one));
     }
+    CHECK(kempe_workspace_forward_states(s.many, COUNT, s.t, 1, s.q, s.qd, NULL, s.qdd, NULL, &failed) ==
+          KEMPE_E_FAILED);
+    CHECK(failed == 777 && count_forward_differences(&s, 777, NULL) == 0);
+    CHECK(kempe_workspace_forward_states(s.many, 1, s.t, 1, s.q, NULL, NULL, s.qdd, NULL, NULL) == KEMPE_E_ARGUMENT);
     CHECK(kempe_workspace_evaluate_states(s.many, 776, s.t, 1, s.q, s.qd, &s.rows, NULL) == KEMPE_OK);
     CHECK_TEXT(kempe_workspace_message(s.many), "");
     CHECK(kempe_workspace_evaluate_states(s.many, 0, s.t, 1, s.q, s.qd, &s.rows, &failed) == KEMPE_OK && failed == -1);
