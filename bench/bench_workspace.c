@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The public workspace: microseconds of a call at closed states beside the start, each call at another state than the
- * one before. */
+ * one before; and of a state among many, in one call with M, C, h, J and jdqd as rows. */
 #include "bench.h"
 #include <kempe/check.h>
 #include <kempe/workspace.h>
 #include <math.h>
 #include <string.h>
 
-enum { STATES = 16, SAMPLES = 9 };
+enum { STATES = 16, SAMPLES = 9, MANY = 512 };
 
 typedef struct scene {
     bench b;
@@ -15,6 +15,8 @@ typedef struct scene {
     int n;
     double *q, *qd, *beside; /* STATES x n; q a little off the closures */
     double *qdd, *Q, *lambda, *x;
+    double *many_q, *many_qd; /* MANY x n: the states in turn */
+    kempe_workspace_rows rows;
 } scene;
 
 typedef void call_fn(scene *s, int k);
@@ -46,6 +48,31 @@ static void close_loops(scene *s, int k)
 {
     memcpy(s->x, s->beside + k * s->n, (size_t)s->n * sizeof *s->x);
     check(s, kempe_workspace_close(s->ws, 0, s->x, NULL, NULL));
+}
+
+static void put(double *rows, int width, int row, const double *values)
+{
+    memcpy(rows + row * width, values, (size_t)width * sizeof *rows);
+}
+
+static void each(scene *s, int k)
+{
+    (void)k;
+    for (int i = 0; i < MANY; i++) {
+        check(s, kempe_workspace_evaluate(s->ws, 0, s->many_q + i * s->n, s->many_qd + i * s->n));
+        put(s->rows.mass, s->n * s->n, i, kempe_workspace_mass(s->ws));
+        put(s->rows.bias, s->n, i, kempe_workspace_bias(s->ws));
+        put(s->rows.h, s->b.system->m, i, kempe_workspace_h(s->ws));
+        put(s->rows.jacobian, s->b.system->m * s->n, i, kempe_workspace_jacobian(s->ws));
+        put(s->rows.jdqd, s->b.system->m, i, kempe_workspace_jdqd(s->ws));
+    }
+}
+
+static void together(scene *s, int k)
+{
+    static const double t = 0;
+    (void)k;
+    check(s, kempe_workspace_evaluate_states(s->ws, MANY, &t, 0, s->many_q, s->many_qd, &s->rows, NULL));
 }
 
 /* us of a call: the median of samples of some milliseconds. */
@@ -86,6 +113,10 @@ static void find_states(scene *s)
         for (int i = 0; i < s->n; i++)
             s->beside[k * s->n + i] = q[i] + 1e-3 * cos(k - i) * s->b.system->scale[i];
     }
+    for (int k = 0; k < MANY; k++) {
+        put(s->many_q, s->n, k, s->q + k % STATES * s->n);
+        put(s->many_qd, s->n, k, s->qd + k % STATES * s->n);
+    }
     kempe_assembly_free(a);
 }
 
@@ -108,21 +139,29 @@ static void show(const char *name)
     double **all[] = {&s.q, &s.qd, &s.beside, &s.qdd, &s.Q, &s.x};
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         *all[k] = room(STATES * s.n);
-    s.lambda = room(s.b.system->m);
+    int n = s.n, m = s.b.system->m;
+    s.lambda = room(m);
+    s.many_q = room(MANY * n);
+    s.many_qd = room(MANY * n);
+    s.rows =
+        (kempe_workspace_rows){room(MANY * n * n), room(MANY * n), room(MANY * m), room(MANY * m * n), room(MANY * m)};
+    double *many[] = {s.lambda, s.many_q, s.many_qd, s.rows.mass, s.rows.bias, s.rows.jacobian, s.rows.h, s.rows.jdqd};
     find_states(&s);
-    printf("%-24s %4d %4d %12.3f %12.3f %12.3f %12.3f\n", name, s.n, s.b.system->m, time_of(&s, evaluate),
-           time_of(&s, forward), time_of(&s, inverse), time_of(&s, close_loops));
+    printf("%-34s %4d %4d %12.3f %12.3f %12.3f %12.3f %12.3f %12.3f\n", name, n, m, time_of(&s, evaluate),
+           time_of(&s, forward), time_of(&s, inverse), time_of(&s, close_loops), time_of(&s, each) / MANY,
+           time_of(&s, together) / MANY);
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         free(*all[k]);
-    free(s.lambda);
+    for (size_t k = 0; k < sizeof many / sizeof *many; k++)
+        free(many[k]);
     kempe_workspace_free(s.ws);
     bench_free(&s.b);
 }
 
 int main(void)
 {
-    printf("microseconds of a call\n%-24s %4s %4s %12s %12s %12s %12s\n", "model", "n", "m", "evaluation", "forward",
-           "inverse", "closing");
+    printf("microseconds of a call, of a state\n%-34s %4s %4s %12s %12s %12s %12s %12s %12s\n", "model", "n", "m",
+           "evaluation", "forward", "inverse", "closing", "rows, each", "together");
     show("four_bar/four_bar");
     show("andrews/andrews");
     show("bennett/bennett");

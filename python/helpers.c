@@ -104,6 +104,12 @@ static kempe_status failed_at(python_states *s, int row, kempe_status status)
 
 kempe_status python_evaluate_states(kempe_workspace *w, python_states *s)
 {
+    const kempe_workspace_rows rows = {s->mass, s->bias, s->h, s->jacobian, s->jdqd};
+    return kempe_workspace_evaluate_states(w, s->count, s->t, s->t_step, s->q, s->qd, &rows, &s->failed);
+}
+
+kempe_status python_evaluate_each(kempe_workspace *w, python_states *s)
+{
     kempe_status status = KEMPE_OK;
     int k = 0;
     for (; k < s->count && status == KEMPE_OK; k++) {
@@ -120,6 +126,12 @@ kempe_status python_evaluate_states(kempe_workspace *w, python_states *s)
 }
 
 kempe_status python_forward_states(kempe_workspace *w, python_states *s)
+{
+    return kempe_workspace_forward_states(w, s->count, s->t, s->t_step, s->q, s->qd, s->Q, s->accelerations,
+                                          s->multipliers, &s->failed);
+}
+
+kempe_status python_forward_each(kempe_workspace *w, python_states *s)
 {
     kempe_status status = KEMPE_OK;
     int k = 0;

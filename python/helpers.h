@@ -45,3 +45,7 @@ typedef struct python_states {
 kempe_status python_evaluate_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_forward_states(kempe_workspace *workspace, python_states *states);
 kempe_status python_inverse_states(kempe_workspace *workspace, python_states *states);
+
+/** One state at a time, to compare. */
+kempe_status python_evaluate_each(kempe_workspace *workspace, python_states *states);
+kempe_status python_forward_each(kempe_workspace *workspace, python_states *states);

@@ -332,6 +332,14 @@ void kmp_eval_give(kmp_evaluator *eval, const double *effort)
         add_efforts(eval);
 }
 
+void kmp_eval_lend_motion(kmp_evaluator *eval, const double *mass, const double *bias)
+{
+    eval->mass = mass;
+    eval->own_bias = bias;
+    eval->jdqd = bias + eval->n;
+    add_efforts(eval);
+}
+
 /* Evaluates C with the present multipliers, after jdqd. */
 static void run_load_dependent(kmp_evaluator *eval)
 {

@@ -90,6 +90,10 @@ void kmp_eval_renew_parameters(kmp_evaluator *eval);
 void kmp_eval_lend_closure(kmp_evaluator *eval, double t, const double *q, const double *h, const double *jacobian,
                            const double *h_t);
 
+/** Uses M, and C with jdqd after it, of the caller at the lent closure and some qd, by M and C and without forces that
+ * depend on multipliers; the caller keeps them until the next kmp_eval_mass. */
+void kmp_eval_lend_motion(kmp_evaluator *eval, const double *mass, const double *bias);
+
 /** Copies J of the last closure with the rows in `left_out` (m) zero, into room for all entries of J. */
 void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *masked);
 

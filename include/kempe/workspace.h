@@ -19,8 +19,8 @@
  * start count only if J exceeds the error of h.
  *
  * A workspace belongs to one thread at a time; any number of them may work on one system. Make and free workspaces in
- * the thread that made the system. After kempe_workspace_new nothing here allocates, and nothing touches the context:
- * error messages are in kempe_workspace_message.
+ * the thread that made the system. After kempe_workspace_new nothing here allocates, but the first calls for many
+ * states; nothing touches the context: error messages are in kempe_workspace_message.
  */
 #ifndef KEMPE_WORKSPACE_H
 #define KEMPE_WORKSPACE_H
@@ -57,6 +57,20 @@ KEMPE_API const double *kempe_workspace_h(const kempe_workspace *workspace);
 KEMPE_API const double *kempe_workspace_jacobian(const kempe_workspace *workspace);
 KEMPE_API const double *kempe_workspace_jdqd(const kempe_workspace *workspace);
 
+/** Places for values at many states, a row of the sizes above for each state; NULL: not wanted. */
+typedef struct kempe_workspace_rows {
+    double *mass, *bias, *h, *jacobian, *jdqd;
+} kempe_workspace_rows;
+
+/** Evaluates `count` states, rows of q and qd (count x n; qd NULL: at rest), with the bits of kempe_workspace_evaluate;
+ * t has a value for each state, or one for all (t_step 0). Groups of 8 states run in vector registers, after five
+ * hundred states, unless the model has conditions, forces that depend on multipliers or a user-defined force. That
+ * preparation allocates once. Ends at the first state that fails, with its status. *failed (may be NULL): that state;
+ * -1: none. */
+KEMPE_API kempe_status kempe_workspace_evaluate_states(kempe_workspace *workspace, int count, const double *t,
+                                                       int t_step, const double *q, const double *qd,
+                                                       const kempe_workspace_rows *rows, int *failed);
+
 /** Kinetic energy, and potential energy of gravity and springs, at that state, J. */
 KEMPE_API double kempe_workspace_kinetic(const kempe_workspace *workspace);
 KEMPE_API double kempe_workspace_potential(const kempe_workspace *workspace);
@@ -70,6 +84,13 @@ KEMPE_API kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *workspa
  * and the generalized forces Q (n; NULL: none). KEMPE_E_FAILED, outputs untouched: a motion carries no mass. */
 KEMPE_API kempe_status kempe_workspace_forward_dynamics(kempe_workspace *workspace, double t, const double *q,
                                                         const double *qd, const double *Q, double *qdd, double *lambda);
+
+/** Accelerations (count x n) and multipliers (count x m; NULL: not wanted) at `count` states, with the bits of
+ * kempe_workspace_forward_dynamics; Q: rows, too, or NULL. Arguments, and what is evaluated in groups: as in
+ * kempe_workspace_evaluate_states; states by articulated bodies are not. */
+KEMPE_API kempe_status kempe_workspace_forward_states(kempe_workspace *workspace, int count, const double *t,
+                                                      int t_step, const double *q, const double *qd, const double *Q,
+                                                      double *qdd, double *lambda, int *failed);
 
 /** Closes the loops at t: changes q, and then qd (NULL: not wanted), as little as possible. Coordinates with hold[i]
  * not 0 (n; NULL: none) keep q and qd. KEMPE_E_FAILED, q and qd untouched: the loops cannot be closed from here. */

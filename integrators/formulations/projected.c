@@ -11,7 +11,7 @@
 #include "constraints/tolerances.h"
 #include "integrators/formulations/cycles.h"
 #include "integrators/formulations/formulation.h"
-#include "integrators/formulations/stage_lanes.h"
+#include "constraints/evaluation/stage_lanes.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>

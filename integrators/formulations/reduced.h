@@ -8,7 +8,7 @@
 #include "constraints/evaluation/solved.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
-#include "integrators/formulations/stage_lanes.h"
+#include "constraints/evaluation/stage_lanes.h"
 
 /* Earlier choices of u whose programs are kept. */
 enum { KMP_REDUCED_KEPT = 8 };

@@ -17,5 +17,7 @@ LEFT_OUT = {
     "kempe_outputs_find": "names of outputs are a tuple",
     "kempe_report_check": "writing a report checks the same",
     "kempe_trajectory_time": "the column t of the rows",
+    "kempe_workspace_evaluate_states": "by python_evaluate_states, which reads states as the other functions of rows do",
+    "kempe_workspace_forward_states": "by python_forward_states",
     "kempe_write_file": "Python writes files",
 }

@@ -314,6 +314,28 @@ def test_threads_share_many_states():
         workspace.forward_states(0, q, qd, threads=3)
 
 
+@pytest.mark.parametrize("name", ["four_bar", "andrews", "cart_pole"])
+def test_states_in_lanes_have_the_bits_of_single_ones(name):
+    workspace = kempe.Model(EXAMPLES / f"{name}/{name}.yaml").system().workspace()
+    t, (q, qd) = np.linspace(0, 1, 1501), np.random.default_rng(2).normal(size=(2, 1501, workspace.n))
+    for threads in (1, 2):
+        many = workspace.evaluate_states(t, q, qd, threads=threads)
+        for k in (0, 7, 8, 701, 1499, 1500):
+            one = workspace.evaluate(t[k], q[k], qd[k])
+            assert all(np.array_equal(a[k], b) for a, b in zip(many, one)), (threads, k)
+        made = workspace.forward_states(t, q, qd, Q=qd, threads=threads)
+        for k in (0, 7, 8, 701, 1499, 1500):
+            one = workspace.forward_dynamics(t[k], q[k], qd[k], Q=qd[k])
+            assert all(np.array_equal(a[k], b) for a, b in zip(made, one)), (threads, k)
+    still = workspace.evaluate_states(0.5, q[:800])
+    assert np.array_equal(workspace.C, still.C[-1]) and np.array_equal(workspace.M, many.M[799])
+    q[1005] = np.nan
+    with pytest.raises(kempe.FailedError, match="state 1005"):
+        workspace.evaluate_states(t, q, qd, out=many)
+    with pytest.raises(kempe.FailedError, match="state 1005"):
+        workspace.forward_states(t, q, qd)
+
+
 def test_force_of_many_threads():
     """Callbacks run in the threads; their exceptions are raised."""
     calls = []

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "integrators/formulations/stage_lanes.h"
+#include "constraints/evaluation/stage_lanes.h"
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"

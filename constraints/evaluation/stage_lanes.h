@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A program of a formulation in the lanes of vector registers, for integrators that evaluate several stages of a step
- * at once (kmp_ode.lanes). */
+/* A program of a mechanism at several states at once, in the lanes of vector registers: for integrators that evaluate
+ * several stages of a step together (kmp_ode.lanes), and for tables of states. */
 #pragma once
 
 #include "backend/lanes.h"

@@ -2,46 +2,20 @@
 /* The public workspace. Evaluation and accelerations are those of runs: by articulated bodies if that costs less, or on
  * the independent rows and coordinates of the start while these are good. Otherwise the saddle system on rows of the
  * present state is solved. Closing is by least changes. */
-#include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/least_change.h"
-#include "constraints/closing/saddle.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
+#include "constraints/workspace/workspace_inside.h"
 #include "dynamics/load_dependent.h"
 #include "linalg/dot.h"
 #include <kempe/check.h>
-#include <kempe/workspace.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 enum { MAX_CORRECTIONS = 100 };
-
-struct kempe_workspace {
-    const kempe_system *system;
-    kmp_arena arena;
-    kmp_evaluator *eval;
-    kmp_saddle saddle;
-    kmp_least_change least;
-    int n, m;
-    bool chosen;        /* the start can be assembled */
-    kmp_partition part; /* choice of rows and coordinates at the start */
-    kmp_reduction red;
-    bool by_bodies;                            /* accelerations are computed by articulated bodies */
-    kmp_saddle bodies;                         /* closure forces for the articulated bodies */
-    bool stale;                                /* the values below belong to an earlier state than q */
-    double t, *q, *qd;                         /* n: of the last call; dense copies of its values follow */
-    double *mass, *bias, *h, *jdqd, *jacobian; /* n x n, n, m, m, m x n */
-    double *trial;                             /* n: q while closing */
-    double *answer;                            /* n + m: accelerations and multipliers, or shares */
-    double *row;                               /* n, or m: a row of J, or rates of the rows */
-    bool *hold;                                /* n */
-    char message[400];
-};
 
 __attribute__((format(printf, 2, 3))) static kempe_status fail(kempe_workspace *ws, const char *sentence, ...)
 {
@@ -52,8 +26,7 @@ __attribute__((format(printf, 2, 3))) static kempe_status fail(kempe_workspace *
     return KEMPE_E_FAILED;
 }
 
-/* Reports a NULL argument; false: it is NULL. */
-static bool given(kempe_workspace *ws, const char *name, const void *argument)
+bool kmp_workspace_given(kempe_workspace *ws, const char *name, const void *argument)
 {
     if (!argument)
         (void)fail(ws, KMP_MISSING, name);
@@ -134,6 +107,7 @@ void kempe_workspace_free(kempe_workspace *ws)
 {
     if (!ws)
         return;
+    kmp_stage_lanes_free(&ws->many.stages);
     kmp_arena_free(&ws->arena);
     kmp_reduction_free(&ws->red);
     kmp_partition_free(&ws->part);
@@ -146,8 +120,7 @@ void kempe_workspace_free(kempe_workspace *ws)
 
 /* -- values ------------------------------------------------------------------------------------------ */
 
-/* Copies the state: `qd` may be NULL, and q and qd may be outputs of the caller. */
-static void keep_state(kempe_workspace *ws, double t, const double *q, const double *qd)
+void kmp_workspace_keep_state(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
     ws->t = t;
     memmove(ws->q, q, (size_t)ws->n * sizeof *q);
@@ -157,7 +130,7 @@ static void keep_state(kempe_workspace *ws, double t, const double *q, const dou
         memset(ws->qd, 0, (size_t)ws->n * sizeof *ws->qd);
 }
 
-static void copy(kempe_workspace *ws)
+void kmp_workspace_copy(kempe_workspace *ws)
 {
     const kmp_evaluator *eval = ws->eval;
     kmp_eval_dense_mass(eval, ws->mass);
@@ -172,13 +145,13 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
     kmp_evaluator *eval = ws->eval;
     const kempe_system *s = ws->system;
     ws->message[0] = '\0';
-    keep_state(ws, t, q, qd);
+    kmp_workspace_keep_state(ws, t, q, qd);
     ws->stale = false;
     kmp_eval_closure(eval, t, ws->q);
     kmp_eval_mass(eval);
     kmp_load_forget(eval);
     kmp_eval_bias(eval, ws->qd);
-    copy(ws);
+    kmp_workspace_copy(ws);
     if (kmp_all_finite(s->mass.count, eval->mass) && kmp_all_finite(ws->n, eval->bias) &&
         kmp_all_finite(ws->m, eval->h) && kmp_all_finite(s->jacobian.count, eval->jacobian) &&
         kmp_all_finite(ws->m, eval->jdqd))
@@ -189,7 +162,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
 kempe_status kempe_workspace_evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    return given(ws, "q", q) ? evaluate(ws, t, q, qd) : KEMPE_E_ARGUMENT;
+    return kmp_workspace_given(ws, "q", q) ? evaluate(ws, t, q, qd) : KEMPE_E_ARGUMENT;
 }
 
 /* Evaluates M, C, h, J and jdqd if accelerations did not need them. */
@@ -223,7 +196,8 @@ kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *ws, double t, con
                                               const double *qdd, double *Q)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd) || !given(ws, "Q", Q))
+    if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
+        !kmp_workspace_given(ws, "qdd", qdd) || !kmp_workspace_given(ws, "Q", Q))
         return KEMPE_E_ARGUMENT;
     KMP_TRY(evaluate(ws, t, q, qd));
     memcpy(ws->answer, ws->eval->bias, (size_t)ws->n * sizeof *Q);
@@ -320,7 +294,7 @@ static bool by_bodies(kempe_workspace *ws, double t, const double *q, const doub
 {
     kmp_evaluator *eval = ws->eval;
     ws->message[0] = '\0';
-    keep_state(ws, t, q, qd);
+    kmp_workspace_keep_state(ws, t, q, qd);
     ws->stale = true;
     kmp_eval_take(eval, true);
     kmp_eval_closure(eval, t, ws->q);
@@ -366,18 +340,8 @@ static void put_answer(const kempe_workspace *ws, double *qdd, double *lambda)
         memcpy(lambda, ws->answer + ws->n, (size_t)ws->m * sizeof *lambda);
 }
 
-kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd,
-                                              const double *Q, double *qdd, double *lambda)
+kempe_status kmp_workspace_accelerate(kempe_workspace *ws, const double *Q, double *qdd, double *lambda)
 {
-    KMP_WANTED(NULL, ws, "workspace");
-    if (!given(ws, "q", q) || !given(ws, "qd", qd) || !given(ws, "qdd", qdd))
-        return KEMPE_E_ARGUMENT;
-    KMP_TRY(kmp_refuse_contacts(ws->system->model, "forward dynamics"));
-    if (ws->by_bodies && by_bodies(ws, t, q, qd, Q)) {
-        put_answer(ws, qdd, lambda);
-        return KEMPE_OK;
-    }
-    KMP_TRY(evaluate(ws, t, q, qd));
     kmp_eval_give(ws->eval, Q);
     kempe_status status = by_partition(ws) ? KEMPE_OK : by_saddle(ws);
     kmp_eval_give(ws->eval, NULL);
@@ -386,6 +350,21 @@ kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, con
     memcpy(ws->bias, ws->eval->bias, (size_t)ws->n * sizeof *ws->bias);
     put_answer(ws, qdd, lambda);
     return KEMPE_OK;
+}
+
+kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, const double *q, const double *qd,
+                                              const double *Q, double *qdd, double *lambda)
+{
+    KMP_WANTED(NULL, ws, "workspace");
+    if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) || !kmp_workspace_given(ws, "qdd", qdd))
+        return KEMPE_E_ARGUMENT;
+    KMP_TRY(kmp_refuse_contacts(ws->system->model, "forward dynamics"));
+    if (ws->by_bodies && by_bodies(ws, t, q, qd, Q)) {
+        put_answer(ws, qdd, lambda);
+        return KEMPE_OK;
+    }
+    KMP_TRY(evaluate(ws, t, q, qd));
+    return kmp_workspace_accelerate(ws, Q, qdd, lambda);
 }
 
 /* -- closing ----------------------------------------------------------------------------------------- */
@@ -421,7 +400,7 @@ static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, d
 kempe_status kempe_workspace_close(kempe_workspace *ws, double t, double *q, double *qd, const int *hold)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    if (!given(ws, "q", q))
+    if (!kmp_workspace_given(ws, "q", q))
         return KEMPE_E_ARGUMENT;
     const kmp_closer closer = kmp_least_change_closer(&ws->least);
     const kmp_close_rule rule = kmp_least_change_rule(MAX_CORRECTIONS);
