@@ -11,13 +11,16 @@ import re
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 # What may be NULL beside structs of options, and what is not for calling with anything but NULL.
-OPTIONAL = {"kempe_system_new_with_algorithm.dynamics", "kempe_model_new.name", "kempe_workspace_evaluate.qd", "kempe_stepper_set_state.qd", "kempe_stepper_set_state.moved", "kempe_stepper_set_parameters.moved", "kempe_outputs_at.qd", "kempe_outputs_at.qdd", "kempe_outputs_at.lambda", "kempe_outputs_jacobian.qd", "kempe_outputs_jacobian.jdqd",
+OPTIONAL = {"kempe_system_new_with_algorithm.dynamics", "kempe_model_new.name", "kempe_workspace_evaluate.qd", "kempe_workspace_evaluate_states.qd", "kempe_workspace_evaluate_states.failed", "kempe_workspace_forward_states.Q",
+            "kempe_workspace_forward_states.lambda", "kempe_workspace_forward_states.failed", "kempe_stepper_set_state.qd", "kempe_stepper_set_state.moved", "kempe_stepper_set_parameters.moved", "kempe_outputs_at.qd", "kempe_outputs_at.qdd", "kempe_outputs_at.lambda", "kempe_outputs_jacobian.qd", "kempe_outputs_jacobian.jdqd",
             "kempe_outputs_choose.independent", "kempe_outputs_closed_jacobian.qd", "kempe_outputs_closed_jacobian.drift", "kempe_workspace_forward_dynamics.Q",
             "kempe_workspace_forward_dynamics.lambda", "kempe_workspace_close.qd", "kempe_workspace_close.hold", "kempe_gradient_at.rates",
             "kempe_gradient_at.accelerations", "kempe_gradient_at.driven", "kempe_gradient_set.values",
             "kempe_model_read_set.settings", "kempe_model_read_text_set.settings", "kempe_values_new.names",
             "kempe_values_new.rows", "kempe_context_set_cache.folder"}
 OPTIONS = ("_options",)
+# Sizes of the caller's arrays, which cannot be checked: only negative ones are wrong.
+SIZES = {"kempe_workspace_evaluate_states.count", "kempe_workspace_forward_states.count"}
 WRONG = ["-1", "1 << 30", "INT_MAX", "INT_MIN"]
 
 
@@ -77,7 +80,7 @@ def calls(result, function, words):
             yield f"{name_of(word)} NULL", others[:k] + ["NULL"] + others[k + 1:], refuses(function, word)
         elif word.startswith("int ") or re.match(r"kempe_(?!number|status)\w+ \w+$", word):
             kind = re.sub(r" \w+$", "", word)
-            for wrong in WRONG:
+            for wrong in ["-1", "INT_MIN"] if f"{function}.{name_of(word)}" in SIZES else WRONG:
                 yield f"{name_of(word)} {wrong}", others[:k] + [f"({kind})({wrong})"] + others[k + 1:], False
 
 

@@ -170,6 +170,9 @@ static kempe_status visit(kempe_workspace *ws, const state_rows *in, bool lanes,
 {
     kempe_status status = KEMPE_OK;
     int done = 0;
+    if (count < 0)
+        return kmp_fail(ws->system->context, KEMPE_E_ARGUMENT, "the number of states is %d: at least 0 is expected",
+                        count);
     while (status == KEMPE_OK && done < count) {
         int group = lanes && count - done >= W && run(ws, in, (size_t)done) ? W : 0;
         for (int l = 0; l < group && status == KEMPE_OK; l++, done++)
