@@ -333,6 +333,6 @@
 /** Times that differ by this part are one time: multiples of two sample times that are decimal numbers differ there by
  * some roundings of 1.1e-16 each. */
 #define KMP_SAME_TIME 4e-15
-/** A time is a multiple of a sample time up to this part, in studies that find when samples of several times repeat: times
- * are decimal numbers, or parameters that were divided. */
+/** A time is a multiple of a sample time up to this part, in studies that find when samples of several times repeat:
+ * times are decimal numbers, or parameters that were divided. */
 #define KMP_SAME_SAMPLE 1e-9

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The excavator's arm with its hydraulics, in 113-bit arithmetic: Kane's equations of four bodies with the closure of the
-// link, pressures and spools beside them, integrated by extrapolation from sample to sample of the digital controllers.
+// The excavator's arm with its hydraulics, in 113-bit arithmetic: Kane's equations of four bodies with the closure of
+// the link, pressures and spools beside them, integrated by extrapolation from sample to sample of the digital
+// controllers.
 //
 //     reference_hydraulic_excavator > reference.csv
 #include "../references/kane.h"
@@ -65,7 +66,8 @@ static void load(quad t, const quad *q, const quad *qd, motion *m, quad *torques
     }
 }
 
-static const mechanism arm = {.n = BODIES, .bodies = BODIES, .rows = 1, .gravity = {0, -9.81Q, 0}, .move = move, .load = load};
+static const mechanism arm = {
+    .n = BODIES, .bodies = BODIES, .rows = 1, .gravity = {0, -9.81Q, 0}, .move = move, .load = load};
 
 // Turbulent flow by the root of the pressure drop, laminar near zero.
 static quad flow(quad drop)
@@ -80,7 +82,8 @@ static void rates(quad t, const quad *state, quad *rate)
         thrust[k] = area[0] * p[2 * k] - area[1] * p[2 * k + 1];
     motion_rates(&arm, t, state, rate);
     for (int k = 0; k < CYLINDERS; k++) {
-        quad wide = sqrtq(x[k] * x[k] + lap * lap), push = opening * (wide + x[k]) / 2, pull = opening * (wide - x[k]) / 2;
+        quad wide = sqrtq(x[k] * x[k] + lap * lap), push = opening * (wide + x[k]) / 2,
+             pull = opening * (wide - x[k]) / 2;
         quad a = push * flow(supply - p[2 * k]) - pull * flow(p[2 * k]);
         quad b = pull * flow(supply - p[2 * k + 1]) - push * flow(p[2 * k + 1]);
         rate[PRESSURES + 2 * k] = beta / (hose + area[0] * (length[k] - shortest[k])) * (a - area[0] * speed[k]);
@@ -99,7 +102,8 @@ static quad step(quad t, quad from, quad to)
 // Proportional and integral, taken back at the limits within the time of the integral.
 static void control(quad t, const quad *q)
 {
-    const quad error[CYLINDERS] = {step(t, 25, 35) - q[BOOM], q[STICK] - step(t, -95, -75), q[BUCKET] - step(t, -60, -90)};
+    const quad error[CYLINDERS] = {step(t, 25, 35) - q[BOOM], q[STICK] - step(t, -95, -75),
+                                   q[BUCKET] - step(t, -60, -90)};
     for (int k = 0; k < CYLINDERS; k++) {
         quad sum = 8 * error[k] + integral[k];
         command[k] = fminq(1, fmaxq(-1, sum));
@@ -110,12 +114,15 @@ static void control(quad t, const quad *q)
 int main(int argc, char **argv)
 {
     static const int closed[] = {ROCKER};
-    quad h = 1e-3Q, state[STATE] = {degrees(25), degrees(-95), degrees(-60), degrees(80), [PRESSURES] = 5.2e6Q, 3e6Q, 2.6e6Q, 2.6e6Q, 2.6e6Q, 2.7e6Q};
+    quad h = 1e-3Q, state[STATE] = {degrees(25), degrees(-95), degrees(-60), degrees(80), [PRESSURES] = 5.2e6Q,
+                                    3e6Q,        2.6e6Q,       2.6e6Q,       2.6e6Q,      2.7e6Q};
     area[0] = M_PIq / 4 * squared(0.09Q);
     area[1] = M_PIq / 4 * (squared(0.09Q) - squared(0.05Q));
     close_gaps(&arm, 0, state, NULL, closed);
-    printf("# Kane's equations between samples by extrapolation in 113-bit arithmetic, by reference_hydraulic_excavator.c.\n");
-    printf("t,q.boom,q.stick,q.bucket,q.rocker,qd.boom,qd.stick,qd.bucket,qd.rocker,state.boom_a,state.boom_b,state.stick_a,"
+    printf("# Kane's equations between samples by extrapolation in 113-bit arithmetic, by "
+           "reference_hydraulic_excavator.c.\n");
+    printf("t,q.boom,q.stick,q.bucket,q.rocker,qd.boom,qd.stick,qd.bucket,qd.rocker,state.boom_a,state.boom_b,state."
+           "stick_a,"
            "state.stick_b,state.bucket_a,state.bucket_b,state.boom_valve,state.stick_valve,state.bucket_valve\n");
     for (int k = 0; k < 120; k++) {
         control(k * sample, state);

@@ -8,10 +8,10 @@
  * (singular_step.h) then has each state closed first: off the closures accelerations are not those of the motion if J
  * is near to losing a row. */
 #include "constraints/evaluation/solved.h"
+#include "constraints/evaluation/stage_lanes.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/cycles.h"
 #include "integrators/formulations/formulation.h"
-#include "constraints/evaluation/stage_lanes.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>

@@ -6,9 +6,9 @@
 
 #include "constraints/evaluation/fused.h"
 #include "constraints/evaluation/solved.h"
+#include "constraints/evaluation/stage_lanes.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
-#include "constraints/evaluation/stage_lanes.h"
 
 /* Earlier choices of u whose programs are kept. */
 enum { KMP_REDUCED_KEPT = 8 };

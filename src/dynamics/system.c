@@ -127,7 +127,8 @@ static bool set_reach(kempe_system *s)
     return reach;
 }
 
-/* Scale of a coordinate: 1 for an angle, the length of the model for a displacement. The scale of a state is the size of its values, as rates of one second. */
+/* Scale of a coordinate: 1 for an angle, the length of the model for a displacement. The scale of a state is the size
+ * of its values, as rates of one second. */
 static double scale_of(const kempe_system *s, int k)
 {
     const kmp_state *state = kmp_state_of(s->model, k);

@@ -121,8 +121,8 @@ static kempe_status check_inputs(const kmp_channels *c)
 
 static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_options *options)
 {
-    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
-                                            options->backend, false};
+    const kmp_channels_options requested = {options->at,          options->inputs,  options->outputs,
+                                            options->independent, options->backend, false};
     kmp_range range = {.count = 1};
     if (!options->inputs || !options->inputs[0])
         return kmp_fail(
