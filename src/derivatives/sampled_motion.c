@@ -39,7 +39,8 @@ static double common_period(int width, const double *every)
     return 0;
 }
 
-/* What happens to x: a and b of a size of x and w together, [a b; 0 0], the motion so far, room for another. */
+/* Motion of x between samples: a and b of the size of x and w together, [a b; 0 0], the motion so far, room for
+ * another. */
 typedef struct map {
     int width, size;
     double *averaged, *held, *step, *now, *next;

@@ -11,7 +11,7 @@ enum { LONGEST = 16, SHORT = 128 /* least and, but one, greatest distance in a b
  * from SAVED on, which it has to restore. */
 static const int base_register[KMP_X86_BASES] = {7, 6, 2, 1, 0, 3, 5};
 enum { SAVED = 5 };
-/* Of eight doubles in two registers of four: the second register and its place in memory. */
+/* Second register of eight doubles in two registers of four, and its place in memory. */
 enum { SECOND = 8, SECOND_BYTES = 4 * sizeof(double) };
 
 /* Room for one more instruction. */

@@ -35,7 +35,7 @@ kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_rol
     return first < 0 ? KMP_ZERO : kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)(first + (int)role - KMP_ROLE_SENSE));
 }
 
-/* Of the friction of a contact. */
+/* Slip of the friction of a contact. */
 static kmp_ref way_of(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_ref way = KMP_ZERO;
@@ -108,7 +108,7 @@ static kmp_ref acceleration(const kmp_tree *tree, const kmp_force *force)
     return kmp_vec_acceleration(tree, (kmp_vec){{kmp_friction_rate(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
 }
 
-/* What is left of the static level of an element that is held, or keeps a given force, which a level may fall below.
+/* Rest of the static level of an element that is held, or keeps a given force, which a level may fall below.
  * Where the given force is the level itself, rounding shall not decide. */
 static kmp_ref reserve(const kmp_tree *tree, const kmp_force *force)
 {

@@ -16,7 +16,7 @@ typedef struct kmp_touching {
                      * part along the normal */
 } kmp_touching;
 
-/** Of a contact between two sides (touch->motion < 0, no touch->gap). `across` is zero unless `slips`. */
+/** Geometry of a contact between two sides (touch->motion < 0, no touch->gap). `across` is zero unless `slips`. */
 void kmp_touching_find(const kmp_tree *tree, const kmp_contact_pair *touch, bool slips, kmp_touching *touching);
 
 /** The distance of any contact: of two sides, of a coordinate from its limit, an expression. */

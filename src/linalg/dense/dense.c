@@ -382,7 +382,7 @@ static double size_of(int m, int k, const double *column)
     return a > b ? a : b;
 }
 
-/* Of so many columns, sizes are kept between pivots; a column without entry in the pivot's row is unchanged. */
+/* The sizes of so many columns are kept between pivots. A column without entry in the pivot's row is unchanged. */
 enum { KEPT = 256 };
 
 static candidate largest_entry(int m, int n, int k, const double *a, const double *largest, const int *fixed,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What touches what, in both forms. */
+/* Pairs of surfaces in contact, as text and as JSON. */
 #include "model/print/model_print.h"
 
 static const char *const shapes[] = {"sphere", "cylinder", "plane", "profile"};

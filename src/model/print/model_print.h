@@ -17,7 +17,7 @@ void kmp_model_json_tracks(kmp_json *json, const kempe_model *model);
 void kmp_model_show_wheels(kmp_text *text, const kempe_model *model);
 void kmp_model_json_wheels(kmp_json *json, const kempe_model *model);
 
-/** What a contact is about (model_contacts.c), as members of an open object. */
+/** Pair of surfaces of a contact (model_contacts.c); in JSON as members of an open object. */
 void kmp_pair_show(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair);
 void kmp_pair_json(kmp_json *json, const kempe_model *model, const kmp_contact_pair *pair);
 
