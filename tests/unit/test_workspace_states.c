@@ -111,7 +111,7 @@ static bool keeps(const table *s, int count)
            kempe_workspace_potential(s->many) == kempe_workspace_potential(s->one);
 }
 
-/* Whether the lanes are used tells if the test tests them. */
+/* Checks that the model runs in lanes, since the comparison below would pass without them. */
 static void all_states(loaded l, bool lanes)
 {
     static const int counts[] = {1, 7, 8, COUNT, COUNT - 3, 8, 1};

@@ -85,7 +85,7 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
     return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
 }
 
-/* True if the level of a friction is an expression, or an error: the element has no number then. */
+/* Reads the level of a friction. Returns true if the level is an expression or wrong, so that it has no number. */
 static bool is_law(const element *e, const kmp_force_field *field, const kmp_yaml *node, const char *name)
 {
     static const char *const by_reaction[] = {"mu", "mu_static", "radius"};
