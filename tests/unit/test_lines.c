@@ -123,9 +123,9 @@ static void constant_tension(void)
     CHECK(r.drift < 1e-9);
 }
 
-/* A rope without mass from the ceiling through the eye of a mass and over a fixed pulley to a second mass that hangs on
- * it: with its tension T the first mass has 2 T, the second one T. An elastic rope is an oscillator of their length
- * 2 x + y, x and y downwards: T = k (2 x + y - rest), x'' = g - 2 T, y'' = g - T/3 with the masses 1 and 3. */
+/* Two masses on a rope without mass. It runs from the ceiling through the eye of the first mass and over a fixed pulley
+ * to the second mass. The tension T acts twice on the first mass, 1 kg, and once on the second, 3 kg. The rope is
+ * elastic: T = k (2 x + y - rest), x'' = g - 2 T, y'' = g - T/3, where x and y point downwards. */
 static void pulleys(void)
 {
     static const char model[] =
