@@ -97,9 +97,9 @@ int main(void)
     static double values[COUNT * COLUMNS];
     bench b = bench_load("examples/four_bar/four_bar.yaml");
     kmp_ensemble *e = NULL;
-    execution executions[] = {{.name = "lanes", .stride = 1},
-                              {.name = "one lane", .how = {.width = 1}, .stride = SAMPLE},
-                              {.name = "runs one by one", .how = {.alone = true}, .stride = SAMPLE}};
+    execution executions[] = {{.name = "lanes", .how = {.threads = 1}, .stride = 1},
+                              {.name = "one lane", .how = {.threads = 1, .width = 1}, .stride = SAMPLE},
+                              {.name = "runs one by one", .how = {.threads = 1, .alone = true}, .stride = SAMPLE}};
     double median[3];
     int n = b.model->motion_count, differ;
     if (kmp_ensemble_new(b.model, COLUMNS, names, &e) != KEMPE_OK || n > MOST_N) {

@@ -213,7 +213,8 @@ typedef struct kempe_run_options {
     const char *checkpoint;    /* file in which a long run saves its rows, every few seconds and at its end */
     const char *resume;        /* checkpoint file from which the run continues */
     int threads; /* 1 to 64 threads share the work of each evaluation of the native back end, in kempe_simulate and
-                  * steppers, with the same bits. Other back ends, and processors without AVX, ignore it. 0: one */
+                  * steppers, with the same bits. Other back ends, and processors without AVX, ignore it. 0: one.
+                  * kempe_ensemble_run: threads that share the instances */
     int no_convergence_check; /* 1: no repeat run at another tolerance, which would warn of missing convergence */
     long max_steps; /* bound on steps, rejected ones included: beyond it the run fails. 0: the model's. Without one, the
                      * run fails when the last 100,000 steps advanced so little that the rest would take more than

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Internals of an ensemble: instances wait in pools, one for each choice of independent coordinates and order of
- * elimination, and pass through the lanes of one pool at a time. */
+/* Internals of an ensemble: an engine for each thread. Its instances wait in pools, one for each choice of independent
+ * coordinates and order of elimination, and pass through the lanes of one pool at a time. No result depends on the
+ * other instances of a chunk, nor on the chunks before it. */
 #pragma once
 
 #include "backend/lanes.h"
@@ -12,10 +13,20 @@
 #include "integrators/run/work_bound.h"
 #include "integrators/steppers/rk.h"
 #include "model/variant.h"
+#include <stdatomic.h>
 
 struct kmp_dop853_step;
 
-enum { KMP_POOLS_MOST = 64, KMP_LANE_ROWS = 24 }; /* bounds; beyond them: separate runs */
+enum {
+    KMP_LANE_ROWS = 24, /* bound of the lanes; beyond it: separate runs */
+    KMP_POOLS_KEPT = 64 /* beyond them, an idle one makes room for a new one */
+};
+
+/** Numbers of a system that depend on the values of an instance: parameters, scales of coordinates, of rows. */
+typedef struct kmp_system_constants {
+    double *numbers; /* parameters + n + m */
+    double length, reach;
+} kmp_system_constants;
 
 /** An instance between its steps, outside the lanes. */
 typedef struct kmp_instance {
@@ -31,12 +42,11 @@ typedef struct kmp_instance {
     double rate_scale, limit;   /* limit: |Bvu| at which an exchange is due */
     double pivot, usual;        /* largest values so far of the least pivots of Jv and of the last pivots of J */
     double seen_margin, seen_t; /* of the last step's end; seen_t -1: none */
-    double length, reach;
-    double kinetic, potential; /* at the start */
-    double pace;               /* the proposed step, if steps that end at samples are shorter; 0: they are not */
-    kmp_present_inputs inputs; /* during its present step */
-    double *y, *dy;            /* size */
-    double *constants;         /* parameters, scales of coordinates, of rows */
+    double kinetic, potential;  /* at the start */
+    double pace;                /* the proposed step, if steps that end at samples are shorter; 0: they are not */
+    kmp_present_inputs inputs;  /* during its present step */
+    double *y, *dy;             /* size */
+    kmp_system_constants constants;
 } kmp_instance;
 
 /** One choice of u with one order of elimination. */
@@ -48,7 +58,14 @@ typedef struct kmp_pool {
     kmp_lanes *lanes;
     kmp_fused_layout layout;
     int head, tail, waiting; /* instances; -1: none */
+    unsigned long used;      /* the find that gave it last */
 } kmp_pool;
+
+/** Instances of a run that have come to their end, of all engines. */
+typedef struct kmp_ensemble_done {
+    atomic_long done;
+    long total;
+} kmp_ensemble_done;
 
 /** The lanes of the current pool: vectors have width doubles per component. */
 typedef struct kmp_lane_room {
@@ -65,65 +82,99 @@ typedef struct kmp_lane_room {
     bool anew;                                 /* the slope of some lane is to be evaluated again */
 } kmp_lane_room;
 
-struct kmp_ensemble {
-    kempe_context *context;
+/** One thread's share of an ensemble: a system of its own and its lanes. It runs one chunk of instances after another.
+ */
+typedef struct kmp_engine {
+    kempe_context *context; /* the model's, or its own, which reports no progress */
+    bool own_context;
     kmp_variant *variant;
     kempe_system *s;
     int n, m, p, r, size, parameters; /* p, r and size: in the lanes */
     int columns;                      /* number of names */
-    double *unit_row_scale;           /* m: of the model's own values */
+    kmp_system_constants own;         /* of the model's own values */
 
     /* of a run */
     kmp_run_spec spec;
     kmp_ensemble_execution execution;
+    kmp_ensemble_done *all;
     kmp_evaluator *eval;
+    double *state;           /* 4 n: of the current instance */
+    kmp_pool **pools;        /* a list */
+    const kmp_pool *running; /* NULL: none */
+    unsigned long finds;
+    kmp_arena run_arena; /* of the lanes and the state */
+    kmp_lane_room room;
+    kmp_ensemble_work work;
+    int pool_count;
+
+    /* of a chunk */
     int count;
-    const double *values;
-    kmp_arena arena; /* of the instances and their arrays */
+    const double *values; /* count x columns */
+    kmp_arena arena;      /* of the instances and their arrays */
     kmp_instance *instances;
     kmp_ensemble_result *results;
     double *q, *qd; /* count x n */
-    double *state;  /* 4 n: of the current instance */
-    kmp_pool *pools[KMP_POOLS_MOST];
-    int pool_count;
-    kmp_lane_room room;
-    kmp_ensemble_work work;
-};
+} kmp_engine;
+
+/* ensemble_engine.c */
+
+/** An engine for a model with variable parameters; `apart`: with a context of its own, below that of the model. */
+kempe_status kmp_engine_new(const kempe_model *model, int count, const char *const *names, bool apart,
+                            kmp_engine **engine);
+void kmp_engine_free(kmp_engine *engine);
+
+/** Begins a run with a resolved spec, and ends it. */
+kempe_status kmp_engine_begin(kmp_engine *engine, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
+                              kmp_ensemble_done *all);
+void kmp_engine_end(kmp_engine *engine);
+
+/** Runs a chunk: `count` rows of values, their results, q and qd. */
+kempe_status kmp_engine_run(kmp_engine *engine, int count, const double *values, kmp_ensemble_result *results,
+                            double *q, double *qd);
+
+/** Keeps the constants of the system, and restores them. */
+void kmp_constants_keep(const kempe_system *s, kmp_system_constants *constants);
+void kmp_constants_take(kempe_system *s, const kmp_system_constants *constants);
+
+/** Counts an instance that has come to its end. */
+void kmp_engine_count(kmp_engine *engine);
 
 /* ensemble_start.c: one instance at a time. Statuses concern the whole ensemble: memory. */
 
 /** Reason why lanes can run no instance; NULL: they can. */
-const char *kmp_ensemble_no_lanes(const kmp_ensemble *e);
+const char *kmp_engine_no_lanes(const kmp_engine *e);
 
 /** Assembles an instance and puts it into a pool, or leaves it to a separate run, or writes its failure. */
-kempe_status kmp_instance_start(kmp_ensemble *e, int i);
+kempe_status kmp_instance_start(kmp_engine *e, int i);
 /** Makes the next choice of u of an instance, from t and y. */
-kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i);
+kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i);
 /** Keeps the choice of u of an instance with another order of elimination that is good at t and y. */
-kempe_status kmp_instance_reorder(kmp_ensemble *e, kmp_pool *from, int i);
+kempe_status kmp_instance_reorder(kmp_engine *e, kmp_pool *from, int i);
 /** Writes the result of an instance, from t and y. */
-kempe_status kmp_instance_finish(kmp_ensemble *e, kmp_pool *pool, int i);
+kempe_status kmp_instance_finish(kmp_engine *e, kmp_pool *pool, int i);
 /** Repeats an instance in a separate run from its start. */
-kempe_status kmp_instance_alone(kmp_ensemble *e, int i);
+kempe_status kmp_instance_alone(kmp_engine *e, int i);
 /** Takes an instance out of the lanes for a separate run. */
-void kmp_instance_leave(kmp_ensemble *e, int i, const char *why);
+void kmp_instance_leave(kmp_engine *e, int i, const char *why);
 
 /* ensemble_pool.c */
 
 /** Finds the pool of a partition; Jv at the evaluator's last closure determines the order of elimination. NULL in
- * *pool: there are too many, or its program cannot be written. */
-kempe_status kmp_pool_find(kmp_ensemble *e, const kmp_partition *part, kmp_pool **pool);
+ * *pool: its program cannot be written. */
+kempe_status kmp_pool_find(kmp_engine *e, const kmp_partition *part, kmp_pool **pool);
 void kmp_pool_free(kmp_pool *pool);
-void kmp_pool_put(kmp_ensemble *e, kmp_pool *pool, int i);
-int kmp_pool_take(kmp_ensemble *e, kmp_pool *pool);
+/** True if an engine has a pool of the same choice and order. */
+bool kmp_pool_among(const kmp_engine *e, const kmp_pool *pool);
+void kmp_pool_put(kmp_engine *e, kmp_pool *pool, int i);
+int kmp_pool_take(kmp_engine *e, kmp_pool *pool);
 
 /* ensemble_lanes.c */
 
-/** Makes the lanes of an ensemble, in its arena. false: no memory. */
-bool kmp_lane_room_init(kmp_ensemble *e, int width);
+/** Makes the lanes of an engine, in the arena of its run. false: no memory. */
+bool kmp_lane_room_init(kmp_engine *e, int width);
 
 /** Runs a pool until it is empty, or until another has more to do. */
-kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool);
+kempe_status kmp_pool_run(kmp_engine *e, kmp_pool *pool);
 
 /* ensemble_kernels.c: the arithmetic of DOP853 on vectors of lanes, in the order of operations of dop853.c */
 

@@ -16,14 +16,14 @@ typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
 
 /* -- room -------------------------------------------------------------------------------------------- */
 
-bool kmp_lane_room_init(kmp_ensemble *e, int width)
+bool kmp_lane_room_init(kmp_engine *e, int width)
 {
     kmp_lane_room *room = &e->room;
     size_t w = (size_t)width, size = (size_t)e->size, n = (size_t)e->n, m = (size_t)e->m;
     *room = (kmp_lane_room){.w = w};
     for (size_t l = 0; l < KMP_LANES_MOST; l++)
         room->who[l] = -1;
-    kmp_arena *a = &e->arena;
+    kmp_arena *a = &e->run_arena;
     double **vectors[] = {&room->y, &room->y_new, &room->stage, &room->weight, &room->atol};
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = kmp_arena_aligned(a, w * size);
@@ -38,7 +38,7 @@ bool kmp_lane_room_init(kmp_ensemble *e, int width)
 /* -- evaluation -------------------------------------------------------------------------------------- */
 
 /* The inputs of each lane at its time. */
-static void put_inputs(kmp_ensemble *e)
+static void put_inputs(kmp_engine *e)
 {
     kmp_lane_room *room = &e->room;
     for (size_t l = 0; l < room->w && e->s->model->input_count > 0; l++) {
@@ -50,13 +50,13 @@ static void put_inputs(kmp_ensemble *e)
 }
 
 /* Time that the next steps of an instance do not go beyond: the end of the run, or the next jump of an input. */
-static double limit_of(const kmp_ensemble *e, const kmp_instance *x)
+static double limit_of(const kmp_engine *e, const kmp_instance *x)
 {
     return fmin(e->spec.t_end, kmp_present_inputs_until(&x->inputs));
 }
 
 /* k = f(at, y) in all lanes; failed evaluations are marked in `bad`. */
-static void evaluate(kmp_ensemble *e, kmp_pool *pool, const double *y, double *k)
+static void evaluate(kmp_engine *e, kmp_pool *pool, const double *y, double *k)
 {
     kmp_lane_room *room = &e->room;
     size_t w = room->w, p = (size_t)e->p, r = (size_t)e->r;
@@ -81,12 +81,12 @@ static void set_times(kmp_lane_room *room, double c)
 
 /* -- in and out -------------------------------------------------------------------------------------- */
 
-static void load(kmp_ensemble *e, kmp_pool *pool, size_t l, int i)
+static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
 {
     kmp_lane_room *room = &e->room;
     const kmp_instance *x = &e->instances[i];
     size_t w = room->w;
-    const double *scale = x->constants + e->parameters, *row_scale = scale + e->n;
+    const double *scale = x->constants.numbers + e->parameters, *row_scale = scale + e->n;
     room->who[l] = i;
     room->t[l] = x->t;
     room->h[l] = x->h;
@@ -106,11 +106,11 @@ static void load(kmp_ensemble *e, kmp_pool *pool, size_t l, int i)
         atol[(size_t)(2 * e->p + k) * w] = e->spec.atol * scale[pool->part.v[k]];
     if (e->s->dissipative)
         atol[(size_t)(2 * e->p + e->r) * w] = KMP_UNCONTROLLED;
-    kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants);
+    kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants.numbers);
 }
 
 /* Copies the state of a lane to its instance. */
-static void store(kmp_ensemble *e, size_t l)
+static void store(kmp_engine *e, size_t l)
 {
     kmp_lane_room *room = &e->room;
     kmp_instance *x = &e->instances[room->who[l]];
@@ -129,7 +129,7 @@ static void empty(kmp_lane_room *room, size_t l)
 }
 
 /* Leaves the instance of a lane to a separate run. */
-static void expel(kmp_ensemble *e, size_t l, const char *why)
+static void expel(kmp_engine *e, size_t l, const char *why)
 {
     kmp_instance_leave(e, e->room.who[l], why);
     empty(&e->room, l);
@@ -138,7 +138,7 @@ static void expel(kmp_ensemble *e, size_t l, const char *why)
 /* -- first steps ------------------------------------------------------------------------------------- */
 
 /* sum of ((a - b) / w)^2 of a lane; b NULL: 0 */
-static double weighted_square(const kmp_ensemble *e, size_t l, const double *a, const double *b)
+static double weighted_square(const kmp_engine *e, size_t l, const double *a, const double *b)
 {
     const kmp_lane_room *room = &e->room;
     double sum = 0;
@@ -150,7 +150,7 @@ static double weighted_square(const kmp_ensemble *e, size_t l, const double *a, 
 }
 
 /* Hairer's hinit, as in rk.c; an instance whose evaluation fails is left to a separate run. */
-static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
+static void choose_steps(kmp_engine *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
     double slope[KMP_LANES_MOST] = {0};
@@ -185,7 +185,7 @@ static void choose_steps(kmp_ensemble *e, kmp_pool *pool)
 
 /* Bit b is the sign of block b, from the pivots, which are written from the last block to the first; one more bit marks
  * the signs as known. */
-static uint32_t signs_of(const kmp_ensemble *e, const kmp_pool *pool, const double *pivot, size_t l)
+static uint32_t signs_of(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l)
 {
     int blocks = e->r > 0 ? kmp_block_count(pool->red.block) : 0;
     uint32_t signs = 1u << KMP_LANE_ROWS;
@@ -198,13 +198,13 @@ static uint32_t signs_of(const kmp_ensemble *e, const kmp_pool *pool, const doub
     return signs;
 }
 
-static const double *pivots_of(const kmp_ensemble *e, const kmp_pool *pool, const double *end)
+static const double *pivots_of(const kmp_engine *e, const kmp_pool *pool, const double *end)
 {
     return end + (size_t)pool->layout.multipliers * e->room.w;
 }
 
 /* Computes slopes, signs and first steps of new lanes. */
-static void begin_lanes(kmp_ensemble *e, kmp_pool *pool)
+static void begin_lanes(kmp_engine *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
     bool choose = false;
@@ -248,7 +248,7 @@ static void begin_lanes(kmp_ensemble *e, kmp_pool *pool)
         evaluate(e, pool, room->stage, k[number]);                                                                     \
     } while (0)
 
-static void run_stages(kmp_ensemble *e, kmp_pool *pool)
+static void run_stages(kmp_engine *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
     double **k = room->k;
@@ -256,7 +256,7 @@ static void run_stages(kmp_ensemble *e, kmp_pool *pool)
 }
 
 /* Chooses the steps to try; an instance with too small a step is left to a separate run. */
-static void choose_tries(kmp_ensemble *e)
+static void choose_tries(kmp_engine *e)
 {
     kmp_lane_room *room = &e->room;
     for (size_t l = 0; l < room->w; l++) {
@@ -281,7 +281,7 @@ typedef struct watched {
     double margin[KMP_LANES_MOST]; /* over its usual size; infinite: far from any change point */
 } watched;
 
-static void watch(kmp_ensemble *e, kmp_pool *pool, watched *x)
+static void watch(kmp_engine *e, kmp_pool *pool, watched *x)
 {
     kmp_lane_room *room = &e->room;
     size_t w = room->w;
@@ -308,7 +308,7 @@ static void watch(kmp_ensemble *e, kmp_pool *pool, watched *x)
 }
 
 /* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */
-static bool looks_well(kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
+static bool looks_well(kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
 {
     kmp_instance *y = &e->instances[e->room.who[l]];
     double least = INFINITY, before = y->pivot;
@@ -319,7 +319,7 @@ static bool looks_well(kmp_ensemble *e, const kmp_pool *pool, const watched *x, 
 }
 
 /* The last pivot of the scaled J under complete pivoting, over the largest so far. */
-static double margin_of(kmp_ensemble *e, const watched *x, size_t l)
+static double margin_of(kmp_engine *e, const watched *x, size_t l)
 {
     const kmp_lane_room *room = &e->room;
     const kmp_pattern *pattern = &e->s->jacobian;
@@ -339,7 +339,7 @@ static double margin_of(kmp_ensemble *e, const watched *x, size_t l)
 
 /* True if the formulation accepts (accept of reduced.c): the closures corrected, the choice of u and the margin
  * good. */
-static bool consents(kmp_ensemble *e, const kmp_pool *pool, watched *x, size_t l)
+static bool consents(kmp_engine *e, const kmp_pool *pool, watched *x, size_t l)
 {
     kmp_lane_room *room = &e->room;
     kmp_instance *y = &e->instances[room->who[l]];
@@ -358,7 +358,7 @@ static bool consents(kmp_ensemble *e, const kmp_pool *pool, watched *x, size_t l
     return x->margin[l] >= KMP_MARGIN_DEEP;
 }
 
-static bool has_bad_order(const kmp_ensemble *e, const kmp_pool *pool, const watched *x, size_t l)
+static bool has_bad_order(const kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
 {
     for (int k = 0; k < pool->layout.multipliers; k++)
         if (!(fabs(x->multiplier[(size_t)k * e->room.w + l] * pool->layout.factor[k]) <= KMP_WRITTEN_MULTIPLIER))
@@ -378,7 +378,7 @@ static bool nears_change(kmp_instance *x, double t, double h, double margin)
 
 /* -- control ----------------------------------------------------------------------------------------- */
 
-static void refuse(kmp_ensemble *e, size_t l, outcome what)
+static void refuse(kmp_engine *e, size_t l, outcome what)
 {
     kmp_lane_room *room = &e->room;
     kmp_instance *x = &e->instances[room->who[l]];
@@ -397,7 +397,7 @@ static void refuse(kmp_ensemble *e, size_t l, outcome what)
 }
 
 /* Goes on beyond a sample at which the step has ended: restarts where a value jumps (runner_inputs.c). */
-static void pass_sample(kmp_ensemble *e, size_t l)
+static void pass_sample(kmp_engine *e, size_t l)
 {
     kmp_lane_room *room = &e->room;
     kmp_instance *x = &e->instances[room->who[l]];
@@ -416,7 +416,7 @@ static void pass_sample(kmp_ensemble *e, size_t l)
 }
 
 /* Continues a lane, finishes its instance, or leaves it to another pool or a separate run. */
-static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, size_t l)
+static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, size_t l)
 {
     kmp_lane_room *room = &e->room;
     int i = room->who[l];
@@ -456,7 +456,7 @@ static kempe_status take(kmp_ensemble *e, kmp_pool *pool, const watched *seen, s
 }
 
 /* Makes one attempt in all lanes. */
-static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
+static kempe_status step(kmp_engine *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
     outcome what[KMP_LANES_MOST] = {EMPTY};
@@ -499,7 +499,7 @@ static kempe_status step(kmp_ensemble *e, kmp_pool *pool)
 /* -- a pool ------------------------------------------------------------------------------------------ */
 
 /* Fills empty lanes; *fresh: some lane is new, or its slope is. Returns the number of active lanes. */
-static size_t refill(kmp_ensemble *e, kmp_pool *pool, bool *fresh)
+static size_t refill(kmp_engine *e, kmp_pool *pool, bool *fresh)
 {
     kmp_lane_room *room = &e->room;
     size_t active = 0;
@@ -517,7 +517,7 @@ static size_t refill(kmp_ensemble *e, kmp_pool *pool, bool *fresh)
 }
 
 /* True if another pool fills all lanes, and this one fewer than half of them. */
-static bool makes_room(const kmp_ensemble *e, const kmp_pool *pool, size_t active)
+static bool makes_room(const kmp_engine *e, const kmp_pool *pool, size_t active)
 {
     for (int k = 0; 2 * active < e->room.w && pool->waiting == 0 && k < e->pool_count; k++)
         if (e->pools[k] != pool && e->pools[k]->waiting >= (int)e->room.w)
@@ -525,7 +525,7 @@ static bool makes_room(const kmp_ensemble *e, const kmp_pool *pool, size_t activ
     return false;
 }
 
-static void park(kmp_ensemble *e, kmp_pool *pool)
+static void park(kmp_engine *e, kmp_pool *pool)
 {
     for (size_t l = 0; l < e->room.w; l++)
         if (e->room.who[l] >= 0) {
@@ -535,19 +535,11 @@ static void park(kmp_ensemble *e, kmp_pool *pool)
         }
 }
 
-/* Instances that neither wait nor are in a lane are done, or are left to run separately. */
-static void report(kmp_ensemble *e, size_t active)
-{
-    int done = e->count - (int)active;
-    for (int k = 0; k < e->pool_count; k++)
-        done -= e->pools[k]->waiting;
-    kmp_progress(e->context, KMP_PROGRESS_STUDY, done, e->count, "instances");
-}
-
-kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool)
+kempe_status kmp_pool_run(kmp_engine *e, kmp_pool *pool)
 {
     kempe_status status = KEMPE_OK;
     bool fresh;
+    e->running = pool;
     for (size_t l = 0; l < e->room.w; l++)
         empty(&e->room, l);
     while (status == KEMPE_OK && !kmp_interrupted(e->context)) {
@@ -557,9 +549,8 @@ kempe_status kmp_pool_run(kmp_ensemble *e, kmp_pool *pool)
         if (fresh)
             begin_lanes(e, pool);
         status = step(e, pool);
-        if (e->work.sweeps % 1024 == 0)
-            report(e, active);
     }
     park(e, pool);
+    e->running = NULL;
     return status;
 }

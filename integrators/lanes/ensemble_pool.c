@@ -18,7 +18,7 @@ void kmp_pool_free(kmp_pool *pool)
     kmp_free(pool);
 }
 
-void kmp_pool_put(kmp_ensemble *e, kmp_pool *pool, int i)
+void kmp_pool_put(kmp_engine *e, kmp_pool *pool, int i)
 {
     e->instances[i].next = -1;
     if (pool->tail >= 0)
@@ -29,7 +29,7 @@ void kmp_pool_put(kmp_ensemble *e, kmp_pool *pool, int i)
     pool->waiting++;
 }
 
-int kmp_pool_take(kmp_ensemble *e, kmp_pool *pool)
+int kmp_pool_take(kmp_engine *e, kmp_pool *pool)
 {
     int i = pool->head;
     if (i < 0)
@@ -46,7 +46,7 @@ static bool same_choice(const kmp_pool *pool, const kmp_partition *part)
 }
 
 /* Makes a pool. KEMPE_E_FAILED: its program cannot be written. */
-static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *pool)
+static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *pool)
 {
     unsigned long failures = kmp_memory_failures();
     pool->head = pool->tail = -1;
@@ -56,7 +56,7 @@ static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *p
     if (!kmp_written_blocks_fit(&pool->red))
         return KEMPE_E_FAILED;
     kmp_written_order(&pool->red, pool->order);
-    const kmp_fused_plan plan = {pool->order, e->unit_row_scale, true, false};
+    const kmp_fused_plan plan = {pool->order, e->own.numbers + e->parameters + e->n, true, false};
     pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);
     if (pool->program)
         pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->execution.plain);
@@ -65,7 +65,57 @@ static kempe_status make(kmp_ensemble *e, const kmp_partition *part, kmp_pool *p
     return kmp_memory_failures() != failures ? kmp_fail_memory(e->context) : KEMPE_E_FAILED;
 }
 
-kempe_status kmp_pool_find(kmp_ensemble *e, const kmp_partition *part, kmp_pool **found)
+/* The pool of a choice and an order; -1: there is none. */
+static int index_of(const kmp_engine *e, const kmp_partition *part, const int *order)
+{
+    for (int k = 0; k < e->pool_count; k++)
+        if (same_choice(e->pools[k], part) && memcmp(e->pools[k]->order, order, (size_t)part->r * sizeof *order) == 0)
+            return k;
+    return -1;
+}
+
+bool kmp_pool_among(const kmp_engine *e, const kmp_pool *pool)
+{
+    return index_of(e, &pool->part, pool->order) >= 0;
+}
+
+/* Room for a pool: after the others, or where the one was that has been idle for the longest time. NULL: no memory. */
+static kmp_pool **place_of(kmp_engine *e)
+{
+    int place = -1;
+    for (int k = 0; k < e->pool_count && e->pool_count >= KMP_POOLS_KEPT; k++)
+        if (e->pools[k] != e->running && e->pools[k]->waiting == 0 &&
+            (place < 0 || e->pools[k]->used < e->pools[place]->used))
+            place = k;
+    if (place >= 0) {
+        kmp_pool_free(e->pools[place]);
+        e->pools[place] = NULL;
+        return &e->pools[place];
+    }
+    kmp_pool **pools = kmp_list_room(e->pools, (size_t)e->pool_count, sizeof *pools);
+    if (!pools)
+        return NULL;
+    e->pools = pools;
+    return &e->pools[e->pool_count++];
+}
+
+/* Makes a pool and puts it into the list. */
+static kempe_status add(kmp_engine *e, const kmp_partition *part, kmp_pool **added)
+{
+    kmp_pool *pool = KMP_NEW(kmp_pool, 1);
+    KMP_TRY(kmp_made(e->context, pool));
+    kempe_status status = make(e, part, pool);
+    kmp_pool **place = status == KEMPE_OK ? place_of(e) : NULL;
+    if (status == KEMPE_OK)
+        status = kmp_made(e->context, place);
+    if (status == KEMPE_OK)
+        *place = *added = pool;
+    else
+        kmp_pool_free(pool);
+    return status;
+}
+
+kempe_status kmp_pool_find(kmp_engine *e, const kmp_partition *part, kmp_pool **found)
 {
     int *order = KMP_NEW(int, part->r);
     *found = NULL;
@@ -79,13 +129,8 @@ kempe_status kmp_pool_find(kmp_ensemble *e, const kmp_partition *part, kmp_pool 
             *found = pool;
     }
     kmp_free(order);
-    if (*found || e->pool_count == KMP_POOLS_MOST)
-        return KEMPE_OK;
-    kmp_pool *pool = KMP_NEW(kmp_pool, 1);
-    kempe_status status = pool ? make(e, part, pool) : kmp_fail_memory(e->context);
-    if (status == KEMPE_OK)
-        *found = e->pools[e->pool_count++] = pool;
-    else
-        kmp_pool_free(pool);
+    kempe_status status = *found ? KEMPE_OK : add(e, part, found);
+    if (*found)
+        (*found)->used = ++e->finds;
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }

@@ -1,34 +1,36 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Threads take chunks of instances, each with an engine of its own. The first engine runs in the calling thread, so
+ * that progress is told there; the others are made by the threads that need them. */
 #include "integrators/lanes/ensemble_run.h"
+#include "base/clock.h"
 #include "base/memory.h"
-#include "constraints/rounding/mend.h"
+#include "base/thread_pool.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include <math.h>
+#include <pthread.h>
 #include <string.h>
 
-/* -- making one -------------------------------------------------------------------------------------- */
+enum {
+    MOST_CHUNK = 1024, /* instances: little memory, and few lanes that are empty at its end */
+    LEAST_ROUNDS = 2,  /* a chunk fills all lanes so many times */
+    PARTS = 2          /* and is a part of what each thread still has to do: the last chunks are small */
+};
 
-static kempe_status make(kmp_ensemble *e, const kempe_model *model, const char *const *names)
-{
-    KMP_TRY(kmp_variant_new(model, e->columns, names, &e->variant));
-    KMP_TRY(kmp_system_of_variant(e->variant, &e->s));
-    e->n = e->s->n;
-    e->m = e->r = e->s->m;
-    e->p = e->n - e->m;
-    e->size = e->n + e->p + e->s->dissipative;
-    e->parameters = kmp_variant_model(e->variant)->parameter_count;
-    e->unit_row_scale = KMP_NEW(double, e->m);
-    KMP_TRY(kmp_made(e->context, e->unit_row_scale));
-    memcpy(e->unit_row_scale, e->s->row_scale, (size_t)e->m * sizeof(double));
-    return KEMPE_OK;
-}
+struct kmp_ensemble {
+    const kempe_model *model;
+    int columns, n;
+    const char *const *names;
+    kmp_engine *engine[KMP_TEAM_MOST]; /* NULL: not made yet */
+    kmp_ensemble_work work;
+};
 
 kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *const *names, kmp_ensemble **ensemble)
 {
     KMP_MAKE(model->context, kmp_ensemble, e);
-    e->context = model->context;
-    e->columns = count;
-    kempe_status status = make(e, model, names);
+    *e = (kmp_ensemble){.model = model, .columns = count, .names = names};
+    kempe_status status = kmp_engine_new(model, count, names, false, &e->engine[0]);
+    if (status == KEMPE_OK)
+        e->n = e->engine[0]->n;
     return KMP_GIVE_OR_FREE(status, ensemble, e, kmp_ensemble_free);
 }
 
@@ -36,15 +38,14 @@ void kmp_ensemble_free(kmp_ensemble *e)
 {
     if (!e)
         return;
-    kempe_system_free(e->s);
-    kmp_variant_free(e->variant);
-    kmp_free(e->unit_row_scale);
+    for (int k = 0; k < KMP_TEAM_MOST; k++)
+        kmp_engine_free(e->engine[k]);
     kmp_free(e);
 }
 
 const kempe_system *kmp_ensemble_system(const kmp_ensemble *e)
 {
-    return e->s;
+    return e->engine[0]->s;
 }
 
 kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *e)
@@ -54,124 +55,178 @@ kmp_ensemble_work kmp_ensemble_get_work(const kmp_ensemble *e)
 
 /* -- a run ------------------------------------------------------------------------------------------- */
 
-static void release(kmp_ensemble *e)
+/* A run that threads share. */
+typedef struct shared_run {
+    kmp_ensemble *e;
+    const kmp_run_spec *spec;
+    const kmp_ensemble_execution *execution;
+    int count, threads, least; /* least: instances of a chunk */
+    atomic_int next;           /* instance of the next chunk */
+    const double *values;
+    kmp_ensemble_result *results;
+    double *q, *qd;
+    pthread_t caller;
+    atomic_bool busy[KMP_TEAM_MOST]; /* engines; the first is the caller's */
+    bool begun[KMP_TEAM_MOST];
+    atomic_int status; /* of a chunk that failed */
+    kmp_ensemble_done done;
+} shared_run;
+
+/* Takes an engine that no other thread uses; there are as many as threads. */
+static int take_engine(shared_run *r)
 {
-    for (int k = 0; k < e->pool_count; k++)
-        kmp_pool_free(e->pools[k]);
-    e->pool_count = 0;
-    kmp_eval_free(e->eval);
-    kmp_arena_free(&e->arena);
-    e->eval = NULL;
+    if (pthread_equal(pthread_self(), r->caller))
+        return 0;
+    for (int k = 1;; k = k + 1 < r->threads ? k + 1 : 1)
+        if (!atomic_exchange(&r->busy[k], true))
+            return k;
 }
 
-static bool allocate(kmp_ensemble *e)
+/* Begins the run of an engine at its first chunk. */
+static kempe_status begin_engine(shared_run *r, int k)
 {
-    kmp_arena *a = &e->arena;
-    int size = e->size > 0 ? e->size : 0;
-    e->state = KMP_ARENA_NEW(a, double, 4 * e->n);
-    e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
-    for (int i = 0; i < e->count && !a->failed; i++) {
-        kmp_instance *x = &e->instances[i];
-        (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, size, &x->y, &x->dy),
-                             KMP_ROOM(double, e->parameters + e->n + e->m, &x->constants));
-        (void)kmp_present_inputs_init(&x->inputs, a, e->s->model);
-        x->inputs.held = true;
+    kmp_ensemble *e = r->e;
+    if (r->begun[k])
+        return KEMPE_OK;
+    if (!e->engine[k])
+        KMP_TRY(kmp_engine_new(e->model, e->columns, e->names, true, &e->engine[k]));
+    r->begun[k] = true;
+    return kmp_engine_begin(e->engine[k], r->spec, r->execution, &r->done);
+}
+
+/* Takes the next chunk; returns the number of its instances, 0: all are taken. */
+static int take_chunk(shared_run *r, int *first)
+{
+    int size;
+    *first = atomic_load(&r->next);
+    do {
+        int left = r->count - *first, part = left / (PARTS * r->threads);
+        size = r->threads == 1 || part > MOST_CHUNK ? MOST_CHUNK : part < r->least ? r->least : part;
+        size = size < left ? size : left;
+    } while (size > 0 && !atomic_compare_exchange_weak(&r->next, first, *first + size));
+    return size;
+}
+
+static kempe_status run_chunk(const shared_run *r, kmp_engine *engine, size_t first, int count)
+{
+    size_t n = (size_t)r->e->n;
+    return kmp_engine_run(engine, count, r->values + first * (size_t)r->e->columns, r->results + first,
+                          r->q + first * n, r->qd + first * n);
+}
+
+/* A thread's work: chunk after chunk. */
+static void run_chunks(void *self, int thread)
+{
+    shared_run *r = self;
+    int k = take_engine(r), first, count, none = KEMPE_OK;
+    kempe_status status = KEMPE_OK;
+    (void)thread;
+    while (status == KEMPE_OK && atomic_load(&r->status) == KEMPE_OK && !kmp_interrupted(r->e->model->context) &&
+           (count = take_chunk(r, &first)) > 0) {
+        status = begin_engine(r, k);
+        if (status == KEMPE_OK)
+            status = run_chunk(r, r->e->engine[k], (size_t)first, count);
     }
-    return !a->failed;
+    if (status != KEMPE_OK)
+        (void)atomic_compare_exchange_strong(&r->status, &none, (int)status);
+    atomic_store(&r->busy[k], false);
 }
 
-static kempe_status prepare(kmp_ensemble *e)
+/* Least number of instances of a chunk. */
+static int least_of(const kmp_ensemble_execution *execution)
 {
-    int width = e->execution.width > 0 ? e->execution.width : kmp_lanes_best();
-    e->eval = kmp_eval_new(e->s, "tape");
-    if (!e->eval)
-        return KEMPE_E_MEMORY;
-    bool ok = allocate(e) && (kmp_ensemble_no_lanes(e) || kmp_lane_room_init(e, width));
-    KMP_TRY(kmp_made(e->context, ok));
-    for (int i = 0; i < e->count; i++)
-        e->results[i] = (kmp_ensemble_result){.status = KEMPE_STOPPED, .h = NAN, .hdot = NAN, .drift = NAN};
-    for (size_t k = 0; k < (size_t)e->count * (size_t)e->n; k++)
-        e->q[k] = e->qd[k] = NAN;
-    e->work = (kmp_ensemble_work){.width = width};
-    return KEMPE_OK;
+    int width = execution->width > 0 ? execution->width : kmp_lanes_best();
+    return execution->alone ? 1 : LEAST_ROUNDS * width;
 }
 
-static kmp_pool *fullest(const kmp_ensemble *e)
+/* Ends the engines, and adds up their work. */
+static void end_engines(shared_run *r)
 {
-    kmp_pool *pool = NULL;
-    for (int k = 0; k < e->pool_count; k++)
-        if (e->pools[k]->waiting > (pool ? pool->waiting : 0))
-            pool = e->pools[k];
-    return pool;
-}
-
-static kempe_status run_lanes(kmp_ensemble *e)
-{
-    kempe_status status = KEMPE_OK;
-    kmp_pool *pool;
-    for (int i = 0; i < e->count && status == KEMPE_OK && !kmp_interrupted(e->context); i++)
-        status = kmp_instance_start(e, i);
-    while (status == KEMPE_OK && !kmp_interrupted(e->context) && (pool = fullest(e)))
-        status = kmp_pool_run(e, pool);
-    e->work.pools = e->pool_count;
-    e->work.native = e->pool_count > 0 && kmp_lanes_native(e->pools[0]->lanes);
-    return status;
-}
-
-/* An instance still marked as stopped, but not by its own conditions, was interrupted. */
-static kempe_status run_alone(kmp_ensemble *e)
-{
-    kempe_status status = KEMPE_OK;
-    int count = 0, before = e->work.alone;
-    for (int i = 0; i < e->count; i++)
-        count += e->results[i].alone;
-    for (int i = 0; i < e->count && status == KEMPE_OK; i++) {
-        if (!e->results[i].alone)
+    kmp_ensemble *e = r->e;
+    for (int k = 0; k < r->threads; k++) {
+        if (!r->begun[k])
             continue;
-        if (kmp_interrupted(e->context))
-            break;
-        status = kmp_instance_alone(e, i);
-        kmp_progress(e->context, KMP_PROGRESS_STUDY, ++e->work.alone - before, count, "instances");
+        const kmp_ensemble_work *part = &e->engine[k]->work;
+        e->work.width = part->width;
+        e->work.native = e->work.native || part->native;
+        e->work.alone += part->alone;
+        e->work.sweeps += part->sweeps;
+        e->work.lane_steps += part->lane_steps;
+        e->work.threads++;
+        for (int i = 0; i < e->engine[k]->pool_count; i++) {
+            bool new = true;
+            for (int j = 0; j < k && new; j++)
+                new = !r->begun[j] || !kmp_pool_among(e->engine[j], e->engine[k]->pools[i]);
+            e->work.pools += new;
+        }
     }
-    for (int i = 0; i < e->count && status == KEMPE_OK; i++) {
-        kmp_ensemble_result *result = &e->results[i];
-        if (result->status == KEMPE_STOPPED && !result->reason && !(result->reason = kmp_strdup("interrupted")))
-            status = kmp_fail_memory(e->context);
-    }
-    return status;
+    for (int k = 0; k < r->threads; k++)
+        if (r->begun[k])
+            kmp_engine_end(e->engine[k]);
 }
 
-static kempe_status run_all(kmp_ensemble *e)
+/* Instances still marked as stopped, but not by their own conditions, were interrupted. */
+static kempe_status say_interrupted(const shared_run *r)
 {
-    const char *why = kmp_ensemble_no_lanes(e);
-    KMP_TRY(prepare(e));
-    if (!why)
-        KMP_TRY(run_lanes(e));
-    for (int i = 0; why && i < e->count; i++)
-        kmp_instance_leave(e, i, why);
-    return run_alone(e);
+    bool ok = true;
+    for (int i = 0; i < r->count && ok; i++) {
+        kmp_ensemble_result *result = &r->results[i];
+        if (result->status == KEMPE_STOPPED && !result->reason)
+            ok = (result->reason = kmp_strdup("interrupted"));
+    }
+    return kmp_made(r->e->model->context, ok);
+}
+
+static kempe_status run_all(shared_run *r)
+{
+    kempe_context *context = r->e->model->context;
+    double wall = kmp_wall_now(), cpu = kmp_cpu_now();
+    for (int i = 0; i < r->count; i++)
+        r->results[i] = (kmp_ensemble_result){.status = KEMPE_STOPPED, .h = NAN, .hdot = NAN, .drift = NAN};
+    for (size_t k = 0; k < (size_t)r->count * (size_t)r->e->n; k++)
+        r->q[k] = r->qd[k] = NAN;
+    int most = (r->count + r->least - 1) / r->least;
+    r->threads = most < 1 ? 1 : most < r->threads ? most : r->threads;
+    kmp_team *team = kmp_team_new(r->threads);
+    KMP_TRY(kmp_made(context, team));
+    r->e->work = (kmp_ensemble_work){0};
+    kmp_team_run(team, r->threads, run_chunks, r);
+    end_engines(r);
+    r->e->work.cpu_s = kmp_cpu_now() - cpu + kmp_team_cpu(team);
+    r->e->work.wall_s = kmp_wall_now() - wall;
+    kmp_team_free(team);
+    kempe_status status = (kempe_status)atomic_load(&r->status);
+    if (status == KEMPE_OK)
+        return say_interrupted(r);
+    return *kempe_context_message(context) ? status : kmp_fail_memory(context); /* another thread's message is lost */
 }
 
 kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
                               int instances, const double *values, kmp_ensemble_result *results, double *q, double *qd)
 {
-    kmp_context_clear(e->context);
-    e->spec = *spec;
-    e->spec.threads = 0; /* one thread per instance */
-    e->execution = *execution;
-    e->count = instances;
-    e->values = values;
-    e->results = results;
-    e->q = q;
-    e->qd = qd;
-    KMP_TRY(kmp_run_resolve(e->s, &e->spec));
-    e->spec.open_integrator = false; /* an instance in lanes and one by itself have the same integrator */
-    kmp_context_quiet(e->context, true);
-    kempe_status status = run_all(e);
-    kmp_context_quiet(e->context, false);
-    release(e);
+    kempe_context *context = e->model->context;
+    kmp_run_spec resolved = *spec;
+    kmp_context_clear(context);
+    resolved.threads = 0; /* one thread per instance */
+    KMP_TRY(kmp_run_resolve(e->engine[0]->s, &resolved));
+    resolved.open_integrator = false; /* an instance in lanes and one by itself have the same integrator */
+    shared_run r = {.e = e,
+                    .spec = &resolved,
+                    .execution = execution,
+                    .count = instances,
+                    .threads = execution->threads > 0 ? execution->threads : kmp_processors(),
+                    .values = values,
+                    .results = results,
+                    .q = q,
+                    .qd = qd,
+                    .caller = pthread_self(),
+                    .least = least_of(execution),
+                    .done = {.total = instances}};
+    kmp_context_quiet(context, true);
+    kempe_status status = run_all(&r);
+    kmp_context_quiet(context, false);
     if (status == KEMPE_OK)
-        kmp_context_clear(e->context);
+        kmp_context_clear(context);
     for (int i = 0; status != KEMPE_OK && i < instances; i++) {
         kmp_free(results[i].reason);
         results[i].reason = NULL;

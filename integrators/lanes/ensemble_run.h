@@ -3,6 +3,9 @@
  * reduced formulation in its integrated form. Several run at once, one in each lane, with their own steps and error
  * control.
  *
+ * Threads share the instances in chunks, each with a system of its own. A result depends on its own values alone: its
+ * bits are the same for any number of threads and instances.
+ *
  * Lanes make the decisions of a run of one mechanism. If a lane cannot decide, a separate run repeats that instance
  * from its start: for change points, events, charts of spherical joints, drives, redundant rows, large systems, failed
  * steps. */
@@ -14,9 +17,10 @@ typedef struct kmp_ensemble kmp_ensemble;
 
 /** Options of the execution. */
 typedef struct kmp_ensemble_execution {
-    int width;  /* number of lanes: 0 the best for this machine, else 1 to KMP_LANES_MOST */
-    bool plain; /* no machine code in lanes */
-    bool alone; /* no lanes: a separate run for each instance */
+    int threads; /* that share the instances: 0 one for each processor, else 1 to KMP_TEAM_MOST */
+    int width;   /* number of lanes: 0 the best for this machine, else 1 to KMP_LANES_MOST */
+    bool plain;  /* no machine code in lanes */
+    bool alone;  /* no lanes: a separate run for each instance */
 } kmp_ensemble_execution;
 
 typedef struct kmp_ensemble_result {
@@ -31,11 +35,12 @@ typedef struct kmp_ensemble_result {
     double h, hdot, drift; /* at the end: max |h| and |hdot|, scaled; energy drift relative to the size of the energy */
 } kmp_ensemble_result;
 
-/** Derives the equations with the named values (model/variant.h) kept symbolic. The model must outlive the ensemble. */
+/** Derives the equations with the named values (model/variant.h) kept symbolic. Model and names must outlive the
+ * ensemble. */
 kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *const *names, kmp_ensemble **ensemble);
 void kmp_ensemble_free(kmp_ensemble *ensemble);
 
-/** The system; its parameters are those of the last instance that ran. */
+/** The system, with the values of the model. */
 const kempe_system *kmp_ensemble_system(const kmp_ensemble *ensemble);
 
 /** Runs `instances` rows of values (row-major, in the order of the names) to the end of the spec, which need not be
@@ -44,9 +49,10 @@ const kempe_system *kmp_ensemble_system(const kmp_ensemble *ensemble);
 kempe_status kmp_ensemble_run(kmp_ensemble *ensemble, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
                               int instances, const double *values, kmp_ensemble_result *results, double *q, double *qd);
 
-/** Measurements of the last run: machine code, lanes, choices of u and work of the lanes. */
+/** Measurements of the last run: machine code, threads, lanes, choices of u and work of the lanes. */
 typedef struct kmp_ensemble_work {
-    int width, pools, alone;
+    int threads, width, pools, alone;
+    double cpu_s, wall_s; /* processor time of all threads; time on the wall */
     bool native;
     long sweeps;     /* steps of all lanes together */
     long lane_steps; /* attempted steps of instances in these */

@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
+const char *kmp_engine_no_lanes(const kmp_engine *e)
 {
     const kempe_system *s = e->s;
     const kmp_run_spec *spec = &e->spec;
@@ -41,7 +41,7 @@ const char *kmp_ensemble_no_lanes(const kmp_ensemble *e)
 /* -- the current instance ----------------------------------------------------------------------------- */
 
 /* Puts the values of an instance into the model. KEMPE_E_INPUT: they are impossible, and its result says why. */
-static kempe_status take_values(kmp_ensemble *e, int i)
+static kempe_status take_values(kmp_engine *e, int i)
 {
     kmp_ensemble_result *result = &e->results[i];
     kmp_text why = {0};
@@ -60,29 +60,14 @@ static kempe_status take_values(kmp_ensemble *e, int i)
     return result->reason ? status : kmp_fail_memory(e->context);
 }
 
-static void keep_constants(const kmp_ensemble *e, kmp_instance *x)
+/* Makes an instance that was current before current again. */
+static void take_constants(kmp_engine *e, const kmp_instance *x)
 {
-    const kempe_system *s = e->s;
-    memcpy(x->constants, s->parameters, (size_t)e->parameters * sizeof(double));
-    memcpy(x->constants + e->parameters, s->scale, (size_t)e->n * sizeof(double));
-    memcpy(x->constants + e->parameters + e->n, s->row_scale, (size_t)e->m * sizeof(double));
-    x->length = s->length;
-    x->reach = s->reach;
-}
-
-/* Restores the constants of equations and scales of an instance that was current before. */
-static void take_constants(kmp_ensemble *e, const kmp_instance *x)
-{
-    kempe_system *s = e->s;
-    memcpy(s->parameters, x->constants, (size_t)e->parameters * sizeof(double));
-    memcpy(s->scale, x->constants + e->parameters, (size_t)e->n * sizeof(double));
-    memcpy(s->row_scale, x->constants + e->parameters + e->n, (size_t)e->m * sizeof(double));
-    s->length = x->length;
-    s->reach = x->reach;
+    kmp_constants_take(e->s, &x->constants);
     kmp_eval_renew_parameters(e->eval);
 }
 
-void kmp_instance_leave(kmp_ensemble *e, int i, const char *why)
+void kmp_instance_leave(kmp_engine *e, int i, const char *why)
 {
     e->results[i].alone = true;
     e->results[i].why = why;
@@ -91,7 +76,7 @@ void kmp_instance_leave(kmp_ensemble *e, int i, const char *why)
 /* -- start ------------------------------------------------------------------------------------------- */
 
 /* Sets the scale of rates from the accelerations at the start. false: these are not available. */
-static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, const double *qd)
+static bool set_rate_scale(kmp_engine *e, kmp_pool *pool, kmp_instance *x, const double *qd)
 {
     double *udd = e->state + 2 * e->n, *qdd = udd + e->n;
     if (kmp_reduction_factor(&pool->red))
@@ -107,7 +92,7 @@ static bool set_rate_scale(kmp_ensemble *e, kmp_pool *pool, kmp_instance *x, con
 }
 
 /* Enters the lanes at a closed start, or leaves the instance to a separate run. */
-static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double *qd)
+static kempe_status enter(kmp_engine *e, int i, const double *q, const double *qd)
 {
     kmp_instance *x = &e->instances[i];
     kmp_partition part;
@@ -146,7 +131,7 @@ static kempe_status enter(kmp_ensemble *e, int i, const double *q, const double 
 
 /* Takes the values of an instance, assembles it, and measures its energies: KEMPE_E_INPUT, or the status of the
  * assembly. */
-static kempe_status assemble(kmp_ensemble *e, int i, kempe_assembly **a)
+static kempe_status assemble(kmp_engine *e, int i, kempe_assembly **a)
 {
     KMP_TRY(take_values(e, i));
     kmp_eval_renew_parameters(e->eval);
@@ -160,24 +145,26 @@ static kempe_status assemble(kmp_ensemble *e, int i, kempe_assembly **a)
     return KEMPE_OK;
 }
 
-kempe_status kmp_instance_start(kmp_ensemble *e, int i)
+kempe_status kmp_instance_start(kmp_engine *e, int i)
 {
     kempe_assembly *a = NULL;
     kempe_status status = assemble(e, i, &a);
     if (status == KEMPE_OK) {
-        keep_constants(e, &e->instances[i]);
+        kmp_constants_keep(e->s, &e->instances[i].constants);
         status = enter(e, i, kempe_assembly_q(a), kempe_assembly_qd(a));
     } else if (status == KEMPE_E_FAILED) { /* a run would say the same */
         kmp_instance_leave(e, i, "loops that do not close");
     }
     kempe_assembly_free(a);
+    if (status == KEMPE_E_INPUT)
+        kmp_engine_count(e);
     return status == KEMPE_E_INPUT || status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
 
 /* -- exchange ---------------------------------------------------------------------------------------- */
 
 /* Computes q and qd of an instance in the unknowns of a pool, with factors and tangent. false: Jv is singular. */
-static bool unpack(kmp_ensemble *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed)
+static bool unpack(kmp_engine *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed)
 {
     take_constants(e, x);
     for (int k = 0; k < e->p; k++)
@@ -194,7 +181,7 @@ static bool unpack(kmp_ensemble *e, kmp_pool *pool, const kmp_instance *x, doubl
     return true;
 }
 
-kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
+kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i)
 {
     kmp_instance *x = &e->instances[i];
     kmp_partition part;
@@ -225,7 +212,7 @@ kempe_status kmp_instance_exchange(kmp_ensemble *e, kmp_pool *from, int i)
 }
 
 /* The step continues: the numbers are the same but for rounding. */
-kempe_status kmp_instance_reorder(kmp_ensemble *e, kmp_pool *from, int i)
+kempe_status kmp_instance_reorder(kmp_engine *e, kmp_pool *from, int i)
 {
     kmp_instance *x = &e->instances[i];
     kmp_pool *pool = NULL;
@@ -253,7 +240,7 @@ static double drift_of(const kmp_instance *x, double kinetic, double potential, 
 }
 
 /* Measures the end of an instance; the evaluator's closure is that of q. */
-static void judge(kmp_ensemble *e, int i, double t, const double *q, const double *qd, double work)
+static void judge(kmp_engine *e, int i, double t, const double *q, const double *qd, double work)
 {
     kmp_ensemble_result *result = &e->results[i];
     kmp_eval_mass(e->eval);
@@ -265,7 +252,7 @@ static void judge(kmp_ensemble *e, int i, double t, const double *q, const doubl
     memcpy(e->qd + (size_t)i * (size_t)e->n, qd, (size_t)e->n * sizeof(double));
 }
 
-kempe_status kmp_instance_finish(kmp_ensemble *e, kmp_pool *pool, int i)
+kempe_status kmp_instance_finish(kmp_engine *e, kmp_pool *pool, int i)
 {
     const kmp_instance *x = &e->instances[i];
     double *q = e->state, *qd = q + e->n;
@@ -275,12 +262,13 @@ kempe_status kmp_instance_finish(kmp_ensemble *e, kmp_pool *pool, int i)
     }
     judge(e, i, x->t, q, qd, e->s->dissipative ? x->y[2 * e->p + e->r] : 0);
     e->results[i].status = KEMPE_OK;
+    kmp_engine_count(e);
     return KEMPE_OK;
 }
 
 /* -- separate run ------------------------------------------------------------------------------------- */
 
-static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_status status)
+static kempe_status run_alone(kmp_engine *e, int i, kmp_runner *run, kempe_status status)
 {
     kmp_ensemble_result *result = &e->results[i];
     kmp_run_report report;
@@ -306,7 +294,7 @@ static kempe_status run_alone(kmp_ensemble *e, int i, kmp_runner *run, kempe_sta
 }
 
 /* Reports the reason of a failed start. */
-static kempe_status fail_alone(kmp_ensemble *e, int i, kempe_status status)
+static kempe_status fail_alone(kmp_engine *e, int i, kempe_status status)
 {
     if (status == KEMPE_E_MEMORY)
         return status;
@@ -316,7 +304,7 @@ static kempe_status fail_alone(kmp_ensemble *e, int i, kempe_status status)
     return e->results[i].reason ? KEMPE_OK : kmp_fail_memory(e->context);
 }
 
-kempe_status kmp_instance_alone(kmp_ensemble *e, int i)
+kempe_status kmp_instance_alone(kmp_engine *e, int i)
 {
     kempe_assembly *a = NULL;
     kmp_runner *run = NULL;

@@ -19,6 +19,7 @@ typedef struct count {
 } count;
 
 struct kempe_context {
+    kempe_context *above; /* NULL: none */
     kmp_text message;
     kempe_log_fn *log;
     void *user;
@@ -65,6 +66,16 @@ kempe_context *kempe_context_new(void)
     kempe_context *context = KMP_NEW(kempe_context, 1);
     if (context)
         atomic_init(&context->interrupt, NONE);
+    return context;
+}
+
+kempe_context *kmp_context_new_below(kempe_context *above)
+{
+    kempe_context *context = kempe_context_new();
+    if (context) {
+        context->above = above;
+        context->degrees = above->degrees;
+    }
     return context;
 }
 
@@ -181,12 +192,17 @@ void kempe_context_clear_interrupt(kempe_context *context)
 }
 
 /* A request made while the computation is ending has no further effect. */
-bool kmp_interrupted(kempe_context *context)
+static bool takes_interrupt(kempe_context *context)
 {
     int state = ASKED;
     return atomic_compare_exchange_strong_explicit(&context->interrupt, &state, TAKEN, memory_order_relaxed,
                                                    memory_order_relaxed) ||
            state == TAKEN;
+}
+
+bool kmp_interrupted(kempe_context *context)
+{
+    return takes_interrupt(context) || (context->above && kmp_interrupted(context->above));
 }
 
 void kmp_context_begin(kempe_context *context)

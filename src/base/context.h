@@ -9,6 +9,10 @@
 /** The folder of cached results, NULL: none is used. */
 const char *kmp_context_cache(const kempe_context *context);
 
+/** A context for a thread of a computation: an interrupt of the context above ends it, too. It logs nothing, reports no
+ * progress and uses no cache. NULL: no memory. The context above must outlive it. */
+kempe_context *kmp_context_new_below(kempe_context *above);
+
 /** Forgets the old message. Each public function that can fail begins with it. */
 void kmp_context_clear(kempe_context *context);
 

@@ -9,12 +9,14 @@
 #include <stdatomic.h>
 #include <stdint.h>
 #include <time.h>
+#include <unistd.h>
 
 /* Calls that run on the caller alone after a late piece: FIRST_REST at first, twice as many each time; fewer again
  * after punctual calls. */
 enum { FIRST_REST = 16, LONGEST_REST = 4096 };
 static const double LATE = 50e-6;      /* s */
 enum { AWAKE = 4000, PATIENT = 2000 }; /* looks, some 50 ns each: before sleeping; before giving the processor away */
+enum { LONG_WAIT = 100000, NAP = 50000 }; /* looks until the caller naps; ns of a nap */
 
 struct kmp_team {
     char before[64];         /* pads each to a cache line */
@@ -169,8 +171,10 @@ void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
     for (int looks = 0; atomic_load_explicit(&team->done, memory_order_acquire) < count; looks++)
         if (looks % PATIENT < PATIENT - 1)
             pause_a_moment();
-        else
+        else if (looks < LONG_WAIT)
             (void)sched_yield();
+        else
+            (void)nanosleep(&(struct timespec){.tv_nsec = NAP}, NULL);
     judge(team, kmp_wall_now() - from);
 }
 
@@ -199,6 +203,17 @@ double kmp_team_cpu(const kmp_team *team)
 bool kmp_team_rests(const kmp_team *team)
 {
     return team->rest > 0;
+}
+
+int kmp_processors(void)
+{
+    long count = sysconf(_SC_NPROCESSORS_ONLN);
+#if defined(__linux__)
+    cpu_set_t set;
+    if (sched_getaffinity(0, sizeof set, &set) == 0)
+        count = CPU_COUNT(&set);
+#endif
+    return count < 1 ? 1 : count > KMP_TEAM_MOST ? KMP_TEAM_MOST : (int)count;
 }
 
 int kmp_team_threads(const kmp_team *team)

@@ -14,6 +14,9 @@ enum { KMP_TEAM_MOST = 64 }; /* threads */
 kmp_team *kmp_team_new(int threads);
 void kmp_team_free(kmp_team *team);
 
+/** Processors that this process may use. */
+int kmp_processors(void);
+
 /** The number of threads requested. */
 int kmp_team_threads(const kmp_team *team);
 

@@ -21,6 +21,7 @@ typedef enum option_kind {
     OPTION_LENGTH,
     OPTION_ANGLE,
     OPTION_WHOLE,
+    OPTION_AMOUNT, /* a whole number, or auto: 0 */
     OPTION_LONG,
     OPTION_SETTING,
     OPTION_TABLE,
@@ -186,8 +187,11 @@ static const option options[] = {
      "do not repeat the run with every other row of the table"},
     {CLI_SIMULATE, IN_RUN, "reference", TEXT(run.reference), "CSV", "reference solution for measuring errors"},
     {CLI_SIMULATE, IN_RUN, "resume", TEXT(run.resume), "FILE", "continue from a checkpoint"},
-    {CLI_ENSEMBLE, IN_RUN, "lanes", VALUE(WHOLE, lanes), "N",
-     "instances per vector evaluation, 1 to 8 (default: the fastest)"},
+    {CLI_ENSEMBLE, IN_RUN, "threads", VALUE(AMOUNT, run.threads), "N",
+     "threads that share the instances, 1 to 64, or auto (default): one for each processor; results have the same "
+     "bits"},
+    {CLI_ENSEMBLE, IN_RUN, "lanes", VALUE(AMOUNT, lanes), "N",
+     "instances per vector evaluation, 1 to 8, or auto (default): the fastest"},
     {CLI_ENSEMBLE, IN_RUN, "alone", FLAG(alone), "run every instance separately, without lanes"},
     {CLI_COMPARE, IN_RUN, "rtol", TEXT(compare.rtols), "X,..", "relative tolerances (default: 1e-3 to 1e-13)"},
     {CLI_COMPARE, IN_RUN, "formulations", TEXT(compare.formulations), "NAME,..", "formulations (default: all)"},
@@ -378,7 +382,8 @@ static bool store_number(const option *o, const char *text, void *place)
     char *end;
     double x = strtod(text, &end);
     if (end == text || *end || !isfinite(x) || x <= 0)
-        return cli_complain("--%s needs a positive number, not '%s'", o->name, text);
+        return cli_complain("--%s needs a positive number%s, not '%s'", o->name,
+                            o->kind == OPTION_AMOUNT ? " or auto" : "", text);
     if (o->kind != OPTION_NUMBER && (x > 1e15 || x != (double)(long long)x))
         return cli_complain("--%s needs a whole number, not '%s'", o->name, text);
     if (o->kind == OPTION_NUMBER)
@@ -436,7 +441,11 @@ static bool store_setting(const option *o, char *text, cli_settings *settings)
 static bool store(const option *o, char *text, cli_settings *settings)
 {
     void *place = (char *)settings + o->offset;
-    if (o->kind == OPTION_NUMBER || o->kind == OPTION_WHOLE || o->kind == OPTION_LONG)
+    if (o->kind == OPTION_AMOUNT && strcmp(text, "auto") == 0) {
+        *(int *)place = 0;
+        return true;
+    }
+    if (o->kind == OPTION_NUMBER || o->kind == OPTION_WHOLE || o->kind == OPTION_AMOUNT || o->kind == OPTION_LONG)
         return store_number(o, text, place);
     if (kinds[o->kind].unit)
         return store_quantity(o, text, place);

@@ -248,9 +248,16 @@ static kempe_status make(kmp_variant *v, int count, const char *const *names)
 
 kempe_status kmp_variant_new(const kempe_model *model, int count, const char *const *names, kmp_variant **variant)
 {
+    return kmp_variant_new_in(model->context, model, count, names, variant);
+}
+
+kempe_status kmp_variant_new_in(kempe_context *context, const kempe_model *model, int count, const char *const *names,
+                                kmp_variant **variant)
+{
     KMP_TRY(kmp_model_check_finished(model));
-    KMP_MAKE(model->context, kmp_variant, v);
+    KMP_MAKE(context, kmp_variant, v);
     copy_model(v, model, count);
+    v->model.context = context;
     v->base = model;
     v->count = count;
     v->parameter = KMP_ARENA_NEW(&v->model.arena, int, count);

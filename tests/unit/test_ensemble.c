@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Ensembles: the same bits whatever the number of lanes and whether they are machine code; the answers of models that
  * are read with the same values, one by one; what lanes leave to runs of their own; what cannot be run. */
+#include "base/context.h"
 #include "base/memory.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "linalg/dense/dense.h"
@@ -132,9 +133,16 @@ static double distance(const many *x, const outcome *a, const outcome *b)
 static void one_mechanism(many x, double t_end, double near, int least_exchanges)
 {
     static outcome first, other;
-    static const kmp_ensemble_execution ways[] = {{.width = 1}, {.width = 1, .plain = true},
-                                                  {.width = 4}, {.width = 8, .plain = true},
-                                                  {.width = 3}, {.width = 4, .plain = true}};
+    static const kmp_ensemble_execution ways[] = {{.width = 1},
+                                                  {.width = 1, .plain = true},
+                                                  {.width = 4},
+                                                  {.width = 8, .plain = true},
+                                                  {.width = 3},
+                                                  {.width = 4, .plain = true},
+                                                  {.threads = 1},
+                                                  {.threads = 2, .width = 4},
+                                                  {.threads = 3, .width = 1},
+                                                  {.threads = 9, .width = 1}};
     const kmp_run_spec spec = {.rtol = 1e-9, .t_end = t_end};
     if (!x.ensemble) {
         scatter(&x);
@@ -154,6 +162,8 @@ static void one_mechanism(many x, double t_end, double near, int least_exchanges
     for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
         run(&x, &spec, ways[k], &other);
         CHECK(differ(&x, &first, &other) == 0);
+        CHECK(other.work.pools == first.work.pools);
+        CHECK(other.work.threads >= 1 && (!ways[k].threads || other.work.threads <= ways[k].threads));
         drop(&other);
     }
     run(&x, &spec, (kmp_ensemble_execution){.alone = true}, &other);
@@ -342,7 +352,7 @@ static void test_what_lanes_cannot(void)
         many x = gather(cases[k].example, (const char *const[]){cases[k].name, NULL}, 0.01);
         const kmp_run_spec spec = {.rtol = 1e-6, .t_end = cases[k].t_end};
         run(&x, &spec, (kmp_ensemble_execution){0}, &some);
-        run(&x, &spec, (kmp_ensemble_execution){.alone = true}, &all);
+        run(&x, &spec, (kmp_ensemble_execution){.alone = true, .threads = 3}, &all);
         CHECK(some.work.alone == COUNT && differ(&x, &some, &all) == 0);
         for (int i = 0; i < COUNT; i++)
             CHECK(some.result[i].why && strcmp(some.result[i].why, cases[k].why) == 0);
@@ -414,13 +424,51 @@ static void test_interrupt(void)
     scatter(&x);
 }
 
+static void interrupt_at(void *user, const kempe_progress *progress)
+{
+    if (progress->done >= 5)
+        kempe_context_interrupt(user);
+}
+
+/* Instances that are done before an interrupt have their results; an engine is as good as new after it. */
+static void test_interrupt_between(void)
+{
+    static outcome first, out;
+    many x = gather("four_bar/four_bar", (const char *const[]){"coupler", NULL}, 0.02);
+    const kmp_run_spec spec = {.rtol = 1e-8, .t_end = 0.3};
+    for (int threads = 1; threads <= 3; threads++) {
+        const kmp_ensemble_execution execution = {.threads = threads, .width = 1};
+        int ok = 0;
+        run(&x, &spec, execution, &first);
+        kempe_context_set_progress(x.context, 0, interrupt_at, x.context);
+        run(&x, &spec, execution, &out);
+        kempe_context_set_progress(x.context, 0, NULL, NULL);
+        for (int i = 0; i < COUNT; i++)
+            if (out.result[i].status == KEMPE_OK) {
+                ok++;
+                CHECK(same_result(&out.result[i], &first.result[i]) &&
+                      memcmp(out.q + i * x.n, first.q + i * x.n, (size_t)x.n * sizeof(double)) == 0);
+            } else {
+                CHECK(out.result[i].status == KEMPE_STOPPED && isnan(out.q[i * x.n]));
+            }
+        CHECK(ok >= 1 && (threads > 1 || ok < COUNT));
+        drop(&out);
+        kmp_context_begin(x.context);
+        run(&x, &spec, execution, &out);
+        CHECK(differ(&x, &first, &out) == 0);
+        drop(&out);
+        drop(&first);
+    }
+    scatter(&x);
+}
+
 /* Every allocation fails once, more or less: nothing leaks, and what does not fail is the same as ever. */
-static void test_no_memory(void)
+static void without_memory(int threads)
 {
     static outcome out, first;
     many x = gather("four_bar/four_bar", (const char *const[]){"coupler", NULL}, 0.02);
     const kmp_run_spec spec = {.rtol = 1e-6, .t_end = 0.1};
-    const kmp_ensemble_execution execution = {.width = 2, .plain = true};
+    const kmp_ensemble_execution execution = {.threads = threads, .width = 2, .plain = true};
     run(&x, &spec, execution, &first);
     int failed = 0;
     kempe_status status = KEMPE_E_MEMORY;
@@ -435,12 +483,18 @@ static void test_no_memory(void)
         else
             CHECK(strstr(kempe_context_message(x.context), "memory") != NULL);
     }
-    CHECK(failed > 10);
+    CHECK(failed > (threads == 1 ? 10 : 0)); /* the allocations of other threads do not fail */
     run(&x, &spec, execution, &out);
     CHECK(differ(&x, &first, &out) == 0);
     drop(&first);
     drop(&out);
     scatter(&x);
+}
+
+static void test_no_memory(void)
+{
+    without_memory(1);
+    without_memory(3);
 }
 
 int main(void)
@@ -452,6 +506,7 @@ int main(void)
     TEST(test_bad_instances);
     TEST(test_open_loops);
     TEST(test_interrupt);
+    TEST(test_interrupt_between);
     TEST(test_no_memory);
     return check_report();
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of an ensemble: the state of each instance, as a summary, as JSON and as a table. */
 #include "studies/ensemble/batch.h"
-#include "base/clock.h"
 #include "base/memory.h"
 #include "integrators/lanes/ensemble_run.h"
 #include "output/convergence.h"
@@ -28,7 +27,7 @@ struct kempe_batch {
     kmp_ensemble_result *results;
     double *q, *qd;         /* count x n */
     kmp_convergence *again; /* count */
-    double rtol, atol, t_end, cpu_s;
+    double rtol, atol, t_end;
     kmp_ensemble_work work;
     char *warnings; /* of the computation, one per line */
 };
@@ -218,11 +217,10 @@ static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const 
 static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lanes, bool once)
 {
     const kempe_ensemble *e = b->ensemble;
-    const kmp_ensemble_execution execution = {.width = lanes > 0 ? lanes : 0, .alone = lanes < 0};
-    double begin = kmp_cpu_now();
+    const kmp_ensemble_execution execution = {
+        .threads = spec->threads, .width = lanes > 0 ? lanes : 0, .alone = lanes < 0};
     kempe_status status =
         kmp_ensemble_run(e->inner, spec, &execution, b->count, e->values->rows, b->results, b->q, b->qd);
-    b->cpu_s = kmp_cpu_now() - begin;
     b->work = kmp_ensemble_get_work(e->inner);
     b->rtol = spec->rtol;
     b->atol = spec->atol;
@@ -358,8 +356,9 @@ static void put_text(kmp_text *text, const void *result)
     put_again(b, text);
     kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
                     s.steps, s.rejected, s.refused, s.rhs, s.exchanges);
-    kmp_text_printf(text, "cpu       %.3f s, %.2f us per instance\n", b->cpu_s,
-                    b->count > 0 ? 1e6 * b->cpu_s / b->count : 0.0);
+    kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance; %.3f s wall-clock time\n",
+                    b->work.cpu_s, b->work.threads, b->work.threads == 1 ? "" : "s",
+                    b->count > 0 ? 1e6 * b->work.cpu_s / b->count : 0.0, b->work.wall_s);
     for (int k = 0; k < b->count && reported < MOST_TOLD; k++)
         if (b->results[k].reason) {
             kmp_text_printf(text, "%s %d %s: %s\n", reported ? "         " : "\ninstance ", k + 1,
@@ -396,8 +395,11 @@ static void put_json(kmp_text *text, const void *result)
                    system->build_s, b->warnings);
     kmp_json_put(&json, "count %d ok %d stopped %d failed %d", b->count, s.ok, s.stopped, s.failed);
     (void)worst_of(b, &failing);
-    kmp_json_put(&json, "not_converged %d lanes %d single_run %d rtol %g atol %g t_end %g cpu_s %g columns [", failing,
-                 b->work.lane_steps > 0 ? b->work.width : 0, b->work.alone, b->rtol, b->atol, b->t_end, b->cpu_s);
+    kmp_json_put(
+        &json,
+        "not_converged %d lanes %d single_run %d rtol %g atol %g t_end %g threads %d cpu_s %g wall_s %g columns [",
+        failing, b->work.lane_steps > 0 ? b->work.width : 0, b->work.alone, b->rtol, b->atol, b->t_end, b->work.threads,
+        b->work.cpu_s, b->work.wall_s);
     for (int k = 0; k < b->ensemble->values->columns; k++)
         kmp_json_string(&json, NULL, b->ensemble->values->name[k]);
     kmp_json_put(&json, "] coordinates [");
