@@ -50,6 +50,18 @@ static inline loaded load_text(const char *text)
     return load_text_as(text, "model.yaml");
 }
 
+/** A text that the reader must reject, with these words in its message. */
+static inline void load_rejected(const char *text, const char *words)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, text, "model.yaml", &model) == KEMPE_E_INPUT);
+    if (!strstr(kempe_context_message(context), words))
+        CHECK_TEXT(kempe_context_message(context), words);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
 /** Where a coordinate is in q. One that is missing is a failed check, and said; 0 then. */
 static inline int coordinate_named(const loaded *l, const char *name)
 {

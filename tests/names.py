@@ -11,6 +11,7 @@
 - No type name `kmp_...` or `kempe_...` is defined twice. Types of one file alone have bare names.
 - A folder of the library has at most MOST_FILES files.
 - A public function that returns a whole number is a count, `..._count`, or one of WHOLE.
+- No source in a language that `kempe generate` writes stands in the root, where a trial of it would leave one.
 """
 import collections
 import pathlib
@@ -23,6 +24,7 @@ LIBRARY = ("include", "src", "constraints", "integrators")
 MOST_FILES = 25
 PROGRAMS = {"", ".c", ".h", ".def", ".cpp", ".hpp", ".py", ".sh", ".js", ".html", ".css"}
 MODELS = {".yaml", ".mbs"}
+GENERATED = {".c", ".h", ".cpp", ".m", ".py"}
 CONVENTIONS = {
     r"(?:.*/)?run": "the command of a folder that is a set of cases",
     r"(?:check|start)": "the commands of the repository, called from its root",
@@ -84,12 +86,19 @@ def check_counts(texts):
                 yield f"{name}: a count ends with _count"
 
 
+def check_root(names):
+    for name in names:
+        if "/" not in name and pathlib.PurePosixPath(name).suffix in GENERATED:
+            yield f"{name}: a source in the root, as a trial of `kempe generate` leaves it; remove it, or give it a folder"
+
+
 def check(root):
     names = tracked(root)
     library = [path for path in map(pathlib.PurePosixPath, names) if path.parts[0] in LIBRARY and path.suffix in PROGRAMS]
     texts = {name: (root / name).read_text() for name in names if name.endswith((".c", ".h"))}
     headers = {name: text for name, text in texts.items() if name.startswith("include/")}
-    return len(names), [*repeated(names, PROGRAMS), *repeated(names, MODELS), *check_rooms(library), *check_types(texts), *check_counts(headers)]
+    return len(names), [*repeated(names, PROGRAMS), *repeated(names, MODELS), *check_rooms(library), *check_types(texts), *check_counts(headers),
+                        *check_root(names)]
 
 
 PLANTED = [
@@ -109,6 +118,8 @@ PLANTED = [
     ({"src/base/a.h": "typedef void kmp_a(int n);\n", "src/base/b.h": "typedef struct kmp_a {\n    int n;\n} kmp_a;\n"}, True),
     ({"include/kempe/a.h": "KEMPE_API int kempe_a_rows(const kempe_a *a);\n"}, True),
     ({"include/kempe/a.h": "KEMPE_API int kempe_a_row_count(const kempe_a *a);\nKEMPE_API int kempe_a_is_ok(void);\n"}, False),
+    ({"equations.c": "", "src/base/a.c": ""}, True),
+    ({"start": "", "README.md": "", "src/base/a.c": ""}, False),
     ({f"src/base/f{k}.c": "" for k in range(MOST_FILES + 1)}, True),
 ]
 

@@ -2,7 +2,7 @@
 #include "derivatives/averaged.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include <math.h>
+#include "dynamics/load_dependent.h"
 #include <string.h>
 
 struct kmp_averaged {
@@ -10,18 +10,6 @@ struct kmp_averaged {
     kempe_model model; /* a copy that shares the rest */
     kempe_system *system;
 };
-
-static kempe_status refuse_events(const kempe_model *model, const char *what)
-{
-    for (int k = 0; k < model->state_count; k++)
-        if (model->states[k].next && isinf(model->states[k].period))
-            return kmp_fail(
-                model->context, KEMPE_E_ARGUMENT,
-                "%s: the state '%s' changes at events, which is not supported there; write its value in the "
-                "expressions that have it",
-                what, model->states[k].name);
-    return KEMPE_OK;
-}
 
 static const kmp_expr *make(kmp_averaged *a, kmp_expr expr)
 {
@@ -65,7 +53,7 @@ kempe_status kmp_averaged_new(const kempe_system *given, const char *what, kmp_a
     *averaged = NULL;
     if (!kmp_model_has_samples(given->model))
         return KEMPE_OK;
-    KMP_TRY(refuse_events(given->model, what));
+    KMP_TRY(kmp_refuse_samples(given->model, what, true));
     KMP_MAKE(given->context, kmp_averaged, a);
     kempe_status status = kmp_made(given->context, copy_model(a, given->model));
     if (status == KEMPE_OK)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Finds the force that depends on multipliers, and rejects analyses that do not support one. */
 #include "dynamics/load_dependent.h"
+#include <math.h>
 #include <string.h>
 
 static bool depends_on(const kmp_expr *e, int closure)
@@ -46,15 +47,23 @@ kempe_status kmp_refuse_states(const kempe_model *model, const char *what)
                     what, model->states[0].name);
 }
 
-kempe_status kmp_refuse_samples(const kempe_model *model, const char *what)
+kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool averaged)
 {
-    for (int k = 0; k < model->state_count; k++)
-        if (model->states[k].next)
+    for (int k = 0; k < model->state_count; k++) {
+        const kmp_state *state = &model->states[k];
+        if (state->next && isinf(state->period))
+            return kmp_fail(
+                model->context, KEMPE_E_ARGUMENT,
+                "%s: the state '%s' changes at events, which is not supported there; write its value in the "
+                "expressions that have it",
+                what, state->name);
+        if (state->next && !averaged)
             return kmp_fail(
                 model->context, KEMPE_E_ARGUMENT,
                 "%s: the state '%s' is sampled, which equilibria and linear equations alone support; give it a "
                 "rate, or write its value in the expressions that have it",
-                what, model->states[k].name);
+                what, state->name);
+    }
     return KEMPE_OK;
 }
 

@@ -7,8 +7,9 @@
 /** KEMPE_E_ARGUMENT, with a state's name, where the model has states and `what` is a study of positions alone. */
 kempe_status kmp_refuse_states(const kempe_model *model, const char *what);
 
-/** KEMPE_E_ARGUMENT, with a state's name, where the model has sampled states and `what` does not follow them. */
-kempe_status kmp_refuse_samples(const kempe_model *model, const char *what);
+/** KEMPE_E_ARGUMENT, with a state's name, where the model has states that change at events, or sampled ones unless
+ * `averaged`, and `what` does not follow them. */
+kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool averaged);
 
 /** The name of a force that depends on multipliers of a row's closure. */
 const char *kmp_load_dependent_force(const kempe_system *system, int row);

@@ -1,31 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction by coefficients and reactions: of joints of the tree, of loops, in the plane and in space, against digits,
  * closed forms and the same mechanism with its joint cut; and what is said of levels that grow with the friction. */
-#include "loaded.h"
-#include "studies/simulate/trajectory.h"
+#include "ways.h"
 #include <math.h>
-#include <string.h>
 
-static kempe_trajectory *simulate(const loaded *l, const char *formulation, double t_end)
+static kempe_trajectory *run_by(const loaded *l, const char *formulation, double t_end)
 {
-    kempe_trajectory *run = NULL;
-    kempe_run_options options = {.formulation = formulation, .rtol = 1e-11, .t_end = t_end, .no_convergence_check = 1};
-    CHECK(l->system && (kempe_simulate(l->system, &options, &run), run));
-    return run;
-}
-
-/* The k-th entry of friction in the log. */
-static const kmp_log_entry *entry(const kempe_trajectory *run, const char *kind, int k)
-{
-    for (int i = 0; i < run->log.kept; i++)
-        if (strcmp(run->log.entries[i].kind, kind) == 0 && k-- == 0)
-            return &run->log.entries[i];
-    return NULL;
-}
-
-static double last_q(const kempe_trajectory *run, int k)
-{
-    return kempe_trajectory_q(run, kempe_trajectory_row_count(run) - 1)[k];
+    kempe_status status;
+    return simulate_any(l, &(way){.formulation = formulation}, t_end, &status);
 }
 
 static void check_entry(const kempe_trajectory *run, int k, double t, const char *text)
@@ -44,11 +26,11 @@ static void a_guide_of_the_tree(void)
     static const char *const formulations[] = {"reduced", "projected"};
     for (int k = 0; k < 2; k++) {
         loaded l = load("tests/models/friction_guide_mu.yaml");
-        kempe_trajectory *run = simulate(&l, formulations[k], 1);
+        kempe_trajectory *run = run_by(&l, formulations[k], 1);
         if (run) {
             check_entry(run, 1, 0.1199069592433703, "'guide' slips forward");
             check_entry(run, 3, 0.517173110411307, "'guide' sticks");
-            CHECK_NEAR(last_q(run, coordinate_named(&l, "th")), 7.667684321805424, 1e-9);
+            CHECK_NEAR(last_q(run)[coordinate_named(&l, "th")], 7.667684321805424, 1e-9);
         }
         kempe_trajectory_free(run);
         unload(&l);
@@ -73,11 +55,11 @@ static void a_pin_of_a_loop(void)
                          "  pin: {sliding: q(A) + q(B) - q(D), friction: {mu: 0.5, radius: 0.2 m, reaction: C}}\n"
                          "start: {q: {A: 90 deg, B: -45 deg, D: 90 deg}, hold: [A], qd: {A: 1.5}}\n"
                          "run: {t_end: 10}\n");
-    kempe_trajectory *run = simulate(&l, "reduced", 10);
+    kempe_trajectory *run = run_by(&l, "reduced", 10);
     if (run) {
         check_entry(run, 1, 0.392683606439903, "'pin' slips forward");
         check_entry(run, 3, 0.874660819817614, "'pin' slips forward");
-        CHECK_NEAR(last_q(run, 0), 4.457798148496, 1e-9);
+        CHECK_NEAR(last_q(run)[0], 4.457798148496, 1e-9);
     }
     kempe_trajectory_free(run);
     unload(&l);
@@ -101,14 +83,14 @@ static void a_pin_of_the_tree(void)
                             "forces: {rub: {joint: j.3, friction: {torque: \"0.06*sqrt(lambda(C.1)^2+lambda(C.2)^2)*(1 "
                             "m)\", static: \"0.08*sqrt(lambda(C.1)^2+lambda(C.2)^2)*(1 m)\"}}}\n"
                             "start: {q: {j.3: 1.5}, hold: [j.3]}\n");
-    kempe_trajectory *a = simulate(&tree, "reduced", 12), *b = simulate(&loop, "projected", 12);
+    kempe_trajectory *a = run_by(&tree, "reduced", 12), *b = run_by(&loop, "projected", 12);
     for (int k = 0; a && b && entry(a, "friction", k); k++) {
         const kmp_log_entry *other = entry(b, "friction", k);
         check_entry(a, k, other ? other->t : NAN, other ? other->text : "");
     }
     CHECK(a && b && entry(a, "friction", 5));
     if (a && b)
-        CHECK_NEAR(last_q(a, coordinate_named(&tree, "th")), last_q(b, coordinate_named(&loop, "j.3")), 1e-9);
+        CHECK_NEAR(last_q(a)[coordinate_named(&tree, "th")], last_q(b)[coordinate_named(&loop, "j.3")], 1e-9);
     kempe_trajectory_free(a);
     kempe_trajectory_free(b);
     unload(&tree);
@@ -130,11 +112,11 @@ static void closed_forms(void)
                              "3}}\n"
                              "forces: {rub: {joint: s, friction: {mu: 0.7}}}\n"
                              "start: {qd: {s: 1}}\n");
-    kempe_trajectory *run = simulate(&rotor, "reduced", 5);
+    kempe_trajectory *run = run_by(&rotor, "reduced", 5);
     if (run)
         check_entry(run, 1, 0.02 * 5 / (0.2 * 0.01 * 3 * 9.81), "'rub' sticks");
     kempe_trajectory_free(run);
-    run = simulate(&slide, "reduced", 5);
+    run = run_by(&slide, "reduced", 5);
     if (run)
         check_entry(run, 1, 1 / (0.7 * 9.81 * cos(3.14159265358979323846 / 6) - 9.81 / 2), "'rub' sticks");
     kempe_trajectory_free(run);
@@ -146,7 +128,7 @@ static void check_words(const char *path, const kempe_setting *settings, int cou
 {
     char words[64];
     loaded l = load_set(path, settings, count);
-    kempe_trajectory *run = simulate(&l, "reduced", 0.001);
+    kempe_trajectory *run = run_by(&l, "reduced", 0.001);
     (void)snprintf(words, sizeof words, "grows by %.4g for each", growth);
     if (run) {
         const kmp_log_entry *grows = entry(run, "growth", 0), *two = entry(run, "solutions", 0);

@@ -156,12 +156,8 @@ static void pulleys(void)
 static void refused(const char *points, const char *sentence)
 {
     char text[512];
-    kempe_model *model = NULL;
-    kempe_context *context = kempe_context_new();
     (void)snprintf(text, sizeof text, MASS "forces: {f: {line: [%s], force: 1}}\n", points);
-    CHECK(kempe_model_read_text(context, text, "model.yaml", &model) == KEMPE_E_INPUT);
-    CHECK(strstr(kempe_context_message(context), sentence) != NULL);
-    kempe_context_free(context);
+    load_rejected(text, sentence);
 }
 
 static void mistakes_of_ropes(void)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rigid contacts with restitution, against the digits of tests/oracle/contact_digits.py. */
-#include "loaded.h"
-#include "studies/simulate/trajectory.h"
+#include "ways.h"
 #include <kempe/equilibrium.h>
 #include <kempe/generate.h>
 #include <kempe/inverse.h>
@@ -10,66 +9,10 @@
 #include <math.h>
 #include <string.h>
 
-typedef struct way {
-    const char *formulation, *form, *integrator;
-    double tolerance; /* of times and states at rtol 1e-11 */
-} way;
-
-static const way ways[] = {{"reduced", "integrated", "dop853", 1e-9},
-                           {"reduced", "integrated", "radau", 1e-9},
-                           {"reduced", "newton", "dop853", 1e-9},
-                           {"projected", NULL, "dop853", 1e-9},
-                           {"projected", NULL, "radau", 1e-9},
-                           {"dae", NULL, "ida", 1e-6},
-                           {"dae", NULL, "radau", 1e-6},
-                           {"reduced", "newton", "bdf", 1e-6}};
-
-enum { WAYS = sizeof ways / sizeof *ways };
-
-static kempe_trajectory *simulate(const loaded *l, const way *by, double t_end)
-{
-    kempe_trajectory *run = NULL;
-    kempe_run_options options = {.formulation = by->formulation,
-                                 .form = by->form,
-                                 .integrator = by->integrator,
-                                 .rtol = 1e-11,
-                                 .t_end = t_end,
-                                 .no_convergence_check = 1};
-    CHECK(l->system && kempe_simulate(l->system, &options, &run) == KEMPE_OK);
-    if (!run || kempe_trajectory_reason(run)[0])
-        printf("%s %s: %s\n", by->formulation, by->integrator,
-               run ? kempe_trajectory_reason(run) : kempe_context_message(l->context));
-    return run;
-}
-
-/* The n-th entry of a kind, from 0; NULL: there are fewer. */
-static const kmp_log_entry *entry(const kempe_trajectory *run, const char *kind, int n)
-{
-    for (int k = 0; k < run->log.kept; k++)
-        if (strcmp(run->log.entries[k].kind, kind) == 0 && n-- == 0)
-            return &run->log.entries[k];
-    return NULL;
-}
-
 static double time_of(const kempe_trajectory *run, const char *kind, int n)
 {
     const kmp_log_entry *e = entry(run, kind, n);
     return e ? e->t : -1;
-}
-
-static const double *last_q(const kempe_trajectory *run)
-{
-    return kempe_trajectory_q(run, kempe_trajectory_row_count(run) - 1);
-}
-
-static const double *last_qd(const kempe_trajectory *run)
-{
-    return kempe_trajectory_qd(run, kempe_trajectory_row_count(run) - 1);
-}
-
-static const double *last_lambda(const kempe_trajectory *run)
-{
-    return kempe_trajectory_lambda(run, kempe_trajectory_row_count(run) - 1);
 }
 
 #define BALL(contact)                                                                                                  \

@@ -252,15 +252,10 @@ static void studies(void)
 static void refused(const char *state, const char *sentence)
 {
     char text[1024];
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
     (void)snprintf(text, sizeof text,
                    "kempe: 1\nstates: {u: {%s}}\nbodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n",
                    state);
-    CHECK(kempe_model_read_text(context, text, "model.yaml", &model) == KEMPE_E_INPUT);
-    check_said(context, sentence);
-    kempe_model_free(model);
-    kempe_context_free(context);
+    load_rejected(text, sentence);
 }
 
 static void mistakes(void)

@@ -413,14 +413,8 @@ static void starts(void)
 static void refused(const char *sections, const char *sentence)
 {
     char text[1024];
-    kempe_context *context = kempe_context_new();
-    kempe_model *model = NULL;
     (void)snprintf(text, sizeof text, "kempe: 1\n%s\n" SLIDE, sections, "1");
-    CHECK(kempe_model_read_text(context, text, "model.yaml", &model) == KEMPE_E_INPUT);
-    if (!strstr(kempe_context_message(context), sentence))
-        CHECK_TEXT(kempe_context_message(context), sentence);
-    kempe_model_free(model);
-    kempe_context_free(context);
+    load_rejected(text, sentence);
 }
 
 static void mistakes(void)

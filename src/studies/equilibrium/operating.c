@@ -134,7 +134,7 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
                                kmp_operating **operating)
 {
     bool start = word && strcmp(word, "start") == 0;
-    KMP_TRY(kmp_refuse_samples(system->model, "small motions about a state"));
+    KMP_TRY(kmp_refuse_samples(system->model, "small motions about a state", false));
     KMP_TRY(kmp_refuse_contacts(system->model, "small motions about a state"));
     const char *list = rates_of(word);
     if (!start && !list)

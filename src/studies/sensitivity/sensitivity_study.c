@@ -155,7 +155,7 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     double begin = kmp_cpu_now();
     kmp_context_begin(model->context);
     KMP_TRY(kmp_model_check_finished(model));
-    KMP_TRY(kmp_refuse_samples(model, "sensitivities"));
+    KMP_TRY(kmp_refuse_samples(model, "sensitivities", false));
     KMP_MAKE(model->context, kempe_sensitivity, s);
     *s = (kempe_sensitivity){.kind = kinds[0],
                              .model = model,
