@@ -69,18 +69,13 @@ static kempe_status make_samples(kempe_linearization *l)
         every[i] = state && kmp_state_is_sampled(state) ? state->period : INFINITY;
     }
     int failed = kmp_sampled_map((int)width, t->columns, l->a, l->b, every, &l->period, l->a, l->b);
-    if (failed == -2)
-        return kmp_fail(
-            context, KEMPE_E_FAILED,
-            "the sample times of the states have no common multiple: there is no map from one sample to the "
-            "next");
+    if (failed)
+        return kmp_sampled_complain(context, failed);
     memcpy(room, l->a, (size_t)(width * width) * sizeof *room);
     double *vectors = room + width * width;
-    failed = failed ? failed
-                    : kmp_eigen_general((int)width, room, l->z, l->z + width, vectors, vectors, vectors + width * width,
-                                        vectors + width * width);
-    return failed == 0 ? KEMPE_OK
-                       : kmp_fail(context, KEMPE_E_FAILED, "the map from one sample to the next is not finite");
+    failed = kmp_eigen_general((int)width, room, l->z, l->z + width, vectors, vectors, vectors + width * width,
+                               vectors + width * width);
+    return failed == 0 ? KEMPE_OK : kmp_sampled_complain(context, failed);
 }
 
 kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *options,
