@@ -50,11 +50,10 @@ kempe_status kmp_refuse_samples(const kempe_model *model, const char *what)
 {
     for (int k = 0; k < model->state_count; k++)
         if (model->states[k].next)
-            return kmp_fail(
-                model->context, KEMPE_E_ARGUMENT,
-                "%s: the state '%s' is sampled, which equilibria, linear equations and modes alone support; give it a "
-                "rate, or write its value in the expressions that have it",
-                what, model->states[k].name);
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "%s: the state '%s' is sampled, which is not supported there; give it a "
+                            "rate, or write its value in the expressions that have it",
+                            what, model->states[k].name);
     return KEMPE_OK;
 }
 

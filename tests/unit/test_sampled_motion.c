@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Small motions of models with sampled states: the map from one sample to the next against closed forms and against
- * runs of linear models, limits of stability, equilibria. */
+ * runs of linear models, limits of stability, equilibria, modes, frequency responses. */
 #include "linalg/dense/exponential.h"
 #include "loaded.h"
 #include <complex.h>
 #include <kempe/equilibrium.h>
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
+#include <kempe/response.h>
 
 /* A rotor under a sampled controller of angle and rate. */
 #define ROTOR                                                                                                          \
@@ -302,6 +303,67 @@ static void free_motion(void)
     unload(&l);
 }
 
+/* -- frequency response ------------------------------------------------------------------------------ */
+
+/* x(k+1) = A x + b r of the rotor with x = (q, qd), and q = (1, 0) (z - A)^-1 b r; before the next sample its torque is
+ * u = z^-1 (-Kp q - Kd qd + Kp r). */
+static void rotor_response(double hz, double complex *q, double complex *u)
+{
+    const double T = 0.01, Kp = 2, Kd = 0.1, J = 0.01, place = T * T / (2 * J), speed = T / J;
+    double complex z = cexp(2 * acos(-1) * hz * T * I);
+    double complex a = z - 1 + place * Kp, b = place * Kd - T, c = speed * Kp, d = z - 1 + speed * Kd;
+    double complex det = a * d - b * c, qd = (a * speed * Kp - c * place * Kp) / det;
+    *q = (d * place * Kp - b * speed * Kp) / det;
+    *u = (Kp - Kp * *q - Kd * qd) / z;
+}
+
+static void check_answer(const kempe_table *table, int row, const char *of, double complex want)
+{
+    char column[64];
+    (void)snprintf(column, sizeof column, "%s/target.amplitude", of);
+    CHECK_NEAR(cell(table, row, column), cabs(want), 1e-11 * fmax(1, cabs(want)));
+    (void)snprintf(column, sizeof column, "%s/target.phase", of);
+    double turn = cell(table, row, column) - carg(want) * 180 / acos(-1);
+    CHECK(cabs(want) < 1e-9 || fabs(remainder(turn, 360)) <= 1e-8);
+}
+
+static void response_of_a_rotor(void)
+{
+    char text[1024];
+    (void)snprintf(text, sizeof text, ROTOR, 0.01);
+    loaded l = load_text(text);
+    kempe_response *r = NULL;
+    kempe_response_options asked = {.inputs = "target", .outputs = "q(A),u", .frequencies = "0:50:26", .linear = 1};
+    CHECK(l.system && kempe_response_new(l.system, &asked, &r) == KEMPE_OK);
+    kempe_table *table = NULL;
+    CHECK(r && kempe_response_table(r, "rows", &table) == KEMPE_OK);
+    CHECK(table && kempe_table_row_count(table) == 26);
+    for (int k = 0; k < 26; k++) {
+        double complex q, u;
+        rotor_response(2 * k, &q, &u);
+        check_answer(table, k, "q.A", q);
+        check_answer(table, k, "state.u", u);
+    }
+    kempe_table_free(table);
+    table = NULL;
+    CHECK(r && kempe_response_table(r, "peaks", &table) == KEMPE_OK);
+    double best = cell(table, 0, "frequency");
+    double complex q, aside, u;
+    rotor_response(best, &q, &u);
+    CHECK(cell(table, 0, "amplitude") > 1.5 && fabs(cell(table, 0, "amplitude") - cabs(q)) <= 1e-11);
+    for (int side = -1; side <= 1; side += 2) {
+        rotor_response(best * (1 + side * 1e-4), &aside, &u);
+        CHECK(cabs(aside) < cabs(q));
+    }
+    kempe_table_free(table);
+    kempe_response_free(r);
+    r = NULL;
+    asked.frequencies = "0:50.1:26";
+    CHECK(l.system && kempe_response_new(l.system, &asked, &r) == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_context_message(l.context), "half of that of the samples, 50 Hz"));
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(map_of_a_rotor);
@@ -313,5 +375,6 @@ int main(void)
     TEST(modes_of_a_rotor);
     TEST(critical_gains);
     TEST(free_motion);
+    TEST(response_of_a_rotor);
     return check_report();
 }
