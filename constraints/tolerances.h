@@ -336,3 +336,10 @@
 /** A time is a multiple of a sample time up to this part, in studies that find when samples of several times repeat:
  * times are decimal numbers, or parameters that were divided. */
 #define KMP_SAME_SAMPLE 1e-9
+/** A motion whose z from sample to sample is this small is over within a sample: ln(z) of rounding means nothing. */
+#define KMP_SAMPLED_OVER 1e-8
+/** A real part of ln(z)/T is zero, relative to the largest modulus: z has passed an exponential. */
+#define KMP_SAMPLED_STILL 1e-9
+/** An eigenvalue z is the 1 of a free motion that the averaged equations have exactly: a double one is the root of
+ * rounding away, a triple one its cube root. */
+#define KMP_SAMPLED_ONE 1e-4

@@ -52,6 +52,7 @@ KEMPE_API kempe_status kempe_modes_print(const kempe_modes *modes, kempe_format 
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
  * "modes", a row per eigenvalue, the exact zeros first, then by modulus, each with positive im before its conjugate:
  * index; re and im, 1/s; frequency |im| / (2 pi), Hz; damping ratio -re / |s|; decay, s; re.NAME and im.NAME. The
+ * With sampled states re and im are ln(z)/T, and z.re, z.im are z from one common sample to the next. The
  * damping ratio is 1 and more without oscillation, and decay is the time to 1/e. The shape re.NAME, im.NAME has all
  * coordinates, q moving as Re((re + i im) e^(s t)). Its
  * largest component, relative to the size of its coordinate (1 rad, or the mechanism's length), equals that size.

@@ -18,6 +18,14 @@ bool kmp_state_is_sampled(const kmp_state *state)
     return state && state->period > 0 && isfinite(state->period);
 }
 
+bool kmp_samples_in(const kempe_model *model)
+{
+    for (int k = 0; k < model->state_count; k++)
+        if (kmp_state_is_sampled(&model->states[k]))
+            return true;
+    return false;
+}
+
 static bool is_whole(double x)
 {
     return fabs(x - round(x)) <= KMP_SAME_SAMPLE * fmax(fabs(x), 1);
@@ -154,27 +162,53 @@ static void put_column(const kmp_linear *l, const double *lu, const int *pivot, 
         column[i] = place[i] >= p ? work[place[i] - p] : place[i] + p == from;
 }
 
-int kmp_sampled_eigenvalues(const kmp_linear *linear, double *period, int *count, double *re, double *im)
+kempe_status kmp_sampled_complain(kempe_context *context, int failed)
 {
-    int p = linear->p;
+    if (failed == -2)
+        return kmp_fail(
+            context, KEMPE_E_FAILED,
+            "the sample times of the states have no common multiple: there is no map from one sample to the "
+            "next");
+    if (failed == -3)
+        return kmp_fail(context, KEMPE_E_FAILED,
+                        "the reduced mass is singular: the state does not determine the accelerations");
+    return kmp_fail(context, KEMPE_E_FAILED, "the map from one sample to the next is not finite");
+}
+
+kempe_status kmp_sampled_spectrum_init(kmp_sampled_spectrum *spectrum, const kmp_linear *linear)
+{
+    kmp_sampled_spectrum *s = spectrum;
+    int p = linear->p, *pivot = NULL, failed = 0;
     ptrdiff_t n = 2 * (ptrdiff_t)p;
-    double *room = KMP_NEW(double, 3 * n * n + n + (ptrdiff_t)p * p + p);
-    int *place = KMP_NEW(int, 3 * p), failed = room && place ? 0 : -1;
-    double *a = room, *vectors = room + n * n, *every = room + 3 * n * n, *lu = every + n,
-           *work = lu + (ptrdiff_t)p * p;
-    *count = 0;
-    if (failed == 0) {
-        *count = list_entries(linear, place, every);
-        memcpy(lu, linear->mass, (size_t)p * (size_t)p * sizeof *lu);
-        failed = kmp_lu_factor(p, lu, place + 2 * p) ? -3 : 0;
-    }
-    for (int j = 0; failed == 0 && j < *count; j++)
-        put_column(linear, lu, place + 2 * p, place[j], *count, place, work, a + (ptrdiff_t)j * *count);
+    double *a = NULL, *left = NULL, *every = NULL, *lu = NULL, *work = NULL;
+    *s = (kmp_sampled_spectrum){0};
+    KMP_TRY(kmp_made(linear->system->context,
+                     KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, n *n, &a, &left, &s->x_re, &s->x_im),
+                                    KMP_ROOM(double, n, &every, &s->re, &s->im), KMP_ROOM(int, n, &s->place),
+                                    KMP_ROOM(double, (ptrdiff_t)p *p, &lu), KMP_ROOM(double, p, &work),
+                                    KMP_ROOM(int, p, &pivot))));
+    s->count = list_entries(linear, s->place, every);
+    memcpy(lu, linear->mass, (size_t)p * (size_t)p * sizeof *lu);
+    failed = kmp_lu_factor(p, lu, pivot) ? -3 : 0;
+    for (int j = 0; failed == 0 && j < s->count; j++)
+        put_column(linear, lu, pivot, s->place[j], s->count, s->place, work, a + (ptrdiff_t)j * s->count);
     if (failed == 0)
-        failed = kmp_sampled_map(*count, 0, a, NULL, every, period, a, NULL);
+        failed = kmp_sampled_map(s->count, 0, a, NULL, every, &s->period, a, NULL);
     if (failed == 0)
-        failed = kmp_eigen_general(*count, a, re, im, vectors, vectors, vectors + n * n, vectors + n * n);
-    kmp_free(room);
-    kmp_free(place);
-    return failed;
+        failed = kmp_eigen_general(s->count, a, s->re, s->im, s->x_re, s->x_im, left, left);
+    return failed == 0 ? KEMPE_OK : kmp_sampled_complain(linear->system->context, failed);
+}
+
+void kmp_sampled_spectrum_free(kmp_sampled_spectrum *spectrum)
+{
+    kmp_arena_free(&spectrum->arena);
+    *spectrum = (kmp_sampled_spectrum){0};
+}
+
+void kmp_sampled_rate(const kmp_sampled_spectrum *spectrum, int k, double *re, double *im)
+{
+    double x = spectrum->re[k], y = spectrum->im[k], size = hypot(x, y);
+    bool over = size <= KMP_SAMPLED_OVER;
+    *re = log(over ? KMP_SAMPLED_OVER : size) / spectrum->period;
+    *im = over ? 0 : atan2(y, x) / spectrum->period;
 }

@@ -7,6 +7,9 @@
 /** True for a state that is sampled, of an averaged system (derivatives/averaged.h) too. */
 bool kmp_state_is_sampled(const kmp_state *state);
 
+/** True where some state is. */
+bool kmp_samples_in(const kempe_model *model);
+
 /** The map of x over the time in which all samples repeat, for inputs w that are constant during it:
  *
  *     x(k + 1) = phi x(k) + gamma w(k),
@@ -18,6 +21,24 @@ bool kmp_state_is_sampled(const kmp_state *state);
 int kmp_sampled_map(int width, int inputs, const double *a, const double *b, const double *every, double *period,
                     double *phi, double *gamma);
 
-/** The eigenvalues of such a map for the last state of `linear`, whose matrices are made, in `re` and `im` (2 p);
- * *count: how many. Otherwise as kmp_sampled_map; -3: Mr is singular. */
-int kmp_sampled_eigenvalues(const kmp_linear *linear, double *period, int *count, double *re, double *im);
+/** The sentence of a failure of kmp_sampled_map; -3: Mr is singular. KEMPE_E_FAILED. */
+kempe_status kmp_sampled_complain(kempe_context *context, int failed);
+
+/** Eigenvalues z of such a map, and their right eigenvectors. */
+typedef struct kmp_sampled_spectrum {
+    kmp_arena arena; /* of all arrays */
+    double period;
+    int count;
+    int *place;          /* count: where an entry of x is among the independent coordinates and their rates (2 p) */
+    double *re, *im;     /* count: pairs are adjacent, the positive imaginary part first */
+    double *x_re, *x_im; /* count x count */
+} kmp_sampled_spectrum;
+
+/** That of the last state of `linear`, whose matrices are made. KEMPE_E_MEMORY; KEMPE_E_FAILED, with a sentence: the
+ * sample times have no common multiple, Mr is singular, or a number is not finite. To be freed in any case. */
+kempe_status kmp_sampled_spectrum_init(kmp_sampled_spectrum *spectrum, const kmp_linear *linear);
+void kmp_sampled_spectrum_free(kmp_sampled_spectrum *spectrum);
+
+/** s = ln(z)/T of eigenvalue k, the continuous motion with the same values at the samples, -pi < T im(s) <= pi. A z
+ * within KMP_SAMPLED_OVER of zero counts as that number. */
+void kmp_sampled_rate(const kmp_sampled_spectrum *spectrum, int k, double *re, double *im);

@@ -58,11 +58,10 @@ kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool
                 "expressions that have it",
                 what, state->name);
         if (state->next && !averaged)
-            return kmp_fail(
-                model->context, KEMPE_E_ARGUMENT,
-                "%s: the state '%s' is sampled, which equilibria and linear equations alone support; give it a "
-                "rate, or write its value in the expressions that have it",
-                what, state->name);
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "%s: the state '%s' is sampled, which is not supported there; give it a "
+                            "rate, or write its value in the expressions that have it",
+                            what, state->name);
     }
     return KEMPE_OK;
 }

@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Small motions of models with sampled states: the map from one sample to the next against closed forms and against
- * runs of linear models, limits of stability, equilibria. */
+ * runs of linear models, limits of stability, equilibria, modes, frequency responses. */
 #include "linalg/dense/exponential.h"
 #include "loaded.h"
+#include <complex.h>
 #include <kempe/equilibrium.h>
 #include <kempe/linearize.h>
+#include <kempe/modes.h>
+#include <kempe/response.h>
 
 /* A rotor under a sampled controller of angle and rate. */
 #define ROTOR                                                                                                          \
@@ -208,6 +211,159 @@ static void rejected(void)
     unload(&l);
 }
 
+/* -- modes ------------------------------------------------------------------------------------------- */
+
+static double cell(const kempe_table *table, int row, const char *column)
+{
+    int k = table ? kempe_table_find(table, column) : -1;
+    return k < 0 || row >= kempe_table_row_count(table) ? NAN : kempe_table_number(table, row, k);
+}
+
+static kempe_table *modes_of(const loaded *l, const kempe_modes_options *options, const char *name, kempe_modes **modes)
+{
+    kempe_table *table = NULL;
+    *modes = NULL;
+    kempe_status status = l->system ? kempe_modes_new(l->system, options, modes) : KEMPE_E_ARGUMENT;
+    if (status != KEMPE_OK)
+        printf("  %s\n", kempe_context_message(l->context));
+    CHECK(status == KEMPE_OK);
+    CHECK(*modes && kempe_modes_table(*modes, name, &table) == KEMPE_OK);
+    return table;
+}
+
+/* z^2 - (2 - T Kd/J - T^2 Kp/(2 J)) z + (1 - T Kd/J + T^2 Kp/(2 J)) = 0, and z = 0 of the value before the sample,
+ * which the sample replaces. Of an eigenvector z u = -Kp q - Kd qd, z q = q + T qd + T^2/(2 J) z u. */
+static void modes_of_a_rotor(void)
+{
+    const double T = 0.01, Kp = 2, Kd = 0.1, J = 0.01;
+    char text[1024];
+    (void)snprintf(text, sizeof text, ROTOR, T);
+    loaded l = load_text(text);
+    kempe_modes *modes;
+    kempe_table *table = modes_of(&l, NULL, "modes", &modes);
+    double half = 1 - T * Kd / (2 * J) - T * T * Kp / (4 * J), product = 1 - T * Kd / J + T * T * Kp / (2 * J);
+    double complex z = half + csqrt(half * half - product), s = clog(z) / T;
+    CHECK(table && kempe_table_row_count(table) == 3);
+    CHECK(kempe_modes_zero_count(modes) == 0 && !kempe_modes_is_unstable(modes));
+    CHECK_NEAR(cell(table, 0, "z.re"), creal(z), 1e-13);
+    CHECK_NEAR(cell(table, 0, "z.im"), cimag(z), 1e-13);
+    CHECK_NEAR(cell(table, 1, "z.im"), -cimag(z), 1e-13);
+    CHECK_NEAR(cell(table, 0, "re"), creal(s), 1e-11);
+    CHECK_NEAR(cell(table, 0, "frequency"), cimag(s) / (2 * acos(-1)), 1e-12);
+    CHECK_NEAR(cell(table, 0, "damping"), -creal(s) / cabs(s), 1e-12);
+    CHECK_NEAR(cell(table, 2, "z.re"), 0, 1e-15);
+    double complex q = cell(table, 0, "re.A") + I * cell(table, 0, "im.A");
+    double complex u = cell(table, 0, "re.u") + I * cell(table, 0, "im.u");
+    double complex qd = (z * q - q - T * T / (2 * J) * z * u) / T;
+    CHECK(cabs(q) > 0.1 && cabs(z * u + Kp * q + Kd * qd) <= 1e-12);
+    kempe_table_free(table);
+    kempe_modes_free(modes);
+    unload(&l);
+}
+
+/* Over the gain of the rate the rotor is stable between Kp T/2, where |z| = 1, and 2 J/T, where z = -1: the frequency
+ * there is half of that of the samples. */
+static void critical_gains(void)
+{
+    const double T = 0.01, Kp = 2, J = 0.01;
+    char text[1024];
+    (void)snprintf(text, sizeof text, ROTOR, T);
+    loaded l = load_text(text);
+    kempe_modes *modes;
+    kempe_table *table = modes_of(&l, &(kempe_modes_options){.sweep = "Kd=0:3:31"}, "critical", &modes);
+    CHECK(table && kempe_table_row_count(table) == 2);
+    CHECK_NEAR(cell(table, 0, "value"), Kp * T / 2, 1e-11);
+    CHECK_NEAR(cell(table, 0, "frequency"), acos(1 - T * T * Kp / (2 * J)) / T / (2 * acos(-1)), 1e-9);
+    CHECK_NEAR(cell(table, 1, "value"), 2 * J / T, 1e-11);
+    CHECK_NEAR(cell(table, 1, "frequency"), 0.5 / T, 1e-9);
+    kempe_table_free(table);
+    kempe_modes_free(modes);
+    unload(&l);
+}
+
+/* A cart whose speed is controlled, and a free one: z = 1 of the place of the first, twice of the second, exactly; the
+ * speed is multiplied by 1 - Kd T/m = 0.6. */
+static void free_motion(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "states: {u: {sample: 20 ms, next: -40*qd(x)}}\n"
+                         "bodies:\n"
+                         "  cart: {joint: {name: x, prismatic: x, at: ground}, mass: 2}\n"
+                         "  free: {joint: {name: y, prismatic: x, at: ground}, mass: 2}\n"
+                         "forces: {drive: {joint: x, force: u}}\n");
+    kempe_modes *modes;
+    kempe_table *table = modes_of(&l, NULL, "modes", &modes);
+    CHECK(kempe_modes_zero_count(modes) == 3);
+    for (int k = 0; k < 3; k++)
+        CHECK(cell(table, k, "z.re") == 1 && cell(table, k, "z.im") == 0 && cell(table, k, "re") == 0);
+    CHECK_NEAR(cell(table, 3, "z.re"), 0.6, 1e-12);
+    CHECK_NEAR(cell(table, 3, "re"), log(0.6) / 0.02, 1e-9);
+    kempe_table_free(table);
+    kempe_modes_free(modes);
+    unload(&l);
+}
+
+/* -- frequency response ------------------------------------------------------------------------------ */
+
+/* x(k+1) = A x + b r of the rotor with x = (q, qd), and q = (1, 0) (z - A)^-1 b r; before the next sample its torque is
+ * u = z^-1 (-Kp q - Kd qd + Kp r). */
+static void rotor_response(double hz, double complex *q, double complex *u)
+{
+    const double T = 0.01, Kp = 2, Kd = 0.1, J = 0.01, place = T * T / (2 * J), speed = T / J;
+    double complex z = cexp(2 * acos(-1) * hz * T * I);
+    double complex a = z - 1 + place * Kp, b = place * Kd - T, c = speed * Kp, d = z - 1 + speed * Kd;
+    double complex det = a * d - b * c, qd = (a * speed * Kp - c * place * Kp) / det;
+    *q = (d * place * Kp - b * speed * Kp) / det;
+    *u = (Kp - Kp * *q - Kd * qd) / z;
+}
+
+static void check_answer(const kempe_table *table, int row, const char *of, double complex want)
+{
+    char column[64];
+    (void)snprintf(column, sizeof column, "%s/target.amplitude", of);
+    CHECK_NEAR(cell(table, row, column), cabs(want), 1e-11 * fmax(1, cabs(want)));
+    (void)snprintf(column, sizeof column, "%s/target.phase", of);
+    double turn = cell(table, row, column) - carg(want) * 180 / acos(-1);
+    CHECK(cabs(want) < 1e-9 || fabs(remainder(turn, 360)) <= 1e-8);
+}
+
+static void response_of_a_rotor(void)
+{
+    char text[1024];
+    (void)snprintf(text, sizeof text, ROTOR, 0.01);
+    loaded l = load_text(text);
+    kempe_response *r = NULL;
+    kempe_response_options asked = {.inputs = "target", .outputs = "q(A),u", .frequencies = "0:50:26", .linear = 1};
+    CHECK(l.system && kempe_response_new(l.system, &asked, &r) == KEMPE_OK);
+    kempe_table *table = NULL;
+    CHECK(r && kempe_response_table(r, "rows", &table) == KEMPE_OK);
+    CHECK(table && kempe_table_row_count(table) == 26);
+    for (int k = 0; k < 26; k++) {
+        double complex q, u;
+        rotor_response(2 * k, &q, &u);
+        check_answer(table, k, "q.A", q);
+        check_answer(table, k, "state.u", u);
+    }
+    kempe_table_free(table);
+    table = NULL;
+    CHECK(r && kempe_response_table(r, "peaks", &table) == KEMPE_OK);
+    double best = cell(table, 0, "frequency");
+    double complex q, aside, u;
+    rotor_response(best, &q, &u);
+    CHECK(cell(table, 0, "amplitude") > 1.5 && fabs(cell(table, 0, "amplitude") - cabs(q)) <= 1e-11);
+    for (int side = -1; side <= 1; side += 2) {
+        rotor_response(best * (1 + side * 1e-4), &aside, &u);
+        CHECK(cabs(aside) < cabs(q));
+    }
+    kempe_table_free(table);
+    kempe_response_free(r);
+    r = NULL;
+    asked.frequencies = "0:50.1:26";
+    CHECK(l.system && kempe_response_new(l.system, &asked, &r) == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_context_message(l.context), "half of that of the samples, 50 Hz"));
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(map_of_a_rotor);
@@ -216,5 +372,9 @@ int main(void)
     TEST(several_rates);
     TEST(exponential);
     TEST(rejected);
+    TEST(modes_of_a_rotor);
+    TEST(critical_gains);
+    TEST(free_motion);
+    TEST(response_of_a_rotor);
     return check_report();
 }

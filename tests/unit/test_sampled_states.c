@@ -4,8 +4,6 @@
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <kempe/ensemble.h>
-#include <kempe/modes.h>
-#include <kempe/response.h>
 #include <kempe/sensitivity.h>
 #include <kempe/stepper.h>
 
@@ -236,14 +234,7 @@ static void check_said(kempe_context *context, const char *sentence)
 static void studies(void)
 {
     loaded l = load_text(ROTOR);
-    kempe_modes *m = NULL;
-    kempe_response *x = NULL;
     kempe_sensitivity *s = NULL;
-    CHECK(l.system && kempe_modes_new(l.system, NULL, &m) == KEMPE_E_ARGUMENT);
-    check_said(l.context, "the state 'u' is sampled");
-    kempe_response_options response = {.inputs = "Kp", .outputs = "q(A)"};
-    CHECK(l.system && kempe_response_new(l.system, &response, &x) == KEMPE_E_ARGUMENT);
-    check_said(l.context, "the state 'u' is sampled");
     CHECK(l.model && kempe_sensitivity_new(l.model, NULL, &s) == KEMPE_E_ARGUMENT);
     check_said(l.context, "sensitivities: the state 'u' is sampled");
     unload(&l);

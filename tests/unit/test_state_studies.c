@@ -59,6 +59,39 @@ static void equilibrium(void)
     unload(&l);
 }
 
+/* Pressures of 10 MPa with rates of TPa/s beside valves of the size 1. At rest each integral has made its error zero,
+ * so that the arms are at their targets, the valve follows its command, and a nearly closed valve, whose edges are
+ * alike, halves the supply between both chambers: the sum of their pressures is the supply. */
+static void equilibrium_of_hydraulics(void)
+{
+    static const char *const arms[] = {"boom", "stick", "bucket"};
+    static const double degrees[] = {25, -95, -60};
+    loaded l = load("examples/hydraulic_excavator/hydraulic_excavator.yaml");
+    kempe_equilibrium *e = NULL;
+    CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK);
+    kempe_table *table = NULL;
+    CHECK(e && kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK);
+    for (int k = 0; k < 3; k++) {
+        double at[5];
+        static const char *const of[] = {"q.%s", "state.%s_command", "state.%s_valve", "state.%s_a", "state.%s_b"};
+        for (int i = 0; i < 5; i++) {
+            char column[64];
+            (void)snprintf(column, sizeof column, of[i], arms[k]);
+            at[i] = entry(table, 0, column);
+        }
+        CHECK_NEAR(at[0], degrees[k] * acos(-1) / 180, 1e-12);
+        CHECK_NEAR(at[2] / at[1], 1, 1e-9);
+        CHECK_NEAR((at[3] + at[4]) / 22e6, 1, 1e-12);
+    }
+    kempe_table_free(table);
+    kempe_equilibrium_free(e);
+    kempe_linearization *space = NULL;
+    CHECK(l.system && kempe_linearization_new(l.system, NULL, &space) == KEMPE_OK);
+    CHECK(kempe_linearization_is_equilibrium(space));
+    kempe_linearization_free(space);
+    unload(&l);
+}
+
 /* Steady motion of the motor: where nothing holds the rotor, it turns steadily, with the current of that speed. */
 static void steady_motion(void)
 {
@@ -322,6 +355,7 @@ static void check(void)
 int main(void)
 {
     TEST(equilibrium);
+    TEST(equilibrium_of_hydraulics);
     TEST(steady_motion);
     TEST(state_space);
     TEST(hydraulic_servo);

@@ -47,14 +47,23 @@ double kmp_descent_scale(const kmp_linear *l, int k)
     return l->system->scale[l->part.u[k]];
 }
 
-/* The forces along u_k, and their changes by a unit of each coordinate and each current rate, as work. */
+/* The equation of a state has a unit of its own: its terms are no work that others compare with. */
+static bool is_state(const kmp_linear *l, int k)
+{
+    return kmp_state_of(l->system->model, l->part.u[k]) != NULL;
+}
+
+/* The forces along u_k, and their changes by a unit of each coordinate and each current rate, as work. Of a state: its
+ * rate, and the changes of this rate by the coordinates and by the size of each state, times its own size. */
 static double work_of(const kmp_linear *l, int k)
 {
     double acting = 0, row = 0, column = 0, s = kmp_descent_scale(l, k);
     for (int i = 0; i < l->n; i++)
         acting += fabs(l->red.x[i + k * l->n] * l->force[i]) * s;
     for (int j = 0; j < l->p; j++) {
-        acting += fabs(l->damping[k + j * l->p] * l->qd[l->part.u[j]]) * s;
+        double rate = fabs(l->qd[l->part.u[j]]);
+        bool states = is_state(l, k) && is_state(l, j);
+        acting += fabs(l->damping[k + j * l->p]) * (states ? fmax(rate, kmp_descent_scale(l, j)) : rate) * s;
         row += fabs(l->stiffness[k + j * l->p]) * s * kmp_descent_scale(l, j);
         column += fabs(l->stiffness[j + k * l->p]) * s * kmp_descent_scale(l, j);
     }
@@ -67,11 +76,11 @@ double kmp_descent_measure(const kmp_linear *l, double *work, double *most)
     *most = 0;
     for (int k = 0; k < l->p; k++) {
         work[k] = work_of(l, k);
-        *most = fmax(*most, work[k]);
+        *most = fmax(*most, is_state(l, k) ? 0 : work[k]);
     }
     for (int k = 0; k < l->p; k++) {
-        work[k] += SLACK * *most;
-        if (*most > 0)
+        work[k] += is_state(l, k) ? 0 : SLACK * *most;
+        if (work[k] > 0)
             worst = fmax(worst, fabs(l->residual[k]) * kmp_descent_scale(l, k) / work[k]);
     }
     return worst;
@@ -336,11 +345,17 @@ kempe_status kmp_descent_complain(const kmp_descent *w, const char *why)
         }
     }
     const kmp_motion *m = worst >= 0 ? &l->system->model->motions[l->part.u[worst]] : NULL;
+    bool state = worst >= 0 && is_state(l, worst);
+    double most_force = worst >= 0 ? w->force[worst] : 0;
     return kmp_fail(l->system->context, KEMPE_E_FAILED,
                     "no equilibrium is found: after %d iterations the residual is %.2e (required: %.0e), most of it "
-                    "along '%s', %.3g %s: %s; %s",
-                    w->search->iterations, w->residual, KMP_WAY_BALANCED, m ? m->name : "", m ? w->force[worst] : 0,
-                    m && m->rotation ? "N m" : "N", why,
+                    "%s '%s', %.3g %s: %s; %s",
+                    w->search->iterations, w->residual, KMP_WAY_BALANCED, state ? "in the rate of the state" : "along",
+                    m ? m->name : "", state ? -most_force : most_force,
+                    state              ? "per second"
+                    : m && m->rotation ? "N m"
+                                       : "N",
+                    why,
                     w->search->balanced
                         ? "the held coordinates may displace it: hold it too, or start nearer to an equilibrium"
                         : "start from another position");

@@ -32,7 +32,7 @@ static bool decompose(kmp_descent *w)
 {
     int p = w->count;
     for (int k = 0; k < p; k++)
-        w->size[k] = kmp_descent_unit(w, k) / (w->most > 0 ? sqrt(w->work[w->place[k]]) : 1);
+        w->size[k] = kmp_descent_unit(w, k) / (w->work[w->place[k]] > 0 ? sqrt(w->work[w->place[k]]) : 1);
     for (int k = 0; k < p; k++)
         for (int i = 0; i < p; i++)
             w->matrix[i + k * p] = kmp_descent_entry(w, i, k) * w->size[i] * w->size[k];

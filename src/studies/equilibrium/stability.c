@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/equilibrium/stability.h"
 #include "base/context.h"
-#include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "derivatives/sampled_motion.h"
 #include "linalg/dense/spectrum.h"
 #include <math.h>
 
 #define ROUNDING 1e-10 /* of a real part, relative to the largest modulus */
-#define SAMPLED  1e-9  /* the same of ln(z)/T, whose z have passed an exponential */
 
 const char *kmp_stability_text(kmp_stability_word word)
 {
@@ -51,32 +50,36 @@ static void judge(const kmp_linear *l, const kmp_spectrum *s, kmp_stability *out
 }
 
 /* A model with sampled states has the eigenvalues z of its map over one period T; of each, ln(z)/T grows as it does. */
-static kempe_status judge_samples(const kmp_linear *l, kmp_stability *out)
+static void judge_rates(const kmp_sampled_spectrum *s, kmp_stability *out)
 {
-    double period, *values = KMP_NEW(double, 4 * (ptrdiff_t)l->p), largest = 0;
-    int count = 0;
-    KMP_TRY(kmp_made(l->system->context, values));
-    double *re = values, *im = values + 2 * (ptrdiff_t)l->p;
-    int failed = kmp_sampled_eigenvalues(l, &period, &count, re, im);
-    for (int k = 0; k < count && failed == 0; k++) {
-        double grows = log(hypot(re[k], im[k])) / period, turns = atan2(im[k], re[k]) / period;
-        re[k] = grows;
-        im[k] = turns;
-        largest = isfinite(grows) ? fmax(largest, hypot(grows, turns)) : largest;
-    }
+    double largest = 0, re, im;
     bool neutral = false;
-    for (int k = 0; k < count && failed == 0; k++) {
-        out->growing += re[k] > SAMPLED * largest;
-        neutral = neutral || fabs(re[k]) <= SAMPLED * largest;
-        if (!(re[k] <= out->re)) {
-            out->re = re[k];
-            out->im = im[k];
+    for (int k = 0; k < s->count; k++) {
+        kmp_sampled_rate(s, k, &re, &im);
+        largest = fmax(largest, hypot(re, im));
+    }
+    for (int k = 0; k < s->count; k++) {
+        kmp_sampled_rate(s, k, &re, &im);
+        out->growing += re > KMP_SAMPLED_STILL * largest;
+        neutral = neutral || fabs(re) <= KMP_SAMPLED_STILL * largest;
+        if (!(re <= out->re)) {
+            out->re = re;
+            out->im = im;
         }
     }
-    if (failed == 0)
-        out->word = out->growing > 0 ? KMP_UNSTABLE : neutral ? KMP_NEUTRAL : KMP_STABLE;
-    kmp_free(values);
-    return KEMPE_OK;
+    out->word = out->growing > 0 ? KMP_UNSTABLE : neutral ? KMP_NEUTRAL : KMP_STABLE;
+}
+
+static kempe_status judge_samples(const kmp_linear *l, kmp_stability *out)
+{
+    kmp_sampled_spectrum s;
+    kempe_status status = kmp_sampled_spectrum_init(&s, l);
+    if (status == KEMPE_E_FAILED)
+        kmp_context_clear(l->system->context);
+    if (status == KEMPE_OK)
+        judge_rates(&s, out);
+    kmp_sampled_spectrum_free(&s);
+    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
 
 kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stability)
@@ -87,9 +90,8 @@ kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stabil
         stability->word = KMP_STABLE;
         return KEMPE_OK;
     }
-    for (int k = 0; k < linear->system->model->state_count; k++)
-        if (kmp_state_is_sampled(&linear->system->model->states[k]))
-            return judge_samples(linear, stability);
+    if (kmp_samples_in(linear->system->model))
+        return judge_samples(linear, stability);
     kempe_status status = kmp_linear_spectrum(linear, &s);
     if (status == KEMPE_E_FAILED)
         kmp_context_clear(linear->system->context);

@@ -284,8 +284,7 @@ kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *syste
 {
     double begin = kmp_cpu_now();
     *channels = (kmp_channels){0};
-    kempe_status status =
-        options->samples ? kmp_averaged_new(system, "small motions about a state", &channels->averaged) : KEMPE_OK;
+    kempe_status status = kmp_averaged_new(system, "small motions about a state", &channels->averaged);
     channels->given = channels->system = kmp_averaged_system(channels->averaged, system);
     if (status == KEMPE_OK)
         status = build(channels, options);

@@ -10,7 +10,6 @@
 /** NULL: the default of each. */
 typedef struct kmp_channels_options {
     const char *at, *inputs, *outputs, *independent, *backend;
-    bool samples; /* sampled states are averaged; otherwise they are rejected */
 } kmp_channels_options;
 
 typedef struct kmp_names {

@@ -53,34 +53,21 @@ static kempe_status make_first_order(kempe_linearization *l)
 /* From one common sample to the next. */
 static kempe_status make_samples(kempe_linearization *l)
 {
-    const kmp_transfer *t = &l->channels.transfer;
-    const kmp_linear *linear = &l->channels.linear;
     kempe_context *context = l->channels.system->context;
-    ptrdiff_t width = kmp_transfer_width(t);
-    double *every, *room;
+    ptrdiff_t width = kmp_transfer_width(&l->channels.transfer);
+    double *room;
     if (!l->channels.averaged)
         return KEMPE_OK;
-    KMP_TRY(kmp_made(context,
-                     KMP_ARENA_MAKE(&l->channels.arena, KMP_ROOM(double, width, &every),
-                                    KMP_ROOM(double, 2 * width, &l->z), KMP_ROOM(double, 3 * width * width, &room))));
-    for (int i = 0; i < (int)width; i++) {
-        int place = kmp_transfer_state(t, i) - t->p;
-        const kmp_state *state = place >= 0 ? kmp_state_of(linear->system->model, linear->part.u[place]) : NULL;
-        every[i] = state && kmp_state_is_sampled(state) ? state->period : INFINITY;
-    }
-    int failed = kmp_sampled_map((int)width, t->columns, l->a, l->b, every, &l->period, l->a, l->b);
-    if (failed == -2)
-        return kmp_fail(
-            context, KEMPE_E_FAILED,
-            "the sample times of the states have no common multiple: there is no map from one sample to the "
-            "next");
+    KMP_TRY(kmp_made(context, KMP_ARENA_MAKE(&l->channels.arena, KMP_ROOM(double, 2 * width, &l->z),
+                                             KMP_ROOM(double, 3 * width * width, &room))));
+    int failed = kmp_transfer_sample(&l->channels.transfer, l->a, l->b, &l->period);
+    if (failed)
+        return kmp_sampled_complain(context, failed);
     memcpy(room, l->a, (size_t)(width * width) * sizeof *room);
     double *vectors = room + width * width;
-    failed = failed ? failed
-                    : kmp_eigen_general((int)width, room, l->z, l->z + width, vectors, vectors, vectors + width * width,
-                                        vectors + width * width);
-    return failed == 0 ? KEMPE_OK
-                       : kmp_fail(context, KEMPE_E_FAILED, "the map from one sample to the next is not finite");
+    failed = kmp_eigen_general((int)width, room, l->z, l->z + width, vectors, vectors, vectors + width * width,
+                               vectors + width * width);
+    return failed == 0 ? KEMPE_OK : kmp_sampled_complain(context, failed);
 }
 
 kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *options,
@@ -90,8 +77,8 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
     KMP_OPTIONS(system->context, kempe_linearize_options, options);
     kmp_context_begin(system->context);
     KMP_MAKE(system->context, kempe_linearization, l);
-    const kmp_channels_options requested = {options->at,          options->inputs,  options->outputs,
-                                            options->independent, options->backend, true};
+    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
+                                            options->backend};
     kempe_status status = kmp_channels_init(&l->channels, system, &requested);
     if (status == KEMPE_OK)
         status = make_first_order(l);

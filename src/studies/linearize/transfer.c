@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/linearize/transfer.h"
 #include "base/memory.h"
+#include "derivatives/sampled_motion.h"
 #include "linalg/dense/dense.h"
+#include <math.h>
 #include <string.h>
 
 /* -- construction ------------------------------------------------------------------------------------ */
@@ -247,5 +249,21 @@ int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b,
     }
     kmp_free(mass);
     kmp_free(pivot);
+    return failed;
+}
+
+int kmp_transfer_sample(const kmp_transfer *transfer, double *a, double *b, double *period)
+{
+    const kmp_transfer *t = transfer;
+    const kmp_linear *l = t->linear;
+    int width = kmp_transfer_width(t);
+    double *every = KMP_NEW(double, width);
+    for (int i = 0; every && i < width; i++) {
+        int place = kmp_transfer_state(t, i) - t->p;
+        const kmp_state *state = place >= 0 ? kmp_state_of(l->system->model, l->part.u[place]) : NULL;
+        every[i] = kmp_state_is_sampled(state) ? state->period : INFINITY;
+    }
+    int failed = every ? kmp_sampled_map(width, t->columns, a, b, every, period, a, b) : -1;
+    kmp_free(every);
     return failed;
 }

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/modes/eigenmodes.h"
 #include "constraints/closing/charts.h"
+#include "constraints/tolerances.h"
+#include "derivatives/sampled_motion.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static bool make_room(kmp_modes *s)
@@ -13,6 +16,8 @@ static bool make_room(kmp_modes *s)
     bool charts = s->system->chart_count > 0;
     s->shown_re = charts ? KMP_ARENA_NEW(a, double, size) : s->re;
     s->shown_im = charts ? KMP_ARENA_NEW(a, double, size) : s->im;
+    if (kmp_samples_in(s->system->model))
+        (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, s->count, &s->z_re, &s->z_im));
     return !a->failed;
 }
 
@@ -37,18 +42,30 @@ static void show_states(const kmp_modes *s, int c)
     }
 }
 
-/* N x, the first of its largest entries made real and one size of its coordinate. */
-static void shape(kmp_modes *s, const kmp_linear *l, int c)
+/* Adds a motion of u_k to shape c. */
+static void add_motion(kmp_modes *s, const kmp_linear *l, int c, int k, double x_re, double x_im)
 {
-    int n = s->n, p = s->p, best = 0;
+    double *re = s->re + (ptrdiff_t)c * s->n, *im = s->im + (ptrdiff_t)c * s->n;
+    for (int i = 0; i < s->n; i++) {
+        re[i] += l->red.x[i + k * s->n] * x_re;
+        im[i] += l->red.x[i + k * s->n] * x_im;
+    }
+}
+
+/* Eigenvector `from` of a spectrum as shape c. */
+static void take_shape(kmp_modes *s, const kmp_linear *l, const kmp_spectrum *of, int from, int c)
+{
+    for (int k = 0; k < s->p; k++)
+        add_motion(s, l, c, k, of->x_re[k + from * s->p], of->x_im[k + from * s->p]);
+    show_states(s, c);
+}
+
+/* The first of the largest entries made real and one size of its coordinate. */
+static void normalise(kmp_modes *s, int c)
+{
+    int n = s->n, best = 0;
     const double *scale = s->system->scale;
     double *re = s->re + (ptrdiff_t)c * n, *im = s->im + (ptrdiff_t)c * n, most = 0;
-    for (int k = 0; k < p; k++)
-        for (int i = 0; i < n; i++) {
-            re[i] += l->red.x[i + k * n] * s->spectrum.x_re[k + c * p];
-            im[i] += l->red.x[i + k * n] * s->spectrum.x_im[k + c * p];
-        }
-    show_states(s, c);
     for (int i = 0; i < n; i++) {
         double size = hypot(re[i], im[i]) / scale[i];
         if (size > most * (1 + 1e-6)) {
@@ -123,9 +140,116 @@ static void measure(kmp_modes *s, kmp_linear *l, double *mass, double *work)
 {
     kmp_eval_dense_mass(l->eval, mass);
     for (int c = 0; c < s->count; c++)
-        shape(s, l, c);
+        normalise(s, c);
     energies(s, l, mass, work);
     show(s, l, work);
+}
+
+/* -- spectra ----------------------------------------------------------------------------------------- */
+
+static kempe_status solve(kmp_modes *s, const kmp_linear *l)
+{
+    KMP_TRY(kmp_linear_spectrum(l, &s->spectrum));
+    s->count = s->spectrum.count;
+    for (int c = 0; c < s->count; c++)
+        take_shape(s, l, &s->spectrum, c, c);
+    return KEMPE_OK;
+}
+
+/* An eigenvalue of the map, with s for the order. */
+typedef struct sampled_mode {
+    double s_re, s_im, from_one;
+    int k;
+} sampled_mode;
+
+static int by_nearness(const void *a, const void *b)
+{
+    const sampled_mode *x = a, *y = b;
+    return x->from_one != y->from_one ? (x->from_one < y->from_one ? -1 : 1) : x->k - y->k;
+}
+
+/* By modulus; the members of a pair, whose moduli are equal, stay together. */
+static int by_modulus(const void *a, const void *b)
+{
+    const sampled_mode *x = a, *y = b;
+    double first = hypot(x->s_re, x->s_im), second = hypot(y->s_re, y->s_im);
+    return first != second ? (first < second ? -1 : 1) : x->k - y->k;
+}
+
+/* Free motions of the averaged equations are free from sample to sample, too: as many z are 1, the nearest ones. Puts
+ * them first, exactly; 0: the others are all that there is. */
+static int find_zeros(const kmp_spectrum *averaged, sampled_mode *mode, int count)
+{
+    int zeros = averaged->zeros < count ? averaged->zeros : 0;
+    qsort(mode, (size_t)count, sizeof *mode, by_nearness);
+    if (zeros > 0 && !(mode[zeros - 1].from_one <= KMP_SAMPLED_ONE))
+        zeros = 0;
+    qsort(mode + zeros, (size_t)(count - zeros), sizeof *mode, by_modulus);
+    return zeros;
+}
+
+/* The eigenvector of the map as shape c: positions, and values of states, before the samples. */
+static void take_sampled_shape(kmp_modes *s, const kmp_linear *l, const kmp_sampled_spectrum *of, int from, int c)
+{
+    for (int i = 0; i < of->count; i++) {
+        int k = of->place[i] % s->p;
+        if (of->place[i] < s->p || kmp_state_of(s->system->model, l->part.u[k]))
+            add_motion(s, l, c, k, of->x_re[i + from * of->count], of->x_im[i + from * of->count]);
+    }
+}
+
+static void put_sampled(kmp_modes *s, const kmp_linear *l, const kmp_spectrum *averaged,
+                        const kmp_sampled_spectrum *map, const sampled_mode *mode, int zeros)
+{
+    kmp_spectrum *out = &s->spectrum;
+    out->zeros = zeros;
+    out->still = zeros > 0 ? averaged->still : 0;
+    for (int c = 0; c < s->count; c++) {
+        int k = mode[c].k;
+        bool zero = c < zeros;
+        out->re[c] = zero ? 0 : mode[c].s_re;
+        out->im[c] = zero ? 0 : mode[c].s_im;
+        s->z_re[c] = zero ? 1 : map->re[k];
+        s->z_im[c] = zero ? 0 : map->im[k];
+        if (zero)
+            take_shape(s, l, averaged, c, c);
+        else
+            take_sampled_shape(s, l, map, k, c);
+    }
+}
+
+static kempe_status sort_sampled(kmp_modes *s, const kmp_linear *l, const kmp_spectrum *averaged,
+                                 const kmp_sampled_spectrum *map)
+{
+    kmp_arena scratch = {0};
+    sampled_mode *mode = KMP_ARENA_NEW(&scratch, sampled_mode, map->count);
+    kempe_status status = kmp_made(
+        s->system->context,
+        mode && KMP_ARENA_MAKE(&s->spectrum.arena, KMP_ROOM(double, map->count, &s->spectrum.re, &s->spectrum.im)));
+    s->period = map->period;
+    s->count = s->spectrum.count = map->count;
+    s->spectrum.p = s->p;
+    for (int k = 0; status == KEMPE_OK && k < map->count; k++) {
+        mode[k] = (sampled_mode){.from_one = hypot(map->re[k] - 1, map->im[k]), .k = k};
+        kmp_sampled_rate(map, k, &mode[k].s_re, &mode[k].s_im);
+    }
+    if (status == KEMPE_OK)
+        put_sampled(s, l, averaged, map, mode, find_zeros(averaged, mode, map->count));
+    kmp_arena_free(&scratch);
+    return status;
+}
+
+static kempe_status solve_sampled(kmp_modes *s, const kmp_linear *l)
+{
+    kmp_sampled_spectrum map = {0};
+    kmp_spectrum averaged;
+    KMP_TRY(kmp_linear_spectrum(l, &averaged));
+    kempe_status status = kmp_sampled_spectrum_init(&map, l);
+    if (status == KEMPE_OK)
+        status = sort_sampled(s, l, &averaged, &map);
+    kmp_sampled_spectrum_free(&map);
+    kmp_spectrum_free(&averaged);
+    return status;
 }
 
 kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
@@ -138,9 +262,10 @@ kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
                 KMP_ARENA_MAKE(&scratch, KMP_ROOM(double, (ptrdiff_t)s.n *s.n, &mass),
                                KMP_ROOM(double, 4 * (ptrdiff_t)s.n, &work)) &&
                 mass && work;
-    kempe_status status = room ? kmp_linear_spectrum(linear, &s.spectrum) : kmp_fail_memory(system->context);
-    if (room && status == KEMPE_OK) {
-        s.count = s.spectrum.count;
+    kempe_status status = !room    ? kmp_fail_memory(system->context)
+                          : s.z_re ? solve_sampled(&s, linear)
+                                   : solve(&s, linear);
+    if (status == KEMPE_OK) {
         memcpy(s.u, linear->part.u, (size_t)s.p * sizeof *s.u);
         measure(&s, linear, mass, work);
         *modes = s;
@@ -153,17 +278,23 @@ kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
 
 /* -- comparing --------------------------------------------------------------------------------------- */
 
+bool kmp_modes_is_over(const kmp_modes *modes, int c)
+{
+    return modes->z_re && hypot(modes->z_re[c], modes->z_im[c]) <= KMP_SAMPLED_OVER;
+}
+
 double kmp_modes_size(const kmp_modes *modes)
 {
     double most = 0;
     for (int c = 0; c < modes->count; c++)
-        most = fmax(most, hypot(modes->spectrum.re[c], modes->spectrum.im[c]));
+        if (!kmp_modes_is_over(modes, c))
+            most = fmax(most, hypot(modes->spectrum.re[c], modes->spectrum.im[c]));
     return most;
 }
 
 double kmp_modes_noise(const kmp_modes *modes)
 {
-    return 1e-11 * kmp_modes_size(modes);
+    return (modes->z_re ? KMP_SAMPLED_STILL : 1e-11) * kmp_modes_size(modes);
 }
 
 double kmp_modes_likeness(const kmp_modes *first, int a, const kmp_modes *second, int b)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes at one state: eigenvalues s of s^2 Mr + s Gr + Kr, their vectors extended to all coordinates by N = dq/du, and
- * the participation of each coordinate. */
+ * the participation of each coordinate. A model with sampled states has those of its map from sample to sample. */
 #pragma once
 
 #include "base/arena.h"
@@ -9,10 +9,12 @@
 
 typedef struct kmp_modes {
     const kempe_system *system;
-    kmp_arena arena; /* of all arrays */
-    int n, p, count; /* coordinates, independent ones, eigenvalues: 2 p */
-    int *u;          /* p */
-    kmp_spectrum spectrum;
+    kmp_arena arena;       /* of all arrays */
+    int n, p, count;       /* coordinates, independent ones, eigenvalues: 2 p */
+    int *u;                /* p */
+    kmp_spectrum spectrum; /* of sampled motion: s = ln(z)/T, without vectors */
+    double period;         /* T, in which all samples repeat; 0: no state is sampled */
+    double *z_re, *z_im;   /* count: eigenvalues from one common sample to the next; NULL: no state is sampled */
     double *re, *im; /* n x count: shapes, in the charts of the state; the largest entry in parts of the size of its
                         coordinate is 1 and real */
     double *shown_re, *shown_im; /* n x count: in the user's coordinates; the same arrays where no joint is spherical */
@@ -20,12 +22,16 @@ typedef struct kmp_modes {
     double *potential; /* n x count: of the elastic energy; zero where there is none */
 } kmp_modes;
 
-/** At the state of `linear`, whose matrices are made. KEMPE_E_FAILED: the reduced mass is not positive, or no iteration
- * converges. */
+/** At the state of `linear`, whose matrices are made. With sampled states, which the system has as an averaged one
+ * (derivatives/averaged.h), shapes are those before the samples. KEMPE_E_FAILED: the reduced mass is not positive, or
+ * no iteration converges. */
 kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear);
 void kmp_modes_free(kmp_modes *modes);
 
-/** The largest modulus of all. */
+/** True for a motion that is over within a sample: its s stands for all that are as fast or faster. */
+bool kmp_modes_is_over(const kmp_modes *modes, int c);
+
+/** The largest modulus of all that are not over within a sample. */
 double kmp_modes_size(const kmp_modes *modes);
 
 /** The modal assurance criterion of shape a of one and shape b of another: 1 for equal shapes up to a factor, 0 for

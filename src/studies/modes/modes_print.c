@@ -111,7 +111,7 @@ static void put_number(kmp_text *text, int width, double x)
         kmp_text_printf(text, "  %*s", width, "-");
 }
 
-static void show_eigenvalue(kmp_text *text, double re, double im)
+static void show_pair(kmp_text *text, double re, double im)
 {
     kmp_text_printf(text, "  %13.8g", re);
     if (im > 0)
@@ -120,28 +120,60 @@ static void show_eigenvalue(kmp_text *text, double re, double im)
         kmp_text_printf(text, "%18s", "");
 }
 
-static void show_modes(kmp_text *text, const kempe_modes *m)
+/* z from sample to sample, of which s has the frequency and the damping. */
+static void show_z(kmp_text *text, const kempe_modes *m, int c)
 {
-    const kmp_spectrum *s = &m->modes.spectrum;
-    int number = 0;
-    kmp_text_printf(text, "  %3s  %-31s  %12s  %9s  %11s  %s\n", "", "eigenvalue, 1/s", "frequency, Hz", "damping",
-                    "decay, s", "participation: share of the kinetic energy");
-    for (int c = 0; c < s->still; c++) {
-        kmp_text_printf(text, "  %3d  %13s%18s  %13s  %9s  %11s  ", ++number, "0", "", "-", "-", "-");
+    if (m->modes.z_re)
+        show_pair(text, m->modes.z_re[c], m->modes.z_im[c]);
+}
+
+static void show_zeros(kmp_text *text, const kempe_modes *m)
+{
+    for (int c = 0; c < m->modes.spectrum.still; c++) {
+        kmp_text_printf(text, "  %3d", c + 1);
+        show_z(text, m, c);
+        kmp_text_printf(text, "  %13s%18s  %13s  %9s  %11s  ", "0", "", "-", "-", "-");
         kmp_modes_put_along(text, m, c);
         kmp_text_put(text, "\n");
     }
-    for (int c = s->zeros; c < s->count; c++) {
-        if (s->im[c] < 0)
-            continue;
-        kmp_text_printf(text, "  %3d", ++number);
-        show_eigenvalue(text, s->re[c], s->im[c]);
-        put_number(text, 13, s->im[c] > 0 ? kmp_mode_frequency(s->re[c], s->im[c]) : NAN);
-        put_number(text, 9, s->im[c] > 0 ? kmp_mode_damping(s->re[c], s->im[c]) : NAN);
-        put_number(text, 11, kmp_mode_time(s->re[c]));
-        kmp_text_put(text, "  ");
-        kmp_modes_put_movers(text, m, c);
-        kmp_text_put(text, "\n");
+}
+
+static void show_mode(kmp_text *text, const kempe_modes *m, int c)
+{
+    double re = m->modes.spectrum.re[c], im = m->modes.spectrum.im[c];
+    bool over = kmp_modes_is_over(&m->modes, c);
+    show_z(text, m, c);
+    if (over)
+        kmp_text_printf(text, "  %31s", "over within a sample");
+    else
+        show_pair(text, re, im);
+    put_number(text, 13, im > 0 ? kmp_mode_frequency(re, im) : NAN);
+    put_number(text, 9, im > 0 ? kmp_mode_damping(re, im) : NAN);
+    put_number(text, 11, over ? NAN : kmp_mode_time(re));
+    kmp_text_put(text, "  ");
+    kmp_modes_put_movers(text, m, c);
+    kmp_text_put(text, "\n");
+}
+
+static void show_modes(kmp_text *text, const kempe_modes *m)
+{
+    const kmp_spectrum *s = &m->modes.spectrum;
+    int number = s->still;
+    kmp_text_printf(text, "  %3s", "");
+    if (m->modes.z_re)
+        kmp_text_printf(text, "  %-31s", "z from sample to sample");
+    kmp_text_printf(text, "  %-31s  %12s  %9s  %11s  %s\n", m->modes.z_re ? "s = ln(z)/T, 1/s" : "eigenvalue, 1/s",
+                    "frequency, Hz", "damping", "decay, s", "participation: share of the kinetic energy");
+    show_zeros(text, m);
+    for (int c = s->zeros; c < s->count; c++)
+        if (s->im[c] >= 0) {
+            kmp_text_printf(text, "  %3d", ++number);
+            show_mode(text, m, c);
+        }
+    if (m->modes.z_re) {
+        kmp_shown as = kmp_shown_as(m->system->context, "s");
+        kmp_text_printf(text, "\nsamples   all repeat every T = %.10g %s; frequencies are known up to %.6g Hz\n",
+                        as.factor * m->modes.period, as.unit, 0.5 / m->modes.period);
     }
     if (s->zeros > s->still)
         kmp_text_printf(text,
@@ -266,6 +298,8 @@ static void json_mode(kmp_json *j, const kempe_modes *m, int c)
     kmp_text along = {0};
     kmp_json_put(j, "{ index %d", c);
     json_pair(j, "eigenvalue", s->re[c], s->im[c]);
+    if (m->modes.z_re)
+        json_pair(j, "z", m->modes.z_re[c], m->modes.z_im[c]);
     kmp_json_put(j, "frequency %g damping %g decay %g", s->im[c] > 0 ? kmp_mode_frequency(s->re[c], s->im[c]) : NAN,
                  s->im[c] > 0 ? kmp_mode_damping(s->re[c], s->im[c]) : NAN, kmp_mode_time(s->re[c]));
     if (c < s->zeros)
@@ -311,6 +345,17 @@ static void json_locus(kmp_json *j, const kempe_modes *m)
     kmp_json_put(j, "] }");
 }
 
+/* All z in the order of the eigenvalues, which are ln(z)/T. */
+static void json_samples(kmp_json *j, const kempe_modes *m)
+{
+    if (!m->modes.z_re)
+        return;
+    kmp_json_put(j, "sample_time %g z [", m->modes.period);
+    for (int c = 0; c < m->modes.spectrum.count; c++)
+        json_pair(j, NULL, m->modes.z_re[c], m->modes.z_im[c]);
+    kmp_json_put(j, "]");
+}
+
 static void json_all(kmp_text *text, const void *result)
 {
     const kempe_modes *m = result;
@@ -325,7 +370,9 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json_array(&j, "eigenvalues");
     for (int c = 0; c < s->count; c++)
         json_pair(&j, NULL, s->re[c], s->im[c]);
-    kmp_json_put(&j, "] zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
+    kmp_json_put(&j, "]");
+    json_samples(&j, m);
+    kmp_json_put(&j, "zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
     kmp_modes_put_verdict(&verdict, m);
     kmp_json_text(&j, "reasons", &verdict);
     kmp_json_array(&j, "modes");

@@ -194,8 +194,10 @@ kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_optio
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
     KMP_MAKE(system->context, kempe_modes, m);
-    m->system = system;
-    kempe_status status = make(m, options);
+    kempe_status status = kmp_averaged_new(system, "modes", &m->averaged);
+    m->system = kmp_averaged_system(m->averaged, system);
+    if (status == KEMPE_OK)
+        status = make(m, options);
     m->status = status;
     m->warnings = kmp_context_warnings(system->context);
     m->cpu_s = kmp_cpu_now() - begin;
@@ -213,6 +215,7 @@ void kempe_modes_free(kempe_modes *modes)
     kmp_modes_free(&modes->modes);
     kmp_locus_free(&modes->locus);
     kmp_operating_family_free(modes->family);
+    kmp_averaged_free(modes->averaged);
     kmp_free(modes->warnings);
     kmp_arena_free(&modes->arena);
     kmp_free(modes);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/context.h"
+#include "derivatives/averaged.h"
 #include "studies/modes/locus.h"
 #include "studies/modes/operating_family.h"
 #include <kempe/modes.h>
@@ -11,6 +12,7 @@
 enum { KMP_MOST_ORDERS = 16 };
 
 struct kempe_modes {
+    kmp_averaged *averaged; /* of a model with sampled states; NULL: it has none */
     const kempe_system *system;
     kmp_arena arena; /* of reason, state and name */
     kempe_status status;

@@ -9,6 +9,8 @@ static void fill_modes(kempe_table *table, const void *result)
     const kempe_modes *m = result;
     const kmp_spectrum *s = &m->modes.spectrum;
     kmp_tabulate_columns(table, "index re[1/s] im[1/s] frequency[Hz] damping decay[s]");
+    if (m->modes.z_re)
+        kmp_tabulate_columns(table, "z.re z.im");
     kmp_tabulate_apart(table);
     for (int k = 0; k < 2 * m->modes.n; k++)
         kmp_tabulate_column(table, "", "%s.%s", k % 2 ? "im" : "re", m->system->model->motions[k / 2].name);
@@ -18,6 +20,8 @@ static void fill_modes(kempe_table *table, const void *result)
         kmp_tabulate_row(table);
         kmp_tabulate_cells(table, "%d %g %g %g %g %g", c, re, im, kmp_mode_frequency(re, im), kmp_mode_damping(re, im),
                            kmp_mode_time(re));
+        if (m->modes.z_re)
+            kmp_tabulate_cells(table, "%g %g", m->modes.z_re[c], m->modes.z_im[c]);
         for (int k = 0; k < m->modes.n; k++)
             kmp_tabulate_cells(table, "%g %g", m->modes.shown_re[k + at], m->modes.shown_im[k + at]);
     }

@@ -5,6 +5,7 @@
 #include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "derivatives/sampled_motion.h"
 #include "linalg/dense/dense.h"
 #include <complex.h>
 #include <float.h>
@@ -22,20 +23,38 @@ static const double no_answer = 1e-12;
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, int count)
+static kempe_status make_samples(kmp_frequency *f)
+{
+    const kmp_transfer *t = f->transfer;
+    kempe_context *context = t->linear->system->context;
+    ptrdiff_t p = t->p, width = f->size;
+    KMP_TRY(kmp_made(context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, 4 * p * p, &f->phi),
+                                             KMP_ROOM(double, 2 * p * t->columns, &f->gamma),
+                                             KMP_ROOM(double, 2 * p * t->outputs, &f->c),
+                                             KMP_ROOM(double, (ptrdiff_t)t->outputs * t->columns, &f->d))));
+    int failed = kmp_transfer_first_order(t, f->phi, f->gamma, f->c, f->d);
+    KMP_TRY(kmp_made(context, failed != -1));
+    if (failed)
+        return kmp_sampled_complain(context, -3);
+    failed = kmp_transfer_sample(t, f->phi, f->gamma, &f->period);
+    return failed == 0 || width == 0 ? KEMPE_OK : kmp_sampled_complain(context, failed);
+}
+
+kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, bool sampled, int count)
 {
     kmp_frequency *f = frequency;
-    ptrdiff_t p = transfer->p, block = (ptrdiff_t)transfer->inputs->count * transfer->outputs, all = block * count;
+    ptrdiff_t block = (ptrdiff_t)transfer->inputs->count * transfer->outputs, all = block * count;
     *f = (kmp_frequency){
         .transfer = transfer, .inputs = transfer->inputs->count, .outputs = transfer->outputs, .count = count};
+    ptrdiff_t size = f->size = sampled ? kmp_transfer_width(transfer) : transfer->p;
     f->pole = KMP_ARENA_NEW(&f->arena, bool, count);
-    f->pivot = KMP_ARENA_NEW(&f->arena, int, p);
-    return KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, all, &f->re, &f->im), KMP_ROOM(double, count, &f->at),
-                          KMP_ROOM(double, block, &f->still, &f->h_re, &f->h_im),
-                          KMP_ROOM(double, p *p, &f->a_re, &f->a_im, &f->terms),
-                          KMP_ROOM(double, p, &f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im))
-               ? KEMPE_OK
-               : kmp_fail_memory(transfer->linear->system->context);
+    f->pivot = KMP_ARENA_NEW(&f->arena, int, size);
+    KMP_TRY(kmp_made(transfer->linear->system->context,
+                     KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, all, &f->re, &f->im), KMP_ROOM(double, count, &f->at),
+                                    KMP_ROOM(double, block, &f->still, &f->h_re, &f->h_im),
+                                    KMP_ROOM(double, size *size, &f->a_re, &f->a_im, &f->terms),
+                                    KMP_ROOM(double, size, &f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im))));
+    return sampled ? make_samples(f) : KEMPE_OK;
 }
 
 void kmp_frequency_free(kmp_frequency *frequency)
@@ -57,7 +76,8 @@ static bool is_state(const kmp_frequency *f, int k)
 
 /* -- one frequency ----------------------------------------------------------------------------------- */
 
-/* An entry of -w^2 Mr + i w Gr + Kr; of the column of a state, whose unknown is its value, of i w Mr + Gr. */
+/* An entry of -w^2 Mr + i w Gr + Kr; of the column of a state, whose unknown is its value, of i w Mr + Gr. With sampled
+ * states of z - phi. */
 typedef struct entry {
     double re, im, size;
 } entry;
@@ -65,6 +85,11 @@ typedef struct entry {
 static entry entry_of(const kmp_frequency *f, double w, int row, int column)
 {
     const kmp_linear *l = f->transfer->linear;
+    if (f->phi) {
+        double phi = f->phi[row + (ptrdiff_t)column * f->size];
+        double complex z = row == column ? cexp(I * w * f->period) : 0;
+        return (entry){creal(z) - phi, cimag(z), fabs(phi) + cabs(z)};
+    }
     int e = row + column * f->transfer->p;
     double m = l->mass[e], g = l->damping[e], k = l->stiffness[e];
     if (is_state(f, column))
@@ -76,15 +101,17 @@ static entry entry_of(const kmp_frequency *f, double w, int row, int column)
 static double size_of_diagonal(const kmp_frequency *f, double w, int k)
 {
     const kmp_linear *l = f->transfer->linear;
+    if (f->phi)
+        return fmax(1, fabs(f->phi[k + (ptrdiff_t)k * f->size]));
     int e = k + k * f->transfer->p;
     double m = fabs(l->mass[e]), g = fabs(l->damping[e]);
     return is_state(f, k) ? fmax(g, w * m) : fmax(fmax(fabs(l->stiffness[e]), w * g), w * w * m);
 }
 
-/* S (-w^2 Mr + i w Gr + Kr) S, its diagonal of the size of one, in factors. false: singular. */
+/* S (-w^2 Mr + i w Gr + Kr) S, or S (z - phi) S, its diagonal of the size of one, in factors. false: singular. */
 static bool factor(kmp_frequency *f, double w)
 {
-    int p = f->transfer->p;
+    int p = f->size;
     for (int k = 0; k < p; k++) {
         double size = size_of_diagonal(f, w, k);
         f->scale[k] = size > 0 ? 1 / sqrt(size) : 1;
@@ -125,7 +152,7 @@ static double largest(int count, const double *re, const double *im)
 /* The effect of rounding in the equations' terms on du. */
 static void note_rounding(kmp_frequency *f)
 {
-    int p = f->transfer->p;
+    int p = f->size;
     memset(f->off_re, 0, (size_t)p * sizeof *f->off_re);
     memset(f->off_im, 0, (size_t)p * sizeof *f->off_im);
     for (int k = 0; k < p; k++)
@@ -136,19 +163,27 @@ static void note_rounding(kmp_frequency *f)
     f->rounding = size > 0 ? fmax(f->rounding, off / size) : f->rounding;
 }
 
-static void solve(kmp_frequency *f, double w, int input)
+/* The loads of an input on the right side: -L, or gamma. */
+static void put_loads(kmp_frequency *f, double w, int input)
 {
     const kmp_transfer *t = f->transfer;
-    int p = t->p;
+    int p = f->size;
     memset(f->du_re, 0, (size_t)p * sizeof *f->du_re);
     memset(f->du_im, 0, (size_t)p * sizeof *f->du_im);
     for (int c = 0; c < t->columns; c++) {
-        double complex swing = power(w, t->load[c].order);
+        const double *load = f->phi ? f->gamma + (ptrdiff_t)c * p : t->loads + (ptrdiff_t)c * p;
+        double complex swing = f->phi ? -1 : power(w, t->load[c].order);
         for (int i = 0; t->load[c].input == input && i < p; i++) {
-            f->du_re[i] -= f->scale[i] * creal(swing) * t->loads[i + c * p];
-            f->du_im[i] -= f->scale[i] * cimag(swing) * t->loads[i + c * p];
+            f->du_re[i] -= f->scale[i] * creal(swing) * load[i];
+            f->du_im[i] -= f->scale[i] * cimag(swing) * load[i];
         }
     }
+}
+
+static void solve(kmp_frequency *f, double w, int input)
+{
+    int p = f->size;
+    put_loads(f, w, input);
     kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->du_re, f->du_im);
     note_rounding(f);
     for (int i = 0; i < p; i++) {
@@ -162,6 +197,17 @@ static double size_of(double complex x)
     return fabs(creal(x)) + fabs(cimag(x));
 }
 
+/* The derivative of an output by unknown k. */
+static double complex seen_of(const kmp_frequency *f, double w, int output, int k)
+{
+    const kmp_transfer *t = f->transfer;
+    int at = output + k * t->outputs;
+    if (f->phi)
+        return f->c[at];
+    return is_state(f, k) ? t->by_ud[at] + w * t->by_udd[at] * I
+                          : t->by_u[at] - w * w * t->by_udd[at] + w * t->by_ud[at] * I;
+}
+
 /* Output sums that cancel to rounding are zero, and have no peaks. */
 static void put_output(kmp_frequency *f, double w, int output, int input)
 {
@@ -169,21 +215,20 @@ static void put_output(kmp_frequency *f, double w, int output, int input)
     int e = output + input * f->outputs;
     double complex sum = 0;
     double size = 0; /* of its terms */
-    for (int k = 0; k < t->p; k++) {
-        int at = output + k * t->outputs;
-        double complex by = is_state(f, k) ? t->by_ud[at] + w * t->by_udd[at] * I
-                                           : t->by_u[at] - w * w * t->by_udd[at] + w * t->by_ud[at] * I;
+    for (int k = 0; k < f->size; k++) {
+        double complex by = seen_of(f, w, output, k);
         double complex du = f->du_re[k] + f->du_im[k] * I;
         sum += by * du;
         size += size_of(by) * size_of(du);
     }
     for (int c = 0; c < t->columns; c++)
         if (t->load[c].input == input) {
-            double complex term = t->direct[output + c * t->outputs] * power(w, t->load[c].order);
+            double complex direct = f->phi ? f->d[output + c * t->outputs] : t->direct[output + c * t->outputs];
+            double complex term = direct * power(w, t->load[c].order);
             sum += term;
             size += size_of(term);
         }
-    bool nothing = size_of(sum) <= 16 * (t->p + 1) * DBL_EPSILON * size;
+    bool nothing = size_of(sum) <= 16 * (f->size + 1) * DBL_EPSILON * size;
     f->h_re[e] = nothing ? 0 : creal(sum);
     f->h_im[e] = nothing ? 0 : cimag(sum);
 }
@@ -415,6 +460,22 @@ static void take_still(kmp_frequency *f)
     }
 }
 
+/* Poles as ln(z)/T of the map. */
+static kempe_status find_sampled_poles(kmp_frequency *f)
+{
+    kmp_sampled_spectrum map;
+    kmp_spectrum *s = &f->poles;
+    kempe_status status = kmp_sampled_spectrum_init(&map, f->transfer->linear);
+    if (status == KEMPE_OK)
+        status = kmp_made(f->transfer->linear->system->context,
+                          KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, map.count, &s->re, &s->im)));
+    s->count = status == KEMPE_OK ? map.count : 0;
+    for (int k = 0; k < s->count; k++)
+        kmp_sampled_rate(&map, k, &s->re[k], &s->im[k]);
+    kmp_sampled_spectrum_free(&map);
+    return status;
+}
+
 kempe_status kmp_frequency_run(kmp_frequency *frequency)
 {
     kmp_frequency *f = frequency;
@@ -426,7 +487,7 @@ kempe_status kmp_frequency_run(kmp_frequency *frequency)
         if (kmp_interrupted(context))
             return KEMPE_STOPPED;
     }
-    kempe_status status = kmp_linear_spectrum(l, &f->poles);
+    kempe_status status = f->phi ? find_sampled_poles(f) : kmp_linear_spectrum(l, &f->poles);
     f->has_spectrum = status == KEMPE_OK;
     if (status == KEMPE_E_MEMORY)
         return status;

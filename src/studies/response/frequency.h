@@ -4,7 +4,12 @@
  *     (-omega^2 Mr + i omega Gr + Kr) du = -(L0 + i omega L1 - omega^2 L2) w,
  *     dy = (Yu + i omega Yud - omega^2 Yudd) du + (Y0 + i omega Y1 - omega^2 Y2) w,
  *
- * with L1 and L2 the columns of an input's time derivatives: without inverse of Mr, and without first-order form. */
+ * with L1 and L2 the columns of an input's time derivatives: without inverse of Mr, and without first-order form. With
+ * sampled states inputs are sampled and held, and
+ *
+ *     (z - phi) dx = gamma w,     dy = C dx + D w,     z = e^(i omega T),
+ *
+ * from one common sample to the next (derivatives/sampled_motion.h). */
 #pragma once
 
 #include "linalg/dense/spectrum.h"
@@ -22,6 +27,9 @@ typedef struct kmp_peak {
 typedef struct kmp_frequency {
     kmp_arena arena;              /* of all arrays but peaks */
     const kmp_transfer *transfer; /* not owned, evaluated */
+    int size;                     /* number of unknowns: p, or of x with sampled states */
+    double period;                /* T; 0: no state is sampled */
+    double *phi, *gamma, *c, *d;  /* with sampled states */
     int inputs, outputs, count;
     double *at;        /* count: Hz, ascending */
     double *re, *im;   /* count blocks of outputs x inputs, column-major; NaN at a pole */
@@ -39,8 +47,9 @@ typedef struct kmp_frequency {
     int *pivot;
 } kmp_frequency;
 
-/** Makes room for frequencies that the caller fills in. KEMPE_E_MEMORY. */
-kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, int count);
+/** Makes room for frequencies that the caller fills in. `sampled`: the transfer is that of an averaged system
+ * (derivatives/averaged.h). KEMPE_E_MEMORY; KEMPE_E_FAILED with a sentence: there is no map between samples. */
+kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, bool sampled, int count);
 void kmp_frequency_free(kmp_frequency *frequency);
 
 /** Computes the responses at all frequencies, the poles, and the peaks: between the given frequencies, too, which are

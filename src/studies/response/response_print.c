@@ -108,6 +108,11 @@ static void show(kmp_text *text, const void *result)
                     kmp_model_has_time(r->channels.system->model) ? " (t = 0)" : "");
     list_poles(text, r, true);
     list_poles(text, r, false);
+    if (f->phi) {
+        kmp_shown as = kmp_shown_as(r->channels.system->context, "s");
+        kmp_text_printf(text, "samples   inputs are held for T = %.10g %s; outputs are those before each sample\n",
+                        as.factor * f->period, as.unit);
+    }
     kmp_text_printf(text, "\nrounding  changes the response by at most %.1e (relative), at %.6g Hz\n", f->worst,
                     f->worst_at);
     show_still(text, r, width);
@@ -176,6 +181,8 @@ static void json(kmp_text *text, const void *result)
     kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
     json_channels(&j, r);
+    if (r->frequency.phi)
+        kmp_json_put(&j, "sample_time %g", r->frequency.period);
     json_poles(&j, r);
     json_peaks(&j, r);
     kmp_json_put(&j, "rounding { difference %g limit %g frequency %g result %s }", r->frequency.worst,

@@ -2,6 +2,7 @@
 /* The frequency response study: its computation, results and table. */
 #include "studies/response/response_study.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "model/expressions/ranges.h"
 #include "output/result_table.h"
 #include <string.h>
@@ -11,6 +12,12 @@ enum { DEFAULT_COUNT = 200 };
 static const double two_pi = 6.283185307179586476925286766559;
 
 /* -- frequencies ------------------------------------------------------------------------------------- */
+
+/* Half the frequency of the samples, Hz; infinite where nothing is sampled. */
+static double highest(const kmp_frequency *f)
+{
+    return f->phi ? 0.5 / f->period : INFINITY;
+}
 
 /* Whole decades around the natural frequencies; 0.1 to 100 Hz where there are none. */
 static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
@@ -55,6 +62,22 @@ static kempe_status check_range(kempe_context *context, const kmp_range *range, 
         return kmp_fail(
             context, KEMPE_E_ARGUMENT,
             "logarithmic frequencies cannot begin at 0: use a positive frequency, or linear spacing (--linear)");
+    return KEMPE_OK;
+}
+
+/* The end of the usual range is at most half the frequency of the samples; a requested one must be. */
+static kempe_status check_samples(const kempe_response *r, const kempe_response_options *options, kmp_range *range)
+{
+    double most = highest(&r->frequency);
+    if (range->to <= most * (1 + KMP_SAME_SAMPLE))
+        return KEMPE_OK;
+    if (options->frequencies)
+        return kmp_fail(r->channels.system->context, KEMPE_E_ARGUMENT,
+                        "frequencies end at half of that of the samples, %.9g Hz, beyond which a sampled input is one "
+                        "of a lower frequency; %.9g Hz is above it",
+                        most, range->to);
+    range->to = most;
+    range->from = fmin(range->from, most / 100);
     return KEMPE_OK;
 }
 
@@ -116,13 +139,19 @@ static kempe_status check_inputs(const kmp_channels *c)
                             "inputs: parameter '%s' moves closures, and its rates are undefined; use a drive in the "
                             "model and the input drive(NAME)",
                             c->inputs.input[k].name);
+    for (int k = 0; c->averaged && k < c->transfer.columns; k++)
+        if (c->transfer.load[k].order > 0)
+            return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,
+                            "inputs: '%s' moves closures, and an input that is held between samples has no rates; use "
+                            "a force, an effort or a parameter",
+                            c->inputs.input[c->transfer.load[k].input].name);
     return KEMPE_OK;
 }
 
 static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_options *options)
 {
-    const kmp_channels_options requested = {options->at,          options->inputs,  options->outputs,
-                                            options->independent, options->backend, false};
+    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
+                                            options->backend};
     kmp_range range = {.count = 1};
     if (!options->inputs || !options->inputs[0])
         return kmp_fail(
@@ -132,7 +161,8 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
     KMP_TRY(check_state(&r->channels));
     KMP_TRY(check_inputs(&r->channels));
     KMP_TRY(read_range(&r->channels, options, &range));
-    KMP_TRY(kmp_frequency_init(&r->frequency, &r->channels.transfer, range.count));
+    KMP_TRY(kmp_frequency_init(&r->frequency, &r->channels.transfer, r->channels.averaged, range.count));
+    KMP_TRY(check_samples(r, options, &range));
     r->linear = options->linear;
     fill_range(&range, r->linear, r->frequency.at);
     KMP_TRY(kmp_frequency_run(&r->frequency));
