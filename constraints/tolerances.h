@@ -322,6 +322,13 @@
 /** Entries below this part of a row of size 1 are rounding: their squares add nothing. */
 #define KMP_ROWS_NOTHING 1e-12
 
+/* -- samples ------------------------------------------------------------------------------------------- */
+
+/** Least square of a pivot of a matrix of correlations: below it quantities determine each other, or contradict. */
+#define KMP_CORRELATION_LEAST 1e-12
+/** Least share of a normal distribution between its limits: of a smaller one quantiles lose six digits. */
+#define KMP_TRUNCATED_LEAST 1e-6
+
 /* -- error control ------------------------------------------------------------------------------------- */
 
 /** Absolute tolerance of an entry that is integrated with the others and does not limit the step: the work of forces,

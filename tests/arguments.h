@@ -100,6 +100,8 @@ static const kempe_modes_options from_start = {.at = "start"};
 static const char *const some_parameters[1] = {"base"};
 static const kempe_gradient_options of_base = {.parameter_count = 1, .parameters = some_parameters, .driven = "crank"};
 
+static const kempe_sample_options two_cranks = {.ranges = "crank=0.29:0.31", .count = 2};
+
 SOME(kempe_system, kempe_system_new, some_kempe_model(0))
 SOME(kempe_assembly, kempe_assembly_new, some_kempe_system(0))
 SOME(kempe_check, kempe_check_new, some_kempe_system(0))
@@ -121,8 +123,9 @@ SOME(kempe_table, kempe_inverse_table, some_kempe_inverse(0), "rows")
 SOME(kempe_workspace, kempe_workspace_new, some_kempe_system(0))
 SOME(kempe_count, kempe_count_new, some_kempe_model(0), NULL)
 SOME(kempe_code, kempe_code_new, some_kempe_model(0), NULL)
-SOME(kempe_values, kempe_values_sample, some_kempe_model(0), "crank=0.29:0.31", 2, 1)
+SOME(kempe_values, kempe_values_sample, some_kempe_model(0), &two_cranks)
 ZERO(kempe_run_options)
+ZERO(kempe_sample_options)
 ZERO(kempe_compare_options)
 ZERO(kempe_generate_options)
 ZERO(kempe_kinematics_options)

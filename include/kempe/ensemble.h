@@ -32,9 +32,21 @@ KEMPE_API kempe_status kempe_values_read(const kempe_model *model, const char *p
 KEMPE_API kempe_status kempe_values_new(const kempe_model *model, int columns, const char *const *names, int count,
                                         const double *rows, kempe_values **values);
 
-/** Draws `count` uniformly random rows from ranges "NAME=A:B,...", reproducible by the seed. KEMPE_E_ARGUMENT: a range
- * is wrong. */
-KEMPE_API kempe_status kempe_values_sample(const kempe_model *model, const char *ranges, int count, int seed,
+/** Samples of distributions. */
+typedef struct kempe_sample_options {
+    size_t size; /* sizeof(kempe_sample_options) */
+    /* Separated by commas: NAME=A:B (uniform), NAME=normal(MEAN, DEVIATION), NAME=normal(MEAN, DEVIATION, LEAST, MOST)
+     * (truncated), NAME=triangular(LEAST, MODE, MOST), NAME=IT7 (a tolerance grade of ISO 286 about the model's value:
+     * normal, six standard deviations wide, truncated), NAME=IT7(uniform), NAME=A:B:N (N values of a grid). */
+    const char *ranges;
+    const char *correlations; /* NAME:NAME=R,...: of normal scores (Gaussian copula), -1 < R < 1; NULL: none */
+    const char *design;       /* random (default) | latin (hypercube) | sobol (sequence) | grid (full factorial) */
+    int count;                /* number of rows, 0: 1000; a grid has its own */
+    int seed;                 /* 0: 1; unused by sobol and grid */
+} kempe_sample_options;
+
+/** Draws rows; row k depends on the options and k alone. KEMPE_E_ARGUMENT: an option is wrong. */
+KEMPE_API kempe_status kempe_values_sample(const kempe_model *model, const kempe_sample_options *options,
                                            kempe_values **values);
 KEMPE_API void kempe_values_free(kempe_values *values);
 KEMPE_API int kempe_values_count(const kempe_values *values);

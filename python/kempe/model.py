@@ -15,6 +15,7 @@ from .ensemble import Ensemble, Values, rows_of
 from .generate import Code, Count
 from .gradient import Gradient
 from .options import characters, entry_of, text_of, utf8, words
+from .options import options as struct_of
 from .result import study
 from .sensitivity import Sensitivity
 from .system import Force, System
@@ -22,7 +23,7 @@ from .system import Force, System
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from ._options import GenerateOptions, GradientOptions, RunOptions, SensitivityOptions
+    from ._options import GenerateOptions, GradientOptions, RunOptions, SampleOptions, SensitivityOptions
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
@@ -291,17 +292,20 @@ class Model(Fixed):
             long=False,
         )
 
-    def sample(self, ranges: Any, count: int, seed: int = 1) -> Values:
-        """Uniformly random values from ranges, {"crank": (0.2, 0.3)} in SI or "crank=200 mm:300 mm".
+    def sample(self, ranges: Any, count: int = 0, **options: Unpack[SampleOptions]) -> Values:
+        """Samples of distributions: {"crank": (0.2, 0.3)} in SI or "crank=200 mm:300 mm" (uniform), "crank=normal(0.3, 0.001)",
+        "crank=triangular(0.2, 0.3, 0.4)", "crank=IT7" (a tolerance grade about the model's value). `count` 0: 1000.
 
-        >>> values = Model("four_bar.yaml").sample("crank=290 mm:310 mm", 100)
+        >>> values = Model("four_bar.yaml").sample("crank=290 mm:310 mm, coupler=IT9", 100, design="latin")
         >>> len(values), all(0.29 <= row[0] <= 0.31 for row in values)
         (100, True)
         """
-        given = utf8(text_of(ranges))
-        return self._context.make(
-            Values, lib.kempe_values_sample, self._pointer, given, count, seed, owners=(self._pointer,), long=False
+        given, keep = struct_of("kempe_sample_options", {"ranges": ranges, "count": count, **options})
+        made = self._context.make(
+            Values, lib.kempe_values_sample, self._pointer, given, owners=(self._pointer,), long=False
         )
+        del keep
+        return made
 
     def ensemble(self, values: Values | Mapping[str, Any] | str | os.PathLike[str]) -> Ensemble:
         """Many instances of the mechanism.

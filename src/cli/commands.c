@@ -178,10 +178,11 @@ static void instances_free(void *object)
 static kempe_status take_values(const cli_job *j, kempe_values **values)
 {
     const cli_settings *s = j->settings;
-    int count = s->instances > 0 ? s->instances : 1000;
+    kempe_sample_options sample = s->sample;
     if (s->values)
         return kempe_values_read(j->model, s->values, values);
-    return kempe_values_sample(j->model, s->sample, count < 1000000000 ? count : 0, seed_of(s), values);
+    sample.seed = seed_of(s);
+    return kempe_values_sample(j->model, &sample, values);
 }
 
 static kempe_status instances_compute(const cli_job *j, void **object)
@@ -291,7 +292,7 @@ static const char *modes_lack(const cli_settings *s)
 
 static const char *ensemble_lacks(const cli_settings *s)
 {
-    return !s->values != !s->sample ? NULL : "ensemble needs either --values CSV or --sample NAME=A:B,..";
+    return !s->values != !s->sample.ranges ? NULL : "ensemble needs either --values CSV or --sample NAME=A:B,..";
 }
 
 static const char *generate_lacks(const cli_settings *s)

@@ -4,6 +4,7 @@
 
 #include <kempe/compare.h>
 #include <kempe/contacts.h>
+#include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/generate.h>
 #include <kempe/inverse.h>
@@ -57,12 +58,13 @@ typedef struct cli_settings {
     kempe_kinematics_options kinematics;
     kempe_contact_options contact;
     kempe_inverse_options inverse;
+    kempe_sample_options sample;
     kempe_sensitivity_options sensitivity; /* in addition to those in `run` */
     kempe_modes_options modes;
     kempe_response_options response; /* and of state spaces */
-    const char *svg, *plot, *x, *y, *values, *sample;
+    const char *svg, *plot, *x, *y, *values;
     const char *angle_unit;
-    int seed, instances, lanes;
+    int seed, lanes;
     int count, branches, alone, all, no_cache, units, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
 } cli_settings;

@@ -78,7 +78,8 @@ static void test_mistakes(void)
     CHECK_TEXT(kempe_context_message(context), "the model has no coordinate 'E'");
     CHECK(kempe_values_new(model, 2, twice, 1, row, &values) == KEMPE_E_ARGUMENT);
     CHECK(kempe_values_new(model, 2, names, -1, row, &values) == KEMPE_E_ARGUMENT);
-    CHECK(kempe_values_sample(model, "q.A=1:2", 0, 1, &values) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_values_sample(model, &(kempe_sample_options){.ranges = "q.A=1:2", .count = -1}, &values) ==
+          KEMPE_E_ARGUMENT);
     CHECK(kempe_values_read(model, "/nowhere/values.csv", &values) == KEMPE_E_IO && !values);
     CHECK(kempe_values_new(model, 2, names, 1, row, &values) == KEMPE_OK);
     CHECK(kempe_ensemble_new(model, values, &ensemble) == KEMPE_OK);

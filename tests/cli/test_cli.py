@@ -712,8 +712,8 @@ class Ensembles(Case):
         words = ("--sample", "crank=0.29:0.31,q.coupler=-0.01:+1e-2", "--instances", 20, "--t-end", 0.1)
         first, again = self.object(0, "ensemble", FOUR_BAR, *words), self.object(0, "ensemble", FOUR_BAR, *words)
         self.assertEqual(without_times(first), without_times(again))
-        self.assertKeys(first, "model status reason build_s count ok stopped failed lanes single_run rtol atol t_end cpu_s columns "
-                               "coordinates instances")
+        self.assertKeys(first, "model status reason build_s count ok stopped failed lanes single_run rtol atol t_end threads "
+                               "cpu_s wall_s columns coordinates instances")
         self.assertEqual((first["count"], first["ok"], first["columns"]), (20, 20, ["crank", "q.coupler"]))
         for one in first["instances"]:
             self.assertKeys(one, "values status reason t q qd steps rejected refused rhs exchanges h hdot drift single_run")

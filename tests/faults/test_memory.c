@@ -698,7 +698,11 @@ static kempe_status run_ensemble(scene *s)
     char *text = NULL;
     kempe_run_options run = {0};
     run.t_end = 1e-3;
-    kempe_status status = kempe_values_sample(s->model, "crank=0.29:0.31,q.crank=0:0.01", 3, 1, &values);
+    kempe_status status = kempe_values_sample(s->model,
+                                              &(kempe_sample_options){.ranges = "crank=IT9,q.crank=normal(0, 0.01)",
+                                                                      .correlations = "crank:q.crank=0.5",
+                                                                      .count = 3},
+                                              &values);
     untouched(status, values);
     if (status == KEMPE_OK)
         status = kempe_ensemble_new(s->model, values, &ensemble);

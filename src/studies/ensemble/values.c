@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tables of values: from memory, and at random. */
+/* Tables of values: from memory, and from samples. */
 #include "studies/ensemble/values.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "model/expressions/ranges.h"
 #include "model/variant.h"
+#include "studies/ensemble/sampling.h"
 #include <limits.h>
-#include <stdint.h>
 #include <string.h>
 
 kempe_values *kmp_values_new(int columns, const char *const *names)
@@ -92,64 +91,35 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
     return KEMPE_OK;
 }
 
-/* -- at random --------------------------------------------------------------------------------------- */
+/* -- samples ----------------------------------------------------------------------------------------- */
 
-/* Knuth's MMIX generator. */
-static double chance(uint64_t *state)
+static kempe_status draw(const kempe_model *model, const kmp_sampling *sampling, kempe_values **values)
 {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(*state >> 11) * 0x1p-53;
-}
-
-static kempe_status draw(const kempe_model *model, const kmp_ranges *ranges, int count, int seed, kempe_values **values)
-{
-    int columns = ranges->count;
-    const char **names = KMP_NEW(const char *, columns);
-    uint64_t state = (uint64_t)seed * 2862933555777941757u + 3037000493u;
-    kempe_status status = names ? KEMPE_OK : kmp_fail_memory(model->context);
-    for (int k = 0; names && k < columns; k++)
-        names[k] = ranges->range[k].name;
     kempe_values *made = NULL;
-    if (status == KEMPE_OK)
-        status = kempe_values_new(model, columns, names, 0, NULL, &made);
-    for (int i = 0; made && i < count; i++) {
+    KMP_TRY(kempe_values_new(model, kmp_sampling_columns(sampling), kmp_sampling_names(sampling), 0, NULL, &made));
+    bool ok = true;
+    for (int k = 0; k < kmp_sampling_count(sampling) && ok; k++) {
         double *row = kmp_values_add(made);
-        for (int k = 0; row && k < columns; k++)
-            row[k] = ranges->range[k].from + (ranges->range[k].to - ranges->range[k].from) * chance(&state);
-        if (!row) {
-            kempe_values_free(made);
-            made = NULL;
-            status = kmp_fail_memory(model->context);
-        }
+        ok = row != NULL;
+        if (ok)
+            kmp_sampling_row(sampling, k, row);
     }
-    kmp_free(names);
-    if (made)
-        *values = made;
-    return status;
+    kempe_status status = kmp_made(model->context, ok);
+    return KMP_GIVE_OR_FREE(status, values, made, kempe_values_free);
 }
 
-kempe_status kempe_values_sample(const kempe_model *model, const char *text, int count, int seed, kempe_values **values)
+kempe_status kempe_values_sample(const kempe_model *model, const kempe_sample_options *options, kempe_values **values)
 {
     KMP_WANTED(NULL, model, "model");
-    KMP_WANTED(model->context, text, "ranges");
     KMP_WANTED(model->context, values, "values");
-    kmp_ranges ranges;
+    KMP_OPTIONS(model->context, kempe_sample_options, options);
+    KMP_WANTED(model->context, options->ranges, "ranges");
+    kmp_sampling *sampling = NULL;
     kmp_context_clear(model->context);
-    if (count < 1)
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "the number of instances must be at least one");
-    kempe_status status = kmp_ranges_read(model->context, text, &ranges);
-    if (status != KEMPE_OK)
-        return status;
-    for (int k = 0; k < ranges.count && status == KEMPE_OK; k++)
-        if (ranges.range[k].count != 0)
-            status = kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                              "sampling '%s' needs a range NAME=A:B; separate several ranges by commas",
-                              ranges.range[k].name);
-    kempe_values *made = NULL;
+    KMP_TRY(kmp_model_check_finished(model));
+    kempe_status status = kmp_sampling_new(model, options, &sampling);
     if (status == KEMPE_OK)
-        status = draw(model, &ranges, count, seed, &made);
-    if (status == KEMPE_OK)
-        *values = made;
-    kmp_ranges_free(&ranges);
+        status = draw(model, sampling, values);
+    kmp_sampling_free(sampling);
     return status;
 }

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/ensemble/designs.h"
+#include "studies/ensemble/counter_random.h"
+#include <string.h>
+
+bool kmp_design_find(const char *word, kmp_design *design)
+{
+    static const char *const words[] = {[KMP_DESIGN_RANDOM] = "random",
+                                        [KMP_DESIGN_LATIN] = "latin",
+                                        [KMP_DESIGN_SOBOL] = "sobol",
+                                        [KMP_DESIGN_GRID] = "grid"};
+    for (int k = 0; k <= KMP_DESIGN_GRID; k++)
+        if (strcmp(word, words[k]) == 0) {
+            *design = (kmp_design)k;
+            return true;
+        }
+    return false;
+}
+
+/* Streams of random numbers of one seed. */
+enum { STREAM_POINTS, STREAM_ORDER };
+
+/* -- Latin hypercube --------------------------------------------------------------------------------- */
+
+/* A permutation of 0 .. count - 1, different for each column: a Feistel network of four rounds on the least even number
+ * of bits that count - 1 fits into, applied until the result is below count (cycle walking; Black, Rogaway, Ciphers
+ * with arbitrary finite domains, CT-RSA 2002). */
+static uint64_t permuted(uint64_t seed, uint64_t k, uint64_t count, int column)
+{
+    int half = 1;
+    while (half < 32 && (count - 1) >> (2 * half))
+        half++;
+    uint64_t mask = ((uint64_t)1 << half) - 1;
+    do {
+        uint64_t left = k >> half, right = k & mask;
+        for (uint64_t round = 0; round < 4; round++) {
+            uint64_t turned = kmp_chance_bits(seed, STREAM_ORDER, right, (uint64_t)column * 4 + round) & mask;
+            uint64_t next = left ^ turned;
+            left = right;
+            right = next;
+        }
+        k = left << half | right;
+    } while (k >= count);
+    return k;
+}
+
+/* -- Sobol ------------------------------------------------------------------------------------------- */
+
+typedef struct sobol_row {
+    unsigned degree, coefficients;
+    uint32_t first[18];
+} sobol_row;
+
+static const sobol_row sobol_rows[KMP_SOBOL_MOST] = {
+    {0},
+#define KMP_SOBOL(degree, coefficients, ...) {degree, coefficients, {__VA_ARGS__}},
+#include "studies/ensemble/sobol.def"
+#undef KMP_SOBOL
+};
+
+/* Direction number i of a column, i from 0, by the recurrence of Bratley and Fox (ACM TOMS 14 (1988) 88). */
+static uint32_t direction(const sobol_row *row, int i, uint32_t *v)
+{
+    int degree = (int)row->degree;
+    if (degree == 0)
+        return v[i] = (uint32_t)1 << (31 - i);
+    if (i < degree)
+        return v[i] = row->first[i] << (31 - i);
+    uint32_t x = v[i - degree] ^ (v[i - degree] >> degree);
+    for (int j = 1; j < degree; j++)
+        if (row->coefficients >> (degree - 1 - j) & 1)
+            x ^= v[i - j];
+    return v[i] = x;
+}
+
+/* Point k is the sum of the direction numbers of the bits of its Gray code (Antonov, Saleev, 1979). */
+uint32_t kmp_sobol(uint64_t k, int column)
+{
+    uint32_t x = 0, v[32], gray = (uint32_t)(k ^ (k >> 1));
+    for (int i = 0; i < 32 && gray >> i; i++) {
+        uint32_t d = direction(&sobol_rows[column], i, v);
+        x ^= gray >> i & 1 ? d : 0;
+    }
+    return x;
+}
+
+double kmp_design_point(kmp_design design, uint64_t seed, uint64_t k, uint64_t count, int column)
+{
+    double chance = design == KMP_DESIGN_SOBOL ? 0.5 : kmp_chance(seed, STREAM_POINTS, k, (uint64_t)column);
+    if (design == KMP_DESIGN_LATIN)
+        return ((double)permuted(seed, k, count, column) + chance) / (double)count;
+    if (design == KMP_DESIGN_SOBOL)
+        return (kmp_sobol(k, column) + 0.5) * 0x1p-32;
+    return chance;
+}
