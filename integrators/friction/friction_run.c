@@ -80,7 +80,7 @@ static kempe_status set_modes(kmp_runner *run, double t, const double *q, double
         if (adds)
             continue;
         kmp_friction_set_given(run, e, e->implied ? 0 : x->f[i],
-                               KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate);
+                               kmp_friction_still(run) * kmp_friction_scale(run, e) * rate);
         e->stance = e->implied ? KMP_FRICTION_IDLE : KMP_FRICTION_CARRIED;
         KMP_TRY(kmp_friction_choose(run, t, q));
     }
