@@ -52,6 +52,7 @@ struct kmp_friction_run {
     int repeats;
     double since; /* of the count of changes */
     int changes;  /* decisions since then in which modes change */
+    long total;   /* changes of modes of all elements in the run */
     bool spares;  /* elements whose level depends on multipliers take no load */
     bool open;    /* levels do not settle: modes are tried */
     bool known;   /* a decision has been made */

@@ -48,7 +48,7 @@ kmp_impact_run *kmp_impact_new(kmp_runner *run, bool *none)
 
 long kmp_impact_count(const kmp_impact_run *impacts)
 {
-    return impacts ? impacts->total : 0;
+    return impacts->total;
 }
 
 static kmp_friction_element *element_of(const kmp_runner *run, int k)
