@@ -133,6 +133,9 @@
 
 /** Rates below this part of the fastest are none: those at the event of a reversal are some roundings. */
 #define KMP_FRICTION_STILL 1e-10
+/** On a dae rates below this many relative tolerances of the fastest are none: its steps meet rates, also those of
+ * rows, within some tolerances. */
+#define KMP_FRICTION_DRIFT 10.0
 /** A rate against the direction of slip that counts as none, a part of the fastest: rounding of rates at rest. */
 #define KMP_FRICTION_NONE 1e-13
 /** Accelerations below this part of their terms are rounding: differences that make up D have lost some digits. */
@@ -167,6 +170,9 @@
 /** Part of a run: an impact that follows the one before it within this time ends their sequence. The way to the limit
  * of the sequence is then below rounding of most positions, its square. */
 #define KMP_IMPACT_SPACING 2e-7
+/** Height that an impact takes from a rebound, in overlaps at the located time, which are added to it: below this the
+ * sequence ends. A dae has overlaps of the errors of its steps, other formulations of rounding. */
+#define KMP_IMPACT_DEEP 4
 /** Gain of kinetic energy in an impact, over that before it, that is rounding. */
 #define KMP_IMPACT_GAIN 1e-9
 

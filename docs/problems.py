@@ -18,6 +18,7 @@ PAGE = ROOT / "docs/problems.md"
 SLACK, ROUNDING = 10, 1e-14  # between machines; differences below are rounding
 TEST_SET = "Test Set for IVP Solvers"
 IFTOMM = "IFToMM benchmark"
+MACHINES = "bench/machines"  # other models are examples
 
 # title, introduction, rows: problem, source of the digits, model, reference, tolerance
 PARTS = (
@@ -55,7 +56,11 @@ PARTS = (
         ("The same with spatial hinges", "integral over the crank angle, 40 digits", "four_bar/four_bar_spatial", "four_bar/reference", "1e-12"),
         ("The same, masses 1e-6 : 1 : 1e6", "integral over the crank angle, 40 digits", "four_bar/four_bar_ill", "four_bar/reference_ill",
          "1e-12"),
-        ("Stephenson's six-bar", "integral over the crank angle, 40 digits", "stephenson/stephenson", "stephenson/reference", "1e-12"))),
+        ("Stephenson's six-bar", "integral over the crank angle, 40 digits", "stephenson/stephenson", "stephenson/reference", "1e-12"),
+        ("Ball that bounces, six impacts", "parabolas between impacts, 40 digits", f"{MACHINES}/bouncing_ball", f"{MACHINES}/bouncing_ball", "1e-12"),
+        ("Sphere that slips, then rolls", "constant accelerations, 40 digits", f"{MACHINES}/rolling_sphere", f"{MACHINES}/rolling_sphere", "1e-12"),
+        ("Toggle press that strikes an anvil", "quadrature between impacts, 30 digits", "toggle_press/toggle_press", "toggle_press/reference",
+         "1e-12"))),
     ("Independent programs", "The models are Kempe's own. Each program has a formulation of its own, and its two step sizes or tolerances agree.", (
         ("Slider-crank through dead centres", "113-bit arithmetic", "slider_crank/slider_crank", "slider_crank/reference", "1e-12"),
         ("The same with spatial hinges", "113-bit arithmetic", "slider_crank_spatial/slider_crank_spatial", "slider_crank_spatial/reference",
@@ -93,9 +98,13 @@ ELSEWHERE = """## Further comparisons
 """
 
 
+def path(name):
+    return name if name.startswith(MACHINES) else f"examples/{name}"
+
+
 def errors(kempe, model, reference, rtol):
     """Errors of q, qd and lambda, None where the reference has no digits."""
-    done = subprocess.run([kempe, "simulate", f"examples/{model}.yaml", "--reference", f"examples/{reference}.csv", "--rtol", rtol,
+    done = subprocess.run([kempe, "simulate", f"{path(model)}.yaml", "--reference", f"{path(reference)}.csv", "--rtol", rtol,
                            "--no-convergence-check", "--json", "-"], cwd=ROOT, capture_output=True, text=True, check=True)
     found = json.loads(done.stdout)["error"]
     return [found[key] for key in ("q", "qd", "lambda")]
@@ -118,9 +127,10 @@ def page(kempe):
                  "|---|---|--:|--:|--:|--:|---|"]
         for problem, source, model, reference, rtol in rows:
             cells = ["-" if e is None else f"{e:.0e}" for e in errors(kempe, model, reference, rtol)]
-            folder, name = reference.split("/")
-            lines.append(f"| [{problem}](../examples/{model.split('/')[0]}/README.md) | {source} | {' | '.join(cells)} | {rtol} | "
-                         f"`{model}`, [`{name}`](../examples/{folder}/{name}.csv) |")
+            name = reference.rpartition("/")[2]
+            page = f"{path(model)}.yaml" if path(model) == model else f"{path(model).rpartition('/')[0]}/README.md"
+            lines.append(f"| [{problem}](../{page}) | {source} | {' | '.join(cells)} | {rtol} | "
+                         f"`{model}`, [`{name}`](../{path(reference)}.csv) |")
         parts.append("\n".join(lines) + "\n")
     return "\n".join([*parts, ELSEWHERE.format(**recorded())])
 

@@ -86,6 +86,12 @@ double kmp_friction_scale(const kmp_runner *run, const kmp_friction_element *e)
     return 1;
 }
 
+/* A dae meets rates, also those of rows, within the tolerance of its steps alone. */
+double kmp_friction_still(const kmp_runner *run)
+{
+    return fmax(KMP_FRICTION_STILL, run->method && run->method->dae ? KMP_FRICTION_DRIFT * run->spec.rtol : 0);
+}
+
 void kmp_friction_set_slip(kmp_runner *run, kmp_friction_element *e, double sense, double none)
 {
     e->stance = KMP_FRICTION_SLIPS;
@@ -102,16 +108,19 @@ void kmp_friction_set_off(kmp_runner *run, kmp_friction_element *e)
 }
 
 /* A contact that opens is open from where it is, and slip begins with the rate that it has: what rounding leaves of an
- * overlap, or of a rate against the slip, is none. */
+ * overlap, or of a rate against the slip, is none. Decisions about others before its surfaces are apart leave the
+ * overlap that it was given. */
 void kmp_friction_set_moving(kmp_runner *run, kmp_friction_element *e, double sense, double rate)
 {
     double size = kmp_friction_scale(run, e), gap = kmp_friction_at(run->friction, e, KMP_ROLE_PLACE);
     bool rebounds = kmp_friction_at(run->friction, e, KMP_ROLE_RATE) > KMP_FRICTION_STILL * size * rate;
-    bool again = e->lift > 0 && !e->struck && gap < -e->lift; /* it leaves, but the error of steps holds it back */
+    bool leaves = e->lift > 0 && !e->struck && gap < 0;
+    bool again = leaves && gap < -e->lift; /* the error of steps holds it back */
     double lift = (rebounds ? KMP_TOUCH_LIFT : KMP_TOUCH_LIFTED) * size + fmax(-gap, 0);
-    e->lift = again ? 4 * e->lift : lift;
-    double back = fmax(-sense * kmp_friction_at(run->friction, e, KMP_ROLE_RATE), 0);
-    kmp_friction_set_slip(run, e, sense, e->contact ? e->lift : KMP_FRICTION_NONE * size * rate + back);
+    e->lift = again ? 4 * e->lift : leaves ? fmax(e->lift, lift) : lift;
+    double none = kmp_friction_still(run) > KMP_FRICTION_STILL ? kmp_friction_still(run) / 2 : KMP_FRICTION_NONE;
+    e->back = none * size * rate + fmax(-sense * kmp_friction_at(run->friction, e, KMP_ROLE_RATE), 0);
+    kmp_friction_set_slip(run, e, sense, e->contact ? e->lift : e->back);
 }
 
 void kmp_friction_set_given(kmp_runner *run, kmp_friction_element *e, double force, double none)

@@ -25,6 +25,7 @@ typedef struct kmp_friction_element {
     double lift;  /* contact: an overlap that is none while it is open; 0: it is closed */
     bool struck;  /* contact: an impact at this instant has acted on it */
     double still; /* an acceleration of its place that is none, in this decision */
+    double back;  /* friction that slips: a rate against its sense that counts as none */
     kmp_friction_stance stance, was; /* now, and before the decision */
     double sense, before_sense;      /* of slip */
     bool fired, known;               /* its reserve was used up at the event; it has been decided before */
@@ -51,6 +52,7 @@ struct kmp_friction_run {
     int repeats;
     double since; /* of the count of changes */
     int changes;  /* decisions since then in which modes change */
+    long total;   /* changes of modes of all elements in the run */
     bool spares;  /* elements whose level depends on multipliers take no load */
     bool open;    /* levels do not settle: modes are tried */
     bool known;   /* a decision has been made */
@@ -67,6 +69,9 @@ double kmp_friction_scale(const kmp_runner *run, const kmp_friction_element *e);
 
 /** 1/s: the rate of the motion. */
 double kmp_friction_pace(const kmp_runner *run, const double *qd);
+
+/** A rate of friction that counts as none, in sizes of its place and rates of the motion. */
+double kmp_friction_still(const kmp_runner *run);
 
 /** Friction of a contact that is open. */
 void kmp_friction_set_off(kmp_runner *run, kmp_friction_element *e);

@@ -46,9 +46,12 @@ static void list_friction(kmp_runner *run, int i, double rate)
 {
     kmp_friction_element *e = &run->friction->element[i], *base = e->base < 0 ? NULL : &run->friction->element[e->base];
     double v = kmp_friction_at(run->friction, e, KMP_ROLE_RATE);
+    double still = kmp_friction_still(run) * kmp_friction_scale(run, e) * rate;
+    if (e->was == KMP_FRICTION_SLIPS && e->sense != 0) /* at the event its rate is this one against its sense */
+        still = fmax(still, (1 + KMP_FRICTION_TIE) * e->back);
     if (base && is_open(run, base, rate)) {
         kmp_friction_set_off(run, e);
-    } else if (fabs(v) <= KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate) {
+    } else if (fabs(v) <= still) {
         list(run, i);
     } else if (base) {
         list(run, i);

@@ -80,7 +80,7 @@ static kempe_status set_modes(kmp_runner *run, double t, const double *q, double
         if (adds)
             continue;
         kmp_friction_set_given(run, e, e->implied ? 0 : x->f[i],
-                               KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate);
+                               kmp_friction_still(run) * kmp_friction_scale(run, e) * rate);
         e->stance = e->implied ? KMP_FRICTION_IDLE : KMP_FRICTION_CARRIED;
         KMP_TRY(kmp_friction_choose(run, t, q));
     }
@@ -191,6 +191,11 @@ static kempe_status tell_growth(kmp_runner *run, double t, const double *q, cons
     return KEMPE_OK;
 }
 
+long kmp_friction_count(const kmp_friction_run *x)
+{
+    return x->total;
+}
+
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)
 {
     kmp_friction_run *x = run->friction;
@@ -207,6 +212,7 @@ kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *q
     status = watch(run, t, kmp_friction_pace(run, qd));
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
+        x->total += !is_as_before(e);
         if (!is_as_before(e))
             kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s' %s",
                             e->name, words_of(e));

@@ -32,5 +32,8 @@ void kmp_friction_release(kmp_runner *run);
  * possible. */
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd);
 
+/** The number of changes of modes so far. */
+long kmp_friction_count(const kmp_friction_run *x);
+
 /** Puts the friction of all elements in place of the multipliers of their rows, in a row at t. */
 void kmp_friction_show(kmp_runner *run, double t, double *row);

@@ -19,6 +19,7 @@ struct kmp_impact_run {
     int *side;
     bool *held;     /* most: it takes its rate away, in both directions */
     double *last;   /* most: time of the last impact of an element; -INFINITY: none yet */
+    double *deep;   /* most: overlap of an element at this impact, which the located time leaves */
     double *before; /* n: rates before the impact */
     long total;
 };
@@ -32,12 +33,12 @@ kmp_impact_run *kmp_impact_new(kmp_runner *run, bool *none)
         contacts += x->element[i].force->kind == KMP_FORCE_TOUCH;
     *none = contacts == 0;
     kmp_impact_run *p = *none ? NULL : KMP_ARENA_NEW(a, kmp_impact_run, 1);
-    if (!p || !KMP_ARENA_MAKE(
-                  a, KMP_ROOM(int, most, &p->which, &p->side), KMP_ROOM(bool, most, &p->held),
-                  KMP_ROOM(double, most *n, &p->row, &p->way), KMP_ROOM(double, run->s->m *n, &p->jacobian),
-                  KMP_ROOM(double, most *most, &p->d), KMP_ROOM(double, kmp_box_room(most), &p->room),
-                  KMP_ROOM(double, most, &p->v, &p->a, &p->e, &p->lower, &p->upper, &p->f, &p->y, &p->tried, &p->last),
-                  KMP_ROOM(double, n, &p->before)))
+    if (!p || !KMP_ARENA_MAKE(a, KMP_ROOM(int, most, &p->which, &p->side), KMP_ROOM(bool, most, &p->held),
+                              KMP_ROOM(double, most *n, &p->row, &p->way), KMP_ROOM(double, run->s->m *n, &p->jacobian),
+                              KMP_ROOM(double, most *most, &p->d), KMP_ROOM(double, kmp_box_room(most), &p->room),
+                              KMP_ROOM(double, most, &p->v, &p->a, &p->e, &p->lower, &p->upper, &p->f, &p->y, &p->tried,
+                                       &p->last, &p->deep),
+                              KMP_ROOM(double, n, &p->before)))
         return NULL;
     p->most = most;
     for (int i = 0; i < most; i++)
@@ -47,7 +48,7 @@ kmp_impact_run *kmp_impact_new(kmp_runner *run, bool *none)
 
 long kmp_impact_count(const kmp_impact_run *impacts)
 {
-    return impacts ? impacts->total : 0;
+    return impacts->total;
 }
 
 static kmp_friction_element *element_of(const kmp_runner *run, int k)
@@ -189,7 +190,7 @@ static void set_bounds(kmp_runner *run)
     for (int k = 0; k < p->count; k++) {
         const kmp_friction_element *e = element_of(run, k);
         bool rubs = e->base >= 0;
-        double most = rubs ? e->force->level.value * p->f[under(run, k)] : INFINITY;
+        double most = rubs ? e->force->level.value * fmax(p->f[under(run, k)], 0) : INFINITY; /* a held one may pull */
         p->a[k] = p->v[k] + p->e[k] * p->v[k];
         p->lower[k] = rubs || p->held[k] ? -most : 0;
         p->upper[k] = most;
@@ -269,6 +270,7 @@ static double part_surfaces(kmp_runner *run, double t, double *q)
         p->a[k] = e->contact ? kmp_friction_at(run->friction, e, KMP_ROLE_PLACE) : 0;
         p->lower[k] = 0;
         p->upper[k] = e->contact ? INFINITY : 0;
+        p->deep[p->which[k]] = fmax(-p->a[k], 0);
         most = fmax(most, -p->a[k] / kmp_friction_scale(run, e));
     }
     const kmp_box box = {p->count, p->d, p->a, p->lower, p->upper};
@@ -280,6 +282,15 @@ static double part_surfaces(kmp_runner *run, double t, double *q)
     kmp_eval_closure(run->eval, t, q);
     kmp_eval_mass(run->eval);
     return most;
+}
+
+/* True if the next impact of element k with restitution e < 1 would follow at once, or if the height that this one
+ * takes from its flight is not larger than the overlap, by which surfaces are parted: then the rebounds would not
+ * become lower. A flight of the time T that ends with the rate v has the height v T / 4. */
+static bool is_last(const kmp_impact_run *p, int k, double since, double least)
+{
+    double e = p->e[k], lost = (1 - e * e) * fabs(p->v[k]) * since / 4;
+    return e > 0 && (e * since < least || (e < 1 && lost < KMP_IMPACT_DEEP * p->deep[p->which[k]]));
 }
 
 /* Ends sequences of impacts whose next one would follow at once. A contact that rebounds takes its rate away. Where
@@ -294,7 +305,7 @@ static void end_sequences(kmp_runner *run, double t, double rate)
         double e = p->e[k], since = t - p->last[p->which[k]];
         p->held[k] =
             element->contact && since < least && fabs(p->v[k]) < least * kmp_friction_scale(run, element) * rate * rate;
-        if (!(e > 0) || !(e * since < least))
+        if (!is_last(p, k, since, least))
             continue;
         double end = e < 1 ? t + e * since / (1 - e) : t;
         kmp_run_log_add(run->log, "accumulation", t, since, end,

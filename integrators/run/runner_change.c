@@ -286,10 +286,18 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     return KEMPE_OK;
 }
 
+/* The step size after an event at t: that up to the event. 0, to be chosen anew, where it follows another event at
+ * once: steps of rounding size count as a motion that cannot go on. */
+static double step_after_event(const kmp_runner *run, double t)
+{
+    double h = t - run->solver->t_old;
+    return h > KMP_FRICTION_INSTANT * (run->spec.t_end - run->spec.t_start) ? h : 0;
+}
+
 /* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work. */
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
-    double *q = run->state, h = t - run->solver->t_old, work, energy, gain;
+    double *q = run->state, h = step_after_event(run, t), work, energy, gain;
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
     KMP_TRY(kmp_runner_take_inputs(run, t));
     kmp_runner_take_samples(run, t);

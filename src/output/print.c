@@ -150,7 +150,12 @@ void kmp_print_work(kmp_json *json, const kmp_run_report *report)
 {
     kmp_json_object(json, "work");
     kmp_print_counts(json, report);
-    kmp_json_put(json, "centrings %ld events %ld }", report->centrings, report->events);
+    kmp_json_put(json, "centrings %ld events %ld", report->centrings, report->events);
+    if (report->impacts >= 0)
+        kmp_json_put(json, "impacts %ld", report->impacts);
+    if (report->changes >= 0)
+        kmp_json_put(json, "mode_changes %ld", report->changes);
+    kmp_json_put(json, "}");
 }
 
 void kmp_print_cell(kmp_text *text, int width, int digits, double x)

@@ -1292,6 +1292,7 @@ class Simulate(Case):
         self.assertKeys(found["residual"], "h_max hdot_max")
         self.assertKeys(found["energy"], "drift_rel")
         self.assertKeys(found["work"], "steps rejected rhs newton factorizations exchanges")
+        self.assertFalse({"impacts", "mode_changes"} & set(found["work"]))
         self.assertEqual(len(found["lambda"]["C"]), 2)
         self.assertEqual(sorted(found["q"]), ["coupler", "crank", "rocker"])
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Digits of tests/unit/test_rigid_contacts.c, by closed forms and quadrature in 40 digits, from the laws alone:
+"""Digits of tests/unit/test_rigid_contacts.c, by closed forms and quadrature in 40 digits, from the laws alone; and the
+rows of bench/machines/bouncing_ball.csv and rolling_sphere.csv:
 
     python3 tests/oracle/contact_digits.py
 """
@@ -39,6 +40,36 @@ def rolling():
     show("x(2)", x + v * (2 - t) + roll * (2 - t)**2 / 2)
     show("friction slipping, rolling", mu * G * cos(angle), 2 * G * sin(angle) / 7)
     show("needs mu", 2 * tan(angle) / 7)
+
+
+def ball_at(t):
+    """Height and rate of the bouncing ball at a time before the impacts accumulate."""
+    e, rate = mpf("0.8"), sqrt(2 * G)
+    start = sqrt(2 / G)
+    while t > start:
+        rate *= e
+        if t <= start + 2 * rate / G:
+            return rate * (t - start) - G * (t - start)**2 / 2, rate - G * (t - start)
+        start += 2 * rate / G
+    return 1 - G * t**2 / 2, -G * t
+
+
+def sphere_at(t):
+    """Way, angle and rates of the sphere that slips down 10 degrees, then rolls."""
+    angle, mu, radius = pi / 18, mpf("0.15"), mpf("0.1")
+    end = 4 / (7 * mu * G * cos(angle) - 2 * G * sin(angle))
+    slide, spin = G * (sin(angle) - mu * cos(angle)), -5 * mu * G * cos(angle) / (2 * radius)
+    slips, roll, rest = min(t, end), 5 * G * sin(angle) / 7, max(t - end, 0)
+    v, w = 2 + slide * slips, spin * slips
+    x, turned = 2 * slips + slide * slips**2 / 2 + v * rest + roll * rest**2 / 2, spin * slips**2 / 2 + w * rest - roll / radius * rest**2 / 2
+    return x, turned, v + roll * rest, w - roll / radius * rest
+
+
+def machines():
+    for name, columns, state in (("bouncing_ball", "q.z,qd.z", ball_at), ("rolling_sphere", "q.x,q.turn,qd.x,qd.turn", sphere_at)):
+        print(f"\nbench/machines/{name}.csv\n# Closed form, by tests/oracle/contact_digits.py\nt,{columns}")
+        for t in ("0.5", "1", "2", "3"):
+            print(t, *(mp.nstr(value, 20) for value in state(mpf(t))), sep=",")
 
 
 R, L, M1, M2, M3 = (mpf(x) for x in ("0.2", "0.5", "1", "2", "3"))
@@ -108,3 +139,5 @@ if __name__ == "__main__":
     stopped_slider_crank()
     off_a_sphere()
     two_corners()
+    mp.dps = 40
+    machines()

@@ -311,6 +311,51 @@ static void shares(void)
     unload(&l);
 }
 
+/* A tuned mass drives a block, which sticks and slips in turn at each half of its period. A thousand decisions within
+ * 1e-4 of the time of the motion, 1 s, end the run by name; a third as many do not. */
+static void crowd(void)
+{
+    static const struct {
+        const char *fast;
+        bool ends;
+    } rates[] = {{"6e7", true}, {"2e7", false}};
+    for (int k = 0; k < 2; k++) {
+        char text[1024];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\n"
+                       "parameters: {w: %s}\n"
+                       "bodies:\n"
+                       "  block: {joint: {name: x, prismatic: x, at: ground}, mass: 1}\n"
+                       "  tuner: {joint: {name: y, prismatic: x, at: ground}, mass: 1}\n"
+                       "forces:\n"
+                       "  spring: {joint: y, force: \"-(1 N/m)*w^2*q(y)\"}\n"
+                       "  push: {joint: x, force: \"(2e9 N/m)*q(y)\"}\n"
+                       "  pad: {joint: x, friction: {force: 1}}\n"
+                       "start: {qd: {y: \"w*1e-9 m/s\"}}\n",
+                       rates[k].fast);
+        loaded l = load_text(text);
+        kempe_trajectory *run = NULL;
+        kempe_run_options options = {.formulation = "reduced",
+                                     .integrator = "dop853",
+                                     .rtol = 1e-11,
+                                     .t_end = 1,
+                                     .max_steps = 15000,
+                                     .no_convergence_check = 1};
+        CHECK(l.system && kempe_simulate(l.system, &options, &run) == KEMPE_E_FAILED);
+        const char *reason = run ? kempe_trajectory_reason(run) : "";
+        if (rates[k].ends) {
+            const char *from = strstr(reason, "modes are decided 1000 times between t = 0 and ");
+            CHECK(from && strstr(reason, "most often by 'pad'"));
+            CHECK_NEAR(from ? strtod(strstr(from, "and ") + 4, NULL) : 0, 1000 * 3.14159265358979324 / 6e7,
+                       3 * 3.2 / 6e7);
+        } else {
+            CHECK(strstr(reason, "15000 steps"));
+        }
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 int main(void)
 {
     TEST(belt);
@@ -325,5 +370,6 @@ int main(void)
     TEST(pin);
     TEST(pair);
     TEST(shares);
+    TEST(crowd);
     return check_report();
 }

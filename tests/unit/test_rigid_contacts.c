@@ -38,12 +38,14 @@ static void bouncing(const char *text, double height)
             CHECK_NEAR(last_q(run)[0] - height, 0.068707460965765722041, e);
             CHECK_NEAR(last_qd(run)[0], -0.01535413338474475932, e);
             CHECK(run->verdict.drift_rel < 100 * e);
+            CHECK(run->report.impacts == 6 && run->report.changes == 0);
         }
         const kmp_log_entry *end = whole ? entry(whole, "accumulation", 0) : NULL;
         CHECK(end);
         if (end) {
             CHECK_NEAR(end->after, 4.0637127688715781401, 10 * e);
             CHECK(entry(whole, "impact", e > 1e-9 ? 50 : 61) && !entry(whole, "impact", 62));
+            CHECK((e > 1e-9 || whole->report.impacts == 62) && whole->report.changes == 1);
             CHECK_TEXT(entry(whole, "contact", 0)->text, "'floor' closes");
             CHECK_NEAR(last_q(whole)[0], height, 1e-11);
             CHECK(last_qd(whole)[0] == 0);

@@ -173,7 +173,12 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_text_printf(text, "          factorizations %ld, exchanges %ld, ", r->factorizations, r->exchanges);
     if (t->system->chart_count > 0)
         kmp_text_printf(text, "chart changes %ld, ", r->centrings);
-    kmp_text_printf(text, "events %ld; %d rows\n", r->events, t->table.rows);
+    kmp_text_printf(text, "events %ld", r->events);
+    if (r->impacts >= 0)
+        kmp_text_printf(text, ", impacts %ld", r->impacts);
+    if (r->changes >= 0)
+        kmp_text_printf(text, ", changes of modes %ld", r->changes);
+    kmp_text_printf(text, "; %d rows\n", t->table.rows);
     kmp_text_printf(text, "cpu       %.4g ms integration", 1e3 * r->cpu_s);
     if (r->wall_s > 0)
         kmp_text_printf(text, " of all threads, %.4g ms wall-clock time", 1e3 * r->wall_s);
