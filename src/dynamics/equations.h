@@ -49,6 +49,8 @@ typedef struct kmp_scene {
     bool plain;                  /* as derived: without search for shorter variants */
     bool optimize;               /* look longer for the choice with the fewest operations: joint by joint */
     const kmp_savings *savings;  /* NULL: the one with the fewest operations of some */
+    const kmp_savings *first;    /* found for other sets of the same model: a large one's search begins there */
+    kmp_savings *found;          /* becomes those found, for `first`; empty without search; to be freed */
     kmp_tangent_method tangents; /* without ways: the method for both derivatives of the inverse dynamics */
     kmp_events *events;          /* conditions as inputs, appended to those present; NULL: evaluated in place */
 } kmp_scene;

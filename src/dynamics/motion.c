@@ -318,10 +318,11 @@ static void forget_articulated(kempe_system *s)
     s->compliance = s->mobility = (kmp_pattern){0};
 }
 
-static kempe_status derive_articulated(kempe_system *s)
+static kempe_status derive_articulated(kempe_system *s, const kmp_savings *first)
 {
     const kmp_scene scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
                              .efforts = true,
+                             .first = first,
                              .events = &s->events,
                              .frictionless = s->frictionless,
                              .charted = true};
@@ -333,13 +334,13 @@ static kempe_status derive_articulated(kempe_system *s)
 }
 
 /* Derives articulated bodies. A coordinate that moves no mass is no error unless they were requested. */
-static kempe_status try_articulated(kempe_system *s)
+static kempe_status try_articulated(kempe_system *s, const kmp_savings *first)
 {
     bool may_pay;
     kempe_status status = look_ahead(s, &may_pay);
     if (status != KEMPE_OK || !may_pay)
         return status;
-    status = derive_articulated(s);
+    status = derive_articulated(s, first);
     if (status == KEMPE_OK && !pays(s))
         forget_articulated(s);
     if (status != KEMPE_E_FAILED)
@@ -358,11 +359,11 @@ static kempe_status refuse_load_dependent(const kempe_system *s)
                     kmp_load_dependent_force(s, row), s->row_names[row]);
 }
 
-kempe_status kmp_motion_add_articulated(kempe_system *s)
+kempe_status kmp_motion_add_articulated(kempe_system *s, const kmp_savings *first)
 {
     bool pressed = s->load_row_count > 0;
     if (s->dynamics == KMP_DYNAMICS_AUTO)
-        return pressed ? KEMPE_OK : try_articulated(s);
+        return pressed ? KEMPE_OK : try_articulated(s, first);
     if (s->dynamics != KMP_DYNAMICS_ARTICULATED)
         return KEMPE_OK;
     if (pressed)
@@ -372,5 +373,5 @@ kempe_status kmp_motion_add_articulated(kempe_system *s)
                         "algorithm articulated: the forces of %d closure rows on %d coordinates exceed the limit of "
                         "%d; use the algorithm composite",
                         s->m, s->n, MOST_ENTRIES);
-    return derive_articulated(s);
+    return derive_articulated(s, first);
 }

@@ -12,5 +12,6 @@ enum { KMP_MOTION_SETS = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET
 bool kmp_motion_make(kempe_system *system, kmp_equations *eq);
 
 /** Makes system->articulated afterwards; none where it was not requested and costs more or is impossible.
- * KEMPE_E_FAILED: it was requested and is impossible; KEMPE_E_MEMORY. */
-kempe_status kmp_motion_add_articulated(kempe_system *system);
+ * `first`: the variants that M and C have, or none. KEMPE_E_FAILED: it was requested and is impossible; KEMPE_E_MEMORY.
+ */
+kempe_status kmp_motion_add_articulated(kempe_system *system, const kmp_savings *first);

@@ -295,11 +295,12 @@ bool kmp_system_set_rows(kempe_system *s, int n, int m, const kmp_row *rows, con
 }
 
 /* For programs that integrate: with conditions and the charts of spherical joints as inputs. */
-static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_equations *eq)
+static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_savings *found, kmp_equations *eq)
 {
     const kmp_scene scene = {.sets = sets,
                              .scheme = s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
                              .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
+                             .found = found,
                              .events = &s->events,
                              .frictionless = s->frictionless,
                              .charted = true};
@@ -326,13 +327,18 @@ static kempe_status derive(kempe_system *s, bool closures)
 {
     const unsigned judge = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT;
     kmp_equations eq;
-    KMP_TRY(derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &eq));
-    kempe_status status = derive_motion(s, &eq, closures);
-    kmp_equations_free(&eq);
+    kmp_savings found = {0};
+    kempe_status status = derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &found, &eq);
+    if (status == KEMPE_OK) {
+        status = derive_motion(s, &eq, closures);
+        kmp_equations_free(&eq);
+    }
+    if (status == KEMPE_OK && !closures)
+        status = kmp_motion_add_articulated(s, &found);
+    kmp_savings_free(&found);
     if (status != KEMPE_OK || closures)
         return status;
-    KMP_TRY(kmp_motion_add_articulated(s));
-    KMP_TRY(derive_sets(s, judge, &eq));
+    KMP_TRY(derive_sets(s, judge, NULL, &eq));
     status = derive_rest(s, &eq);
     kmp_equations_free(&eq);
     return status;

@@ -13,6 +13,11 @@ struct kmp_implicit {
     int *derived; /* with them: number of the block of their derivatives in the graph; -1: not yet made */
 };
 
+/** Number of the first block of the graph that `is` is true for; one that it had before it returned to a mark becomes
+ * its block again. -1: there is none. */
+typedef bool kmp_implicit_test(const kmp_implicit *block, const void *user);
+int kmp_graph_find_implicit(kmp_graph *g, kmp_implicit_test *is, const void *user);
+
 /** Puts the candidates into the block, in increasing order. false: no memory. */
 bool kmp_block_candidates(kmp_implicit *block, int count, const double *candidate);
 

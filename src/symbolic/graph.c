@@ -5,8 +5,8 @@
 #include "symbolic/graph.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
-#include "symbolic/implicit.h"
 #include "symbolic/label.h"
 #include "symbolic/rotation.h"
 #include "symbolic/rules/rules.h"
@@ -26,8 +26,8 @@ struct kmp_graph {
     uint32_t label_count;
     kmp_table **tables;
     int table_count;
-    kmp_implicit **implicits;
-    int implicit_count;
+    kmp_implicit **implicits, **unused; /* unused: averages of a state that the graph has returned from */
+    int implicit_count, unused_count;
     kmp_arena room;
     bool keeps_labels, failed;
 };
@@ -213,7 +213,10 @@ void kmp_graph_free(kmp_graph *g)
     kmp_free(g->tables);
     for (int k = 0; k < g->implicit_count; k++)
         kmp_implicit_free(g->implicits[k]);
+    for (int k = 0; k < g->unused_count; k++)
+        kmp_implicit_free(g->unused[k]);
     kmp_free(g->implicits);
+    kmp_free(g->unused);
     kmp_free(g->seen.nodes);
     kmp_free(g->seen.values);
     kmp_free(g->table);
@@ -273,6 +276,31 @@ static void forget_youngest(kmp_graph *g)
     g->seen.count--;
 }
 
+/* Averages are kept: they take the most time to make, and the next derivation mostly needs them again. */
+static void put_away(kmp_graph *g, kmp_implicit *block)
+{
+    kmp_implicit **unused = NULL;
+    if (block->derived)
+        unused = kmp_realloc(g->unused, (size_t)g->unused_count + 1, sizeof(kmp_implicit *));
+    if (!unused) {
+        kmp_implicit_free(block);
+        return;
+    }
+    g->unused = unused;
+    unused[g->unused_count++] = block;
+}
+
+static void return_implicits(kmp_graph *g, int count)
+{
+    while (g->implicit_count > count)
+        put_away(g, g->implicits[--g->implicit_count]);
+    for (int k = 0; k < count + g->unused_count; k++) {
+        const kmp_implicit *block = k < count ? g->implicits[k] : g->unused[k - count];
+        if (block->derived && *block->derived >= (k < count ? count : 0))
+            *block->derived = -1;
+    }
+}
+
 void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
 {
     while (g->seen.count > mark->nodes)
@@ -280,8 +308,7 @@ void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
     g->value_count = mark->values;
     while (g->table_count > mark->tables)
         kmp_table_free(g->tables[--g->table_count]);
-    while (g->implicit_count > mark->implicits)
-        kmp_implicit_free(g->implicits[--g->implicit_count]);
+    return_implicits(g, mark->implicits);
     for (uint32_t k = mark->nodes; k < g->label_count; k++)
         g->labels[k] = (kmp_label){0};
     kmp_rotations_assign(g->rotations, mark->rotations);
@@ -448,6 +475,20 @@ int kmp_graph_add_implicit(kmp_graph *g, kmp_implicit *block)
     }
     blocks[g->implicit_count] = block;
     return g->implicit_count++;
+}
+
+int kmp_graph_find_implicit(kmp_graph *g, kmp_implicit_test *is, const void *user)
+{
+    for (int k = 0; k < g->implicit_count; k++)
+        if (is(g->implicits[k], user))
+            return k;
+    for (int k = 0; k < g->unused_count; k++)
+        if (is(g->unused[k], user)) {
+            kmp_implicit *block = g->unused[k];
+            g->unused[k] = g->unused[--g->unused_count];
+            return kmp_graph_add_implicit(g, block);
+        }
+    return -1;
 }
 
 const kmp_implicit *kmp_graph_implicit(const kmp_graph *g, int block)

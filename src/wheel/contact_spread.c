@@ -46,15 +46,15 @@ static int places_of(const kmp_wheel *wheel, int zone, int step, double *place)
     return count;
 }
 
-/* The block of averages with e = 1 / sharp, which may be an argument. If the centre is higher than D can compensate
- * there is no contact. NULL: no memory. */
-static kmp_implicit *block_of(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref sharp,
-                              kmp_ref up, kmp_ref *list, int *count)
+/* The number of the block of averages with e = 1 / sharp, which may be an argument. If the centre is higher than D can
+ * compensate there is no contact. -1: no memory. */
+static int block_of(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref sharp, kmp_ref up,
+                    kmp_ref *list, int *count)
 {
     double place[KMP_WHEEL_PLACES], middle = (wheel->zone[zone][0] + wheel->zone[zone][1]) / 2;
     kmp_graph *local = kmp_graph_new();
     if (!local)
-        return NULL;
+        return kmp_graph_add_implicit(p->g, NULL);
     kmp_wheel_pair in = kmp_pair_inside(p, local, list, count);
     kmp_ref s = kmp_input(local, KMP_IN_Q, 0), from = kmp_sub(local, s, kmp_const(local, middle));
     kmp_trace t = kmp_trace_at(&in, s);
@@ -63,7 +63,8 @@ static kmp_implicit *block_of(const kmp_wheel_pair *p, const kmp_wheel *wheel, i
     kmp_ref needed = kmp_mul(local, kmp_pair_argument(p->g, local, up, list, count), by);
     kmp_ref slope = kmp_table_derivative_at(local, in.rail, 1, kmp_add(local, in.out, t.y));
     const kmp_ref averaged[] = {from, kmp_mul(local, from, from), slope};
-    return kmp_average_new(local, *count, exponent, needed, 3, averaged, places_of(wheel, zone, step, place), place);
+    int places = places_of(wheel, zone, step, place);
+    return kmp_average_in(p->g, local, *count, exponent, needed, 3, averaged, places, place);
 }
 
 /* The zone's averages for a spread e, at each `step` of its places. */
@@ -73,8 +74,8 @@ static void spread_by(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone,
     kmp_graph *g = p->g;
     kmp_ref list[KMP_PAIR_ARGUMENTS], value[4] = {0};
     int count = 0;
-    kmp_implicit *made = block_of(p, wheel, zone, step, kmp_div(g, KMP_ONE, e), up, list, &count);
-    kmp_implicit_at(g, kmp_graph_add_implicit(g, made), list, value);
+    int block = block_of(p, wheel, zone, step, kmp_div(g, KMP_ONE, e), up, list, &count);
+    kmp_implicit_at(g, block, list, value);
     kmp_ref variance = kmp_sub(g, value[2], kmp_mul(g, value[1], value[1]));
     double narrow = NARROW * wheel->scale;
     all->variance = kmp_add(g, variance, kmp_const(g, narrow * narrow));

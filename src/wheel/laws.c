@@ -147,20 +147,25 @@ void kmp_hertz_axes(kmp_graph *g, const kmp_touch *touch, kmp_ref normal, kmp_re
 
 enum { C11, C22, C23, C33 };
 
-/* log of Kalker's coefficient number `which`. */
-static kmp_ref kalker(kmp_graph *g, const kmp_creep *creep, const ellipse *e, int which)
-{
+/* Points of the logarithms of Kalker's coefficients. */
+typedef struct kalker_points {
     double x[KMP_KALKER_POINTS], y[KMP_KALKER_COEFFICIENTS][KMP_KALKER_POINTS];
-    kmp_kalker_points(creep->touch.poisson, x, y);
-    return spline_of(g, KMP_KALKER_POINTS, x, y[which], e->log_ratio);
+} kalker_points;
+
+/* log of Kalker's coefficient number `which`. */
+static kmp_ref kalker(kmp_graph *g, const kalker_points *points, const ellipse *e, int which)
+{
+    return spline_of(g, KMP_KALKER_POINTS, points->x, points->y[which], e->log_ratio);
 }
 
 /* Force and moment of the linear theory over the normal force, with G in `modulus`. */
 static void linear(kmp_graph *g, const kmp_creep *creep, const ellipse *e, kmp_ref modulus, kmp_creep_force *out)
 {
+    kalker_points points;
     kmp_ref gain[4]; /* a b / N times C11, C22, c C23, c^2 C33 */
+    kmp_kalker_points(creep->touch.poisson, points.x, points.y);
     for (int k = C11; k <= C33; k++) {
-        kmp_ref log_gain = kmp_add(g, e->log_q, kalker(g, creep, e, k));
+        kmp_ref log_gain = kmp_add(g, e->log_q, kalker(g, &points, e, k));
         if (k >= C23)
             log_gain = kmp_add(g, log_gain, scaled(g, k == C33 ? 2 : 1, e->log_c));
         gain[k] = kmp_mul(g, modulus, exp_of(g, log_gain));
@@ -198,12 +203,14 @@ static void by_tanh(kmp_graph *g, kmp_creep_force *f)
 static void polach(kmp_graph *g, const kmp_creep *creep, const ellipse *e, kmp_ref modulus, kmp_creep_force *out)
 {
     const double pi = 3.14159265358979323846;
+    kalker_points points;
+    kmp_kalker_points(creep->touch.poisson, points.x, points.y);
     kmp_ref half = scaled(g, 0.5, e->log_ratio), a = exp_of(g, kmp_add(g, e->log_c, half));
     kmp_ref x = creep->slip[0], y = creep->slip[1], turned = kmp_add(g, y, kmp_mul(g, a, creep->spin));
     kmp_ref reach_2 = kmp_binary(g, KMP_OP_MAX, square(g, y), square(g, turned));
     kmp_ref tiny_2 = number(g, creep_floor * creep_floor);
     kmp_ref reach = kmp_sqrt(g, kmp_add(g, reach_2, tiny_2)), s = size_of(g, x, reach, 0);
-    kmp_ref c11 = kalker(g, creep, e, C11), c22 = kalker(g, creep, e, C22), c23 = kalker(g, creep, e, C23);
+    kmp_ref c11 = kalker(g, &points, e, C11), c22 = kalker(g, &points, e, C22), c23 = kalker(g, &points, e, C23);
     kmp_ref y_2 = kmp_add(g, square(g, y), tiny_2), x_2 = square(g, x);
     kmp_ref weighted =
         kmp_add(g, kmp_mul(g, exp_of(g, scaled(g, 2, c11)), x_2), kmp_mul(g, exp_of(g, scaled(g, 2, c22)), y_2));

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Blocks of averages: those of a Gaussian in closed form, derivatives of first and second order against differences,
  * what overflows when it is not scaled, the same bits from back ends and a program that was written and read, and what
- * the graph itself gives, up to rounding. */
+ * the graph itself gives, up to rounding. A block of the same expressions is made once. */
 #include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "read_again.h"
@@ -29,8 +29,7 @@ static int block_of(kmp_graph *g, double needed)
     kmp_ref exponent = kmp_sub(l, p[2], kmp_mul(l, p[1], kmp_mul(l, way, way)));
     exponent = kmp_add(l, exponent, kmp_mul(l, p[3], kmp_sin(l, s)));
     const kmp_ref averaged[] = {s, kmp_mul(l, s, s), kmp_cos(l, kmp_mul(l, p[0], s))};
-    return kmp_graph_add_implicit(
-        g, kmp_average_new(l, 4, exponent, kmp_add(l, p[2], kmp_const(l, needed)), 3, averaged, PLACES, place));
+    return kmp_average_in(g, l, 4, exponent, kmp_add(l, p[2], kmp_const(l, needed)), 3, averaged, PLACES, place);
 }
 
 /* The block's components along q with their first and second derivatives. */
@@ -197,8 +196,45 @@ static void far_below_one_place_will_do(void)
     kmp_graph_free(g);
 }
 
+/* Allocations of a block, those of its expressions included. */
+static unsigned long allocations_of(kmp_graph *g, double needed, int *block)
+{
+    unsigned long before = kmp_memory_count();
+    *block = block_of(g, needed);
+    return kmp_memory_count() - before;
+}
+
+/* An equal block has the same number, and after a return to a mark that of a new one, without being made again. */
+static void equal_blocks_are_made_once(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    kmp_graph_mark mark;
+    int block[5];
+    kmp_ref argument[4] = {KMP_ONE, KMP_ONE, KMP_ZERO, KMP_ZERO}, out[VALUES] = {0}, slope;
+    CHECK(kmp_graph_mark_init(&mark, g));
+    unsigned long first = allocations_of(g, 3, &block[0]), second = allocations_of(g, 3, &block[1]);
+    (void)allocations_of(g, 4, &block[2]);
+    CHECK(block[0] == 0 && block[1] == 0 && block[2] == 1);
+    CHECK(second < first);
+    argument[0] = kmp_input(g, KMP_IN_Q, 0);
+    kmp_implicit_at(g, block[0], argument, out);
+    kmp_derivatives_by(g, argument[0], 1, &out[1], &slope); /* makes the block of derivatives */
+    CHECK(kmp_graph_implicit(g, 2) && !kmp_graph_implicit(g, 3));
+    kmp_graph_return(g, &mark);
+    CHECK(!kmp_graph_implicit(g, 0));
+    CHECK(allocations_of(g, 4, &block[3]) < first && block[3] == 0);
+    CHECK(allocations_of(g, 3, &block[4]) < first && block[4] == 1);
+    argument[0] = kmp_input(g, KMP_IN_Q, 0);
+    kmp_implicit_at(g, block[4], argument, out);
+    kmp_derivatives_by(g, argument[0], 1, &out[1], &slope);
+    CHECK(slope != KMP_ZERO && kmp_graph_implicit(g, 2) && !kmp_graph_failed(g));
+    kmp_graph_mark_free(&mark);
+    kmp_graph_free(g);
+}
+
 int main(void)
 {
+    TEST(equal_blocks_are_made_once);
     TEST(far_below_one_place_will_do);
     TEST(arguments_alone_at_all_places);
     TEST(a_gaussian_is_exact);

@@ -578,8 +578,52 @@ static void operations_grow_linearly(void)
     kempe_context_free(context);
 }
 
+/* -- a second set of equations ------------------------------------------------------------------------- */
+
+static long acceleration_operations(const kempe_model *model, const kmp_savings *first, kmp_savings *taken)
+{
+    const kmp_scene scene = {.sets = KMP_SET_ACCELERATION, .efforts = true, .first = first};
+    kmp_equations eq;
+    CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
+    const kmp_ref *const group = eq.free_qdd;
+    kmp_program *p = kmp_program_new(eq.graph, 1, &eq.n, &group);
+    long count = kmp_program_count(p, 1, 1).paper;
+    kmp_savings_copy(taken, &eq.savings, model);
+    kmp_program_free(p);
+    kmp_equations_free(&eq);
+    return count;
+}
+
+/* In a large mechanism accelerations take the variants that M and C have, which are about as good as those of a search
+ * of their own. */
+static void a_second_set_takes_the_variants_of_the_first(void)
+{
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = chain(context, 50);
+    kmp_savings found = {0}, taken = {0}, none = {0};
+    kmp_equations eq;
+    const kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .found = &found};
+    CHECK(kmp_savings_init(&taken, model) && kmp_savings_init(&none, model));
+    CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
+    CHECK(found.patterns & 1 && kmp_savings_same(&found, &eq.savings, model));
+    kmp_equations_free(&eq);
+    long own = acceleration_operations(model, NULL, &taken);
+    long given = acceleration_operations(model, &found, &taken);
+    CHECK(kmp_savings_same(&taken, &found, model));
+    long begun = acceleration_operations(model, &none, &taken); /* the first pattern is tried in addition */
+    CHECK(taken.patterns == 1);
+    printf("   %ld operations, %ld with those of M and C, %ld with the first pattern\n", own, given, begun);
+    CHECK(given > 0 && 100 * given <= 101 * own && begun >= own);
+    kmp_savings_free(&found);
+    kmp_savings_free(&taken);
+    kmp_savings_free(&none);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
 int main(void)
 {
+    TEST(a_second_set_takes_the_variants_of_the_first);
     TEST(accelerations_in_order_n);
     TEST(virtual_power);
     TEST(plain_numeric);

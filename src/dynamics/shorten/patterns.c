@@ -93,9 +93,10 @@ static const kmp_cost_pattern patterns[] = {
     /* Masses are given through massless links, too, to the next link that has a mass. */
     {KMP_PATTERN_EVER, .set = {{GIVE, KMP_GIVE_ALL, KMP_GIVE_MASS}}},
     /* Wrenches about centres of mass, which suits forces that act there. */
-    {KMP_PATTERN_EVER, .set = {{ORIGINS, KMP_ORIGIN_PARENT, KMP_ORIGIN_PARENT},
-                               {LUMP, MASS_AND_INERTIA, MASS_AND_INERTIA},
-                               {GIVE, KMP_GIVE_INERTIA, KMP_GIVE_INERTIA}}},
+    {KMP_PATTERN_EVER, .instead = true,
+     .set = {{ORIGINS, KMP_ORIGIN_PARENT, KMP_ORIGIN_PARENT},
+             {LUMP, MASS_AND_INERTIA, MASS_AND_INERTIA},
+             {GIVE, KMP_GIVE_INERTIA, KMP_GIVE_INERTIA}}},
     {KMP_PATTERN_EVER, .apply = on_the_ground},
     {KMP_PATTERN_EVER, .apply = rotations_apart},
     {KMP_PATTERN_SMALL, .set = {{ORIGINS, KMP_ORIGIN_MASS, KMP_ORIGIN_MASS}}},

@@ -18,7 +18,8 @@ typedef struct kmp_cost_pattern {
         KMP_PATTERN_EVER,
         KMP_PATTERN_SMALL,
         KMP_PATTERN_OPTIMIZE
-    } when; /* of any model; of small ones; on demand */
+    } when;       /* of any model; of small ones; on demand */
+    bool instead; /* of the first pattern, whose members it sets otherwise */
     void (*apply)(const kmp_tree *tree, kmp_savings *savings);
     kmp_pattern_set set[4];
 } kmp_cost_pattern;

@@ -2,7 +2,10 @@
 /* Equations of equal value have many variants (variants.h), and the shortest is found by counting operations. Patterns
  * that follow from the tree are tried one after the other, each in addition to the best so far; with `optimize` also
  * each joint and body separately. The closures and their variants are found once: a trial returns to the graph that has
- * them alone, and derives the dynamics. The result is derived once more in a graph of its own. */
+ * them alone, and derives the dynamics. The result is derived once more in a graph of its own.
+ *
+ * Of large mechanisms a second set of equations has mostly the same best variants as the first one: its search begins
+ * there, and tries at most the first pattern. */
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
@@ -136,6 +139,11 @@ static kempe_status judge(search *s, bool *better)
     return KEMPE_OK;
 }
 
+static bool has_first(const kmp_savings *savings)
+{
+    return savings->patterns & 1;
+}
+
 static kempe_status try_it(search *s, bool *better)
 {
     if (kmp_savings_same(&s->tried, &s->best, s->model))
@@ -162,17 +170,33 @@ static kempe_status try_plain_closures(search *s)
     return status;
 }
 
+static bool is_large(const kempe_model *model)
+{
+    return model->motion_count > LARGE;
+}
+
+/* Of large mechanisms few patterns are worth their time: none in place of the first one, where that has been taken. */
+static bool is_worthwhile(const search *s, const kmp_cost_pattern *patterns, int k)
+{
+    const kmp_cost_pattern *pattern = &patterns[k];
+    if (s->scene.optimize)
+        return true;
+    if (!is_large(s->model))
+        return pattern->when == KMP_PATTERN_EVER || pattern->when == KMP_PATTERN_SMALL;
+    return pattern->when == KMP_PATTERN_EVER && !(s->scene.first && k > 0) &&
+           !(pattern->instead && has_first(&s->best));
+}
+
 static kempe_status try_patterns(search *s, bool *better)
 {
     int count;
     const kmp_cost_pattern *patterns = kmp_patterns(&count);
-    bool large = s->model->motion_count > LARGE;
     for (int k = 0; k < count; k++) {
-        bool requested = s->scene.optimize || patterns[k].when == KMP_PATTERN_EVER;
-        if (!requested && (large || patterns[k].when != KMP_PATTERN_SMALL))
+        if (!is_worthwhile(s, patterns, k))
             continue;
         begin(s);
         kmp_pattern_apply(&patterns[k], &s->work->tree, &s->tried);
+        s->tried.patterns |= 1u << k;
         KMP_TRY(try_it(s, better));
     }
     return KEMPE_OK;
@@ -239,27 +263,54 @@ static bool can_share(const kmp_scene *scene)
     return !(scene->sets & ~sets);
 }
 
-/* Searches from the plain equations to the best variants. */
+/* Keeps the best variants, with those of the closures for themselves. False: no memory. */
+static bool keep_found(const search *s, const kmp_savings *closures)
+{
+    kmp_savings *found = s->scene.found;
+    if (!found)
+        return true;
+    if (!kmp_savings_init(found, s->model))
+        return false;
+    kmp_savings_copy(found, closures, s->model);
+    kmp_savings_copy_dynamics(found, &s->best, s->model);
+    return true;
+}
+
+/* Searches from the equations as derived to the best variants. */
 static kempe_status find(search *s)
 {
     bool any = true;
+    kmp_savings closures;
     bool ok = kmp_savings_init(&s->best, s->model);
     ok = kmp_savings_init(&s->tried, s->model) && ok;
+    ok = kmp_savings_init(&closures, s->model) && ok;
     s->scene.savings = &s->tried;
     s->passes = kmp_graph_count(s->work->graph) < SMALL;
     s->shares = can_share(&s->scene);
-    s->least = price_of(s, s->work);
-    KMP_TRY(kmp_made(s->model->context, ok && s->least >= 0));
-    kmp_savings_copy(&s->best, &s->work->savings, s->model);
-    KMP_TRY(try_plain_closures(s));
-    for (int round = 0; any && round < ROUNDS; round++) {
+    s->least = ok ? price_of(s, s->work) : -1;
+    kempe_status status = kmp_made(s->model->context, s->least >= 0);
+    if (status == KEMPE_OK) {
+        kmp_savings_copy(&s->best, &s->work->savings, s->model);
+        kmp_savings_copy(&closures, &s->work->savings, s->model);
+        status = try_plain_closures(s);
+    }
+    for (int round = 0; status == KEMPE_OK && any && round < ROUNDS; round++) {
         any = false;
-        KMP_TRY(try_patterns(s, &any));
-        if (s->scene.optimize)
-            KMP_TRY(try_joints(s, &any));
+        status = try_patterns(s, &any);
+        if (status == KEMPE_OK && s->scene.optimize)
+            status = try_joints(s, &any);
         any = any && s->scene.optimize;
     }
-    return KEMPE_OK;
+    if (status == KEMPE_OK)
+        status = kmp_made(s->model->context, keep_found(s, &closures));
+    kmp_savings_free(&closures);
+    return status;
+}
+
+/* The variants to begin with, if any: those of other sets, in a large mechanism. */
+static const kmp_savings *first_of(const kempe_model *model, const kmp_scene *scene)
+{
+    return is_large(model) && !scene->optimize && scene->first && scene->first->stay ? scene->first : NULL;
 }
 
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
@@ -269,12 +320,16 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     bool searches = !scene->plain && !scene->savings && scene->sets & dynamic && !(scene->sets & KMP_SET_RESIDUAL) &&
                     model->motion_count <= MOST_MOTIONS;
     kmp_scene first = *scene;
+    first.first = searches ? first_of(model, scene) : NULL;
+    first.savings = first.first ? first.first : scene->savings;
+    searches = searches && !(first.first && has_first(first.first));
     first.returns = scene->returns || (searches && can_share(scene));
     kempe_status status = kmp_equations_derive_once(eq, model, &first);
     if (status != KEMPE_OK || !searches)
         return status;
     kmp_equations work = *eq;
-    search s = {.model = model, .scene = *scene, .work = &work};
+    search s = {.model = model, .scene = first, .work = &work};
+    s.scene.returns = scene->returns;
     status = find(&s);
     if (status == KEMPE_OK) {
         s.scene.savings = &s.best;

@@ -42,6 +42,15 @@ void kmp_savings_copy(kmp_savings *to, const kmp_savings *from, const kempe_mode
     memcpy(to->stay, from->stay, savings_size(model));
     to->by_q = from->by_q;
     to->by_qd = from->by_qd;
+    to->patterns = from->patterns;
+}
+
+void kmp_savings_copy_dynamics(kmp_savings *to, const kmp_savings *from, const kempe_model *model)
+{
+    memcpy(to->stay, from->stay, motion_savings(model));
+    *to->spread = *from->spread;
+    *to->apart = *from->apart;
+    to->patterns = from->patterns;
 }
 
 bool kmp_savings_same(const kmp_savings *a, const kmp_savings *b, const kempe_model *model)

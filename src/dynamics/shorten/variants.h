@@ -38,6 +38,7 @@ typedef struct kmp_savings {
     uint8_t *spread; /* one: composite bodies have sum m x x' instead of the inertia (kinematics/composite.h) */
     uint8_t *apart;  /* one: consecutive rotations about parallel axes are not merged, except back to the source */
     kmp_tangent_method by_q, by_qd; /* SHORTER: both are chosen together */
+    unsigned patterns;              /* bits of those that a search has taken (patterns.h) */
 } kmp_savings;
 
 /** None taken anywhere. false: no memory. To be freed in any case. */
@@ -46,6 +47,9 @@ void kmp_savings_free(kmp_savings *savings);
 
 /** Copies variants of the same model. */
 void kmp_savings_copy(kmp_savings *to, const kmp_savings *from, const kempe_model *model);
+
+/** Copies all variants but those of closures. */
+void kmp_savings_copy_dynamics(kmp_savings *to, const kmp_savings *from, const kempe_model *model);
 
 /** True if all but the methods for derivatives are equal. */
 bool kmp_savings_same(const kmp_savings *a, const kmp_savings *b, const kempe_model *model);

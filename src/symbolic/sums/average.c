@@ -51,6 +51,39 @@ kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent,
     return NULL;
 }
 
+/* -- once -------------------------------------------------------------------------------------------- */
+
+/* The expressions of a block to be made. */
+typedef struct wanted {
+    const kmp_graph *local;
+    int arguments, count, places;
+    kmp_ref exponent, needed;
+    const kmp_ref *averaged;
+    const double *place;
+} wanted;
+
+static bool is_of(const kmp_implicit *b, const void *user)
+{
+    const wanted *w = user;
+    size_t rows = (size_t)w->count * sizeof *b->row, places = (size_t)w->places * sizeof *w->place;
+    return b->block.averages && b->block.unknowns == w->count + 1 && b->block.arguments == w->arguments &&
+           b->block.candidates == w->places && b->row[0] == w->exponent && b->row[w->count + 1] == w->needed &&
+           memcmp(b->row + 1, w->averaged, rows) == 0 && memcmp(b->block.candidate, w->place, places) == 0 &&
+           kmp_graph_begins_as(b->local, w->local);
+}
+
+int kmp_average_in(kmp_graph *g, kmp_graph *local, int arguments, kmp_ref exponent, kmp_ref needed, int count,
+                   const kmp_ref *averaged, int places, const double *place)
+{
+    const wanted w = {local, arguments, count, places, exponent, needed, averaged, place};
+    int found = kmp_graph_find_implicit(g, is_of, &w);
+    if (found < 0)
+        return kmp_graph_add_implicit(
+            g, kmp_average_new(local, arguments, exponent, needed, count, averaged, places, place));
+    kmp_graph_free(local);
+    return found;
+}
+
 /* The rows of a block in another graph, places and arguments being its inputs again. */
 static bool copy_rows(const kmp_implicit *b, kmp_graph *to, kmp_ref *argument, kmp_ref *row)
 {

@@ -14,6 +14,11 @@
 kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent, kmp_ref needed, int count,
                               const kmp_ref *averaged, int places, const double *place);
 
+/** Number of such a block in g, as of kmp_graph_add_implicit. A block of the same expressions that g has, or had before
+ * it returned to a mark, is not made again. */
+int kmp_average_in(kmp_graph *g, kmp_graph *local, int arguments, kmp_ref exponent, kmp_ref needed, int count,
+                   const kmp_ref *averaged, int places, const double *place);
+
 /* Room to compute one in: one for each thread. */
 typedef struct kmp_average kmp_average;
 
