@@ -148,7 +148,7 @@ static void report(const char *model, const bench *b, const kmp_runner *run, int
 
 static void one(const char *model, const bench *b, const kempe_assembly *start)
 {
-    kmp_run_spec spec = {.formulation = "dae", .rtol = 1e-6, .t_end = 0.2};
+    kmp_run_spec spec = {.formulation = "dae", .integrator = "ida", .rtol = 1e-6, .t_end = 0.2};
     kmp_runner *run = NULL;
     result r[MOST_SOLVERS] = {{0}};
     int count = 0;

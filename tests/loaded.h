@@ -62,6 +62,13 @@ static inline void load_rejected(const char *text, const char *words)
     kempe_context_free(context);
 }
 
+/** The integrator of tests that run all formulations: IDA on `dae`, so that one integrator shares no step with the
+ * others; NULL, the default, elsewhere. */
+static inline const char *independent_integrator(const char *formulation)
+{
+    return formulation && strcmp(formulation, "dae") == 0 ? "ida" : NULL;
+}
+
 /** Where a coordinate is in q. One that is missing is a failed check, and said; 0 then. */
 static inline int coordinate_named(const loaded *l, const char *name)
 {

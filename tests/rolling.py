@@ -298,7 +298,7 @@ class Ends(unittest.TestCase):
         for form, status, values, says in cases:
             with self.subTest(form=form, values=values):
                 ends = []
-                for words in (("--formulation", "dae"), ("--formulation", "projected"), ("--formulation", "reduced", "--integrator", "bdf")):
+                for words in (("--formulation", "dae", "--integrator", "ida"), ("--formulation", "projected"), ("--formulation", "reduced", "--integrator", "bdf")):
                     found, table = self.run_of(form=form, status=status, words=words, **values)
                     self.assertRegex(found["reason"], says)
                     ends.append(table[-1]["t"])

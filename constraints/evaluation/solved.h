@@ -41,9 +41,9 @@ typedef struct kmp_solved_layout {
 
 typedef struct kmp_solved kmp_solved;
 
-/** False where no program exists for any choice of rows: implicit blocks, forces that depend on multipliers, too many
- * coordinates and independent rows. */
-bool kmp_solved_is_possible(const kempe_system *system, int unknowns);
+/** What prevents a program for every choice of rows: implicit blocks, forces that depend on multipliers, too many
+ * coordinates and independent rows. Part of a sentence; NULL: nothing does. */
+const char *kmp_solved_obstacle(const kempe_system *system, int unknowns);
 
 /** Makes the program for the partition's independent rows. *solved is NULL if there is none: implicit blocks, forces
  * that depend on multipliers, too many operations, or bad pivots at the evaluator's last closure. KEMPE_E_MEMORY. */

@@ -309,15 +309,18 @@ static bool place_rows(maker *k)
     return k->position;
 }
 
-bool kmp_solved_is_possible(const kempe_system *s, int unknowns)
+const char *kmp_solved_obstacle(const kempe_system *s, int unknowns)
 {
-    return s->motion->block_count == 0 && s->load_row_count == 0 && unknowns <= KMP_SOLVED_UNKNOWNS;
+    return s->motion->block_count > 0       ? "the model has equations that are solved by iteration"
+           : s->load_row_count > 0          ? "the model has forces that depend on multipliers"
+           : unknowns > KMP_SOLVED_UNKNOWNS ? "the model has too many coordinates and closure rows"
+                                            : NULL;
 }
 
 double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *part)
 {
     maker k = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
-    if (!kmp_solved_is_possible(k.s, part->n + part->r))
+    if (kmp_solved_obstacle(k.s, part->n + part->r))
         return INFINITY;
     double operations = place_rows(&k) && choose(&k) ? k.plan.operations : -1;
     kmp_arena_free(&k.arena);
@@ -345,7 +348,7 @@ bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *requeste
                .r = requested->part->r};
     unsigned long failures = kmp_memory_failures();
     *written = (kmp_solved_written){0};
-    if (!kmp_solved_is_possible(k.s, k.n + k.r) || (requested->red && !kmp_written_blocks_fit(requested->red)))
+    if (kmp_solved_obstacle(k.s, k.n + k.r) || (requested->red && !kmp_written_blocks_fit(requested->red)))
         return true;
     if (place_rows(&k) && choose(&k) && k.plan.operations <= KMP_SOLVED_OPERATIONS && begin(&k)) {
         written->program = write_program(&k);

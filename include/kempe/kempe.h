@@ -198,9 +198,9 @@ KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view
 typedef struct kempe_run_options {
     size_t size;               /* sizeof this struct, or 0: that of version 0.1 */
     const char *formulation;   /* reduced | dae | projected */
-    const char *form;          /* reduced: integrated | newton;  dae: stabilized1;  projected: none */
+    const char *form;          /* reduced: integrated | newton;  dae: index1 | stabilized1 ..;  projected: none */
     const char *integrator;    /* dop853 | dopri5 | adams | bdf | radau | radau5 | radau9 | erk | dirk | ida */
-    const char *linear;        /* dae: auto, klu, umfpack, dense */
+    const char *linear;        /* ida: auto, klu, umfpack, dense; dae with one of them has ida by default */
     const char *backend;       /* native (default: machine code where AVX and FMA exist), tape: the same bits */
     const char *independent;   /* initial independent coordinates, comma-separated */
     int keep_independent;      /* 1: they are fixed: the run fails if they become singular, instead of changing them */

@@ -424,6 +424,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
                                                        .dae = true,                                                    \
                                                        .standard = is_standard,                                        \
                                                        .solved = is_solved,                                            \
+                                                       .lanes_first = is_solved,                                       \
                                                        .detail = &form_##id,                                           \
                                                        .create = create}
 

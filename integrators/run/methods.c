@@ -87,6 +87,8 @@ static kempe_status unknown(const kempe_system *system, int part, const char *na
     return status;
 }
 
+static const char AUTO[] = "auto";
+
 /* -- defaults ---------------------------------------------------------------------------------------- */
 
 static const char *or_default(const char *requested, const char *otherwise)
@@ -94,22 +96,79 @@ static const char *or_default(const char *requested, const char *otherwise)
     return requested ? requested : otherwise;
 }
 
-/* True if the accelerations of several stages can be computed together, by machine code. */
-static bool has_lanes(const kempe_system *system, const kmp_formulation_kind *formulation)
+static kempe_status resolve_change_points(const kempe_system *system, kmp_run_spec *spec)
 {
-    return formulation->lanes_first && !system->force && kmp_solved_is_possible(system, system->n + system->m) &&
-           (kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT));
+    kmp_text complaint = {0};
+    spec->change_points = or_default(spec->change_points, kmp_change_points_word(system->model->run.change_points));
+    if (kmp_change_points_find(spec->change_points, &complaint) == KMP_CHANGE_POINTS_COUNT)
+        return kmp_fail_text(system->context, KEMPE_E_ARGUMENT, &complaint);
+    return KEMPE_OK;
 }
 
-static const char *first_integrator(const kempe_system *system, const kmp_formulation_kind *formulation)
+/* What prevents the accelerations of several stages from being computed together, by machine code; NULL: nothing. */
+static const char *obstacle_to_lanes(const kempe_system *system)
 {
-    bool lanes = has_lanes(system, formulation);
+    return system->force ? "the model has user-defined forces"
+           : kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT)
+               ? kmp_solved_obstacle(system, system->n + system->m)
+               : "this machine has no vector registers of four or eight doubles";
+}
+
+/* The first form of a formulation whose integrator of several stages at once is its default, NULL if there is none. */
+static const kmp_formulation_kind *form_of_lanes(const char *formulation)
+{
+    for (int k = 0; k < (int)FORMULATIONS; k++)
+        if (formulations[k]->lanes_first && strcmp(formulations[k]->formulation, formulation) == 0)
+            return formulations[k];
+    return NULL;
+}
+
+static const char *first_integrator(const kmp_formulation_kind *formulation, bool lanes)
+{
     for (int i = 0; kmp_solver_get(i); i++) {
         const kmp_solver_kind *solver = kmp_solver_get(i);
-        if (formulation->dae == solver->dae && fits(formulation, solver) && (solver->lanes || !lanes))
+        if (fits(formulation, solver) && (lanes ? solver->lanes : formulation->dae == solver->dae))
             return solver->name;
     }
     return "";
+}
+
+static bool ignores_change_points(const kmp_run_spec *spec)
+{
+    return kmp_change_points_find(spec->change_points, NULL) == KMP_CHANGE_POINTS_IGNORE;
+}
+
+/* Why radau is not the integrator of a form of lanes; .because NULL: it is. Linear solvers are those of DAEs in their
+ * residuals. The stages of a step on both sides of a change point that is ignored do not converge. */
+static kmp_integrator_reason reason_against_lanes(const kempe_system *system, const kmp_run_spec *spec, bool dae)
+{
+    if (spec->linear && dae)
+        return (kmp_integrator_reason){.because = "a linear solver is given, and radau uses none"};
+    if (ignores_change_points(spec))
+        return (kmp_integrator_reason){.because = "a step of radau cannot extend over a change point that is ignored"};
+    const char *obstacle = obstacle_to_lanes(system);
+    return (kmp_integrator_reason){.because = obstacle ? "radau would evaluate the stages of a step one by one" : NULL,
+                                   .obstacle = obstacle};
+}
+
+/* The integrator, and the form if that is open too, where the user chose no integrator. */
+static void choose_integrator(const kempe_system *system, kmp_run_spec *spec)
+{
+    const kmp_formulation_kind *first = form_of_lanes(spec->formulation);
+    const kmp_formulation_kind *kind = kmp_formulation_find(spec->formulation, spec->form);
+    bool fits_lanes = first && (!spec->form || kind == first), lanes = false;
+    if (fits_lanes) {
+        spec->reason = reason_against_lanes(system, spec, kind->dae);
+        lanes = !spec->reason.because;
+        kind = lanes ? first : kind;
+    }
+    spec->form = kind->form;
+    spec->integrator = first_integrator(kind, lanes);
+    spec->open_integrator = kind->in_lanes && !kind->lanes_first;
+    if (lanes)
+        spec->reason.because = "the stages of its steps are evaluated at once, in vector registers";
+    if (fits_lanes)
+        spec->reason.integrator = spec->integrator;
 }
 
 /* Resolves the method. The model's form and integrator belong to the model's formulation. */
@@ -135,10 +194,12 @@ static kempe_status resolve_method(const kempe_system *system, kmp_run_spec *spe
     const kmp_formulation_kind *kind = kmp_formulation_find(spec->formulation, spec->form);
     if (!kind)
         return unknown(system, FORM, spec->form, spec->formulation, NULL);
+    if (!spec->integrator) {
+        choose_integrator(system, spec);
+        return KEMPE_OK;
+    }
     spec->form = kind->form;
-    spec->open_integrator = !spec->integrator && kind->in_lanes && !kind->lanes_first;
-    spec->integrator = or_default(spec->integrator, first_integrator(system, kind));
-    solver = kmp_solver_find(spec->integrator);
+    spec->open_integrator = false;
     if (!solver || !fits(kind, solver))
         return unknown(system, INTEGRATOR, spec->integrator, spec->formulation, spec->form);
     return KEMPE_OK;
@@ -146,23 +207,18 @@ static kempe_status resolve_method(const kempe_system *system, kmp_run_spec *spe
 
 static kempe_status resolve_tools(const kempe_system *system, kmp_run_spec *spec)
 {
-    spec->linear = or_default(spec->linear, "auto");
+    spec->linear = or_default(spec->linear, AUTO);
     spec->backend = or_default(spec->backend, kmp_backend_default());
     if (!kmp_linear_known(spec->linear))
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown linear solver '%s'; available: %s", spec->linear,
                         kmp_linear_names());
+    if (strcmp(spec->linear, AUTO) != 0 && !kmp_solver_find(spec->integrator)->sparse)
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT,
+                        "linear solver '%s': integrator '%s' uses none of these, choose integrator 'ida'", spec->linear,
+                        spec->integrator);
     if (!kmp_backend_find(spec->backend))
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", spec->backend,
                         kmp_backend_names());
-    return KEMPE_OK;
-}
-
-static kempe_status resolve_change_points(const kempe_system *system, kmp_run_spec *spec)
-{
-    kmp_text complaint = {0};
-    spec->change_points = or_default(spec->change_points, kmp_change_points_word(system->model->run.change_points));
-    if (kmp_change_points_find(spec->change_points, &complaint) == KMP_CHANGE_POINTS_COUNT)
-        return kmp_fail_text(system->context, KEMPE_E_ARGUMENT, &complaint);
     return KEMPE_OK;
 }
 
@@ -196,11 +252,10 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
 
 kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec)
 {
+    KMP_TRY(resolve_change_points(system, spec));
     KMP_TRY(resolve_method(system, spec));
     KMP_TRY(resolve_tools(system, spec));
-    KMP_TRY(resolve_change_points(system, spec));
-    /* The stages of a step on both sides of a change point that is ignored do not converge. */
-    if (kmp_change_points_find(spec->change_points, NULL) == KMP_CHANGE_POINTS_IGNORE || spec->fixed_step > 0)
+    if (ignores_change_points(spec) || spec->fixed_step > 0)
         spec->open_integrator = false;
     return resolve_numbers(system, spec);
 }

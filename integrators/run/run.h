@@ -20,6 +20,13 @@ typedef struct kmp_stand_in {
     long returns; /* times that the multistep method has continued */
 } kmp_stand_in;
 
+/** Why a run has its integrator, where neither the user nor a count of work chose it. The texts are static. */
+typedef struct kmp_integrator_reason {
+    const char *integrator; /* NULL: none of these reasons */
+    const char *because;    /* a sentence */
+    const char *obstacle;   /* its continuation: what prevents another integrator; NULL: nothing */
+} kmp_integrator_reason;
+
 typedef struct kmp_run_spec {
     const char *formulation, *form, *integrator, *linear, *backend; /* names; all given, see kmp_run_resolve */
     double rtol, atol;                                              /* atol: of an angle */
@@ -52,6 +59,7 @@ typedef struct kmp_run_spec {
                 * stops */
     bool
         open_integrator; /* the user chose no integrator: `integrator` may be exchanged where another takes less time */
+    kmp_integrator_reason reason;
 } kmp_run_spec;
 
 /** Callback for a row: time, q, qd, qdd (n), lambda (m) and the work done so far by non-conservative forces (J).

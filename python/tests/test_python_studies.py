@@ -24,6 +24,11 @@ STUDIES = {  # study: model, options of the command, keywords
         ["--t-end", 0.2, "--formulation", "dae", "--rtol", 1e-6],
         {"t_end": 0.2, "formulation": "dae", "rtol": 1e-6},
     ),
+    "simulate ida": (
+        "slider_crank/slider_crank",
+        ["--t-end", 0.2, "--formulation", "dae", "--integrator", "ida", "--rtol", 1e-6],
+        {"t_end": 0.2, "formulation": "dae", "integrator": "ida", "rtol": 1e-6},
+    ),
     "check": ("four_bar/four_bar", [], {}),
     "kinematics": ("four_bar/four_bar", ["--sweep", "crank=0:6:31"], {"sweep": {"crank": (0, 6, 31)}}),
     "equilibrium": ("governor/governor", ["--rates", "shaft=5.5"], {"rates": {"shaft": 5.5}}),

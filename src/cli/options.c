@@ -168,12 +168,11 @@ static const option options[] = {
      "form of the formulation's equations (reduced: integrated, newton)"},
     {CLI_SIMULATE, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
      "integrator: dop853, dopri5, adams, bdf, radau, radau5, radau9, erk, dirk, ida (default: dop853 or radau, by "
-     "counted "
-     "work)"},
+     "counted work; dae: radau or ida)"},
     {CLI_SENSITIVITY, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
      "integrator: dop853 (default), dopri5, radau, radau5, radau9, erk"},
     {CLI_SIMULATE, IN_RUN, "linear", TEXT(run.linear), "NAME",
-     "linear solver of the dae formulation: auto (default), klu, umfpack, dense"},
+     "linear solver of IDA: auto (default), klu, umfpack, dense; with one of them dae has IDA as its integrator"},
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "rtol", VALUE(NUMBER, run.rtol), "X",
      "relative tolerance (default: that of the model, or 1e-8)"},
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "atol", VALUE(ANGLE, run.atol), "X",

@@ -33,7 +33,7 @@ static kempe_trajectory *run(const kempe_context *context, const kempe_system *s
     kempe_run_options settings = {0};
     settings.formulation = formulation;
     settings.form = form;
-    settings.integrator = strcmp(formulation, "dae") != 0 ? "dop853" : NULL; /* functions have no lanes */
+    settings.integrator = strcmp(formulation, "dae") != 0 ? "dop853" : "ida"; /* functions have no lanes */
     settings.t_end = 1;
     settings.rtol = 1e-11;
     kempe_status status = kempe_simulate(system, &settings, &trajectory);

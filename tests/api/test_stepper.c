@@ -29,10 +29,11 @@ static void scene_free(scene *s)
     kempe_context_free(s->context);
 }
 
-static kempe_run_options settings(const char *formulation)
+static kempe_run_options settings(const char *formulation, const char *integrator)
 {
     kempe_run_options run = {0};
     run.formulation = formulation;
+    run.integrator = integrator;
     run.rtol = 1e-8;
     run.t_end = 1;
     run.output_step = 1.0 / ROWS;
@@ -49,12 +50,12 @@ static void check_row(const kempe_stepper *stepper, const kempe_trajectory *traj
         CHECK(memcmp(have[k], want[k], (k < 3 ? N : M) * sizeof(double)) == 0);
 }
 
-static void same_as_simulate(const char *formulation)
+static void same_as_simulate(const char *formulation, const char *integrator)
 {
     scene s = scene_new();
     kempe_trajectory *trajectory = NULL;
     kempe_stepper *stepper = NULL;
-    kempe_run_options run = settings(formulation);
+    kempe_run_options run = settings(formulation, integrator);
     CHECK(kempe_simulate(s.system, &run, &trajectory) == KEMPE_OK);
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
     CHECK(kempe_trajectory_row_count(trajectory) == ROWS + 1);
@@ -73,17 +74,18 @@ static void same_as_simulate(const char *formulation)
 
 static void reduced(void)
 {
-    same_as_simulate("reduced");
+    same_as_simulate("reduced", NULL);
 }
 
 static void projected(void)
 {
-    same_as_simulate("projected");
+    same_as_simulate("projected", NULL);
 }
 
 static void dae(void)
 {
-    same_as_simulate("dae");
+    same_as_simulate("dae", NULL);
+    same_as_simulate("dae", "ida");
 }
 
 /* Steps end where the integrator's do, whatever is looked at between. */
@@ -91,7 +93,7 @@ static void single_steps(void)
 {
     scene s = scene_new();
     kempe_stepper *a = NULL, *b = NULL;
-    kempe_run_options run = settings(NULL);
+    kempe_run_options run = settings(NULL, NULL);
     int steps = 0;
     CHECK(kempe_stepper_new(s.system, &run, &a) == KEMPE_OK);
     CHECK(kempe_stepper_new(s.system, &run, &b) == KEMPE_OK);
@@ -120,7 +122,7 @@ static void refused(void)
 {
     scene s = scene_new();
     kempe_stepper *stepper = NULL;
-    kempe_run_options run = settings("reducd");
+    kempe_run_options run = settings("reducd", NULL);
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_E_ARGUMENT && !stepper);
     CHECK(strlen(kempe_context_message(s.context)) > 0);
     scene_free(&s);
@@ -130,7 +132,7 @@ static void interrupted(void)
 {
     scene s = scene_new();
     kempe_stepper *stepper = NULL;
-    kempe_run_options run = settings(NULL);
+    kempe_run_options run = settings(NULL, NULL);
     CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
     kempe_context_interrupt(s.context);
     CHECK(kempe_stepper_step(stepper) == KEMPE_STOPPED);
@@ -163,9 +165,8 @@ static int push(void *user, double t, const double *q, const double *qd, double 
 
 static kempe_run_options settings_of(const formulation_name *way, double t_end)
 {
-    kempe_run_options run = settings(way->formulation);
+    kempe_run_options run = settings(way->formulation, way->integrator);
     run.form = way->form;
-    run.integrator = way->integrator;
     run.t_end = t_end;
     return run;
 }
@@ -286,7 +287,7 @@ static void an_input_acts_in_the_next_step(void)
     kempe_system *system = NULL;
     kempe_stepper *stepper = NULL;
     double torque = 0, impulse = 0;
-    kempe_run_options run = settings(NULL);
+    kempe_run_options run = settings(NULL, NULL);
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     kempe_system_set_force(system, push, &torque);
     CHECK(kempe_stepper_new(system, &run, &stepper) == KEMPE_OK);
@@ -313,7 +314,7 @@ static void inputs_that_are_kept(void)
     kempe_trajectory *trajectory = NULL;
     kempe_stepper *kept = NULL, *sampled = NULL;
     double torque = 0.2;
-    kempe_run_options run = settings(NULL);
+    kempe_run_options run = settings(NULL, NULL);
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     kempe_system_set_force(system, push, &torque);
     CHECK(kempe_simulate(system, &run, &trajectory) == KEMPE_OK);

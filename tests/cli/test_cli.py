@@ -150,6 +150,7 @@ class Rounded(Case):
     found near), and numbers that are moved (Bennett, to 6 digits)."""
 
     COMMANDS = (("simulate", "--no-convergence-check", "--t-end", 0.2), ("simulate", "--no-convergence-check", "--t-end", 0.2, "--formulation", "dae"),
+                ("simulate", "--no-convergence-check", "--t-end", 0.2, "--formulation", "dae", "--integrator", "ida"),
                 ("simulate", "--no-convergence-check", "--t-end", 0.2, "--formulation", "projected"), ("kinematics", "--sweep", "{u}=0:0.2:5"),
                 ("inverse", "--actuators", "{u}"))
 
@@ -1297,8 +1298,8 @@ class Simulate(Case):
         self.assertEqual(sorted(found["q"]), ["coupler", "crank", "rocker"])
 
     def test_every_formulation(self):
-        for formulation in ("reduced", "dae", "projected"):
-            found = self.object(0, *self.SHORT, "--formulation", formulation)
+        for formulation, integrator in (("reduced", ()), ("dae", ()), ("dae", ("--integrator", "ida")), ("projected", ())):
+            found = self.object(0, *self.SHORT, "--formulation", formulation, *integrator)
             self.assertEqual(found["formulation"], formulation)
             self.assertLess(found["residual"]["h_max"], 1e-6)
 
@@ -1476,8 +1477,8 @@ run: {t_end: 1}
         pendulum = ("kempe: 1\nbodies:\n  a: {{joint: {{revolute: z, at: ground}}, mass: 1, inertia: {{zz: 1}}}}\n"
                     "forces: {{bad: {{joint: a, torque: '{}'}}}}\nrun: {{t_end: 1}}\n")
         for torque in ("1/q(a)", "sqrt(q(a) - 1)", "log(q(a))"):
-            for formulation in ("reduced", "projected", "dae"):
-                done = self.expect(1, "simulate", self.model(pendulum.format(torque)), "--formulation", formulation)
+            for words in (("reduced",), ("projected",), ("dae",), ("dae", "--integrator", "ida")):
+                done = self.expect(1, "simulate", self.model(pendulum.format(torque)), "--formulation", *words)
                 self.assertRegex(done.stderr, r"the forces on 'a' are not a finite number \((infinite|not a number)\) at t = 0; "
                                               "forces on it: 'bad'")
 

@@ -498,7 +498,7 @@ static kempe_status simulate_bodies(scene *s)
 
 static kempe_status simulate_stabilized1(scene *s)
 {
-    return simulate(s, "dae", "stabilized1", NULL);
+    return simulate(s, "dae", "stabilized1", "ida");
 }
 
 /* States at two times of a run, to and fro across an exchange of u. */
@@ -517,7 +517,7 @@ static kempe_status simulate_kept(scene *s)
 
 static kempe_status simulate_index1(scene *s)
 {
-    return simulate(s, "dae", "index1", NULL);
+    return simulate(s, "dae", "index1", "ida");
 }
 
 static kempe_status step(scene *s)

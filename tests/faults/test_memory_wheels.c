@@ -27,6 +27,7 @@ static kempe_status roll(scene *s, const char *formulation, int threads)
 {
     kempe_run_options run = {0};
     run.formulation = formulation;
+    run.integrator = strcmp(formulation, "dae") == 0 ? "ida" : NULL;
     run.rtol = 1e-4;
     run.threads = threads;
     return simulate_run(s, &run);

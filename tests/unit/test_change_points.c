@@ -35,8 +35,13 @@ static kempe_status run(const loaded *s, const char *formulation, const char *fo
 {
     const double end = 10;
     kmp_run_report report;
-    kmp_run_spec spec = {
-        .formulation = formulation, .form = form, .rtol = rtol, .t_end = end, .time_count = 1, .times = &end};
+    kmp_run_spec spec = {.formulation = formulation,
+                         .form = form,
+                         .integrator = independent_integrator(formulation),
+                         .rtol = rtol,
+                         .t_end = end,
+                         .time_count = 1,
+                         .times = &end};
     row->n = s->system->n;
     CHECK(kmp_run_resolve(s->system, &spec) == KEMPE_OK);
     kempe_status status = kmp_run(s->system, &spec, NULL, take_row, row, &report);
@@ -119,6 +124,7 @@ static void a_start_on_a_change_point_is_refused(void)
             kmp_run_report report;
             kmp_run_spec spec = {.formulation = all[way][0],
                                  .form = all[way][1],
+                                 .integrator = independent_integrator(all[way][0]),
                                  .rtol = 1e-8,
                                  .t_end = end,
                                  .time_count = 1,

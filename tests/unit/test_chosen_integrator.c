@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The integrator of the reduced formulation where the user chose none: by counted work at the start, exchanged on
- * trial during a run; the same result each time, rows across an exchange, runs that keep theirs. */
+/* The integrator where the user chose none. On the reduced formulation it is chosen by counted work at the start, and
+ * exchanged on trial during a run; the same result each time, rows across an exchange, runs that keep theirs. On the
+ * others it is radau where its stages have lanes; the reasons of another choice. */
 #include "backend/x86/x86.h"
 #include "base/memory.h"
 #include "integrators/formulations/cycles.h"
@@ -38,20 +39,21 @@ typedef struct result {
     long exchanges; /* of integrators */
 } result;
 
-/* A run of an example in the integrated form; change_points NULL: the default. */
-static void run(const char *name, const char *integrator, double rtol, double t_end, const char *change_points,
-                result *r)
+/* A run of an example; form, integrator and change_points NULL: the default. */
+static void run_on(const char *formulation, const char *form, const char *name, const char *integrator, double rtol,
+                   double t_end, const char *change_points, result *r)
 {
     char path[200];
     double times[MOST_ROWS];
     (void)snprintf(path, sizeof path, "examples/%s/%s.yaml", name, name);
     loaded l = load(path);
     kmp_run_log log = {.context = l.context};
+    CHECK(l.system->n <= MOST);
     for (int k = 0; k < MOST_ROWS; k++)
         times[k] = t_end * (k + 1) / MOST_ROWS;
     times[MOST_ROWS - 1] = t_end;
-    kmp_run_spec spec = {.formulation = "reduced",
-                         .form = "integrated",
+    kmp_run_spec spec = {.formulation = formulation,
+                         .form = form,
                          .integrator = integrator,
                          .change_points = change_points,
                          .rtol = rtol,
@@ -68,6 +70,12 @@ static void run(const char *name, const char *integrator, double rtol, double t_
     r->report.reason = NULL;
     kmp_run_log_free(&log);
     unload(&l);
+}
+
+static void run(const char *name, const char *integrator, double rtol, double t_end, const char *change_points,
+                result *r)
+{
+    run_on("reduced", "integrated", name, integrator, rtol, t_end, change_points, r);
 }
 
 static double apart(const rows *a, const rows *b)
@@ -129,11 +137,129 @@ static void that_is_kept(void)
     CHECK(given.exchanges == 0 && given.report.chosen_ratio == 0 && ignored.report.chosen_ratio == 0);
 }
 
+/* -- projected and dae --------------------------------------------------------------------------------- */
+
+static const char WHEELSET[] = "examples/wheelset/wheelset.yaml";
+static const char AT_ONCE[] = "the stages of its steps are evaluated at once, in vector registers";
+static const char ONE_BY_ONE[] = "radau would evaluate the stages of a step one by one";
+
+/* The names that are resolved, and the reason as far as machines with lanes tell it. */
+static void resolves(const char *model, kmp_run_spec given, const char *form, const char *integrator,
+                     const char *because, const char *obstacle)
+{
+    loaded l = load(model);
+    kmp_run_spec spec = given;
+    CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+    CHECK_TEXT(spec.form, form);
+    CHECK_TEXT(spec.integrator, integrator);
+    CHECK(!spec.open_integrator && !spec.reason.integrator == !because);
+    if (because) {
+        CHECK_TEXT(spec.reason.integrator, integrator);
+        CHECK_TEXT(spec.reason.because, because);
+    }
+    CHECK(obstacle ? spec.reason.obstacle && strcmp(spec.reason.obstacle, obstacle) == 0 : !spec.reason.obstacle);
+    unload(&l);
+}
+
+static void by_lanes(void)
+{
+    static const char model[] = "examples/andrews/andrews.yaml";
+    static const char missing[] = "this machine has no vector registers of four or eight doubles";
+    const char *because = has_lanes() ? AT_ONCE : ONE_BY_ONE, *obstacle = has_lanes() ? NULL : missing;
+    resolves(model, (kmp_run_spec){.formulation = "dae"}, has_lanes() ? "index1" : "stabilized1",
+             has_lanes() ? "radau" : "ida", because, obstacle);
+    resolves(model, (kmp_run_spec){.formulation = "dae", .form = "index1"}, "index1", has_lanes() ? "radau" : "ida",
+             because, obstacle);
+    resolves(model, (kmp_run_spec){.formulation = "projected"}, "none", has_lanes() ? "radau" : "dop853", because,
+             obstacle);
+}
+
+/* Names that are given are kept, and a form that radau does not fit is one of IDA. */
+static void by_what_is_given(void)
+{
+    static const char model[] = "examples/andrews/andrews.yaml",
+                      linear[] = "a linear solver is given, and radau uses none";
+    resolves(model, (kmp_run_spec){.formulation = "dae", .integrator = "ida"}, "stabilized1", "ida", NULL, NULL);
+    resolves(model, (kmp_run_spec){.formulation = "dae", .integrator = "radau"}, "index1", "radau", NULL, NULL);
+    resolves(model, (kmp_run_spec){.formulation = "dae", .form = "ggl"}, "ggl", "ida", NULL, NULL);
+    resolves(model, (kmp_run_spec){.formulation = "dae", .linear = "klu"}, "stabilized1", "ida", linear, NULL);
+    resolves(model, (kmp_run_spec){.formulation = "dae", .linear = "auto"}, "stabilized1", "ida", linear, NULL);
+    resolves(model, (kmp_run_spec){.formulation = "dae", .form = "index1", .linear = "klu"}, "index1", "ida", linear,
+             NULL);
+    resolves(WHEELSET, (kmp_run_spec){.formulation = "dae", .integrator = "radau"}, "index1", "radau", NULL, NULL);
+}
+
+/* Wheels on rails are equations that are solved by iteration; reactions press on the friction of others. */
+static void by_obstacles(void)
+{
+    static const char iterated[] = "the model has equations that are solved by iteration";
+    static const char loaded_forces[] = "the model has forces that depend on multipliers";
+    static const char slipping[] = "tests/models/guide_friction.yaml";
+    if (!has_lanes())
+        return;
+    resolves(WHEELSET, (kmp_run_spec){.formulation = "dae"}, "stabilized1", "ida", ONE_BY_ONE, iterated);
+    resolves(WHEELSET, (kmp_run_spec){.formulation = "projected"}, "none", "dop853", ONE_BY_ONE, iterated);
+    resolves(slipping, (kmp_run_spec){.formulation = "dae"}, "stabilized1", "ida", ONE_BY_ONE, loaded_forces);
+}
+
+/* The default runs where a step of radau fails (a parallelogram that passes its change points). */
+static void by_ignored_change_points(void)
+{
+    static const char because[] = "a step of radau cannot extend over a change point that is ignored";
+    static const char model[] = "examples/n_four_bar/n_four_bar.yaml";
+    static result direct, projected, crossed;
+    resolves(model, (kmp_run_spec){.formulation = "dae", .change_points = "ignore"}, "stabilized1", "ida", because,
+             NULL);
+    resolves(model, (kmp_run_spec){.formulation = "projected", .change_points = "ignore"}, "none", "dop853", because,
+             NULL);
+    run_on("dae", NULL, "n_four_bar", NULL, 1e-10, 5, "ignore", &direct);
+    run_on("projected", NULL, "n_four_bar", NULL, 1e-10, 5, "ignore", &projected);
+    run_on("reduced", NULL, "n_four_bar", NULL, 1e-10, 5, "cross", &crossed);
+    CHECK(apart(&direct.rows, &crossed.rows) < 1e-6 && apart(&projected.rows, &crossed.rows) < 1e-6);
+}
+
+/* The lists of linear solvers are of IDA: another integrator is not run with one in silence. */
+static void no_linear_solver_in_silence(void)
+{
+    static const char said[] = "linear solver 'klu': integrator 'dop853' uses none of these, choose integrator 'ida'";
+    loaded l = load("examples/andrews/andrews.yaml");
+    kmp_run_spec reduced = {.formulation = "reduced", .linear = "klu"};
+    kmp_run_spec radau = {.formulation = "dae", .integrator = "radau", .linear = "dense"};
+    kmp_run_spec ida = {.formulation = "reduced", .integrator = "ida", .linear = "dense"};
+    CHECK(kmp_run_resolve(l.system, &reduced) == KEMPE_E_ARGUMENT);
+    CHECK_TEXT(kempe_context_message(l.context), said);
+    CHECK(kmp_run_resolve(l.system, &radau) == KEMPE_E_ARGUMENT);
+    CHECK(kmp_run_resolve(l.system, &ida) == KEMPE_OK);
+    unload(&l);
+}
+
+/* IDA shares no step and no evaluation with radau. */
+static void radau_and_ida_agree(void)
+{
+    static const char *const models[] = {"andrews", "governor", "four_bar"};
+    static const double t_end[] = {0.03, 1, 1};
+    for (int k = 0; k < 3; k++) {
+        static result radau, ida;
+        run_on("dae", NULL, models[k], NULL, 1e-10, t_end[k], NULL, &radau);
+        run_on("dae", NULL, models[k], "ida", 1e-10, t_end[k], NULL, &ida);
+        CHECK_TEXT(radau.report.integrator, has_lanes() ? "radau" : "ida");
+        CHECK_TEXT(ida.report.integrator, "ida");
+        CHECK(apart(&radau.rows, &ida.rows) < 1e-6);
+        CHECK(!has_lanes() || radau.report.steps < ida.report.steps / 4);
+    }
+}
+
 int main(void)
 {
     TEST(at_the_start);
     TEST(on_trial);
     TEST(without_success);
     TEST(that_is_kept);
+    TEST(by_lanes);
+    TEST(by_what_is_given);
+    TEST(by_obstacles);
+    TEST(by_ignored_change_points);
+    TEST(no_linear_solver_in_silence);
+    TEST(radau_and_ida_agree);
     return check_report();
 }

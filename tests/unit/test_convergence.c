@@ -70,7 +70,8 @@ static void chaos_is_told(void)
     open_scene(&s, DOUBLE_PENDULUM("{t_end: 60, output_step: 0.5, rtol: 1e-8}"), NULL);
     for (int k = 0; k < 3; k++) {
         kempe_trajectory *trajectory = NULL;
-        kempe_run_options options = {.formulation = formulations[k]};
+        kempe_run_options options = {.formulation = formulations[k],
+                                     .integrator = independent_integrator(formulations[k])};
         CHECK(run(&s, &options, &trajectory) == KEMPE_OK);
         CHECK(s.warnings == 1 && strstr(s.words, "do not trust this run beyond t = "));
         check_json(trajectory, "\"result\": \"not converged\"");
@@ -87,7 +88,9 @@ static void a_short_run_keeps_silent(void)
     for (int once = 0; once < 2; once++)
         for (int k = 0; k < 3; k++) {
             kempe_trajectory *trajectory = NULL;
-            kempe_run_options options = {.formulation = formulations[k], .no_convergence_check = once};
+            kempe_run_options options = {.formulation = formulations[k],
+                                         .integrator = independent_integrator(formulations[k]),
+                                         .no_convergence_check = once};
             CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
             check_json(trajectory, once ? "\"convergence\": null" : "\"result\": \"converged\"");
             kempe_trajectory_free(trajectory);
@@ -118,7 +121,8 @@ static void long_levers_are_no_change_point(void)
     open_scene(&s, NULL, "tests/models/levers.yaml");
     for (int k = 0; k < 3; k++) {
         kempe_trajectory *trajectory = NULL;
-        kempe_run_options options = {.formulation = formulations[k], .rtol = 1e-12};
+        kempe_run_options options = {
+            .formulation = formulations[k], .integrator = independent_integrator(formulations[k]), .rtol = 1e-12};
         CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
         int last = kempe_trajectory_row_count(trajectory) - 1;
         const double *q = kempe_trajectory_q(trajectory, last);
@@ -170,7 +174,8 @@ static void a_rod_across_is_named(void)
                NULL);
     for (int k = 0; k < 3; k++) {
         kempe_trajectory *trajectory = NULL;
-        kempe_run_options options = {.formulation = formulations[k]};
+        kempe_run_options options = {.formulation = formulations[k],
+                                     .integrator = independent_integrator(formulations[k])};
         kempe_status status = run(&s, &options, &trajectory);
         if (status == KEMPE_OK)
             CHECK(s.warnings > 0 && strstr(s.words, "the closure residual is"));
@@ -196,7 +201,8 @@ static void a_structure_at_rest_keeps_silent(void)
                NULL);
     for (int k = 0; k < 3; k++) {
         kempe_trajectory *trajectory = NULL;
-        kempe_run_options options = {.formulation = formulations[k], .rtol = 1e-10};
+        kempe_run_options options = {
+            .formulation = formulations[k], .integrator = independent_integrator(formulations[k]), .rtol = 1e-10};
         CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
         kempe_trajectory_free(trajectory);
     }

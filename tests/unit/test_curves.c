@@ -30,6 +30,7 @@ static end run(const char *motions, const char *closure, const char *start, cons
              "run: {outputs: [q, qd, lambda, reaction(C)]}\n",
              gravity, motions, closure, start);
     settings.formulation = formulation;
+    settings.integrator = independent_integrator(formulation);
     settings.t_end = settings.output_step = t_end;
     settings.rtol = 1e-11;
     loaded l = load_text(text);

@@ -8,13 +8,21 @@
 
 #define EXAMPLE "examples/driven_slider_crank/driven_slider_crank.yaml"
 
-static const char *const formulations[][3] = {{"reduced", "integrated", NULL},  {"reduced", "newton", NULL},
-                                              {"reduced", "newton", "bdf"},     {"reduced", "newton", "adams"},
-                                              {"reduced", "newton", "dirk"},    {"reduced", "newton", "radau9"},
-                                              {"reduced", "integrated", "erk"}, {"projected", NULL, "dop853"},
-                                              {"projected", NULL, "radau"},     {"reduced", "integrated", "radau"},
-                                              {"dae", "stabilized1", NULL},     {"dae", "ggl", NULL},
-                                              {"dae", "index2", NULL},          {"dae", "index1", NULL}};
+static const char *const formulations[][3] = {{"reduced", "integrated", NULL},
+                                              {"reduced", "newton", NULL},
+                                              {"reduced", "newton", "bdf"},
+                                              {"reduced", "newton", "adams"},
+                                              {"reduced", "newton", "dirk"},
+                                              {"reduced", "newton", "radau9"},
+                                              {"reduced", "integrated", "erk"},
+                                              {"projected", NULL, "dop853"},
+                                              {"projected", NULL, "radau"},
+                                              {"reduced", "integrated", "radau"},
+                                              {"dae", "stabilized1", NULL},
+                                              {"dae", "ggl", NULL},
+                                              {"dae", "index2", NULL},
+                                              {"dae", "index1", "ida"},
+                                              {"dae", NULL, NULL}};
 
 enum { FORMULATIONS = sizeof formulations / sizeof *formulations };
 

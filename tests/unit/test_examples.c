@@ -73,6 +73,7 @@ static void test_car_axis(void)
     static const char model[] = "examples/car_axis/car_axis.yaml", digits[] = "examples/car_axis/reference.csv";
     follow(model, digits, "reduced", NULL, 1e-12, 1e-11, 1e-9);
     follow(model, digits, "projected", NULL, 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "dae", "ida", 1e-9, 1e-6, 1e-4);
     follow(model, digits, "dae", NULL, 1e-9, 1e-6, 1e-4);
 }
 
@@ -82,6 +83,7 @@ static void test_suspension(void)
     follow(model, digits, "reduced", "dop853", 1e-12, 1e-11, 1e-10);
     follow(model, digits, "reduced", NULL, 1e-12, 1e-11, 1e-9);
     follow(model, digits, "projected", NULL, 1e-12, 1e-11, 1e-10);
+    follow(model, digits, "dae", "ida", 1e-9, 1e-7, 1e-5);
     follow(model, digits, "dae", NULL, 1e-9, 1e-7, 1e-5);
 }
 
@@ -97,6 +99,7 @@ static void test_bogie(void)
     static const char model[] = "examples/bogie/shake.yaml", digits[] = "examples/bogie/reference.csv";
     follow(model, digits, "reduced", NULL, 1e-12, 1e-11, 1e-9);
     follow(model, digits, "projected", NULL, 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "dae", "ida", 1e-9, 1e-7, 1e-5);
     follow(model, digits, "dae", NULL, 1e-9, 1e-7, 1e-5);
 }
 
@@ -107,6 +110,7 @@ static void test_hydraulics(void)
     follow(model, digits, "reduced", "dop853", 1e-11, 1e-11, 1e-9);
     follow(model, digits, "reduced", "radau", 1e-11, 1e-11, 1e-9);
     follow(model, digits, "projected", NULL, 1e-11, 1e-11, 1e-9);
+    follow(model, digits, "dae", "ida", 1e-9, 1e-6, 1e-4);
     follow(model, digits, "dae", NULL, 1e-9, 1e-6, 1e-4);
 }
 

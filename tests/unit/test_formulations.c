@@ -70,6 +70,7 @@ static kempe_status run(const loaded *l, const char *formulation, const char *fo
     kmp_run_report report;
     kmp_run_spec spec = {.formulation = formulation,
                          .form = form,
+                         .integrator = independent_integrator(formulation),
                          .rtol = rtol,
                          .t_end = t_end,
                          .time_count = count,

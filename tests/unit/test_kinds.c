@@ -38,6 +38,7 @@ static end run(const char *model_text, const char *formulation, double t_end, do
     loaded l = strchr(model_text, '\n') ? load_text(model_text) : load(path);
     kempe_status status = l.system ? KEMPE_OK : KEMPE_E_INPUT;
     settings.formulation = formulation;
+    settings.integrator = independent_integrator(formulation);
     settings.t_end = settings.output_step = t_end;
     settings.rtol = rtol;
     if (status == KEMPE_OK)
@@ -487,6 +488,7 @@ static void singular_start(const char *start, const char *formulation, const cha
     kempe_trajectory *t = NULL;
     kempe_run_options settings = {0};
     settings.formulation = formulation;
+    settings.integrator = independent_integrator(formulation);
     settings.t_end = 1;
     CHECK(kempe_simulate(l.system, &settings, &t) == (expected ? KEMPE_E_FAILED : KEMPE_OK));
     CHECK(!expected || strstr(kempe_context_message(l.context), expected) != NULL);

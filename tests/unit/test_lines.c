@@ -25,8 +25,11 @@ static result run_text(const char *text, const char *formulation, double rtol, d
     kempe_trajectory *run = NULL;
     char *json = NULL;
     loaded l = load_text(text);
-    const kempe_run_options options = {
-        .formulation = formulation, .no_convergence_check = 1, .rtol = rtol, .t_end = t_end};
+    const kempe_run_options options = {.formulation = formulation,
+                                       .integrator = independent_integrator(formulation),
+                                       .no_convergence_check = 1,
+                                       .rtol = rtol,
+                                       .t_end = t_end};
     for (int k = 0; k < MOST; k++)
         r.q[k] = r.qd[k] = NAN;
     if (!l.system || kempe_simulate(l.system, &options, &run) != KEMPE_OK) {

@@ -150,7 +150,8 @@ static void run_chain(const char *start, const char *parts, const char *formulat
     kempe_trajectory *run = NULL;
     (void)snprintf(text, sizeof text, CHAIN "%s", start, parts);
     loaded l = load_text(text);
-    const kempe_run_options options = {.formulation = formulation, .no_convergence_check = 1};
+    const kempe_run_options options = {
+        .formulation = formulation, .integrator = independent_integrator(formulation), .no_convergence_check = 1};
     q[0] = q[1] = NAN;
     if (l.system && kempe_simulate(l.system, &options, &run) == KEMPE_OK)
         memcpy(q, kempe_trajectory_q(run, kempe_trajectory_row_count(run) - 1), 2 * sizeof *q);

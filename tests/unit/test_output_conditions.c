@@ -75,6 +75,7 @@ static void each_row_has_its_own_state(void)
             char text[4096];
             kempe_run_options run = {0};
             run.formulation = formulations[r];
+            run.integrator = independent_integrator(formulations[r]);
             (void)snprintf(text, sizeof text, texts[k], k == 2 ? ", force(f), force(g)" : "");
             loaded l = load_text(text);
             CHECK(l.system && check_rows(&l, run, k == 2) == 2);

@@ -56,7 +56,8 @@ static int rank_of_check(const loaded *l)
 
 static int rank_of_run(const loaded *l, const char *formulation)
 {
-    kmp_run_spec spec = {.formulation = formulation, .rtol = 1e-6, .t_end = 1e-3};
+    kmp_run_spec spec = {
+        .formulation = formulation, .integrator = independent_integrator(formulation), .rtol = 1e-6, .t_end = 1e-3};
     kmp_runner *runner = NULL;
     CHECK(kmp_run_resolve(l->system, &spec) == KEMPE_OK);
     CHECK(kmp_runner_new(l->system, &spec, NULL, &runner) == KEMPE_OK);

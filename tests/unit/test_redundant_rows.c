@@ -109,8 +109,11 @@ static void runs_reach_their_end(void)
         table rows, reference;
         kmp_run_report a, b;
         kmp_run_log notes, none;
-        kmp_run_spec spec = {
-            .t_end = 3, .rtol = all[k].rtol, .change_points = all[k].change_points, .formulation = all[k].formulation};
+        kmp_run_spec spec = {.t_end = 3,
+                             .rtol = all[k].rtol,
+                             .change_points = all[k].change_points,
+                             .formulation = all[k].formulation,
+                             .integrator = independent_integrator(all[k].formulation)};
         CHECK(run(&l, spec, &rows, &a, &notes) == KEMPE_OK);
         spec = (kmp_run_spec){.t_end = 3, .rtol = 1e-12, .formulation = "projected", .change_points = "ignore"};
         CHECK(run(&l, spec, &reference, &b, &none) == KEMPE_OK);

@@ -348,7 +348,9 @@ static void held_motor(void)
     static const char *const formulations[] = {"reduced", "projected", "dae"};
     for (int k = 0; k < 3; k++) {
         kempe_trajectory *trajectory = NULL;
-        kempe_run_options run = {.formulation = formulations[k], .no_convergence_check = 1};
+        kempe_run_options run = {.formulation = formulations[k],
+                                 .integrator = independent_integrator(formulations[k]),
+                                 .no_convergence_check = 1};
         (void)kempe_simulate(l.system, &run, &trajectory);
         int last = kempe_trajectory_row_count(trajectory) - 1;
         CHECK(last > 0);

@@ -335,6 +335,7 @@ static kempe_trajectory *run(const loaded *s, const char *formulation, int threa
     kempe_trajectory *t = NULL;
     kempe_run_options run = {0};
     run.formulation = formulation;
+    run.integrator = independent_integrator(formulation);
     run.threads = threads;
     run.no_convergence_check = 1;
     CHECK(kempe_simulate(s->system, &run, &t) == KEMPE_OK);

@@ -163,6 +163,7 @@ static void fails(const char *text, const char *formulation, const char *when, c
     kempe_trajectory *t = NULL;
     kempe_run_options settings = {0};
     settings.formulation = formulation;
+    settings.integrator = independent_integrator(formulation);
     CHECK(l.system && kempe_simulate(l.system, &settings, &t) < 0);
     const char *why = kempe_context_message(l.context), *names = strstr(why, "have no solution there: ");
     CHECK(strstr(why, when));

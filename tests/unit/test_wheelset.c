@@ -18,6 +18,7 @@ static void compare(const char *formulation, double rtol, double atol)
     kempe_trajectory *t = NULL;
     kempe_run_options settings = {0};
     settings.formulation = formulation;
+    settings.integrator = independent_integrator(formulation);
     settings.rtol = rtol;
     settings.atol = atol;
     settings.output_step = 10;

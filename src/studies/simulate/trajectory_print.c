@@ -141,6 +141,10 @@ static const char *again_name(const kempe_trajectory *t)
 static void show_choice(kmp_text *text, const kempe_trajectory *t)
 {
     double ratio = t->report.chosen_ratio;
+    const kmp_integrator_reason *reason = &t->spec.reason;
+    if (reason->integrator)
+        kmp_text_printf(text, "chosen    integrator %s: %s%s%s\n", reason->integrator, reason->because,
+                        reason->obstacle ? ": " : "", reason->obstacle ? reason->obstacle : "");
     if (ratio > 0)
         kmp_text_printf(text,
                         "chosen    integrator %s at the start: by counted operations, radau in lanes takes %.2f times "
@@ -285,9 +289,13 @@ static const char *dynamics_of(const kempe_trajectory *t)
 static void json_settings(kmp_json *json, const kempe_trajectory *t)
 {
     kmp_json_put(json, "formulation %s form %s integrator %s", t->formulation, t->form, t->integrator);
-    if (t->report.chosen_ratio > 0) {
+    const kmp_integrator_reason *reason = &t->spec.reason;
+    if (t->report.chosen_ratio > 0)
         kmp_json_put(json, "integrator_choice { radau_over_dop853 %g }", t->report.chosen_ratio);
-    }
+    if (reason->integrator && !reason->obstacle)
+        kmp_json_put(json, "integrator_choice { because %s }", reason->because);
+    if (reason->integrator && reason->obstacle)
+        kmp_json_put(json, "integrator_choice { because %s obstacle %s }", reason->because, reason->obstacle);
     kmp_json_put(json, "algorithm %s change_points %s rtol %g atol %g length %g rate_scale %g tolerances %s",
                  dynamics_of(t), t->change_points, t->rtol, t->atol, t->system->length, t->report.rate_scale,
                  "absolute tolerance of an angle: atol; of a translation: atol * length; of their rates: that times "
