@@ -318,6 +318,16 @@ const kmp_program *kmp_solved_program(const kmp_solved *solved)
     return solved->effort ? NULL : solved->made.program;
 }
 
+kempe_status kmp_solved_write_nearby(const kmp_solved *solved, const kmp_partition *part, kmp_program **program)
+{
+    *program = NULL;
+    if (solved->effort || solved->layout.factors == 0)
+        return KEMPE_OK;
+    double run = (double)kmp_solved_count(solved).paper;
+    return kmp_solved_write_near(solved->eval, part, run, program) ? KEMPE_OK
+                                                                   : kmp_fail_memory(solved->eval->system->context);
+}
+
 /* -- lanes --------------------------------------------------------------------------------------------- */
 
 void kmp_solved_renew_lanes(const kmp_solved *solved, int width, kmp_lanes *lanes)

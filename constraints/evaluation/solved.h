@@ -19,11 +19,11 @@
  * it turns sines and cosines. The others are then at v + dv. RUN has the inputs KMP_IN_TIME, KMP_IN_Q, KMP_IN_QD and,
  * with a user-defined force, KMP_IN_EFFORT. END has the values of the closures at the place of RUN, and what
  * kmp_solved_is_cancelled needs. CORRECT has the input KMP_IN_MU, a violation by rows of h (m; those that are not
- * independent are not read), and uses the factors of RUN.
+ * independent are not read), and uses the factors of RUN. FACTORS has these factors.
  *
  * Of a state (u, ud, v) of the reduced formulation, given as KMP_IN_Q, RUN gives udd and qd of v. Where a user-defined
  * force needs qd of v before, RATES gives that; otherwise RATES has nothing and need not be run. */
-enum { KMP_SOLVED_CLOSE = 1, KMP_SOLVED_RATES, KMP_SOLVED_RUN, KMP_SOLVED_END, KMP_SOLVED_CORRECT };
+enum { KMP_SOLVED_CLOSE = 1, KMP_SOLVED_RATES, KMP_SOLVED_RUN, KMP_SOLVED_END, KMP_SOLVED_CORRECT, KMP_SOLVED_FACTORS };
 
 /** Positions of the outputs in their stages. */
 typedef struct kmp_solved_layout {
@@ -37,6 +37,7 @@ typedef struct kmp_solved_layout {
     int open;             /* END: n, accelerations with the loops open */
     int multiplier;       /* END: of a state: multipliers of the elimination of v */
     int dx;               /* CORRECT: n, the mass-orthogonal correction with J dx = -violation */
+    int factors;          /* FACTORS: their number; 0: by articulated bodies, or of a state */
 } kmp_solved_layout;
 
 typedef struct kmp_solved kmp_solved;
@@ -111,6 +112,17 @@ kmp_closer kmp_solved_closer(kmp_solved_closing *closing, double *dx);
 /** The program, whose inputs and outputs are those above; NULL: with user-defined forces it does not have all of them.
  */
 const kmp_program *kmp_solved_program(const kmp_solved *solved);
+
+/** A program of one stage that improves accelerations and multipliers at a place near that of a RUN, with its factors,
+ *
+ *     [M0 J0'; J0 0] (dqdd; -dlambda) = -(M qdd + C - J' lambda; J qdd + gamma),
+ *
+ * M0 and J0 at the RUN. What it leaves is in proportion to the distance of both places. It needs no factors of its own.
+ * Inputs as RUN, KMP_IN_MU the factors, KMP_IN_QDD and KMP_IN_LAMBDA (r) what is to be improved. Outputs: both
+ * improved, then the power if the system is dissipative. *program is NULL where there is none, or where it has more
+ * than KMP_SOLVED_NEARBY of the operations of RUN. The caller frees it. KEMPE_E_MEMORY. */
+kempe_status kmp_solved_write_nearby(const kmp_solved *solved, const kmp_partition *part, kmp_program **program);
+#define KMP_SOLVED_NEARBY 0.7
 
 /** The program in lanes, of width 1, 4 or 8, with the parameters, charts and conditions of the evaluator, which
  * kmp_solved_renew_lanes takes again after their change. It must not outlive `solved`. NULL: no memory. */

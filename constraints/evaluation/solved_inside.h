@@ -4,6 +4,7 @@
 
 #include "constraints/evaluation/solved.h"
 #include "constraints/evaluation/written_blocks.h"
+#include "constraints/evaluation/written_ldl.h"
 
 /** Most unknowns, qdd and lambda, and most operations of a run: the preparation takes microseconds an operation, and
  * code beyond the second cache is no faster than loops over entries. */
@@ -23,6 +24,12 @@ typedef struct kmp_solved_written {
     kmp_solved_layout layout;
     double *factor; /* of each multiplier of the elimination: its factor from row scaling; the caller's */
 } kmp_solved_written;
+
+/** Finds the order of elimination by M and C, in the arena. False: no memory. */
+bool kmp_solved_order(const kmp_evaluator *eval, const kmp_partition *part, kmp_arena *arena, kmp_written_ldl *ldl);
+
+/** kmp_solved_write_nearby for a run of so many operations. False: no memory. */
+bool kmp_solved_write_near(const kmp_evaluator *eval, const kmp_partition *part, double run, kmp_program **program);
 
 /** Operations of a run, before it is written; infinite if there is none, -1: no memory. */
 double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *part);

@@ -187,6 +187,11 @@ static void sum_power(maker *k)
 
 /* -- program ------------------------------------------------------------------------------------------- */
 
+static bool has_factors(const maker *k)
+{
+    return !k->red && !k->plan.by_bodies;
+}
+
 static kmp_solved_layout lay_out(const maker *k)
 {
     const kempe_system *s = k->s;
@@ -203,14 +208,16 @@ static kmp_solved_layout lay_out(const maker *k)
     l.h_t = s->rheonomic ? l.jacobian + s->jacobian.count : -1;
     l.open = kmp_written_closure_count(s);
     l.multiplier = l.open + k->n;
+    l.factors = has_factors(k) ? k->plan.ldl.start[k->size] + k->size : 0;
     return l;
 }
 
 static kmp_program *schedule(maker *k)
 {
     kmp_written *w = &k->w;
-    int closures = kmp_written_closure_count(k->s);
-    if (!kmp_written_room(w, 3 * k->n + 4 * k->r + w->turns.count + k->jv.multipliers + 1 + 2 * k->size + closures))
+    int closures = kmp_written_closure_count(k->s), factors = has_factors(k) ? k->plan.ldl.start[k->size] + k->size : 0;
+    if (!kmp_written_room(w, 3 * k->n + 4 * k->r + w->turns.count + k->jv.multipliers + 1 + 2 * k->size + closures +
+                                 factors))
         return NULL;
     kmp_written_stage(w);
     kmp_written_put(w, k->closes ? k->r : 0, k->first);
@@ -238,6 +245,11 @@ static kmp_program *schedule(maker *k)
     kmp_written_stage(w);
     if (!k->red)
         kmp_written_put(w, k->n, k->dx);
+    kmp_written_stage(w);
+    if (has_factors(k)) {
+        kmp_written_put(w, k->plan.ldl.start[k->size], k->plan.ldl.l);
+        kmp_written_put(w, k->size, k->plan.ldl.inverse);
+    }
     return kmp_written_program(w);
 }
 
@@ -315,6 +327,15 @@ const char *kmp_solved_obstacle(const kempe_system *s, int unknowns)
            : s->load_row_count > 0          ? "the model has forces that depend on multipliers"
            : unknowns > KMP_SOLVED_UNKNOWNS ? "the model has too many coordinates and closure rows"
                                             : NULL;
+}
+
+bool kmp_solved_order(const kmp_evaluator *eval, const kmp_partition *part, kmp_arena *arena, kmp_written_ldl *ldl)
+{
+    maker k = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
+    bool made = place_rows(&k) && analyse(&k, false, &k.plan);
+    *arena = k.arena;
+    *ldl = k.plan.ldl;
+    return made;
 }
 
 double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *part)

@@ -24,10 +24,19 @@ bool kmp_written_init(kmp_written *w, const kmp_evaluator *eval, bool by_bodies,
     w->out = KMP_ARENA_NEW(&w->arena, kmp_ref, w->source->outputs[w->source->stages]);
     if (!KMP_ARENA_EACH(&w->arena, kmp_ref, inputs + chart_entries(s), &w->input, &w->by) || !w->g)
         return false;
-    for (int k = 0; k < chart_entries(s); k++)
-        if (is_plain(eval->chart[k]))
-            kmp_written_replace(w, KMP_IN_CHART, k, eval->chart[k] == 0 ? KMP_ZERO : KMP_ONE);
+    w->inputs = kmp_written_plain_charts(eval, w->g, w->input, w->by);
     return true;
+}
+
+int kmp_written_plain_charts(const kmp_evaluator *eval, kmp_graph *g, kmp_ref *input, kmp_ref *by)
+{
+    int count = 0;
+    for (int k = 0; k < chart_entries(eval->system); k++)
+        if (is_plain(eval->chart[k])) {
+            input[count] = kmp_input(g, KMP_IN_CHART, (uint32_t)k);
+            by[count++] = eval->chart[k] == 0 ? KMP_ZERO : KMP_ONE;
+        }
+    return count;
 }
 
 void kmp_written_free(kmp_written *w)

@@ -6,7 +6,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 
-enum { KMP_WRITTEN_STAGES = 5 }; /* bound, without stage 0 */
+enum { KMP_WRITTEN_STAGES = 6 }; /* bound, without stage 0 */
 
 /* State of a writer. Arrays are in `arena`. */
 typedef struct kmp_written {
@@ -38,6 +38,9 @@ typedef struct kmp_written {
  * operations of a vehicle. False: no memory; kmp_written_free in any case. */
 bool kmp_written_init(kmp_written *w, const kmp_evaluator *eval, bool by_bodies, int inputs);
 void kmp_written_free(kmp_written *w);
+
+/** Lists the charts that are numbers, and these; returns how many. Room for all entries. */
+int kmp_written_plain_charts(const kmp_evaluator *eval, kmp_graph *g, kmp_ref *input, kmp_ref *by);
 
 /** Replaces an input of the source. */
 void kmp_written_replace(kmp_written *w, kmp_input_kind kind, int index, kmp_ref by);

@@ -19,6 +19,12 @@
 
 enum { MOST_CORRECTIONS = 8 };
 
+/* Runs in lanes after which the program of places nearby is made: as many as it takes to save what its making costs,
+ * 700 to 1300 (bench/bench_nearby.c). */
+#define NEARBY_AFTER 1000
+/* It must take less than this part of the cycles of the solved program. */
+#define NEARBY_WORTH 0.7
+
 typedef struct projected {
     kmp_formulation formulation; /* first */
     const kempe_system *s;
@@ -28,6 +34,13 @@ typedef struct projected {
     kmp_saddle saddle;
     kmp_solved *solved;     /* NULL: there is none */
     kmp_stage_lanes stages; /* the solved program for several stages at once */
+    kmp_program *nearby;    /* kmp_solved_write_nearby; NULL: there is none */
+    kmp_stage_lanes near;   /* that program for several stages at once */
+    const double *of_run;   /* outputs of the last run of `stages`, whose factors `near` does not have; NULL: it has */
+    double cycles_near;     /* of a run of `near`; 0: there is none */
+    bool may_write;         /* programs may be made between steps */
+    bool is_near;           /* the factors in `near` are those of the last run of `stages` */
+    long sweeps;            /* runs of `stages` without that program */
     bool lanes;             /* the integrator uses them */
     bool by_solved;         /* the last evaluation was by the solved program, whose factors serve corrections */
     bool cancelled;         /* rounding showed in its accelerations */
@@ -124,12 +137,38 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     size_t w = KMP_STAGE_LANES, n = (size_t)d->n;
     const double *out = kmp_stage_lanes_run(stages, KMP_SOLVED_RUN, t, y, y + n * w);
     d->runs++;
+    d->sweeps++;
+    d->of_run = NULL;
+    d->is_near = false;
     memcpy(dy + n * w, out + (size_t)layout->qdd * w, n * w * sizeof *dy);
     if (d->has_work)
         memcpy(dy + 2 * n * w, out + (size_t)layout->power * w, w * sizeof *dy);
     if (!kmp_stage_lanes_exceed(layout->pivots, out + (size_t)layout->pivot * w, KMP_SOLVED_PIVOT,
                                 out + (size_t)layout->diagonal * w))
         return KMP_APART;
+    d->of_run = out;
+    return kmp_stage_lanes_finite(d->n, dy + n * w) ? KMP_GO : KMP_RETRY;
+}
+
+/* Callback after rhs_of_stages: the factors of that run, in each lane, serve at places nearby. */
+static int improve_stages(void *self, const double *t, const double *y, double *dy)
+{
+    projected *d = self;
+    if (!d->near.lanes || !applies(d) || (!d->of_run && !d->is_near))
+        return KMP_APART;
+    size_t w = KMP_STAGE_LANES, n = (size_t)d->n;
+    if (d->of_run) {
+        kmp_lanes_set(d->near.lanes, KMP_IN_MU, kmp_lanes_run(d->stages.lanes, KMP_SOLVED_FACTORS));
+        kmp_lanes_set(d->near.lanes, KMP_IN_LAMBDA, d->of_run + (size_t)kmp_solved_layout_of(d->solved)->lambda * w);
+    }
+    d->of_run = NULL;
+    d->is_near = true;
+    kmp_lanes_set(d->near.lanes, KMP_IN_QDD, dy + n * w);
+    const double *out = kmp_stage_lanes_run(&d->near, 1, t, y, y + n * w), *lambda = out + n * w;
+    kmp_lanes_set(d->near.lanes, KMP_IN_LAMBDA, lambda);
+    memcpy(dy + n * w, out, n * w * sizeof *dy);
+    if (d->has_work)
+        memcpy(dy + 2 * n * w, lambda + (size_t)d->part->r * w, w * sizeof *dy);
     return kmp_stage_lanes_finite(d->n, dy + n * w) ? KMP_GO : KMP_RETRY;
 }
 
@@ -299,9 +338,39 @@ static double operations_by_parts(const projected *d)
     return (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper + kmp_saddle_cost(&d->saddle);
 }
 
+static void drop_nearby(projected *d)
+{
+    kmp_stage_lanes_free(&d->near);
+    kmp_program_free(d->nearby);
+    d->nearby = NULL;
+    d->cycles_near = 0;
+    d->of_run = NULL;
+    d->is_near = false;
+    d->sweeps = 0;
+}
+
+/* Makes the program of places nearby, if that is shorter enough. KMP_GO or KMP_HALT. */
+static int make_nearby(projected *d)
+{
+    d->sweeps = LONG_MIN; /* once for a solved program */
+    if (kmp_solved_write_nearby(d->solved, d->part, &d->nearby) != KEMPE_OK)
+        return KMP_HALT;
+    if (!d->nearby)
+        return KMP_GO;
+    double cycles = kmp_cycles_of_lanes(kmp_program_count(d->nearby, 1, 1), false);
+    if (cycles <= NEARBY_WORTH * d->formulation.ode.cycles_of_lanes) {
+        d->cycles_near = cycles;
+        return kmp_stage_lanes_init(&d->near, d->nearby, d->eval) ? KMP_GO : KMP_HALT;
+    }
+    kmp_program_free(d->nearby);
+    d->nearby = NULL;
+    return KMP_GO;
+}
+
 /* Makes the solved program for the charts at (t, q). KMP_GO or KMP_HALT. */
 static int make_solved(projected *d, double t, const double *q)
 {
+    drop_nearby(d);
     kmp_stage_lanes_free(&d->stages);
     kmp_solved_free(d->solved);
     d->solved = NULL;
@@ -321,6 +390,8 @@ static int make_solved(projected *d, double t, const double *q)
 /* Makes the solved program from when on it pays. */
 static int renew_solved(projected *d, double t, const double *q)
 {
+    if (d->may_write && d->sweeps >= NEARBY_AFTER && make_nearby(d) != KMP_GO)
+        return KMP_HALT;
     if (d->evaluations < d->due)
         return KMP_GO;
     d->due = LONG_MAX;
@@ -347,6 +418,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
 static void release(kmp_formulation *formulation)
 {
     kmp_saddle_free(&((projected *)formulation)->saddle);
+    drop_nearby((projected *)formulation);
     kmp_stage_lanes_free(&((projected *)formulation)->stages);
     kmp_solved_free(((projected *)formulation)->solved);
     kmp_formulation_free(formulation);
@@ -379,8 +451,11 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.ode =
         (kmp_ode){.n = d->formulation.size, .self = d, .rhs = rhs, .accept = accept, .closed = closed, .positions = n};
     d->lanes = start->lanes;
+    d->may_write = !start->early;
     if (start->lanes) {
         d->formulation.ode.lanes = rhs_of_stages;
+        d->formulation.ode.improve = improve_stages;
+        d->formulation.ode.cycles_of_improve = &d->cycles_near;
         d->formulation.ode.width = KMP_STAGE_LANES;
         d->formulation.ode.quadratures = d->has_work;
     }

@@ -38,17 +38,6 @@ void kmp_listing_put(kmp_listing *listing, int block, int row, int col, kmp_ref 
         kmp_listing_place(listing, block, row, col, kmp_listing_add(listing, r));
 }
 
-kmp_ref kmp_equations_curve(const kmp_equations *eq, int row)
-{
-    kmp_ref sum = eq->jdqd[row];
-    for (int k = 0; k < eq->n; k++) {
-        kmp_ref entry = eq->jacobian[row * eq->n + k];
-        if (entry != KMP_ZERO)
-            sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, entry, kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k)));
-    }
-    return sum;
-}
-
 /* -- programs ---------------------------------------------------------------------------------------- */
 
 bool kmp_formulas_prepare(kmp_formulas *formulas, const kmp_backend *backend, const double *parameters)

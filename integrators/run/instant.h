@@ -48,9 +48,6 @@ void kmp_listing_place(kmp_listing *listing, int block, int row, int col, int so
 /** Adds an output at a place, unless it is zero. */
 void kmp_listing_put(kmp_listing *listing, int block, int row, int col, kmp_ref r);
 
-/** J qdd + jdqd of a row. */
-kmp_ref kmp_equations_curve(const kmp_equations *eq, int row);
-
 /** A program of one stage after its constants, and its machine. */
 typedef struct kmp_formulas {
     kmp_program *program;

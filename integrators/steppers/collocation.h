@@ -83,6 +83,8 @@ typedef struct kmp_collocation {
     bool has_jacobian, fresh, factored; /* fresh: made in this step */
     int age, sweeps;                    /* steps since the Jacobian was made; sweeps of the last step */
     bool evaluated;                     /* f is known where the stages are predicted */
+    bool near;                          /* the next sweeps are by kmp_ode.improve */
+    int far, farther;                   /* steps without it: still, and after the last one that did not converge */
     bool first, rejected, has_step, collapsed;
 } kmp_collocation;
 
@@ -98,6 +100,9 @@ typedef enum kmp_collocation_outcome {
 
 /** Evaluates f of s->stage at s->at in `count` lanes at least. */
 int kmp_collocation_evaluate(kmp_collocation *s, int count);
+
+/** Improves f for s->stage, at places near those of the last kmp_collocation_evaluate, or evaluates it. */
+int kmp_collocation_improve(kmp_collocation *s);
 
 /** Derivatives of the stages of a step h, in g, and the error's estimate with its weighted size. KMP_..._BAD_ITERATION:
  * *shorter is the part of h to try next. */
@@ -158,6 +163,14 @@ double kmp_collocation_longest(kmp_collocation *s, double h);
  * Picard's returns when it would contract well, one Jacobian for all stages after some time. */
 void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, double by_iteration);
 
+/** True if further sweeps after a first one with a correction of this weighted size are by kmp_ode.improve: where that
+ * is possible, and the places of the stages change little. */
+bool kmp_collocation_is_near(const kmp_collocation *s, double size);
+
+/** Evaluates the rest of the step by f, after such sweeps did not converge, and some steps after it: twice as many each
+ * time. */
+void kmp_collocation_go_far(kmp_collocation *s);
+
 /** True if corrections with the present Jacobian cost less in the next step than a new one and its corrections. */
 bool kmp_collocation_keeps_jacobian(const kmp_collocation *s);
 
@@ -167,6 +180,7 @@ bool kmp_collocation_in_lanes(const kmp_collocation *s);
 /** About the processor cycles of an evaluation of all stages, of Newton's corrections by an iteration, of a renewal of
  * its matrices without evaluations, and of a Jacobian. */
 double kmp_collocation_sweep_cost(const kmp_collocation *s);
+double kmp_collocation_improve_cost(const kmp_collocation *s);
 double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration);
 double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration iteration);
 double kmp_collocation_jacobian_cost(const kmp_collocation *s);

@@ -12,6 +12,8 @@ static const double CONTRACTS = 0.3;
  * TRIAL steps. After one without success the next is twice as late. */
 static const double WORTH = 1.3, EASY = 0.1, HELD = 1.2;
 enum { SEVERAL = 3, TRIAL = 5, TRUST = 40, MOST_PATIENCE = 1000 };
+/* Places are nearby where the first correction is less than this part of the values. */
+static const double NEAR = 0.02;
 /* Weight of the steps before in the pace of an iteration; steps longer by GROWS than the last one begin a new pace. The
  * costlier iteration must be BETTER: its longer steps have larger errors at the same tolerance. */
 static const double FADES = 0.95, GROWS = 1.5, BETTER = 1.1;
@@ -31,6 +33,11 @@ double kmp_collocation_sweep_cost(const kmp_collocation *s)
     const kmp_ode *ode = &s->base.ode;
     bool lanes = kmp_collocation_in_lanes(s) && ode->cycles_of_lanes > 0;
     return (lanes ? ode->cycles_of_lanes : s->s * ode->cycles) + KMP_SWEEP_CYCLES_OF_UNKNOWN * (s->p + s->inner);
+}
+
+double kmp_collocation_improve_cost(const kmp_collocation *s)
+{
+    return *s->base.ode.cycles_of_improve + KMP_SWEEP_CYCLES_OF_UNKNOWN * (s->p + s->inner);
 }
 
 /* The next two are fitted to measured cycles of systems of 1 to 63 unknowns, 7 stages. */
@@ -147,6 +154,7 @@ static bool is_worth(const kmp_collocation *s, double by_error, double by_iterat
 void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, double by_iteration)
 {
     measure_pace(s, h);
+    s->far -= s->far > 0;
     bool held = by_iteration < HELD * h && is_worth(s, by_error, by_iteration);
     s->limited = held ? s->limited + 1 : 0;
     s->free = s->iteration > s->method->cheapest && !s->whole && s->picard < EASY ? s->free + 1 : 0;
@@ -160,6 +168,20 @@ void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, doubl
         try_iteration(s, s->iteration + 1);
     else if (s->iteration == KMP_ITERATION_COUPLED && --s->trust <= 0)
         try_iteration(s, KMP_ITERATION_NEWTON);
+}
+
+bool kmp_collocation_is_near(const kmp_collocation *s, double size)
+{
+    const kmp_ode *ode = &s->base.ode;
+    bool can = ode->improve && *ode->cycles_of_improve > 0 && s->iteration != KMP_ITERATION_COUPLED;
+    return can && s->far == 0 && kmp_collocation_in_lanes(s) && size * s->widen * s->base.tolerance.rtol < NEAR;
+}
+
+void kmp_collocation_go_far(kmp_collocation *s)
+{
+    s->near = false;
+    s->farther = s->farther == 0 ? TRUST : s->farther < MOST_PATIENCE ? 2 * s->farther : MOST_PATIENCE;
+    s->far = s->farther;
 }
 
 bool kmp_collocation_keeps_jacobian(const kmp_collocation *s)

@@ -46,6 +46,17 @@ int kmp_collocation_evaluate(kmp_collocation *s, int count)
     return evaluate_each(s, count);
 }
 
+int kmp_collocation_improve(kmp_collocation *s)
+{
+    const kmp_ode *ode = &s->base.ode;
+    int said = ode->improve(ode->self, s->at, s->stage, s->f);
+    if (said == KMP_APART)
+        return kmp_collocation_evaluate(s, s->s);
+    s->base.work.rhs += s->s;
+    s->base.cycles += kmp_collocation_improve_cost(s);
+    return said;
+}
+
 /* -- places of the stages ------------------------------------------------------------------------------ */
 
 /* Sets times and coefficients of a step h. */
@@ -186,7 +197,7 @@ static kmp_collocation_outcome sweep(kmp_collocation *s, bool first, double *siz
     int said = KMP_GO;
     if (!s->evaluated) {
         place(s);
-        said = kmp_collocation_evaluate(s, s->s);
+        said = s->near ? kmp_collocation_improve(s) : kmp_collocation_evaluate(s, s->s);
     }
     s->evaluated = false;
     if (said != KMP_GO)
@@ -196,6 +207,7 @@ static kmp_collocation_outcome sweep(kmp_collocation *s, bool first, double *siz
         correct(s, first);
     double sum = kmp_lanes_advance(s->w, s->inner, s->s, s->weight, s->change, s->g);
     *size = sqrt(sum / fmax(s->inner * s->s, 1));
+    s->near = first ? kmp_collocation_is_near(s, *size) : s->near;
     s->base.work.newton++;
     return *size <= DBL_MAX ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_STAGE;
 }
@@ -225,8 +237,11 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
             double rate = size / before;
             s->contraction = k == 2 ? rate : sqrt(rate * rate_before);
             rate_before = rate;
-            if (!is_hopeful(s, k, size, shorter))
+            bool hopeful = is_hopeful(s, k, size, shorter);
+            if (!hopeful && !s->near)
                 return KMP_COLLOCATION_BAD_ITERATION;
+            if (!hopeful)
+                kmp_collocation_go_far(s);
         }
         before = fmax(size, DBL_MIN);
         if (s->ready * size <= s->limit)
@@ -262,6 +277,7 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
     s->evaluated = false;
     for (int k = 0; k < s->inner; k++)
         s->weight[k] = h * s->per_scale[s->p + k];
+    s->near = false;
     set_columns(s, h);
     predict(s, h);
     kmp_collocation_outcome what = prepare(s, h);

@@ -37,6 +37,11 @@ typedef struct kmp_ode {
     /** dy = f(t, y) at `width` places at once: of t, y and dy, value k of lane l is at k width + l. Slopes of positions
      * are left out. For integrators that evaluate several stages together. NULL: none, or KMP_APART: by rhs alone. */
     int (*lanes)(void *self, const double *t, const double *y, double *dy);
+
+    /** Improves dy, which `lanes` and further calls of this have given at places nearby, to that at t and y: what it
+     * leaves is in proportion to the distance from the place of `lanes`. Dearer parts of f remain as they are there.
+     * NULL: none. KMP_APART: not now, by `lanes` alone. */
+    int (*improve)(void *self, const double *t, const double *y, double *dy);
     int width;       /* 4 or 8; 0: no lanes */
     int positions;   /* y[positions + i] is the derivative of y[i] for i < positions */
     int quadratures; /* the last of y, on which f does not depend */
@@ -48,6 +53,7 @@ typedef struct kmp_ode {
     /* About the processor cycles of an evaluation, and of one at `width` places, by counted operations: integrators
      * compare costs by them. 0: unknown, or one by one. */
     double cycles, cycles_of_lanes;
+    const double *cycles_of_improve; /* the same of `improve` now, 0: it is KMP_APART */
 } kmp_ode;
 
 /** F(t, y, y') = 0 with an analytic sparse iteration matrix. */

@@ -323,6 +323,17 @@ kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, uns
     return kmp_equations_derive(eq, model, &scene);
 }
 
+kmp_ref kmp_equations_curve(const kmp_equations *eq, int row)
+{
+    kmp_ref sum = eq->jdqd[row];
+    for (int k = 0; k < eq->n; k++) {
+        kmp_ref entry = eq->jacobian[row * eq->n + k];
+        if (entry != KMP_ZERO)
+            sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, entry, kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k)));
+    }
+    return sum;
+}
+
 bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs)
 {
     const kmp_parallel parallel = {eq->run, eq->n};

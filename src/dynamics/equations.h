@@ -116,6 +116,9 @@ kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, uns
                                 bool keep_parameters);
 void kmp_equations_free(kmp_equations *eq);
 
+/** J qdd + jdqd of a row. */
+kmp_ref kmp_equations_curve(const kmp_equations *eq, int row);
+
 /** kmp_equations_outputs: collects the nonzero outputs of sets, with room for kmp_equations_most_outputs; returns their
  * number. */
 int kmp_equations_most_outputs(const kmp_equations *eq);

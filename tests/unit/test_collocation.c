@@ -95,8 +95,10 @@ static void test_table(void)
 enum { UNKNOWNS = 6, POSITIONS = 2 };
 
 typedef struct motion {
-    long calls[2]; /* by one; by lanes */
+    long calls[3]; /* by one; by lanes; improved at places nearby */
     int width;
+    bool improves;
+    double leaves; /* part of the error that is left then */
 } motion;
 
 static void slopes(const double *y, size_t stride, double *dy)
@@ -130,6 +132,21 @@ static int circle_of_stages(void *self, const double *t, const double *y, double
     return KMP_GO;
 }
 
+static int circle_nearby(void *self, const double *t, const double *y, double *dy)
+{
+    motion *m = self;
+    size_t w = (size_t)m->width;
+    double *f = KMP_NEW(double, UNKNOWNS *w);
+    (void)t;
+    m->calls[2]++;
+    for (size_t l = 0; l < w; l++)
+        slopes(y + l, w, f + l);
+    for (size_t k = 2 * w; k < UNKNOWNS * w; k++)
+        dy[k] = f[k] + (k < 5 * w ? m->leaves * (dy[k] - f[k]) : 0);
+    kmp_free(f);
+    return KMP_GO;
+}
+
 /* The largest error of q, dq and z anywhere on 0 .. 6, at four places a step. */
 static double run(motion *m, double rtol, kmp_solver_work *work, double *end)
 {
@@ -138,7 +155,10 @@ static double run(motion *m, double rtol, kmp_solver_work *work, double *end)
     double atol[UNKNOWNS], y[UNKNOWNS] = {1, 0, 0, 1, 0, 0}, worst = 0;
     for (int k = 0; k < UNKNOWNS; k++)
         atol[k] = rtol;
+    const double cycles = 1;
     const kmp_ode ode = {.n = UNKNOWNS,
+                         .improve = m->improves ? circle_nearby : NULL,
+                         .cycles_of_improve = &cycles,
                          .self = m,
                          .rhs = circle,
                          .lanes = m->width ? circle_of_stages : NULL,
@@ -176,6 +196,26 @@ static void test_accuracy(void)
             CHECK(width == 0 ? m.calls[1] == 0 : m.calls[0] <= work.steps + work.refused + 3);
             printf("  width %d, rtol %.0e: %3ld steps, %3ld rejected, %4ld iterations, off %.1e\n", width, rtol,
                    work.steps, work.rejected, work.newton, off);
+        }
+}
+
+/* Sweeps at places nearby reach the same accuracy, also where they do not converge: then f is evaluated again. */
+static void test_nearby(void)
+{
+    static const double leaves[] = {0.02, -4};
+    for (int e = -3; e >= -12; e -= 3)
+        for (size_t k = 0; k < sizeof leaves / sizeof *leaves; k++) {
+            motion m = {.width = 8, .improves = true, .leaves = leaves[k]}, whole = {.width = 8};
+            kmp_solver_work work, work_whole;
+            double end[UNKNOWNS], rtol = pow(10, e), off = run(&m, rtol, &work, end);
+            (void)run(&whole, rtol, &work_whole, end);
+            CHECK(off < 100 * rtol + 3e-11);
+            CHECK(m.calls[2] > 0);
+            bool converges = fabs(leaves[k]) < 1;
+            CHECK(!converges || (e == -3 || (m.calls[1] < whole.calls[1] / 2 && m.calls[2] <= whole.calls[1])));
+            CHECK(converges || m.calls[1] + m.calls[2] < 3 * whole.calls[1]);
+            printf("  rtol %.0e: %ld evaluations in lanes and %ld nearby, otherwise %ld; off %.1e\n", rtol, m.calls[1],
+                   m.calls[2], whole.calls[1], off);
         }
 }
 
@@ -386,6 +426,7 @@ int main(void)
     TEST(test_checkpoint);
     TEST(test_table);
     TEST(test_accuracy);
+    TEST(test_nearby);
     TEST(test_same_bits);
     TEST(test_stiff);
     TEST(test_all_stiff);

@@ -2,7 +2,7 @@
 /* Accelerations and multipliers of the solved program against the dense saddle system, at states along the motion of
  * examples; its lanes against its scalar code, to the last bit. */
 #include "constraints/closing/saddle.h"
-#include "constraints/evaluation/solved.h"
+#include "constraints/evaluation/solved_inside.h"
 #include "constraints/tolerances.h"
 #include "random.h"
 #include "states.h"
@@ -289,6 +289,67 @@ static void compare_lanes(bench *b, int width, double t, const double *q, const 
     kmp_free(x);
 }
 
+static void put_states(kmp_lanes *lanes, int n, const double *t, const double *q, const double *qd)
+{
+    for (int l = 0; l < KMP_LANES_MOST; l++) {
+        kmp_lanes_set_one(lanes, KMP_IN_TIME, l, t + l);
+        kmp_lanes_set_one(lanes, KMP_IN_Q, l, q + l * n);
+        kmp_lanes_set_one(lanes, KMP_IN_QD, l, qd + l * n);
+    }
+}
+
+/* Accelerations, multipliers and power by factors of a state nearby, improved again and again, beside those by factors
+ * of their own. */
+static void improve_nearby(const bench *b, double t, const double *q, const double *qd)
+{
+    enum { W = KMP_LANES_MOST, TIMES = 12 };
+    const kmp_solved_layout *l = b->layout;
+    int n = l->n, count = n + l->r + (l->power >= 0);
+    double times[W], first = 0, last = 0;
+    double *x = KMP_NEW(double, W *(2 * n + count)), *xd = x + W * n, *got = xd + W * n;
+    kmp_program *program = NULL;
+    CHECK(kmp_solved_write_near(b->eval, &b->part, 1e9, &program) && program);
+    kmp_lanes *lanes = kmp_solved_lanes(b->solved, W), *near = program ? kmp_lanes_new(program, W, false) : NULL;
+    CHECK(lanes && near);
+    if (!near)
+        return;
+    kmp_solved_renew_lanes(b->solved, W, near);
+    for (int k = 0; k < W * n; k++) {
+        times[k / n] = t;
+        x[k] = q[k % n];
+        xd[k] = qd[k % n];
+    }
+    put_states(lanes, n, times, x, xd);
+    const double *run = kmp_lanes_run(lanes, KMP_SOLVED_RUN);
+    memcpy(got, run + l->qdd * W, (size_t)(n * W) * sizeof *got);
+    memcpy(got + n * W, run + l->lambda * W, (size_t)(l->r * W) * sizeof *got);
+    kmp_lanes_set(near, KMP_IN_MU, kmp_lanes_run(lanes, KMP_SOLVED_FACTORS));
+    for (int k = 0; k < W * n; k++) {
+        times[k / n] = t + 1e-3 * (k / n);
+        x[k] += between(-1e-2, 1e-2);
+        xd[k] += between(-1e-2, 1e-2);
+    }
+    put_states(lanes, n, times, x, xd);
+    put_states(near, n, times, x, xd);
+    run = kmp_lanes_run(lanes, KMP_SOLVED_RUN) + l->qdd * W;
+    first = check_max(apart(W * n, got, run), apart(W * l->r, got + n * W, run + n * W));
+    for (int k = 0; k < TIMES; k++) {
+        kmp_lanes_set(near, KMP_IN_QDD, got);
+        kmp_lanes_set(near, KMP_IN_LAMBDA, got + n * W);
+        memcpy(got, kmp_lanes_run(near, 1), (size_t)(count * W) * sizeof *got);
+    }
+    last = check_max(apart(W * n, got, run), apart(W * l->r, got + n * W, run + n * W));
+    CHECK(first > 1e-6 && last < 1e-10);
+    if (l->power >= 0)
+        CHECK(apart(W, got + (n + l->r) * W, run + (l->power - l->qdd) * W) < 1e-8);
+    printf("    by factors nearby, %ld operations: from %.1e to %.1e\n", kmp_program_count(program, 1, 1).paper, first,
+           last);
+    kmp_lanes_free(lanes);
+    kmp_lanes_free(near);
+    kmp_program_free(program);
+    kmp_free(x);
+}
+
 /* -- examples ------------------------------------------------------------------------------------------ */
 
 static void along_the_motion(const kempe_system *s, const states *at, const example *of)
@@ -304,6 +365,9 @@ static void along_the_motion(const kempe_system *s, const states *at, const exam
                kmp_solved_by_bodies(b.solved) ? ", by bodies" : "", worst, parts, kmp_solved_count(b.solved).paper);
         compare_lanes(&b, 4, at->t[1], at->q + at->n, at->qd + at->n);
         compare_lanes(&b, 8, at->t[1], at->q + at->n, at->qd + at->n);
+        CHECK((b.layout->factors > 0) == !of->by_bodies);
+        if (!of->by_bodies && !of->forced)
+            improve_nearby(&b, at->t[1], at->q + at->n, at->qd + at->n);
     }
     finish(&b);
 }
