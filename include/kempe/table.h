@@ -47,10 +47,11 @@ KEMPE_API const double *kempe_table_values(const kempe_table *table, int column)
  * kempe_text_free. */
 KEMPE_API kempe_status kempe_table_print(const kempe_table *table, kempe_format format, char **text);
 
-/** Writes a file, whole or not at all, in the format of its ending: .csv or none (names, rows; empty cells are
- * unknown), .json (as above), .npz for NumPy, .mat for MATLAB and Octave. The last two have arrays `names`, `units` and
- * `values`, rows x columns, of the columns of numbers, and an array of text for each column of words.
- * KEMPE_E_ARGUMENT: another ending. */
+/** Writes a file, whole or not at all, in the format of its ending: .csv or none, .json, .parquet, .npz for NumPy, .mat
+ * for MATLAB and Octave. In .csv empty cells are unknown, .json is as above. In .parquet unknown numbers are NaN, and
+ * the metadata have a key `unit.NAME` for each unit. The last two have arrays `names`, `units` and `values`, rows x
+ * columns, of the columns of numbers, and an array of text for each column of words. KEMPE_E_ARGUMENT: another ending.
+ */
 KEMPE_API kempe_status kempe_table_write(const kempe_table *table, const char *path);
 
 /** Columns of a CSV file of this table are named with their units: "q.crank [rad]". Without this call only those

@@ -122,7 +122,7 @@ class Table(Columns, Fixed):
         return self._context.text(lib.kempe_table_print, self._pointer, lib.KEMPE_TEXT)
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes a file in the format of its ending: .csv, .json, .npz, .mat."""
+        """Writes a file in the format of its ending: .csv, .json, .parquet, .npz, .mat."""
         self._context.check(lib.kempe_table_write, self._pointer, os.fsencode(path))
 
     def write_picture(self, path: str | os.PathLike[str], x: str | None = None, y: Any = None) -> None:

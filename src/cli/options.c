@@ -37,7 +37,7 @@ static const struct {
 } kinds[OPTION_KINDS] = {[OPTION_TIME] = {NULL, "s", "positive time in s, as 3 or '20 ms'"},
                          [OPTION_LENGTH] = {NULL, "m", "length in m, 0 or more, as 1e-5 or '10 um'"},
                          [OPTION_ANGLE] = {NULL, "rad", "positive angle in rad, as 1e-6 or '0.001 deg'"},
-                         [OPTION_TABLE] = {.ending = ".csv, .npz, .mat, .json"},
+                         [OPTION_TABLE] = {.ending = ".csv, .parquet, .npz, .mat, .json"},
                          [OPTION_ARRAYS] = {.ending = ".npz, .mat"},
                          [OPTION_PICTURE] = {.ending = ".svg, .png"},
                          [OPTION_PAGE] = {.ending = ".html, .htm"}};
@@ -249,7 +249,7 @@ static const option options[] = {
     {CLI_SIMULATE, IN_OUTPUT, "checkpoint", TEXT(run.checkpoint), "FILE",
      "write the rows to this file every 10 s and at the end"},
     {CLI_TABLES, IN_OUTPUT, "output", VALUE(TABLE, output), "FILE",
-     "write the table: .csv, .npz for NumPy, .mat for MATLAB and Octave, or .json"},
+     "write the table: .csv, .parquet, .npz for NumPy, .mat for MATLAB and Octave, or .json"},
     {CLI_COMPARE, IN_OUTPUT, "csv", VALUE(TABLE, output), "FILE", "another name of --output"},
     {CLI_TABLES, IN_OUTPUT, "units", FLAG(units), "name the columns of CSV with their units: 'q.crank [rad]'"},
     {CLI_TABLES, IN_OUTPUT, "plot", VALUE(PICTURE, plot), "FILE",

@@ -3,6 +3,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "output/formats/named_arrays.h"
+#include "output/formats/parquet.h"
 #include "output/print.h"
 #include <math.h>
 #include <stdarg.h>
@@ -405,6 +406,11 @@ kempe_status kempe_table_print(const kempe_table *table, kempe_format format, ch
     return kmp_print_result(table->context, format == KEMPE_JSON ? put_json : put_text, table, text);
 }
 
+bool kmp_table_has_words(const kempe_table *table, int column)
+{
+    return !table->column[column].unit;
+}
+
 /* -- files ------------------------------------------------------------------------------------------- */
 
 /* Arrays of the columns of numbers, and one of each column of words; `name`, `unit`: room for those of all columns,
@@ -455,7 +461,10 @@ kempe_status kempe_table_write(const kempe_table *table, const char *path)
         put_csv(&text, table);
     else if (strcmp(ending, ".json") == 0)
         put_json(&text, table);
+    else if (strcmp(ending, ".parquet") == 0)
+        kmp_parquet_put(&text, table);
     else
-        return kmp_fail(table->context, KEMPE_E_ARGUMENT, "%s: a table is written as .csv, .json, .npz or .mat", path);
+        return kmp_fail(table->context, KEMPE_E_ARGUMENT,
+                        "%s: a table is written as .csv, .json, .parquet, .npz or .mat", path);
     return kmp_file_write(table->context, path, &text);
 }

@@ -36,6 +36,9 @@ typedef enum kmp_table_look { KMP_LOOK_PLAIN, KMP_LOOK_LOGARITHMIC, KMP_LOOK_PER
 void kmp_tabulate_look(kempe_table *table, kmp_table_look look);
 kmp_table_look kmp_table_column_look(const kempe_table *table, int column);
 
+/** True for a column of words, even without rows. */
+bool kmp_table_has_words(const kempe_table *table, int column);
+
 /** Rows are apart from each other, so that pictures draw points, not curves. */
 void kmp_tabulate_apart(kempe_table *table);
 bool kmp_table_rows_apart(const kempe_table *table);

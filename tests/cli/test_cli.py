@@ -1528,7 +1528,7 @@ run: {t_end: 1}
     def test_files_are_known_by_their_endings(self):
         for name in ("x.txt", "x.xlsx", "x.csv.gz"):
             done = self.expect(3, *self.SHORT, "-o", name)
-            self.assertIn("--output writes .csv, .npz, .mat, .json files", done.stderr)
+            self.assertIn("--output writes .csv, .parquet, .npz, .mat, .json files", done.stderr)
             self.assertFalse((self.folder / name).exists())
         for name in ("x", "x.csv", "x.npz", "x.mat", "/dev/null"):
             self.expect(0, *self.SHORT, "-o", name)

@@ -1,0 +1,237 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* One row group, whose columns are pages of plain, uncompressed values (parquet.thrift of Apache Parquet 2.10; Thrift's
+ * compact protocol). */
+#include "output/formats/parquet.h"
+#include "base/memory.h"
+#include "output/formats/named_arrays.h"
+#include "output/result_table.h"
+#include <limits.h>
+#include <string.h>
+
+/* Types of Thrift's fields. */
+enum { I32 = 5, I64 = 6, BINARY = 8, LIST = 9, STRUCT = 12 };
+/* Numbers of Parquet. */
+enum { DOUBLES = 5, BYTES = 6, REQUIRED = 0, UTF8 = 0, PLAIN = 0, LEVELS = 3, UNCOMPRESSED = 0, DATA_PAGE = 0 };
+
+enum { PAGE_ROWS = 1 << 16 };
+
+/* -- compact protocol -------------------------------------------------------------------------------- */
+
+static void put_varint(kmp_text *text, uint64_t x)
+{
+    for (; x >= 0x80; x >>= 7)
+        kmp_put_integer(text, (x & 0x7f) | 0x80, 1);
+    kmp_put_integer(text, x, 1);
+}
+
+static void put_signed(kmp_text *text, int64_t x)
+{
+    put_varint(text, ((uint64_t)x << 1) ^ (x < 0 ? UINT64_MAX : 0));
+}
+
+static void put_string(kmp_text *text, const char *s)
+{
+    put_varint(text, strlen(s));
+    kmp_text_append(text, s, strlen(s));
+}
+
+/* A field of a struct; *last: the field before it. */
+static void put_field(kmp_text *text, int *last, int field, int type)
+{
+    kmp_put_integer(text, (uint64_t)(((field - *last) << 4) | type), 1);
+    *last = field;
+}
+
+static void put_number(kmp_text *text, int *last, int field, int type, int64_t x)
+{
+    put_field(text, last, field, type);
+    put_signed(text, x);
+}
+
+static void put_name(kmp_text *text, int *last, int field, const char *s)
+{
+    put_field(text, last, field, BINARY);
+    put_string(text, s);
+}
+
+static void put_list(kmp_text *text, int *last, int field, int type, int count)
+{
+    put_field(text, last, field, LIST);
+    kmp_put_integer(text, (uint64_t)((count < 15 ? count << 4 : 0xf0) | type), 1);
+    if (count >= 15)
+        put_varint(text, (uint64_t)count);
+}
+
+static void end_struct(kmp_text *text)
+{
+    kmp_put_integer(text, 0, 1);
+}
+
+/* -- columns ----------------------------------------------------------------------------------------- */
+
+/* Where the pages of a column are. */
+typedef struct chunk {
+    size_t at, size;
+} chunk;
+
+static void put_page_header(kmp_text *text, int rows, size_t size)
+{
+    int last = 0, inner = 0;
+    put_number(text, &last, 1, I32, DATA_PAGE);
+    put_number(text, &last, 2, I32, (int64_t)size);
+    put_number(text, &last, 3, I32, (int64_t)size);
+    put_field(text, &last, 5, STRUCT);
+    put_number(text, &inner, 1, I32, rows);
+    put_number(text, &inner, 2, I32, PLAIN);
+    put_number(text, &inner, 3, I32, LEVELS);
+    put_number(text, &inner, 4, I32, LEVELS);
+    end_struct(text);
+    end_struct(text);
+}
+
+static size_t page_size(const kempe_table *t, int column, int first, int rows)
+{
+    size_t size = (size_t)rows * 8;
+    if (!kmp_table_has_words(t, column))
+        return size;
+    size = 0;
+    for (int row = first; row < first + rows; row++)
+        size += 4 + strlen(kempe_table_word(t, row, column));
+    return size;
+}
+
+static void put_page(kmp_text *text, const kempe_table *t, int column, int first, int rows)
+{
+    size_t size = page_size(t, column, first, rows);
+    if (size > INT_MAX)
+        text->failed = true;
+    put_page_header(text, rows, size);
+    for (int row = first; row < first + rows; row++) {
+        if (kmp_table_has_words(t, column)) {
+            const char *word = kempe_table_word(t, row, column);
+            kmp_put_integer(text, strlen(word), 4);
+            kmp_text_append(text, word, strlen(word));
+        } else {
+            char little[8];
+            kmp_put_double(little, kempe_table_number(t, row, column));
+            kmp_text_append(text, little, 8);
+        }
+    }
+}
+
+static chunk put_column(kmp_text *text, const kempe_table *t, int column)
+{
+    chunk c = {.at = text->length};
+    int rows = kempe_table_row_count(t);
+    for (int first = 0; first < rows || first == 0; first += PAGE_ROWS)
+        put_page(text, t, column, first, rows - first < PAGE_ROWS ? rows - first : PAGE_ROWS);
+    c.size = text->length - c.at;
+    return c;
+}
+
+/* -- the end of the file ----------------------------------------------------------------------------- */
+
+static void put_schema_element(kmp_text *text, const kempe_table *t, int column)
+{
+    int last = 0;
+    bool words = kmp_table_has_words(t, column);
+    put_number(text, &last, 1, I32, words ? BYTES : DOUBLES);
+    put_number(text, &last, 3, I32, REQUIRED);
+    put_name(text, &last, 4, kempe_table_column_name(t, column));
+    if (words) {
+        int kind = 0;
+        put_number(text, &last, 6, I32, UTF8);
+        put_field(text, &last, 10, STRUCT); /* LogicalType: STRING, a struct without fields */
+        put_field(text, &kind, 1, STRUCT);
+        end_struct(text);
+        end_struct(text);
+    }
+    end_struct(text);
+}
+
+static void put_chunk(kmp_text *text, const kempe_table *t, int column, const chunk *c)
+{
+    int last = 0, meta = 0;
+    put_number(text, &last, 2, I64, (int64_t)c->at);
+    put_field(text, &last, 3, STRUCT);
+    put_number(text, &meta, 1, I32, kmp_table_has_words(t, column) ? BYTES : DOUBLES);
+    put_list(text, &meta, 2, I32, 1);
+    put_signed(text, PLAIN);
+    put_list(text, &meta, 3, BINARY, 1);
+    put_string(text, kempe_table_column_name(t, column));
+    put_number(text, &meta, 4, I32, UNCOMPRESSED);
+    put_number(text, &meta, 5, I64, kempe_table_row_count(t));
+    put_number(text, &meta, 6, I64, (int64_t)c->size);
+    put_number(text, &meta, 7, I64, (int64_t)c->size);
+    put_number(text, &meta, 9, I64, (int64_t)c->at);
+    end_struct(text);
+    end_struct(text);
+}
+
+static void put_row_group(kmp_text *text, const kempe_table *t, const chunk *chunks)
+{
+    int last = 0, columns = kempe_table_column_count(t);
+    size_t all = 0;
+    put_list(text, &last, 1, STRUCT, columns);
+    for (int c = 0; c < columns; c++) {
+        put_chunk(text, t, c, &chunks[c]);
+        all += chunks[c].size;
+    }
+    put_number(text, &last, 2, I64, (int64_t)all);
+    put_number(text, &last, 3, I64, kempe_table_row_count(t));
+    end_struct(text);
+}
+
+static void put_units(kmp_text *text, int *last, const kempe_table *t)
+{
+    int columns = kempe_table_column_count(t), count = 0;
+    for (int c = 0; c < columns; c++)
+        count += *kempe_table_unit(t, c) != '\0';
+    put_list(text, last, 5, STRUCT, count);
+    for (int c = 0; c < columns; c++) {
+        int inner = 0;
+        if (!*kempe_table_unit(t, c))
+            continue;
+        kmp_text key = {0};
+        kmp_text_printf(&key, "unit.%s", kempe_table_column_name(t, c));
+        text->failed = text->failed || key.failed;
+        put_name(text, &inner, 1, key.failed ? "" : key.s);
+        put_name(text, &inner, 2, kempe_table_unit(t, c));
+        end_struct(text);
+        kmp_text_free(&key);
+    }
+}
+
+static void put_footer(kmp_text *text, const kempe_table *t, const chunk *chunks)
+{
+    int last = 0, root = 0, columns = kempe_table_column_count(t);
+    size_t at = text->length;
+    put_number(text, &last, 1, I32, 1);
+    put_list(text, &last, 2, STRUCT, columns + 1);
+    put_name(text, &root, 4, "schema");
+    put_number(text, &root, 5, I32, columns);
+    end_struct(text);
+    for (int c = 0; c < columns; c++)
+        put_schema_element(text, t, c);
+    put_number(text, &last, 3, I64, kempe_table_row_count(t));
+    put_list(text, &last, 4, STRUCT, 1);
+    put_row_group(text, t, chunks);
+    put_units(text, &last, t);
+    put_name(text, &last, 6, "Kempe version " KEMPE_VERSION " (build 0)"); /* the form that readers parse */
+    end_struct(text);
+    kmp_put_integer(text, text->length - at, 4);
+}
+
+void kmp_parquet_put(kmp_text *text, const kempe_table *table)
+{
+    int columns = kempe_table_column_count(table);
+    chunk *chunks = KMP_NEW(chunk, columns);
+    text->failed = text->failed || !chunks;
+    kmp_text_put(text, "PAR1");
+    for (int c = 0; chunks && c < columns; c++)
+        chunks[c] = put_column(text, table, c);
+    if (chunks)
+        put_footer(text, table, chunks);
+    kmp_text_put(text, "PAR1");
+    kmp_free(chunks);
+}
