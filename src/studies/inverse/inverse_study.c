@@ -296,7 +296,7 @@ static kempe_status reactions_init(kmp_formulas *reactions, const kempe_system *
     int count = REACTION * model->closure_count;
     kmp_ref *out = KMP_NEW(kmp_ref, count);
     for (int k = 0; out && k < count; k++)
-        out[k] = kmp_closures_reaction(&eq, k / REACTION, k % REACTION >= 3).x[k % 3];
+        out[k] = kmp_closure_load(&eq.tree, k / REACTION, k % REACTION >= 3).x[k % 3];
     bool ok = out && kmp_formulas_init(reactions, eq.graph, count, out, kmp_backend_find("tape"), system->parameters);
     kmp_free(out);
     kmp_equations_free(&eq);
