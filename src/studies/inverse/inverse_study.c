@@ -569,7 +569,9 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     KMP_OPTIONS(system->context, kempe_inverse_options, options);
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
-    KMP_TRY(kmp_refuse_states(system->model, "inverse dynamics"));
+    KMP_TRY(kmp_refuse_states(system->model, "inverse dynamics",
+                              "simulate the model with a drive for each moved coordinate: the multipliers of the "
+                              "drives are its efforts"));
     KMP_TRY(kmp_refuse_contacts(system->model, "inverse dynamics"));
     job j = {.system = system, .context = system->context, .options = options, .r = result_new(system)};
     KMP_TRY(kmp_made(system->context, j.r));
