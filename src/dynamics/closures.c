@@ -167,8 +167,11 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
 /* The first one that is of no row, NULL when there is none. */
 static const kmp_expr *find_absent(const kmp_equations *eq, const kmp_expr *expr)
 {
-    if (!expr || expr->kind == KMP_EXPR_LAMBDA)
-        return expr && kmp_tree_kept(&eq->tree, expr->index, expr->number < 0 ? 0 : expr->number) < 0 ? expr : NULL;
+    if (!expr)
+        return NULL;
+    int number = expr->number < 0 || expr->measure ? 0 : expr->number; /* of a reaction: any */
+    if (expr->kind == KMP_EXPR_LAMBDA)
+        return kmp_tree_kept(&eq->tree, expr->index, number) < 0 ? expr : NULL;
     const kmp_expr *found = find_absent(eq, expr->a);
     found = found ? found : find_absent(eq, expr->b);
     return found ? found : find_absent(eq, expr->c);
@@ -224,36 +227,21 @@ static void differentiate(const kmp_equations *eq, const kmp_ref *rows, kmp_ref 
     kmp_derivative_free(d);
 }
 
-/* The first row of a closure; rows are in the order of closures. */
-static int first_row(const kmp_equations *eq, int closure)
+kmp_vec kmp_closure_load(const kmp_tree *tree, int c, bool moment)
 {
-    int low = 0, high = eq->m;
-    while (low < high) {
-        int middle = (low + high) / 2;
-        if (eq->rows[middle].closure < closure)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low;
-}
-
-kmp_vec kmp_closures_reaction(const kmp_equations *eq, int c, bool moment)
-{
-    const kmp_closure *closure = &eq->model->closures[c];
+    const kmp_closure *closure = &tree->model->closures[c];
     const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
     kmp_ref lambda[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
-    for (int r = first_row(eq, c); r < eq->m && eq->rows[r].closure == c; r++)
-        lambda[eq->rows[r].component] = kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r);
+    for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
+        lambda[k] = kmp_tree_multiplier(tree, c, k);
     const kmp_part *part = moment ? kind->moment : kind->force;
-    return part->rows > 0 ? part->load(&eq->tree, closure, moment ? lambda + kind->force->rows : lambda)
-                          : kmp_vec_zero();
+    return part->rows > 0 ? part->load(tree, closure, moment ? lambda + kind->force->rows : lambda) : kmp_vec_zero();
 }
 
 static void derive_reactions(kmp_equations *eq)
 {
     for (int c = 0; c < eq->model->closure_count; c++) {
-        kmp_vec f = kmp_closures_reaction(eq, c, false);
+        kmp_vec f = kmp_closure_load(&eq->tree, c, false);
         for (int k = 0; k < 3; k++)
             eq->reaction[3 * c + k] = f.x[k];
     }

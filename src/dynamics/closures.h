@@ -11,4 +11,4 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene);
 void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *out);
 
 /** The force, or the moment, of a closure's multipliers, which are inputs (constraints/kinds/kind.h). */
-kmp_vec kmp_closures_reaction(const kmp_equations *eq, int closure, bool moment);
+kmp_vec kmp_closure_load(const kmp_tree *tree, int closure, bool moment);

@@ -207,6 +207,7 @@ static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
     tree->events = scene->events;
     tree->noted = eq->noted;
     tree->row = eq->row;
+    tree->reaction = kmp_closure_load;
     return true;
 }
 

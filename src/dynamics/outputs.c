@@ -40,12 +40,12 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
     case KMP_OUTPUT_VELOCITY:
         return kmp_point_measure(&eq->tree, KMP_MEASURE_VELOCITY, output->index, -1);
     case KMP_OUTPUT_ACCELERATION:
-        return kmp_vec_acceleration(&eq->tree, kmp_point_measure(&eq->tree, KMP_MEASURE_VELOCITY, output->index, -1));
+        return kmp_point_measure(&eq->tree, KMP_MEASURE_ACCELERATION, output->index, -1);
     case KMP_OUTPUT_ANGULAR_VELOCITY:
         return kmp_point_measure(&eq->tree, KMP_MEASURE_ANGULAR_VELOCITY, output->index, -1);
     case KMP_OUTPUT_REACTION:
     case KMP_OUTPUT_MOMENT:
-        return kmp_closures_reaction(eq, output->index, output->kind == KMP_OUTPUT_MOMENT);
+        return kmp_closure_load(&eq->tree, output->index, output->kind == KMP_OUTPUT_MOMENT);
     case KMP_OUTPUT_ENERGY:
         return energies(eq, forces);
     case KMP_OUTPUT_MOMENTUM:

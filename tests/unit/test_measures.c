@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Points and axes in expressions: measures by their definitions from positions, velocities and axes of outputs, rates
- * by differences, forces and constraints by measures as those of elements. */
+ * by differences, forces and constraints by measures as those of elements; accelerations and reactions by closed forms.
+ */
 #include "loaded.h"
 #include <kempe/output_handles.h>
 #include <kempe/table.h>
@@ -203,8 +204,184 @@ static void printed(void)
     unload(&l);
 }
 
+/* -- accelerations and reactions --------------------------------------------------------------------- */
+
+static bool is_near(double x, double want, double tolerance)
+{
+    return fabs(x - want) <= tolerance * fmax(1, fabs(want));
+}
+
+/* A point at the radius r on a turntable at (1, 0, 0) turned by q: a = r (-cos q qd^2 - sin q qdd, -sin q qd^2 +
+ * cos q qdd). From a point of the ground whose axes are turned by a quarter, x is along the ground's y. */
+static void accelerations(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "ground: {points: {F: {at: [3, 1, 0], axes: {x: y, z: z}}}}\n"
+                         "bodies:\n"
+                         "  table:\n"
+                         "    joint: {name: A, revolute: z, at: ground}\n"
+                         "    mass: 1\n"
+                         "    inertia: {zz: 1}\n"
+                         "    points: {P: [0.5, 0, 0]}\n"
+                         "sensors:\n"
+                         "  ax: acceleration(table.P).x\n"
+                         "  ay: acceleration(table.P).y\n"
+                         "  across: \"acceleration(table.P, ground.F).x\"\n"
+                         "  spin: angular_acceleration(table.P).z\n");
+    const double q = 0.7, qd = 1.3, qdd = -2.1, r = 0.5;
+    double ax = r * (-cos(q) * qd * qd - sin(q) * qdd), ay = r * (-sin(q) * qd * qd + cos(q) * qdd), seen[4] = {0};
+    kempe_outputs *o = NULL;
+    CHECK(l.system && kempe_outputs_new(l.system, "ax, ay, across, spin", &o) == KEMPE_OK);
+    CHECK(o && kempe_outputs_at(o, 0, &q, &qd, &qdd, NULL, seen) == KEMPE_OK);
+    CHECK_NEAR(seen[0], ax, 1e-15);
+    CHECK_NEAR(seen[1], ay, 1e-15);
+    CHECK_NEAR(seen[2], ay, 1e-15);
+    CHECK_NEAR(seen[3], qdd, 1e-15);
+    kempe_outputs_free(o);
+    unload(&l);
+}
+
+/* A bob of 2 kg in the plane, which a pin at 0.5 m holds: a pendulum by a loop. */
+#define PENDULUM                                                                                                       \
+    "kempe: 1\n"                                                                                                       \
+    "gravity: [0, -9.81, 0]\n"                                                                                         \
+    "ground: {points: {O: [0, 0, 0]}}\n"                                                                               \
+    "bodies:\n"                                                                                                        \
+    "  carrier: {joint: {name: x, prismatic: x, at: ground}, mass: 0}\n"                                               \
+    "  slide: {joint: {name: y, prismatic: y, at: carrier}, mass: 0}\n"                                                \
+    "  bob:\n"                                                                                                         \
+    "    joint: {name: A, revolute: z, at: slide}\n"                                                                   \
+    "    mass: 2\n"                                                                                                    \
+    "    inertia: {zz: 0.1}\n"                                                                                         \
+    "    points: {P: [0, 0.5, 0], C: [0, 0, 0]}\n"                                                                     \
+    "loops: {pin: {ball: [ground.O, bob.P]}}\n"                                                                        \
+    "start: {q: {x: 0.4, y: -0.3, A: 0.93}}\n"
+
+static kempe_table *run_of(const loaded *l, const kempe_run_options *options)
+{
+    kempe_trajectory *run = NULL;
+    kempe_table *table = NULL;
+    kempe_status status = l->system ? kempe_simulate(l->system, options, &run) : KEMPE_E_ARGUMENT;
+    if (status < 0)
+        printf("  %s\n", kempe_context_message(l->context));
+    CHECK(status >= 0);
+    CHECK(run && kempe_trajectory_table(run, "rows", &table) == KEMPE_OK);
+    kempe_trajectory_free(run);
+    return table;
+}
+
+static double at(const kempe_table *table, int row, const char *column)
+{
+    int k = table ? kempe_table_find(table, column) : -1;
+    CHECK(k >= 0);
+    return k < 0 ? NAN : kempe_table_number(table, row, k);
+}
+
+/* The force on the bob is m (a - g), with a by the table of accelerations. The pin has no moment. */
+static void reactions(void)
+{
+    loaded l = load_text(PENDULUM "sensors: {fx: reaction(pin).x, fy: reaction(pin).y, m: moment(pin).z,\n"
+                                  "          ax: acceleration(bob.C).x, twice: 2*reaction(pin).y}\n"
+                                  "run: {t_end: 0.5, output_step: 0.1, rtol: 1e-10, atol: 1e-10,\n"
+                                  "      outputs: [q, qdd, reaction(pin), fx, fy, m, ax, twice]}\n");
+    kempe_table *table = run_of(&l, NULL);
+    for (int k = 0; table && k < 6; k++) {
+        double fx = 2 * at(table, k, "qdd.x"), fy = 2 * (at(table, k, "qdd.y") + 9.81);
+        CHECK(is_near(at(table, k, "sensor.fx"), fx, 1e-11) && is_near(at(table, k, "sensor.fy"), fy, 1e-11));
+        CHECK(at(table, k, "sensor.twice") == 2 * at(table, k, "sensor.fy"));
+        CHECK(at(table, k, "sensor.fx") == at(table, k, "reaction.pin.x"));
+        CHECK(at(table, k, "sensor.m") == 0);
+        CHECK(is_near(at(table, k, "sensor.ax"), at(table, k, "qdd.x"), 1e-12));
+    }
+    kempe_table_free(table);
+    unload(&l);
+}
+
+/* A block that a floor holds, with a force against its motion in proportion to the reaction, in every formulation:
+ * qdd = -0.3 g 2/3 for 3 kg of which 2 rest on the floor. */
+static void force_by_reaction(void)
+{
+    static const char *const formulations[] = {"reduced", "projected", "dae"};
+    for (size_t k = 0; k < sizeof formulations / sizeof *formulations; k++) {
+        loaded l = load_text("kempe: 1\n"
+                             "gravity: [0, -9.81, 0]\n"
+                             "ground: {points: {O: [0, 0, 0]}}\n"
+                             "bodies:\n"
+                             "  slide: {joint: {name: x, prismatic: x, at: ground}, mass: 1}\n"
+                             "  block: {joint: {name: y, prismatic: y, at: slide}, mass: 2, points: {P: [0, 0, 0]}}\n"
+                             "loops: {floor: {point_on_plane: [ground.O, block.P], axis: y}}\n"
+                             "forces: {rub: {joint: x, force: -0.3*reaction(floor).y}}\n"
+                             "start: {qd: {x: 3}}\n"
+                             "run: {t_end: 1, output_step: 1, rtol: 1e-9, atol: 1e-9, outputs: [q]}\n");
+        kempe_table *table = run_of(&l, &(kempe_run_options){.formulation = formulations[k]});
+        CHECK_NEAR(at(table, 1, "q.x"), 3 - 0.3 * 9.81 * 2 / 3 / 2, 1e-7);
+        kempe_table_free(table);
+        unload(&l);
+    }
+}
+
+/* x = cos 3t: x'' = -9 cos 3t passes 4.5 upwards at 3t = 2 pi/3, and the reaction of a wall 2 x'' passes -9 upwards at
+ * 3t = pi/3. */
+static void conditions(void)
+{
+    static const struct {
+        const char *until;
+        double phase;
+    } cases[] = {{"acceleration(car.P).x > 4.5", 2.0 / 3}, {"reaction(wall).x > -9", 1.0 / 3}};
+    for (int k = 0; k < 2; k++) {
+        char text[1024];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\n"
+                       "ground: {points: {O: [0, 0, 0]}}\n"
+                       "bodies:\n"
+                       "  car: {joint: {name: x, prismatic: x, at: ground}, mass: 1, points: {P: [0, 0, 0]}}\n"
+                       "  load: {joint: {name: y, prismatic: x, at: ground}, mass: 2, points: {L: [0, 0, 0]}}\n"
+                       "loops: {wall: {point_on_plane: [car.P, load.L], axis: x}}\n"
+                       "forces: {spring: {joint: x, force: -27*q(x)}}\n"
+                       "start: {q: {x: 1, y: 1}}\n"
+                       "run: {t_end: 2, rtol: 1e-12, atol: 1e-12, outputs: [q], until: \"%s\"}\n",
+                       cases[k].until);
+        loaded l = load_text(text);
+        kempe_table *table = run_of(&l, NULL);
+        int last = table ? kempe_table_row_count(table) - 1 : 0;
+        CHECK_NEAR(at(table, last, "t"), cases[k].phase * acos(-1) / 3, 1e-10);
+        kempe_table_free(table);
+        unload(&l);
+    }
+}
+
+static void refused(const char *forces, const char *sentence)
+{
+    char text[2048];
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    (void)snprintf(text, sizeof text, PENDULUM "%s\n", forces);
+    CHECK(kempe_model_read_text(context, text, "model.yaml", &model) == KEMPE_E_INPUT);
+    if (!strstr(kempe_context_message(context), sentence))
+        CHECK_TEXT(kempe_context_message(context), sentence);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+static void mistakes(void)
+{
+    refused("forces: {f: {joint: x, force: acceleration(bob.C).x}}", "model.yaml:14:31: acceleration is not allowed");
+    refused("states: {s: {rate: angular_acceleration(bob.C).z}}", "angular_acceleration is not allowed here");
+    refused("algebraic: {a: acceleration(bob.C).x}", "acceleration is not allowed here");
+    refused("sensors: {f: reaction(A).x}", "joint 'A' is in the tree and has no multipliers");
+    refused("sensors: {f: reaction(pin)}", "a component is expected here");
+    refused("sensors: {f: rate(reaction(pin).x)}", "depends on accelerations");
+    refused("drives: {d: {joint: A, angle: reaction(pin).x}}", "reaction is not allowed here");
+    refused("states: {s: {when: acceleration(bob.C).x > 1, next: 1}}", "changes of accelerations are not located");
+}
+
 int main(void)
 {
+    TEST(accelerations);
+    TEST(reactions);
+    TEST(force_by_reaction);
+    TEST(conditions);
+    TEST(mistakes);
     TEST(relative_vectors);
     TEST(ground_words);
     TEST(angles);

@@ -6,6 +6,7 @@
 #include <kempe/check.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
+#include <kempe/kinematics.h>
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
 #include <kempe/response.h>
@@ -334,6 +335,43 @@ static void stepper(void)
     unload(&l);
 }
 
+/* A crank that turns by 1 rad with a rod of length 2 to a slider: x = cos A + sqrt(4 - sin^2 A). States change nothing
+ * of it and keep their start values; they are no degrees of freedom. */
+static void positions(void)
+{
+    loaded l = load_text(
+        "kempe: 1\n"
+        "ground: {points: {O: [0, 0, 0]}}\n"
+        "states: {p: {start: 3, rate: 1 - p}, n: {sample: 0.1, next: n + 1}}\n"
+        "bodies:\n"
+        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {C: [1, 0, 0]}}\n"
+        "  slider: {joint: {name: x, prismatic: x, at: ground}, mass: 1, points: {S: [0, 0, 0]}}\n"
+        "loops: {rod: {rod: [crank.C, slider.S], length: 2}}\n"
+        "forces: {push: {joint: x, force: p}}\n"
+        "sensors: {twice: 2*p}\n"
+        "start: {q: {A: 0.5, x: 2.5}}\n"
+        "run: {t_end: 1, outputs: [twice]}\n");
+    kempe_kinematics *k = NULL;
+    kempe_table *table = NULL;
+    const kempe_kinematics_options asked = {.sweep = "A=0.5:1.5:6"};
+    CHECK(l.system && kempe_kinematics_new(l.system, &asked, &k) == KEMPE_OK);
+    CHECK(k && kempe_kinematics_table(k, "rows", &table) == KEMPE_OK);
+    CHECK(table && kempe_table_row_count(table) == 6);
+    for (int row = 0; table && row < 6; row++) {
+        double a = 0.5 + 0.2 * row, root = sqrt(4 - sin(a) * sin(a));
+        CHECK_NEAR(entry(table, row, "q.x"), cos(a) + root, 1e-11);
+        CHECK_NEAR(entry(table, row, "qd.x"), -sin(a) - sin(a) * cos(a) / root, 1e-11);
+        CHECK(entry(table, row, "state.p") == 3 && entry(table, row, "sensor.twice") == 6);
+    }
+    kempe_table_free(table);
+    kempe_kinematics_free(k);
+    k = NULL;
+    const kempe_kinematics_options many = {.sweep = "A=0.5:1.5:6,x=1:2"};
+    CHECK(l.system && kempe_kinematics_new(l.system, &many, &k) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(l.context), "has 1 degree of freedom"));
+    unload(&l);
+}
+
 /* The diagnosis is that of the mechanism, with requested coordinates too. */
 static void check(void)
 {
@@ -364,6 +402,7 @@ int main(void)
     TEST(sensitivity);
     TEST(ensemble);
     TEST(stepper);
+    TEST(positions);
     TEST(check);
     return check_report();
 }

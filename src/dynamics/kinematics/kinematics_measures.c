@@ -46,6 +46,10 @@ kmp_vec kmp_point_measure(const kmp_tree *tree, kmp_measure_kind kind, int point
         return kmp_vec_rate(tree, position(tree, point, from));
     case KMP_MEASURE_ANGULAR_VELOCITY:
         return angular_velocity(tree, point, from);
+    case KMP_MEASURE_ACCELERATION:
+        return kmp_vec_acceleration(tree, kmp_vec_rate(tree, position(tree, point, from)));
+    case KMP_MEASURE_ANGULAR_ACCELERATION:
+        return kmp_vec_acceleration(tree, angular_velocity(tree, point, from));
     default:
         return kmp_vec_zero();
     }
@@ -129,6 +133,10 @@ kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int n
     case KMP_MEASURE_APPROACH:
     case KMP_MEASURE_NORMAL:
         return kmp_pressing_measure(tree, measure->kind, of[0].name);
+    case KMP_MEASURE_REACTION:
+    case KMP_MEASURE_MOMENT:
+        return tree->reaction ? tree->reaction(tree, of[0].closure, measure->kind == KMP_MEASURE_MOMENT).x[number]
+                              : KMP_ZERO;
     default:
         return kmp_point_measure(tree, measure->kind, of[0].point, measure->count > 1 ? of[1].point : -1).x[number];
     }

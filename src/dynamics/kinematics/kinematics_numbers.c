@@ -194,6 +194,8 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_QD:
         return kmp_input(g, KMP_IN_QD, (uint32_t)e->index);
     case KMP_EXPR_LAMBDA:
+        if (e->measure)
+            return kmp_tree_measure(tree, e->measure, e->number);
         return e->number < 0 ? size_of_force(tree, e)
                              : kmp_tree_multiplier(tree, e->index, kmp_tree_kept(tree, e->index, e->number));
     case KMP_EXPR_UNKNOWN:

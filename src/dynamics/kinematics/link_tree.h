@@ -130,6 +130,8 @@ typedef struct kmp_tree {
     bool kinks;           /* abs, min and max are conditions: in laws of forces */
     bool settled;         /* no further condition becomes an event: a new one is evaluated in place */
     kmp_noted *noted;     /* of the graph; present with `events` */
+    /* The force or the moment of a closure by its multipliers; NULL: there are none. */
+    kmp_vec (*reaction)(const struct kmp_tree *tree, int closure, bool moment);
     const int *row; /* KMP_CLOSURE_ROWS per closure: the number of each declared row among those that are kept, -1 for
                        others; not owned; NULL: none is known */
 } kmp_tree;

@@ -17,7 +17,7 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_Q,         /* index of the coordinate: q(NAME) */
     KMP_EXPR_QD,        /* index of the coordinate: qd(NAME); of the motion of a state: its value */
     KMP_EXPR_LAMBDA,    /* index of the closure, number among its multipliers: lambda(LOOP), lambda(LOOP.k); number -k:
-                         * the size of the force of k closures from it on */
+                         * the size of the force of k closures from it on; with a measure: component `number` of it */
     KMP_EXPR_NEG,       /* a */
     KMP_EXPR_ADD,       /* a, b */
     KMP_EXPR_SUB,
@@ -52,11 +52,12 @@ typedef enum kmp_measure_kind {
     KMP_MEASURE_KINDS
 } kmp_measure_kind;
 
-/** A point of the model, or one of its axes. */
+/** A point of the model, or one of its axes; a contact or a closure. */
 typedef struct kmp_spot {
-    int point;
+    int point;        /* -1: none */
     int axis;         /* 0, 1, 2; -1: the point itself */
-    const char *name; /* BODY.POINT, as the model has it */
+    int closure;      /* of a reaction or moment */
+    const char *name; /* BODY.POINT, a contact or a closure, as the model has it */
 } kmp_spot;
 
 typedef struct kmp_measure {
@@ -160,6 +161,7 @@ typedef struct kmp_expr_scope {
     /* Sets the point and its name from the text BODY.POINT at a column; false: there is none, which is reported with
      * `word` as its beginning. NULL: points and rates are not allowed. */
     bool (*point)(void *user, const char *text, const char *word, int column, kmp_spot *spot);
+    bool accelerations;                                   /* accelerations of points are allowed */
     const char *(*contact)(void *user, const char *name); /* a contact's name in the model; NULL: there is none */
     const kmp_expr_locals *locals;                        /* NULL: none */
     void (*suggest)(void *user, const char *name, kmp_expr_symbol symbol, kmp_text *sentence);
@@ -211,13 +213,16 @@ void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault);
 typedef bool (*kmp_expr_test)(const kmp_expr *expr, const void *user);
 const kmp_expr *kmp_expr_find(const kmp_expr *expr, kmp_expr_test is, const void *user);
 
+/** The first operand that depends on accelerations; NULL when there is none. */
+const kmp_expr *kmp_expr_acceleration(const kmp_expr *expr);
+
 /** A test for kmp_expr_find: an operand that depends on rates. */
 bool kmp_expr_is_rate(const kmp_expr *expr, const void *unused);
 
 /** True if two leaves are the same. */
 bool kmp_expr_same_leaf(const kmp_expr *a, const kmp_expr *b);
 
-/** The first lambda(..) in an expression, NULL when there is none; NULL has none. */
+/** The first lambda(..) in an expression, or a reaction, NULL when there is none; NULL has none. */
 const kmp_expr *kmp_expr_lambda(const kmp_expr *expr);
 
 /** True if an expression contains the time or an input. NULL: false. */

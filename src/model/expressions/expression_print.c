@@ -88,7 +88,10 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
                         kmp_name_at(names->coordinates, expr->index));
         break;
     case KMP_EXPR_LAMBDA:
-        if (expr->number < 0)
+        if (expr->measure)
+            kmp_text_printf(text, "%s(%s).%c", expr->measure->word, kmp_name_at(names->closures, expr->index),
+                            "xyz"[expr->number]);
+        else if (expr->number < 0)
             kmp_text_printf(text, "|reaction(%s)|", kmp_name_at(names->closures, expr->index));
         else
             kmp_text_printf(text, "lambda(%s.%d)", kmp_name_at(names->closures, expr->index), expr->number + 1);

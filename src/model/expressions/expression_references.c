@@ -3,11 +3,11 @@
 #include "model/expressions/expression_parser.h"
 #include <string.h>
 
-enum { OF_POINT, OF_AXIS, OF_CONTACT };
+enum { OF_POINT, OF_AXIS, OF_CONTACT, OF_LOOP };
 
 static const struct {
     const char *word;
-    int of; /* axes, points or contacts */
+    int of; /* axes, points, contacts or loops */
     int least, most, components, order;
 } rows[] = {
 #define KMP_MEASURE(kind, word, argument, least, most, components, order, unit, meaning)                               \
@@ -61,21 +61,34 @@ const kmp_expr *kmp_parse_coordinate(kmp_parser *p, const char *where, kmp_expr_
     return kmp_parse_make(p, where, (kmp_expr){.kind = kind, .index = index});
 }
 
+/* The name of a closure: its index, -1 after an error. */
+static int parse_closure(kmp_parser *p, const char **name)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at;
+    size_t n = kmp_parse_word_length(start);
+    if (n == 0) {
+        kmp_parse_wanted(p, "the name of a loop");
+        return -1;
+    }
+    *name = kmp_parse_copy(p, n);
+    int index = *name ? p->scope->closure(p->scope->user, *name) : -1;
+    if (index < 0)
+        kmp_parse_unknown_name(p, start, *name ? *name : "", KMP_SYMBOL_CLOSURE);
+    return index;
+}
+
 /* lambda(LOOP) and lambda(LOOP.k), from the opening parenthesis on. */
 static const kmp_expr *parse_multiplier(kmp_parser *p, const char *where)
 {
     if (!p->scope->closure)
         return kmp_parse_complain(p, where, "lambda is not allowed here: %s is expected", kmp_parse_allowed(p->scope));
+    const char *name;
+    int number = 0;
     (void)kmp_parse_take(p, '(');
-    kmp_parse_skip_space(p);
-    const char *start = p->at;
-    size_t n = kmp_parse_word_length(start);
-    if (n == 0)
-        return kmp_parse_wanted(p, "the name of a loop");
-    const char *name = kmp_parse_copy(p, n);
-    int index = name ? p->scope->closure(p->scope->user, name) : -1, number = 0;
+    int index = parse_closure(p, &name);
     if (index < 0)
-        return kmp_parse_unknown_name(p, start, name ? name : "", KMP_SYMBOL_CLOSURE);
+        return NULL;
     if (*p->at == '.') {
         const char *digit = ++p->at;
         if (!is_digit(*digit) || *digit == '0' || is_digit(digit[1]))
@@ -130,8 +143,17 @@ static bool parse_contact(kmp_parser *p, const char *word, kmp_spot *spot)
     return found;
 }
 
+static bool parse_loop(kmp_parser *p, kmp_spot *spot)
+{
+    *spot = (kmp_spot){.point = -1, .axis = -1};
+    spot->closure = parse_closure(p, &spot->name);
+    return spot->closure >= 0;
+}
+
 static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_spot *spot)
 {
+    if (rows[kind].of == OF_LOOP)
+        return parse_loop(p, spot);
     return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, spot)
                                        : parse_spot(p, rows[kind].word, rows[kind].of == OF_AXIS, spot);
 }
@@ -171,9 +193,15 @@ static bool is_coordinate(const char *s)
 static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measure_kind kind)
 {
     const char *word = rows[kind].word;
-    if (!p->scope->point)
+    bool of_loop = rows[kind].of == OF_LOOP;
+    if (of_loop ? !p->scope->closure : !p->scope->point)
         return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected", word,
                                   kmp_parse_allowed(p->scope));
+    if (rows[kind].order > 1 && !p->scope->accelerations)
+        return kmp_parse_complain(p, where,
+                                  "%s is not allowed here: it follows from the forces; a sensor may have it, or a "
+                                  "condition 'until' of the run",
+                                  word);
     if (kind == KMP_MEASURE_ANGLE && is_coordinate(p->at + 1 + strspn(p->at + 1, " ")))
         return kmp_parse_coordinate(p, where, KMP_EXPR_Q);
     kmp_measure *measure = KMP_ARENA_NEW(p->scope->arena, kmp_measure, 1);
@@ -196,7 +224,11 @@ static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measu
         return NULL;
     if (kind == KMP_MEASURE_DISTANCE && measure->spot[0].point == measure->spot[1].point)
         return kmp_parse_complain(p, where, "distance of the point %s from itself", measure->spot[0].name);
-    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_MEASURE, .number = number, .measure = measure});
+    return kmp_parse_make(p, where,
+                          (kmp_expr){.kind = of_loop ? KMP_EXPR_LAMBDA : KMP_EXPR_MEASURE,
+                                     .index = of_loop ? measure->spot[0].closure : 0,
+                                     .number = number,
+                                     .measure = measure});
 }
 
 /* -- rates ------------------------------------------------------------------------------------------- */
@@ -206,6 +238,17 @@ bool kmp_expr_is_rate(const kmp_expr *expr, const void *unused)
     (void)unused;
     return expr->kind == KMP_EXPR_QD || expr->kind == KMP_EXPR_RATE ||
            (expr->kind == KMP_EXPR_MEASURE && rows[expr->measure->kind].order > 0);
+}
+
+static bool is_acceleration(const kmp_expr *expr, const void *unused)
+{
+    (void)unused;
+    return expr->kind == KMP_EXPR_MEASURE && rows[expr->measure->kind].order > 1;
+}
+
+const kmp_expr *kmp_expr_acceleration(const kmp_expr *expr)
+{
+    return kmp_expr_find(expr, is_acceleration, NULL);
 }
 
 const kmp_expr *kmp_expr_rate(kmp_arena *arena, const kmp_expr *of)

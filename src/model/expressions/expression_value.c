@@ -77,7 +77,7 @@ static bool same_measure(const kmp_measure *a, const kmp_measure *b)
 bool kmp_expr_same_leaf(const kmp_expr *a, const kmp_expr *b)
 {
     return a->kind == b->kind && a->index == b->index && a->number == b->number && a->a == b->a &&
-           (!a->measure || same_measure(a->measure, b->measure));
+           !a->measure == !b->measure && (!a->measure || same_measure(a->measure, b->measure));
 }
 
 static bool is_lambda(const kmp_expr *expr, const void *user)

@@ -127,12 +127,15 @@ static void search_keys(search *s, const char *section, const char *key, const c
         need_node(s, map->keys[k]);
 }
 
-static void search_outputs(search *s)
+/* Texts of a list, or one text. */
+static void search_texts(search *s, const char *key, const char *reason)
 {
-    const kmp_yaml *list = kmp_yaml_get(kmp_yaml_get(s->r->root, "run"), "outputs");
-    for (int k = 0; list && list->kind == KMP_YAML_LIST && k < list->count; k++) {
-        s->reason = kmp_reader_say(s->r, "output %s needs it", list->items[k]->text);
-        look_into(s, list->items[k]);
+    const kmp_yaml *node = kmp_yaml_get(kmp_yaml_get(s->r->root, "run"), key);
+    bool list = node && node->kind == KMP_YAML_LIST;
+    for (int k = 0; node && k < (list ? node->count : 1); k++) {
+        const kmp_yaml *item = list ? node->items[k] : node;
+        s->reason = kmp_reader_say(s->r, reason, item->text);
+        look_into(s, item);
     }
 }
 
@@ -157,7 +160,8 @@ void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
     search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");
     search_entries(&s, "loops", "loop '%s' depends on it", "loop '%s' depends on it");
     search_entries(&s, "sensors", "sensor '%s' shows it", "sensor '%s' shows it");
-    search_outputs(&s);
+    search_texts(&s, "outputs", "output %s needs it");
+    search_texts(&s, "until", "the condition %s depends on it");
     find_start(&s, "q");
     find_start(&s, "qd");
 }

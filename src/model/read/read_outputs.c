@@ -14,7 +14,7 @@ void kmp_read_sensors(kmp_reader *r)
     while (model->sensors && kmp_section_next(&s)) {
         kmp_sensor *sensor = &model->sensors[model->sensor_count++];
         *sensor = (kmp_sensor){.name = s.name, .place = s.key->place};
-        sensor->expr = kmp_read_expr(r, s.node, s.what, KMP_DIM_ANY, KMP_OF_LOADS);
+        sensor->expr = kmp_read_expr(r, s.node, s.what, KMP_DIM_ANY, KMP_OF_MOTION);
     }
 }
 

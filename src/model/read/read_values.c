@@ -201,8 +201,8 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                                                           : "a mapping");
         return NULL;
     }
-    bool of_loads = allowed == KMP_OF_LOADS || allowed == KMP_COMPARISON,
-         of_state = of_loads || allowed == KMP_OF_STATE;
+    bool of_motion = allowed == KMP_OF_MOTION || allowed == KMP_COMPARISON,
+         of_loads = of_motion || allowed == KMP_OF_LOADS, of_state = of_loads || allowed == KMP_OF_STATE;
     kmp_expr_scope scope = {.context = r->context,
                             .arena = &r->model->arena,
                             .file = r->model->files[node->text_place.file],
@@ -213,6 +213,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .coordinate = of_state ? find_in_expression : NULL,
                             .point = of_state ? find_spot : NULL,
                             .closure = of_loads ? find_closure : NULL,
+                            .accelerations = of_motion,
                             .input = find_input,
                             .state = find_state,
                             .table = find_table,

@@ -232,7 +232,8 @@ typedef enum kmp_operands {
     KMP_OF_TIME,    /* t */
     KMP_OF_STATE,   /* t, q, qd */
     KMP_OF_LOADS,   /* and multipliers of the closures, which have been read */
-    KMP_COMPARISON, /* of two such */
+    KMP_OF_MOTION,  /* and accelerations */
+    KMP_COMPARISON, /* of two expressions of motion */
     KMP_OF_X,       /* t, x */
     KMP_OF_PLACE    /* t, x, y, z */
 } kmp_operands;

@@ -137,6 +137,8 @@ static void read_next(kmp_reader *r, kmp_function_block *b)
         kmp_read_expr(r, node, kmp_reader_say(r, "when of %s", b->what), KMP_DIM_ANY, KMP_COMPARISON);
     if (kmp_expr_lambda(when))
         kmp_reader_complain(r, node->place, "when of %s: changes of multipliers are not located", b->what);
+    if (kmp_expr_acceleration(when))
+        kmp_reader_complain(r, node->place, "when of %s: changes of accelerations are not located", b->what);
     b->rate[0] = when ? rate_with(r, when) : NULL;
 }
 

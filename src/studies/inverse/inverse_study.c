@@ -296,7 +296,7 @@ static kempe_status reactions_init(kmp_formulas *reactions, const kempe_system *
     int count = REACTION * model->closure_count;
     kmp_ref *out = KMP_NEW(kmp_ref, count);
     for (int k = 0; out && k < count; k++)
-        out[k] = kmp_closures_reaction(&eq, k / REACTION, k % REACTION >= 3).x[k % 3];
+        out[k] = kmp_closure_load(&eq.tree, k / REACTION, k % REACTION >= 3).x[k % 3];
     bool ok = out && kmp_formulas_init(reactions, eq.graph, count, out, kmp_backend_find("tape"), system->parameters);
     kmp_free(out);
     kmp_equations_free(&eq);
@@ -569,7 +569,9 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     KMP_OPTIONS(system->context, kempe_inverse_options, options);
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
-    KMP_TRY(kmp_refuse_states(system->model, "inverse dynamics"));
+    KMP_TRY(kmp_refuse_states(system->model, "inverse dynamics",
+                              "simulate the model with a drive for each moved coordinate: the multipliers of the "
+                              "drives are its efforts"));
     KMP_TRY(kmp_refuse_contacts(system->model, "inverse dynamics"));
     job j = {.system = system, .context = system->context, .options = options, .r = result_new(system)};
     KMP_TRY(kmp_made(system->context, j.r));

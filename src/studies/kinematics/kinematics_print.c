@@ -52,6 +52,8 @@ static void say_leads(kmp_text *text, const kempe_kinematics *k)
     for (int i = 0; i < k->lead_count; i++) {
         const kmp_lead *lead = &k->lead[i];
         kmp_shown as = shown_as(k, lead);
+        if (kmp_state_of(k->system->model, lead->coordinate))
+            continue;
         if (lead->from != lead->to)
             kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, lead),
                             as.factor * lead->from, as.factor * lead->to, as.unit);
@@ -62,6 +64,8 @@ static void say_leads(kmp_text *text, const kempe_kinematics *k)
             kmp_text_printf(text, ", at %.6g %s/s", as.factor * k->speed, as.unit);
         kmp_text_put(text, "\n");
     }
+    if (k->system->model->state_count > 0)
+        kmp_text_put(text, "  states keep their start values\n");
     for (int c = 0; c < k->system->model->closure_count; c++)
         if (k->released[c])
             kmp_text_printf(text, "  '%s' of the model is deactivated\n", k->system->model->closures[c].name);
@@ -73,7 +77,7 @@ static void show_table(kmp_text *text, const kempe_kinematics *k)
     width = width > 10 ? width : 10;
     kmp_text_printf(text, "\n%-*s  %-4s  %13s  %13s  %13s  %13s\n", width, "coordinate", "unit", "least", "greatest",
                     "max |qd|", "max |qdd|");
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < kmp_model_coordinates(k->system->model); i++) {
         span q = span_of(k, k->q, n, i);
         kmp_text_printf(text, "%-*s  %-4s", width, k->system->model->motions[i].name, kmp_print_unit(k->system, i));
         const double cells[] = {q.least, q.most, largest(span_of(k, k->qd, n, i)), largest(span_of(k, k->qdd, n, i))};
@@ -102,7 +106,7 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
                         c->determined, c->margin);
         if (*c->instead)
             kmp_text_printf(text, "  alternative driving coordinates: %s\n", c->instead);
-        for (int i = 0; i < k->system->n; i++)
+        for (int i = 0; i < kmp_model_coordinates(k->system->model); i++)
             kmp_text_printf(text, "    %s = %.15g %s\n", k->system->model->motions[i].name,
                             kmp_print_value(k->system, i, c->q[i]), kmp_print_unit(k->system, i));
     }
@@ -156,6 +160,8 @@ static void json_leads(kmp_json *j, const kempe_kinematics *k)
     kmp_json_array(j, "driven");
     for (int i = 0; i < k->lead_count; i++) {
         const kmp_lead *lead = &k->lead[i];
+        if (kmp_state_of(k->system->model, lead->coordinate))
+            continue;
         kmp_json_put(j, "{ name %s unit %s from %g to %g held %d }", kmp_kinematics_name(k, lead),
                      kmp_kinematics_unit(k, lead), lead->from, lead->to, i >= k->driven);
     }
@@ -170,7 +176,7 @@ static void json_ranges(kmp_json *j, const kempe_kinematics *k)
 {
     int n = k->system->n;
     kmp_json_object(j, "coordinates");
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < kmp_model_coordinates(k->system->model); i++) {
         span q = span_of(k, k->q, n, i);
         kmp_json_put(j, "%s { least %g greatest %g qd_max %g qdd_max %g }", k->system->model->motions[i].name, q.least,
                      q.most, largest(span_of(k, k->qd, n, i)), largest(span_of(k, k->qdd, n, i)));

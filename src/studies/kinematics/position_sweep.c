@@ -88,8 +88,9 @@ static void take_row(void *user, double s, const double *q, const double *qs, co
     k->s[at] = s;
     memcpy(k->q + at * n, q, n * sizeof *q);
     for (size_t i = 0; i < n; i++) {
-        qd[i] = qs ? qs[i] * rate : NAN;
-        qdd[i] = qss ? qss[i] * rate * rate : NAN;
+        const kmp_state *state = kmp_state_of(k->system->model, (int)i);
+        qd[i] = state ? k->system->model->start.qd[i].value : qs ? qs[i] * rate : NAN;
+        qdd[i] = state ? 0 : qss ? qss[i] * rate * rate : NAN;
     }
     show(j, s, q, qd, qdd, k->shown + at * (size_t)k->width);
     kmp_progress(k->system->context, KMP_PROGRESS_STUDY, k->count, k->requested, "rows");
@@ -158,7 +159,7 @@ static kempe_status take_dead(job *j, bool up)
     kmp_sweep_pose *here = &j->sweep.here;
     const kmp_lead *lead = &k->lead[k->first];
     size_t n = (size_t)k->system->n;
-    double *nothing = KMP_ARENA_NEW(&k->arena, double, n);
+    double *nothing = KMP_ARENA_NEW(&k->arena, double, n), *still = KMP_ARENA_NEW(&k->arena, double, n);
     kmp_dead_centre *dead = &k->dead[k->dead_count++];
     *dead = (kmp_dead_centre){.s = s_here(j),
                               .value = value_here(j, lead),
@@ -170,7 +171,9 @@ static kempe_status take_dead(job *j, bool up)
                               .shown = KMP_ARENA_NEW(&k->arena, double, k->width)};
     KMP_TRY(kmp_made(k->system->context, !k->arena.failed));
     memcpy(dead->q, here->x, n * sizeof *here->x);
-    show(j, dead->s, here->x, nothing, nothing, dead->shown);
+    for (int i = kmp_model_coordinates(k->system->model); i < k->system->n; i++)
+        still[i] = k->system->model->start.qd[i].value;
+    show(j, dead->s, here->x, still, nothing, dead->shown);
     return KEMPE_OK;
 }
 
@@ -392,7 +395,6 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
     KMP_WANTED_BOTH(system, kinematics);
     KMP_OPTIONS(system->context, kempe_kinematics_options, options);
     kmp_context_begin(system->context);
-    KMP_TRY(kmp_refuse_states(system->model, "kinematics"));
     KMP_TRY(kmp_refuse_contacts(system->model, "kinematics"));
     double begin = kmp_cpu_now();
     KMP_MAKE(system->context, kempe_kinematics, k);

@@ -130,6 +130,14 @@ static kempe_status add_held(kempe_kinematics *k, char *name)
     return KEMPE_OK;
 }
 
+/* States keep their values: the integrals that stand for them move nothing, and rest. */
+static void hold_states(kempe_kinematics *k)
+{
+    const kempe_model *model = k->system->model;
+    for (int i = 0; i < model->state_count; i++)
+        k->lead[k->lead_count++] = (kmp_lead){.coordinate = kmp_model_coordinates(model) + i};
+}
+
 /* Deactivates drives and locks of coordinates that the user drives, and those named. */
 static kempe_status release(kempe_kinematics *k, int count, char *const *names)
 {
@@ -187,12 +195,13 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
     char **held, **released;
     int hold_count = kmp_text_words(&k->arena, options->hold, &held);
     int release_count = kmp_text_words(&k->arena, options->release, &released);
-    k->lead = KMP_ARENA_NEW(&k->arena, kmp_lead, ranges->count + hold_count);
+    k->lead = KMP_ARENA_NEW(&k->arena, kmp_lead, ranges->count + hold_count + k->system->model->state_count);
     k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
     KMP_TRY(kmp_made(k->system->context, !k->arena.failed));
     KMP_TRY(add_ranges(k, ranges));
     for (int i = 0; i < hold_count; i++)
         KMP_TRY(add_held(k, held[i]));
+    hold_states(k);
     KMP_TRY(count_rows(k, ranges, options->points));
     KMP_TRY(take_speed(k, options->speed));
     return release(k, release_count, released);
@@ -250,14 +259,15 @@ static kempe_status contradiction(const kempe_model *model, int follows, int p, 
 kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep)
 {
     const kempe_model *model = k->system->model;
-    int have = 0, follows = -1, p = sweep->p, *order = KMP_ARENA_NEW(&k->arena, int, sweep->n + p);
+    int have = 0, follows = -1, p = sweep->p - model->state_count;
+    int *order = KMP_ARENA_NEW(&k->arena, int, sweep->n + sweep->p);
     bool *given = KMP_ARENA_NEW(&k->arena, bool, sweep->n);
     kmp_text names = {0};
     KMP_TRY(kmp_made(model->context, !k->arena.failed));
     for (int i = 0; i < k->lead_count; i++)
         if (k->lead[i].coordinate >= 0) {
             given[k->lead[i].coordinate] = true;
-            have++;
+            have += !kmp_state_of(model, k->lead[i].coordinate);
         }
     int rank = kmp_sweep_order(sweep, given, order);
     KMP_TRY(kmp_made(model->context, rank >= 0));
@@ -265,9 +275,9 @@ kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep)
         given[order[i]] = false;
     for (int c = sweep->n - 1; c >= 0; c--)
         follows = given[c] ? c : follows;
-    for (int i = rank; i < p; i++)
+    for (int i = rank; i < sweep->p; i++)
         kmp_text_printf(&names, "%s%s", i > rank ? "," : "", model->motions[order[i]].name);
-    const char *would = rank < p ? kmp_text_keep(&names, &k->arena) : "nothing";
+    const char *would = rank < sweep->p ? kmp_text_keep(&names, &k->arena) : "nothing";
     KMP_TRY(kmp_made(model->context, !k->arena.failed));
     if (have > p)
         return too_many(model, p, have);

@@ -263,7 +263,7 @@ kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_
     KMP_OPTIONS(system->context, kempe_contact_options, options);
     double begun = kmp_cpu_now();
     kmp_context_begin(system->context);
-    KMP_TRY(kmp_refuse_states(system->model, "contact table"));
+    KMP_TRY(kmp_refuse_states(system->model, "contact table", "give the model without its states"));
     KMP_MAKE(system->context, kempe_contacts, t);
     t->given = system;
     job j = {.t = t};
