@@ -640,7 +640,8 @@ static void what_is_asked_wrongly_is_told(void)
     modes = NULL;
     CHECK(kempe_modes_new(m.system, &(kempe_modes_options){.at = "start"}, &modes) == KEMPE_OK && modes);
     CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK &&
-          strstr(text, "0 degrees of freedom at the assembled start\n\nstability  no modes: closures, drives or friction"));
+          strstr(text,
+                 "0 degrees of freedom at the assembled start\n\nstability  no modes: closures, drives or friction"));
     kempe_text_free(text);
     CHECK(kempe_modes_print(modes, KEMPE_JSON, &text) == KEMPE_OK && strstr(text, "\"stability\": \"none\""));
     kempe_text_free(text);
