@@ -28,7 +28,7 @@ FAULTS = {  # what a complaint about each says
     "a smaller static level": "exceeds its static level at rest",
     "an acceleration at rest": "is accelerated at rest",
     "a stop that pulls": "pulls",
-    "a stop that pushes from afar": "pushes from afar",
+    "a stop that pushes at a distance": "pushes at a distance",
     "a stop that is passed": "is passed",
     "a stop that pushes what leaves": "pushes what leaves",
     "energy that grows": "the energy rises",
@@ -132,13 +132,13 @@ class FrictionRows(Comparison):
         if off > TOUCHES:
             self.complaints.append(f"the gap of '{item.name}' is off by {off:.3g}")
         own = own - 1e-3 if self.fault == "a stop that is passed" else own
-        f = {"a stop that pulls": -f, "a stop that pushes from afar": f + 1e-3}.get(self.fault, f)
+        f = {"a stop that pulls": -f, "a stop that pushes at a distance": f + 1e-3}.get(self.fault, f)
         none = PUSHES * max(1.0, np.abs(f).max())
         a = sign * self.qdd[:, k] + (1e-3 * np.abs(self.qdd).max() if self.fault == "a stop that pushes what leaves" else 0)
         everywhere = np.ones(len(f), bool)
         self.expect(item, "is passed", everywhere, -own, TOUCHES, "stop")
         self.expect(item, "pulls", everywhere, -f, none, "stop")
-        self.expect(item, "pushes from afar", own > TOUCHES, np.abs(f), none, "stop")
+        self.expect(item, "pushes at a distance", own > TOUCHES, np.abs(f), none, "stop")
         self.expect(item, "pushes what leaves", f > none, np.abs(a), RESTS * (1 + np.abs(self.qdd).max()), "stop")
 
     # -- energy
