@@ -31,7 +31,7 @@ static inline bool formalism_solves(formalism f)
 static inline kempe_status formalism_derive_plain(kmp_equations *eq, formalism f)
 {
     kmp_forces forces;
-    kmp_forces_init(&forces, &eq->tree, false);
+    kmp_forces_init(&forces, &eq->tree, false, NULL);
     if (kmp_graph_failed(eq->graph))
         return KEMPE_E_MEMORY;
     bool ok = f == FORMALISM_CLASSICAL ? classical_derive(&eq->tree, forces.applied, eq->mass, eq->bias)

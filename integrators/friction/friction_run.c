@@ -21,10 +21,17 @@ static double reserve(const kmp_friction_run *x, int i)
     return x->upper[i] - fabs(x->f[i]);
 }
 
-/* True if the row of element j comes before that of i: contacts first, then by their reserve. */
+/* True for a contact with a force. One without would open at once by rounding where friction can hold its place. */
+static bool pushes(const kmp_friction_run *x, int i)
+{
+    const kmp_friction_element *e = &x->element[x->which[i]];
+    return e->contact && x->f[i] * x->d[i + i * x->rest] > e->still;
+}
+
+/* True if the row of element j comes before that of i: contacts that push first, then by their reserve. */
 static bool is_before(const kmp_friction_run *x, int j, int i)
 {
-    bool first = x->element[x->which[j]].contact, second = x->element[x->which[i]].contact;
+    bool first = pushes(x, j), second = pushes(x, i);
     double a = first ? x->f[j] : reserve(x, j), b = second ? x->f[i] : reserve(x, i);
     return first != second ? first : a > b || (a == b && j < i);
 }
@@ -53,6 +60,14 @@ static void set_off(kmp_runner *run)
     }
 }
 
+/* The force that element i keeps: rounding of all accelerations would exceed a level that is rounding as well. */
+static double kept_force(const kmp_friction_run *x, int i)
+{
+    const kmp_friction_element *e = &x->element[x->which[i]];
+    bool none = e->implied || fabs(x->d[i + i * x->rest] * x->f[i]) <= kmp_friction_rounding(x, i);
+    return none ? 0 : x->f[i];
+}
+
 /* Sets the modes of the elements at rest. Rows that others imply are not added: those of the elements with the largest
  * reserve come first. */
 static kempe_status set_modes(kmp_runner *run, double t, const double *q, double rate)
@@ -79,8 +94,7 @@ static kempe_status set_modes(kmp_runner *run, double t, const double *q, double
             KMP_TRY(kmp_friction_adds_row(run, e, t, q, &adds));
         if (adds)
             continue;
-        kmp_friction_set_given(run, e, e->implied ? 0 : x->f[i],
-                               kmp_friction_still(run) * kmp_friction_scale(run, e) * rate);
+        kmp_friction_set_given(run, e, kept_force(x, i), kmp_friction_still(run) * kmp_friction_scale(run, e) * rate);
         e->stance = e->implied ? KMP_FRICTION_IDLE : KMP_FRICTION_CARRIED;
         KMP_TRY(kmp_friction_choose(run, t, q));
     }

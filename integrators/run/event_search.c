@@ -203,10 +203,13 @@ static void run_bounds(kmp_crossing *c, const piece *p)
 
 /* -- decided conditions --------------------------------------------------------------------------------- */
 
-/* The least possible value of a quantity between x and y, at a time distance h, with a rate within [down, up]. */
+/* The least possible value of a quantity between x and y, at a time distance h, with a rate within [down, up]. Without a
+ * bound on the rate, as of the size of a reaction that may be zero, the ends tell nothing. */
 static double cone(double h, double x, double y, double down, double up)
 {
-    if (!(down < up) || !(up - down < INFINITY))
+    if (!(up - down < INFINITY))
+        return -INFINITY;
+    if (!(down < up))
         return fmin(x, y);
     double part = (x - y + up * h) / (up - down); /* of the time, down from x to the latest turn up to y */
     return fmin(fmin(x, y), x + down * fmin(fmax(part, 0), h));

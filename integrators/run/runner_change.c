@@ -294,7 +294,17 @@ static double step_after_event(const kmp_runner *run, double t)
     return h > KMP_FRICTION_INSTANT * (run->spec.t_end - run->spec.t_start) ? h : 0;
 }
 
-/* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work. */
+/* The kinetic energy of rates that count as none. */
+static double energy_of_rest(const kmp_runner *run)
+{
+    double *rates = run->moved;
+    for (int i = 0; i < run->s->n; i++)
+        rates[i] = KMP_FRICTION_STILL * run->s->scale[i] * run->rate_scale;
+    return kmp_eval_kinetic(run->eval, rates);
+}
+
+/* Switches closures: the state before, then consistent rates. The energy lost in the impact counts as work; one of
+ * rounding is no impact. */
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
     double *q = run->state, h = step_after_event(run, t), work, energy, gain;
@@ -303,7 +313,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     kmp_runner_take_samples(run, t);
     KMP_TRY(meet_closures(run, t, &energy, &gain));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
-    if (-energy > run->spec.rtol * before)
+    if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
         kmp_run_log_add(run->log, "impact", t, before, after,
                         "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
     return kmp_runner_take_up(run, t, false, work + energy + gain, h);

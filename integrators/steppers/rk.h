@@ -54,6 +54,8 @@ struct kmp_rk {
     bool collapsed;
     bool dense_ready;
     bool received;          /* the last step is another solver's */
+    bool coarse;            /* the interpolant of the last step is less exact than the step */
+    kmp_rk *finer;          /* integrates from the beginning of such a step to where the solution is wanted */
     double *y, *y_old, *dy; /* dy is k[end] after a step, k[1] within one */
     double *stage, *w;
     double *k[KMP_RK_MAX_STAGES + 1];

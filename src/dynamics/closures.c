@@ -150,8 +150,8 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
                 eq->h[eq->m] = h[k];
                 eq->row[KMP_CLOSURE_ROWS * c + k] = eq->m;
                 eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};
-            } else if (kmp_closure_is_of_modes(closure)) {
-                status = complain_still(eq, closure);
+            } else if (kmp_closure_is_of_modes(closure)) { /* evaluated in place it is zero */
+                status = eq->tree.events ? complain_still(eq, closure) : status;
             } else if (status != KEMPE_E_MEMORY) {
                 kempe_status met = constant_row(eq, closure, k, h[k], size,
                                                 pow(kmp_system_length(model), power_of(model, closure, kind, k)));

@@ -160,7 +160,7 @@ static kempe_status derive_loaded(kmp_equations *eq, const kmp_scene *scene, uns
 {
     const unsigned sets = scene->sets, tangents = KMP_TANGENT_SETS | KMP_SET_CLOSED;
     kmp_forces forces;
-    kmp_forces_init(&forces, frames(eq), energy);
+    kmp_forces_init(&forces, frames(eq), energy, scene->alone);
     if (kmp_graph_failed(eq->graph))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_BIAS)

@@ -41,6 +41,7 @@ typedef struct kmp_scene {
     bool loops_alone;            /* no rows of drives */
     bool frictionless;           /* no rows of friction that sticks */
     bool keep_modes;             /* rows of modes also where they are evaluated in place, and zero */
+    const kmp_force *alone;      /* the force element that acts; NULL: all */
     bool labels;                 /* nodes get names */
     bool charted;                /* spherical joints have charts as inputs (model/spherical.c) */
     unsigned without;            /* rules of the graph that are not applied (symbolic/graph.h) */

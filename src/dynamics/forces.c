@@ -64,7 +64,7 @@ void kmp_add_power(kmp_forces *forces, const kmp_tree *tree, kmp_ref effort, kmp
     forces->power = kmp_add(tree->graph, forces->power, kmp_mul(tree->graph, effort, rate));
 }
 
-void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy)
+void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, const kmp_force *alone)
 {
     const kempe_model *model = tree->model;
     kmp_tree kinked = *tree;
@@ -74,8 +74,9 @@ void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy)
     forces->effort = KMP_GRAPH_NEW(tree->graph, kmp_ref, tree->count);
     forces->value = KMP_GRAPH_NEW(tree->graph, kmp_ref, KMP_FORCE_WIDTH * model->force_count);
     for (int k = 0; !kmp_graph_failed(tree->graph) && k < model->force_count; k++)
-        laws[model->forces[k].kind](forces, &kinked, &model->forces[k], energy,
-                                    forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
+        if (!alone || alone == &model->forces[k])
+            laws[model->forces[k].kind](forces, &kinked, &model->forces[k], energy,
+                                        forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
     if (energy & KMP_ENERGY_POTENTIAL)
         forces->potential = kmp_add(tree->graph, forces->potential, gravity_potential(tree));
 }

@@ -190,6 +190,10 @@ class Loads:
                 potential = potential + 0.5 * k * p * p
         self.effort(item, total, potential)
 
+    def joint_contact(self, item, scope):
+        """A rigid stop, with the force that a run has."""
+        self.effort(item, (1.0 if "lower" in item.keys else -1.0) * self.motion.friction[item.name])
+
     def joint_friction(self, item, scope):
         keys, (_, qd) = item.keys["friction"], self.state(item)
         if "speed" not in keys:  # it sticks: as a run has it

@@ -2,7 +2,10 @@
 """The rows of a run with dry friction that sticks, beside mechanics of the oracle. Friction is taken from the row as a
 given effort, and the accelerations that follow are compared with those of the row. Then each element must fit its law:
 level against the rate while it slips, at most the static level and no rate or acceleration while it sticks. Levels by
-reactions use the oracle's own joint forces and multipliers."""
+reactions use the oracle's own joint forces and multipliers. Stops are not passed, never pull, and push only where they
+are closed and stay so.
+
+`fault`: one of FAULTS, an error that is planted in the rows or in the laws, and must be found."""
 import numpy as np
 
 from compare_run import Comparison
@@ -14,16 +17,32 @@ LAW = 1e-7  # of the level
 RESTS = 1e-6  # an acceleration of an element that sticks, of the largest one
 ENERGY = 1e-8  # of the largest energy
 PATH = 1e-4  # of it: work by rows, with turns between them interpolated
-FORCE = ("torque", "force")
+TOUCHES = 1e-8  # rad, m: a gap that is none
+PUSHES = 1e-7  # of the largest force of a stop, at least 1: a force that is none
+FAULTS = {  # what a complaint about each says
+    "friction of the wrong direction": "qdd",
+    "friction less by 1e-5": "qdd",
+    "rest taken as slip": "does not have its level while it slips",
+    "slip taken as rest": "at rest",
+    "a larger level": "does not have its level while it slips",
+    "a smaller static level": "exceeds its static level at rest",
+    "an acceleration at rest": "is accelerated at rest",
+    "a stop that pulls": "pulls",
+    "a stop that pushes at a distance": "pushes at a distance",
+    "a stop that is passed": "is passed",
+    "a stop that pushes what leaves": "pushes what leaves",
+    "energy that grows": "the energy rises",
+}
 
 
 class FrictionRows(Comparison):
-    def __init__(self, mechanism, table):
-        self.mechanism, self.table, self.complaints, self.worst = mechanism, table, [], 0.0
+    def __init__(self, mechanism, table, fault=""):
+        self.mechanism, self.table, self.complaints, self.worst, self.fault = mechanism, table, [], 0.0, fault
         names = mechanism.columns
         self.q, self.qd, self.qdd = (table.columns(word, names) for word in ("q", "qd", "qdd"))
         self.motion = Motion(mechanism, table.column("t"), self.q, self.qd, table.multipliers())
-        self.motion.friction = {f.name: table.column("force." + f.name) for f in self.elements()}
+        self.motion.friction = {f.name: self.planted(table.column("force." + f.name)) for f in self.elements()}
+        self.motion.friction.update({f.name: table.column("force." + f.name) for f in self.stops()})
         self.motion.solve()
         self.cond = None
         self.clear = np.ones(len(self.q), bool)
@@ -33,11 +52,20 @@ class FrictionRows(Comparison):
     def elements(self):
         return [f for f in self.mechanism.forces if f.kind == "joint_friction"]
 
+    def stops(self):
+        return [f for f in self.mechanism.forces if f.kind == "joint_contact"]
+
+    def planted(self, force):
+        factor = {"friction of the wrong direction": -1.0, "friction less by 1e-5": 1 - 1e-5}.get(self.fault, 1.0)
+        return factor * force
+
     def run(self):
         self.compare_closures()
         self.agree("qdd", self.qdd, self.motion.qdd, usual=1e-8)
         for item in self.elements():
             self.look_at(item)
+        for item in self.stops():
+            self.look_at_stop(item)
         self.look_at_energy()
         return self.complaints
 
@@ -75,6 +103,10 @@ class FrictionRows(Comparison):
         k = self.number_of(item)
         v, a, f = self.qd[:, k], self.motion.qdd[:, k], self.motion.friction[item.name]
         level, most = self.levels(item)
+        level = level * (1 + 1e-5) if self.fault == "a larger level" else level
+        most = most / 2 if self.fault == "a smaller static level" else most
+        a = a + 1e-3 * np.abs(self.qdd).max() if self.fault == "an acceleration at rest" else a
+        v = {"rest taken as slip": np.where(v == 0, 1.0, v), "slip taken as rest": 0 * v}.get(self.fault, v)
         slips = np.abs(v) > SLIPS * max(np.abs(self.qd).max(), LEAST)
         small = LAW * (1 + level.max())
         self.expect(item, "does not have its level while it slips", slips, np.abs(f + level * np.sign(v)), small)
@@ -82,25 +114,47 @@ class FrictionRows(Comparison):
         begins = ~slips & (np.abs(a) > RESTS * (1 + np.abs(self.qdd).max()))
         self.expect(item, "is accelerated at rest without its level against it", begins, np.abs(f + level * np.sign(a)), small)
 
-    def expect(self, item, words, where, off, allowed):
+    def expect(self, item, words, where, off, allowed, kind="friction"):
         off = np.where(where, off, 0.0)
         self.worst = max(self.worst, float(np.max(off / max(allowed, 1e-300)) * LAW))
         if np.max(off) > allowed:
             row = int(np.argmax(off))
-            self.complaints.append(f"friction '{item.name}' {words}: off by {off[row]:.3g} at t = {self.motion.t[row]:.9g}")
+            self.complaints.append(f"{kind} '{item.name}' {words}: off by {off[row]:.3g} at t = {self.motion.t[row]:.9g}")
+
+    # -- stops
+
+    def look_at_stop(self, item):
+        k, f, gap = self.number_of(item), self.motion.friction[item.name], self.table.column("gap." + item.name)
+        sign = 1.0 if "lower" in item.keys else -1.0
+        at = item.scope.number(item.keys["lower" if sign > 0 else "upper"])
+        own = sign * (self.q[:, k] - at)
+        off = np.abs(gap - own).max()
+        if off > TOUCHES:
+            self.complaints.append(f"the gap of '{item.name}' is off by {off:.3g}")
+        own = own - 1e-3 if self.fault == "a stop that is passed" else own
+        f = {"a stop that pulls": -f, "a stop that pushes at a distance": f + 1e-3}.get(self.fault, f)
+        none = PUSHES * max(1.0, np.abs(f).max())
+        a = sign * self.qdd[:, k] + (1e-3 * np.abs(self.qdd).max() if self.fault == "a stop that pushes what leaves" else 0)
+        everywhere = np.ones(len(f), bool)
+        self.expect(item, "is passed", everywhere, -own, TOUCHES, "stop")
+        self.expect(item, "pulls", everywhere, -f, none, "stop")
+        self.expect(item, "pushes at a distance", own > TOUCHES, np.abs(f), none, "stop")
+        self.expect(item, "pushes what leaves", f > none, np.abs(a), RESTS * (1 + np.abs(self.qdd).max()), "stop")
 
     # -- energy
 
     def look_at_energy(self):
-        """Without drives the energy never grows; with constant levels it falls by them times the ways that were slipped."""
+        """Without drives the energy never grows; with constant levels it falls by them times the ways that were slipped,
+        where no stop takes some."""
         energy = self.motion.kinetic() + self.motion.loads.potential
+        energy = energy + 1e-3 * self.motion.t if self.fault == "energy that grows" else energy
         size = max(np.ptp(energy), np.abs(self.motion.kinetic()).max(), 1e-3)
         rise = np.max(np.diff(energy), initial=0.0)
         if rise > ENERGY * size:
             self.complaints.append(f"the energy rises by {rise:.3g} of {size:.3g}")
         keys = [f.keys["friction"] for f in self.elements()]
         damped = any("damping" in f.keys.get("spring", {}) for f in self.mechanism.forces if isinstance(f.keys.get("spring"), dict))
-        if damped or any("mu" in k or "abs" in "".join(map(str, k.values())) for k in keys):
+        if damped or self.stops() or any("mu" in k or "abs" in "".join(map(str, k.values())) for k in keys):
             return
         work = sum(self.levels(f)[0] * self.way(self.number_of(f)) for f in self.elements())
         off = np.abs(energy[0] - energy - work).max()

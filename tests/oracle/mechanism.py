@@ -247,6 +247,9 @@ class Mechanism:
             self.drives.append(Item("drive", scope.full(name), scope, keys))
         for name, keys in document.get("forces", {}).items():
             self.forces.append(force(scope, name, keys))
+        for name, keys in document.get("contacts", {}).items():
+            if "joint" in keys:
+                self.forces.append(Item("joint_contact", scope.full(name), scope, keys, []))
         for name, text in document.get("sensors", {}).items():
             self.sensors[scope.full(name)] = (scope, text)
         for name, keys in document.get("algebraic", {}).items():

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Random plane linkages with closed loops and one to four elements of dry friction that sticks. A linkage is drawn in a
-random position, and its pivots on the ground are put where they close the loops."""
+"""Random plane linkages with closed loops, one to four elements of dry friction that sticks, and stops that strike. A
+linkage is drawn in a random position, and its pivots on the ground are put where they close the loops."""
 import numpy as np
 
 SHAPES = ("slider-crank", "four-bar", "five-bar", "six-bar")
@@ -10,7 +10,7 @@ KINDS = ("constant", "static", "falling", "joint", "loop")
 class Linkage:
     """`document`: the model; `coordinates`: the names of its coordinates, and whether each is a rotation."""
 
-    def __init__(self, seed, number):
+    def __init__(self, seed, number, stops=True):
         self.random = np.random.default_rng([seed, number])
         self.document = {"kempe": 1, "name": f"friction_{seed}_{number}", "ground": {"points": {}}, "bodies": {},
                          "loops": {}, "forces": {}, "start": {"q": {}, "hold": [], "qd": {}}}
@@ -24,6 +24,9 @@ class Linkage:
         for k in range(self.random.integers(1, 5)):
             self.add_friction(f"rub{k}")
         forces = [f"force(rub{k})" for k in range(len(self.kinds))]
+        if stops:
+            self.random = np.random.default_rng([seed, number, 1])
+            forces += [f"{word}({name})" for name in self.add_stops() for word in ("force", "gap")]
         self.document["run"] = {"t_end": 10, "outputs": ["q", "qd", "qdd", "lambda", *forces]}
 
     def chance(self, p):
@@ -112,6 +115,22 @@ class Linkage:
         for name in held:
             if self.chance(0.85):
                 self.document["start"]["qd"][name] = self.text(self.number(-5, 5))
+
+    # -- stops
+
+    def add_stops(self):
+        """The names of none to three stops, each a limit of a coordinate on one side."""
+        sides = [(joint, side) for joint in self.rotates for side in ("lower", "upper")]
+        contacts = {}
+        for k in self.random.permutation(len(sides))[:self.random.integers(0, 4)]:
+            joint, side = sides[k]
+            way = self.number(0.1, 1.0) * (1.0 if self.rotates[joint] else 0.3)
+            at = float(self.document["start"]["q"][joint]) + (way if side == "upper" else -way)
+            contacts[f"stop{len(contacts)}"] = {"joint": joint, side: self.text(at),
+                                                "restitution": self.text(self.random.choice([0.0, 0.3, 0.5, 0.8]))}
+        if contacts:
+            self.document["contacts"] = contacts
+        return list(contacts)
 
     # -- forces
 

@@ -116,7 +116,7 @@ static bool classical_init(derived *d, const kempe_model *model)
     if (kmp_equations_init(&d->eq, model, 0, KMP_SCHEME_COMPOSITE, false) != KEMPE_OK)
         return false;
     kmp_forces forces;
-    kmp_forces_init(&forces, &d->eq.tree, false);
+    kmp_forces_init(&forces, &d->eq.tree, false, NULL);
     CHECK(classical_derive(&d->eq.tree, forces.applied, d->eq.mass, d->eq.bias));
     for (int k = 0; k < d->n; k++)
         d->eq.bias[k] = kmp_sub(d->eq.graph, d->eq.bias[k], forces.effort[k]);
@@ -248,7 +248,7 @@ static bool plain_init(derived *d, const kempe_model *model)
     if (kmp_equations_init(&d->eq, model, 0, KMP_SCHEME_COMPOSITE, false) != KEMPE_OK)
         return false;
     kmp_forces forces;
-    kmp_forces_init(&forces, &d->eq.tree, false);
+    kmp_forces_init(&forces, &d->eq.tree, false, NULL);
     CHECK(plain_articulated(&d->eq.tree, forces.applied, forces.effort, d->eq.free_qdd));
     const kmp_ref *const group = d->eq.free_qdd;
     d->program = kmp_program_new(d->eq.graph, 1, &d->n, &group);

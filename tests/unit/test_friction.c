@@ -2,6 +2,9 @@
 /* Dry friction that sticks, against digits of closed forms or of two other methods: times of all transitions and the
  * state at the end, on every formulation. */
 #include "ways.h"
+#include <kempe/equilibrium.h>
+#include <kempe/linearize.h>
+#include <kempe/modes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -237,6 +240,57 @@ static void driven(void)
     unload(&l);
 }
 
+/* The feed drive at rows within steps at the bound of stability, where interpolation alone is wrong by 1e-6: the state
+ * of the motor beside 40 digits (reference.csv of the example). The run is converged. */
+static void rows_within_steps(void)
+{
+    static const double t[] = {0.66, 1.14}, i[] = {0.161496284008818153, 0.160097662954327391},
+                        screw[] = {8.77225351889011565, 8.77911720161559547};
+    loaded l = load("examples/stick_slip/stick_slip.yaml");
+    kempe_trajectory *run = NULL;
+    CHECK(l.system && kempe_simulate(l.system, &(kempe_run_options){.rtol = 1e-10}, &run) == KEMPE_OK);
+    for (int row = 0, k = 0; run && row < kempe_trajectory_row_count(run) && k < 2; row++) {
+        if (fabs(kempe_trajectory_time(run, row) - t[k]) > 1e-12)
+            continue;
+        CHECK_NEAR(kempe_trajectory_qd(run, row)[2], i[k], 2e-8);
+        CHECK_NEAR(kempe_trajectory_qd(run, row)[0], screw[k], 2e-8);
+        k++;
+    }
+    CHECK(run && run->again.known && kmp_convergence_holds(&run->again));
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+static void check_said(const loaded *l, kempe_status status, const char *words)
+{
+    CHECK(status == KEMPE_E_FAILED && strstr(kempe_context_message(l->context), words));
+}
+
+/* Studies at a state: where nothing restrains a motion they tell the forces along it, in the modes of friction; where
+ * all sticks there are no modes. */
+static void studies_at_a_state(void)
+{
+    loaded l = load("examples/stick_slip/stick_slip.yaml");
+    kempe_equilibrium *e = NULL;
+    kempe_linearization *linear = NULL;
+    kempe_modes *modes = NULL;
+    char *text = NULL;
+    check_said(&l, kempe_equilibrium_new(l.system, NULL, &e), "forces along it at the start: 'motor' 0.06 N m");
+    check_said(&l, kempe_linearization_new(l.system, NULL, &linear), "nothing restrains 'screw'");
+    CHECK(kempe_modes_new(l.system, &(kempe_modes_options){.at = "start"}, &modes) == KEMPE_OK);
+    kempe_modes_free(modes);
+    unload(&l);
+    l = load_text("kempe: 1\nbodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                  "forces: {k: {joint: x, spring: {stiffness: 100}}, rub: {joint: x, friction: {force: 3}}}\n");
+    modes = NULL;
+    CHECK(kempe_modes_new(l.system, NULL, &modes) == KEMPE_OK);
+    CHECK(kempe_modes_print(modes, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "0 degrees of freedom"));
+    CHECK(text && strstr(text, "no modes: closures, drives or friction that sticks"));
+    kempe_text_free(text);
+    kempe_modes_free(modes);
+    unload(&l);
+}
+
 /* F9: friction in a pin between two bodies, by the size of its reaction. */
 static void pin(void)
 {
@@ -367,6 +421,8 @@ int main(void)
     TEST(guide);
     TEST(dead_centre);
     TEST(driven);
+    TEST(rows_within_steps);
+    TEST(studies_at_a_state);
     TEST(pin);
     TEST(pair);
     TEST(shares);

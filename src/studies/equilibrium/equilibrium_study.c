@@ -295,24 +295,33 @@ static void add_states(const kempe_model *model, int count, kmp_steady *rates)
     }
 }
 
-/* Descends with the states among the unknowns, where that fails by Newton's method from the start. */
+/* Descends with the states among the unknowns, where that fails by Newton's method from the start. Where neither
+ * succeeds the descent tells why. */
 static kempe_status find_with_states(kmp_linear *linear, double t, double *q, kmp_search *search, kmp_steady *rates)
 {
     const kempe_model *model = linear->system->model;
     size_t given = (size_t)search->rate_count * sizeof *rates;
     kmp_search with = *search;
     kempe_status status = KEMPE_E_FAILED;
+    char *why = NULL;
     with.rates = rates;
     with.rate_count += model->state_count;
     for (int attempt = search->newton; status == KEMPE_E_FAILED && attempt < 2; attempt++) {
-        if (attempt > search->newton)
+        if (attempt > search->newton) {
+            why = kmp_strdup(kempe_context_message(model->context));
             kmp_context_clear(model->context);
+        }
         if (given > 0)
             memcpy(rates, search->rates, given);
         add_states(model, search->rate_count, rates);
         with.newton = attempt == 1;
         status = find_balance(linear, t, q, &with);
     }
+    if (status == KEMPE_E_FAILED && why) {
+        kmp_context_clear(model->context);
+        (void)kmp_fail(model->context, status, "%s", why);
+    }
+    kmp_free(why);
     if (given > 0)
         memcpy(search->rates, rates, given);
     with.rates = search->rates;

@@ -23,21 +23,22 @@ typedef struct load_path {
     double sum;
 } load_path;
 
-/* C (n) of a model with some of its forces alone, at the state of `l`. */
-static bool evaluate(const kmp_linear *l, const kempe_model *model, double *bias)
+/* C (n) of a model with one of its forces alone (NULL: all of them), at the state of `l` and in its modes. */
+static kempe_status evaluate(const kmp_linear *l, const kempe_model *model, const kmp_force *alone, double *bias)
 {
     kmp_equations eq;
     kmp_formulas force = {0};
     kmp_instant at = kmp_linear_instant(l);
-    const kmp_scene scene = {.sets = KMP_SET_BIAS, .scheme = KMP_SCHEME_COMPOSITE, .charted = true};
-    if (kmp_equations_derive(&eq, model, &scene) != KEMPE_OK)
-        return false;
+    kmp_events events = l->system->events; /* the system has recorded all conditions: none is added */
+    const kmp_scene scene = {
+        .sets = KMP_SET_BIAS, .scheme = KMP_SCHEME_COMPOSITE, .events = &events, .charted = true, .alone = alone};
+    KMP_TRY(kmp_equations_derive(&eq, model, &scene));
     bool ok = kmp_formulas_init(&force, eq.graph, l->n, eq.bias, kmp_backend_find("tape"), l->system->parameters);
     if (ok)
         memcpy(bias, kmp_formulas_at(&force, &at), (size_t)l->n * sizeof *bias);
     kmp_formulas_free(&force);
     kmp_equations_free(&eq);
-    return ok;
+    return kmp_made(l->system->context, ok);
 }
 
 /* The model without forces. */
@@ -65,23 +66,19 @@ static double difference(int n, const double *x, const double *with, const doubl
     return kmp_dot(n, x, without) - kmp_dot(n, x, with);
 }
 
-static bool find(const kmp_linear *l, const double *x, load_path *path, double *with, double *without)
+static kempe_status find(const kmp_linear *l, const double *x, load_path *path, double *with, double *without)
 {
     const kempe_model *model = l->system->model;
     kempe_model part = bare(model);
-    if (!evaluate(l, &part, without))
-        return false;
+    KMP_TRY(evaluate(l, &part, NULL, without));
     add(path, MOTION, -kmp_dot(l->n, x, without));
     memcpy(part.gravity, model->gravity, sizeof part.gravity);
-    if (!evaluate(l, &part, with))
-        return false;
+    KMP_TRY(evaluate(l, &part, NULL, with));
     add(path, GRAVITY, difference(l->n, x, with, without));
+    part = bare(model);
+    part.force_count = model->force_count;
     for (int k = 0; k < model->force_count; k++) {
-        part = bare(model);
-        part.forces = &model->forces[k];
-        part.force_count = 1;
-        if (!evaluate(l, &part, with))
-            return false;
+        KMP_TRY(evaluate(l, &part, &model->forces[k], with));
         add(path, k, difference(l->n, x, with, without));
     }
     const double *effort = kmp_eval_effort(l->eval, l->t, l->q, l->qd);
@@ -89,7 +86,7 @@ static bool find(const kmp_linear *l, const double *x, load_path *path, double *
         add(path, USER, kmp_dot(l->n, x, effort));
     while (path->count > 0 && fabs(path->pull[path->count - 1].effort) <= NOTHING * fabs(path->pull[0].effort))
         path->count--;
-    return true;
+    return KEMPE_OK;
 }
 
 static void report(kmp_text *text, const kempe_model *model, int coordinate, const load_path *path)
@@ -117,9 +114,11 @@ kempe_status kmp_load_path_report(kmp_text *text, const kmp_linear *linear, int 
     kmp_arena arena = {0};
     load_path path = {.pull = KMP_ARENA_NEW(&arena, pull, model->force_count + 3)};
     double *with = KMP_ARENA_NEW(&arena, double, n), *without = KMP_ARENA_NEW(&arena, double, n);
-    bool ok = !arena.failed && find(linear, linear->red.x + k * n, &path, with, without);
-    if (ok)
+    kempe_status status = kmp_made(linear->system->context, !arena.failed);
+    if (status == KEMPE_OK)
+        status = find(linear, linear->red.x + k * n, &path, with, without);
+    if (status == KEMPE_OK)
         report(text, model, linear->part.u[k], &path);
     kmp_arena_free(&arena);
-    return ok ? KEMPE_OK : kmp_fail_memory(linear->system->context);
+    return status;
 }

@@ -69,6 +69,8 @@ static int worst_of(const kempe_modes *m)
 
 const char *kmp_modes_verdict(const kempe_modes *m)
 {
+    if (m->modes.count == 0)
+        return "none";
     int worst = worst_of(m);
     double noise = kmp_modes_noise(&m->modes), re = m->modes.spectrum.re[worst];
     if (re > noise)
@@ -80,6 +82,10 @@ void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
 {
     const char *word = kmp_modes_verdict(m);
     const kmp_spectrum *s = &m->modes.spectrum;
+    if (strcmp(word, "none") == 0) {
+        kmp_text_put(text, "no modes: closures, drives or friction that sticks leave no degree of freedom");
+        return;
+    }
     int worst = worst_of(m);
     if (strcmp(word, "unstable") == 0) {
         kmp_text_printf(text, "unstable: grows by e in %.4g s", 1 / s->re[worst]);
@@ -255,9 +261,9 @@ static void list_coordinates(kmp_text *text, const kempe_modes *m, bool states)
 static void show_state(kmp_text *text, const kempe_modes *m)
 {
     int freedoms = m->modes.p - m->system->model->state_count;
-    kmp_text_printf(text, "%s: %d degree%s of freedom at %s%s: ", m->system->model->name, freedoms,
+    kmp_text_printf(text, "%s: %d degree%s of freedom at %s%s%s", m->system->model->name, freedoms,
                     freedoms == 1 ? "" : "s", m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
-                    kmp_model_has_time(m->system->model) ? " (t = 0)" : "");
+                    kmp_model_has_time(m->system->model) ? " (t = 0)" : "", m->modes.p > 0 ? ": " : "");
     list_coordinates(text, m, false);
     if (m->system->model->state_count > 0) {
         kmp_text_put(text, "; states: ");
@@ -270,8 +276,9 @@ static void show_all(kmp_text *text, const void *result)
 {
     const kempe_modes *m = result;
     show_state(text, m);
-    show_modes(text, m);
-    kmp_text_put(text, "\nstability  ");
+    if (m->modes.count > 0)
+        show_modes(text, m);
+    kmp_text_put(text, m->modes.count > 0 ? "\nstability  " : "stability  ");
     kmp_modes_put_verdict(text, m);
     kmp_text_put(text, "\n");
     if (!m->family->state->equilibrium)

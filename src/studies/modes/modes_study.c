@@ -96,6 +96,10 @@ static kempe_status sweep(kempe_modes *m, const kmp_operating_family_options *op
 {
     kempe_context *context = m->system->context;
     int count = range->count > 0 ? range->count : USUAL_VALUES;
+    if (m->modes.p == 0)
+        return kmp_fail(context, KEMPE_E_FAILED,
+                        "there are no degrees of freedom, and so no modes to follow; free a drive, or take a state in "
+                        "which friction slips");
     if (count < 2 || count > MOST_VALUES || range->from == range->to)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "a sweep needs two ends and 2 to %d values, as in '%s=1:2:61'",
                         MOST_VALUES, range->name);

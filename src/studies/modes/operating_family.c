@@ -74,14 +74,11 @@ static kempe_status find_state(kmp_operating_family *s)
 kempe_status kmp_operating_family_go(kmp_operating_family *family, double value, kmp_modes *modes)
 {
     kmp_operating_family *s = family;
-    kempe_context *context = s->base->context;
     KMP_TRY(s->variant ? kmp_linear_vary(&s->linear, s->own, s->variant, &value) : KEMPE_OK);
     if (s->options.varies)
         s->rates[s->options.varies - s->options.rates].rate = value;
     KMP_TRY(find_state(s));
     KMP_TRY(kmp_operating_take(s->state, &s->linear, s->options.wish, s->options.wish_count));
-    if (s->linear.p == 0)
-        return kmp_fail(context, KEMPE_E_FAILED, "there are no degrees of freedom, and so no modes");
     kmp_linear_matrices(&s->linear);
     return kmp_modes_init(modes, &s->linear);
 }
