@@ -32,13 +32,18 @@ static bool reserve(kmp_text *text, size_t more)
 
 void kmp_text_vprintf(kmp_text *text, const char *format, va_list arguments)
 {
+    char brief[256]; /* most texts are written once */
     va_list again;
     va_copy(again, arguments);
-    int length = vsnprintf(NULL, 0, format, arguments);
+    int length = vsnprintf(brief, sizeof brief, format, arguments);
     if (length < 0)
         text->failed = true;
     if (reserve(text, (size_t)(length < 0 ? 0 : length))) {
-        vsnprintf(text->s + text->length, (size_t)length + 1, format, again);
+        char *to = text->s + text->length;
+        if ((size_t)length < sizeof brief)
+            memcpy(to, brief, (size_t)length + 1);
+        else
+            vsnprintf(to, (size_t)length + 1, format, again);
         text->length += (size_t)length;
     }
     va_end(again);
@@ -73,7 +78,7 @@ void kmp_text_quote(kmp_text *text, const char *s)
         else if (c < 0x20 || c == 0x7f)
             kmp_text_printf(text, "\\u%04x", c);
         else
-            kmp_text_printf(text, "%c", c);
+            kmp_text_append(text, s, 1);
     }
     kmp_text_put(text, "\"");
 }

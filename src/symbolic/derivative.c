@@ -6,6 +6,7 @@
 #include "symbolic/rotation.h"
 #include "symbolic/stack.h"
 #include "symbolic/table_function.h"
+#include <string.h>
 
 #define UNKNOWN UINT32_MAX
 
@@ -15,6 +16,9 @@ struct kmp_derivative {
     uint32_t capacity;
     uint32_t *known, known_count; /* ids of the nodes in memo; unused with `few` */
     kmp_stack stack;
+    kmp_ref *seed; /* leaves, then their directions */
+    int seed_count, seed_room;
+    unsigned rules;   /* of the graph, when the memo was begun */
     uint16_t depends; /* inputs that move */
     bool few;         /* memo already holds the constant nodes, as zero */
 };
@@ -46,17 +50,46 @@ static void set(kmp_derivative *d, uint32_t id, kmp_ref value)
     d->memo[id] = value;
 }
 
-static void forget(kmp_derivative *d)
+void kmp_derivative_forget(kmp_derivative *d)
 {
     for (uint32_t k = 0; k < d->known_count; k++)
         d->memo[d->known[k]] = UNKNOWN;
     d->known_count = 0;
+    d->seed_count = 0;
     d->depends = 0;
+}
+
+/* Notes the leaves and directions of the memo. Without memory there are none, and the memo is not used again. */
+static void note_seed(kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction)
+{
+    size_t size = (size_t)count * sizeof *leaf;
+    if (count > d->seed_room) {
+        kmp_ref *seed = kmp_realloc(d->seed, 2 * (size_t)count, sizeof *seed);
+        if (!seed)
+            return;
+        d->seed = seed;
+        d->seed_room = count;
+    }
+    if (count > 0) {
+        memcpy(d->seed, leaf, size);
+        memcpy(d->seed + count, direction, size);
+    }
+    d->seed_count = count;
+    d->rules = kmp_graph_rules(d->g);
+}
+
+/* True if the memo is of these leaves and directions, in the graph as it grew since then: where equal nodes are one,
+ * its derivatives are those that would be made again. */
+static bool continues(const kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction)
+{
+    size_t size = (size_t)count * sizeof *leaf;
+    return kmp_graph_has_rule(d->g, KMP_RULE_SHARE) && d->seed_count == count && d->rules == kmp_graph_rules(d->g) &&
+           memcmp(d->seed, leaf, size) == 0 && memcmp(d->seed + count, direction, size) == 0;
 }
 
 bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction)
 {
-    forget(d);
+    kmp_derivative_forget(d);
     if (!reserve(d, kmp_graph_count(d->g))) {
         kmp_graph_fail(d->g);
         return false;
@@ -65,6 +98,7 @@ bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, c
         set(d, kmp_id(leaf[k]), direction[k]);
         d->depends |= kmp_graph_node(d->g, kmp_id(leaf[k]))->depends;
     }
+    note_seed(d, count, leaf, direction);
     return true;
 }
 
@@ -88,7 +122,7 @@ static kmp_derivative *allocate(kmp_graph *g, bool few)
 kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction)
 {
     kmp_derivative *d = allocate(g, false);
-    if (d)
+    if (d && !continues(d, count, leaf, direction))
         (void)kmp_derivative_restart(d, count, leaf, direction);
     return d;
 }
@@ -99,6 +133,7 @@ void kmp_derivative_discard(kmp_derivative *d)
         return;
     kmp_free(d->memo);
     kmp_free(d->known);
+    kmp_free(d->seed);
     kmp_free(d->stack.id);
     kmp_free(d);
 }
@@ -110,7 +145,6 @@ void kmp_derivative_free(kmp_derivative *d)
         kmp_derivative_discard(d);
         return;
     }
-    forget(d);
     *spare = d;
 }
 

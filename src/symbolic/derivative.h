@@ -12,9 +12,11 @@ typedef struct kmp_derivative kmp_derivative;
 kmp_derivative *kmp_derivative_new(kmp_graph *g, int count, const kmp_ref *leaf, const kmp_ref *direction);
 /** Restarts along another direction. False when there is no memory. */
 bool kmp_derivative_restart(kmp_derivative *d, int count, const kmp_ref *leaf, const kmp_ref *direction);
-/** Leaves the room of one to the graph, for the next: most derivatives in a large graph touch few of its nodes. Before
- * the graph is freed. */
+/** Leaves one to the graph, for the next: most derivatives in a large graph touch few of its nodes. The next one has
+ * its results, if it is along the same direction. Before the graph is freed. */
 void kmp_derivative_free(kmp_derivative *d);
+/** Forgets all results: the graph returns to a state that lacks some of their nodes. */
+void kmp_derivative_forget(kmp_derivative *d);
 void kmp_derivative_discard(kmp_derivative *d);
 
 /** Differentiation along several directions in turn, where the caller gives for each the nodes that depend on it

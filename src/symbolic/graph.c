@@ -87,6 +87,13 @@ static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
     return k;
 }
 
+/* Enters all nodes into a table without entries. */
+static void fill_table(kmp_graph *g)
+{
+    for (uint32_t id = 0; id < g->seen.count; id++)
+        g->table[find_slot(g, &g->seen.nodes[id], false)] = id + 1;
+}
+
 static bool grow_table(kmp_graph *g)
 {
     uint32_t size = g->table_size ? WIDER * g->table_size : g->first_size, *table = KMP_NEW(uint32_t, size);
@@ -95,8 +102,7 @@ static bool grow_table(kmp_graph *g)
     kmp_free(g->table);
     g->table = table;
     g->table_size = size;
-    for (uint32_t id = 0; id < g->seen.count; id++)
-        g->table[find_slot(g, &g->seen.nodes[id], false)] = id + 1;
+    fill_table(g);
     return true;
 }
 
@@ -276,6 +282,18 @@ static void forget_youngest(kmp_graph *g)
     g->seen.count--;
 }
 
+/* Forgets the nodes from this number on, one by one or by a new table of the others, whichever has less to enter. */
+static void forget_from(kmp_graph *g, uint32_t first)
+{
+    if (first < g->seen.count / 2) {
+        g->seen.count = first;
+        memset(g->table, 0, g->table_size * sizeof *g->table);
+        fill_table(g);
+    }
+    while (g->seen.count > first)
+        forget_youngest(g);
+}
+
 /* Averages are kept: they take the most time to make, and the next derivation mostly needs them again. */
 static void put_away(kmp_graph *g, kmp_implicit *block)
 {
@@ -303,8 +321,9 @@ static void return_implicits(kmp_graph *g, int count)
 
 void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
 {
-    while (g->seen.count > mark->nodes)
-        forget_youngest(g);
+    if (g->spare)
+        kmp_derivative_forget(g->spare);
+    forget_from(g, mark->nodes);
     g->value_count = mark->values;
     while (g->table_count > mark->tables)
         kmp_table_free(g->tables[--g->table_count]);

@@ -127,6 +127,10 @@ static inline bool kmp_graph_has_rule(const kmp_graph *g, unsigned rule)
 {
     return ((const kmp_graph_seen *)g)->rules & rule;
 }
+static inline unsigned kmp_graph_rules(const kmp_graph *g)
+{
+    return ((const kmp_graph_seen *)g)->rules;
+}
 static inline uint32_t kmp_graph_count(const kmp_graph *g)
 {
     return ((const kmp_graph_seen *)g)->count;
@@ -254,5 +258,5 @@ struct kmp_rotations;
 struct kmp_rotations *kmp_graph_rotations(kmp_graph *g);
 
 struct kmp_derivative;
-/** The place of a derivative that is not in use (src/symbolic/derivative.h). */
+/** The place of a derivative that is not in use (src/symbolic/derivative.h); it remembers what it has derived. */
 struct kmp_derivative **kmp_graph_spare(kmp_graph *g);

@@ -314,32 +314,52 @@ int kmp_zones_find(const kmp_track *track, kmp_wheel *wheel)
 #define ALIKE      0.05   /* rad: largest difference of normals of points that may touch, including the wheel's roll */
 #define OUTSIDE    2.5e-3 /* of places beyond a zone: the limit by pair.c's penalty */
 
-/* The least curvature of the rail, at most 0, where its angle is near; every other point. */
-static double least_near(const scan *s, const double *angle, const double *curved, double near)
+/* A point of the rail: its angle and curvature. */
+typedef struct bend {
+    double angle, curvature;
+} bend;
+
+static int by_curvature(const void *a, const void *b)
 {
-    double least = 0;
-    for (int l = 0; l < s->rail_count; l += 2)
-        if (curved[l] < least && fabs(angle[l] - near) <= ALIKE)
-            least = curved[l];
-    return least;
+    double x = ((const bend *)a)->curvature, y = ((const bend *)b)->curvature;
+    return (x > y) - (x < y);
+}
+
+/* The points of the rail with curvatures below 0, the least first; every other point. Returns their number. */
+static int find_bends(const scan *s, const kmp_table *rail, bend *bends)
+{
+    int count = 0;
+    for (int l = 0; l < s->rail_count; l += 2) {
+        double at = s->rail_first + s->rail_step * l, curvature = kmp_table_value(rail, 2, at);
+        if (curvature < 0)
+            bends[count++] = (bend){atan(kmp_table_value(rail, 1, at)), curvature};
+    }
+    if (count > 1)
+        qsort(bends, (size_t)count, sizeof *bends, by_curvature);
+    return count;
+}
+
+/* The least curvature of the rail, at most 0, where its angle is near. */
+static double least_near(int count, const bend *bends, double near)
+{
+    for (int k = 0; k < count; k++)
+        if (fabs(bends[k].angle - near) <= ALIKE)
+            return bends[k].curvature;
+    return 0;
 }
 
 /* The greatest curvatures of the gap where a point of the wheel touches, by point, with those of the rail whose normals
  * are nearly equal. */
 static bool find_kinks(scan *s, const kmp_track *track, const kmp_wheel *wheel, double *curvature)
 {
-    double *angle = KMP_ARENA_NEW(&s->arena, double, s->rail_count);
-    double *curved = KMP_ARENA_NEW(&s->arena, double, s->rail_count);
-    if (!angle || !curved)
+    bend *bends = KMP_ARENA_NEW(&s->arena, bend, s->rail_count);
+    if (!bends)
         return false;
-    for (int l = 0; l < s->rail_count; l++) {
-        angle[l] = atan(kmp_table_value(track->rail, 1, s->rail_first + s->rail_step * l));
-        curved[l] = kmp_table_value(track->rail, 2, s->rail_first + s->rail_step * l);
-    }
+    int count = find_bends(s, track->rail, bends);
     for (int k = 0; k < s->count; k++) {
         const kmp_table *height = wheel->profile->height;
         double at = s->first + s->step * k, slope = atan(kmp_table_value(height, 1, at));
-        curvature[k] = kmp_table_value(height, 2, at) - least_near(s, angle, curved, slope);
+        curvature[k] = kmp_table_value(height, 2, at) - least_near(count, bends, slope);
     }
     return true;
 }

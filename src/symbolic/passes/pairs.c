@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sums (products) are expanded to lists of terms (factors), including operands without other users. Pairs that occur in
- * two lists or more are made once, the most frequent first. The search is repeated with the new lists. */
+ * two lists or more are made once, the most frequent first. The search is repeated with the new lists.
+ *
+ * A repetition counts pairs with an item of the round before alone: another one is in one list at most, unless an item
+ * is in a list twice. */
 #include "base/memory.h"
 #include "symbolic/passes/rewrite.h"
 #include "symbolic/passes/shorten.h"
@@ -10,9 +13,10 @@
 enum { LONGEST = 24, PASSES = 4 };
 
 typedef struct list {
-    uint32_t id; /* of the node */
-    int first, count;
-    bool changed;
+    uint32_t id;           /* of the node */
+    int first, count, met; /* met: pairs that the present round counts */
+    uint32_t newest;       /* the newest item that was made */
+    bool changed, repeats; /* repeats: an item is in it twice */
 } list;
 
 /* Two items, the first positive and with the smaller number. */
@@ -42,6 +46,15 @@ typedef struct sharing {
 
 /* -- lists ------------------------------------------------------------------------------------------- */
 
+static bool repeats(int count, const kmp_ref *item)
+{
+    for (int i = 0; i < count; i++)
+        for (int j = 0; j < i; j++)
+            if (kmp_id(item[i]) == kmp_id(item[j]))
+                return true;
+    return false;
+}
+
 /* Collects the nodes that are the head of a list: not part of another list. */
 static void collect(sharing *s, const uint8_t *inside)
 {
@@ -53,7 +66,8 @@ static void collect(sharing *s, const uint8_t *inside)
         int count = kmp_rewrite_flatten(&s->r, s->op, id << 1, found, &sign);
         if (count > LONGEST)
             continue;
-        s->lists[s->list_count++] = (list){id, s->item_count, count, false};
+        s->lists[s->list_count++] =
+            (list){.id = id, .first = s->item_count, .count = count, .repeats = repeats(count, found)};
         memcpy(s->items + s->item_count, found, (size_t)count * sizeof *found);
         s->item_count += count;
     }
@@ -122,32 +136,40 @@ static pair *find(sharing *s, kmp_ref a, kmp_ref b)
     return &s->pairs[s->pair_count++];
 }
 
-static int pairs_of(const list *l)
+/* Counts the pairs of a list with an item from number `since` on, or all. false: no memory. */
+static bool count_of_list(sharing *s, list *l, uint32_t since)
 {
-    return l->count * (l->count - 1) / 2;
+    const kmp_ref *item = s->items + l->first;
+    bool all = l->repeats;
+    l->met = 0;
+    for (int i = 0; i < l->count && (all || l->newest >= since); i++)
+        for (int j = 0; j < i; j++) {
+            kmp_ref a = item[i], b = item[j];
+            if (!all && kmp_id(a) < since && kmp_id(b) < since)
+                continue;
+            order(&a, &b);
+            pair *p = find(s, a, b);
+            if (!p)
+                return false;
+            p->count++;
+            s->met[s->met_count + l->met++] = (int)(p - s->pairs);
+        }
+    s->met_count += l->met;
+    return true;
 }
 
-static bool count_pairs(sharing *s)
+static bool count_pairs(sharing *s, uint32_t since)
 {
     int total = 0;
     for (int l = 0; l < s->list_count; l++)
-        total += pairs_of(&s->lists[l]);
+        if (s->lists[l].repeats || s->lists[l].newest >= since)
+            total += s->lists[l].count * (s->lists[l].count - 1) / 2;
     s->met = KMP_ARENA_NEW(&s->r.room, int, total);
     s->met_count = 0;
-    for (int l = 0; s->met && l < s->list_count; l++) {
-        const kmp_ref *item = s->items + s->lists[l].first;
-        for (int i = 0; i < s->lists[l].count; i++)
-            for (int j = 0; j < i; j++) {
-                kmp_ref a = item[i], b = item[j];
-                order(&a, &b);
-                pair *p = find(s, a, b);
-                if (!p)
-                    return false;
-                p->count++;
-                s->met[s->met_count++] = (int)(p - s->pairs);
-            }
-    }
-    return s->met;
+    bool ok = s->met;
+    for (int l = 0; ok && l < s->list_count; l++)
+        ok = count_of_list(s, &s->lists[l], since);
+    return ok;
 }
 
 /* Lists the members of each pair that counts. */
@@ -155,7 +177,7 @@ static void enter_members(sharing *s)
 {
     int met = 0;
     for (int l = 0; l < s->list_count; l++)
-        for (int k = pairs_of(&s->lists[l]); k > 0; k--) {
+        for (int k = s->lists[l].met; k > 0; k--) {
             pair *p = &s->pairs[s->met[met++]];
             if (p->first >= 0)
                 s->member[p->first++] = l;
@@ -223,6 +245,7 @@ static bool share(sharing *s, pair *p, const int *member)
         item[at[0]] = p->made << 1 | sign;
         memmove(item + at[1], item + at[1] + 1, (size_t)(l->count - at[1] - 1) * sizeof *item);
         l->count--;
+        l->newest = p->made;
         l->changed = true;
     }
     return true;
@@ -240,13 +263,13 @@ static void keep_frequent(sharing *s)
         qsort(s->pairs, (size_t)count, sizeof *s->pairs, by_count);
 }
 
-/* One round; true if anything was shared. */
-static bool share_all(sharing *s)
+/* One round, of pairs with an item from number `since` on; true if anything was shared. */
+static bool share_all(sharing *s, uint32_t since)
 {
     bool any = false;
     s->pair_count = 0;
     memset(s->table, 0, s->table_size * sizeof *s->table);
-    s->failed = !count_pairs(s);
+    s->failed = !count_pairs(s, since);
     int members = 0;
     for (int k = 0; k < s->pair_count; k++) {
         s->pairs[k].first = s->pairs[k].count > 1 ? members : -1;
@@ -313,8 +336,11 @@ bool kmp_share_pairs(kmp_graph *g, kmp_op op, int count, kmp_ref *outputs)
         mark_inside(&s, inside);
         collect(&s, inside);
     }
-    for (int pass = 0; pass < PASSES && !s.failed && share_all(&s); pass++)
-        ;
+    uint32_t since = 0, next = s.r.count;
+    for (int pass = 0; pass < PASSES && !s.failed && share_all(&s, since); pass++) {
+        since = next;
+        next = s.r.count + s.made_count;
+    }
     if (!s.failed)
         rebuild(&s);
     bool ok = !s.failed && kmp_rewrite_finish(&s.r, 0, count, outputs);
