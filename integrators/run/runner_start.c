@@ -175,12 +175,20 @@ static kempe_status compare_bodies(kmp_runner *run, const double *q, const doubl
     return KEMPE_OK;
 }
 
+/* True if the run has one integrator, which solves for M and C. */
+static bool is_implicit(const kmp_runner *run)
+{
+    const kmp_solver_kind *kind = kmp_solver_find(run->spec.integrator);
+    return kind->implicit && !kind->stand_in && !run->choice.open && !run->choice.kind;
+}
+
 /* Articulated bodies divide by the inertia that each joint moves with the loops open. If only the loops determine the
  * accelerations, M and C are used instead. */
 static kempe_status choose_dynamics(kmp_runner *run, const double *q, const double *qd)
 {
     double off = INFINITY;
-    if (!run->s->articulated || !run->method->by_bodies)
+    bool requested = run->s->dynamics == KMP_DYNAMICS_ARTICULATED;
+    if (!run->s->articulated || !run->method->by_bodies || (!requested && is_implicit(run)))
         return KEMPE_OK;
     KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(compare_bodies(run, q, qd, &off));

@@ -20,20 +20,6 @@ static void mirror(int n, const kmp_ref *from, bool upper, kmp_ref *to)
             to[i * n + k] = to[k * n + i] = from[upper ? k * n + i : i * n + k];
 }
 
-/* Common operations of the lists, in addition to the present outputs; -1: no memory. */
-static long operations(kmp_cost *cost, int count, const kmp_ref *a, const kmp_ref *b)
-{
-    const kmp_ref *const list[2] = {a, b};
-    for (int k = 0; k < 2; k++)
-        if (list[k])
-            kmp_cost_add(cost, count, list[k]);
-    long sum = cost->failed ? -1 : cost->operations;
-    for (int k = 0; k < 2 && sum >= 0; k++)
-        if (list[k])
-            kmp_cost_remove(cost, count, list[k]);
-    return sum;
-}
-
 /* The first of the lists with the fewest operations. false: no memory. */
 static bool find_shortest(const kmp_graph *g, int count, const kmp_ref *const *list, int lists, int *best)
 {
@@ -41,10 +27,12 @@ static bool find_shortest(const kmp_graph *g, int count, const kmp_ref *const *l
     long least = -1;
     bool ok = kmp_cost_init(&cost, g, KMP_COST_ADDITION);
     for (int k = 0; ok && k < lists; k++) {
-        long sum = operations(&cost, count, list[k], NULL);
-        ok = sum >= 0;
-        if (least < 0 || sum < least) {
-            least = sum;
+        kmp_cost_add(&cost, count, list[k]);
+        if (k > 0)
+            kmp_cost_remove(&cost, count, list[k - 1]);
+        ok = !cost.failed;
+        if (least < 0 || cost.operations < least) {
+            least = cost.operations;
             *best = k;
         }
     }
@@ -78,6 +66,34 @@ static void share_zeros(int count, kmp_ref *const of[2])
             of[0][k] = of[1][k] = KMP_ZERO;
 }
 
+/* Exchanges a list that is counted for another one, if that exists. Adding first leaves common operations in use. */
+static void turn_to(kmp_cost *cost, int count, kmp_ref *const list[2], int to, int *now)
+{
+    if (*now == to || !list[to])
+        return;
+    kmp_cost_add(cost, count, list[to]);
+    if (*now >= 0)
+        kmp_cost_remove(cost, count, list[*now]);
+    *now = to;
+}
+
+/* Operations of the present outputs with each pair of lists; -1: there is no such pair. From one pair to the next, one
+ * list changes. */
+static void count_pairs(kmp_cost *cost, int count, kmp_ref *const by_q[2], kmp_ref *const by_qd[2], long sum[4])
+{
+    static const int order[] = {0, 1, 3, 2};
+    int now[2] = {-1, -1};
+    for (int k = 0; k < 4; k++) {
+        int q = order[k] & 1, qd = order[k] >> 1;
+        bool absent = (q && !by_q[1]) || (qd && !by_qd[1]);
+        if (!absent) {
+            turn_to(cost, count, by_q, q, &now[0]);
+            turn_to(cost, count, by_qd, qd, &now[1]);
+        }
+        sum[order[k]] = absent ? -1 : cost->operations;
+    }
+}
+
 bool kmp_tangents_choose(const kmp_graph *g, int others, const kmp_ref *other, int count, kmp_ref *const by_q[2],
                          kmp_ref *const by_qd[2], kmp_tangent_choice *choice)
 {
@@ -88,14 +104,16 @@ bool kmp_tangents_choose(const kmp_graph *g, int others, const kmp_ref *other, i
     *choice = (kmp_tangent_choice){.operations = -1};
     if (ok)
         kmp_cost_add(&cost, others, other);
+    long sum[4] = {-1, -1, -1, -1};
+    if (ok)
+        count_pairs(&cost, count, by_q, by_qd, sum);
+    ok = ok && !cost.failed;
     for (int pair = 0; ok && pair < 4; pair++) {
-        if ((pair & 1 && !by_q[1]) || (pair & 2 && !by_qd[1]))
+        if (sum[pair] < 0)
             continue;
-        long sum = operations(&cost, count, by_q[pair & 1], by_qd[pair >> 1]);
-        ok = sum >= 0;
-        if (choice->operations < 0 || sum < choice->operations)
-            *choice = (kmp_tangent_choice){pair & 1, pair >> 1, sum, 0};
-        choice->second = sum; /* of the last choice */
+        if (choice->operations < 0 || sum[pair] < choice->operations)
+            *choice = (kmp_tangent_choice){pair & 1, pair >> 1, sum[pair], 0};
+        choice->second = sum[pair]; /* of the last choice */
     }
     kmp_cost_free(&cost);
     return ok;
