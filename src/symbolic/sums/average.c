@@ -76,7 +76,7 @@ int kmp_average_in(kmp_graph *g, kmp_graph *local, int arguments, kmp_ref expone
                    const kmp_ref *averaged, int places, const double *place)
 {
     const wanted w = {local, arguments, count, places, exponent, needed, averaged, place};
-    int found = kmp_graph_find_implicit(g, is_of, &w);
+    int found = kmp_graph_failed(local) ? -1 : kmp_graph_find_implicit(g, is_of, &w);
     if (found < 0)
         return kmp_graph_add_implicit(
             g, kmp_average_new(local, arguments, exponent, needed, count, averaged, places, place));
