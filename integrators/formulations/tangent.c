@@ -12,6 +12,8 @@ enum { MOST_MOTIONS = 512 };
 /* Bounds on operations, in total and per coordinate, for a second derivation of R. It takes as long as the gain of some
  * thousand evaluations for bodies that turn in space, and longer in the plane, or where M and C take few operations. */
 enum { LEAST_OPERATIONS = 350, LEAST_A_MOTION = 32 };
+/* Nodes of the graph, as a multiple of the operations of motion, about. */
+enum { NODES = 6 };
 
 /* Blocks of each value by q and by qd; -1: zero, or not needed. */
 static const int by_q[KMP_VALUES] = {KMP_R_Q, KMP_JTMU_Q, -1, KMP_RATE_Q, KMP_CURVE_Q, KMP_POWER_Q};
@@ -322,7 +324,9 @@ static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, u
     sets |= system->load_row_count > 0 ? KMP_SET_INVERSE : 0;
     gather g = {.t = tangents};
     kmp_events events = system->events; /* the system has recorded all conditions: none is added */
+    const uint32_t operations = (uint32_t)system->motion->code[system->motion->stages];
     const kmp_scene scene = {.sets = sets,
+                             .nodes = NODES * operations,
                              .scheme = KMP_SCHEME_COMPOSITE,
                              .events = &events,
                              .charted = true,

@@ -19,6 +19,8 @@
  * and C take fewer, articulated bodies are not tried. */
 #define LEAST_OF_COORDINATE 15
 #define LEAST_OF_ENTRY      8
+/* Nodes of their graph, as a multiple of the operations by M and C, about. */
+#define NODES 3
 /* M^-1 J' has at most so many entries. */
 #define MOST_ENTRIES 250000
 
@@ -322,6 +324,7 @@ static kempe_status derive_articulated(kempe_system *s, const kmp_savings *first
 {
     const kmp_scene scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
                              .efforts = true,
+                             .nodes = NODES * (uint32_t)s->motion->code[s->motion->stages],
                              .first = first,
                              .events = &s->events,
                              .frictionless = s->frictionless,
