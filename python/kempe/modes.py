@@ -20,7 +20,8 @@ class Modes(Reported, Drawn):
     _noun = "modes"
     _kept = ("zero_count", "is_unstable")
     modes: TableOf = TableOf(
-        "A row for each eigenvalue: re, im (1/s), frequency (Hz), damping, decay (s), re.NAME, im.NAME."
+        "A row for each eigenvalue: re, im (1/s), frequency (Hz), damping, decay (s), re.NAME, im.NAME; "
+        "with sampled states z.re and z.im, too."
     )
     rows: TableOf = TableOf("Of a sweep: NAME, re.1, im.1, ..; otherwise the modes.")
     critical: TableOf = TableOf("Values of a sweep at which a mode becomes unstable or stable.")
@@ -35,6 +36,14 @@ class Modes(Reported, Drawn):
         (dtype('complex128'), True)
         """
         made: NDArray[Any] = self.modes["re"] + 1j * self.modes["im"]
+        return made
+
+    @property
+    def z(self) -> NDArray[np.complex128]:
+        """With sampled states: eigenvalues from one sample to the next; `eigenvalues` are ln(z)/T. Otherwise empty."""
+        if "z.re" not in list(self.modes):
+            return np.zeros(0, complex)
+        made: NDArray[Any] = self.modes["z.re"] + 1j * self.modes["z.im"]
         return made
 
     @property

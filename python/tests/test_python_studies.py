@@ -463,7 +463,11 @@ def test_modes():
     modes = kempe.Model(EXAMPLES / "quarter_car/quarter_car.yaml").system().modes()
     assert modes.zero_count == 0 and not modes.is_unstable and len(modes.eigenvalues) == modes.modes.row_count
     assert modes.rows.row_count and modes.critical.row_count == 0 and modes.state.row_count == 1
-    assert np.all(modes.eigenvalues.real < 0)
+    assert np.all(modes.eigenvalues.real < 0) and modes.z.size == 0
+    sampled = kempe.Model(EXAMPLES / "hydraulic_excavator/hydraulic_excavator.yaml").system().modes()
+    slow = abs(sampled.z) > 0.1
+    np.testing.assert_allclose(np.exp(0.01 * sampled.eigenvalues[slow]), sampled.z[slow], rtol=1e-12)
+    assert slow.sum() == 18 and sampled.is_unstable and "unstable" in sampled._repr_html_()
 
 
 def test_response():

@@ -46,6 +46,12 @@ static void test_choice(void)
                  "(the start holds it)");
     check_choice(HINGES "  D: {revolute: [ground.D, rocker.O]}\nrun: {outputs: [reaction(A)]}\n", "A",
                  "output reaction(A) needs its reaction");
+    check_choice(HINGES "  D: {revolute: [ground.D, rocker.O]}\nalgebraic: {pull: 2*reaction(A).x}\n", "A",
+                 "the expression 2*reaction(A).x needs its reaction");
+    check_choice(HINGES "  D: {revolute: [ground.D, rocker.O]}\nstates: {s: {rate: reaction(B).y - s}}\n", "B",
+                 "the expression reaction(B).y - s needs its reaction");
+    check_choice(HINGES "  D: {revolute: [ground.D, rocker.O]}\nrun: {until: reaction(A).x > 5}\n", "A",
+                 "the expression reaction(A).x > 5 needs its reaction");
     check_choice(HINGES "  D: {revolute: [ground.D, rocker.O], cut: yes}\n", "D", "the model prescribes it (cut: yes)");
     check_choice(HINGES "  D: {revolute: [ground.D, rocker.O], cut: no}\nsensors: {s: 2*q( C )}\n"
                         "loops: {G: {coupler: {B: 1, C: 2}}}\n",

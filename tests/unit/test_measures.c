@@ -280,8 +280,9 @@ static double at(const kempe_table *table, int row, const char *column)
 /* The force on the bob is m (a - g), with a by the table of accelerations. The pin has no moment. */
 static void reactions(void)
 {
-    loaded l = load_text(PENDULUM "sensors: {fx: reaction(pin).x, fy: reaction(pin).y, m: moment(pin).z,\n"
-                                  "          ax: acceleration(bob.C).x, twice: 2*reaction(pin).y}\n"
+    loaded l = load_text(PENDULUM "algebraic: {up: reaction(pin).y}\n"
+                                  "sensors: {fx: reaction(pin).x, fy: reaction(pin).y, m: moment(pin).z,\n"
+                                  "          ax: acceleration(bob.C).x, twice: 2*up}\n"
                                   "run: {t_end: 0.5, output_step: 0.1, rtol: 1e-10, atol: 1e-10,\n"
                                   "      outputs: [q, qdd, reaction(pin), fx, fy, m, ax, twice]}\n");
     kempe_table *table = run_of(&l, NULL);

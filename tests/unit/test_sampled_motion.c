@@ -8,6 +8,7 @@
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
 #include <kempe/response.h>
+#include <kempe/sensitivity.h>
 
 /* A rotor under a sampled controller of angle and rate. */
 #define ROTOR                                                                                                          \
@@ -303,6 +304,34 @@ static void free_motion(void)
     unload(&l);
 }
 
+/* A cart on a spring under a sampled controller, x = K r/(k + K), u = k x: derivatives of its rest by the gain. Runs
+ * are refused. */
+static void sensitivity_of_rest(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "parameters: {K: 200, k: 50, r: 0.3}\n"
+                         "states: {u: {sample: 20 ms, next: K*(r - q(x)) - 40*qd(x)}}\n"
+                         "bodies: {cart: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\n"
+                         "forces: {spring: {joint: x, spring: {stiffness: k}}, drive: {joint: x, force: u}}\n");
+    const double K = 200, k = 50, r = 0.3, sum = K + k;
+    kempe_sensitivity_options asked = {.of = "equilibrium", .parameters = "K,k", .outputs = "q(x),u"};
+    kempe_sensitivity *s = NULL;
+    kempe_table *table = NULL;
+    CHECK(l.model && kempe_sensitivity_new(l.model, &asked, &s) == KEMPE_OK);
+    CHECK(s && kempe_sensitivity_table(s, "rows", &table) == KEMPE_OK);
+    CHECK_NEAR(cell(table, 0, "q.x"), K * r / sum, 1e-13);
+    CHECK_NEAR(cell(table, 0, "q.x/K"), k * r / (sum * sum), 1e-12);
+    CHECK_NEAR(cell(table, 0, "q.x/k"), -K * r / (sum * sum), 1e-12);
+    CHECK_NEAR(cell(table, 0, "state.u/K"), k * k * r / (sum * sum), 1e-12);
+    kempe_table_free(table);
+    kempe_sensitivity_free(s);
+    s = NULL;
+    asked.of = "modes";
+    CHECK(l.model && kempe_sensitivity_new(l.model, &asked, &s) == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_context_message(l.context), "state 'u' is sampled"));
+    unload(&l);
+}
+
 /* -- frequency response ------------------------------------------------------------------------------ */
 
 /* x(k+1) = A x + b r of the rotor with x = (q, qd), and q = (1, 0) (z - A)^-1 b r; before the next sample its torque is
@@ -375,6 +404,7 @@ int main(void)
     TEST(modes_of_a_rotor);
     TEST(critical_gains);
     TEST(free_motion);
+    TEST(sensitivity_of_rest);
     TEST(response_of_a_rotor);
     return check_report();
 }

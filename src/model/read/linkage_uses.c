@@ -9,6 +9,7 @@ typedef struct search {
     kmp_reader *r;
     kmp_linkage *g;
     const char *reason; /* of the use found */
+    bool outputs;       /* texts are outputs, not expressions */
 } search;
 
 /* The joint that a coordinate `JOINT` or `JOINT.k` of a file belongs to; NULL: none of `joints`. */
@@ -56,11 +57,12 @@ static const char *skip_spaces(const char *s)
     return s + strspn(s, " \t");
 }
 
+const char *const kmp_words_of_loads[] = {"lambda", "reaction", "moment", NULL};
+
 /* Every WORD(NAME) of a text. */
 static void look_through(const search *s, const kmp_yaml *node)
 {
     static const char *const coordinates[] = {"q", "qd", "qdd", "angle", NULL};
-    static const char *const multipliers[] = {"lambda", "reaction", "moment", NULL};
     for (const char *at = node->text; *at;) {
         if (!in_name(*at)) {
             at++;
@@ -80,9 +82,10 @@ static void look_through(const search *s, const kmp_yaml *node)
             continue;
         if (is_word(word, length, coordinates))
             need(s, node->text_place.file, name, count);
-        kmp_edge *edge = is_word(word, length, multipliers) ? find_edge(s, node->text_place.file, name, count) : NULL;
+        kmp_edge *edge =
+            is_word(word, length, kmp_words_of_loads) ? find_edge(s, node->text_place.file, name, count) : NULL;
         if (edge && !edge->requested)
-            edge->requested = node->text;
+            edge->requested = kmp_reader_say(s->r, "%s %s", s->outputs ? "output" : "the expression", node->text);
     }
 }
 
@@ -152,7 +155,7 @@ static void find_start(const search *s, const char *key)
 
 void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
 {
-    search s = {r, g, ""};
+    search s = {r, g, "", false};
     search_list(&s, "start", "hold", "the start holds it");
     search_keys(&s, "start", "goals", "the start has a goal for it");
     search_list(&s, "run", "independent", "it is given as independent");
@@ -160,7 +163,11 @@ void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
     search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");
     search_entries(&s, "loops", "loop '%s' depends on it", "loop '%s' depends on it");
     search_entries(&s, "sensors", "sensor '%s' shows it", "sensor '%s' shows it");
+    search_entries(&s, "states", "state '%s' depends on it", "state '%s' depends on it");
+    search_entries(&s, "algebraic", "variable '%s' depends on it", "variable '%s' depends on it");
+    s.outputs = true;
     search_texts(&s, "outputs", "output %s needs it");
+    s.outputs = false;
     search_texts(&s, "until", "the condition %s depends on it");
     find_start(&s, "q");
     find_start(&s, "qd");

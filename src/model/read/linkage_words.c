@@ -60,7 +60,7 @@ const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut)
     if (cut->wish == KMP_CUT_YES)
         return "the model prescribes it (cut: yes)";
     if (cut->requested)
-        return kmp_reader_say(r, "output %s needs its reaction", cut->requested);
+        return kmp_reader_say(r, "%s needs its reaction", cut->requested);
     int count = kmp_linkage_path(g, cut->body[0], cut->body[1]);
     for (int k = 0; k < count; k++) {
         const kmp_edge *edge = &g->edges[g->path[k]];

@@ -22,6 +22,16 @@ static bool has_word(const char *text, const char *word)
     return false;
 }
 
+/* True if a text contains WORD(. */
+static bool calls(const char *text, const char *word)
+{
+    size_t length = strlen(word);
+    for (const char *s = strstr(text, word); s; s = strstr(s + 1, word))
+        if ((s == text || !is_letter(s[-1])) && s[length + strspn(s + length, " \t")] == '(')
+            return true;
+    return false;
+}
+
 /* The name in the file's own notation. A name unknown to that file keeps its prefix, which no word of the file has. */
 static const char *name_in(const kmp_reader *r, int file, const char *name)
 {
@@ -30,13 +40,15 @@ static const char *name_in(const kmp_reader *r, int file, const char *name)
     return length > 0 && strncmp(name, instance->prefix, length) == 0 ? name + length : name;
 }
 
-/* Under a name, and with lambda in it or another one that waits. */
+/* Under a name, and with multipliers in it or another one that waits. */
 static bool waits(const kmp_reader *r, const kmp_yaml *map, int i)
 {
     const kmp_yaml *node = map->items[i];
     if (node->kind != KMP_YAML_SCALAR || node->empty)
         return false;
-    bool found = has_word(node->text, "lambda");
+    bool found = false;
+    for (int k = 0; kmp_words_of_loads[k] && !found; k++)
+        found = calls(node->text, kmp_words_of_loads[k]);
     for (int k = 0; k < i && !found; k++) {
         const kmp_unknowns *other = &r->model->unknowns[r->first_algebraic + k];
         found = other->late && has_word(node->text, name_in(r, node->text_place.file, other->name));

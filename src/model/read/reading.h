@@ -108,6 +108,9 @@ typedef enum kmp_linked { KMP_LINKED_NOT, KMP_LINKED_TREE, KMP_LINKED_CUT } kmp_
 /** Finds the joint of `JOINT` or `JOINT.k` among those between bodies: in the tree, or not (also when it is faulty). */
 kmp_linked kmp_linkage_find(const kmp_reader *r, const char *coordinate);
 
+/** Words of expressions whose argument is a closure with its multipliers; NULL ends the list. */
+extern const char *const kmp_words_of_loads[];
+
 /** Reports keys of numbers that belong to another kind of joint than `row` (NULL: to any). */
 void kmp_check_joint_keys(kmp_reader *r, const kmp_joint_row *row, const kmp_yaml *joint, const char *what);
 

@@ -141,7 +141,7 @@ static kempe_status find_reactions(kempe_sensitivity *s)
 }
 
 const kmp_sensitivity_kind kmp_sensitivity_equilibrium = {
-    .name = "equilibrium", .find = find_equilibrium, .outputs = place_outputs};
+    .name = "equilibrium", .find = find_equilibrium, .outputs = place_outputs, .rests = true};
 
 const kmp_sensitivity_kind kmp_sensitivity_reactions = {
-    .name = "reactions", .find = find_reactions, .outputs = reaction_outputs};
+    .name = "reactions", .find = find_reactions, .outputs = reaction_outputs, .rests = true};

@@ -135,9 +135,24 @@ static kempe_status derive(kempe_sensitivity *s)
     return KEMPE_OK;
 }
 
+/* At an equilibrium each sampled state is its `next`, as in the averaged system. */
+static kempe_status take_samples(kempe_sensitivity *s)
+{
+    bool start = s->options->at && strcmp(s->options->at, "start") == 0;
+    if (!kmp_model_has_samples(s->model))
+        return KEMPE_OK;
+    if (!s->kind->rests || start)
+        return kmp_refuse_samples(s->model, "sensitivities", false);
+    KMP_TRY(kempe_system_new(s->model, &s->given));
+    KMP_TRY(kmp_averaged_new(s->given, "sensitivities", &s->averaged));
+    s->model = kmp_averaged_system(s->averaged, s->given)->model;
+    return KEMPE_OK;
+}
+
 static kempe_status prepare(kempe_sensitivity *s)
 {
     KMP_TRY(find_kind(s));
+    KMP_TRY(take_samples(s));
     KMP_TRY(check_method(s));
     KMP_TRY(take_names(s));
     return derive(s);
@@ -155,7 +170,6 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     double begin = kmp_cpu_now();
     kmp_context_begin(model->context);
     KMP_TRY(kmp_model_check_finished(model));
-    KMP_TRY(kmp_refuse_samples(model, "sensitivities", false));
     KMP_MAKE(model->context, kempe_sensitivity, s);
     *s = (kempe_sensitivity){.kind = kinds[0],
                              .model = model,
@@ -191,6 +205,8 @@ void kempe_sensitivity_free(kempe_sensitivity *s)
         return;
     kempe_system_free(s->system);
     kmp_variant_free(s->variant);
+    kmp_averaged_free(s->averaged);
+    kempe_system_free(s->given);
     kmp_columns_free(&s->outputs);
     kmp_free(s->column);
     kmp_free(s->unit);

@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include "derivatives/averaged.h"
 #include "derivatives/parameter_slopes.h"
 #include "model/variant.h"
 #include "output/convergence.h"
@@ -13,7 +14,9 @@ typedef struct kmp_sensitivity_kind kmp_sensitivity_kind;
 
 struct kempe_sensitivity {
     const kmp_sensitivity_kind *kind;
-    const kempe_model *model;
+    const kempe_model *model; /* the given one, or the averaged one of its sampled states */
+    kempe_system *given;      /* with `averaged` alone */
+    kmp_averaged *averaged;   /* NULL: the model is the given one */
     kempe_context *context;
     const kempe_sensitivity_options *options; /* while it is found */
     const kempe_run_options *run;             /* likewise */
@@ -51,6 +54,7 @@ struct kmp_sensitivity_kind {
     bool integrals;         /* it has some, and methods */
     kempe_status (*find)(kempe_sensitivity *s);
     void (*outputs)(const kempe_model *model, kmp_text *words); /* the default ones; NULL: the model's */
+    bool rests; /* of a state at rest, where sampled states are averaged ones (derivatives/averaged.h) */
 };
 
 static inline size_t kmp_sensitivity_width(const kempe_sensitivity *s)
