@@ -23,6 +23,9 @@ struct kmp_compliant {
     const kmp_expr *speed; /* of friction: below it the friction is viscous, NULL: by an expression of slip */
 };
 
+/** The radial clearance of a journal, m; NaN of any other element. */
+double kmp_force_clearance(const kempe_model *model, const kmp_force *force);
+
 /** The depth at a value of the condition that the bodies touch: of a journal with the clearance c that value is
  * (e^2 - c^2)/(2 c), of any other contact the depth. */
 double kmp_compliant_depth(const kempe_model *model, const kmp_force *force, double value);

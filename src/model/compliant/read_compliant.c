@@ -535,16 +535,25 @@ void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, km
     read_impact(&c);
 }
 
+static const kmp_expr *clearance_of(const kmp_force *force)
+{
+    return force->kind == KMP_FORCE_COMPLIANT ? force->compliant->clearance : NULL;
+}
+
+double kmp_force_clearance(const kempe_model *model, const kmp_force *force)
+{
+    const kmp_expr *clearance = clearance_of(force);
+    double *parameters = clearance ? KMP_NEW(double, model->parameter_count + 1) : NULL, c = NAN;
+    for (int k = 0; parameters && k < model->parameter_count; k++)
+        parameters[k] = model->parameters[k].number.value;
+    if (parameters)
+        c = kmp_expr_value(clearance, parameters);
+    kmp_free(parameters);
+    return c;
+}
+
 double kmp_compliant_depth(const kempe_model *model, const kmp_force *force, double value)
 {
-    double *parameters = KMP_NEW(double, model->parameter_count + 1), c;
-    if (force->compliant->form != KMP_COMPLIANT_JOURNAL || !parameters) {
-        kmp_free(parameters);
-        return value;
-    }
-    for (int k = 0; k < model->parameter_count; k++)
-        parameters[k] = model->parameters[k].number.value;
-    c = kmp_expr_value(force->compliant->clearance, parameters);
-    kmp_free(parameters);
-    return sqrt(c * (c + 2 * value)) - c;
+    double c = kmp_force_clearance(model, force);
+    return isnan(c) ? value : sqrt(c * (c + 2 * value)) - c;
 }
