@@ -71,7 +71,6 @@ static void add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force
 static void show(const kmp_tree *tree, const kmp_pressing *at, kmp_ref holds, const kmp_ref *size, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
-    kmp_ref square = kmp_add(g, kmp_mul(g, at->x, at->x), kmp_mul(g, at->y, at->y));
     const kmp_ref shown[] = {at->depth, at->rate, at->slip[0]};
     value[0] = size[0];
     value[1] = kmp_select(g, holds, size[1], KMP_ZERO);
@@ -79,7 +78,8 @@ static void show(const kmp_tree *tree, const kmp_pressing *at, kmp_ref holds, co
         value[2 + k] = kmp_select(g, holds, shown[k], KMP_ZERO);
     value[5] = at->x;
     value[6] = at->y;
-    value[7] = kmp_sqrt(g, square);
+    value[7] = at->eccentricity;
+    value[8] = at->z;
 }
 
 /* Runs end where the journal's centre is farther from that of the bearing than ten clearances and half a radius. */
@@ -92,7 +92,8 @@ static void end_outside(const kmp_tree *tree, const kmp_force *force, const kmp_
     kmp_ref most = kmp_mul(g, kmp_const(g, 10), kmp_tree_expression(tree, made->clearance));
     if (made->radius)
         most = kmp_add(g, most, kmp_mul(g, kmp_const(g, 0.5), kmp_tree_expression(tree, made->radius)));
-    kmp_ref square = kmp_add(g, kmp_mul(g, at->x, at->x), kmp_mul(g, at->y, at->y));
+    kmp_ref square =
+        kmp_add(g, kmp_add(g, kmp_mul(g, at->x, at->x), kmp_mul(g, at->y, at->y)), kmp_mul(g, at->z, at->z));
     kmp_tree_end(tree, force, KMP_PRESSING_OUT, kmp_sub(g, kmp_mul(g, most, most), square),
                  "give start values that place it there, or a stiffer contact",
                  "the journal of '%s' is not in its bearing", force->name);
