@@ -145,6 +145,10 @@ static void add_contacts(rewriting *w, const loose *l)
 static bool find_directions(const rewriting *w, loose *l)
 {
     const kmp_yaml *normal = kmp_yaml_get(kmp_yaml_get(l->map, "contact"), "axis"), *along = direction_of(l);
+    const kmp_yaml *contact = kmp_yaml_get(l->map, "contact");
+    const char *what = kmp_reader_say(w->r, "contact of %s", l->what);
+    if (!kmp_read_required(w->r, contact, what, "length") || !kmp_read_required(w->r, contact, what, "height"))
+        return false;
     l->along = letter_of(along);
     l->normal = normal ? letter_of(normal) : 2;
     if (l->along < 0)

@@ -191,7 +191,7 @@ bool kmp_read_journal(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
         place_ball(&c);
     else
         place_journal(&c);
-    return journal->clearance && force->vector[0] && !r->wrong;
+    return journal->clearance && force->vector[0] && force->vector[1];
 }
 
 /* With its centre at (x, y), e = |(x, y)|, the distance (c^2 - e^2)/(2 c) is zero where the surfaces touch, has the
