@@ -2,28 +2,12 @@
 /* Joints with clearance beyond the compliant journal: a rigid journal against the digits of
  * examples/loose_pin/reference_loose_pin.py, sliders in guides against closed forms, a ball in its socket against the
  * closed form of an elastic impact. That of examples/loose_slider has equations of its own. */
-#include "loaded.h"
-#include "studies/simulate/trajectory.h"
+#include "ways.h"
 #include <kempe/table.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
-static kempe_trajectory *simulate(const loaded *l, const char *formulation, double t_end)
-{
-    kempe_trajectory *run = NULL;
-    kempe_run_options options = {.formulation = formulation,
-                                 .integrator = "dop853",
-                                 .rtol = 1e-12,
-                                 .atol = 1e-14,
-                                 .t_end = t_end,
-                                 .no_convergence_check = 1};
-    kempe_status status = l->system ? kempe_simulate(l->system, &options, &run) : KEMPE_E_INPUT;
-    CHECK(status == KEMPE_OK);
-    if (!run)
-        printf("%s: %s\n", formulation, kempe_context_message(l->context));
-    return run;
-}
+static const way precise[] = {{"reduced", NULL, "dop853", 1e-9, 1e-14}, {"projected", NULL, "dop853", 1e-9, 1e-14}};
 
 /* -- rigid journals --------------------------------------------------------------------------------------- */
 
@@ -98,16 +82,16 @@ static loaded slider_crank(const char *form, double restitution)
 /* Errors grow from impact to impact; the last of twelve is right to 1e-8, one in five with sliding pieces to 1e-9. */
 static void rigid_pin(void)
 {
-    static const char *const forms[] = {"loop", "tree"}, *const formulations[] = {"reduced", "projected"};
+    static const char *const forms[] = {"loop", "tree"};
     for (int k = 0; k < 4; k++) {
         loaded l = slider_crank(forms[k / 2], 0.9), sliding = slider_crank(forms[k / 2], 0);
-        kempe_trajectory *run = simulate(&l, formulations[k % 2], 0.002);
+        kempe_trajectory *run = simulate(&l, &precise[k % 2], 0.002);
         if (run) {
             check_impacts(run, sizeof rebounds / sizeof *rebounds, rebounds, 1e-8);
             CHECK(run->verdict.drift_rel < 1e-9);
         }
         kempe_trajectory_free(run);
-        if ((run = simulate(&sliding, formulations[k % 2], 0.009))) {
+        if ((run = simulate(&sliding, &precise[k % 2], 0.009))) {
             check_impacts(run, sizeof slides / sizeof *slides, slides, 1e-9);
             CHECK(run->verdict.drift_rel < 1e-9);
         }
@@ -166,7 +150,7 @@ static void resting_slider(void)
                        "run: {outputs: [q, force(S_front_lower), force(S_rear_lower)]}\n",
                        body);
         loaded l = load_text(text);
-        kempe_trajectory *run = simulate(&l, "reduced", 0.3);
+        kempe_trajectory *run = simulate(&l, &precise[0], 0.3);
         CHECK_NEAR(last_of(run, "force(S_front_lower)", "force.S_front_lower.depth"), front, 1e-9 * front);
         CHECK_NEAR(last_of(run, "force(S_rear_lower)", "force.S_rear_lower.depth"), rear, 1e-9 * rear);
         CHECK(last_of(run, "force(S_front_upper)", "force.S_front_upper.normal") == 0);
@@ -191,7 +175,7 @@ static void rigid_slider(void)
                                "run: {outputs: [q, force(S_front_lower)]}\n";
     const double t = sqrt(2 * 1e-3 / 9.81);
     loaded l = load_text(text);
-    kempe_trajectory *run = simulate(&l, "reduced", 0.1);
+    kempe_trajectory *run = simulate(&l, &precise[0], 0.1);
     int struck = 0;
     for (int k = 0; run && k < run->log.kept; k++)
         if (strcmp(run->log.entries[k].kind, "impact") == 0) {
@@ -233,7 +217,7 @@ static void ball_in_socket(void)
         char model[1000];
         (void)snprintf(model, sizeof model, text, laws[k], k ? "S_journal" : "S");
         loaded l = load_text(model);
-        kempe_trajectory *run = simulate(&l, "reduced", 0.006);
+        kempe_trajectory *run = simulate(&l, &precise[0], 0.006);
         const kmp_run_log *log = &run->log;
         CHECK(run && log->kept == (k ? 1 : 2));
         if (run && log->kept > 0)
