@@ -101,6 +101,37 @@ static void rigid_pin(void)
     }
 }
 
+/* A joint of the tree starts as the one without clearance where its coordinates are held and at rest. */
+static void ideal_start(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "parameters: {w: 500}\n"
+        "bodies:\n"
+        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 0.3, inertia: {zz: 1e-4}, points: {B: [0.05, 0, "
+        "0]}}\n"
+        "  slider: {joint: {name: S, prismatic: x, at: ground}, mass: 0.14}\n"
+        "  rod: {joint: {name: pin, revolute: z, at: slider, clearance: 0.5 mm, contact: {law: hertz, stiffness: "
+        "1e9}}, mass: 0.21, com: [-0.06, 0, 0], inertia: {zz: 2.5e-4}, points: {B: [-0.12, 0, 0]}}\n"
+        "drives: {motor: {joint: A, angle: 40 deg + w*t}}\n"
+        "loops: {B: {ball: [crank.B, rod.B]}}\n"
+        "start: {q: {A: 40 deg, S: 0.15, pin: -20 deg}, hold: [A, pin_x, pin_y], qd: {A: w, pin_x: 0, pin_y: 0}}\n";
+    const double angle = 40 * 3.14159265358979323846 / 180, r = 0.05, l = 0.12, w = 500;
+    const double rod = -asin(r * sin(angle) / l), turning = -r * w * cos(angle) / (l * cos(rod));
+    loaded model = load_text(text);
+    kempe_trajectory *run = simulate(&model, &precise[0], 1e-9);
+    kempe_table *table = NULL;
+    CHECK(run && kempe_trajectory_outputs(run, "q,qd", &table) == KEMPE_OK);
+    const char *const names[] = {"q.S", "q.pin", "q.pin_x", "qd.S", "qd.pin", "qd.pin_x", "qd.pin_y"};
+    const double expected[] = {
+        r * cos(angle) + l * cos(rod), rod, 0, -r * w * sin(angle) - l * sin(rod) * turning, turning, 0, 0};
+    for (int k = 0; table && k < 7; k++)
+        CHECK_NEAR(kempe_table_number(table, 0, kempe_table_find(table, names[k])), expected[k], 1e-11 * w);
+    kempe_table_free(table);
+    kempe_trajectory_free(run);
+    unload(&model);
+}
+
 /* -- guides ------------------------------------------------------------------------------------------------ */
 
 static double last_of(const kempe_trajectory *run, const char *names, const char *column)
@@ -237,6 +268,7 @@ static void ball_in_socket(void)
 int main(void)
 {
     TEST(rigid_pin);
+    TEST(ideal_start);
     TEST(resting_slider);
     TEST(rigid_slider);
     TEST(ball_in_socket);

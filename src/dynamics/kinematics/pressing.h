@@ -6,8 +6,8 @@
 #include "model/compliant/compliant.h"
 
 /** Conditions of a contact, numbers of kmp_tree_condition: its bodies touch; its law would pull; its journal is out of
- * the bearing; its law has no force at so great a depth. */
-enum { KMP_PRESSING, KMP_PRESSING_PULLS, KMP_PRESSING_OUT, KMP_PRESSING_DEEP };
+ * the bearing; its law has no force at so great a depth; its film has its least thickness. */
+enum { KMP_PRESSING, KMP_PRESSING_PULLS, KMP_PRESSING_OUT, KMP_PRESSING_DEEP, KMP_PRESSING_THIN };
 
 typedef struct kmp_pressing {
     kmp_ref open;                  /* negative where the bodies touch: the gap, or a smooth function of it */

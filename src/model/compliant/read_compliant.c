@@ -444,6 +444,17 @@ static void read_impact(const contact *c)
     state->contact = 1 + (int)(c->force - model->forces);
 }
 
+static void read_film(const contact *c)
+{
+    const kmp_yaml *map = kmp_yaml_get(c->map, "film");
+    if (!map)
+        return;
+    if (c->made->form != KMP_COMPLIANT_JOURNAL || c->made->ball)
+        kmp_reader_complain(c->r, map->place, "%s: a journal in its bearing has a film, and this is none", c->what);
+    else if (kmp_read_required(c->r, c->map, c->what, "radius") && c->made->radius && c->made->clearance)
+        c->made->film = kmp_read_film(c->r, map, c->what, c->made->clearance, c->made->radius);
+}
+
 void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force)
 {
     struct kmp_compliant *made = KMP_ARENA_NEW(&r->model->arena, struct kmp_compliant, 1);
@@ -460,6 +471,7 @@ void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, km
     refuse_keys(&c);
     read_law(&c);
     read_friction(&c);
+    read_film(&c);
     read_impact(&c);
 }
 

@@ -313,9 +313,9 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
 /* Keys of a contact with a law. */
 static void refuse_laws(kmp_reader *r, const kmp_yaml *map, const char *what, bool of_joint)
 {
-    static const char *const keys[] = {"slip",  "stiffness",  "exponent",  "damping", "young",  "poisson",
-                                       "radii", "least_rate", "clearance", "length",  "corner", "height"};
-    int first = -1, count = of_joint ? 8 : 12;
+    static const char *const keys[] = {"slip",       "stiffness", "exponent",  "damping", "young",  "poisson", "radii",
+                                       "least_rate", "film",      "clearance", "length",  "corner", "height"};
+    int first = -1, count = of_joint ? 9 : 13;
     if (kmp_count_keys(map, KMP_NAMES(keys, count), &first) > 0)
         kmp_reader_complain(r, kmp_yaml_get(map, keys[first])->place,
                             "%s: the key '%s' belongs to a contact with a 'law', or with a 'force'", what, keys[first]);

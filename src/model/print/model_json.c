@@ -334,6 +334,8 @@ static void put_contact(kmp_json *json, const kempe_model *model, const kmp_forc
                                      contact->clearance, contact->radius, contact->speed};
     if (contact->law)
         kmp_json_string(json, "law", contact->law);
+    if (contact->film)
+        kmp_json_string(json, "film", contact->film->law);
     for (int k = 0; k < 6; k++)
         if (exprs[k])
             put_expr(json, keys[k], model, exprs[k]);

@@ -295,6 +295,8 @@ static void show_contact(kmp_text *text, const kempe_model *model, const kmp_for
         put_expr(text, " = ", model, force->effort);
     if (force->holding_effort)
         put_expr(text, ", friction ", model, force->holding_effort);
+    if (contact->film)
+        kmp_text_printf(text, ", film %s", contact->film->law);
     kmp_text_put(text, "\n");
 }
 

@@ -9,13 +9,22 @@ const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
 #undef KMP_OUTPUT
 };
 
-/* The numbers of a compliant contact; the last four are those of a journal, z of a ball. A rigid contact of a journal
+/* The numbers of a compliant contact; the last ones are those of a journal, z of a ball, film_x and
+ * film_y of a film. A rigid contact of a journal
  * has some of them. */
-static const struct {
+typedef struct pressing_row {
     const char *word, *unit;
-} pressing_numbers[] = {{"normal", "N"}, {"friction", "N"}, {"depth", "m"},        {"rate", "m/s"}, {"slip", "m/s"},
-                        {"x", "m"},      {"y", "m"},        {"eccentricity", "m"}, {"z", "m"}};
+} pressing_row;
+
+static const pressing_row pressing_numbers[] = {
+    {"normal", "N"}, {"friction", "N"},     {"depth", "m"}, {"rate", "m/s"}, {"slip", "m/s"}, {"x", "m"},
+    {"y", "m"},      {"eccentricity", "m"}, {"z", "m"},     {"film_x", "N"}, {"film_y", "N"}};
 static const int rigid_numbers[] = {0, 5, 6, 7};
+
+static const pressing_row *pressing_number(const kmp_force *force, int k)
+{
+    return &pressing_numbers[k > 7 && !force->compliant->ball ? k + 1 : k];
+}
 
 static int force_width(const kmp_force *force)
 {
@@ -24,7 +33,8 @@ static int force_width(const kmp_force *force)
         return force->touch.clearance ? width : 1;
     if (force->kind != KMP_FORCE_COMPLIANT)
         return width;
-    return width - (force->compliant->form == KMP_COMPLIANT_GAP ? 4 : force->compliant->ball ? 0 : 1);
+    bool gap = force->compliant->form == KMP_COMPLIANT_GAP;
+    return gap ? 5 : force->compliant->film ? width : force->compliant->ball ? width - 1 : width - 2;
 }
 
 int kmp_output_width(const kempe_model *model, const kmp_output *output)
@@ -149,7 +159,7 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
     else if (output->kind == KMP_OUTPUT_CONTACT)
         kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact_numbers[k % KMP_CONTACT_SHOWN].word);
     else if (output->kind == KMP_OUTPUT_FORCE && model->forces[output->index].kind == KMP_FORCE_COMPLIANT)
-        kmp_text_printf(text, ".%s", pressing_numbers[k].word);
+        kmp_text_printf(text, ".%s", pressing_number(&model->forces[output->index], k)->word);
     else if (is_rigid_journal(model, output))
         kmp_text_printf(text, ".%s", pressing_numbers[rigid_numbers[k]].word);
     else if (kmp_output_width(model, output) > 1)
@@ -160,7 +170,7 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
 static const char *unit_of_force(const kempe_model *model, const kmp_force *force, int k)
 {
     if (force->kind == KMP_FORCE_COMPLIANT)
-        return pressing_numbers[k].unit;
+        return pressing_number(force, k)->unit;
     if (force->kind == KMP_FORCE_TOUCH)
         return k > 0 ? "m" : force->turns ? "N m" : "N";
     bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
