@@ -19,7 +19,7 @@ This page is generated from the pages of the examples (`python3 docs/gallery.py`
 lists the features of each model. [Notebooks](../examples/notebooks/README.md) use some of them from Python.
 """
 GROUPS = (  # title, examples; an example in no group is an error
-    ("Planar linkages", "four_bar crank_rocker slider_crank driven_slider_crank loose_pin chebyshev peaucellier jansen_leg stephenson coupler_fit "
+    ("Planar linkages", "four_bar crank_rocker slider_crank driven_slider_crank loose_pin loose_slider chebyshev peaucellier jansen_leg stephenson coupler_fit "
                         "double_four_bar n_four_bar andrews toggle_press"),
     ("Spatial mechanisms", "bennett bricard slider_crank_spatial spatial_slider_crank n_four_bar_spatial governor"),
     ("Robots", "parallel_robot stewart delta_robot excavator hydraulic_excavator cart_pole stick_slip"),

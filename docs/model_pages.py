@@ -23,7 +23,7 @@ HEAD = """# Index of keys
 Every key, kind, function, unit and output of the model language, with its section. The page is generated (`docs/generate_pages`).
 """
 OWNERS = {"model": "model", "edge": "joint between two bodies", "piece": "piece of a course", "irregularity": "irregularities",
-          "algebraic": "implicit variables", "inertia": "inertia", "contact_friction": "friction of a contact"}
+          "algebraic": "implicit variables", "inertia": "inertia", "contact_friction": "friction of a contact", "film": "film of a journal"}
 FORCES = {"JOINT": "force", "LINE": "force along a line", "CYLINDER": "cylinder", "TORSION": "torsion", "SPRING": "spring", "BUSHING": "bushing", "JOINT_SPRING": "spring in a joint", "STOPS": "joint limits",
           "FRICTION": "friction", "POINT": "force at a point", "BODY": "torque on a body"}
 LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "torque against a growing angle, by `angle` and `rate`"}
@@ -225,8 +225,14 @@ def laws():
                  [(f"`{word}`", f"`{formula}`", source) for word, _, formula, _, source in generate_schema.rows("compliant_laws.def", "KMP_COMPLIANT_LAW")])
 
 
+def films():
+    """Laws of the film of a journal."""
+    return table(("law", "scale", "source"),
+                 [(f"`{word}`", f"`{scale}`", source) for word, scale, source in generate_schema.rows("film_laws.def", "KMP_FILM_LAW")])
+
+
 def rows_of(name):
-    return {"outputs": outputs, "measures": lambda _: measures(), "laws": lambda _: laws()}[name](name)
+    return {"outputs": outputs, "measures": lambda _: measures(), "laws": lambda _: laws(), "films": lambda _: films()}[name](name)
 
 
 def kinds(name):
@@ -267,8 +273,9 @@ def entries():
             place = f"[{title}]({page}#{anchor(title)})"
             for what, name, made in MARK.findall(body):
                 words = [word for line in made.split("\n")[2:] for word in re.findall(r"`(\w+)", line.split("|")[1] if "|" in line else "")]
-                if what == "rows" and name == "laws":
-                    found.update({(line.split("`")[1], "law of contact"): place for line in made.split("\n")[2:] if line})
+                if what == "rows" and name in ("laws", "films"):
+                    role = "law of contact" if name == "laws" else "law of a film"
+                    found.update({(line.split("`")[1], role): place for line in made.split("\n")[2:] if line})
                 elif what == "rows":
                     found.update({(word, "output" if name == "outputs" else "measure"): place for word in words})
                 elif what != "kinds":

@@ -234,6 +234,22 @@ def loose_pin():
     return p
 
 
+def loose_slider():
+    r, l, angle, tilt = 0.05, 0.12, math.radians(50), math.radians(4)  # clearance and tilt are enlarged
+    A = turn(angle, (r, 0))
+    pin = (A[0] + math.sqrt(l * l - A[1] ** 2), 0)
+    p = Picture("Slider-crank with a loose guide, crank turned by 50 degrees, clearance enlarged")
+    for side in (1, -1):
+        p.guide((0.1, side * 0.0185), (0.2, side * 0.0185))
+    p.body("crank", A, (0, 0))
+    p.body("rod", pin, A)
+    p.body("", *(at(pin, tilt, corner) for corner in ((0.03, 0.015), (-0.03, 0.015), (-0.03, -0.015), (0.03, -0.015))))
+    p.pivot((0, 0), "A", True, (-26, 4))
+    p.pivot(A, "B")
+    p.pivot(pin, "slider", shift=(12, 22))
+    return p
+
+
 def driven_slider_crank():
     return slider_crank("Driven slider-crank", math.radians(125))
 
@@ -768,7 +784,7 @@ def toggle_press():
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
-            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin)
+            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider)
 
 if __name__ == "__main__":
     for make in PICTURES:

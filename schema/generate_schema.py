@@ -128,11 +128,13 @@ def force():
 
 def contact_keys():
     laws = {"enum": list(dict.fromkeys(row[0] for row in rows("compliant_laws.def", "KMP_COMPLIANT_LAW")))}
-    return keyed("contact", law=laws, friction={"anyOf": [NUMBER, keyed("contact_friction")]})
+    film = keyed("film", law={"enum": [row[0] for row in rows("film_laws.def", "KMP_FILM_LAW")]})
+    corner = {"enum": ["front_upper", "front_lower", "rear_upper", "rear_lower"]}
+    return keyed("contact", law=laws, film=film, corner=corner, socket=ref("two_points"), friction={"anyOf": [NUMBER, keyed("contact_friction")]})
 
 
 def contact():
-    ways = ("joint", "gap", "point", "sphere", "cylinder", "journal")
+    ways = ("joint", "gap", "point", "sphere", "cylinder", "journal", "socket", "guide")
     return dict(contact_keys(), oneOf=[{"required": [key]} for key in ways],
                 anyOf=[{"required": [key]} for key in ("restitution", "law", "force")])
 

@@ -297,6 +297,29 @@ document.documentElement.dataset.said = JSON.stringify([m.barrels.length, m.guid
         hinges = [point for body in data["picture"]["bodies"] for point in body["points"] if point[3] & 2]
         self.assertEqual([point[5:] for point in hinges], [[0, 0, 1]] * 2)
 
+    def test_loose_pin(self):
+        """The path of the journal in the circle of its clearance, and a histogram of depths, without being asked for."""
+        page = self.make("simulate", "examples/loose_pin/loose_pin.yaml", name="loose_pin")
+        result = json.loads(kempe("simulate", ROOT / "examples/loose_pin/loose_pin.yaml", "--json", "-").stdout)
+        for browser in (DESKTOP, TELEPHONE + DARK):
+            with self.subTest(browser):
+                drawn, data = self.open(page, *browser)
+                [pin], [told] = data["contacts"], result["contacts"]
+                svg = [a for tag, a in drawn.tags if tag == "svg"]
+                self.assertIn(str(len(numbers(pin["x"]))), [a.get("data-points") for a in svg])
+                self.assertIn(str(len(pin["depths"]["bars"])), [a.get("data-bars") for a in svg])
+                away = [math.hypot(*place) for place in zip(numbers(pin["x"]), numbers(pin["y"]))]
+                self.assertEqual((pin["clearance"], pin["name"], told["name"]), (0.5e-3, "pin", "pin"))
+                self.assertGreater(len(away), 5000)
+                self.assertLess(away[0], 1e-12)
+                self.assertAlmostEqual(max(away), pin["clearance"] + told["depths"][-1], delta=2e-7)
+                self.assertEqual(sum(pin["depths"]["bars"]), told["ended"])
+                self.assertEqual([pin["depths"][key] for key in ("began", "ended")], [told["began"], told["ended"]])
+                self.assertEqual(len(told["contacts"]), told["began"])
+                self.assertEqual(max(depth for _, _, depth in told["contacts"] if depth is not None), told["depths"][-1])
+                path = next(a["d"] for tag, a in drawn.tags if tag == "path" and a.get("class") == "touching")
+                self.assertGreater(path.count("M"), 15)
+
     def test_same_bytes(self):
         first = self.make("simulate", "tests/models/pendulum.yaml").read_bytes()
         again = self.make("simulate", "tests/models/pendulum.yaml").read_bytes()

@@ -4,10 +4,14 @@
 
     python3 reference_loose_pin.py > reference.csv
     python3 reference_loose_pin.py events          times of contact without friction, of the digits in tests/unit/test_compliant.c
+    python3 reference_loose_pin.py rigid           impacts of a rigid journal, of the digits in tests/unit/test_clearance.c
 
 The rod turns about the crank's pin, which moves as prescribed: its moment of inertia about that pin times its angular acceleration is
 the moment of the pin's acceleration and of the contact. The slider has one equation. The law of contact is written out. DOP853 of SciPy
 is restarted where the journal touches its bearing and where it leaves; runs at two tolerances agree to the digits written.
+
+A rigid journal strikes with Newton's law of restitution. Without restitution it then slides in the bearing: its force follows from
+e.e'' + e'.e' = 0, and it leaves where this force is zero.
 """
 import math
 import sys
@@ -65,8 +69,72 @@ def contacts(y, end, friction, tolerance):
     return pieces
 
 
+# -- a rigid journal ----------------------------------------------------------------------------------------
+
+
+def accelerations(t, y, normal):
+    """Of the rod and the slider with a normal force, and e'' by them."""
+    phi, phid = y[0], y[1]
+    c, s = math.cos(phi), math.sin(phi)
+    e = geometry(t, y)[0]
+    force = -normal * e / math.hypot(*e) if normal else np.zeros(2)
+    pin = -CRANK * SPEED ** 2 * np.array([math.cos(SPEED * t), math.sin(SPEED * t)])
+    turn = MASS * CENTRE * (s * pin[0] - c * pin[1]) + ROD * (c * force[1] - s * force[0])
+    a = np.array([turn / (INERTIA + MASS * CENTRE ** 2), -force[0] / SLIDER])
+    return a, pin + ROD * np.array([-s * a[0] - c * phid ** 2, c * a[0] - s * phid ** 2]) - np.array([a[1], 0])
+
+
+def sliding_force(t, y):
+    e, ed = geometry(t, y)
+    free, loaded = (e @ accelerations(t, y, normal)[1] + ed @ ed for normal in (0, 1))
+    return free / (free - loaded)
+
+
+def rigid_rates(t, y, closed, *_):
+    a = accelerations(t, y, sliding_force(t, y) if closed else 0)[0]
+    return np.array([y[1], a[0], y[3], a[1]])
+
+
+def strike(t, y, restitution):
+    """The rates after an impact, and the rate at which it strikes."""
+    e, ed = geometry(t, y)
+    n = e / math.hypot(*e)
+    along = np.array([ROD * (n[1] * math.cos(y[0]) - n[0] * math.sin(y[0])), -n[0]])
+    light = along / [INERTIA + MASS * CENTRE ** 2, SLIDER]
+    rate = n @ ed
+    jump = -(1 + restitution) * rate / (along @ light) * light
+    return y + np.array([0, jump[0], 0, jump[1]]), rate
+
+
+def impacts(y, count, restitution, tolerance):
+    """The first events: time, and the rate of an impact or 0 where a sliding journal leaves."""
+    t, closed, found = 0.0, False, []
+    while len(found) < count:
+        change = (lambda t, y, *_: sliding_force(t, y)) if closed else (lambda t, y, *_: CLEARANCE - math.hypot(*geometry(t, y)[0]))
+        change.terminal, change.direction = True, -1
+        run = solve_ivp(rigid_rates, (t, 1), y, "DOP853", events=change, rtol=tolerance, atol=tolerance * 1e-3, first_step=1e-9,
+                        args=(closed,))
+        t, y, rate = run.t[-1], run.y[:, -1], 0.0
+        if not closed:
+            y, rate = strike(t, y, restitution)
+        closed = not closed and restitution == 0
+        found.append((t, rate))
+    return found
+
+
+def print_rigid(start):
+    for restitution, count in ((0.9, 12), (0, 8)):
+        fine, coarse = (impacts(start, count, restitution, tolerance) for tolerance in (3e-14, 1e-12))
+        print(f"restitution {restitution}")
+        for (a, rate), (b, other) in zip(fine, coarse):
+            print(f"{a:.14g} {rate:.12g}  (differ by {abs(a - b):.1e}, {abs(rate - other):.1e})")
+
+
 def main():
     start = np.array([0, -CRANK * SPEED / ROD, CRANK + ROD, 0.0])
+    if sys.argv[1:] == ["rigid"]:
+        print_rigid(start)
+        return
     if sys.argv[1:] == ["events"]:
         fine, coarse = (contacts(start, 0.001, 0, tolerance) for tolerance in (1e-13, 1e-12))
         for (_, a, _), (_, b, _) in zip(fine[:-1], coarse[:-1]):

@@ -254,7 +254,8 @@ KEMPE_API kempe_status kempe_trajectory_print(const kempe_trajectory *trajectory
 /** Tables: "rows": t and the outputs (q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, ..). "log": events between steps,
  * the first thousand (independent coordinates changed, other rows taken, change points crossed, conditions that
  * changed, restarts): t, kind (one word), text (a sentence), and the numbers before and after where one is measured.
- * KEMPE_E_ARGUMENT: another name. */
+ * "contacts": each contact of a compliant contact, its name, its beginning (NaN: before the run), its end (NaN: it has
+ * not ended) and its largest depth in m or rad. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_trajectory_table(const kempe_trajectory *trajectory, const char *name,
                                               kempe_table **table);
 

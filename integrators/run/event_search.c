@@ -100,11 +100,37 @@ static bool any_differs(const kmp_crossing *c, const kmp_look *look)
     return false;
 }
 
-/* Records the sizes of values at a point where no condition has changed. */
-static void note_sizes(kmp_crossing *c, const double *change)
+/* The largest value of the parabola through three points in turn, the middle one above the others. */
+static double vertex(const double *t, const double *x, double t2, double x2)
 {
-    for (int k = 0; k < c->s->events.count; k++)
+    double h0 = t[1] - t[0], h1 = t2 - t[1], s0 = (x[1] - x[0]) / h0, s1 = (x2 - x[1]) / h1;
+    double bend = (s1 - s0) / (h0 + h1), slope = s0 + bend * h0; /* of the parabola, at the middle point */
+    return bend < 0 ? x[1] - 0.25 * slope * slope / bend : x[1];
+}
+
+/* The largest size of a measured condition, also between steps. */
+static void note_peak(kmp_crossing *c, int k, double t, double size)
+{
+    kmp_last_values *v = &c->latest[k];
+    if (v->count > 0 && !(t > v->t[1]))
+        return;
+    if (v->count == 2 && v->x[1] >= v->x[0] && v->x[1] >= size)
+        c->peak[k] = fmax(c->peak[k], vertex(v->t, v->x, t, size));
+    v->t[0] = v->t[1];
+    v->x[0] = v->x[1];
+    v->t[1] = t;
+    v->x[1] = size;
+    v->count = v->count > 0 ? 2 : 1;
+}
+
+/* Records the sizes of values at a point where no condition has changed. */
+static void note_sizes(kmp_crossing *c, double t, const double *change)
+{
+    for (int k = 0; k < c->s->events.count; k++) {
         c->most[k] = fmax(c->most[k], fabs(change[k]));
+        if (c->s->events.condition[k].measured && c->eval->mode[k] > 0)
+            note_peak(c, k, t, fabs(change[k]));
+    }
 }
 
 /* -- bounds over a piece ------------------------------------------------------------------------------ */
@@ -350,7 +376,7 @@ static kempe_status end_piece(kmp_crossing *c, const kmp_look *a, const kmp_look
         *found = true;
         return find_earliest(c, a, b, t);
     }
-    note_sizes(c, b->change);
+    note_sizes(c, b->t, b->change);
     return KEMPE_OK;
 }
 

@@ -34,7 +34,8 @@ kmp_crossing *kmp_crossing_new(kmp_runner *run)
     c->repeats = KMP_ARENA_NEW(a, int, count);
     c->stays = KMP_ARENA_NEW(a, bool, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
-                        KMP_ROOM(double, count, &c->change, &c->last, &c->most, &c->largest)) ||
+                        KMP_ROOM(double, count, &c->change, &c->last, &c->most, &c->largest, &c->peak),
+                        KMP_ROOM(kmp_last_values, count, &c->latest)) ||
         !kmp_event_search_init(&c->search, system, run->spec.closely, a))
         return NULL;
     for (int k = 0; k < count; k++)
@@ -130,6 +131,14 @@ static void change_branch(kmp_crossing *c, int k, double t)
     kmp_eval_set_kink(c->eval, k, idle ? 0 : c->eval->mode[k] > 0 ? -1 : 1);
 }
 
+static void note_contact(kmp_crossing *c, int k, double t, bool begins, double most)
+{
+    const kmp_force *force = c->s->events.condition[k].of;
+    kmp_run_log_contact(c->run->log, (int)(force - c->s->model->forces), t, begins, most);
+    c->peak[k] = 0;
+    c->latest[k].count = 0;
+}
+
 static kempe_status change_condition(kmp_crossing *c, int k, double t)
 {
     const char *advice = c->s->events.condition[k].advice;
@@ -142,7 +151,10 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     const kmp_expr *e = c->s->events.condition[k].expr;
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     kmp_eval_set_mode(c->eval, k, holds);
-    double most = c->s->events.condition[k].measured && !holds ? c->most[k] : NAN;
+    const bool measured = c->s->events.condition[k].measured;
+    double most = measured && !holds ? fmax(c->peak[k], c->most[k]) : NAN;
+    if (measured)
+        note_contact(c, k, t, holds, most);
     kmp_run_log_add(c->run->log, "event", t, NAN, most, "%s became %s", c->s->event_text[k],
                     holds == stated ? "true" : "false");
     c->count++;

@@ -37,6 +37,12 @@ typedef struct kmp_event_search {
     int least;   /* halvings made in any case */
 } kmp_event_search;
 
+/** The last two values of a condition since its last change, for the largest value between them and the next. */
+typedef struct kmp_last_values {
+    int count;
+    double t[2], x[2];
+} kmp_last_values;
+
 typedef struct kmp_crossing {
     kmp_runner *run;
     const kempe_system *s;
@@ -45,6 +51,8 @@ typedef struct kmp_crossing {
     double *change;                /* first - second at the last evaluated point */
     double *last;                  /* time of the last change of each condition */
     double *most;                  /* the largest evaluated value of each condition since then */
+    double *peak;                  /* of a measured condition: the largest value, by parabolas, since then */
+    kmp_last_values *latest;       /* of each condition; used of measured ones */
     int *repeats;
     double kink;     /* part of the largest value of a kink beyond which it is fixed; 0: none is */
     double *largest; /* value of each condition so far, at ends of steps */

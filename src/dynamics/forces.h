@@ -4,7 +4,7 @@
 
 #include "dynamics/formalisms/newton_euler.h"
 
-enum { KMP_FORCE_WIDTH = 8 }; /* values of an element, at most (force_kinds.def) */
+enum { KMP_FORCE_WIDTH = 10 }; /* values of an element, at most (force_kinds.def) */
 
 typedef struct kmp_forces {
     kmp_wrench *applied; /* a link: force and moment about its origin, its axes */

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "report/contact_drawing.h"
 #include "report/motion_picture.h"
 #include "report/result_page.h"
 #include "studies/simulate/observed.h"
@@ -10,9 +11,9 @@
 #include <math.h>
 #include <string.h>
 
-/* Rows of the page: at least so many, at most so many where the table has more; how many times as many the run is
- * repeated with; columns of all outputs. */
-enum { FEWEST_ROWS = 1000, MOST_ROWS = 4000, MOST_DENSER = 1000, MOST_COLUMNS = 300 };
+/* Rows of the page: at least so many, with the path of a journal so many, at most so many where the table has more; how
+ * many times as many the run is repeated with; columns of all outputs. */
+enum { FEWEST_ROWS = 1000, PATH_ROWS = 6000, MOST_ROWS = 4000, MOST_DENSER = 1000, MOST_COLUMNS = 300 };
 
 typedef struct maker {
     kempe_trajectory *t;
@@ -31,9 +32,11 @@ typedef struct maker {
 static int choose_rows(const kempe_trajectory *t)
 {
     int rows = t->status == KEMPE_OK ? t->table.rows - 1 : 0;
+    bool path = kmp_contact_drawing_has_paths(t->system->model);
+    int fewest = path ? PATH_ROWS : FEWEST_ROWS, most = path ? PATH_ROWS : MOST_ROWS;
     if (rows < 1)
-        return FEWEST_ROWS;
-    return rows >= MOST_ROWS ? MOST_ROWS : rows * ((FEWEST_ROWS + rows - 1) / rows);
+        return fewest;
+    return rows >= most ? most : rows * ((fewest + rows - 1) / rows);
 }
 
 /* The state that a run continued from, as a start; without one the model is assembled. */
@@ -227,7 +230,8 @@ static kempe_status write_page(maker *w, kmp_arena *arena, const char *path)
                             .first_count = w->first_count,
                             .left_out = w->observed.left_out,
                             .frames = w->record.row.rows > 0 ? &w->record.row : &w->start.row,
-                            .record = &w->record};
+                            .record = &w->record,
+                            .contacts = t};
     add_facts(&page, t, arena);
     return arena->failed ? kmp_fail_memory(t->system->context) : kmp_result_page_write(&page, path);
 }

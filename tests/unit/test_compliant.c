@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Compliant contact and clearance: restitution of each law against its closed form, depth, force and duration of
  * contacts against their digits, stiffness by Hertz, a slider-crank with a loose pin against digits of two programs,
- * one of them examples/loose_pin/reference_loose_pin.py. */
+ * one of them examples/loose_pin/reference_loose_pin.py; its energy balance over twenty revolutions; times and depths
+ * of contacts. */
+#include "studies/simulate/contact_times.h"
 #include "ways.h"
+#include <kempe/table.h>
 #include <math.h>
 
 /* Collocation misses part of a force that begins like t^1.5: its errors are at most 1e-8 where those of dop853 are
@@ -269,6 +272,82 @@ static void cylinder_in_cylinder(void)
     }
 }
 
+/* Twenty revolutions: the energy balance closes to the tolerance, and the normal force never pulls. Impacts amplify
+ * errors, so that the motions of two ways differ after about one revolution; the balance of each must close. */
+static void twenty_revolutions(void)
+{
+    loaded l = load("tests/models/compliant_pin.yaml");
+    for (int k = 0; k < 2; k++) {
+        kempe_trajectory *run = simulate(&l, &precise[2 * k], 20 * 0.012);
+        kempe_table *table = NULL;
+        CHECK(run && run->status == KEMPE_OK && run->verdict.drift_rel < precise[2 * k].tolerance);
+        CHECK(run && kempe_trajectory_outputs(run, "force(pin)", &table) == KEMPE_OK);
+        int rows = table ? kempe_table_row_count(table) : 0, pushed = 0;
+        const double *normal = table ? kempe_table_values(table, kempe_table_find(table, "force.pin.normal")) : NULL;
+        for (int row = 0; normal && row < rows; row++) {
+            CHECK(normal[row] >= 0);
+            pushed += normal[row] > 0;
+        }
+        CHECK(pushed > rows / 10 && pushed < rows);
+        kempe_table_free(table);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* The times of contacts are those of the log, and the part of time is their sum. */
+static void check_contact_times(const kempe_trajectory *run, const kmp_contact_times *times)
+{
+    double touching = 0, largest = 0;
+    int found = 0, entry = 0;
+    for (int k = 0; k < run->log.contact_count; k++) {
+        const kmp_contact_time *contact = &run->log.contacts[k];
+        const double ends[] = {contact->from, contact->until};
+        for (int i = 0; i < 2 && !isnan(ends[i]); i++) {
+            while (entry < run->log.kept && !strstr(run->log.entries[entry].text, "contact of 'pin'"))
+                entry++;
+            CHECK(entry < run->log.kept && run->log.entries[entry++].t == ends[i]);
+        }
+        touching += (isnan(contact->until) ? run->report.t : contact->until) - contact->from;
+        largest = fmax(largest, isnan(contact->most) ? 0 : kmp_contact_time_depth(run, k));
+        found += !isnan(contact->most);
+    }
+    CHECK(times->ended == found && found > 5);
+    CHECK_NEAR(times->touching, touching / run->report.t, 1e-12);
+    CHECK(times->depth[KMP_DEPTHS - 1] == largest && times->depth[0] > 0);
+    for (int k = 1; k < KMP_DEPTHS; k++)
+        CHECK(times->depth[k] > times->depth[k - 1]);
+}
+
+/* The largest depth of a first contact is that of its rate; that of the ball by its closed form in largest_depth. */
+static void contact_times(void)
+{
+    kmp_contact_times times;
+    loaded l = load("tests/models/compliant_pin.yaml");
+    kempe_trajectory *run = simulate(&l, &precise[0], 0.0125);
+    char *text = NULL;
+    if (run && kmp_contact_times_find(run, 0, &times) == KEMPE_OK) {
+        check_contact_times(run, &times);
+        CHECK(times.turning && strcmp(times.turning, "A") == 0);
+        CHECK_NEAR(times.turns, 0.0125 / 0.012, 1e-9);
+    }
+    CHECK(run && kempe_trajectory_print(run, KEMPE_TEXT, &text) == KEMPE_OK && strstr(text, "for each turn of 'A'"));
+    kempe_text_free(text);
+    CHECK(run && kempe_trajectory_print(run, KEMPE_JSON, &text) == KEMPE_OK && strstr(text, "\"depths\""));
+    kempe_text_free(text);
+    kempe_trajectory_free(run);
+    unload(&l);
+    l = ball("law: hunt_crossley, damping: 0.2, stiffness: 1e6", "");
+    run = simulate(&l, &precise[0], 0.1);
+    if (run && kmp_contact_times_find(run, 0, &times) == KEMPE_OK) {
+        CHECK(times.begun == 1 && times.ended == 1 && !times.turning);
+        CHECK_NEAR(times.depth[0], 0.0041431400504978336419, 1e-6);
+        CHECK_NEAR(times.touching, 0.01299164240163874 / 0.1, 1e-9);
+    }
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 /* A start far from the bearing is refused with the name of the joint. */
 static void pin_outside(void)
 {
@@ -311,6 +390,8 @@ int main(void)
     TEST(loose_pin_with_friction);
     TEST(cylinder_in_cylinder);
     TEST(pin_outside);
+    TEST(twenty_revolutions);
+    TEST(contact_times);
     TEST(summary);
     return check_report();
 }

@@ -6,11 +6,12 @@
  * slip
  *
  * A law of the table has an elastic energy as its potential; what else it takes is work. */
+#include "dynamics/forces/journal_film.h"
 #include "dynamics/forces/law.h"
 #include "dynamics/kinematics/pressing.h"
 #include "symbolic/partials.h"
 
-enum { WORKS = 4 }; /* rate of depth, slips */
+enum { WORKS = 4, FILM = 3 }; /* rate of depth, slips */
 
 /* The forces along the slip. */
 static void find_friction(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *at, kmp_ref normal,
@@ -68,10 +69,18 @@ static void add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force
         forces->power = kmp_sub(g, forces->power, kmp_select(g, holds, lost, KMP_ZERO));
 }
 
-static void show(const kmp_tree *tree, const kmp_pressing *at, kmp_ref holds, const kmp_ref *size, kmp_ref *value)
+/* The power of forces that always act. */
+static void lose(kmp_forces *forces, const kmp_tree *tree, int count, const kmp_ref *against, const kmp_ref *size)
 {
     kmp_graph *g = tree->graph;
-    kmp_ref square = kmp_add(g, kmp_mul(g, at->x, at->x), kmp_mul(g, at->y, at->y));
+    for (int i = 0; i < count; i++)
+        forces->power = kmp_sub(g, forces->power, kmp_mul(g, size[i], against[i]));
+}
+
+static void show(const kmp_tree *tree, const kmp_pressing *at, kmp_ref holds, const kmp_ref *size,
+                 const kmp_film_load *film, kmp_ref *value)
+{
+    kmp_graph *g = tree->graph;
     const kmp_ref shown[] = {at->depth, at->rate, at->slip[0]};
     value[0] = size[0];
     value[1] = kmp_select(g, holds, size[1], KMP_ZERO);
@@ -79,7 +88,10 @@ static void show(const kmp_tree *tree, const kmp_pressing *at, kmp_ref holds, co
         value[2 + k] = kmp_select(g, holds, shown[k], KMP_ZERO);
     value[5] = at->x;
     value[6] = at->y;
-    value[7] = kmp_sqrt(g, square);
+    value[7] = at->eccentricity;
+    value[8] = at->z;
+    for (int k = 0; film && k < 2; k++)
+        value[8 + k] = kmp_neg(film->size[k]);
 }
 
 /* Runs end where the journal's centre is farther from that of the bearing than ten clearances and half a radius. */
@@ -92,7 +104,8 @@ static void end_outside(const kmp_tree *tree, const kmp_force *force, const kmp_
     kmp_ref most = kmp_mul(g, kmp_const(g, 10), kmp_tree_expression(tree, made->clearance));
     if (made->radius)
         most = kmp_add(g, most, kmp_mul(g, kmp_const(g, 0.5), kmp_tree_expression(tree, made->radius)));
-    kmp_ref square = kmp_add(g, kmp_mul(g, at->x, at->x), kmp_mul(g, at->y, at->y));
+    kmp_ref square =
+        kmp_add(g, kmp_add(g, kmp_mul(g, at->x, at->x), kmp_mul(g, at->y, at->y)), kmp_mul(g, at->z, at->z));
     kmp_tree_end(tree, force, KMP_PRESSING_OUT, kmp_sub(g, kmp_mul(g, most, most), square),
                  "give start values that place it there, or a stiffer contact",
                  "the journal of '%s' is not in its bearing", force->name);
@@ -115,6 +128,7 @@ void kmp_law_compliant(kmp_forces *forces, const kmp_tree *tree, const kmp_force
                        kmp_ref *value)
 {
     kmp_pressing at;
+    kmp_film_load film;
     kmp_pressing_find(tree, force, &at);
     kmp_ref holds = kmp_pressing_holds(tree, force, &at);
     kmp_ref against[WORKS] = {at.rate, at.slip[0], at.slip[1], at.slip[2]};
@@ -123,7 +137,13 @@ void kmp_law_compliant(kmp_forces *forces, const kmp_tree *tree, const kmp_force
     if (count > 1)
         find_friction(tree, force, &at, size[0], size + 1);
     apply(forces, tree, holds, count, against, size);
-    show(tree, &at, holds, size, value);
+    if (force->compliant->film) {
+        kmp_film_find(tree, force, &at, &film);
+        apply(forces, tree, KMP_ONE, FILM, film.against, film.size);
+        if (energy & KMP_ENERGY_POWER)
+            lose(forces, tree, FILM, film.against, film.size);
+    }
+    show(tree, &at, holds, size, force->compliant->film ? &film : NULL, value);
     end_outside(tree, force, &at);
     end_deep(tree, force, &at, holds);
     if (energy)

@@ -31,24 +31,29 @@ static void find_gap(const kmp_tree *tree, const kmp_force *force, kmp_pressing 
     find_slip(tree, force, pressing);
 }
 
-/* A journal with its centre at (x, y) in a bearing of radius R with the radial clearance c: e = |(x, y)|, depth e - c,
- * rate (x x' + y y')/e. Its surface slips with (x y' - y x')/e + (R - c) w along the bearing, which is the velocity of
- * the journal's point of contact. The bodies touch where c^2 - e^2 < 0, which is smooth at the centre, too. */
+/* A journal with its centre at (x, y), of a ball (x, y, z), in a bearing of radius R with the radial clearance c: e =
+ * |(x, y)|, depth e - c, rate (x x' + y y')/e. Its surface slips with (x y' - y x')/e + (R - c) w along the bearing,
+ * which is the velocity of the journal's point of contact. The bodies touch where c^2 - e^2 < 0, which is smooth at the
+ * centre, too. */
 static void find_journal(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
 {
     kmp_graph *g = tree->graph;
     const struct kmp_compliant *made = force->compliant;
     kmp_ref x = kmp_tree_expression(tree, force->vector[0]), y = kmp_tree_expression(tree, force->vector[1]);
-    kmp_vec rate = kmp_vec_rate(tree, (kmp_vec){{x, y, KMP_ZERO}});
+    kmp_ref z = made->ball ? kmp_tree_expression(tree, force->vector[2]) : KMP_ZERO;
+    kmp_vec rate = kmp_vec_rate(tree, (kmp_vec){{x, y, z}});
     kmp_ref c = kmp_tree_expression(tree, made->clearance), xd = rate.x[0], yd = rate.x[1];
-    kmp_ref square = kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y)), e = kmp_sqrt(g, square);
-    kmp_ref twice = kmp_add(g, c, c);
+    kmp_ref square = kmp_add(g, kmp_add(g, kmp_mul(g, x, x), kmp_mul(g, y, y)), kmp_mul(g, z, z));
+    kmp_ref e = kmp_sqrt(g, square), twice = kmp_add(g, c, c);
     pressing->x = x;
     pressing->y = y;
+    pressing->z = z;
+    pressing->eccentricity = e;
     pressing->open = kmp_div(g, kmp_sub(g, kmp_mul(g, c, c), square), twice);
     pressing->depth = kmp_sub(g, e, c);
-    pressing->rate = kmp_div(g, kmp_add(g, kmp_mul(g, x, xd), kmp_mul(g, y, yd)), e);
-    if (!made->radius)
+    kmp_ref moving = kmp_add(g, kmp_mul(g, x, xd), kmp_mul(g, y, yd));
+    pressing->rate = kmp_div(g, kmp_add(g, moving, kmp_mul(g, z, rate.x[2])), e);
+    if (!made->radius || made->ball)
         return;
     kmp_ref turning = kmp_div(g, kmp_sub(g, kmp_mul(g, x, yd), kmp_mul(g, y, xd)), e);
     kmp_ref arm = kmp_sub(g, kmp_tree_expression(tree, made->radius), c);
@@ -58,7 +63,8 @@ static void find_journal(const kmp_tree *tree, const kmp_force *force, kmp_press
 
 void kmp_pressing_find(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
 {
-    *pressing = (kmp_pressing){.x = KMP_ZERO, .y = KMP_ZERO, .slip = {KMP_ZERO, KMP_ZERO, KMP_ZERO}};
+    *pressing = (kmp_pressing){
+        .x = KMP_ZERO, .y = KMP_ZERO, .z = KMP_ZERO, .eccentricity = KMP_ZERO, .slip = {KMP_ZERO, KMP_ZERO, KMP_ZERO}};
     if (force->compliant->form == KMP_COMPLIANT_JOURNAL)
         find_journal(tree, force, pressing);
     else

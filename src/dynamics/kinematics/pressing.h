@@ -6,15 +6,15 @@
 #include "model/compliant/compliant.h"
 
 /** Conditions of a contact, numbers of kmp_tree_condition: its bodies touch; its law would pull; its journal is out of
- * the bearing; its law has no force at so great a depth. */
-enum { KMP_PRESSING, KMP_PRESSING_PULLS, KMP_PRESSING_OUT, KMP_PRESSING_DEEP };
+ * the bearing; its law has no force at so great a depth; its film has its least thickness. */
+enum { KMP_PRESSING, KMP_PRESSING_PULLS, KMP_PRESSING_OUT, KMP_PRESSING_DEEP, KMP_PRESSING_THIN };
 
 typedef struct kmp_pressing {
-    kmp_ref open;        /* negative where the bodies touch: the gap, or a smooth function of it */
-    kmp_ref depth, rate; /* of approach; only meaningful near contact */
-    kmp_ref slip[3];     /* velocity along the surface, linear in the rates */
-    int slips;           /* 1: with a sign; 3: a vector; 0: the contact has no friction */
-    kmp_ref x, y;        /* of a journal's centre in its bearing */
+    kmp_ref open;                  /* negative where the bodies touch: the gap, or a smooth function of it */
+    kmp_ref depth, rate;           /* of approach; only meaningful near contact */
+    kmp_ref slip[3];               /* velocity along the surface, linear in the rates */
+    int slips;                     /* 1: with a sign; 3: a vector; 0: the contact has no friction */
+    kmp_ref x, y, z, eccentricity; /* of a journal's centre in its bearing; z of a ball */
 } kmp_pressing;
 
 void kmp_pressing_find(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing);

@@ -6,22 +6,73 @@
  * none */
 #pragma once
 
-#include "model/model.h"
+#include "model/read/reading.h"
 
 typedef enum kmp_compliant_form { KMP_COMPLIANT_GAP, KMP_COMPLIANT_JOURNAL } kmp_compliant_form;
 
 /** Quantities of the contact in its law: places of KMP_EXPR_PLACE after x, y and z. */
-enum { KMP_LOCAL_DEPTH = 3, KMP_LOCAL_RATE, KMP_LOCAL_IMPACT, KMP_LOCAL_SLIP, KMP_LOCAL_END };
+enum {
+    KMP_LOCAL_DEPTH = 3,
+    KMP_LOCAL_RATE,
+    KMP_LOCAL_IMPACT,
+    KMP_LOCAL_SLIP,
+    KMP_LOCAL_FILM_X,
+    KMP_LOCAL_FILM_Y,
+    KMP_LOCAL_FILM_U,
+    KMP_LOCAL_FILM_V,
+    KMP_LOCAL_END
+};
+
+/** A journal in its bearing, or a ball in its socket. */
+typedef struct kmp_journal {
+    const kmp_expr *clearance, *radius; /* radial clearance; radius of the bearing, NULL: not given */
+    bool ball;
+} kmp_journal;
+
+/** The film between a journal and its bearing. */
+typedef struct kmp_film {
+    const char *law;
+    const kmp_expr *force[2];            /* minus the force on the journal over `scale`, over KMP_LOCAL_FILM_.. */
+    const kmp_expr *scale, *drag, *most; /* `drag`: torque over the spin at the centre; largest eccentricity over c */
+} kmp_film;
 
 struct kmp_compliant {
     kmp_compliant_form form;
-    const char *law;                    /* its word; NULL: by expression */
-    int state;                          /* that keeps the rate at the beginning of contact; -1: the law has none */
+    bool ball;       /* a journal that moves in space: its third coordinate is in the place of its angular velocity */
+    const char *law; /* its word; NULL: by expression */
+    int state;       /* that keeps the rate at the beginning of contact; -1: the law has none */
     const kmp_expr *clearance, *radius; /* of a journal: radial clearance, radius of the bearing */
     bool limited;          /* the law has no force beyond a depth of 0.95 times 4/e^2 clearances: johnson */
     const kmp_expr *store; /* its elastic energy, NULL: all is work */
+    const kmp_film *film;  /* NULL: none */
     const kmp_expr *speed; /* of friction: below it the friction is viscous, NULL: by an expression of slip */
 };
+
+/** The journal of a contact: the place of its centre in vector[] of the force, and of a cylindrical one its angular
+ * velocity. False after an error. */
+bool kmp_read_journal(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force, kmp_journal *journal);
+
+/** The film of a journal. NULL after an error. */
+const kmp_film *kmp_read_film(kmp_reader *r, const kmp_yaml *map, const char *of, const kmp_expr *clearance,
+                              const kmp_expr *radius);
+
+/** Its distance from the bearing, for rigid contacts. */
+void kmp_read_journal_gap(kmp_reader *r, kmp_force *force, const kmp_journal *journal, kmp_contact_pair *pair);
+
+/** A corner of a slider in a guide: its distance from its side of the guide, and in vector[0] the slip. False after an
+ * error. */
+bool kmp_read_guide(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force, kmp_contact_pair *pair);
+
+/** The word of a slider's corner, NULL after the last one. */
+const char *kmp_guide_corner(int k);
+
+/** A number as an expression; a formula of this program over locals; a further local. NULL: no memory. */
+const kmp_expr *kmp_read_as_expr(kmp_reader *r, const kmp_number *number);
+const kmp_expr *kmp_read_formula(kmp_reader *r, const char *text, const kmp_expr_locals *locals);
+void kmp_add_local(kmp_expr_locals *locals, const char *name, const kmp_expr *expr);
+
+/** The radial clearance of a journal, m; NaN of any other element. */
+double kmp_force_clearance(const kempe_model *model, const kmp_force *force);
 
 /** The depth at a value of the condition that the bodies touch: of a journal with the clearance c that value is
  * (e^2 - c^2)/(2 c), of any other contact the depth. */

@@ -47,27 +47,6 @@ typedef struct contact {
 
 /* -- numbers --------------------------------------------------------------------------------------- */
 
-static const kmp_expr *expression_of(kmp_reader *r, const kmp_number *number)
-{
-    kmp_expr *e = number->expr ? NULL : KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    if (e)
-        *e = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = number->value, .symbol = number->symbol};
-    return number->expr ? number->expr : e;
-}
-
-/* A formula of this program over the locals. */
-static const kmp_expr *formula(kmp_reader *r, const char *text, const kmp_expr_locals *locals)
-{
-    const kmp_expr_scope scope = {.context = r->context, .arena = &r->model->arena, .file = r->file, .locals = locals};
-    return kmp_expr_parse(&scope, text);
-}
-
-static void add_local(kmp_expr_locals *locals, const char *name, const kmp_expr *expr)
-{
-    if (expr && locals->count < KMP_LOCALS_MOST)
-        locals->local[locals->count++] = (kmp_expr_local){name, expr, false};
-}
-
 /* One number of a node; NULL after an error. */
 static const kmp_expr *read_one(const contact *c, const kmp_yaml *node, const char *key, kmp_dimension wanted,
                                 kmp_field_rule rule)
@@ -77,7 +56,7 @@ static const kmp_expr *read_one(const contact *c, const kmp_yaml *node, const ch
     if (!kmp_read_number(c->r, node, name, wanted, &number) ||
         !kmp_check_rule(c->r, node, name, rule, number.value, ""))
         return NULL;
-    return expression_of(c->r, &number);
+    return kmp_read_as_expr(c->r, &number);
 }
 
 /* The number of a key, NULL without it or after an error. */
@@ -93,7 +72,7 @@ static const kmp_expr *read_of_two(const contact *c, const char *key, int k, kmp
     const kmp_yaml *node = kmp_yaml_get(c->map, key);
     kmp_number absent = {0};
     if (!node && kmp_key_default(contact_keys, key, 1, &absent.value))
-        return expression_of(c->r, &absent);
+        return kmp_read_as_expr(c->r, &absent);
     if (node && node->kind == KMP_YAML_LIST &&
         !kmp_read_list(c->r, node, kmp_reader_say(c->r, "%s of %s", key, c->what), 2))
         return NULL;
@@ -156,11 +135,11 @@ static const kmp_expr *radius_of_sides(const contact *c)
 {
     const kmp_contact_pair *touch = &c->force->touch;
     kmp_expr_locals locals = {0};
-    add_local(&locals, "a", expression_of(c->r, &touch->radius[0]));
+    kmp_add_local(&locals, "a", kmp_read_as_expr(c->r, &touch->radius[0]));
     if (touch->side[1].shape == KMP_TOUCH_PLANE)
-        return formula(c->r, "a", &locals);
-    add_local(&locals, "b", expression_of(c->r, &touch->radius[1]));
-    return formula(c->r, touch->side[1].hollow ? "a*b/(b - a)" : "a*b/(a + b)", &locals);
+        return kmp_read_formula(c->r, "a", &locals);
+    kmp_add_local(&locals, "b", kmp_read_as_expr(c->r, &touch->radius[1]));
+    return kmp_read_formula(c->r, touch->side[1].hollow ? "a*b/(b - a)" : "a*b/(a + b)", &locals);
 }
 
 /* Radius of curvature of the pair: of a journal in its bearing, of two spheres, of a sphere on a plane. */
@@ -172,30 +151,30 @@ static const kmp_expr *reduced_radius(const contact *c)
     if (made->form == KMP_COMPLIANT_JOURNAL) {
         if (!made->radius)
             kmp_read_required(c->r, c->map, c->what, "radius");
-        add_local(&locals, "a", made->radius);
-        add_local(&locals, "c", made->clearance);
-        return locals.count == 2 ? formula(c->r, "a*(a - c)/c", &locals) : NULL;
+        kmp_add_local(&locals, "a", made->radius);
+        kmp_add_local(&locals, "c", made->clearance);
+        return locals.count == 2 ? kmp_read_formula(c->r, "a*(a - c)/c", &locals) : NULL;
     }
     if (!radii && is_of_spheres(&c->force->touch))
         return radius_of_sides(c);
     if (!radii)
         kmp_read_required(c->r, c->map, c->what, "radii");
-    add_local(&locals, "a", read_of_two(c, "radii", 0, KMP_FIELD_ANY));
+    kmp_add_local(&locals, "a", read_of_two(c, "radii", 0, KMP_FIELD_ANY));
     if (!radii || radii->kind != KMP_YAML_LIST)
-        return locals.count == 1 ? formula(c->r, "a", &locals) : NULL;
-    add_local(&locals, "b", read_of_two(c, "radii", 1, KMP_FIELD_ANY));
-    return locals.count == 2 ? formula(c->r, "a*b/(a + b)", &locals) : NULL;
+        return locals.count == 1 ? kmp_read_formula(c->r, "a", &locals) : NULL;
+    kmp_add_local(&locals, "b", read_of_two(c, "radii", 1, KMP_FIELD_ANY));
+    return locals.count == 2 ? kmp_read_formula(c->r, "a*b/(a + b)", &locals) : NULL;
 }
 
 /* Hertz's stiffness of two spheres: F = 4/3 E* sqrt(R) d^1.5, 1/E* = sum (1 - nu^2)/E (Johnson 1985, eq. 4.23). */
 static const kmp_expr *stiffness_by_hertz(const contact *c)
 {
     kmp_expr_locals locals = {0};
-    add_local(&locals, "reduced", reduced_radius(c));
-    add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
-    add_local(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
-    add_local(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
-    add_local(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
+    kmp_add_local(&locals, "reduced", reduced_radius(c));
+    kmp_add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
+    kmp_add_local(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
+    kmp_add_local(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
+    kmp_add_local(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
     if (locals.count < 5)
         return NULL;
     if (!(value_of(c, locals.local[0].expr) > 0)) {
@@ -204,7 +183,8 @@ static const kmp_expr *stiffness_by_hertz(const contact *c)
                             c->what);
         return NULL;
     }
-    return formula(c->r, "4/3*sqrt(reduced)/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)", &locals);
+    return kmp_read_formula(c->r, "4/3*sqrt(reduced)/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)",
+                            &locals);
 }
 
 static const kmp_expr *read_stiffness(const contact *c, double exponent)
@@ -233,7 +213,7 @@ static const kmp_expr *read_exponent(const contact *c, bool has)
     if (e && value_of(c, e) < 1)
         kmp_reader_complain(c->r, node->place, "the exponent of %s is %g: it must be at least 1", c->what,
                             value_of(c, e));
-    return e ? e : expression_of(c->r, &absent);
+    return e ? e : kmp_read_as_expr(c->r, &absent);
 }
 
 static void check_restitution(const contact *c, const kmp_expr *e)
@@ -261,16 +241,16 @@ static const kmp_expr *johnson_root(const contact *c)
 {
     enum { STEPS = 6 };
     kmp_expr_locals locals = {0};
-    add_local(&locals, "c", c->made->clearance);
-    add_local(&locals, "depth", &quantities[0]);
-    const kmp_expr *w = formula(c->r, "log(1.4715177646857693*c/(depth + 1e-300))", &locals), *y;
+    kmp_add_local(&locals, "c", c->made->clearance);
+    kmp_add_local(&locals, "depth", &quantities[0]);
+    const kmp_expr *w = kmp_read_formula(c->r, "log(1.4715177646857693*c/(depth + 1e-300))", &locals), *y;
     locals.count = 0;
-    add_local(&locals, "w", w);
-    y = locals.count ? formula(c->r, "w + log(w)", &locals) : NULL;
+    kmp_add_local(&locals, "w", w);
+    y = locals.count ? kmp_read_formula(c->r, "w + log(w)", &locals) : NULL;
     for (int k = 0; k < STEPS && y; k++) {
         locals.count = 1;
-        add_local(&locals, "y", y);
-        y = formula(c->r, "y*(log(y) + w - 1)/(y - 1)", &locals);
+        kmp_add_local(&locals, "y", y);
+        y = kmp_read_formula(c->r, "y*(log(y) + w - 1)/(y - 1)", &locals);
     }
     return y;
 }
@@ -279,23 +259,24 @@ static const kmp_expr *johnson_root(const contact *c)
 static void read_johnson(contact *c)
 {
     kmp_expr_locals locals = {0};
-    if (c->made->form != KMP_COMPLIANT_JOURNAL) {
+    if (c->made->form != KMP_COMPLIANT_JOURNAL || c->made->ball) {
         kmp_reader_complain(c->r, c->map->place, "%s: the law johnson is that of a journal in its bearing", c->what);
         return;
     }
     if (!kmp_read_required(c->r, c->map, c->what, "young") || !kmp_read_required(c->r, c->map, c->what, "length"))
         return;
-    add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
-    add_local(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
-    add_local(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
-    add_local(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
-    add_local(&locals, "length", read_given(c, "length", KMP_DIM_LENGTH, KMP_FIELD_POSITIVE));
+    kmp_add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
+    kmp_add_local(&locals, "other_young", read_of_two(c, "young", 1, KMP_FIELD_POSITIVE));
+    kmp_add_local(&locals, "poisson", read_of_two(c, "poisson", 0, KMP_FIELD_ANY));
+    kmp_add_local(&locals, "other_poisson", read_of_two(c, "poisson", 1, KMP_FIELD_ANY));
+    kmp_add_local(&locals, "length", read_given(c, "length", KMP_DIM_LENGTH, KMP_FIELD_POSITIVE));
     if (locals.count < 5 || !c->made->clearance)
         return;
     c->made->limited = true;
-    add_local(&c->numbers, "modulus",
-              formula(c->r, "pi*length/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)", &locals));
-    add_local(&c->numbers, "y", johnson_root(c));
+    kmp_add_local(
+        &c->numbers, "modulus",
+        kmp_read_formula(c->r, "pi*length/((1 - poisson^2)/young + (1 - other_poisson^2)/other_young)", &locals));
+    kmp_add_local(&c->numbers, "y", johnson_root(c));
 }
 
 static void read_row(contact *c, const law_row *row)
@@ -312,18 +293,18 @@ static void read_row(contact *c, const law_row *row)
                            KMP_FIELD_NOT_NEGATIVE);
             if (k == 2)
                 check_restitution(c, e);
-            add_local(numbers, own[k], e);
+            kmp_add_local(numbers, own[k], e);
         }
-    add_local(numbers, "exponent", exponent);
+    kmp_add_local(numbers, "exponent", exponent);
     if (mentions(row->force, "modulus"))
         read_johnson(c);
     else
-        add_local(numbers, "stiffness", read_stiffness(c, value_of(c, exponent)));
+        kmp_add_local(numbers, "stiffness", read_stiffness(c, value_of(c, exponent)));
     if (c->r->wrong)
         return;
     c->made->law = row->word;
-    c->force->effort = formula(c->r, row->force, numbers);
-    c->made->store = row->store[0] ? formula(c->r, row->store, numbers) : NULL;
+    c->force->effort = kmp_read_formula(c->r, row->force, numbers);
+    c->made->store = row->store[0] ? kmp_read_formula(c->r, row->store, numbers) : NULL;
 }
 
 /* The law of the user, over the same quantities. */
@@ -345,7 +326,7 @@ static void read_law(contact *c)
         return;
     const kmp_yaml *word = kmp_yaml_get(c->map, "law"), *own = kmp_yaml_get(c->map, "force");
     for (int k = 0; k < 3; k++)
-        add_local(&c->numbers, quantity_names[k], &quantities[k]);
+        kmp_add_local(&c->numbers, quantity_names[k], &quantities[k]);
     if (own)
         read_own_law(c, own);
     else if (kmp_read_choice(c->r, word, c->what, law_words, "the law is", " or ") >= 0)
@@ -364,6 +345,10 @@ static void read_friction(contact *c)
         return;
     const kmp_yaml *node = kmp_read_required(r, map, what, "coefficient"), *speed = kmp_yaml_get(map, "speed");
     bool sides = !journal && c->force->touch.side[0].point >= 0;
+    if (c->made->ball) {
+        kmp_reader_complain(r, map->place, "%s: a ball in its socket has no friction", what);
+        return;
+    }
     if (!sides && (journal ? !c->made->radius : !c->force->vector[0]))
         kmp_read_required(r, c->map, c->what, journal ? "radius" : "slip");
     if (!speed && (sides || (c->force->vector[1] && !journal)))
@@ -391,95 +376,42 @@ static void read_slip(const contact *c)
         c->force->vector[k] = kmp_read_expr(c->r, list ? node->items[k] : node, what, wanted, KMP_OF_STATE);
 }
 
-static const kmp_expr *coordinate(kmp_reader *r, kmp_expr_kind kind, const kmp_body *body, int number)
-{
-    kmp_expr *e = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
-    for (int k = body->first_motion; e && k < body->first_motion + body->motion_count; k++)
-        if (r->model->motions[k].number == number)
-            *e = (kmp_expr){.kind = kind, .index = k};
-    return e;
-}
-
-/* A component of a measure of the journal's point in the axes of the bearing's. */
-static const kmp_expr *component(kmp_reader *r, kmp_measure_kind kind, const int point[2], int axis)
-{
-    kmp_spot spots[2];
-    if (!kmp_reader_spot(r, point[1], -1, &spots[0]) || !kmp_reader_spot(r, point[0], -1, &spots[1]))
-        return NULL;
-    const kmp_expr *whole = kmp_expr_measure(&r->model->arena, kind, 2, spots);
-    kmp_expr *e = whole ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
-    if (e) {
-        *e = *whole;
-        e->number = axis;
-    }
-    return e;
-}
-
-static void place_between(const contact *c, const int point[2], int axis)
-{
-    const kmp_expr **at = c->force->vector;
-    memcpy(c->force->point, point, sizeof c->force->point);
-    for (int k = 0; k < 2; k++)
-        at[k] = component(c->r, KMP_MEASURE_POSITION, point, (axis + 1 + k) % 3);
-    at[2] = component(c->r, KMP_MEASURE_ANGULAR_VELOCITY, point, axis);
-}
-
-/* The coordinate axis of a closure in its first point; -1: it is oblique. */
-static int axis_of(const kmp_closure *closure)
-{
-    for (int k = 0; k < 3; k++)
-        if (fabs(closure->axis[0][k]) == 1)
-            return k;
-    return -1;
-}
-
-/* The joint of three motions in a plane, or its closure. */
-static void place_in_joint(const contact *c, const kmp_yaml *node)
-{
-    const kempe_model *model = c->r->model;
-    const char *name = kmp_reader_name(c->r, node->place.file, node->text);
-    const kmp_expr **at = c->force->vector;
-    for (int b = 1; b < model->body_count; b++)
-        if (strcmp(model->bodies[b].joint, name) == 0 && model->bodies[b].motion_count == 3) {
-            at[0] = coordinate(c->r, KMP_EXPR_Q, &model->bodies[b], 1);
-            at[1] = coordinate(c->r, KMP_EXPR_Q, &model->bodies[b], 2);
-            at[2] = coordinate(c->r, KMP_EXPR_QD, &model->bodies[b], 3);
-            return;
-        }
-    int k = kmp_name_find(KMP_NAMED(model, closure), name);
-    if (k < 0 || model->closures[k].point[0] < 0)
-        kmp_reader_complain(c->r, node->place, "%s: '%s' is not a joint with clearance", c->what, node->text);
-    else if (axis_of(&model->closures[k]) < 0)
-        kmp_reader_complain(c->r, node->place, "%s: the axis of a clearance is x, y or z of its points", c->what);
-    else
-        place_between(c, model->closures[k].point, axis_of(&model->closures[k]));
-}
-
 static void read_journal(contact *c)
 {
-    static const char *const axes[] = {"x", "y", "z"};
-    const kmp_yaml *node = kmp_yaml_get(c->map, "journal"), *axis = kmp_yaml_get(c->map, "axis");
-    int about = axis ? kmp_read_choice(c->r, axis, c->what, KMP_NAMES_OF(axes), "the axis is", " or ") : 2, point[2];
-    struct kmp_compliant *made = c->made;
-    if (kmp_read_required(c->r, c->map, c->what, "clearance"))
-        made->clearance = read_given(c, "clearance", KMP_DIM_LENGTH, KMP_FIELD_POSITIVE);
-    made->radius = read_given(c, "radius", KMP_DIM_LENGTH, KMP_FIELD_POSITIVE);
-    if (made->radius && made->clearance && value_of(c, made->clearance) >= value_of(c, made->radius))
-        kmp_reader_complain(c->r, c->map->place, "%s: the clearance is not less than the radius of the bearing",
-                            c->what);
-    if (node->kind == KMP_YAML_SCALAR)
-        place_in_joint(c, node);
-    else if (kmp_read_two_points(c->r, node, c->what, point) && about >= 0)
-        place_between(c, point, about);
+    kmp_journal journal = {0};
+    (void)kmp_read_journal(c->r, c->map, c->what, c->force, &journal);
+    c->made->clearance = journal.clearance;
+    c->made->radius = journal.radius;
+    c->made->ball = journal.ball;
+}
+
+/* The geometry in its words; false: it cannot be read any further. */
+static bool read_geometry(contact *c)
+{
+    kmp_force *force = c->force;
+    if (c->made->form == KMP_COMPLIANT_JOURNAL)
+        read_journal(c);
+    else if (kmp_yaml_get(c->map, "guide"))
+        return kmp_read_guide(c->r, c->map, c->what, force, &force->touch);
+    else if (kmp_read_touch(c->r, c->map, c->what, &force->touch))
+        read_slip(c);
+    else
+        return false;
+    return true;
 }
 
 /* Keys of the other geometry. */
 static void refuse_keys(const contact *c)
 {
-    static const char *const of_gap[] = {"slip", "radii", "on"}, *const of_journal[] = {"clearance"};
+    static const char *const of_gap[] = {"slip", "radii", "on", "corner", "height"},
+                             *const of_guide[] = {"slip", "on", "radius"},
+                             *const of_joints[] = {"clearance", "corner", "height"};
     bool journal = c->made->form == KMP_COMPLIANT_JOURNAL;
     bool sides = !journal && c->force->touch.side[0].point >= 0;
-    const kmp_name_list keys = journal ? KMP_NAMES_OF(of_gap) : sides ? KMP_NAMES(of_gap, 1) : KMP_NAMES_OF(of_journal);
+    const kmp_name_list keys = journal                         ? KMP_NAMES_OF(of_gap)
+                               : kmp_yaml_get(c->map, "guide") ? KMP_NAMES_OF(of_guide)
+                               : sides                         ? KMP_NAMES(of_gap, 1)
+                                                               : KMP_NAMES_OF(of_joints);
     int first = -1;
     if (kmp_count_keys(c->map, keys, &first) > 0)
         kmp_reader_complain(c->r, kmp_yaml_get(c->map, kmp_name_at(keys, first))->place,
@@ -499,52 +431,69 @@ static void read_impact(const contact *c)
     (void)kmp_key_default(contact_keys, "least_rate", 1, &least.value);
     const kmp_expr *given =
         node ? read_given(c, "least_rate", kmp_key_dimension(contact_keys, "least_rate"), KMP_FIELD_POSITIVE)
-             : expression_of(c->r, &least);
+             : kmp_read_as_expr(c->r, &least);
     if (c->made->state < 0 || !given)
         return;
     const kmp_spot spot = {.point = -1, .axis = -1, .name = c->force->name};
     kmp_expr_locals locals = {0};
-    add_local(&locals, "least", given);
-    add_local(&locals, "rate", kmp_expr_measure(&model->arena, KMP_MEASURE_APPROACH, 1, &spot));
+    kmp_add_local(&locals, "least", given);
+    kmp_add_local(&locals, "rate", kmp_expr_measure(&model->arena, KMP_MEASURE_APPROACH, 1, &spot));
     kmp_state *state = &model->states[c->made->state];
-    state->next = formula(c->r, "max(rate, least)", &locals);
+    state->next = kmp_read_formula(c->r, "max(rate, least)", &locals);
     state->start = kmp_number_of(given, value_of(c, given));
     state->contact = 1 + (int)(c->force - model->forces);
+}
+
+static void read_film(const contact *c)
+{
+    const kmp_yaml *map = kmp_yaml_get(c->map, "film");
+    if (!map)
+        return;
+    if (c->made->form != KMP_COMPLIANT_JOURNAL || c->made->ball)
+        kmp_reader_complain(c->r, map->place, "%s: a journal in its bearing has a film, and this is none", c->what);
+    else if (kmp_read_required(c->r, c->map, c->what, "radius") && c->made->radius && c->made->clearance)
+        c->made->film = kmp_read_film(c->r, map, c->what, c->made->clearance, c->made->radius);
 }
 
 void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force)
 {
     struct kmp_compliant *made = KMP_ARENA_NEW(&r->model->arena, struct kmp_compliant, 1);
     contact c = {.r = r, .map = map, .what = what, .force = force, .made = made};
-    bool journal = kmp_yaml_get(map, "journal");
+    bool journal = kmp_yaml_get(map, "journal") || kmp_yaml_get(map, "socket");
     if (!made)
         return;
     *made = (struct kmp_compliant){.form = journal ? KMP_COMPLIANT_JOURNAL : KMP_COMPLIANT_GAP, .state = -1};
     force->compliant = made;
     force->touch = (kmp_contact_pair){.motion = -1, .side = {{.point = -1}, {.point = -1}}};
-    if (journal)
-        read_journal(&c);
-    else if (!kmp_read_touch(r, map, what, &force->touch))
+    if (!read_geometry(&c))
         return;
-    else
-        read_slip(&c);
     force->turns = force->touch.turns;
     refuse_keys(&c);
     read_law(&c);
     read_friction(&c);
+    read_film(&c);
     read_impact(&c);
+}
+
+static const kmp_expr *clearance_of(const kmp_force *force)
+{
+    return force->kind == KMP_FORCE_COMPLIANT ? force->compliant->clearance : force->touch.clearance;
+}
+
+double kmp_force_clearance(const kempe_model *model, const kmp_force *force)
+{
+    const kmp_expr *clearance = clearance_of(force);
+    double *parameters = clearance ? KMP_NEW(double, model->parameter_count + 1) : NULL, c = NAN;
+    for (int k = 0; parameters && k < model->parameter_count; k++)
+        parameters[k] = model->parameters[k].number.value;
+    if (parameters)
+        c = kmp_expr_value(clearance, parameters);
+    kmp_free(parameters);
+    return c;
 }
 
 double kmp_compliant_depth(const kempe_model *model, const kmp_force *force, double value)
 {
-    double *parameters = KMP_NEW(double, model->parameter_count + 1), c;
-    if (force->compliant->form != KMP_COMPLIANT_JOURNAL || !parameters) {
-        kmp_free(parameters);
-        return value;
-    }
-    for (int k = 0; k < model->parameter_count; k++)
-        parameters[k] = model->parameters[k].number.value;
-    c = kmp_expr_value(force->compliant->clearance, parameters);
-    kmp_free(parameters);
-    return sqrt(c * (c + 2 * value)) - c;
+    double c = kmp_force_clearance(model, force);
+    return isnan(c) ? value : sqrt(c * (c + 2 * value)) - c;
 }

@@ -3,6 +3,7 @@
  * with a row of its own. */
 #include "model/contacts/read_contacts.h"
 #include "model/angle_sum.h"
+#include "model/compliant/compliant.h"
 #include "model/contacts/parallel_curve.h"
 #include <math.h>
 
@@ -281,6 +282,11 @@ static bool read_restitution(kmp_reader *r, const kmp_yaml *map, const char *wha
            kmp_reader_complain(r, node->place, "%s is %.6g: it is from 0 to 1", of, number->value);
 }
 
+static bool is_of_joint(const kmp_yaml *map)
+{
+    return kmp_yaml_get(map, "journal") || kmp_yaml_get(map, "socket") || kmp_yaml_get(map, "guide");
+}
+
 static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_force *contact)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "friction");
@@ -290,7 +296,10 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
         !kmp_check_rule(r, node, of, KMP_FIELD_NOT_NEGATIVE, mu.value, "") || (mu.value == 0 && !mu.expr))
         return;
     if (contact->touch.side[0].point < 0) {
-        kmp_reader_complain(r, node->place, "%s: a stop has no surface to slide on", of);
+        kmp_reader_complain(r, node->place,
+                            is_of_joint(map) ? "%s: a joint with clearance has friction with a 'law' alone"
+                                             : "%s: a stop has no surface to slide on",
+                            of);
         return;
     }
     const char *name = kmp_arena_printf(&r->model->arena, "%s_friction", contact->name);
@@ -302,14 +311,28 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
 }
 
 /* Keys of a contact with a law. */
-static void refuse_laws(kmp_reader *r, const kmp_yaml *map, const char *what)
+static void refuse_laws(kmp_reader *r, const kmp_yaml *map, const char *what, bool of_joint)
 {
-    static const char *const keys[] = {"journal", "clearance", "slip",  "stiffness",  "exponent", "damping",
-                                       "young",   "poisson",   "radii", "least_rate", "length"};
-    int first = -1;
-    if (kmp_count_keys(map, KMP_NAMES_OF(keys), &first) > 0)
+    static const char *const keys[] = {"slip",       "stiffness", "exponent",  "damping", "young",  "poisson", "radii",
+                                       "least_rate", "film",      "clearance", "length",  "corner", "height"};
+    int first = -1, count = of_joint ? 9 : 13;
+    if (kmp_count_keys(map, KMP_NAMES(keys, count), &first) > 0)
         kmp_reader_complain(r, kmp_yaml_get(map, keys[first])->place,
                             "%s: the key '%s' belongs to a contact with a 'law', or with a 'force'", what, keys[first]);
+}
+
+/* Surfaces, a stop, or the parts of a joint with clearance. */
+static bool read_geometry(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force)
+{
+    kmp_journal journal = {0};
+    if (kmp_yaml_get(map, "guide"))
+        return kmp_read_guide(r, map, what, force, &force->touch);
+    if (!is_of_joint(map))
+        return kmp_read_touch(r, map, what, &force->touch);
+    if (!kmp_read_journal(r, map, what, force, &journal))
+        return false;
+    kmp_read_journal_gap(r, force, &journal, &force->touch);
+    return force->touch.gap;
 }
 
 static void read_contact(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force)
@@ -320,8 +343,8 @@ static void read_contact(kmp_reader *r, const kmp_yaml *map, const char *what, k
             kmp_read_compliant(r, map, what, force);
         return;
     }
-    refuse_laws(r, map, what);
-    if (!kmp_read_map(r, map, what, contact_keys) || !kmp_read_touch(r, map, what, &force->touch) ||
+    refuse_laws(r, map, what, is_of_joint(map));
+    if (!kmp_read_map(r, map, what, contact_keys) || !read_geometry(r, map, what, force) ||
         !read_restitution(r, map, what, &force->restitution))
         return;
     force->turns = force->touch.turns;
@@ -339,7 +362,8 @@ void kmp_read_contacts(kmp_reader *r)
 {
     kmp_section s = kmp_read_section(r, "contacts", "contact");
     while (kmp_section_next(&s)) {
-        check_name(r, s.key->place, s.name, kmp_yaml_get(s.node, "journal"));
+        bool law = kmp_yaml_get(s.node, "law") || kmp_yaml_get(s.node, "force");
+        check_name(r, s.key->place, s.name, law && is_of_joint(s.node));
         read_contact(r, s.node, s.what, add_force(r, s.name, s.key->place, KMP_FORCE_TOUCH));
     }
 }

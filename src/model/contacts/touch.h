@@ -21,11 +21,12 @@ typedef struct kmp_touch_side {
 } kmp_touch_side;
 
 typedef struct kmp_contact_pair {
-    const kmp_expr *gap;    /* the distance itself; NULL: by the members below */
-    int motion;             /* a coordinate with a limit; -1: two sides */
-    bool upper;             /* the limit is the largest value */
-    bool turns;             /* the distance is an angle */
-    kmp_number limit;       /* of the coordinate */
-    kmp_touch_side side[2]; /* the first one is a sphere or a cylinder */
+    const kmp_expr *gap;       /* the distance itself; NULL: by the members below */
+    int motion;                /* a coordinate with a limit; -1: two sides */
+    bool upper;                /* the limit is the largest value */
+    bool turns;                /* the distance is an angle */
+    kmp_number limit;          /* of the coordinate */
+    const kmp_expr *clearance; /* of a journal, whose centre is at vector[] of the force; NULL: it is none */
+    kmp_touch_side side[2];    /* the first one is a sphere or a cylinder */
     kmp_number radius[2];
 } kmp_contact_pair;

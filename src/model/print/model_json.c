@@ -334,6 +334,8 @@ static void put_contact(kmp_json *json, const kempe_model *model, const kmp_forc
                                      contact->clearance, contact->radius, contact->speed};
     if (contact->law)
         kmp_json_string(json, "law", contact->law);
+    if (contact->film)
+        kmp_json_string(json, "film", contact->film->law);
     for (int k = 0; k < 6; k++)
         if (exprs[k])
             put_expr(json, keys[k], model, exprs[k]);
@@ -379,7 +381,7 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
         kmp_json_put(json, "axis %s", kmp_axis_names[force->axis]);
     if (force->holding_effort)
         put_expr(json, "static", model, force->holding_effort);
-    if (force->vector[0])
+    if (force->vector[0] && force->kind != KMP_FORCE_TOUCH)
         put_exprs(json, force->kind == KMP_FORCE_CYLINDER ? "pressures" : "components", model,
                   force->kind == KMP_FORCE_CYLINDER ? 1 + (force->vector[1] != NULL) : 3, force->vector);
 }

@@ -295,6 +295,8 @@ static void show_contact(kmp_text *text, const kempe_model *model, const kmp_for
         put_expr(text, " = ", model, force->effort);
     if (force->holding_effort)
         put_expr(text, ", friction ", model, force->holding_effort);
+    if (contact->film)
+        kmp_text_printf(text, ", film %s", contact->film->law);
     kmp_text_put(text, "\n");
 }
 
@@ -333,9 +335,10 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
         put_expr(text, " = ", model, force->effort);
     if (force->holding_effort)
         put_expr(text, ", static ", model, force->holding_effort);
-    for (int k = 0; k < 3 && force->vector[k]; k++)
+    const bool shown = force->kind != KMP_FORCE_TOUCH && force->vector[0];
+    for (int k = 0; k < 3 && shown && force->vector[k]; k++)
         put_expr(text, k > 0 ? ", " : " = [", model, force->vector[k]);
-    kmp_text_put(text, force->vector[0] ? "]\n" : "\n");
+    kmp_text_put(text, shown ? "]\n" : "\n");
 }
 
 static void show_forces(kmp_text *text, const kempe_model *model)

@@ -9,16 +9,32 @@ const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
 #undef KMP_OUTPUT
 };
 
-/* The numbers of a compliant contact; the last three are those of a journal. */
-static const struct {
+/* The numbers of a compliant contact; the last ones are those of a journal, z of a ball, film_x and
+ * film_y of a film. A rigid contact of a journal
+ * has some of them. */
+typedef struct pressing_row {
     const char *word, *unit;
-} pressing_numbers[] = {{"normal", "N"}, {"friction", "N"}, {"depth", "m"}, {"rate", "m/s"},
-                        {"slip", "m/s"}, {"x", "m"},        {"y", "m"},     {"eccentricity", "m"}};
+} pressing_row;
+
+static const pressing_row pressing_numbers[] = {
+    {"normal", "N"}, {"friction", "N"},     {"depth", "m"}, {"rate", "m/s"}, {"slip", "m/s"}, {"x", "m"},
+    {"y", "m"},      {"eccentricity", "m"}, {"z", "m"},     {"film_x", "N"}, {"film_y", "N"}};
+static const int rigid_numbers[] = {0, 5, 6, 7};
+
+static const pressing_row *pressing_number(const kmp_force *force, int k)
+{
+    return &pressing_numbers[k > 7 && !force->compliant->ball ? k + 1 : k];
+}
 
 static int force_width(const kmp_force *force)
 {
-    bool gap = force->kind == KMP_FORCE_COMPLIANT && force->compliant->form == KMP_COMPLIANT_GAP;
-    return kmp_force_rows[force->kind].width - (gap ? 3 : 0);
+    int width = kmp_force_rows[force->kind].width;
+    if (force->kind == KMP_FORCE_TOUCH)
+        return force->touch.clearance ? width : 1;
+    if (force->kind != KMP_FORCE_COMPLIANT)
+        return width;
+    bool gap = force->compliant->form == KMP_COMPLIANT_GAP;
+    return gap ? 5 : force->compliant->film ? width : force->compliant->ball ? width - 1 : width - 2;
 }
 
 int kmp_output_width(const kempe_model *model, const kmp_output *output)
@@ -120,6 +136,12 @@ static const struct {
                                         {"across", "N"},     {"moment", "N m"},    {"a", "m"},       {"b", "m"},
                                         {"ellipse", ""}};
 
+static bool is_rigid_journal(const kempe_model *model, const kmp_output *output)
+{
+    const kmp_force *force = output->kind == KMP_OUTPUT_FORCE ? &model->forces[output->index] : NULL;
+    return force && force->kind == KMP_FORCE_TOUCH && force->touch.clearance;
+}
+
 void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k)
 {
     static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
@@ -137,7 +159,9 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
     else if (output->kind == KMP_OUTPUT_CONTACT)
         kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact_numbers[k % KMP_CONTACT_SHOWN].word);
     else if (output->kind == KMP_OUTPUT_FORCE && model->forces[output->index].kind == KMP_FORCE_COMPLIANT)
-        kmp_text_printf(text, ".%s", pressing_numbers[k].word);
+        kmp_text_printf(text, ".%s", pressing_number(&model->forces[output->index], k)->word);
+    else if (is_rigid_journal(model, output))
+        kmp_text_printf(text, ".%s", pressing_numbers[rigid_numbers[k]].word);
     else if (kmp_output_width(model, output) > 1)
         kmp_text_printf(text, ".%s", components[k]);
 }
@@ -146,9 +170,9 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
 static const char *unit_of_force(const kempe_model *model, const kmp_force *force, int k)
 {
     if (force->kind == KMP_FORCE_COMPLIANT)
-        return pressing_numbers[k].unit;
+        return pressing_number(force, k)->unit;
     if (force->kind == KMP_FORCE_TOUCH)
-        return force->turns ? "N m" : "N";
+        return k > 0 ? "m" : force->turns ? "N m" : "N";
     bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
                   : force->motion >= 0                  ? model->motions[force->motion].rotation
                                        : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;

@@ -344,6 +344,7 @@ function beginCurves() {
 function begin() {
     tellResult();
     tellModel();
+    tellContacts();
     beginSpeeds();
     beginCurves();
     stage = beginPicture();

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A trajectory as a report and as one JSON object. */
 #include "integrators/formulations/cycles.h"
-#include "model/compliant/compliant.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
-#include "studies/simulate/trajectory.h"
+#include "studies/simulate/contact_times.h"
 #include <math.h>
 #include <string.h>
 
@@ -189,41 +188,36 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_text_printf(text, ", %.4g ms preparation\n", 1e3 * (r->build_s + t->system->build_s));
 }
 
-/* How often a contact has begun and ended; the largest measure of its depth, where it has ended. */
-static void count_contacts(const kempe_trajectory *t, const kmp_force *force, int *begun, double *most)
+/* Of several contacts. */
+static void show_depths(kmp_text *text, const kmp_contact_times *times, const char *unit)
 {
-    kmp_text event = {0};
-    kmp_text_printf(&event, "contact of '%s' became ", force->name);
-    *begun = 0;
-    *most = 0;
-    for (int k = 0; !event.failed && k < t->log.kept; k++) {
-        const kmp_log_entry *entry = &t->log.entries[k];
-        if (strncmp(entry->text, event.s, event.length) != 0)
-            continue;
-        *begun += strcmp(entry->text + event.length, "true") == 0;
-        *most = fmax(*most, entry->after);
-    }
-    kmp_text_free(&event);
+    const double *depth = times->depth;
+    kmp_text_printf(
+        text, "          largest depths of the %d that ended: from %.4g, quartiles %.4g, %.4g, %.4g, to %.4g %s\n",
+        times->ended, depth[0], depth[1], depth[2], depth[3], depth[4], unit);
+    kmp_text_printf(text, "          touching for %.1f %% of the time", 100 * times->touching);
+    if (times->turning)
+        kmp_text_printf(text, ", %.1f contacts for each turn of '%s'", times->begun / times->turns, times->turning);
+    kmp_text_put(text, "\n");
 }
 
 /* Compliant contacts. */
 static void show_contacts(kmp_text *text, const kempe_trajectory *t)
 {
     const kempe_model *model = t->system->model;
-    bool cut = t->log.count > t->log.kept;
-    int begun;
-    double most;
+    kmp_contact_times times;
     for (int k = 0; k < model->force_count; k++) {
         const kmp_force *force = &model->forces[k];
-        if (force->kind != KMP_FORCE_COMPLIANT)
+        const char *unit = force->turns ? "rad" : "m";
+        if (force->kind != KMP_FORCE_COMPLIANT || kmp_contact_times_find(t, k, &times) != KEMPE_OK)
             continue;
-        count_contacts(t, force, &begun, &most);
-        kmp_text_printf(text, "contact   '%s' began %d time%s%s", force->name, begun, begun == 1 ? "" : "s",
-                        cut ? " in the part of the run whose log is kept" : "");
-        if (most > 0)
-            kmp_text_printf(text, ", largest depth %.4g %s at the ends of steps",
-                            kmp_compliant_depth(model, force, most), force->turns ? "rad" : "m");
+        kmp_text_printf(text, "contact   '%s' began %d time%s%s", force->name, times.begun, times.begun == 1 ? "" : "s",
+                        t->log.contacts_cut ? " in the part of the run whose contacts are kept" : "");
+        if (times.ended > 0)
+            kmp_text_printf(text, ", largest depth %.4g %s", times.depth[KMP_DEPTHS - 1], unit);
         kmp_text_put(text, "\n");
+        if (times.ended > 1)
+            show_depths(text, &times, unit);
     }
 }
 
@@ -384,6 +378,39 @@ static void json_log(kmp_json *json, const kmp_run_log *log)
     kmp_json_end(json);
 }
 
+/* Each contact with its beginning, its end and its largest depth. */
+static void json_times(kmp_json *json, const kempe_trajectory *t, int force)
+{
+    kmp_json_array(json, "contacts");
+    for (int k = 0; k < t->log.contact_count; k++) {
+        const kmp_contact_time *contact = &t->log.contacts[k];
+        const double numbers[] = {contact->from, contact->until, kmp_contact_time_depth(t, k)};
+        if (contact->force == force)
+            kmp_json_numbers(json, NULL, 3, numbers);
+    }
+    kmp_json_end(json);
+}
+
+/* Compliant contacts. */
+static void json_contacts(kmp_json *json, const kempe_trajectory *t)
+{
+    const kempe_model *model = t->system->model;
+    kmp_contact_times times;
+    kmp_json_array(json, "contacts");
+    for (int k = 0; k < model->force_count; k++) {
+        if (model->forces[k].kind != KMP_FORCE_COMPLIANT || kmp_contact_times_find(t, k, &times) != KEMPE_OK)
+            continue;
+        kmp_json_put(json, "{ name %s began %d ended %d cut %i touching %g", model->forces[k].name, times.begun,
+                     times.ended, t->log.contacts_cut, times.touching);
+        kmp_json_numbers(json, "depths", KMP_DEPTHS, times.depth);
+        kmp_json_string(json, "turning", times.turning);
+        kmp_json_number(json, "turns", times.turns);
+        json_times(json, t, k);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
 static void json(kmp_text *text, const void *result)
 {
     const kempe_trajectory *t = result;
@@ -398,6 +425,8 @@ static void json(kmp_text *text, const void *result)
     kmp_print_work(&j, &t->report);
     kmp_print_unused_json(&j, t->system->model);
     json_log(&j, &t->log);
+    if (t->log.contact_count > 0)
+        json_contacts(&j, t);
     kmp_json_put(&j, "mode_changes %d cpu_s %g", t->mode_changes, t->report.cpu_s);
     if (t->report.wall_s > 0)
         kmp_json_number(&j, "wall_s", t->report.wall_s);

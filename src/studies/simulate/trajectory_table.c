@@ -2,6 +2,7 @@
 /* A trajectory as tables. */
 #include "base/memory.h"
 #include "output/result_table.h"
+#include "studies/simulate/contact_times.h"
 #include "studies/simulate/observed.h"
 
 static void put_rows(kempe_table *table, const kempe_trajectory *t, const kmp_columns *columns, kmp_evaluator *eval,
@@ -43,7 +44,20 @@ static void fill_log(kempe_table *table, const void *result)
     }
 }
 
-KMP_TABLES(kempe_trajectory, trajectory, trajectory->system->context, {"rows", fill_rows}, {"log", fill_log})
+static void fill_contacts(kempe_table *table, const void *result)
+{
+    const kempe_trajectory *t = result;
+    kmp_tabulate_columns(table, "contact[words] from[s] until[s] depth");
+    for (int k = 0; k < t->log.contact_count; k++) {
+        const kmp_contact_time *contact = &t->log.contacts[k];
+        kmp_tabulate_row(table);
+        kmp_tabulate_cells(table, "%s %g %g %g", t->system->model->forces[contact->force].name, contact->from,
+                           contact->until, kmp_contact_time_depth(t, k));
+    }
+}
+
+KMP_TABLES(kempe_trajectory, trajectory, trajectory->system->context, {"rows", fill_rows}, {"log", fill_log},
+           {"contacts", fill_contacts})
 
 /* -- outputs by name --------------------------------------------------------------------------------- */
 

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/simulate/contact_times.h"
+#include "base/memory.h"
+#include "model/compliant/compliant.h"
+#include <math.h>
+#include <stdlib.h>
+
+#define TURN 6.283185307179586477
+
+static int by_size(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+double kmp_contact_time_depth(const kempe_trajectory *t, int k)
+{
+    const kmp_contact_time *contact = &t->log.contacts[k];
+    const kempe_model *model = t->system->model;
+    return kmp_compliant_depth(model, &model->forces[contact->force], contact->most);
+}
+
+/* Depths that are sorted, by straight lines between them. */
+static double quantile(int count, const double *sorted, double part)
+{
+    double at = part * (count - 1);
+    int k = (int)at;
+    return k + 1 < count ? sorted[k] + (at - k) * (sorted[k + 1] - sorted[k]) : sorted[count - 1];
+}
+
+/* The driven rotation with the largest angle between the first and the last row. */
+static void find_turns(const kempe_trajectory *t, kmp_contact_times *times)
+{
+    const kempe_model *model = t->system->model;
+    const kmp_samples *rows = &t->table;
+    for (int k = 0; rows->rows > 1 && k < model->closure_count; k++) {
+        const kmp_closure *closure = &model->closures[k];
+        if (!kmp_closure_is_drive(closure) || !model->motions[closure->motion].rotation)
+            continue;
+        double turns = fabs(kmp_samples_get(rows, KMP_QUANTITY_Q, rows->rows - 1)[closure->motion] -
+                            kmp_samples_get(rows, KMP_QUANTITY_Q, 0)[closure->motion]) /
+                       TURN;
+        if (turns >= 1 && turns > times->turns) {
+            times->turns = turns;
+            times->turning = model->motions[closure->motion].name;
+        }
+    }
+}
+
+kempe_status kmp_contact_times_find(const kempe_trajectory *t, int force, kmp_contact_times *times)
+{
+    const kmp_run_log *log = &t->log;
+    double *depth = KMP_NEW(double, log->contact_count + 1), touching = 0;
+    KMP_TRY(kmp_made(t->system->context, depth));
+    *times = (kmp_contact_times){.force = force};
+    for (int k = 0; k < log->contact_count; k++) {
+        const kmp_contact_time *contact = &log->contacts[k];
+        if (contact->force != force)
+            continue;
+        touching += (isnan(contact->until) ? t->report.t : contact->until) -
+                    (isnan(contact->from) ? t->spec.t_start : contact->from);
+        times->begun += !isnan(contact->from);
+        if (!isnan(contact->most))
+            depth[times->ended++] = kmp_contact_time_depth(t, k);
+    }
+    qsort(depth, (size_t)times->ended, sizeof *depth, by_size);
+    for (int k = 0; k < KMP_DEPTHS; k++)
+        times->depth[k] = times->ended > 0 ? quantile(times->ended, depth, 0.25 * k) : NAN;
+    times->touching = touching > 0 ? touching / (t->report.t - t->spec.t_start) : 0;
+    find_turns(t, times);
+    kmp_free(depth);
+    return KEMPE_OK;
+}

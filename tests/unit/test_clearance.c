@@ -1,0 +1,276 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Joints with clearance beyond the compliant journal: a rigid journal against the digits of
+ * examples/loose_pin/reference_loose_pin.py, sliders in guides against closed forms, a ball in its socket against the
+ * closed form of an elastic impact. That of examples/loose_slider has equations of its own. */
+#include "ways.h"
+#include <kempe/table.h>
+#include <math.h>
+#include <stdlib.h>
+
+static const way precise[] = {{"reduced", NULL, "dop853", 1e-9, 1e-14}, {"projected", NULL, "dop853", 1e-9, 1e-14}};
+
+/* -- rigid journals --------------------------------------------------------------------------------------- */
+
+/* Time and rate of an impact; rate 0: a sliding journal leaves. */
+typedef struct impact {
+    double t, rate;
+} impact;
+
+static const impact rebounds[] = {
+    {0.00022728603203979, 4.38578314528}, {0.00060095269456266, 3.03511717704}, {0.00070371236213869, 2.88563480406},
+    {0.00095167513884802, 1.36469396245}, {0.0011068647774629, 1.83396554582},  {0.001169376872725, 1.71683712483},
+    {0.0012410863925808, 1.48141059037},  {0.0013793036653466, 1.01005244496},  {0.0016195552931149, 1.06404062795},
+    {0.0017264201263325, 1.02317343433},  {0.0017875260246018, 0.893523123088}, {0.0018396835949129, 0.74971737039}};
+static const impact slides[] = {{0.00022728603203979, 4.38578314528},
+                                {0.0033986120938193, 0},
+                                {0.0035866243961908, 0.15599102917},
+                                {0.0083598038237808, 0},
+                                {0.0084499674213406, 0.0178184948464}};
+
+/* Impacts and openings of the log, in order; further ones may follow. */
+static void check_impacts(const kempe_trajectory *run, int count, const impact *expected, double tolerance)
+{
+    int found = 0;
+    for (int k = 0; k < run->log.kept && found < count; k++) {
+        const kmp_log_entry *entry = &run->log.entries[k];
+        bool strikes = strcmp(entry->kind, "impact") == 0;
+        if (!strikes && !strstr(entry->text, "opens"))
+            continue;
+        const char *at = strstr(entry->text, " at ");
+        CHECK_NEAR(entry->t, expected[found].t, tolerance * expected[found].t);
+        CHECK(strikes == (expected[found].rate > 0));
+        if (strikes && at)
+            CHECK_NEAR(atof(at + 4), expected[found].rate, 1e-3 * expected[found].rate); /* four digits are printed */
+        found++;
+    }
+    CHECK(found == count);
+}
+
+static loaded slider_crank(const char *form, double restitution)
+{
+    static const char loop[] =
+        "kempe: 1\n"
+        "parameters: {w: 523.598775598298873}\n"
+        "bodies:\n"
+        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 0.3, inertia: {zz: 1e-4}, points: {B: [0.05, 0, "
+        "0]}}\n"
+        "  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 0.21, com: [0.06, 0, 0], inertia: {zz: 2.5e-4}, "
+        "points: {P: [0.12, 0, 0]}}\n"
+        "  slider: {joint: {name: S, prismatic: x, at: ground}, mass: 0.14, points: {P: [0, 0, 0]}}\n"
+        "drives: {motor: {joint: A, angle: w*t}}\n"
+        "loops: {pin: {revolute: [slider.P, rod.P], clearance: 0.5 mm, contact: {restitution: %g}}}\n"
+        "start: {q: {S: 0.17}, qd: {A: w, B: -17/12*w}}\n"
+        "run: {outputs: [q, force(pin_journal)]}\n";
+    static const char tree[] =
+        "kempe: 1\n"
+        "parameters: {w: 523.598775598298873}\n"
+        "bodies:\n"
+        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 0.3, inertia: {zz: 1e-4}, points: {B: [0.05, 0, "
+        "0]}}\n"
+        "  slider: {joint: {name: S, prismatic: x, at: ground}, mass: 0.14}\n"
+        "  rod: {joint: {name: pin, revolute: z, at: slider, clearance: 0.5 mm, contact: {restitution: %g}}, mass: "
+        "0.21, com: [-0.06, 0, 0], inertia: {zz: 2.5e-4}, points: {B: [-0.12, 0, 0]}}\n"
+        "drives: {motor: {joint: A, angle: w*t}}\n"
+        "loops: {B: {ball: [crank.B, rod.B]}}\n"
+        "start: {q: {S: 0.17}, qd: {A: w, pin: -5/12*w}}\n"
+        "run: {outputs: [q, force(pin_journal)]}\n";
+    char text[2000];
+    (void)snprintf(text, sizeof text, strcmp(form, "loop") == 0 ? loop : tree, restitution);
+    return load_text(text);
+}
+
+/* Errors grow from impact to impact; the last of twelve is right to 1e-8, one in five with sliding pieces to 1e-9. */
+static void rigid_pin(void)
+{
+    static const char *const forms[] = {"loop", "tree"};
+    for (int k = 0; k < 4; k++) {
+        loaded l = slider_crank(forms[k / 2], 0.9), sliding = slider_crank(forms[k / 2], 0);
+        kempe_trajectory *run = simulate(&l, &precise[k % 2], 0.002);
+        if (run) {
+            check_impacts(run, sizeof rebounds / sizeof *rebounds, rebounds, 1e-8);
+            CHECK(run->verdict.drift_rel < 1e-9);
+        }
+        kempe_trajectory_free(run);
+        if ((run = simulate(&sliding, &precise[k % 2], 0.009))) {
+            check_impacts(run, sizeof slides / sizeof *slides, slides, 1e-9);
+            CHECK(run->verdict.drift_rel < 1e-9);
+        }
+        kempe_trajectory_free(run);
+        unload(&l);
+        unload(&sliding);
+    }
+}
+
+/* A joint of the tree starts as the one without clearance where its coordinates are held and at rest. */
+static void ideal_start(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "parameters: {w: 500}\n"
+        "bodies:\n"
+        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 0.3, inertia: {zz: 1e-4}, points: {B: [0.05, 0, "
+        "0]}}\n"
+        "  slider: {joint: {name: S, prismatic: x, at: ground}, mass: 0.14}\n"
+        "  rod: {joint: {name: pin, revolute: z, at: slider, clearance: 0.5 mm, contact: {law: hertz, stiffness: "
+        "1e9}}, mass: 0.21, com: [-0.06, 0, 0], inertia: {zz: 2.5e-4}, points: {B: [-0.12, 0, 0]}}\n"
+        "drives: {motor: {joint: A, angle: 40 deg + w*t}}\n"
+        "loops: {B: {ball: [crank.B, rod.B]}}\n"
+        "start: {q: {A: 40 deg, S: 0.15, pin: -20 deg}, hold: [A, pin_x, pin_y], qd: {A: w, pin_x: 0, pin_y: 0}}\n";
+    const double angle = 40 * 3.14159265358979323846 / 180, r = 0.05, l = 0.12, w = 500;
+    const double rod = -asin(r * sin(angle) / l), turning = -r * w * cos(angle) / (l * cos(rod));
+    loaded model = load_text(text);
+    kempe_trajectory *run = simulate(&model, &precise[0], 1e-9);
+    kempe_table *table = NULL;
+    CHECK(run && kempe_trajectory_outputs(run, "q,qd", &table) == KEMPE_OK);
+    const char *const names[] = {"q.S", "q.pin", "q.pin_x", "qd.S", "qd.pin", "qd.pin_x", "qd.pin_y"};
+    const double expected[] = {
+        r * cos(angle) + l * cos(rod), rod, 0, -r * w * sin(angle) - l * sin(rod) * turning, turning, 0, 0};
+    for (int k = 0; table && k < 7; k++)
+        CHECK_NEAR(kempe_table_number(table, 0, kempe_table_find(table, names[k])), expected[k], 1e-11 * w);
+    kempe_table_free(table);
+    kempe_trajectory_free(run);
+    unload(&model);
+}
+
+/* -- guides ------------------------------------------------------------------------------------------------ */
+
+static double last_of(const kempe_trajectory *run, const char *names, const char *column)
+{
+    kempe_table *table = NULL;
+    double value = NAN;
+    if (run && kempe_trajectory_outputs(run, names, &table) == KEMPE_OK)
+        value = kempe_table_number(table, kempe_table_row_count(table) - 1, kempe_table_find(table, column));
+    kempe_table_free(table);
+    return value;
+}
+
+/* The depths of a slider of the length l and the height h, whose centre of mass is 10 mm before its middle, that lies
+ * on its lower corners: K d^1.5 of each is the share of its weight by the levers. With the sine s of its angle, where
+ * l s = d_r - d_f, the rear one is at -c l/2 + s h/2. */
+static void resting_depths(double *front, double *rear)
+{
+    const double l = 0.04, h = 0.02, weight = 2 * 9.81;
+    double s = 0;
+    for (int k = 0; k < 100; k++) {
+        double c = sqrt(1 - s * s), share = (0.01 * c + c * l / 2 - s * h / 2) / (c * l);
+        *front = pow(weight * share / 1e8, 2.0 / 3);
+        *rear = pow(weight * (1 - share) / 1e8, 2.0 / 3);
+        s = (*rear - *front) / l;
+    }
+}
+
+/* The joint in the tree, and as a closure. */
+static void resting_slider(void)
+{
+    static const char *const forms[] = {
+        "  s: {joint: {name: S, prismatic: x, at: ground, %s}, mass: 2, com: [10 mm, 0, 0], inertia: {zz: 1e-3}}\n",
+        "  s: {joint: {name: F, planar: z, at: ground, coordinates: [a, b, c]}, mass: 2, com: [10 mm, 0, 0], inertia: "
+        "{zz: 1e-3}, "
+        "points: {P: [0, 0, 0]}}\n"
+        "loops: {S: {prismatic: [ground.O, s.P], axis: x, %s}}\n"};
+    double front, rear;
+    resting_depths(&front, &rear);
+    for (int k = 0; k < 2; k++) {
+        char joint[300], body[700], text[1200];
+        (void)snprintf(joint, sizeof joint,
+                       "clearance: 0.1 mm, contact: {length: 40 mm, height: 20 mm, law: hunt_crossley, stiffness: 1e8, "
+                       "damping: 100}");
+        (void)snprintf(body, sizeof body, forms[k], joint);
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n%s"
+                       "run: {outputs: [q, force(S_front_lower), force(S_rear_lower)]}\n",
+                       body);
+        loaded l = load_text(text);
+        kempe_trajectory *run = simulate(&l, &precise[0], 0.3);
+        CHECK_NEAR(last_of(run, "force(S_front_lower)", "force.S_front_lower.depth"), front, 1e-9 * front);
+        CHECK_NEAR(last_of(run, "force(S_rear_lower)", "force.S_rear_lower.depth"), rear, 1e-9 * rear);
+        CHECK(last_of(run, "force(S_front_upper)", "force.S_front_upper.normal") == 0);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* A rigid slider that falls on its lower side, both corners at once: it strikes at sqrt(2 c/g) and slides on with the
+ * rate along its guide, without tilting. The corners carry its weight. */
+static void rigid_slider(void)
+{
+    static const char text[] = "kempe: 1\n"
+                               "gravity: [0, 0, -9.81]\n"
+                               "bodies:\n"
+                               "  s:\n"
+                               "    joint: {name: S, prismatic: x, at: ground, clearance: 1 mm, contact: {axis: y, "
+                               "length: 40 mm, height: 20 mm, restitution: 0}}\n"
+                               "    mass: 2\n"
+                               "    inertia: {yy: 1e-3}\n"
+                               "start: {qd: {S: 0.3}}\n"
+                               "run: {outputs: [q, force(S_front_lower)]}\n";
+    const double t = sqrt(2 * 1e-3 / 9.81);
+    loaded l = load_text(text);
+    kempe_trajectory *run = simulate(&l, &precise[0], 0.1);
+    int struck = 0;
+    for (int k = 0; run && k < run->log.kept; k++)
+        if (strcmp(run->log.entries[k].kind, "impact") == 0) {
+            CHECK_NEAR(run->log.entries[k].t, t, 1e-12);
+            struck++;
+        }
+    CHECK(struck > 0);
+    CHECK_NEAR(last_of(run, "q(S)", "q.S"), 0.03, 1e-12);
+    CHECK_NEAR(fabs(last_of(run, "q(S_across)", "q.S_across")), 1e-3, 1e-12);
+    CHECK_NEAR(last_of(run, "q(S_angle)", "q.S_angle"), 0, 1e-12);
+    CHECK_NEAR(last_of(run, "force(S_front_lower),force(S_rear_lower),force(S_front_upper),force(S_rear_upper)",
+                       "force.S_front_lower") +
+                   last_of(run, "force(S_rear_lower)", "force.S_rear_lower") +
+                   last_of(run, "force(S_front_upper)", "force.S_front_upper") +
+                   last_of(run, "force(S_rear_upper)", "force.S_rear_upper"),
+               2 * 9.81, 1e-9);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* -- balls ------------------------------------------------------------------------------------------------- */
+
+/* A ball flies from the centre of its socket along a direction in space, and returns from it as from a wall: contact
+ * lasts 2.94327518432470466 d/v with the largest depth d = (5 m v^2/(4 K))^(2/5) of Hertz. */
+static void ball_in_socket(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "ground: {points: {O: [0, 0, 0]}}\n"
+        "bodies:\n"
+        "  b: {joint: {free: x, at: ground, coordinates: [x, y, z, a, b, c]}, mass: 0.5, inertia: {xx: 1e-4, yy: 1e-4, "
+        "zz: 1e-4}, points: {C: [0, 0, 0]}}\n"
+        "loops: {S: {ball: [ground.O, b.C], clearance: 1 mm, contact: {%s}}}\n"
+        "start: {qd: {x: 0.1, y: 0.2, z: 0.2}}\n"
+        "run: {outputs: [q, qd, force(%s)]}\n";
+    static const char *const laws[] = {"law: hertz, stiffness: 1e8", "restitution: 0.5"};
+    const double v = 0.3, d = pow(1.25 * 0.5 * v * v / 1e8, 0.4), on = 1e-3 / v, off = on + 2.94327518432470466 * d / v;
+    for (int k = 0; k < 2; k++) {
+        char model[1000];
+        (void)snprintf(model, sizeof model, text, laws[k], k ? "S_journal" : "S");
+        loaded l = load_text(model);
+        kempe_trajectory *run = simulate(&l, &precise[0], 0.006);
+        const kmp_run_log *log = &run->log;
+        CHECK(run && log->kept == (k ? 1 : 2));
+        if (run && log->kept > 0)
+            CHECK_NEAR(log->entries[0].t, on, 1e-11);
+        if (run && k == 0 && log->kept > 1)
+            CHECK_NEAR(log->entries[1].t, off, 1e-11);
+        CHECK_NEAR(last_of(run, "qd(y)", "qd.y"), k ? -0.1 : -0.2, 1e-9);
+        const double place = k ? 1e-3 - 0.5 * v * (0.006 - on) : 1e-3 - v * (0.006 - off);
+        CHECK_NEAR(last_of(run, k ? "force(S_journal)" : "force(S)",
+                           k ? "force.S_journal.eccentricity" : "force.S.eccentricity"),
+                   fabs(place), 1e-10);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+int main(void)
+{
+    TEST(rigid_pin);
+    TEST(ideal_start);
+    TEST(resting_slider);
+    TEST(rigid_slider);
+    TEST(ball_in_socket);
+    return check_report();
+}
