@@ -5,6 +5,8 @@
     python3 docs/problems.py build/release/kempe            runs all and writes the page
     python3 docs/problems.py build/release/kempe --check    fails when an error differs from the page by more than tenfold
 """
+import importlib.machinery
+import importlib.util
 import json
 import pathlib
 import re
@@ -18,7 +20,6 @@ PAGE = ROOT / "docs/problems.md"
 SLACK, ROUNDING = 10, 1e-14  # between machines; differences below are rounding
 TEST_SET = "Test Set for IVP Solvers"
 IFTOMM = "IFToMM benchmark"
-MACHINES = "bench/machines"  # other models are examples
 
 # title, introduction, rows: problem, source of the digits, model, reference, tolerance
 PARTS = (
@@ -57,8 +58,6 @@ PARTS = (
         ("The same, masses 1e-6 : 1 : 1e6", "integral over the crank angle, 40 digits", "four_bar/four_bar_ill", "four_bar/reference_ill",
          "1e-12"),
         ("Stephenson's six-bar", "integral over the crank angle, 40 digits", "stephenson/stephenson", "stephenson/reference", "1e-12"),
-        ("Ball that bounces, six impacts", "parabolas between impacts, 40 digits", f"{MACHINES}/bouncing_ball", f"{MACHINES}/bouncing_ball", "1e-12"),
-        ("Sphere that slips, then rolls", "constant accelerations, 40 digits", f"{MACHINES}/rolling_sphere", f"{MACHINES}/rolling_sphere", "1e-12"),
         ("Toggle press that strikes an anvil", "quadrature between impacts, 30 digits", "toggle_press/toggle_press", "toggle_press/reference",
          "1e-12"))),
     ("Independent programs", "The models are Kempe's own. Each program has a formulation of its own, and its two step sizes or tolerances agree.", (
@@ -71,6 +70,47 @@ PARTS = (
         ("Excavator with hydraulics and a digital controller", "113-bit arithmetic", "hydraulic_excavator/hydraulic_excavator",
          "hydraulic_excavator/reference", "1e-12"))),
 )
+# Of bench/machines: title, source of the digits, tables.
+EVENTS = (
+    ("Block on a belt, limit cycle", "closed form, 40 digits", "friction_belt"),
+    ("Block on a belt, friction falls with the rate", "113-bit arithmetic", "friction_falling"),
+    ("Mass on a spring comes to rest", "closed form, 40 digits", "friction_spring"),
+    ("Block on an incline under a varying force", "closed form, 40 digits", "friction_incline"),
+    ("Pendulum with a Coulomb pivot", "energy and quadrature, 40 digits", "friction_pendulum"),
+    ("Two stacked blocks", "closed form, 40 digits", "friction_stack"),
+    ("Slider-crank, friction by the guide's load", "113-bit arithmetic", "friction_guide"),
+    ("The same, driven", "113-bit arithmetic", "friction_driven"),
+    ("Slider-crank, two frictions on one freedom", "113-bit arithmetic", "friction_pair"),
+    ("Four-bar, friction by a pin's reaction", "113-bit arithmetic", "friction_pin"),
+    ("Painlevé's rod", "closed form, 40 digits", "friction_rod"),
+    ("Bouncing ball", "closed form, 40 digits", "contact_bounce"),
+    ("Sphere that slips, then rolls", "closed form, 40 digits", "contact_rolling"),
+    ("Slider-crank that meets a stop", "energy and quadrature, 25 digits", "contact_slider_crank"),
+    ("Restitution of Hunt and Crossley, Lankarani and Nikravesh, Flores", "closed form, 40 digits", "compliant_restitution"),
+    ("Depth and duration of a contact", "energy and quadrature, 30 digits", "compliant_depth"),
+    ("Ball on a compliant floor", "113-bit arithmetic", "compliant_drop"),
+    ("Hertz's and Johnson's stiffness", "closed form, 40 digits", "compliant_stiffness"),
+    ("Slider-crank with a loose pin", "113-bit arithmetic", "compliant_pin"),
+    ("The same with friction", "113-bit arithmetic", "compliant_pin_friction"),
+    ("Duffing's oscillator", "elliptic functions, 40 digits", "duffing"),
+    ("Mass with a quadratic damper", "Lambert's function, 40 digits", "quadratic_damper"),
+    ("Mass with a tabulated damper", "closed form between the knots, 30 digits", "tabulated_damper"),
+    ("Orifice that empties a volume", "closed form, 40 digits", "orifice"),
+    ("Hydraulic servo", "113-bit arithmetic", "servo_cylinder"),
+    ("Direct-current motor", "exponential of a matrix, 40 digits", "electric_motor"),
+    ("Mass under a PID controller", "exponential of a matrix, 40 digits", "pid_mass"),
+    ("Rotor under a sampled controller", "difference equation, 40 digits", "sampled_rotor"),
+    ("Cart under a sampled controller", "exponential of a matrix, 40 digits", "sampled_cart"),
+)
+EVENTS_HEAD = """## Friction, contact, laws and samples
+
+Each row is a model and a table of events and states. The log of the run must have these events, all and in order, and no others of
+their kinds. States without a solution must be refused by name. The error of an event is relative to its time, any other error to the
+largest size of the quantity in the runs. Each run is by the reduced formulation with dop853, at rtol 1e-11; `bench/machines/run` has
+all formulations ([recorded](../bench/results/machines.txt)).
+
+| problem | digits | error of events | error of states | model | table |
+|---|---|--:|--:|---|---|"""
 HEAD = """# Published problems
 
 The tables list the problems with digits that Kempe did not make. Each row is one command with its model, reference and rtol, for
@@ -98,13 +138,9 @@ ELSEWHERE = """## Further comparisons
 """
 
 
-def path(name):
-    return name if name.startswith(MACHINES) else f"examples/{name}"
-
-
 def errors(kempe, model, reference, rtol):
     """Errors of q, qd and lambda, None where the reference has no digits."""
-    done = subprocess.run([kempe, "simulate", f"{path(model)}.yaml", "--reference", f"{path(reference)}.csv", "--rtol", rtol,
+    done = subprocess.run([kempe, "simulate", f"examples/{model}.yaml", "--reference", f"examples/{reference}.csv", "--rtol", rtol,
                            "--no-convergence-check", "--json", "-"], cwd=ROOT, capture_output=True, text=True, check=True)
     found = json.loads(done.stdout)["error"]
     return [found[key] for key in ("q", "qd", "lambda")]
@@ -120,6 +156,29 @@ def recorded():
             "bogie": found("paper", r"^  examples/bogie, .*? +\d+ +\d+ +\d+ +\d+ +(\d+) \|")}
 
 
+def machines():
+    """The module of bench/machines/run."""
+    path = ROOT / "bench/machines/run"
+    loader = importlib.machinery.SourceFileLoader("machines_run", str(path))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
+    sys.dont_write_bytecode = True
+    loader.exec_module(module)
+    return module
+
+
+def events(kempe):
+    run, lines = machines(), [EVENTS_HEAD]
+    for title, source, name in EVENTS:
+        problem, = run.problems([name])
+        found = run.errors(kempe, problem, run.METHODS[0], 1e-11)
+        if isinstance(found, str):
+            sys.exit(f"{name}: {found}")
+        cells = ["-" if e is None else f"{e:.0e}" for e in found]
+        model = problem.model.relative_to(ROOT).as_posix()
+        lines.append(f"| {title} | {source} | {' | '.join(cells)} | [`{problem.model.stem}`](../{model}) | [`{name}.csv`](../bench/machines/{name}.csv) |")
+    return "\n".join(lines) + "\n"
+
+
 def page(kempe):
     parts = [HEAD]
     for title, introduction, rows in PARTS:
@@ -127,12 +186,11 @@ def page(kempe):
                  "|---|---|--:|--:|--:|--:|---|"]
         for problem, source, model, reference, rtol in rows:
             cells = ["-" if e is None else f"{e:.0e}" for e in errors(kempe, model, reference, rtol)]
-            name = reference.rpartition("/")[2]
-            page = f"{path(model)}.yaml" if path(model) == model else f"{path(model).rpartition('/')[0]}/README.md"
-            lines.append(f"| [{problem}](../{page}) | {source} | {' | '.join(cells)} | {rtol} | "
-                         f"`{model}`, [`{name}`](../{path(reference)}.csv) |")
+            folder, name = reference.split("/")
+            lines.append(f"| [{problem}](../examples/{model.split('/')[0]}/README.md) | {source} | {' | '.join(cells)} | {rtol} | "
+                         f"`{model}`, [`{name}`](../examples/{folder}/{name}.csv) |")
         parts.append("\n".join(lines) + "\n")
-    return "\n".join([*parts, ELSEWHERE.format(**recorded())])
+    return "\n".join([*parts, events(kempe), ELSEWHERE.format(**recorded())])
 
 
 def agree(kept, made):

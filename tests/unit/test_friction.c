@@ -66,14 +66,7 @@ static void belt(void)
 /* F1b: friction that falls with the rate; from stick at 0 it breaks away at 1. */
 static void falling(void)
 {
-    loaded l = load_text("kempe: 1\n"
-                         "bodies:\n"
-                         "  belt: {joint: {name: belt, prismatic: x, at: ground}, mass: 1}\n"
-                         "  block: {joint: {name: s, prismatic: x, at: belt}, mass: 1, points: {P: [0, 0, 0]}}\n"
-                         "drives: {belt: {joint: belt, displacement: \"0.2*t\"}}\n"
-                         "forces:\n"
-                         "  spring: {at: block.P, force: [\"-(q(belt) + q(s))\", 0, 0]}\n"
-                         "  rub: {joint: s, friction: {force: 1/(1 + 3*abs(qd(s)))}}\n");
+    loaded l = load("tests/models/friction_falling.yaml");
     for (int k = 0; k < WAYS; k++) {
         kempe_trajectory *run = simulate(&l, &ways[k], 18);
         if (run)
@@ -103,14 +96,11 @@ static void spring(void)
         kempe_trajectory_free(run);
     }
     unload(&l);
-    l = load_text("kempe: 1\n"
-                  "bodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
-                  "forces: {k: {joint: x, spring: {stiffness: 100}}, f: {joint: x, friction: {force: 3, static: 8}}}\n"
-                  "start: {q: {x: 0.25}}\n");
+    l = load_set("tests/models/friction_spring.yaml", (const kempe_setting[]){{"static", "8"}}, 1);
     kempe_trajectory *run = simulate(&l, &ways[0], 2);
     if (run) {
-        TRANSITIONS(run, 1e-9, {0, "'f' slips backward"}, {pi / 10, "'f' slips forward"},
-                    {pi / 5, "'f' slips backward"}, {0.94247779607693797, "'f' sticks"});
+        TRANSITIONS(run, 1e-9, {0, "'rub' slips backward"}, {pi / 10, "'rub' slips forward"},
+                    {pi / 5, "'rub' slips backward"}, {0.94247779607693797, "'rub' sticks"});
         CHECK_NEAR(last_q(run)[0], -0.07, 1e-9);
     }
     kempe_trajectory_free(run);
@@ -347,12 +337,7 @@ static void pair(void)
 /* Levels 1 and 5 on one coordinate under a load that grows: both hold until it exceeds 6, whatever share each has. */
 static void shares(void)
 {
-    loaded l = load_text("kempe: 1\n"
-                         "bodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
-                         "forces:\n"
-                         "  load: {joint: x, force: 4*t}\n"
-                         "  weak: {joint: x, friction: {force: 1}}\n"
-                         "  strong: {joint: x, friction: {force: 5}}\n");
+    loaded l = load("tests/models/friction_shares.yaml");
     for (int k = 0; k < WAYS; k++) {
         kempe_trajectory *run = simulate(&l, &ways[k], 2);
         if (run) {

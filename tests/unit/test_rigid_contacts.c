@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rigid contacts with restitution, against the digits of tests/oracle/contact_digits.py. */
+/* Rigid contacts with restitution, against the digits of bench/machines/contact_digits.py. */
 #include "ways.h"
 #include <kempe/equilibrium.h>
 #include <kempe/generate.h>
@@ -24,9 +24,8 @@ static double time_of(const kempe_trajectory *run, const char *kind, int n)
     "start: {q: {z: 1}}\n"
 
 /* C1: a ball whose impacts accumulate; 62 of them, then it rests. */
-static void bouncing(const char *text, double height)
+static void bouncing(loaded l, double height)
 {
-    loaded l = load_text(text);
     for (int k = 0; k < WAYS; k++) {
         const double e = ways[k].tolerance;
         kempe_trajectory *run = simulate(&l, &ways[k], 3), *whole = simulate(&l, &ways[k], 5);
@@ -114,7 +113,7 @@ static void stopped_slider_crank(void)
 /* Two corners with different restitution strike at one instant. */
 static void two_corners(void)
 {
-    loaded l = load_text(BOX(FOOT(L, 0.8, "") FOOT(R, 0.2, "")) "start: {q: {b.2: 1.2}, qd: {b.2: -1}}\n");
+    loaded l = load("tests/models/contact_corners.yaml");
     for (int k = 0; k < WAYS; k++) {
         kempe_trajectory *run = simulate(&l, &ways[k], 1.25);
         if (run) {
@@ -194,13 +193,7 @@ static void oblique_impacts(void)
 /* A point slides on a smooth sphere, and leaves it where its force becomes zero. */
 static void off_a_sphere(void)
 {
-    loaded l = load_text("kempe: 1\n"
-                         "gravity: [0, -9.81, 0]\n"
-                         "ground: {points: {O: [0, 0, 0]}}\n"
-                         "bodies: {p: {joint: {name: p, planar: z, at: ground}, mass: 3, inertia: {zz: 1}, "
-                         "points: {C: [0, 0, 0]}}}\n"
-                         "contacts: {c: {point: p.C, on: {sphere: ground.O, radius: 1}, restitution: 0}}\n"
-                         "start: {q: {p.1: sin(0.5), p.2: cos(0.5)}}\n");
+    loaded l = load("tests/models/contact_sphere.yaml");
     for (int k = 0; k < WAYS; k++) {
         const double e = ways[k].tolerance;
         kempe_trajectory *run = simulate(&l, &ways[k], 1);
@@ -289,12 +282,12 @@ static void refused_studies(void)
 
 static void stop(void)
 {
-    bouncing(BALL("joint: z, lower: 0, restitution: 0.8"), 0);
+    bouncing(load("tests/models/contact_bounce.yaml"), 0);
 }
 
 static void point_on_plane(void)
 {
-    bouncing(BALL("point: ball.C, on: {plane: ground.O}, restitution: 0.8"), 0);
+    bouncing(load_text(BALL("point: ball.C, on: {plane: ground.O}, restitution: 0.8")), 0);
 }
 
 int main(void)

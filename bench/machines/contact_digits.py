@@ -1,0 +1,198 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Digits of problems of contact by closed forms and quadrature in 40 digits (mpmath), from the laws alone:
+
+    contact_digits bounce > contact_bounce.csv
+    contact_digits rolling > contact_rolling.csv
+    contact_digits slider_crank > contact_slider_crank.csv
+    contact_digits sphere > contact_sphere.csv
+    contact_digits corners > contact_corners.csv
+    contact_digits restitution > compliant_restitution.csv
+    contact_digits depth > compliant_depth.csv
+    contact_digits stiffness > compliant_stiffness.csv
+"""
+import sys
+
+from mpmath import acos, asin, cos, diff, findroot, log, mp, mpf, pi, quad, sin, sqrt
+
+from digit_table import Table
+
+mp.dps = 40
+G = mpf("9.81")
+
+
+def bounce():
+    """A ball from a height of 1 with restitution 0.8: impacts less than 1 us apart close the contact."""
+    e, rate, time = mpf("0.8"), sqrt(2 * G), sqrt(2 / G)
+    table = Table("contact_bounce", "q.z", "qd.z")
+    while True:
+        table.event(time, "impact 'floor'")
+        rate *= e
+        flight = 2 * rate / G
+        for t in (mpf("0.5"), mpf(1), mpf(2), mpf(3)):
+            if time < t < time + flight:
+                table.state(t, rate * (t - time) - G * (t - time)**2 / 2, rate - G * (t - time))
+        if flight < mpf("1e-6"):
+            break
+        time += flight
+    table.event(time, "contact 'floor' closes")
+    table.state(5, 0, 0)
+
+
+def rolling():
+    """A solid sphere slips, then rolls if friction is enough."""
+    radius = mpf("0.1")
+    table = Table("contact_rolling", "q.b.1", "qd.b.1", "q.b.3", "qd.b.3", "force.floor", "force.floor_friction")
+
+    def run(degrees, mu, v, spin):
+        """Rates down the slope, and of rolling: radius times the rate about the axis is -v."""
+        a = mpf(degrees) * pi / 180
+        push = mu * G * cos(a)
+        table.event(0, "contact 'floor' closes")
+        side = 1 if v + radius * spin > 0 else -1
+        table.event(0, f"friction 'floor_friction' slips {'forward' if side > 0 else 'backward'}")
+        slide, turn = G * sin(a) - side * push, -side * push * radius / (mpf("0.4") * radius**2)
+        change = slide + radius * turn                       # of the rate of slip
+        t = -(v + radius * spin) / change if side * change < 0 else mpf(3)
+        end = min(t, mpf(2))
+        x, angle = v * end + slide * end**2 / 2, spin * end + turn * end**2 / 2
+        v, spin = v + slide * end, spin + turn * end
+        if t > 2:
+            table.state(2, x, v, angle, spin, G * cos(a), -side * push)
+            return
+        table.event(t, "friction 'floor_friction' sticks", x, v, angle, spin)
+        roll, left = 5 * G * sin(a) / 7, 2 - t
+        x += v * left + roll * left**2 / 2
+        angle += spin * left - roll / radius * left**2 / 2
+        v, spin = v + roll * left, spin - roll / radius * left
+        table.state(2, x, v, angle, spin, G * cos(a), -2 * G * sin(a) / 7)
+
+    run(10, mpf("0.15"), mpf(2), mpf(0))
+    table.set = "slope=40deg"
+    run(40, mpf("0.15"), mpf(2), mpf(0))
+    table.set = "slope=0 spin=60"
+    run(0, mpf("0.15"), mpf(2), mpf(60))
+
+
+R, L, M1, M2, M3 = (mpf(x) for x in ("0.2", "0.5", "1", "2", "3"))
+
+
+def rod(angle):
+    return -asin(R * sin(angle) / L)
+
+
+def slider(angle):
+    return R * cos(angle) + L * cos(rod(angle)) - R - L
+
+
+def inertia(angle):
+    """2 T / w^2 of the slider-crank: bars about their centres."""
+    turn, out = diff(rod, angle), diff(slider, angle)
+    x, y = -R * sin(angle) - L / 2 * sin(rod(angle)) * turn, R * cos(angle) + L / 2 * cos(rod(angle)) * turn
+    return M1 * R**2 / 3 + M2 * (x * x + y * y + L**2 / 12 * turn**2) + M3 * out**2
+
+
+def potential(angle):
+    return G * (M1 * R / 2 * sin(angle) + M2 * (R * sin(angle) + L / 2 * sin(rod(angle))))
+
+
+def slider_crank():
+    """Slider limited at -0.3 m with restitution 0.5, crank at 20 rad/s from the outer dead centre; half a period for the place at the end."""
+    mp.dps = 25
+    table = Table("contact_slider_crank", "q.crank", "q.slider", how="energy and quadrature, 25 digits")
+    at = findroot(lambda angle: slider(angle) + mpf("0.3"), mpf("1.6"))
+    energy = inertia(mpf(0)) * 400 / 2 + potential(mpf(0))
+
+    def passage(start, end, energy):
+        return quad(lambda angle: 1 / sqrt(2 * (energy - potential(angle)) / inertia(angle)), [min(start, end), max(start, end)])
+
+    first = passage(mpf(0), at, energy)
+    rebound = (energy - potential(at)) / 4 + potential(at)
+    second = first + passage(-at, at, rebound)
+    table.event(first, "impact 'stop'", at, "-0.3")
+    table.event(second, "impact 'stop'", -at, "-0.3")
+    angle = -at + mpf("0.1")                                  # after the second impact it turns forward again
+    energy = (rebound - potential(-at)) / 4 + potential(-at)
+    table.state(second + passage(-at, angle, energy), angle, slider(angle))
+
+
+def sphere():
+    """A point mass on a smooth sphere of radius 1, from rest 0.5 rad off the top: it leaves where cos is 2/3 of that at the start."""
+    mp.dps = 25
+    start = mpf("0.5")
+    leaves = acos(cos(start) * 2 / 3)
+    # with the angle start + s^2 there is no singular end
+    time = quad(lambda s: s / sqrt(G * sin(start + s * s / 2) * sin(s * s / 2)), [0, sqrt(leaves - start)])
+    rate = sqrt(2 * G * (cos(start) - cos(leaves)))
+    table = Table("contact_sphere", "q.p.1", "q.p.2", how="energy and quadrature, 25 digits")
+    table.event(0, "contact 'c' closes")
+    table.event(time, "contact 'c' opens", sin(leaves), cos(leaves))
+    t = 1 - time
+    table.state(1, sin(leaves) + rate * cos(leaves) * t, cos(leaves) - rate * sin(leaves) * t - G * t * t / 2)
+
+
+def corners():
+    """A box 2 a wide falls flat at 1 m/s on corners with 0.8 and 0.2."""
+    left, right, a, t = mpf("0.8"), mpf("0.2"), mpf("0.5"), mpf("0.25")
+    up, turn = (left + right) / 2, (right - left) / (2 * a)
+    table = Table("contact_corners", "q.b.2", "qd.b.2", "q.b.3", "qd.b.3")
+    table.event(1, "impact 'L' at 1")
+    table.state(1 + t, mpf("0.2") + up * t, up, turn * t, turn)
+
+
+def restitution_of(a):
+    """Of F = K d^n (1 + a d') at a rate of 1, for any K and n: a (1 + e) = ln((1 + a)/(1 - a e))."""
+    low, high = mpf(0), min(mpf(1), 1 / a)
+    for _ in range(400):
+        e = (low + high) / 2
+        low, high = (e, high) if a * (1 + e) > log((1 + a) / (1 - a * e)) else (low, e)
+    return e
+
+
+def restitution():
+    """Balls that meet a floor with 1 m/s after 1 ms, each with its own law."""
+    factors = [mpf(x) for x in ("0.01", "0.1", "0.5", "1", "2")]
+    names = [f"qd.a{k}" for k in range(1, 6)] + ["qd.lankarani_nikravesh", "qd.hunt_crossley", "qd.flores"]
+    table = Table("compliant_restitution", *names, atol="1e-14")
+    for c in (mpf(x) for x in ("0.9", "0.7", "0.5", "0.3")):
+        table.set = f"c={mp.nstr(c, 3)}"
+        laws = (3 * (1 - c * c) / 4, 3 * (1 - c) / 2, 8 * (1 - c) / (5 * c))
+        table.state(mpf("0.2"), *(restitution_of(a) for a in (*factors, *laws)))
+
+
+def depth():
+    """Largest depth, force there and duration of F = K d^1.5 (1 + a d'), by its energy: d(v^2/2)/(1 + a v) = -K d^1.5 dd."""
+    mp.dps = 60
+    table = Table("compliant_depth", "q.z", "qd.z", "force.floor.normal", how="energy and quadrature, 30 digits", atol="1e-14")
+    stiffness, start = mpf(10)**6, mpf("0.001")
+    for a in (mpf("0.2"), mpf(0)):
+        table.set = f"a={mp.nstr(a, 2)}"
+        work = lambda v: v / a - log(1 + a * v) / a**2 if a else v * v / 2      # integral of v/(1 + a v)
+        place = lambda v: (mpf("2.5") / stiffness * (work(mpf(1)) - work(v)))**mpf("0.4")
+        most, e = place(mpf(0)), restitution_of(a) if a else mpf(1)
+        # dt = -dv/(K d^1.5 (1 + a v)) is smooth in u of v = end (1 - u^5), for d^1.5 grows with u^3
+        speed = lambda u, end: 5 * abs(end) * u**4 / (stiffness * place(end * (1 - u**5))**mpf("1.5") * (1 + a * end * (1 - u**5)))
+        way = lambda end: quad(lambda u: speed(u, end), [0, mpf("0.5"), 1], method="gauss-legendre")
+        table.event(start, "event contact of 'floor' became true", 0, -1)
+        table.state(start + way(mpf(1)), -most, 0, stiffness * most**mpf("1.5"))
+        end = start + way(mpf(1)) + way(-e)
+        table.event(end, "event contact of 'floor' became false", 0, e)
+        table.state(mpf("0.02"), e * (mpf("0.02") - end), e, 0)
+
+
+def stiffness():
+    """By Hertz: a steel sphere on a plane, a journal in a bearing, as forces at a depth of 1 m; Johnson's cylinder in a cylinder."""
+    modulus = mpf("207e9") / (2 * (1 - mpf("0.09")))
+    hertz = lambda radius: 4 * modulus / 3 * sqrt(radius)
+    table = Table("compliant_stiffness", "force.sphere.normal", "force.socket.normal", "force.pin.normal")
+    gap, load = mpf("5e-4"), mpf(10)**6
+    reach = load / (pi * modulus) * (log(4 * pi * modulus * gap / load) - 1)
+    table.set = f"depth={mp.nstr(reach, 25)}"
+    table.state(0, hertz(mpf("0.02")), hertz(mpf("0.0095") * mpf("0.01") / gap), load)
+    table.end(mpf("1e-12"))
+    table.set = "depth=0.27e-3"
+    table.refused("the depth of 'pin' reaches 0.51 clearances")
+
+
+if __name__ == "__main__":
+    {f.__name__: f for f in (bounce, rolling, slider_crank, sphere, corners, restitution, depth, stiffness)}[sys.argv[1]]()
