@@ -19,9 +19,9 @@
 
 enum { MOST_CORRECTIONS = 8 };
 
-/* Runs in lanes after which the program of places nearby is made: as many as it takes to save what its making costs,
- * 700 to 1300 (bench/bench_nearby.c). */
-#define NEARBY_AFTER 1000
+/* Runs in lanes after which the program of places nearby is made: about as many as it takes to save what its making
+ * costs, 900 to 2100 (bench/bench_sweeps.c). */
+#define NEARBY_AFTER 1500
 /* It must take less than this part of the cycles of the solved program. */
 #define NEARBY_WORTH 0.7
 

@@ -66,10 +66,11 @@ typedef struct kmp_collocation {
     double *coupled; /* the system of all stages, then its inverse; column-major */
     double *joint, *open, *at_prediction;
     int *coupled_pivot;
-    double h_matrix;    /* step size of the factors */
-    double contraction; /* of the last iteration */
-    double picard;      /* estimate of the contraction of Picard's iteration by a correction of Newton's */
-    double ready;       /* bound of the remainder of a correction, over its size */
+    double h_matrix;        /* step size of the factors */
+    double contraction;     /* of the last iteration */
+    double tried, expected; /* its step; the contraction in this attempt, by that of the one before */
+    double picard;          /* estimate of the contraction of Picard's iteration by a correction of Newton's */
+    double ready;           /* bound of the remainder of a correction, over its size */
     double error_old, h_old, ceiling;
     kmp_iteration iteration;
     kmp_iteration before;               /* on trial: the iteration to compare with */
@@ -84,7 +85,7 @@ typedef struct kmp_collocation {
     int age, sweeps;                    /* steps since the Jacobian was made; sweeps of the last step */
     bool evaluated;                     /* f is known where the stages are predicted */
     bool near;                          /* the next sweeps are by kmp_ode.improve */
-    int far, farther;                   /* steps without it: still, and after the last one that did not converge */
+    int far, farther;                   /* steps without it: still, and after the last step that converged without */
     bool first, rejected, has_step, collapsed;
 } kmp_collocation;
 
@@ -167,7 +168,7 @@ void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, doubl
  * is possible, and the places of the stages change little. */
 bool kmp_collocation_is_near(const kmp_collocation *s, double size);
 
-/** Evaluates the rest of the step by f, after such sweeps did not converge, and some steps after it: twice as many each
+/** After a step that converged by f alone, and not by such sweeps: makes some steps without them, twice as many each
  * time. */
 void kmp_collocation_go_far(kmp_collocation *s);
 

@@ -179,7 +179,6 @@ bool kmp_collocation_is_near(const kmp_collocation *s, double size)
 
 void kmp_collocation_go_far(kmp_collocation *s)
 {
-    s->near = false;
     s->farther = s->farther == 0 ? TRUST : s->farther < MOST_PATIENCE ? 2 * s->farther : MOST_PATIENCE;
     s->far = s->farther;
 }

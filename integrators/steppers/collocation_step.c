@@ -227,6 +227,7 @@ static bool is_hopeful(kmp_collocation *s, int k, double size, double *shorter)
 
 static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *error, double *shorter)
 {
+    *shorter = 0.5;
     double before = 0, size = 0, rate_before = 0;
     for (int k = 1; k <= s->most_sweeps; k++) {
         kmp_collocation_outcome what = sweep(s, k == 1, &size);
@@ -237,11 +238,8 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
             double rate = size / before;
             s->contraction = k == 2 ? rate : sqrt(rate * rate_before);
             rate_before = rate;
-            bool hopeful = is_hopeful(s, k, size, shorter);
-            if (!hopeful && !s->near)
+            if (!is_hopeful(s, k, size, shorter))
                 return KMP_COLLOCATION_BAD_ITERATION;
-            if (!hopeful)
-                kmp_collocation_go_far(s);
         }
         before = fmax(size, DBL_MIN);
         if (s->ready * size <= s->limit)
@@ -254,6 +252,30 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
     }
     *shorter = 0.5;
     return KMP_COLLOCATION_BAD_ITERATION;
+}
+
+static void begin(kmp_collocation *s, double h)
+{
+    s->expected = s->tried > 0 ? s->contraction * h * h / (s->tried * s->tried) : 0;
+    s->tried = h;
+    s->ready = 1;
+    s->contraction = 0;
+    s->evaluated = s->near = false;
+    set_columns(s, h);
+    predict(s, h);
+}
+
+/* After sweeps at places nearby have not converged, and the length of the step does not explain that: from the
+ * prediction on by f alone. */
+static kmp_collocation_outcome iterate_by_f(kmp_collocation *s, double h, double *error, double *shorter)
+{
+    begin(s, h);
+    s->far++;
+    kmp_collocation_outcome what = iterate(s, h, error, shorter);
+    s->far--;
+    if (what == KMP_COLLOCATION_TAKEN)
+        kmp_collocation_go_far(s);
+    return what;
 }
 
 /* Makes matrices for Newton's method where the stages are predicted. */
@@ -271,18 +293,15 @@ static kmp_collocation_outcome prepare(kmp_collocation *s, double h)
 kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h, double *error, double *shorter)
 {
     int end = s->p + s->inner;
-    *shorter = 0.5;
-    s->ready = 1;
-    s->contraction = 0;
-    s->evaluated = false;
     for (int k = 0; k < s->inner; k++)
         s->weight[k] = h * s->per_scale[s->p + k];
-    s->near = false;
-    set_columns(s, h);
-    predict(s, h);
+    begin(s, h);
     kmp_collocation_outcome what = prepare(s, h);
     if (what == KMP_COLLOCATION_TAKEN)
         what = iterate(s, h, error, shorter);
+    bool failed = what == KMP_COLLOCATION_BAD_ITERATION || what == KMP_COLLOCATION_BAD_STAGE;
+    if (failed && s->near && s->expected < CONTRACTS)
+        what = iterate_by_f(s, h, error, shorter);
     if (what != KMP_COLLOCATION_TAKEN)
         return what;
     if (s->iteration == KMP_ITERATION_PICARD)
