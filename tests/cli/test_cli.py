@@ -1303,6 +1303,18 @@ class Simulate(Case):
             self.assertEqual(found["formulation"], formulation)
             self.assertLess(found["residual"]["h_max"], 1e-6)
 
+    def test_chosen_integrator(self):
+        """The integrator that Kempe takes by itself, and why, in both texts."""
+        said = "a linear solver is given, and radau uses none"
+        found = self.object(0, *self.SHORT, "--formulation", "dae", "--linear", "klu")
+        self.assertEqual((found["integrator"], found["form"], found["integrator_choice"]), ("ida", "stabilized1", {"because": said}))
+        self.assertIn(f"chosen    integrator ida: {said}\n", self.expect(0, *self.SHORT, "--formulation", "dae", "--linear", "klu").stdout)
+        found = self.object(0, *self.SHORT, "--formulation", "dae")
+        lanes = found["integrator_choice"].keys() == {"because"}
+        self.assertEqual((found["integrator"], found["form"]), ("radau", "index1") if lanes else ("ida", "stabilized1"))
+        self.assertNotIn("integrator_choice", self.object(0, *self.SHORT, "--formulation", "dae", "--integrator", "ida"))
+        self.assertIn("choose integrator 'ida'", self.expect(3, *self.SHORT, "--linear", "klu").stderr)
+
     def test_dynamics(self):
         for word in ("composite", "plain", "ner", "articulated"):
             found = self.object(0, *self.SHORT, "--algorithm", word)

@@ -57,6 +57,8 @@ class Generator(Trees, Loops, Laws):
         self.features["formulation-" + formulation] += 1
         if self.chance(0.6):
             run["formulation"] = formulation
+            if formulation == "dae" and self.number % 4:  # it shares no step with the other formulations
+                run["integrator"] = "ida"
         if formulation == "reduced" and self.chance(0.3):
             self.features["integrators"] += 1
             run["formulation"] = formulation
