@@ -3,7 +3,7 @@
 """Random plane mechanisms with rigid contacts: chains, boxes with tails and four-bars over a floor, with restitution, friction and a
 stop. Judges each row of a run by numbers that follow from the positions alone:
 
-    python3 tests/oracle/contact_motions.py PATH/TO/kempe [COUNT [FIRST [FORMULATION]]]
+    python3 tests/oracle/contact_motions.py PATH/TO/kempe [COUNT [FIRST [FORMULATION [INTEGRATOR]]]]
 
 No point is below the floor, no contact pulls, a contact pushes only where it touches, friction is within its cone, and the
 energy balance closes. A run that stops, or takes more than 20 s of processor time, is an error.
@@ -121,11 +121,11 @@ def faults(rows, floor):
                 yield f"the friction of {name} leaves its cone at {row['t']}"
 
 
-def judge(kempe, seed, formulation, folder):
+def judge(kempe, seed, method, folder):
     text, floor = model(seed)
     path, table = folder / f"contacts{seed}.yaml", folder / f"contacts{seed}.csv"
     path.write_text(text)
-    done = subprocess.run([kempe, "simulate", path, "--formulation", formulation, "--json", "-", "-o", table], capture_output=True, text=True,
+    done = subprocess.run([kempe, "simulate", path, *method, "--json", "-", "-o", table], capture_output=True, text=True,
                           preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (MOST, MOST)))
     if done.returncode < 0:
         return f"takes more than {MOST} s"
@@ -141,9 +141,10 @@ def judge(kempe, seed, formulation, folder):
 def main():
     kempe, count, first = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 20, int(sys.argv[3]) if len(sys.argv) > 3 else 0
     formulation, wrong = sys.argv[4] if len(sys.argv) > 4 else "reduced", 0
+    method = ["--formulation", formulation] + (["--integrator", sys.argv[5]] if len(sys.argv) > 5 else [])
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(first, first + count):
-            fault = judge(kempe, seed, formulation, pathlib.Path(folder))
+            fault = judge(kempe, seed, method, pathlib.Path(folder))
             wrong += fault is not None
             if fault:
                 print(f"seed {seed}: {fault}")
