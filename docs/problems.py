@@ -68,7 +68,8 @@ PARTS = (
         ("Gough-Stewart platform", "113-bit arithmetic", "stewart/stewart", "stewart/reference", "1e-12"),
         ("Suspension", "absolute coordinates, long doubles", "suspension/suspension", "suspension/reference", "1e-12"),
         ("Excavator with hydraulics and a digital controller", "113-bit arithmetic", "hydraulic_excavator/hydraulic_excavator",
-         "hydraulic_excavator/reference", "1e-12"))),
+         "hydraulic_excavator/reference", "1e-12"),
+        ("Machine that walks on four of Jansen's legs", "legs of known motion, SciPy at 1e-13", "jansen_walker/jansen_walker", "jansen_walker/reference", "1e-12"))),
 )
 # Of bench/machines: title, source of the digits, tables.
 EVENTS = (

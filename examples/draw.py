@@ -781,10 +781,40 @@ def toggle_press():
     return p
 
 
+def jansen_walker():
+    """At the start, about to fall on its feet; the pair of legs behind is paler."""
+    unit, height = 0.01, 0.85
+    length = {name: unit * x for name, x in zip("abcdefghijklm", (38, 41.5, 39.3, 40.1, 55.8, 39.4, 36.7, 65.7, 49, 50, 61.9, 7.8, 15))}
+    p = Picture("A machine on four of Jansen's legs at the start")
+    joints = []
+
+    def leg(side, phase, colour):
+        own = phase if side == 1 else math.pi - phase
+        place = lambda point: (side * (point[0] - length["a"]), point[1] + height)
+        B, O = (0, 0), (length["a"], length["l"])
+        A = at(O, own, (length["m"], 0))
+        U, G = circles(B, length["b"], A, length["j"], 1), circles(B, length["c"], A, length["k"], -1)
+        W = circles(B, length["d"], U, length["e"], 1)
+        H = circles(W, length["f"], G, length["g"], -1)
+        F = circles(H, length["h"], G, length["i"], -1)
+        for points in ((U, A), (A, G), (B, U, W), (H, W), (B, G), (G, H, F), (O, A)):
+            p.body("", *map(place, points), colour=colour)
+        joints.extend(map(place, (A, U, W, G, H)))
+
+    for phase, colour in ((math.pi, 6), (0, 0)):
+        for side in (1, -1):
+            leg(side, phase, colour + (side < 0 and phase == 0))
+    p.body("trunk", (-length["a"], height), (length["a"], height), (0, height + length["l"]), shift=(0, -2), colour=2)
+    p.guide((-0.95, 0), (0.95, 0))
+    for point in joints + [(-length["a"], height), (length["a"], height), (0, height + length["l"])]:
+        p.pivot(point)
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
-            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider)
+            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker)
 
 if __name__ == "__main__":
     for make in PICTURES:

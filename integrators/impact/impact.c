@@ -7,7 +7,10 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_PASSES = 200 }; /* of the iteration for bounds of friction */
+enum {
+    MOST_PASSES = 600, /* of the iteration for bounds of friction */
+    PATIENCE = 60      /* passes after which bounds that alternate follow by half as much */
+};
 
 struct kmp_impact_run {
     int most, count;  /* elements at most, and those that take part */
@@ -16,6 +19,7 @@ struct kmp_impact_run {
     double *way;      /* most x n: changes of the rates by unit impulses */
     double *jacobian; /* m x n */
     double *d, *v, *a, *e, *lower, *upper, *f, *y, *tried, *room;
+    double *most_friction; /* most: bound of the impulse of friction, in this pass */
     int *side;
     bool *held;     /* most: it takes its rate away, in both directions */
     double *last;   /* most: time of the last impact of an element; -INFINITY: none yet */
@@ -37,7 +41,7 @@ kmp_impact_run *kmp_impact_new(kmp_runner *run, bool *none)
                               KMP_ROOM(double, most *n, &p->row, &p->way), KMP_ROOM(double, run->s->m *n, &p->jacobian),
                               KMP_ROOM(double, most *most, &p->d), KMP_ROOM(double, kmp_box_room(most), &p->room),
                               KMP_ROOM(double, most, &p->v, &p->a, &p->e, &p->lower, &p->upper, &p->f, &p->y, &p->tried,
-                                       &p->last, &p->deep),
+                                       &p->most_friction, &p->last, &p->deep),
                               KMP_ROOM(double, n, &p->before)))
         return NULL;
     p->most = most;
@@ -183,14 +187,18 @@ static int under(const kmp_runner *run, int k)
     return i;
 }
 
-/* Bounds by the impulses of the last pass. */
-static void set_bounds(kmp_runner *run)
+/* Bounds by the impulses of the last pass, which those of friction follow by a part. */
+static void set_bounds(kmp_runner *run, double part)
 {
     kmp_impact_run *p = run->impacts;
     for (int k = 0; k < p->count; k++) {
         const kmp_friction_element *e = element_of(run, k);
         bool rubs = e->base >= 0;
-        double most = rubs ? e->force->level.value * fmax(p->f[under(run, k)], 0) : INFINITY; /* a held one may pull */
+        if (rubs) { /* a contact that is held may pull */
+            double next = e->force->level.value * fmax(p->f[under(run, k)], 0);
+            p->most_friction[k] += part * (next - p->most_friction[k]);
+        }
+        double most = rubs ? p->most_friction[k] : INFINITY;
         p->a[k] = p->v[k] + p->e[k] * p->v[k];
         p->lower[k] = rubs || p->held[k] ? -most : 0;
         p->upper[k] = most;
@@ -209,11 +217,11 @@ static kempe_status complain(const kmp_runner *run, double t, const char *what)
 }
 
 /* One minimum; *changed: by how much impulses differ from the last ones, relative to the largest. */
-static kempe_status solve_once(kmp_runner *run, double t, double *changed)
+static kempe_status solve_once(kmp_runner *run, double t, double part, double *changed)
 {
     kmp_impact_run *p = run->impacts;
     double most = 0, size = 0;
-    set_bounds(run);
+    set_bounds(run, part);
     memcpy(p->tried, p->f, (size_t)p->count * sizeof *p->f);
     const kmp_box box = {p->count, p->d, p->a, p->lower, p->upper};
     kmp_box_outcome outcome = kmp_box_minimum(&box, p->f, p->y, p->side, p->room);
@@ -221,7 +229,7 @@ static kempe_status solve_once(kmp_runner *run, double t, double *changed)
         most = fmax(most, fabs(p->f[k] - p->tried[k]));
         size = fmax(size, fmax(fabs(p->f[k]), fabs(p->tried[k])));
     }
-    *changed = size > 0 ? most / size : 0;
+    *changed = size > 0 ? most / size / part : 0;
     return outcome == KMP_BOX_FOUND       ? KEMPE_OK
            : outcome == KMP_BOX_UNBOUNDED ? complain(run, t, "closures or drives force the surfaces into each other")
                                           : complain(run, t, "the impulses are not determined");
@@ -235,9 +243,10 @@ static kempe_status solve(kmp_runner *run, double t)
     for (int k = 0; k < p->count; k++)
         rubs = rubs || element_of(run, k)->base >= 0;
     memset(p->f, 0, (size_t)p->count * sizeof *p->f);
-    KMP_TRY(solve_once(run, t, &changed));
-    for (int pass = 0; rubs && pass < MOST_PASSES && changed > KMP_FRICTION_SETTLED; pass++)
-        KMP_TRY(solve_once(run, t, &changed));
+    memset(p->most_friction, 0, (size_t)p->count * sizeof *p->f);
+    KMP_TRY(solve_once(run, t, 1, &changed));
+    for (int pass = 1; rubs && pass < MOST_PASSES && changed > KMP_FRICTION_SETTLED; pass++)
+        KMP_TRY(solve_once(run, t, ldexp(1, -(pass / PATIENCE)), &changed));
     return rubs && changed > KMP_FRICTION_TIE ? complain(run, t, "the impulses of friction are not determined")
                                               : KEMPE_OK;
 }

@@ -281,14 +281,16 @@ static bool find_open(kmp_crossing *c, int depth, const piece *p)
     return any;
 }
 
-/* False for a kink without a branch, and for numbers of friction elements that are no events in their modes. */
+/* False for a kink without a branch, and for numbers of friction elements that are no events in their modes. Rates of
+ * elements at rest that other rows keep are zero by them, which bounds do not know: they are watched at ends of steps.
+ */
 static bool may_change(const kmp_crossing *c, int k)
 {
     switch (c->s->events.condition[k].role) {
     case KMP_ROLE_NONE:
         return !kmp_crossing_is_free(c, k);
     case KMP_ROLE_SENSE:
-        return c->eval->mode[k + 1] == 0;
+        return c->eval->mode[k] != 0 && c->eval->mode[k + KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0;
     case KMP_ROLE_HELD:
         return c->eval->mode[k] > 0 || c->eval->mode[k + KMP_ROLE_GIVEN - KMP_ROLE_HELD] != 0;
     default:

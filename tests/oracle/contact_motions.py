@@ -140,8 +140,8 @@ def judge(kempe, seed, method, folder):
 
 def main():
     kempe, count, first = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 20, int(sys.argv[3]) if len(sys.argv) > 3 else 0
-    method, wrong = ["--formulation", *(sys.argv[4:5] or ["reduced"])], 0
-    method += ["--integrator", *sys.argv[5:6]] if len(sys.argv) > 5 else []
+    formulation, wrong = sys.argv[4] if len(sys.argv) > 4 else "reduced", 0
+    method = ["--formulation", formulation] + (["--integrator", sys.argv[5]] if len(sys.argv) > 5 else [])
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(first, first + count):
             fault = judge(kempe, seed, method, pathlib.Path(folder))

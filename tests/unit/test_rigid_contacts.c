@@ -261,6 +261,26 @@ static void refused_runs(void)
         "'floor': closures or drives force the surfaces into each other at t = 1");
 }
 
+/* The walker of the examples on rough ground: bounds of the impulses of friction that alternate, and an instant at
+ * which no state of the feet agrees with Coulomb's law. Times of the reference program with this friction. */
+static void rough_ground(void)
+{
+    static const double strikes[] = {0.0460251859854, 0.0571850491816, 0.0644651945559, 0.0664374669975};
+    loaded l = load_text_as("kempe: 1\n"
+                            "gravity: [0, -9.81, 0]\n"
+                            "include: [{file: jansen_walker.yaml, set: {mu: 0.6}}]\n",
+                            "examples/jansen_walker/rough.yaml");
+    kempe_trajectory *run = NULL;
+    kempe_run_options options = {.t_end = 3.3, .rtol = 1e-11, .no_convergence_check = 1};
+    CHECK(l.system && kempe_simulate(l.system, &options, &run) == KEMPE_E_FAILED);
+    for (int k = 0; run && k < 4; k++)
+        CHECK_NEAR(time_of(run, "impact", k), strikes[k], 1e-9);
+    const char *reason = run ? kempe_trajectory_reason(run) : "";
+    CHECK(strstr(reason, "'rear2_friction' can neither slip nor stick at t = 2.995705"));
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 static void refused_studies(void)
 {
     loaded l = load_text(BALL("joint: z, lower: 0, restitution: 0.5"));
@@ -302,6 +322,7 @@ int main(void)
     TEST(off_a_sphere);
     TEST(round_surfaces);
     TEST(refused_runs);
+    TEST(rough_ground);
     TEST(refused_studies);
     return check_report();
 }
