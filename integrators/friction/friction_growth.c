@@ -36,7 +36,8 @@ kempe_status kmp_friction_grow(kmp_runner *run, double t, const double *q, const
         x->aside[i] = 0;
     }
     for (int j = 0; j < x->count; j++)
-        KMP_TRY(add_column(run, j, t, q, qd));
+        if (!x->element[j].contact) /* the force of a contact is no friction */
+            KMP_TRY(add_column(run, j, t, q, qd));
     for (int i = 0; i < x->count; i++) {
         *most = x->aside[i] > *growth ? i : *most;
         *growth = fmax(*growth, x->aside[i]);
@@ -49,7 +50,7 @@ static void put_names(const kmp_friction_run *x, kmp_text *text)
 {
     int count = 0;
     for (int i = 0; i < x->count; i++)
-        if (x->rest == 0 || x->element[i].tries)
+        if (!x->element[i].contact && (x->rest == 0 || x->element[i].tries))
             kmp_text_printf(text, "%s'%s'", count++ ? ", " : "", x->element[i].name);
 }
 

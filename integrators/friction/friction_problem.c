@@ -51,6 +51,8 @@ static void list_friction(kmp_runner *run, int i, double rate)
         still = fmax(still, (1 + KMP_FRICTION_TIE) * e->back);
     if (base && is_open(run, base, rate)) {
         kmp_friction_set_off(run, e);
+    } else if (kmp_friction_stays_smooth(run->friction, e)) {
+        kmp_friction_set_smooth(run, e);
     } else if (fabs(v) <= still) {
         list(run, i);
     } else if (base) {
@@ -359,6 +361,27 @@ static void take_modes(kmp_friction_run *x, int code)
     }
 }
 
+/* Regularises the element at rest whose level grows most with friction, of those that permit it. True: there is one. */
+static bool make_smooth(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    kmp_friction_run *x = run->friction;
+    kmp_friction_element *chosen = NULL;
+    double growth;
+    int most = -1;
+    if (kmp_friction_grow(run, t, q, qd, &growth, &most) != KEMPE_OK)
+        kmp_context_clear(run->s->context);
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        bool may = e->force->has_regularise && e->loaded && !e->smooth;
+        chosen = may && (!chosen || x->which[k] == most) ? e : chosen;
+    }
+    if (!chosen)
+        return false;
+    chosen->smooth = x->again = true;
+    chosen->smooth_t = t;
+    return true;
+}
+
 /* Tries all combinations of modes, and takes the first one that is consistent. */
 static kempe_status enumerate(kmp_runner *run, double t, const double *q, const double *qd, double rate)
 {
@@ -378,6 +401,8 @@ static kempe_status enumerate(kmp_runner *run, double t, const double *q, const 
         first = good && first < 0 ? code : first;
         found += good;
     }
+    if (found != 1 && make_smooth(run, t, q, qd))
+        return KEMPE_OK;
     if (first < 0)
         return kmp_friction_complain(run, t, q, qd);
     if (found > 1)
@@ -433,10 +458,15 @@ kempe_status kmp_friction_pose(kmp_runner *run, double t, const double *q, const
 
 kempe_status kmp_friction_decide(kmp_runner *run, double t, const double *q, const double *qd, double rate)
 {
-    KMP_TRY(kmp_friction_pose(run, t, q, qd, rate));
-    if (run->friction->rest == 0)
-        return KEMPE_OK;
-    guess(run->friction);
-    keep_slips(run->friction);
-    return solve_modes(run, t, q, qd, rate);
+    kmp_friction_run *x = run->friction;
+    do {
+        x->again = false;
+        KMP_TRY(kmp_friction_pose(run, t, q, qd, rate));
+        if (x->rest == 0)
+            return KEMPE_OK;
+        guess(x);
+        keep_slips(x);
+        KMP_TRY(solve_modes(run, t, q, qd, rate));
+    } while (x->again);
+    return KEMPE_OK;
 }
