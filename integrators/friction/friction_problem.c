@@ -456,17 +456,41 @@ kempe_status kmp_friction_pose(kmp_runner *run, double t, const double *q, const
     return run->friction->rest > 0 ? find_matrix(run, t, q, qd, rate) : KEMPE_OK;
 }
 
+/* True if an element may be regularised, and levels grow so much that there may be several solutions. */
+static kempe_status may_be_several(kmp_runner *run, double t, const double *q, const double *qd, double rate, bool *may)
+{
+    kmp_friction_run *x = run->friction;
+    double growth = 0;
+    int most;
+    *may = false;
+    for (int k = 0; k < x->rest; k++) {
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        *may = *may || (e->force->has_regularise && e->loaded);
+    }
+    if (!*may)
+        return KEMPE_OK;
+    kempe_status status = kmp_friction_grow(run, t, q, qd, &growth, &most);
+    if (status == KEMPE_E_FAILED)
+        kmp_context_clear(run->s->context);
+    else
+        KMP_TRY(status);
+    *may = (status == KEMPE_E_FAILED || growth >= 1) && x->rest <= MOST_TRIED;
+    return kmp_friction_pose(run, t, q, qd, rate); /* the growth was found without any modes */
+}
+
 kempe_status kmp_friction_decide(kmp_runner *run, double t, const double *q, const double *qd, double rate)
 {
     kmp_friction_run *x = run->friction;
+    bool several;
     do {
         x->again = false;
         KMP_TRY(kmp_friction_pose(run, t, q, qd, rate));
         if (x->rest == 0)
             return KEMPE_OK;
+        KMP_TRY(may_be_several(run, t, q, qd, rate, &several));
         guess(x);
         keep_slips(x);
-        KMP_TRY(solve_modes(run, t, q, qd, rate));
+        KMP_TRY((several ? enumerate : solve_modes)(run, t, q, qd, rate));
     } while (x->again);
     return KEMPE_OK;
 }
