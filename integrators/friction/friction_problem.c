@@ -361,24 +361,39 @@ static void take_modes(kmp_friction_run *x, int code)
     }
 }
 
-/* Regularises the element at rest whose level grows most with friction, of those that permit it. True: there is one. */
+static bool may_be_smooth(const kmp_friction_element *e)
+{
+    return e->force->has_regularise && e->loaded && !e->smooth;
+}
+
+/* The number of elements at rest that may be regularised, and the first one. */
+static int list_smooth(const kmp_friction_run *x, int *first)
+{
+    int count = 0;
+    *first = -1;
+    for (int k = x->rest; k-- > 0;)
+        if (may_be_smooth(&x->element[x->which[k]])) {
+            *first = x->which[k];
+            count++;
+        }
+    return count;
+}
+
+/* Regularises the element at rest whose level grows most with friction, of those that permit it. True: there is one,
+ * and the modes of all others are to be set again. */
 static bool make_smooth(kmp_runner *run, double t, const double *q, const double *qd)
 {
     kmp_friction_run *x = run->friction;
-    kmp_friction_element *chosen = NULL;
     double growth;
-    int most = -1;
-    if (kmp_friction_grow(run, t, q, qd, &growth, &most) != KEMPE_OK)
-        kmp_context_clear(run->s->context);
-    for (int k = 0; k < x->rest; k++) {
-        kmp_friction_element *e = &x->element[x->which[k]];
-        bool may = e->force->has_regularise && e->loaded && !e->smooth;
-        chosen = may && (!chosen || x->which[k] == most) ? e : chosen;
-    }
-    if (!chosen)
+    int chosen, most = -1, count = list_smooth(x, &chosen);
+    if (count == 0)
         return false;
-    chosen->smooth = x->again = true;
-    chosen->smooth_t = t;
+    if (count > 1 && kmp_friction_grow(run, t, q, qd, &growth, &most) != KEMPE_OK)
+        kmp_context_clear(run->s->context);
+    for (int k = 0; k < x->rest && count > 1; k++)
+        chosen = x->which[k] == most && may_be_smooth(&x->element[most]) ? most : chosen;
+    x->element[chosen].smooth = x->again = true;
+    x->element[chosen].smooth_t = t;
     return true;
 }
 
@@ -461,12 +476,8 @@ static kempe_status may_be_several(kmp_runner *run, double t, const double *q, c
 {
     kmp_friction_run *x = run->friction;
     double growth = 0;
-    int most;
-    *may = false;
-    for (int k = 0; k < x->rest; k++) {
-        const kmp_friction_element *e = &x->element[x->which[k]];
-        *may = *may || (e->force->has_regularise && e->loaded);
-    }
+    int first, most;
+    *may = list_smooth(x, &first) > 0;
     if (!*may)
         return KEMPE_OK;
     kempe_status status = kmp_friction_grow(run, t, q, qd, &growth, &most);
