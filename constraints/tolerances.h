@@ -152,6 +152,9 @@
 #define KMP_FRICTION_ONE_PLACE 1e-12
 /** Relative change of a force at which levels that depend on multipliers fit: some roundings. */
 #define KMP_FRICTION_SETTLED 1e-14
+/** An element that is regularised for a time has left when its rate is this many of its speeds: its friction then
+ * differs from the level by 5e-5. */
+#define KMP_FRICTION_LEFT 100
 /** Part of a run: decisions within it are simultaneous. */
 #define KMP_FRICTION_INSTANT 1e-13
 /** Modes that change CROWDED times within this part of the time of the motion, 1 over its rate, alternate without an

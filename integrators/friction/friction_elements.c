@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Elements of friction that sticks: their inputs and values in a run. */
 #include "constraints/tolerances.h"
+#include "dynamics/kinematics/friction_modes.h"
 #include "integrators/friction/friction_inside.h"
 #include "linalg/dense/box_minimum.h"
 #include <math.h>
@@ -134,6 +135,32 @@ void kmp_friction_set_held(kmp_runner *run, kmp_friction_element *e, double plac
     kmp_friction_set_slip(run, e, 0, place);
     e->stance = KMP_FRICTION_HELD;
     kmp_friction_put(run, e, KMP_ROLE_HELD, 1);
+}
+
+/* The rate at which an element that is regularised has left. */
+static double rate_left(const kmp_friction_element *e)
+{
+    return KMP_FRICTION_LEFT * e->force->regularise.value;
+}
+
+void kmp_friction_set_smooth(kmp_runner *run, kmp_friction_element *e)
+{
+    kmp_friction_set_slip(run, e, 0, rate_left(e));
+    e->stance = KMP_FRICTION_SMOOTH;
+    kmp_friction_put(run, e, KMP_ROLE_SENSE, KMP_FRICTION_REGULARISED);
+}
+
+bool kmp_friction_stays_smooth(const kmp_friction_run *x, const kmp_friction_element *e)
+{
+    return e->smooth && fabs(kmp_friction_at(x, e, KMP_ROLE_RATE)) < (1 - KMP_FRICTION_TIE) * rate_left(e);
+}
+
+bool kmp_friction_is_smooth(const kmp_friction_run *x)
+{
+    bool any = false;
+    for (int i = 0; x && i < x->count; i++)
+        any = any || x->element[i].smooth;
+    return any;
 }
 
 /* -- evaluation ---------------------------------------------------------------------------------------- */

@@ -2,6 +2,7 @@
 /* The growth of levels with friction: the largest row sum of |dF_i/df_j|, with levels F that depend on multipliers,
  * which depend on the friction f. Below 1 the iteration for levels contracts, so that there is one solution. */
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/tolerances.h"
 #include "integrators/friction/friction_inside.h"
 #include <math.h>
 
@@ -13,7 +14,7 @@ static double level_of(const kmp_friction_run *x, int i)
 static kempe_status add_column(kmp_runner *run, int j, double t, const double *q, const double *qd)
 {
     kmp_friction_run *x = run->friction;
-    double unit = x->tried[j] > 0 ? x->tried[j] : 1;
+    double unit = KMP_FRICTION_UNIT * (x->tried[j] > 0 ? x->tried[j] : 1); /* the sizes of reactions have kinks */
     kmp_friction_set_given(run, &x->element[j], unit, 0);
     KMP_TRY(kmp_friction_measure(run, t, q, qd));
     for (int i = 0; i < x->count; i++)
@@ -36,7 +37,8 @@ kempe_status kmp_friction_grow(kmp_runner *run, double t, const double *q, const
         x->aside[i] = 0;
     }
     for (int j = 0; j < x->count; j++)
-        KMP_TRY(add_column(run, j, t, q, qd));
+        if (!x->element[j].contact) /* the force of a contact is no friction */
+            KMP_TRY(add_column(run, j, t, q, qd));
     for (int i = 0; i < x->count; i++) {
         *most = x->aside[i] > *growth ? i : *most;
         *growth = fmax(*growth, x->aside[i]);
@@ -49,7 +51,7 @@ static void put_names(const kmp_friction_run *x, kmp_text *text)
 {
     int count = 0;
     for (int i = 0; i < x->count; i++)
-        if (x->rest == 0 || x->element[i].tries)
+        if (!x->element[i].contact && (x->rest == 0 || x->element[i].tries))
             kmp_text_printf(text, "%s'%s'", count++ ? ", " : "", x->element[i].name);
 }
 

@@ -11,7 +11,8 @@ typedef enum kmp_friction_stance {
     KMP_FRICTION_SLIPS,
     KMP_FRICTION_HELD,    /* by its row */
     KMP_FRICTION_CARRIED, /* at rest by the rows of others, with a given force */
-    KMP_FRICTION_IDLE     /* at rest by other closures: its force is not determined, and taken as zero */
+    KMP_FRICTION_IDLE,    /* at rest by other closures: its force is not determined, and taken as zero */
+    KMP_FRICTION_SMOOTH   /* regularised for a time */
 } kmp_friction_stance;
 
 typedef struct kmp_friction_element {
@@ -33,8 +34,10 @@ typedef struct kmp_friction_element {
     bool broken;                     /* it slips in this decision */
     bool loaded;                     /* its level depends on multipliers */
     bool tries;                      /* a message names it */
-    double before;                   /* its friction at the event */
-    int changes;                     /* of its mode since the count began */
+    bool smooth;                     /* regularised, since `smooth_t`, until it has left */
+    double smooth_t;
+    double before; /* its friction at the event */
+    int changes;   /* of its mode since the count began */
 } kmp_friction_element;
 
 struct kmp_friction_run {
@@ -55,6 +58,7 @@ struct kmp_friction_run {
     long total;   /* changes of modes of all elements in the run */
     bool spares;  /* elements whose level depends on multipliers take no load */
     bool open;    /* levels do not settle: modes are tried */
+    bool again;   /* an element is regularised from now on: the others are decided again */
     bool known;   /* a decision has been made */
 };
 
@@ -84,6 +88,12 @@ void kmp_friction_set_moving(kmp_runner *run, kmp_friction_element *e, double se
 void kmp_friction_set_slip(kmp_runner *run, kmp_friction_element *e, double sense, double none);
 void kmp_friction_set_given(kmp_runner *run, kmp_friction_element *e, double force, double none);
 void kmp_friction_set_held(kmp_runner *run, kmp_friction_element *e, double place);
+
+/** Regularised by its `regularise`, until its rate is large. */
+void kmp_friction_set_smooth(kmp_runner *run, kmp_friction_element *e);
+
+/** True for an element that is regularised and has not left. */
+bool kmp_friction_stays_smooth(const kmp_friction_run *x, const kmp_friction_element *e);
 
 /** Chooses rows and coordinates with the present inputs, without a wish. */
 kempe_status kmp_friction_choose(kmp_runner *run, double t, const double *q);

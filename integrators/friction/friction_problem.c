@@ -51,6 +51,8 @@ static void list_friction(kmp_runner *run, int i, double rate)
         still = fmax(still, (1 + KMP_FRICTION_TIE) * e->back);
     if (base && is_open(run, base, rate)) {
         kmp_friction_set_off(run, e);
+    } else if (kmp_friction_stays_smooth(run->friction, e)) {
+        kmp_friction_set_smooth(run, e);
     } else if (fabs(v) <= still) {
         list(run, i);
     } else if (base) {
@@ -359,6 +361,42 @@ static void take_modes(kmp_friction_run *x, int code)
     }
 }
 
+static bool may_be_smooth(const kmp_friction_element *e)
+{
+    return e->force->has_regularise && e->loaded && !e->smooth;
+}
+
+/* The number of elements at rest that may be regularised, and the first one. */
+static int list_smooth(const kmp_friction_run *x, int *first)
+{
+    int count = 0;
+    *first = -1;
+    for (int k = x->rest; k-- > 0;)
+        if (may_be_smooth(&x->element[x->which[k]])) {
+            *first = x->which[k];
+            count++;
+        }
+    return count;
+}
+
+/* Regularises the element at rest whose level grows most with friction, of those that permit it. True: there is one,
+ * and the modes of all others are to be set again. */
+static bool make_smooth(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    kmp_friction_run *x = run->friction;
+    double growth;
+    int chosen, most = -1, count = list_smooth(x, &chosen);
+    if (count == 0)
+        return false;
+    if (count > 1 && kmp_friction_grow(run, t, q, qd, &growth, &most) != KEMPE_OK)
+        kmp_context_clear(run->s->context);
+    for (int k = 0; k < x->rest && count > 1; k++)
+        chosen = x->which[k] == most && may_be_smooth(&x->element[most]) ? most : chosen;
+    x->element[chosen].smooth = x->again = true;
+    x->element[chosen].smooth_t = t;
+    return true;
+}
+
 /* Tries all combinations of modes, and takes the first one that is consistent. */
 static kempe_status enumerate(kmp_runner *run, double t, const double *q, const double *qd, double rate)
 {
@@ -378,6 +416,8 @@ static kempe_status enumerate(kmp_runner *run, double t, const double *q, const 
         first = good && first < 0 ? code : first;
         found += good;
     }
+    if (found != 1 && make_smooth(run, t, q, qd))
+        return KEMPE_OK;
     if (first < 0)
         return kmp_friction_complain(run, t, q, qd);
     if (found > 1)
@@ -431,12 +471,37 @@ kempe_status kmp_friction_pose(kmp_runner *run, double t, const double *q, const
     return run->friction->rest > 0 ? find_matrix(run, t, q, qd, rate) : KEMPE_OK;
 }
 
+/* True if an element may be regularised, and levels grow so much that there may be several solutions. */
+static kempe_status may_be_several(kmp_runner *run, double t, const double *q, const double *qd, double rate, bool *may)
+{
+    kmp_friction_run *x = run->friction;
+    double growth = 0;
+    int first, most;
+    *may = list_smooth(x, &first) > 0;
+    if (!*may)
+        return KEMPE_OK;
+    kempe_status status = kmp_friction_grow(run, t, q, qd, &growth, &most);
+    if (status == KEMPE_E_FAILED)
+        kmp_context_clear(run->s->context);
+    else
+        KMP_TRY(status);
+    *may = (status == KEMPE_E_FAILED || growth >= 1) && x->rest <= MOST_TRIED;
+    return kmp_friction_pose(run, t, q, qd, rate); /* the growth was found without any modes */
+}
+
 kempe_status kmp_friction_decide(kmp_runner *run, double t, const double *q, const double *qd, double rate)
 {
-    KMP_TRY(kmp_friction_pose(run, t, q, qd, rate));
-    if (run->friction->rest == 0)
-        return KEMPE_OK;
-    guess(run->friction);
-    keep_slips(run->friction);
-    return solve_modes(run, t, q, qd, rate);
+    kmp_friction_run *x = run->friction;
+    bool several;
+    do {
+        x->again = false;
+        KMP_TRY(kmp_friction_pose(run, t, q, qd, rate));
+        if (x->rest == 0)
+            return KEMPE_OK;
+        KMP_TRY(may_be_several(run, t, q, qd, rate, &several));
+        guess(x);
+        keep_slips(x);
+        KMP_TRY((several ? enumerate : solve_modes)(run, t, q, qd, rate));
+    } while (x->again);
+    return KEMPE_OK;
 }

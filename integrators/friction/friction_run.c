@@ -110,6 +110,8 @@ static const char *words_of(const kmp_friction_element *e)
         if (e->contact)
             return "opens";
         return e->sense > 0 ? "slips forward" : "slips backward";
+    case KMP_FRICTION_SMOOTH:
+        return "is regularised: no combination of modes is possible, or several are";
     case KMP_FRICTION_IDLE:
         return "rests by other closures: its force is not determined, and taken as zero";
     default:
@@ -123,6 +125,16 @@ static bool is_as_before(const kmp_friction_element *e)
          rested = e->was == KMP_FRICTION_HELD || e->was == KMP_FRICTION_CARRIED;
     bool off = e->stance == KMP_FRICTION_SLIPS && (e->contact ? !e->known : e->sense == 0);
     return off || (e->known && (rests ? rested : e->stance == e->was && e->sense == e->before_sense));
+}
+
+/* Tells that an element is no longer regularised. */
+static void tell_left(kmp_runner *run, kmp_friction_element *e, double t)
+{
+    if (!e->smooth || e->stance == KMP_FRICTION_SMOOTH)
+        return;
+    e->smooth = false;
+    kmp_run_log_add(run->log, "regularised", t, e->smooth_t, e->force->regularise.value,
+                    "'%s' was regularised from t = %.9g to %.9g", e->name, e->smooth_t, t);
 }
 
 static kempe_status settle(kmp_runner *run, double t, double *q, double *qd)
@@ -227,6 +239,7 @@ kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *q
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
         x->total += !is_as_before(e);
+        tell_left(run, e, t);
         if (!is_as_before(e))
             kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s' %s",
                             e->name, words_of(e));

@@ -21,6 +21,9 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none);
 /** True if a level of friction that sticks depends on multipliers. */
 bool kmp_friction_is_loaded(const kempe_model *model);
 
+/** True while an element is regularised for a time; also without elements (NULL). */
+bool kmp_friction_is_smooth(const kmp_friction_run *x);
+
 /** Notes the elements whose events are passed at the last evaluated conditions, and the present friction. */
 void kmp_friction_note(kmp_runner *run);
 

@@ -84,6 +84,7 @@ static kmp_friction_word word_of(const kmp_friction_element *e)
 {
     switch (e->stance) {
     case KMP_FRICTION_SLIPS:
+    case KMP_FRICTION_SMOOTH:
         return KMP_FRICTION_WORD_SLIPS;
     case KMP_FRICTION_HELD:
         return KMP_FRICTION_WORD_STICKS;
@@ -105,7 +106,7 @@ static void take_views(kmp_friction_state *x, double t)
         x->view[i].largest =
             fmax(kmp_friction_at(f, e, KMP_ROLE_STATIC), fmax(kmp_friction_at(f, e, KMP_ROLE_LEVEL), 0));
         x->view[i].word = word_of(e);
-        if (e->stance == KMP_FRICTION_SLIPS || x->view[i].largest > 0)
+        if (e->stance == KMP_FRICTION_SLIPS || e->stance == KMP_FRICTION_SMOOTH || x->view[i].largest > 0)
             continue;
         kmp_friction_set_slip(run, e, 0, 0);
         x->view[i].word = KMP_FRICTION_WORD_SLIPS;
@@ -119,6 +120,8 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, run->state, -1, NULL, 0));
     run->friction->repeats = run->friction->changes = 0;
+    for (int i = 0; i < state->count; i++)
+        run->friction->element[i].smooth = false;
     KMP_TRY(kmp_friction_settle(run, t, run->state, run->state + run->s->n));
     take_views(state, t);
     return KEMPE_OK;

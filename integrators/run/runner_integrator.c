@@ -22,9 +22,14 @@ bool kmp_runner_is_followed(const kmp_runner *run)
     return run->part.p == 0 && !run->method->dae;
 }
 
+/* While friction is regularised the equations are stiff: an implicit integrator takes the place of an explicit one. */
 const kmp_solver_kind *kmp_runner_integrator(const kmp_runner *run)
 {
-    return run->choice.kind ? run->choice.kind : kmp_solver_find(run->spec.integrator);
+    const kmp_solver_kind *kind = run->choice.kind ? run->choice.kind : kmp_solver_find(run->spec.integrator);
+    bool stiff = kmp_friction_is_smooth(run->friction) && !run->method->dae && !(run->spec.fixed_step > 0);
+    if (!stiff || kind->implicit || kind->lanes)
+        return kind;
+    return kmp_solver_find(run->method->jacobian ? "radau5" : "radau");
 }
 
 /* -- making -------------------------------------------------------------------------------------------- */

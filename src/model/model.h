@@ -157,6 +157,8 @@ typedef struct kmp_force {
         preload[3]; /* BUSHING: axes of the first point */
     bool has_lower, has_upper;
     bool has_speed, has_static; /* FRICTION: regularised; a static level */
+    bool has_regularise;        /* FRICTION that sticks: it is regularised where no modes or several are possible */
+    kmp_number regularise;      /* its speed then */
     kmp_number holding;         /* FRICTION: the static level */
     const kmp_expr *sliding;    /* FRICTION without a coordinate: a length or an angle, against whose rate it acts */
     bool turns;                 /* an angle */

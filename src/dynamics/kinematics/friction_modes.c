@@ -74,11 +74,28 @@ static kmp_ref static_level(const kmp_tree *tree, const kmp_force *force)
                                  : kmp_tree_number(tree, &force->holding);
 }
 
+static kmp_ref is_regularised(const kmp_tree *tree, const kmp_force *force)
+{
+    return kmp_less(tree->graph, KMP_ONE, kmp_friction_input(tree, force, KMP_ROLE_SENSE));
+}
+
+/* Its input; of an element that is regularised v/sqrt(v^2 + s^2). */
+static kmp_ref sense_of_mode(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref sense = kmp_friction_input(tree, force, KMP_ROLE_SENSE);
+    if (!force->has_regularise)
+        return sense;
+    kmp_ref v = kmp_friction_rate(tree, force), s = kmp_tree_number(tree, &force->regularise);
+    kmp_ref vv = kmp_mul(g, v, v), ss = kmp_mul(g, s, s), smooth = kmp_div(g, v, kmp_sqrt(g, kmp_add(g, vv, ss)));
+    return kmp_select(g, is_regularised(tree, force), smooth, sense);
+}
+
 kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
     if (kmp_friction_find(tree, force) >= 0)
-        return kmp_friction_input(tree, force, KMP_ROLE_SENSE);
+        return sense_of_mode(tree, force);
     kmp_ref rate = kmp_friction_rate(tree, force);
     return kmp_sub(g, kmp_less(g, KMP_ZERO, rate), kmp_less(g, rate, KMP_ZERO));
 }
@@ -87,10 +104,11 @@ kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force)
 static kmp_ref rate_ahead(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
-    kmp_ref rate = kmp_friction_rate(tree, force), sense = kmp_friction_sense(tree, force);
+    kmp_ref rate = kmp_friction_rate(tree, force), sense = kmp_friction_input(tree, force, KMP_ROLE_SENSE);
     kmp_ref none = kmp_friction_input(tree, force, KMP_ROLE_PLACE);
     kmp_ref slips = kmp_add(g, kmp_mul(g, sense, rate), none);
     kmp_ref rests = kmp_sub(g, none, kmp_unary(g, KMP_OP_ABS, rate));
+    slips = force->has_regularise ? kmp_select(g, is_regularised(tree, force), rests, slips) : slips;
     return kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), KMP_ONE, kmp_select(g, sense, slips, rests));
 }
 

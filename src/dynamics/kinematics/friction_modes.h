@@ -9,6 +9,8 @@
 
 /** A given force that exceeds the static level by less than this part does not. */
 #define KMP_FRICTION_SLACK 1e-9
+/** The input KMP_ROLE_SENSE of an element that is regularised for a time. */
+#define KMP_FRICTION_REGULARISED 2
 
 /** The number of the element's condition KMP_ROLE_SENSE, which those of the other roles follow; -1: conditions are
  * evaluated in place, or there is no memory. */

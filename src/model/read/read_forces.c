@@ -88,9 +88,9 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
 /* Reads the level of a friction. Returns true if the level is an expression or wrong, so that it has no number. */
 static bool is_law(const element *e, const kmp_force_field *field, const kmp_yaml *node, const char *name)
 {
-    static const char *const by_reaction[] = {"mu", "mu_static", "radius"};
+    static const char *const by_reaction[] = {"mu", "mu_static", "radius"}, *const speeds[] = {"speed", "regularise"};
     bool level = strcmp(field->key, "effort") == 0;
-    if (e->force->kind != KMP_FORCE_FRICTION || strcmp(field->key, "speed") == 0)
+    if (e->force->kind != KMP_FORCE_FRICTION || kmp_name_find(KMP_NAMES_OF(speeds), field->key) >= 0)
         return false;
     if (kmp_name_find(KMP_NAMES_OF(by_reaction), field->key) >= 0)
         return true; /* read_reaction */
@@ -220,6 +220,9 @@ static void add_friction_row(const element *e, const kmp_yaml *map)
     if (force->has_speed && force->has_static)
         kmp_reader_complain(e->r, map->place,
                             "%s: friction with a speed has no static level, because it does not stick", e->what);
+    force->has_regularise = kmp_yaml_get(map, "regularise");
+    if (force->has_speed && force->has_regularise)
+        kmp_reader_complain(e->r, map->place, "%s: friction with a speed is regularised at all times", e->what);
     if (force->has_speed)
         return;
     if (kmp_name_find(KMP_NAMED(model, closure), force->name) >= 0)
