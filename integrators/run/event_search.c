@@ -229,8 +229,8 @@ static void run_bounds(kmp_crossing *c, const piece *p)
 
 /* -- decided conditions --------------------------------------------------------------------------------- */
 
-/* The least possible value of a quantity between x and y, at a time distance h, with a rate within [down, up]. Without a
- * bound on the rate, as of the size of a reaction that may be zero, the ends tell nothing. */
+/* The least possible value of a quantity between x and y, at a time distance h, with a rate within [down, up]. Without
+ * a bound on the rate, as of the size of a reaction that may be zero, the ends tell nothing. */
 static double cone(double h, double x, double y, double down, double up)
 {
     if (!(up - down < INFINITY))

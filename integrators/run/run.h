@@ -72,8 +72,8 @@ typedef struct kmp_run_report {
     double t;          /* reached */
     double rate_scale; /* 1/s: absolute tolerance of rates over that of coordinates */
     long steps, rejected, refused, rhs, newton, jacobians, factorizations, exchanges, centrings, events;
-    long impacts; /* of rigid contacts; -1: there are none */
-    long changes; /* of modes of friction that sticks and of rigid contacts; -1: there are none */
+    long impacts;           /* of rigid contacts; -1: there are none */
+    long changes;           /* of modes of friction that sticks and of rigid contacts; -1: there are none */
     bool cut;               /* given up for limit_s */
     bool prescribed;        /* no degree of freedom: all motion follows from the closures */
     bool ended;             /* ended by a condition */
