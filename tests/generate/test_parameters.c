@@ -182,6 +182,9 @@ static void change_force(const kmp_code_source *kept, const kempe_model *model, 
     change_law(kept, force->touch.gap);
     if (force->compliant) {
         change_inside(kept, force->effort);
+        change_inside(kept, force->touch.gap);
+        for (int k = 0; k < 3; k++)
+            change_inside(kept, force->vector[k]);
         change_law(kept, force->compliant->clearance);
         change_law(kept, force->compliant->radius);
         change_law(kept, force->compliant->speed);
