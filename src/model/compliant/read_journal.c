@@ -259,7 +259,7 @@ bool kmp_read_guide(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_fo
     const geometry c = {r, map, what, force};
     const kmp_yaml *node = kmp_yaml_get(map, "guide"), *word = kmp_read_required(r, map, what, "corner");
     const kmp_yaml *axis = kmp_read_required(r, map, what, "axis");
-    plane_motion motion;
+    plane_motion motion = {0};
     *pair = (kmp_contact_pair){.motion = -1, .side = {{.point = -1}, {.point = -1}}};
     int corner = word ? kmp_read_choice(r, word, what, KMP_NAMES(corners, 4), "the corner is", " or ") : -1;
     int along = axis ? kmp_read_choice(r, axis, what, KMP_NAMES_OF(axes), "the axis is", " or ") : -1;

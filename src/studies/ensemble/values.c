@@ -97,8 +97,8 @@ static kempe_status draw(const kempe_model *model, const kmp_sampling *sampling,
 {
     kempe_values *made = NULL;
     KMP_TRY(kempe_values_new(model, kmp_sampling_columns(sampling), kmp_sampling_names(sampling), 0, NULL, &made));
-    bool ok = true;
-    for (int k = 0; k < kmp_sampling_count(sampling) && ok; k++) {
+    bool ok = made != NULL;
+    for (int k = 0; ok && k < kmp_sampling_count(sampling); k++) {
         double *row = kmp_values_add(made);
         ok = row != NULL;
         if (ok)

@@ -261,7 +261,7 @@ int kmp_transfer_sample(const kmp_transfer *transfer, double *a, double *b, doub
     for (int i = 0; every && i < width; i++) {
         int place = kmp_transfer_state(t, i) - t->p;
         const kmp_state *state = place >= 0 ? kmp_state_of(l->system->model, l->part.u[place]) : NULL;
-        every[i] = kmp_state_is_sampled(state) ? state->period : INFINITY;
+        every[i] = state && kmp_state_is_sampled(state) ? state->period : INFINITY;
     }
     int failed = every ? kmp_sampled_map(width, t->columns, a, b, every, period, a, b) : -1;
     kmp_free(every);
