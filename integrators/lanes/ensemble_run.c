@@ -143,6 +143,7 @@ static int least_of(const kmp_ensemble_execution *execution)
 static void end_engines(shared_run *r)
 {
     kmp_ensemble *e = r->e;
+    e->work.threads = r->threads;
     for (int k = 0; k < r->threads; k++) {
         if (!r->begun[k])
             continue;
@@ -152,7 +153,6 @@ static void end_engines(shared_run *r)
         e->work.alone += part->alone;
         e->work.sweeps += part->sweeps;
         e->work.lane_steps += part->lane_steps;
-        e->work.threads++;
         for (int i = 0; i < e->engine[k]->pool_count; i++) {
             bool new = true;
             for (int j = 0; j < k && new; j++)
