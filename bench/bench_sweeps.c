@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sweeps of radau on the projected formulation in four ways, by turns: each one solves in each lane; further ones by
- * the residual and the factors of the step's first sweep, in each lane; or by one factor for all lanes, that of the
- * middle stage; and four stages in four lanes instead of seven in eight, each sweep solved. CPU time of a run at equal
- * error of q, the largest at ROWS times over max(|q|, 1), against dop853 at rtol 1e-13. The programs are made before
- * the run; the time of that, and the sweeps that it is worth, stand beside.
+/* Four variants of radau's iteration on the projected formulation, run alternately: every sweep solves the equations in
+ * each lane; later sweeps use the residual and the factors of the step's first sweep in each lane; later sweeps use one
+ * factor for all lanes, that of the middle stage; four stages in four lanes replace seven in eight. The table has the
+ * CPU time of a run at equal error of q, which is the largest at ROWS times over max(|q|, 1), against dop853 at rtol
+ * 1e-13. All programs are made before the run. The table also has the time of their making, and the number of sweeps
+ * that saves it.
  *
  *     bench_sweeps [-v] [MODEL.yaml T_END | "windows N" T_END] ..
  */
@@ -235,7 +236,7 @@ static double time_to(int count, const point *p, way how, double wanted)
     return best;
 }
 
-/* What an evaluation costs, and after how many sweeps the program of places nearby has saved its making. */
+/* Prints the time of an evaluation, and the number of sweeps that saves the making of the program of places nearby. */
 static void print_costs(const problem *p)
 {
     kmp_run_spec spec = spec_of(p, "radau", 1e-8);

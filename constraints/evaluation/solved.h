@@ -42,8 +42,8 @@ typedef struct kmp_solved_layout {
 
 typedef struct kmp_solved kmp_solved;
 
-/** What prevents a program for every choice of rows: implicit blocks, forces that depend on multipliers, too many
- * coordinates and independent rows. Part of a sentence; NULL: nothing does. */
+/** The obstacle to a program for every choice of rows, as part of a sentence: implicit blocks, forces that depend on
+ * multipliers, too many coordinates and independent rows. NULL: there is none. */
 const char *kmp_solved_obstacle(const kempe_system *system, int unknowns);
 
 /** Makes the program for the partition's independent rows. *solved is NULL if there is none: implicit blocks, forces

@@ -218,7 +218,7 @@ def slope(t, y, states):
 
 
 def left(t, y, states):
-    """What each foot's state has left: positive until it ends; its number and the state."""
+    """The reserve of each foot's state, positive until the state ends; the foot's number and its state."""
     _, forces, feet = accelerate(t, y, states)
     found = []
     for k, state in states.items():

@@ -82,8 +82,8 @@ bool kmp_pool_among(const kmp_engine *e, const kmp_pool *pool)
 /* Room for a pool: after the others, or where the one was that has been idle for the longest time. NULL: no memory. */
 static kmp_pool **place_of(kmp_engine *e)
 {
-    int place = -1;
-    for (int k = 0; k < e->pool_count && e->pool_count >= KMP_POOLS_KEPT; k++)
+    int place = -1, kept = e->execution.pools > 0 ? e->execution.pools : KMP_POOLS_KEPT;
+    for (int k = 0; k < e->pool_count && e->pool_count >= kept; k++)
         if (e->pools[k] != e->running && e->pools[k]->waiting == 0 &&
             (place < 0 || e->pools[k]->used < e->pools[place]->used))
             place = k;

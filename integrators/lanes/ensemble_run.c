@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Threads take chunks of instances, each with an engine of its own. The first engine runs in the calling thread, so
- * that progress is told there; the others are made by the threads that need them. */
+/* Threads share the instances in chunks, and each thread has its own engine. The calling thread runs the first engine
+ * and reports the progress. Every other thread makes its engine when it takes its first chunk. */
 #include "integrators/lanes/ensemble_run.h"
 #include "base/clock.h"
 #include "base/memory.h"

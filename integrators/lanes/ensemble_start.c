@@ -100,7 +100,7 @@ static kempe_status enter(kmp_engine *e, int i, const double *q, const double *q
     kmp_eval_closure(e->eval, 0, q);
     kempe_status status =
         kmp_partition_init(&part, e->s, e->eval->jacobian, e->spec.u_count > 0 ? e->spec.u : NULL, e->spec.u_count);
-    if (status == KEMPE_E_FAILED) { /* a wish that is not possible is told by a run */
+    if (status == KEMPE_E_FAILED) { /* a separate run reports coordinates that are not possible */
         kmp_instance_leave(e, i, "given independent coordinates");
         kmp_context_clear(e->context);
         return KEMPE_OK;

@@ -105,7 +105,7 @@ static kempe_status resolve_change_points(const kempe_system *system, kmp_run_sp
     return KEMPE_OK;
 }
 
-/* What prevents the accelerations of several stages from being computed together, by machine code; NULL: nothing. */
+/* The obstacle to computing the accelerations of several stages together by machine code. NULL: there is none. */
 static const char *obstacle_to_lanes(const kempe_system *system)
 {
     return system->force ? "the model has user-defined forces"
@@ -138,8 +138,8 @@ static bool ignores_change_points(const kmp_run_spec *spec)
     return kmp_change_points_find(spec->change_points, NULL) == KMP_CHANGE_POINTS_IGNORE;
 }
 
-/* Why radau is not the integrator of a form of lanes; .because NULL: it is. Linear solvers are those of DAEs in their
- * residuals. The stages of a step on both sides of a change point that is ignored do not converge. */
+/* The reason against radau for a form of lanes; .because NULL: there is none. Linear solvers belong to DAEs in
+ * residual form. The stages of a step on both sides of a change point that is ignored do not converge. */
 static kmp_integrator_reason reason_against_lanes(const kempe_system *system, const kmp_run_spec *spec, bool dae)
 {
     if (spec->linear && dae)

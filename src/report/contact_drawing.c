@@ -77,7 +77,7 @@ static void put_path(kmp_json *json, const kempe_system *system, const kmp_force
 
 /* -- depths --------------------------------------------------------------------------------------------- */
 
-/* How many contacts have their largest depth in each of equal parts of the largest of all. */
+/* A histogram of the largest depths of contacts, over equal parts of the largest one. */
 static void put_bars(kmp_json *json, const kempe_trajectory *t, const kmp_contact_times *times)
 {
     int count[BARS] = {0};

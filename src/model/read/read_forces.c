@@ -85,7 +85,8 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
     return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
 }
 
-/* Reads the level of a friction. Returns true if the level is an expression or wrong, so that it has no number. */
+/* Reads the level of a friction force. Returns true for an expression and after an error: the level is then no number.
+ */
 static bool is_law(const element *e, const kmp_force_field *field, const kmp_yaml *node, const char *name)
 {
     static const char *const by_reaction[] = {"mu", "mu_static", "radius"}, *const speeds[] = {"speed", "regularise"};

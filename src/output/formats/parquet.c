@@ -69,7 +69,7 @@ static void end_struct(kmp_text *text)
 
 /* -- columns ----------------------------------------------------------------------------------------- */
 
-/* Where the pages of a column are. */
+/* Place and size of the pages of a column in the file. */
 typedef struct chunk {
     size_t at, size;
 } chunk;
