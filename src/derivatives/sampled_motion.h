@@ -34,8 +34,9 @@ typedef struct kmp_sampled_spectrum {
     double *x_re, *x_im; /* count x count */
 } kmp_sampled_spectrum;
 
-/** Computes the spectrum at the last state of `linear`, whose matrices are made. KEMPE_E_MEMORY; KEMPE_E_FAILED, with a sentence: the
- * sample times have no common multiple, Mr is singular, or a number is not finite. To be freed in any case. */
+/** Computes the spectrum at the last state of `linear`, whose matrices are made. KEMPE_E_MEMORY; KEMPE_E_FAILED, with a
+ * sentence: the sample times have no common multiple, Mr is singular, or a number is not finite. To be freed in any
+ * case. */
 kempe_status kmp_sampled_spectrum_init(kmp_sampled_spectrum *spectrum, const kmp_linear *linear);
 void kmp_sampled_spectrum_free(kmp_sampled_spectrum *spectrum);
 
