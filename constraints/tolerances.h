@@ -166,6 +166,9 @@
 
 /** A distance below this many sizes is none: corners that strike together differ by the error of the positions. */
 #define KMP_TOUCH_NEAR 1e-10
+/** A force of a contact at rest that is none, in the largest work of a force along a coordinate: an equilibrium is
+ * found to a residual of 1e-10, most to rounding. */
+#define KMP_CONTACT_NONE 1e-9
 /** An overlap that is none where a contact has opened, in sizes: some roundings of positions. Without a rate it opens
  * with the third power of the time, and is within rounding for longer. */
 #define KMP_TOUCH_LIFT   1e-15

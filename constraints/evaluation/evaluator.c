@@ -32,6 +32,12 @@ static double mode_at(const kmp_condition *condition, const double *change)
     return *change < 0 && !condition->ends && !condition->kink ? 1 : 0;
 }
 
+/* Of an element with modes, a rigid contact. */
+static bool is_of_contact(const kmp_condition *condition)
+{
+    return ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH;
+}
+
 /* Updates the conditions to the state. Conditions may depend on conditions: each pass settles one level. */
 static void follow(kmp_evaluator *eval)
 {
@@ -41,7 +47,7 @@ static void follow(kmp_evaluator *eval)
         const double *change = kmp_machine_run(eval->changes, 1);
         for (int k = 0; k < count; k++) {
             const kmp_condition *condition = &eval->system->events.condition[k];
-            bool held = eval->holds_friction && condition->role != KMP_ROLE_NONE;
+            bool held = condition->role != KMP_ROLE_NONE && (eval->holds_friction || is_of_contact(condition));
             double mode = held ? eval->mode[k] : mode_at(condition, change + k);
             same = same && mode == eval->mode[k];
             eval->mode[k] = mode;

@@ -24,7 +24,8 @@ typedef struct kmp_evaluator {
     double *mode;       /* the conditions (1 or 0), branches of kinks */
     kmp_present_inputs inputs;
     bool frozen;         /* conditions are fixed; otherwise they follow the state */
-    bool holds_friction; /* inputs of friction that sticks do not follow the state (friction_state.h) */
+    bool holds_friction; /* inputs of friction that sticks do not follow the state (friction_state.h); those of rigid
+                          * contacts never do */
     int n, m;
     const double *h;          /* m; the first four are those of the last kmp_eval_closure */
     const double *jacobian;   /* system->jacobian.count values */

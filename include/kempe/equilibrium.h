@@ -51,6 +51,8 @@ KEMPE_API const char *kempe_equilibrium_stability(const kempe_equilibrium *equil
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
  * "equilibria", a row each: stability, in words; residual, relative; potential; hits, the starts that ended there; the
  * solved-for unknowns, called as in the options; q.NAME, qd.NAME, lambda.CLOSURE.k.
+ * "contacts", a row for each rigid contact of each equilibrium: its distance, its force, a word (presses; open;
+ * touches, without a force; shares, closed by the rows of others).
  * "friction", dry friction that sticks, a row for each element of each equilibrium, with the option `stick`: its force,
  * the largest one, their ratio. "rest", the states of rest that friction holds, two rows for each element that sticks:
  * the coordinate, its value at the end, why the set ends there (slips, limit, holds), q.NAME.

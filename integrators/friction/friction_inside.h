@@ -25,6 +25,7 @@ typedef struct kmp_friction_element {
                    * mode; 0: none */
     double lift;  /* contact: an overlap that is none while it is open; 0: it is closed */
     bool struck;  /* contact: an impact at this instant has acted on it */
+    bool pinned;  /* contact: closed by a study that decides on contacts itself */
     double still; /* an acceleration of its place that is none, in this decision */
     double back;  /* friction that slips: a rate against its sense that counts as none */
     kmp_friction_stance stance, was; /* now, and before the decision */
@@ -60,6 +61,7 @@ struct kmp_friction_run {
     bool open;    /* levels do not settle: modes are tried */
     bool again;   /* an element is regularised from now on: the others are decided again */
     bool known;   /* a decision has been made */
+    bool pins;    /* contacts are open or closed as a study has set them: only friction is decided */
 };
 
 /** The value of a role at the last measurement. */

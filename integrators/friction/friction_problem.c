@@ -17,6 +17,8 @@ enum {
 /* True if a contact is away from its surface, or leaves it. */
 static bool is_open(const kmp_runner *run, const kmp_friction_element *e, double rate)
 {
+    if (run->friction->pins)
+        return !e->pinned;
     double size = kmp_friction_scale(run, e), gap = kmp_friction_at(run->friction, e, KMP_ROLE_PLACE);
     return gap > KMP_TOUCH_NEAR * size ||
            kmp_friction_at(run->friction, e, KMP_ROLE_RATE) > KMP_FRICTION_STILL * size * rate;
@@ -32,6 +34,8 @@ static void list(kmp_runner *run, int i)
 static void list_contact(kmp_runner *run, int i, double rate)
 {
     kmp_friction_element *e = &run->friction->element[i];
+    if (run->friction->pins)
+        return;
     if (is_open(run, e, rate)) {
         kmp_friction_set_moving(run, e, 1, rate);
     } else {
@@ -100,7 +104,11 @@ static kempe_status find_implied(kmp_runner *run, double t, const double *q)
  * accelerations nonlinear in the forces: then it is a small one. */
 static double unit_of(const kmp_runner *run, double level)
 {
-    bool nonlinear = run->loaded_friction && run->friction->rest < run->friction->count;
+    const kmp_friction_run *x = run->friction;
+    int decided = 0;
+    for (int i = 0; i < x->count; i++)
+        decided += !(x->pins && x->element[i].contact);
+    bool nonlinear = run->loaded_friction && x->rest < decided;
     return (nonlinear ? KMP_FRICTION_UNIT : 1) * (level > 0 ? level : 1);
 }
 

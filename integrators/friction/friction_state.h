@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Friction that sticks at a state, without a run: for equilibria and small motions. The inputs of its elements are
- * those of an evaluator of the caller; they stay as they are set until they are set again
- * (kmp_evaluator.holds_friction). */
+/* Friction that sticks, and rigid contacts, at a state without a run: for equilibria and small motions. The inputs of
+ * their elements are those of an evaluator of the caller; they stay as they are set until they are set again
+ * (kmp_evaluator.holds_friction). Contacts are closed by kmp_friction_state_press or kmp_friction_state_decide, and
+ * stay so for all other functions, also those of another object with the same evaluator. */
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"
@@ -13,10 +14,16 @@ typedef enum kmp_friction_word {
     KMP_FRICTION_WORD_OPEN    /* other closures keep its place: its force is not determined */
 } kmp_friction_word;
 
+/* Of a contact: `slips` is open, `sticks` is closed by its row, `shares` closed by the rows of others; its place is the
+ * distance, and it has no largest force. */
 typedef struct kmp_friction_view {
     const kmp_force *element;
+    bool contact;
+    bool off;   /* friction of an open contact */
+    bool limit; /* a contact that touches without a force, after kmp_friction_state_decide */
     kmp_friction_word word;
     double place, rate, force, largest; /* its force; the static level */
+    double size;                        /* of its place */
 } kmp_friction_view;
 
 typedef struct kmp_friction_state {
@@ -31,8 +38,9 @@ typedef struct kmp_friction_state {
 kempe_status kmp_friction_state_new(kmp_evaluator *eval, kmp_friction_state **state, bool *none);
 void kmp_friction_state_free(kmp_friction_state *state);
 
-/** Decides on modes at (t, q, qd) as a run that starts there does; elements that stick hold their rows, others slip.
- * Without a level an element is free. KEMPE_E_FAILED with a message. */
+/** Decides on modes at (t, q, qd) as a run that starts there does; elements that stick and contacts that press hold
+ * their rows, others slip or are open. Without a level an element is free. KEMPE_E_FAILED with a message, also where
+ * surfaces overlap or strike. */
 kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, const double *q, const double *qd);
 
 /** Holds the rows of all elements with a level, or of those in `which` (count), at (t, q), as far as they are
@@ -47,5 +55,33 @@ void kmp_friction_state_look(kmp_friction_state *state, double t, const double *
  * none does, and such forces. No row is held afterwards. */
 kempe_status kmp_friction_state_load(kmp_friction_state *state, double t, const double *q);
 
-/** Gives up all rows and forces: elements follow the sign of their rates, and have no force at rest. */
+typedef enum kmp_pressed {
+    KMP_PRESSED_NOT,
+    KMP_PRESSED,           /* closed by its row, if that is independent; otherwise by the rows of others */
+    KMP_PRESSED_IF_IMPLIED /* closed where the rows of the others keep it so */
+} kmp_pressed;
+
+/** Closes contacts at (t, q) as `pressed` (count) tells. Friction keeps its modes. The words of the contacts follow. */
+kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const double *q, const kmp_pressed *pressed);
+
+/** Distances of contacts, and places of friction, at (t, q); no mode changes. */
+void kmp_friction_state_measure(kmp_friction_state *state, double t, const double *q, double *place);
+
+typedef enum kmp_held_contact {
+    KMP_HELD_NOT,
+    KMP_HELD_BY_ROW,
+    KMP_HELD_BY_OTHERS /* the rows of others imply its own */
+} kmp_held_contact;
+
+/** How the contact of a view is closed in the evaluator; friction is not. */
+kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int i);
+
+/** True if no contact overlaps at (t, q), and none pulls with the forces of the last kmp_friction_state_load. `place`
+ * (count) is changed. */
+bool kmp_friction_state_agrees(kmp_friction_state *state, double t, const double *q, double *place);
+
+/** Gives up all rows and forces of friction: elements follow the sign of their rates, and have no force at rest. */
 void kmp_friction_state_release(kmp_evaluator *eval);
+
+/** Opens all contacts. */
+void kmp_friction_state_open(kmp_evaluator *eval);

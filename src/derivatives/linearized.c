@@ -81,6 +81,22 @@ kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, co
     return kmp_linear_take(linear, &part);
 }
 
+kempe_status kmp_linear_prefer(kmp_linear *linear, double t, const double *q, int count, const int *liked)
+{
+    const kempe_system *s = linear->system;
+    bool *wanted = KMP_NEW(bool, s->n);
+    int *u = KMP_NEW(int, s->n), found = -1;
+    for (int k = 0; wanted && k < count; k++)
+        wanted[liked[k]] = true;
+    kmp_eval_closure(linear->eval, t, q);
+    if (wanted && u)
+        found = kmp_partition_prefer(s, linear->eval->jacobian, wanted, u);
+    kempe_status status = found < 0 ? kmp_fail_memory(s->context) : kmp_linear_choose(linear, t, q, u, found);
+    kmp_free(wanted);
+    kmp_free(u);
+    return status;
+}
+
 int kmp_linear_place(const kmp_linear *linear, int coordinate)
 {
     for (int k = 0; k < linear->p; k++)

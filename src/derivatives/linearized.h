@@ -63,6 +63,10 @@ kempe_status kmp_linear_vary(kmp_linear *linear, kempe_system *system, kmp_varia
  * reason: the requested choice is impossible. No state is set then. */
 kempe_status kmp_linear_choose(kmp_linear *linear, double t, const double *q, const int *wish, int wish_count);
 
+/** Chooses u at (t, q), closed, with as many of the coordinates `liked` (count) as possible. KEMPE_E_MEMORY,
+ * KEMPE_E_FAILED. */
+kempe_status kmp_linear_prefer(kmp_linear *linear, double t, const double *q, int count, const int *liked);
+
 /** Takes a choice made elsewhere, which is its own from now on. KEMPE_E_MEMORY, KEMPE_E_FAILED. */
 kempe_status kmp_linear_take(kmp_linear *linear, kmp_partition *part);
 

@@ -71,6 +71,14 @@ int kmp_model_friction_count(const kempe_model *model)
     return count;
 }
 
+bool kmp_model_has_contacts(const kempe_model *model)
+{
+    for (int k = 0; k < model->force_count; k++)
+        if (model->forces[k].kind == KMP_FORCE_TOUCH)
+            return true;
+    return false;
+}
+
 static bool force_has_time(const kmp_force *force)
 {
     bool found = kmp_expr_has_time(force->effort) || kmp_expr_has_time(force->holding_effort) ||

@@ -343,6 +343,9 @@ bool kmp_closure_is_of_modes(const kmp_closure *closure);
 /** The number of these elements, whose rows are the last closures. */
 int kmp_model_friction_count(const kempe_model *model);
 
+/** True if the model has rigid contacts. */
+bool kmp_model_has_contacts(const kempe_model *model);
+
 /** The first multiplier in the expressions of a force, NULL when there is none. */
 const kmp_expr *kmp_force_lambda(const kmp_force *force);
 

@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rigid contacts with restitution, against the digits of bench/machines/contact_digits.py. */
 #include "ways.h"
-#include <kempe/equilibrium.h>
 #include <kempe/generate.h>
 #include <kempe/inverse.h>
 #include <kempe/kinematics.h>
-#include <kempe/modes.h>
 #include <math.h>
 #include <string.h>
 
@@ -281,25 +279,6 @@ static void rough_ground(void)
     unload(&l);
 }
 
-static void refused_studies(void)
-{
-    loaded l = load_text(BALL("joint: z, lower: 0, restitution: 0.5"));
-    kempe_equilibrium *equilibrium = NULL;
-    kempe_equilibrium_options at = {0};
-    kempe_modes *modes = NULL;
-    kempe_modes_options of = {0};
-    CHECK(l.system);
-    if (l.system) {
-        CHECK(kempe_equilibrium_new(l.system, &at, &equilibrium) == KEMPE_E_ARGUMENT);
-        CHECK(strstr(kempe_context_message(l.context), "contact 'floor'"));
-        CHECK(kempe_modes_new(l.system, &of, &modes) == KEMPE_E_ARGUMENT);
-        CHECK(strstr(kempe_context_message(l.context), "contact 'floor'"));
-    }
-    kempe_equilibrium_free(equilibrium);
-    kempe_modes_free(modes);
-    unload(&l);
-}
-
 static void stop(void)
 {
     bouncing(load("tests/models/contact_bounce.yaml"), 0);
@@ -323,6 +302,5 @@ int main(void)
     TEST(round_surfaces);
     TEST(refused_runs);
     TEST(rough_ground);
-    TEST(refused_studies);
     return check_report();
 }

@@ -11,6 +11,8 @@
 #define KMP_FRICTION_SLACK 1e-9
 /** The input KMP_ROLE_SENSE of an element that is regularised for a time. */
 #define KMP_FRICTION_REGULARISED 2
+/** The same input of a contact that a study keeps closed by the rows of others. */
+#define KMP_FRICTION_CARRIES (-1)
 
 /** The number of the element's condition KMP_ROLE_SENSE, which those of the other roles follow; -1: conditions are
  * evaluated in place, or there is no memory. */

@@ -11,7 +11,8 @@ static int name(const kmp_friction_state *f, bool all, kmp_text *text)
     int count = 0;
     for (int i = 0; i < f->count; i++) {
         const kmp_friction_view *view = &f->view[i];
-        bool named = all ? view->rate == 0 : fabs(view->force) > view->largest;
+        bool takes_part = !view->contact && !view->off;
+        bool named = takes_part && (all ? view->rate == 0 : fabs(view->force) > view->largest);
         if (named)
             kmp_text_printf(text, "%s'%s'", count++ ? ", " : "", view->element->name);
         if (named && !all)
@@ -51,14 +52,15 @@ static kempe_status take_forces(kempe_equilibrium *e, const kmp_linear *l, kmp_b
     KMP_TRY(kmp_friction_state_load(f, l->t, l->q));
     b->friction = KMP_ARENA_NEW(&e->arena, kmp_friction_view, f->count);
     KMP_TRY(kmp_made(s->context, b->friction));
-    memcpy(b->friction, f->view, (size_t)f->count * sizeof *f->view);
-    b->friction_count = f->count;
+    for (int i = 0; i < f->count; i++)
+        if (!f->view[i].contact)
+            b->friction[b->friction_count++] = f->view[i];
     memcpy(b->lambda, f->lambda, (size_t)s->m * sizeof *b->lambda);
     memcpy(b->reaction, kmp_eval_reactions(l->eval, l->t, l->q, f->lambda),
            3 * (size_t)s->model->closure_count * sizeof *b->reaction);
     for (int r = 0; r < s->m; r++)
         for (int i = 0; i < f->count; i++)
-            if (s->rows[r].closure == f->view[i].element->closure)
+            if (!f->view[i].contact && s->rows[r].closure == f->view[i].element->closure)
                 b->lambda[r] = f->view[i].force;
     if (f->part > 1)
         tell_slips(f, s->context);

@@ -7,8 +7,8 @@
 #include "constraints/closing/assembly_modes.h"
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
-#include "dynamics/load_dependent.h"
 #include "output/quantity.h"
+#include "studies/equilibrium/descent.h"
 #include "studies/equilibrium/operating.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -61,6 +61,7 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
         if (s->model->motions[k].rotation && kmp_chart_of(s, k) < 0)
             q[k] = near[k] + remainder(q[k] - near[k], TWO_PI);
     b->lambda = copy(e, s->m, linear->lambda);
+    (void)kmp_descent_measure(linear, linear->unit, &b->work);
     b->potential = kmp_eval_potential(linear->eval, linear->t, linear->q);
     b->reaction = copy(e, 3 * closures,
                        closures > 0 ? kmp_eval_reactions(linear->eval, linear->t, linear->q, linear->lambda) : NULL);
@@ -77,7 +78,9 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
     KMP_TRY(kmp_made(s->context, b->idle_count >= 0 && !e->arena.failed));
     KMP_TRY(kmp_stability_judge(linear, &b->stability));
+    KMP_TRY(kmp_balance_look_at_contacts(e, linear, b));
     KMP_TRY(kmp_balance_add_friction(e, linear, b));
+    kmp_balance_add_contacts(e, b);
     e->count++;
     return KEMPE_OK;
 }
@@ -138,14 +141,25 @@ static kempe_status name_freed(kempe_equilibrium *e)
 
 /* -- finding ----------------------------------------------------------------------------------------- */
 
+/* Closes the contacts that touch at the start, where their friction has its place. */
+static kempe_status close_contacts(kempe_equilibrium *e, kmp_linear *linear, const double *q)
+{
+    kmp_contact_set *contacts;
+    kempe_status status = kmp_contact_set_begin(linear, 0, q, false, &e->arena, &contacts);
+    kmp_contact_set_end(contacts);
+    return status;
+}
+
 static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
                                 kmp_search *search)
 {
     memcpy(q, start->inner_q ? start->inner_q : start->q, (size_t)e->system->n * sizeof *q);
     if (start->chart)
         kmp_eval_set_charts(linear->eval, start->chart);
-    if (e->friction && e->stick)
+    if (e->friction && e->stick) {
+        KMP_TRY(close_contacts(e, linear, q));
         KMP_TRY(kmp_friction_state_lock(e->friction, 0, q, NULL, NULL));
+    }
     KMP_TRY(kmp_equilibrium_or_steady(linear, 0, q, start->inner_q ? start->inner_qd : start->qd, search));
     e->rate_count = search->rate_count;
     return KEMPE_OK;
@@ -202,6 +216,7 @@ static kempe_status try_start(kempe_equilibrium *e, kmp_linear *l, const kempe_a
         memcpy(l->eval->chart, a->chart, (size_t)(KMP_CHART_SIZE * e->system->chart_count) * sizeof(double));
     kmp_eval_set_charts(l->eval, l->eval->chart);
     memcpy(q, a->inner_q ? a->inner_q : a->q, (size_t)e->system->n * sizeof *q);
+    kmp_friction_state_open(l->eval);
     kempe_status status = kmp_equilibrium_find(l, 0, q, &search);
     if (status == KEMPE_OK) {
         e->found++;
@@ -286,7 +301,6 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
     KMP_WANTED_BOTH(system, equilibrium);
     KMP_OPTIONS(system->context, kempe_equilibrium_options, options);
     kmp_context_begin(system->context);
-    KMP_TRY(kmp_refuse_contacts(system->model, "equilibrium"));
     KMP_MAKE(system->context, kempe_equilibrium, e);
     kempe_status status = kmp_averaged_new(system, "equilibrium", &e->averaged);
     e->requested = e->system = kmp_averaged_system(e->averaged, system);

@@ -10,6 +10,23 @@
 
 enum { KMP_MOST_BALANCES = 64 };
 
+typedef enum kmp_contact_word {
+    KMP_CONTACT_OPEN,
+    KMP_CONTACT_PRESSES,
+    KMP_CONTACT_TOUCHES, /* without a force */
+    KMP_CONTACT_SHARES   /* closed by the rows of others: its force is one of several that are possible */
+} kmp_contact_word;
+
+/** The word of a contact for people and for tables. */
+const char *kmp_contact_text(kmp_contact_word word);
+
+typedef struct kmp_balance_contact {
+    const kmp_force *element;
+    double gap, force, size;
+    bool closed, shares;
+    kmp_contact_word word;
+} kmp_balance_contact;
+
 typedef struct kmp_balance {
     double *q, *qd;   /* n, as the user counts them */
     double *lambda;   /* m */
@@ -25,6 +42,9 @@ typedef struct kmp_balance {
     int friction_count;        /* elements that stick, where requested */
     kmp_friction_view *friction;
     double friction_part; /* of their static levels that they need */
+    int contact_count;    /* rigid contacts */
+    kmp_balance_contact *contact;
+    double work; /* the largest of a force along a coordinate, J of its size */
     int set_count;
     kmp_rest_set *set; /* states of rest that friction holds */
 } kmp_balance;
@@ -47,6 +67,12 @@ struct kempe_equilibrium {
     kmp_arena arena;
     char *warnings; /* of the computation, one per line */
 };
+
+/** Adds the rigid contacts at the last state of `linear`, without their forces. */
+kempe_status kmp_balance_look_at_contacts(kempe_equilibrium *equilibrium, kmp_linear *linear, kmp_balance *balance);
+
+/** Adds their forces, which are multipliers of the balance. Warns of contacts whose force is zero, or not unique. */
+void kmp_balance_add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance);
 
 /** Adds friction at the last state of `linear` to a balance there: what its elements need where they stick, and the
  * states of rest that they hold. Warns of friction that takes no part. Changes the state of `linear`. */

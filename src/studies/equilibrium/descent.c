@@ -206,13 +206,9 @@ void kmp_descent_take_rates(kmp_descent *w)
 /* A choice with the steady coordinates in it: those columns of J are pivoted last. */
 static kempe_status choose_with_steady(kmp_descent *w)
 {
-    const kempe_system *s = w->l->system;
-    bool *liked = KMP_NEW(bool, s->n);
-    for (int k = 0; liked && k < w->search->rate_count; k++)
-        liked[w->search->rates[k].coordinate] = true;
-    int count = liked ? kmp_partition_prefer(s, w->l->eval->jacobian, liked, w->pivot) : -1;
-    kmp_free(liked);
-    return count < 0 ? kmp_fail_memory(s->context) : kmp_linear_choose(w->l, w->t, w->q, w->pivot, count);
+    for (int k = 0; k < w->search->rate_count; k++)
+        w->pivot[k] = w->search->rates[k].coordinate;
+    return kmp_linear_prefer(w->l, w->t, w->q, w->search->rate_count, w->pivot);
 }
 
 /* The first of the steady coordinates that is not independent; -1: all are. */
@@ -281,6 +277,16 @@ bool kmp_descent_arrive(kmp_descent *w)
     w->residual = take_unknowns(w);
     memcpy(w->force, l->residual, (size_t)l->p * sizeof *w->force);
     return isfinite(w->residual);
+}
+
+bool kmp_descent_press(kmp_descent *w)
+{
+    w->status = kmp_contact_set_press(w->contacts, w->t, w->q);
+    if (w->status == KEMPE_OK)
+        w->status = kmp_contact_set_check(w->contacts);
+    if (w->status == KEMPE_OK)
+        w->status = kmp_descent_choose(w);
+    return w->status == KEMPE_OK && kmp_descent_at(w, w->q) && kmp_descent_arrive(w);
 }
 
 void kmp_descent_note(kmp_descent *w, double residual)

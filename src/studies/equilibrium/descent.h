@@ -5,6 +5,7 @@
 #pragma once
 
 #include "base/arena.h"
+#include "studies/equilibrium/contact_set.h"
 #include "studies/equilibrium/equilibrium_study.h"
 
 #define KMP_WAY_BALANCED 1e-10 /* residual of an equilibrium */
@@ -13,7 +14,8 @@
 typedef struct kmp_descent {
     kmp_linear *l;
     kmp_search *search;
-    kmp_arena arena; /* of all arrays */
+    kmp_arena arena;           /* of all arrays */
+    kmp_contact_set *contacts; /* NULL: none */
     double t;
     int n;
     double *q;                 /* n: the current state */
@@ -70,6 +72,10 @@ bool kmp_descent_at(kmp_descent *w, const double *q);
 /** Makes l's state and rates the current ones, with matrices, unknowns and measure: joints centred, u chosen again
  * where it has become ill-conditioned. False: the state is impossible, or `status` gives the reason. */
 bool kmp_descent_arrive(kmp_descent *w);
+
+/** Closes and opens contacts at w->q as their set is now, and makes that state the current one. False: as
+ * kmp_descent_arrive. */
+bool kmp_descent_press(kmp_descent *w);
 
 /** Moves joints whose angles are nearly singular into the middle of other charts; true if any was moved. */
 bool kmp_descent_center(kmp_descent *w);

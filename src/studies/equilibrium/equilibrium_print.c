@@ -47,7 +47,7 @@ static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp
     kmp_text_printf(text, "\n  %-*s  %16s  %16s  %16s  N, axes of the nearest common ancestor\n", width, "",
                     "reaction x", "y", "z");
     for (int c = 0; c < model->closure_count; c++)
-        if (!kmp_closure_is_friction(&model->closures[c]))
+        if (!kmp_closure_is_of_modes(&model->closures[c]))
             kmp_text_printf(text, "  %-*s  %16.9g  %16.9g  %16.9g\n", width, model->closures[c].name,
                             b->reaction[3 * c], b->reaction[3 * c + 1], b->reaction[3 * c + 2]);
 }
@@ -61,6 +61,17 @@ static void show_friction(kmp_text *text, const kmp_balance *b)
         kmp_text_printf(text, "           %-16s  %16.9g  %16.9g  %8.3g%s\n", view->element->name, view->force,
                         view->largest, view->largest > 0 ? fabs(view->force) / view->largest : 0,
                         view->word == KMP_FRICTION_WORD_OPEN ? "  not determined: other closures keep its place" : "");
+    }
+}
+
+static void show_contacts(kmp_text *text, const kmp_balance *b)
+{
+    if (b->contact_count > 0)
+        kmp_text_printf(text, "\ncontacts   %-16s  %16s  %16s  m, N or rad, N m\n", "", "distance", "force");
+    for (int i = 0; i < b->contact_count; i++) {
+        const kmp_balance_contact *c = &b->contact[i];
+        kmp_text_printf(text, "           %-16s  %16.9g  %16.9g  %s\n", c->element->name, c->gap, c->force,
+                        kmp_contact_text(c->word));
     }
 }
 
@@ -142,6 +153,7 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
         kmp_text_put(text, "           there is no equilibrium at rest; these rates of a steady motion were found from "
                            "those of the start\n");
     show_reactions(text, e, b);
+    show_contacts(text, b);
     show_friction(text, b);
     show_rest(text, e, b);
     show_stability(text, e, b);
@@ -197,6 +209,17 @@ static void json_friction(kmp_json *j, const kempe_equilibrium *e, const kmp_bal
     kmp_json_end(j);
 }
 
+static void json_contacts(kmp_json *j, const kmp_balance *b)
+{
+    kmp_json_array(j, "contacts");
+    for (int i = 0; i < b->contact_count; i++) {
+        const kmp_balance_contact *c = &b->contact[i];
+        kmp_json_put(j, "{ name %s gap %g force %g word %s }", c->element->name, c->gap, c->force,
+                     kmp_contact_text(c->word));
+    }
+    kmp_json_end(j);
+}
+
 static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_balance *b)
 {
     const kempe_model *model = e->system->model;
@@ -216,13 +239,15 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
         kmp_json_number(j, e->freed_name[i], b->freed[i]);
     kmp_json_put(j, "} reaction {");
     for (int c = 0; c < model->closure_count; c++)
-        if (!kmp_closure_is_friction(&model->closures[c]))
+        if (!kmp_closure_is_of_modes(&model->closures[c]))
             kmp_json_numbers(j, model->closures[c].name, 3, b->reaction + 3 * c);
     kmp_json_put(j, "} potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
     kmp_json_numbers(j, "history", b->iterations, b->residuals);
     kmp_json_whole(j, "hits", b->hits);
     if (kmp_model_friction_count(model) > 0)
         json_friction(j, e, b);
+    if (b->contact_count > 0)
+        json_contacts(j, b);
 }
 
 static void json_equilibrium(kmp_text *text, const void *result)

@@ -5,6 +5,7 @@
  * along it has fallen to half at its end or is still negative (Matthies and Strang, IJNME 14 (1979) 1613): this needs
  * no potential. Where R = 0 and Kr has a negative direction the state is displaced along it. Newton's steps by least
  * squares end the search. */
+#include "base/bracket.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
@@ -22,8 +23,9 @@ enum { MOST_TOLD = 12 };
 #define SHORT_BOUND   1e-3
 #define LONGEST       0.3
 #define PUSH          0.05
-#define FARTHEST      1e4  /* a longer path is divergent */
-#define RUNAWAY_TURNS 20.0 /* rad: a longer rotation without end is divergent */
+#define FINE          1e-14 /* of a step that ends at a surface */
+#define FARTHEST      1e4   /* a longer path is divergent */
+#define RUNAWAY_TURNS 20.0  /* rad: a longer rotation without end is divergent */
 
 /* -- directions -------------------------------------------------------------------------------------- */
 
@@ -116,7 +118,53 @@ static double work_along(const kmp_descent *w, const double *residual)
     return sum;
 }
 
-/* The part of the step at which the work has fallen to half or still decreases. 0: none. */
+/* Distance of contact i after a part of the step. */
+static double distance_after(kmp_descent *w, double part, int i)
+{
+    bool there = kmp_descent_try(w, part);
+    kmp_contact_set_look(w->contacts, w->t, w->l->q);
+    return there ? w->contacts->gap[i] : -INFINITY;
+}
+
+/* The part of the step, from 0 on, at which contact i closes; it overlaps after `part`. */
+static double part_to(kmp_descent *w, double part, int i)
+{
+    double x, far = w->contacts->gap[i];
+    kmp_contact_set_look(w->contacts, w->t, w->q);
+    double near = w->contacts->gap[i];
+    if (near <= 0)
+        return 0;
+    kmp_bracket bracket = kmp_bracket_of(0, near, part, far);
+    while (kmp_bracket_next(&bracket, FINE * part, &x)) {
+        double gap = distance_after(w, x, i);
+        kmp_bracket_take(&bracket, x, gap, gap < 0);
+    }
+    (void)distance_after(w, bracket.near, i);
+    return bracket.near;
+}
+
+/* Shortens the step to the first surface that it meets; the contact is w->contacts->struck. */
+static double cut(kmp_descent *w, double part)
+{
+    kmp_contact_set *contacts = w->contacts;
+    if (!contacts)
+        return part;
+    contacts->struck = -1;
+    kmp_contact_set_look(contacts, w->t, w->l->q);
+    for (int i = kmp_contact_set_overlap(contacts); i >= 0 && part > 0; i = kmp_contact_set_overlap(contacts)) {
+        contacts->struck = i;
+        part = part_to(w, part, i);
+    }
+    return part;
+}
+
+static bool strikes(const kmp_descent *w)
+{
+    return w->contacts && w->contacts->struck >= 0;
+}
+
+/* The part of the step at which the work has fallen to half or still decreases, or at which surfaces meet. 0: none, or
+ * they do at once. */
 static double search_line(kmp_descent *w)
 {
     double first = work_along(w, w->force), part = 1;
@@ -125,6 +173,9 @@ static double search_line(kmp_descent *w)
             part /= 2;
             continue;
         }
+        part = cut(w, part);
+        if (part == 0)
+            return 0;
         double last = work_along(w, w->l->residual);
         if (last <= 0.5 * fabs(first))
             return part;
@@ -199,6 +250,13 @@ static bool step_down(kmp_descent *w, double far)
         far = w->bound;
     }
     double part = search_line(w);
+    if (strikes(w)) {
+        if (part > 0)
+            memcpy(w->q, w->l->q, (size_t)w->n * sizeof *w->q);
+        w->contacts->closed[w->contacts->struck] = KMP_PRESSED;
+        kmp_descent_note_step(w, part * far);
+        return kmp_descent_press(w);
+    }
     if (part == 0) {
         kmp_descent_take_rates(w);
         (void)kmp_descent_at(w, w->q);
@@ -250,9 +308,20 @@ static kempe_status descend(kmp_descent *w)
     return far > RUNAWAY_TURNS ? complain_runaway(w, k, far) : kmp_descent_complain(w, "too many iterations");
 }
 
+/* Closes a contact that overlaps at the equilibrium, or opens one that pulls. *agrees: there is none. */
+static kempe_status exchange_contact(kmp_descent *w, bool *agrees)
+{
+    *agrees = true;
+    KMP_TRY(w->contacts ? kmp_contact_set_exchange(w->contacts, w->l, w->most, agrees) : KEMPE_OK);
+    if (*agrees || kmp_descent_press(w))
+        return KEMPE_OK;
+    return w->status != KEMPE_OK ? w->status : kmp_descent_complain(w, "a contact cannot be closed");
+}
+
 static kempe_status find(kmp_descent *w)
 {
     memcpy(w->begin, w->q, (size_t)w->n * sizeof *w->q);
+    KMP_TRY(kmp_contact_set_begin(w->l, w->t, w->q, w->search->keeps, &w->arena, &w->contacts));
     (void)kmp_descent_center(w);
     KMP_TRY(kmp_descent_choose(w));
     if (!kmp_descent_at(w, w->q) || !kmp_descent_arrive(w))
@@ -260,9 +329,13 @@ static kempe_status find(kmp_descent *w)
                                      : kmp_fail(w->l->system->context, KEMPE_E_FAILED,
                                                 "the equations cannot be evaluated at the start: loops that do not "
                                                 "close, or numbers that are not finite");
-    if (!w->search->newton && !w->search->exchange)
-        KMP_TRY(descend(w));
-    return kmp_descent_least(w);
+    bool descends = !w->search->newton && !w->search->exchange, agrees = false;
+    while (!agrees) {
+        KMP_TRY(descends ? descend(w) : KEMPE_OK);
+        KMP_TRY(kmp_descent_least(w));
+        KMP_TRY(exchange_contact(w, &agrees));
+    }
+    return KEMPE_OK;
 }
 
 static kempe_status find_balance(kmp_linear *linear, double t, double *q, kmp_search *search)
@@ -282,6 +355,7 @@ static kempe_status find_balance(kmp_linear *linear, double t, double *q, kmp_se
         memcpy(q, w.q, (size_t)w.n * sizeof *q);
     else
         kmp_descent_give_up(&w);
+    kmp_contact_set_end(w.contacts);
     kmp_arena_free(&w.arena);
     return status;
 }

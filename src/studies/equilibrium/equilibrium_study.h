@@ -15,6 +15,7 @@ typedef struct kmp_search {
     bool newton;   /* Newton's method from the guess, to any equilibrium nearby; otherwise a descent, to a stable one */
     bool balanced; /* descent in short steps, to any balanced state */
     bool quiet;    /* failures give no further message */
+    bool keeps;    /* rigid contacts stay open or closed as they are in the evaluator */
     struct kmp_exchange *exchange; /* other unknowns and equations (exchange.h); NULL: none */
     int iterations;
     double residuals[KMP_MOST_ITERATIONS], steps[KMP_MOST_ITERATIONS]; /* a step's length: the largest |dq| / scale */
@@ -23,6 +24,7 @@ typedef struct kmp_search {
 } kmp_search;
 
 /** Searches from q (n, closed, in the charts of linear->eval), which becomes the equilibrium; charts may be centred.
+ * Rigid contacts that press there are closed in the evaluator.
  * `linear` then has this state, with its matrices, and possibly other independent coordinates. KEMPE_E_FAILED, with the
  * reason: there is none, or it is not found; q and rates are then restored. */
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search);

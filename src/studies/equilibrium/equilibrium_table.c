@@ -50,6 +50,19 @@ static void fill_friction(kempe_table *table, const void *result)
         }
 }
 
+static void fill_contacts(kempe_table *table, const void *result)
+{
+    const kempe_equilibrium *e = result;
+    kmp_tabulate_columns(table, "equilibrium contact[words] gap force word[words]");
+    for (int k = 0; k < e->count; k++)
+        for (int i = 0; i < e->balance[k].contact_count; i++) {
+            const kmp_balance_contact *c = &e->balance[k].contact[i];
+            kmp_tabulate_row(table);
+            kmp_tabulate_cells(table, "%d %s %g %g %s", k, c->element->name, c->gap, c->force,
+                               kmp_contact_text(c->word));
+        }
+}
+
 static void fill_rest(kempe_table *table, const void *result)
 {
     const kempe_equilibrium *e = result;
@@ -68,4 +81,4 @@ static void fill_rest(kempe_table *table, const void *result)
 }
 
 KMP_TABLES(kempe_equilibrium, equilibrium, equilibrium->requested->context, {"equilibria", fill_equilibria},
-           {"friction", fill_friction}, {"rest", fill_rest}, {"history", fill_history})
+           {"contacts", fill_contacts}, {"friction", fill_friction}, {"rest", fill_rest}, {"history", fill_history})

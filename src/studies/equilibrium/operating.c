@@ -135,7 +135,6 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
 {
     bool start = word && strcmp(word, "start") == 0;
     KMP_TRY(kmp_refuse_samples(system->model, "small motions about a state", false));
-    KMP_TRY(kmp_refuse_contacts(system->model, "small motions about a state"));
     const char *list = rates_of(word);
     if (!start && !list)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,
@@ -199,7 +198,7 @@ static void tell_stuck(kmp_operating *o, const kmp_friction_state *friction)
 {
     kmp_text names = {0};
     for (int i = 0; i < friction->count && !o->told; i++)
-        if (friction->view[i].word != KMP_FRICTION_WORD_SLIPS)
+        if (!friction->view[i].contact && friction->view[i].word != KMP_FRICTION_WORD_SLIPS)
             kmp_text_printf(&names, "%s'%s'", names.s ? ", " : "", friction->view[i].element->name);
     if (names.s)
         kmp_log(
@@ -210,7 +209,34 @@ static void tell_stuck(kmp_operating *o, const kmp_friction_state *friction)
     kmp_text_free(&names);
 }
 
-/* Friction has the modes in which a run would begin at the state. */
+/* Names contacts that press, once. A contact that may open or press is an error. */
+static kempe_status tell_contacts(const kmp_operating *o, const kmp_friction_state *friction)
+{
+    kempe_context *context = o->system->context;
+    kmp_text names = {0};
+    const kmp_friction_view *limit = NULL;
+    int count = 0;
+    for (int i = 0; i < friction->count; i++) {
+        const kmp_friction_view *view = &friction->view[i];
+        limit = view->limit ? view : limit;
+        if (view->contact && view->word != KMP_FRICTION_WORD_SLIPS)
+            kmp_text_printf(&names, "%s'%s'", count++ ? ", " : "", view->element->name);
+    }
+    if (names.s && !limit && !o->told)
+        kmp_log(context, KEMPE_LOG_WARNING,
+                count == 1 ? "contact %s presses at the state: small motions leave it closed"
+                           : "contacts %s press at the state: small motions leave them closed",
+                names.s);
+    kmp_text_free(&names);
+    if (!limit)
+        return KEMPE_OK;
+    return kmp_fail(context, KEMPE_E_FAILED,
+                    "contact '%s' touches at the state without a force: some small motions open it, others press, so "
+                    "that they are not linear; take another state",
+                    limit->element->name);
+}
+
+/* Friction and contacts have the modes in which a run would begin at the state. */
 static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
 {
     kmp_friction_state *friction;
@@ -220,6 +246,8 @@ static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
     if (none)
         return KEMPE_OK;
     kempe_status status = kmp_friction_state_decide(friction, o->t, o->inner_q, o->inner_qd);
+    if (status == KEMPE_OK)
+        status = tell_contacts(o, friction);
     if (status == KEMPE_OK)
         tell_stuck(o, friction);
     kmp_friction_state_free(friction);

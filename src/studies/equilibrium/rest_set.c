@@ -22,6 +22,7 @@ typedef struct walk {
     int coordinate, n;
     bool *which;         /* elements that stay */
     double *place;       /* where */
+    double *distance;    /* of contacts */
     double *q, *tried;   /* n: the last state that is held; the one that is tried */
     kempe_status status; /* of errors */
 } walk;
@@ -37,7 +38,7 @@ const char *kmp_rest_text(kmp_rest_word word)
 static bool go(walk *w, double value, double *part)
 {
     kmp_steady held = {w->coordinate, 0, KMP_RATE_HELD};
-    kmp_search search = {.rates = &held, .rate_count = 1, .newton = true, .quiet = true};
+    kmp_search search = {.rates = &held, .rate_count = 1, .newton = true, .quiet = true, .keeps = true};
     memcpy(w->tried, w->q, (size_t)w->n * sizeof *w->q);
     kempe_status status = kmp_friction_state_lock(w->friction, w->t, w->tried, w->which, w->place);
     w->tried[w->coordinate] = value;
@@ -45,12 +46,13 @@ static bool go(walk *w, double value, double *part)
         status = kmp_equilibrium_find(w->l, w->t, w->tried, &search);
     if (status == KEMPE_OK)
         status = kmp_friction_state_load(w->friction, w->t, w->tried);
-    *part = status == KEMPE_OK ? w->friction->part : INFINITY;
+    bool agrees = status == KEMPE_OK && kmp_friction_state_agrees(w->friction, w->t, w->tried, w->distance);
+    *part = agrees ? w->friction->part : INFINITY;
     if (status == KEMPE_E_FAILED)
         kmp_context_clear(w->l->system->context);
     else if (status != KEMPE_OK)
         w->status = status;
-    return status == KEMPE_OK;
+    return agrees;
 }
 
 static void accept(walk *w)
@@ -122,7 +124,7 @@ static kempe_status choose_coordinate(walk *w, const double *q, int count, int *
     kmp_linear *l = w->l;
     const double *scale = l->system->scale;
     double most = 0;
-    KMP_TRY(kmp_linear_choose(l, w->t, q, others, count));
+    KMP_TRY(kmp_linear_prefer(l, w->t, q, count, others));
     int k = find_free(l, count, others), i = 0;
     *coordinate = -1;
     if (k < 0)
@@ -134,7 +136,7 @@ static kempe_status choose_coordinate(walk *w, const double *q, int count, int *
     while (fabs(x[i]) / scale[i] < WELL * most)
         i++;
     others[count] = *coordinate = i;
-    return kmp_linear_choose(l, w->t, q, others, count + 1);
+    return kmp_linear_prefer(l, w->t, q, count + 1, others);
 }
 
 /* Both ends of the set of element i; `others`: coordinates that are independent while it stays, too. */
@@ -184,7 +186,8 @@ kempe_status kmp_rest_sets_find(kmp_linear *linear, kmp_friction_state *friction
     int *others;
     *count = 0;
     bool made = KMP_ARENA_MAKE(arena, KMP_ROOM(double, w.n, &w.q, &w.tried, &start), KMP_ROOM(int, w.n + 1, &others),
-                               KMP_ROOM(bool, friction->count, &w.which), KMP_ROOM(double, friction->count, &w.place),
+                               KMP_ROOM(bool, friction->count, &w.which),
+                               KMP_ROOM(double, friction->count, &w.place, &w.distance),
                                KMP_ROOM(kmp_rest_set, friction->count, sets));
     KMP_TRY(kmp_made(linear->system->context, made));
     memcpy(start, q, (size_t)w.n * sizeof *q);
