@@ -34,7 +34,7 @@ kmp_crossing *kmp_crossing_new(kmp_runner *run)
     c->repeats = KMP_ARENA_NEW(a, int, count);
     c->stays = KMP_ARENA_NEW(a, bool, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
-                        KMP_ROOM(double, count, &c->change, &c->last, &c->most, &c->largest, &c->peak),
+                        KMP_ROOM(double, count, &c->change, &c->last, &c->most, &c->largest, &c->peak, &c->before),
                         KMP_ROOM(kmp_last_values, count, &c->latest)) ||
         !kmp_event_search_init(&c->search, system, run->spec.closely, a))
         return NULL;
@@ -193,6 +193,12 @@ static kempe_status change_conditions(kmp_crossing *c, double t)
                             c->s->event_text[k], t);
 }
 
+void kmp_crossing_note(kmp_crossing *c, double t, const double *q, const double *qd)
+{
+    memcpy(c->before, kmp_eval_changes(c->eval, t, q, qd), (size_t)c->s->events.count * sizeof(double));
+    c->noted = true;
+}
+
 kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, const double *qd, bool again,
                                  bool *changed)
 {
@@ -202,10 +208,11 @@ kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, con
     memcpy(c->qd, qd, (size_t)c->s->n * sizeof *qd);
     memcpy(c->change, kmp_eval_changes(c->eval, t, q, qd), (size_t)count * sizeof(double));
     for (int k = 0; k < count; k++)
-        c->stays[k] = again && (c->stays[k] || c->last[k] == t);
+        c->stays[k] = (again && (c->stays[k] || c->last[k] == t)) ||
+                      (c->noted && c->last[k] == t && c->change[k] == c->before[k]);
     *changed = first_switched(c) >= 0;
     kempe_status status = change_conditions(c, t);
-    memset(c->stays, 0, again && !*changed ? (size_t)count * sizeof *c->stays : 0);
+    memset(c->stays, 0, c->noted || (again && !*changed) ? (size_t)count * sizeof *c->stays : 0);
     return status;
 }
 

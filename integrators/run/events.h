@@ -59,6 +59,8 @@ typedef struct kmp_crossing {
     bool stuck;      /* a condition changed back and forth without end */
     bool *stays;     /* of each condition: it is not evaluated until the next event */
     double instant;  /* least time of any motion of the run */
+    double *before;  /* values of the conditions before states take next values */
+    bool noted;      /* they are known */
     long count;      /* of events so far */
     int end;         /* the condition that ends the run at the last event; -1: none */
     kmp_event_search search;
@@ -84,6 +86,10 @@ kempe_status kmp_crossing_begin(kmp_crossing *crossing, double t, bool *ends);
 /** Changes the conditions at t of an event, closes the state and puts it into the run's y (and yp): the new start.
  * KEMPE_E_FAILED with a message when conditions change back and forth without end. */
 kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t);
+
+/** Notes the values of the conditions at t before states take next values. A condition that has changed at t, and whose
+ * value the states do not change, then stays: positions that are closed again differ by rounding. */
+void kmp_crossing_note(kmp_crossing *crossing, double t, const double *q, const double *qd);
 
 /** Changes the conditions at t of an event with the closed state (q, qd). `again`: repeated with other rates. Earlier
  * changes are then kept, because positions that are closed again differ by rounding. *changed: a condition did. */

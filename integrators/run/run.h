@@ -27,6 +27,10 @@ typedef struct kmp_integrator_reason {
     const char *obstacle;   /* its continuation: what prevents another integrator; NULL: nothing */
 } kmp_integrator_reason;
 
+/** Callback where states take the values of samples or events, before they have them: `taken` are those of the states
+ * with a next value, in order, and `condition` the one that has become true; -1: a sample. */
+typedef void kmp_sample_fn(void *user, int count, const bool *taken, const int *condition);
+
 typedef struct kmp_run_spec {
     const char *formulation, *form, *integrator, *linear, *backend; /* names; all given, see kmp_run_resolve */
     double rtol, atol;                                              /* atol: of an angle */
@@ -48,6 +52,7 @@ typedef struct kmp_run_spec {
     const struct kmp_formulation_kind *kind; /* a formulation of the caller in place of the named one; NULL: none */
     void *user;                              /* argument of that formulation and of `step` */
     kmp_step_fn *step;                       /* callback at accepted steps; NULL: none */
+    kmp_sample_fn *sample;                   /* with the argument `user`; NULL: none */
     bool own_angles;                         /* spherical joints are not centred */
     const double *mode_start;                /* conditions at the start; NULL: by the state */
     const kmp_present_inputs *inputs_start;  /* NULL: those of the model */

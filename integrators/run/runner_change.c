@@ -388,8 +388,12 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
     if (given && run->crossing && run->s->switches)
         return restart_with_switches(run, t);
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    if (run->crossing && run->sampler)
+        kmp_crossing_note(run->crossing, t, q, qd);
     KMP_TRY(kmp_runner_take_inputs(run, t));
     KMP_TRY(take_discrete(run, t));
+    if (run->crossing)
+        run->crossing->noted = false;
     if (relieved) {
         run->anew = false;
         return kmp_runner_take_up(run, t, false, work, 0);

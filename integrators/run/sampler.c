@@ -16,6 +16,7 @@ struct kmp_sampler {
     double *number;  /* of its next sample */
     int *condition;  /* whose change to true is an event of it; -1: none */
     bool *was, *due; /* the comparison was true; it has become so, and the state has not changed since */
+    bool *taken;     /* it changes now */
 };
 
 static double time_of(const kmp_runner *run, int k)
@@ -167,7 +168,7 @@ kempe_status kmp_runner_make_sampler(kmp_runner *run, double t)
     KMP_TRY(kmp_made(model->context, x));
     const int room = model->state_count;
     bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, room, &x->state, &x->condition),
-                               KMP_ROOM(double, room, &x->number), KMP_ROOM(bool, room, &x->was, &x->due));
+                               KMP_ROOM(double, room, &x->number), KMP_ROOM(bool, room, &x->was, &x->due, &x->taken));
     KMP_TRY(kmp_made(model->context, made));
     list_states(x, model);
     find_conditions(run);
@@ -208,7 +209,11 @@ void kmp_runner_take_samples(kmp_runner *run, double t)
     kmp_machine_set(x->machine, KMP_IN_QD, qd);
     const double *next = kmp_machine_run(x->machine, 1);
     for (int k = 0; k < x->count; k++)
-        if (x->due[k] || time_of(run, k) <= last_equal(t)) {
+        x->taken[k] = x->due[k] || time_of(run, k) <= last_equal(t);
+    if (run->spec.sample)
+        run->spec.sample(run->spec.user, x->count, x->taken, x->condition);
+    for (int k = 0; k < x->count; k++)
+        if (x->taken[k]) {
             qd[kmp_model_coordinates(run->s->model) + x->state[k]] = next[k];
             x->number[k] += time_of(run, k) <= last_equal(t);
             x->due[k] = false;

@@ -210,6 +210,17 @@ static bool add_events(gather *g)
     return add_values(g);
 }
 
+/* In place, as a run evaluates them: conditions have the values of the state. */
+static bool add_samples(gather *g)
+{
+    const kempe_model *model = g->eq.model;
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, model->state_count);
+    for (int k = 0; g->of && k < model->state_count; k++)
+        if (model->states[k].next)
+            g->of[g->of_count++] = kmp_tree_expression(&g->eq.tree, model->states[k].next);
+    return add_values(g);
+}
+
 /* -- programs ---------------------------------------------------------------------------------------- */
 
 static bool make_machine(gather *g, const kmp_backend *backend)
@@ -247,8 +258,10 @@ static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g),
                            const kmp_backend *backend)
 {
     gather g = {.s = s, .x = x, .named = named};
+    const kmp_scene in_place = {.sets = sets, .plain = true, .charted = true};
     kmp_events events;
-    KMP_TRY(kmp_slopes_equations(&g.eq, s->system, &events, sets));
+    KMP_TRY(x == &s->samples ? kmp_equations_derive(&g.eq, s->system->model, &in_place)
+                             : kmp_slopes_equations(&g.eq, s->system, &events, sets));
     bool ok = make_room(&g) && add(&g) && make_machine(&g, backend);
     kmp_derivative_free(g.along);
     kmp_arena_free(&g.arena);
@@ -314,6 +327,8 @@ static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *
         status = derive(s, KMP_SET_CLOSURE | KMP_SET_OUTPUT, add_outputs, &s->outputs, named, found);
     if (status == KEMPE_OK && s->system->events.count > 0) /* all laws and rows: conditions of elements */
         status = derive(s, KMP_SET_CLOSURE | KMP_SET_ENERGY, add_events, &s->events, named, found);
+    if (status == KEMPE_OK && kmp_model_has_samples(s->system->model))
+        status = derive(s, KMP_SET_CLOSURE, add_samples, &s->samples, named, found);
     kmp_free(named);
     return status;
 }
@@ -341,13 +356,14 @@ void kmp_slopes_free(kmp_slopes *slopes)
     free_matrix(&slopes->equations);
     free_matrix(&slopes->outputs);
     free_matrix(&slopes->events);
+    free_matrix(&slopes->samples);
     kmp_free(slopes);
 }
 
 void kmp_slopes_renew_parameters(kmp_slopes *slopes)
 {
-    kmp_slope_matrix *const of[] = {&slopes->equations, &slopes->outputs, &slopes->events};
-    for (int k = 0; k < 3; k++)
+    kmp_slope_matrix *const of[] = {&slopes->equations, &slopes->outputs, &slopes->events, &slopes->samples};
+    for (size_t k = 0; k < sizeof of / sizeof *of; k++)
         if (of[k]->formulas.machine)
             kmp_formulas_renew(&of[k]->formulas, slopes->system->parameters);
 }

@@ -69,15 +69,16 @@ static kempe_status choose_as_assembled(beginning *b)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: not all held coordinates can be "
                         "independent there; hold others, as many as the degrees of freedom (start: hold)");
-    if (l->p == b->held || b->m == 0 || near)
+    const int freedoms = l->p - s->model->state_count; /* assembly moves no state */
+    if (freedoms == b->held || b->m == 0 || near)
         return KEMPE_OK;
     kmp_text sentence = {0};
     kmp_text_printf(&sentence,
                     "the start has no derivative with respect to parameters: the mechanism has %d degrees of freedom, "
                     "its start holds %d, and the result of the assembly depends on the guess; hold",
-                    l->p, b->held);
+                    freedoms, b->held);
     for (int k = 0, named = 0; k < l->p; k++)
-        if (!s->model->start.hold[l->part.u[k]])
+        if (l->part.u[k] < kmp_model_coordinates(s->model) && !s->model->start.hold[l->part.u[k]])
             kmp_text_printf(&sentence, "%s %s", named++ ? "," : "", s->model->motions[l->part.u[k]].name);
     kmp_text_put(&sentence, " too (start: hold), or give a closed start");
     return kmp_fail_text(s->context, KEMPE_E_FAILED, &sentence);

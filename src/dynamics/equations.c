@@ -7,6 +7,7 @@
 #include "dynamics/forces.h"
 #include "dynamics/formalisms/articulated.h"
 #include "dynamics/formalisms/tangent_sets.h"
+#include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/outputs.h"
 #include "model/tables/output_table.h"
 #include "symbolic/label.h"
@@ -135,7 +136,11 @@ static bool allocate(kmp_equations *eq)
                 {&eq->free_qdd, n},
                 {&eq->compliance, rows * n},
                 {&eq->mobility, rows * rows},
-                {&eq->drift, rows}};
+                {&eq->drift, rows},
+                {&eq->slip, model->force_count},
+                {&eq->level, model->force_count},
+                {&eq->holding, model->force_count},
+                {&eq->friction, model->force_count}};
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
         *list[k].to = KMP_GRAPH_NEW(eq->graph, kmp_ref, list[k].count);
     eq->rows = KMP_GRAPH_NEW(eq->graph, kmp_row, rows);
@@ -180,6 +185,27 @@ static kempe_status derive_loaded(kmp_equations *eq, const kmp_scene *scene, uns
     return KEMPE_OK;
 }
 
+/* Rates, levels and forces of all elements that stick. */
+static void derive_friction(kmp_equations *eq)
+{
+    const kempe_model *model = eq->model;
+    for (int k = 0; k < model->force_count; k++) {
+        if (!kmp_force_sticks(&model->forces[k]))
+            continue;
+        int e = eq->friction_count++;
+        const struct {
+            kmp_role role;
+            kmp_ref *to;
+        } values[] = {{KMP_ROLE_RATE, &eq->slip[e]},
+                      {KMP_ROLE_LEVEL, &eq->level[e]},
+                      {KMP_ROLE_STATIC, &eq->holding[e]},
+                      {KMP_ROLE_GIVEN, &eq->friction[e]}};
+        for (size_t i = 0; i < sizeof values / sizeof *values; i++)
+            *values[i].to = kmp_friction_value(
+                &eq->tree, &(kmp_condition){.of = &model->forces[k], .number = values[i].role, .role = values[i].role});
+    }
+}
+
 static void set_rules(const kmp_equations *eq, const kmp_scene *scene, bool apart)
 {
     kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~(scene->without | (apart ? KMP_RULE_RUNS : 0)));
@@ -197,6 +223,9 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
         KMP_TRY(derive_loaded(eq, scene, energy));
     else if (sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, NULL))
         return kmp_fail_memory(eq->context);
+    eq->friction_count = 0;
+    if (sets & KMP_SET_FRICTION)
+        derive_friction(eq);
     return kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : KEMPE_OK;
 }
 
@@ -208,7 +237,11 @@ static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
     tree->noted = eq->noted;
     tree->row = eq->row;
     tree->reaction = kmp_closure_load;
-    return true;
+    for (int k = 0; scene->modes_alone && k < eq->model->force_count; k++)
+        if (kmp_force_sticks(&eq->model->forces[k]))
+            (void)kmp_friction_find(tree, &eq->model->forces[k]);
+    tree->settled = scene->modes_alone;
+    return !kmp_graph_failed(eq->graph);
 }
 
 static bool add_tree(kmp_equations *eq, const kmp_scene *scene)

@@ -25,7 +25,8 @@ enum {
     KMP_SET_INVERSE_QD = 2048,
     KMP_SET_CLOSED = 4096,   /* inverse dynamics less J' lambda */
     KMP_SET_CLOSED_Q = 8192, /* derivatives of KMP_SET_CLOSED by q; by qd it has those of the inverse dynamics */
-    KMP_SET_POWER = 16384    /* the power of non-conservative forces alone, in addition to other sets of dynamics */
+    KMP_SET_POWER = 16384,   /* the power of non-conservative forces alone, in addition to other sets of dynamics */
+    KMP_SET_FRICTION = 32768 /* rates, levels and forces of friction that sticks */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
@@ -54,6 +55,7 @@ typedef struct kmp_scene {
     kmp_savings *found;          /* becomes those found, for `first`; empty without search; to be freed */
     kmp_tangent_method tangents; /* without ways: the method for both derivatives of the inverse dynamics */
     kmp_events *events;          /* conditions as inputs, appended to those present; NULL: evaluated in place */
+    bool modes_alone;            /* of conditions, the modes of friction alone are inputs, in the order of the forces */
 } kmp_scene;
 
 /** A closure row that is kept. */
@@ -99,6 +101,9 @@ typedef struct kmp_equations {
     kmp_ref *drift;      /* m: J free_qdd + jdqd = - mobility lambda */
     kmp_ref *shown;      /* all outputs in addition to the table, in order */
     int shown_count;
+    /* of each friction element that sticks, in the order of the forces: rate, sizes in slip and in stick, friction */
+    kmp_ref *slip, *level, *holding, *friction;
+    int friction_count;
 } kmp_equations;
 
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves). KEMPE_E_FAILED when accelerations

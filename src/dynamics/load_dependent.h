@@ -12,6 +12,9 @@ kempe_status kmp_refuse_states(const kempe_model *model, const char *what, const
  * `averaged`, and `what` does not follow them. */
 kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool averaged);
 
+/** True if a force, a sensor or a requested output has a multiplier of a drive or a lock. */
+bool kmp_uses_drives(const kempe_model *model);
+
 /** The name of a force that depends on multipliers of a row's closure. */
 const char *kmp_load_dependent_force(const kempe_system *system, int row);
 

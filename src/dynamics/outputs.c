@@ -123,7 +123,8 @@ static void show(kmp_equations *eq, const kmp_forces *forces, const kmp_output *
 /* In the order of the model. Conditions of outputs alone are no events: they are evaluated at the state of each row. */
 bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
 {
-    if (!derive_until(&eq->tree))
+    bool settled = eq->tree.settled;
+    if (!settled && !derive_until(&eq->tree))
         return false;
     eq->tree.settled = true;
     for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
@@ -133,6 +134,6 @@ bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
             show_axes(eq, eq->model->outputs[o].index);
         else
             show(eq, forces, &eq->model->outputs[o]);
-    eq->tree.settled = false;
+    eq->tree.settled = settled;
     return !kmp_graph_failed(eq->graph);
 }

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "generate/choice.h"
 #include "base/context.h"
+#include "dynamics/load_dependent.h"
+#include "model/tables/output_table.h"
 #include <string.h>
 
 static const char *const schemes[] = {[KMP_SCHEME_COMPOSITE] = "composite", [KMP_SCHEME_NER] = "ner"};
@@ -75,6 +77,29 @@ static kempe_status check_bodies(const kempe_model *model, const char *names)
     return KEMPE_OK;
 }
 
+/* Sets whose rows are elements or outputs of the model, which may have none. */
+static kempe_status check_rows(const kempe_model *model, unsigned sets)
+{
+    const unsigned of_friction = kmp_sets_find("friction", strlen("friction"));
+    bool sticks = false;
+    for (int k = 0; k < model->force_count; k++)
+        sticks = sticks || kmp_force_sticks(&model->forces[k]);
+    if (sets & of_friction && !sticks)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "the set 'friction' is empty: '%s' has no friction that sticks; omit the set", model->name);
+    if (sets & 1u << KMP_EQ_OUTPUTS && kmp_outputs_width(model) == 0)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "the set 'outputs' is empty: '%s' lists no output under 'run' that q, qd, qdd and lambda are "
+                        "not already; list some, or omit the set",
+                        model->name);
+    return KEMPE_OK;
+}
+
+void kmp_choice_free(kmp_set_choice *choice)
+{
+    kmp_events_free(&choice->modes);
+}
+
 kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_options *g, kmp_set_choice *choice)
 {
     kempe_context *context = model->context;
@@ -83,11 +108,14 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
                                          .body_inputs = g->body_inputs,
                                          .no_inputs = g->no_inputs,
                                          .optimize = g->optimize,
-                                         .loops_alone = !g->drives}};
+                                         .loops_alone = !g->drives && !kmp_uses_drives(model),
+                                         .events = &choice->modes,
+                                         .modes_alone = true}};
     KMP_TRY(read_scheme(context, g->scheme, choice));
     for (const char *s = g->sets ? g->sets : "M_C,invdyn,h_J,jdqd"; s; s = strchr(s, ',')) {
         s += *s == ',';
         KMP_TRY(add(context, choice, s, strcspn(s, ",")));
     }
+    KMP_TRY(check_rows(model, choice->all));
     return check_bodies(model, g->no_inputs);
 }

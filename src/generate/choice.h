@@ -17,9 +17,12 @@ typedef struct kmp_set_choice {
     int count;
     unsigned all;       /* the union */
     kmp_scene scene;    /* all but its sets */
+    kmp_events modes;   /* of friction that sticks: the scene's inputs */
     const char *scheme; /* the name of the algorithm */
 } kmp_set_choice;
 
-/** KEMPE_E_ARGUMENT: a set, scheme or body that does not exist. The choice lives no longer than the generation. */
+/** KEMPE_E_ARGUMENT: a set, scheme or body that does not exist, or a set that is empty for this model. The choice stays
+ * where it is and lives no longer than the generation. To be freed in any case. */
 kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_options *generation,
                              kmp_set_choice *choice);
+void kmp_choice_free(kmp_set_choice *choice);

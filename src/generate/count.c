@@ -47,6 +47,7 @@ void kempe_count_free(kempe_count *c)
 {
     if (!c)
         return;
+    kmp_choice_free(&c->choice);
     kmp_free(c->model);
     kmp_free(c);
 }

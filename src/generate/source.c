@@ -7,13 +7,14 @@
 #include "constraints/rounding/mend.h"
 #include "dynamics/load_dependent.h"
 #include "model/print/model_print.h"
+#include "model/tables/output_table.h"
 #include <ctype.h>
 #include <string.h>
 
 const char *const kmp_argument_names[KMP_ARGUMENTS] = {
-    [KMP_IN_PARAMETER] = "k", [KMP_IN_TIME] = "t",        [KMP_IN_Q] = "q",
-    [KMP_IN_QD] = "qd",       [KMP_IN_QDD] = "qdd",       [KMP_IN_LAMBDA] = "lambda_",
-    [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque", [KMP_ARGUMENT_INPUTS] = "u"};
+    [KMP_IN_PARAMETER] = "k",   [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",        [KMP_IN_QD] = "qd",
+    [KMP_IN_QDD] = "qdd",       [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_MODE] = "modes", [KMP_IN_FORCE] = "force",
+    [KMP_IN_TORQUE] = "torque", [KMP_ARGUMENT_INPUTS] = "u"};
 
 int kmp_argument_of(const kmp_program_input *input)
 {
@@ -22,7 +23,10 @@ int kmp_argument_of(const kmp_program_input *input)
 
 int kmp_place_in_argument(const kmp_program_input *input)
 {
-    return (int)input->index - (kmp_argument_of(input) == KMP_ARGUMENT_INPUTS);
+    const int roles = KMP_ROLE_END - KMP_ROLE_SENSE, index = (int)input->index;
+    if (input->kind == KMP_IN_MODE)
+        return KMP_MODE_ENTRIES * (index / roles) + index % roles;
+    return index - (kmp_argument_of(input) == KMP_ARGUMENT_INPUTS);
 }
 
 /* -- names ------------------------------------------------------------------------------------------- */
@@ -54,11 +58,20 @@ static bool hash_model(const kempe_model *model, char out[17])
     return ok;
 }
 
+static void find_friction_rows(kmp_code_source *source, const kmp_equations *eq)
+{
+    int element = 0;
+    for (int k = 0; k < eq->model->force_count; k++)
+        if (kmp_force_sticks(&eq->model->forces[k]))
+            source->friction_row[element++] = eq->row[KMP_CLOSURE_ROWS * eq->model->forces[k].closure];
+}
+
 static void name_rows(kmp_code_source *source, const kmp_equations *eq)
 {
     if (source->row_names || eq->m == 0)
         return;
     source->m = eq->m;
+    find_friction_rows(source, eq);
     source->row_names = KMP_ARENA_NEW(&source->arena, char *, eq->m);
     for (int r = 0; source->row_names && r < eq->m; r++) {
         const kmp_row *row = &eq->rows[r];
@@ -67,7 +80,48 @@ static void name_rows(kmp_code_source *source, const kmp_equations *eq)
     }
 }
 
+/* The columns of the outputs. */
+static void name_outputs(kmp_code_source *source)
+{
+    const kempe_model *model = source->model;
+    int count = 0;
+    source->output_count = kmp_outputs_width(model);
+    source->output_names = KMP_ARENA_NEW(&source->arena, char *, source->output_count);
+    for (int o = 0; source->output_names && o < model->output_count; o++)
+        for (int k = 0; k < kmp_output_width(model, &model->outputs[o]); k++) {
+            kmp_text text = {0};
+            kmp_output_column(&text, model, &model->outputs[o], k);
+            source->output_names[count++] = kmp_text_keep(&text, &source->arena);
+        }
+}
+
+/* The elements of friction that sticks, in the order of their modes. */
+static void name_frictions(kmp_code_source *source)
+{
+    const kempe_model *model = source->model;
+    source->friction_names = KMP_ARENA_NEW(&source->arena, char *, model->force_count);
+    source->friction_row = KMP_ARENA_NEW(&source->arena, int, model->force_count);
+    for (int k = 0; !source->arena.failed && k < model->force_count; k++)
+        if (kmp_force_sticks(&model->forces[k]))
+            source->friction_names[source->friction_count++] = kmp_arena_strdup(&source->arena, model->forces[k].name);
+}
+
 /* -- routines ---------------------------------------------------------------------------------------- */
+
+/* What the equations of the set have as arguments: those of the forces too where it has forces. */
+static unsigned arguments_of(const kmp_equations *eq, const kmp_set *set)
+{
+    const unsigned forced = KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD |
+                            KMP_SET_ACCELERATION | KMP_SET_CLOSED_Q;
+    unsigned arguments = set->inputs;
+    bool loaded = false, sticks = false;
+    for (int k = 0; k < eq->model->force_count; k++) {
+        loaded = loaded || kmp_force_lambda(&eq->model->forces[k]);
+        sticks = sticks || kmp_force_sticks(&eq->model->forces[k]);
+    }
+    arguments |= loaded && set->derive & forced ? 1u << KMP_IN_LAMBDA : 0;
+    return arguments | (sticks && set->derive != KMP_SET_MASS ? 1u << KMP_IN_MODE : 0);
+}
 
 static void shape_arrays(kmp_code_routine *r, const kmp_equations *eq, unsigned sets, bool inputs)
 {
@@ -86,7 +140,7 @@ static void shape_arrays(kmp_code_routine *r, const kmp_equations *eq, unsigned 
                                                   .symmetric = set.lower,
                                                   .first = first,
                                                   .count = kmp_set_size(&set)};
-        r->arguments |= inputs ? set.inputs : set.inputs & ~loads;
+        r->arguments |= inputs ? arguments_of(eq, &set) : arguments_of(eq, &set) & ~loads;
         first += kmp_set_size(&set);
     }
 }
@@ -229,24 +283,33 @@ static kempe_status find_meant(kmp_code_source *source)
     return status;
 }
 
-static kempe_status make(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g)
+static kempe_status derive_all(kmp_code_source *source, const kmp_set_choice *choice)
 {
-    kmp_set_choice choice;
+    for (int k = 0; k < choice->count; k++)
+        KMP_TRY(derive(source, &source->routines[source->count++], choice, &choice->chosen[k]));
+    return place_symbols(source) && (!source->parameters || warn_of_shapes(source->model))
+               ? KEMPE_OK
+               : kmp_fail_memory(source->context);
+}
+
+static kempe_status make(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g,
+                         kmp_set_choice *choice)
+{
     kmp_arena *arena = &source->arena;
-    KMP_TRY(kmp_refuse_friction(model, "generate"));
     KMP_TRY(kmp_refuse_contacts(model, "generate"));
-    KMP_TRY(kmp_refuse_load_dependent_model(model, "generate"));
     KMP_TRY(read_form(source, g->form));
-    KMP_TRY(kmp_choice_read(model, g, &choice));
+    KMP_TRY(kmp_choice_read(model, g, choice));
+    if (choice->all & (1u << KMP_EQ_R_Q))
+        KMP_TRY(kmp_refuse_load_dependent_model(model, "set 'R_q'"));
     KMP_TRY(find_meant(source));
     source->vectorised = g->vectorised;
     source->parameters = g->keep_parameters;
     source->inputs = g->body_inputs;
     source->body_count = model->body_count - 1;
-    source->scheme = choice.scheme;
+    source->scheme = choice->scheme;
     source->title = kmp_arena_strdup(arena, model->name);
     source->name = identifier_of(arena, model->name);
-    source->routines = KMP_ARENA_NEW(arena, kmp_code_routine, choice.count);
+    source->routines = KMP_ARENA_NEW(arena, kmp_code_routine, choice->count);
     source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
     for (int k = 0; source->coordinate_names && k < source->n; k++)
         source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);
@@ -254,17 +317,18 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     source->input_names = KMP_ARENA_NEW(arena, char *, model->input_count);
     for (int k = 0; source->input_names && k < model->input_count; k++)
         source->input_names[k] = kmp_arena_strdup(arena, model->inputs[k].name);
+    name_outputs(source);
+    name_frictions(source);
     KMP_TRY(kmp_made(model->context, !arena->failed && hash_model(model, source->hash)));
-    for (int k = 0; k < choice.count; k++)
-        KMP_TRY(derive(source, &source->routines[source->count++], &choice, &choice.chosen[k]));
-    return place_symbols(source) && (!source->parameters || warn_of_shapes(model)) ? KEMPE_OK
-                                                                                   : kmp_fail_memory(model->context);
+    return derive_all(source, choice);
 }
 
 kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g)
 {
     *source = (kmp_code_source){.context = model->context, .model = model, .n = model->motion_count};
-    kempe_status status = make(source, model, g);
+    kmp_set_choice choice = {0};
+    kempe_status status = make(source, model, g, &choice);
+    kmp_choice_free(&choice);
     if (status != KEMPE_OK)
         kmp_source_free(source);
     return status;

@@ -21,7 +21,8 @@ typedef struct kmp_code_routine {
     kmp_tally tally;
     kmp_array arrays[KMP_EQ_SETS];
     int array_count;
-    unsigned arguments; /* bits 1 << kmp_argument_of; fixed by sets, options and whether the model has inputs */
+    unsigned arguments; /* bits 1 << kmp_argument_of; fixed by sets, options, and whether the model has inputs, friction
+                         * that sticks, and forces that depend on multipliers */
     int *kept; /* by value of stage 0 and parameter: 1 + its position in k, which stage 1 reads; 0: not needed */
     int kept_count;
 } kmp_code_routine;
@@ -37,8 +38,10 @@ typedef struct kmp_code_source {
     bool parameters; /* numbers are kept as symbols: there are p and k */
     bool inputs, legible, vectorised;
     int n, m, body_count; /* bodies with inputs: 3 entries of force and torque each, ground not counted */
-    char **coordinate_names, **row_names, **input_names;
-    int input_count; /* of the model */
+    char **coordinate_names, **row_names, **input_names, **output_names, **friction_names;
+    int input_count;                  /* of the model */
+    int output_count, friction_count; /* columns of the outputs; elements of friction that sticks */
+    int *friction_row;                /* of each element: its row of h */
     int symbol_count, parameter_count;
     int *place; /* by symbol: its position in p, -1: no routine needs it */
     double *value;
@@ -60,6 +63,9 @@ enum { KMP_ARGUMENT_INPUTS = KMP_IN_COUNT, KMP_ARGUMENTS };
 
 /** The names of arguments: k, t, q .. u */
 extern const char *const kmp_argument_names[KMP_ARGUMENTS];
+
+/** Entries of `modes` for an element of friction: the inputs of its first roles. */
+enum { KMP_MODE_ENTRIES = KMP_ROLE_RATE - KMP_ROLE_SENSE };
 
 /** The argument in which a program's input is, and its place there. */
 int kmp_argument_of(const kmp_program_input *input);

@@ -17,6 +17,7 @@ enum { STATES = 3, MOST = 512, MOST_OUT = 40000 };
 
 typedef struct state {
     double time[1 + MOST], q[MOST], qd[MOST], qdd[MOST], lambda[MOST], force[MOST], torque[MOST];
+    double mode[MOST], modes[MOST]; /* inputs of all roles of friction elements; those of generated functions */
 } state;
 
 static kempe_context *context;
@@ -32,6 +33,19 @@ static inline void fill(double *x, double size)
         x[k] = between(-size, size);
 }
 
+/* Slip in one state, stick in the next, and a regularised one. */
+static inline void choose_modes(state *s, int k)
+{
+    enum { ROLES = KMP_ROLE_END - KMP_ROLE_SENSE };
+    static const double sense[STATES] = {-1, 0, 2}, held[STATES] = {0, 1, 0};
+    for (int e = 0; ROLES * (e + 1) <= MOST; e++) {
+        const double entries[KMP_MODE_ENTRIES] = {sense[(k + e) % STATES], held[(k + e) % STATES], between(-1, 1),
+                                                  between(-1, 1)};
+        memcpy(s->mode + (ptrdiff_t)ROLES * e, entries, sizeof entries);
+        memcpy(s->modes + (ptrdiff_t)KMP_MODE_ENTRIES * e, entries, sizeof entries);
+    }
+}
+
 static inline void choose_states(void)
 {
     random_seed(7);
@@ -44,6 +58,7 @@ static inline void choose_states(void)
         fill(states[s].lambda, 5);
         fill(states[s].force, 5);
         fill(states[s].torque, 5);
+        choose_modes(&states[s], s);
     }
 }
 
@@ -85,6 +100,7 @@ static inline double *run_tape(const kmp_code_source *source, const kmp_code_rou
     kmp_machine_set(machine, KMP_IN_LAMBDA, s->lambda);
     kmp_machine_set(machine, KMP_IN_FORCE, s->force);
     kmp_machine_set(machine, KMP_IN_TORQUE, s->torque);
+    kmp_machine_set(machine, KMP_IN_MODE, s->mode);
     (void)kmp_machine_run(machine, 0);
     const double *entry = kmp_machine_run(machine, 1);
     for (int a = 0; a < r->array_count; a++)
@@ -122,26 +138,29 @@ static inline bool runs(const char *command)
 /* -- C ----------------------------------------------------------------------------------------------- */
 
 typedef void shim_function(const double *p, double t, const double *q, const double *qd, const double *qdd,
-                           const double *lambda_, const double *force, const double *torque, const double *u,
-                           double *out);
+                           const double *lambda_, const double *modes, const double *force, const double *torque,
+                           const double *u, double *out);
 
 /* A function of one signature that calls all routines. */
 static inline void write_shim(const kmp_code_source *source)
 {
     static const char *const names[KMP_ARGUMENTS] = {
-        [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",         [KMP_IN_QDD] = "qdd",
-        [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque", [KMP_ARGUMENT_INPUTS] = "u"};
+        [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",        [KMP_IN_QD] = "qd",       [KMP_IN_QDD] = "qdd",
+        [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_MODE] = "modes", [KMP_IN_FORCE] = "force", [KMP_IN_TORQUE] = "torque",
+        [KMP_ARGUMENT_INPUTS] = "u"};
     kmp_text text = {0};
     int at = 0;
-    kmp_text_printf(
-        &text,
-        "#include \"%s.h\"\nvoid shim(const double *p, double t, const double *q, const double *qd, const "
-        "double *qdd,\n          const double *lambda_, const double *force, const double *torque, const double *u, "
-        "double *out);\nvoid "
-        "shim(const double *p, double t, const double *q, const double *qd, const double *qdd,\n          "
-        "const double *lambda_, const double *force, const double *torque, const double *u, double *out)\n{\n(void)p; "
-        "(void)u; (void)qd; (void)qdd; (void)lambda_; (void)force; (void)torque;\n",
-        source->name);
+    kmp_text_printf(&text,
+                    "#include \"%s.h\"\nvoid shim(const double *p, double t, const double *q, const double *qd, const "
+                    "double *qdd,\n          const double *lambda_, const double *modes, const double *force, const "
+                    "double *torque, "
+                    "const double *u, double *out);\nvoid "
+                    "shim(const double *p, double t, const double *q, const double *qd, const double *qdd,\n          "
+                    "const double *lambda_, const double *modes, const double *force, const double *torque, const "
+                    "double *u, double "
+                    "*out)\n{\n(void)p; "
+                    "(void)u; (void)qd; (void)qdd; (void)lambda_; (void)modes; (void)force; (void)torque;\n",
+                    source->name);
     for (int k = 0; k < source->count; k++) {
         const kmp_code_routine *r = &source->routines[k];
         if (source->parameters)
@@ -183,8 +202,8 @@ static inline bool run_c(const kmp_code_source *source, bool optimised)
     for (int k = 0; k < source->parameter_count; k++)
         p[k] = parameter(source, k);
     for (int s = 0; s < STATES; s++)
-        shim(p, states[s].time[0], states[s].q, states[s].qd, states[s].qdd, states[s].lambda, states[s].force,
-             states[s].torque, states[s].time + 1, got[s]);
+        shim(p, states[s].time[0], states[s].q, states[s].qd, states[s].qdd, states[s].lambda, states[s].modes,
+             states[s].force, states[s].torque, states[s].time + 1, got[s]);
     dlclose(handle);
     return true;
 }

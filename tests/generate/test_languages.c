@@ -35,13 +35,10 @@ static void put_list(kmp_text *text, int count, const double *x)
 /* A literal for each argument of a routine. */
 static void put_arguments(kmp_text *text, const kmp_code_source *source, const kmp_code_routine *r, const state *s)
 {
-    const double *values[KMP_ARGUMENTS] = {[KMP_IN_Q] = s->q,
-                                           [KMP_IN_QD] = s->qd,
-                                           [KMP_IN_QDD] = s->qdd,
-                                           [KMP_IN_LAMBDA] = s->lambda,
-                                           [KMP_IN_FORCE] = s->force,
-                                           [KMP_IN_TORQUE] = s->torque,
-                                           [KMP_ARGUMENT_INPUTS] = s->time + 1};
+    const double *values[KMP_ARGUMENTS] = {[KMP_IN_Q] = s->q,           [KMP_IN_QD] = s->qd,
+                                           [KMP_IN_QDD] = s->qdd,       [KMP_IN_LAMBDA] = s->lambda,
+                                           [KMP_IN_MODE] = s->modes,    [KMP_IN_FORCE] = s->force,
+                                           [KMP_IN_TORQUE] = s->torque, [KMP_ARGUMENT_INPUTS] = s->time + 1};
     kmp_text_printf(text, "%s%.17g", source->parameters ? "k, " : "", s->time[0]);
     for (int kind = KMP_IN_Q; kind < KMP_ARGUMENTS; kind++)
         if (r->arguments & 1u << kind) {
@@ -50,6 +47,7 @@ static void put_arguments(kmp_text *text, const kmp_code_source *source, const k
                      kind == KMP_ARGUMENT_INPUTS ? KMP_TIME_NUMBERS * source->input_count
                      : kind >= KMP_IN_FORCE      ? 3 * source->body_count
                      : kind == KMP_IN_LAMBDA     ? source->m
+                     : kind == KMP_IN_MODE       ? KMP_MODE_ENTRIES * source->friction_count
                                                  : source->n,
                      values[kind]);
         }
@@ -300,6 +298,7 @@ static void refusals(void)
     refuse(model, (kempe_generate_options){.language = "c", .vectorised = 1}, "c has no vectorised form");
     refuse(model, (kempe_generate_options){.sets = "M_C+K"}, "unknown set 'K'");
     refuse(model, (kempe_generate_options){.sets = "M_C+"}, "unknown set ''");
+    refuse(model, (kempe_generate_options){.sets = "friction"}, "has no friction that sticks");
     refuse(model, (kempe_generate_options){.sets = "M_C+h_J+M+C+h+J+M+C+h+J+M+C+h+J+M+C+h+J+M+C"}, "fewer than 40");
     kempe_model_free(model);
 }
@@ -407,6 +406,39 @@ static const char own_states[] =
     "forces: {motor: {joint: A, torque: \"u + p*h + saturation(s, -1, 1) + y\"}}\n"
     "start: {q: {A: 90 deg, B: -62 deg, D: 106 deg}, hold: [A]}\n";
 
+/* Friction with levels of all kinds, on a coordinate, in a tree and at a pin of a loop; sensors of accelerations. */
+static const char frictions[] =
+    "kempe: 1\nname: rubbing\ngravity: [0, -9.81, 0]\nparameters: {mu: 0.3}\n"
+    "bodies:\n"
+    "  crank: {joint: {name: th, revolute: z, at: ground}, mass: 1, com: [0.05, 0, 0], inertia: {zz: 0.01}, points: "
+    "{B: "
+    "[0.1, 0, 0]}}\n"
+    "  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 0.6, com: [0.15, 0, 0], inertia: {zz: 0.005}, points: "
+    "{P: "
+    "[0.3, 0, 0]}}\n"
+    "  slider: {joint: {name: x, prismatic: x, at: ground}, mass: 0.8, points: {P: [0, 0, 0]}}\n"
+    "loops: {C: {ball: [rod.P, slider.P]}}\n"
+    "forces:\n"
+    "  guide: {joint: x, friction: {mu: mu, mu_static: 0.4, regularise: 1 mm/s}}\n"
+    "  bearing: {joint: th, friction: {torque: \"if(qd(th) > 0, 1, 2)*0.1*(1 + q(th)^2)\", static: 0.4}}\n"
+    "  pin: {sliding: q(th) + q(B), friction: {mu: 0.1, radius: 8 mm, reaction: C}}\n"
+    "sensors: {a: \"acceleration(rod.P).x + 2*lambda(C.1)\"}\n"
+    "run: {outputs: [q, sensor(a), acceleration(rod.P), velocity(rod.P), force(guide), force(pin), reaction(C), "
+    "energy]}\n";
+
+static void try_frictions(const char *language)
+{
+    static const char *const sets[] = {"M_C,invdyn,h_J,jdqd,qdd,friction,outputs", "M_C+h_J+jdqd+friction+outputs"};
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, frictions, "frictions", &model) == KEMPE_OK);
+    for (int k = 0; model && k < 4; k++)
+        if (k < 2 || strcmp(language, "c") != 0)
+            try_language(model,
+                         &(kempe_generate_options){
+                             .sets = sets[k % 2], .keep_parameters = k % 2, .language = language, .vectorised = k > 1});
+    kempe_model_free(model);
+}
+
 static void try_text(const char *text, const char *language)
 {
     kempe_model *model = NULL;
@@ -446,6 +478,7 @@ static void try_all(const char *language)
     try_text(closures, language);
     try_text(inputs, language);
     try_text(own_states, language);
+    try_frictions(language);
     try_random(language);
     choose_states();
 }

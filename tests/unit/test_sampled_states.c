@@ -235,7 +235,8 @@ static void studies(void)
 {
     loaded l = load_text(ROTOR);
     kempe_sensitivity *s = NULL;
-    CHECK(l.model && kempe_sensitivity_new(l.model, NULL, &s) == KEMPE_E_ARGUMENT);
+    const kempe_sensitivity_options at_start = {.of = "reactions", .at = "start"};
+    CHECK(l.model && kempe_sensitivity_new(l.model, &at_start, &s) == KEMPE_E_ARGUMENT);
     check_said(l.context, "sensitivities: the state 'u' is sampled");
     unload(&l);
 }

@@ -22,14 +22,15 @@ static void apply(kmp_forces *forces, const kmp_tree *tree, const kmp_force *for
             kmp_apply_effort(forces, tree, k, kmp_mul(tree->graph, slope[k], effort));
 }
 
-/* The value of the output is the multiplier of the element's row: a run puts the friction of every mode there. */
+/* The value of the output is the multiplier of the element's row: a run puts the friction of every mode there. Where
+ * modes are the only inputs of conditions, there is no run. */
 static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                            kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     kmp_ref slip = kmp_mul(g, kmp_friction_sense(tree, force), kmp_friction_level(tree, force));
     kmp_ref effort = kmp_sub(g, kmp_friction_input(tree, force, KMP_ROLE_GIVEN), slip);
-    *value = kmp_tree_multiplier(tree, force->closure, 0);
+    *value = tree->settled ? kmp_friction_force(tree, force) : kmp_tree_multiplier(tree, force->closure, 0);
     apply(forces, tree, force, effort);
     if (energy & KMP_ENERGY_POWER)
         kmp_add_power(forces, tree, effort, kmp_friction_rate(tree, force));

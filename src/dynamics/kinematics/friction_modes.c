@@ -112,7 +112,7 @@ static kmp_ref rate_ahead(const kmp_tree *tree, const kmp_force *force)
     return kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), KMP_ONE, kmp_select(g, sense, slips, rests));
 }
 
-static kmp_ref friction(const kmp_tree *tree, const kmp_force *force)
+kmp_ref kmp_friction_force(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
     kmp_ref slip = kmp_mul(g, kmp_friction_sense(tree, force), kmp_friction_level(tree, force));
@@ -143,7 +143,7 @@ kmp_ref kmp_friction_value(const kmp_tree *tree, const kmp_condition *condition)
 {
     static kmp_ref (*const values[KMP_ROLE_END])(const kmp_tree *, const kmp_force *) = {
         [KMP_ROLE_SENSE] = rate_ahead,         [KMP_ROLE_HELD] = reserve,
-        [KMP_ROLE_PLACE] = kmp_friction_place, [KMP_ROLE_GIVEN] = friction,
+        [KMP_ROLE_PLACE] = kmp_friction_place, [KMP_ROLE_GIVEN] = kmp_friction_force,
         [KMP_ROLE_RATE] = kmp_friction_rate,   [KMP_ROLE_ACCELERATION] = acceleration,
         [KMP_ROLE_LEVEL] = kmp_friction_level, [KMP_ROLE_STATIC] = static_level};
     const kmp_force *force = condition->of;

@@ -37,5 +37,8 @@ kmp_ref kmp_friction_level(const kmp_tree *tree, const kmp_force *force);
 /** The direction of slip: its input, or in place the sign of the rate. */
 kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force);
 
+/** The friction in every mode: of slip by its level, of stick by its multiplier, or as given. */
+kmp_ref kmp_friction_force(const kmp_tree *tree, const kmp_force *force);
+
 /** The value of an element's condition. */
 kmp_ref kmp_friction_value(const kmp_tree *tree, const kmp_condition *condition);

@@ -57,6 +57,8 @@ static const char file[] =
     "coordinate_names = $(coordinate names)\n"
     "row_names = $(row names)\n"
     "$(if given)input_names = $(input names)\n$(end)"
+    "$(if shown)output_names = $(output names)\n$(end)"
+    "$(if frictions)friction_names = $(friction names)\nfriction_rows = $(friction rows)\n$(end)"
     "$(if prepared)parameter_names = $(parameter names)\n"
     "parameter_values = $(values)\n$(end)"
     "$(each routine)$(each table)_$(routine)_table$(table) = ($(x), $(y), $(pieces))\n$(end)$(end)"

@@ -144,6 +144,7 @@ static void place_leaves(builder *b)
                                       [KMP_IN_QD] = source->n,
                                       [KMP_IN_QDD] = source->n,
                                       [KMP_IN_LAMBDA] = source->m,
+                                      [KMP_IN_MODE] = KMP_MODE_ENTRIES * source->friction_count,
                                       [KMP_IN_FORCE] = 3 * source->body_count,
                                       [KMP_IN_TORQUE] = 3 * source->body_count,
                                       [KMP_ARGUMENT_INPUTS] = KMP_TIME_NUMBERS * source->input_count};

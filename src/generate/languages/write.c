@@ -218,10 +218,33 @@ static void put_legend(const kmp_writer *w, const char *of, int count, char *con
     kmp_text_put(w->text, count ? "\n" : "");
 }
 
+/* Some routine gives the outputs. */
+static bool has_outputs(const kmp_writer *w)
+{
+    const char *name = kmp_set_of(NULL, KMP_EQ_OUTPUTS).array;
+    for (int k = 0; k < w->source->count; k++)
+        for (int a = 0; a < w->source->routines[k].array_count; a++)
+            if (strcmp(w->source->routines[k].arrays[a].name, name) == 0)
+                return true;
+    return false;
+}
+
+/* The row of h of each friction element. */
+static void put_friction_rows(const kmp_writer *w)
+{
+    for (int k = 0; k < w->source->friction_count; k++) {
+        kmp_list_item(w->text, &w->language->numbers, k);
+        kmp_text_printf(w->text, "%d", w->source->friction_row[k] + w->language->base);
+    }
+    kmp_list_end(w->text, &w->language->numbers, w->source->friction_count);
+}
+
 static void put_legends(const kmp_writer *w)
 {
     put_legend(w, "q:", w->source->n, w->source->coordinate_names, w->source->model->motions, 1);
     put_legend(w, "h:", w->source->m, w->source->row_names, NULL, 1);
+    put_legend(w, "y:", has_outputs(w) ? w->source->output_count : 0, w->source->output_names, NULL, 1);
+    put_legend(w, "modes:", w->source->friction_count, w->source->friction_names, NULL, KMP_MODE_ENTRIES);
     put_legend(w, "u:", w->source->input_count, w->source->input_names, NULL, KMP_TIME_NUMBERS);
 }
 
@@ -245,14 +268,17 @@ static void put_banner(const kmp_writer *w)
 
 static void put_about(const kmp_writer *w)
 {
-    put_comment(w, w->language->routine_mark,
-                "$(if prepared)$(mark) k: $(kept), by prepare\n$(end)"
-                "$(mark) t: s; q$(if qd), qd$(end)$(if qdd), qdd$(end): $(motions)\n"
-                "$(if lambda)$(mark) lambda_: $(rows), multipliers of h\n$(end)"
-                "$(if force)$(mark) force, torque: three a body of $(bodies), at its centre of mass, its axes\n$(end)"
-                "$(if given)$(mark) u: three an input of $(given): value, and for closures its first and second "
-                "derivative\n$(end)"
-                "$(each array)$(mark) $(array): $(height)$(if columns) x $(columns)$(end), $(meaning)\n$(end)");
+    put_comment(
+        w, w->language->routine_mark,
+        "$(if prepared)$(mark) k: $(kept), by prepare\n$(end)"
+        "$(mark) t: s; q$(if qd), qd$(end)$(if qdd), qdd$(end): $(motions)\n"
+        "$(if lambda)$(mark) lambda_: $(rows), multipliers of h\n$(end)"
+        "$(if force)$(mark) force, torque: three a body of $(bodies), at its centre of mass, its axes\n$(end)"
+        "$(if modes)$(mark) modes: four a friction element of $(frictions): sense of slip (1, -1, or 0), 1 while it\n"
+        "$(mark) sticks or 0, its place while it sticks, a given force\n$(end)"
+        "$(if given)$(mark) u: three an input of $(given): value, and for closures its first and second "
+        "derivative\n$(end)"
+        "$(each array)$(mark) $(array): $(height)$(if columns) x $(columns)$(end), $(meaning)\n$(end)");
 }
 
 static void put_runtime(const kmp_writer *w)
@@ -283,6 +309,7 @@ static const struct {
              {"about", put_about},   /* comment on the routine */
              {"title", put_title},
              {"legends", put_legends},
+             {"friction rows", put_friction_rows},
              {"runtime", put_runtime},     /* kempe/runtime.h */
              {"functions", put_functions}, /* definitions */
              {"pieces", put_pieces},       /* of a table */
@@ -339,6 +366,8 @@ static bool put_list(const kmp_writer *w, const char *word, size_t length)
     } lists[] = {{"coordinate names", source->n, source->coordinate_names, NULL},
                  {"row names", source->m, source->row_names, NULL},
                  {"input names", source->input_count, source->input_names, NULL},
+                 {"output names", source->output_count, source->output_names, NULL},
+                 {"friction names", source->friction_count, source->friction_names, NULL},
                  {"parameter names", source->parameter_count, source->parameter_name, NULL},
                  {"values", source->parameter_count, NULL, source->value},
                  {"x", table->count, NULL, table->x}, /* of a table */
@@ -371,7 +400,10 @@ static void put_number(const kmp_writer *w, const char *word, size_t length)
                    {"bodies", source->body_count},
                    {"prepared", source->parameters}, /* there are p and k */
                    {"inputs", source->inputs},
-                   {"given", source->input_count},         /* inputs of the model */
+                   {"given", source->input_count},                       /* inputs of the model */
+                   {"shown", has_outputs(w) ? source->output_count : 0}, /* outputs, in some routine */
+                   {"frictions", source->friction_count},
+                   {"modes", r->arguments & 1u << KMP_IN_MODE},
                    {"qd", r->arguments & 1u << KMP_IN_QD}, /* it is an argument */
                    {"qdd", r->arguments & 1u << KMP_IN_QDD},
                    {"lambda", r->arguments & 1u << KMP_IN_LAMBDA},

@@ -5,6 +5,7 @@
 #include "model/tables/run_settings.h"
 #include "studies/sensitivity/forward_inside.h"
 #include <kempe/check.h>
+#include <math.h>
 #include <string.h>
 
 /* -- values of a scalar ------------------------------------------------------------------------------ */
@@ -183,6 +184,9 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     f->v->linear.held = true;
     f->v->linear.plain = f->count == 0;
     KMP_TRY(kmp_varied_take(f->v, start->t, start->q, &part));
+    if (f->resets > 0 && kmp_forward_reset_place(f, start->t) != KMP_GO)
+        return kmp_fail(f->system->context, KEMPE_E_FAILED, "%s",
+                        f->formulation.reason.s ? f->formulation.reason.s : "derivatives end where a state changes");
     kmp_forward_enter_charts(f, start->q, start->qd);
     memcpy(f->formulation.y + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
     if (kmp_forward_take_up(f, start->t, f->formulation.y) != KMP_GO)
@@ -212,6 +216,28 @@ static const kmp_formulation_kind varied_zone = {
 static const kmp_formulation_kind varied_formulation = {
     .formulation = "varied", .form = "newton", .corrected = true, .near_singular = &varied_zone, .create = create};
 
+/* Derivatives follow when the formulation resumes or begins. */
+static void note_reset(void *user, int count, const bool *taken, const int *condition)
+{
+    kmp_forward_formulation *f = user;
+    f->missed = f->missed || f->resets == kmp_forward_most_resets(f);
+    if (f->missed)
+        return;
+    for (int k = 0; k < count; k++) {
+        f->taken[f->resets * f->samples + k] = taken[k];
+        f->cause_of[f->resets * f->samples + k] = condition[k];
+    }
+    f->resets++;
+}
+
+static int states_with_next(const kempe_model *model)
+{
+    int count = 0;
+    for (int k = 0; k < model->state_count; k++)
+        count += model->states[k].next != NULL;
+    return count;
+}
+
 /* -- the run ----------------------------------------------------------------------------------------- */
 
 static bool make_room(kmp_forward_formulation *f)
@@ -226,7 +252,12 @@ static bool make_room(kmp_forward_formulation *f)
                    KMP_ROOM(double, 2 * n, &f->old_y), KMP_ROOM(double, 2 * n * n, &f->matrix),
                    KMP_ROOM(double, f->integrals, &f->tail),
                    KMP_ROOM(int, n, &f->signs, &f->signs_now, &f->old_u, &f->every),
-                   KMP_ROOM(bool, conditions, &f->cause));
+                   KMP_ROOM(bool, conditions, &f->cause), KMP_ROOM(double, conditions *count, &f->swings),
+                   KMP_ROOM(double, conditions, &f->swung_t), KMP_ROOM(double, f->samples, &f->next),
+                   KMP_ROOM(bool, kmp_forward_most_resets(f) * f->samples, &f->taken),
+                   KMP_ROOM(int, kmp_forward_most_resets(f) * f->samples, &f->cause_of));
+    for (int k = 0; !a->failed && k < conditions; k++)
+        f->swung_t[k] = NAN;
     for (int i = 0; !a->failed && i < f->n; i++)
         f->every[i] = i;
     return !a->failed;
@@ -271,6 +302,7 @@ static kempe_status run(kmp_forward_formulation *f, kmp_forward_report *report)
     spec.kind = &varied_formulation;
     spec.user = f;
     spec.step = take_step;
+    spec.sample = f->samples > 0 ? note_reset : NULL;
     spec.own_angles = f->own_angles = f->options->integrand && reads_angles(f->system, f->options->integrand);
     if (f->options->alone)
         spec.change_points = kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE);
@@ -302,7 +334,8 @@ kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *options, con
                                  .sizes = sizes,
                                  .n = varied->n,
                                  .m = varied->m,
-                                 .count = options->alone ? 0 : varied->count};
+                                 .count = options->alone ? 0 : varied->count,
+                                 .samples = states_with_next(varied->system->model)};
     f.integrals = options->integrand ? 1 + f.count : 0;
     *report = (kmp_forward_report){0};
     kempe_status status = run(&f, report);

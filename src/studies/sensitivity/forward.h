@@ -8,6 +8,9 @@
  *
  *     sd_u+ = sd_u- + (udd- - udd+) dt_e/dp      dt_e/dp = -(g_q s + g_qd sd + g_p) / (dg/dt along the motion)
  *
+ * Where states take next values y+ = r(t, q, qd) with such an event, or at a sample, where t_e depends on no parameter,
+ * the derivatives along the event, s + xd- dt_e/dp, are mapped by r. Those after it are less xd+ dt_e/dp.
+ *
  * (Rozenvasser 1967; Hiskens and Pai, IEEE Trans. Circuits and Systems I 47 (2000) 204, eqs. 36-38). */
 #pragma once
 

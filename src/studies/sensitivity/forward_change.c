@@ -154,6 +154,16 @@ static int fail_at(kmp_forward_formulation *f, const char *sentence, int k, doub
     return KMP_HALT;
 }
 
+/* The conditions that change here do so at times with these derivatives. */
+static void note_swing(kmp_forward_formulation *f, const double *mode, double t)
+{
+    for (int k = 0; k < f->system->events.count; k++)
+        if ((mode[k] != 0) != (kmp_forward_eval(f)->mode[k] != 0)) {
+            memcpy(f->swings + (ptrdiff_t)k * f->count, f->swing, (size_t)f->count * sizeof *f->swing);
+            f->swung_t[k] = t;
+        }
+}
+
 /* Changes condition k, and the others according to `mode`. A jump of an input does so at a time that depends on no
  * parameter. */
 static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
@@ -169,6 +179,7 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
                        "respect to parameters there",
                        k, t);
     kmp_forward_keep_old(f);
+    note_swing(f, mode, t);
     memcpy(f->mode, l->eval->mode, kmp_forward_mode_bytes(f));
     double integrand = integrand_here(f);
     for (int i = 0; i < f->width; i++)
@@ -207,6 +218,183 @@ static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
     return said;
 }
 
+/* -- next values of states ------------------------------------------------------------------------------ */
+
+/* Events of one time have derivatives that are equal up to rounding. */
+#define SAME_SWING 1e-6
+
+static const kmp_state *state_of_sample(const kmp_forward_formulation *f, int sample)
+{
+    const kmp_state *state = f->system->model->states;
+    for (;; state++)
+        if (state->next && sample-- == 0)
+            return state;
+}
+
+static bool is_still(const kmp_forward_formulation *f, const double *swing)
+{
+    for (int i = 0; swing && i < f->count; i++)
+        if (swing[i] != 0)
+            return false;
+    return true;
+}
+
+/* dt_e/dp of what made state `sample` change; NULL: zero. A change that has not passed as an event is one that an input
+ * or a sample has made. */
+static const double *swing_of(const kmp_forward_formulation *f, int sample, double t)
+{
+    int k = f->cause_of[sample];
+    bool passed = k >= 0 && f->swung_t[k] >= t && f->swung_t[k] <= t;
+    return passed ? f->swings + (ptrdiff_t)k * f->count : NULL;
+}
+
+static bool differ(const kmp_forward_formulation *f, const double *a, const double *b)
+{
+    for (int i = 0; i < f->count; i++) {
+        double x = a ? a[i] : 0, y = b ? b[i] : 0;
+        if (fabs(x - y) > SAME_SWING * fmax(fabs(x), fabs(y)))
+            return true;
+    }
+    return false;
+}
+
+/* An event of the motion at t, with or without a state. */
+static bool any_swing(const kmp_forward_formulation *f, double t)
+{
+    for (int k = 0; k < f->system->events.count; k++)
+        if (f->swung_t[k] >= t && f->swung_t[k] <= t && !is_still(f, f->swings + (ptrdiff_t)k * f->count))
+            return true;
+    return false;
+}
+
+/* f->swing for the first time that is noted, which those after it follow from. */
+static int find_reset_swing(kmp_forward_formulation *f, double t)
+{
+    const double *common = NULL;
+    int first = -1;
+    for (int k = 0; k < f->samples; k++) {
+        if (!f->taken[k])
+            continue;
+        const double *swing = swing_of(f, k, t);
+        if ((first >= 0 && differ(f, common, swing)) || (is_still(f, swing) && any_swing(f, t))) {
+            kmp_text_printf(&f->formulation.reason,
+                            "the state '%s' changes at t = %.9g together with an event whose time depends on "
+                            "parameters: the motion has no derivative with respect to them there",
+                            state_of_sample(f, k)->name, t);
+            return KMP_HALT;
+        }
+        common = first < 0 ? swing : common;
+        first = first < 0 ? k : first;
+    }
+    memset(f->swing, 0, (size_t)f->count * sizeof *f->swing);
+    if (common)
+        memcpy(f->swing, common, (size_t)f->count * sizeof *f->swing);
+    return KMP_GO;
+}
+
+/* Maps the place, whose derivatives are those along the event, by the next values noted at one time. */
+static void take_next(kmp_forward_formulation *f, const bool *taken, double t)
+{
+    kmp_varied *v = f->v;
+    const kmp_linear *l = &v->linear;
+    const int first = kmp_model_coordinates(f->system->model);
+    const kmp_state *states = f->system->model->states;
+    const kmp_instant at = kmp_instant_of(l->eval, t, f->q, f->qd, l->qdd, l->lambda);
+    const double *value = kmp_slopes_values(&v->slopes->samples, &at);
+    for (int i = 0; i < f->count; i++) {
+        double *dqd = f->dqd + (ptrdiff_t)i * f->n;
+        const kmp_direction along = {
+            .t = &f->swing[i], .q = f->dq + (ptrdiff_t)i * f->n, .qd = f->dqd + (ptrdiff_t)i * f->n};
+        kmp_slopes_along(v->slopes, &v->slopes->samples, &along, i, f->next);
+        for (int k = 0; k < f->samples; k++)
+            if (taken[k])
+                dqd[first + (state_of_sample(f, k) - states)] = f->next[k];
+    }
+    for (int k = 0; k < f->samples; k++)
+        if (taken[k])
+            f->qd[first + (state_of_sample(f, k) - states)] = value[k];
+}
+
+static void take_all_next(kmp_forward_formulation *f, double t)
+{
+    for (int r = 0; r < f->resets; r++)
+        take_next(f, f->taken + (ptrdiff_t)r * f->samples, t);
+    f->resets = 0;
+}
+
+/* Adds the rates of the last state times dt_e/dp to the place. */
+static void go_along(kmp_forward_formulation *f)
+{
+    const kmp_linear *l = &f->v->linear;
+    for (int k = 0; k < f->count; k++)
+        for (int i = 0; i < f->n && f->swing[k] != 0; i++) {
+            f->dq[k * f->n + i] += l->qd[i] * f->swing[k];
+            f->dqd[k * f->n + i] += l->qdd[i] * f->swing[k];
+        }
+}
+
+/* Takes the rates of the last state times dt_e/dp from the unknowns. */
+static void come_back(kmp_forward_formulation *f, double integrand, double *y)
+{
+    const kmp_linear *l = &f->v->linear;
+    int half = kmp_forward_blocks(f), w = f->width;
+    for (int k = 0; k < f->count; k++)
+        for (int i = 0; i < w && f->swing[k] != 0; i++) {
+            y[(k + 1) * w + i] -= l->qd[kmp_forward_unknowns(f)[i]] * f->swing[k];
+            y[half + (k + 1) * w + i] -= l->qdd[kmp_forward_unknowns(f)[i]] * f->swing[k];
+        }
+    for (int k = 0; f->integrals && k < f->count; k++)
+        if (f->swing[k] != 0)
+            y[2 * half + 1 + k] += (integrand - integrand_here(f)) * f->swing[k];
+}
+
+static int too_many(kmp_forward_formulation *f, double t)
+{
+    kmp_text_printf(&f->formulation.reason, "states change too often at t = %.9g: derivatives end there", t);
+    return KMP_HALT;
+}
+
+int kmp_forward_reset_place(kmp_forward_formulation *f, double t)
+{
+    kmp_evaluator *eval = kmp_forward_eval(f);
+    if (f->missed)
+        return too_many(f, t);
+    if (find_reset_swing(f, t) != KMP_GO)
+        return KMP_HALT;
+    if (!is_still(f, f->swing)) {
+        kmp_text_printf(&f->formulation.reason,
+                        "a state changes at t = %.9g where the equations are made anew: derivatives end there", t);
+        return KMP_HALT;
+    }
+    memcpy(f->new_chart, eval->chart, kmp_forward_chart_bytes(f));
+    kmp_eval_set_charts(eval, f->chart);
+    take_all_next(f, t);
+    kmp_eval_set_charts(eval, f->new_chart);
+    return KMP_GO;
+}
+
+/* States have taken next values since the last start, and conditions have changed with them. */
+static int pass_resets(kmp_forward_formulation *f, double t, double *y)
+{
+    if (f->missed)
+        return too_many(f, t);
+    memcpy(f->new_mode, kmp_forward_eval(f)->mode, kmp_forward_mode_bytes(f));
+    set_modes(f, f->mode);
+    if (find_reset_swing(f, t) != KMP_GO || kmp_forward_spread(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    double integrand = integrand_here(f);
+    go_along(f);
+    take_all_next(f, t);
+    kmp_forward_pack(f, y);
+    set_modes(f, f->new_mode);
+    memcpy(f->mode, f->new_mode, kmp_forward_mode_bytes(f));
+    if (kmp_forward_stand_at(f, t, y, true) != KMP_GO)
+        return KMP_HALT;
+    come_back(f, integrand, y);
+    f->t = NAN; /* the place is the one before the change */
+    return KMP_GO;
+}
+
 /* -- charts ------------------------------------------------------------------------------------------ */
 
 /* Joints have been centred: converts the place from the charts before to (q, qd) in the current ones. */
@@ -234,6 +422,8 @@ int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, 
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     int half = kmp_forward_blocks(f);
     (void)yp;
+    if (f->resets > 0 && pass_resets(f, t, y) != KMP_GO)
+        return KMP_HALT;
     if (f->system->events.count > 0 && memcmp(f->mode, kmp_forward_eval(f)->mode, kmp_forward_mode_bytes(f)) != 0 &&
         pass_conditions(f, t, y) != KMP_GO)
         return KMP_HALT;

@@ -39,11 +39,22 @@ typedef struct kmp_forward_formulation {
     double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
     double *before, *swing;              /* p; count: dt_e/dp */
     double *changes, *along, *new_chart; /* conditions; charts */
+    double *swings, *swung_t;            /* conditions x count: dt_e/dp of each where it changed last, and that time */
+    int samples, resets;                 /* states with next values; times that some took them since the last start */
+    bool *taken, missed;                 /* of each time, by states; there was no room for a time */
+    int *cause_of;                       /* of each time, by states: the condition; -1: a sample */
+    double *next;                        /* by states: derivatives of next values */
 } kmp_forward_formulation;
 
 static inline int kmp_forward_blocks(const kmp_forward_formulation *f)
 {
     return f->width * (1 + f->count);
+}
+
+/* A run takes next values once more than it has states at a time, and twice at its start. */
+static inline int kmp_forward_most_resets(const kmp_forward_formulation *f)
+{
+    return f->samples + 4;
 }
 
 /* The coordinates that are unknowns. */
@@ -107,6 +118,10 @@ bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *c
 /** The place is that before a mark; the other function: that after it. */
 void kmp_forward_keep_old(kmp_forward_formulation *f);
 int kmp_forward_report_mark(kmp_forward_formulation *f, double t, int condition);
+
+/** Derivatives across next values of states that the run has noted (kmp_sample_fn): of the place, at a time that
+ * depends on no parameter. */
+int kmp_forward_reset_place(kmp_forward_formulation *f, double t);
 
 int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double *yp);
 int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y,

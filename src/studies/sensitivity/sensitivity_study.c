@@ -141,6 +141,8 @@ static kempe_status take_samples(kempe_sensitivity *s)
     bool start = s->options->at && strcmp(s->options->at, "start") == 0;
     if (!kmp_model_has_samples(s->model))
         return KEMPE_OK;
+    if (s->kind->integrals) /* a run takes the samples */
+        return KEMPE_OK;
     if (!s->kind->rests || start)
         return kmp_refuse_samples(s->model, "sensitivities", false);
     KMP_TRY(kempe_system_new(s->model, &s->given));

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* An integrator of a user for generated equations with friction that sticks, which needs nothing of Kempe:
+ *
+ *     kempe generate tests/models/friction_belt.yaml --lang c --drives --sets M_C+h_J+jdqd,friction -o folder
+ *     cc -std=c99 -Ifolder belt_loop.c folder/friction_belt.c -lm
+ *
+ * It takes Runge-Kutta steps of order 4. Where slip ends (its rate changes sign) or stick ends (the friction exceeds
+ * its bound), it bisects the step, and decides on the next mode. Prints time, place and mode of each change. */
+#include "friction_belt.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { N = friction_belt_coordinates, ROWS = friction_belt_rows, ALL = N + ROWS, LAST = friction_belt_frictions };
+
+typedef struct motion {
+    double t, q[N], qd[N];
+} motion;
+
+/* Four an element: sense of slip, 1 while it sticks, its place then, a given force. */
+static double modes[4 * LAST];
+static double qdd[N], lambda[ROWS];
+
+/* -- equations ----------------------------------------------------------------------------------------- */
+
+/* a x = b by elimination with row pivots; x in b. */
+static void solve(double a[ALL][ALL], double b[ALL])
+{
+    for (int k = 0; k < ALL; k++) {
+        int p = k;
+        for (int i = k + 1; i < ALL; i++)
+            p = fabs(a[i][k]) > fabs(a[p][k]) ? i : p;
+        for (int j = 0; j < ALL; j++) {
+            double x = a[k][j];
+            a[k][j] = a[p][j];
+            a[p][j] = x;
+        }
+        double x = b[k];
+        b[k] = b[p];
+        b[p] = x;
+        for (int i = k + 1; i < ALL; i++) {
+            double f = a[i][k] / a[k][k];
+            for (int j = k; j < ALL; j++)
+                a[i][j] -= f * a[k][j];
+            b[i] -= f * b[k];
+        }
+    }
+    for (int k = ALL - 1; k >= 0; k--) {
+        for (int j = k + 1; j < ALL; j++)
+            b[k] -= a[k][j] * b[j];
+        b[k] /= a[k][k];
+    }
+}
+
+/* M qdd - J' lambda = -C, J qdd = -jdqd. The row of an element that slips is zero: its multiplier is zero then. */
+static void accelerate(const motion *x)
+{
+    double M[N * N], C[N], h[ROWS], J[ROWS * N], jdqd[ROWS], a[ALL][ALL], b[ALL];
+    friction_belt_M_C_h_J_jdqd(x->t, x->q, x->qd, modes, M, C, h, J, jdqd);
+    memset(a, 0, sizeof a);
+    for (int i = 0; i < N; i++) {
+        for (int k = 0; k < N; k++)
+            a[i][k] = M[i * N + k];
+        b[i] = -C[i];
+    }
+    for (int r = 0; r < ROWS; r++) {
+        for (int k = 0; k < N; k++) {
+            a[N + r][k] = J[r * N + k];
+            a[k][N + r] = -J[r * N + k];
+        }
+        b[N + r] = -jdqd[r];
+    }
+    for (int e = 0; e < LAST; e++) {
+        int r = N + friction_belt_friction_rows[e];
+        a[r][r] = modes[4 * e + 1] > 0 ? 0 : 1;
+    }
+    solve(a, b);
+    memcpy(qdd, b, sizeof qdd);
+    memcpy(lambda, b + N, sizeof lambda);
+}
+
+/* -- steps --------------------------------------------------------------------------------------------- */
+
+static motion step(const motion *from, double size)
+{
+    static const double part[4] = {0, 0.5, 0.5, 1}, weight[4] = {1 / 6.0, 1 / 3.0, 1 / 3.0, 1 / 6.0};
+    motion to = *from, at = *from;
+    double v[N], a[N];
+    for (int stage = 0; stage < 4; stage++) {
+        at.t = from->t + part[stage] * size;
+        for (int k = 0; stage > 0 && k < N; k++) {
+            at.q[k] = from->q[k] + part[stage] * size * v[k];
+            at.qd[k] = from->qd[k] + part[stage] * size * a[k];
+        }
+        accelerate(&at);
+        for (int k = 0; k < N; k++) {
+            v[k] = at.qd[k];
+            a[k] = qdd[k];
+            to.q[k] += weight[stage] * size * v[k];
+            to.qd[k] += weight[stage] * size * a[k];
+        }
+    }
+    to.t = from->t + size;
+    return to;
+}
+
+/* -- modes --------------------------------------------------------------------------------------------- */
+
+static double slip[LAST], level[LAST], holding[LAST], rub[LAST];
+
+/* Negative where the element has to change its mode. */
+static double left(const motion *x, int e)
+{
+    accelerate(x);
+    friction_belt_friction(x->t, x->q, x->qd, lambda, modes, slip, level, holding, rub);
+    return modes[4 * e + 1] > 0 ? holding[e] - fabs(rub[e]) : modes[4 * e] * slip[e];
+}
+
+/* At the end of slip it sticks, if its bound is enough; at the end of stick, or if it is not, it slips as it is pushed.
+ */
+static void change(const motion *x, int e)
+{
+    double *mode = modes + 4 * e;
+    int slipped = mode[1] < 1;
+    mode[0] = 0;
+    mode[1] = 1;
+    mode[2] = x->q[1]; /* the element's coordinate, s */
+    if (left(x, e) <= 0 || !slipped) {
+        mode[0] = rub[e] > 0 ? -1 : 1;
+        mode[1] = 0;
+    }
+    printf("%.17g %.17g %d\n", x->t, x->q[0] + x->q[1], (int)mode[0]);
+}
+
+int main(void)
+{
+    const double size = 1e-3, end = 50;
+    motion x = {.qd = {0.2, -0.2}}; /* the belt runs, the block stands */
+    modes[0] = -1;
+    while (x.t < end) {
+        motion next = step(&x, size);
+        if (left(&next, 0) >= 0) {
+            x = next;
+            continue;
+        }
+        double low = 0, high = size;
+        while (high - low > 1e-15) {
+            double middle = (low + high) / 2;
+            next = step(&x, middle);
+            *(left(&next, 0) < 0 ? &high : &low) = middle;
+        }
+        x = step(&x, high);
+        change(&x, 0);
+    }
+    return 0;
+}
