@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Ten thousand four-bars with different lengths and masses: in lanes, in one lane, and each by a run of its own on the
- * reduced formulation, which has the derived system at hand, too. Instances a second of the processor's time, medians
- * of rounds in which all three take turns; where a run for each would take too long it gets every k-th. Fails when
- * lanes are not five times as fast as runs one by one, or when one lane has other bits. */
+/* Instances of mechanisms with different numbers on one thread: in lanes, in one lane, and each by a run of its own on
+ * the reduced formulation, which has the derived system at hand, too. Instances a second of the processor's time; all
+ * three take turns, and ratios are medians over the rounds; where a run for each would take too long it gets every
+ * k-th. Fails when lanes are not as many times as fast as runs one by one as the table says, or when one lane has other
+ * bits.
+ *
+ *     bench_ensemble [NAME..] [--lanes ROUNDS]      only these mechanisms; only lanes, for a profile */
 #include "base/memory.h"
 #include "bench.h"
 #include "integrators/lanes/ensemble_run.h"
@@ -11,19 +14,76 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { COUNT = 10000, SAMPLE = 25, ROUNDS = 3, COLUMNS = 7, MOST_N = 16 };
+enum { MOST_COUNT = 10000, MOST_ROUNDS = 9, MOST_COLUMNS = 7, MOST_N = 16, WAYS = 3 };
 
-#define TARGET 5.0
+/* A number of a model file that becomes a parameter. */
+typedef struct named_number {
+    const char *name, *number, *before; /* before: the text in front of it */
+} named_number;
 
-static const char *const names[COLUMNS] = {"crank",      "coupler",      "rocker",     "base",
-                                           "crank_mass", "coupler_mass", "rocker_mass"};
+/* Andrews' file has no parameters. */
+static const named_number andrews_numbers[] = {{"crank", "0.007", "points: {F: ["},
+                                               {"motor", "0.033", "torque: "},
+                                               {"stiffness", "4530", "stiffness: "},
+                                               {"mass", "0.07050", "mass: "}};
+
+typedef struct mechanism {
+    const char *name, *file;
+    int count, stride, rounds;
+    double spread, target; /* target: lanes against runs one by one */
+    const char *columns[MOST_COLUMNS];
+    const named_number *numbers;
+    size_t number_count;
+} mechanism;
+
+static const mechanism mechanisms[] = {
+    {"four_bar",
+     "examples/four_bar/four_bar.yaml",
+     10000,
+     25,
+     3,
+     0.05,
+     5,
+     {"crank", "coupler", "rocker", "base", "crank_mass", "coupler_mass", "rocker_mass"},
+     NULL,
+     0},
+    {"andrews",
+     "examples/andrews/andrews.yaml",
+     2400,
+     8,
+     5,
+     0.02,
+     2.5,
+     {"crank", "motor", "stiffness", "mass"},
+     andrews_numbers,
+     sizeof andrews_numbers / sizeof *andrews_numbers},
+    {"slider_crank",
+     "examples/slider_crank/slider_crank.yaml",
+     2400,
+     8,
+     5,
+     0.05,
+     3,
+     {"r", "l", "crank_mass", "rod_mass", "slider_mass"},
+     NULL,
+     0},
+    {"stephenson",
+     "examples/stephenson/stephenson.yaml",
+     2400,
+     8,
+     5,
+     0.02,
+     2.5,
+     {"crank", "coupler", "rocker", "rod", "lever", "rho"},
+     NULL,
+     0}};
 
 /* One way to run, over every `stride`-th instance. */
 typedef struct execution {
     const char *name;
     kmp_ensemble_execution how;
     int stride;
-    double seconds[ROUNDS];
+    double seconds[MOST_ROUNDS];
     int count, alone, failed;
     long rhs, steps, exchanges;
     double *q;
@@ -44,19 +104,61 @@ static double value_of(const kempe_model *model, const char *name)
     return NAN;
 }
 
-static void run(kmp_ensemble *e, int n, const double *all, execution *w, int round)
+/* The text of a file in which numbers have become parameters. */
+static char *named_text(const mechanism *m)
 {
-    static double values[COUNT * COLUMNS], qd[COUNT * MOST_N];
-    static kmp_ensemble_result results[COUNT];
+    static char text[1 << 16], changed[1 << 16];
+    FILE *f = fopen(m->file, "r");
+    size_t size = f ? fread(text, 1, sizeof text / 2, f) : 0;
+    if (f)
+        (void)fclose(f);
+    text[size] = 0;
+    int length = snprintf(changed, sizeof changed, "%s\nparameters: {", text);
+    for (size_t k = 0; k < m->number_count; k++)
+        length += snprintf(changed + length, sizeof changed - (size_t)length, "%s%s: %s", k > 0 ? ", " : "",
+                           m->numbers[k].name, m->numbers[k].number);
+    (void)snprintf(changed + length, sizeof changed - (size_t)length, "}\n");
+    for (size_t k = 0; k < m->number_count; k++) {
+        char from[64], *at;
+        int before = snprintf(from, sizeof from, "%s", m->numbers[k].before);
+        (void)snprintf(from + before, sizeof from - (size_t)before, "%s", m->numbers[k].number);
+        at = strstr(changed, from);
+        if (!at)
+            return NULL;
+        (void)snprintf(text, sizeof text, "%.*s%s%s%s", (int)(at - changed), changed, m->numbers[k].before,
+                       m->numbers[k].name, at + strlen(from));
+        memcpy(changed, text, sizeof changed);
+    }
+    return changed;
+}
+
+static kempe_model *read_mechanism(const mechanism *m, kempe_context *context)
+{
+    kempe_model *model = NULL;
+    const char *text = m->numbers ? named_text(m) : NULL;
+    if (text ? kempe_model_read_text(context, text, m->file, &model) : kempe_model_read(context, m->file, &model)) {
+        fprintf(stderr, "%s\n", kempe_context_message(context));
+        exit(1);
+    }
+    return model;
+}
+
+static void run(const mechanism *m, kmp_ensemble *e, int n, const double *all, execution *w, int round)
+{
+    static double values[MOST_COUNT * MOST_COLUMNS], qd[MOST_COUNT * MOST_N];
+    static kmp_ensemble_result results[MOST_COUNT];
     const kmp_run_spec spec = {0};
-    w->count = COUNT / w->stride;
+    int columns = 0;
+    while (columns < MOST_COLUMNS && m->columns[columns])
+        columns++;
+    w->count = m->count / w->stride;
     for (int i = 0; i < w->count; i++)
-        memcpy(values + i * COLUMNS, all + i * w->stride * COLUMNS, COLUMNS * sizeof *values);
+        memcpy(values + i * columns, all + i * w->stride * columns, (size_t)columns * sizeof *values);
     if (!w->q)
         w->q = calloc((size_t)(w->count * n), sizeof *w->q);
     double begin = bench_now();
     if (!w->q || kmp_ensemble_run(e, &spec, &w->how, w->count, values, results, w->q, qd) != KEMPE_OK) {
-        fprintf(stderr, "%s: the ensemble could not be run\n", w->name);
+        fprintf(stderr, "%s, %s: the ensemble could not be run\n", m->name, w->name);
         exit(1);
     }
     w->seconds[round] = (bench_now() - begin) / w->count;
@@ -71,8 +173,24 @@ static void run(kmp_ensemble *e, int n, const double *all, execution *w, int rou
     }
 }
 
-static void report(const execution *w, double median)
+static double median_of(int count, const double *x)
 {
+    double copy[MOST_ROUNDS];
+    memcpy(copy, x, (size_t)count * sizeof *x);
+    return bench_median(count, copy);
+}
+
+static double median_ratio(int count, const double *a, const double *b)
+{
+    double ratio[MOST_ROUNDS];
+    for (int k = 0; k < count; k++)
+        ratio[k] = a[k] / b[k];
+    return bench_median(count, ratio);
+}
+
+static void report(const execution *w, int rounds)
+{
+    double median = median_of(rounds, w->seconds);
     printf("%-24s %6d %10.0f %10.2f %8.1f %8.0f %8.1f %6d %6d\n", w->name, w->count, 1 / median, 1e6 * median,
            1e9 * median * w->count / (double)w->rhs, (double)w->steps / w->count, (double)w->exchanges / w->count,
            w->alone, w->failed);
@@ -92,48 +210,74 @@ static double distance(const execution *a, const execution *b, int n, int *diffe
     return worst;
 }
 
-int main(void)
+/* The paired measurement of one mechanism. false: it misses its target, or one lane has other bits. */
+static bool measure(const mechanism *m, int lanes_alone)
 {
-    static double values[COUNT * COLUMNS];
-    bench b = bench_load("examples/four_bar/four_bar.yaml");
+    static double values[MOST_COUNT * MOST_COLUMNS];
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = read_mechanism(m, context);
     kmp_ensemble *e = NULL;
-    execution executions[] = {{.name = "lanes", .how = {.threads = 1}, .stride = 1},
-                              {.name = "one lane", .how = {.threads = 1, .width = 1}, .stride = SAMPLE},
-                              {.name = "runs one by one", .how = {.threads = 1, .alone = true}, .stride = SAMPLE}};
-    double median[3];
-    int n = b.model->motion_count, differ;
-    if (kmp_ensemble_new(b.model, COLUMNS, names, &e) != KEMPE_OK || n > MOST_N) {
-        fprintf(stderr, "%s\n", kempe_context_message(b.context));
-        return 1;
+    execution executions[WAYS] = {
+        {.name = "lanes", .how = {.threads = 1}, .stride = 1},
+        {.name = "one lane", .how = {.threads = 1, .width = 1}, .stride = m->stride},
+        {.name = "runs one by one", .how = {.threads = 1, .alone = true}, .stride = m->stride}};
+    int n = model->motion_count, columns = 0, differ, other, rounds = lanes_alone > 0 ? lanes_alone : m->rounds;
+    while (columns < MOST_COLUMNS && m->columns[columns])
+        columns++;
+    if (kmp_ensemble_new(model, columns, m->columns, &e) != KEMPE_OK || n > MOST_N) {
+        fprintf(stderr, "%s\n", kempe_context_message(context));
+        exit(1);
     }
-    for (int i = 0; i < COUNT * COLUMNS; i++)
-        values[i] = value_of(b.model, names[i % COLUMNS]) * (1 + 0.05 * (2 * next_random() - 1));
-    for (int round = 0; round < ROUNDS; round++)
-        for (int k = 0; k < 3; k++)
-            run(e, n, values, &executions[k], round);
-    for (int k = 0; k < 3; k++)
-        median[k] = bench_median(ROUNDS, executions[k].seconds);
-    run(e, n, values, &executions[0], 0);
+    for (int i = 0; i < m->count * columns; i++)
+        values[i] = value_of(model, m->columns[i % columns]) * (1 + m->spread * (2 * next_random() - 1));
+    for (int round = 0; round < rounds; round++)
+        for (int k = WAYS; k-- > 0;)
+            if (k == 0 || lanes_alone == 0)
+                run(m, e, n, values, &executions[k], round);
     kmp_ensemble_work work = kmp_ensemble_get_work(e);
-    printf("four-bars of %d, lengths and masses by up to 5 %% from the example's; 5 s, rtol 1e-10; CPU time, start and "
-           "end "
-           "included\nlanes: %d, %s, %d choices of u, %.2f of them at work\n\n",
-           COUNT, work.width, work.native ? "machine code" : "loops", work.pools,
+    printf("%s: %d instances, numbers by up to %g %% from the example's; CPU time, start and end included\nlanes: %d, "
+           "%s, %d choices of u, %.2f of them at work\n\n",
+           m->name, m->count, 100 * m->spread, work.width, work.native ? "machine code" : "loops", work.pools,
            (double)work.lane_steps / (double)work.sweeps);
     printf("%-24s %6s %10s %10s %8s %8s %8s %6s %6s\n", "", "count", "1/s", "us each", "ns/rhs", "steps", "exch.",
            "alone", "failed");
-    for (int k = 0; k < 3; k++)
-        report(&executions[k], median[k]);
-    double off = distance(&executions[0], &executions[1], n, &differ), apart = 0;
-    int other;
-    apart = distance(&executions[0], &executions[2], n, &other);
-    printf("\nlanes against one lane: %.2f times as fast, %d numbers differ (%.2g)\n", median[1] / median[0], differ,
-           off);
-    printf("lanes against runs one by one: %.2f times as fast (target %.0f), coordinates within %.2g\n",
-           median[2] / median[0], TARGET, apart);
-    for (int k = 0; k < 3; k++)
+    bool ok = true;
+    for (int k = 0; k < (lanes_alone > 0 ? 1 : WAYS); k++)
+        report(&executions[k], rounds);
+    if (lanes_alone == 0) {
+        double off = distance(&executions[0], &executions[1], n, &differ);
+        double apart = distance(&executions[0], &executions[2], n, &other);
+        double ratio = median_ratio(rounds, executions[2].seconds, executions[0].seconds);
+        printf("\nlanes against one lane: %.2f times as fast, %d numbers differ (%.2g)\n",
+               median_ratio(rounds, executions[1].seconds, executions[0].seconds), differ, off);
+        printf("lanes against runs one by one: %.2f times as fast (target %g), coordinates within %.2g\n\n", ratio,
+               m->target, apart);
+        ok = ratio >= m->target && differ == 0;
+    }
+    for (int k = 0; k < WAYS; k++)
         free(executions[k].q);
     kmp_ensemble_free(e);
-    bench_free(&b);
-    return median[2] / median[0] >= TARGET && differ == 0 ? 0 : 1;
+    kempe_model_free(model);
+    kempe_context_free(context);
+    return ok;
+}
+
+int main(int argc, char **argv)
+{
+    int lanes_alone = 0, names = 0;
+    bool ok = true;
+    for (int i = 1; i < argc; i++)
+        if (strcmp(argv[i], "--lanes") == 0 && i + 1 < argc)
+            lanes_alone = atoi(argv[++i]);
+        else
+            argv[++names] = argv[i];
+    lanes_alone = lanes_alone < MOST_ROUNDS ? lanes_alone : MOST_ROUNDS;
+    for (size_t k = 0; k < sizeof mechanisms / sizeof *mechanisms; k++) {
+        bool asked = names == 0;
+        for (int i = 1; i <= names; i++)
+            asked = asked || strcmp(argv[i], mechanisms[k].name) == 0;
+        if (asked)
+            ok = measure(&mechanisms[k], lanes_alone) && ok;
+    }
+    return ok ? 0 : 1;
 }

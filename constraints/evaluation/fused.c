@@ -88,7 +88,8 @@ static kmp_program *write_program(kmp_fused *f)
     if (!order)
         return NULL;
     kmp_written_order(f->red, order);
-    const kmp_fused_plan plan = {order, s->row_scale, s->dissipative, f->closes};
+    const kmp_fused_plan plan = {
+        .order = order, .row_scale = s->row_scale, .power = s->dissipative, .closes = f->closes};
     return kmp_fused_write(f->red, &plan, &f->layout);
 }
 

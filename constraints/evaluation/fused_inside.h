@@ -26,6 +26,7 @@ typedef struct kmp_fused_plan {
     const double *row_scale; /* m */
     bool power;              /* power of non-conservative forces, after the pivots of the reduced mass */
     bool closes;             /* with KMP_FUSED_CLOSE */
+    bool drives;             /* the power has that of closures that move in time */
 } kmp_fused_plan;
 
 /** Writes the program; NULL: no memory. */

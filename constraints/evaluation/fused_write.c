@@ -138,6 +138,27 @@ static void make_rates(const maker *k)
     }
 }
 
+/* Adds the power of closures that move in time, -lambda' h_t. The multipliers are Jv'^-1 f with the forces f of v that
+ * M qdd + C leaves to the closures, so that the power is f' x_t. */
+static void add_drives(maker *k, const kmp_ref *udd)
+{
+    const kmp_pattern *m = &k->w.s->mass;
+    for (int i = 0; k->plan->drives && k->h_t && i < k->n; i++) {
+        int place = k->red->place[i];
+        if (place < 0 || k->x_t[place] == KMP_ZERO)
+            continue;
+        kmp_ref force = k->w.bias[i];
+        for (int c = 0; c < k->p; c++)
+            kmp_written_add_product(k->g, &force, k->mx[i * k->p + c], udd[c]);
+        for (int e = 0; e < m->count; e++) {
+            int other = m->row[e] == i ? m->col[e] : m->col[e] == i ? m->row[e] : -1;
+            if (other >= 0 && k->red->place[other] >= 0)
+                kmp_written_add_product(k->g, &force, k->w.mass[e], k->a0[k->red->place[other]]);
+        }
+        kmp_written_add_product(k->g, &k->w.power, force, k->x_t[place]);
+    }
+}
+
 /* -- making ------------------------------------------------------------------------------------------ */
 
 static bool allocate(maker *k)
@@ -220,6 +241,7 @@ static kmp_program *write_program(maker *k)
     make_mx(k);
     make_reduced(k, mr, end);
     solve_reduced(k, mr, end, end + k->p);
+    add_drives(k, end);
     return schedule(k, end);
 }
 

@@ -39,9 +39,7 @@ static kempe_status make(kmp_engine *e, const kempe_model *model, const char *co
     KMP_TRY(kmp_variant_new_in(e->context, model, e->columns, names, &e->variant));
     KMP_TRY(kmp_system_of_variant(e->variant, &e->s));
     e->n = e->s->n;
-    e->m = e->r = e->s->m;
-    e->p = e->n - e->m;
-    e->size = e->n + e->p + e->s->dissipative;
+    e->m = e->s->m;
     e->parameters = kmp_variant_model(e->variant)->parameter_count;
     e->own.numbers = KMP_NEW(double, e->parameters + e->n + e->m);
     KMP_TRY(kmp_made(e->context, e->own.numbers));
@@ -110,7 +108,7 @@ void kmp_engine_count(kmp_engine *e)
 static kempe_status prepare(kmp_engine *e)
 {
     kmp_arena *a = &e->arena;
-    int size = e->size > 0 ? e->size : 0;
+    int size = kmp_lane_most(e);
     e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
     for (int i = 0; i < e->count && !a->failed; i++) {
         kmp_instance *x = &e->instances[i];

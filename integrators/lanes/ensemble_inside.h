@@ -18,7 +18,7 @@
 struct kmp_dop853_step;
 
 enum {
-    KMP_LANE_ROWS = 24, /* bound of the lanes; beyond it: separate runs */
+    KMP_LANE_ROWS = 31, /* bound of the lanes; beyond it: separate runs */
     KMP_POOLS_KEPT = 64 /* beyond them, an idle one makes room for a new one */
 };
 
@@ -36,6 +36,7 @@ typedef struct kmp_instance {
     bool rejected;  /* members as in struct kmp_rk */
     uint32_t signs; /* one bit per block of Jv since the start or the last exchange, and one more; 0: not known yet */
     int hopeless;
+    double corrected, corrected_t; /* the last correction of v in weights, and the beginning of its step */
     kmp_work_bound bound;
     int tries; /* failed attempts since the last accepted step */
     double t, h, error_old;
@@ -49,7 +50,7 @@ typedef struct kmp_instance {
     kmp_system_constants constants;
 } kmp_instance;
 
-/** One choice of u with one order of elimination. */
+/** One choice of u and of independent rows with one order of elimination. */
 typedef struct kmp_pool {
     kmp_partition part;
     kmp_reduction red;
@@ -74,7 +75,7 @@ typedef struct kmp_lane_room {
     double t[KMP_LANES_MOST], h[KMP_LANES_MOST], t_new[KMP_LANES_MOST], error[KMP_LANES_MOST];
     double step[KMP_LANES_MOST];
     double bad[KMP_LANES_MOST];                /* not 0: the right-hand side cannot be evaluated */
-    double *y, *y_new, *stage, *weight, *atol; /* size */
+    double *y, *y_new, *stage, *weight, *atol; /* size: room for the largest */
     double *k[14];                             /* size, as published: 1 to 13 */
     double *scale;                             /* n */
     double *row_scale;                         /* m */
@@ -89,9 +90,10 @@ typedef struct kmp_engine {
     bool own_context;
     kmp_variant *variant;
     kempe_system *s;
-    int n, m, p, r, size, parameters; /* p, r and size: in the lanes */
-    int columns;                      /* number of names */
-    kmp_system_constants own;         /* of the model's own values */
+    int n, m, parameters;
+    int p, r, size;           /* of the pool in the lanes */
+    int columns;              /* number of names */
+    kmp_system_constants own; /* of the model's own values */
 
     /* of a run */
     kmp_run_spec spec;
@@ -148,6 +150,8 @@ const char *kmp_engine_no_lanes(const kmp_engine *e);
 kempe_status kmp_instance_start(kmp_engine *e, int i);
 /** Makes the next choice of u of an instance, from t and y. */
 kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i);
+/** Makes the next choice of independent rows of an instance, from t and y. */
+kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_pool *from, int i);
 /** Keeps the choice of u of an instance with another order of elimination that is good at t and y. */
 kempe_status kmp_instance_reorder(kmp_engine *e, kmp_pool *from, int i);
 /** Writes the result of an instance, from t and y. */
@@ -170,6 +174,12 @@ int kmp_pool_take(kmp_engine *e, kmp_pool *pool);
 
 /* ensemble_lanes.c */
 
+/** The largest number of unknowns in lanes. */
+static inline int kmp_lane_most(const kmp_engine *e)
+{
+    return 2 * e->n + e->s->dissipative;
+}
+
 /** Makes the lanes of an engine, in the arena of its run. false: no memory. */
 bool kmp_lane_room_init(kmp_engine *e, int width);
 
@@ -187,13 +197,13 @@ void kmp_lanes_solution(size_t width, size_t size, const struct kmp_dop853_step 
 
 /** Measurements at the end of a step, by lanes. */
 typedef struct kmp_lanes_end {
-    int p, r;
+    int p, r, m;
     const int *u, *v;         /* of the choice of u */
-    const double *h, *dv, *b; /* r; r; r x p, column-major */
+    const double *h, *dv, *b; /* m; r; r x p, column-major */
     const double *weight;     /* r: of the dependent coordinates */
     const double *scale, *row_scale;
     double *residual;   /* max |h|, scaled */
-    double *correction; /* max |dv| in weights */
+    double *correction; /* max |dv| in weights, of those beyond rounding */
     double *growth;     /* max |Bvu|, scaled */
 } kmp_lanes_end;
 

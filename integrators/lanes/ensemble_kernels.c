@@ -81,11 +81,18 @@ KMP_INLINE void measure_closures(size_t w, const kmp_lanes_end *e)
 {
     for (size_t l = 0; l < w; l++)
         e->residual[l] = e->correction[l] = e->growth[l] = 0;
-    for (size_t i = 0; i < (size_t)e->r * w; i += w)
-        for (size_t l = 0; l < w; l++) {
+    for (size_t i = 0; i < (size_t)e->m * w; i += w)
+        for (size_t l = 0; l < w; l++)
             e->residual[l] = larger_of(e->residual[l], or_infinite(fabs(e->h[i + l]) / e->row_scale[i + l]));
-            e->correction[l] = larger_of(e->correction[l], or_infinite(fabs(e->dv[i + l]) / e->weight[i + l]));
+    for (int i = 0; i < e->r; i++) {
+        const double *dv = e->dv + (size_t)i * w, *weight = e->weight + (size_t)i * w,
+                     *scale = e->scale + (size_t)e->v[i] * w;
+        for (size_t l = 0; l < w; l++) {
+            double size = fabs(dv[l]), rounded = KMP_CORRECTION_ROUNDING * scale[l],
+                   part = or_infinite(size / weight[l]);
+            e->correction[l] = larger_of(e->correction[l], size <= rounded && size <= weight[l] ? 0 : part);
         }
+    }
     for (int i = 0; i < e->r; i++)
         for (int c = 0; c < e->p; c++) {
             const double *b = e->b + (size_t)(c * e->r + i) * w, *u = e->scale + (size_t)e->u[c] * w,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* DOP853 on the lanes of a pool: an attempt of a step in every lane, then for each lane the decisions of rk.c and
  * reduced.c. Lanes of instances that have finished, or that another pool continues, are filled again. */
+#include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/lanes/ensemble_inside.h"
@@ -19,7 +20,7 @@ typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
 bool kmp_lane_room_init(kmp_engine *e, int width)
 {
     kmp_lane_room *room = &e->room;
-    size_t w = (size_t)width, size = (size_t)e->size, n = (size_t)e->n, m = (size_t)e->m;
+    size_t w = (size_t)width, size = (size_t)kmp_lane_most(e), n = (size_t)e->n, m = (size_t)e->m;
     *room = (kmp_lane_room){.w = w};
     for (size_t l = 0; l < KMP_LANES_MOST; l++)
         room->who[l] = -1;
@@ -188,12 +189,12 @@ static void choose_steps(kmp_engine *e, kmp_pool *pool)
 static uint32_t signs_of(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l)
 {
     int blocks = e->r > 0 ? kmp_block_count(pool->red.block) : 0;
-    uint32_t signs = 1u << KMP_LANE_ROWS;
+    uint32_t signs = (uint32_t)1 << KMP_LANE_ROWS;
     for (int b = blocks; b-- > 0;) {
         int size;
         (void)kmp_block_columns(pool->red.block, b, &size);
         for (int k = size == 2 ? 1 : size; k-- > 0; pivot += e->room.w)
-            signs ^= pivot[l] < 0 ? 1u << b : 0;
+            signs ^= pivot[l] < 0 ? (uint32_t)1 << b : 0;
     }
     return signs;
 }
@@ -279,6 +280,7 @@ typedef struct watched {
     const double *multiplier, *pivot, *h, *jacobian, *b, *dv;
     double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST];
     double margin[KMP_LANES_MOST]; /* over its usual size; infinite: far from any change point */
+    double rows[KMP_LANES_MOST];   /* largest dependence of a dropped row on the kept ones; 0: small */
 } watched;
 
 static void watch(kmp_engine *e, kmp_pool *pool, watched *x)
@@ -293,6 +295,7 @@ static void watch(kmp_engine *e, kmp_pool *pool, watched *x)
     x->dv = x->b + (size_t)(e->r * e->p) * w;
     const kmp_lanes_end end = {.p = e->p,
                                .r = e->r,
+                               .m = e->m,
                                .u = pool->part.u,
                                .v = pool->part.v,
                                .h = x->h,
@@ -333,8 +336,72 @@ static double margin_of(kmp_engine *e, const watched *x, size_t l)
             x->jacobian[(size_t)k * room->w + l] * room->scale[col * room->w + l] / room->row_scale[row * room->w + l];
     }
     kmp_pivots_complete(e->m, e->n, a, largest, rows, columns, pivots);
-    y->usual = fmax(y->usual, pivots[e->m - 1]);
-    return pivots[e->m - 1] / y->usual;
+    y->usual = fmax(y->usual, pivots[e->r - 1]);
+    return pivots[e->r - 1] / y->usual;
+}
+
+/* An entry of the scaled J, 0 outside its pattern. */
+static double entry_of(const kmp_engine *e, const watched *x, size_t l, int row, int col)
+{
+    const kmp_pattern *pattern = &e->s->jacobian;
+    const kmp_lane_room *room = &e->room;
+    for (int k = 0; k < pattern->count; k++)
+        if (pattern->row[k] == row && pattern->col[k] == col)
+            return x->jacobian[(size_t)k * room->w + l] * room->scale[(size_t)col * room->w + l] /
+                   room->row_scale[(size_t)row * room->w + l];
+    return 0;
+}
+
+/* The largest coefficient of a dropped row in the kept ones, J_dropped = T J_kept (constraints/partition/margin.h);
+ * infinite: these are dependent. */
+static double dependence_of(const kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
+{
+    const kmp_partition *part = &pool->part;
+    double a[KMP_LANE_ROWS * KMP_LANE_ROWS], t[KMP_LANE_ROWS], most = 0;
+    int pivot[KMP_LANE_ROWS], r = part->r;
+    for (int i = 0; i < r; i++)
+        for (int j = 0; j < r; j++) /* transposed */
+            a[j + i * r] = entry_of(e, x, l, part->rows[i], part->v[j]);
+    if (kmp_lu_factor(r, a, pivot))
+        return INFINITY;
+    for (int d = 0; d < part->m - r; d++) {
+        for (int j = 0; j < r; j++)
+            t[j] = entry_of(e, x, l, part->redundant[d], part->v[j]);
+        kmp_lu_solve(r, a, pivot, 1, t);
+        for (int j = 0; j < r; j++)
+            most = fabs(t[j]) <= DBL_MAX ? fmax(most, fabs(t[j])) : INFINITY;
+    }
+    return most;
+}
+
+/* True if the dropped rows are closed as well (kmp_redundant_check). */
+static bool dropped_close(const kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
+{
+    const kmp_lane_room *room = &e->room;
+    const kmp_partition *part = &pool->part;
+    double allowed = KMP_DROPPED_WEIGHTS * (e->spec.atol + e->spec.rtol);
+    for (int k = 0; k < part->r; k++) {
+        size_t at = (size_t)part->rows[k] * room->w + l;
+        allowed = fmax(allowed, KMP_DROPPED_OVER_KEPT * fabs(x->h[at]) / room->row_scale[at]);
+    }
+    for (int k = 0; k < part->m - part->r; k++) {
+        size_t at = (size_t)part->redundant[k] * room->w + l;
+        if (!(fabs(x->h[at]) / room->row_scale[at] <= allowed))
+            return false;
+    }
+    return true;
+}
+
+/* True if the correction of v is small enough (correct of reduced.c). */
+static bool corrects_little(const kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
+{
+    kmp_instance *y = &e->instances[e->room.who[l]];
+    double worst = x->correction[l],
+           limit = pool->part.m > pool->part.r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
+    bool rounding = y->corrected_t == e->room.t[l] && worst > 0.5 * y->corrected && worst <= KMP_CORRECTION_LIMIT;
+    y->corrected = worst;
+    y->corrected_t = e->room.t[l];
+    return worst <= limit || rounding;
 }
 
 /* True if the formulation accepts (accept of reduced.c): the closures corrected, the choice of u and the margin
@@ -347,15 +414,17 @@ static bool consents(kmp_engine *e, const kmp_pool *pool, watched *x, size_t l)
     if (e->r == 0)
         return true;
     if (!(x->residual[l] < KMP_CLOSED)) {
-        if (!(x->correction[l] <= KMP_CORRECTION_LIMIT))
+        if (!corrects_little(e, pool, x, l))
             return false;
         for (int i = 0; i < e->r; i++)
             room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
     }
     if (signs_of(e, pool, x->pivot, l) != y->signs)
         return false;
-    x->margin[l] = looks_well(e, pool, x, l) ? INFINITY : margin_of(e, x, l);
-    return x->margin[l] >= KMP_MARGIN_DEEP;
+    bool well = looks_well(e, pool, x, l);
+    x->margin[l] = well ? INFINITY : margin_of(e, x, l);
+    x->rows[l] = well || e->m == e->r ? 0 : dependence_of(e, pool, x, l);
+    return x->margin[l] >= KMP_MARGIN_DEEP && x->rows[l] <= KMP_ROWS_LOST;
 }
 
 static bool has_bad_order(const kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
@@ -396,23 +465,53 @@ static void refuse(kmp_engine *e, size_t l, outcome what)
         expel(e, l, "a step size that becomes too small");
 }
 
-/* Goes on beyond a sample at which the step has ended: restarts where a value jumps (runner_inputs.c). */
-static void pass_sample(kmp_engine *e, size_t l)
+/* True if value or rate of an input jumps at t that a closure depends on. */
+static bool moves_closure(const kempe_model *model, const kmp_present_inputs *inputs, double t)
+{
+    for (int k = 0; k < inputs->count; k++)
+        if (inputs->piece[k].from == t && inputs->piece[k].jump < 2 && kmp_model_moved_by(model, k))
+            return true;
+    return false;
+}
+
+/* Goes on beyond a sample at which the step has ended: restarts where a value jumps (runner_inputs.c). Returns the
+ * reason why it cannot. */
+static const char *pass_sample(kmp_engine *e, size_t l)
 {
     kmp_lane_room *room = &e->room;
     kmp_instance *x = &e->instances[room->who[l]];
     int input;
     if (room->t[l] < kmp_present_inputs_until(&x->inputs)) {
         x->pace = 0;
-        return;
+        return NULL;
     }
-    if (kmp_present_inputs_enter(&x->inputs, room->t[l], &input) > 0)
-        return;
+    int jump = kmp_present_inputs_enter(&x->inputs, room->t[l], &input);
+    if (jump < 2 && moves_closure(e->s->model, &x->inputs, room->t[l])) /* a separate run names it */
+        return "an input of a closure that jumps";
+    if (jump > 0)
+        return NULL;
     room->h[l] = x->pace = fmax(room->h[l], x->pace);
     x->error_old = KMP_RK_ERROR_FLOOR;
     x->has_slope = false;
     x->signs = 0;
     room->anew = true;
+    return NULL;
+}
+
+/* True if a joint's angles are due to be centred. */
+static bool is_uncentred(kmp_engine *e, const kmp_pool *pool, size_t l)
+{
+    const kmp_lane_room *room = &e->room;
+    if (e->spec.own_angles || kmp_charts_count(e->s) == 0)
+        return false;
+    for (int k = 0; k < e->p; k++)
+        e->state[pool->part.u[k]] = room->y[(size_t)k * room->w + l];
+    for (int k = 0; k < e->r; k++)
+        e->state[pool->part.v[k]] = room->y[(size_t)(2 * e->p + k) * room->w + l];
+    for (int c = 0; c < kmp_charts_count(e->s); c++)
+        if (kmp_chart_regular(e->s, c, e->state) < KMP_AXES_CENTRED)
+            return true;
+    return false;
 }
 
 /* Continues a lane, finishes its instance, or leaves it to another pool or a separate run. */
@@ -431,18 +530,21 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, siz
     x->tries = 0;
     room->t[l] = room->t_new[l];
     bool through = !(room->t[l] < e->spec.t_end);
-    if (!through)
-        pass_sample(e, l);
+    const char *jump = through ? NULL : pass_sample(e, l);
     bool slow = kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, room->t[l],
                                       e->spec.t_end, NULL);
     bool reorders = !through && has_bad_order(e, pool, seen, l);
-    const char *why = through     ? NULL
-                      : collapsed ? "a step size that becomes too small"
-                      : slow      ? "too much work"
+    const char *why = through                                           ? NULL
+                      : jump                                            ? jump
+                      : collapsed                                       ? "a step size that becomes too small"
+                      : slow                                            ? "too much work"
+                      : e->m > e->r && !dropped_close(e, pool, seen, l) ? "redundant closure rows that do not close"
+                      : is_uncentred(e, pool, l) ? "a spherical joint near the singular position of its angles"
                       : e->r > 0 && nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point during the run"
                                                                                     : NULL;
-    bool exchanges = !through && !why && e->r > 0 && seen->growth[l] > x->limit;
-    if (!through && !why && !exchanges && !reorders)
+    bool changes = !through && !why && e->m > e->r && seen->rows[l] > KMP_ROWS_OUT;
+    bool exchanges = !through && !why && !changes && e->r > 0 && seen->growth[l] > x->limit;
+    if (!through && !why && !changes && !exchanges && !reorders)
         return KEMPE_OK;
     store(e, l);
     empty(room, l);
@@ -452,7 +554,9 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, siz
         kmp_instance_leave(e, i, why);
         return KEMPE_OK;
     }
-    return exchanges ? kmp_instance_exchange(e, pool, i) : kmp_instance_reorder(e, pool, i);
+    return changes     ? kmp_instance_change_rows(e, pool, i)
+           : exchanges ? kmp_instance_exchange(e, pool, i)
+                       : kmp_instance_reorder(e, pool, i);
 }
 
 /* Makes one attempt in all lanes. */
@@ -540,6 +644,9 @@ kempe_status kmp_pool_run(kmp_engine *e, kmp_pool *pool)
     kempe_status status = KEMPE_OK;
     bool fresh;
     e->running = pool;
+    e->p = pool->part.p;
+    e->r = pool->part.r;
+    e->size = e->n + e->p + e->s->dissipative;
     for (size_t l = 0; l < e->room.w; l++)
         empty(&e->room, l);
     while (status == KEMPE_OK && !kmp_interrupted(e->context)) {

@@ -42,7 +42,8 @@ int kmp_pool_take(kmp_engine *e, kmp_pool *pool)
 
 static bool same_choice(const kmp_pool *pool, const kmp_partition *part)
 {
-    return memcmp(pool->part.u, part->u, (size_t)part->p * sizeof *part->u) == 0;
+    return pool->part.p == part->p && memcmp(pool->part.u, part->u, (size_t)part->p * sizeof *part->u) == 0 &&
+           memcmp(pool->part.rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0;
 }
 
 /* Makes a pool. KEMPE_E_FAILED: its program cannot be written. */
@@ -56,7 +57,10 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *poo
     if (!kmp_written_blocks_fit(&pool->red))
         return KEMPE_E_FAILED;
     kmp_written_order(&pool->red, pool->order);
-    const kmp_fused_plan plan = {pool->order, e->own.numbers + e->parameters + e->n, true, false};
+    const kmp_fused_plan plan = {.order = pool->order,
+                                 .row_scale = e->own.numbers + e->parameters + e->n,
+                                 .power = true,
+                                 .drives = true};
     pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);
     if (pool->program)
         pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->execution.plain);

@@ -7,8 +7,7 @@
  * bits are the same for any number of threads and instances.
  *
  * Lanes make the decisions of a run of one mechanism. If a lane cannot decide, a separate run repeats that instance
- * from its start: for change points, events, charts of spherical joints, drives, redundant rows, large systems, failed
- * steps. */
+ * from its start: for change points, events, singular angles of spherical joints, large systems, failed steps. */
 #pragma once
 
 #include "integrators/run/run.h"

@@ -2,6 +2,8 @@
 /* Operations on one instance at a time: its start, an exchange of u, its end, and its separate run if lanes cannot run
  * it. The evaluator and the scales of the system are those of the current instance. */
 #include "base/memory.h"
+#include "constraints/closing/charts.h"
+#include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/lanes/ensemble_inside.h"
@@ -22,16 +24,14 @@ const char *kmp_engine_no_lanes(const kmp_engine *e)
         {strcmp(spec->formulation, "reduced") != 0 || strcmp(spec->form, "integrated") != 0, "another formulation"},
         {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
         {spec->keep_independent, "fixed independent coordinates"},
-        {s->rheonomic, "closures that move in time"},
         {s->events.count > 0, "conditions or kinks during the run"},
-        {s->chart_count > 0, "spherical joints"},
         {s->articulated != NULL, "the articulated-body algorithm"},
         {s->force != NULL, "user-defined forces"},
         {kmp_model_has_samples(s->model), "sampled states"},
         {s->load_row_count > 0, "forces that depend on multipliers"},
         {s->motion->block_count > 0, "points on curves"},
-        {s->m > KMP_LANE_ROWS || e->p > KMP_FUSED_FREEDOMS, "a large system"},
-        {e->p <= 0, "redundant closure rows"}};
+        {kmp_rounding_of(s) != NULL, "closures that are redundant up to rounding"},
+        {s->m > KMP_LANE_ROWS || s->n - s->m > KMP_FUSED_FREEDOMS, "a large system"}};
     for (size_t k = 0; k < sizeof reasons / sizeof *reasons; k++)
         if (reasons[k].holds)
             return reasons[k].why;
@@ -91,6 +91,31 @@ static bool set_rate_scale(kmp_engine *e, kmp_pool *pool, kmp_instance *x, const
     return isfinite(x->rate_scale);
 }
 
+/* True if the closures do not allow the rates that they demand (check_rates of runner_start.c). */
+static bool demands_too_much(const kmp_engine *e, const double *qd)
+{
+    double size = 1 / e->spec.t_end;
+    for (int i = 0; i < e->n; i++)
+        size = fmax(size, fabs(qd[i]) / e->s->scale[i]);
+    return e->s->rheonomic && !(kmp_eval_rate_residual(e->eval, qd) <= KMP_CLOSED_START * size);
+}
+
+/* Reason why an instance cannot enter the lanes at a closed start, the place of the evaluator's last closure; NULL: it
+ * can. */
+static const char *obstacle_at(const kmp_engine *e, const kmp_partition *part, const double *q, const double *qd)
+{
+    if (part->r > 0 && part->pivots[part->r - 1] < KMP_MARGIN_LOOK * part->pivots[0])
+        return "a change point near the start";
+    if (part->p > KMP_FUSED_FREEDOMS)
+        return "a large system";
+    if (part->p == 0 && !e->s->rheonomic)
+        return "no degree of freedom";
+    for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
+        if (kmp_chart_regular(e->s, c, q) < KMP_AXES_CENTRED)
+            return "a spherical joint near the singular position of its angles";
+    return demands_too_much(e, qd) ? "rates that the closures do not allow" : NULL;
+}
+
 /* Enters the lanes at a closed start, or leaves the instance to a separate run. */
 static kempe_status enter(kmp_engine *e, int i, const double *q, const double *qd)
 {
@@ -107,12 +132,13 @@ static kempe_status enter(kmp_engine *e, int i, const double *q, const double *q
     }
     if (status != KEMPE_OK)
         return status;
-    bool full = part.r == e->r, near = full && e->r > 0 && part.pivots[e->r - 1] < KMP_MARGIN_LOOK * part.pivots[0];
-    if (full && !near)
+    const char *why = obstacle_at(e, &part, q, qd);
+    if (!why)
         status = kmp_pool_find(e, &part, &pool);
     if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, qd)) {
         x->bound = (kmp_work_bound){.most = e->spec.max_steps};
-        x->usual = e->r > 0 ? part.pivots[e->r - 1] : 1;
+        x->usual = part.r > 0 ? part.pivots[part.r - 1] : 1;
+        x->corrected_t = -1;
         x->limit = part.user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
         x->error_old = KMP_RK_ERROR_FLOOR;
         x->seen_t = -1;
@@ -120,10 +146,7 @@ static kempe_status enter(kmp_engine *e, int i, const double *q, const double *q
         kmp_reduced_pack(&part, true, q, qd, x->y);
         kmp_pool_put(e, pool, i);
     } else {
-        kmp_instance_leave(e, i,
-                           !full  ? "redundant closure rows"
-                           : near ? "a change point near the start"
-                                  : "another choice of coordinates");
+        kmp_instance_leave(e, i, why ? why : "another choice of coordinates");
     }
     kmp_partition_free(&part);
     return status;
@@ -167,48 +190,73 @@ kempe_status kmp_instance_start(kmp_engine *e, int i)
 static bool unpack(kmp_engine *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed)
 {
     take_constants(e, x);
-    for (int k = 0; k < e->p; k++)
+    int p = pool->part.p;
+    for (int k = 0; k < p; k++)
         q[pool->part.u[k]] = x->y[k];
-    for (int k = 0; k < e->r; k++)
-        q[pool->part.v[k]] = x->y[2 * e->p + k];
+    for (int k = 0; k < pool->part.r; k++)
+        q[pool->part.v[k]] = x->y[2 * p + k];
     if (closed && kmp_reduction_close(&pool->red, x->t, q, NULL, 0))
         return false;
     kmp_eval_closure(e->eval, x->t, q);
     if (kmp_reduction_factor(&pool->red))
         return false;
     kmp_reduction_tangent(&pool->red);
-    kmp_reduction_rates(&pool->red, x->y + e->p, qd);
+    kmp_reduction_rates(&pool->red, x->y + p, qd);
     return true;
 }
 
-kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i)
+/* Goes on from (q, qd) with another partition, which it frees; `status`: of its choice. */
+static kempe_status go_on_with(kmp_engine *e, int i, kempe_status status, kmp_partition *part, const double *q,
+                               const double *qd)
 {
     kmp_instance *x = &e->instances[i];
-    kmp_partition part;
     kmp_pool *pool = NULL;
-    double *q = e->state, *qd = q + e->n;
-    if (!unpack(e, from, x, q, qd, false)) {
-        kmp_instance_leave(e, i, "closures that are singular");
-        return KEMPE_OK;
-    }
-    KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, &from->part)));
-    kempe_status status = kmp_partition_exchange(&part, e->s, e->eval->jacobian, KMP_EXCHANGE_GROWTH);
     if (status == KEMPE_OK)
-        status = kmp_pool_find(e, &part, &pool);
+        status = kmp_pool_find(e, part, &pool);
     if (status == KEMPE_OK && pool) {
-        kmp_reduced_pack(&part, true, q, qd, x->y);
+        kmp_reduced_pack(part, true, q, qd, x->y);
         x->has_slope = x->rejected = false;
         x->signs = 0;
         x->hopeless = 0;
         x->error_old = KMP_RK_ERROR_FLOOR;
         x->limit = KMP_EXCHANGE_GROWTH;
-        e->results[i].exchanges++;
         kmp_pool_put(e, pool, i);
     } else {
         kmp_instance_leave(e, i, "another choice of coordinates");
     }
-    kmp_partition_free(&part);
+    kmp_partition_free(part);
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}
+
+kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i)
+{
+    kmp_partition part;
+    double *q = e->state, *qd = q + e->n;
+    if (!unpack(e, from, &e->instances[i], q, qd, false)) {
+        kmp_instance_leave(e, i, "closures that are singular");
+        return KEMPE_OK;
+    }
+    KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, &from->part)));
+    kempe_status status = kmp_partition_exchange(&part, e->s, e->eval->jacobian, KMP_EXCHANGE_GROWTH);
+    e->results[i].exchanges++;
+    return go_on_with(e, i, status, &part, q, qd);
+}
+
+kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_pool *from, int i)
+{
+    kmp_partition part;
+    double *q = e->state, *qd = q + e->n;
+    if (!unpack(e, from, &e->instances[i], q, qd, false)) {
+        kmp_instance_leave(e, i, "closures that are singular");
+        return KEMPE_OK;
+    }
+    kempe_status status = kmp_partition_of_rank(&part, e->s, e->eval->jacobian, from->part.r, NULL, 0);
+    if (status == KEMPE_E_FAILED) {
+        kmp_instance_leave(e, i, "another choice of closure rows");
+        kmp_context_clear(e->context);
+        return KEMPE_OK;
+    }
+    return status == KEMPE_OK ? go_on_with(e, i, status, &part, q, qd) : status;
 }
 
 /* The step continues: the numbers are the same but for rounding. */
@@ -260,7 +308,7 @@ kempe_status kmp_instance_finish(kmp_engine *e, kmp_pool *pool, int i)
         kmp_instance_leave(e, i, "closures that are singular");
         return KEMPE_OK;
     }
-    judge(e, i, x->t, q, qd, e->s->dissipative ? x->y[2 * e->p + e->r] : 0);
+    judge(e, i, x->t, q, qd, e->s->dissipative ? x->y[e->n + pool->part.p] : 0);
     e->results[i].status = KEMPE_OK;
     kmp_engine_count(e);
     return KEMPE_OK;
