@@ -175,7 +175,7 @@ static kempe_status passes(kmp_equations *eq, kmp_gains *gains)
         put(gains, "choice of variants", amount_of(eq->graph, count, out, KMP_COST_ADDITION));
     }
     for (int k = 0; ok && k < pass_count; k++) {
-        ok = pass[k].run(eq->graph, &parallel, count, out);
+        ok = kmp_pass_run(&pass[k], eq->graph, &parallel, count, out);
         put(gains, pass[k].name, written_out(eq->graph, count, out));
     }
     kmp_program *p = ok ? kmp_program_new(eq->graph, 1, &count, (const kmp_ref *const *)&out) : NULL;

@@ -57,7 +57,7 @@ static bool put_passes(kmp_text *text, kmp_equations *eq, int count, kmp_assignm
     for (int p = 0; ok && p < pass_count; p++) {
         if (count)
             memcpy(before, now, (size_t)count * sizeof *now);
-        ok = pass[p].run(eq->graph, &parallel, count, now);
+        ok = kmp_pass_run(&pass[p], eq->graph, &parallel, count, now);
         if (!ok || count == 0 || memcmp(before, now, (size_t)count * sizeof *now) == 0)
             continue;
         kmp_text_printf(text, "\n# after '%s'\n", pass[p].name);

@@ -127,6 +127,10 @@ kmp_ref kmp_operate(kmp_graph *g, kmp_op op, const kmp_ref operands[3])
 kmp_ref kmp_graph_rebuild(kmp_graph *to, const kmp_graph *from, uint32_t id, const kmp_ref operands[3])
 {
     kmp_node n = *kmp_graph_node(from, id);
+    if (n.op == KMP_OP_ADD)
+        return kmp_add(to, operands[0], operands[1]);
+    if (n.op == KMP_OP_MUL)
+        return kmp_mul(to, operands[0], operands[1]);
     if (n.op == KMP_OP_TABLE) {
         int table = to == from ? (int)n.b : kmp_graph_add_table(to, kmp_graph_table(from, (int)n.b));
         return kmp_table_derivative_at(to, table, (int)n.c, operands[0]);
@@ -140,12 +144,18 @@ kmp_ref kmp_graph_rebuild(kmp_graph *to, const kmp_graph *from, uint32_t id, con
 
 kmp_ref kmp_graph_rebuild_by(kmp_graph *to, const kmp_graph *from, uint32_t id, const kmp_ref *map)
 {
-    const kmp_node n = *kmp_graph_node(from, id);
+    const kmp_node *n = kmp_graph_node(from, id);
+    int arity = kmp_op_arity((kmp_op)n->op);
+    if (arity == 2) { /* most nodes */
+        kmp_ref operands[3] = {kmp_mapped(map, n->a), kmp_mapped(map, n->b)};
+        return to == from && operands[0] == n->a && operands[1] == n->b ? id << 1
+                                                                        : kmp_graph_rebuild(to, from, id, operands);
+    }
     kmp_ref operands[3] = {0};
     bool same = to == from;
-    for (int k = 0; k < kmp_op_arity((kmp_op)n.op); k++) {
-        operands[k] = kmp_mapped(map, kmp_operand(&n, k));
-        same = same && operands[k] == kmp_operand(&n, k);
+    for (int k = 0; k < arity; k++) {
+        operands[k] = kmp_mapped(map, kmp_operand(n, k));
+        same = same && operands[k] == kmp_operand(n, k);
     }
     return same ? id << 1 : kmp_graph_rebuild(to, from, id, operands);
 }

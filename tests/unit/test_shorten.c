@@ -2,7 +2,7 @@
 /* The passes: what each one makes of a small example, and that values stay on random graphs. */
 #include "base/memory.h"
 #include "random.h"
-#include "symbolic/passes/shorten.h"
+#include "symbolic/passes/rewrite.h"
 #include "symbolic/program/cost.h"
 #include "testing.h"
 #include <math.h>
@@ -69,7 +69,7 @@ static void example_of_the_paper(void)
     kmp_graph *g = kmp_graph_new();
     kmp_ref out = paper_example(g);
     double before = value(g, out, at);
-    CHECK(kmp_collapse_trig(g, &parallel, 1, &out));
+    CHECK(kmp_rewrite_alone(g, kmp_collapse_trig, &parallel, 1, &out));
     kmp_ref q24 = kmp_add(g, q(g, 2), q(g, 4)), s56 = kmp_sin(g, kmp_add(g, q(g, 5), q(g, 6)));
     kmp_ref first = kmp_mul(g, kmp_cos(g, q24), kmp_sin(g, q(g, 8)));
     CHECK(operations(g, 1, &out) == 6); /* C24 S8, two more products, their sum, two angles */
@@ -89,7 +89,7 @@ static void unrelated_axes(void)
     kmp_graph *g = kmp_graph_new();
     kmp_ref out = paper_example(g), sum = kmp_add(g, q(g, 2), q(g, 4));
     uint32_t known = kmp_id(kmp_sin(g, sum)), known_too = kmp_id(kmp_cos(g, sum));
-    CHECK(kmp_collapse_trig(g, NULL, 1, &out));
+    CHECK(kmp_rewrite_alone(g, kmp_collapse_trig, NULL, 1, &out));
     kmp_cost cost;
     CHECK(kmp_cost_init(&cost, g, 0));
     kmp_cost_add(&cost, 1, &out);
@@ -116,7 +116,7 @@ static void all_identities(void)
         two = k & 8 ? kmp_neg(two) : two;
         kmp_ref out = k & 16 ? kmp_add(g, two, one) : kmp_add(g, one, two);
         double before = value(g, out, at);
-        CHECK(kmp_collapse_trig(g, &parallel, 1, &out));
+        CHECK(kmp_rewrite_alone(g, kmp_collapse_trig, &parallel, 1, &out));
         CHECK_NEAR(value(g, out, at), before, 1e-15);
         CHECK(operations(g, 1, &out) == 3); /* the angle, and times x y */
         kmp_graph_free(g);
@@ -134,11 +134,11 @@ static void factors(void)
     static const double at[5] = {1.25, 2.5, -3, 0.75, 5};
     double before = value(g, out, at);
     CHECK(operations(g, 1, &out) == 7);
-    CHECK(kmp_factor_sums(g, 1, &out));
+    CHECK(kmp_rewrite_alone(g, kmp_factor_sums, NULL, 1, &out));
     CHECK_NEAR(value(g, out, at), before, 1e-15);
     CHECK(operations(g, 1, &out) == 5); /* a (b + c - d) + d e */
     kmp_ref shared[2] = {kmp_add(g, kmp_mul(g, b, c), kmp_mul(g, b, d)), kmp_mul(g, b, c)};
-    CHECK(kmp_factor_sums(g, 2, shared)); /* b c is needed anyway */
+    CHECK(kmp_rewrite_alone(g, kmp_factor_sums, NULL, 2, shared)); /* b c is needed anyway */
     CHECK(operations(g, 2, shared) == 3);
     kmp_graph_free(g);
 }
@@ -148,10 +148,10 @@ static void common_parts(void)
     kmp_graph *g = kmp_graph_new();
     kmp_ref a = q(g, 0), b = q(g, 1), c = q(g, 2), d = q(g, 3);
     kmp_ref sums[2] = {kmp_add(g, kmp_add(g, a, b), c), kmp_sub(g, kmp_sub(g, kmp_neg(d), a), c)};
-    CHECK(kmp_share_pairs(g, KMP_OP_ADD, 2, sums));
+    CHECK(kmp_rewrite_alone(g, kmp_share_sums, NULL, 2, sums));
     CHECK(operations(g, 2, sums) == 3);
     kmp_ref products[2] = {kmp_mul(g, kmp_mul(g, a, b), c), kmp_mul(g, kmp_mul(g, d, a), c)};
-    CHECK(kmp_share_pairs(g, KMP_OP_MUL, 2, products));
+    CHECK(kmp_rewrite_alone(g, kmp_share_products, NULL, 2, products));
     CHECK(operations(g, 2, products) == 3);
     kmp_graph_free(g);
 }

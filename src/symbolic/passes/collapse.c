@@ -275,7 +275,7 @@ static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *parallel, uint32_t 
     return value_of(&s);
 }
 
-bool kmp_collapse_trig(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
+bool kmp_collapse_trig(kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {
-    return kmp_rewrite_sums(g, rewrite_sum, parallel, KMP_COST_ADDITION, count, outputs);
+    return kmp_rewrite_sums(r, rewrite_sum, parallel, KMP_COST_ADDITION, count, outputs);
 }

@@ -4,9 +4,9 @@
  *
  * A repetition counts pairs with an item of the round before alone: another one is in one list at most, unless an item
  * is in a list twice. */
+#include "base/arena.h"
 #include "base/memory.h"
 #include "symbolic/passes/rewrite.h"
-#include "symbolic/passes/shorten.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,18 +27,18 @@ typedef struct pair {
 } pair;
 
 typedef struct sharing {
-    kmp_rewrite r;
+    kmp_rewrite *r;
     kmp_op op;
+    kmp_arena room;
     list *lists;
     int list_count;
     kmp_ref *items; /* of all lists; numbers from r.count on are pairs that were made */
     int item_count;
-    pair *pairs;
+    pair *pairs;                 /* of the present round, as the next four */
     uint32_t *table, table_size; /* 1 + number of a pair, 0: free */
-    int pair_count;
-    int *met; /* the number of each pair that the lists have, in their order */
-    int met_count;
+    int *met;                    /* the number of each pair that the lists have, in their order */
     int *member;
+    int pair_count, met_count;
     kmp_ref (*made)[2]; /* operands of pairs that were made */
     uint32_t made_count;
     bool failed;
@@ -58,12 +58,12 @@ static bool repeats(int count, const kmp_ref *item)
 /* Collects the nodes that are the head of a list: not part of another list. */
 static void collect(sharing *s, const uint8_t *inside)
 {
-    for (uint32_t k = 0; k < s->r.live.top; k++) {
-        uint32_t id = kmp_rewrite_live(&s->r, k);
-        if (inside[id] || kmp_graph_node(s->r.graph, id)->op != s->op)
+    for (uint32_t k = 0; k < s->r->live.top; k++) {
+        uint32_t id = kmp_rewrite_live(s->r, k);
+        if (inside[id] || kmp_graph_node(s->r->graph, id)->op != s->op)
             continue;
         kmp_ref found[KMP_MOST_TERMS], sign = 0;
-        int count = kmp_rewrite_flatten(&s->r, s->op, id << 1, found, &sign);
+        int count = kmp_rewrite_flatten(s->r, s->op, id << 1, found, &sign);
         if (count > LONGEST)
             continue;
         s->lists[s->list_count++] =
@@ -75,11 +75,11 @@ static void collect(sharing *s, const uint8_t *inside)
 
 static void mark_inside(const sharing *s, uint8_t *inside)
 {
-    for (uint32_t i = 0; i < s->r.live.top; i++) {
-        const kmp_node *n = kmp_graph_node(s->r.graph, kmp_rewrite_live(&s->r, i));
+    for (uint32_t i = 0; i < s->r->live.top; i++) {
+        const kmp_node *n = kmp_graph_node(s->r->graph, kmp_rewrite_live(s->r, i));
         for (int k = 0; n->op == s->op && k < 2; k++) {
             uint32_t below = kmp_id(kmp_operand(n, k));
-            inside[below] = s->r.uses[below] == 1 && kmp_graph_node(s->r.graph, below)->op == s->op;
+            inside[below] = s->r->uses[below] == 1 && kmp_graph_node(s->r->graph, below)->op == s->op;
         }
     }
 }
@@ -98,78 +98,90 @@ static void order(kmp_ref *a, kmp_ref *b)
     *b = y ^ sign;
 }
 
-static bool grow(sharing *s)
+static uint32_t slot_of(const sharing *s, kmp_ref a, kmp_ref b)
 {
-    uint32_t size = s->table_size ? 2 * s->table_size : 1024;
-    uint32_t *table = KMP_NEW(uint32_t, size);
-    if (!table)
-        return false;
-    for (int i = 0; i < s->pair_count; i++) {
-        uint32_t k = (s->pairs[i].a * 0x9e3779b1u ^ s->pairs[i].b * 0x85ebca6bu);
-        for (k = (k ^ k >> 15) & (size - 1); table[k]; k = (k + 1) & (size - 1))
-            ;
-        table[k] = (uint32_t)i + 1;
-    }
-    kmp_free(s->table);
-    s->table = table;
-    s->table_size = size;
-    return true;
+    uint32_t k = (a * 0x9e3779b1u ^ b * 0x85ebca6bu);
+    return (k ^ k >> 15) & (s->table_size - 1);
 }
 
-/* The pair with its position in the table; NULL: no memory. */
-static pair *find(sharing *s, kmp_ref a, kmp_ref b)
+/* The number of a pair, a new one if it has not been met. */
+static int find(sharing *s, kmp_ref a, kmp_ref b)
 {
-    if (2 * (s->pair_count + 1) > (int)s->table_size && !grow(s))
-        return NULL;
-    uint32_t k = (a * 0x9e3779b1u ^ b * 0x85ebca6bu);
-    for (k = (k ^ k >> 15) & (s->table_size - 1); s->table[k]; k = (k + 1) & (s->table_size - 1)) {
-        pair *p = &s->pairs[s->table[k] - 1];
+    uint32_t k = slot_of(s, a, b);
+    for (; s->table[k]; k = (k + 1) & (s->table_size - 1)) {
+        const pair *p = &s->pairs[s->table[k] - 1];
         if (p->a == a && p->b == b)
-            return p;
+            return (int)s->table[k] - 1;
     }
-    pair *pairs = kmp_list_room(s->pairs, (size_t)s->pair_count, sizeof *pairs);
-    if (!pairs)
-        return NULL;
-    s->pairs = pairs;
     s->table[k] = (uint32_t)s->pair_count + 1;
     s->pairs[s->pair_count] = (pair){a, b, 0, 0, 0};
-    return &s->pairs[s->pair_count++];
+    return s->pair_count++;
 }
 
-/* Counts the pairs of a list with an item from number `since` on, or all. false: no memory. */
-static bool count_of_list(sharing *s, list *l, uint32_t since)
+static void free_round(sharing *s)
+{
+    kmp_free(s->pairs);
+    kmp_free(s->table);
+    kmp_free(s->met);
+    kmp_free(s->member);
+    s->pairs = NULL;
+    s->table = NULL;
+    s->met = s->member = NULL;
+    s->pair_count = s->met_count = 0;
+}
+
+/* Room for so many pairs in lists; half of the table remains free. */
+static bool begin_round(sharing *s, int most)
+{
+    const uint32_t least = 64;
+    free_round(s);
+    for (s->table_size = least; s->table_size / 2 <= (uint32_t)most;)
+        s->table_size *= 2;
+    s->table = KMP_NEW(uint32_t, s->table_size);
+    s->pairs = kmp_realloc(NULL, (size_t)most, sizeof *s->pairs);
+    s->met = kmp_realloc(NULL, (size_t)most, sizeof *s->met);
+    return s->table && s->pairs && s->met;
+}
+
+/* Counts the pairs of a list with an item from number `since` on, or all. */
+static void count_of_list(sharing *s, list *l, uint32_t since)
 {
     const kmp_ref *item = s->items + l->first;
     bool all = l->repeats;
     l->met = 0;
-    for (int i = 0; i < l->count && (all || l->newest >= since); i++)
+    for (int i = 0; i < l->count; i++)
         for (int j = 0; j < i; j++) {
             kmp_ref a = item[i], b = item[j];
             if (!all && kmp_id(a) < since && kmp_id(b) < since)
                 continue;
             order(&a, &b);
-            pair *p = find(s, a, b);
-            if (!p)
-                return false;
-            p->count++;
-            s->met[s->met_count + l->met++] = (int)(p - s->pairs);
+            int p = find(s, a, b);
+            s->pairs[p].count++;
+            s->met[s->met_count + l->met++] = p;
         }
     s->met_count += l->met;
-    return true;
 }
 
+static bool counts(const list *l, uint32_t since)
+{
+    return l->repeats || l->newest >= since;
+}
+
+/* False: no memory. */
 static bool count_pairs(sharing *s, uint32_t since)
 {
-    int total = 0;
+    int most = 0;
     for (int l = 0; l < s->list_count; l++)
-        if (s->lists[l].repeats || s->lists[l].newest >= since)
-            total += s->lists[l].count * (s->lists[l].count - 1) / 2;
-    s->met = KMP_ARENA_NEW(&s->r.room, int, total);
-    s->met_count = 0;
-    bool ok = s->met;
-    for (int l = 0; ok && l < s->list_count; l++)
-        ok = count_of_list(s, &s->lists[l], since);
-    return ok;
+        if (counts(&s->lists[l], since))
+            most += s->lists[l].count * (s->lists[l].count - 1) / 2;
+    if (!begin_round(s, most))
+        return false;
+    for (int l = 0; l < s->list_count; l++)
+        if (counts(&s->lists[l], since))
+            count_of_list(s, &s->lists[l], since);
+        else
+            s->lists[l].met = 0;
+    return true;
 }
 
 /* Lists the members of each pair that counts. */
@@ -220,7 +232,7 @@ static bool make(sharing *s, pair *p)
     s->made = made;
     s->made[s->made_count][0] = p->a;
     s->made[s->made_count][1] = p->b;
-    p->made = s->r.count + s->made_count++;
+    p->made = s->r->count + s->made_count++;
     return true;
 }
 
@@ -267,15 +279,13 @@ static void keep_frequent(sharing *s)
 static bool share_all(sharing *s, uint32_t since)
 {
     bool any = false;
-    s->pair_count = 0;
-    memset(s->table, 0, s->table_size * sizeof *s->table);
     s->failed = !count_pairs(s, since);
     int members = 0;
-    for (int k = 0; k < s->pair_count; k++) {
+    for (int k = 0; !s->failed && k < s->pair_count; k++) {
         s->pairs[k].first = s->pairs[k].count > 1 ? members : -1;
         members += s->pairs[k].count > 1 ? s->pairs[k].count : 0;
     }
-    s->member = KMP_ARENA_NEW(&s->r.room, int, members);
+    s->member = kmp_realloc(NULL, (size_t)members, sizeof *s->member);
     s->failed = s->failed || !s->member;
     if (!s->failed) {
         enter_members(s);
@@ -290,63 +300,71 @@ static bool share_all(sharing *s, uint32_t since)
 
 static kmp_ref combine(const sharing *s, kmp_ref a, kmp_ref b)
 {
-    return s->op == KMP_OP_ADD ? kmp_add(s->r.graph, a, b) : kmp_mul(s->r.graph, a, b);
+    return s->op == KMP_OP_ADD ? kmp_add(s->r->graph, a, b) : kmp_mul(s->r->graph, a, b);
 }
 
 static kmp_ref item_now(const sharing *s, kmp_ref item)
 {
     uint32_t id = kmp_id(item);
-    if (id < s->r.count)
-        return kmp_rewritten(&s->r, item);
-    const kmp_ref *of = s->made[id - s->r.count];
+    if (id < s->r->count)
+        return kmp_rewritten(s->r, item);
+    const kmp_ref *of = s->made[id - s->r->count];
     kmp_ref second = item_now(s, of[1]), r = combine(s, item_now(s, of[0]), second);
     return kmp_is_negative(item) ? kmp_neg(r) : r;
 }
 
 static void rebuild(sharing *s)
 {
-    kmp_graph *g = s->r.graph;
+    kmp_graph *g = s->r->graph;
     int next = 0;
-    for (uint32_t i = 0; i < s->r.live.top; i++) {
-        uint32_t id = kmp_rewrite_live(&s->r, i);
+    for (uint32_t i = 0; i < s->r->live.top; i++) {
+        uint32_t id = kmp_rewrite_live(s->r, i);
         bool head = next < s->list_count && s->lists[next].id == id;
         const list *l = head ? &s->lists[next++] : NULL;
         if (!l || !l->changed) {
-            s->r.now[id] = kmp_rewrite_node(&s->r, id);
+            s->r->now[id] = kmp_rewrite_node(s->r, id);
             continue;
         }
         kmp_ref r = item_now(s, s->items[l->first]);
         for (int k = 1; k < l->count; k++)
             r = combine(s, r, item_now(s, s->items[l->first + k]));
-        s->r.now[id] = r;
+        s->r->now[id] = r;
     }
     s->failed = s->failed || kmp_graph_failed(g);
 }
 
-bool kmp_share_pairs(kmp_graph *g, kmp_op op, int count, kmp_ref *outputs)
+static bool share_pairs(kmp_rewrite *r, kmp_op op, int count, kmp_ref *outputs)
 {
-    sharing s = {.op = op};
-    if (!kmp_rewrite_init(&s.r, g, count, outputs))
-        return false;
-    uint8_t *inside = KMP_ARENA_NEW(&s.r.room, uint8_t, s.r.count);
-    s.lists = KMP_ARENA_NEW(&s.r.room, list, s.r.live.top);
-    s.items = KMP_ARENA_NEW(&s.r.room, kmp_ref, 2 * (size_t)s.r.live.top);
-    s.failed = s.r.room.failed || !grow(&s);
+    sharing s = {.r = r, .op = op};
+    uint8_t *inside = KMP_ARENA_NEW(&s.room, uint8_t, r->count);
+    s.lists = KMP_ARENA_NEW(&s.room, list, r->live.top);
+    s.items = KMP_ARENA_NEW(&s.room, kmp_ref, 2 * (size_t)r->live.top);
+    s.failed = s.room.failed;
     if (!s.failed) {
         mark_inside(&s, inside);
         collect(&s, inside);
     }
-    uint32_t since = 0, next = s.r.count;
+    uint32_t since = 0, next = r->count;
     for (int pass = 0; pass < PASSES && !s.failed && share_all(&s, since); pass++) {
         since = next;
-        next = s.r.count + s.made_count;
+        next = r->count + s.made_count;
     }
     if (!s.failed)
         rebuild(&s);
-    bool ok = !s.failed && kmp_rewrite_finish(&s.r, 0, count, outputs);
-    kmp_rewrite_free(&s.r);
-    kmp_free(s.pairs);
-    kmp_free(s.table);
+    free_round(&s);
+    kmp_arena_free(&s.room);
     kmp_free(s.made);
-    return ok;
+    return !s.failed && kmp_rewrite_finish(r, 0, count, outputs);
+}
+
+bool kmp_share_sums(kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs)
+{
+    (void)parallel;
+    return share_pairs(r, KMP_OP_ADD, count, outputs);
+}
+
+bool kmp_share_products(kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs)
+{
+    (void)parallel;
+    return share_pairs(r, KMP_OP_MUL, count, outputs);
 }

@@ -4,44 +4,69 @@
 #include "symbolic/program/cost.h"
 #include <string.h>
 
-bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs)
+/* The needed nodes of outputs, and the uses of each; the graph may be larger. */
+typedef struct demand {
+    uint32_t *uses;
+    kmp_stack live;
+} demand;
+
+static void free_demand(demand *d)
 {
-    uint32_t nodes = kmp_graph_count(g), top = 0;
-    *r = (kmp_rewrite){.graph = g, .count = nodes};
-    r->uses = KMP_ARENA_NEW(&r->room, uint32_t, nodes);
-    r->now = KMP_ARENA_NEW(&r->room, kmp_ref, nodes);
-    if (r->room.failed) {
-        kmp_rewrite_free(r);
-        return false;
-    }
-    for (int k = 0; k < count; k++) {
+    kmp_free(d->uses);
+    kmp_free(d->live.id);
+}
+
+static bool find_demand(const kmp_graph *g, int count, const kmp_ref *outputs, demand *d)
+{
+    uint32_t top = 0, *uses = KMP_NEW(uint32_t, kmp_graph_count(g));
+    *d = (demand){.uses = uses};
+    bool ok = uses;
+    for (int k = 0; ok && k < count; k++) {
         uint32_t id = kmp_id(outputs[k]);
-        r->uses[id]++;
+        uses[id]++;
         top = id >= top ? id + 1 : top;
     }
-    bool ok = true;
-    for (uint32_t id = top; id-- > 0 && ok;) {
-        if (!r->uses[id])
+    for (uint32_t id = ok ? top : 0; id-- > 0 && ok;) {
+        if (!uses[id])
             continue;
         const kmp_node *n = kmp_graph_node(g, id);
-        ok = kmp_push(&r->live, id);
-        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
-            r->uses[kmp_id(kmp_operand(n, k))]++;
+        ok = kmp_push(&d->live, id);
+        for (int k = kmp_op_arity((kmp_op)n->op); k-- > 0;)
+            uses[kmp_id(kmp_operand(n, k))]++;
     }
-    if (!ok)
-        kmp_rewrite_free(r);
     return ok;
+}
+
+/* Takes the demand of the present outputs. false: no memory. */
+static bool take_demand(kmp_rewrite *r, const demand *d)
+{
+    kmp_free(r->uses);
+    kmp_free(r->live.id);
+    r->uses = d->uses;
+    r->live = d->live;
+    r->count = kmp_graph_count(r->graph);
+    if (r->count <= r->room)
+        return true;
+    kmp_free(r->now);
+    r->now = kmp_realloc(NULL, r->count, sizeof *r->now);
+    r->room = r->now ? r->count : 0;
+    return r->now;
+}
+
+bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs)
+{
+    demand d;
+    *r = (kmp_rewrite){.graph = g};
+    bool ok = find_demand(g, count, outputs, &d);
+    return take_demand(r, &d) && ok;
 }
 
 void kmp_rewrite_free(kmp_rewrite *r)
 {
+    kmp_free(r->uses);
+    kmp_free(r->now);
     kmp_free(r->live.id);
-    kmp_arena_free(&r->room);
-}
-
-kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id)
-{
-    return kmp_graph_rebuild_by(r->graph, r->graph, id, r->now);
+    *r = (kmp_rewrite){0};
 }
 
 /* Copies the labels of nodes to their rewritten forms. */
@@ -55,20 +80,43 @@ static void carry_labels(const kmp_rewrite *r)
     }
 }
 
+static bool is_same(const kmp_rewrite *r, int count, const kmp_ref *outputs)
+{
+    for (int k = 0; k < count; k++)
+        if (kmp_rewritten(r, outputs[k]) != outputs[k])
+            return false;
+    return true;
+}
+
 bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outputs)
 {
-    kmp_ref *now = KMP_ARENA_NEW(&r->room, kmp_ref, count);
-    if (!now || kmp_graph_failed(r->graph))
+    if (kmp_graph_failed(r->graph))
         return false;
-    for (int k = 0; k < count; k++)
+    if (is_same(r, count, outputs))
+        return true;
+    demand d;
+    kmp_ref *now = KMP_NEW(kmp_ref, count);
+    for (int k = 0; now && k < count; k++)
         now[k] = kmp_rewritten(r, outputs[k]);
-    long before = kmp_cost_of_nodes(r->graph, sum_price, r->live.top, r->live.id);
-    long after = kmp_cost_of(r->graph, sum_price, count, now);
-    if (after >= 0 && after < before) {
+    bool ok = now && find_demand(r->graph, count, now, &d);
+    if (ok && kmp_cost_of_nodes(r->graph, sum_price, d.live.top, d.live.id) <
+                  kmp_cost_of_nodes(r->graph, sum_price, r->live.top, r->live.id)) {
         carry_labels(r);
         memcpy(outputs, now, (size_t)count * sizeof *now);
+        ok = take_demand(r, &d);
+    } else if (now) {
+        free_demand(&d);
     }
-    return after >= 0;
+    kmp_free(now);
+    return ok;
+}
+
+bool kmp_rewrite_alone(kmp_graph *g, kmp_pass_fn *pass, const kmp_parallel *parallel, int count, kmp_ref *outputs)
+{
+    kmp_rewrite r;
+    bool ok = kmp_rewrite_init(&r, g, count, outputs) && pass(&r, parallel, count, outputs);
+    kmp_rewrite_free(&r);
+    return ok;
 }
 
 /* Appends operands to the list. `waiting` operands are outside and will need a place each. */
@@ -94,17 +142,13 @@ int kmp_rewrite_flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, kmp_ref *lis
     return flatten(r, op, x, true, 0, list, 0, sign);
 }
 
-bool kmp_rewrite_sums(kmp_graph *g, kmp_rewrite_sum *rewrite, const void *user, int sum_price, int count,
+bool kmp_rewrite_sums(kmp_rewrite *r, kmp_rewrite_sum *rewrite, const void *user, int sum_price, int count,
                       kmp_ref *outputs)
 {
-    kmp_rewrite r;
-    if (!kmp_rewrite_init(&r, g, count, outputs))
-        return false;
-    for (uint32_t k = 0; k < r.live.top; k++) {
-        uint32_t id = kmp_rewrite_live(&r, k);
-        r.now[id] = kmp_graph_node(g, id)->op == KMP_OP_ADD ? rewrite(&r, user, id) : kmp_rewrite_node(&r, id);
+    for (uint32_t k = 0; k < r->live.top; k++) {
+        uint32_t id = kmp_rewrite_live(r, k);
+        bool sum = kmp_graph_node(r->graph, id)->op == KMP_OP_ADD;
+        r->now[id] = sum ? rewrite(r, user, id) : kmp_rewrite_node(r, id);
     }
-    bool ok = kmp_rewrite_finish(&r, sum_price, count, outputs);
-    kmp_rewrite_free(&r);
-    return ok;
+    return kmp_rewrite_finish(r, sum_price, count, outputs);
 }

@@ -3,20 +3,19 @@
  * forms. */
 #pragma once
 
-#include "base/arena.h"
-#include "symbolic/graph.h"
+#include "symbolic/passes/shorten.h"
 #include "symbolic/stack.h"
 
 typedef struct kmp_rewrite {
     kmp_graph *graph;
-    uint32_t count; /* nodes that the graph had at the beginning */
+    uint32_t count; /* nodes that the graph had when the present outputs were given; later ones are not needed */
     uint32_t *uses; /* of each node by needed nodes and outputs; 0: not needed */
-    kmp_ref *now;   /* the rewritten form of each needed node */
+    kmp_ref *now;   /* the rewritten form of each needed node; other entries have no meaning */
+    uint32_t room;  /* length of `now` */
     kmp_stack live; /* the needed nodes, the first one last */
-    kmp_arena room; /* of all arrays */
 } kmp_rewrite;
 
-/** false: no memory. */
+/** One for all passes over the same outputs, one after another. false: no memory. kmp_rewrite_free in any case. */
 bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs);
 void kmp_rewrite_free(kmp_rewrite *r);
 
@@ -33,16 +32,23 @@ static inline kmp_ref kmp_rewritten(const kmp_rewrite *r, kmp_ref x)
 }
 
 /** The node with its operands as they became. */
-kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id);
+static inline kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id)
+{
+    return kmp_graph_rebuild_by(r->graph, r->graph, id, r->now);
+}
 
-/** Replaces the outputs by their rewritten forms when that takes fewer operations, by this price of the sine or cosine
- * of a sum (symbolic/program/cost.h). False: no memory. */
+/** Takes the rewritten forms of the outputs when that takes fewer operations, by this price of the sine or cosine of a
+ * sum (symbolic/program/cost.h): then these are the outputs, and their nodes those that the next pass needs. False: no
+ * memory. */
 bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outputs);
+
+/** Runs a pass by itself. */
+bool kmp_rewrite_alone(kmp_graph *g, kmp_pass_fn *pass, const kmp_parallel *parallel, int count, kmp_ref *outputs);
 
 /** A pass that rewrites sums, the operands of each first; other nodes follow. `user` is passed on to `rewrite`, which
  * returns the form of the sum `id`. */
 typedef kmp_ref kmp_rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id);
-bool kmp_rewrite_sums(kmp_graph *g, kmp_rewrite_sum *rewrite, const void *user, int sum_price, int count,
+bool kmp_rewrite_sums(kmp_rewrite *r, kmp_rewrite_sum *rewrite, const void *user, int sum_price, int count,
                       kmp_ref *outputs);
 
 enum { KMP_MOST_TERMS = 128 };

@@ -1,35 +1,28 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/passes/shorten.h"
+#include "symbolic/passes/rewrite.h"
 
-static bool write_out_sums(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
+static bool write_out_sums(kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {
+    kmp_graph *g = r->graph;
+    uint8_t *live = KMP_NEW(uint8_t, r->count);
+    bool changed = false;
     (void)parallel;
-    return kmp_trig_sums(g, count, outputs);
-}
-
-static bool factor(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
-{
-    (void)parallel;
-    return kmp_factor_sums(g, count, outputs);
-}
-
-static bool share_sums(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
-{
-    (void)parallel;
-    return kmp_share_pairs(g, KMP_OP_ADD, count, outputs);
-}
-
-static bool share_products(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
-{
-    (void)parallel;
-    return kmp_share_pairs(g, KMP_OP_MUL, count, outputs);
+    for (uint32_t k = 0; live && k < r->live.top; k++)
+        live[r->live.id[k]] = 1;
+    bool ok = live && kmp_trig_sums_of(g, r->count, live, count, outputs, &changed);
+    kmp_free(live);
+    if (!ok || !changed)
+        return ok;
+    kmp_rewrite_free(r);
+    return kmp_rewrite_init(r, g, count, outputs);
 }
 
 static const kmp_pass passes[] = {{"addition theorems", write_out_sums},
                                   {"trigonometric", kmp_collapse_trig},
-                                  {"common factors", factor},
-                                  {"common parts of sums", share_sums},
-                                  {"common parts of products", share_products}};
+                                  {"common factors", kmp_factor_sums},
+                                  {"common parts of sums", kmp_share_sums},
+                                  {"common parts of products", kmp_share_products}};
 
 enum { PASSES = sizeof passes / sizeof *passes };
 
@@ -39,10 +32,20 @@ const kmp_pass *kmp_passes(int *count)
     return passes;
 }
 
-bool kmp_shorten(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
+bool kmp_pass_run(const kmp_pass *pass, kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
+{
+    return kmp_rewrite_alone(g, pass->run, parallel, count, outputs);
+}
+
+static bool run_all(kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {
     bool ok = true;
     for (int k = 0; ok && k < PASSES; k++)
-        ok = passes[k].run(g, parallel, count, outputs);
+        ok = passes[k].run(r, parallel, count, outputs);
     return ok;
+}
+
+bool kmp_shorten(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
+{
+    return kmp_rewrite_alone(g, run_all, parallel, count, outputs);
 }

@@ -12,8 +12,11 @@ typedef struct kmp_parallel {
     int count;
 } kmp_parallel;
 
-/** `parallel` may be NULL: no axes are parallel. */
-typedef bool kmp_pass_fn(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs);
+struct kmp_rewrite;
+
+/** A pass over the outputs, whose needed nodes `r` has (symbolic/passes/rewrite.h), and then those of the new outputs.
+ * `parallel` may be NULL: no axes are parallel. */
+typedef bool kmp_pass_fn(struct kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs);
 
 typedef struct kmp_pass {
     const char *name;
@@ -24,11 +27,16 @@ typedef struct kmp_pass {
 const kmp_pass *kmp_passes(int *count);
 
 /** Runs all passes. Values are equal up to rounding. */
-kmp_pass_fn kmp_shorten;
+bool kmp_shorten(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs);
+/** Runs a pass by itself. */
+bool kmp_pass_run(const kmp_pass *pass, kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs);
 
 /** Sin and cos of a sum whose parts are needed anyway become addition theorems (6 operations instead of a call). A sum
  * with a part that is needed nowhere else keeps its own call. */
 bool kmp_trig_sums(kmp_graph *g, int count, kmp_ref *outputs);
+/** kmp_trig_sums of outputs whose needed nodes are marked (not 0) in `live`, of the graph's first `nodes`, which are
+ * all. Of each angle both functions are nodes then. *changed is set if the outputs are others. */
+bool kmp_trig_sums_of(kmp_graph *g, uint32_t nodes, const uint8_t *live, int count, kmp_ref *outputs, bool *changed);
 
 /** Trigonometric simplification of sums of products (Fisette and Samin 1996, section 3.1):
  *
@@ -41,8 +49,8 @@ bool kmp_trig_sums(kmp_graph *g, int count, kmp_ref *outputs);
 kmp_pass_fn kmp_collapse_trig;
 
 /** Factors taken out of sums: a b + a c = a (b + c). Products that other nodes also need are left alone. */
-bool kmp_factor_sums(kmp_graph *g, int count, kmp_ref *outputs);
+kmp_pass_fn kmp_factor_sums;
 
-/** Common parts of sums (op ADD) or products (op MUL), independent of the order in which they were written. With a + b
- * + c and d + a + c, a + c is made once. */
-bool kmp_share_pairs(kmp_graph *g, kmp_op op, int count, kmp_ref *outputs);
+/** Common parts of sums or products, independent of the order in which they were written. With a + b + c and d + a + c,
+ * a + c is made once. */
+kmp_pass_fn kmp_share_sums, kmp_share_products;

@@ -5,6 +5,7 @@
 #include "symbolic/label.h"
 #include "symbolic/passes/shorten.h"
 #include "symbolic/program/live.h"
+#include "symbolic/stack.h"
 
 /* True if sin and cos of r cost nothing or come from calls that are needed anyway. */
 static bool at_hand(const kmp_graph *g, const uint8_t *angle_live, kmp_ref r)
@@ -12,13 +13,19 @@ static bool at_hand(const kmp_graph *g, const uint8_t *angle_live, kmp_ref r)
     return angle_live[kmp_id(r)] || kmp_graph_node(g, kmp_id(r))->op == KMP_OP_CONST;
 }
 
-static void mark_angles(const kmp_graph *g, uint32_t count, const uint8_t *live, uint8_t *angle_live)
+static bool is_trig(const kmp_graph *g, uint32_t id)
 {
-    for (uint32_t id = 0; id < count; id++) {
-        const kmp_node *n = kmp_graph_node(g, id);
-        if (live[id] && (n->op == KMP_OP_SIN || n->op == KMP_OP_COS))
-            angle_live[kmp_id(n->a)] = 1;
-    }
+    return kmp_graph_node(g, id)->op == KMP_OP_SIN || kmp_graph_node(g, id)->op == KMP_OP_COS;
+}
+
+/* The needed sines and cosines, the last one first. false: no memory. */
+static bool list_trig(const kmp_graph *g, uint32_t nodes, const uint8_t *live, kmp_stack *trig)
+{
+    bool ok = true;
+    for (uint32_t id = nodes; ok && (id = kmp_live_before(live, id)) != UINT32_MAX;)
+        if (is_trig(g, id))
+            ok = kmp_push(trig, id);
+    return ok;
 }
 
 typedef struct sincos_of {
@@ -62,13 +69,11 @@ static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uin
 }
 
 /* Makes both functions of each angle; true if one of them is of a sum to be expanded. */
-static bool finds_sums(kmp_graph *g, uint32_t count, const uint8_t *live, const uint8_t *angle_live)
+static bool finds_sums(kmp_graph *g, const kmp_stack *trig, const uint8_t *angle_live)
 {
     bool any = false;
-    for (uint32_t id = 0; id < count && !any; id++) {
-        kmp_node n = *kmp_graph_node(g, id);
-        if (!live[id] || (n.op != KMP_OP_SIN && n.op != KMP_OP_COS))
-            continue;
+    for (uint32_t k = trig->top; k-- > 0 && !any;) {
+        kmp_node n = *kmp_graph_node(g, trig->id[k]);
         const kmp_node *angle = kmp_graph_node(g, kmp_id(n.a));
         any = angle->op == KMP_OP_ADD && at_hand(g, angle_live, angle->a) && at_hand(g, angle_live, angle->b);
         if (!any)
@@ -77,23 +82,46 @@ static bool finds_sums(kmp_graph *g, uint32_t count, const uint8_t *live, const 
     return any;
 }
 
+static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const kmp_stack *trig, kmp_arena *room,
+                      int count, kmp_ref *outputs, bool *changed)
+{
+    uint8_t *angle_live = KMP_ARENA_NEW(room, uint8_t, nodes);
+    for (uint32_t k = 0; angle_live && k < trig->top; k++)
+        angle_live[kmp_id(kmp_graph_node(g, trig->id[k])->a)] = 1;
+    if (!angle_live)
+        return false;
+    if (!finds_sums(g, trig, angle_live))
+        return true;
+    kmp_ref *map = KMP_ARENA_NEW(room, kmp_ref, nodes);
+    if (!map)
+        return false;
+    rebuild(g, nodes, live, angle_live, map);
+    for (int k = 0; k < count; k++)
+        outputs[k] = kmp_mapped(map, outputs[k]);
+    *changed = true;
+    return true;
+}
+
+bool kmp_trig_sums_of(kmp_graph *g, uint32_t nodes, const uint8_t *live, int count, kmp_ref *outputs, bool *changed)
+{
+    kmp_arena room = {0};
+    kmp_stack trig = {0};
+    bool ok = list_trig(g, nodes, live, &trig) &&
+              (trig.top == 0 || write_out(g, nodes, live, &trig, &room, count, outputs, changed));
+    kmp_free(trig.id);
+    kmp_arena_free(&room);
+    return ok && !kmp_graph_failed(g);
+}
+
 bool kmp_trig_sums(kmp_graph *g, int count, kmp_ref *outputs)
 {
     uint32_t nodes = kmp_graph_count(g);
-    kmp_arena room = {0};
-    uint8_t *live = KMP_ARENA_NEW(&room, uint8_t, nodes), *angle_live = KMP_ARENA_NEW(&room, uint8_t, nodes);
-    kmp_ref *map = NULL;
-    bool ok = !room.failed;
+    uint8_t *live = KMP_NEW(uint8_t, nodes);
+    bool changed, ok = live;
     if (ok) {
         kmp_live_mark(g, count, outputs, live, 1);
-        mark_angles(g, nodes, live, angle_live);
-        map = finds_sums(g, nodes, live, angle_live) ? KMP_ARENA_NEW(&room, kmp_ref, nodes) : NULL;
-        ok = !room.failed;
+        ok = kmp_trig_sums_of(g, nodes, live, count, outputs, &changed);
     }
-    if (map)
-        rebuild(g, nodes, live, angle_live, map);
-    for (int k = 0; map && k < count; k++)
-        outputs[k] = kmp_mapped(map, outputs[k]);
-    kmp_arena_free(&room);
-    return ok && !kmp_graph_failed(g);
+    kmp_free(live);
+    return ok;
 }

@@ -11,40 +11,76 @@
 
 enum { PARAMETER_STAGE = 1 }; /* marks are stage + 1 */
 
+/* The nodes of a graph that a program needs, in order. Arrays by node, in which those of others have no meaning. */
+typedef struct needed {
+    const kmp_graph *graph;
+    uint32_t *id, count;
+    uint8_t *mark;    /* stage + 1; 0: not needed */
+    uint32_t *number; /* of the value, + 1 */
+    kmp_arena room;
+} needed;
+
 /* Moves nodes that are constant during steps to stage 0, whatever stages need them. */
-static void hoist_parameters(const kmp_graph *g, uint8_t *mark)
+static void hoist_parameters(needed *n)
 {
     const unsigned still = 1u << KMP_IN_PARAMETER | 1u << KMP_IN_CHART;
-    for (uint32_t id = 0; id < kmp_graph_count(g); id++)
-        if (mark[id] && (kmp_graph_node(g, id)->depends & ~still) == 0)
-            mark[id] = PARAMETER_STAGE;
+    for (uint32_t k = 0; k < n->count; k++)
+        if ((kmp_graph_node(n->graph, n->id[k])->depends & ~still) == 0)
+            n->mark[n->id[k]] = PARAMETER_STAGE;
 }
 
-/* Numbers values: constants, inputs, then instructions stage by stage in id order. number[id] = value + 1. */
-static void number_nodes(const kmp_graph *g, const uint8_t *mark, kmp_program *p, uint32_t *number)
+/* Lists the marked nodes among the first `nodes`. false: no memory. */
+static bool list_needed(needed *n, uint32_t nodes)
 {
-    uint32_t next = 0, nodes = kmp_graph_count(g);
-    for (int leaf = KMP_OP_CONST; leaf <= KMP_OP_INPUT; leaf++)
-        for (uint32_t id = 0; id < nodes; id++) {
-            const kmp_node *n = kmp_graph_node(g, id);
-            if (!mark[id] || n->op != leaf)
-                continue;
-            if (leaf == KMP_OP_CONST)
-                p->constant[p->constant_count++] = kmp_graph_value(g, id);
-            else
-                p->input[p->input_count++] = (kmp_program_input){(kmp_input_kind)n->a, n->b};
-            number[id] = ++next;
-        }
-    int code = 0;
-    for (int s = 0; s < p->stages; s++) {
-        p->code[s] = code;
-        for (uint32_t id = 0; id < nodes; id++)
-            if (mark[id] == s + 1 && kmp_op_arity((kmp_op)kmp_graph_node(g, id)->op) > 0) {
-                number[id] = ++next;
-                code++;
-            }
+    uint32_t count = 0;
+    for (uint32_t id = nodes; (id = kmp_live_before(n->mark, id)) != UINT32_MAX;)
+        count++;
+    n->id = KMP_ARENA_NEW(&n->room, uint32_t, count);
+    n->number = kmp_realloc(NULL, nodes, sizeof *n->number);
+    if (!n->id || !n->number)
+        return false;
+    n->count = count;
+    for (uint32_t id = nodes; (id = kmp_live_before(n->mark, id)) != UINT32_MAX;)
+        n->id[--count] = id;
+    hoist_parameters(n);
+    return true;
+}
+
+static void free_needed(needed *n)
+{
+    kmp_free(n->number);
+    kmp_arena_free(&n->room);
+}
+
+/* Counts constants, inputs, and in code[s + 1] the instructions of stage s. */
+static void count_needed(const needed *n, int *constants, int *inputs, int *code)
+{
+    for (uint32_t k = 0; k < n->count; k++) {
+        const kmp_node *node = kmp_graph_node(n->graph, n->id[k]);
+        if (kmp_op_arity((kmp_op)node->op) > 0)
+            code[n->mark[n->id[k]]]++;
+        else
+            ++*(node->op == KMP_OP_CONST ? constants : inputs);
     }
-    p->code[p->stages] = code;
+}
+
+/* Numbers values: constants, inputs, then instructions stage by stage in the order of the graph. `code`: of stages. */
+static void number_nodes(const needed *n, int constants, int inputs, const int *code, int *next, kmp_program *p)
+{
+    memcpy(next, code, (size_t)p->stages * sizeof *next);
+    for (uint32_t k = 0; k < n->count; k++) {
+        uint32_t id = n->id[k];
+        const kmp_node *node = kmp_graph_node(n->graph, id);
+        if (kmp_op_arity((kmp_op)node->op) > 0) {
+            n->number[id] = (uint32_t)(constants + inputs + ++next[n->mark[id] - 1]);
+        } else if (node->op == KMP_OP_CONST) {
+            p->constant[p->constant_count++] = kmp_graph_value(n->graph, id);
+            n->number[id] = (uint32_t)p->constant_count;
+        } else {
+            p->input[p->input_count++] = (kmp_program_input){(kmp_input_kind)node->a, node->b};
+            n->number[id] = (uint32_t)(constants + p->input_count);
+        }
+    }
 }
 
 static uint32_t operand(const uint32_t *number, kmp_ref r)
@@ -52,15 +88,16 @@ static uint32_t operand(const uint32_t *number, kmp_ref r)
     return (number[kmp_id(r)] - 1) << 1 | (r & 1);
 }
 
-static void write_code(const kmp_graph *g, const uint8_t *mark, const uint32_t *number, kmp_program *p)
+static void write_code(const needed *of, kmp_program *p)
 {
+    const uint32_t *number = of->number;
     int leaves = p->constant_count + p->input_count;
-    for (uint32_t id = 0; id < kmp_graph_count(g); id++) {
-        const kmp_node *n = kmp_graph_node(g, id);
+    for (uint32_t k = 0; k < of->count; k++) {
+        const kmp_node *n = kmp_graph_node(of->graph, of->id[k]);
         int arity = kmp_op_arity((kmp_op)n->op);
-        if (!mark[id] || arity == 0)
+        if (arity == 0)
             continue;
-        kmp_instruction *in = &p->instruction[(int)number[id] - 1 - leaves];
+        kmp_instruction *in = &p->instruction[(int)number[of->id[k]] - 1 - leaves];
         *in = (kmp_instruction){.op = n->op, .a = operand(number, n->a)};
         if (kmp_op_form_of((kmp_op)n->op) == KMP_FORM_APPLIED) {
             in->b = n->b;
@@ -122,63 +159,84 @@ static bool take_tables(const kmp_graph *g, kmp_program *p)
     return true;
 }
 
-static bool take_labels(const kmp_graph *g, const uint8_t *mark, const uint32_t *number, kmp_program *p)
+static bool take_labels(const needed *n, kmp_program *p)
 {
     int leaves = p->constant_count + p->input_count;
-    if (!kmp_graph_has_labels(g))
+    if (!kmp_graph_has_labels(n->graph))
         return true;
     p->label = KMP_ARENA_NEW(&p->arena, kmp_label, p->code[p->stages]);
-    for (uint32_t id = 0; p->label && id < kmp_graph_count(g); id++) {
-        const kmp_label *label = mark[id] ? kmp_graph_label_of(g, id) : NULL;
+    for (uint32_t k = 0; p->label && k < n->count; k++) {
+        const kmp_label *label = kmp_graph_label_of(n->graph, n->id[k]);
         if (label)
-            p->label[(int)number[id] - 1 - leaves] = *label;
+            p->label[(int)n->number[n->id[k]] - 1 - leaves] = *label;
     }
     return p->label;
 }
 
-/* Fills in all but the stages and the outputs. False: no memory. */
-static bool schedule(kmp_graph *g, kmp_program *p, int groups, const int *count, const kmp_ref *outputs)
+/* The program of `groups` stages after that of parameters. NULL: no memory. */
+static kmp_program *schedule(kmp_graph *g, needed *n, int groups, const int *count, const kmp_ref *outputs)
 {
-    uint8_t *mark = KMP_GRAPH_NEW(g, uint8_t, p->graph_nodes);
-    uint32_t *number = KMP_GRAPH_NEW(g, uint32_t, p->graph_nodes);
-    if (!mark || !number)
-        return false;
-    const kmp_ref *o = outputs;
-    for (int k = 0; k < groups; o += count[k], k++)
-        kmp_live_mark(g, count[k], o, mark, (uint8_t)(PARAMETER_STAGE + 1 + k));
-    hoist_parameters(g, mark);
-    number_nodes(g, mark, p, number);
-    write_code(g, mark, number, p);
+    int constants = 0, inputs = 0, total = 0, stages = groups + 1;
+    int *code = KMP_ARENA_NEW(&n->room, int, stages + 1), *next = KMP_ARENA_NEW(&n->room, int, stages);
+    if (!code || !next)
+        return NULL;
+    count_needed(n, &constants, &inputs, code);
+    for (int s = 0; s < stages; s++)
+        code[s + 1] += code[s];
+    for (int k = 0; k < groups; k++)
+        total += count[k];
+    kmp_program *p =
+        kmp_program_with_room((size_t)stages, (size_t)code[stages], (size_t)total, (size_t)constants, (size_t)inputs);
+    if (!p)
+        return NULL;
+    p->stages = stages;
+    p->graph_nodes = kmp_graph_count(g);
+    memcpy(p->code, code, ((size_t)stages + 1) * sizeof *code);
+    number_nodes(n, constants, inputs, code, next, p);
+    write_code(n, p);
     for (int k = 0; k < groups; k++)
         p->outputs[k + 2] = p->outputs[k + 1] + count[k];
-    for (int k = 0; k < p->outputs[p->stages]; k++)
-        p->output[k] = operand(number, outputs[k]);
-    return take_tables(g, p) && take_blocks(g, p) && take_labels(g, mark, number, p);
+    for (int k = 0; k < total; k++)
+        p->output[k] = operand(n->number, outputs[k]);
+    if (take_tables(g, p) && take_blocks(g, p) && take_labels(n, p))
+        return p;
+    kmp_program_free(p);
+    return NULL;
+}
+
+/* Marks the nodes that each group of outputs needs, in an array of the arena. NULL: no memory. */
+static uint8_t *mark_groups(const kmp_graph *g, kmp_arena *room, int groups, const int *count, const kmp_ref *outputs)
+{
+    uint8_t *mark = KMP_ARENA_NEW(room, uint8_t, kmp_graph_count(g));
+    for (int k = 0; mark && k < groups; outputs += count[k], k++)
+        kmp_live_mark(g, count[k], outputs, mark, (uint8_t)(PARAMETER_STAGE + 1 + k));
+    return mark;
 }
 
 kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs)
 {
     int total = 0;
+    needed n = {.graph = g};
+    kmp_program *p = NULL;
     for (int k = 0; k < groups; k++)
         total += count[k];
-    kmp_ref *all = KMP_GRAPH_NEW(g, kmp_ref, total);
-    if (!all)
-        return NULL;
-    for (int k = 0, i = 0; k < groups; i += count[k], k++)
+    kmp_ref *all = KMP_ARENA_NEW(&n.room, kmp_ref, total);
+    for (int k = 0, i = 0; all && k < groups; i += count[k], k++)
         if (count[k])
             memcpy(all + i, outputs[k], (size_t)count[k] * sizeof *all);
-    if (!kmp_trig_sums(g, total, all))
-        return NULL;
     uint32_t nodes = kmp_graph_count(g);
-    kmp_program *p = kmp_program_with_room((size_t)groups + 1, nodes, (size_t)total, nodes, nodes);
-    if (!p)
-        return NULL;
-    p->stages = groups + 1;
-    p->graph_nodes = nodes;
-    if (schedule(g, p, groups, count, all))
-        return p;
-    kmp_program_free(p);
-    return NULL;
+    bool changed = false;
+    n.mark = all ? mark_groups(g, &n.room, groups, count, all) : NULL;
+    bool ok = n.mark && kmp_trig_sums_of(g, nodes, n.mark, total, all, &changed);
+    if (ok && changed) {
+        nodes = kmp_graph_count(g);
+        n.mark = mark_groups(g, &n.room, groups, count, all);
+        ok = n.mark;
+    }
+    if (ok && list_needed(&n, nodes))
+        p = schedule(g, &n, groups, count, all);
+    free_needed(&n);
+    return p;
 }
 
 void kmp_program_free(kmp_program *p)
