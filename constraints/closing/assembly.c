@@ -130,24 +130,42 @@ static bool is_doubtful(const kempe_assembly *a)
     return a->residual * s->length <= KMP_ROUNDING_WIDEST * s->closure_tolerance;
 }
 
-/* Tries an assembly with a given rank, kept in *found if its open rows stay within the tolerance. */
-static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *guess, int rank, kempe_assembly **found)
+/* Assembles with a given rank, and tries whether its open rows stay within the tolerance. *as: the assembly; NULL:
+ * there is none, or it is the strict one. */
+static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *guess, int rank, kmp_rounding_trial *trial,
+                             kempe_assembly **as)
 {
     const kempe_system *s = strict->system;
-    kmp_guess as = {guess->q, guess->hold, guess->pushes, false, rank};
-    kmp_rounding_trial trial = {.rank = rank, .tolerance = s->closure_tolerance / s->length};
+    kmp_guess given = {guess->q, guess->hold, guess->pushes, false, rank};
     kempe_assembly *a = NULL;
-    kempe_status status = kmp_assemble_from(s, &as, &a);
+    *as = NULL;
+    *trial = (kmp_rounding_trial){.rank = rank, .tolerance = s->closure_tolerance / s->length};
+    kempe_status status = kmp_assemble_from(s, &given, &a);
     if (status != KEMPE_OK || !a)
         return status;
     bool same = strict->closed && rank == count_pivots(strict, KMP_RANK) && a->misfit <= KMP_CLOSED_ENOUGH;
-    trial.dropped = a->dropped;
-    if (a->closed && !same && !kmp_rounding_try(&trial, s, a->inner_q ? a->inner_q : a->q, a->chart))
+    trial->dropped = a->dropped;
+    if (a->closed && !same && !kmp_rounding_try(trial, s, a->inner_q ? a->inner_q : a->q, a->chart))
         status = kmp_fail_memory(s->context);
-    if (status == KEMPE_OK && trial.holds) {
-        kmp_rounding_keep(s, &trial);
-        *found = a;
-        return KEMPE_OK;
+    if (status == KEMPE_OK && a->closed && !same)
+        *as = a;
+    else
+        kempe_assembly_free(a);
+    return status;
+}
+
+/* Tries the largest rank above `least`, up to `most`, that is not that of the strict assembly. If its other rows open,
+ * no smaller rank can hold: its configurations are among those of smaller ranks, whose other rows include its own. */
+static kempe_status try_largest(const kempe_assembly *strict, const kmp_guess *guess, int least, int most,
+                                bool *refuted)
+{
+    kempe_status status = KEMPE_OK;
+    kempe_assembly *a = NULL;
+    kmp_rounding_trial trial;
+    *refuted = false;
+    for (int rank = most; status == KEMPE_OK && !a && rank > least; rank--) {
+        status = try_rank(strict, guess, rank, &trial, &a);
+        *refuted = a && trial.refuted;
     }
     kempe_assembly_free(a);
     return status;
@@ -158,13 +176,22 @@ static kempe_status try_rank(const kempe_assembly *strict, const kmp_guess *gues
 static kempe_status look_for_rounding(const kempe_system *s, const kmp_guess *guess, kempe_assembly **a)
 {
     kempe_assembly *found = NULL;
-    kempe_status status = KEMPE_OK;
     if (!is_doubtful(*a))
         return KEMPE_OK;
-    int most = count_pivots(*a, KMP_ROUNDING_NOTHING);
-    for (int rank = count_pivots(*a, KMP_ROUNDING_WEAK); !found && status == KEMPE_OK && rank <= most; rank++)
-        if (rank < s->m)
-            status = try_rank(*a, guess, rank, &found);
+    int least = count_pivots(*a, KMP_ROUNDING_WEAK), most = count_pivots(*a, KMP_ROUNDING_NOTHING);
+    bool refuted;
+    most = most < s->m ? most : s->m - 1;
+    kempe_status status = try_largest(*a, guess, least, most, &refuted);
+    for (int rank = least; !found && !refuted && status == KEMPE_OK && rank <= most; rank++) {
+        kmp_rounding_trial trial;
+        status = try_rank(*a, guess, rank, &trial, &found);
+        if (found && trial.holds)
+            kmp_rounding_keep(s, &trial);
+        if (found && !trial.holds) {
+            kempe_assembly_free(found);
+            found = NULL;
+        }
+    }
     if (!found || status != KEMPE_OK)
         return status;
     kempe_assembly_free(*a);

@@ -144,6 +144,8 @@ static void judge(kmp_rounding_trial *t, const kmp_walk *walk, const kmp_waypoin
         t->most = holds ? fmax(t->most, place[k].open) : t->most;
         weak = holds ? fmax(weak, place[k].weak) : weak;
     }
+    t->refuted =
+        t->here <= t->tolerance && closed == 0 && PLACES - count < KMP_ROUNDING_MOST_OF * (far + PLACES - count);
     t->holds = t->here <= t->tolerance &&
                ((far >= LEAST_FAR && closed >= KMP_ROUNDING_MOST_OF * far) || walk->n == walk->rank);
     t->zero = sqrt(fmax(fmax(weak, t->most), KMP_RANK) * place[0].strong);
