@@ -224,6 +224,52 @@ static void dropped_rows_stay_open_within_the_tolerance(void)
     }
 }
 
+/* A trial of a rank from the start; true if the loops close with it. */
+static bool try_rank(const loaded *l, int rank, kmp_rounding_trial *t)
+{
+    const kempe_system *s = l->system;
+    double q[128];
+    for (int k = 0; k < s->n; k++)
+        q[k] = s->model->start.q[k].value;
+    kmp_guess guess = {q, s->model->start.hold, 0, false, rank};
+    kempe_assembly *a = NULL;
+    CHECK(kmp_assemble_from(s, &guess, &a) == KEMPE_OK);
+    *t = (kmp_rounding_trial){.rank = rank, .tolerance = s->closure_tolerance / s->length};
+    bool closed = a && a->closed;
+    if (closed) {
+        t->dropped = a->dropped;
+        CHECK(kmp_rounding_try(t, s, a->inner_q ? a->inner_q : a->q, a->chart));
+    }
+    kempe_assembly_free(a);
+    return closed;
+}
+
+/* Rows that open everywhere with a rank open with each smaller one, real pivots and rounded ones alike. */
+static void a_refuted_rank_leaves_no_smaller_one(void)
+{
+    static const char *const paths[] = {
+        "tests/models/rounded_lamp.yaml",   "tests/models/rounded_bennett.yaml", "tests/models/rounded_four_bar.yaml",
+        "tests/models/rounded_sarrus.yaml", "tests/models/two_arms.yaml",        "examples/suspension/suspension.yaml",
+        "examples/tram/tram.yaml"};
+    int held = 0, refuted = 0;
+    for (size_t k = 0; k < sizeof paths / sizeof *paths; k++) {
+        loaded l = draw(paths[k], NAN);
+        kempe_system_free(l.system);
+        CHECK(kmp_system_new_by(l.model, NULL, &l.system) == KEMPE_OK);
+        kmp_rounding_trial t;
+        bool holds = false; /* a smaller rank does */
+        for (int rank = 1; rank < l.system->m; rank++)
+            if (try_rank(&l, rank, &t)) {
+                CHECK(!(holds && t.refuted) && !(t.holds && t.refuted));
+                holds = holds || t.holds;
+                held += t.holds;
+                refuted += t.refuted;
+            }
+        unload(&l);
+    }
+    CHECK(held > 0 && refuted > 0);
+}
+
 /* A planar loop whose points are not quite at one height. */
 static void rows_that_nothing_moves_have_the_tolerance_too(void)
 {
@@ -261,6 +307,7 @@ int main(void)
     TEST(a_real_closure_of_small_effect_is_no_rounding);
     TEST(what_cannot_move_is_not_stepped);
     TEST(dropped_rows_stay_open_within_the_tolerance);
+    TEST(a_refuted_rank_leaves_no_smaller_one);
     TEST(rows_that_nothing_moves_have_the_tolerance_too);
     return check_report();
 }
