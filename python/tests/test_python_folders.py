@@ -11,7 +11,7 @@ COUNT, CHUNK = 40, 16
 
 def bars(seed=1):
     four_bar = kempe.Model(ROOT / "examples/four_bar/four_bar.yaml")
-    return four_bar.ensemble(four_bar.sample({"crank": (0.29, 0.31), "qd.crank": (15, 25)}, COUNT, seed=seed))
+    return four_bar.ensemble(four_bar.sample({"crank": (0.29, 0.31), "base": (0.88, 0.92)}, COUNT, seed=seed))
 
 
 def test_rows_of_a_batch(tmp_path):

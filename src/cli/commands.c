@@ -435,7 +435,7 @@ const cli_command cli_commands[] = {
     {CLI_ENSEMBLE, "ensemble", "simulate many instances with different parameters, in parallel vector lanes",
      "  kempe ensemble examples/four_bar/four_bar.yaml --values bars.csv -o ends.csv\n"
      "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 --instances 10000\n"
-     "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=IT7,coupler=IT7 --instances 1000000 --out "
+     "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=IT7,coupler=IT7 --instances 2000 --out "
      "bars.kempe\n",
      .usage = "FILE --values CSV | --sample RANGES [options]", .lacks = ensemble_lacks, .model_alone = true,
      .run = run_ensemble},
