@@ -126,6 +126,7 @@ SOME(kempe_code, kempe_code_new, some_kempe_model(0), NULL)
 SOME(kempe_values, kempe_values_sample, some_kempe_model(0), &two_cranks)
 ZERO(kempe_run_options)
 ZERO(kempe_sample_options)
+ZERO(kempe_folder_options)
 ZERO(kempe_compare_options)
 ZERO(kempe_generate_options)
 ZERO(kempe_kinematics_options)
@@ -152,6 +153,20 @@ ZERO(kempe_shape_def)
 
 SOME(kempe_ensemble, kempe_ensemble_new, some_kempe_model(0), some_kempe_values(0))
 SOME(kempe_batch, kempe_ensemble_run, some_kempe_ensemble(0), &short_run, 0)
+
+/* A result folder whose files have gone since it was opened. */
+static kempe_folder *some_kempe_folder(int open)
+{
+    static kempe_folder *folder;
+    char path[] = "/tmp/kempe-arguments-XXXXXX", command[64];
+    (void)open;
+    if (folder)
+        return folder;
+    made(mkdtemp(path), "a folder for results");
+    (void)kempe_ensemble_run_folder(some_kempe_ensemble(0), &short_run, 0, path, NULL, &folder);
+    (void)snprintf(command, sizeof command, "rm -rf %s", path);
+    return made(system(command) == 0 ? folder : NULL, "kempe_folder") ? folder : NULL;
+}
 
 static const kempe_contact_options shift = {.sweep = "shift=0:1 mm:2"};
 SOME(manchester_model, kempe_model_read, some_kempe_context(0), KEMPE_ROOT "/examples/manchester/manchester.yaml")

@@ -45,14 +45,15 @@ typedef struct kempe_sample_options {
     int seed;                 /* 0: 1; unused by sobol and grid */
 } kempe_sample_options;
 
-/** Draws rows; row k depends on the options and k alone. KEMPE_E_ARGUMENT: an option is wrong. */
+/** Rows of samples, drawn when they are needed: a table of any length takes no memory. Row k depends on the options and
+ * k alone. The model must outlive the table. KEMPE_E_ARGUMENT: an option is wrong. */
 KEMPE_API kempe_status kempe_values_sample(const kempe_model *model, const kempe_sample_options *options,
                                            kempe_values **values);
 KEMPE_API void kempe_values_free(kempe_values *values);
 KEMPE_API int kempe_values_count(const kempe_values *values);
 KEMPE_API int kempe_values_column_count(const kempe_values *values);
 KEMPE_API const char *kempe_values_name(const kempe_values *values, int column);
-/** The k-th row, column_count values, owned by the table. */
+/** The k-th row, column_count values, owned by the table. A row of samples stays until the next call. */
 KEMPE_API const double *kempe_values_row(const kempe_values *values, int k);
 
 typedef struct kempe_ensemble kempe_ensemble;
@@ -74,6 +75,10 @@ typedef struct kempe_batch kempe_batch;
  * warning is logged if one has not converged. */
 KEMPE_API kempe_status kempe_ensemble_run(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
                                           kempe_batch **batch);
+
+/** Runs `count` instances from number `first` (from 0) on. Their results are those that a run of all has. */
+KEMPE_API kempe_status kempe_ensemble_run_range(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
+                                                int first, int count, kempe_batch **batch);
 KEMPE_API void kempe_batch_free(kempe_batch *batch);
 
 /** The number of instances; the status of the k-th, "ok", "stopped" or "failed", and its reason as a sentence ("" when
@@ -99,6 +104,47 @@ KEMPE_API kempe_status kempe_batch_table(const kempe_batch *batch, const char *n
 /** Writes a self-contained HTML page: columns of "instances" over the first varied value. KEMPE_E_IO: the path
  * cannot be written, or an error of kempe_report_check (compare.h). */
 KEMPE_API kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path);
+
+/* -- result folders --------------------------------------------------------------------------------- */
+
+/* An ensemble of any size runs into a folder, chunk after chunk, with the memory of one chunk. The folder has a file
+ * for each chunk, part-000000.parquet .., with the rows of the table "instances" in SI, and manifest.json, with the
+ * options of the run and hashes of the model, the equations and the values. A part has its name only when it is whole
+ * and on the disk: whatever ends the process, whole parts stay. The bytes of the parts depend neither on threads nor on
+ * the processes that make them. */
+
+typedef struct kempe_folder kempe_folder;
+
+typedef struct kempe_folder_options {
+    size_t size; /* sizeof(kempe_folder_options) */
+    int chunk;   /* instances of a part; 0: that of the folder, or 256 to 4096 such that there are 64 parts or more */
+    int resume;  /* 1: the folder may have parts of this run already; those that are missing are run */
+    /* Several processes, also on several hosts, run parts I, I + N, .. each: "I/N" with 1 <= I <= N. "auto" takes I and
+     * N from Slurm, Open MPI or PMI; the jobs of GNU parallel take the next free parts. NULL: all parts that no other
+     * process has taken. */
+    const char *shard;
+} kempe_folder_options;
+
+/** Runs the instances of an ensemble into a folder, which is made where it is missing. Processes with `resume` or a
+ * `shard` share one folder. An interrupt returns KEMPE_STOPPED, the folder has all whole parts. KEMPE_E_INPUT: the
+ * folder has results without `resume` or `shard`, or results of another model, of other values, options, or another
+ * version; the message says which. KEMPE_E_IO: a part cannot be written (a full disk); those before it stay.
+ * KEMPE_E_FAILED: no instance reached its end; the folder is given. */
+KEMPE_API kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
+                                                 const char *path, const kempe_folder_options *options,
+                                                 kempe_folder **folder);
+
+/** Opens a folder that has results. KEMPE_E_INPUT: it has no manifest, or a damaged one. */
+KEMPE_API kempe_status kempe_folder_open(kempe_context *context, const char *path, kempe_folder **folder);
+KEMPE_API void kempe_folder_free(kempe_folder *folder);
+
+/** The number of instances; of parts; of parts that were whole when the folder was opened, or when its run ended. */
+KEMPE_API int kempe_folder_instance_count(const kempe_folder *folder);
+KEMPE_API int kempe_folder_part_count(const kempe_folder *folder);
+KEMPE_API int kempe_folder_whole_count(const kempe_folder *folder);
+
+/** Prints the state of the folder, and work and accuracy of the run that gave it. */
+KEMPE_API kempe_status kempe_folder_print(const kempe_folder *folder, kempe_format format, char **text);
 
 KEMPE_END
 #endif

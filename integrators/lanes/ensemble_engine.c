@@ -100,7 +100,8 @@ void kmp_engine_end(kmp_engine *e)
 void kmp_engine_count(kmp_engine *e)
 {
     long done = atomic_fetch_add_explicit(&e->all->done, 1, memory_order_relaxed) + 1;
-    kmp_progress(e->context, KMP_PROGRESS_STUDY, (double)done, (double)e->all->total, "instances");
+    if (e->all->total > 0)
+        kmp_progress(e->context, KMP_PROGRESS_STUDY, (double)done, (double)e->all->total, "instances");
 }
 
 /* -- a chunk ----------------------------------------------------------------------------------------- */

@@ -221,7 +221,7 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
                     .qd = qd,
                     .caller = pthread_self(),
                     .least = least_of(execution),
-                    .done = {.total = instances}};
+                    .done = {.done = execution->before, .total = execution->total != 0 ? execution->total : instances}};
     kmp_context_quiet(context, true);
     kempe_status status = run_all(&r);
     kmp_context_quiet(context, false);

@@ -21,6 +21,8 @@ typedef struct kmp_ensemble_execution {
     int pools;   /* choices of coordinates that stay while no instance waits for them: 0 KMP_POOLS_KEPT */
     bool plain;  /* no machine code in lanes */
     bool alone;  /* no lanes: a separate run for each instance */
+    long before; /* of progress: instances of a longer run that are done, */
+    long total;  /* and all of it; 0: this run is the whole, -1: no progress */
 } kmp_ensemble_execution;
 
 typedef struct kmp_ensemble_result {

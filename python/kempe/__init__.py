@@ -21,7 +21,7 @@ from .builder import Builder
 from .check import Assembly, Branches, Check
 from .compare import Comparison
 from .contacts import Contacts
-from .ensemble import Batch, Ensemble, Values
+from .ensemble import Batch, Ensemble, Folder, Values
 from .equilibrium import Equilibrium
 from .errors import (
     ArgumentError,
@@ -74,6 +74,7 @@ __all__ = [
     "Error",
     "FailedError",
     "FileError",
+    "Folder",
     "FrozenTable",
     "Gradient",
     "InputError",

@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._native import lib
 from .arrays import Array, view
-from .context import Fixed, Owned, string
+from .context import Context, Fixed, Owned, string
 from .lazy import np
 from .options import options as struct_of
-from .result import Reported, TableOf
+from .result import Reported, Result, TableOf
 
 if TYPE_CHECKING:
     from typing import Unpack
@@ -52,7 +53,7 @@ class Values(Fixed):
         """One row, in SI."""
         if not -len(self) <= k < len(self):
             raise IndexError(f"there are {len(self)} rows")
-        return view(lib.kempe_values_row(self._pointer, k % len(self)), (len(self.names),), self._pointer)
+        return np.array(view(lib.kempe_values_row(self._pointer, k % len(self)), (len(self.names),), None))
 
 
 class Batch(Reported):
@@ -92,6 +93,35 @@ class Batch(Reported):
         return np.array([view(get(self._pointer, k), (n,), None) for k in range(len(self))]).reshape(len(self), n)  # type: ignore[operator]
 
 
+class Folder(Result):
+    """A folder of results, part by part. str() is its state."""
+
+    _noun = "folder"
+    _kept = ("parts", "whole")
+
+    @staticmethod
+    def open(path: str | os.PathLike[str]) -> Folder:
+        """A folder that has results: of `Ensemble.run_folder`, or of the command's `--out`."""
+        context = Context()
+        return context.make(Folder, lib.kempe_folder_open, context.pointer, os.fsencode(path), long=False)
+
+    def __len__(self) -> int:
+        return int(lib.kempe_folder_instance_count(self._pointer))
+
+    @property
+    def parts(self) -> int:
+        """Number of parts."""
+        return int(lib.kempe_folder_part_count(self._pointer))
+
+    @property
+    def whole(self) -> int:
+        """Number of parts that were there when the folder was opened, or when its run ended."""
+        return int(lib.kempe_folder_whole_count(self._pointer))
+
+    def __repr__(self) -> str:
+        return f"<Folder: {self.whole} of {self.parts} parts>"
+
+
 class Ensemble(Owned):
     """The equations of a model with the columns of a table of values kept symbolic."""
 
@@ -112,4 +142,56 @@ class Ensemble(Owned):
                 Batch, lib.guarded_kempe_ensemble_run, self._pointer, given, lanes, owners=(self._pointer,)
             )
         del keep
+        return made
+
+    def run_range(self, first: int, count: int, lanes: int = 0, **options: Unpack[RunOptions]) -> Batch:
+        """Runs `count` instances from number `first` (from 0) on: their results are those that a run of all has."""
+        given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
+        with self._context.reporting(options.get("progress")):
+            made = self._context.make(
+                Batch,
+                lib.guarded_kempe_ensemble_run_range,
+                self._pointer,
+                given,
+                lanes,
+                first,
+                count,
+                owners=(self._pointer,),
+            )
+        del keep
+        return made
+
+    def run_folder(
+        self,
+        path: str | os.PathLike[str],
+        lanes: int = 0,
+        chunk: int = 0,
+        resume: bool = False,
+        shard: str | None = None,
+        **options: Unpack[RunOptions],
+    ) -> Folder:
+        """Runs the instances into a folder, part by part, with the memory of one part. `resume`: runs those that are missing.
+        `shard`: "I/N", parts I, I + N, .., or "auto". Processes with one of both share a folder.
+
+        >>> import tempfile
+        >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]})
+        >>> with tempfile.TemporaryDirectory() as place:
+        ...     folder = ensemble.run_folder(place + "/bars.kempe", chunk=2, t_end=0.5)
+        ...     len(folder), folder.parts, folder.whole
+        (3, 2, 2)
+        """
+        given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
+        where, more = struct_of("kempe_folder_options", {"chunk": chunk, "resume": resume, "shard": shard})
+        with self._context.reporting(options.get("progress")):
+            made = self._context.make(
+                Folder,
+                lib.guarded_kempe_ensemble_run_folder,
+                self._pointer,
+                given,
+                lanes,
+                os.fsencode(path),
+                where,
+                owners=(self._pointer,),
+            )
+        del keep, more
         return made

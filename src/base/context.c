@@ -169,6 +169,13 @@ kmp_shown kmp_shown_as(const kempe_context *context, const char *unit)
     return (kmp_shown){unit, 1};
 }
 
+bool kmp_context_use_degrees(kempe_context *context, bool degrees)
+{
+    bool before = context->degrees;
+    context->degrees = degrees;
+    return before;
+}
+
 const char *kempe_context_message(const kempe_context *context)
 {
     KMP_GIVEN(context, "");

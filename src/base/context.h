@@ -118,6 +118,9 @@ typedef struct kmp_shown {
 } kmp_shown;
 kmp_shown kmp_shown_as(const kempe_context *context, const char *unit);
 
+/** Chooses degrees or radians; returns the choice before. */
+bool kmp_context_use_degrees(kempe_context *context, bool degrees);
+
 /** Tells the caller's function, if one is set and its interval has passed, that `done` of `total` is done.
  * KMP_PROGRESS_RUN: the time of a run, which may be a part of a study that counts as KMP_PROGRESS_STUDY. */
 enum { KMP_PROGRESS_RUN, KMP_PROGRESS_STUDY, KMP_PROGRESS_KINDS };

@@ -55,8 +55,8 @@ kempe_status kmp_file_read(kempe_context *context, const char *path, char **text
     return status;
 }
 
-/* Writes `left` bytes and closes; 0 or an errno. */
-static int write_and_close(int fd, const char *text, size_t left)
+/* Writes `left` bytes, to the disk where they are to last, and closes; 0 or an errno. */
+static int write_and_close(int fd, const char *text, size_t left, bool lasting)
 {
     while (left > 0) {
         ssize_t n = write(fd, text, left);
@@ -70,13 +70,15 @@ static int write_and_close(int fd, const char *text, size_t left)
         text += n;
         left -= (size_t)n;
     }
-    return close(fd) == 0 ? 0 : errno;
+    int error = lasting && fsync(fd) != 0 && errno != EINVAL ? errno : 0;
+    int closed = close(fd) == 0 ? 0 : errno;
+    return error ? error : closed;
 }
 
 static int write_in_place(const char *path, const char *text, size_t length)
 {
     int fd = open(path, O_WRONLY | O_CLOEXEC);
-    return fd < 0 ? errno : write_and_close(fd, text, length);
+    return fd < 0 ? errno : write_and_close(fd, text, length, false);
 }
 
 /* A new file in the folder of `path`, with its name in `temporary`; -1 and errno when there is none. */
@@ -97,25 +99,70 @@ static int open_temporary(const char *path, kmp_text *temporary)
     return -1;
 }
 
-/* `old`: the existing file, or NULL. */
-static int write_by_rename(const char *path, const struct stat *old, const char *text, size_t length)
+/* Makes the names in the folder of `path` last through a loss of power. Some file systems cannot; they lose nothing
+ * that the file itself has. */
+static void keep_folder(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    kmp_text folder = {0};
+    kmp_text_append(&folder, slash ? path : ".", slash ? (size_t)(slash - path) + 1 : 1);
+    int fd = folder.failed ? -1 : open(folder.s, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd >= 0) {
+        (void)fsync(fd);
+        close(fd);
+    }
+    kmp_text_free(&folder);
+}
+
+/* How a whole file gets its name. */
+typedef struct placing {
+    const struct stat *old; /* the existing file; NULL: none */
+    bool lasting;           /* through a loss of power */
+    bool exclusive;         /* EEXIST if there is one already */
+} placing;
+
+/* A file system without links has renaming alone, which replaces what another process has made in between. */
+static int give_name(const char *temporary, const char *path, bool exclusive)
+{
+    if (!exclusive)
+        return rename(temporary, path) == 0 ? 0 : errno;
+    int error = link(temporary, path) == 0 ? 0 : errno;
+    if (error == EPERM || error == ENOTSUP || error == ENOSYS || error == EMLINK)
+        return access(path, F_OK) == 0 ? EEXIST : give_name(temporary, path, false);
+    unlink(temporary);
+    return error;
+}
+
+/* Writes a temporary file that then gets its name. */
+static int write_by_name(const char *path, const placing *place, const char *text, size_t length)
 {
     kmp_text temporary = {0};
     int fd = open_temporary(path, &temporary);
     int error = fd < 0 ? errno : 0;
     if (!error) {
-        if (old && fchmod(fd, old->st_mode & 07777) != 0)
+        if (place->old && fchmod(fd, place->old->st_mode & 07777) != 0)
             error = errno;
-        int written = write_and_close(fd, text, length);
+        int written = write_and_close(fd, text, length, place->lasting);
         if (!error)
             error = written;
-        if (!error && rename(temporary.s, path) != 0)
-            error = errno;
+        if (!error)
+            error = give_name(temporary.s, path, place->exclusive);
         if (error)
             unlink(temporary.s);
+        else if (place->lasting)
+            keep_folder(path);
     }
     kmp_text_free(&temporary);
     return error;
+}
+
+static kempe_status report_written(kempe_context *context, const char *path, int error)
+{
+    if (error == ENOMEM)
+        return kmp_fail_memory(context);
+    if (error)
+        return kmp_fail(context, KEMPE_E_IO, "cannot write '%s': %s", path, strerror(error));
+    return KEMPE_OK;
 }
 
 static kempe_status write_bytes(kempe_context *context, const char *path, const char *text, size_t length)
@@ -132,12 +179,8 @@ static kempe_status write_bytes(kempe_context *context, const char *path, const 
     else if (exists && !S_ISREG(old.st_mode))
         error = write_in_place(path, text, length);
     else
-        error = write_by_rename(real ? real : path, exists ? &old : NULL, text, length);
-    if (error == ENOMEM)
-        return kmp_fail_memory(context);
-    if (error)
-        return kmp_fail(context, KEMPE_E_IO, "cannot write '%s': %s", path, strerror(error));
-    return KEMPE_OK;
+        error = write_by_name(real ? real : path, &(placing){.old = exists ? &old : NULL}, text, length);
+    return report_written(context, path, error);
 }
 
 kempe_status kempe_write_file(kempe_context *context, const char *path, const char *text)
@@ -160,6 +203,20 @@ kempe_status kmp_file_write(kempe_context *context, const char *path, kmp_text *
         text->failed ? kmp_fail_memory(context) : write_bytes(context, path, text->s ? text->s : "", text->length);
     kmp_text_free(text);
     return status;
+}
+
+kempe_status kmp_file_write_lasting(kempe_context *context, const char *path, kmp_text *text)
+{
+    int error = text->failed ? ENOMEM : write_by_name(path, &(placing){.lasting = true}, text->s, text->length);
+    kmp_text_free(text);
+    return report_written(context, path, error);
+}
+
+kempe_status kmp_file_make(kempe_context *context, const char *path, const char *text, bool lasting, bool *made)
+{
+    int error = write_by_name(path, &(placing){.lasting = lasting, .exclusive = true}, text, strlen(text));
+    *made = error == 0;
+    return error == EEXIST ? KEMPE_OK : report_written(context, path, error);
 }
 
 kempe_status kmp_folder_make(kempe_context *context, const char *path)

@@ -13,6 +13,13 @@ kempe_status kmp_file_read(kempe_context *context, const char *path, char **text
  * */
 kempe_status kmp_file_write(kempe_context *context, const char *path, kmp_text *text);
 
+/** Writes a text, not empty, so that it is whole or absent even after a loss of power, and frees it. KEMPE_E_IO,
+ * KEMPE_E_MEMORY. */
+kempe_status kmp_file_write_lasting(kempe_context *context, const char *path, kmp_text *text);
+
+/** Makes a file with its content unless there is one of this name: of several processes, one alone has *made. */
+kempe_status kmp_file_make(kempe_context *context, const char *path, const char *text, bool lasting, bool *made);
+
 /** The ending of a file's name with its point, ".csv"; "": it has none. */
 const char *kmp_file_ending(const char *path);
 

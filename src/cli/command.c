@@ -22,7 +22,8 @@ static void on_interrupt(int number)
         kempe_context_interrupt(interrupted_context);
 }
 
-/* The first Ctrl-C ends the run with its results so far, the second one ends the process. */
+/* The first Ctrl-C or SIGTERM ends the run with its results so far, the second one ends the process. A file that
+ * exceeds a limit is an error of its writing. */
 static void watch_interrupt(kempe_context *context)
 {
     struct sigaction action = {.sa_flags = (int)SA_RESETHAND};
@@ -30,6 +31,8 @@ static void watch_interrupt(kempe_context *context)
     sigemptyset(&action.sa_mask);
     interrupted_context = context;
     sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    signal(SIGXFSZ, SIG_IGN);
 }
 
 /* -- reporting ------------------------------------------------------------------------------------- */

@@ -227,6 +227,58 @@ static const cli_study ensemble_study = {.compute = instances_compute,
                                          .table = instances_table,
                                          .files = {{AT(report), instances_report}}};
 
+/* An ensemble that runs into a folder. */
+typedef struct folder_run {
+    kempe_values *values;
+    kempe_ensemble *ensemble;
+    kempe_folder *folder;
+} folder_run;
+
+static void folder_run_free(void *object)
+{
+    folder_run *r = object;
+    if (!r)
+        return;
+    kempe_folder_free(r->folder);
+    kempe_ensemble_free(r->ensemble);
+    kempe_values_free(r->values);
+    free(r);
+}
+
+static kempe_status folder_run_compute(const cli_job *j, void **object)
+{
+    const cli_settings *s = j->settings;
+    folder_run *r = calloc(1, sizeof *r);
+    kempe_status status = r ? take_values(j, &r->values) : KEMPE_E_MEMORY;
+    if (status == KEMPE_OK)
+        status = kempe_ensemble_new(j->model, r->values, &r->ensemble);
+    if (status == KEMPE_OK) {
+        status =
+            kempe_ensemble_run_folder(r->ensemble, &s->run, s->alone ? -1 : s->lanes, s->out, &s->folder, &r->folder);
+        status = status == KEMPE_E_IO ? KEMPE_E_FAILED : status; /* an output that cannot be written */
+    }
+    if (r && r->folder)
+        *object = r;
+    else
+        folder_run_free(r);
+    return status;
+}
+
+static kempe_status folder_run_print(const cli_job *j, const void *object, kempe_format format, char **text)
+{
+    const folder_run *r = object;
+    (void)j;
+    return kempe_folder_print(r->folder, format, text);
+}
+
+static const cli_study folder_study = {
+    .compute = folder_run_compute, .print = folder_run_print, .free = folder_run_free};
+
+static kempe_status run_ensemble(const cli_job *j)
+{
+    return cli_run_study(j, j->settings->out ? &folder_study : &ensemble_study);
+}
+
 /* -- commands with steps of their own ---------------------------------------------------------------- */
 
 static kempe_status run_assemble(const cli_job *j)
@@ -292,7 +344,13 @@ static const char *modes_lack(const cli_settings *s)
 
 static const char *ensemble_lacks(const cli_settings *s)
 {
-    return !s->values != !s->sample.ranges ? NULL : "ensemble needs either --values CSV or --sample NAME=A:B,..";
+    if (!s->values == !s->sample.ranges)
+        return "ensemble needs either --values CSV or --sample NAME=A:B,..";
+    if (!s->out && (s->folder.resume || s->folder.shard || s->folder.chunk))
+        return "--resume, --shard and --chunk belong to a folder: give --out RUN.kempe";
+    if (s->out && (s->output || s->plot || s->report))
+        return "--out writes parts, not one table: give --output, --plot or --report to a run without it";
+    return NULL;
 }
 
 static const char *generate_lacks(const cli_settings *s)
@@ -376,9 +434,11 @@ const cli_command cli_commands[] = {
      .model_alone = true, .study = &sensitivity_study},
     {CLI_ENSEMBLE, "ensemble", "simulate many instances with different parameters, in parallel vector lanes",
      "  kempe ensemble examples/four_bar/four_bar.yaml --values bars.csv -o ends.csv\n"
-     "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 --instances 10000\n",
+     "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 --instances 10000\n"
+     "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=IT7,coupler=IT7 --instances 2000 --out "
+     "bars.kempe\n",
      .usage = "FILE --values CSV | --sample RANGES [options]", .lacks = ensemble_lacks, .model_alone = true,
-     .study = &ensemble_study},
+     .run = run_ensemble},
     {CLI_COMPARE, "compare", "compare formulations, integrators and tolerances against a reference solution",
      "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"
      "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --formulations reduced,dae --csv table.csv\n"

@@ -64,6 +64,8 @@ typedef struct cli_settings {
     kempe_response_options response; /* and of state spaces */
     const char *svg, *plot, *x, *y, *values;
     const char *angle_unit;
+    const char *out; /* result folder */
+    kempe_folder_options folder;
     int seed, lanes;
     int count, branches, alone, all, no_cache, units, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;

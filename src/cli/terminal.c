@@ -57,14 +57,14 @@ bool cli_terminal_shows_progress(void)
     return is_terminal && !is_quiet;
 }
 
-/* The rate is that of the whole run so far: simulated seconds in a second of wall-clock time. */
+/* The rate is that of the whole run so far: simulated seconds, or instances, in a second of wall-clock time. */
 void cli_terminal_progress(void *user, const kempe_progress *p)
 {
     char line[120], rate[40] = "", left[40] = "";
     bool is_time = strcmp(p->unit, "s") == 0;
     (void)user;
-    if (is_time && p->left_s > 0)
-        (void)snprintf(rate, sizeof rate, ", %.3g s per second", (p->total - p->done) / p->left_s);
+    if (p->left_s > 0)
+        (void)snprintf(rate, sizeof rate, ", %.3g %s per second", (p->total - p->done) / p->left_s, p->unit);
     if (p->left_s >= 0)
         (void)snprintf(left, sizeof left, ", %.3g s left", p->left_s);
     (void)snprintf(line, sizeof line, "%s%.6g of %.6g %s (%.0f %%)%s%s", is_time ? "t = " : "", p->done, p->total,

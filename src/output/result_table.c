@@ -462,7 +462,7 @@ kempe_status kempe_table_write(const kempe_table *table, const char *path)
     else if (strcmp(ending, ".json") == 0)
         put_json(&text, table);
     else if (strcmp(ending, ".parquet") == 0)
-        kmp_parquet_put(&text, table);
+        kmp_parquet_put(&text, table, 0, NULL);
     else
         return kmp_fail(table->context, KEMPE_E_ARGUMENT,
                         "%s: a table is written as .csv, .json, .parquet, .npz or .mat", path);

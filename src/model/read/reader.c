@@ -144,10 +144,10 @@ static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_mod
 
 static void begin_digest(kmp_reader *r, const char *text, size_t length)
 {
-    r->digests = kmp_context_cache(r->context);
+    r->digests = true;
     kmp_digest_begin(&r->digest);
     kmp_reader_digest(r, r->file, text, length);
-    for (int k = 0; r->digests && k < r->setting_count; k++) {
+    for (int k = 0; k < r->setting_count; k++) {
         kmp_digest_add_text(&r->digest, r->settings[k].name);
         kmp_digest_add_text(&r->digest, r->settings[k].value);
     }

@@ -40,7 +40,7 @@ typedef struct kmp_reader {
     int scope_line;
     const kmp_expr_locals *locals; /* names that the expressions being read have; NULL: none */
     const kmp_yaml *root;
-    bool digests;                      /* what is read goes into a digest: results are cached */
+    bool digests;                      /* files are read, and go into a digest */
     kmp_digest digest;                 /* of all files and settings so far */
     kmp_linkage *linkage;              /* NULL without joints between bodies */
     struct kmp_function_block *blocks; /* the entries of `states`, whose laws are read when they are needed */

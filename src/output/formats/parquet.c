@@ -2,10 +2,13 @@
 /* One row group, whose columns are pages of plain, uncompressed values (parquet.thrift of Apache Parquet 2.10; Thrift's
  * compact protocol). */
 #include "output/formats/parquet.h"
+#include "base/cache/digest.h"
 #include "base/memory.h"
 #include "output/formats/named_arrays.h"
 #include "output/result_table.h"
+#include <inttypes.h>
 #include <limits.h>
+#include <stdio.h>
 #include <string.h>
 
 /* Types of Thrift's fields. */
@@ -65,6 +68,13 @@ static void put_list(kmp_text *text, int *last, int field, int type, int count)
 static void end_struct(kmp_text *text)
 {
     kmp_put_integer(text, 0, 1);
+}
+
+const char kmp_parquet_sum_key[] = "kempe.sum";
+
+void kmp_parquet_sum(const char *bytes, size_t size, char sum[KMP_PARQUET_SUM + 1])
+{
+    (void)snprintf(sum, KMP_PARQUET_SUM + 1, "%016" PRIx64, kmp_checksum(bytes, size));
 }
 
 /* -- columns ----------------------------------------------------------------------------------------- */
@@ -182,27 +192,49 @@ static void put_row_group(kmp_text *text, const kempe_table *t, const chunk *chu
     end_struct(text);
 }
 
-static void put_units(kmp_text *text, int *last, const kempe_table *t)
+static void put_note(kmp_text *text, const char *key, const char *value)
 {
-    int columns = kempe_table_column_count(t), count = 0;
+    int last = 0;
+    put_name(text, &last, 1, key);
+    put_name(text, &last, 2, value);
+    end_struct(text);
+}
+
+/* A sum of all bytes before its own. */
+static void put_sum(kmp_text *text)
+{
+    char sum[KMP_PARQUET_SUM + 1] = "";
+    int last = 0;
+    put_name(text, &last, 1, kmp_parquet_sum_key);
+    if (!text->failed)
+        kmp_parquet_sum(text->s, text->length, sum);
+    put_name(text, &last, 2, sum);
+    end_struct(text);
+}
+
+/* Units of the columns, the caller's notes, and the sum where there are notes. */
+static void put_notes(kmp_text *text, int *last, const kempe_table *t, int note_count, const kmp_parquet_note *notes)
+{
+    int columns = kempe_table_column_count(t), count = note_count > 0 ? note_count + 1 : 0;
     for (int c = 0; c < columns; c++)
         count += *kempe_table_unit(t, c) != '\0';
     put_list(text, last, 5, STRUCT, count);
     for (int c = 0; c < columns; c++) {
-        int inner = 0;
+        kmp_text key = {0};
         if (!*kempe_table_unit(t, c))
             continue;
-        kmp_text key = {0};
         kmp_text_printf(&key, "unit.%s", kempe_table_column_name(t, c));
-        text->failed = text->failed || key.failed;
-        put_name(text, &inner, 1, key.failed ? "" : key.s);
-        put_name(text, &inner, 2, kempe_table_unit(t, c));
-        end_struct(text);
-        kmp_text_free(&key);
+        put_note(text, key.failed ? "" : key.s, kempe_table_unit(t, c));
+        kmp_text_free_part(text, &key);
     }
+    for (int k = 0; k < note_count; k++)
+        put_note(text, notes[k].key, notes[k].value);
+    if (note_count > 0)
+        put_sum(text);
 }
 
-static void put_footer(kmp_text *text, const kempe_table *t, const chunk *chunks)
+static void put_footer(kmp_text *text, const kempe_table *t, const chunk *chunks, int note_count,
+                       const kmp_parquet_note *notes)
 {
     int last = 0, root = 0, columns = kempe_table_column_count(t);
     size_t at = text->length;
@@ -216,13 +248,13 @@ static void put_footer(kmp_text *text, const kempe_table *t, const chunk *chunks
     put_number(text, &last, 3, I64, kempe_table_row_count(t));
     put_list(text, &last, 4, STRUCT, 1);
     put_row_group(text, t, chunks);
-    put_units(text, &last, t);
+    put_notes(text, &last, t, note_count, notes);
     put_name(text, &last, 6, "Kempe version " KEMPE_VERSION " (build 0)"); /* the form that readers parse */
     end_struct(text);
     kmp_put_integer(text, text->length - at, 4);
 }
 
-void kmp_parquet_put(kmp_text *text, const kempe_table *table)
+void kmp_parquet_put(kmp_text *text, const kempe_table *table, int note_count, const kmp_parquet_note *notes)
 {
     int columns = kempe_table_column_count(table);
     chunk *chunks = KMP_NEW(chunk, columns);
@@ -231,7 +263,7 @@ void kmp_parquet_put(kmp_text *text, const kempe_table *table)
     for (int c = 0; chunks && c < columns; c++)
         chunks[c] = put_column(text, table, c);
     if (chunks)
-        put_footer(text, table, chunks);
+        put_footer(text, table, chunks, note_count, notes);
     kmp_text_put(text, "PAR1");
     kmp_free(chunks);
 }

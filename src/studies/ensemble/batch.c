@@ -23,8 +23,9 @@ struct kempe_batch {
     const kempe_ensemble *ensemble;
     kmp_arena arena;
     kempe_status status;
-    int count, n;
+    int first, count, n; /* instances first .. first + count - 1 of the ensemble */
     kmp_ensemble_result *results;
+    double *rows;           /* count x columns: the values */
     double *q, *qd;         /* count x n */
     kmp_convergence *again; /* count */
     double rtol, atol, t_end;
@@ -64,21 +65,31 @@ void kempe_batch_free(kempe_batch *batch)
     kmp_free(batch);
 }
 
-static kempe_batch *new_batch(const kempe_ensemble *e)
+static kempe_batch *new_batch(const kempe_ensemble *e, int first, int count)
 {
     kempe_batch *b = KMP_NEW(kempe_batch, 1);
     if (!b)
         return NULL;
     b->ensemble = e;
-    b->count = e->values->count;
+    b->first = first;
+    b->count = count;
     b->n = kmp_ensemble_system(e->inner)->n;
     KMP_ARENA_MAKE(&b->arena, KMP_ROOM(kmp_ensemble_result, b->count, &b->results),
+                   KMP_ROOM(double, (size_t)b->count *(size_t)e->values->columns, &b->rows),
                    KMP_ROOM(double, (size_t)b->count *(size_t)b->n, &b->q, &b->qd),
                    KMP_ROOM(kmp_convergence, b->count, &b->again));
-    if (!b->arena.failed)
+    if (!b->arena.failed) {
+        kmp_values_get(e->values, first, count, b->rows);
         return b;
+    }
     kempe_batch_free(b);
     return NULL;
+}
+
+/* The values of an instance of the batch. */
+static const double *row_of(const kempe_batch *b, int k)
+{
+    return b->rows + (size_t)k * (size_t)b->ensemble->values->columns;
 }
 
 static int count_of(const kempe_batch *b, const char *word)
@@ -100,7 +111,7 @@ static void warn_of_rates(const kempe_batch *b)
         kmp_log(b->ensemble->model->context, KEMPE_LOG_WARNING,
                 "start: initial velocities were adjusted to satisfy the closures in %d of %d instances, first in "
                 "instance %d",
-                changed, b->count, first + 1);
+                changed, b->count, b->first + first + 1);
 }
 
 /* -- convergence ------------------------------------------------------------------------------------- */
@@ -133,9 +144,9 @@ static void compare_ends(const repeat *r, int count, const int *which, const kmp
 static kempe_status run_again(void *user, double rtol, int count, const int *which, kmp_convergence *found)
 {
     const repeat *r = user;
-    const kempe_values *values = r->b->ensemble->values;
-    size_t columns = (size_t)values->columns, n = (size_t)r->b->n, many = (size_t)count;
+    size_t columns = (size_t)r->b->ensemble->values->columns, n = (size_t)r->b->n, many = (size_t)count;
     kmp_run_spec other = *r->spec;
+    kmp_ensemble_execution execution = *r->execution;
     kmp_arena arena = {0};
     double *rows = KMP_ARENA_NEW(&arena, double, many *columns), *q = KMP_ARENA_NEW(&arena, double, many *n),
            *qd = KMP_ARENA_NEW(&arena, double, many *n);
@@ -144,10 +155,11 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     kempe_status status = arena.failed ? kmp_fail_memory(context) : KEMPE_OK;
     other.rtol = rtol;
     other.atol *= rtol / r->spec->rtol;
+    execution.total = execution.total > 0 ? -1 : 0; /* a part's progress is that of its first run */
     for (int k = 0; status == KEMPE_OK && k < count; k++)
-        memcpy(rows + (size_t)k * columns, kempe_values_row(values, r->instance[which[k]]), columns * sizeof *rows);
+        memcpy(rows + (size_t)k * columns, row_of(r->b, r->instance[which[k]]), columns * sizeof *rows);
     if (status == KEMPE_OK)
-        status = kmp_ensemble_run(r->b->ensemble->inner, &other, r->execution, count, rows, results, q, qd);
+        status = kmp_ensemble_run(r->b->ensemble->inner, &other, &execution, count, rows, results, q, qd);
     if (status == KEMPE_OK && kmp_interrupted(context))
         status = KEMPE_STOPPED;
     if (status == KEMPE_OK)
@@ -188,7 +200,8 @@ static void warn_again(const kempe_batch *b)
     if (failing > 0)
         kmp_log(b->ensemble->model->context, KEMPE_LOG_WARNING,
                 "do not trust %d of %d instances: at rtol %.3g '%s' of instance %d differs by %.2g; use a smaller rtol",
-                failing, b->count, b->again[worst].rtol, again_name(b, worst), worst + 1, b->again[worst].difference);
+                failing, b->count, b->again[worst].rtol, again_name(b, worst), b->first + worst + 1,
+                b->again[worst].difference);
 }
 
 static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const kmp_ensemble_execution *execution)
@@ -207,50 +220,66 @@ static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const 
     for (int k = 0; status == KEMPE_OK && k < cases; k++)
         b->again[instance[k]] = found[k];
     kmp_arena_free(&arena);
-    if (status == KEMPE_OK)
-        warn_again(b);
     return status;
 }
 
 /* -- a whole run ------------------------------------------------------------------------------------- */
 
-static kempe_status run_batch(kempe_batch *b, const kmp_run_spec *spec, int lanes, bool once)
+/* Part of a longer run: its warnings are those of the whole. */
+static bool is_part(const kmp_batch_range *range)
+{
+    return range->total > 0;
+}
+
+static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, const kmp_run_spec *spec, int lanes,
+                              bool once)
 {
     const kempe_ensemble *e = b->ensemble;
-    const kmp_ensemble_execution execution = {
-        .threads = spec->threads, .width = lanes > 0 ? lanes : 0, .alone = lanes < 0};
-    kempe_status status =
-        kmp_ensemble_run(e->inner, spec, &execution, b->count, e->values->rows, b->results, b->q, b->qd);
+    const kmp_ensemble_execution execution = {.threads = spec->threads,
+                                              .width = lanes > 0 ? lanes : 0,
+                                              .alone = lanes < 0,
+                                              .before = range->before,
+                                              .total = range->total};
+    kempe_status status = kmp_ensemble_run(e->inner, spec, &execution, b->count, b->rows, b->results, b->q, b->qd);
     b->work = kmp_ensemble_get_work(e->inner);
     b->rtol = spec->rtol;
     b->atol = spec->atol;
     b->t_end = spec->t_end;
     if (status != KEMPE_OK)
         return status;
-    warn_of_rates(b);
     b->status = kmp_interrupted(e->model->context) ? KEMPE_STOPPED : KEMPE_OK;
-    if (b->count > 0 && count_of(b, "failed") == b->count)
+    if (!is_part(range))
+        warn_of_rates(b);
+    if (!is_part(range) && b->count > 0 && count_of(b, "failed") == b->count)
         b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance reached its end; the first one: %s",
                              kempe_batch_reason(b, 0));
-    return b->status == KEMPE_OK && !once ? check_again(b, spec, &execution) : KEMPE_OK;
+    if (b->status != KEMPE_OK || once)
+        return KEMPE_OK;
+    KMP_TRY(check_again(b, spec, &execution));
+    if (!is_part(range))
+        warn_again(b);
+    return KEMPE_OK;
 }
 
-kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run, int lanes, kempe_batch **batch)
+kempe_status kmp_batch_check_lanes(const kempe_ensemble *e, int lanes)
 {
-    KMP_WANTED(NULL, e, "ensemble");
-    KMP_WANTED(e->model->context, batch, "batch");
-    KMP_OPTIONS(e->model->context, kempe_run_options, run);
+    if (lanes >= -1 && lanes <= 8)
+        return KEMPE_OK;
+    return kmp_fail(e->model->context, KEMPE_E_ARGUMENT,
+                    "%d lanes are not possible: 1 to 8, 0 for the best, -1 for none", lanes);
+}
+
+kempe_status kmp_batch_new(kempe_ensemble *e, const kempe_run_options *run, int lanes, const kmp_batch_range *range,
+                           kempe_batch **batch)
+{
     kempe_context *context = e->model->context;
     kmp_run_spec spec;
     kmp_arena arena = {0};
-    kmp_context_begin(context);
-    if (lanes < -1 || lanes > 8)
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "%d lanes are not possible: 1 to 8, 0 for the best, -1 for none",
-                        lanes);
-    kempe_batch *b = new_batch(e);
+    KMP_TRY(kmp_batch_check_lanes(e, lanes));
+    kempe_batch *b = new_batch(e, range->first, range->count);
     kempe_status status = b ? kmp_spec_of(kmp_ensemble_system(e->inner), run, &arena, &spec) : kmp_fail_memory(context);
     if (status == KEMPE_OK)
-        status = run_batch(b, &spec, lanes, run->no_convergence_check != 0);
+        status = run_batch(b, range, &spec, lanes, run->no_convergence_check != 0);
     kmp_arena_free(&arena);
     if (status != KEMPE_OK) {
         kempe_batch_free(b);
@@ -259,6 +288,24 @@ kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run,
     b->warnings = kmp_context_warnings(context);
     *batch = b;
     return b->status;
+}
+
+kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run, int lanes, kempe_batch **batch)
+{
+    return kempe_ensemble_run_range(e, run, lanes, 0, e ? e->values->count : 0, batch);
+}
+
+kempe_status kempe_ensemble_run_range(kempe_ensemble *e, const kempe_run_options *run, int lanes, int first, int count,
+                                      kempe_batch **batch)
+{
+    KMP_WANTED(NULL, e, "ensemble");
+    KMP_WANTED(e->model->context, batch, "batch");
+    KMP_OPTIONS(e->model->context, kempe_run_options, run);
+    kmp_context_begin(e->model->context);
+    if (first < 0 || count < 0 || first > e->values->count - count)
+        return kmp_fail(e->model->context, KEMPE_E_ARGUMENT, "there are no %d instances from %d: there are %d", count,
+                        first, e->values->count);
+    return kmp_batch_new(e, run, lanes, &(kmp_batch_range){.first = first, .count = count}, batch);
 }
 
 /* -- queries ----------------------------------------------------------------------------------------- */
@@ -327,7 +374,7 @@ static void put_again(const kempe_batch *b, kmp_text *text)
     if (known > 0)
         kmp_text_printf(
             text, "repeat    at another rtol: %d of %d converged; worst: instance %d, '%s' %s by %.2e at rtol %.3g\n",
-            known - failing, known, worst + 1, again_name(b, worst),
+            known - failing, known, b->first + worst + 1, again_name(b, worst),
             kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS", b->again[worst].difference,
             b->again[worst].rtol);
 }
@@ -361,7 +408,7 @@ static void put_text(kmp_text *text, const void *result)
                     b->count > 0 ? 1e6 * b->work.cpu_s / b->count : 0.0, b->work.wall_s);
     for (int k = 0; k < b->count && reported < MOST_TOLD; k++)
         if (b->results[k].reason) {
-            kmp_text_printf(text, "%s %d %s: %s\n", reported ? "         " : "\ninstance ", k + 1,
+            kmp_text_printf(text, "%s %d %s: %s\n", reported ? "         " : "\ninstance ", b->first + k + 1,
                             kempe_batch_status(b, k), b->results[k].reason);
             reported++;
         }
@@ -373,7 +420,7 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
     kmp_json_object(json, NULL);
-    kmp_json_numbers(json, "values", b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k));
+    kmp_json_numbers(json, "values", b->ensemble->values->columns, row_of(b, k));
     kmp_json_put(json, "status %s reason %s t %g", kempe_batch_status(b, k), kempe_batch_reason(b, k), r->t);
     kmp_json_numbers(json, "q", b->n, kempe_batch_q(b, k));
     kmp_json_numbers(json, "qd", b->n, kempe_batch_qd(b, k));
@@ -435,7 +482,7 @@ static void put_row(const kempe_batch *b, kempe_table *table, int k)
     const kmp_convergence *again = &b->again[k];
     const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
     kmp_tabulate_row(table);
-    kmp_tabulate_numbers(table, b->ensemble->values->columns, kempe_values_row(b->ensemble->values, k));
+    kmp_tabulate_numbers(table, b->ensemble->values->columns, row_of(b, k));
     kmp_tabulate_cells(table, "%s %g", kempe_batch_status(b, k), r->t);
     kmp_tabulate_values(table, system, KMP_QUANTITY_Q, kempe_batch_q(b, k));
     kmp_tabulate_values(table, system, KMP_QUANTITY_QD, kempe_batch_qd(b, k));
@@ -454,6 +501,51 @@ static void fill_instances(kempe_table *table, const void *result)
 }
 
 KMP_TABLES(kempe_batch, batch, batch->ensemble->model->context, {"instances", fill_instances})
+
+/* -- parts of a longer run --------------------------------------------------------------------------- */
+
+void kmp_batch_add(const kempe_batch *b, kmp_batch_totals *sum)
+{
+    totals s = sum_up(b);
+    int failing;
+    (void)worst_of(b, &failing);
+    for (int k = 0; k < b->count; k++)
+        sum->rates_changed += b->results[k].rates_changed;
+    sum->ok += s.ok;
+    sum->stopped += s.stopped;
+    sum->failed += s.failed;
+    sum->not_converged += failing;
+    sum->alone += b->work.alone;
+    sum->threads = b->work.threads > sum->threads ? b->work.threads : sum->threads;
+    sum->cpu_s += b->work.cpu_s;
+    sum->h = fmax(sum->h, s.h);
+    sum->hdot = fmax(sum->hdot, s.hdot);
+    sum->drift = fmax(sum->drift, s.drift);
+}
+
+kempe_status kmp_ensemble_columns(kempe_ensemble *e, kempe_table **table)
+{
+    kempe_batch *b = new_batch(e, 0, 0);
+    KMP_TRY(kmp_made(e->model->context, b));
+    kempe_status status = kempe_batch_table(b, "instances", table);
+    kempe_batch_free(b);
+    return status;
+}
+
+const kempe_model *kmp_ensemble_model(const kempe_ensemble *e)
+{
+    return e->model;
+}
+
+const kempe_values *kmp_ensemble_values(const kempe_ensemble *e)
+{
+    return e->values;
+}
+
+const kempe_system *kmp_ensemble_equations(const kempe_ensemble *e)
+{
+    return kmp_ensemble_system(e->inner);
+}
 
 /* -- for pages --------------------------------------------------------------------------------------- */
 

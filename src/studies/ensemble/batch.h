@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Results of an ensemble (kempe/ensemble.h) as its report page reads them. */
+/* Results of an ensemble (kempe/ensemble.h) as its report page reads them, and its runs in parts. */
 #pragma once
 
+#include "dynamics/system.h"
 #include <kempe/ensemble.h>
 
 /** The model and its varied values. */
@@ -11,3 +12,33 @@ const kempe_values *kmp_batch_values(const kempe_batch *batch);
 /** The status of the whole, and warnings, one a line. */
 kempe_status kmp_batch_outcome(const kempe_batch *batch);
 const char *kmp_batch_warnings(const kempe_batch *batch);
+
+/* -- parts of a longer run --------------------------------------------------------------------------- */
+
+/** Instances first .. first + count - 1. Part of a longer run of `total` instances (0: not a part), `before` of which
+ * were done: it gives no warnings, and its progress is that of the whole. */
+typedef struct kmp_batch_range {
+    int first, count;
+    long before, total;
+} kmp_batch_range;
+
+/** kempe_ensemble_run_range within a computation that has begun, with the library's copy of `run`. A part whose
+ * instances all fail is no failure. */
+kempe_status kmp_batch_new(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
+                           const kmp_batch_range *range, kempe_batch **batch);
+kempe_status kmp_batch_check_lanes(const kempe_ensemble *ensemble, int lanes);
+
+/** Counts and worst values of several batches. */
+typedef struct kmp_batch_totals {
+    long ok, stopped, failed, not_converged, alone, rates_changed;
+    int threads;
+    double cpu_s, h, hdot, drift;
+} kmp_batch_totals;
+void kmp_batch_add(const kempe_batch *batch, kmp_batch_totals *sum);
+
+/** The table "instances" without rows: its columns are those of all batches of the ensemble. */
+kempe_status kmp_ensemble_columns(kempe_ensemble *ensemble, kempe_table **table);
+
+const kempe_model *kmp_ensemble_model(const kempe_ensemble *ensemble);
+const kempe_values *kmp_ensemble_values(const kempe_ensemble *ensemble);
+const kempe_system *kmp_ensemble_equations(const kempe_ensemble *ensemble);

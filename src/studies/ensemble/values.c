@@ -37,9 +37,27 @@ void kempe_values_free(kempe_values *values)
 {
     if (!values)
         return;
+    kmp_sampling_free(values->sampling);
     kmp_arena_free(&values->arena);
     kmp_free(values->rows);
     kmp_free(values);
+}
+
+void kmp_values_get(const kempe_values *values, int first, int count, double *rows)
+{
+    size_t columns = (size_t)values->columns;
+    for (int k = 0; values->sampling && k < count; k++)
+        kmp_sampling_row(values->sampling, first + k, rows + (size_t)k * columns);
+    if (!values->sampling && count > 0 && columns > 0)
+        memcpy(rows, values->rows + (size_t)first * columns, (size_t)count * columns * sizeof *rows);
+}
+
+static const double *row_of(const kempe_values *values, int k)
+{
+    if (!values->sampling)
+        return values->rows + (size_t)k * (size_t)values->columns;
+    kmp_values_get(values, k, 1, values->drawn);
+    return values->drawn;
 }
 
 KMP_GETTER(int kempe_values_count(const kempe_values *values), values, values->count, 0)
@@ -47,7 +65,7 @@ KMP_GETTER(int kempe_values_column_count(const kempe_values *values), values, va
 KMP_GETTER_AT(const char *kempe_values_name(const kempe_values *values, int column), values, column, values->columns,
               values->name[column], "")
 KMP_GETTER_AT(const double *kempe_values_row(const kempe_values *values, int k), values, k, values->count,
-              values->rows + (size_t)k * (size_t)values->columns, NULL)
+              row_of(values, k), NULL)
 
 /* Reports names that the model does not have, or that occur twice. */
 static kempe_status check_names(const kempe_model *model, int columns, const char *const *names)
@@ -93,18 +111,23 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
 
 /* -- samples ----------------------------------------------------------------------------------------- */
 
-static kempe_status draw(const kempe_model *model, const kmp_sampling *sampling, kempe_values **values)
+/* A table of the samples, without rows. It owns the sampling from then on, also after a failure. */
+static kempe_status wrap(const kempe_model *model, kmp_sampling *sampling, const kempe_sample_options *options,
+                         kempe_values **values)
 {
-    kempe_values *made = NULL;
-    KMP_TRY(kempe_values_new(model, kmp_sampling_columns(sampling), kmp_sampling_names(sampling), 0, NULL, &made));
-    bool ok = made != NULL;
-    for (int k = 0; ok && k < kmp_sampling_count(sampling); k++) {
-        double *row = kmp_values_add(made);
-        ok = row != NULL;
-        if (ok)
-            kmp_sampling_row(sampling, k, row);
+    kempe_values *made = kmp_values_new(kmp_sampling_columns(sampling), kmp_sampling_names(sampling));
+    if (!made) {
+        kmp_sampling_free(sampling);
+        return kmp_fail_memory(model->context);
     }
-    kempe_status status = kmp_made(model->context, ok);
+    made->sampling = sampling;
+    made->count = kmp_sampling_count(sampling);
+    made->drawn = KMP_ARENA_NEW(&made->arena, double, made->columns);
+    made->ranges = kmp_arena_strdup(&made->arena, options->ranges);
+    made->correlations = kmp_arena_strdup(&made->arena, options->correlations ? options->correlations : "");
+    made->design = kmp_arena_strdup(&made->arena, options->design ? options->design : "random");
+    made->seed = options->seed ? options->seed : 1;
+    kempe_status status = kmp_made(model->context, !made->arena.failed);
     return KMP_GIVE_OR_FREE(status, values, made, kempe_values_free);
 }
 
@@ -117,9 +140,10 @@ kempe_status kempe_values_sample(const kempe_model *model, const kempe_sample_op
     kmp_sampling *sampling = NULL;
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));
-    kempe_status status = kmp_sampling_new(model, options, &sampling);
+    KMP_TRY(kmp_sampling_new(model, options, &sampling));
+    kempe_status status = check_names(model, kmp_sampling_columns(sampling), kmp_sampling_names(sampling));
     if (status == KEMPE_OK)
-        status = draw(model, sampling, values);
+        return wrap(model, sampling, options, values);
     kmp_sampling_free(sampling);
     return status;
 }

@@ -5,12 +5,22 @@
 #include "base/arena.h"
 #include <kempe/ensemble.h>
 
+struct kmp_sampling;
+
 struct kempe_values {
     int columns, count;
     kmp_arena arena;
-    char **name;  /* columns */
-    double *rows; /* count x columns */
+    char **name;                   /* columns */
+    double *rows;                  /* count x columns; NULL: each row is drawn when it is needed */
+    struct kmp_sampling *sampling; /* NULL: rows that are given */
+    double *drawn;                 /* columns: the row drawn last */
+    /* Origin: options of the sample, "" for those not given, or the file; NULL: neither. */
+    const char *ranges, *correlations, *design, *file;
+    int seed;
 };
+
+/** Copies or draws rows first .. first + count - 1, which the table has. */
+void kmp_values_get(const kempe_values *values, int first, int count, double *rows);
 
 /** An empty table with a copy of the names. NULL: no memory. */
 kempe_values *kmp_values_new(int columns, const char *const *names);

@@ -82,8 +82,6 @@ kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe
         status = KEMPE_E_INPUT;
     }
     if (status == KEMPE_OK)
-        *values = r.values;
-    else
-        kempe_values_free(r.values);
-    return status;
+        status = kmp_made(model->context, (r.values->file = kmp_arena_strdup(&r.values->arena, path)) != NULL);
+    return KMP_GIVE_OR_FREE(status, values, r.values, kempe_values_free);
 }

@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Result folders: opened, counted and described. */
+#include "studies/ensemble/result_folder.h"
+#include "base/json.h"
+#include "base/memory.h"
+#include "output/print.h"
+#include <limits.h>
+#include <math.h>
+#include <sys/stat.h>
+
+enum { LEAST_CHUNK = 256, MOST_CHUNK = 4096, USUAL_PARTS = 64 };
+
+int kmp_folder_chunk(int instances)
+{
+    int chunk = (instances / USUAL_PARTS + 7) / 8 * 8; /* lanes that are full */
+    return chunk < LEAST_CHUNK ? LEAST_CHUNK : chunk > MOST_CHUNK ? MOST_CHUNK : chunk;
+}
+
+void kmp_folder_put_part(kmp_text *path, const char *folder, int part)
+{
+    kmp_text_printf(path, "%s/part-%06d.parquet", folder, part);
+}
+
+void kmp_folder_put_manifest(kmp_text *path, const char *folder)
+{
+    kmp_text_printf(path, "%s/manifest.json", folder);
+}
+
+bool kmp_folder_has_part(const kempe_folder *f, int part)
+{
+    struct stat about;
+    kmp_text path = {0};
+    kmp_folder_put_part(&path, f->path, part);
+    bool has = !path.failed && stat(path.s, &about) == 0 && S_ISREG(about.st_mode) && about.st_size > 0;
+    kmp_text_free(&path);
+    return has;
+}
+
+void kmp_folder_count(kempe_folder *f)
+{
+    f->whole = 0;
+    for (int k = 0; k < f->parts; k++)
+        f->whole += kmp_folder_has_part(f, k);
+}
+
+int kmp_folder_part_size(const kempe_folder *f, int part)
+{
+    int left = f->instances - part * f->chunk;
+    return left < f->chunk ? left : f->chunk;
+}
+
+/* -- opening ----------------------------------------------------------------------------------------- */
+
+static const char *keep_text(kempe_folder *f, const char *key)
+{
+    kmp_text value = {0};
+    bool has = kmp_manifest_text(f->manifest, key, &value);
+    const char *kept = has ? kmp_text_keep(&value, &f->arena) : NULL;
+    kmp_text_free(&value);
+    return kept;
+}
+
+static kempe_status fill(kempe_folder *f)
+{
+    int format = 0;
+    kempe_context *context = f->context;
+    KMP_TRY(kmp_made(context, !f->arena.failed));
+    bool known = kmp_manifest_int(f->manifest, "format", 0, INT_MAX, &format);
+    if (known && format != KMP_FOLDER_FORMAT)
+        return kmp_complain(context, f->path, 0, 0,
+                            "the folder has format %d, and this version of Kempe reads format %d", format,
+                            KMP_FOLDER_FORMAT);
+    f->model = keep_text(f, "model");
+    f->hash = keep_text(f, "hash");
+    KMP_TRY(kmp_made(context, !f->arena.failed));
+    if (!known || !f->model || !f->hash || !kmp_manifest_int(f->manifest, "instances", 0, INT_MAX, &f->instances) ||
+        !kmp_manifest_int(f->manifest, "chunk", 1, INT_MAX, &f->chunk) ||
+        !kmp_manifest_int(f->manifest, "parts", 0, INT_MAX, &f->parts) ||
+        f->parts != (f->instances > 0 ? (f->instances - 1) / f->chunk + 1 : 0))
+        return kmp_complain(context, f->path, 0, 0, "manifest.json is not a manifest of Kempe, or it is damaged");
+    return KEMPE_OK;
+}
+
+kempe_status kmp_folder_of(kempe_context *context, const char *path, kmp_text *manifest, kempe_folder **folder)
+{
+    kempe_folder *f = manifest->failed ? NULL : KMP_NEW(kempe_folder, 1);
+    if (!f) {
+        kmp_text_free(manifest);
+        return kmp_fail_memory(context);
+    }
+    f->context = context;
+    f->path = kmp_arena_strdup(&f->arena, path);
+    f->manifest = kmp_text_keep(manifest, &f->arena);
+    kempe_status status = fill(f);
+    return KMP_GIVE_OR_FREE(status, folder, f, kempe_folder_free);
+}
+
+void kempe_folder_free(kempe_folder *f)
+{
+    if (!f)
+        return;
+    kmp_arena_free(&f->arena);
+    kmp_free(f);
+}
+
+kempe_status kempe_folder_open(kempe_context *context, const char *path, kempe_folder **folder)
+{
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, path, "path");
+    KMP_WANTED(context, folder, "folder");
+    char *text = NULL;
+    kmp_context_clear(context);
+    KMP_TRY(kmp_manifest_read(context, path, &text));
+    if (!text)
+        return kmp_complain(context, path, 0, 0, "no results are here: manifest.json is missing");
+    kmp_text manifest = {0};
+    kmp_text_put(&manifest, text);
+    kmp_free(text);
+    KMP_TRY(kmp_folder_of(context, path, &manifest, folder));
+    kmp_folder_count(*folder);
+    return KEMPE_OK;
+}
+
+KMP_GETTER(int kempe_folder_instance_count(const kempe_folder *folder), folder, folder->instances, 0)
+KMP_GETTER(int kempe_folder_part_count(const kempe_folder *folder), folder, folder->parts, 0)
+KMP_GETTER(int kempe_folder_whole_count(const kempe_folder *folder), folder, folder->whole, 0)
+
+/* -- description ------------------------------------------------------------------------------------- */
+
+static void put_run(kmp_text *text, const kempe_folder *f)
+{
+    const kmp_batch_totals *t = &f->totals;
+    double rate = f->wall_s > 0 ? (double)f->ran_instances / f->wall_s : 0;
+    kmp_text_printf(text, "this run  %d part%s, %ld instances: %ld ok, %ld stopped, %ld failed\n", f->ran_parts,
+                    f->ran_parts == 1 ? "" : "s", f->ran_instances, t->ok, t->stopped, t->failed);
+    if (f->ran_instances == 0)
+        return;
+    kmp_text_printf(text, "lanes     %ld instances separately\n", t->alone);
+    kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
+                    t->h, t->hdot);
+    kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", t->drift);
+    if (t->not_converged > 0)
+        kmp_text_printf(text, "repeat    %ld instances HAVE NOT CONVERGED at another rtol\n", t->not_converged);
+    kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance\n", t->cpu_s, t->threads,
+                    t->threads == 1 ? "" : "s", 1e6 * t->cpu_s / (double)f->ran_instances);
+    kmp_text_printf(text, "time      %.3f s, %.4g instances per second\n", f->wall_s, rate);
+}
+
+/* The next command. */
+static void put_next(kmp_text *text, const kempe_folder *f)
+{
+    int missing = f->parts - f->whole;
+    if (missing == 0) {
+        kmp_text_printf(text, "complete  'kempe gather %s -o FILE.csv' checks the parts and writes one table\n",
+                        f->path);
+        return;
+    }
+    kmp_text_printf(text, "missing   %d of %d parts", missing, f->parts);
+    if (f->elsewhere > 0)
+        kmp_text_printf(text, "; other processes work on %d of them", f->elsewhere);
+    kmp_text_put(text, "; the same command with --resume runs them\n");
+}
+
+static void put_text(kmp_text *text, const void *result)
+{
+    const kempe_folder *f = result;
+    double rtol = 0, atol = 0, t_end = 0;
+    (void)(kmp_manifest_double(f->manifest, "rtol", &rtol) && kmp_manifest_double(f->manifest, "atol", &atol) &&
+           kmp_manifest_double(f->manifest, "t_end", &t_end));
+    kmp_text_printf(text, "%s: %d instances in %d parts of %d; %d parts are whole in %s%s\n\n", f->model, f->instances,
+                    f->parts, f->chunk, f->whole, f->path, f->interrupted ? "; interrupted" : "");
+    kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", t_end, rtol, atol);
+    if (f->ran)
+        put_run(text, f);
+    if (f->checked)
+        kmp_text_printf(text, "status    %ld ok, %ld stopped, %ld failed\nparts     %d checked, %d damaged\n", f->ok,
+                        f->stopped, f->failed, f->whole, f->damaged);
+    put_next(text, f);
+}
+
+static void put_json(kmp_text *text, const void *result)
+{
+    const kempe_folder *f = result;
+    kmp_json json = kmp_json_begin(text);
+    kmp_json_put(&json, "{ model %s status %s reason %s build_s %g", f->model,
+                 kmp_status_word(f->interrupted ? KEMPE_STOPPED : KEMPE_OK), f->interrupted ? "interrupted" : "",
+                 (double)NAN);
+    kmp_json_put(&json, "folder %s hash %s instances %d parts %d chunk %d whole %d missing %d", f->path, f->hash,
+                 f->instances, f->parts, f->chunk, f->whole, f->parts - f->whole);
+    if (f->checked)
+        kmp_json_put(&json, "damaged %d ok %ld stopped %ld failed %ld", f->damaged, f->ok, f->stopped, f->failed);
+    if (f->ran)
+        kmp_json_put(&json,
+                     "run { parts %d instances %ld ok %ld stopped %ld failed %ld not_converged %ld separate %ld "
+                     "elsewhere %d threads %d cpu_s %g wall_s %g }",
+                     f->ran_parts, f->ran_instances, f->totals.ok, f->totals.stopped, f->totals.failed,
+                     f->totals.not_converged, f->totals.alone, f->elsewhere, f->totals.threads, f->totals.cpu_s,
+                     f->wall_s);
+    kmp_json_put(&json, "}");
+}
+
+KMP_PRINT(kempe_folder, folder, folder->context, put_json, put_text)

@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A result folder (kempe/ensemble.h): its manifest, the names of its files, its parts. */
+#pragma once
+
+#include "base/arena.h"
+#include "base/context.h"
+#include "studies/ensemble/batch.h"
+
+struct kempe_folder {
+    kempe_context *context;
+    kmp_arena arena;
+    const char *path;
+    const char *manifest; /* its text */
+    const char *model, *hash;
+    int instances, chunk, parts;
+    int whole; /* parts that were there when the folder was opened, or when its run ended */
+    /* The run that made it, where there was one: */
+    bool ran, interrupted;
+    int first, step;                   /* its parts: first, first + step, .. */
+    int ran_parts, missing, elsewhere; /* of its own: run, not whole; of these, those in work elsewhere */
+    long ran_instances;
+    kmp_batch_totals totals;
+    double wall_s;
+    /* After a check: */
+    bool checked;
+    int damaged;
+    long ok, stopped, failed;
+};
+
+enum { KMP_HASH_SIZE = 64, KMP_FOLDER_FORMAT = 1 };
+
+/** Path of a part, of the manifest. */
+void kmp_folder_put_part(kmp_text *path, const char *folder, int part);
+void kmp_folder_put_manifest(kmp_text *path, const char *folder);
+
+/** True if a part has its final name. */
+bool kmp_folder_has_part(const kempe_folder *folder, int part);
+/** Counts the parts that are there. */
+void kmp_folder_count(kempe_folder *folder);
+/** Instances of a part, and the number of its first. */
+int kmp_folder_part_size(const kempe_folder *folder, int part);
+
+/** Size of chunks where the user gives none. */
+int kmp_folder_chunk(int instances);
+
+/** A folder with the text of its manifest, which is freed. KEMPE_E_INPUT: it is not one of Kempe, or damaged. */
+kempe_status kmp_folder_of(kempe_context *context, const char *path, kmp_text *manifest, kempe_folder **folder);
+
+/* -- manifest ---------------------------------------------------------------------------------------- */
+
+/** The manifest of a run with these options, the library's copy of them. */
+kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes, int chunk,
+                              kmp_text *text);
+
+/** The value of a key in a manifest, a string without quotes; false: it has none. */
+bool kmp_manifest_text(const char *manifest, const char *key, kmp_text *value);
+bool kmp_manifest_int(const char *manifest, const char *key, int low, int high, int *value);
+bool kmp_manifest_double(const char *manifest, const char *key, double *value);
+
+/** True if two manifests describe the same run; otherwise `why` has a sentence about the first difference. */
+bool kmp_manifest_same(const char *there, const char *here, kmp_text *why);
+
+/** Reads the manifest of a folder. *text is freed by the caller; NULL: there is none. */
+kempe_status kmp_manifest_read(kempe_context *context, const char *folder, char **text);
