@@ -27,7 +27,7 @@ bool kmp_lane_room_init(kmp_engine *e, int width)
     double **vectors[] = {&room->y, &room->y_new, &room->stage, &room->weight, &room->atol};
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = kmp_arena_aligned(a, w * size);
-    for (size_t k = 1; k <= 13; k++)
+    for (size_t k = 1; k <= (kmp_measures_steps(e) ? 16 : 13); k++)
         room->k[k] = kmp_arena_aligned(a, w * size);
     room->scale = kmp_arena_aligned(a, w * n);
     room->row_scale = kmp_arena_aligned(a, w * m);
@@ -415,6 +415,25 @@ static void pass_sample(kmp_engine *e, size_t l)
     room->anew = true;
 }
 
+/* Takes the accepted steps into the accounts of their instances. */
+static void measure(kmp_engine *e, kmp_pool *pool, outcome *what)
+{
+    kmp_lane_room *room = &e->room;
+    double **k = room->k;
+    KMP_DOP853_DENSE_STAGES(STAGE, k);
+    for (size_t l = 0; l < room->w; l++) {
+        bool bad = room->bad[l] != 0;
+        room->bad[l] = 0;
+        if (what[l] != TAKEN)
+            continue;
+        e->results[room->who[l]].rhs += 3;
+        if (!bad && kmp_lane_measure(e, pool, l))
+            continue;
+        expel(e, l, "states between steps that are not available");
+        what[l] = EMPTY;
+    }
+}
+
 /* Continues a lane, finishes its instance, or leaves it to another pool or a separate run. */
 static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, size_t l)
 {
@@ -483,8 +502,12 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     for (size_t l = 0; l < room->w; l++) {
         if (what[l] == TAKEN)
             what[l] = room->bad[l] != 0 ? BAD_STAGE : consents(e, pool, &seen, l) ? TAKEN : BAD_STEP;
-        taken[l] = what[l] == TAKEN ? 1 : 0;
+        room->bad[l] = 0;
     }
+    if (kmp_measures_steps(e))
+        measure(e, pool, what);
+    for (size_t l = 0; l < room->w; l++)
+        taken[l] = what[l] == TAKEN ? 1 : 0;
     kmp_lanes_take(room->w, (size_t)e->size, taken, room->y_new, room->y);
     kmp_lanes_take(room->w, (size_t)e->size, taken, room->k[13], room->k[1]);
     for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {

@@ -11,6 +11,7 @@
  * steps. */
 #pragma once
 
+#include "integrators/quantities/run_quantities.h"
 #include "integrators/run/run.h"
 
 typedef struct kmp_ensemble kmp_ensemble;
@@ -22,6 +23,8 @@ typedef struct kmp_ensemble_execution {
     int pools;   /* choices of coordinates that stay while no instance waits for them: 0 KMP_POOLS_KEPT */
     bool plain;  /* no machine code in lanes */
     bool alone;  /* no lanes: a separate run for each instance */
+    const kmp_run_quantities *quantities; /* measured during each run; NULL: none */
+    double *taken;                        /* their values: instances x quantities->values, NaN without a whole run */
 } kmp_ensemble_execution;
 
 typedef struct kmp_ensemble_result {

@@ -191,7 +191,7 @@ static kempe_status instances_compute(const cli_job *j, void **object)
     instances *i = calloc(1, sizeof *i);
     kempe_status status = i ? take_values(j, &i->values) : KEMPE_E_MEMORY;
     if (status == KEMPE_OK)
-        status = kempe_ensemble_new(j->model, i->values, &i->ensemble);
+        status = kempe_ensemble_new_with(j->model, i->values, &s->ensemble, &i->ensemble);
     if (status == KEMPE_OK)
         status = kempe_ensemble_run(i->ensemble, &s->run, s->alone ? -1 : s->lanes, &i->batch);
     if (i && i->batch)

@@ -128,6 +128,11 @@ static const option options[] = {
      "design of the sample: random (default), latin (hypercube), sobol (sequence), grid (all combinations)"},
     {CLI_ENSEMBLE, IN_MODEL, "instances", VALUE(WHOLE, sample.count), "N",
      "number of sampled instances (default: 1000)"},
+    {CLI_ENSEMBLE, IN_MODEL, "quantity", TEXT(ensemble.quantities), "[NAME =] WORDS;..",
+     "quantities of each instance: an expression at the end, at(EXPRESSION, TIME), max(..), min(..), range(..), "
+     "mean(..), rms(..), integral(..), first(A < B), count(A < B), duration(A < B)"},
+    {CLI_ENSEMBLE, IN_MODEL, "limit", TEXT(ensemble.limits), "QUANTITY < VALUE;..",
+     "limits on quantities: each instance passes or fails"},
     {CLI_ENSEMBLE, IN_MODEL, "seed", VALUE(WHOLE, seed), "N", "seed of the random instances (default: 1)"},
     {CLI_SENSITIVITY, IN_MODEL, "of", TEXT(sensitivity.of), "WORD",
      "object of the derivatives: trajectory (default), equilibrium, modes, reactions"},

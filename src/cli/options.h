@@ -59,6 +59,7 @@ typedef struct cli_settings {
     kempe_contact_options contact;
     kempe_inverse_options inverse;
     kempe_sample_options sample;
+    kempe_ensemble_options ensemble;
     kempe_sensitivity_options sensitivity; /* in addition to those in `run` */
     kempe_modes_options modes;
     kempe_response_options response; /* and of state spaces */
