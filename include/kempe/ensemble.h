@@ -65,11 +65,11 @@ KEMPE_API kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_
 /** Quantities of each instance, and limits on them (docs/ensemble.md). */
 typedef struct kempe_ensemble_options {
     size_t size; /* sizeof(kempe_ensemble_options) */
-    /* Separated by semicolons, each [NAME =] and: EXPRESSION (its value at the end), at(EXPRESSION, TIME),
+    /* Separated by commas, each [NAME =] and: EXPRESSION (its value at the end), at(EXPRESSION, TIME),
      * max(EXPRESSION), min(..), range(..), mean(..), rms(..), integral(..), or, with a comparison A < B, first(A < B)
      * (time), count(A < B), duration(A < B). Expressions are those of sensors, or outputs such as energy.total. */
     const char *quantities;
-    const char *limits; /* separated by semicolons: QUANTITY < VALUE, or <=, >, >=; the name of one, or one as above */
+    const char *limits; /* separated by commas: QUANTITY < VALUE, or <=, >, >=; the name of one, or one as above */
 } kempe_ensemble_options;
 
 /** The same with quantities. KEMPE_E_ARGUMENT: a quantity or a limit is wrong; the message has its column. */
@@ -113,11 +113,12 @@ KEMPE_API const char *kempe_batch_limits(const kempe_batch *batch, int k);
 /** Prints a summary; as JSON with every instance. */
 KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format format, char **text);
 
-/** The table "instances", a row for each: the columns of the values; status, t, q.NAME, qd.NAME of the final state;
- * the quantities, with limits `limits` ("pass", "fail" or "") and `broken` (the limits that are not kept); steps, rejected, refused, rhs, exchanges; its accuracy: h and hdot (max |h| and |hdot|, scaled), drift (of the
- * energy, relative); the convergence check: difference, verdict ("converged", "not converged", "the other run did not
- * reach its end", "" without a repeat run); single_run (why it ran by itself, "": in a lane), reason. KEMPE_E_ARGUMENT:
- * another name. */
+/** The table "instances", a row for each: the columns of the values; status, t, q.NAME, qd.NAME of the final state; the
+ * quantities. With limits it has `limits` ("pass", "fail" or "") and `broken`, the limits that are not kept. Then there
+ * are steps, rejected, refused, rhs, exchanges; its accuracy: h and hdot (max |h| and |hdot|, scaled), drift (of the
+ * energy, relative). The convergence check has difference and verdict ("converged", "not converged", "the other run did
+ * not reach its end", "" without a repeat run). Last are single_run (why it ran by itself, "": in a lane) and reason.
+ * KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_batch_table(const kempe_batch *batch, const char *name, kempe_table **table);
 
 /** Writes a self-contained HTML page: columns of "instances" over the first varied value. KEMPE_E_IO: the path

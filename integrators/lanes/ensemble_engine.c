@@ -93,6 +93,7 @@ void kmp_engine_end(kmp_engine *e)
     kmp_free(e->pools);
     e->pools = NULL;
     e->pool_count = 0;
+    kmp_measuring_free(e);
     kmp_eval_free(e->eval);
     kmp_arena_free(&e->run_arena);
     e->eval = NULL;

@@ -172,6 +172,7 @@ bool kmp_instance_state(kmp_engine *e, kmp_pool *pool, double t, const double *y
 
 /** Makes what an engine needs for the quantities of its run, and the accounts of a chunk. false: no memory. */
 bool kmp_measuring_init(kmp_engine *e);
+void kmp_measuring_free(kmp_engine *e);
 bool kmp_measuring_chunk(kmp_engine *e);
 
 /** Begins the account of an instance at its start. */
@@ -180,8 +181,21 @@ void kmp_instance_begin_account(kmp_engine *e, int i);
 /** True if the dense output of steps is needed. */
 bool kmp_measures_steps(const kmp_engine *e);
 
-/** Takes the step of a lane that is about to be accepted, with all stages, into account. false: some state within it is
- * not available. */
+/** Gives the program of the computed quantities the values of the instance in a lane; evaluates what depends on them
+ * alone. */
+void kmp_lane_constants(kmp_engine *e, size_t lane);
+void kmp_lanes_constants(kmp_engine *e);
+
+/** Prepares the interpolants of the present steps of all lanes, from all stages. */
+void kmp_lanes_interpolate(kmp_engine *e);
+
+/** The number of points within a step whose states lanes evaluate together; 0: none. The unknowns of all lanes at a
+ * point, and its place in the step, 0 to 1; then, with the slopes there, the quantities. */
+int kmp_lanes_points(const kmp_engine *e);
+double kmp_lanes_point(kmp_engine *e, int point, double *y);
+void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope);
+
+/** Takes the step of a lane that is about to be accepted into account. false: some state within it is not available. */
 bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t lane);
 
 /** Takes the last step of a separate run into account. false: as above. */

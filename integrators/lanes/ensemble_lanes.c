@@ -107,6 +107,7 @@ static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     if (e->s->dissipative)
         atol[(size_t)(2 * e->p + e->r) * w] = KMP_UNCONTROLLED;
     kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants.numbers);
+    kmp_lane_constants(e, l);
 }
 
 /* Copies the state of a lane to its instance. */
@@ -211,6 +212,7 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
     for (size_t l = 0; l < room->w; l++)
         room->step[l] = room->bad[l] = 0;
     (void)kmp_lanes_run(pool->lanes, KMP_STAGE_PARAMETERS);
+    kmp_lanes_constants(e);
     set_times(room, 0);
     evaluate(e, pool, room->y, room->k[2]);
     const double *pivot = pivots_of(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END));
@@ -421,6 +423,12 @@ static void measure(kmp_engine *e, kmp_pool *pool, outcome *what)
     kmp_lane_room *room = &e->room;
     double **k = room->k;
     KMP_DOP853_DENSE_STAGES(STAGE, k);
+    kmp_lanes_interpolate(e);
+    for (int point = 0; point < kmp_lanes_points(e); point++) {
+        set_times(room, kmp_lanes_point(e, point, room->stage));
+        evaluate(e, pool, room->stage, k[2]);
+        kmp_lanes_sample(e, pool, point, room->stage, k[2]);
+    }
     for (size_t l = 0; l < room->w; l++) {
         bool bad = room->bad[l] != 0;
         room->bad[l] = 0;

@@ -3,6 +3,7 @@
  * that it does not depend on other instances. A lane's states are those of its interpolant on closed loops. */
 #include "integrators/formulations/formulation.h"
 #include "integrators/lanes/ensemble_inside.h"
+#include "integrators/quantities/smooth_piece.h"
 #include "integrators/run/runner.h"
 #include "integrators/steppers/dop853.h"
 #include <math.h>
@@ -15,18 +16,54 @@ typedef struct kmp_measuring {
     double *room;            /* of one account at a time */
     double *row;             /* q, qd, qdd, lambda */
     double *y;               /* size: unknowns within a step */
-    double *vector[VECTORS]; /* size: the interpolant of a lane's step */
+    double *vector[VECTORS]; /* size: the interpolant of the lane whose states are asked for */
     double *end;             /* of the channels */
     double *accounts;        /* of a chunk, one for each instance */
+    /* of all lanes, with their width: */
+    kmp_lanes *lanes;      /* the program of outputs; NULL: no channel is computed, or not in lanes */
+    double *wide[VECTORS]; /* size: the interpolants */
+    double *rows;          /* 2 n: q and qd */
+    double *sampled;       /* points x channels of each lane, one lane after the other */
 } kmp_measuring;
 
 /* The source of states within a step: a lane's interpolant, or a run. */
 typedef struct within {
     kmp_engine *e;
     kmp_pool *pool;
+    size_t lane;
     double t, h;
+    bool current; /* the instance of the lane is the current one */
     kmp_runner *run;
 } within;
+
+/* States of lanes have no accelerations and multipliers: quantities of these are evaluated one by one. */
+static bool samples_in_lanes(const kmp_run_quantities *q)
+{
+    return q->inside && !q->late;
+}
+
+static bool make_lanes(kmp_engine *e)
+{
+    kmp_measuring *m = e->measuring;
+    kmp_arena *a = &e->run_arena;
+    size_t w = e->room.w;
+    if (!samples_in_lanes(m->q))
+        return true;
+    if (m->q->computed)
+        m->lanes = kmp_lanes_new(e->s->judge, (int)w, e->execution.plain);
+    for (int k = 0; k < VECTORS; k++)
+        m->wide[k] = kmp_arena_aligned(a, w * (size_t)e->size);
+    m->rows = kmp_arena_aligned(a, w * 2 * (size_t)e->n);
+    m->sampled = KMP_ARENA_NEW(a, double, w *kmp_account_room(m->q));
+    return !a->failed && (m->lanes || !m->q->computed);
+}
+
+void kmp_measuring_free(kmp_engine *e)
+{
+    if (e->measuring)
+        kmp_lanes_free(e->measuring->lanes);
+    e->measuring = NULL;
+}
 
 bool kmp_measuring_init(kmp_engine *e)
 {
@@ -42,6 +79,8 @@ bool kmp_measuring_init(kmp_engine *e)
     m->q = q;
     for (int k = 0; k < VECTORS; k++)
         m->vector[k] = KMP_ARENA_NEW(a, double, size);
+    if (!kmp_engine_no_lanes(e) && !make_lanes(e))
+        return false;
     return KMP_ARENA_MAKE(a, KMP_ROOM(double, kmp_account_room(q), &m->room),
                           KMP_ROOM(double, 3 * e->n + e->m, &m->row), KMP_ROOM(double, size, &m->y),
                           KMP_ROOM(double, q->channels, &m->end));
@@ -77,9 +116,9 @@ static void channels_at(kmp_engine *e, double t, const double *row, double *valu
 {
     const kmp_run_quantities *q = e->measuring->q;
     int n = e->n;
-    const double *shown = kmp_eval_shown(e->eval, t, row, row + n, row + 2 * n, row + 3 * n);
+    const double *shown = q->computed ? kmp_eval_shown(e->eval, t, row, row + n, row + 2 * n, row + 3 * n) : NULL;
     for (int c = 0; c < q->channels; c++)
-        values[c] = shown[q->shown[c]];
+        values[c] = shown && q->shown[c] >= 0 ? shown[q->shown[c]] : row[-1 - q->shown[c]];
 }
 
 /* Accelerations and multipliers of a state of a pool, after kmp_instance_state. */
@@ -96,11 +135,28 @@ static bool complete(kmp_engine *e, kmp_pool *pool, double *row)
     return true;
 }
 
+/* Gives the evaluator the inputs of a step, and takes them back. */
+static void hold_inputs(kmp_engine *e, const kmp_present_inputs *inputs)
+{
+    kmp_present_inputs *own = &e->eval->inputs;
+    if (inputs && own->count > 0)
+        kmp_present_inputs_copy(own, inputs);
+    else if (own->count > 0)
+        memset(own->replaced, 0, (size_t)own->count * sizeof *own->replaced);
+    own->held = inputs != NULL;
+}
+
 static bool lane_channels(void *user, double t, double *values)
 {
-    const within *in = user;
+    within *in = user;
     kmp_engine *e = in->e;
     kmp_measuring *m = e->measuring;
+    if (!in->current) {
+        const kmp_instance *x = &e->instances[e->room.who[in->lane]];
+        kmp_instance_current(e, x);
+        hold_inputs(e, &x->inputs);
+        in->current = true;
+    }
     kmp_rk_interpolate(e->size, VECTORS, m->vector, (t - in->t) / in->h, m->y);
     if (!kmp_instance_state(e, in->pool, t, m->y, m->row, m->row + e->n, true) ||
         (m->q->late && !complete(e, in->pool, m->row)))
@@ -120,31 +176,105 @@ static bool run_channels(void *user, double t, double *values)
     return true;
 }
 
-/* Gives the evaluator the inputs of a step, and takes them back. */
-static void hold_inputs(kmp_engine *e, const kmp_present_inputs *inputs)
+/* -- lanes ------------------------------------------------------------------------------------------- */
+
+void kmp_lane_constants(kmp_engine *e, size_t l)
 {
-    kmp_present_inputs *own = &e->eval->inputs;
-    if (inputs && own->count > 0)
-        kmp_present_inputs_copy(own, inputs);
-    else if (own->count > 0)
-        memset(own->replaced, 0, (size_t)own->count * sizeof *own->replaced);
-    own->held = inputs != NULL;
+    if (e->measuring && e->measuring->lanes)
+        kmp_lanes_set_one(e->measuring->lanes, KMP_IN_PARAMETER, (int)l,
+                          e->instances[e->room.who[l]].constants.numbers);
 }
 
-/* Vectors of the interpolant of a lane. false: it is less exact than the step, where a run would integrate anew. */
-static bool take_vectors(kmp_engine *e, size_t l)
+void kmp_lanes_constants(kmp_engine *e)
+{
+    if (e->measuring && e->measuring->lanes)
+        (void)kmp_lanes_run(e->measuring->lanes, KMP_STAGE_PARAMETERS);
+}
+
+/* Component k of the vectors of the interpolant, at `at` in the vectors of all lanes. */
+static void take_vectors(const kmp_lane_room *room, size_t at, double *const *vector, size_t k)
+{
+    double h = room->step[at % room->w], cubic[4];
+    kmp_rk_cubic(h, room->y[at], room->y_new[at], room->k[1][at], room->k[13][at], cubic);
+    for (int j = 0; j < 4; j++) {
+        vector[j][k] = cubic[j];
+        vector[4 + j][k] = kmp_dop853_dense(h, room->k, at, j);
+    }
+}
+
+void kmp_lanes_interpolate(kmp_engine *e)
+{
+    kmp_measuring *m = e->measuring;
+    for (size_t k = 0; m->sampled && k < (size_t)e->size * e->room.w; k++)
+        take_vectors(&e->room, k, m->wide, k);
+}
+
+int kmp_lanes_points(const kmp_engine *e)
+{
+    return e->measuring->sampled ? KMP_PIECE_POINTS : 0;
+}
+
+double kmp_lanes_point(kmp_engine *e, int point, double *y)
+{
+    double x = 0.5 * (1 + kmp_piece_point(point));
+    kmp_rk_interpolate(e->size * (int)e->room.w, VECTORS, e->measuring->wide, x, y);
+    return x;
+}
+
+/* q and qd of all lanes from the unknowns and their slopes. */
+static void spread(const kmp_engine *e, const kmp_pool *pool, const double *y, const double *slope, double *rows)
+{
+    size_t w = e->room.w, bytes = w * sizeof *rows, p = (size_t)e->p, n = (size_t)e->n;
+    for (size_t k = 0; k < p; k++) {
+        size_t u = (size_t)pool->part.u[k];
+        memcpy(rows + u * w, y + k * w, bytes);
+        memcpy(rows + (n + u) * w, y + (p + k) * w, bytes);
+    }
+    for (size_t k = 0; k < (size_t)e->r; k++) {
+        size_t v = (size_t)pool->part.v[k];
+        memcpy(rows + v * w, y + (2 * p + k) * w, bytes);
+        memcpy(rows + (n + v) * w, slope + (2 * p + k) * w, bytes);
+    }
+}
+
+/* The stages of outputs build on each other. */
+static const double *shown_in_lanes(kmp_engine *e)
+{
+    kmp_measuring *m = e->measuring;
+    const double *shown = NULL;
+    if (!m->lanes)
+        return NULL;
+    kmp_lanes_set(m->lanes, KMP_IN_TIME, e->room.at);
+    kmp_lanes_set(m->lanes, KMP_IN_Q, m->rows);
+    kmp_lanes_set(m->lanes, KMP_IN_QD, m->rows + (size_t)e->n * e->room.w);
+    for (int stage = KMP_STAGE_POTENTIAL; stage <= KMP_STAGE_SHOWN; stage++)
+        shown = kmp_lanes_run(m->lanes, stage);
+    return shown;
+}
+
+void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope)
+{
+    kmp_measuring *m = e->measuring;
+    const kmp_run_quantities *q = m->q;
+    size_t w = e->room.w, room = kmp_account_room(q);
+    spread(e, pool, y, slope, m->rows);
+    const double *shown = shown_in_lanes(e);
+    for (int c = 0; c < q->channels; c++) {
+        const double *from =
+            shown && q->shown[c] >= 0 ? shown + (size_t)q->shown[c] * w : m->rows + (size_t)(-1 - q->shown[c]) * w;
+        for (size_t l = 0; l < w; l++)
+            m->sampled[l * room + (size_t)(point * q->channels + c)] = from[l];
+    }
+}
+
+/* Prepares the interpolant of one lane. false: it is less exact than the step, where a run would integrate anew. */
+static bool choose_lane(kmp_engine *e, size_t l)
 {
     const kmp_lane_room *room = &e->room;
-    double h = room->step[l], most = 0, *const *vector = e->measuring->vector;
-    for (int i = 0; i < e->size; i++) {
-        size_t at = (size_t)i * room->w + l;
-        double cubic[4];
-        kmp_rk_cubic(h, room->y[at], room->y_new[at], room->k[1][at], room->k[13][at], cubic);
-        for (int j = 0; j < 4; j++) {
-            vector[j][i] = cubic[j];
-            vector[4 + j][i] = kmp_dop853_dense(h, room->k, at, j);
-        }
-        most = fmax(most, fabs(vector[VECTORS - 1][i]) / room->weight[at]);
+    double most = 0, *const *vector = e->measuring->vector;
+    for (size_t i = 0; i < (size_t)e->size; i++) {
+        take_vectors(room, i * room->w + l, vector, i);
+        most = fmax(most, fabs(vector[VECTORS - 1][i]) / room->weight[i * room->w + l]);
     }
     return ldexp(most, 1 - VECTORS) <= KMP_RK_COARSE;
 }
@@ -154,16 +284,20 @@ bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l)
     const kmp_lane_room *room = &e->room;
     kmp_measuring *m = e->measuring;
     int i = room->who[l];
-    within in = {.e = e, .pool = pool, .t = room->t[l], .h = room->step[l]};
-    if (!take_vectors(e, l))
-        return false;
-    kmp_instance_current(e, &e->instances[i]);
-    hold_inputs(e, &e->instances[i].inputs);
-    bool good =
-        kmp_account_step(m->q, account_of(e, i), m->room, e->spec.rtol, room->t[l], room->t_new[l], lane_channels, &in);
-    hold_inputs(e, NULL);
+    within in = {.e = e, .pool = pool, .lane = l, .t = room->t[l], .h = room->step[l]};
+    const kmp_measured_step step = {.from = room->t[l],
+                                    .to = room->t_new[l],
+                                    .rtol = e->spec.rtol,
+                                    .sampled = m->sampled ? m->sampled + l * kmp_account_room(m->q) : NULL,
+                                    .channels = lane_channels,
+                                    .user = &in};
+    bool good = choose_lane(e, l) && kmp_account_step(m->q, account_of(e, i), m->room, &step);
+    if (in.current)
+        hold_inputs(e, NULL);
     return good;
 }
+
+/* -- runs -------------------------------------------------------------------------------------------- */
 
 bool kmp_run_measure(kmp_engine *e, int i, kmp_runner *run)
 {
@@ -172,8 +306,12 @@ bool kmp_run_measure(kmp_engine *e, int i, kmp_runner *run)
     if (!m || !m->q->inside)
         return true;
     hold_inputs(e, kmp_runner_inputs(run));
-    bool good = kmp_account_step(m->q, account_of(e, i), m->room, e->spec.rtol, kmp_runner_t_old(run),
-                                 kmp_runner_t(run), run_channels, &in);
+    const kmp_measured_step step = {.from = kmp_runner_t_old(run),
+                                    .to = kmp_runner_t(run),
+                                    .rtol = e->spec.rtol,
+                                    .channels = run_channels,
+                                    .user = &in};
+    bool good = kmp_account_step(m->q, account_of(e, i), m->room, &step);
     hold_inputs(e, NULL);
     return good;
 }

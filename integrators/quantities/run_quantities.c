@@ -151,18 +151,21 @@ static void take_piece(const kmp_run_quantity *q, const kmp_piece *piece, const 
 /* A step under way. */
 typedef struct measuring {
     const kmp_run_quantities *q;
-    double *account, *room, rtol;
-    kmp_channels_fn *channels;
-    void *user;
+    double *account, *room;
+    const kmp_measured_step *step;
     int pieces;
 } measuring;
 
-static bool sample(const measuring *m, double from, double to)
+static bool sample(const measuring *m, double from, double to, bool whole)
 {
     int channels = m->q->channels;
+    if (whole && m->step->sampled) {
+        memcpy(m->room, m->step->sampled, (size_t)(KMP_PIECE_POINTS * channels) * sizeof *m->room);
+        return true;
+    }
     for (int k = 0; k < KMP_PIECE_POINTS; k++) {
         double x = kmp_piece_point(k), t = x <= -1 ? from : x >= 1 ? to : from + 0.5 * (1 + x) * (to - from);
-        if (!m->channels(m->user, t, m->room + (ptrdiff_t)k * channels))
+        if (!m->step->channels(m->step->user, t, m->room + (ptrdiff_t)k * channels))
             return false;
     }
     return true;
@@ -197,7 +200,7 @@ static bool is_smooth(const measuring *m, double from, double to)
             continue;
         const kmp_piece piece = piece_of(m, q->channel, square, from, to);
         double most = size[q->channel];
-        if (!(kmp_piece_error(&piece) <= m->rtol * (square ? most * most : most)))
+        if (!(kmp_piece_error(&piece) <= m->step->rtol * (square ? most * most : most)))
             return false;
     }
     return true;
@@ -218,7 +221,7 @@ static void take(const measuring *m, double from, double to)
 /* Pieces in the order of time. */
 static bool measure(measuring *m, double from, double to, int halvings)
 {
-    if (!sample(m, from, to))
+    if (!sample(m, from, to, halvings == 0))
         return false;
     note_sizes(m);
     double middle = from + 0.5 * (to - from);
@@ -239,7 +242,7 @@ static bool take_times(const measuring *m, double from, double to)
         double *x = m->account + (ptrdiff_t)NUMBERS * k;
         if (q->kind != KMP_TAKE_AT || !isnan(x[TIME]) || !(q->time >= from && q->time <= to))
             continue;
-        if (!m->channels(m->user, q->time, m->room))
+        if (!m->step->channels(m->step->user, q->time, m->room))
             return false;
         x[VALUE] = m->room[q->channel];
         x[TIME] = q->time;
@@ -247,14 +250,14 @@ static bool take_times(const measuring *m, double from, double to)
     return true;
 }
 
-bool kmp_account_step(const kmp_run_quantities *q, double *account, double *room, double rtol, double from, double to,
-                      kmp_channels_fn *channels, void *user)
+bool kmp_account_step(const kmp_run_quantities *q, double *account, double *room, const kmp_measured_step *step)
 {
-    measuring m = {q, account, room, rtol, channels, user, 0};
+    measuring m = {q, account, room, step, 0};
     bool pieces = false;
     for (int k = 0; k < q->count; k++)
         pieces = pieces || (q->of[k].kind != KMP_TAKE_END && q->of[k].kind != KMP_TAKE_AT);
-    return take_times(&m, from, to) && (!pieces || !(to > from) || measure(&m, from, to, 0));
+    return take_times(&m, step->from, step->to) &&
+           (!pieces || !(step->to > step->from) || measure(&m, step->from, step->to, 0));
 }
 
 void kmp_account_values(const kmp_run_quantities *q, const double *account, double t_start, double t_end,

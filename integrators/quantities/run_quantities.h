@@ -33,8 +33,11 @@ typedef struct kmp_run_quantity {
 typedef struct kmp_run_quantities {
     int count, channels, values;
     const kmp_run_quantity *of;
-    const int *shown;  /* of each channel: its number among the computed outputs of the model (kmp_eval_shown) */
-    bool inside, late; /* within steps; some channel depends on accelerations or multipliers */
+    const int *shown; /* of each channel: its number among the computed outputs of the model (kmp_eval_shown), or
+                       * -1 - its number in the row q, qd, qdd, lambda */
+    bool inside;      /* some quantity depends on states within steps */
+    bool rates, late; /* some channel depends on rates; on accelerations or multipliers */
+    bool computed;    /* some channel is a computed output */
 } kmp_run_quantities;
 
 /** Number of values of a kind: 2 for an extreme with its time, else 1. */
@@ -53,10 +56,19 @@ void kmp_account_begin(const kmp_run_quantities *quantities, double *account);
 /** Gives the values of all channels at a time within the present step. false: there is no state. */
 typedef bool kmp_channels_fn(void *user, double t, double *values);
 
-/** Takes an accepted step into account. `rtol`: error of a polynomial relative to the largest value so far. false: a
- * state within the step was not available. */
-bool kmp_account_step(const kmp_run_quantities *quantities, double *account, double *room, double rtol, double from,
-                      double to, kmp_channels_fn *channels, void *user);
+/** An accepted step: its times; the error of a polynomial relative to the largest value so far; the channels at
+ * kmp_piece_point 0, 1, .. of the whole step, point by point, if they are known (NULL: they are not), and at other
+ * times. */
+typedef struct kmp_measured_step {
+    double from, to, rtol;
+    const double *sampled;
+    kmp_channels_fn *channels;
+    void *user;
+} kmp_measured_step;
+
+/** Takes a step into account. false: a state within the step was not available. */
+bool kmp_account_step(const kmp_run_quantities *quantities, double *account, double *room,
+                      const kmp_measured_step *step);
 
 /** Writes the values at the end of a run: `end` has the channels there. */
 void kmp_account_values(const kmp_run_quantities *quantities, const double *account, double t_start, double t_end,

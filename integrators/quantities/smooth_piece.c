@@ -36,7 +36,7 @@ static double cosine_of(int n)
 
 kmp_piece kmp_piece_of(double from, double to, const double values[KMP_PIECE_POINTS])
 {
-    kmp_piece piece = {.from = from, .to = to};
+    kmp_piece piece = {.from = from, .to = to, .first = values[0], .last = values[DEGREE]};
     for (int k = 0; k <= DEGREE; k++) {
         double sum = 0;
         for (int j = 0; j <= DEGREE; j++) {
@@ -76,6 +76,8 @@ static double sum_of(int count, const double *c, double x)
 
 double kmp_piece_value(const kmp_piece *piece, double x)
 {
+    if (x <= -1 || x >= 1)
+        return x < 0 ? piece->first : piece->last;
     return sum_of(KMP_PIECE_POINTS, piece->c, x);
 }
 

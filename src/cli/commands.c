@@ -188,10 +188,11 @@ static kempe_status take_values(const cli_job *j, kempe_values **values)
 static kempe_status instances_compute(const cli_job *j, void **object)
 {
     const cli_settings *s = j->settings;
+    const kempe_ensemble_options measured = {.size = sizeof measured, .quantities = s->quantities, .limits = s->limits};
     instances *i = calloc(1, sizeof *i);
     kempe_status status = i ? take_values(j, &i->values) : KEMPE_E_MEMORY;
     if (status == KEMPE_OK)
-        status = kempe_ensemble_new_with(j->model, i->values, &s->ensemble, &i->ensemble);
+        status = kempe_ensemble_new_with(j->model, i->values, &measured, &i->ensemble);
     if (status == KEMPE_OK)
         status = kempe_ensemble_run(i->ensemble, &s->run, s->alone ? -1 : s->lanes, &i->batch);
     if (i && i->batch)

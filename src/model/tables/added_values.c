@@ -81,6 +81,7 @@ static kempe_status add_output(kempe_model *copy, const char *label, kmp_added_v
         return kmp_fail(copy->context, KEMPE_E_ARGUMENT, "%s:1:%d: '%s' is not one number: give one component of it",
                         label, v->column, v->text);
     *output = copy->outputs[0];
+    v->rates = true;
     v->unit = kmp_output_unit(copy, output, *part);
     v->late = output->kind != KMP_OUTPUT_ENERGY && output->kind != KMP_OUTPUT_MOMENTUM &&
               output->kind != KMP_OUTPUT_ANGULAR_MOMENTUM && output->kind != KMP_OUTPUT_GAP;
@@ -123,6 +124,12 @@ static const kmp_expr *difference_of(kempe_model *copy, const kmp_expr *e, bool 
     return made;
 }
 
+static bool is_unknown(const kmp_expr *e, const void *unused)
+{
+    (void)unused;
+    return e->kind == KMP_EXPR_UNKNOWN;
+}
+
 static kempe_status add_expression(kempe_model *copy, const char *label, kmp_added_value *v, kmp_sensor *sensor)
 {
     adding a;
@@ -137,6 +144,7 @@ static kempe_status add_expression(kempe_model *copy, const char *label, kmp_add
     if (e) {
         v->unit = v->condition ? "" : unit_of(copy, &a, e);
         v->late = kmp_expr_acceleration(e) || kmp_expr_lambda(e);
+        v->rates = v->late || kmp_expr_find(e, kmp_expr_is_rate, NULL) || kmp_expr_find(e, is_unknown, NULL);
         *sensor = (kmp_sensor){.name = v->text, .expr = e};
     }
     return end(&a);
@@ -144,29 +152,61 @@ static kempe_status add_expression(kempe_model *copy, const char *label, kmp_add
 
 /* -- all --------------------------------------------------------------------------------------------- */
 
+/* The coordinate of "qdd(NAME)", which expressions do not have; -1: it is something else. */
+static int acceleration_of(const kempe_model *copy, const char *text, kmp_arena *arena)
+{
+    size_t length = strlen(text);
+    if (strncmp(text, "qdd(", 4) != 0 || text[length - 1] != ')')
+        return -1;
+    const char *name = kmp_arena_printf(arena, "%.*s", (int)length - 5, text + 4);
+    return name ? kmp_name_find(KMP_COORDINATES(copy), name) : -1;
+}
+
+/* A coordinate, its rate or its acceleration is in every row. */
+static bool is_in_rows(kempe_model *copy, kmp_added_value *v, const kmp_expr *e, int n)
+{
+    int acceleration = e ? -1 : acceleration_of(copy, v->text, &copy->arena);
+    bool state = e && (e->kind == KMP_EXPR_Q || e->kind == KMP_EXPR_QD);
+    if (acceleration >= 0)
+        v->unit = copy->motions[acceleration].rotation ? "rad/s^2" : "m/s^2";
+    if (acceleration >= 0)
+        v->late = true;
+    if (!state && acceleration < 0)
+        return false;
+    v->rates = v->late || e->kind == KMP_EXPR_QD;
+    v->shown = -1 - (acceleration >= 0 ? 2 * n + acceleration : e->kind == KMP_EXPR_Q ? e->index : n + e->index);
+    return true;
+}
+
 kempe_status kmp_add_values(kempe_model *copy, const char *label, int count, kmp_added_value *values)
 {
-    int place = 0, sensors = copy->sensor_count;
+    int place = 0, sensors = copy->sensor_count, kept = 0;
     kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, count);
     kmp_sensor *list = KMP_ARENA_NEW(&copy->arena, kmp_sensor, sensors + count);
     KMP_TRY(kmp_made(copy->context, outputs && list));
     if (sensors > 0)
         memcpy(list, copy->sensors, (size_t)sensors * sizeof *list);
     for (int k = 0; k < count; k++) {
+        kmp_added_value *v = &values[k];
         int part = 0;
-        if (!values[k].condition && is_output(values[k].text)) {
-            KMP_TRY(add_output(copy, label, &values[k], &outputs[k], &part));
+        if (!v->condition && is_in_rows(copy, v, NULL, copy->motion_count))
+            continue;
+        if (!v->condition && is_output(v->text)) {
+            KMP_TRY(add_output(copy, label, v, &outputs[kept], &part));
         } else {
-            KMP_TRY(add_expression(copy, label, &values[k], &list[sensors]));
-            outputs[k] = (kmp_output){.kind = KMP_OUTPUT_SENSOR, .index = sensors++};
+            KMP_TRY(add_expression(copy, label, v, &list[sensors]));
+            if (is_in_rows(copy, v, list[sensors].expr, copy->motion_count))
+                continue;
+            outputs[kept] = (kmp_output){.kind = KMP_OUTPUT_SENSOR, .index = sensors++};
         }
-        values[k].shown = place + part;
-        place += outputs[k].kind == KMP_OUTPUT_SENSOR ? 1 : kmp_output_width(copy, &outputs[k]);
+        v->shown = place + part;
+        place += outputs[kept].kind == KMP_OUTPUT_SENSOR ? 1 : kmp_output_width(copy, &outputs[kept]);
+        kept++;
     }
     copy->sensors = list;
     copy->sensor_count = sensors;
     copy->outputs = outputs;
-    copy->output_count = count;
+    copy->output_count = kept;
     return KEMPE_OK;
 }
 

@@ -11,8 +11,9 @@ typedef struct kmp_added_value {
     bool condition; /* the text is a comparison: the value is negative where it holds */
     /* found: */
     bool or_equal;    /* a condition that holds at zero too */
-    bool late;        /* it depends on accelerations or multipliers */
-    int shown;        /* its number among the computed outputs of the copy (kmp_eval_shown) */
+    bool rates, late; /* it depends on rates; on accelerations or multipliers */
+    int shown;        /* its number among the computed outputs of the copy (kmp_eval_shown), or -1 - a coordinate's
+                       * number among q, qd and qdd */
     const char *unit; /* SI, in the copy's arena */
 } kmp_added_value;
 

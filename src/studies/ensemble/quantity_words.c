@@ -67,11 +67,11 @@ static size_t find_outside(part p, const char *signs)
     return p.length;
 }
 
-/* Takes the next item of a list separated by semicolons; false after the last one. */
+/* Takes the next item of a list, whose separators are outside parentheses; false after the last one. */
 static bool next_item(part *rest, part *item)
 {
     while (rest->length > 0) {
-        size_t end = find_outside(*rest, ";\n"), skip = end < rest->length ? end + 1 : end;
+        size_t end = find_outside(*rest, ",;\n"), skip = end < rest->length ? end + 1 : end;
         *item = part_of(*rest, 0, end);
         *rest = (part){rest->s + skip, rest->length - skip, rest->column + (int)skip};
         if (item->length > 0)
@@ -134,10 +134,14 @@ static int find_word(part item, part *inside)
     const part behind = {item.s + open, item.length - open, item.column + (int)open};
     if (find_outside(behind, ")") != behind.length - 1)
         return -1;
-    *inside = part_of(item, open + 1, item.length - open - 2);
-    for (int k = 0; k < count; k++)
-        if (strlen(words[k].word) == open && strncmp(words[k].word, item.s, open) == 0)
-            return words[k].arguments == 1 && find_outside(*inside, ",") < inside->length ? -1 : k;
+    const part within = part_of(item, open + 1, item.length - open - 2);
+    for (int k = 0; k < count; k++) {
+        bool same = strlen(words[k].word) == open && strncmp(words[k].word, item.s, open) == 0;
+        if (!same || (words[k].arguments == 1 && find_outside(within, ",") < within.length))
+            continue;
+        *inside = within;
+        return k;
+    }
     return -1;
 }
 
@@ -277,7 +281,9 @@ static void settle(reading *r)
     }
     for (int k = 0; k < run->channels; k++) {
         r->shown[k] = r->channel[k].shown;
+        run->rates = run->rates || r->channel[k].rates;
         run->late = run->late || r->channel[k].late;
+        run->computed = run->computed || r->shown[k] >= 0;
     }
     run->of = r->of;
     run->shown = r->shown;
