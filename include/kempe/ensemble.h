@@ -62,6 +62,20 @@ typedef struct kempe_ensemble kempe_ensemble;
  * ensemble. KEMPE_E_INPUT: as kempe_system_new, or a closure that depends on symbolic parameters alone. */
 KEMPE_API kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *values,
                                           kempe_ensemble **ensemble);
+
+/** Quantities of each instance, and limits on them (docs/ensemble.md). */
+typedef struct kempe_ensemble_options {
+    size_t size; /* sizeof(kempe_ensemble_options) */
+    /* Separated by commas, each [NAME =] and: EXPRESSION (its value at the end), at(EXPRESSION, TIME),
+     * max(EXPRESSION), min(..), range(..), mean(..), rms(..), integral(..), or, with a comparison A < B, first(A < B)
+     * (time), count(A < B), duration(A < B). Expressions are those of sensors, or outputs such as energy.total. */
+    const char *quantities;
+    const char *limits; /* separated by commas: QUANTITY < VALUE, or <=, >, >=; the name of one, or one as above */
+} kempe_ensemble_options;
+
+/** The same with quantities. KEMPE_E_ARGUMENT: a quantity or a limit is wrong; the message has its column. */
+KEMPE_API kempe_status kempe_ensemble_new_with(const kempe_model *model, const kempe_values *values,
+                                               const kempe_ensemble_options *options, kempe_ensemble **ensemble);
 KEMPE_API void kempe_ensemble_free(kempe_ensemble *ensemble);
 
 typedef struct kempe_batch kempe_batch;
@@ -91,14 +105,25 @@ KEMPE_API const char *kempe_batch_reason(const kempe_batch *batch, int k);
 KEMPE_API const double *kempe_batch_q(const kempe_batch *batch, int k);
 KEMPE_API const double *kempe_batch_qd(const kempe_batch *batch, int k);
 
+/** The number of values of the quantities; name and SI unit of one; its value for the k-th instance, NaN without one.
+ * An extreme has two values, the second one is its time, NAME.time. */
+KEMPE_API int kempe_batch_quantity_count(const kempe_batch *batch);
+KEMPE_API const char *kempe_batch_quantity_name(const kempe_batch *batch, int value);
+KEMPE_API const char *kempe_batch_quantity_unit(const kempe_batch *batch, int value);
+KEMPE_API double kempe_batch_quantity(const kempe_batch *batch, int k, int value);
+
+/** "pass" or "fail" by the limits; "" without limits, or where a limited quantity is not known. */
+KEMPE_API const char *kempe_batch_limits(const kempe_batch *batch, int k);
+
 /** Prints a summary; as JSON with every instance. */
 KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format format, char **text);
 
-/** The table "instances", a row for each: the columns of the values; status, t, q.NAME, qd.NAME of the final state;
- * steps, rejected, refused, rhs, exchanges; its accuracy: h and hdot (max |h| and |hdot|, scaled), drift (of the
- * energy, relative); the convergence check: difference, verdict ("converged", "not converged", "the other run did not
- * reach its end", "" without a repeat run); single_run (why it ran by itself, "": in a lane), reason. KEMPE_E_ARGUMENT:
- * another name. */
+/** The table "instances", a row for each: the columns of the values; status, t, q.NAME, qd.NAME of the final state; the
+ * quantities. With limits it has `limits` ("pass", "fail" or "") and `broken`, the limits that are not kept. Then there
+ * are steps, rejected, refused, rhs, exchanges; its accuracy: h and hdot (max |h| and |hdot|, scaled), drift (of the
+ * energy, relative). The convergence check has difference and verdict ("converged", "not converged", "the other run did
+ * not reach its end", "" without a repeat run). Last are single_run (why it ran by itself, "": in a lane) and reason.
+ * KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_batch_table(const kempe_batch *batch, const char *name, kempe_table **table);
 
 /** Writes a self-contained HTML page: columns of "instances" over the first varied value. KEMPE_E_IO: the path

@@ -60,7 +60,7 @@ class Batch(Reported):
     """Results of all instances."""
 
     _noun = "batch"
-    _kept = ("status", "reason", "q", "qd")
+    _kept = ("status", "reason", "q", "qd", "quantities", "limits")
     instances: TableOf = TableOf(
         "A row for each instance: values, status, t, q.NAME, qd.NAME, work, accuracy, verdict, reason."
     )
@@ -87,6 +87,22 @@ class Batch(Reported):
     def qd(self) -> Array:
         """Final rates (instances x n)."""
         return self._states(lib.kempe_batch_qd)
+
+    @property
+    def quantities(self) -> dict[str, Array]:
+        """Values of each quantity by its name, in SI; NaN where an instance did not reach its end."""
+        count = range(lib.kempe_batch_quantity_count(self._pointer))
+        names = [string(lib.kempe_batch_quantity_name(self._pointer, value)) for value in count]
+        rows = range(len(self))
+        return {
+            name: np.array([lib.kempe_batch_quantity(self._pointer, k, value) for k in rows], dtype=float)
+            for value, name in zip(count, names)
+        }
+
+    @property
+    def limits(self) -> list[str]:
+        """Of each instance "pass" or "fail" by the limits, "" where it is not known."""
+        return [string(lib.kempe_batch_limits(self._pointer, k)) for k in range(len(self))]
 
     def _states(self, get: object) -> Array:
         n = len(self._context.coordinates)

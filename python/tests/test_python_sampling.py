@@ -146,3 +146,28 @@ def test_grid(model):
 def test_mistakes(model, ranges, options, told):
     with pytest.raises(kempe.Error, match=told):
         model.sample(ranges, 10, **options)
+
+
+def test_quantities_of_an_oscillator():
+    model = kempe.Model.from_text(
+        """kempe: 1
+parameters: {m: 1, a: 0.1}
+bodies: {b: {joint: {name: x, prismatic: x, at: ground}, mass: m}}
+forces: {s: {joint: x, force: "-100*q(x)"}}
+start: {q: {x: a}}
+"""
+    )
+    masses = np.array([0.5, 1, 2, -1])
+    words = {"top": "max(q(x))", "fast": "max(qd(x))", "down": "first(q(x) < 0)"}
+    ensemble = model.ensemble({"m": masses}, quantities=words, limits=["fast < 0.99 m/s"])
+    batch = ensemble.run(t_end=1, rtol=1e-10, atol=1e-12)
+    rate = np.sqrt(100 / masses[:3])
+    found = batch.quantities
+    assert list(found) == ["top", "top.time", "fast", "fast.time", "down"]
+    assert np.allclose(found["top"][:3], 0.1, rtol=1e-8)
+    assert np.allclose(found["fast"][:3], 0.1 * rate, rtol=1e-8)
+    assert np.allclose(found["down"][:3], np.pi / 2 / rate, rtol=1e-8)
+    assert all(np.isnan(values[3]) for values in found.values())
+    assert batch.limits == ["fail", "fail", "pass", ""]
+    with pytest.raises(kempe.ArgumentError, match="quantity:1:7: unknown coordinate 'y'"):
+        model.ensemble({"m": masses}, quantities="max(q(y))")
