@@ -8,6 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 /* Pages and examples of an installed command are in a folder relative to it, so that its prefix may be moved. In a
  * build folder there is none: their names are relative to the sources. */
@@ -115,8 +118,20 @@ static int choose(int argc, char **argv)
     return complain_unknown(argv[1]);
 }
 
+/* Equations are derived in memory that is freed and taken again several times. The C library would return it to the
+ * system, which clears each page anew. Arrays above OWN_PAGES bytes are pages of their own, and grow without a copy. */
+static void keep_memory(void)
+{
+#ifdef __GLIBC__
+    enum { MOST_KEPT = 256 << 20, OWN_PAGES = 16 << 20 };
+    (void)mallopt(M_TRIM_THRESHOLD, MOST_KEPT);
+    (void)mallopt(M_MMAP_THRESHOLD, OWN_PAGES);
+#endif
+}
+
 int main(int argc, char **argv)
 {
+    keep_memory();
     cli_terminal_begin(false);
     int code = choose(argc, argv);
     if ((fflush(stdout) != 0 || ferror(stdout)) && code == CLI_DONE) {

@@ -2,7 +2,6 @@
 /* A sum is expanded to monomials, factors in order of their numbers. The partner that a rule needs is found by its
  * factors; every rule removes a term, so that the pass ends. Squares are first: they leave less work. */
 #include "symbolic/passes/rewrite.h"
-#include "symbolic/passes/shorten.h"
 #include "symbolic/program/cost.h"
 #include "symbolic/rotation.h"
 #include <string.h>
@@ -238,9 +237,30 @@ static int count_trig(const kmp_graph *g, kmp_ref x, int *left)
 /* Two squares, or a product of each angle's, are the least that a rule applies to. */
 enum { FEWEST_TRIG = 4 };
 
-static bool may_apply(const kmp_rewrite *r, int count, const kmp_ref *list)
+/* The axes, and the sines and cosines among the factors of each needed node before the pass, at most FEWEST_TRIG. */
+typedef struct axes_and_trig {
+    const kmp_parallel *parallel;
+    uint8_t *trig;
+} axes_and_trig;
+
+static uint8_t trig_of(const kmp_graph *g, const uint8_t *trig, uint32_t id)
+{
+    const kmp_node *n = kmp_graph_node(g, id);
+    if (n->op != KMP_OP_MUL)
+        return n->op == KMP_OP_SIN || n->op == KMP_OP_COS;
+    int found = trig[kmp_id(n->a)] + trig[kmp_id(n->b)];
+    return (uint8_t)(found < FEWEST_TRIG ? found : FEWEST_TRIG);
+}
+
+/* False if the terms have too few sines and cosines, as most have; a term that has changed may have any number. */
+static bool may_apply(const kmp_rewrite *r, const uint8_t *trig, int count, const kmp_ref *list)
 {
     int found = 0;
+    for (int k = 0; k < count; k++)
+        found += kmp_rewritten(r, list[k]) == list[k] ? trig[kmp_id(list[k])] : FEWEST_TRIG;
+    if (found < FEWEST_TRIG)
+        return false;
+    found = 0;
     for (int k = 0; k < count && found < FEWEST_TRIG; k++) {
         int left = MOST_FACTORS;
         found += count_trig(r->graph, kmp_rewritten(r, list[k]), &left);
@@ -260,15 +280,17 @@ static bool lay_out(const kmp_rewrite *r, int count, const kmp_ref *list, sum *s
     return ok;
 }
 
-static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *parallel, uint32_t id)
+static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id)
 {
+    const axes_and_trig *known = user;
     kmp_ref list[KMP_MOST_TERMS], sign = 0;
     sum s;
     s.g = r->graph;
-    s.parallel = parallel;
+    s.parallel = known->parallel;
     s.count = 0;
     int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, list, &sign);
-    if (count > MOST_TERMS || !may_apply(r, count, list) || !lay_out(r, count, list, &s) || !apply_rules(&s))
+    if (count > MOST_TERMS || !may_apply(r, known->trig, count, list) || !lay_out(r, count, list, &s) ||
+        !apply_rules(&s))
         return kmp_rewrite_node(r, id);
     while (apply_rules(&s))
         ;
@@ -277,5 +299,12 @@ static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *parallel, uint32_t 
 
 bool kmp_collapse_trig(kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {
-    return kmp_rewrite_sums(r, rewrite_sum, parallel, KMP_COST_ADDITION, count, outputs);
+    axes_and_trig known = {parallel, KMP_NEW(uint8_t, r->count)};
+    for (uint32_t k = 0; known.trig && k < r->live.top; k++) {
+        uint32_t id = kmp_rewrite_live(r, k);
+        known.trig[id] = trig_of(r->graph, known.trig, id);
+    }
+    bool ok = known.trig && kmp_rewrite_sums(r, rewrite_sum, &known, KMP_COST_ADDITION, count, outputs);
+    kmp_free(known.trig);
+    return ok;
 }

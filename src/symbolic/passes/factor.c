@@ -143,6 +143,12 @@ static kmp_ref sum_of(kmp_graph *g, tally *y, term *terms, int count, kmp_ref f)
     return sum;
 }
 
+/* True if a term is taken apart: no other node needs the product. */
+static bool comes_apart(const kmp_rewrite *r, kmp_ref x)
+{
+    return kmp_graph_node(r->graph, kmp_id(x))->op == KMP_OP_MUL && r->uses[kmp_id(x)] == 1;
+}
+
 /* Term x of the sum as it became. */
 static void set_term(const kmp_rewrite *r, kmp_ref x, term *t)
 {
@@ -152,8 +158,7 @@ static void set_term(const kmp_rewrite *r, kmp_ref x, term *t)
     t->count = 0;
     t->bits = 0;
     t->reduced = t->taken = false;
-    const kmp_node *n = kmp_graph_node(r->graph, kmp_id(x));
-    if (n->op != KMP_OP_MUL || r->uses[kmp_id(x)] != 1)
+    if (!comes_apart(r, x))
         return;
     int count = kmp_rewrite_flatten(r, KMP_OP_MUL, x & ~(kmp_ref)1, list, &t->sign);
     for (int k = 0; count <= MOST_FACTORS && k < count; k++) {
@@ -171,6 +176,11 @@ static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id)
     kmp_ref list[KMP_MOST_TERMS], sign = 0;
     (void)user;
     int count = kmp_rewrite_flatten(r, KMP_OP_ADD, id << 1, list, &sign);
+    int products = 0;
+    for (int k = 0; k < count; k++)
+        products += comes_apart(r, list[k]);
+    if (products < 2)
+        return kmp_rewrite_node(r, id);
     for (int k = 0; k < count; k++)
         set_term(r, list[k], &terms[k]);
     kmp_ref f = count_factors(&y, terms, count) ? common_factor(r->graph, &y, terms, count) : KMP_ZERO;

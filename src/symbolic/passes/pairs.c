@@ -23,7 +23,6 @@ typedef struct list {
 typedef struct pair {
     kmp_ref a, b;
     int count, first; /* lists that have the pair; their position in `member` */
-    uint32_t made;    /* number of the item that replaces it, 0: none yet */
 } pair;
 
 typedef struct sharing {
@@ -114,7 +113,7 @@ static int find(sharing *s, kmp_ref a, kmp_ref b)
             return (int)s->table[k] - 1;
     }
     s->table[k] = (uint32_t)s->pair_count + 1;
-    s->pairs[s->pair_count] = (pair){a, b, 0, 0, 0};
+    s->pairs[s->pair_count] = (pair){a, b, 0, 0};
     return s->pair_count++;
 }
 
@@ -224,20 +223,20 @@ static bool stands(const sharing *s, const list *l, const pair *p, int at[2], km
     return false;
 }
 
-static bool make(sharing *s, pair *p)
+/* Returns the number of the item that replaces a pair; 0: no memory. */
+static uint32_t make(sharing *s, const pair *p)
 {
     kmp_ref(*made)[2] = kmp_list_room(s->made, s->made_count, sizeof *made);
     if (!made)
-        return false;
+        return 0;
     s->made = made;
     s->made[s->made_count][0] = p->a;
     s->made[s->made_count][1] = p->b;
-    p->made = s->r->count + s->made_count++;
-    return true;
+    return s->r->count + s->made_count++;
 }
 
 /* Puts the pair's replacement into all lists that still have it, if there are at least two. */
-static bool share(sharing *s, pair *p, const int *member)
+static bool share(sharing *s, const pair *p, const int *member)
 {
     int at[2], found = 0;
     kmp_ref sign;
@@ -245,7 +244,8 @@ static bool share(sharing *s, pair *p, const int *member)
         found += stands(s, &s->lists[member[k]], p, at, &sign);
     if (found < 2)
         return false;
-    if (!make(s, p)) {
+    uint32_t number = make(s, p);
+    if (!number) {
         s->failed = true;
         return false;
     }
@@ -254,10 +254,10 @@ static bool share(sharing *s, pair *p, const int *member)
         kmp_ref *item = s->items + l->first;
         if (!stands(s, l, p, at, &sign))
             continue;
-        item[at[0]] = p->made << 1 | sign;
+        item[at[0]] = number << 1 | sign;
         memmove(item + at[1], item + at[1] + 1, (size_t)(l->count - at[1] - 1) * sizeof *item);
         l->count--;
-        l->newest = p->made;
+        l->newest = number;
         l->changed = true;
     }
     return true;

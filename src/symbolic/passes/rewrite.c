@@ -30,9 +30,15 @@ static bool find_demand(const kmp_graph *g, int count, const kmp_ref *outputs, d
         if (!uses[id])
             continue;
         const kmp_node *n = kmp_graph_node(g, id);
+        int arity = kmp_op_arity((kmp_op)n->op);
         ok = kmp_push(&d->live, id);
-        for (int k = kmp_op_arity((kmp_op)n->op); k-- > 0;)
-            uses[kmp_id(kmp_operand(n, k))]++;
+        if (arity == 0)
+            continue;
+        uses[kmp_id(n->a)]++;
+        if (arity > 1)
+            uses[kmp_id(n->b)]++;
+        if (arity > 2)
+            uses[kmp_id(n->c)]++;
     }
     return ok;
 }
@@ -119,27 +125,44 @@ bool kmp_rewrite_alone(kmp_graph *g, kmp_pass_fn *pass, const kmp_parallel *para
     return ok;
 }
 
-/* Appends operands to the list. `waiting` operands are outside and will need a place each. */
-static int flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, bool top, int waiting, kmp_ref *list, int count,
-                   kmp_ref *sign)
+/* True if a reference is expanded in the list of another one, which alone has it. */
+static bool is_inside(const kmp_rewrite *r, kmp_op op, kmp_ref x)
+{
+    return kmp_graph_node(r->graph, kmp_id(x))->op == op && kmp_id(x) < r->count && r->uses[kmp_id(x)] == 1;
+}
+
+/* Appends the operands of x, where there is room, and expands those that are inside. `waiting` operands are outside and
+ * will need a place each. */
+static int flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, int waiting, kmp_ref *list, int count, kmp_ref *sign)
 {
     const kmp_node *n = kmp_graph_node(r->graph, kmp_id(x));
-    if (op == KMP_OP_MUL) {
-        *sign ^= x & 1;
-        x &= ~(kmp_ref)1;
-    }
-    bool inside = kmp_id(x) < r->count && (top || r->uses[kmp_id(x)] == 1) && n->op == op;
-    if (!inside || count + waiting + 2 > KMP_MOST_TERMS) {
+    if (count + waiting + 2 > KMP_MOST_TERMS) {
         list[count] = x;
         return count + 1;
     }
-    count = flatten(r, op, n->a ^ (x & 1), false, waiting + 1, list, count, sign);
-    return flatten(r, op, n->b ^ (x & 1), false, waiting, list, count, sign);
+    for (int k = 0; k < 2; k++) {
+        kmp_ref y = k == 0 ? n->a : n->b;
+        if (op == KMP_OP_MUL)
+            *sign ^= y & 1;
+        y = op == KMP_OP_MUL ? y & ~(kmp_ref)1 : y ^ (x & 1);
+        if (is_inside(r, op, y))
+            count = flatten(r, op, y, waiting + 1 - k, list, count, sign);
+        else
+            list[count++] = y;
+    }
+    return count;
 }
 
 int kmp_rewrite_flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, kmp_ref *list, kmp_ref *sign)
 {
-    return flatten(r, op, x, true, 0, list, 0, sign);
+    if (op == KMP_OP_MUL) {
+        *sign ^= x & 1;
+        x &= ~(kmp_ref)1;
+    }
+    if (kmp_graph_node(r->graph, kmp_id(x))->op == op && kmp_id(x) < r->count)
+        return flatten(r, op, x, 0, list, 0, sign);
+    *list = x;
+    return 1;
 }
 
 bool kmp_rewrite_sums(kmp_rewrite *r, kmp_rewrite_sum *rewrite, const void *user, int sum_price, int count,

@@ -36,11 +36,11 @@ void kmp_cost_free(kmp_cost *cost)
     *cost = (kmp_cost){0};
 }
 
-static long price(const kmp_graph *g, int sum_price, const kmp_node *n)
+static inline long price(const kmp_graph *g, int sum_price, const kmp_node *n)
 {
+    if (n->op == KMP_OP_ADD || n->op == KMP_OP_MUL) /* most nodes */
+        return 1;
     switch ((kmp_op)n->op) {
-    case KMP_OP_ADD:
-    case KMP_OP_MUL:
     case KMP_OP_DIV:
         return 1;
     case KMP_OP_SIN:
