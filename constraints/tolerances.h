@@ -157,6 +157,9 @@
 #define KMP_FRICTION_LEFT 100
 /** Part of a run: decisions within it are simultaneous. */
 #define KMP_FRICTION_INSTANT 1e-13
+/** The rate, in sizes of a place and rates of the motion, below which slip in two directions that begins has the
+ * direction of its first acceleration. The error of its place is of the size of its square. */
+#define KMP_FRICTION_BEGIN 1e-6
 /** Modes that change CROWDED times within this part of the time of the motion, 1 over its rate, alternate without an
  * end: a run of ten such times would decide 1e8 times. Impacts that accumulate are a hundred at most. */
 #define KMP_FRICTION_CROWD   1e-4

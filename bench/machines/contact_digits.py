@@ -7,13 +7,16 @@
     contact_digits slider_crank > contact_slider_crank.csv
     contact_digits sphere > contact_sphere.csv
     contact_digits corners > contact_corners.csv
+    contact_digits incline > contact_incline.csv
+    contact_digits spin > contact_spin.csv
+    contact_digits oblique > contact_oblique.csv
     contact_digits restitution > compliant_restitution.csv
     contact_digits depth > compliant_depth.csv
     contact_digits stiffness > compliant_stiffness.csv
 """
 import sys
 
-from mpmath import acos, asin, cos, diff, findroot, log, mp, mpf, pi, quad, sin, sqrt
+from mpmath import acos, asin, cos, diff, exp, findroot, log, mp, mpf, pi, quad, sin, sqrt, tan
 
 from digit_table import Table
 
@@ -131,6 +134,76 @@ def sphere():
     table.state(1, sin(leaves) + rate * cos(leaves) * t, cos(leaves) - rate * sin(leaves) * t - G * t * t / 2)
 
 
+def incline():
+    """A puck of speed 2 across an incline of 30 deg. With the angle p from the slope, k = mu/tan(30 deg) and g' the gravity along the slope
+    v sin(p)/tan(p/2)^k is constant, and dp/dt = -g' sin(p)/v. It stops where k > 1; with k = 1 the speed and its part down the slope have a
+    constant sum."""
+    mp.dps = 30
+    along, begin = G / 2, pi / 2
+    table = Table("contact_incline", "q.x", "q.y", "qd.x", "qd.y", "force.floor_friction1", "force.floor_friction2", how="quadrature, 30 digits")
+
+    def run(mu, times):
+        k = mu * sqrt(mpf(3))
+        ends = [begin / 8, begin / 2, begin]
+        speed = lambda p: 2 * tan(p / 2)**k / sin(p)
+        time = lambda p: quad(lambda p: speed(p) / (along * sin(p)), [p, *[e for e in ends if e > p]])
+        way = lambda p: quad(lambda p: speed(p)**2 / along / tan(p), [p, *[e for e in ends if e > p]])
+        across = lambda p: quad(lambda p: speed(p)**2 / along, [p, *[e for e in ends if e > p]])
+        table.event(0, "contact 'floor' closes")
+        table.event(0, "friction 'floor_friction' slips")
+        push = 2 * mu * G * cos(pi / 6)
+        stop = time(mpf(0)) if k > 1 else mpf(100)
+        for t in times:
+            if t > stop:
+                continue
+            p = begin * exp(findroot(lambda u: time(begin * exp(u)) - t, (mpf(-12), mpf(0)), solver="illinois", tol=mpf(10)**-48))
+            table.state(t, way(p), across(p), speed(p) * cos(p), speed(p) * sin(p), -push * cos(p), -push * sin(p))
+        if k > 1:
+            table.event(stop, "friction 'floor_friction' sticks", way(mpf(0)), across(mpf(0)))
+            table.state(2, way(mpf(0)), across(mpf(0)), 0, 0, -2 * along, 0)
+
+    run(tan(pi / 6), (mpf("0.25"), mpf("0.5"), mpf(1)))
+    table.set = "mu=0.8"
+    run(mpf("0.8"), (mpf("0.25"), mpf("0.5")))
+    table.set = "mu=0.3"
+    run(mpf("0.3"), (mpf("0.25"), mpf("0.5")))
+
+
+def spin():
+    """A stool on three feet spins until it stops; its feet slip across their radius."""
+    table = Table("contact_spin", "q.s.4", "qd.s.4", "force.A_friction1", "force.A_friction2")
+    mu, mass, radius, inertia, w = mpf("0.3"), mpf(3), mpf("0.2"), mpf("0.09"), mpf(8)
+    fall = mu * mass * G * radius / inertia
+    for name in "ABC":
+        table.event(0, f"contact '{name}' closes")
+        table.event(0, f"friction '{name}_friction' slips")
+    t = mpf("0.2")
+    angle, push = w * t - fall * t * t / 2, mu * mass * G / 3
+    table.state(t, angle, w - fall * t, push * sin(angle), -push * cos(angle))
+    for name in "ABC":
+        table.event(w / fall, f"friction '{name}_friction' sticks", w**2 / fall / 2)
+    table.state(1, w**2 / fall / 2, 0, 0, 0)
+
+
+def oblique():
+    """A puck falls from a height of 1 with rates 3 and 4 along the floor: the impulse of friction is mu times the normal one, against the
+    slip, or takes it away. Then at rest on the floor a load that turns: slip begins at the level."""
+    e, rate, time = mpf("0.6"), sqrt(2 * G), sqrt(2 / G)
+    table = Table("contact_oblique", "q.x", "q.y", "q.z", "qd.x", "qd.y", "qd.z")
+    for mu in (mpf("0.2"), mpf("0.9")):
+        table.set = f"mu={mp.nstr(mu, 3)}"
+        left = max(1 - mu * (1 + e) * rate / 5, mpf(0))
+        t = mpf("0.6") - time
+        table.event(time, "impact 'floor'")
+        table.state(mpf("0.6"), 3 * time + 3 * left * t, 4 * time + 4 * left * t, mpf("0.1") + e * rate * t - G * t * t / 2, 3 * left, 4 * left,
+                    e * rate - G * t)
+    table.set = "mu=0.4 h=0 vx=0 vy=0 load=2"
+    table.event(0, "contact 'floor' closes")
+    table.event(0, "friction 'floor_friction' sticks")
+    table.event(mpf("0.4") * G, "friction 'floor_friction' slips", 0, 0, mpf("0.1"))
+    table.end(4)
+
+
 def corners():
     """A box 2 a wide falls flat at 1 m/s on corners with 0.8 and 0.2."""
     left, right, a, t = mpf("0.8"), mpf("0.2"), mpf("0.5"), mpf("0.25")
@@ -195,4 +268,4 @@ def stiffness():
 
 
 if __name__ == "__main__":
-    {f.__name__: f for f in (bounce, rolling, slider_crank, sphere, corners, restitution, depth, stiffness)}[sys.argv[1]]()
+    {f.__name__: f for f in (bounce, rolling, slider_crank, sphere, corners, incline, spin, oblique, restitution, depth, stiffness)}[sys.argv[1]]()

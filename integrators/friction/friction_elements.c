@@ -3,7 +3,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "integrators/friction/friction_inside.h"
-#include "linalg/dense/box_minimum.h"
+#include "linalg/dense/disc_minimum.h"
 #include <math.h>
 #include <string.h>
 
@@ -17,6 +17,15 @@ static int base_of(const kmp_runner *run, const kmp_friction_run *x, const kmp_f
 {
     for (int i = 0; i < x->count; i++)
         if (force->contact > 0 && x->element[i].force == &run->s->model->forces[force->contact - 1])
+            return i;
+    return -1;
+}
+
+/* The element of the other component of slip in two directions; -1: it has one. */
+static int twin_of(const kmp_friction_run *x, const kmp_force *force)
+{
+    for (int i = 0; i < x->count; i++)
+        if (force->across > 0 && x->element[i].force == kmp_friction_twin(force))
             return i;
     return -1;
 }
@@ -44,16 +53,18 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
         return NULL;
     x->t = x->since = -INFINITY;
     if (!KMP_ARENA_MAKE(
-            a, KMP_ROOM(kmp_friction_element, count, &x->element), KMP_ROOM(int, count, &x->which, &x->side),
-            KMP_ROOM(double, events->count, &x->change), KMP_ROOM(double, count *count, &x->d),
-            KMP_ROOM(double, kmp_box_room(count), &x->room),
+            a, KMP_ROOM(kmp_friction_element, count, &x->element),
+            KMP_ROOM(int, count, &x->which, &x->side, &x->partner), KMP_ROOM(double, events->count, &x->change),
+            KMP_ROOM(double, count *count, &x->d), KMP_ROOM(double, kmp_disc_room(count), &x->room),
             KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried, &x->aside, &x->found)))
         return NULL;
     for (int k = 0; k < events->count; k++)
         if (events->condition[k].role == KMP_ROLE_SENSE)
             x->element[x->count++] = element_of(run, k);
-    for (int i = 0; i < x->count; i++)
+    for (int i = 0; i < x->count; i++) {
         x->element[i].base = base_of(run, x, x->element[i].force);
+        x->element[i].twin = twin_of(x, x->element[i].force);
+    }
     return x;
 }
 
@@ -101,6 +112,8 @@ void kmp_friction_set_slip(kmp_runner *run, kmp_friction_element *e, double sens
     kmp_friction_put(run, e, KMP_ROLE_HELD, 0);
     kmp_friction_put(run, e, KMP_ROLE_GIVEN, 0);
     kmp_friction_put(run, e, KMP_ROLE_PLACE, none);
+    if (e->twin >= 0)
+        kmp_friction_put(run, e, KMP_ROLE_RATE, 0);
 }
 
 void kmp_friction_set_off(kmp_runner *run, kmp_friction_element *e)
@@ -108,11 +121,43 @@ void kmp_friction_set_off(kmp_runner *run, kmp_friction_element *e)
     kmp_friction_set_slip(run, e, 0, FAR);
 }
 
+double kmp_friction_halt(const kmp_runner *run, const kmp_friction_element *e, double rate)
+{
+    double none = fmax(KMP_FRICTION_STILL, KMP_FRICTION_DRIFT * run->spec.rtol);
+    return none * kmp_friction_scale(run, e) * rate;
+}
+
+double kmp_friction_size(const kmp_friction_run *x, int i)
+{
+    return x->partner[i] < 0 ? fabs(x->f[i]) : hypot(x->f[i], x->f[x->partner[i]]);
+}
+
+kmp_box_outcome kmp_friction_minimum(kmp_friction_run *x, const double *lower, const double *upper)
+{
+    const kmp_box box = {x->rest, x->d, x->a, lower, upper};
+    return kmp_disc_minimum(&box, x->partner, x->f, x->y, x->side, x->room);
+}
+
+/* Slip in two directions follows its own direction. From rest it has none yet: a rate in that of its acceleration is
+ * added until it has begun. Where the reserve is used up gradually the direction of small rates is stiff; so this rate
+ * is larger than what counts as none. */
+static void set_across(kmp_runner *run, kmp_friction_element *e, double along, double rate)
+{
+    double size = kmp_friction_scale(run, e) * rate;
+    e->back = kmp_friction_halt(run, e, rate);
+    kmp_friction_set_slip(run, e, 1, e->back);
+    kmp_friction_put(run, e, KMP_ROLE_RATE, e->rubs ? 0 : fmax(KMP_FRICTION_BEGIN * size, 10 * e->back) * along);
+}
+
 /* A contact that opens is open from where it is, and slip begins with the rate that it has: what rounding leaves of an
  * overlap, or of a rate against the slip, is none. Decisions about others before its surfaces are apart leave the
  * overlap that it was given. */
 void kmp_friction_set_moving(kmp_runner *run, kmp_friction_element *e, double sense, double rate)
 {
+    if (e->twin >= 0) {
+        set_across(run, e, sense, rate);
+        return;
+    }
     double size = kmp_friction_scale(run, e), gap = kmp_friction_at(run->friction, e, KMP_ROLE_PLACE);
     bool rebounds = kmp_friction_at(run->friction, e, KMP_ROLE_RATE) > KMP_FRICTION_STILL * size * rate;
     bool leaves = e->lift > 0 && !e->struck && gap < 0;
@@ -187,6 +232,8 @@ void kmp_friction_note(kmp_runner *run)
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
         bool keeps = e->stance == KMP_FRICTION_HELD || e->stance == KMP_FRICTION_CARRIED;
+        const kmp_friction_element *twin = e->twin < 0 ? e : &x->element[e->twin];
+        keeps = keeps || twin->stance == KMP_FRICTION_HELD || twin->stance == KMP_FRICTION_CARRIED;
         e->fired = keeps && kmp_friction_at(x, e, KMP_ROLE_HELD) < 0;
         e->before = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
     }

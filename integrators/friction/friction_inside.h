@@ -5,6 +5,7 @@
 
 #include "integrators/friction/friction_run.h"
 #include "integrators/run/runner.h"
+#include "linalg/dense/disc_minimum.h"
 
 /* The state of motion of an element. */
 typedef enum kmp_friction_stance {
@@ -21,6 +22,8 @@ typedef struct kmp_friction_element {
     const kmp_force *force;
     bool contact; /* a rigid contact: it slips where it is open, and its force is not negative */
     int base;     /* friction of a contact: the element of the contact; -1: none */
+    int twin;     /* slip in two directions: the element of the other component; -1: none */
+    double along; /* of these while it slips: the component of the direction */
     int rubs;     /* friction of a closed contact that slips, 1 or -1: its force takes part in the decision, not its
                    * mode; 0: none */
     double lift;  /* contact: an overlap that is none while it is open; 0: it is closed */
@@ -46,6 +49,7 @@ struct kmp_friction_run {
     kmp_friction_element *element;
     double *change;                        /* values of all conditions */
     int rest, *which;                      /* elements that decide, by number */
+    int *partner;                          /* rest: the other component of slip in two directions; -1: none */
     double *d, *a;                         /* rest x rest, rest: accelerations a + D f of their places */
     double *lower, *upper, *f, *y, *tried; /* rest: bounds, forces, accelerations; forces of the last pass */
     double *found;                         /* rest: forces of a decision */
@@ -81,6 +85,15 @@ double kmp_friction_still(const kmp_runner *run);
 
 /** Friction of a contact that is open. */
 void kmp_friction_set_off(kmp_runner *run, kmp_friction_element *e);
+
+/** The rate of slip in two directions that counts as none: within it the direction is not known. */
+double kmp_friction_halt(const kmp_runner *run, const kmp_friction_element *e, double rate);
+
+/** The size of the force of element i of those at rest, both its components. */
+double kmp_friction_size(const kmp_friction_run *x, int i);
+
+/** The least x->f within the bounds `lower` and `upper` (box_minimum.h); its accelerations in x->y. */
+kmp_box_outcome kmp_friction_minimum(kmp_friction_run *x, const double *lower, const double *upper);
 
 /** Slip in a direction; a contact opens. `rate`: of the motion, 1/s. */
 void kmp_friction_set_moving(kmp_runner *run, kmp_friction_element *e, double sense, double rate);

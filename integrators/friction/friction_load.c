@@ -4,7 +4,6 @@
  * larger part suffices as well. Levels that depend on multipliers are those at the forces that are found. */
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_inside.h"
-#include "linalg/dense/box_minimum.h"
 #include <math.h>
 #include <string.h>
 
@@ -61,8 +60,7 @@ static bool suffices(kmp_friction_run *x, double part)
         x->tried[i] = e->broken ? slip : most;
         x->f[i] = 0;
     }
-    const kmp_box box = {x->rest, x->d, x->a, x->lower, x->tried};
-    bool holds = kmp_box_minimum(&box, x->f, x->y, x->side, x->room) == KMP_BOX_FOUND;
+    bool holds = kmp_friction_minimum(x, x->lower, x->tried) == KMP_BOX_FOUND;
     for (int i = 0; holds && i < x->rest; i++)
         holds = x->element[x->which[i]].broken || fabs(x->y[i]) <= kmp_friction_rounding(x, i);
     return holds;
@@ -73,7 +71,7 @@ static double part_of(const kmp_friction_run *x)
     double part = 0;
     for (int i = 0; i < x->rest; i++)
         if (x->f[i] != 0 && !x->element[x->which[i]].broken)
-            part = fmax(part, fabs(x->f[i]) / x->upper[i]);
+            part = fmax(part, kmp_friction_size(x, i) / x->upper[i]);
     return part;
 }
 

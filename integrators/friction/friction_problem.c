@@ -3,7 +3,7 @@
  * its solution; where these do not settle, all combinations of modes. */
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_inside.h"
-#include "linalg/dense/box_minimum.h"
+#include "linalg/dense/disc_minimum.h"
 #include <math.h>
 #include <string.h>
 
@@ -67,6 +67,39 @@ static void list_friction(kmp_runner *run, int i, double rate)
     }
 }
 
+/* Both components of slip in two directions. */
+static void list_across(kmp_runner *run, int i, double rate)
+{
+    kmp_friction_run *x = run->friction;
+    kmp_friction_element *pair[] = {&x->element[i], &x->element[x->element[i].twin]};
+    double still = kmp_friction_halt(run, pair[0], rate), v[2];
+    for (int k = 0; k < 2; k++)
+        v[k] = kmp_friction_at(x, pair[k], KMP_ROLE_RATE);
+    if (pair[0]->was == KMP_FRICTION_SLIPS && pair[0]->sense != 0) /* at the event it has this rate */
+        still = fmax(still, 2 * pair[0]->back);
+    double size = hypot(v[0], v[1]);
+    for (int k = 0; k < 2; k++) {
+        if (is_open(run, &x->element[pair[k]->base], rate)) {
+            kmp_friction_set_off(run, pair[k]);
+            continue;
+        }
+        list(run, k == 0 ? i : pair[0]->twin);
+        pair[k]->rubs = size > still;
+        pair[k]->along = size > still ? v[k] / size : 0;
+    }
+}
+
+/* The places of components of slip among the elements at rest. */
+static void find_partners(kmp_friction_run *x)
+{
+    for (int k = 0; k < x->rest; k++) {
+        x->partner[k] = -1;
+        for (int i = 0; i < x->rest; i++)
+            if (x->element[x->which[k]].twin == x->which[i])
+                x->partner[k] = i;
+    }
+}
+
 /* Lists the elements at rest; the others slip on. */
 static void list_resting(kmp_runner *run, double rate)
 {
@@ -77,11 +110,17 @@ static void list_resting(kmp_runner *run, double rate)
         e->broken = e->implied = false;
         e->rubs = 0;
         e->still = KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate * rate;
+    }
+    for (int i = 0; i < x->count; i++) {
+        const kmp_friction_element *e = &x->element[i];
         if (e->contact)
             list_contact(run, i, rate);
-        else
+        else if (e->twin < 0)
             list_friction(run, i, rate);
+        else if (e->twin > i)
+            list_across(run, i, rate);
     }
+    find_partners(x);
 }
 
 static kempe_status find_implied(kmp_runner *run, double t, const double *q)
@@ -159,6 +198,12 @@ static void guess(kmp_friction_run *x)
         }
 }
 
+/* True for a component of slip that begins: its direction follows from the accelerations. */
+static bool turns(const kmp_friction_element *e)
+{
+    return e->twin >= 0 && !e->rubs;
+}
+
 /* The bounds at the levels of the last measurement. */
 static void set_bounds(kmp_friction_run *x)
 {
@@ -168,16 +213,16 @@ static void set_bounds(kmp_friction_run *x)
                most = fmax(kmp_friction_at(x, e, KMP_ROLE_STATIC), slip);
         if (e->contact)
             most = e->broken ? 0 : INFINITY;
-        x->lower[i] = e->contact ? 0 : e->broken ? -e->sense * slip : -most;
-        x->upper[i] = e->broken && !e->contact ? -e->sense * slip : most;
+        bool slips = e->broken && !turns(e);
+        x->lower[i] = e->contact ? 0 : slips ? -e->sense * slip : -most;
+        x->upper[i] = slips && !e->contact ? -e->sense * slip : most;
     }
 }
 
 static kempe_status solve(kmp_runner *run, double t)
 {
     kmp_friction_run *x = run->friction;
-    const kmp_box box = {x->rest, x->d, x->a, x->lower, x->upper};
-    kmp_box_outcome outcome = kmp_box_minimum(&box, x->f, x->y, x->side, x->room);
+    kmp_box_outcome outcome = kmp_friction_minimum(x, x->lower, x->upper);
     if (outcome == KMP_BOX_FOUND)
         return KEMPE_OK;
     if (outcome == KMP_BOX_UNBOUNDED)
@@ -247,7 +292,7 @@ static bool is_at_bound(const kmp_friction_run *x, int i)
     const kmp_friction_element *e = &x->element[x->which[i]];
     if (e->contact)
         return x->f[i] * x->d[i + i * x->rest] <= e->still && x->upper[i] > 0;
-    double all = 0, left = (x->upper[i] - fabs(x->f[i])) * x->d[i + i * x->rest];
+    double all = 0, left = (x->upper[i] - kmp_friction_size(x, i)) * x->d[i + i * x->rest];
     for (int j = 0; j < x->rest; j++)
         all += x->upper[j] < INFINITY ? fabs(x->d[i + j * x->rest] * x->upper[j]) : 0;
     return left <= KMP_FRICTION_TIE * all && x->lower[i] < x->upper[i];
@@ -270,13 +315,36 @@ static bool is_kept(const kmp_friction_run *x, int i)
     int n = x->rest;
     bool kept = false;
     const kmp_friction_element *own = &x->element[x->which[i]];
-    for (int k = 0; k < n && !own->contact && fabs(x->y[i]) <= own->still; k++) {
+    for (int k = 0; k < n && !own->contact && own->twin < 0 && fabs(x->y[i]) <= own->still; k++) {
         double product = x->d[i + i * n] * x->d[k + k * n], cross = x->d[i + k * n];
         bool one = cross * cross >= (1 - KMP_FRICTION_ONE_PLACE) * product && product > 0;
         const kmp_friction_element *e = &x->element[x->which[k]];
         kept = kept || (k != i && one && !e->broken && !e->contact && !is_at_bound(x, k));
     }
     return kept;
+}
+
+/* The direction in which components of slip begin: of their acceleration, or against their force. */
+static void aim(kmp_friction_run *x, int i)
+{
+    int j = x->partner[i];
+    double size = hypot(x->f[i], x->f[j]);
+    for (int k = 0; k < 2; k++)
+        x->element[x->which[k ? j : i]].sense = size > 0 ? -x->f[k ? j : i] / size : k == 0;
+}
+
+/* Lets both components slip where the solution accelerates them, or their reserve is used up. True: they are new. */
+static bool break_across(kmp_friction_run *x, int i)
+{
+    int j = x->partner[i];
+    kmp_friction_element *e = &x->element[x->which[i]], *other = &x->element[x->which[j]];
+    double none = fmax(kmp_friction_rounding(x, i), kmp_friction_rounding(x, j));
+    bool moves = x->side[i] != 0 && hypot(x->y[i], x->y[j]) > none, before = e->broken;
+    if (e->rubs || !(before || moves || is_exhausted(x, i)))
+        return false;
+    aim(x, i);
+    e->broken = other->broken = true;
+    return !before;
 }
 
 /* Lets the elements slip that the solution accelerates, or whose reserve is used up. True: there are new ones. */
@@ -286,6 +354,10 @@ static bool break_away(kmp_runner *run)
     bool any = false;
     for (int i = 0; i < x->rest; i++) {
         kmp_friction_element *e = &x->element[x->which[i]];
+        if (e->twin >= 0) {
+            any = (x->partner[i] > i && break_across(x, i)) || any;
+            continue;
+        }
         bool moves = x->side[i] != 0 && fabs(x->y[i]) > kmp_friction_rounding(x, i);
         if (e->broken || !(moves || is_exhausted(x, i)) || is_kept(x, i))
             continue;
@@ -410,6 +482,9 @@ static kempe_status enumerate(kmp_runner *run, double t, const double *q, const 
 {
     kmp_friction_run *x = run->friction;
     int total = 1, first = -1, found = 0;
+    for (int k = 0; k < x->rest; k++)
+        if (x->partner[k] >= 0) /* their directions are no combinations */
+            return kmp_friction_complain(run, t, q, qd);
     for (int k = 0; k < x->rest && k < MOST_TRIED; k++)
         total *= 3;
     for (int code = 0; code < total && x->rest <= MOST_TRIED; code++) {
@@ -445,7 +520,7 @@ static bool turns_back(const kmp_friction_run *x)
     for (int k = 0; k < x->rest; k++) {
         const kmp_friction_element *e = &x->element[x->which[k]];
         double least = e->contact ? e->still : kmp_friction_rounding(x, k);
-        if (e->broken && !e->rubs && e->sense * x->y[k] < -least)
+        if (e->broken && !e->rubs && e->twin < 0 && e->sense * x->y[k] < -least)
             return true;
     }
     return false;
@@ -467,7 +542,7 @@ static void keep_slips(const kmp_friction_run *x)
     for (int k = 0; k < x->rest; k++) {
         kmp_friction_element *e = &x->element[x->which[k]];
         e->broken = e->rubs != 0;
-        e->sense = e->rubs;
+        e->sense = e->twin >= 0 && e->rubs ? e->along : e->rubs;
     }
 }
 

@@ -19,7 +19,7 @@ double kmp_friction_pace(const kmp_runner *run, const double *qd)
 /* That of a contact is its force, by which it can be relieved. */
 static double reserve(const kmp_friction_run *x, int i)
 {
-    return x->element[x->which[i]].contact ? x->f[i] : x->upper[i] - fabs(x->f[i]);
+    return x->element[x->which[i]].contact ? x->f[i] : x->upper[i] - kmp_friction_size(x, i);
 }
 
 /* True for a contact with a force. One without would open at once by rounding where friction can hold its place. */
@@ -110,6 +110,8 @@ static const char *words_of(const kmp_friction_element *e)
     case KMP_FRICTION_SLIPS:
         if (e->contact)
             return "opens";
+        if (e->twin >= 0)
+            return "slips";
         return e->sense > 0 ? "slips forward" : "slips backward";
     case KMP_FRICTION_SMOOTH:
         return "is regularised: no combination of modes is possible, or several are";
@@ -124,6 +126,8 @@ static bool is_as_before(const kmp_friction_element *e)
 {
     bool rests = e->stance == KMP_FRICTION_HELD || e->stance == KMP_FRICTION_CARRIED,
          rested = e->was == KMP_FRICTION_HELD || e->was == KMP_FRICTION_CARRIED;
+    if (e->force->across == 2) /* the first component tells of both */
+        return true;
     bool off = e->stance == KMP_FRICTION_SLIPS && (e->contact ? !e->known : e->sense == 0);
     return off || (e->known && (rests ? rested : e->stance == e->was && e->sense == e->before_sense));
 }
@@ -242,8 +246,9 @@ kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *q
         x->total += !is_as_before(e);
         tell_left(run, e, t);
         if (!is_as_before(e))
-            kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s' %s",
-                            e->name, words_of(e));
+            kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s%s' %s",
+                            e->twin < 0 ? e->name : x->element[e->base].name, e->twin < 0 ? "" : "_friction",
+                            words_of(e));
         e->known = true;
         e->struck = false;
         e->fired = false;

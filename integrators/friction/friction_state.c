@@ -337,6 +337,7 @@ kempe_status kmp_friction_state_load(kmp_friction_state *state, double t, const 
         kmp_friction_element *e = &f->element[i];
         state->view[i].force = e->contact ? kmp_friction_at(f, e, KMP_ROLE_GIVEN) : f->f[i];
         state->view[i].largest = f->upper[i];
+        state->view[i].needs = hypot(f->f[i], e->twin < 0 ? 0 : f->f[e->twin]);
         if (!e->contact)
             state->view[i].word = e->implied ? KMP_FRICTION_WORD_OPEN : KMP_FRICTION_WORD_STICKS;
     }

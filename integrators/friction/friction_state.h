@@ -23,6 +23,7 @@ typedef struct kmp_friction_view {
     bool limit; /* a contact that touches without a force, after kmp_friction_state_decide */
     kmp_friction_word word;
     double place, rate, force, largest; /* its force; the static level */
+    double needs;                       /* size of the force, of both components where slip has two directions */
     double size;                        /* of its place */
 } kmp_friction_view;
 

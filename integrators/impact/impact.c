@@ -3,7 +3,7 @@
 #include "constraints/closing/saddle.h"
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_inside.h"
-#include "linalg/dense/box_minimum.h"
+#include "linalg/dense/disc_minimum.h"
 #include <math.h>
 #include <string.h>
 
@@ -15,6 +15,7 @@ enum {
 struct kmp_impact_run {
     int most, count;  /* elements at most, and those that take part */
     int *which;       /* their numbers among the elements */
+    int *partner;     /* most: the other component of friction in two directions; -1: none */
     double *row;      /* most x n: their rows of J */
     double *way;      /* most x n: changes of the rates by unit impulses */
     double *jacobian; /* m x n */
@@ -37,9 +38,9 @@ kmp_impact_run *kmp_impact_new(kmp_runner *run, bool *none)
         contacts += x->element[i].force->kind == KMP_FORCE_TOUCH;
     *none = contacts == 0;
     kmp_impact_run *p = *none ? NULL : KMP_ARENA_NEW(a, kmp_impact_run, 1);
-    if (!p || !KMP_ARENA_MAKE(a, KMP_ROOM(int, most, &p->which, &p->side), KMP_ROOM(bool, most, &p->held),
+    if (!p || !KMP_ARENA_MAKE(a, KMP_ROOM(int, most, &p->which, &p->side, &p->partner), KMP_ROOM(bool, most, &p->held),
                               KMP_ROOM(double, most *n, &p->row, &p->way), KMP_ROOM(double, run->s->m *n, &p->jacobian),
-                              KMP_ROOM(double, most *most, &p->d), KMP_ROOM(double, kmp_box_room(most), &p->room),
+                              KMP_ROOM(double, most *most, &p->d), KMP_ROOM(double, kmp_disc_room(most), &p->room),
                               KMP_ROOM(double, most, &p->v, &p->a, &p->e, &p->lower, &p->upper, &p->f, &p->y, &p->tried,
                                        &p->most_friction, &p->last, &p->deep),
                               KMP_ROOM(double, n, &p->before)))
@@ -68,6 +69,18 @@ static bool touches(const kmp_runner *run, const kmp_friction_element *e)
            kmp_friction_at(run->friction, e, KMP_ROLE_PLACE) <= KMP_TOUCH_NEAR * kmp_friction_scale(run, e);
 }
 
+/* The places of both components of friction in two directions. */
+static void find_partners(kmp_runner *run)
+{
+    kmp_impact_run *p = run->impacts;
+    for (int k = 0; k < p->count; k++) {
+        p->partner[k] = -1;
+        for (int i = 0; i < p->count; i++)
+            if (element_of(run, k)->twin == p->which[i])
+                p->partner[k] = i;
+    }
+}
+
 /* Contacts whose surfaces touch, and their friction. True: one of them strikes. */
 static bool list_touching(kmp_runner *run, double rate)
 {
@@ -86,6 +99,7 @@ static bool list_touching(kmp_runner *run, double rate)
         p->which[p->count++] = i;
         strikes = strikes || hits;
     }
+    find_partners(run);
     return strikes;
 }
 
@@ -224,7 +238,7 @@ static kempe_status solve_once(kmp_runner *run, double t, double part, double *c
     set_bounds(run, part);
     memcpy(p->tried, p->f, (size_t)p->count * sizeof *p->f);
     const kmp_box box = {p->count, p->d, p->a, p->lower, p->upper};
-    kmp_box_outcome outcome = kmp_box_minimum(&box, p->f, p->y, p->side, p->room);
+    kmp_box_outcome outcome = kmp_disc_minimum(&box, p->partner, p->f, p->y, p->side, p->room);
     for (int k = 0; k < p->count; k++) {
         most = fmax(most, fabs(p->f[k] - p->tried[k]));
         size = fmax(size, fmax(fabs(p->f[k]), fabs(p->tried[k])));
@@ -283,7 +297,7 @@ static double part_surfaces(kmp_runner *run, double t, double *q)
         most = fmax(most, -p->a[k] / kmp_friction_scale(run, e));
     }
     const kmp_box box = {p->count, p->d, p->a, p->lower, p->upper};
-    if (kmp_box_minimum(&box, p->f, p->y, p->side, p->room) != KMP_BOX_FOUND)
+    if (kmp_disc_minimum(&box, p->partner, p->f, p->y, p->side, p->room) != KMP_BOX_FOUND)
         return 0; /* they stay as they are */
     for (int k = 0; k < p->count; k++)
         for (int i = 0; i < n; i++)

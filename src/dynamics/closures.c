@@ -95,10 +95,11 @@ static kempe_status complain_still(const kmp_equations *eq, const kmp_closure *c
     const kmp_force *force = &eq->model->forces[closure->force];
     const kmp_place at = closure->place;
     if (force->contact > 0)
-        return kmp_complain(eq->context, eq->model->files[at.file], at.line, at.column,
-                            "contact '%s': friction is known on planes, for slip along one axis of the plane's point; "
-                            "leave 'friction' out, or let the motion be plane",
-                            eq->model->forces[force->contact - 1].name);
+        return kmp_complain(
+            eq->context, eq->model->files[at.file], at.line, at.column,
+            "contact '%s': friction is known on planes, for points, for bodies that do not turn, and for "
+            "slip along one axis of the plane's point; leave 'friction' out, or let the motion be plane",
+            eq->model->forces[force->contact - 1].name);
     return kmp_complain(eq->context, eq->model->files[at.file], at.line, at.column, "'%s' depends on no coordinate",
                         closure->name);
 }

@@ -61,7 +61,8 @@ static void rest_axis(const kempe_model *model, const kmp_spot *spot, double out
         out[i] = r.x[i][spot->axis];
 }
 
-/* Adds `sign` for each rotation between a body and its ancestor; false where one is about another axis than w. */
+/* Adds `sign` for each rotation between a body and its ancestor; false where one is about another axis than w. Without
+ * `factor` also where a translation is along w. */
 static bool add_path(const kempe_model *model, int b, int ancestor, const double w[3], int sign, double *factor)
 {
     for (; b != ancestor; b = model->bodies[b].parent) {
@@ -71,12 +72,15 @@ static bool add_path(const kempe_model *model, int b, int ancestor, const double
             double e[3];
             apply(&base, model->motions[k].axis, e);
             double along = kmp_dot(3, e, w);
+            if (!model->motions[k].rotation && !factor && fabs(along) > ROUNDING)
+                return false;
             if (!model->motions[k].rotation)
                 continue;
             for (int i = 0; i < 3; i++)
                 if (fabs(e[i] - copysign(1, along) * w[i]) > ROUNDING)
                     return false;
-            factor[k] += sign * copysign(1, along);
+            if (factor)
+                factor[k] += sign * copysign(1, along);
         }
     }
     return true;
@@ -102,4 +106,13 @@ bool kmp_angle_sum(const kempe_model *model, const kmp_spot axis[3], double *con
     *constant = angle_at_rest(e[0], e[1], e[2]);
     return add_path(model, body[2], common, e[2], 0, factor) && add_path(model, body[0], common, e[2], -1, factor) &&
            add_path(model, body[1], common, e[2], 1, factor);
+}
+
+bool kmp_moves_across(const kempe_model *model, int point, const kmp_spot *axis)
+{
+    double w[3];
+    int first = model->points[point].body, second = model->points[axis->point].body;
+    int common = kmp_model_common_body(model, first, second);
+    rest_axis(model, axis, w);
+    return add_path(model, first, common, w, 0, NULL) && add_path(model, second, common, w, 0, NULL);
 }

@@ -8,3 +8,7 @@
  * third axis: `constant` + sum factor[k] q[k] with factors 1, -1 and 0 (one for each coordinate, initially zero), which
  * counts turns. False: a rotation about another axis is between them. */
 bool kmp_angle_sum(const kempe_model *model, const kmp_spot axis[3], double *constant, double *factor);
+
+/** True if the body of a point moves relative to that of an axis in planes across this axis alone: all rotations
+ * between them are about it, no translation is along it. */
+bool kmp_moves_across(const kempe_model *model, int point, const kmp_spot *axis);

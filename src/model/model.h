@@ -167,6 +167,8 @@ typedef struct kmp_force {
     kmp_contact_pair touch;         /* TOUCH: what touches what */
     kmp_number restitution;         /* TOUCH */
     int contact; /* FRICTION: 1 + the contact whose surfaces rub, `level` being the coefficient; 0: none */
+    int across;  /* of these: 1 or 2, along the first or the second axis of a plane on which the slip has both
+                  * components,  whose forces follow each other; 0: the slip has one */
     int wheel;   /* of a wheel's contact; meaningless otherwise */
     const struct kmp_compliant *compliant; /* COMPLIANT: model/compliant/compliant.h */
 } kmp_force;

@@ -39,7 +39,8 @@ kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_rol
 static kmp_ref way_of(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_ref way = KMP_ZERO;
-    (void)kmp_touching_way(tree, &tree->model->forces[force->contact - 1].touch, &way); /* checked before */
+    (void)kmp_touching_way(tree, &tree->model->forces[force->contact - 1].touch, force->across,
+                           &way); /* checked before */
     return way;
 }
 
@@ -79,6 +80,65 @@ static kmp_ref is_regularised(const kmp_tree *tree, const kmp_force *force)
     return kmp_less(tree->graph, KMP_ONE, kmp_friction_input(tree, force, KMP_ROLE_SENSE));
 }
 
+/* The size of two components. */
+static kmp_ref size_of(kmp_graph *g, kmp_ref a, kmp_ref b)
+{
+    return kmp_sqrt(g, kmp_add(g, kmp_mul(g, a, a), kmp_mul(g, b, b)));
+}
+
+/* The square of the rates, or of the inputs of slip that begins, in both directions. */
+static kmp_ref square_across(const kmp_tree *tree, const kmp_force *force, bool inputs)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_force *twin = kmp_friction_twin(force);
+    kmp_ref a = inputs ? kmp_friction_input(tree, force, KMP_ROLE_RATE) : kmp_friction_rate(tree, force);
+    kmp_ref b = inputs ? kmp_friction_input(tree, twin, KMP_ROLE_RATE) : kmp_friction_rate(tree, twin);
+    return force->across == 1 ? kmp_add(g, kmp_mul(g, a, a), kmp_mul(g, b, b))
+                              : kmp_add(g, kmp_mul(g, b, b), kmp_mul(g, a, a));
+}
+
+/* The rate by which the direction is judged. Slip that begins has no direction yet: its input w, a small rate along its
+ * acceleration, is added, and fades as w |w|^2/(|w|^2 + |v|^2). */
+static kmp_ref judged_rate(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref ww = square_across(tree, force, true), begins = kmp_less(g, KMP_ZERO, ww);
+    kmp_ref all = kmp_select(g, begins, kmp_add(g, ww, square_across(tree, force, false)), KMP_ONE);
+    kmp_ref added = kmp_mul(g, kmp_friction_input(tree, force, KMP_ROLE_RATE), kmp_div(g, ww, all));
+    return kmp_add(g, kmp_friction_rate(tree, force), added);
+}
+
+static kmp_ref size_of_slip(const kmp_tree *tree, const kmp_force *force)
+{
+    return size_of(tree->graph, judged_rate(tree, force), judged_rate(tree, kmp_friction_twin(force)));
+}
+
+/* What is left of slip: its rate, beyond what counts as none. Of slip that begins: up to the rate that has left the
+ * beginning, or back from it. */
+static kmp_ref slip_left(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_force *twin = kmp_friction_twin(force);
+    kmp_ref ww = square_across(tree, force, true), begins = kmp_less(g, KMP_ZERO, ww);
+    kmp_ref size = kmp_sqrt(g, square_across(tree, force, false));
+    kmp_ref w = kmp_sqrt(g, kmp_select(g, begins, ww, KMP_ONE));
+    kmp_ref first = kmp_mul(g, kmp_friction_rate(tree, force), kmp_friction_input(tree, force, KMP_ROLE_RATE));
+    kmp_ref second = kmp_mul(g, kmp_friction_rate(tree, twin), kmp_friction_input(tree, twin, KMP_ROLE_RATE));
+    kmp_ref along = kmp_div(g, kmp_add(g, first, second), w);
+    kmp_ref ahead = kmp_sub(g, kmp_mul(g, kmp_const(g, KMP_FRICTION_BEGUN), w), size);
+    kmp_ref back = kmp_add(g, along, kmp_mul(g, kmp_const(g, KMP_FRICTION_BACK), w));
+    kmp_ref none = kmp_friction_input(tree, force, KMP_ROLE_PLACE);
+    return kmp_select(g, begins, kmp_binary(g, KMP_OP_MIN, ahead, back), kmp_sub(g, size, none));
+}
+
+/* A component of the direction of slip while it slips, otherwise zero. */
+static kmp_ref sense_across(const kmp_tree *tree, const kmp_force *force, kmp_ref slips)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref size = kmp_select(g, slips, size_of_slip(tree, force), KMP_ONE);
+    return kmp_select(g, slips, kmp_div(g, judged_rate(tree, force), size), KMP_ZERO);
+}
+
 /* Its input; of an element that is regularised v/sqrt(v^2 + s^2). */
 static kmp_ref sense_of_mode(const kmp_tree *tree, const kmp_force *force)
 {
@@ -94,16 +154,34 @@ static kmp_ref sense_of_mode(const kmp_tree *tree, const kmp_force *force)
 kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
-    if (kmp_friction_find(tree, force) >= 0)
-        return sense_of_mode(tree, force);
+    bool modes = kmp_friction_find(tree, force) >= 0;
     kmp_ref rate = kmp_friction_rate(tree, force);
+    if (force->across > 0) {
+        kmp_ref slips = kmp_friction_input(tree, force, KMP_ROLE_SENSE);
+        return sense_across(tree, force, modes ? slips : kmp_unary(g, KMP_OP_ABS, rate));
+    }
+    if (modes)
+        return sense_of_mode(tree, force);
     return kmp_sub(g, kmp_less(g, KMP_ZERO, rate), kmp_less(g, rate, KMP_ZERO));
+}
+
+/* Slip in two directions: its size, in the condition of the first component. At rest each component has its own. */
+static kmp_ref size_ahead(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref none = kmp_friction_input(tree, force, KMP_ROLE_PLACE);
+    kmp_ref left = force->across == 1 ? slip_left(tree, force) : KMP_ONE;
+    kmp_ref rests = kmp_sub(g, none, kmp_unary(g, KMP_OP_ABS, kmp_friction_rate(tree, force)));
+    kmp_ref open = kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_SENSE), left, rests);
+    return kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), KMP_ONE, open);
 }
 
 /* The rate in the direction of slip; without one, what is left of the rate that counts as none. */
 static kmp_ref rate_ahead(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
+    if (force->across > 0)
+        return size_ahead(tree, force);
     kmp_ref rate = kmp_friction_rate(tree, force), sense = kmp_friction_input(tree, force, KMP_ROLE_SENSE);
     kmp_ref none = kmp_friction_input(tree, force, KMP_ROLE_PLACE);
     kmp_ref slips = kmp_add(g, kmp_mul(g, sense, rate), none);
@@ -126,11 +204,30 @@ static kmp_ref acceleration(const kmp_tree *tree, const kmp_force *force)
     return kmp_vec_acceleration(tree, (kmp_vec){{kmp_friction_rate(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
 }
 
+/* Slip in two directions: the rest of the level beyond the size of both components, in the first one. */
+static kmp_ref reserve_across(const kmp_tree *tree, const kmp_force *force)
+{
+    static const kmp_role at_rest[] = {KMP_ROLE_HELD, KMP_ROLE_GIVEN};
+    kmp_graph *g = tree->graph;
+    const kmp_force *twin = kmp_friction_twin(force);
+    kmp_ref left = KMP_ONE, most = kmp_friction_level(tree, force);
+    kmp_ref size = size_of(g, kmp_friction_force(tree, force), kmp_friction_force(tree, twin));
+    kmp_ref reserve = kmp_sub(g, most, size);
+    kmp_ref keeps = kmp_sub(g, kmp_mul(g, kmp_const(g, 1 + KMP_FRICTION_SLACK), most), size);
+    for (int k = 1; k >= 0 && force->across == 1; k--) {
+        left = kmp_select(g, kmp_friction_input(tree, force, at_rest[k]), k ? keeps : reserve, left);
+        left = kmp_select(g, kmp_friction_input(tree, twin, at_rest[k]), k ? keeps : reserve, left);
+    }
+    return left;
+}
+
 /* Rest of the static level of an element that is held, or keeps a given force, which a level may fall below.
  * Where the given force is the level itself, rounding shall not decide. */
 static kmp_ref reserve(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
+    if (force->across > 0)
+        return reserve_across(tree, force);
     kmp_ref most = static_level(tree, force), given = kmp_friction_input(tree, force, KMP_ROLE_GIVEN);
     kmp_ref size = kmp_unary(g, KMP_OP_ABS, kmp_tree_multiplier(tree, force->closure, 0));
     kmp_ref slack = kmp_const(g, 1 + KMP_FRICTION_SLACK);

@@ -2,7 +2,10 @@
 /* Dry friction that sticks: a force f against the rate of a place (a coordinate, or an expression of coordinates), of
  * at most the static level while the rate is zero, and of the level while it slips. Its mode is held during a step by
  * inputs of the roles of kmp_role. In slip f = -sense level. In stick it is the multiplier of a row of J, or, where
- * other rows imply that row, a given force. A run decides on modes (integrators/friction/friction_run.h). */
+ * other rows imply that row, a given force. A run decides on modes (integrators/friction/friction_run.h).
+ *
+ * Friction of a contact whose slip has two directions is two elements that slip and stick together: in slip each has
+ * its share of the level, opposite to the direction of the slip, and the size of both forces is within the level. */
 #pragma once
 
 #include "dynamics/kinematics/link_tree.h"
@@ -13,6 +16,11 @@
 #define KMP_FRICTION_REGULARISED 2
 /** The same input of a contact that a study keeps closed by the rows of others. */
 #define KMP_FRICTION_CARRIES (-1)
+
+/** Slip in two directions that begins: its input KMP_ROLE_RATE is a rate in each direction. It has begun where its rate
+ * is so many times that one, and comes back where its rate is this part of it against its direction. */
+#define KMP_FRICTION_BEGUN 100
+#define KMP_FRICTION_BACK  0.1
 
 /** The number of the element's condition KMP_ROLE_SENSE, which those of the other roles follow; -1: conditions are
  * evaluated in place, or there is no memory. */
@@ -25,6 +33,12 @@ kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_rol
 static inline bool kmp_friction_is_along(const kmp_force *force)
 {
     return force->sliding || force->contact > 0;
+}
+
+/** The other component of slip in two directions. */
+static inline const kmp_force *kmp_friction_twin(const kmp_force *force)
+{
+    return force->across == 1 ? force + 1 : force - 1;
 }
 
 /** The place whose rate the friction opposes, and that rate. */

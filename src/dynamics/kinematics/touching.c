@@ -172,9 +172,28 @@ static bool turned_about(const kmp_tree *tree, const kmp_contact_pair *touch, in
     return true;
 }
 
+/* True if the first body does not turn relative to the second: no sum of coordinates is its angle about any axis. */
+static bool never_turns(const kmp_tree *tree, const kmp_contact_pair *touch)
+{
+    kmp_ref angle;
+    for (int axis = 0; axis < 3; axis++)
+        if (!turned_about(tree, touch, axis, &angle) || angle != KMP_ZERO)
+            return false;
+    return true;
+}
+
+/* Along an axis of the plane. */
+static bool way_along(const pair *p, int axis, kmp_ref *way)
+{
+    if (p->radius[0] != KMP_ZERO && !never_turns(p->tree, p->touch))
+        return false;
+    *way = kmp_vec_dot(p->tree->graph, p->axes[1][axis], p->d);
+    return true;
+}
+
 /* With the normal along axis k of the plane's point, the slip is along axis k + 1 or k + 2. A turn about b = n x t
  * moves the place at -r n by -r t. */
-bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, kmp_ref *way)
+bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int along, kmp_ref *way)
 {
     kmp_graph *g = tree->graph;
     kmp_touching t;
@@ -182,6 +201,8 @@ bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, kmp_r
         return false;
     const pair p = pair_of(tree, touch);
     int k = touch->side[1].axis, i = (k + 1) % 3, j = (k + 2) % 3;
+    if (along > 0)
+        return way_along(&p, along == 1 ? i : j, way);
     kmp_touching_find(tree, touch, true, &t);
     bool along_i = kmp_vec_dot(g, p.axes[1][j], t.across) == KMP_ZERO;
     bool along_j = kmp_vec_dot(g, p.axes[1][i], t.across) == KMP_ZERO;

@@ -287,6 +287,32 @@ static bool is_of_joint(const kmp_yaml *map)
     return kmp_yaml_get(map, "journal") || kmp_yaml_get(map, "socket") || kmp_yaml_get(map, "guide");
 }
 
+/* True where the slip has one component at most, or is rejected for another reason: only on a plane it may have two. */
+static bool slips_in_plane(const kempe_model *model, const kmp_contact_pair *touch)
+{
+    const kmp_touch_side *side = touch->side;
+    if (side[1].shape != KMP_TOUCH_PLANE)
+        return true;
+    for (int k = 1; k <= 2; k++) {
+        const kmp_spot normal = {.point = side[1].point, .axis = (side[1].axis + k) % 3};
+        if (kmp_moves_across(model, side[0].point, &normal))
+            return true;
+    }
+    return false;
+}
+
+/* Friction of a contact; across: as in kmp_force. */
+static void add_friction(kmp_reader *r, kmp_place place, const char *name, kmp_number mu, const kmp_force *contact,
+                         int across)
+{
+    check_name(r, place, name, false);
+    kmp_force *friction = add_force(r, name, place, KMP_FORCE_FRICTION);
+    friction->level = mu;
+    friction->contact = 1 + (int)(contact - r->model->forces);
+    friction->across = across;
+    add_row(r, friction, "friction");
+}
+
 static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_force *contact)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "friction");
@@ -302,12 +328,13 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
                             of);
         return;
     }
-    const char *name = kmp_arena_printf(&r->model->arena, "%s_friction", contact->name);
-    check_name(r, node->place, name, false);
-    kmp_force *friction = add_force(r, name, node->place, KMP_FORCE_FRICTION);
-    friction->level = mu;
-    friction->contact = 1 + (int)(contact - r->model->forces);
-    add_row(r, friction, "friction");
+    if (slips_in_plane(r->model, &contact->touch)) {
+        add_friction(r, node->place, kmp_arena_printf(&r->model->arena, "%s_friction", contact->name), mu, contact, 0);
+        return;
+    }
+    for (int k = 1; k <= 2; k++)
+        add_friction(r, node->place, kmp_arena_printf(&r->model->arena, "%s_friction%d", contact->name, k), mu, contact,
+                     k);
 }
 
 /* Keys of a contact with a law. */
@@ -355,7 +382,7 @@ static void read_contact(kmp_reader *r, const kmp_yaml *map, const char *what, k
 int kmp_contacts_count(const kmp_yaml *root)
 {
     const kmp_yaml *map = kmp_yaml_get(root, "contacts");
-    return map ? 2 * map->count : 0;
+    return map ? 3 * map->count : 0;
 }
 
 void kmp_read_contacts(kmp_reader *r)

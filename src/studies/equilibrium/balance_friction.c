@@ -12,11 +12,11 @@ static int name(const kmp_friction_state *f, bool all, kmp_text *text)
     for (int i = 0; i < f->count; i++) {
         const kmp_friction_view *view = &f->view[i];
         bool takes_part = !view->contact && !view->off;
-        bool named = takes_part && (all ? view->rate == 0 : fabs(view->force) > view->largest);
+        bool named = takes_part && (all ? view->rate == 0 : view->needs > view->largest);
         if (named)
             kmp_text_printf(text, "%s'%s'", count++ ? ", " : "", view->element->name);
         if (named && !all)
-            kmp_text_printf(text, " needs %.6g of at most %.6g", fabs(view->force), view->largest);
+            kmp_text_printf(text, " needs %.6g of at most %.6g", view->needs, view->largest);
     }
     return count;
 }

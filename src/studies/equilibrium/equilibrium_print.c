@@ -59,7 +59,7 @@ static void show_friction(kmp_text *text, const kmp_balance *b)
     for (int i = 0; i < b->friction_count; i++) {
         const kmp_friction_view *view = &b->friction[i];
         kmp_text_printf(text, "           %-16s  %16.9g  %16.9g  %8.3g%s\n", view->element->name, view->force,
-                        view->largest, view->largest > 0 ? fabs(view->force) / view->largest : 0,
+                        view->largest, view->largest > 0 ? view->needs / view->largest : 0,
                         view->word == KMP_FRICTION_WORD_OPEN ? "  not determined: other closures keep its place" : "");
     }
 }

@@ -46,7 +46,7 @@ static void fill_friction(kempe_table *table, const void *result)
             const kmp_friction_view *view = &e->balance[k].friction[i];
             kmp_tabulate_row(table);
             kmp_tabulate_cells(table, "%d %s %g %g %g", k, view->element->name, view->force, view->largest,
-                               view->largest > 0 ? fabs(view->force) / view->largest : NAN);
+                               view->largest > 0 ? view->needs / view->largest : NAN);
         }
 }
 

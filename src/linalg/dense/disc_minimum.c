@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Each disc has a multiplier s >= 0 of |x|^2/2: the minimum in a box with s on the diagonal of D is that of the disc if
+ * |x| is its radius, or s = 0 and |x| is less. The reciprocal of |x| is nearly linear in s, and found by false position
+ * (as the secular equation of More and Sorensen 1983). One disc after the other is treated so, until none changes: the
+ * ascent of the dual function, which is concave. Where D is singular on several discs their x are not unique, and one
+ * may push another out of its disc without an end. Then a sequence of regular problems is solved, each near the
+ * solution of the last one (Rockafellar 1976). */
+#include "linalg/dense/disc_minimum.h"
+#include "base/bracket.h"
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+enum { SWEEPS = 60, MOST_SWEEPS = 1000, MOST_DOUBLINGS = 200, MOST_MOVES = 300 };
+
+#define ROUND 4e-15 /* |x| over the radius, less 1, that is rounding */
+#define FINE  1e-16 /* of a multiplier */
+#define NEAR  0.1   /* of the diagonal of D */
+#define LEAST 1e-10 /* of the diagonal of D: the first guess of a multiplier */
+
+typedef struct discs {
+    const kmp_box *box;
+    kmp_box with; /* D with the multipliers */
+    const int *partner;
+    double *x, *y, *d, *s; /* d: n x n; s: of the first entry of a pair */
+    double *a, *last;      /* n: a of the present problem; x of the last one */
+    int *side;
+    double *room;
+    double near; /* part of the diagonal of D that keeps x near to `last` */
+    kmp_box_outcome outcome;
+} discs;
+
+static bool is_disc(const discs *w, int i)
+{
+    return w->partner[i] > i && w->box->lower[i] < w->box->upper[i];
+}
+
+/* |x| of a pair over its radius, less 1. */
+static double beyond(const discs *w, int i)
+{
+    return hypot(w->x[i], w->x[w->partner[i]]) / w->box->upper[i] - 1;
+}
+
+/* The diagonal of D of a pair. */
+static double own(const discs *w, int i)
+{
+    return fmax(w->box->d[i + i * w->box->n], w->box->d[w->partner[i] * (w->box->n + 1)]);
+}
+
+static void solve(discs *w)
+{
+    if (w->outcome == KMP_BOX_FOUND)
+        w->outcome = kmp_box_minimum(&w->with, w->x, w->y, w->side, w->room);
+}
+
+/* Solves with this multiplier; negative where it is too small. */
+static double solve_with(discs *w, int i, double s)
+{
+    int n = w->box->n, j = w->partner[i];
+    w->s[i] = s;
+    w->d[i + i * n] = w->box->d[i + i * n] + w->near * w->box->d[i + i * n] + s;
+    w->d[j + j * n] = w->box->d[j + j * n] + w->near * w->box->d[j + j * n] + s;
+    solve(w);
+    double ratio = 1 + beyond(w, i);
+    return ratio > 0 ? 1 / ratio - 1 : 1;
+}
+
+static double slope(const discs *w, int i)
+{
+    double sum = w->box->a[i];
+    for (int k = 0; k < w->box->n; k++)
+        sum += w->box->d[i + k * w->box->n] * w->x[k];
+    return sum;
+}
+
+/* The multiplier of a pair that lies beyond its circle with the multiplier `low`. */
+static void find_multiplier(discs *w, int i, double low, double guess)
+{
+    double f_low = 1 / (1 + beyond(w, i)) - 1, high = guess, f_high = solve_with(w, i, high), next;
+    for (int k = 0; k < MOST_DOUBLINGS && f_high < 0; k++) {
+        low = high;
+        f_low = f_high;
+        high *= 2;
+        f_high = solve_with(w, i, high);
+    }
+    kmp_bracket bracket = kmp_bracket_of(low, f_low, high, f_high);
+    while (fabs(beyond(w, i)) > ROUND && w->outcome == KMP_BOX_FOUND &&
+           kmp_bracket_next(&bracket, FINE * high, &next)) {
+        double f = solve_with(w, i, next);
+        kmp_bracket_take(&bracket, next, f, f >= 0);
+    }
+}
+
+/* Begins inside the disc: where D is singular the minimum that is found depends on the guess. */
+static void go_inside(discs *w, int i)
+{
+    double far = 1 + beyond(w, i);
+    for (int k = 0; k < 2 && far > 1; k++)
+        w->x[k ? w->partner[i] : i] /= far;
+}
+
+/* Settles one pair with the others as they are. */
+static void settle(discs *w, int i)
+{
+    double last = w->s[i], radius = w->box->upper[i];
+    go_inside(w, i);
+    if (solve_with(w, i, 0) >= -ROUND)
+        return;
+    double guess = hypot(slope(w, i), slope(w, w->partner[i])) / radius;
+    find_multiplier(w, i, 0, last > 0 ? last : fmax(guess, LEAST * own(w, i)));
+}
+
+static bool agree(const discs *w)
+{
+    bool all = true;
+    for (int i = 0; i < w->box->n; i++)
+        if (is_disc(w, i))
+            all = all && (w->s[i] > 0 ? fabs(beyond(w, i)) : beyond(w, i)) <= 4 * ROUND;
+    return all;
+}
+
+/* y with D alone, and the sides of pairs. */
+static void finish(discs *w)
+{
+    for (int i = 0; i < w->box->n; i++)
+        if (is_disc(w, i)) {
+            int j = w->partner[i];
+            bool on = w->s[i] > 0 || beyond(w, i) >= -ROUND;
+            w->side[i] = w->side[j] = on ? 1 : 0;
+            w->y[i] = on ? slope(w, i) : 0;
+            w->y[j] = on ? slope(w, j) : 0;
+        }
+}
+
+/* Settles all pairs. */
+static void run(discs *w, int most)
+{
+    int n = w->box->n;
+    w->outcome = KMP_BOX_FOUND;
+    memcpy(w->d, w->box->d, (size_t)(n * n) * sizeof *w->d);
+    memset(w->s, 0, (size_t)n * sizeof *w->s);
+    for (int i = 0; i < n; i++) {
+        w->d[i + i * n] += w->near * w->box->d[i + i * n];
+        w->a[i] = w->box->a[i] - w->near * w->box->d[i + i * n] * w->last[i];
+    }
+    solve(w);
+    for (int sweep = 0; w->outcome == KMP_BOX_FOUND && !agree(w); sweep++) {
+        w->outcome = sweep == most ? KMP_BOX_UNSETTLED : KMP_BOX_FOUND;
+        for (int i = 0; i < n; i++)
+            if (is_disc(w, i))
+                settle(w, i);
+    }
+}
+
+/* Takes x as the last one; the largest change since, relative to the largest x. */
+static double move(discs *w)
+{
+    double most = 0, size = 0;
+    for (int i = 0; i < w->box->n; i++) {
+        most = fmax(most, fabs(w->x[i] - w->last[i]));
+        size = fmax(size, fabs(w->x[i]));
+        w->last[i] = w->x[i];
+    }
+    return size > 0 ? most / size : 0;
+}
+
+/* The proximal point iteration: each problem is regular, and begins at the minimum of the last one. */
+static void approach(discs *w)
+{
+    memset(w->last, 0, (size_t)w->box->n * sizeof *w->last);
+    w->near = NEAR;
+    for (int k = 0; k < MOST_MOVES; k++) {
+        run(w, MOST_SWEEPS);
+        if (w->outcome != KMP_BOX_FOUND || move(w) <= ROUND)
+            return;
+    }
+}
+
+kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partner, double *x, double *y, int *side, double *room)
+{
+    int n = box->n, count = 0;
+    discs w = {.box = box, .partner = partner, .x = x, .y = y, .side = side, .room = room};
+    for (int i = 0; i < n; i++)
+        count += is_disc(&w, i);
+    if (count == 0)
+        return kmp_box_minimum(box, x, y, side, room);
+    w.d = room + kmp_box_room(n);
+    w.s = w.d + n * n;
+    w.a = w.s + n;
+    w.last = w.a + n;
+    w.with = *box;
+    w.with.d = w.d;
+    w.with.a = w.a;
+    memset(w.last, 0, (size_t)n * sizeof *w.last);
+    run(&w, SWEEPS);
+    if (w.outcome == KMP_BOX_UNSETTLED)
+        approach(&w);
+    if (w.outcome == KMP_BOX_FOUND)
+        finish(&w);
+    return w.outcome;
+}
