@@ -355,6 +355,39 @@ static kempe_status note_crossing(kmp_crossing *c, int k, double low, double hig
     return kmp_crossing_look(c, high);
 }
 
+/* Time since the surfaces of condition k, an open contact that strikes, have met; 0: it is none. */
+static double since_surface(const kmp_crossing *c, int k)
+{
+    const kmp_condition *condition = &c->s->events.condition[k];
+    const kmp_force *force = condition->of;
+    double gap = c->change[k + KMP_ROLE_PLACE - KMP_ROLE_SENSE], rate = c->change[k + KMP_ROLE_RATE - KMP_ROLE_SENSE];
+    bool strikes = condition->role == KMP_ROLE_SENSE && force->kind == KMP_FORCE_TOUCH && gap < 0 && rate < 0;
+    return strikes ? gap / rate : 0;
+}
+
+/* A contact is located behind its surface, by the overlap that counts as none where it opens. Each flight would end
+ * lower than it begins by this height, and strike faster. If only contacts have changed, goes back from *t to the last
+ * place where they touch. A contact that has not been apart since `from` stays. Leaves c at *t. */
+static kempe_status go_back_to_surface(kmp_crossing *c, double from, double *t)
+{
+    double back = INFINITY;
+    int which = -1;
+    for (int k = 0; k < c->s->events.count; k++) {
+        double since = kmp_crossing_changed(c, k) ? since_surface(c, k) : INFINITY;
+        which = since < back ? k : which;
+        back = fmin(back, since);
+    }
+    double surface = *t - back;
+    if (which < 0 || !(surface > from && surface < *t))
+        return KEMPE_OK;
+    double gap = c->change[which + KMP_ROLE_PLACE - KMP_ROLE_SENSE];
+    KMP_TRY(kmp_crossing_look(c, surface));
+    if (fabs(c->change[which + KMP_ROLE_PLACE - KMP_ROLE_SENSE]) > fabs(gap) / 2)
+        return kmp_crossing_look(c, *t);
+    *t = surface;
+    return KEMPE_OK;
+}
+
 /* Finds the earliest change in (a, b]. Leaves c there. */
 static kempe_status find_earliest(kmp_crossing *c, const kmp_look *a, const kmp_look *b, double *t)
 {
@@ -366,7 +399,7 @@ static kempe_status find_earliest(kmp_crossing *c, const kmp_look *a, const kmp_
         KMP_TRY(narrow(c, k, a->t, t));
         KMP_TRY(note_crossing(c, k, a->t, *t));
     }
-    return KEMPE_OK;
+    return go_back_to_surface(c, a->t, t);
 }
 
 /* -- the search -------------------------------------------------------------------------------------- */
