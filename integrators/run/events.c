@@ -53,6 +53,14 @@ int kmp_crossing_first_end(const kmp_crossing *c)
     return -1;
 }
 
+bool kmp_crossing_meets_kink(const kmp_crossing *c)
+{
+    for (int k = 0; k < c->s->events.count; k++)
+        if (c->s->events.condition[k].measured && c->eval->mode[k] > 0 && kmp_crossing_changed(c, k))
+            return true;
+    return false;
+}
+
 /* True if condition k has changed and switches the equations. */
 static bool has_switched(const kmp_crossing *c, int k)
 {

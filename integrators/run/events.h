@@ -74,6 +74,10 @@ kmp_crossing *kmp_crossing_new(kmp_runner *run);
 /** Finds the earliest event of the last step. *t is its time, just beyond the change; unchanged if there is none. */
 kempe_status kmp_crossing_find(kmp_crossing *crossing, double *t, bool *found);
 
+/** True where the event is the end of a compliant contact. Its law is continued beyond by the modulus of the depth,
+ * with a kink, which the step up to there has met. */
+bool kmp_crossing_meets_kink(const kmp_crossing *crossing);
+
 /** Finds the earliest event at a start, the integrator's present place. */
 kempe_status kmp_crossing_begin(kmp_crossing *crossing, double t, bool *ends);
 

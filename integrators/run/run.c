@@ -181,6 +181,24 @@ static kempe_status integrate_work(kmp_runner *run, double t)
 
 /* -- steps and rows ------------------------------------------------------------------------------------ */
 
+/* Part of a step up to an event by which the step that is made again is longer: its end is surely beyond the event. */
+#define BEYOND 1e-3
+
+/* Finds the event of the last step. A step with a kink beyond the event is made again, up to the event: its polynomial
+ * is wrong before the kink too. */
+static kempe_status find_event(kmp_runner *run)
+{
+    kmp_solver *solver = run->solver;
+    KMP_TRY(kmp_crossing_find(run->crossing, &run->event_t, &run->at_event));
+    double h = run->at_event ? (1 + BEYOND) * (run->event_t - solver->t_old) : 0;
+    if (!(h > 0 && h < solver->t - solver->t_old) || !run->kind->undo || !kmp_crossing_meets_kink(run->crossing))
+        return KEMPE_OK;
+    run->at_event = false;
+    run->kind->undo(solver, h);
+    KMP_TRY(run->kind->step(solver));
+    return kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
+}
+
 kempe_status kmp_runner_step(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
@@ -195,7 +213,7 @@ kempe_status kmp_runner_step(kmp_runner *run)
     if (status == KEMPE_OK && run->solver->t < kmp_runner_limit(run))
         run->pace = 0;
     if (status == KEMPE_OK && run->crossing)
-        status = kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
+        status = find_event(run);
     if (status != KEMPE_OK)
         return kmp_runner_give_up(
             run, status, "the step size became too small: the motion is singular, or too fast for double precision", t);

@@ -47,8 +47,8 @@ static kmp_solver *new_solver(const kmp_runner *run, const kmp_solver_kind *kind
     return kind->create(kind, &setup);
 }
 
-/* The force of a compliant contact begins and ends as a power of time, 1.5 in general. The estimates of high orders
- * fail there: errors of radau were 500 times the tolerance where those of dop853 were 20 times. */
+/* The force of a compliant contact begins and ends as a power of time, 1.5 in general. Steps are short there, and radau
+ * gains nothing by its higher order. */
 static bool has_powers(const kempe_model *model)
 {
     bool any = false;

@@ -276,6 +276,22 @@ static kempe_status step(void *solver)
     return KEMPE_E_FAILED;
 }
 
+/* Stages are predicted as at a start, since those of the step before are lost. */
+static void undo(void *solver, double h)
+{
+    kmp_collocation *s = solver;
+    if (!(s->base.t > s->base.t_old))
+        return;
+    kmp_solver_swap(&s->y, &s->y_old);
+    kmp_solver_swap(&s->dy, &s->dy_new);
+    s->base.t = s->base.t_old;
+    s->base.h = h;
+    s->base.work.steps--;
+    s->base.work.refused++;
+    s->first = true;
+    s->has_step = s->has_jacobian = s->collapsed = false;
+}
+
 /* -- dense output -------------------------------------------------------------------------------------- */
 
 /* start[k] weight[0] + sum of the last step's stages. */
@@ -337,8 +353,8 @@ static void transfer(void *solver, kmp_number_stream *stream)
 }
 
 #define KMP_COLLOCATION_FUNCTIONS                                                                                      \
-    .corrects = true, .create = create, .release = kmp_solver_free, .start = start, .step = step, .dense = dense,      \
-    .transfer = transfer
+    .corrects = true, .create = create, .release = kmp_solver_free, .start = start, .step = step, .undo = undo,        \
+    .dense = dense, .transfer = transfer
 
 /* Powers: for radau found on the mechanisms of bench/collocation, as REST; for the others Hairer's choice. */
 static const kmp_collocation_method

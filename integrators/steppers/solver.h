@@ -87,6 +87,9 @@ typedef struct kmp_solver_kind {
      * message in the context the step became too small or the formulation gave up. */
     kempe_status (*step)(void *solver);
 
+    /** Takes the last step back; the next one begins where it began, with the length h. NULL: it cannot. */
+    void (*undo)(void *solver, double h);
+
     /** y (and y' if yp is not NULL, of a DAE) at a time t in [t_old, t] of the solver. */
     kempe_status (*dense)(void *solver, double t, double *y, double *yp);
 

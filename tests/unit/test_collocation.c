@@ -459,6 +459,76 @@ static void test_checkpoint(void)
     (void)unlink(path);
 }
 
+/* -- forces that are not smooth ---------------------------------------------------------------------------- */
+
+/* q'' = |t - c|^1.5: the second derivative of the force is infinite at c. */
+static int push(void *self, double t, const double *y, double *dy)
+{
+    dy[0] = y[1];
+    dy[1] = pow(fabs(t - *(double *)self), 1.5);
+    return KMP_GO;
+}
+
+/* |error| of q' at t = 1, from 1 at 0: its integral is ((1 - c)^2.5 + c^2.5)/2.5. */
+static double follow_push(double c, double rtol)
+{
+    const kmp_solver_kind *kind = kmp_solver_find("radau");
+    const double atol[2] = {0}, begin[2] = {1, 1};
+    double y[2] = {0};
+    kempe_context *context = kempe_context_new();
+    const kmp_ode ode = {.n = 2, .positions = 1, .self = &c, .rhs = push};
+    const kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {rtol, atol}};
+    kmp_solver *s = kind->create(kind, &setup);
+    CHECK(s && kind->start(s, 0, begin, NULL, 1, 0) == KEMPE_OK);
+    while (s->t < 1 && kind->step(s) == KEMPE_OK)
+        ;
+    CHECK(s->t == 1 && kind->dense(s, 1, y, NULL) == KEMPE_OK);
+    kind->release(s);
+    kempe_context_free(context);
+    return fabs(y[1] - 1 - (pow(1 - c, 2.5) + pow(c, 2.5)) / 2.5);
+}
+
+/* The estimate alone, which allows more than rtol as smooth forces do, lets errors of 4400 rtol pass here, 120 in the
+ * mean. */
+static void test_not_smooth(void)
+{
+    enum { PLACES = 100 };
+    double most = 0, sum = 0, rtol = 1e-10;
+    for (int k = 0; k < PLACES; k++) {
+        double off = follow_push((double)k / PLACES, rtol);
+        most = check_max(most, off);
+        sum += off;
+    }
+    printf("  errors of a force that is not smooth: %.1f rtol at most, %.1f in the mean\n", most / rtol,
+           sum / PLACES / rtol);
+    CHECK(most < 200 * rtol && sum / PLACES < 20 * rtol);
+}
+
+/* A step that is taken back leaves nothing: the next ones are those from the same start. */
+static void test_undo(void)
+{
+    const kmp_solver_kind *kind = kmp_solver_find("radau");
+    const double atol[2] = {1e-12, 1e-12}, begin[2] = {1, 1}, h = 0.125;
+    double c = -1, y[2][2] = {{0}};
+    for (int undone = 0; undone < 2; undone++) {
+        kempe_context *context = kempe_context_new();
+        const kmp_ode ode = {.n = 2, .positions = 1, .self = &c, .rhs = push};
+        const kmp_solver_setup setup = {.context = context, .ode = &ode, .tolerance = {1e-9, atol}};
+        kmp_solver *s = kind->create(kind, &setup);
+        CHECK(s && kind->start(s, 0, begin, NULL, 1, undone ? 2 * h : h) == KEMPE_OK);
+        if (undone) {
+            CHECK(kind->step(s) == KEMPE_OK && s->t == 2 * h);
+            kind->undo(s, h);
+            CHECK(s->t == 0 && s->work.steps == 0);
+        }
+        CHECK(kind->step(s) == KEMPE_OK && s->t == h && s->work.steps == 1);
+        CHECK(kind->dense(s, h / 3, y[undone], NULL) == KEMPE_OK);
+        kind->release(s);
+        kempe_context_free(context);
+    }
+    CHECK(y[0][0] == y[1][0] && y[0][1] == y[1][1]);
+}
+
 int main(void)
 {
     TEST(test_default);
@@ -471,5 +541,7 @@ int main(void)
     TEST(test_stiff);
     TEST(test_all_stiff);
     TEST(test_events);
+    TEST(test_not_smooth);
+    TEST(test_undo);
     return check_report();
 }

@@ -41,6 +41,7 @@ static void bouncing(loaded l, double height)
         CHECK(end);
         if (end) {
             CHECK_NEAR(end->after, 4.0637127688715781401, 10 * e);
+            CHECK(e > 1e-9 || fabs(time_of(whole, "impact", 61) - 4.063708340340593141) < 1e-11); /* the surface */
             CHECK(entry(whole, "impact", e > 1e-9 ? 50 : 61) && !entry(whole, "impact", 62));
             CHECK((e > 1e-9 || whole->report.impacts == 62) && whole->report.changes == 1);
             CHECK_TEXT(entry(whole, "contact", 0)->text, "'floor' closes");
