@@ -31,6 +31,16 @@ static double far_away(const kmp_friction_run *x)
     return FAR * far;
 }
 
+/* True for a closed contact without friction of its own: its force may be another one, as no level depends on it. */
+static bool may_push(const kmp_friction_run *x, int i)
+{
+    const kmp_friction_element *e = &x->element[x->which[i]];
+    bool may = e->contact && !e->broken && x->found[i] > 0;
+    for (int k = 0; k < x->count; k++)
+        may = may && x->element[k].base != x->which[i];
+    return may;
+}
+
 /* True if forces within a part of the levels (INFINITY: any) hold all elements that do not slip; they are in x->f. */
 static bool suffices(kmp_friction_run *x, double part)
 {
@@ -38,7 +48,10 @@ static bool suffices(kmp_friction_run *x, double part)
     for (int i = 0; i < x->rest; i++) {
         const kmp_friction_element *e = &x->element[x->which[i]];
         if (e->contact) {
-            x->lower[i] = x->tried[i] = x->f[i] = x->found[i];
+            bool pushes = may_push(x, i);
+            x->f[i] = pushes && e->fired ? 0 : x->found[i]; /* friction has taken its load */
+            x->lower[i] = pushes ? 0 : x->f[i];
+            x->tried[i] = pushes && !e->fired ? fmax(far, x->f[i]) : x->f[i];
             continue;
         }
         bool free = e->implied || !(x->upper[i] > 0) || (x->spares && e->loaded);

@@ -16,9 +16,10 @@ double kmp_friction_pace(const kmp_runner *run, const double *qd)
     return rate;
 }
 
+/* That of a contact is its force, by which it can be relieved. */
 static double reserve(const kmp_friction_run *x, int i)
 {
-    return x->upper[i] - fabs(x->f[i]);
+    return x->element[x->which[i]].contact ? x->f[i] : x->upper[i] - fabs(x->f[i]);
 }
 
 /* True for a contact with a force. One without would open at once by rounding where friction can hold its place. */
@@ -32,7 +33,7 @@ static bool pushes(const kmp_friction_run *x, int i)
 static bool is_before(const kmp_friction_run *x, int j, int i)
 {
     bool first = pushes(x, j), second = pushes(x, i);
-    double a = first ? x->f[j] : reserve(x, j), b = second ? x->f[i] : reserve(x, i);
+    double a = reserve(x, j), b = reserve(x, i);
     return first != second ? first : a > b || (a == b && j < i);
 }
 
