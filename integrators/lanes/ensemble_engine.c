@@ -80,7 +80,7 @@ kempe_status kmp_engine_begin(kmp_engine *e, const kmp_run_spec *spec, const kmp
     e->work = (kmp_ensemble_work){.width = width};
     e->eval = kmp_eval_new(e->s, "tape");
     e->state = KMP_ARENA_NEW(&e->run_arena, double, 4 * e->n);
-    bool ok = e->eval && e->state && (kmp_engine_no_lanes(e) || kmp_lane_room_init(e, width));
+    bool ok = e->eval && e->state && (kmp_engine_no_lanes(e) || kmp_lane_room_init(e, width)) && kmp_measuring_init(e);
     return kmp_made(e->context, ok);
 }
 
@@ -91,6 +91,7 @@ void kmp_engine_end(kmp_engine *e)
     kmp_free(e->pools);
     e->pools = NULL;
     e->pool_count = 0;
+    kmp_measuring_free(e);
     kmp_eval_free(e->eval);
     kmp_arena_free(&e->run_arena);
     e->eval = NULL;
@@ -118,7 +119,7 @@ static kempe_status prepare(kmp_engine *e)
         (void)kmp_present_inputs_init(&x->inputs, a, e->s->model);
         x->inputs.held = true;
     }
-    return kmp_made(e->context, !a->failed);
+    return kmp_made(e->context, !a->failed && kmp_measuring_chunk(e));
 }
 
 static kmp_pool *fullest(const kmp_engine *e)

@@ -76,7 +76,7 @@ typedef struct kmp_lane_room {
     double step[KMP_LANES_MOST];
     double bad[KMP_LANES_MOST];                /* not 0: the right-hand side cannot be evaluated */
     double *y, *y_new, *stage, *weight, *atol; /* size: room for the largest */
-    double *k[14];                             /* size, as published: 1 to 13 */
+    double *k[17];                             /* size, as published: 1 to 13; for dense output to 16 */
     double *scale;                             /* n */
     double *row_scale;                         /* m */
     double *at;                                /* time of an evaluation, then the inputs there */
@@ -85,6 +85,8 @@ typedef struct kmp_lane_room {
 
 /** One thread's share of an ensemble: a system of its own and its lanes. It runs one chunk of instances after another.
  */
+struct kmp_measuring;
+
 typedef struct kmp_engine {
     kempe_context *context; /* the model's, or its own, which reports no progress */
     bool own_context;
@@ -108,6 +110,7 @@ typedef struct kmp_engine {
     kmp_lane_room room;
     kmp_ensemble_work work;
     int pool_count;
+    struct kmp_measuring *measuring; /* of quantities; NULL: there are none */
 
     /* of a chunk */
     int count;
@@ -116,6 +119,7 @@ typedef struct kmp_engine {
     kmp_instance *instances;
     kmp_ensemble_result *results;
     double *q, *qd; /* count x n */
+    double *taken;  /* count x values of the quantities; NULL: there are none */
 } kmp_engine;
 
 /* ensemble_engine.c */
@@ -160,6 +164,50 @@ kempe_status kmp_instance_finish(kmp_engine *e, kmp_pool *pool, int i);
 kempe_status kmp_instance_alone(kmp_engine *e, int i);
 /** Takes an instance out of the lanes for a separate run. */
 void kmp_instance_leave(kmp_engine *e, int i, const char *why);
+
+/** Makes an instance that was current before current again. */
+void kmp_instance_current(kmp_engine *e, const kmp_instance *x);
+
+/** Computes q and qd at a time from unknowns y of a pool for the present constants, with factors and tangent, on closed
+ * loops if `closed`. false: Jv is singular. */
+bool kmp_instance_state(kmp_engine *e, kmp_pool *pool, double t, const double *y, double *q, double *qd, bool closed);
+
+/* ensemble_measure.c: quantities of instances */
+
+/** Makes what an engine needs for the quantities of its run, and the accounts of a chunk. false: no memory. */
+bool kmp_measuring_init(kmp_engine *e);
+void kmp_measuring_free(kmp_engine *e);
+bool kmp_measuring_chunk(kmp_engine *e);
+
+/** Begins the account of an instance at its start. */
+void kmp_instance_begin_account(kmp_engine *e, int i);
+
+/** True if the dense output of steps is needed. */
+bool kmp_measures_steps(const kmp_engine *e);
+
+/** Gives the program of the computed quantities the values of the instance in a lane; evaluates what depends on them
+ * alone. */
+void kmp_lane_constants(kmp_engine *e, size_t lane);
+void kmp_lanes_constants(kmp_engine *e);
+
+/** Prepares the interpolants of the present steps of all lanes, from all stages. */
+void kmp_lanes_interpolate(kmp_engine *e);
+
+/** The number of points within a step whose states lanes evaluate together; 0: none. The unknowns of all lanes at a
+ * point, and its place in the step, 0 to 1; then, with the slopes there, the quantities. */
+int kmp_lanes_points(const kmp_engine *e);
+double kmp_lanes_point(kmp_engine *e, int point, double *y);
+void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope);
+
+/** Takes the step of a lane that is about to be accepted into account. false: some state within it is not available. */
+bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t lane);
+
+/** Takes the last step of a separate run into account. false: as above. */
+bool kmp_run_measure(kmp_engine *e, int i, kmp_runner *run);
+
+/** Writes the quantities at the end of an instance, at q and qd on closed loops; `row`: q, qd, qdd, lambda there, NULL:
+ * not known. `pool`: of its lane. */
+void kmp_instance_measured(kmp_engine *e, kmp_pool *pool, int i, double t, const double *row);
 
 /* ensemble_pool.c */
 

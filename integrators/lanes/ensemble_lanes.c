@@ -28,7 +28,7 @@ bool kmp_lane_room_init(kmp_engine *e, int width)
     double **vectors[] = {&room->y, &room->y_new, &room->stage, &room->weight, &room->atol};
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = kmp_arena_aligned(a, w * size);
-    for (size_t k = 1; k <= 13; k++)
+    for (size_t k = 1; k <= (kmp_measures_steps(e) ? 16 : 13); k++)
         room->k[k] = kmp_arena_aligned(a, w * size);
     room->scale = kmp_arena_aligned(a, w * n);
     room->row_scale = kmp_arena_aligned(a, w * m);
@@ -108,6 +108,7 @@ static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     if (e->s->dissipative)
         atol[(size_t)(2 * e->p + e->r) * w] = KMP_UNCONTROLLED;
     kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants.numbers);
+    kmp_lane_constants(e, l);
 }
 
 /* Copies the state of a lane to its instance. */
@@ -212,6 +213,7 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
     for (size_t l = 0; l < room->w; l++)
         room->step[l] = room->bad[l] = 0;
     (void)kmp_lanes_run(pool->lanes, KMP_STAGE_PARAMETERS);
+    kmp_lanes_constants(e);
     set_times(room, 0);
     evaluate(e, pool, room->y, room->k[2]);
     const double *pivot = pivots_of(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END));
@@ -514,6 +516,31 @@ static bool is_uncentred(kmp_engine *e, const kmp_pool *pool, size_t l)
     return false;
 }
 
+/* Takes the accepted steps into the accounts of their instances. */
+static void measure(kmp_engine *e, kmp_pool *pool, outcome *what)
+{
+    kmp_lane_room *room = &e->room;
+    double **k = room->k;
+    KMP_DOP853_DENSE_STAGES(STAGE, k);
+    kmp_lanes_interpolate(e);
+    for (int point = 0; point < kmp_lanes_points(e); point++) {
+        set_times(room, kmp_lanes_point(e, point, room->stage));
+        evaluate(e, pool, room->stage, k[2]);
+        kmp_lanes_sample(e, pool, point, room->stage, k[2]);
+    }
+    for (size_t l = 0; l < room->w; l++) {
+        bool bad = room->bad[l] != 0;
+        room->bad[l] = 0;
+        if (what[l] != TAKEN)
+            continue;
+        e->results[room->who[l]].rhs += 3;
+        if (!bad && kmp_lane_measure(e, pool, l))
+            continue;
+        expel(e, l, "states between steps that are not available");
+        what[l] = EMPTY;
+    }
+}
+
 /* Continues a lane, finishes its instance, or leaves it to another pool or a separate run. */
 static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, size_t l)
 {
@@ -587,8 +614,12 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     for (size_t l = 0; l < room->w; l++) {
         if (what[l] == TAKEN)
             what[l] = room->bad[l] != 0 ? BAD_STAGE : consents(e, pool, &seen, l) ? TAKEN : BAD_STEP;
-        taken[l] = what[l] == TAKEN ? 1 : 0;
+        room->bad[l] = 0;
     }
+    if (kmp_measures_steps(e))
+        measure(e, pool, what);
+    for (size_t l = 0; l < room->w; l++)
+        taken[l] = what[l] == TAKEN ? 1 : 0;
     kmp_lanes_take(room->w, (size_t)e->size, taken, room->y_new, room->y);
     kmp_lanes_take(room->w, (size_t)e->size, taken, room->k[13], room->k[1]);
     for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {

@@ -110,6 +110,8 @@ static int take_chunk(shared_run *r, int *first)
 static kempe_status run_chunk(const shared_run *r, kmp_engine *engine, size_t first, int count)
 {
     size_t n = (size_t)r->e->n;
+    const kmp_run_quantities *quantities = r->execution->quantities;
+    engine->taken = quantities ? r->execution->taken + first * (size_t)quantities->values : NULL;
     return kmp_engine_run(engine, count, r->values + first * (size_t)r->e->columns, r->results + first,
                           r->q + first * n, r->qd + first * n);
 }
@@ -185,6 +187,9 @@ static kempe_status run_all(shared_run *r)
         r->results[i] = (kmp_ensemble_result){.status = KEMPE_STOPPED, .h = NAN, .hdot = NAN, .drift = NAN};
     for (size_t k = 0; k < (size_t)r->count * (size_t)r->e->n; k++)
         r->q[k] = r->qd[k] = NAN;
+    const kmp_run_quantities *quantities = r->execution->quantities;
+    for (size_t k = 0; quantities && k < (size_t)r->count * (size_t)quantities->values; k++)
+        r->execution->taken[k] = NAN;
     int most = (r->count + r->least - 1) / r->least;
     r->threads = most < 1 ? 1 : most < r->threads ? most : r->threads;
     kmp_team *team = kmp_team_new(r->threads);

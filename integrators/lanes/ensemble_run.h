@@ -10,6 +10,7 @@
  * from its start: for change points, events, singular angles of spherical joints, large systems, failed steps. */
 #pragma once
 
+#include "integrators/quantities/run_quantities.h"
 #include "integrators/run/run.h"
 
 typedef struct kmp_ensemble kmp_ensemble;
@@ -23,6 +24,8 @@ typedef struct kmp_ensemble_execution {
     bool alone;  /* no lanes: a separate run for each instance */
     long before; /* of progress: instances of a longer run that are done, */
     long total;  /* and all of it; 0: this run is the whole, -1: no progress */
+    const kmp_run_quantities *quantities; /* measured during each run; NULL: none */
+    double *taken;                        /* their values: instances x quantities->values, NaN without a whole run */
 } kmp_ensemble_execution;
 
 typedef struct kmp_ensemble_result {

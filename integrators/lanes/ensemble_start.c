@@ -60,8 +60,7 @@ static kempe_status take_values(kmp_engine *e, int i)
     return result->reason ? status : kmp_fail_memory(e->context);
 }
 
-/* Makes an instance that was current before current again. */
-static void take_constants(kmp_engine *e, const kmp_instance *x)
+void kmp_instance_current(kmp_engine *e, const kmp_instance *x)
 {
     kmp_constants_take(e->s, &x->constants);
     kmp_eval_renew_parameters(e->eval);
@@ -144,6 +143,7 @@ static kempe_status enter(kmp_engine *e, int i, const double *q, const double *q
         x->seen_t = -1;
         kmp_present_inputs_stand(&x->inputs, 0);
         kmp_reduced_pack(&part, true, q, qd, x->y);
+        kmp_instance_begin_account(e, i);
         kmp_pool_put(e, pool, i);
     } else {
         kmp_instance_leave(e, i, why ? why : "another choice of coordinates");
@@ -186,23 +186,28 @@ kempe_status kmp_instance_start(kmp_engine *e, int i)
 
 /* -- exchange ---------------------------------------------------------------------------------------- */
 
-/* Computes q and qd of an instance in the unknowns of a pool, with factors and tangent. false: Jv is singular. */
-static bool unpack(kmp_engine *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed)
+bool kmp_instance_state(kmp_engine *e, kmp_pool *pool, double t, const double *y, double *q, double *qd, bool closed)
 {
-    take_constants(e, x);
     int p = pool->part.p;
     for (int k = 0; k < p; k++)
-        q[pool->part.u[k]] = x->y[k];
+        q[pool->part.u[k]] = y[k];
     for (int k = 0; k < pool->part.r; k++)
-        q[pool->part.v[k]] = x->y[2 * p + k];
-    if (closed && kmp_reduction_close(&pool->red, x->t, q, NULL, 0))
+        q[pool->part.v[k]] = y[2 * p + k];
+    if (closed && kmp_reduction_close(&pool->red, t, q, NULL, 0))
         return false;
-    kmp_eval_closure(e->eval, x->t, q);
+    kmp_eval_closure(e->eval, t, q);
     if (kmp_reduction_factor(&pool->red))
         return false;
     kmp_reduction_tangent(&pool->red);
-    kmp_reduction_rates(&pool->red, x->y + p, qd);
+    kmp_reduction_rates(&pool->red, y + p, qd);
     return true;
+}
+
+/* The state of an instance that becomes the current one. */
+static bool unpack(kmp_engine *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed)
+{
+    kmp_instance_current(e, x);
+    return kmp_instance_state(e, pool, x->t, x->y, q, qd, closed);
 }
 
 /* Goes on from (q, qd) with another partition, which it frees; `status`: of its choice. */
@@ -309,6 +314,7 @@ kempe_status kmp_instance_finish(kmp_engine *e, kmp_pool *pool, int i)
         return KEMPE_OK;
     }
     judge(e, i, x->t, q, qd, e->s->dissipative ? x->y[e->n + pool->part.p] : 0);
+    kmp_instance_measured(e, pool, i, x->t, NULL);
     e->results[i].status = KEMPE_OK;
     kmp_engine_count(e);
     return KEMPE_OK;
@@ -322,8 +328,12 @@ static kempe_status run_alone(kmp_engine *e, int i, kmp_runner *run, kempe_statu
     kmp_run_report report;
     int n = e->n;
     double *row = KMP_NEW(double, 3 * n + e->m), work;
-    while (row && status == KEMPE_OK && kmp_runner_t(run) < e->spec.t_end)
+    kmp_instance_begin_account(e, i);
+    while (row && status == KEMPE_OK && kmp_runner_t(run) < e->spec.t_end) {
         status = kmp_runner_step(run);
+        if (status == KEMPE_OK && !kmp_run_measure(e, i, run))
+            status = KEMPE_E_FAILED; /* the row gave the reason */
+    }
     kmp_runner_report(run, &report);
     result->status = status;
     result->reason = report.reason;
@@ -336,6 +346,8 @@ static kempe_status run_alone(kmp_engine *e, int i, kmp_runner *run, kempe_statu
     if (row && run->solver && kmp_runner_row(run, report.t, row, &work) == KEMPE_OK) {
         kmp_eval_closure(e->eval, report.t, row);
         judge(e, i, report.t, row, row + n, work);
+        if (status == KEMPE_OK)
+            kmp_instance_measured(e, NULL, i, report.t, row);
     }
     kmp_free(row);
     return !row ? kmp_fail_memory(e->context) : status == KEMPE_E_MEMORY ? status : KEMPE_OK;

@@ -8,11 +8,6 @@
 
 enum { MAX_REJECT = 1000, MOST_FINER = 100 };
 
-/* The largest term of highest order of an interpolant that is taken, in tolerances. It is 5 to 200 where the solution
- * is resolved. A method at the bound of its stability damps fast motions at the ends of steps but not between them: the
- * term was 9e4 where the interpolant was wrong by 1e4 tolerances, the step by one. */
-#define COARSE 3e2
-
 /* -- creation -------------------------------------------------------------------------------------- */
 
 static void make_room(kmp_rk *s, const kmp_rk_method *method, kmp_arena *a)
@@ -192,23 +187,10 @@ void kmp_rk_begin_dense(kmp_rk *s)
     double h = s->taken, **r = s->interpolant;
     const double *begin = s->k[1], *end = s->k[s->method->end];
     for (int i = 0; i < s->base.ode.n; i++) {
-        double rise = s->y[i] - s->y_old[i], curvature = h * begin[i] - rise;
-        r[0][i] = s->y_old[i];
-        r[1][i] = rise;
-        r[2][i] = curvature;
-        r[3][i] = rise - h * end[i] - curvature;
-    }
-}
-
-static void interpolate(const kmp_rk *s, double x, double *y)
-{
-    double *const *r = s->interpolant;
-    int n = s->base.ode.n, last = s->method->interpolants - 1;
-    memcpy(y, r[last], (size_t)n * sizeof *y);
-    for (int j = last; j-- > 0;) {
-        double factor = j % 2 ? 1.0 - x : x;
-        for (int i = 0; i < n; i++)
-            y[i] = r[j][i] + factor * y[i];
+        double cubic[4];
+        kmp_rk_cubic(h, s->y_old[i], s->y[i], begin[i], end[i], cubic);
+        for (int j = 0; j < 4; j++)
+            r[j][i] = cubic[j];
     }
 }
 
@@ -227,7 +209,7 @@ static bool prepare(kmp_rk *s)
     if (s->dense_ready || s->received || s->method->prepare_dense(s) != KMP_GO)
         return s->dense_ready;
     s->dense_ready = true;
-    s->coarse = !(s->base.fixed > 0) && last_term(s) > COARSE;
+    s->coarse = !(s->base.fixed > 0) && last_term(s) > KMP_RK_COARSE;
     return true;
 }
 
@@ -261,7 +243,7 @@ kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp)
         return KEMPE_E_FAILED;
     if (s->coarse && !s->received && integrate(s, t, y))
         return KEMPE_OK;
-    interpolate(s, (t - s->base.t_old) / s->taken, y);
+    kmp_rk_interpolate(s->base.ode.n, s->method->interpolants, s->interpolant, (t - s->base.t_old) / s->taken, y);
     return KEMPE_OK;
 }
 

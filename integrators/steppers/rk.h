@@ -86,6 +86,35 @@ KMP_INLINE double kmp_rk_after_rejected(const kmp_rk_method *method, double h, d
     return h / fmin(method->shrink, pow(error, method->exponent) / KMP_RK_SAFETY);
 }
 
+/* -- dense output ------------------------------------------------------------------------------------ */
+
+/* The largest term of highest order of an interpolant that is taken, in tolerances. It is 5 to 200 where the solution
+ * is resolved. A method at the bound of its stability damps fast motions at the ends of steps but not between them: the
+ * term was 9e4 where the interpolant was wrong by 1e4 tolerances, the step by one. */
+#define KMP_RK_COARSE 3e2
+
+/* The first four vectors of the interpolant of a component: a cubic by the values and slopes at both ends. */
+KMP_INLINE void kmp_rk_cubic(double h, double y_old, double y, double begin, double end, double r[4])
+{
+    double rise = y - y_old, curvature = h * begin - rise;
+    r[0] = y_old;
+    r[1] = rise;
+    r[2] = curvature;
+    r[3] = rise - h * end - curvature;
+}
+
+/* The value at x, 0 to 1, of vectors r of n components: r0 + x (r1 + z (r2 + x (r3 + ...))), z = 1 - x. */
+KMP_INLINE void kmp_rk_interpolate(int n, int vectors, double *const *r, double x, double *y)
+{
+    for (int i = 0; i < n; i++)
+        y[i] = r[vectors - 1][i];
+    for (int j = vectors - 1; j-- > 0;) {
+        double factor = j % 2 ? 1.0 - x : x;
+        for (int i = 0; i < n; i++)
+            y[i] = r[j][i] + factor * y[i];
+    }
+}
+
 /* -- stages ------------------------------------------------------------------------------------------ */
 
 /* out = y + h sum a[j] k[j]; unrolled over the terms, whose number is constant at each call. */

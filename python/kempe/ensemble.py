@@ -56,11 +56,22 @@ class Values(Fixed):
         return np.array(view(lib.kempe_values_row(self._pointer, k % len(self)), (len(self.names),), None))
 
 
+class Statistics(Result):
+    """Statistics of the quantities of instances, with intervals of confidence."""
+
+    _noun = "statistics"
+    moments: TableOf = TableOf("A row for each quantity: mean and standard deviation with their intervals.")
+    quantiles: TableOf = TableOf("A row for each quantity and part, with intervals by order statistics.")
+    contributions: TableOf = TableOf("A row for each quantity and input: regression, and Sobol's indices of the design saltelli.")
+    extremes: TableOf = TableOf("Two rows for each quantity: least and largest value, their instances and settings.")
+    within: TableOf = TableOf("The instances within the limits, with an interval.")
+
+
 class Batch(Reported):
     """Results of all instances."""
 
     _noun = "batch"
-    _kept = ("status", "reason", "q", "qd")
+    _kept = ("status", "reason", "q", "qd", "quantities", "limits")
     instances: TableOf = TableOf(
         "A row for each instance: values, status, t, q.NAME, qd.NAME, work, accuracy, verdict, reason."
     )
@@ -87,6 +98,32 @@ class Batch(Reported):
     def qd(self) -> Array:
         """Final rates (instances x n)."""
         return self._states(lib.kempe_batch_qd)
+
+    @property
+    def quantities(self) -> dict[str, Array]:
+        """Values of each quantity by its name, in SI; NaN where an instance did not reach its end."""
+        count = range(lib.kempe_batch_quantity_count(self._pointer))
+        names = [string(lib.kempe_batch_quantity_name(self._pointer, value)) for value in count]
+        rows = range(len(self))
+        return {
+            name: np.array([lib.kempe_batch_quantity(self._pointer, k, value) for k in rows], dtype=float)
+            for value, name in zip(count, names)
+        }
+
+    @property
+    def limits(self) -> list[str]:
+        """Of each instance "pass" or "fail" by the limits, "" where it is not known."""
+        return [string(lib.kempe_batch_limits(self._pointer, k)) for k in range(len(self))]
+
+    def statistics(self, confidence: float = 0.95) -> Statistics:
+        """Moments, quantiles, yield and contributions of the inputs, with intervals of a confidence.
+
+        >>> batch = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.3, 0.31]}, quantities="max(q(rocker))").run(t_end=1)
+        >>> batch.statistics().moments["count"]
+        array([3., 3.])
+        """
+        made = self._context.make(Statistics, lib.guarded_kempe_statistics_new, self.instances._pointer, confidence)
+        return made
 
     def _states(self, get: object) -> Array:
         n = len(self._context.coordinates)

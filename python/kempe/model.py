@@ -23,7 +23,7 @@ from .system import Force, System
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from ._options import GenerateOptions, GradientOptions, RunOptions, SampleOptions, SensitivityOptions
+    from ._options import EnsembleOptions, GenerateOptions, GradientOptions, RunOptions, SampleOptions, SensitivityOptions
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
@@ -307,18 +307,26 @@ class Model(Fixed):
         del keep
         return made
 
-    def ensemble(self, values: Values | Mapping[str, Any] | str | os.PathLike[str]) -> Ensemble:
-        """Many instances of the mechanism.
+    def ensemble(
+        self, values: Values | Mapping[str, Any] | str | os.PathLike[str], **options: Unpack[EnsembleOptions]
+    ) -> Ensemble:
+        """Many instances of the mechanism, with quantities of each: words, a list of them or a mapping of names to words.
 
         >>> batch = Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]}).run(t_end=1)
         >>> batch.status, batch.q.shape
         (['ok', 'ok', 'ok'], (3, 3))
+        >>> measured = Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30]}, quantities={"swing": "range(q(rocker))"})
+        >>> measured.run(t_end=1).quantities["swing"].shape
+        (2,)
         """
+        given, keep = struct_of("kempe_ensemble_options", options)
         values = values if isinstance(values, Values) else self.values(values)
         owners = (self._pointer, values._pointer)
-        return self._context.make(
-            Ensemble, lib.guarded_kempe_ensemble_new, self._pointer, values._pointer, owners=owners
+        made = self._context.make(
+            Ensemble, lib.guarded_kempe_ensemble_new_with, self._pointer, values._pointer, given, owners=owners
         )
+        del keep
+        return made
 
 
 def _read_again(label: str, text: str | None, values: Values_, tolerance: float | None, cache: Any) -> Model:

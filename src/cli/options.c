@@ -24,6 +24,7 @@ typedef enum option_kind {
     OPTION_AMOUNT, /* a whole number, or auto: 0 */
     OPTION_LONG,
     OPTION_SETTING,
+    OPTION_LIST, /* given several times: joined by commas */
     OPTION_TABLE,
     OPTION_ARRAYS,
     OPTION_PICTURE,
@@ -125,9 +126,14 @@ static const option options[] = {
     {CLI_ENSEMBLE, IN_MODEL, "correlate", TEXT(sample.correlations), "A:B=R,..",
      "correlations of sampled quantities, as crank:coupler=0.8"},
     {CLI_ENSEMBLE, IN_MODEL, "design", TEXT(sample.design), "NAME",
-     "design of the sample: random (default), latin (hypercube), sobol (sequence), grid (all combinations)"},
+     "design of the sample: random (default), latin (hypercube), sobol (sequence), saltelli (for Sobol indices), grid (all combinations)"},
     {CLI_ENSEMBLE, IN_MODEL, "instances", VALUE(WHOLE, sample.count), "N",
      "number of sampled instances (default: 1000)"},
+    {CLI_ENSEMBLE, IN_MODEL, "quantity", VALUE(LIST, quantities), "[NAME=]WORDS,..",
+     "quantities of each instance: an expression at the end, at(EXPRESSION, TIME), max(..), min(..), range(..), "
+     "mean(..), rms(..), integral(..), first(A < B), count(A < B), duration(A < B)"},
+    {CLI_ENSEMBLE, IN_MODEL, "limit", VALUE(LIST, limits), "QUANTITY<VALUE,..",
+     "limits on quantities: each instance passes or fails"},
     {CLI_ENSEMBLE, IN_MODEL, "seed", VALUE(WHOLE, seed), "N", "seed of the random instances (default: 1)"},
     {CLI_SENSITIVITY, IN_MODEL, "of", TEXT(sensitivity.of), "WORD",
      "object of the derivatives: trajectory (default), equilibrium, modes, reactions"},
@@ -451,6 +457,14 @@ static bool store_setting(const option *o, char *text, cli_settings *settings)
     return true;
 }
 
+/* Appends to a list of CLI_LIST_SIZE. */
+static bool store_list(const option *o, const char *text, char *list)
+{
+    size_t used = strlen(list);
+    int size = snprintf(list + used, CLI_LIST_SIZE - used, "%s%s", used > 0 ? "," : "", text);
+    return (size >= 0 && (size_t)size < CLI_LIST_SIZE - used) || cli_complain("--%s: the text is too long", o->name);
+}
+
 static bool store(const option *o, char *text, cli_settings *settings)
 {
     void *place = (char *)settings + o->offset;
@@ -464,6 +478,8 @@ static bool store(const option *o, char *text, cli_settings *settings)
         return store_quantity(o, text, place);
     if (o->kind == OPTION_SETTING)
         return store_setting(o, text, settings);
+    if (o->kind == OPTION_LIST)
+        return store_list(o, text, place);
     if (!has_ending(o, text))
         return cli_complain("--%s writes %s files; '%s' has another ending", o->name, kinds[o->kind].ending, text);
     *(const char **)place = text;

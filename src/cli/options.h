@@ -42,7 +42,7 @@ enum {
 };
 
 /* The user's settings. Texts point into argv; NULL and 0 mean not given. */
-enum { CLI_MOST_SETS = 64 };
+enum { CLI_MOST_SETS = 64, CLI_LIST_SIZE = 8192 };
 
 typedef struct cli_settings {
     const char *file;
@@ -59,6 +59,7 @@ typedef struct cli_settings {
     kempe_contact_options contact;
     kempe_inverse_options inverse;
     kempe_sample_options sample;
+    char quantities[CLI_LIST_SIZE], limits[CLI_LIST_SIZE];
     kempe_sensitivity_options sensitivity; /* in addition to those in `run` */
     kempe_modes_options modes;
     kempe_response_options response; /* and of state spaces */

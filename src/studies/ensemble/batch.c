@@ -6,6 +6,7 @@
 #include "output/convergence.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "studies/ensemble/quantity_words.h"
 #include "studies/ensemble/values.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
@@ -17,6 +18,7 @@ struct kempe_ensemble {
     const kempe_values *values;
     kmp_ensemble *inner;
     const kempe_model *model;
+    kmp_quantity_list quantities;
 };
 
 struct kempe_batch {
@@ -27,6 +29,7 @@ struct kempe_batch {
     kmp_ensemble_result *results;
     double *rows;           /* count x columns: the values */
     double *q, *qd;         /* count x n */
+    double *taken;          /* count x quantities */
     kmp_convergence *again; /* count */
     double rtol, atol, t_end;
     kmp_ensemble_work work;
@@ -35,22 +38,34 @@ struct kempe_batch {
 
 /* -- run --------------------------------------------------------------------------------------------- */
 
-kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *values, kempe_ensemble **ensemble)
+kempe_status kempe_ensemble_new_with(const kempe_model *model, const kempe_values *values,
+                                     const kempe_ensemble_options *options, kempe_ensemble **ensemble)
 {
     KMP_WANTED_BOTH(model, values);
     KMP_WANTED(model->context, ensemble, "ensemble");
+    KMP_OPTIONS(model->context, kempe_ensemble_options, options);
     kmp_context_clear(model->context);
     KMP_MAKE(model->context, kempe_ensemble, e);
     e->values = values;
     e->model = model;
-    kempe_status status = kmp_ensemble_new(model, values->columns, (const char *const *)values->name, &e->inner);
+    kempe_status status = kmp_quantity_list_init(&e->quantities, model, options->quantities, options->limits);
+    const kempe_model *measured = e->quantities.variant ? kmp_variant_model(e->quantities.variant) : model;
+    if (status == KEMPE_OK)
+        status = kmp_ensemble_new(measured, values->columns, (const char *const *)values->name, &e->inner);
     return KMP_GIVE_OR_FREE(status, ensemble, e, kempe_ensemble_free);
+}
+
+kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *values, kempe_ensemble **ensemble)
+{
+    return kempe_ensemble_new_with(model, values, NULL, ensemble);
 }
 
 void kempe_ensemble_free(kempe_ensemble *ensemble)
 {
-    if (ensemble)
-        kmp_ensemble_free(ensemble->inner);
+    if (!ensemble)
+        return;
+    kmp_ensemble_free(ensemble->inner);
+    kmp_quantity_list_free(&ensemble->quantities);
     kmp_free(ensemble);
 }
 
@@ -77,6 +92,7 @@ static kempe_batch *new_batch(const kempe_ensemble *e, int first, int count)
     KMP_ARENA_MAKE(&b->arena, KMP_ROOM(kmp_ensemble_result, b->count, &b->results),
                    KMP_ROOM(double, (size_t)b->count *(size_t)e->values->columns, &b->rows),
                    KMP_ROOM(double, (size_t)b->count *(size_t)b->n, &b->q, &b->qd),
+                   KMP_ROOM(double, (size_t)b->count *(size_t)e->quantities.run.values, &b->taken),
                    KMP_ROOM(kmp_convergence, b->count, &b->again));
     if (!b->arena.failed) {
         kmp_values_get(e->values, first, count, b->rows);
@@ -240,7 +256,14 @@ static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, cons
                                               .alone = lanes < 0,
                                               .before = range->before,
                                               .total = range->total};
-    kempe_status status = kmp_ensemble_run(e->inner, spec, &execution, b->count, b->rows, b->results, b->q, b->qd);
+    kmp_ensemble_execution measured = execution;
+    measured.quantities = &e->quantities.run;
+    measured.taken = b->taken;
+    if (e->quantities.last_time > spec->t_end)
+        return kmp_fail(e->model->context, KEMPE_E_ARGUMENT,
+                        "a quantity is requested at t = %.6g s, after the end of the runs at %.6g s",
+                        e->quantities.last_time, spec->t_end);
+    kempe_status status = kmp_ensemble_run(e->inner, spec, &measured, b->count, b->rows, b->results, b->q, b->qd);
     b->work = kmp_ensemble_get_work(e->inner);
     b->rtol = spec->rtol;
     b->atol = spec->atol;
@@ -320,6 +343,57 @@ KMP_GETTER_AT(const double *kempe_batch_q(const kempe_batch *b, int k), b, k, b-
 KMP_GETTER_AT(const double *kempe_batch_qd(const kempe_batch *b, int k), b, k, b->count,
               b->qd + (size_t)k * (size_t)b->n, NULL)
 
+/* -- quantities and limits --------------------------------------------------------------------------- */
+
+static const kmp_quantity_list *list_of(const kempe_batch *b)
+{
+    return &b->ensemble->quantities;
+}
+
+static const double *taken_of(const kempe_batch *b, int k)
+{
+    return b->taken + (size_t)k * (size_t)list_of(b)->run.values;
+}
+
+KMP_GETTER(int kempe_batch_quantity_count(const kempe_batch *b), b, list_of(b)->run.values, 0)
+KMP_GETTER_AT(const char *kempe_batch_quantity_name(const kempe_batch *b, int value), b, value, list_of(b)->run.values,
+              list_of(b)->name[value], "")
+KMP_GETTER_AT(const char *kempe_batch_quantity_unit(const kempe_batch *b, int value), b, value, list_of(b)->run.values,
+              list_of(b)->unit[value], "")
+
+double kempe_batch_quantity(const kempe_batch *b, int k, int value)
+{
+    if (!b || k < 0 || k >= b->count || value < 0 || value >= list_of(b)->run.values)
+        return NAN;
+    return taken_of(b, k)[value];
+}
+
+/* Appends the limits that an instance does not keep (text NULL: none is written); their number, -1: not known. */
+static int broken_of(const kempe_batch *b, int k, kmp_text *text)
+{
+    const kmp_quantity_list *list = list_of(b);
+    int broken = 0;
+    for (int i = 0; i < list->limit_count; i++) {
+        double value = taken_of(b, k)[list->limit[i].value];
+        if (isnan(value))
+            return -1;
+        if (kmp_limit_holds(&list->limit[i], value))
+            continue;
+        if (text)
+            kmp_text_printf(text, "%s%s", broken ? "; " : "", list->limit[i].text);
+        broken++;
+    }
+    return broken;
+}
+
+const char *kempe_batch_limits(const kempe_batch *b, int k)
+{
+    if (!b || k < 0 || k >= b->count || list_of(b)->limit_count == 0)
+        return "";
+    int broken = broken_of(b, k, NULL);
+    return broken < 0 ? "" : broken > 0 ? "fail" : "pass";
+}
+
 static const char *alone_of(const kmp_ensemble_result *r)
 {
     return r->alone && r->why ? r->why : "";
@@ -379,6 +453,26 @@ static void put_again(const kempe_batch *b, kmp_text *text)
             b->again[worst].rtol);
 }
 
+/* Appends the statistics of the quantities; `format`: of the text. false: there are none. */
+static bool put_statistics(const kempe_batch *b, kempe_format format, kmp_text *text)
+{
+    kempe_table *table = NULL;
+    kempe_statistics *statistics = NULL;
+    char *said = NULL;
+    if (list_of(b)->run.values == 0 || b->status != KEMPE_OK)
+        return false;
+    bool good = kempe_batch_table(b, "instances", &table) == KEMPE_OK &&
+                kempe_statistics_new(table, 0, &statistics) == KEMPE_OK &&
+                kempe_statistics_print(statistics, format, &said) == KEMPE_OK;
+    if (good)
+        kmp_text_put(text, said);
+    text->failed = text->failed || !good;
+    kempe_text_free(said);
+    kempe_statistics_free(statistics);
+    kempe_table_free(table);
+    return good;
+}
+
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_batch *b = result;
@@ -414,6 +508,11 @@ static void put_text(kmp_text *text, const void *result)
         }
     if (s.failed + s.stopped > reported)
         kmp_text_printf(text, "           and %d more\n", s.failed + s.stopped - reported);
+    kmp_text statistics = {0};
+    if (put_statistics(b, KEMPE_TEXT, &statistics))
+        kmp_text_printf(text, "\n%s", statistics.s);
+    text->failed = text->failed || statistics.failed;
+    kmp_text_free(&statistics);
 }
 
 static void put_instance(const kempe_batch *b, kmp_json *json, int k)
@@ -424,6 +523,10 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
     kmp_json_put(json, "status %s reason %s t %g", kempe_batch_status(b, k), kempe_batch_reason(b, k), r->t);
     kmp_json_numbers(json, "q", b->n, kempe_batch_q(b, k));
     kmp_json_numbers(json, "qd", b->n, kempe_batch_qd(b, k));
+    if (list_of(b)->run.values > 0)
+        kmp_json_numbers(json, "quantities", list_of(b)->run.values, taken_of(b, k));
+    if (list_of(b)->limit_count > 0)
+        kmp_json_put(json, "limits %s", kempe_batch_limits(b, k));
     kmp_json_put(json, "steps %ld rejected %ld refused %ld rhs %ld exchanges %ld", r->steps, r->rejected, r->refused,
                  r->rhs, r->exchanges);
     kmp_json_put(json, "h %g hdot %g drift %g single_run %s", r->h, r->hdot, r->drift, alone_of(r));
@@ -452,10 +555,23 @@ static void put_json(kmp_text *text, const void *result)
     kmp_json_put(&json, "] coordinates [");
     for (int k = 0; k < b->n; k++)
         kmp_json_string(&json, NULL, system->model->motions[k].name);
+    kmp_json_put(&json, "] quantities [");
+    for (int k = 0; k < list_of(b)->run.values; k++)
+        kmp_json_put(&json, "{ name %s unit %s }", list_of(b)->name[k], list_of(b)->unit[k]);
     kmp_json_put(&json, "] instances [");
     for (int k = 0; k < b->count; k++)
         put_instance(b, &json, k);
-    kmp_json_put(&json, "] }");
+    kmp_json_put(&json, "]");
+    kmp_text statistics = {0};
+    if (put_statistics(b, KEMPE_JSON, &statistics)) {
+        while (statistics.length > 0 && statistics.s[statistics.length - 1] == '\n')
+            statistics.s[--statistics.length] = '\0';
+        kmp_json_key(&json, "statistics");
+        kmp_text_put(text, statistics.s);
+    }
+    text->failed = text->failed || statistics.failed;
+    kmp_text_free(&statistics);
+    kmp_json_put(&json, "}");
 }
 
 KMP_PRINT(kempe_batch, batch, batch->ensemble->model->context, put_json, put_text)
@@ -471,6 +587,10 @@ static void put_columns(const kempe_batch *b, kempe_table *table)
     kmp_tabulate_columns(table, "status[words] t[s]");
     kmp_tabulate_quantity(table, system, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, system, KMP_QUANTITY_QD);
+    for (int k = 0; k < list_of(b)->run.values; k++)
+        kmp_tabulate_column(table, list_of(b)->unit[k], "%s", list_of(b)->name[k]);
+    if (list_of(b)->limit_count > 0)
+        kmp_tabulate_columns(table, "limits[words] broken[words]");
     kmp_tabulate_columns(table, "steps rejected refused rhs exchanges h hdot drift difference verdict[words] "
                                 "single_run[words] reason[words]");
     kmp_tabulate_apart(table);
@@ -486,6 +606,15 @@ static void put_row(const kempe_batch *b, kempe_table *table, int k)
     kmp_tabulate_cells(table, "%s %g", kempe_batch_status(b, k), r->t);
     kmp_tabulate_values(table, system, KMP_QUANTITY_Q, kempe_batch_q(b, k));
     kmp_tabulate_values(table, system, KMP_QUANTITY_QD, kempe_batch_qd(b, k));
+    kmp_tabulate_numbers(table, list_of(b)->run.values, taken_of(b, k));
+    if (list_of(b)->limit_count > 0) {
+        kmp_text broken = {0};
+        bool known = broken_of(b, k, &broken) >= 0;
+        kmp_tabulate_cells(table, "%s %s", kempe_batch_limits(b, k), known && broken.s ? broken.s : "");
+        if (broken.failed)
+            kmp_tabulate_fail(table);
+        kmp_text_free(&broken);
+    }
     kmp_tabulate_cells(table, "%ld %ld %ld %ld %ld %g %g %g", r->steps, r->rejected, r->refused, r->rhs, r->exchanges,
                        r->h, r->hdot, r->drift);
     kmp_tabulate_cells(table, "%g %s %s %s", again->known ? again->difference : NAN, kmp_convergence_word(again),
@@ -535,6 +664,11 @@ kempe_status kmp_ensemble_columns(kempe_ensemble *e, kempe_table **table)
 const kempe_model *kmp_ensemble_model(const kempe_ensemble *e)
 {
     return e->model;
+}
+
+const kmp_quantity_list *kmp_ensemble_quantities(const kempe_ensemble *ensemble)
+{
+    return &ensemble->quantities;
 }
 
 const kempe_values *kmp_ensemble_values(const kempe_ensemble *e)

@@ -145,6 +145,8 @@ static void put_members(kmp_text *text, kempe_ensemble *ensemble, const kmp_run_
     kmp_json_put(&json, "instances %d chunk %d parts %d", values->count, chunk, values->count > 0 ? parts : 0);
     put_values(&json, values);
     put_run(&json, spec, run, lanes);
+    kmp_json_put(&json, "quantities %s limits %s", kmp_ensemble_quantities(ensemble)->words,
+                 kmp_ensemble_quantities(ensemble)->limit_words);
     kmp_json_put(&json, "hash_model %s hash_values %s hash_columns %s hash_equations %s", hashes[0], hashes[1],
                  hashes[2], hashes[3]);
     if (whole)
@@ -283,6 +285,8 @@ static const struct {
                 {"max_steps", NULL},
                 {"convergence_check", "the convergence check"},
                 {"separate_runs", "the choice of separate runs"},
+                {"quantities", "the list of quantities"},
+                {"limits", "the list of limits"},
                 {"hash_model", "the content of the model (its file, a file that it includes, or --set)"},
                 {"hash_values", "the content of the values"},
                 {"hash_columns", "the list of columns"},

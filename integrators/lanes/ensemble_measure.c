@@ -1,0 +1,339 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Quantities of instances, in lanes and in separate runs: the account of each instance gets the states of its steps, so
+ * that it does not depend on other instances. A lane's states are those of its interpolant on closed loops. */
+#include "integrators/formulations/formulation.h"
+#include "integrators/lanes/ensemble_inside.h"
+#include "integrators/quantities/smooth_piece.h"
+#include "integrators/run/runner.h"
+#include "integrators/steppers/dop853.h"
+#include <math.h>
+#include <string.h>
+
+enum { VECTORS = 8 }; /* of the interpolant */
+
+typedef struct kmp_measuring {
+    const kmp_run_quantities *q;
+    double *room;            /* of one account at a time */
+    double *row;             /* q, qd, qdd, lambda */
+    double *y;               /* size: unknowns within a step */
+    double *vector[VECTORS]; /* size: the interpolant of the lane whose states are asked for */
+    double *end;             /* of the channels */
+    double *accounts;        /* of a chunk, one for each instance */
+    /* of all lanes, with their width: */
+    kmp_lanes *lanes;      /* the program of outputs; NULL: no channel is computed, or not in lanes */
+    double *wide[VECTORS]; /* size: the interpolants */
+    double *rows;          /* 2 n: q and qd */
+    double *sampled;       /* points x channels of each lane, one lane after the other */
+} kmp_measuring;
+
+/* The source of states within a step: a lane's interpolant, or a run. */
+typedef struct within {
+    kmp_engine *e;
+    kmp_pool *pool;
+    size_t lane;
+    double t, h;
+    bool current; /* the instance of the lane is the current one */
+    kmp_runner *run;
+} within;
+
+/* States of lanes have no accelerations and multipliers: quantities of these are evaluated one by one. */
+static bool samples_in_lanes(const kmp_run_quantities *q)
+{
+    return q->inside && !q->late;
+}
+
+static bool make_lanes(kmp_engine *e)
+{
+    kmp_measuring *m = e->measuring;
+    kmp_arena *a = &e->run_arena;
+    size_t w = e->room.w;
+    if (!samples_in_lanes(m->q))
+        return true;
+    if (m->q->computed)
+        m->lanes = kmp_lanes_new(e->s->judge, (int)w, e->execution.plain);
+    for (int l = 0; m->lanes && l < (int)w; l++)
+        kmp_lanes_set_one(m->lanes, KMP_IN_CHART, l, e->eval->chart);
+    for (int k = 0; k < VECTORS; k++)
+        m->wide[k] = kmp_arena_aligned(a, w * (size_t)kmp_lane_most(e));
+    m->rows = kmp_arena_aligned(a, w * 2 * (size_t)e->n);
+    m->sampled = KMP_ARENA_NEW(a, double, w *kmp_account_room(m->q));
+    return !a->failed && (m->lanes || !m->q->computed);
+}
+
+void kmp_measuring_free(kmp_engine *e)
+{
+    if (e->measuring)
+        kmp_lanes_free(e->measuring->lanes);
+    e->measuring = NULL;
+}
+
+bool kmp_measuring_init(kmp_engine *e)
+{
+    const kmp_run_quantities *q = e->execution.quantities;
+    kmp_arena *a = &e->run_arena;
+    int size = kmp_lane_most(e);
+    e->measuring = NULL;
+    if (!q || q->count == 0)
+        return true;
+    kmp_measuring *m = e->measuring = KMP_ARENA_NEW(a, kmp_measuring, 1);
+    if (!m)
+        return false;
+    m->q = q;
+    for (int k = 0; k < VECTORS; k++)
+        m->vector[k] = KMP_ARENA_NEW(a, double, size);
+    if (!kmp_engine_no_lanes(e) && !make_lanes(e))
+        return false;
+    return KMP_ARENA_MAKE(a, KMP_ROOM(double, kmp_account_room(q), &m->room),
+                          KMP_ROOM(double, 3 * e->n + e->m, &m->row), KMP_ROOM(double, size, &m->y),
+                          KMP_ROOM(double, q->channels, &m->end));
+}
+
+bool kmp_measuring_chunk(kmp_engine *e)
+{
+    if (!e->measuring)
+        return true;
+    e->measuring->accounts = KMP_ARENA_NEW(&e->arena, double, (size_t)e->count *kmp_account_size(e->measuring->q));
+    return e->measuring->accounts;
+}
+
+bool kmp_measures_steps(const kmp_engine *e)
+{
+    const kmp_run_quantities *q = e->execution.quantities;
+    return q && q->inside;
+}
+
+static double *account_of(const kmp_engine *e, int i)
+{
+    return e->measuring->accounts + (size_t)i * kmp_account_size(e->measuring->q);
+}
+
+void kmp_instance_begin_account(kmp_engine *e, int i)
+{
+    if (e->measuring)
+        kmp_account_begin(e->measuring->q, account_of(e, i));
+}
+
+/* The channels at a row. */
+static void channels_at(kmp_engine *e, double t, const double *row, double *values)
+{
+    const kmp_run_quantities *q = e->measuring->q;
+    int n = e->n;
+    const double *shown = q->computed ? kmp_eval_shown(e->eval, t, row, row + n, row + 2 * n, row + 3 * n) : NULL;
+    for (int c = 0; c < q->channels; c++)
+        values[c] = shown && q->shown[c] >= 0 ? shown[q->shown[c]] : row[-1 - q->shown[c]];
+}
+
+/* Accelerations and multipliers of a state of a pool, after kmp_instance_state. */
+static bool complete(kmp_engine *e, kmp_pool *pool, double *row)
+{
+    int n = e->n;
+    double *qdd = row + 2 * n, *udd = e->measuring->y;
+    kmp_eval_mass(e->eval);
+    kmp_eval_bias(e->eval, row + n);
+    if (kmp_reduction_accelerate(&pool->red, udd))
+        return false;
+    kmp_reduction_accelerations(&pool->red, udd, qdd);
+    kmp_reduction_multipliers(&pool->red, qdd, row + 3 * n);
+    return true;
+}
+
+/* Gives the evaluator the inputs of a step, and takes them back. */
+static void hold_inputs(kmp_engine *e, const kmp_present_inputs *inputs)
+{
+    kmp_present_inputs *own = &e->eval->inputs;
+    if (inputs && own->count > 0)
+        kmp_present_inputs_copy(own, inputs);
+    else if (own->count > 0)
+        memset(own->replaced, 0, (size_t)own->count * sizeof *own->replaced);
+    own->held = inputs != NULL;
+}
+
+static bool lane_channels(void *user, double t, double *values)
+{
+    within *in = user;
+    kmp_engine *e = in->e;
+    kmp_measuring *m = e->measuring;
+    if (!in->current) {
+        const kmp_instance *x = &e->instances[e->room.who[in->lane]];
+        kmp_instance_current(e, x);
+        hold_inputs(e, &x->inputs);
+        in->current = true;
+    }
+    kmp_rk_interpolate(e->size, VECTORS, m->vector, (t - in->t) / in->h, m->y);
+    if (!kmp_instance_state(e, in->pool, t, m->y, m->row, m->row + e->n, true) ||
+        (m->q->late && !complete(e, in->pool, m->row)))
+        return false;
+    channels_at(e, t, m->row, values);
+    return true;
+}
+
+static bool run_channels(void *user, double t, double *values)
+{
+    const within *in = user;
+    kmp_measuring *m = in->e->measuring;
+    double work;
+    if (kmp_runner_row(in->run, t, m->row, &work) != KEMPE_OK)
+        return false;
+    channels_at(in->e, t, m->row, values);
+    return true;
+}
+
+/* -- lanes ------------------------------------------------------------------------------------------- */
+
+void kmp_lane_constants(kmp_engine *e, size_t l)
+{
+    if (e->measuring && e->measuring->lanes)
+        kmp_lanes_set_one(e->measuring->lanes, KMP_IN_PARAMETER, (int)l,
+                          e->instances[e->room.who[l]].constants.numbers);
+}
+
+void kmp_lanes_constants(kmp_engine *e)
+{
+    if (e->measuring && e->measuring->lanes)
+        (void)kmp_lanes_run(e->measuring->lanes, KMP_STAGE_PARAMETERS);
+}
+
+/* Component k of the vectors of the interpolant, at `at` in the vectors of all lanes. */
+static void take_vectors(const kmp_lane_room *room, size_t at, double *const *vector, size_t k)
+{
+    double h = room->step[at % room->w], cubic[4];
+    kmp_rk_cubic(h, room->y[at], room->y_new[at], room->k[1][at], room->k[13][at], cubic);
+    for (int j = 0; j < 4; j++) {
+        vector[j][k] = cubic[j];
+        vector[4 + j][k] = kmp_dop853_dense(h, room->k, at, j);
+    }
+}
+
+void kmp_lanes_interpolate(kmp_engine *e)
+{
+    kmp_measuring *m = e->measuring;
+    for (size_t k = 0; m->sampled && k < (size_t)e->size * e->room.w; k++)
+        take_vectors(&e->room, k, m->wide, k);
+}
+
+int kmp_lanes_points(const kmp_engine *e)
+{
+    return e->measuring->sampled ? KMP_PIECE_POINTS : 0;
+}
+
+double kmp_lanes_point(kmp_engine *e, int point, double *y)
+{
+    double x = 0.5 * (1 + kmp_piece_point(point));
+    kmp_rk_interpolate(e->size * (int)e->room.w, VECTORS, e->measuring->wide, x, y);
+    return x;
+}
+
+/* q and qd of all lanes from the unknowns and their slopes. */
+static void spread(const kmp_engine *e, const kmp_pool *pool, const double *y, const double *slope, double *rows)
+{
+    size_t w = e->room.w, bytes = w * sizeof *rows, p = (size_t)e->p, n = (size_t)e->n;
+    for (size_t k = 0; k < p; k++) {
+        size_t u = (size_t)pool->part.u[k];
+        memcpy(rows + u * w, y + k * w, bytes);
+        memcpy(rows + (n + u) * w, y + (p + k) * w, bytes);
+    }
+    for (size_t k = 0; k < (size_t)e->r; k++) {
+        size_t v = (size_t)pool->part.v[k];
+        memcpy(rows + v * w, y + (2 * p + k) * w, bytes);
+        memcpy(rows + (n + v) * w, slope + (2 * p + k) * w, bytes);
+    }
+}
+
+/* The stages of outputs build on each other. */
+static const double *shown_in_lanes(kmp_engine *e)
+{
+    kmp_measuring *m = e->measuring;
+    const double *shown = NULL;
+    if (!m->lanes)
+        return NULL;
+    kmp_lanes_set(m->lanes, KMP_IN_TIME, e->room.at);
+    kmp_lanes_set(m->lanes, KMP_IN_Q, m->rows);
+    kmp_lanes_set(m->lanes, KMP_IN_QD, m->rows + (size_t)e->n * e->room.w);
+    for (int stage = KMP_STAGE_POTENTIAL; stage <= KMP_STAGE_SHOWN; stage++)
+        shown = kmp_lanes_run(m->lanes, stage);
+    return shown;
+}
+
+void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope)
+{
+    kmp_measuring *m = e->measuring;
+    const kmp_run_quantities *q = m->q;
+    size_t w = e->room.w, room = kmp_account_room(q);
+    spread(e, pool, y, slope, m->rows);
+    const double *shown = shown_in_lanes(e);
+    for (int c = 0; c < q->channels; c++) {
+        const double *from =
+            shown && q->shown[c] >= 0 ? shown + (size_t)q->shown[c] * w : m->rows + (size_t)(-1 - q->shown[c]) * w;
+        for (size_t l = 0; l < w; l++)
+            m->sampled[l * room + (size_t)(point * q->channels + c)] = from[l];
+    }
+}
+
+/* Prepares the interpolant of one lane. false: it is less exact than the step, where a run would integrate anew. */
+static bool choose_lane(kmp_engine *e, size_t l)
+{
+    const kmp_lane_room *room = &e->room;
+    double most = 0, *const *vector = e->measuring->vector;
+    for (size_t i = 0; i < (size_t)e->size; i++) {
+        take_vectors(room, i * room->w + l, vector, i);
+        most = fmax(most, fabs(vector[VECTORS - 1][i]) / room->weight[i * room->w + l]);
+    }
+    return ldexp(most, 1 - VECTORS) <= KMP_RK_COARSE;
+}
+
+bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l)
+{
+    const kmp_lane_room *room = &e->room;
+    kmp_measuring *m = e->measuring;
+    int i = room->who[l];
+    within in = {.e = e, .pool = pool, .lane = l, .t = room->t[l], .h = room->step[l]};
+    const kmp_measured_step step = {.from = room->t[l],
+                                    .to = room->t_new[l],
+                                    .rtol = e->spec.rtol,
+                                    .sampled = m->sampled ? m->sampled + l * kmp_account_room(m->q) : NULL,
+                                    .channels = lane_channels,
+                                    .user = &in};
+    bool good = choose_lane(e, l) && kmp_account_step(m->q, account_of(e, i), m->room, &step);
+    if (in.current)
+        hold_inputs(e, NULL);
+    return good;
+}
+
+/* -- runs -------------------------------------------------------------------------------------------- */
+
+bool kmp_run_measure(kmp_engine *e, int i, kmp_runner *run)
+{
+    kmp_measuring *m = e->measuring;
+    within in = {.e = e, .run = run};
+    if (!m || !m->q->inside)
+        return true;
+    hold_inputs(e, kmp_runner_inputs(run));
+    const kmp_measured_step step = {.from = kmp_runner_t_old(run),
+                                    .to = kmp_runner_t(run),
+                                    .rtol = e->spec.rtol,
+                                    .channels = run_channels,
+                                    .user = &in};
+    bool good = kmp_account_step(m->q, account_of(e, i), m->room, &step);
+    hold_inputs(e, NULL);
+    return good;
+}
+
+void kmp_instance_measured(kmp_engine *e, kmp_pool *pool, int i, double t, const double *row)
+{
+    kmp_measuring *m = e->measuring;
+    bool known = true;
+    if (!m)
+        return;
+    e->eval->inputs.before = true;
+    if (row)
+        memcpy(m->row, row, (size_t)(3 * e->n + e->m) * sizeof *row);
+    else
+        memcpy(m->row, e->state, (size_t)(2 * e->n) * sizeof *row);
+    if (!row && m->q->late)
+        known = complete(e, pool, m->row);
+    channels_at(e, t, m->row, m->end);
+    e->eval->inputs.before = false;
+    for (int c = 0; c < m->q->channels && !known; c++)
+        m->end[c] = NAN;
+    kmp_account_values(m->q, account_of(e, i), 0, t, m->end, e->taken + (size_t)i * (size_t)m->q->values);
+}

@@ -1,0 +1,282 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/quantities/run_quantities.h"
+#include "integrators/quantities/smooth_piece.h"
+#include <math.h>
+#include <string.h>
+
+/* Halvings of a step, and pieces of one: at a kink the polynomials end with an error of the order of the shortest
+ * piece. A value that is nothing but rounding is not smooth anywhere, and is given up after so many pieces. */
+enum { MOST_HALVINGS = 10, MOST_PIECES = 48 };
+
+/* Numbers of a quantity in an account: the value so far and its time, and the other extreme of a range. */
+enum { VALUE, TIME, OTHER, NUMBERS };
+
+int kmp_run_quantity_width(kmp_run_quantity_kind kind)
+{
+    return kind == KMP_TAKE_MAX || kind == KMP_TAKE_MIN ? 2 : 1;
+}
+
+bool kmp_run_quantity_inside(kmp_run_quantity_kind kind)
+{
+    return kind != KMP_TAKE_END;
+}
+
+/* An account: the numbers of each quantity, then of each channel its largest size. */
+size_t kmp_account_size(const kmp_run_quantities *q)
+{
+    return (size_t)(NUMBERS * q->count + q->channels);
+}
+
+/* The values at the points of a piece, by points; of one piece for every level of halving its right half follows. */
+size_t kmp_account_room(const kmp_run_quantities *q)
+{
+    return (size_t)(KMP_PIECE_POINTS * q->channels);
+}
+
+void kmp_account_begin(const kmp_run_quantities *q, double *account)
+{
+    memset(account, 0, kmp_account_size(q) * sizeof *account);
+    for (int k = 0; k < q->count; k++) {
+        double *x = account + (ptrdiff_t)NUMBERS * k;
+        x[TIME] = NAN;
+        switch (q->of[k].kind) {
+        case KMP_TAKE_MAX:
+            x[VALUE] = -INFINITY;
+            break;
+        case KMP_TAKE_MIN:
+            x[VALUE] = INFINITY;
+            break;
+        case KMP_TAKE_RANGE:
+            x[VALUE] = -INFINITY;
+            x[OTHER] = INFINITY;
+            break;
+        case KMP_TAKE_AT:
+        case KMP_TAKE_FIRST:
+            x[VALUE] = NAN;
+            break;
+        default:
+            break;
+        }
+    }
+}
+
+/* -- one quantity on one piece ------------------------------------------------------------------------- */
+
+static void take_largest(const kmp_piece *piece, double sign, double *value, double *time)
+{
+    double low, high, x[KMP_PIECE_POINTS];
+    kmp_piece_bounds(piece, &low, &high);
+    if ((sign > 0 ? high : -low) <= *value * sign)
+        return;
+    int count = kmp_piece_turns(piece, x);
+    for (int k = 0; k < count; k++) {
+        double at = kmp_piece_value(piece, x[k]);
+        if (at * sign > *value * sign) {
+            *value = at;
+            if (time)
+                *time = kmp_piece_time(piece, x[k]);
+        }
+    }
+}
+
+static bool holds_at(const kmp_run_quantity *q, double value)
+{
+    return q->or_equal ? value <= 0 : value < 0;
+}
+
+/* The condition begins to hold at t; `start`: it holds from the start, which is no beginning. */
+static void begin_to_hold(const kmp_run_quantity *q, double t, bool start, double *x)
+{
+    if (q->kind == KMP_TAKE_COUNT)
+        x[VALUE] += !start;
+    else if (q->kind == KMP_TAKE_FIRST && isnan(x[VALUE]))
+        x[VALUE] = t;
+}
+
+/* Between two turns the condition changes at most once. OTHER: 1 where it holds, else 0; TIME: until then. */
+static void take_condition(const kmp_run_quantity *q, const kmp_piece *piece, double *x)
+{
+    double turn[KMP_PIECE_POINTS];
+    int count = kmp_piece_turns(piece, turn);
+    for (int k = 0; k < count; k++) {
+        bool holds = holds_at(q, kmp_piece_value(piece, turn[k])), before = x[OTHER] > 0;
+        double t = kmp_piece_time(piece, turn[k]);
+        bool first = isnan(x[TIME]);
+        double change = t;
+        if (!first && k > 0 && holds != before)
+            change = kmp_piece_time(piece, kmp_piece_zero(piece, turn[k - 1], turn[k]));
+        if (holds && (first || !before))
+            begin_to_hold(q, change, first, x);
+        if (q->kind == KMP_TAKE_DURATION && !first)
+            x[VALUE] += before ? change - x[TIME] : 0;
+        if (q->kind == KMP_TAKE_DURATION && holds && !before)
+            x[VALUE] += t - change;
+        x[TIME] = t;
+        x[OTHER] = holds;
+    }
+}
+
+static void take_piece(const kmp_run_quantity *q, const kmp_piece *piece, const kmp_piece *square, double *x)
+{
+    switch (q->kind) {
+    case KMP_TAKE_MAX:
+        take_largest(piece, 1, &x[VALUE], &x[TIME]);
+        break;
+    case KMP_TAKE_MIN:
+        take_largest(piece, -1, &x[VALUE], &x[TIME]);
+        break;
+    case KMP_TAKE_RANGE:
+        take_largest(piece, 1, &x[VALUE], NULL);
+        take_largest(piece, -1, &x[OTHER], NULL);
+        break;
+    case KMP_TAKE_MEAN:
+    case KMP_TAKE_INTEGRAL:
+        x[VALUE] += kmp_piece_integral(piece);
+        break;
+    case KMP_TAKE_RMS:
+        x[VALUE] += kmp_piece_integral(square);
+        break;
+    case KMP_TAKE_FIRST:
+    case KMP_TAKE_COUNT:
+    case KMP_TAKE_DURATION:
+        take_condition(q, piece, x);
+        break;
+    default:
+        break;
+    }
+}
+
+/* -- a step ------------------------------------------------------------------------------------------- */
+
+/* A step under way. */
+typedef struct measuring {
+    const kmp_run_quantities *q;
+    double *account, *room;
+    const kmp_measured_step *step;
+    int pieces;
+} measuring;
+
+static bool sample(const measuring *m, double from, double to, bool whole)
+{
+    int channels = m->q->channels;
+    if (whole && m->step->sampled) {
+        memcpy(m->room, m->step->sampled, (size_t)(KMP_PIECE_POINTS * channels) * sizeof *m->room);
+        return true;
+    }
+    for (int k = 0; k < KMP_PIECE_POINTS; k++) {
+        double x = kmp_piece_point(k), t = x <= -1 ? from : x >= 1 ? to : from + 0.5 * (1 + x) * (to - from);
+        if (!m->step->channels(m->step->user, t, m->room + (ptrdiff_t)k * channels))
+            return false;
+    }
+    return true;
+}
+
+/* The values of a channel, or their squares, as a polynomial. */
+static kmp_piece piece_of(const measuring *m, int channel, bool square, double from, double to)
+{
+    double values[KMP_PIECE_POINTS];
+    for (int k = 0; k < KMP_PIECE_POINTS; k++) {
+        double x = m->room[k * m->q->channels + channel];
+        values[k] = square ? x * x : x;
+    }
+    return kmp_piece_of(from, to, values);
+}
+
+static void note_sizes(const measuring *m)
+{
+    double *size = m->account + (ptrdiff_t)NUMBERS * m->q->count;
+    for (int c = 0; c < m->q->channels; c++)
+        for (int k = 0; k < KMP_PIECE_POINTS; k++)
+            size[c] = fmax(size[c], fabs(m->room[k * m->q->channels + c]));
+}
+
+static bool is_smooth(const measuring *m, double from, double to)
+{
+    const double *size = m->account + (ptrdiff_t)NUMBERS * m->q->count;
+    for (int k = 0; k < m->q->count; k++) {
+        const kmp_run_quantity *q = &m->q->of[k];
+        bool square = q->kind == KMP_TAKE_RMS;
+        if (q->kind == KMP_TAKE_END || q->kind == KMP_TAKE_AT)
+            continue;
+        const kmp_piece piece = piece_of(m, q->channel, square, from, to);
+        double most = size[q->channel];
+        if (!(kmp_piece_error(&piece) <= m->step->rtol * (square ? most * most : most)))
+            return false;
+    }
+    return true;
+}
+
+static void take(const measuring *m, double from, double to)
+{
+    for (int k = 0; k < m->q->count; k++) {
+        const kmp_run_quantity *q = &m->q->of[k];
+        if (q->kind == KMP_TAKE_END || q->kind == KMP_TAKE_AT)
+            continue;
+        const kmp_piece piece = piece_of(m, q->channel, false, from, to),
+                        square = q->kind == KMP_TAKE_RMS ? piece_of(m, q->channel, true, from, to) : piece;
+        take_piece(q, &piece, &square, m->account + (ptrdiff_t)NUMBERS * k);
+    }
+}
+
+/* Pieces in the order of time. */
+static bool measure(measuring *m, double from, double to, int halvings)
+{
+    if (!sample(m, from, to, halvings == 0))
+        return false;
+    note_sizes(m);
+    double middle = from + 0.5 * (to - from);
+    bool splits = halvings < MOST_HALVINGS && m->pieces < MOST_PIECES && middle > from && middle < to;
+    if (!splits || is_smooth(m, from, to)) {
+        take(m, from, to);
+        return true;
+    }
+    m->pieces++;
+    return measure(m, from, middle, halvings + 1) && measure(m, middle, to, halvings + 1);
+}
+
+/* Values at given times within the step, or at the start. */
+static bool take_times(const measuring *m, double from, double to)
+{
+    for (int k = 0; k < m->q->count; k++) {
+        const kmp_run_quantity *q = &m->q->of[k];
+        double *x = m->account + (ptrdiff_t)NUMBERS * k;
+        if (q->kind != KMP_TAKE_AT || !isnan(x[TIME]) || !(q->time >= from && q->time <= to))
+            continue;
+        if (!m->step->channels(m->step->user, q->time, m->room))
+            return false;
+        x[VALUE] = m->room[q->channel];
+        x[TIME] = q->time;
+    }
+    return true;
+}
+
+bool kmp_account_step(const kmp_run_quantities *q, double *account, double *room, const kmp_measured_step *step)
+{
+    measuring m = {q, account, room, step, 0};
+    bool pieces = false;
+    for (int k = 0; k < q->count; k++)
+        pieces = pieces || (q->of[k].kind != KMP_TAKE_END && q->of[k].kind != KMP_TAKE_AT);
+    return take_times(&m, step->from, step->to) &&
+           (!pieces || !(step->to > step->from) || measure(&m, step->from, step->to, 0));
+}
+
+void kmp_account_values(const kmp_run_quantities *q, const double *account, double t_start, double t_end,
+                        const double *end, double *values)
+{
+    for (int k = 0; k < q->count; k++) {
+        const kmp_run_quantity *of = &q->of[k];
+        const double *x = account + (ptrdiff_t)NUMBERS * k;
+        double *v = values + of->first_value, span = t_end - t_start;
+        v[0] = x[VALUE];
+        if (of->kind == KMP_TAKE_END)
+            v[0] = end[of->channel];
+        else if (of->kind == KMP_TAKE_RANGE)
+            v[0] = x[VALUE] - x[OTHER];
+        else if (of->kind == KMP_TAKE_MEAN)
+            v[0] = x[VALUE] / span;
+        else if (of->kind == KMP_TAKE_RMS)
+            v[0] = sqrt(fmax(x[VALUE] / span, 0));
+        else if (kmp_run_quantity_width(of->kind) == 2)
+            v[1] = x[TIME];
+    }
+}

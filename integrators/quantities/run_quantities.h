@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Quantities of a run: a value at its end or at a time, extremes with their times, means, times and numbers of changes
+ * of a condition. They are taken from the dense output of each step, as polynomials that are halved until they are
+ * smooth. The run gives values of channels, which are expressions at a state. */
+#pragma once
+
+#include "base/arena.h"
+#include <stddef.h>
+
+typedef enum kmp_run_quantity_kind {
+    KMP_TAKE_END,      /* the value at the end */
+    KMP_TAKE_AT,       /* the value at a time */
+    KMP_TAKE_MAX,      /* the largest value, and its time */
+    KMP_TAKE_MIN,      /* the least value, and its time */
+    KMP_TAKE_RANGE,    /* the largest value less the least one */
+    KMP_TAKE_MEAN,     /* the mean over time */
+    KMP_TAKE_RMS,      /* the root of the mean square */
+    KMP_TAKE_INTEGRAL, /* the integral over time */
+    KMP_TAKE_FIRST,    /* the first time at which a condition holds */
+    KMP_TAKE_COUNT,    /* the number of times that a condition begins to hold */
+    KMP_TAKE_DURATION, /* the time during which it holds */
+    KMP_TAKE_KINDS
+} kmp_run_quantity_kind;
+
+typedef struct kmp_run_quantity {
+    kmp_run_quantity_kind kind;
+    int channel;     /* of a condition: it holds where the value is negative */
+    bool or_equal;   /* or zero */
+    double time;     /* of KMP_TAKE_AT */
+    int first_value; /* among the values of all quantities */
+} kmp_run_quantity;
+
+typedef struct kmp_run_quantities {
+    int count, channels, values;
+    const kmp_run_quantity *of;
+    const int *shown; /* of each channel: its number among the computed outputs of the model (kmp_eval_shown), or
+                       * -1 - its number in the row q, qd, qdd, lambda */
+    bool inside;      /* some quantity depends on states within steps */
+    bool rates, late; /* some channel depends on rates; on accelerations or multipliers */
+    bool computed;    /* some channel is a computed output */
+} kmp_run_quantities;
+
+/** Number of values of a kind: 2 for an extreme with its time, else 1. */
+int kmp_run_quantity_width(kmp_run_quantity_kind kind);
+
+/** True for a kind whose value depends on states within steps. */
+bool kmp_run_quantity_inside(kmp_run_quantity_kind kind);
+
+/** Size of the account of one run, and of the room that runs can share which are measured in turn. */
+size_t kmp_account_size(const kmp_run_quantities *quantities);
+size_t kmp_account_room(const kmp_run_quantities *quantities);
+
+/** Begins an account. */
+void kmp_account_begin(const kmp_run_quantities *quantities, double *account);
+
+/** Gives the values of all channels at a time within the present step. false: there is no state. */
+typedef bool kmp_channels_fn(void *user, double t, double *values);
+
+/** An accepted step: its times; the error of a polynomial relative to the largest value so far; the channels at
+ * kmp_piece_point 0, 1, .. of the whole step, point by point, if they are known (NULL: they are not), and at other
+ * times. */
+typedef struct kmp_measured_step {
+    double from, to, rtol;
+    const double *sampled;
+    kmp_channels_fn *channels;
+    void *user;
+} kmp_measured_step;
+
+/** Takes a step into account. false: a state within the step was not available. */
+bool kmp_account_step(const kmp_run_quantities *quantities, double *account, double *room,
+                      const kmp_measured_step *step);
+
+/** Writes the values at the end of a run: `end` has the channels there. */
+void kmp_account_values(const kmp_run_quantities *quantities, const double *account, double t_start, double t_end,
+                        const double *end, double *values);

@@ -1,0 +1,298 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Quantities of instances against closed forms: an oscillator whose mass varies, a pendulum from various angles (by the
+ * arithmetic-geometric mean), kinks, limits, instances that cannot run; in lanes, by themselves, on several threads. */
+#include "testing.h"
+#include <kempe/ensemble.h>
+#include <kempe/table.h>
+#include <stdbool.h>
+
+enum { COUNT = 9 };
+
+static const double PI = 3.14159265358979323846;
+
+static const char *const OSCILLATOR = "kempe: 1\n"
+                                      "gravity: [0, 0, 0]\n"
+                                      "parameters: {k: 100, m: 2, a: 0.1}\n"
+                                      "bodies:\n"
+                                      "  block: {joint: {name: x, prismatic: x, at: ground}, mass: m}\n"
+                                      "forces: {spring: {joint: x, force: \"-k*q(x)\"}}\n"
+                                      "start: {q: {x: a}}\n"
+                                      "run: {t_end: 1}\n";
+
+static const char *const PENDULUM = "kempe: 1\n"
+                                    "gravity: [0, -9.81, 0]\n"
+                                    "parameters: {l: 0.7, m: 1}\n"
+                                    "bodies:\n"
+                                    "  bob:\n"
+                                    "    joint: {name: A, revolute: z, at: ground}\n"
+                                    "    mass: m\n"
+                                    "    com: [0, -l, 0]\n"
+                                    "    points: {end: [0, -l, 0]}\n"
+                                    "start: {q: {A: 0.5}}\n"
+                                    "run: {t_end: 3}\n";
+
+typedef struct study {
+    kempe_context *context;
+    kempe_model *model;
+    kempe_values *values;
+    kempe_ensemble *ensemble;
+    kempe_status status;
+} study;
+
+static study begin(const char *text, int columns, const char *const *names, int count, const double *rows,
+                   const char *quantities, const char *limits)
+{
+    study s = {.context = kempe_context_new()};
+    const kempe_ensemble_options options = {.size = sizeof options, .quantities = quantities, .limits = limits};
+    if (kempe_model_read_text(s.context, text, "model.yaml", &s.model) != KEMPE_OK)
+        printf("%s\n", kempe_context_message(s.context));
+    CHECK(kempe_values_new(s.model, columns, names, count, rows, &s.values) == KEMPE_OK);
+    s.status = kempe_ensemble_new_with(s.model, s.values, &options, &s.ensemble);
+    return s;
+}
+
+static void end(study *s)
+{
+    kempe_ensemble_free(s->ensemble);
+    kempe_values_free(s->values);
+    kempe_model_free(s->model);
+    kempe_context_free(s->context);
+}
+
+static kempe_batch *run(const study *s, double t_end, int lanes, int threads)
+{
+    kempe_run_options options = {
+        .size = sizeof options, .t_end = t_end, .rtol = 1e-10, .atol = 1e-12, .no_convergence_check = 1};
+    kempe_batch *batch = NULL;
+    options.threads = threads;
+    if (kempe_ensemble_run(s->ensemble, &options, lanes, &batch) != KEMPE_OK)
+        printf("%s\n", kempe_context_message(s->context));
+    CHECK(batch != NULL);
+    return batch;
+}
+
+static double value(const kempe_batch *batch, int k, const char *name)
+{
+    for (int i = 0; i < kempe_batch_quantity_count(batch); i++)
+        if (strcmp(kempe_batch_quantity_name(batch, i), name) == 0)
+            return kempe_batch_quantity(batch, k, i);
+    printf("no quantity %s\n", name);
+    return NAN;
+}
+
+static const char *unit(const kempe_batch *batch, const char *name)
+{
+    for (int i = 0; i < kempe_batch_quantity_count(batch); i++)
+        if (strcmp(kempe_batch_quantity_name(batch, i), name) == 0)
+            return kempe_batch_quantity_unit(batch, i);
+    return "none";
+}
+
+/* -- oscillator: x = a cos(w t), w = sqrt(k/m) --------------------------------------------------------- */
+
+static const char *const all = "max(q(x)), low = min(q(x)); v = max(qd(x)), range(q(x)), mean(q(x)),\n"
+                               "square = rms(q(x)), area = integral(q(x)), half = at(q(x), 0.5 s), q(x),\n"
+                               "down = first(q(x) < 0), count(q(x) <= 0), duration(q(x) < 0), energy.total,\n"
+                               "late = max(qdd(x)), size = mean(abs(q(x))), P = max(-k*q(x)*qd(x))";
+
+static void check_oscillator(const kempe_batch *b, int i, double mass, double a, double tolerance)
+{
+    double w = sqrt(100 / mass), T = 1, turn = 2 * PI / w;
+    double below = 0, absolute = 0;
+    for (int k = 0; k < 10; k++) { /* x < 0 between (1/4 + k) and (3/4 + k) turns */
+        double from = fmin((0.25 + k) * turn, T), to = fmin((0.75 + k) * turn, T);
+        below += to - from;
+        absolute += -a / w * (sin(w * to) - sin(w * from));
+    }
+    absolute += a / w * sin(w * T) + absolute; /* the positive part is the whole less the negative one */
+    CHECK_NEAR(value(b, i, "max(q(x))"), a, tolerance);
+    CHECK_NEAR(value(b, i, "low"), -a, tolerance);
+    CHECK_NEAR(value(b, i, "low.time") * w, round(value(b, i, "low.time") * w / PI) * PI, 100 * sqrt(tolerance));
+    CHECK_NEAR(value(b, i, "v"), a * w, tolerance);
+    CHECK_NEAR(fmod(value(b, i, "v.time"), turn), 0.75 * turn, 100 * sqrt(tolerance));
+    CHECK_NEAR(value(b, i, "range(q(x))"), 2 * a, tolerance);
+    CHECK_NEAR(value(b, i, "mean(q(x))"), a * sin(w * T) / w / T, tolerance);
+    CHECK_NEAR(value(b, i, "square"), a * sqrt(0.5 + sin(2 * w * T) / (4 * w * T)), tolerance);
+    CHECK_NEAR(value(b, i, "area"), a * sin(w * T) / w, tolerance);
+    CHECK_NEAR(value(b, i, "half"), a * cos(w / 2), tolerance);
+    CHECK_NEAR(value(b, i, "q(x)"), a * cos(w * T), tolerance);
+    CHECK_NEAR(value(b, i, "down"), turn / 4, tolerance);
+    CHECK(value(b, i, "count(q(x) <= 0)") == floor(T / turn + 0.75));
+    CHECK_NEAR(value(b, i, "duration(q(x) < 0)"), below, 10 * tolerance);
+    CHECK_NEAR(value(b, i, "energy.total"), mass * pow(a * w * sin(w * T), 2) / 2, tolerance);
+    CHECK_NEAR(value(b, i, "late"), a * w * w, 10 * tolerance);
+    CHECK_NEAR(value(b, i, "size"), absolute / T, 1e-7); /* kinks */
+    CHECK_NEAR(value(b, i, "P"), 0.5 * 100 * a * a * w, 10 * tolerance);
+}
+
+static void test_oscillator(void)
+{
+    static const char *const names[] = {"m", "a"};
+    double rows[COUNT][2];
+    for (int i = 0; i < COUNT; i++) {
+        rows[i][0] = 0.3 + 0.2 * i;
+        rows[i][1] = 0.1 + 0.01 * i;
+    }
+    study s = begin(OSCILLATOR, 2, names, COUNT, rows[0], all, NULL);
+    CHECK(s.status == KEMPE_OK);
+    if (s.status != KEMPE_OK)
+        printf("%s\n", kempe_context_message(s.context));
+    kempe_batch *lanes = run(&s, 1, 0, 2), *alone = run(&s, 1, -1, 1);
+    for (int i = 0; i < COUNT; i++) {
+        CHECK_TEXT(kempe_batch_limits(lanes, i), "");
+        check_oscillator(lanes, i, rows[i][0], rows[i][1], 2e-8);
+        check_oscillator(alone, i, rows[i][0], rows[i][1], 2e-8);
+    }
+    CHECK_TEXT(unit(lanes, "max(q(x))"), "m");
+    CHECK_TEXT(unit(lanes, "low.time"), "s");
+    CHECK_TEXT(unit(lanes, "late"), "m/s^2");
+    CHECK_TEXT(unit(lanes, "area"), "m s");
+    CHECK_TEXT(unit(lanes, "count(q(x) <= 0)"), "");
+    CHECK_TEXT(unit(lanes, "energy.total"), "J");
+    kempe_batch_free(lanes);
+    kempe_batch_free(alone);
+    end(&s);
+}
+
+/* -- pendulum: qd_max = 2 w sin(a/2), quarter of the period pi/(2 w agm(1, cos(a/2))) -------------------- */
+
+static double quarter(double w, double angle)
+{
+    double a = 1, b = cos(angle / 2);
+    while (fabs(a - b) > 1e-15 * a) {
+        double mean = (a + b) / 2;
+        b = sqrt(a * b);
+        a = mean;
+    }
+    return PI / (2 * w * a);
+}
+
+static void test_pendulum(void)
+{
+    static const char *const names[] = {"q.A", "l"};
+    static const char *const words = "top = max(qd(A)), down = first(q(A) < 0), high = max(position(bob.end).y), "
+                                     "turn = first(qd(A) > 0)";
+    double rows[COUNT][2];
+    for (int i = 0; i < COUNT; i++) {
+        rows[i][0] = 0.3 + 0.3 * i;
+        rows[i][1] = 0.5 + 0.05 * i;
+    }
+    study s = begin(PENDULUM, 2, names, COUNT, rows[0], words, NULL);
+    CHECK(s.status == KEMPE_OK);
+    kempe_batch *b[] = {run(&s, 4, 0, 1), run(&s, 4, 4, 2), run(&s, 4, 1, 3), run(&s, 4, -1, 1)};
+    for (int k = 0; k < 4; k++)
+        for (int i = 0; i < COUNT; i++) {
+            double w = sqrt(9.81 / rows[i][1]), angle = rows[i][0], T = quarter(w, angle);
+            CHECK_NEAR(value(b[k], i, "top"), 2 * w * sin(angle / 2), 3e-9);
+            CHECK_NEAR(fmod(value(b[k], i, "top.time"), 4 * T), 3 * T, 1e-7);
+            CHECK_NEAR(value(b[k], i, "down"), T, 3e-9);
+            CHECK_NEAR(value(b[k], i, "turn"), 2 * T, 3e-9);
+            CHECK_NEAR(value(b[k], i, "high"), -rows[i][1] * cos(angle), 3e-9);
+            for (int v = 0; v < kempe_batch_quantity_count(b[0]); v++) { /* the same bits in lanes */
+                double first = kempe_batch_quantity(b[0], i, v), other = kempe_batch_quantity(b[k], i, v);
+                CHECK(k == 3 || memcmp(&first, &other, sizeof first) == 0);
+            }
+        }
+    for (int k = 0; k < 4; k++)
+        kempe_batch_free(b[k]);
+    end(&s);
+}
+
+/* -- limits, failures, the state ------------------------------------------------------------------------ */
+
+static void test_limits(void)
+{
+    static const char *const names[] = {"m", "a"};
+    const double rows[][2] = {{2, 0.1}, {2, 0.2}, {-1, 0.1}, {0.5, 0.1}};
+    study s = begin(OSCILLATOR, 2, names, 4, rows[0], "top = max(q(x))", "top < 15 cm, max(qd(x)) <= 1 m/s");
+    CHECK(s.status == KEMPE_OK);
+    kempe_batch *b = run(&s, 1, 0, 1);
+    kempe_table *table = NULL;
+    CHECK(kempe_batch_table(b, "instances", &table) == KEMPE_OK);
+    CHECK_TEXT(kempe_batch_limits(b, 0), "pass");
+    CHECK_TEXT(kempe_batch_limits(b, 1), "fail");
+    CHECK_TEXT(kempe_batch_limits(b, 2), "");
+    CHECK_TEXT(kempe_batch_status(b, 2), "failed");
+    CHECK(isnan(value(b, 2, "top")) && isnan(value(b, 2, "max(qd(x))")));
+    CHECK_TEXT(kempe_batch_limits(b, 3), "fail");
+    int broken = kempe_table_find(table, "broken");
+    CHECK_TEXT(kempe_table_word(table, 0, broken), "");
+    CHECK_TEXT(kempe_table_word(table, 1, broken), "top < 15 cm; max(qd(x)) <= 1 m/s");
+    CHECK_TEXT(kempe_table_word(table, 3, broken), "max(qd(x)) <= 1 m/s");
+    CHECK_NEAR(kempe_table_number(table, 3, kempe_table_find(table, "max(qd(x))")), 0.1 * sqrt(200), 1e-8);
+    CHECK_TEXT(kempe_table_unit(table, kempe_table_find(table, "max(qd(x)).time")), "s");
+    kempe_table_free(table);
+    kempe_batch_free(b);
+    end(&s);
+}
+
+/* What is measured does not change the motion. */
+static void test_motion(void)
+{
+    static const char *const names[] = {"q.A"};
+    const double rows[] = {0.4, 1.2, 2.9};
+    study measured = begin(PENDULUM, 1, names, 3, rows, "max(position(bob.end).x), energy.total", NULL);
+    study plain = begin(PENDULUM, 1, names, 3, rows, NULL, NULL);
+    kempe_batch *a = run(&measured, 2, 0, 1), *b = run(&plain, 2, 0, 1);
+    CHECK(kempe_batch_quantity_count(b) == 0);
+    for (int i = 0; i < 3; i++)
+        CHECK(memcmp(kempe_batch_q(a, i), kempe_batch_q(b, i), sizeof(double)) == 0 &&
+              memcmp(kempe_batch_qd(a, i), kempe_batch_qd(b, i), sizeof(double)) == 0);
+    kempe_batch_free(a);
+    kempe_batch_free(b);
+    end(&measured);
+    end(&plain);
+}
+
+/* -- mistakes ------------------------------------------------------------------------------------------- */
+
+static void refuse(const char *quantities, const char *limits, const char *message)
+{
+    static const char *const names[] = {"m"};
+    const double row[] = {1};
+    study s = begin(OSCILLATOR, 1, names, 1, row, quantities, limits);
+    CHECK(s.status == KEMPE_E_ARGUMENT);
+    CHECK_TEXT(kempe_context_message(s.context), message);
+    end(&s);
+}
+
+static void test_mistakes(void)
+{
+    refuse("max(q(y))", NULL, "quantity:1:7: unknown coordinate 'y'");
+    refuse("q(x), first(q(x))", NULL,
+           "quantity:1:17: an operator, '<', '<=', '>' or '>=' is expected, but the expression ends");
+    refuse("energy", NULL, "quantity:1:1: 'energy' is not one number: give one component of it");
+    refuse("at(q(x))", NULL, "quantity:1:1: 'at(q(x))': at(EXPRESSION, TIME) is expected");
+    refuse("at(q(x), 2 m)", NULL, "quantity:1:10: the time: expected s, got m");
+    refuse("at(q(x), -2 s)", NULL, "quantity:1:10: '-2 s': the time must not be negative");
+    refuse("a = q(x), a = qd(x)", NULL, "quantity:1:11: 'a = qd(x)': a quantity of this name is there already");
+    refuse("a = ", NULL, "quantity:1:4: '': an expression is missing");
+    refuse("q(x), 1 m + 1 s", NULL, "quantity:1:11: a quantity: s cannot be added to m");
+    refuse(NULL, "max(q(x))", "limit:1:1: 'max(q(x))': QUANTITY < VALUE is expected, or one of <=, >, >=");
+    refuse("top = max(q(x))", "top < two", "limit:1:7: unknown parameter 'two'");
+}
+
+static void test_late(void)
+{
+    static const char *const names[] = {"m"};
+    const double row[] = {1};
+    study s = begin(OSCILLATOR, 1, names, 1, row, "at(q(x), 2 s)", NULL);
+    const kempe_run_options options = {.size = sizeof options, .t_end = 1};
+    kempe_batch *batch = NULL;
+    CHECK(kempe_ensemble_run(s.ensemble, &options, 0, &batch) == KEMPE_E_ARGUMENT);
+    CHECK_TEXT(kempe_context_message(s.context),
+               "a quantity is requested at t = 2 s, after the end of the runs at 1 s");
+    CHECK(!batch);
+    end(&s);
+}
+
+int main(void)
+{
+    TEST(test_oscillator);
+    TEST(test_pendulum);
+    TEST(test_limits);
+    TEST(test_motion);
+    TEST(test_mistakes);
+    TEST(test_late);
+    return check_report();
+}
