@@ -169,6 +169,18 @@ static kempe_folder *some_kempe_folder(int open)
     return made(system(command) == 0 ? folder : NULL, "kempe_folder") ? folder : NULL;
 }
 
+static kempe_status new_statistics(const kempe_batch *batch, kempe_statistics **statistics)
+{
+    kempe_table *instances = NULL;
+    kempe_status status = kempe_batch_table(batch, "instances", &instances);
+    if (status == KEMPE_OK)
+        status = kempe_statistics_new(instances, 0, statistics);
+    kempe_table_free(instances);
+    return status;
+}
+
+SOME(kempe_statistics, new_statistics, some_kempe_batch(0))
+
 static const kempe_contact_options shift = {.sweep = "shift=0:1 mm:2"};
 SOME(manchester_model, kempe_model_read, some_kempe_context(0), KEMPE_ROOT "/examples/manchester/manchester.yaml")
 SOME(manchester_system, kempe_system_new, some_manchester_model(0))

@@ -51,6 +51,8 @@ static bool make_lanes(kmp_engine *e)
         return true;
     if (m->q->computed)
         m->lanes = kmp_lanes_new(e->s->judge, (int)w, e->execution.plain);
+    for (int l = 0; m->lanes && l < (int)w; l++)
+        kmp_lanes_set_one(m->lanes, KMP_IN_CHART, l, e->eval->chart);
     for (int k = 0; k < VECTORS; k++)
         m->wide[k] = kmp_arena_aligned(a, w * (size_t)kmp_lane_most(e));
     m->rows = kmp_arena_aligned(a, w * 2 * (size_t)e->n);

@@ -57,10 +57,8 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *poo
     if (!kmp_written_blocks_fit(&pool->red))
         return KEMPE_E_FAILED;
     kmp_written_order(&pool->red, pool->order);
-    const kmp_fused_plan plan = {.order = pool->order,
-                                 .row_scale = e->own.numbers + e->parameters + e->n,
-                                 .power = true,
-                                 .drives = true};
+    const kmp_fused_plan plan = {
+        .order = pool->order, .row_scale = e->own.numbers + e->parameters + e->n, .power = true, .drives = true};
     pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);
     if (pool->program)
         pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->execution.plain);

@@ -188,17 +188,18 @@ kempe_status kmp_instance_start(kmp_engine *e, int i)
 
 bool kmp_instance_state(kmp_engine *e, kmp_pool *pool, double t, const double *y, double *q, double *qd, bool closed)
 {
-    for (int k = 0; k < pool->part.p; k++)
+    int p = pool->part.p;
+    for (int k = 0; k < p; k++)
         q[pool->part.u[k]] = y[k];
     for (int k = 0; k < pool->part.r; k++)
-        q[pool->part.v[k]] = y[2 * pool->part.p + k];
+        q[pool->part.v[k]] = y[2 * p + k];
     if (closed && kmp_reduction_close(&pool->red, t, q, NULL, 0))
         return false;
     kmp_eval_closure(e->eval, t, q);
     if (kmp_reduction_factor(&pool->red))
         return false;
     kmp_reduction_tangent(&pool->red);
-    kmp_reduction_rates(&pool->red, y + pool->part.p, qd);
+    kmp_reduction_rates(&pool->red, y + p, qd);
     return true;
 }
 

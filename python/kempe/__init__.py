@@ -21,7 +21,7 @@ from .builder import Builder
 from .check import Assembly, Branches, Check
 from .compare import Comparison
 from .contacts import Contacts
-from .ensemble import Batch, Ensemble, Folder, Values
+from .ensemble import Batch, Ensemble, Folder, Statistics, Values
 from .equilibrium import Equilibrium
 from .errors import (
     ArgumentError,
@@ -93,6 +93,7 @@ __all__ = [
     "SavedState",
     "Sensitivity",
     "State",
+    "Statistics",
     "Stepper",
     "StoppedError",
     "System",

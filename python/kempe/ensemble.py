@@ -56,6 +56,17 @@ class Values(Fixed):
         return np.array(view(lib.kempe_values_row(self._pointer, k % len(self)), (len(self.names),), None))
 
 
+class Statistics(Result):
+    """Statistics of the quantities of instances, with intervals of confidence."""
+
+    _noun = "statistics"
+    moments: TableOf = TableOf("A row for each quantity: mean and standard deviation with their intervals.")
+    quantiles: TableOf = TableOf("A row for each quantity and part, with intervals by order statistics.")
+    contributions: TableOf = TableOf("A row for each quantity and input: regression, and Sobol's indices of the design saltelli.")
+    extremes: TableOf = TableOf("Two rows for each quantity: least and largest value, their instances and settings.")
+    within: TableOf = TableOf("The instances within the limits, with an interval.")
+
+
 class Batch(Reported):
     """Results of all instances."""
 
@@ -103,6 +114,16 @@ class Batch(Reported):
     def limits(self) -> list[str]:
         """Of each instance "pass" or "fail" by the limits, "" where it is not known."""
         return [string(lib.kempe_batch_limits(self._pointer, k)) for k in range(len(self))]
+
+    def statistics(self, confidence: float = 0.95) -> Statistics:
+        """Moments, quantiles, yield and contributions of the inputs, with intervals of a confidence.
+
+        >>> batch = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.3, 0.31]}, quantities="max(q(rocker))").run(t_end=1)
+        >>> batch.statistics().moments["count"]
+        array([3., 3.])
+        """
+        made = self._context.make(Statistics, lib.guarded_kempe_statistics_new, self.instances._pointer, confidence)
+        return made
 
     def _states(self, get: object) -> Array:
         n = len(self._context.coordinates)

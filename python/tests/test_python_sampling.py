@@ -171,3 +171,35 @@ start: {q: {x: a}}
     assert batch.limits == ["fail", "fail", "pass", ""]
     with pytest.raises(kempe.ArgumentError, match="quantity:1:7: unknown coordinate 'y'"):
         model.ensemble({"m": masses}, quantities="max(q(y))")
+
+
+def test_statistics_of_a_batch():
+    scipy_stats = pytest.importorskip("scipy.stats")
+    model = kempe.Model.from_text(
+        """kempe: 1
+parameters: {x1: 1, x2: 2, m: 1}
+bodies: {b: {joint: {name: x, prismatic: x, at: ground}, mass: m}}
+"""
+    )
+    values = model.sample("x1=normal(1, 0.1),x2=-1:1", 500, seed=3)
+    drawn = rows(values)
+    y = drawn[:, 0] ** 2 + drawn[:, 1]
+    batch = model.ensemble(values, quantities={"y": "x1^2 + x2"}, limits="y < 1.5").run(t_end=1e-3)
+    statistics = batch.statistics(confidence=0.9)
+    assert np.array_equal(batch.quantities["y"], y)
+    moments = statistics.moments
+    low, high = scipy_stats.t.interval(0.9, 499, y.mean(), scipy_stats.sem(y))
+    found = [moments[name][0] for name in ("count", "mean", "mean_low", "mean_high", "deviation")]
+    assert np.allclose(found, [500, y.mean(), low, high, y.std(ddof=1)], rtol=1e-11)
+    quantiles = statistics.quantiles
+    assert np.allclose(quantiles["value"], np.quantile(y, quantiles["part"]), rtol=1e-12)
+    passed = int((y < 1.5).sum())
+    interval = scipy_stats.binomtest(passed, 500).proportion_ci(0.9, method="exact")
+    within = statistics.within
+    assert (within["judged"][0], within["passed"][0]) == (500, passed)
+    assert np.allclose([within["low"][0], within["high"][0]], [interval.low, interval.high], rtol=1e-10)
+    scaled = (drawn - drawn.mean(axis=0)) / drawn.std(axis=0)
+    coefficients = np.linalg.lstsq(scaled, (y - y.mean()) / y.std(), rcond=None)[0]
+    assert np.allclose(statistics.contributions["regression"], coefficients, rtol=1e-9)
+    assert statistics.extremes["instance"][1] == y.argmax() + 1
+    assert statistics.to_dict()["quantities"][0]["name"] == "y"

@@ -185,10 +185,10 @@ static kempe_status take_values(const cli_job *j, kempe_values **values)
     return kempe_values_sample(j->model, &sample, values);
 }
 
-static kempe_status make_ensemble(const cli_job *j, const kempe_values *values, kempe_ensemble **ensemble)
+static kempe_status derive_ensemble(const cli_job *j, const kempe_values *values, kempe_ensemble **ensemble)
 {
-    const cli_settings *s = j->settings;
-    const kempe_ensemble_options measured = {.size = sizeof measured, .quantities = s->quantities, .limits = s->limits};
+    const kempe_ensemble_options measured = {
+        .size = sizeof measured, .quantities = j->settings->quantities, .limits = j->settings->limits};
     return kempe_ensemble_new_with(j->model, values, &measured, ensemble);
 }
 
@@ -198,7 +198,7 @@ static kempe_status instances_compute(const cli_job *j, void **object)
     instances *i = calloc(1, sizeof *i);
     kempe_status status = i ? take_values(j, &i->values) : KEMPE_E_MEMORY;
     if (status == KEMPE_OK)
-        status = make_ensemble(j, i->values, &i->ensemble);
+        status = derive_ensemble(j, i->values, &i->ensemble);
     if (status == KEMPE_OK)
         status = kempe_ensemble_run(i->ensemble, &s->run, s->alone ? -1 : s->lanes, &i->batch);
     if (i && i->batch)
@@ -258,7 +258,7 @@ static kempe_status folder_run_compute(const cli_job *j, void **object)
     folder_run *r = calloc(1, sizeof *r);
     kempe_status status = r ? take_values(j, &r->values) : KEMPE_E_MEMORY;
     if (status == KEMPE_OK)
-        status = make_ensemble(j, r->values, &r->ensemble);
+        status = derive_ensemble(j, r->values, &r->ensemble);
     if (status == KEMPE_OK) {
         status =
             kempe_ensemble_run_folder(r->ensemble, &s->run, s->alone ? -1 : s->lanes, s->out, &s->folder, &r->folder);

@@ -255,14 +255,15 @@ static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, cons
                                               .width = lanes > 0 ? lanes : 0,
                                               .alone = lanes < 0,
                                               .before = range->before,
-                                              .total = range->total,
-                                              .quantities = &e->quantities.run,
-                                              .taken = b->taken};
+                                              .total = range->total};
+    kmp_ensemble_execution measured = execution;
+    measured.quantities = &e->quantities.run;
+    measured.taken = b->taken;
     if (e->quantities.last_time > spec->t_end)
         return kmp_fail(e->model->context, KEMPE_E_ARGUMENT,
                         "a quantity is requested at t = %.6g s, after the end of the runs at %.6g s",
                         e->quantities.last_time, spec->t_end);
-    kempe_status status = kmp_ensemble_run(e->inner, spec, &execution, b->count, b->rows, b->results, b->q, b->qd);
+    kempe_status status = kmp_ensemble_run(e->inner, spec, &measured, b->count, b->rows, b->results, b->q, b->qd);
     b->work = kmp_ensemble_get_work(e->inner);
     b->rtol = spec->rtol;
     b->atol = spec->atol;
@@ -452,6 +453,26 @@ static void put_again(const kempe_batch *b, kmp_text *text)
             b->again[worst].rtol);
 }
 
+/* Appends the statistics of the quantities; `format`: of the text. false: there are none. */
+static bool put_statistics(const kempe_batch *b, kempe_format format, kmp_text *text)
+{
+    kempe_table *table = NULL;
+    kempe_statistics *statistics = NULL;
+    char *said = NULL;
+    if (list_of(b)->run.values == 0 || b->status != KEMPE_OK)
+        return false;
+    bool good = kempe_batch_table(b, "instances", &table) == KEMPE_OK &&
+                kempe_statistics_new(table, 0, &statistics) == KEMPE_OK &&
+                kempe_statistics_print(statistics, format, &said) == KEMPE_OK;
+    if (good)
+        kmp_text_put(text, said);
+    text->failed = text->failed || !good;
+    kempe_text_free(said);
+    kempe_statistics_free(statistics);
+    kempe_table_free(table);
+    return good;
+}
+
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_batch *b = result;
@@ -487,6 +508,11 @@ static void put_text(kmp_text *text, const void *result)
         }
     if (s.failed + s.stopped > reported)
         kmp_text_printf(text, "           and %d more\n", s.failed + s.stopped - reported);
+    kmp_text statistics = {0};
+    if (put_statistics(b, KEMPE_TEXT, &statistics))
+        kmp_text_printf(text, "\n%s", statistics.s);
+    text->failed = text->failed || statistics.failed;
+    kmp_text_free(&statistics);
 }
 
 static void put_instance(const kempe_batch *b, kmp_json *json, int k)
@@ -535,7 +561,17 @@ static void put_json(kmp_text *text, const void *result)
     kmp_json_put(&json, "] instances [");
     for (int k = 0; k < b->count; k++)
         put_instance(b, &json, k);
-    kmp_json_put(&json, "] }");
+    kmp_json_put(&json, "]");
+    kmp_text statistics = {0};
+    if (put_statistics(b, KEMPE_JSON, &statistics)) {
+        while (statistics.length > 0 && statistics.s[statistics.length - 1] == '\n')
+            statistics.s[--statistics.length] = '\0';
+        kmp_json_key(&json, "statistics");
+        kmp_text_put(text, statistics.s);
+    }
+    text->failed = text->failed || statistics.failed;
+    kmp_text_free(&statistics);
+    kmp_json_put(&json, "}");
 }
 
 KMP_PRINT(kempe_batch, batch, batch->ensemble->model->context, put_json, put_text)
@@ -630,19 +666,14 @@ const kempe_model *kmp_ensemble_model(const kempe_ensemble *e)
     return e->model;
 }
 
+const kmp_quantity_list *kmp_ensemble_quantities(const kempe_ensemble *ensemble)
+{
+    return &ensemble->quantities;
+}
+
 const kempe_values *kmp_ensemble_values(const kempe_ensemble *e)
 {
     return e->values;
-}
-
-const char *kmp_ensemble_quantity_words(const kempe_ensemble *e)
-{
-    return e->quantities.words;
-}
-
-const char *kmp_ensemble_limit_words(const kempe_ensemble *e)
-{
-    return e->quantities.limit_words;
 }
 
 const kempe_system *kmp_ensemble_equations(const kempe_ensemble *e)

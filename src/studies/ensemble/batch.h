@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dynamics/system.h"
+#include "studies/ensemble/quantity_words.h"
 #include <kempe/ensemble.h>
 
 /** The model and its varied values. */
@@ -41,7 +42,5 @@ kempe_status kmp_ensemble_columns(kempe_ensemble *ensemble, kempe_table **table)
 
 const kempe_model *kmp_ensemble_model(const kempe_ensemble *ensemble);
 const kempe_values *kmp_ensemble_values(const kempe_ensemble *ensemble);
-/** Quantities and limits as they were given, "" for none. */
-const char *kmp_ensemble_quantity_words(const kempe_ensemble *ensemble);
-const char *kmp_ensemble_limit_words(const kempe_ensemble *ensemble);
+const kmp_quantity_list *kmp_ensemble_quantities(const kempe_ensemble *ensemble);
 const kempe_system *kmp_ensemble_equations(const kempe_ensemble *ensemble);

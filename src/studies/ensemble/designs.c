@@ -8,6 +8,7 @@ bool kmp_design_find(const char *word, kmp_design *design)
     static const char *const words[] = {[KMP_DESIGN_RANDOM] = "random",
                                         [KMP_DESIGN_LATIN] = "latin",
                                         [KMP_DESIGN_SOBOL] = "sobol",
+                                        [KMP_DESIGN_SALTELLI] = "saltelli",
                                         [KMP_DESIGN_GRID] = "grid"};
     for (int k = 0; k <= KMP_DESIGN_GRID; k++)
         if (strcmp(word, words[k]) == 0) {
@@ -84,8 +85,19 @@ uint32_t kmp_sobol(uint64_t k, int column)
     return x;
 }
 
-double kmp_design_point(kmp_design design, uint64_t seed, uint64_t k, uint64_t count, int column)
+/* The two points of a group have places of their own in the stream. */
+static double saltelli(uint64_t seed, uint64_t k, int column, int columns)
 {
+    uint64_t size = (uint64_t)kmp_saltelli_group(columns), group = k / size;
+    int member = (int)(k % size);
+    bool second = member == 1 || member == 2 + column;
+    return kmp_chance(seed, STREAM_POINTS, group, (uint64_t)(second ? columns + column : column));
+}
+
+double kmp_design_point(kmp_design design, uint64_t seed, uint64_t k, uint64_t count, int column, int columns)
+{
+    if (design == KMP_DESIGN_SALTELLI)
+        return saltelli(seed, k, column, columns);
     double chance = design == KMP_DESIGN_SOBOL ? 0.5 : kmp_chance(seed, STREAM_POINTS, k, (uint64_t)column);
     if (design == KMP_DESIGN_LATIN)
         return ((double)permuted(seed, k, count, column) + chance) / (double)count;

@@ -144,9 +144,9 @@ static void put_members(kmp_text *text, kempe_ensemble *ensemble, const kmp_run_
                  model->file);
     kmp_json_put(&json, "instances %d chunk %d parts %d", values->count, chunk, values->count > 0 ? parts : 0);
     put_values(&json, values);
-    kmp_json_put(&json, "quantities %s limits %s", kmp_ensemble_quantity_words(ensemble),
-                 kmp_ensemble_limit_words(ensemble));
     put_run(&json, spec, run, lanes);
+    kmp_json_put(&json, "quantities %s limits %s", kmp_ensemble_quantities(ensemble)->words,
+                 kmp_ensemble_quantities(ensemble)->limit_words);
     kmp_json_put(&json, "hash_model %s hash_values %s hash_columns %s hash_equations %s", hashes[0], hashes[1],
                  hashes[2], hashes[3]);
     if (whole)
@@ -277,8 +277,6 @@ static const struct {
                 {"correlations", "the correlations"},
                 {"design", "the design"},
                 {"seed", "the seed"},
-                {"quantities", "the list of quantities"},
-                {"limits", "the list of limits"},
                 {"formulation", NULL},
                 {"independent", "the list of independent coordinates"},
                 {"rtol", NULL},
@@ -287,6 +285,8 @@ static const struct {
                 {"max_steps", NULL},
                 {"convergence_check", "the convergence check"},
                 {"separate_runs", "the choice of separate runs"},
+                {"quantities", "the list of quantities"},
+                {"limits", "the list of limits"},
                 {"hash_model", "the content of the model (its file, a file that it includes, or --set)"},
                 {"hash_values", "the content of the values"},
                 {"hash_columns", "the list of columns"},

@@ -317,7 +317,9 @@ kempe_status kmp_quantity_list_init(kmp_quantity_list *list, const kempe_model *
     *list = (kmp_quantity_list){0};
     list->words = kmp_arena_strdup(&list->arena, quantities ? quantities : "");
     list->limit_words = kmp_arena_strdup(&list->arena, limits ? limits : "");
-    kempe_status status = read_all(list, model, quantities, limits);
+    kempe_status status = kmp_made(model->context, !list->arena.failed);
+    if (status == KEMPE_OK)
+        status = read_all(list, model, quantities, limits);
     if (status != KEMPE_OK)
         kmp_quantity_list_free(list);
     return status;

@@ -15,11 +15,11 @@ typedef struct kmp_quantity_limit {
 
 typedef struct kmp_quantity_list {
     kmp_arena arena;
-    const char *words, *limit_words; /* as they were given, "" for none */
     kmp_variant *variant; /* a copy of the model whose outputs are the channels; NULL without quantities */
     kmp_run_quantities run;
-    const char **name, **unit; /* of each value */
-    double last_time;          /* the largest time of a value; 0: none */
+    const char *words, *limit_words; /* as they were given, "" without */
+    const char **name, **unit;       /* of each value */
+    double last_time;                /* the largest time of a value; 0: none */
     int limit_count;
     kmp_quantity_limit *limit;
 } kmp_quantity_list;

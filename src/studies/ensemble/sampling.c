@@ -287,8 +287,8 @@ static kempe_status make(kmp_sampling *s, const kempe_sample_options *options)
     kempe_context *context = s->model->context;
     const char *word = options->design ? options->design : "random";
     if (!kmp_design_find(word, &s->design))
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown design '%s'; there are random, latin, sobol and grid",
-                        word);
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "unknown design '%s'; there are random, latin, sobol, saltelli and grid", word);
     KMP_TRY(read_columns(s, options->ranges));
     for (int k = 0; s->design != KMP_DESIGN_GRID && k < s->columns; k++)
         if (s->column[k].levels > 1)
@@ -299,11 +299,19 @@ static kempe_status make(kmp_sampling *s, const kempe_sample_options *options)
     if (options->correlations && *options->correlations) {
         if (s->design == KMP_DESIGN_GRID)
             return kmp_fail(context, KEMPE_E_ARGUMENT, "a grid has no correlations");
+        if (s->design == KMP_DESIGN_SALTELLI)
+            return kmp_fail(context, KEMPE_E_ARGUMENT,
+                            "Sobol's indices are those of independent quantities: the design saltelli has no "
+                            "correlations");
         KMP_TRY(correlate(s, options->correlations));
     }
     if (s->design == KMP_DESIGN_GRID)
         return count_grid(s);
     s->count = options->count ? options->count : 1000;
+    if (s->design == KMP_DESIGN_SALTELLI) { /* whole groups */
+        int group = kmp_saltelli_group(s->columns);
+        s->count = (s->count + group - 1) / group * group;
+    }
     return s->count > 0 ? KEMPE_OK
                         : kmp_fail(context, KEMPE_E_ARGUMENT, "the number of instances must be at least one");
 }
@@ -360,7 +368,7 @@ void kmp_sampling_row(const kmp_sampling *s, int k, double *row)
         return;
     }
     for (int c = 0; c < n; c++)
-        row[c] = kmp_design_point(s->design, s->seed, (uint64_t)k, (uint64_t)s->count, c);
+        row[c] = kmp_design_point(s->design, s->seed, (uint64_t)k, (uint64_t)s->count, c, n);
     for (int c = 0; s->factor && c < n; c++)
         row[c] = kmp_normal_quantile(row[c]);
     for (int c = n; s->factor && c-- > 0;) {
