@@ -4,6 +4,7 @@
 #include "constraints/closing/charts.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/rounding/rounding.h"
+#include "dynamics/motion.h"
 #include <math.h>
 #include <string.h>
 
@@ -232,9 +233,10 @@ kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system)
 kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
 {
     const kempe_system *s = eval->system;
-    if (!s->articulated || eval->articulated)
+    KMP_TRY(kmp_motion_need_bodies(s));
+    if (!s->bodies->program || eval->articulated)
         return KEMPE_OK;
-    eval->articulated = kmp_machine_new(s->articulated, eval->backend);
+    eval->articulated = kmp_machine_new(s->bodies->program, eval->backend);
     KMP_TRY(kmp_made(s->context, eval->articulated));
     set_all(eval, KMP_IN_PARAMETER, s->parameters);
     set_modes(eval);
@@ -300,7 +302,7 @@ void kmp_eval_mass(kmp_evaluator *eval)
     const double *out = kmp_machine_run(eval->motion, KMP_STAGE_MASS);
     if (eval->by_bodies) {
         eval->compliance = out;
-        eval->mobility = out + eval->system->compliance.count;
+        eval->mobility = out + eval->system->bodies->compliance.count;
     } else {
         eval->mass = out;
     }
@@ -443,7 +445,7 @@ double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const doub
 
 double kmp_eval_power_here(kmp_evaluator *eval, const double *qd)
 {
-    const kmp_program *program = eval->by_bodies ? eval->system->articulated : eval->system->motion;
+    const kmp_program *program = eval->by_bodies ? eval->system->bodies->program : eval->system->motion;
     double power = program->stages > KMP_STAGE_WORKING ? *kmp_machine_run(eval->motion, KMP_STAGE_WORKING) : 0;
     for (int i = 0; eval->system->force && i < eval->n; i++)
         power += eval->effort[i] * qd[i];

@@ -188,9 +188,11 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
 {
     double off = INFINITY;
     bool requested = run->s->dynamics == KMP_DYNAMICS_ARTICULATED;
-    if (!run->s->articulated || !run->method->by_bodies || (!requested && is_implicit(run)))
+    if (!run->method->by_bodies || (!requested && is_implicit(run)))
         return KEMPE_OK;
     KMP_TRY(kmp_eval_add_articulated(run->eval));
+    if (!run->s->bodies->program)
+        return KEMPE_OK;
     KMP_TRY(compare_bodies(run, q, qd, &off));
     run->by_bodies = off <= KMP_ARTICULATED_AGREE;
     if (run->by_bodies || run->s->dynamics == KMP_DYNAMICS_AUTO)
