@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/tangent.h"
+#include "backend/waiting.h"
 #include "base/memory.h"
 #include "symbolic/partials.h"
 #include <math.h>
@@ -356,7 +357,8 @@ static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, u
 /* Lists the columns, makes the arrays, and prepares the program of the tangents. False: no memory. */
 static bool prepare(kmp_tangents *t, const kempe_system *system, const kmp_backend *backend)
 {
-    return list_columns(t) && make_room(t) && kmp_formulas_prepare(&t->tangent, backend, system->parameters);
+    return list_columns(t) && make_room(t) &&
+           kmp_formulas_prepare(&t->tangent, kmp_backend_waiting(backend), system->parameters);
 }
 
 kempe_status kmp_tangents_add_values(kmp_tangents *t, const kempe_system *system, const kmp_backend *backend)

@@ -25,6 +25,9 @@ typedef struct kmp_prepared {
  */
 const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form);
 
+/** That which an earlier call has made, or an earlier process has kept; NULL: none. */
+const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_x86_form form);
+
 /** kmp_prepared_frame: a frame with its own rooms of blocks, without slots. kmp_prepared_values: adds these. False: no
  * memory; kmp_frame_free in any case. */
 bool kmp_prepared_frame(const kmp_prepared *prepared, kmp_frame *frame);
