@@ -38,8 +38,7 @@ static bool is_zero(double value)
     return bits == 0;
 }
 
-/* Notes the slots that are not zero, and forgets all. */
-static bool take_start(kmp_prepared *prepared)
+bool kmp_prepared_take_start(kmp_prepared *prepared)
 {
     kmp_frame *f = &prepared->frame;
     uint32_t count = 0;
@@ -99,7 +98,7 @@ static kmp_prepared *make(const kmp_program *program, kmp_x86_form form)
     kmp_prepared *prepared = new_prepared(form);
     if (!prepared)
         return NULL;
-    if (!kmp_prepared_write(&prepared->frame, &prepared->code, program, form, NULL) || !take_start(prepared)) {
+    if (!kmp_prepared_write(&prepared->frame, &prepared->code, program, form, NULL) || !kmp_prepared_take_start(prepared)) {
         release(&prepared->form);
         return NULL;
     }
