@@ -98,7 +98,8 @@ static kmp_prepared *make(const kmp_program *program, kmp_x86_form form)
     kmp_prepared *prepared = new_prepared(form);
     if (!prepared)
         return NULL;
-    if (!kmp_prepared_write(&prepared->frame, &prepared->code, program, form, NULL) || !kmp_prepared_take_start(prepared)) {
+    if (!kmp_prepared_write(&prepared->frame, &prepared->code, program, form, NULL) ||
+        !kmp_prepared_take_start(prepared)) {
         release(&prepared->form);
         return NULL;
     }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The layout and code of a program, made once for all that run it, as machine code or as a tape: code refers to slots only by their distance
- * from the first, so that each machine has slots of its own and nothing else. */
+/* The layout and code of a program, made once for all that run it, as machine code or as a tape: code refers to slots
+ * only by their distance from the first, so that each machine has slots of its own and nothing else. */
 #pragma once
 
 #include "backend/compiled.h"

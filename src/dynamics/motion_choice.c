@@ -143,6 +143,7 @@ static kempe_status derive(const kempe_system *s, kmp_bodies *bodies)
                              .efforts = true,
                              .nodes = NODES * (uint32_t)s->motion->code[s->motion->stages],
                              .first = &bodies->first,
+                             .quick = true,
                              .events = &events,
                              .frictionless = s->frictionless,
                              .charted = true};

@@ -300,6 +300,7 @@ static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_savings *fou
     const kmp_scene scene = {.sets = sets,
                              .scheme = s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
                              .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
+                             .quick = true,
                              .found = found,
                              .events = &s->events,
                              .frictionless = s->frictionless,

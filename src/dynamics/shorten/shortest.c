@@ -324,7 +324,7 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     first.savings = first.first ? first.first : scene->savings;
     searches = searches && !(first.first && has_first(first.first));
     first.returns = scene->returns || (searches && can_share(scene));
-    first.unloaded = searches && is_large(model) && !scene->optimize;
+    first.unloaded = searches && scene->quick && is_large(model);
     kempe_status status = kmp_equations_derive_once(eq, model, &first);
     if (status != KEMPE_OK || !searches)
         return status;
