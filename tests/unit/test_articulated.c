@@ -14,6 +14,7 @@
 #include <kempe/extend.h>
 #include <kempe/settings.h>
 #include <kempe/workspace.h>
+#include <pthread.h>
 #include <time.h>
 
 enum { LARGEST = 64, LONG = 160 };
@@ -471,6 +472,51 @@ static void auto_takes_what_costs_less(void)
     kempe_context_free(context);
 }
 
+typedef struct asking {
+    const kempe_system *system;
+    const kmp_program *program;
+} asking;
+
+static void *ask(void *self)
+{
+    asking *a = self;
+    CHECK(kmp_motion_need_bodies(a->system) == KEMPE_OK);
+    a->program = a->system->bodies->program;
+    return NULL;
+}
+
+/* They are derived for runs that may take them, once for all threads. */
+static void they_are_made_at_their_first_use(void)
+{
+    enum { THREADS = 4 };
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = chain_with(context, &model, "");
+    kmp_run_spec spec = {.integrator = "radau5", .t_end = 0.01};
+    kmp_run_report report = {0};
+    CHECK(kmp_run_resolve(system, &spec) == KEMPE_OK);
+    CHECK(kmp_run(system, &spec, NULL, NULL, NULL, &report) == KEMPE_OK && !report.by_bodies);
+    CHECK(!atomic_load(&system->bodies->made));
+    pthread_t thread[THREADS];
+    asking asked[THREADS];
+    for (int k = 0; k < THREADS; k++) {
+        asked[k] = (asking){system, NULL};
+        CHECK(pthread_create(&thread[k], NULL, ask, &asked[k]) == 0);
+    }
+    for (int k = 0; k < THREADS; k++) {
+        CHECK(pthread_join(thread[k], NULL) == 0);
+        CHECK(asked[k].program && asked[k].program == system->bodies->program);
+    }
+    kempe_system_free(system);
+    system = NULL;
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK && !atomic_load(&system->bodies->made));
+    rows r = run(system, "reduced", "integrated", 1e-8, 0.01);
+    CHECK(r.report.by_bodies && atomic_load(&system->bodies->made));
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
 /* The word of a model holds where the call gives none; M column by column gives the same run. */
 static void words_of_a_model(void)
 {
@@ -634,6 +680,7 @@ int main(void)
     TEST(a_long_chain_costs_the_workspace_less);
     TEST(the_workspace_runs_machine_code);
     TEST(auto_takes_what_costs_less);
+    TEST(they_are_made_at_their_first_use);
     TEST(words_of_a_model);
     TEST(massless_links_between);
     TEST(massless_ends_fall_back);
