@@ -299,7 +299,8 @@ static bool make_programs(gather *g, bool with_values)
 
 static int outputs_of(const kmp_formulas *formulas)
 {
-    return formulas->program->outputs[formulas->program->stages] - formulas->program->outputs[1];
+    const kmp_program *p = formulas->program;
+    return p ? p->outputs[p->stages] - p->outputs[1] : 0;
 }
 
 static bool make_room(kmp_tangents *t)
