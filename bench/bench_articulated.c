@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "bench.h"
 #include "constraints/partition/reduction.h"
+#include "dynamics/motion.h"
 #include "integrators/run/run.h"
 #include "linalg/dense/dense.h"
 #include <kempe/settings.h>
@@ -54,10 +55,10 @@ static void count(way *w, bool by_bodies)
 {
     const kempe_system *s = w->system;
     int n = s->n, m = s->m, p = n - m;
-    const kmp_program *program = by_bodies ? s->articulated : s->motion;
+    const kmp_program *program = by_bodies ? s->bodies->program : s->motion;
     w->program = kmp_program_count(program, 1, program->stages - 1).paper;
     if (by_bodies)
-        w->solves = cholesky(m) + 2L * s->compliance.count;
+        w->solves = cholesky(m) + 2L * s->bodies->compliance.count;
     else
         w->solves =
             cholesky(p) + (m ? 2L * ((p + 1L) * 2 * s->mass.count + (long)p * n + (long)p * (p + 1) / 2 * n) : 0);
@@ -91,7 +92,8 @@ static void measure(const char *name, const kempe_model *model)
 {
     way savings[WAYS] = {{0}};
     kempe_system *by_itself = NULL;
-    bool ok = kempe_system_new_with_algorithm(model, "auto", &by_itself) == KEMPE_OK;
+    bool ok = kempe_system_new_with_algorithm(model, "auto", &by_itself) == KEMPE_OK &&
+              kmp_motion_need_bodies(by_itself) == KEMPE_OK;
     for (int k = 0; k < WAYS && ok; k++) {
         double begin = bench_now();
         ok = kempe_system_new_with_algorithm(model, words[k], &savings[k].system) == KEMPE_OK;
@@ -110,7 +112,7 @@ static void measure(const char *name, const kempe_model *model)
                    savings[k].rhs, savings[k].us);
         printf(" | %6.2f %6.2f  %s\n",
                (double)(savings[0].program + savings[0].solves) / (double)(savings[1].program + savings[1].solves),
-               savings[0].us / savings[1].us, words[by_itself->articulated != NULL]);
+               savings[0].us / savings[1].us, words[by_itself->bodies->program != NULL]);
     } else {
         printf("%-22s %s\n", name, kempe_context_message(model->context));
     }

@@ -115,7 +115,7 @@ static void choose_rows(kmp_saddle *saddle)
 
 static int factor_mobility(kmp_saddle *saddle)
 {
-    const kmp_pattern *mobility = &saddle->eval->system->mobility;
+    const kmp_pattern *mobility = &saddle->eval->system->bodies->mobility;
     int r = saddle->r;
     memset(saddle->matrix, 0, (size_t)(r * r) * sizeof(double));
     for (int k = 0; k < mobility->count; k++) {
@@ -141,7 +141,7 @@ double kmp_saddle_spread(const kmp_saddle *saddle)
 static void solve_by_bodies(kmp_saddle *saddle, const double *rows)
 {
     const kmp_evaluator *eval = saddle->eval;
-    const kmp_pattern *compliance = &eval->system->compliance;
+    const kmp_pattern *compliance = &eval->system->bodies->compliance;
     double *x = saddle->x, *a = x + saddle->n;
     for (int k = 0; k < saddle->r; k++)
         a[k] = -rows[saddle->part->rows[k]];
@@ -250,7 +250,7 @@ double kmp_saddle_cost(const kmp_saddle *saddle)
         return KMP_SPARSE_COST * kmp_sparse_operations(saddle->sparse);
     int size = by_bodies ? saddle->r : saddle->n + saddle->r;
     kmp_flops f = by_bodies ? kmp_cholesky_factor_flops(size) : kmp_lu_flops(size);
-    double entries = by_bodies ? 2.0 * saddle->eval->system->compliance.count : 0;
+    double entries = by_bodies ? 2.0 * saddle->eval->system->bodies->compliance.count : 0;
     return KMP_LOOPS_COST * ((double)f.add + (double)f.mul + (double)f.div) + FILLING * size * size + entries;
 }
 

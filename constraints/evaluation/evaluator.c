@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/evaluation/evaluator.h"
+#include "backend/waiting.h"
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/rounding/rounding.h"
+#include "dynamics/motion.h"
 #include <math.h>
 #include <string.h>
 
@@ -155,23 +157,27 @@ void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart)
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
+/* What an evaluator is for: closures alone; a use of M and C that may be rare; right-hand sides by M and C. */
+typedef enum purpose { CLOSES, EVALUATES, STEPS } purpose;
+
 /* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation. False: no memory. */
-static bool make_machines(kmp_evaluator *eval)
+static bool make_machines(kmp_evaluator *eval, purpose use)
 {
     const kempe_system *s = eval->system;
-    const kmp_backend *seldom = kmp_backend_find("tape");
+    const kmp_backend *seldom = kmp_backend_find("tape"), *waiting = kmp_backend_waiting(eval->backend);
     bool follows = s->changes && (!eval->closes_only || s->switches);
-    eval->motion = eval->composite = kmp_machine_new(eval->closes_only ? s->closing : s->motion, eval->backend);
+    eval->motion = eval->composite =
+        kmp_machine_new(eval->closes_only ? s->closing : s->motion, use == STEPS ? eval->backend : waiting);
     if (!eval->closes_only)
-        eval->judge = kmp_machine_new(s->judge, s->dissipative ? eval->backend : seldom);
+        eval->judge = kmp_machine_new(s->judge, s->dissipative ? waiting : seldom);
     if (follows)
         eval->changes = kmp_machine_new(s->changes, seldom);
     return eval->motion && (eval->closes_only || eval->judge) && (eval->changes || !follows);
 }
 
-static bool prepare(kmp_evaluator *eval)
+static bool prepare(kmp_evaluator *eval, purpose use)
 {
-    bool made = make_machines(eval);
+    bool made = make_machines(eval, use);
     KMP_ARENA_MAKE(&eval->arena, KMP_ROOM(bool, eval->m, &eval->dropped),
                    KMP_ROOM(double, eval->system->events.count, &eval->mode),
                    KMP_ROOM(double, KMP_CHART_SIZE * eval->system->chart_count, &eval->chart),
@@ -191,7 +197,7 @@ static bool prepare(kmp_evaluator *eval)
     return true;
 }
 
-static kmp_evaluator *new_evaluator(const kempe_system *system, const char *backend, kmp_team *team, bool closes_only)
+static kmp_evaluator *new_evaluator(const kempe_system *system, const char *backend, kmp_team *team, purpose use)
 {
     const kmp_backend *b = kmp_backend_find(backend);
     if (!b) {
@@ -201,12 +207,12 @@ static kmp_evaluator *new_evaluator(const kempe_system *system, const char *back
     }
     kmp_evaluator *eval = KMP_NEW(kmp_evaluator, 1);
     if (eval) {
-        *eval =
-            (kmp_evaluator){.system = system, .shared = *b, .closes_only = closes_only, .n = system->n, .m = system->m};
+        *eval = (kmp_evaluator){
+            .system = system, .shared = *b, .closes_only = use == CLOSES, .n = system->n, .m = system->m};
         eval->shared.team = team;
         eval->backend = team ? &eval->shared : b;
     }
-    if (!eval || !prepare(eval)) {
+    if (!eval || !prepare(eval, use)) {
         kmp_eval_free(eval);
         (void)kmp_fail_memory(system->context);
         return NULL;
@@ -216,25 +222,26 @@ static kmp_evaluator *new_evaluator(const kempe_system *system, const char *back
 
 kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend)
 {
-    return kmp_eval_new_shared(system, backend, NULL);
+    return new_evaluator(system, backend, NULL, EVALUATES);
 }
 
-kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team)
+kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team, bool seldom)
 {
-    return new_evaluator(system, backend, team, false);
+    return new_evaluator(system, backend, team, seldom ? EVALUATES : STEPS);
 }
 
 kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system)
 {
-    return new_evaluator(system, "tape", NULL, true);
+    return new_evaluator(system, "tape", NULL, CLOSES);
 }
 
 kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
 {
     const kempe_system *s = eval->system;
-    if (!s->articulated || eval->articulated)
+    KMP_TRY(kmp_motion_need_bodies(s));
+    if (!s->bodies->program || eval->articulated)
         return KEMPE_OK;
-    eval->articulated = kmp_machine_new(s->articulated, eval->backend);
+    eval->articulated = kmp_machine_new(s->bodies->program, eval->backend);
     KMP_TRY(kmp_made(s->context, eval->articulated));
     set_all(eval, KMP_IN_PARAMETER, s->parameters);
     set_modes(eval);
@@ -300,7 +307,7 @@ void kmp_eval_mass(kmp_evaluator *eval)
     const double *out = kmp_machine_run(eval->motion, KMP_STAGE_MASS);
     if (eval->by_bodies) {
         eval->compliance = out;
-        eval->mobility = out + eval->system->compliance.count;
+        eval->mobility = out + eval->system->bodies->compliance.count;
     } else {
         eval->mass = out;
     }
@@ -443,7 +450,7 @@ double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const doub
 
 double kmp_eval_power_here(kmp_evaluator *eval, const double *qd)
 {
-    const kmp_program *program = eval->by_bodies ? eval->system->articulated : eval->system->motion;
+    const kmp_program *program = eval->by_bodies ? eval->system->bodies->program : eval->system->motion;
     double power = program->stages > KMP_STAGE_WORKING ? *kmp_machine_run(eval->motion, KMP_STAGE_WORKING) : 0;
     for (int i = 0; eval->system->force && i < eval->n; i++)
         power += eval->effort[i] * qd[i];

@@ -55,8 +55,9 @@ typedef struct kmp_evaluator {
 /** Makes an evaluator; NULL after a message (unknown back end, no memory). */
 kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend);
 
-/** Makes an evaluator with a thread pool (NULL: none), used if the back end can; the pool outlives the evaluator. */
-kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team);
+/** Makes an evaluator with a thread pool (NULL: none), used if the back end can; the pool outlives the evaluator.
+ * `seldom`: M and C are evaluated seldom, since the caller will add articulated bodies. */
+kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team, bool seldom);
 
 /** Makes an evaluator of h, J and h_t alone, by the tape: for kmp_eval_closure, and for what its results give. NULL
  * after a message. */

@@ -53,7 +53,7 @@ static void couple(unsigned char *pattern, int size, int i, int j)
 
 static void mark(const kempe_system *s, const plan *p, const int *position, int size, unsigned char *pattern)
 {
-    const kmp_pattern *mobility = &s->mobility, *mass = &s->mass, *jacobian = &s->jacobian;
+    const kmp_pattern *mobility = &s->bodies->mobility, *mass = &s->mass, *jacobian = &s->jacobian;
     for (int k = 0; p->by_bodies && k < mobility->count; k++)
         couple(pattern, size, position[mobility->row[k]], position[mobility->col[k]]);
     for (int k = 0; !p->by_bodies && k < mass->count; k++)
@@ -75,7 +75,7 @@ static bool analyse(maker *k, bool by_bodies, plan *p)
         mark(s, p, k->position, size, pattern);
     bool made = pattern && kmp_written_ldl_analyse(&p->ldl, &k->arena, size, p->coordinates, pattern);
     kmp_free(pattern);
-    p->operations = (double)p->ldl.operations + (by_bodies ? 2.0 * s->compliance.count : 0) + source;
+    p->operations = (double)p->ldl.operations + (by_bodies ? 2.0 * s->bodies->compliance.count : 0) + source;
     return made && source >= 0;
 }
 
@@ -105,7 +105,7 @@ static void put_entry(maker *k, int i, int j, kmp_ref value)
 
 static void fill_matrix(maker *k)
 {
-    const kmp_pattern *mobility = &k->s->mobility, *mass = &k->s->mass, *jacobian = &k->s->jacobian;
+    const kmp_pattern *mobility = &k->s->bodies->mobility, *mass = &k->s->mass, *jacobian = &k->s->jacobian;
     for (int e = 0; k->w.mobility && e < mobility->count; e++)
         put_entry(k, k->position[mobility->row[e]], k->position[mobility->col[e]], k->w.mobility[e]);
     for (int e = 0; k->w.mass && e < mass->count; e++)
@@ -119,7 +119,7 @@ static void fill_matrix(maker *k)
  * forces by articulated bodies. Results: coordinates (n) and multipliers (r, NULL: not wanted). */
 static void solve(maker *k, const kmp_ref *alone, kmp_ref *coordinates, kmp_ref *multipliers)
 {
-    const kmp_pattern *compliance = &k->s->compliance;
+    const kmp_pattern *compliance = &k->s->bodies->compliance;
     int rows = k->plan.coordinates;
     kmp_written_ldl_solve(&k->plan.ldl, k->g, k->x);
     for (int i = 0; i < k->n; i++)

@@ -20,7 +20,7 @@ static int chart_entries(const kempe_system *s)
 bool kmp_written_init(kmp_written *w, const kmp_evaluator *eval, bool by_bodies, int inputs)
 {
     const kempe_system *s = eval->system;
-    *w = (kmp_written){.s = s, .source = by_bodies ? s->articulated : s->motion, .g = kmp_graph_new()};
+    *w = (kmp_written){.s = s, .source = by_bodies ? s->bodies->program : s->motion, .g = kmp_graph_new()};
     w->out = KMP_ARENA_NEW(&w->arena, kmp_ref, w->source->outputs[w->source->stages]);
     if (!KMP_ARENA_EACH(&w->arena, kmp_ref, inputs + chart_entries(s), &w->input, &w->by) || !w->g)
         return false;
@@ -122,13 +122,13 @@ bool kmp_written_import(kmp_written *w)
 {
     const kempe_system *s = w->s;
     const int *first = w->source->outputs;
-    bool by_bodies = w->source == s->articulated;
+    bool by_bodies = w->source == s->bodies->program;
     if (!import(w, 0))
         return false;
     const kmp_ref *mass = w->out + first[KMP_STAGE_MASS];
     w->mass = by_bodies ? NULL : mass;
     w->compliance = by_bodies ? mass : NULL;
-    w->mobility = by_bodies ? mass + s->compliance.count : NULL;
+    w->mobility = by_bodies ? mass + s->bodies->compliance.count : NULL;
     w->bias = w->out + first[KMP_STAGE_BIAS];
     w->jdqd = w->bias + s->n;
     w->power = w->source->stages > KMP_STAGE_WORKING ? w->out[first[KMP_STAGE_WORKING]] : KMP_ZERO;
@@ -156,7 +156,7 @@ static number simplify(const kmp_instruction *in, const number *known, bool *fre
 
 double kmp_written_operations(const kmp_evaluator *eval, bool by_bodies)
 {
-    const kmp_program *p = by_bodies ? eval->system->articulated : eval->system->motion;
+    const kmp_program *p = by_bodies ? eval->system->bodies->program : eval->system->motion;
     int leaves = p->constant_count + p->input_count;
     number *known = KMP_NEW(number, leaves + p->code[p->stages]);
     double count = known ? 0 : -1;

@@ -315,9 +315,11 @@ static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
 {
     const kempe_system *s = ws->system;
     double size = 1, off = 0;
-    if (!s->articulated || !ws->chosen || ws->part.r < ws->m)
+    if (!ws->chosen || ws->part.r < ws->m)
         return KEMPE_OK;
     kempe_status status = kmp_eval_add_articulated(ws->eval);
+    if (status == KEMPE_OK && !s->bodies->program)
+        return KEMPE_OK;
     kmp_eval_take(ws->eval, true);
     bool made = status == KEMPE_OK && kmp_saddle_init(&ws->bodies, ws->eval, &ws->part);
     kmp_eval_take(ws->eval, false);

@@ -374,7 +374,7 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_st
 {
     KMP_TRY(kmp_made(d->s->context, allocate(d, 2 * d->n + chosen->groups * d->r)));
     choose_form(d, chosen, start->rate_scale);
-    KMP_TRY(kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values_of(chosen)));
+    KMP_TRY(kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values_of(chosen) | KMP_TANGENTS_WITH_VALUES));
     KMP_TRY(kmp_tangents_add_values(&d->tangents, d->s, d->eval->backend));
     KMP_TRY(kmp_made(d->s->context, compress(d)));
     begin(d, start);

@@ -334,7 +334,7 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
 /* Operations of an evaluation without the solved program. */
 static double operations_by_parts(const projected *d)
 {
-    const kmp_program *program = d->eval->by_bodies ? d->s->articulated : d->s->motion;
+    const kmp_program *program = d->eval->by_bodies ? d->s->bodies->program : d->s->motion;
     return (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper + kmp_saddle_cost(&d->saddle);
 }
 

@@ -114,7 +114,7 @@ static bool can_fuse(const kmp_reduced *d)
 
 double kmp_reduced_operations(const kmp_reduced *d)
 {
-    const kmp_program *program = d->eval->by_bodies ? d->s->articulated : d->s->motion;
+    const kmp_program *program = d->eval->by_bodies ? d->s->bodies->program : d->s->motion;
     double sum = (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
     double reduction = KMP_LOOPS_COST * (double)kmp_reduction_count(&d->red).paper;
     return sum + (d->by_saddle ? kmp_saddle_cost(&d->saddle) : reduction);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/tangent.h"
+#include "backend/waiting.h"
 #include "base/memory.h"
 #include "symbolic/partials.h"
 #include <math.h>
@@ -12,6 +13,9 @@ enum { MOST_MOTIONS = 512 };
 /* Bounds on operations, in total and per coordinate, for a second derivation of R. It takes as long as the gain of some
  * thousand evaluations for bodies that turn in space, and longer in the plane, or where M and C take few operations. */
 enum { LEAST_OPERATIONS = 350, LEAST_A_MOTION = 32 };
+/* Above LARGE coordinates composite bodies are taken without differentiation of R. They took 0.6 to 0.95 of its
+ * operations in all spatial models of more than 18. */
+enum { LARGE = 40 };
 /* Nodes of the graph, as a multiple of the operations of motion, about. */
 enum { NODES = 6 };
 
@@ -25,6 +29,7 @@ typedef struct gather {
     kmp_equations eq;
     kmp_ref *value;
     int value_count, size[KMP_VALUES];
+    int given; /* of the values, the first whose derivatives are known: R by composite bodies alone */
     kmp_ref *matrix[KMP_TANGENT_BLOCKS]; /* by differentiation, rows x n; NULL: its entries are outputs as they come */
     kmp_listing list;
     kmp_arena arena; /* of values and matrices */
@@ -61,9 +66,10 @@ static bool add_column(gather *g, kmp_partials *partials, kmp_input_kind kind, i
     const kmp_ref *column;
     int count = kmp_partials_along(partials, kmp_input(g->eq.graph, kind, (uint32_t)k), &which, &column), v = 0;
     for (int i = 0; i < count; i++) {
-        while (g->t->at[v] < 0 || which[i] >= g->t->at[v] + g->size[v])
+        int at = g->given + which[i];
+        while (g->t->at[v] < 0 || at >= g->t->at[v] + g->size[v])
             v++;
-        int row = which[i] - g->t->at[v], b = block[v];
+        int row = at - g->t->at[v], b = block[v];
         if (b >= 0 && g->matrix[b])
             g->matrix[b][row * g->eq.n + k] = column[i];
         else if (b >= 0)
@@ -119,10 +125,16 @@ static int rows_of(const gather *g, int block)
     return 0;
 }
 
+static bool is_given(const gather *g, int block)
+{
+    return g->given > 0 && (block == KMP_R_Q || block == KMP_R_QD);
+}
+
 static bool make_room_for_matrices(gather *g)
 {
     for (int b = 0; b < KMP_TANGENT_BLOCKS && g->eq.n <= MOST_MOTIONS; b++)
-        g->matrix[b] = rows_of(g, b) ? KMP_ARENA_NEW(&g->arena, kmp_ref, rows_of(g, b) * g->eq.n) : NULL;
+        g->matrix[b] =
+            rows_of(g, b) && !is_given(g, b) ? KMP_ARENA_NEW(&g->arena, kmp_ref, rows_of(g, b) * g->eq.n) : NULL;
     return !g->arena.failed;
 }
 
@@ -157,17 +169,17 @@ static void add_curve(gather *g)
     add_matrix(g, KMP_CURVE_QD, methods[choice.by_qd]);
 }
 
-/* Chooses composite bodies, if R was derived by them too, or differentiation. */
+/* Chooses composite bodies, if R was derived by them too, or differentiation, unless composite bodies are given. */
 static void add_residual(gather *g)
 {
     kmp_ref *const of_q[2] = {g->eq.closed_q, g->matrix[KMP_R_Q]};
     kmp_ref *const of_qd[2] = {g->eq.inverse_qd, g->matrix[KMP_R_QD]};
     kmp_tangent_choice *choice = &g->t->choice;
     int n = g->eq.n;
-    if (!g->matrix[KMP_R_Q])
+    if (!g->matrix[KMP_R_Q] && !g->given)
         return;
-    *choice = (kmp_tangent_choice){.by_q = 1, .by_qd = 1};
-    if (g->eq.closed_q && !g->list.failed)
+    *choice = (kmp_tangent_choice){.by_q = !g->given, .by_qd = !g->given};
+    if (g->eq.closed_q && !g->given && !g->list.failed)
         g->list.failed =
             !kmp_tangents_choose(g->eq.graph, g->list.output_count, g->list.output, n * n, of_q, of_qd, choice);
     add_matrix(g, KMP_R_Q, of_q[choice->by_q]);
@@ -201,12 +213,13 @@ static void add_effort(gather *g)
 
 static kempe_status collect_tangents(gather *g, const kempe_system *system)
 {
+    g->given = g->eq.closed_q && g->eq.n > LARGE ? g->eq.n : 0;
     KMP_TRY(kmp_made(g->eq.context, make_room_for_matrices(g)));
     for (int k = 0; k < g->eq.n; k++) {
         (void)kmp_input(g->eq.graph, KMP_IN_Q, (uint32_t)k);
         (void)kmp_input(g->eq.graph, KMP_IN_QD, (uint32_t)k);
     }
-    kmp_partials *partials = kmp_partials_new(g->eq.graph, g->value_count, g->value);
+    kmp_partials *partials = kmp_partials_new(g->eq.graph, g->value_count - g->given, g->value + g->given);
     bool ok = partials;
     for (int k = 0; k < g->eq.n && ok; k++)
         ok = add_column(g, partials, KMP_IN_Q, k) && add_column(g, partials, KMP_IN_QD, k);
@@ -275,17 +288,19 @@ void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *paramet
     kmp_formulas_renew(&tangents->tangent, parameters);
 }
 
-static bool make_programs(gather *g)
+static bool make_programs(gather *g, bool with_values)
 {
     const kmp_ref *value = g->value, *tangent = g->list.output;
-    g->t->value.program = kmp_program_new(g->eq.graph, 1, &g->value_count, &value);
+    if (with_values)
+        g->t->value.program = kmp_program_new(g->eq.graph, 1, &g->value_count, &value);
     g->t->tangent.program = kmp_program_new(g->eq.graph, 1, &g->list.output_count, &tangent);
-    return g->t->value.program && g->t->tangent.program;
+    return (g->t->value.program || !with_values) && g->t->tangent.program;
 }
 
 static int outputs_of(const kmp_formulas *formulas)
 {
-    return formulas->program->outputs[formulas->program->stages] - formulas->program->outputs[1];
+    const kmp_program *p = formulas->program;
+    return p ? p->outputs[p->stages] - p->outputs[1] : 0;
 }
 
 static bool make_room(kmp_tangents *t)
@@ -310,7 +325,7 @@ static kempe_status fill(gather *g, const kempe_system *system, unsigned values)
     KMP_TRY(kmp_made(system->context, collect_values(g, values)));
     KMP_TRY(collect_tangents(g, system));
     sort_entries(g->t, &g->list);
-    return make_programs(g) ? KEMPE_OK : kmp_fail_memory(system->context);
+    return make_programs(g, values & KMP_TANGENTS_WITH_VALUES) ? KEMPE_OK : kmp_fail_memory(system->context);
 }
 
 /* Derives the programs and lists their entries. */
@@ -343,7 +358,8 @@ static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, u
 /* Lists the columns, makes the arrays, and prepares the program of the tangents. False: no memory. */
 static bool prepare(kmp_tangents *t, const kempe_system *system, const kmp_backend *backend)
 {
-    return list_columns(t) && make_room(t) && kmp_formulas_prepare(&t->tangent, backend, system->parameters);
+    return list_columns(t) && make_room(t) &&
+           kmp_formulas_prepare(&t->tangent, kmp_backend_waiting(backend), system->parameters);
 }
 
 kempe_status kmp_tangents_add_values(kmp_tangents *t, const kempe_system *system, const kmp_backend *backend)

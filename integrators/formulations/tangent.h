@@ -61,12 +61,16 @@ typedef struct kmp_tangents {
     kmp_tangent_choice choice; /* R by composite bodies (0) or by differentiation (1); operations, 0: not counted */
 } kmp_tangents;
 
-/** `values` has bit 1 << kmp_value for each requested value; J and M are always included. KEMPE_E_MEMORY. */
+/** Requests the program of the values too, in addition to that of their derivatives. */
+enum { KMP_TANGENTS_WITH_VALUES = 1 << (KMP_VALUES + 1) };
+
+/** `values` has bit 1 << kmp_value for each requested value, and KMP_TANGENTS_WITH_VALUES; J and M are always included.
+ * KEMPE_E_MEMORY. */
 kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend,
                                unsigned values);
 void kmp_tangents_free(kmp_tangents *tangents);
 
-/** Prepares the programs of the values, for kmp_tangents_values. KEMPE_E_MEMORY. */
+/** Prepares the program of the values, which must have been requested, for kmp_tangents_values. KEMPE_E_MEMORY. */
 kempe_status kmp_tangents_add_values(kmp_tangents *tangents, const kempe_system *system, const kmp_backend *backend);
 
 /** Prepares R, rate and curve for a few places: derivatives alone, by dual numbers if possible. */

@@ -96,7 +96,7 @@ static bool is_within(const kmp_tangents *t, const kmp_tangent *e, int block)
 /* True if the numbers are those of these programs. */
 static bool is_sound(const kmp_tangents *t)
 {
-    int values = t->value.program->outputs[t->value.program->stages];
+    int values = 2 * t->n + 3 * t->m + 1;
     bool good = t->start[0] == 0;
     for (int v = 0; v < KMP_VALUES; v++)
         good = good && t->at[v] >= -1 && t->at[v] <= values;
@@ -122,7 +122,7 @@ static bool take_entries(kmp_byte_source *s, kmp_tangents *t)
 }
 
 /* From the cache. */
-static bool take(kmp_byte_source *s, kmp_tangents *t)
+static bool take(kmp_byte_source *s, kmp_tangents *t, bool with_values)
 {
     kmp_table_pool pool = {0};
     bool good = take_entries(s, t);
@@ -131,7 +131,8 @@ static bool take(kmp_byte_source *s, kmp_tangents *t)
     t->value.program = good ? kmp_program_get(s, &pool) : NULL;
     t->tangent.program = good ? kmp_program_get(s, &pool) : NULL;
     kmp_table_pool_free(&pool);
-    return good && !s->failed && s->at == s->end && t->value.program && t->tangent.program && is_sound(t);
+    return good && !s->failed && s->at == s->end && (t->value.program || !with_values) && t->tangent.program &&
+           is_sound(t);
 }
 
 bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, unsigned values)
@@ -142,7 +143,7 @@ bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, uns
     kmp_cached file = kmp_kept_recall(system, name_of(system, values));
     kmp_byte_source s = kmp_byte_source_of(file.bytes, file.size);
     kmp_tangents t = *tangents;
-    bool good = file.whole && take(&s, &t);
+    bool good = file.whole && take(&s, &t, values & KMP_TANGENTS_WITH_VALUES);
     kmp_free(file.whole);
     if (good) {
         name_programs(&t, system, values);

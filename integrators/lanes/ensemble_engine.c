@@ -2,6 +2,7 @@
 /* An engine: the instances of one thread. Its pools stay from one chunk of a run to the next. */
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
+#include "dynamics/motion.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include <math.h>
 #include <string.h>
@@ -74,6 +75,7 @@ kempe_status kmp_engine_begin(kmp_engine *e, const kmp_run_spec *spec, const kmp
                               kmp_ensemble_done *all)
 {
     int width = execution->width > 0 ? execution->width : kmp_lanes_best();
+    KMP_TRY(kmp_motion_need_bodies(e->s));
     e->spec = *spec;
     e->execution = *execution;
     e->all = all;

@@ -25,7 +25,7 @@ const char *kmp_engine_no_lanes(const kmp_engine *e)
         {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
         {spec->keep_independent, "fixed independent coordinates"},
         {s->events.count > 0, "conditions or kinks during the run"},
-        {s->articulated != NULL, "the articulated-body algorithm"},
+        {s->bodies->program != NULL, "the articulated-body algorithm"},
         {s->force != NULL, "user-defined forces"},
         {kmp_model_has_samples(s->model), "sampled states"},
         {s->load_row_count > 0, "forces that depend on multipliers"},

@@ -41,8 +41,8 @@ struct kmp_runner {
     long restarted; /* attempted steps at the last restart for inputs */
     kmp_team *team; /* thread pool of the evaluator and all users of its back end; NULL: none */
     kmp_evaluator *eval;
-    kmp_arena arena; /* of all arrays except those of a formulation */
-    bool by_bodies;  /* formulations that can use articulated bodies do */
+    kmp_arena arena;                 /* of all arrays except those of a formulation */
+    bool may_take_bodies, by_bodies; /* the system has articulated bodies for it; formulations that can use them do */
     kmp_partition part;
     kmp_margin margin;
     kmp_formulation *formulation;

@@ -6,6 +6,7 @@
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
+#include "dynamics/motion.h"
 #include "integrators/run/runner.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -182,13 +183,28 @@ static bool is_implicit(const kmp_runner *run)
     return kind->implicit && !kind->stand_in && !run->choice.open && !run->choice.kind;
 }
 
+static const kmp_formulation_kind *method_of(const kmp_runner *run)
+{
+    return run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
+}
+
+/* Finds whether the run may take articulated bodies, which are then derived. */
+static kempe_status look_for_bodies(kmp_runner *run)
+{
+    bool requested = run->s->dynamics == KMP_DYNAMICS_ARTICULATED;
+    if (!method_of(run)->by_bodies || (!requested && is_implicit(run)))
+        return KEMPE_OK;
+    KMP_TRY(kmp_motion_need_bodies(run->s));
+    run->may_take_bodies = run->s->bodies->program;
+    return KEMPE_OK;
+}
+
 /* Articulated bodies divide by the inertia that each joint moves with the loops open. If only the loops determine the
  * accelerations, M and C are used instead. */
 static kempe_status choose_dynamics(kmp_runner *run, const double *q, const double *qd)
 {
     double off = INFINITY;
-    bool requested = run->s->dynamics == KMP_DYNAMICS_ARTICULATED;
-    if (!run->s->articulated || !run->method->by_bodies || (!requested && is_implicit(run)))
+    if (!run->may_take_bodies)
         return KEMPE_OK;
     KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(compare_bodies(run, q, qd, &off));
@@ -304,7 +320,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     double t = run->spec.t_start;
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
-    run->eval = kmp_eval_new_shared(run->s, run->spec.backend, run->team);
+    KMP_TRY(look_for_bodies(run));
+    run->eval = kmp_eval_new_shared(run->s, run->spec.backend, run->team, run->may_take_bodies);
     if (!run->eval || !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->seen, &run->next_seen),
                                       KMP_ROOM(double, 3 * n + m, &run->moved, &run->state)))
         return kmp_fail_memory(run->s->context);
@@ -337,7 +354,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
                 "depend on rounding");
     run->rate_scale = run->spec.rate_scale > 0 ? run->spec.rate_scale
                                                : kmp_formulation_rate_scale(run->s, run->spec.t_end, qd, run->qdd);
-    run->method = run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
+    run->method = method_of(run);
     run->near_singular = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));
     return kmp_runner_make(run, t, q, qd, run->spec.work_start);

@@ -38,8 +38,7 @@ static bool is_zero(double value)
     return bits == 0;
 }
 
-/* Notes the slots that are not zero, and forgets all. */
-static bool take_start(kmp_prepared *prepared)
+bool kmp_prepared_take_start(kmp_prepared *prepared)
 {
     kmp_frame *f = &prepared->frame;
     uint32_t count = 0;
@@ -86,20 +85,21 @@ static kmp_prepared *new_prepared(kmp_x86_form form)
     return prepared;
 }
 
+/* The folder and the key of a program's code; NULL: it is not kept. */
+static const char *folder_of(const kmp_program *program, kmp_x86_form form, kmp_cache_key *key)
+{
+    return operations_of(program) < LEAST_KEPT ? NULL : kmp_program_folder(program, (int)form, key);
+}
+
 static kmp_prepared *make(const kmp_program *program, kmp_x86_form form)
 {
     kmp_cache_key key;
-    const char *folder = operations_of(program) < LEAST_KEPT ? NULL : kmp_program_folder(program, (int)form, &key);
+    const char *folder = folder_of(program, form, &key);
     kmp_prepared *prepared = new_prepared(form);
-    if (prepared && folder) {
-        if (recall(prepared, program, folder, &key))
-            return prepared;
-        release(&prepared->form);
-        prepared = new_prepared(form);
-    }
     if (!prepared)
         return NULL;
-    if (!kmp_prepared_write(&prepared->frame, &prepared->code, program, form, NULL) || !take_start(prepared)) {
+    if (!kmp_prepared_write(&prepared->frame, &prepared->code, program, form, NULL) ||
+        !kmp_prepared_take_start(prepared)) {
         release(&prepared->form);
         return NULL;
     }
@@ -108,13 +108,32 @@ static kmp_prepared *make(const kmp_program *program, kmp_x86_form form)
     return prepared;
 }
 
-const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form)
+/* That of the cache; NULL: none. */
+static kmp_prepared *recalled(const kmp_program *program, kmp_x86_form form)
+{
+    kmp_cache_key key;
+    const char *folder = folder_of(program, form, &key);
+    kmp_prepared *prepared = folder ? new_prepared(form) : NULL;
+    if (!prepared || recall(prepared, program, folder, &key))
+        return prepared;
+    release(&prepared->form);
+    return NULL;
+}
+
+const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_x86_form form)
 {
     kmp_program_form *found = kmp_program_find_form(program, (int)form);
     if (found)
         return (const kmp_prepared *)found;
-    kmp_prepared *made = make(program, form);
+    kmp_prepared *made = recalled(program, form);
     return made ? (const kmp_prepared *)kmp_program_add_form(program, &made->form) : NULL;
+}
+
+const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form)
+{
+    const kmp_prepared *known = kmp_prepared_known(program, form);
+    kmp_prepared *made = known ? NULL : make(program, form);
+    return made ? (const kmp_prepared *)kmp_program_add_form(program, &made->form) : known;
 }
 
 bool kmp_prepared_frame(const kmp_prepared *prepared, kmp_frame *frame)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The layout and machine code of a program, made once for all that run it: code refers to slots only by their distance
- * from the first, so that each machine has slots of its own and nothing else. */
+/* The layout and code of a program, made once for all that run it, as machine code or as a tape: code refers to slots
+ * only by their distance from the first, so that each machine has slots of its own and nothing else. */
 #pragma once
 
 #include "backend/compiled.h"
@@ -14,7 +14,7 @@ typedef struct kmp_slot_start {
 } kmp_slot_start;
 
 typedef struct kmp_prepared {
-    kmp_program_form form; /* its kind is the number of lanes */
+    kmp_program_form form; /* its kind is the number of lanes; 0: a tape */
     kmp_frame frame;       /* without slots and rooms of blocks */
     kmp_code code;         /* without its operations */
     kmp_slot_start *start; /* in the frame's arena */
@@ -25,10 +25,16 @@ typedef struct kmp_prepared {
  */
 const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form);
 
+/** That which an earlier call has made, or an earlier process has kept; NULL: none. */
+const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_x86_form form);
+
 /** kmp_prepared_frame: a frame with its own rooms of blocks, without slots. kmp_prepared_values: adds these. False: no
  * memory; kmp_frame_free in any case. */
 bool kmp_prepared_frame(const kmp_prepared *prepared, kmp_frame *frame);
 bool kmp_prepared_values(const kmp_prepared *prepared, kmp_frame *frame);
+
+/** Notes the slots that are not zero, and forgets all values of the frame. False: no memory. */
+bool kmp_prepared_take_start(kmp_prepared *prepared);
 
 /** Layout and machine code without a form that others use, in parts for a thread pool (NULL: in one). False: no memory.
  */

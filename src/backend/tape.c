@@ -7,7 +7,7 @@
  * with one rounding where the program contracts, otherwise with two; all equal to the last bit. Products that are part
  * of a sum (symbolic/program/contraction.h) have no record of their own. Slots are 16 bits wide when they suffice, 32
  * otherwise. */
-#include "backend/layout.h"
+#include "backend/prepared.h"
 #include "base/clones.h"
 #include "base/memory.h"
 #include <math.h>
@@ -20,17 +20,25 @@ typedef struct record32 {
     uint32_t d, a, b, c;
 } record32;
 
-typedef struct tape {
-    kmp_frame frame;  /* first */
-    record16 *narrow; /* either this or `wide` is used */
+/* What all tapes of a program share; arrays are in the room of its frame. */
+typedef struct records {
+    kmp_prepared prepared; /* first */
+    record16 *narrow;      /* either this or `wide` is used */
     record32 *wide;
-    uint32_t records, *start; /* first record of each segment, and the end */
+    uint32_t count, *start; /* first record of each segment, and the end */
+} records;
+
+typedef struct tape {
+    kmp_frame frame; /* first */
+    const records *records;
 } tape;
+
+enum { TAPE_FORM = 0 }; /* others are numbers of lanes */
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
 typedef struct builder {
-    tape *t;
+    records *t;
     kmp_layout layout;
     uint32_t *negative; /* by constant: slot of its negative, 0 when none */
 } builder;
@@ -40,20 +48,20 @@ static bool is_record(const kmp_instruction *in)
     return in->op == KMP_OP_ADD || in->op == KMP_OP_MUL;
 }
 
-static void put_record(tape *t, uint32_t d, uint32_t a, uint32_t b, uint32_t c)
+static void put_record(records *t, uint32_t d, uint32_t a, uint32_t b, uint32_t c)
 {
     if (t->narrow)
-        t->narrow[t->records] = (record16){(uint16_t)d, (uint16_t)a, (uint16_t)b, (uint16_t)c};
+        t->narrow[t->count] = (record16){(uint16_t)d, (uint16_t)a, (uint16_t)b, (uint16_t)c};
     else
-        t->wide[t->records] = (record32){d, a, b, c};
-    t->records++;
+        t->wide[t->count] = (record32){d, a, b, c};
+    t->count++;
 }
 
 /* Slot of the negative of a constant, among the tape's own slots. */
 static uint32_t negative_slot(builder *b, uint32_t operand)
 {
     uint32_t k = operand >> 1;
-    kmp_frame *f = &b->t->frame;
+    kmp_frame *f = &b->t->prepared.frame;
     if (!b->negative[k]) {
         b->negative[k] = f->slots++;
         f->v[b->negative[k]] = -f->program->constant[k];
@@ -106,20 +114,20 @@ static void write_record(void *self, int i)
 static bool begin(builder *b, const kmp_program *p)
 {
     int code = p->code[p->stages];
-    tape *t = b->t;
-    if (!kmp_layout_init(&b->layout, &t->frame, p, is_record, (uint32_t)p->constant_count, NULL, NULL) ||
-        !kmp_frame_add_blocks(&t->frame))
+    records *t = b->t;
+    kmp_frame *f = &t->prepared.frame;
+    if (!kmp_layout_init(&b->layout, f, p, is_record, (uint32_t)p->constant_count, NULL, NULL))
         return false;
-    kmp_arena *own = &b->layout.arena, *a = &t->frame.arena;
-    t->frame.taped = true;
+    kmp_arena *own = &b->layout.arena, *a = &f->arena;
+    f->taped = true;
     b->negative = KMP_ARENA_NEW(own, uint32_t, p->constant_count);
     if (!p->contraction)
         b->layout.contraction = kmp_program_contraction(p, 0, 0, own);
-    if (t->frame.slots + (uint32_t)p->constant_count <= UINT16_MAX)
+    if (f->slots + (uint32_t)p->constant_count <= UINT16_MAX)
         t->narrow = KMP_ARENA_NEW(a, record16, code);
     else
         t->wide = KMP_ARENA_NEW(a, record32, code);
-    t->start = KMP_ARENA_NEW(a, uint32_t, t->frame.segment_count + 1);
+    t->start = KMP_ARENA_NEW(a, uint32_t, f->segment_count + 1);
     return !own->failed && !a->failed;
 }
 
@@ -131,17 +139,49 @@ static void release(void *code)
     kmp_free(t);
 }
 
+static void release_records(kmp_program_form *form)
+{
+    records *t = (records *)form;
+    kmp_frame_free(&t->prepared.frame);
+    kmp_free(t);
+}
+
+static records *make_records(const kmp_program *p)
+{
+    builder b = {.t = KMP_NEW(records, 1)};
+    if (!b.t)
+        return NULL;
+    b.t->prepared.form = (kmp_program_form){.kind = TAPE_FORM, .release = release_records};
+    bool ok = begin(&b, p);
+    if (ok)
+        kmp_layout_visit(&b.layout, write_record, &b, &b.t->count, b.t->start);
+    kmp_layout_free(&b.layout);
+    if (ok && kmp_prepared_take_start(&b.t->prepared))
+        return b.t;
+    release_records(&b.t->prepared.form);
+    return NULL;
+}
+
+/* Those that all tapes of the program share, made by the first call. */
+static const records *records_of(const kmp_program *p)
+{
+    kmp_program_form *found = kmp_program_find_form(p, TAPE_FORM);
+    if (found)
+        return (const records *)found;
+    records *made = make_records(p);
+    return made ? (const records *)kmp_program_add_form(p, &made->prepared.form) : NULL;
+}
+
 static void *prepare(const kmp_program *p)
 {
-    builder b = {.t = KMP_NEW(tape, 1)};
-    bool ok = b.t && begin(&b, p);
-    if (ok) {
-        kmp_layout_visit(&b.layout, write_record, &b, &b.t->records, b.t->start);
+    tape *t = KMP_NEW(tape, 1);
+    const records *shared = t ? records_of(p) : NULL;
+    if (shared && kmp_prepared_frame(&shared->prepared, &t->frame) &&
+        kmp_prepared_values(&shared->prepared, &t->frame)) {
+        t->records = shared;
+        return t;
     }
-    kmp_layout_free(&b.layout);
-    if (ok)
-        return b.t;
-    release(b.t);
+    release(t);
     return NULL;
 }
 
@@ -156,17 +196,17 @@ static void *prepare(const kmp_program *p)
         v[r->d] = value
 
 /* The records of a segment. */
-static void run_rounded_twice(const tape *t, uint32_t g, double *v)
+static void run_rounded_twice(const records *t, uint32_t g, double *v)
 {
     RUN(v[r->a] * v[r->b] + v[r->c]);
 }
 
-static void run_rounded_once(const tape *t, uint32_t g, double *v)
+static void run_rounded_once(const records *t, uint32_t g, double *v)
 {
     RUN(fma(v[r->a], v[r->b], v[r->c]));
 }
 
-KMP_MULTIPLY_ADD static void run_multiply_add(const tape *t, uint32_t g, double *v)
+KMP_MULTIPLY_ADD static void run_multiply_add(const records *t, uint32_t g, double *v)
 {
     RUN(fma(v[r->a], v[r->b], v[r->c]));
 }
@@ -177,9 +217,9 @@ static void run(void *code, int stage)
     kmp_frame *f = &t->frame;
     for (uint32_t g = f->stage[stage]; g < f->stage[stage + 1]; g++) {
         if (!f->program->contraction)
-            run_rounded_twice(t, g, f->v);
+            run_rounded_twice(t->records, g, f->v);
         else
-            (kmp_has_multiply_add() ? run_multiply_add : run_rounded_once)(t, g, f->v);
+            (kmp_has_multiply_add() ? run_multiply_add : run_rounded_once)(t->records, g, f->v);
         kmp_frame_functions(f, g);
     }
     kmp_frame_copies(f, stage);

@@ -163,9 +163,10 @@ static unsigned requested_energy(const kmp_equations *eq, unsigned sets)
 /* The forces, and what is derived from them. */
 static kempe_status derive_loaded(kmp_equations *eq, const kmp_scene *scene, unsigned energy)
 {
+    static const kmp_force none;
     const unsigned sets = scene->sets, tangents = KMP_TANGENT_SETS | KMP_SET_CLOSED;
     kmp_forces forces;
-    kmp_forces_init(&forces, frames(eq), energy, scene->alone);
+    kmp_forces_init(&forces, frames(eq), energy, scene->unloaded ? &none : scene->alone);
     if (kmp_graph_failed(eq->graph))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_BIAS)

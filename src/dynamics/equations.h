@@ -43,6 +43,8 @@ typedef struct kmp_scene {
     bool frictionless;           /* no rows of friction that sticks */
     bool keep_modes;             /* rows of modes also where they are evaluated in place, and zero */
     const kmp_force *alone;      /* the force element that acts; NULL: all */
+    bool quick;                  /* of large mechanisms, variants are tried without force elements: these take longer */
+    bool unloaded;               /* no force element acts */
     bool labels;                 /* nodes get names */
     bool charted;                /* spherical joints have charts as inputs (model/spherical.c) */
     unsigned without;            /* rules of the graph that are not applied (symbolic/graph.h) */

@@ -18,6 +18,7 @@ typedef struct kmp_forces {
 /** Parts of the energy that are derived in addition to the forces. */
 enum { KMP_ENERGY_POTENTIAL = 1, KMP_ENERGY_POWER = 2 };
 
-/** All force elements of the model, with the requested parts `energy`; other parts are zero. Arrays are in
- * the room of the graph, which fails when there is no memory. */
+/** All force elements of the model, with the requested parts `energy`; other parts are zero. `alone`: the one that
+ * acts, none where the model has no such element; NULL: all. Arrays are in the room of the graph, which fails when
+ * there is no memory. */
 void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, const kmp_force *alone);

@@ -51,7 +51,7 @@ void kmp_kept_free(kmp_kept *kept)
 
 void kmp_kept_set_key(kempe_system *s, const char *algorithm)
 {
-    static const char format[] = "system 1"; /* of the bytes of all parts: changes with them */
+    static const char format[] = "system 2"; /* of the bytes of all parts: changes with them */
     const kempe_model *model = s->model;
     kmp_digest digest;
     kmp_digest_begin(&digest);

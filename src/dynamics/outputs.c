@@ -25,6 +25,8 @@ static kmp_vec energies(kmp_equations *eq, const kmp_forces *forces)
         kmp_mass_composite(&eq->tree, mass);
     for (int i = 0; mass && i < kmp_model_coordinates(eq->model); i++)
         for (int k = 0; k <= i; k++) {
+            if (mass[i * eq->n + k] == KMP_ZERO)
+                continue;
             kmp_ref rates = kmp_mul(g, kmp_input(g, KMP_IN_QD, (uint32_t)i), kmp_input(g, KMP_IN_QD, (uint32_t)k));
             kmp_ref half = i == k ? kmp_const(g, 0.5) : KMP_ONE;
             kinetic = kmp_add(g, kinetic, kmp_mul(g, kmp_mul(g, half, mass[i * eq->n + k]), rates));

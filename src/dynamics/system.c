@@ -300,6 +300,7 @@ static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_savings *fou
     const kmp_scene scene = {.sets = sets,
                              .scheme = s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
                              .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
+                             .quick = true,
                              .found = found,
                              .events = &s->events,
                              .frictionless = s->frictionless,
@@ -327,15 +328,13 @@ static kempe_status derive(kempe_system *s, bool closures)
 {
     const unsigned judge = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT;
     kmp_equations eq;
-    kmp_savings found = {0};
-    kempe_status status = derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &found, &eq);
+    kempe_status status = derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &s->bodies->first, &eq);
     if (status == KEMPE_OK) {
         status = derive_motion(s, &eq, closures);
         kmp_equations_free(&eq);
     }
-    if (status == KEMPE_OK && !closures)
-        status = kmp_motion_add_articulated(s, &found);
-    kmp_savings_free(&found);
+    if (status == KEMPE_OK && s->dynamics == KMP_DYNAMICS_ARTICULATED)
+        status = kmp_motion_need_bodies(s); /* where they are impossible, the system is */
     if (status != KEMPE_OK || closures)
         return status;
     KMP_TRY(derive_sets(s, judge, NULL, &eq));
@@ -362,7 +361,8 @@ kempe_system *kmp_system_start(const kempe_model *model)
     s->model = model;
     s->context = model->context;
     s->kept = kmp_kept_new();
-    if (s->kept)
+    s->bodies = kmp_bodies_new();
+    if (s->kept && s->bodies)
         return s;
     kempe_system_free(s);
     return NULL;
@@ -402,7 +402,7 @@ void kempe_system_free(kempe_system *s)
         return;
     kmp_program_free(s->motion);
     kmp_program_free(s->closing);
-    kmp_program_free(s->articulated);
+    kmp_bodies_free(s->bodies);
     kmp_program_free(s->judge);
     kmp_program_free(s->changes);
     kmp_program_free(s->goals);

@@ -6,6 +6,7 @@
 #include "dynamics/equations.h"
 #include "symbolic/program/program.h"
 #include <kempe/extend.h>
+#include <pthread.h>
 #include <stdatomic.h>
 
 /** The positions of a matrix's non-zeros. */
@@ -68,6 +69,17 @@ enum {
 
 typedef struct kmp_kept kmp_kept; /* dynamics/kept.h */
 
+/** Motion by articulated bodies, derived when it is first asked for (kmp_motion_need_bodies): many uses of a system
+ * need M and C alone. Written once. */
+typedef struct kmp_bodies {
+    pthread_mutex_t lock;
+    atomic_bool made;                 /* the next three count when it is true */
+    kmp_program *program;             /* NULL: runs take M and C */
+    kmp_pattern compliance, mobility; /* row of J and coordinate; rows of J */
+    kmp_savings first;                /* variants that M and C have; empty: without a search */
+    kmp_arena arena;                  /* of the patterns */
+} kmp_bodies;
+
 struct kempe_system {
     const kempe_model *model;
     kempe_context *context;
@@ -76,18 +88,17 @@ struct kempe_system {
     kmp_row *rows;
     char **row_names;
     kmp_pattern jacobian, mass;
-    kmp_pattern load_jacobian;        /* coordinate and row: dC/dlambda */
-    kmp_pattern compliance, mobility; /* row of J and coordinate; rows of J. Of `articulated` */
-    bool rheonomic;                   /* h depends on t */
-    bool switches;                    /* h depends on conditions: J may jump where they change, and rates with it */
-    bool dissipative;      /* some force is not conservative, or a closure that moves or switches does work */
-    bool frictionless;     /* it has no rows of friction that sticks */
-    bool has_power;        /* so it is without the user's force */
-    kmp_dynamics dynamics; /* as requested */
+    kmp_pattern load_jacobian; /* coordinate and row: dC/dlambda */
+    bool rheonomic;            /* h depends on t */
+    bool switches;             /* h depends on conditions: J may jump where they change, and rates with it */
+    bool dissipative;          /* some force is not conservative, or a closure that moves or switches does work */
+    bool frictionless;         /* it has no rows of friction that sticks */
+    bool has_power;            /* so it is without the user's force */
+    kmp_dynamics dynamics;     /* as requested */
     kmp_program *motion, *judge;
-    kmp_program *closing;     /* the stages of `motion` to KMP_STAGE_CLOSURE */
-    kmp_program *articulated; /* motion by articulated bodies; NULL: runs take M and C */
-    kmp_events events;        /* conditions: inputs KMP_IN_MODE of all programs */
+    kmp_program *closing; /* the stages of `motion` to KMP_STAGE_CLOSURE */
+    kmp_bodies *bodies;
+    kmp_events events;     /* conditions: inputs KMP_IN_MODE of all programs */
     kmp_program *changes;  /* stage 1: first - second of each condition at (t, q, qd), zero of late ones; stage 2: late
                               ones, at qdd and lambda too; NULL without conditions. Each stage then has the unknowns of
                               implicit blocks in the conditions */

@@ -5,10 +5,11 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "dynamics/kept.h"
+#include "dynamics/motion.h"
 #include "symbolic/program/program_bytes.h"
 #include <string.h>
 
-static const kmp_kept_name whole = {"system", 0};
+static const kmp_kept_name whole = {"system", 0}, by_bodies = {"bodies", 0};
 
 enum { MOST = 1 << 30 };
 
@@ -114,6 +115,49 @@ static void take_events(kmp_byte_source *b, kempe_system *s)
     }
 }
 
+/* -- articulated bodies ------------------------------------------------------------------------------ */
+
+static void name_bodies(const kempe_system *s)
+{
+    kmp_kept_name_program(s, (kmp_kept_name){"code of bodies", 0}, s->bodies->program);
+}
+
+void kmp_bodies_keep(const kempe_system *s)
+{
+    kmp_bytes b = {0};
+    kmp_table_pool pool = {0};
+    if (!s->has_key)
+        return;
+    name_bodies(s);
+    put_pattern(&b, &s->bodies->compliance);
+    put_pattern(&b, &s->bodies->mobility);
+    kmp_program_put(&b, &pool, s->bodies->program);
+    kmp_kept_write(s, by_bodies, &b);
+    kmp_table_pool_free(&pool);
+    kmp_bytes_free(&b);
+}
+
+bool kmp_bodies_recall(const kempe_system *s)
+{
+    kmp_bodies *bodies = s->bodies;
+    kmp_cached file = kmp_kept_recall(s, by_bodies);
+    kmp_byte_source b = kmp_byte_source_of(file.bytes, file.size);
+    kmp_table_pool pool = {0};
+    if (!file.whole)
+        return false;
+    take_pattern(&b, &bodies->arena, s->m, s->n, &bodies->compliance);
+    take_pattern(&b, &bodies->arena, s->m, s->m, &bodies->mobility);
+    bodies->program = kmp_program_get(&b, &pool);
+    kmp_table_pool_free(&pool);
+    kmp_free(file.whole);
+    if (!b.failed && b.at == b.end && !bodies->arena.failed) {
+        name_bodies(s);
+        return true;
+    }
+    kmp_bodies_forget(bodies);
+    return false;
+}
+
 /* -- the whole --------------------------------------------------------------------------------------- */
 
 static void put_flags(kmp_bytes *b, const kempe_system *s)
@@ -135,11 +179,11 @@ static void take_flags(kmp_byte_source *b, kempe_system *s)
     atomic_store(&s->rounding->state, none ? KMP_ROUNDING_NONE : KMP_ROUNDING_UNKNOWN);
 }
 
-enum { PROGRAMS = 5 };
+enum { PROGRAMS = 4 };
 
 static void list_programs(kempe_system *s, kmp_program **list[PROGRAMS])
 {
-    kmp_program **const all[PROGRAMS] = {&s->motion, &s->articulated, &s->judge, &s->changes, &s->goals};
+    kmp_program **const all[PROGRAMS] = {&s->motion, &s->judge, &s->changes, &s->goals};
     memcpy(list, all, sizeof all);
 }
 
@@ -168,16 +212,17 @@ void kmp_system_keep(kempe_system *s)
     put_pattern(&b, &s->jacobian);
     put_pattern(&b, &s->mass);
     put_pattern(&b, &s->load_jacobian);
-    put_pattern(&b, &s->compliance);
-    put_pattern(&b, &s->mobility);
     kmp_bytes_put_int(&b, s->load_row_count);
     KMP_BYTES_PUT(&b, s->load_rows, s->load_row_count);
     put_events(&b, s);
+    kmp_savings_put(&b, &s->bodies->first, s->model);
     for (int k = 0; k < PROGRAMS; k++)
         kmp_program_put(&b, &pool, *list[k]);
     kmp_kept_write(s, whole, &b);
     kmp_table_pool_free(&pool);
     kmp_bytes_free(&b);
+    if (atomic_load(&s->bodies->made))
+        kmp_bodies_keep(s);
 }
 
 static bool take_rows(kmp_byte_source *b, kempe_system *s)
@@ -219,14 +264,13 @@ static bool fill(kmp_byte_source *b, kempe_system *s)
     take_pattern(b, &s->arena, s->m, s->n, &s->jacobian);
     take_pattern(b, &s->arena, s->n, s->n, &s->mass);
     take_pattern(b, &s->arena, s->n, s->m, &s->load_jacobian);
-    take_pattern(b, &s->arena, s->m, s->n, &s->compliance);
-    take_pattern(b, &s->arena, s->m, s->m, &s->mobility);
     s->load_row_count = kmp_bytes_take_count(b, sizeof *s->load_rows);
     s->load_rows = KMP_ARENA_NEW(&s->arena, int, s->m > s->load_row_count ? s->m : s->load_row_count);
     if (s->arena.failed)
         return false;
     KMP_BYTES_TAKE(b, s->load_rows, s->load_row_count);
     take_events(b, s);
+    kmp_savings_take(b, &s->bodies->first, s->model);
     take_programs(b, s);
     return !b->failed && b->at == b->end && s->closing && !s->arena.failed;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Looking into a system: its equations, its program, its operation counts. */
 #include "base/memory.h"
+#include "dynamics/motion.h"
 #include "generate/gains.h"
 #include "generate/sets.h"
 #include "output/print.h"
@@ -17,8 +18,8 @@ static const char *const stage_names[2][6] = {
 /* The program of the formulations that can use articulated bodies. */
 static const kmp_program *program_of(const kempe_system *system, const char *const **names)
 {
-    *names = stage_names[system->articulated != NULL];
-    return system->articulated ? system->articulated : system->motion;
+    *names = stage_names[system->bodies->program != NULL];
+    return system->bodies->program ? system->bodies->program : system->motion;
 }
 
 /* -- equations --------------------------------------------------------------------------------------- */
@@ -89,6 +90,7 @@ static kempe_status show_equations(kmp_text *text, const kempe_system *system, b
 static kempe_status show_program(kmp_text *text, const kempe_system *system)
 {
     const char *const *names;
+    KMP_TRY(kmp_motion_need_bodies(system));
     const kmp_program *p = program_of(system, &names);
     kmp_program_print(p, names, text);
     return KEMPE_OK;
@@ -141,7 +143,7 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
         }
     show_counts(text, "all in one program", &whole.counts);
     kmp_text_printf(text, " | %8ld %8ld\n\n", whole.created, whole.kept);
-    if (system->articulated)
+    if (system->bodies->program)
         kmp_text_put(text,
                      "by articulated bodies: qdd = a + X' lambda, J X lambda = -d, X = M^-1 J', d = J a + jdqd\n");
     kmp_text_put(text, "paper: + - * /   robotran: those and functions   created: nodes of the graph   kept: what the "
@@ -264,6 +266,7 @@ static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe
     kmp_tally t[KMP_EQ_SETS];
     kmp_gains gains;
     KMP_TRY(tally_sets(system, t));
+    KMP_TRY(kmp_motion_need_bodies(system));
     KMP_TRY(kmp_gains_find(system->model, &gains));
     if (format == KEMPE_TEXT) {
         show_stats(out, system, t);

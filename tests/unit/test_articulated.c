@@ -8,11 +8,13 @@
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/run/run.h"
 #include "output/reference.h"
+#include "takes_bodies.h"
 #include "testing.h"
 #include <kempe/check.h>
 #include <kempe/extend.h>
 #include <kempe/settings.h>
 #include <kempe/workspace.h>
+#include <pthread.h>
 #include <time.h>
 
 enum { LARGEST = 64, LONG = 160 };
@@ -33,8 +35,8 @@ static void finish(scene *s)
             printf("%s\n", kempe_context_message(s->context));
             CHECK(s->by[k]);
         }
-    CHECK(s->by[0] && !s->by[0]->articulated);
-    CHECK(s->by[1] && s->by[1]->articulated);
+    CHECK(!takes_bodies(s->by[0]));
+    CHECK(takes_bodies(s->by[1]));
 }
 
 static scene read_file(const char *path)
@@ -271,7 +273,7 @@ static void trees_need_no_matrix(void)
         put_tree(&text, 20, binary);
         scene s = read_text(text.s);
         kmp_text_free(&text);
-        CHECK(s.by[1]->compliance.count == 0 && s.by[1]->mobility.count == 0);
+        CHECK(s.by[1]->bodies->compliance.count == 0 && s.by[1]->bodies->mobility.count == 0);
         compare(binary ? "binary tree" : "chain", &s, 1e-11, 0.2, 1e-10, true);
         unload(&s);
     }
@@ -431,7 +433,7 @@ static bool auto_takes(const char *path)
     scene s = read_file(path);
     kempe_system *system = NULL;
     CHECK(kempe_system_new_with_algorithm(s.model, "auto", &system) == KEMPE_OK);
-    bool taken = system && system->articulated;
+    bool taken = takes_bodies(system);
     kempe_system_free(system);
     unload(&s);
     return taken;
@@ -442,7 +444,7 @@ static void auto_takes_what_costs_less(void)
     kempe_context *context = kempe_context_new();
     kempe_model *model = NULL;
     kempe_system *system = chain_with(context, &model, "");
-    CHECK(system && system->articulated);
+    CHECK(takes_bodies(system));
     kempe_system_free(system);
     kempe_model_free(model);
     CHECK(!auto_takes("examples/andrews/andrews.yaml"));
@@ -463,8 +465,53 @@ static void auto_takes_what_costs_less(void)
         kmp_text_printf(&text, "  l%d: {point_on_line: [ground.O, b%d.P], axis: x}\n", k, k);
     model = NULL;
     CHECK(kempe_model_read_text(context, text.s, "text", &model) == KEMPE_OK);
-    CHECK(kempe_system_new(model, &system) == KEMPE_OK && system->articulated);
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK && takes_bodies(system));
     kmp_text_free(&text);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    kempe_context_free(context);
+}
+
+typedef struct asking {
+    const kempe_system *system;
+    const kmp_program *program;
+} asking;
+
+static void *ask(void *self)
+{
+    asking *a = self;
+    CHECK(kmp_motion_need_bodies(a->system) == KEMPE_OK);
+    a->program = a->system->bodies->program;
+    return NULL;
+}
+
+/* They are derived for runs that may take them, once for all threads. */
+static void they_are_made_at_their_first_use(void)
+{
+    enum { THREADS = 4 };
+    kempe_context *context = kempe_context_new();
+    kempe_model *model = NULL;
+    kempe_system *system = chain_with(context, &model, "");
+    kmp_run_spec spec = {.integrator = "radau5", .t_end = 0.01};
+    kmp_run_report report = {0};
+    CHECK(kmp_run_resolve(system, &spec) == KEMPE_OK);
+    CHECK(kmp_run(system, &spec, NULL, NULL, NULL, &report) == KEMPE_OK && !report.by_bodies);
+    CHECK(!atomic_load(&system->bodies->made));
+    pthread_t thread[THREADS];
+    asking asked[THREADS];
+    for (int k = 0; k < THREADS; k++) {
+        asked[k] = (asking){system, NULL};
+        CHECK(pthread_create(&thread[k], NULL, ask, &asked[k]) == 0);
+    }
+    for (int k = 0; k < THREADS; k++) {
+        CHECK(pthread_join(thread[k], NULL) == 0);
+        CHECK(asked[k].program && asked[k].program == system->bodies->program);
+    }
+    kempe_system_free(system);
+    system = NULL;
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK && !atomic_load(&system->bodies->made));
+    rows r = run(system, "reduced", "integrated", 1e-8, 0.01);
+    CHECK(r.report.by_bodies && atomic_load(&system->bodies->made));
     kempe_system_free(system);
     kempe_model_free(model);
     kempe_context_free(context);
@@ -478,8 +525,8 @@ static void words_of_a_model(void)
                         "  b: {joint: {revolute: z, at: a.P}, mass: 1, com: [0.3, 0, 0]}\n"
                         "run: {algorithm: articulated}\n");
     kempe_system *own = NULL, *ner = NULL;
-    CHECK(kempe_system_new(s.model, &own) == KEMPE_OK && own->articulated);
-    CHECK(kempe_system_new_with_algorithm(s.model, "ner", &ner) == KEMPE_OK && !ner->articulated);
+    CHECK(kempe_system_new(s.model, &own) == KEMPE_OK && takes_bodies(own));
+    CHECK(kempe_system_new_with_algorithm(s.model, "ner", &ner) == KEMPE_OK && !takes_bodies(ner));
     rows a = run(s.by[0], "reduced", "integrated", 1e-11, 1), b = run(ner, "reduced", "integrated", 1e-11, 1);
     rows c = run(own, "reduced", "integrated", 1e-11, 1);
     CHECK(difference(&a, &b, 0) < 1e-10 && !b.report.by_bodies);
@@ -511,7 +558,7 @@ static void massless_ends_fall_back(void)
     kempe_context *context = kempe_context_new();
     kempe_model *model = NULL;
     kempe_system *system = chain_with(context, &model, hook), *none = NULL;
-    CHECK(system && !system->articulated);
+    CHECK(!takes_bodies(system));
     CHECK_TEXT(kempe_context_message(context), "");
     CHECK(kempe_system_new_with_algorithm(model, "articulated", &none) == KEMPE_E_FAILED && !none);
     CHECK_TEXT(kempe_context_message(context),
@@ -536,7 +583,7 @@ static void rounding_is_no_inertia(void)
     kempe_context *context = kempe_context_new();
     kempe_model *model = NULL;
     kempe_system *system = chain_with(context, &model, twice), *forced = NULL, *plain = NULL;
-    CHECK(system && system->articulated);
+    CHECK(takes_bodies(system));
     CHECK(kempe_system_new_with_algorithm(model, "composite", &plain) == KEMPE_OK);
     if (system && plain) {
         rows a = run(plain, "reduced", "integrated", 1e-9, 0.05), b = run(system, "reduced", "integrated", 1e-9, 0.05);
@@ -596,7 +643,7 @@ static void too_many_rows_are_refused(void)
     CHECK(kempe_system_new_with_algorithm(model, "articulated", &system) == KEMPE_E_FAILED);
     CHECK_TEXT(kempe_context_message(context), "algorithm articulated: the forces of 501 closure rows on 502 "
                                                "coordinates exceed the limit of 250000; use the algorithm composite");
-    CHECK(kempe_system_new(model, &system) == KEMPE_OK && !system->articulated);
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK && !takes_bodies(system));
     kmp_text_free(&text);
     kempe_system_free(system);
     kempe_model_free(model);
@@ -633,6 +680,7 @@ int main(void)
     TEST(a_long_chain_costs_the_workspace_less);
     TEST(the_workspace_runs_machine_code);
     TEST(auto_takes_what_costs_less);
+    TEST(they_are_made_at_their_first_use);
     TEST(words_of_a_model);
     TEST(massless_links_between);
     TEST(massless_ends_fall_back);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tangents number by number against derived ones: of random mechanisms, of every function of the language, of loops
  * with functions of time; and that few evaluations and many give the same. */
+#include "base/text.h"
 #include "derivatives/linearized.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
@@ -155,6 +156,30 @@ static void loops_that_follow_time(void)
     unload(&m);
 }
 
+/* Of more than 40 coordinates, R by composite bodies is not compared with its differentiation. */
+static void a_large_mechanism(void)
+{
+    kmp_text text = {0};
+    kmp_text_put(&text, "kempe: 1\nname: chain\ngravity: [0, 0, -9.81]\nground: {points: {O: [1, 2, 3]}}\nbodies:\n");
+    for (int b = 1; b <= 48; b++) {
+        static const char *const joints[] = {"revolute: x", "revolute: y", "prismatic: z", "revolute: z"};
+        kmp_text_printf(&text, "  b%d: {joint: {%s, at: ", b, joints[b % 4]);
+        kmp_text_printf(&text, b % 12 == 1 ? "ground" : "b%d.P", b - 1);
+        kmp_text_put(&text, "}, mass: 1.5, com: [0.1, 0.05, 0.15], inertia: {xx: 0.04, yy: 0.05, zz: 0.06}, "
+                            "points: {P: [0.2, 0.1, 0.3]}}\n");
+    }
+    kmp_text_put(&text, "loops: {l: {rod: [ground.O, b12.P], length: 5}, m: {rod: [b24.P, b36.P], length: 4}}\n"
+                        "forces:\n");
+    for (int b = 1; b <= 48; b++)
+        kmp_text_printf(&text, "  f%d: {spring: [ground.O, b%d.P], stiffness: 20, free_length: 1, damping: 3}\n", b, b);
+    loaded m = load_text(text.s);
+    random_seed(5);
+    if (m.system)
+        compare(m.system, "chain");
+    unload(&m);
+    kmp_text_free(&text);
+}
+
 /* After many states the tangents are derived. */
 static void many_states_are_as_few(void)
 {
@@ -191,6 +216,7 @@ int main(void)
     TEST(random_mechanisms);
     TEST(every_function);
     TEST(loops_that_follow_time);
+    TEST(a_large_mechanism);
     TEST(many_states_are_as_few);
     return check_report();
 }

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Layout and machine code made once for all machines of a program: each has values of its own and the bits of the tape,
- * in several threads too; as bytes they are the same again, and damaged bytes are refused. */
+ * in several threads too; as bytes they are the same again, and damaged bytes are refused. Tapes likewise; and code
+ * that is written when it pays. */
 #include "backend/lanes.h"
 #include "backend/prepared.h"
+#include "backend/waiting.h"
 #include "dynamics/system.h"
 #include "loaded.h"
 #include <pthread.h>
@@ -118,6 +120,64 @@ static void threads_share_code(void)
     unload(&l);
 }
 
+/* -- tapes, and code that is written when it pays ------------------------------------------------------ */
+
+/* Tapes share their records, not their values. */
+static void machines_share_a_tape(void)
+{
+    loaded l = load(path);
+    kmp_program *p = kmp_program_copy(l.system->motion);
+    kmp_machine *m[MACHINES];
+    for (int k = 0; k < MACHINES; k++)
+        m[k] = kmp_machine_new(p, &kmp_backend_tape);
+    const double *held = run(&l, m[0], 1), *other = run(&l, m[1], 2);
+    CHECK(held != other && memcmp(held, other, (size_t)outputs_of(p) * sizeof *held) != 0);
+    kmp_machine *alone = kmp_machine_new(p, &kmp_backend_tape);
+    CHECK(memcmp(held, run(&l, alone, 1), (size_t)outputs_of(p) * sizeof *held) == 0);
+    kmp_machine_free(alone);
+    kmp_machine *native = kmp_machine_new(p, &kmp_backend_native);
+    for (int k = 0; k < MACHINES; k++)
+        CHECK(has_bits(&l, p, native, k) && has_bits(&l, p, m[k], k));
+    for (int k = 0; k < MACHINES; k++)
+        kmp_machine_free(m[k]);
+    kmp_machine_free(native);
+    kmp_program_free(p);
+    unload(&l);
+}
+
+/* The number of runs after which a machine of `waiting` has written code; 0: not within `most`. Its outputs are those
+ * of the tape before and after, also from a stage whose earlier stages ran before the change. */
+static int runs_until_code(const loaded *l, const kmp_program *p, int most)
+{
+    kmp_machine *m = kmp_machine_new(p, kmp_backend_waiting(&kmp_backend_native));
+    int found = 0;
+    for (int k = 0; k < most && !found; k++) {
+        CHECK(has_bits(l, p, m, k));
+        found = kmp_program_find_form(p, KMP_X86_ONE) ? k + 1 : 0;
+    }
+    for (int k = 0; k < 3; k++)
+        CHECK(has_bits(l, p, m, k));
+    kmp_machine_free(m);
+    return found;
+}
+
+static void code_is_written_when_it_pays(void)
+{
+    loaded small = load("examples/andrews/andrews.yaml"), large = load("examples/suspension/suspension.yaml");
+    kmp_program *of_small = fresh(&small), *of_large = fresh(&large);
+    bool runs = kmp_x86_runs(KMP_X86_ONE);
+    CHECK(runs_until_code(&small, of_small, 1) == (runs ? 1 : 0));
+    int count = runs_until_code(&large, of_large, 1000);
+    printf("   code of %d operations after %d runs\n", of_large->code[of_large->stages], count);
+    CHECK(runs ? count > 100 && count < 400 : count == 0);
+    CHECK(runs_until_code(&large, of_large, 1) == (runs ? 1 : 0)); /* another machine has it at once */
+    CHECK(kmp_backend_waiting(&kmp_backend_tape) == &kmp_backend_tape);
+    kmp_program_free(of_small);
+    kmp_program_free(of_large);
+    unload(&small);
+    unload(&large);
+}
+
 /* -- bytes ------------------------------------------------------------------------------------------- */
 
 static void put(const kmp_program *p, kmp_x86_form form, kmp_bytes *b)
@@ -210,6 +270,8 @@ int main(void)
     TEST(machines_share_code);
     TEST(programs_have_holders);
     TEST(threads_share_code);
+    TEST(machines_share_a_tape);
+    TEST(code_is_written_when_it_pays);
     TEST(bytes_are_the_same);
     TEST(damaged_bytes_are_refused);
     return check_report();

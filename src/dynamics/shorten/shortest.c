@@ -324,6 +324,7 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     first.savings = first.first ? first.first : scene->savings;
     searches = searches && !(first.first && has_first(first.first));
     first.returns = scene->returns || (searches && can_share(scene));
+    first.unloaded = searches && scene->quick && is_large(model);
     kempe_status status = kmp_equations_derive_once(eq, model, &first);
     if (status != KEMPE_OK || !searches)
         return status;
@@ -333,6 +334,7 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     status = find(&s);
     if (status == KEMPE_OK) {
         s.scene.savings = &s.best;
+        s.scene.unloaded = false;
         s.scene.nodes = kmp_graph_count(work.graph) / 2 * 3; /* with what the passes add */
         s.best.by_q = s.best.by_qd = scene->tangents;        /* once more, with the axes that were chosen */
         status = kmp_equations_derive_once(eq, model, &s.scene);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/shorten/variants.h"
 #include "base/memory.h"
+#include <limits.h>
 #include <string.h>
 
 /* The bytes of all motions, then those of all closures, then two. */
@@ -35,6 +36,29 @@ void kmp_savings_free(kmp_savings *savings)
 {
     kmp_free(savings->stay);
     *savings = (kmp_savings){0};
+}
+
+void kmp_savings_put(kmp_bytes *bytes, const kmp_savings *savings, const kempe_model *model)
+{
+    size_t size = savings->stay ? savings_size(model) : 0;
+    kmp_bytes_put_int(bytes, (int64_t)size);
+    kmp_bytes_put(bytes, savings->stay, size);
+    kmp_bytes_put_int(bytes, savings->by_q);
+    kmp_bytes_put_int(bytes, savings->by_qd);
+    kmp_bytes_put_int(bytes, savings->patterns);
+}
+
+void kmp_savings_take(kmp_byte_source *source, kmp_savings *savings, const kempe_model *model)
+{
+    int size = kmp_bytes_take_count(source, 1);
+    *savings = (kmp_savings){0};
+    if (size > 0)
+        source->failed = source->failed || (size_t)size != savings_size(model) || !kmp_savings_init(savings, model);
+    if (savings->stay)
+        kmp_bytes_take(source, savings->stay, (size_t)size);
+    savings->by_q = (kmp_tangent_method)kmp_bytes_take_int(source, 0, KMP_TANGENT_COMPOSITE);
+    savings->by_qd = (kmp_tangent_method)kmp_bytes_take_int(source, 0, KMP_TANGENT_COMPOSITE);
+    savings->patterns = (unsigned)kmp_bytes_take_int(source, 0, INT_MAX);
 }
 
 void kmp_savings_copy(kmp_savings *to, const kmp_savings *from, const kempe_model *model)

@@ -2,6 +2,7 @@
 /* Variants that save operations with equal values: each member selects the motions (links, closures) that use it. */
 #pragma once
 
+#include "base/cache/bytes.h"
 #include "dynamics/kinematics/link_tree.h"
 #include <stdint.h>
 
@@ -50,6 +51,11 @@ void kmp_savings_copy(kmp_savings *to, const kmp_savings *from, const kempe_mode
 
 /** Copies all variants but those of closures. */
 void kmp_savings_copy_dynamics(kmp_savings *to, const kmp_savings *from, const kempe_model *model);
+
+/** Variants as bytes; also none, without room. */
+void kmp_savings_put(kmp_bytes *bytes, const kmp_savings *savings, const kempe_model *model);
+/** Takes written variants; the source fails where there is no memory. To be freed. */
+void kmp_savings_take(kmp_byte_source *source, kmp_savings *savings, const kempe_model *model);
 
 /** True if all but the methods for derivatives are equal. */
 bool kmp_savings_same(const kmp_savings *a, const kmp_savings *b, const kempe_model *model);

@@ -4,7 +4,8 @@
 
 kmp_program *kmp_program_share(kmp_program *p)
 {
-    (void)atomic_fetch_add(&p->shared->others, 1);
+    if (p)
+        (void)atomic_fetch_add(&p->shared->others, 1);
     return p;
 }
 
