@@ -205,7 +205,8 @@ static void derive_friction(kmp_equations *eq)
                       {KMP_ROLE_GIVEN, &eq->friction[e]}};
         for (size_t i = 0; i < sizeof values / sizeof *values; i++)
             *values[i].to = kmp_friction_value(
-                &eq->tree, &(kmp_condition){.of = &model->forces[k], .number = values[i].role, .role = values[i].role});
+                &eq->tree,
+                &(kmp_condition){.of = &model->forces[k], .number = (int)values[i].role, .role = values[i].role});
     }
 }
 
