@@ -8,6 +8,7 @@
 #include "dynamics/formalisms/articulated.h"
 #include "dynamics/formalisms/tangent_sets.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "dynamics/kinematics/pressing.h"
 #include "dynamics/outputs.h"
 #include "model/tables/output_table.h"
 #include "symbolic/label.h"
@@ -140,7 +141,9 @@ static bool allocate(kmp_equations *eq)
                 {&eq->slip, model->force_count},
                 {&eq->level, model->force_count},
                 {&eq->holding, model->force_count},
-                {&eq->friction, model->force_count}};
+                {&eq->friction, model->force_count},
+                {&eq->next, model->state_count},
+                {&eq->when, model->state_count}};
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
         *list[k].to = KMP_GRAPH_NEW(eq->graph, kmp_ref, list[k].count);
     eq->rows = KMP_GRAPH_NEW(eq->graph, kmp_row, rows);
@@ -203,8 +206,32 @@ static void derive_friction(kmp_equations *eq)
                       {KMP_ROLE_GIVEN, &eq->friction[e]}};
         for (size_t i = 0; i < sizeof values / sizeof *values; i++)
             *values[i].to = kmp_friction_value(
-                &eq->tree, &(kmp_condition){.of = &model->forces[k], .number = values[i].role, .role = values[i].role});
+                &eq->tree,
+                &(kmp_condition){.of = &model->forces[k], .number = (int)values[i].role, .role = values[i].role});
     }
+}
+
+/* 1 where the condition holds at which a state changes; 0 of a sampled state. */
+static kmp_ref when_of(const kmp_equations *eq, int state)
+{
+    const kempe_model *model = eq->model;
+    const kmp_expr *rate = kmp_state_rate(model, state);
+    const int contact = model->states[state].contact - 1;
+    kmp_pressing pressing;
+    if (contact >= 0) {
+        kmp_pressing_find(&eq->tree, &model->forces[contact], &pressing);
+        return kmp_pressing_holds(&eq->tree, &model->forces[contact], &pressing);
+    }
+    return rate && rate->a ? kmp_tree_expression(&eq->tree, rate->a) : KMP_ZERO;
+}
+
+static void derive_next(kmp_equations *eq)
+{
+    for (int k = 0; k < eq->model->state_count; k++)
+        if (eq->model->states[k].next) {
+            eq->when[eq->next_count] = when_of(eq, k);
+            eq->next[eq->next_count++] = kmp_tree_expression(&eq->tree, eq->model->states[k].next);
+        }
 }
 
 static void set_rules(const kmp_equations *eq, const kmp_scene *scene, bool apart)
@@ -227,6 +254,9 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     eq->friction_count = 0;
     if (sets & KMP_SET_FRICTION)
         derive_friction(eq);
+    eq->next_count = 0;
+    if (sets & KMP_SET_NEXT)
+        derive_next(eq);
     return kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : KEMPE_OK;
 }
 

@@ -23,10 +23,11 @@ enum {
     KMP_SET_INVERSE = 512,      /* inverse dynamics: efforts that give qdd, without the model's forces */
     KMP_SET_INVERSE_Q = 1024,   /* derivatives of the inverse dynamics by q, and by qd; by qdd it is M */
     KMP_SET_INVERSE_QD = 2048,
-    KMP_SET_CLOSED = 4096,   /* inverse dynamics less J' lambda */
-    KMP_SET_CLOSED_Q = 8192, /* derivatives of KMP_SET_CLOSED by q; by qd it has those of the inverse dynamics */
-    KMP_SET_POWER = 16384,   /* the power of non-conservative forces alone, in addition to other sets of dynamics */
-    KMP_SET_FRICTION = 32768 /* rates, levels and forces of friction that sticks */
+    KMP_SET_CLOSED = 4096,    /* inverse dynamics less J' lambda */
+    KMP_SET_CLOSED_Q = 8192,  /* derivatives of KMP_SET_CLOSED by q; by qd it has those of the inverse dynamics */
+    KMP_SET_POWER = 16384,    /* the power of non-conservative forces alone, in addition to other sets of dynamics */
+    KMP_SET_FRICTION = 32768, /* rates, levels and forces of friction that sticks */
+    KMP_SET_NEXT = 65536      /* next values of states with samples or events, and whether events hold */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
@@ -106,6 +107,8 @@ typedef struct kmp_equations {
     /* of each friction element that sticks, in the order of the forces: rate, sizes in slip and in stick, friction */
     kmp_ref *slip, *level, *holding, *friction;
     int friction_count;
+    kmp_ref *next, *when; /* of each state with a next value: it; 1 where the condition of its event holds */
+    int next_count;
 } kmp_equations;
 
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves). KEMPE_E_FAILED when accelerations

@@ -59,15 +59,6 @@ static bool is_wheel(const kempe_model *model, const char *name)
     return false;
 }
 
-kempe_status kmp_refuse_states(const kempe_model *model, const char *what, const char *instead)
-{
-    if (model->state_count == 0)
-        return KEMPE_OK;
-    return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                    "%s: the state '%s' follows from its rate over time, which is not supported there; %s", what,
-                    model->states[0].name, instead);
-}
-
 kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool averaged)
 {
     for (int k = 0; k < model->state_count; k++) {

@@ -4,10 +4,6 @@
 
 #include "dynamics/system.h"
 
-/** KEMPE_E_ARGUMENT, with a state's name, where the model has states and `what` is a study of positions
- * alone; `instead`, the remedy, ends the message. */
-kempe_status kmp_refuse_states(const kempe_model *model, const char *what, const char *instead);
-
 /** KEMPE_E_ARGUMENT, with a state's name, where the model has states that change at events, or sampled ones unless
  * `averaged`, and `what` does not follow them. */
 kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool averaged);

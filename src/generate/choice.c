@@ -87,6 +87,10 @@ static kempe_status check_rows(const kempe_model *model, unsigned sets)
     if (sets & of_friction && !sticks)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT,
                         "the set 'friction' is empty: '%s' has no friction that sticks; omit the set", model->name);
+    if (sets & kmp_sets_find("discrete", strlen("discrete")) && !kmp_model_has_samples(model))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "the set 'discrete' is empty: '%s' has no states with samples or events; omit the set",
+                        model->name);
     if (sets & 1u << KMP_EQ_OUTPUTS && kmp_outputs_width(model) == 0)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT,
                         "the set 'outputs' is empty: '%s' lists no output under 'run' that q, qd, qdd and lambda are "

@@ -106,6 +106,22 @@ static void name_frictions(kmp_code_source *source)
             source->friction_names[source->friction_count++] = kmp_arena_strdup(&source->arena, model->forces[k].name);
 }
 
+/* States with samples or events. */
+static void name_discrete(kmp_code_source *source)
+{
+    const kempe_model *model = source->model;
+    const int room = kmp_model_has_samples(model) ? model->state_count : 0;
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(char *, room, &source->discrete_names),
+                        KMP_ROOM(int, room, &source->discrete_place), KMP_ROOM(double, room, &source->discrete_time)))
+        return;
+    for (int k = 0; k < room; k++)
+        if (model->states[k].next) {
+            source->discrete_names[source->discrete_count] = kmp_arena_strdup(&source->arena, model->states[k].name);
+            source->discrete_place[source->discrete_count] = kmp_model_coordinates(model) + k;
+            source->discrete_time[source->discrete_count++] = model->states[k].period;
+        }
+}
+
 /* -- routines ---------------------------------------------------------------------------------------- */
 
 /* What the equations of the set have as arguments: those of the forces too where it has forces. */
@@ -120,7 +136,7 @@ static unsigned arguments_of(const kmp_equations *eq, const kmp_set *set)
         sticks = sticks || kmp_force_sticks(&eq->model->forces[k]);
     }
     arguments |= loaded && set->derive & forced ? 1u << KMP_IN_LAMBDA : 0;
-    return arguments | (sticks && set->derive != KMP_SET_MASS ? 1u << KMP_IN_MODE : 0);
+    return arguments | (sticks && set->derive != KMP_SET_MASS && set->derive != KMP_SET_NEXT ? 1u << KMP_IN_MODE : 0);
 }
 
 static void shape_arrays(kmp_code_routine *r, const kmp_equations *eq, unsigned sets, bool inputs)
@@ -319,6 +335,7 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
         source->input_names[k] = kmp_arena_strdup(arena, model->inputs[k].name);
     name_outputs(source);
     name_frictions(source);
+    name_discrete(source);
     KMP_TRY(kmp_made(model->context, !arena->failed && hash_model(model, source->hash)));
     return derive_all(source, choice);
 }

@@ -39,9 +39,12 @@ typedef struct kmp_code_source {
     bool inputs, legible, vectorised;
     int n, m, body_count; /* bodies with inputs: 3 entries of force and torque each, ground not counted */
     char **coordinate_names, **row_names, **input_names, **output_names, **friction_names;
-    int input_count;                  /* of the model */
-    int output_count, friction_count; /* columns of the outputs; elements of friction that sticks */
-    int *friction_row;                /* of each element: its row of h */
+    int input_count;                     /* of the model */
+    int output_count, friction_count;    /* columns of the outputs; elements of friction that sticks */
+    int *friction_row;                   /* of each element: its row of h */
+    int discrete_count, *discrete_place; /* states with samples or events: where each is in qd */
+    char **discrete_names;
+    double *discrete_time; /* between samples; INFINITY: of events */
     int symbol_count, parameter_count;
     int *place; /* by symbol: its position in p, -1: no routine needs it */
     double *value;

@@ -439,6 +439,18 @@ static void try_frictions(const char *language)
     kempe_model_free(model);
 }
 
+static void try_states(const char *language)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, own_states, "states", &model) == KEMPE_OK);
+    for (int k = 0; model && k < 2; k++)
+        if (k == 0 || strcmp(language, "c") != 0)
+            try_language(model,
+                         &(kempe_generate_options){
+                             .sets = "M_C,discrete", .keep_parameters = k, .language = language, .vectorised = k});
+    kempe_model_free(model);
+}
+
 static void try_text(const char *text, const char *language)
 {
     kempe_model *model = NULL;
@@ -479,6 +491,7 @@ static void try_all(const char *language)
     try_text(inputs, language);
     try_text(own_states, language);
     try_frictions(language);
+    try_states(language);
     try_random(language);
     choose_states();
 }

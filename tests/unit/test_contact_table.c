@@ -160,6 +160,46 @@ static void contacts_are_where_surfaces_lie_on_each_other(void)
     unload(&l);
 }
 
+/* -- states --------------------------------------------------------------------------------------------------- */
+
+/* The model with more sections. */
+static loaded with(const char *more)
+{
+    enum { ROOM = 1 << 14 };
+    char path[1024], text[ROOM];
+    (void)snprintf(path, sizeof path, "%s/%s", KEMPE_ROOT, manchester);
+    FILE *file = fopen(path, "rb");
+    size_t length = file ? fread(text, 1, ROOM / 2, file) : 0;
+    CHECK(length > 0 && length < ROOM / 2);
+    if (file)
+        (void)fclose(file);
+    (void)snprintf(text + length, ROOM - length, "%s", more);
+    return load_text_as(text, path);
+}
+
+/* A cylinder presses on a wheel: at its pressure in equilibrium, 2000 N wherever it starts, it is a constant force. */
+static void states_are_balanced(void)
+{
+    static const char *const sections[] = {
+        "forces: {w: {joint: left.1, force: -2000}}\n",
+        "states: {p: {rate: 2000 - p}}\nforces: {w: {joint: left.1, force: -p}}\n",
+        "states: {p: {start: 5000, rate: 2000 - p}}\nforces: {w: {joint: left.1, force: -p}}\n"};
+    double normal[3] = {0};
+    for (int k = 0; k < 3; k++) {
+        loaded l = with(sections[k]);
+        kempe_contacts *table = NULL;
+        const kempe_contact_options options = {.sweep = "shift=0:10 mm:2"};
+        CHECK(l.system && kempe_contacts_new(l.system, &options, &table) == KEMPE_OK);
+        for (int z = 0; table && z < kempe_contacts_zone_count(table, 0); z++)
+            normal[k] += kempe_contacts_patch(table, 0, 0, z)->normal;
+        kempe_contacts_free(table);
+        unload(&l);
+    }
+    CHECK(normal[0] > 11000);
+    CHECK_NEAR(normal[1], normal[0], 1e-6);
+    CHECK_NEAR(normal[2], normal[0], 1e-6);
+}
+
 /* -- words ---------------------------------------------------------------------------------------------------- */
 
 static void refuses(const loaded *l, kempe_contact_options options, const char *words)
@@ -206,6 +246,7 @@ static void beside_the_rails(void)
 int main(void)
 {
     TEST(contacts_are_where_surfaces_lie_on_each_other);
+    TEST(states_are_balanced);
     TEST(wrong_words_are_told);
     TEST(beside_the_rails);
     return check_report();

@@ -193,11 +193,43 @@ static void what_is_refused(void)
     refuse(MODEL, "crank", NULL, KEMPE_E_FAILED, "0 coordinates are driven");
 }
 
+/* A slide of mass 2 under a cylinder of pressure p = 3 P + Q and a spring, driven at x with rate v and acceleration a:
+ * the drive's force would be 2 a + k x - A p, and the rate of p is B (Q - A v). */
+static void states_keep_their_start(void)
+{
+    static const char text[] =
+        "kempe: 1\nparameters: {A: 0.4, k: 30, P: 2, Q: 0.7, B: 5}\n"
+        "states: {p: {start: 3*P + Q, rate: B*(Q - A*qd(x))}}\n"
+        "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\n"
+        "forces: {c: {joint: x, force: A*p - k*q(x)}}\n"
+        "sensors: {f: \"A*p - k*q(x)\", w: p*qd(x)}\nrun: {outputs: [force(c), sensor(f), sensor(w)]}\n";
+    static const char *const by[] = {"A", "k", "P", "Q"};
+    const kempe_gradient_options options = {.parameter_count = 4, .parameters = by, .driven = "x"};
+    const double x = 0.2, v = 0.3, a = 0.1;
+    loaded m = load_text(text);
+    kempe_gradient *g = NULL;
+    CHECK(kempe_gradient_new(m.model, &options, &g) == KEMPE_OK);
+    for (int round = 0; g && round < 2; round++) {
+        const double values[] = {0.4, 30, round ? 5 : 2, 0.7}, p = 3 * values[2] + 0.7;
+        const double exact[3][4] = {{p, -x, 3 * 0.4, 0.4}, {p, -x, 3 * 0.4, 0.4}, {0, 0, 3 * v, v}};
+        CHECK(kempe_gradient_set(g, values) == KEMPE_OK && kempe_gradient_at(g, &x, &v, &a) == KEMPE_OK);
+        CHECK_NEAR(kempe_gradient_values(g)[0], 0.4 * p - 30 * x, 1e-13);
+        CHECK_NEAR(kempe_gradient_values(g)[2], p * v, 1e-13);
+        CHECK_NEAR(kempe_gradient_by_driven(g)[1], -30, 1e-13);
+        for (int i = 0; i < 3; i++)
+            for (int k = 0; k < 4; k++)
+                CHECK_NEAR(kempe_gradient_jacobian(g)[4 * i + k], exact[i][k], 1e-13);
+    }
+    kempe_gradient_free(g);
+    unload(&m);
+}
+
 int main(void)
 {
     TEST(a_coupler_curve);
     TEST(motion_and_reactions);
     TEST(ways_that_end);
     TEST(what_is_refused);
+    TEST(states_keep_their_start);
     return check_report();
 }

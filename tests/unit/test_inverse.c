@@ -7,6 +7,9 @@
 #include "studies/inverse/inverse_dynamics.h"
 #include "symbolic/table_function.h"
 #include <kempe/workspace.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
 
 /* -- singular values ------------------------------------------------------------------------------------------ */
 
@@ -32,9 +35,8 @@ static void singular_values(void)
 /* -- drives ------------------------------------------------------------------------------------------ */
 
 /* Actuators where the drives are: their efforts are the drives' multipliers, the loops' multipliers the same. */
-static void as_drives(const char *path, double t_end)
+static void as_drives_of(loaded m, const char *path, double t_end)
 {
-    loaded m = load(path);
     kempe_inverse *r = invert(&m, &(kempe_inverse_options){.t_end = t_end, .output_step = t_end / 20}, KEMPE_OK);
     kempe_trajectory *t = simulate(&m, t_end, t_end / 20, 1e-10);
     double worst = 0, size = 0;
@@ -59,10 +61,38 @@ static void as_drives(const char *path, double t_end)
     unload(&m);
 }
 
+static void as_drives(const char *path, double t_end)
+{
+    as_drives_of(load(path), path, t_end);
+}
+
+/* A driven four-bar with a cylinder at its rocker, whose pressure and valve are states, and a digital controller. */
+static void with_states_in_a_loop(void)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0, -9.81, 0]\n"
+        "states:\n"
+        "  p: {start: 5, rate: 40*(valve - 0.3*qd(D)) - p}\n"
+        "  valve: {rate: (u - valve)/0.02}\n"
+        "  u: {sample: 0.05, next: 2*sin(t) - 0.5*p}\n"
+        "ground: {points: {D: [0.9, 0, 0]}}\n"
+        "bodies:\n"
+        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {B: [0.3, 0, 0]}}\n"
+        "  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 1, com: [0.4, 0, 0], inertia: {zz: 0.05}, points: "
+        "{C: [0.8, 0, 0]}}\n"
+        "  rocker: {joint: {name: D, revolute: z, at: ground.D}, mass: 1, inertia: {zz: 0.04}, points: {C: [0.7, 0, "
+        "0]}}\n"
+        "loops: {C: {ball: [rod.C, rocker.C]}}\nforces: {cylinder: {joint: D, torque: 0.3*p}}\n"
+        "drives: {d: {joint: A, angle: 1.5 + 2*t}}\n"
+        "start: {q: {A: 1.5, B: -62 deg, D: 106 deg}, hold: [A]}\nrun: {rtol: 1e-10}\n";
+    as_drives_of(load_text(text), "states in a loop", 1.5);
+}
+
 static void efforts_are_the_multipliers_of_drives(void)
 {
     as_drives("examples/driven_slider_crank/driven_slider_crank.yaml", 2);
     as_drives("examples/stewart/driven.yaml", 1);
+    with_states_in_a_loop();
 }
 
 /* -- closed forms ------------------------------------------------------------------------------------ */
@@ -85,6 +115,67 @@ static slider_crank closed_form(double angle, double rate)
     double v = xs1 * rate, force = -40 * v - 6 * v / sqrt(v * v + 1e-4);
     return (slider_crank){xs1, half * rate * rate + g * (mc * r / 2 * c + mr * yc1) - force * xs1,
                           ms * xs2 * rate * rate - force};
+}
+
+/* A cylinder of constant inflow under a driven load: p = 1e5 + B/V (Q t - A x), and the place at the last sample. */
+#define CYLINDER                                                                                                       \
+    "kempe: 1\ngravity: [0, 0, -9.81]\nstates:\n"                                                                      \
+    "  p: {start: 1e5, rate: 1e11*(1e-5 - 2e-3*qd(x))}\n  u: {sample: 0.1, next: q(x)}\n"                              \
+    "bodies: {m: {joint: {name: x, prismatic: z, at: ground}, mass: 20}}\n"                                            \
+    "forces: {cylinder: {joint: x, force: 2e-3*p + 7*u}}\n"
+
+static double effort_of_cylinder(double t)
+{
+    double x = 0.01 * sin(3 * t), p = 1e5 + 1e11 * (1e-5 * t - 2e-3 * x);
+    double sample = t > 0 ? 0.1 * (ceil(10 * t - 1e-9) - 1) : 0;
+    return -20 * 0.09 * sin(3 * t) + 20 * 9.81 - 2e-3 * p - 7 * 0.01 * sin(3 * sample);
+}
+
+static void compare_cylinder(const kempe_inverse *r, int rows)
+{
+    CHECK(r && r->rows == rows && r->freedoms == 1 && r->hold > 0.99);
+    for (int row = 0; r && row < r->rows; row++)
+        CHECK_NEAR(tau_at(r, row)[0], effort_of_cylinder(r->t[row]), 1e-6);
+}
+
+/* Along drives, along a table with the states, at the start; a table without them is refused. */
+static void cylinder_by_hand(void)
+{
+    loaded m = load_text(CYLINDER "drives: {d: {joint: x, displacement: 0.01*sin(3*t)}}\nrun: {rtol: 1e-11}\n");
+    kempe_inverse *r = invert(&m, &(kempe_inverse_options){.t_end = 1, .output_step = 0.125}, KEMPE_OK);
+    compare_cylinder(r, 9);
+    kempe_inverse_free(r);
+    unload(&m);
+    m = load_text(CYLINDER);
+    r = invert(&m, &(kempe_inverse_options){.actuators = "x"}, KEMPE_OK);
+    compare_cylinder(r, 1);
+    kempe_inverse_free(r);
+    char path[] = "/tmp/kempe-cylinder-XXXXXX";
+    int descriptor = mkstemp(path);
+    FILE *file = descriptor >= 0 ? fdopen(descriptor, "w") : NULL;
+    CHECK(file != NULL);
+    for (int k = -1; file && k <= 8; k++) {
+        double t = 0.125 * k, x = 0.01 * sin(3 * t);
+        if (k < 0)
+            fprintf(file, "t,q.x,qd.x,qdd.x,state.p,state.u\n");
+        else
+            fprintf(file, "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", t, x, 0.03 * cos(3 * t), -0.09 * sin(3 * t),
+                    1e5 + 1e11 * (1e-5 * t - 2e-3 * x), t > 0 ? 0.01 * sin(0.3 * (ceil(10 * t - 1e-9) - 1)) : 0);
+    }
+    if (file)
+        (void)fclose(file);
+    r = invert(&m, &(kempe_inverse_options){.actuators = "x", .motion = path}, KEMPE_OK);
+    compare_cylinder(r, 9);
+    kempe_inverse_free(r);
+    file = fopen(path, "w");
+    if (file) {
+        fprintf(file, "t,q.x\n0,0\n1,1\n");
+        (void)fclose(file);
+    }
+    r = invert(&m, &(kempe_inverse_options){.actuators = "x", .motion = path}, KEMPE_E_INPUT);
+    CHECK(!r && strstr(kempe_context_message(m.context), "column state.p has no value") != NULL);
+    (void)remove(path);
+    unload(&m);
 }
 
 static void slider_crank_by_hand(void)
@@ -458,6 +549,7 @@ int main(void)
     TEST(singular_values);
     TEST(efforts_are_the_multipliers_of_drives);
     TEST(slider_crank_by_hand);
+    TEST(cylinder_by_hand);
     TEST(shared_by_hand);
     TEST(power_is_the_rate_of_energy);
     TEST(the_platform_comes_back);

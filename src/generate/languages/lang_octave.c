@@ -69,17 +69,20 @@ static const kmp_function_spelling functions[KMP_OP_COUNT] = {
                                     "    end\n"
                                     "end\n"}};
 
-static const char model[] = "$(banner)function m = $(name)_model()\n"
-                            "    m.hash = '$(hash)';\n"
-                            "    m.coordinate_names = $(coordinate names);\n"
-                            "    m.row_names = $(row names);\n"
-                            "$(if given)    m.input_names = $(input names);\n$(end)"
-                            "$(if shown)    m.output_names = $(output names);\n$(end)"
-                            "$(if frictions)    m.friction_names = $(friction names);\n"
-                            "    m.friction_rows = $(friction rows);\n$(end)"
-                            "    m.parameter_names = $(parameter names);\n"
-                            "    m.parameter_values = $(values);\n"
-                            "end\n";
+static const char model[] =
+    "$(banner)function m = $(name)_model()\n"
+    "    m.hash = '$(hash)';\n"
+    "    m.coordinate_names = $(coordinate names);\n"
+    "    m.row_names = $(row names);\n"
+    "$(if given)    m.input_names = $(input names);\n$(end)"
+    "$(if shown)    m.output_names = $(output names);\n$(end)"
+    "$(if frictions)    m.friction_names = $(friction names);\n"
+    "    m.friction_rows = $(friction rows);\n$(end)"
+    "$(if discrete)    m.discrete_names = $(discrete names);\n"
+    "    m.discrete_places = $(discrete places);\n    m.sample_times = $(discrete times);\n$(end)"
+    "    m.parameter_names = $(parameter names);\n"
+    "    m.parameter_values = $(values);\n"
+    "end\n";
 
 #define ORIGIN "% Equations of the model in $(name)_model.m; hash $(hash); written by Kempe " KEMPE_VERSION "\n"
 #define HEAD                                                                                                           \

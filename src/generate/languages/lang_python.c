@@ -59,6 +59,8 @@ static const char file[] =
     "$(if given)input_names = $(input names)\n$(end)"
     "$(if shown)output_names = $(output names)\n$(end)"
     "$(if frictions)friction_names = $(friction names)\nfriction_rows = $(friction rows)\n$(end)"
+    "$(if discrete)discrete_names = $(discrete names)\ndiscrete_places = $(discrete places)\n"
+    "sample_times = $(discrete times)\n$(end)"
     "$(if prepared)parameter_names = $(parameter names)\n"
     "parameter_values = $(values)\n$(end)"
     "$(each routine)$(each table)_$(routine)_table$(table) = ($(x), $(y), $(pieces))\n$(end)$(end)"

@@ -229,14 +229,25 @@ static bool has_outputs(const kmp_writer *w)
     return false;
 }
 
+static void put_indices(const kmp_writer *w, int count, const int *index)
+{
+    for (int k = 0; k < count; k++) {
+        kmp_list_item(w->text, &w->language->numbers, k);
+        kmp_text_printf(w->text, "%d", index[k] + w->language->base);
+    }
+    kmp_list_end(w->text, &w->language->numbers, count);
+}
+
 /* The row of h of each friction element. */
 static void put_friction_rows(const kmp_writer *w)
 {
-    for (int k = 0; k < w->source->friction_count; k++) {
-        kmp_list_item(w->text, &w->language->numbers, k);
-        kmp_text_printf(w->text, "%d", w->source->friction_row[k] + w->language->base);
-    }
-    kmp_list_end(w->text, &w->language->numbers, w->source->friction_count);
+    put_indices(w, w->source->friction_count, w->source->friction_row);
+}
+
+/* Where states with samples or events are in qd. */
+static void put_discrete_places(const kmp_writer *w)
+{
+    put_indices(w, w->source->discrete_count, w->source->discrete_place);
 }
 
 static void put_legends(const kmp_writer *w)
@@ -310,6 +321,7 @@ static const struct {
              {"title", put_title},
              {"legends", put_legends},
              {"friction rows", put_friction_rows},
+             {"discrete places", put_discrete_places},
              {"runtime", put_runtime},     /* kempe/runtime.h */
              {"functions", put_functions}, /* definitions */
              {"pieces", put_pieces},       /* of a table */
@@ -368,6 +380,8 @@ static bool put_list(const kmp_writer *w, const char *word, size_t length)
                  {"input names", source->input_count, source->input_names, NULL},
                  {"output names", source->output_count, source->output_names, NULL},
                  {"friction names", source->friction_count, source->friction_names, NULL},
+                 {"discrete names", source->discrete_count, source->discrete_names, NULL},
+                 {"discrete times", source->discrete_count, NULL, source->discrete_time},
                  {"parameter names", source->parameter_count, source->parameter_name, NULL},
                  {"values", source->parameter_count, NULL, source->value},
                  {"x", table->count, NULL, table->x}, /* of a table */
@@ -403,6 +417,7 @@ static void put_number(const kmp_writer *w, const char *word, size_t length)
                    {"given", source->input_count},                       /* inputs of the model */
                    {"shown", has_outputs(w) ? source->output_count : 0}, /* outputs, in some routine */
                    {"frictions", source->friction_count},
+                   {"discrete", source->discrete_count}, /* states with samples or events */
                    {"modes", r->arguments & 1u << KMP_IN_MODE},
                    {"qd", r->arguments & 1u << KMP_IN_QD}, /* it is an argument */
                    {"qdd", r->arguments & 1u << KMP_IN_QDD},

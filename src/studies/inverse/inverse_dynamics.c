@@ -62,6 +62,7 @@ static kempe_status choose(kmp_inverse *v)
     kmp_eval_mask(v->eval, v->left_out, v->masked);
     KMP_TRY(kmp_partition_init(&v->part, v->system, v->masked, NULL, 0));
     int p = v->p = v->part.p;
+    v->freedoms = p - v->system->model->state_count;
     if (!KMP_ARENA_MAKE(&v->choices, KMP_ROOM(double, p *p, &v->gram, &v->inner),
                         KMP_ROOM(double, p * v->a, &v->matrix), KMP_ROOM(double, p, &v->reach, &v->choice, &v->left)) ||
         !kmp_singular_init(&v->svd, &v->choices, p, v->a))
@@ -145,7 +146,8 @@ static void find_rank(kmp_inverse *v)
     v->rank = 0;
     while (v->rank < svd->k && svd->s[v->rank] > KMP_RANK_ACTUATORS)
         v->rank++;
-    v->hold = v->p > 0 && v->p <= svd->k ? svd->s[v->p - 1] : v->p == 0 ? 1 : 0;
+    const int p = v->freedoms;
+    v->hold = p > 0 && p <= svd->k ? svd->s[p - 1] : p == 0 ? 1 : 0;
 }
 
 /* tau of least weighted norm with V' tau = g, g = S^-1 U' f over the rank: W^-1 V (V' W^-1 V)^-1 g. */
@@ -175,11 +177,12 @@ static bool least_norm(kmp_inverse *v)
     return true;
 }
 
-/* N' x by u. */
+/* N' x by u, without the equations of states. */
 static void project(const kmp_inverse *v, const double *x, double *out)
 {
+    const int coordinates = kmp_model_coordinates(v->system->model);
     for (int k = 0; k < v->p; k++)
-        out[k] = kmp_dot(v->n, v->red.x + k * v->n, x);
+        out[k] = v->part.u[k] < coordinates ? kmp_dot(v->n, v->red.x + k * v->n, x) : 0;
 }
 
 /* The residual of all n equations, relative to the sizes of their terms: |M qdd|, |C|, |J' lambda|, |S tau|. */
@@ -197,7 +200,7 @@ static void find_residual(kmp_inverse *v)
         v->rest[j->col[e]] -= x;
         v->sum[j->col[e]] += fabs(x);
     }
-    for (int i = 0; i < v->n; i++) {
+    for (int i = 0; i < kmp_model_coordinates(s->model); i++) {
         worst = fmax(worst, fabs(v->rest[i]) * s->scale[i]);
         size = fmax(size, v->sum[i] * s->scale[i]);
     }

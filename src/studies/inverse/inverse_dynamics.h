@@ -11,7 +11,9 @@
  * degrees of freedom. They are independent of units and of the choice of u. The largest possible one is 1; 0 means that
  * a degree of freedom cannot be actuated. Of all tau that satisfy the equations best (least squares) the result has the
  * least sum of weight tau^2. The multipliers are those of the independent rows; where forces depend on them, C uses the
- * multipliers that belong to tau. */
+ * multipliers that belong to tau.
+ *
+ * States have an equation of their own, which no actuator has a part in: it is left out. */
 #pragma once
 
 #include "base/arena.h"
@@ -39,6 +41,7 @@ typedef struct kmp_inverse {
     double *left;   /* p: N' (M qdd + C - S tau), by u: the part that the actuators cannot provide */
     double unmet;   /* |left| in the metric above, N m; and the size of its terms */
     double size;
+    int freedoms;    /* p without the motions of states */
     int rank;        /* of A */
     double hold;     /* its p-th singular value, the smallest that counts; 0 when a < p */
     double residual; /* max |M qdd + C - J' lambda - S tau| over the largest sum of the four terms, scaled */

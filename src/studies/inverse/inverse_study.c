@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "dynamics/closures.h"
 #include "dynamics/load_dependent.h"
+#include "integrators/run/run.h"
 #include "model/expressions/ranges.h"
 #include "model/tables/coordinates.h"
 #include "output/times.h"
@@ -33,7 +34,12 @@ typedef struct job {
     kmp_reference reference;
     kmp_prescribed table;
     kmp_times times;
-    double t_first; /* added to the times */
+    double t_first;        /* added to the times */
+    kmp_prescribed states; /* of a table, as if they were coordinates */
+    double *run_states;    /* rows x states: of a run along the drives; NULL: none */
+    double *state;         /* at the next instant */
+    int run_rows;
+    bool lent; /* the states are those of another job */
     kmp_prescribed_motion prescribed;
     kmp_inverse inverse;
     kmp_formulas reactions;
@@ -81,7 +87,8 @@ static bool make_rows(kempe_inverse *r, ptrdiff_t rows)
     int multipliers = 0;
     for (int k = 0; k < r->m; k++)
         multipliers += has_multiplier(r, k);
-    const int size[] = {r->a, r->a, r->n, r->n, r->n, multipliers, 3 * r->loops, 3 * r->loops};
+    const int coordinates = kmp_model_coordinates(r->system->model);
+    const int size[] = {r->a, r->a, coordinates, r->n, coordinates, multipliers, 3 * r->loops, 3 * r->loops};
     int *const at[] = {&r->at.tau, &r->at.power,  &r->at.q,     &r->at.qd,
                        &r->at.qdd, &r->at.lambda, &r->at.force, &r->at.moment};
     for (size_t k = 0; k < sizeof at / sizeof *at; k++) {
@@ -287,6 +294,71 @@ static kempe_status prepare_motion(job *j)
     return j->times.t ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
+/* -- states ------------------------------------------------------------------------------------------ */
+
+static int keep_states(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                       double work)
+{
+    job *j = user;
+    const int count = j->system->model->state_count;
+    (void)t, (void)q, (void)qdd, (void)lambda, (void)work;
+    if (j->run_rows < j->times.count)
+        memcpy(j->run_states + (ptrdiff_t)j->run_rows++ * count, qd + kmp_model_coordinates(j->system->model),
+               (size_t)count * sizeof *qd);
+    return 0;
+}
+
+/* A run along the drives has the states at the times of the rows. */
+static kempe_status run_along_drives(job *j)
+{
+    const int count = j->system->model->state_count, rows = j->times.count;
+    kmp_run_report report = {0};
+    kmp_run_spec spec = {
+        .backend = j->options->backend, .t_end = j->times.t[rows - 1], .times = j->times.t, .time_count = rows};
+    j->run_states = KMP_ARENA_NEW(&j->arena, double, (size_t)rows *(size_t)count);
+    KMP_TRY(kmp_made(j->context, j->run_states));
+    KMP_TRY(kmp_run_resolve(j->system, &spec));
+    kempe_status status = kmp_run(j->system, &spec, NULL, keep_states, j, &report);
+    if ((status == KEMPE_E_FAILED || status == KEMPE_STOPPED) && report.reason)
+        (void)kmp_fail(j->context, status, "the states along the drives: %s", report.reason);
+    kmp_free(report.reason);
+    return status;
+}
+
+/* The states of a table, which has columns for them. */
+static kempe_status read_states(job *j)
+{
+    const kempe_model *model = j->system->model;
+    const kmp_reference *x = &j->reference;
+    const int count = model->state_count, n = j->system->n;
+    double *value = KMP_ARENA_NEW(&j->arena, double, x->rows *count);
+    double *none = KMP_ARENA_NEW(&j->arena, double, x->rows *count);
+    kmp_gap_in_table gap;
+    KMP_TRY(kmp_made(j->context, value && none));
+    for (int r = 0; r < x->rows; r++)
+        for (int i = 0; i < count; i++) {
+            none[r * count + i] = NAN;
+            value[r * count + i] = x->value[KMP_QUANTITY_QD][r * n + n - count + i];
+            if (!isfinite(value[r * count + i]))
+                return kmp_complain(j->context, j->options->motion, 0, 0,
+                                    "column state.%s has no value at t = %.9g s: the motion needs those of all states; "
+                                    "simulate it with 'state' among the outputs",
+                                    model->states[i].name, x->t[r]);
+        }
+    return kmp_made(j->context, kmp_prescribed_init(&j->states, x->rows, x->t, count, value, none, none, &gap));
+}
+
+/* At the start they have its values. */
+static kempe_status prepare_states(job *j)
+{
+    const int count = j->system->model->state_count;
+    if (count == 0 || j->r->motion == KMP_INVERSE_START)
+        return KEMPE_OK;
+    j->state = KMP_ARENA_NEW(&j->arena, double, 3 * count);
+    KMP_TRY(kmp_made(j->context, j->state));
+    return j->options->motion ? read_states(j) : run_along_drives(j);
+}
+
 /* REACTION values a closure, in the order of the model, of t, q and lambda. */
 static kempe_status reactions_init(kmp_formulas *reactions, const kempe_system *system)
 {
@@ -320,6 +392,7 @@ static kempe_status prepare(job *j)
     KMP_TRY(choose_motion(j));
     KMP_TRY(read_actuators(j));
     KMP_TRY(prepare_motion(j));
+    KMP_TRY(prepare_states(j));
     KMP_TRY(prepare_numbers(j, j->options->motion ? &j->table : NULL, r->motion == KMP_INVERSE_START));
     KMP_TRY(reactions_init(&j->reactions, j->system));
     return make_rows(r, j->times.count) ? KEMPE_OK : kmp_fail_memory(j->context);
@@ -332,6 +405,8 @@ static void release(job *j)
     kmp_prescribed_motion_free(&j->prescribed);
     kmp_times_free(&j->times);
     kmp_prescribed_free(&j->table);
+    if (!j->lent)
+        kmp_prescribed_free(&j->states);
     kmp_samples_free(&j->reference);
     kmp_arena_free(&j->arena);
 }
@@ -346,18 +421,18 @@ static void note_row(job *j, double t)
     const kmp_inverse *v = &j->inverse;
     bool first = r->rows == r->singular;
     r->size = fmax(r->size, v->size);
-    if (!first && v->p > r->freedoms) {
+    if (!first && v->freedoms > r->freedoms) {
         r->singular_t = r->singular > 0 ? r->singular_t : t;
         r->singular++;
         return;
     }
-    if (!first && v->p < r->freedoms) {
+    if (!first && v->freedoms < r->freedoms) {
         r->singular_t = r->t[0];
         r->singular = r->rows;
         memset(r->redundant, 0, (size_t)r->m * sizeof *r->redundant);
         first = true;
     }
-    r->freedoms = v->p;
+    r->freedoms = v->freedoms;
     r->rank = first || v->rank < r->rank ? v->rank : r->rank;
     if (first || v->hold < r->hold) {
         r->hold = v->hold;
@@ -370,9 +445,12 @@ static void note_row(job *j, double t)
     if (first || v->unmet > r->unmet) {
         r->unmet = v->unmet;
         r->unmet_t = t;
-        r->left_count = v->p;
-        memcpy(r->left_u, v->part.u, (size_t)v->p * sizeof *r->left_u);
-        memcpy(r->left, v->left, (size_t)v->p * sizeof *r->left);
+        r->left_count = 0;
+        for (int k = 0; k < v->p; k++)
+            if (v->part.u[k] < kmp_model_coordinates(j->system->model)) {
+                r->left_u[r->left_count] = v->part.u[k];
+                r->left[r->left_count++] = v->left[k];
+            }
     }
     for (int k = 0; k < v->part.m - v->part.r; k++)
         r->redundant[v->part.redundant[k]] = r->redundant[v->part.redundant[k]] || !v->left_out[v->part.redundant[k]];
@@ -385,13 +463,14 @@ static void keep_row(job *j)
     const kmp_inverse *v = &j->inverse;
     const kmp_instant at = {.t = g->t, .q = g->q, .lambda = v->lambda, .inputs = &g->eval->inputs};
     double *row = kmp_inverse_part(r, r->rows, 0), *lambda = row + r->at.lambda;
-    size_t state = (size_t)r->n * sizeof *row, vector = 3 * sizeof *row;
+    size_t state = (size_t)kmp_model_coordinates(j->system->model) * sizeof *row, rates = (size_t)r->n * sizeof *row,
+           vector = 3 * sizeof *row;
     r->t[r->rows] = g->t;
     memcpy(row + r->at.tau, v->tau, (size_t)r->a * sizeof *row);
     for (int k = 0; k < r->a; k++)
         row[r->at.power + k] = v->tau[k] * g->qd[r->actuator[k]] + 0.0; /* no -0 */
     memcpy(row + r->at.q, g->q, state);
-    memcpy(row + r->at.qd, g->qd, state);
+    memcpy(row + r->at.qd, g->qd, rates);
     memcpy(row + r->at.qdd, g->qdd, state);
     for (int k = 0; k < r->m; k++)
         if (has_multiplier(r, k))
@@ -405,10 +484,33 @@ static void keep_row(job *j)
     r->rows++;
 }
 
+/* States at the k-th instant, t: of the run; of the table, where those that change at instants keep the value of the
+ * row before. */
+static void take_states(job *j, int k, double t)
+{
+    const kempe_model *model = j->system->model;
+    const kmp_prescribed *x = &j->states;
+    const int count = model->state_count;
+    if (j->run_states)
+        memcpy(j->state, j->run_states + (ptrdiff_t)k * count, (size_t)count * sizeof *j->state);
+    if (x->count == 0)
+        return;
+    double *rates = j->state + count, *second = rates + count;
+    int row = 0;
+    while (row + 1 < x->rows && x->t[row + 1] <= t)
+        row++;
+    kmp_prescribed_at(x, t, j->state, rates, second);
+    for (int i = 0; i < count; i++)
+        if (model->states[i].next)
+            j->state[i] = x->value[0][row * count + i];
+}
+
 /* Goes to the k-th instant, t, and computes the forces there. */
 static kempe_status go_to(job *j, int k, double t)
 {
     kmp_prescribed_motion *g = &j->prescribed;
+    take_states(j, k, t);
+    g->state = j->state;
     KMP_TRY(k > 0 ? kmp_prescribed_motion_advance(g, t) : kmp_prescribed_motion_start(g, t));
     return kmp_inverse_at(&j->inverse, g->t, g->q, g->qd, g->qdd);
 }
@@ -496,6 +598,9 @@ static kempe_status repeat(const job *j, job *again)
 static kempe_status check_again(job *j)
 {
     job again = {.r = j->r, .system = j->system, .context = j->context, .options = j->options};
+    again.states = j->states;
+    again.state = j->state;
+    again.lent = true;
     kempe_status status = repeat(j, &again);
     release(&again);
     if (status == KEMPE_OK) {
@@ -555,8 +660,10 @@ static kempe_status run(job *j)
     r->off_t = j->prescribed.off_t;
     r->off_coordinate = j->prescribed.off_coordinate;
     if (r->motion == KMP_INVERSE_START && j->prescribed.red.eval) {
-        r->start_u_count = j->prescribed.part.p;
-        memcpy(r->start_u, j->prescribed.part.u, (size_t)r->start_u_count * sizeof *r->start_u);
+        r->start_u_count = 0;
+        for (int k = 0; k < j->prescribed.part.p; k++)
+            if (j->prescribed.part.u[k] < kmp_model_coordinates(j->system->model))
+                r->start_u[r->start_u_count++] = j->prescribed.part.u[k];
     }
     KMP_TRY(settle_reason(r));
     return !j->options->no_convergence_check && is_differentiated(&j->table) ? check_again(j) : KEMPE_OK;
@@ -569,9 +676,6 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     KMP_OPTIONS(system->context, kempe_inverse_options, options);
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
-    KMP_TRY(kmp_refuse_states(system->model, "inverse dynamics",
-                              "simulate the model with a drive for each moved coordinate: the multipliers of the "
-                              "drives are its efforts"));
     KMP_TRY(kmp_refuse_contacts(system->model, "inverse dynamics"));
     job j = {.system = system, .context = system->context, .options = options, .r = result_new(system)};
     KMP_TRY(kmp_made(system->context, j.r));

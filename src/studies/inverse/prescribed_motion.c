@@ -66,6 +66,8 @@ kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const
     }
     for (int k = 0; motion && k < motion->count; k++)
         g->given[motion->coordinate[k]] = true;
+    for (int k = kmp_model_coordinates(system->model); k < g->n; k++)
+        g->given[k] = true;
     leave_out(g);
     g->eval->left_out = g->left_out;
     return KEMPE_OK;
@@ -128,10 +130,21 @@ static kempe_status choose_among_given(kmp_prescribed_motion *g, int *count)
     return missing ? fail_undetermined(g, missing, u) : KEMPE_OK;
 }
 
+/* Motions of states are independent in any case, and not chosen. */
+static int without_states(kmp_prescribed_motion *g, int count)
+{
+    int kept = 0;
+    for (int k = 0; k < count; k++)
+        if (g->u[k] < kmp_model_coordinates(g->system->model))
+            g->u[kept++] = g->u[k];
+    return kept;
+}
+
 /* Chooses the independent coordinates at (t, q). */
 static kempe_status choose(kmp_prescribed_motion *g, double t, const double *q)
 {
-    bool some = g->motion && g->motion->count < g->n;
+    const int coordinates = kmp_model_coordinates(g->system->model), states = g->n - coordinates;
+    bool some = (g->motion && g->motion->count < coordinates) || (states > 0 && !g->at_rest);
     int count = g->at_rest ? g->wish_count : 0;
     forget_choice(g);
     kmp_eval_closure(g->eval, t, q);
@@ -139,8 +152,9 @@ static kempe_status choose(kmp_prescribed_motion *g, double t, const double *q)
     if (count > 0)
         memcpy(g->u, g->wish, (size_t)count * sizeof *g->u);
     KMP_TRY(some ? choose_among_given(g, &count) : KEMPE_OK);
+    count = without_states(g, count);
     KMP_TRY(kmp_partition_init(&g->part, g->system, g->masked, g->u, count));
-    if (!g->motion && !g->at_rest && g->part.p > 0)
+    if (!g->motion && !g->at_rest && g->part.p > states)
         return fail_undetermined(g, g->part.p, g->part.u);
     KMP_TRY(kmp_reduction_init(&g->red, g->eval, &g->part));
     if (g->red.block && kmp_reduction_factor(&g->red) == 0)
@@ -155,6 +169,8 @@ static void read_table(kmp_prescribed_motion *g, double t)
 {
     if (g->motion)
         kmp_prescribed_at(g->motion, t, g->tq, g->tqd, g->tqdd);
+    for (int k = kmp_model_coordinates(g->system->model), i = 0; g->state && k < g->n; k++, i++)
+        g->tqd[k] = g->state[i];
 }
 
 /* Closes `trial` on its u; rows that were dropped as redundant must close with it. */
@@ -223,7 +239,7 @@ static void note_off(kmp_prescribed_motion *g)
 static kempe_status renew(kmp_prescribed_motion *g)
 {
     int v, u;
-    if (g->part.p == 0 || g->at_rest || (g->motion && g->motion->count == g->part.p) ||
+    if (g->part.p == 0 || g->at_rest || (g->motion && g->motion->count + g->system->model->state_count == g->part.p) ||
         kmp_reduction_growth(&g->red, &v, &u) < KMP_EXCHANGE_LED)
         return KEMPE_OK;
     return choose(g, g->t, g->q);
@@ -261,7 +277,7 @@ static kempe_status fail_beyond(const kmp_prescribed_motion *g, double t)
 
 static bool is_all_given(const kmp_prescribed_motion *g)
 {
-    return g->motion && g->motion->count == g->n;
+    return g->motion && g->motion->count == kmp_model_coordinates(g->system->model);
 }
 
 /* A step to t; positions are from the table if it has all coordinates, otherwise predicted by Taylor's series. */

@@ -4,7 +4,9 @@
  * accelerations. Small steps keep the branch where the path is long.
  *
  * A drive whose coordinate is in the table is ignored. Independent coordinates are among those of the table; they are
- * exchanged where they become ill-conditioned. */
+ * exchanged where they become ill-conditioned.
+ *
+ * States have values that the caller gives. Their motions move nothing else, and count as given. */
 #pragma once
 
 #include "base/arena.h"
@@ -20,10 +22,11 @@ typedef struct kmp_prescribed_motion {
     const int *wish;              /* then: coordinates requested as independent, not owned */
     int wish_count;
     int n, m;
-    bool *left_out; /* m: rows that the table replaces */
-    bool *given;    /* n: coordinates of the table */
-    int *u;         /* n: room for the requested independent coordinates */
-    double *masked; /* J without those rows */
+    bool *left_out;      /* m: rows that the table replaces */
+    bool *given;         /* n: coordinates of the table, motions of states */
+    const double *state; /* values of the states at the next instant, not owned; NULL: those of the start */
+    int *u;              /* n: room for the requested independent coordinates */
+    double *masked;      /* J without those rows */
     kmp_partition part;
     kmp_reduction red;
     int *sign; /* of each block of Jv at its choice: a different sign at a trial means a different branch */

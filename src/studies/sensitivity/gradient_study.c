@@ -31,6 +31,7 @@ struct kempe_gradient {
     kmp_linear linear;
     kmp_slopes *slopes;
     int n, m, count, driven, shown; /* parameters, driven coordinates, values */
+    int states;                     /* they keep their start values, and are the last ones of u */
     bool deep;                      /* values depend on more than q */
     int *order;                     /* position among u of a driven coordinate */
     char **name;                    /* of the values */
@@ -39,10 +40,11 @@ struct kempe_gradient {
     double *q;     /* n: closed there */
     double *to, *from, *trial, *predicted; /* of the path */
     double *slope;                         /* n x (driven + count): dq by each of them */
-    double *rates, *accelerations;         /* driven, by u */
+    double *rates, *accelerations;         /* driven and states, by u */
+    double *start_q, *start_qd, *start_ud; /* derivatives of the start by one parameter: n, n; by u */
     double *part;                          /* 3 m + n: the change of the equations by one parameter */
     double *dqd, *dqdd, *dlambda, *column;
-    double *unit; /* driven: zeros */
+    double *unit; /* driven and states: zeros */
     double *out, *jacobian, *by_driven, *q_jacobian;
 };
 
@@ -179,6 +181,19 @@ static void put_column(int rows, int columns, int k, const double *column, doubl
         table[(size_t)i * (size_t)columns + (size_t)k] = column[i];
 }
 
+/* The change by a parameter, with that of the states' start values. */
+static kmp_change change_by(kempe_gradient *g, int parameter)
+{
+    kmp_change change = kmp_slopes_change(g->slopes, parameter, g->part);
+    if (g->states == 0)
+        return change;
+    (void)kmp_slopes_of_start(g->slopes, parameter, g->start_q, g->start_qd);
+    for (int k = g->driven; k < g->driven + g->states; k++)
+        g->start_ud[k] = g->start_qd[g->linear.part.u[k]];
+    change.ud = g->start_ud;
+    return change;
+}
+
 /* The derivative of the values by variable k, a driven coordinate or after them a parameter. */
 static void differentiate(kempe_gradient *g, int k)
 {
@@ -189,7 +204,7 @@ static void differentiate(kempe_gradient *g, int k)
         if (parameter < 0)
             g->unit[k] = 1;
         else
-            change = kmp_slopes_change(g->slopes, parameter, g->part);
+            change = change_by(g, parameter);
         kmp_linear_follow(&g->linear, &change, &(kmp_response){along.q, g->dqd, g->dqdd, g->dlambda, NULL});
         memset(g->unit, 0, (size_t)g->driven * sizeof *g->unit);
         along = (kmp_direction){NULL, along.q, g->dqd, g->dqdd, g->dlambda, NULL};
@@ -207,6 +222,8 @@ static void differentiate(kempe_gradient *g, int k)
 /* Evaluates at the last state, whose dq are known. */
 static kempe_status evaluate(kempe_gradient *g)
 {
+    for (int k = g->driven; k < g->driven + g->states; k++)
+        g->rates[k] = g->system->model->start.qd[g->linear.part.u[k]].value;
     if (g->deep && kmp_linear_at(&g->linear, 0, g->q, g->rates, g->accelerations) != KEMPE_OK)
         return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the requested coordinates");
     kmp_instant at = instant(g);
@@ -268,15 +285,16 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
 static bool make_room(kempe_gradient *g)
 {
     int n = g->n, m = g->m, count = g->count, driven = g->driven, shown = g->shown, all = driven + count;
+    int p = driven + g->states, with_states = g->states > 0 ? n : 0;
     return KMP_ARENA_MAKE(&g->arena, KMP_ROOM(double, n, &g->q, &g->trial, &g->predicted, &g->dqd, &g->dqdd),
                           KMP_ROOM(double, m, &g->dlambda), KMP_ROOM(double, 3 * m + n, &g->part),
-                          KMP_ROOM(double, driven, &g->rates, &g->accelerations, &g->unit),
-                          KMP_ROOM(double, count, &g->wanted), KMP_ROOM(double, all, &g->value, &g->from),
-                          KMP_ROOM(double, all + n, &g->to), KMP_ROOM(double, all + n + shown, &g->column),
-                          KMP_ROOM(double, n *all, &g->slope), KMP_ROOM(double, shown, &g->out),
-                          KMP_ROOM(double, shown *count, &g->jacobian), KMP_ROOM(double, shown *driven, &g->by_driven),
-                          KMP_ROOM(double, n *count, &g->q_jacobian), KMP_ROOM(int, driven, &g->order),
-                          KMP_ROOM(char *, shown, &g->name));
+                          KMP_ROOM(double, p, &g->rates, &g->accelerations, &g->unit, &g->start_ud),
+                          KMP_ROOM(double, with_states, &g->start_q, &g->start_qd), KMP_ROOM(double, count, &g->wanted),
+                          KMP_ROOM(double, all, &g->value, &g->from), KMP_ROOM(double, all + n, &g->to),
+                          KMP_ROOM(double, all + n + shown, &g->column), KMP_ROOM(double, n *all, &g->slope),
+                          KMP_ROOM(double, shown, &g->out), KMP_ROOM(double, shown *count, &g->jacobian),
+                          KMP_ROOM(double, shown *driven, &g->by_driven), KMP_ROOM(double, n *count, &g->q_jacobian),
+                          KMP_ROOM(int, driven, &g->order), KMP_ROOM(char *, shown, &g->name));
 }
 
 static bool name_values(kempe_gradient *g)
@@ -295,10 +313,11 @@ static bool name_values(kempe_gradient *g)
 static kempe_status report_freedoms(const kempe_gradient *g)
 {
     const kmp_partition *part = &g->linear.part;
+    const int freedoms = part->p - g->states;
     kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "the mechanism has %d degree%s of freedom, and %d coordinate%s driven: %s", part->p,
-                    part->p == 1 ? "" : "s", g->driven, g->driven == 1 ? " is" : "s are", part->p ? "" : "none");
-    for (int k = 0; k < part->p; k++)
+    kmp_text_printf(&sentence, "the mechanism has %d degree%s of freedom, and %d coordinate%s driven: %s", freedoms,
+                    freedoms == 1 ? "" : "s", g->driven, g->driven == 1 ? " is" : "s are", freedoms ? "" : "none");
+    for (int k = 0; k < freedoms; k++)
         kmp_text_printf(&sentence, "%s'%s'", k ? ", " : "", g->system->model->motions[part->u[k]].name);
     kmp_text_put(&sentence, " would do");
     return kmp_fail_text(g->context, KEMPE_E_FAILED, &sentence);
@@ -310,7 +329,7 @@ static kempe_status stand_at(kempe_gradient *g, const int *driven, const kmp_ope
     if (start->chart)
         kmp_eval_set_charts(g->linear.eval, start->chart);
     KMP_TRY(kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven));
-    if (g->linear.p != g->driven)
+    if (g->linear.p != g->driven + g->states)
         return report_freedoms(g);
     KMP_TRY(kmp_made(g->context, make_room(g) && name_values(g)));
     memcpy(g->q, start->inner_q, (size_t)g->n * sizeof *g->q);
@@ -342,6 +361,7 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
     KMP_TRY(kmp_coordinates_read(g->system->model, "driven", options->driven, driven, &g->driven));
     g->n = g->system->n;
     g->m = g->system->m;
+    g->states = g->system->model->state_count;
     KMP_TRY(kmp_linear_init(&g->linear, g->system, backend));
     KMP_TRY(kmp_slopes_new(g->system, backend, g->count, options->parameters, true, &g->slopes));
     g->shown = g->slopes->shown;
@@ -359,7 +379,6 @@ kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_o
     KMP_OPTIONS(model->context, kempe_gradient_options, options);
     KMP_WANTED(model->context, options->parameters || options->parameter_count <= 0, "parameters");
     kmp_context_begin(model->context);
-    KMP_TRY(kmp_refuse_states(model, "gradients at a position", "give the model without its states"));
     KMP_TRY(kmp_refuse_contacts(model, "gradients at a position"));
     KMP_MAKE(model->context, kempe_gradient, g);
     g->context = model->context;

@@ -91,7 +91,8 @@ static kempe_status hold_what_moves(job *j)
     for (int k = 0; k < j->linear.p; k++) {
         int c = j->linear.part.u[k];
         bool turns = t->system->model->motions[c].rotation;
-        if (j->start->inner_qd[c] != 0 && kmp_contact_hold_of(t, c) < 0)
+        bool state = kmp_state_of(t->system->model, c); /* balanced as at an equilibrium */
+        if (!state && j->start->inner_qd[c] != 0 && kmp_contact_hold_of(t, c) < 0)
             t->hold[t->hold_count++] = (kmp_steady){.coordinate = c, .how = turns ? KMP_RATE_FREED : KMP_RATE_HELD};
     }
     for (int k = 0; k < t->hold_count; k++)
@@ -263,7 +264,6 @@ kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_
     KMP_OPTIONS(system->context, kempe_contact_options, options);
     double begun = kmp_cpu_now();
     kmp_context_begin(system->context);
-    KMP_TRY(kmp_refuse_states(system->model, "contact table", "give the model without its states"));
     KMP_MAKE(system->context, kempe_contacts, t);
     t->given = system;
     job j = {.t = t};
