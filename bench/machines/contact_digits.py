@@ -10,13 +10,16 @@
     contact_digits incline > contact_incline.csv
     contact_digits spin > contact_spin.csv
     contact_digits oblique > contact_oblique.csv
+    contact_digits hollow > contact_hollow.csv
+    contact_digits arc > contact_arc.csv
+    contact_digits crest > contact_crest.csv
     contact_digits restitution > compliant_restitution.csv
     contact_digits depth > compliant_depth.csv
     contact_digits stiffness > compliant_stiffness.csv
 """
 import sys
 
-from mpmath import acos, asin, cos, diff, exp, findroot, log, mp, mpf, pi, quad, sin, sqrt, tan
+from mpmath import acos, asin, cos, diff, ellipfun, ellipk, exp, findroot, log, mp, mpf, pi, quad, sin, sqrt, tan
 
 from digit_table import Table
 
@@ -204,6 +207,66 @@ def oblique():
     table.end(4)
 
 
+def hollow():
+    """A cylinder of radius r = 0.1 rolls from rest, 1 rad off the bottom, in a hollow of radius 1: a pendulum with 2/3 of g/(R - r)."""
+    table = Table("contact_hollow", "q.c.1", "q.c.2", "q.c.3", "force.in", "force.in_friction", how="elliptic functions, 40 digits")
+    reach, rate, k = mpf("0.9"), sqrt(2 * G / 3 / mpf("0.9")), sin(mpf(1) / 2)
+    sn = ellipfun("sn")
+    table.event(0, "contact 'in' closes")
+    table.event(0, "friction 'in_friction' sticks")
+    for t in (mpf(1), mpf(3), mpf(5)):
+        a = 2 * asin(k * sn(ellipk(k**2) - rate * t, m=k**2))
+        fall = 2 * G * (cos(a) - cos(mpf(1)))
+        table.state(t, reach * sin(a), -reach * cos(a), (mpf(1) - a) * reach / mpf("0.1"), 2 * (G * cos(a) + 2 * fall / 3), 2 * G * sin(a) / 3)
+
+
+def square(start, m, g):
+    """w from rest at an angle, with dw/dp = -2 g sin p - 2 m (g cos p + w)."""
+    b = -6 * m * g / (1 + 4 * m * m)
+    a = 2 * g + 2 * m * b
+    c = -(a * cos(start) + b * sin(start)) * exp(2 * m * start)
+    return lambda p: a * cos(p) + b * sin(p) + c * exp(-2 * m * p)
+
+
+def arc():
+    """A point slides with friction in a hollow cylinder of radius 1, from rest 1.2 rad off the bottom, until it stops for ever;
+    with the angle p from the bottom and w = p'^2, which each way with the sense s has by dw/dp = -2 g sin p - 2 s mu (g cos p + w)."""
+    mp.dps = 30
+    table = Table("contact_arc", "q.c.1", "q.c.2", "qd.c.1", "qd.c.2", how="closed form of the speed, quadrature of the time, 30 digits")
+
+    p, t, sense, mu = mpf("-1.2"), mpf(0), 1, mpf("0.2")
+    table.event(0, "contact 'on' closes")
+    table.event(0, "friction 'on_friction' slips forward")
+    while True:
+        w = square(p, sense * mu, G)
+        end = findroot(w, -p * mpf("0.8"))
+        way = end - p
+        t += quad(lambda u: abs(way) * sin(u) / 2 / sqrt(w(p + way * (1 - cos(u)) / 2)), [0, pi / 4, pi / 2, 3 * pi / 4, pi])
+        p, sense = end, -sense
+        if abs(tan(p)) <= mu:
+            break
+        table.event(t, f"friction 'on_friction' slips {'forward' if sense > 0 else 'backward'}", sin(p), -cos(p), 0, 0)
+    table.event(t, "friction 'on_friction' sticks", sin(p), -cos(p), 0, 0)
+    table.state(3, sin(p), -cos(p), 0, 0)
+
+
+def crest():
+    """The same point on the cylinder, from rest 0.6 rad off the crest: it leaves where w = g cos p, p being the angle from the crest."""
+    mp.dps = 30
+    table = Table("contact_crest", "q.c.1", "q.c.2", "qd.c.1", "qd.c.2", how="closed form of the speed, quadrature of the time, 30 digits")
+    start = mpf("0.6")
+    w = square(start, -mpf("0.2"), -G)
+    leaves = findroot(lambda p: w(p) - G * cos(p), mpf("1.1"))
+    way = leaves - start
+    time = quad(lambda u: 2 * u * way / sqrt(w(start + way * u * u)), [0, mpf("0.5"), 1])
+    table.event(0, "contact 'on' closes")
+    table.event(0, "friction 'on_friction' slips backward")
+    table.event(time, "contact 'on' opens", sin(leaves), cos(leaves))
+    rate, t = sqrt(w(leaves)), mpf("1.2") - time
+    table.state(mpf("1.2"), sin(leaves) + rate * cos(leaves) * t, cos(leaves) - rate * sin(leaves) * t - G * t * t / 2, rate * cos(leaves),
+                -rate * sin(leaves) - G * t)
+
+
 def corners():
     """A box 2 a wide falls flat at 1 m/s on corners with 0.8 and 0.2."""
     left, right, a, t = mpf("0.8"), mpf("0.2"), mpf("0.5"), mpf("0.25")
@@ -268,4 +331,4 @@ def stiffness():
 
 
 if __name__ == "__main__":
-    {f.__name__: f for f in (bounce, rolling, slider_crank, sphere, corners, incline, spin, oblique, restitution, depth, stiffness)}[sys.argv[1]]()
+    {f.__name__: f for f in (bounce, rolling, slider_crank, sphere, corners, incline, spin, oblique, hollow, arc, crest, restitution, depth, stiffness)}[sys.argv[1]]()

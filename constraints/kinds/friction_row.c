@@ -8,8 +8,7 @@ static void friction(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
 {
     kmp_graph *g = tree->graph;
     const kmp_force *force = &tree->model->forces[closure->force];
-    kmp_ref moved = kmp_sub(g, kmp_friction_place(tree, force), kmp_friction_input(tree, force, KMP_ROLE_PLACE));
-    h[0] = kmp_mul(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), moved);
+    h[0] = kmp_mul(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), kmp_friction_moved(tree, force));
 }
 
 const kmp_part kmp_part_friction = {1, KMP_KIND_POWER_GIVEN, friction, kmp_part_effort};

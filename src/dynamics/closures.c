@@ -97,8 +97,9 @@ static kempe_status complain_still(const kmp_equations *eq, const kmp_closure *c
     if (force->contact > 0)
         return kmp_complain(
             eq->context, eq->model->files[at.file], at.line, at.column,
-            "contact '%s': friction is known on planes, for points, for bodies that do not turn, and for "
-            "slip along one axis of the plane's point; leave 'friction' out, or let the motion be plane",
+            "contact '%s': friction is known for slip in the plane of motion, on planes, cylinders and spheres, and on "
+            "planes "
+            "for points and for bodies that do not turn; leave 'friction' out, or let the motion be plane",
             eq->model->forces[force->contact - 1].name);
     return kmp_complain(eq->context, eq->model->files[at.file], at.line, at.column, "'%s' depends on no coordinate",
                         closure->name);

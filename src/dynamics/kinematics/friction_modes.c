@@ -35,19 +35,30 @@ kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_rol
     return first < 0 ? KMP_ZERO : kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)(first + (int)role - KMP_ROLE_SENSE));
 }
 
-/* Slip of the friction of a contact. */
-static kmp_ref way_of(const kmp_tree *tree, const kmp_force *force)
+/* Slip of the friction of a contact, and where its way starts again. */
+static kmp_ref way_of(const kmp_tree *tree, const kmp_force *force, kmp_ref *turn)
 {
     kmp_ref way = KMP_ZERO;
-    (void)kmp_touching_way(tree, &tree->model->forces[force->contact - 1].touch, force->across,
-                           &way); /* checked before */
+    const kmp_contact_pair *touch = &tree->model->forces[force->contact - 1].touch;
+    (void)kmp_touching_way(tree, touch, force->across, &way, turn); /* checked before */
     return way;
+}
+
+kmp_ref kmp_friction_moved(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref turn = KMP_ZERO, place = kmp_friction_input(tree, force, KMP_ROLE_PLACE);
+    if (force->contact == 0)
+        return kmp_sub(g, kmp_friction_place(tree, force), place);
+    kmp_ref moved = kmp_sub(g, way_of(tree, force, &turn), place);
+    return turn == KMP_ZERO ? moved : kmp_mul(g, turn, kmp_sin(g, kmp_div(g, moved, turn)));
 }
 
 kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force)
 {
+    kmp_ref turn;
     if (force->contact > 0)
-        return way_of(tree, force);
+        return way_of(tree, force, &turn);
     return force->sliding ? kmp_tree_expression(tree, force->sliding)
                           : kmp_input(tree->graph, KMP_IN_Q, (uint32_t)force->motion);
 }
@@ -110,7 +121,8 @@ static kmp_ref judged_rate(const kmp_tree *tree, const kmp_force *force)
 
 static kmp_ref size_of_slip(const kmp_tree *tree, const kmp_force *force)
 {
-    return size_of(tree->graph, judged_rate(tree, force), judged_rate(tree, kmp_friction_twin(force)));
+    kmp_ref own = judged_rate(tree, force), other = judged_rate(tree, kmp_friction_twin(force));
+    return size_of(tree->graph, own, other);
 }
 
 /* What is left of slip: its rate, beyond what counts as none. Of slip that begins: up to the rate that has left the
@@ -211,7 +223,8 @@ static kmp_ref reserve_across(const kmp_tree *tree, const kmp_force *force)
     kmp_graph *g = tree->graph;
     const kmp_force *twin = kmp_friction_twin(force);
     kmp_ref left = KMP_ONE, most = kmp_friction_level(tree, force);
-    kmp_ref size = size_of(g, kmp_friction_force(tree, force), kmp_friction_force(tree, twin));
+    kmp_ref own = kmp_friction_force(tree, force), other = kmp_friction_force(tree, twin);
+    kmp_ref size = size_of(g, own, other);
     kmp_ref reserve = kmp_sub(g, most, size);
     kmp_ref keeps = kmp_sub(g, kmp_mul(g, kmp_const(g, 1 + KMP_FRICTION_SLACK), most), size);
     for (int k = 1; k >= 0 && force->across == 1; k--) {

@@ -191,27 +191,61 @@ static bool way_along(const pair *p, int axis, kmp_ref *way)
     return true;
 }
 
+/* The axis of the second side's point about which the motion is plane, through the centre of a sphere; -1: none. */
+static int plane_axis(const pair *p)
+{
+    const kmp_touch_side *side = p->touch->side;
+    for (int axis = 0; axis < 3; axis++) {
+        bool about = side[1].shape == KMP_TOUCH_SPHERE ? kmp_vec_dot(p->tree->graph, p->axes[1][axis], p->d) == KMP_ZERO
+                                                       : axis == side[1].axis;
+        const kmp_spot normal = {.point = side[1].point, .axis = axis};
+        if (about && kmp_moves_across(p->tree->model, side[0].point, &normal))
+            return axis;
+    }
+    return -1;
+}
+
+/* Around a cylinder or a sphere of radius R the centre moves by (R + r) da, or by (R - r) da inside, where a is its
+ * angle about axis k. A turn about this axis moves the place at -r n against it, inside along it. */
+static bool way_around(const pair *p, kmp_ref *way, kmp_ref *turn)
+{
+    kmp_graph *g = p->tree->graph;
+    bool hollow = p->touch->side[1].hollow;
+    int k = plane_axis(p);
+    kmp_ref angle = KMP_ZERO;
+    if (k < 0 || (p->radius[0] != KMP_ZERO && !turned_about(p->tree, p->touch, k, &angle)))
+        return false;
+    kmp_ref x = kmp_vec_dot(g, p->axes[1][(k + 1) % 3], p->d), y = kmp_vec_dot(g, p->axes[1][(k + 2) % 3], p->d);
+    kmp_ref rolled = kmp_mul(g, p->radius[0], angle);
+    *turn = hollow ? kmp_sub(g, p->radius[1], p->radius[0]) : kmp_add(g, p->radius[1], p->radius[0]);
+    *way = kmp_add(g, kmp_mul(g, *turn, kmp_binary(g, KMP_OP_ATAN2, y, x)), hollow ? rolled : kmp_neg(rolled));
+    return true;
+}
+
 /* With the normal along axis k of the plane's point, the slip is along axis k + 1 or k + 2. A turn about b = n x t
  * moves the place at -r n by -r t. */
-bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int along, kmp_ref *way)
+bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int along, kmp_ref *way, kmp_ref *turn)
 {
     kmp_graph *g = tree->graph;
     kmp_touching t;
-    if (touch->gap || touch->motion >= 0 || touch->side[1].shape != KMP_TOUCH_PLANE)
+    *turn = KMP_ZERO;
+    if (touch->gap || touch->motion >= 0 || touch->side[1].shape == KMP_TOUCH_PROFILE)
         return false;
     const pair p = pair_of(tree, touch);
+    if (touch->side[1].shape != KMP_TOUCH_PLANE)
+        return way_around(&p, way, turn);
     int k = touch->side[1].axis, i = (k + 1) % 3, j = (k + 2) % 3;
     if (along > 0)
         return way_along(&p, along == 1 ? i : j, way);
     kmp_touching_find(tree, touch, true, &t);
     bool along_i = kmp_vec_dot(g, p.axes[1][j], t.across) == KMP_ZERO;
     bool along_j = kmp_vec_dot(g, p.axes[1][i], t.across) == KMP_ZERO;
-    kmp_ref turn = KMP_ZERO;
+    kmp_ref angle = KMP_ZERO;
     if (along_i == along_j)
         return false;
-    if (p.radius[0] != KMP_ZERO && !turned_about(tree, touch, along_i ? j : i, &turn))
+    if (p.radius[0] != KMP_ZERO && !turned_about(tree, touch, along_i ? j : i, &angle))
         return false;
-    kmp_ref rolled = kmp_mul(g, p.radius[0], along_i ? turn : kmp_neg(turn));
+    kmp_ref rolled = kmp_mul(g, p.radius[0], along_i ? angle : kmp_neg(angle));
     *way = kmp_sub(g, kmp_vec_dot(g, p.axes[1][along_i ? i : j], p.d), rolled);
     return true;
 }

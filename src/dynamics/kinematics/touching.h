@@ -29,8 +29,9 @@ kmp_ref kmp_touching_rate(const kmp_tree *tree, const kmp_contact_pair *touch);
  * the distance by the coordinates (tree->count - 1). */
 void kmp_touching_slopes(const kmp_tree *tree, const kmp_contact_pair *touch, kmp_ref *slope);
 
-/** The way that the first side slides and rolls along a plane, m. `along` 0: in the plane of motion, its rate is the
- * only component of `across`; 1, 2: along the first or the second axis of the plane's point after its normal, for a
- * point or a body that does not turn. False where there is no such way: the slip has two components, rolling is no
- * function of the coordinates, or the second side is curved. */
-bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int along, kmp_ref *way);
+/** The way that the first side slides and rolls along the second, m. `along` 0: in the plane of motion, its rate is the
+ * only component of `across`; 1, 2: along the first or the second axis of a plane's point after its normal, for a point
+ * or a body that does not turn. *turn: the change of the way by a turn around a cylinder or a sphere, over 2 pi, where
+ * the way starts again; zero on a plane. False where there is no such way: the slip has two components, rolling is no
+ * function of the coordinates, or the second side is a profile. */
+bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int along, kmp_ref *way, kmp_ref *turn);
