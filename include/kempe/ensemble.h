@@ -168,9 +168,9 @@ typedef struct kempe_folder_options {
     size_t size; /* sizeof(kempe_folder_options) */
     int chunk;   /* instances of a part; 0: that of the folder, or 256 to 4096 such that there are 64 parts or more */
     int resume;  /* 1: the folder may have parts of this run already; those that are missing are run */
-    /* Several processes, also on several hosts, run parts I, I + N, .. each: "I/N" with 1 <= I <= N. "auto" takes I and
-     * N from Slurm, Open MPI or PMI; the jobs of GNU parallel take the next free parts. NULL: all parts that no other
-     * process has taken. */
+    /* Several processes, also on several hosts, run every N-th part from the I-th on: "I/N", 1 <= I <= N. "auto" takes
+     * I and N from Slurm, Open MPI or PMI; the jobs of GNU parallel take the next free parts. NULL: all parts that no
+     * other process has taken. */
     const char *shard;
 } kempe_folder_options;
 

@@ -238,7 +238,7 @@ class Ensemble(Owned):
         **options: Unpack[RunOptions],
     ) -> Folder:
         """Runs the instances into a folder, part by part, with the memory of one part. `resume`: runs those that are missing.
-        `shard`: "I/N", parts I, I + N, .., or "auto". Processes with one of both share a folder.
+        `shard`: "I/N", every N-th part from the I-th on, or "auto". Processes with one of both share a folder.
 
         >>> import tempfile
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]})

@@ -297,8 +297,9 @@ static kempe_status run_gather(const cli_job *j)
         status = s->output ? kempe_folder_write(folder, s->output, s->units) : kempe_folder_check(folder);
     if (folder && (status == KEMPE_E_IO || status == KEMPE_E_INPUT))
         status = KEMPE_E_FAILED; /* an output that cannot be written, a damaged part */
-    cli_report_failure(j, status, folder != NULL);
-    if (folder)
+    bool ended = folder && status != KEMPE_STOPPED;
+    cli_report_failure(j, status, ended);
+    if (ended)
         status = cli_worse(status, cli_report(j, print_folder, folder));
     kempe_folder_free(folder);
     return status;

@@ -112,6 +112,7 @@ static int names_of(const kempe_folder *f, kmp_arena *arena, char ***names)
 {
     kmp_text list = {0};
     int count = kmp_manifest_text(f->manifest, "columns", &list) ? kmp_text_words(arena, list.s, names) : 0;
+    arena->failed = arena->failed || list.failed;
     kmp_text_free(&list);
     return count;
 }
@@ -144,7 +145,9 @@ kempe_status kempe_folder_model(const kempe_folder *f, const kempe_model *model,
                         f->instances);
     KMP_TRY(kmp_manifest_hash_model(model, hash));
     bool same = kmp_manifest_text(f->manifest, "hash_model", &there) && strcmp(there.s, hash) == 0;
+    bool memory = !there.failed;
     kmp_text_free(&there);
+    KMP_TRY(kmp_made(f->context, memory));
     if (!same)
         return kmp_complain(f->context, f->path, 0, 0,
                             "the results are those of another model than '%s' (its file, a file that it includes, or "

@@ -118,8 +118,8 @@ static void put_values(kmp_json *json, const kempe_values *values)
 static void put_run(kmp_json *json, const kmp_run_spec *spec, const kempe_run_options *run, int lanes)
 {
     kmp_json_put(json, "formulation %s integrator %s independent %s rtol %g atol %g t_end %g max_steps %ld",
-                 run->formulation ? run->formulation : "", spec->integrator, run->independent ? run->independent : "", spec->rtol,
-                 spec->atol, spec->t_end, spec->max_steps);
+                 run->formulation ? run->formulation : "", spec->integrator, run->independent ? run->independent : "",
+                 spec->rtol, spec->atol, spec->t_end, spec->max_steps);
     kmp_json_put(json, "convergence_check %i separate_runs %i", !run->no_convergence_check, lanes < 0);
 }
 

@@ -6,8 +6,11 @@
 #include "output/print.h"
 #include <limits.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+
+#define PART "%s/part-%06d.parquet"
 
 enum { LEAST_CHUNK = 256, MOST_CHUNK = 4096, USUAL_PARTS = 64 };
 
@@ -19,7 +22,7 @@ int kmp_folder_chunk(int instances)
 
 void kmp_folder_put_part(kmp_text *path, const char *folder, int part)
 {
-    kmp_text_printf(path, "%s/part-%06d.parquet", folder, part);
+    kmp_text_printf(path, PART, folder, part);
 }
 
 void kmp_folder_put_manifest(kmp_text *path, const char *folder)
@@ -30,11 +33,9 @@ void kmp_folder_put_manifest(kmp_text *path, const char *folder)
 bool kmp_folder_has_part(const kempe_folder *f, int part)
 {
     struct stat about;
-    kmp_text path = {0};
-    kmp_folder_put_part(&path, f->path, part);
-    bool has = !path.failed && stat(path.s, &about) == 0 && S_ISREG(about.st_mode) && about.st_size > 0;
-    kmp_text_free(&path);
-    return has;
+    char path[PATH_MAX];
+    int length = snprintf(path, sizeof path, PART, f->path, part);
+    return length > 0 && length < PATH_MAX && stat(path, &about) == 0 && S_ISREG(about.st_mode) && about.st_size > 0;
 }
 
 void kmp_folder_count(kempe_folder *f)
@@ -57,6 +58,7 @@ static const char *keep_text(kempe_folder *f, const char *key)
     kmp_text value = {0};
     bool has = kmp_manifest_text(f->manifest, key, &value);
     const char *kept = has ? kmp_text_keep(&value, &f->arena) : NULL;
+    f->arena.failed = f->arena.failed || value.failed;
     kmp_text_free(&value);
     return kept;
 }

@@ -10,8 +10,8 @@ struct kempe_folder {
     kempe_context *context;
     kmp_arena arena;
     const char *path;
-    const char *manifest;                  /* its text */
-    const char *model, *file, *hash;       /* name of the model, and its file */
+    const char *manifest;                               /* its text */
+    const char *model, *file, *hash;                    /* name of the model, and its file */
     const char *formulation, *integrator, *independent; /* "": not given */
     int instances, chunk, parts;
     int whole; /* parts that were there when the folder was opened, or when its run ended */

@@ -87,7 +87,7 @@ static kempe_status check_columns(const kempe_model *model, const char *path, co
         kmp_unit unit;
         if (!why.length && *column->unit && !kmp_unit_read(column->unit, strlen(column->unit), &unit))
             kmp_text_printf(&why, "column '%s' has the unknown unit '%s'", column->name, column->unit);
-        for (int row = 0; row < file->rows && !why.length; row++)
+        for (int row = 0; column->number && row < file->rows && !why.length; row++)
             if (!isfinite(column->number[row]))
                 kmp_text_printf(&why, "column '%s', row %d: a finite number is expected", column->name, row + 1);
         if (why.length)
