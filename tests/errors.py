@@ -108,6 +108,8 @@ CALLS = [
     ("ensemble model.yaml --sample l=0.75:0.85 --instances 8 --t-end 0.01 --rtol 1e-6 --out RUN.kempe --resume", 2),
     ("ensemble model.yaml --sample l=0.75:0.85 --instances 8 --t-end 0.01 --rtol 1e-8 --out RUN.kempe --resume --set r=0.31", 2),
     ("ensemble model.yaml --sample l=0.75:0.85 --instances 8 --out other.kempe --shard auto", 3),
+    ("ensemble model.yaml --sample l=0.75:0.85 --instances 8 --chunk 4 --t-end 0.01 --out parts.kempe --shard 1/2", 0),
+    ("gather parts.kempe", 1),
     ("inverse model.yaml", 3),
     ("inverse model.yaml --actuators X", 3),
     ("inverse model.yaml --actuators A --weights B=2", 3),

@@ -23,7 +23,9 @@ KEMPE_BEGIN
 /** A table: columns are parameters, and start values as `q.NAME` and `qd.NAME`; rows are instances. */
 typedef struct kempe_values kempe_values;
 
-/** Reads a CSV file: a row of names, then a row for each instance; lines that begin with # are skipped. The model must
+/** Reads a CSV file: a row of names, then a row for each instance; lines that begin with # are skipped. Or a Parquet
+ * file
+ * (.parquet) of numbers without empty cells, plain and uncompressed, as kempe_table_write makes it. The model must
  * outlive the table. KEMPE_E_INPUT: every error, as file:line:column sentences. */
 KEMPE_API kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe_values **values);
 
@@ -166,9 +168,9 @@ typedef struct kempe_folder_options {
     size_t size; /* sizeof(kempe_folder_options) */
     int chunk;   /* instances of a part; 0: that of the folder, or 256 to 4096 such that there are 64 parts or more */
     int resume;  /* 1: the folder may have parts of this run already; those that are missing are run */
-    /* Several processes, also on several hosts, run parts I, I + N, .. each: "I/N" with 1 <= I <= N. "auto" takes I and
-     * N from Slurm, Open MPI or PMI; the jobs of GNU parallel take the next free parts. NULL: all parts that no other
-     * process has taken. */
+    /* Several processes, also on several hosts, run every N-th part from the I-th on: "I/N", 1 <= I <= N. "auto" takes
+     * I and N from Slurm, Open MPI or PMI; the jobs of GNU parallel take the next free parts. NULL: all parts that no
+     * other process has taken. */
     const char *shard;
 } kempe_folder_options;
 
@@ -189,6 +191,30 @@ KEMPE_API void kempe_folder_free(kempe_folder *folder);
 KEMPE_API int kempe_folder_instance_count(const kempe_folder *folder);
 KEMPE_API int kempe_folder_part_count(const kempe_folder *folder);
 KEMPE_API int kempe_folder_whole_count(const kempe_folder *folder);
+
+/** Reads all parts that are there, and checks their sums, their numbers and the hash of their run. KEMPE_E_FAILED:
+ * parts are missing or damaged; the message says which, and how to make them. */
+KEMPE_API kempe_status kempe_folder_check(kempe_folder *folder);
+
+/** The rows of a part (from 0 on), a table "instances". KEMPE_E_INPUT: it is damaged. KEMPE_E_IO: it is missing. */
+KEMPE_API kempe_status kempe_folder_part(const kempe_folder *folder, int part, kempe_table **table);
+
+/** Checks all parts as kempe_folder_check, and writes one table, whole or not at all: the formats are those of
+ * kempe_table_write. Files .csv and .parquet take the memory of some parts, others that of all. `units` 1: columns of
+ * .csv are named with their units. */
+KEMPE_API kempe_status kempe_folder_write(kempe_folder *folder, const char *path, int units);
+
+/** The model with the values of an instance (from 0 on), which its part has; freed before `model`, which must be that
+ * of the folder. KEMPE_E_INPUT: it is another one. KEMPE_E_FAILED: the part is missing, or the model cannot have these
+ * values. */
+KEMPE_API kempe_status kempe_folder_model(const kempe_folder *folder, const kempe_model *model, int instance,
+                                          kempe_model **made);
+
+/** Options of the run of the folder: tolerances, end, independent coordinates. The texts belong to the folder. */
+KEMPE_API void kempe_folder_run_options(const kempe_folder *folder, kempe_run_options *run);
+
+/** The file of the model, as the run had it; owned by the folder. */
+KEMPE_API const char *kempe_folder_model_file(const kempe_folder *folder);
 
 /** Prints the state of the folder, and work and accuracy of the run that gave it. */
 KEMPE_API kempe_status kempe_folder_print(const kempe_folder *folder, kempe_format format, char **text);

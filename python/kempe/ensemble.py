@@ -7,12 +7,13 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from ._native import lib
+from ._native import ffi, lib
 from .arrays import Array, view
 from .context import Context, Fixed, Owned, string
 from .lazy import np
 from .options import options as struct_of
 from .result import Reported, Result, TableOf
+from .table import Table
 
 if TYPE_CHECKING:
     from typing import Unpack
@@ -134,7 +135,7 @@ class Folder(Result):
     """A folder of results, part by part. str() is its state."""
 
     _noun = "folder"
-    _kept = ("parts", "whole")
+    _kept = ("parts", "whole", "model_file", "run_options")
 
     @staticmethod
     def open(path: str | os.PathLike[str]) -> Folder:
@@ -154,6 +155,35 @@ class Folder(Result):
     def whole(self) -> int:
         """Number of parts that were there when the folder was opened, or when its run ended."""
         return int(lib.kempe_folder_whole_count(self._pointer))
+
+    @property
+    def model_file(self) -> str:
+        """The file of the model, as the run had it."""
+        return string(lib.kempe_folder_model_file(self._pointer))
+
+    @property
+    def run_options(self) -> dict[str, Any]:
+        """Options of the run, for `simulate` of one of its instances (`Model.instance`)."""
+        run = ffi.new("kempe_run_options *")
+        lib.kempe_folder_run_options(self._pointer, run)
+        texts = {name: string(getattr(run, name)) for name in ("formulation", "integrator", "independent")}
+        numbers = {name: getattr(run, name) for name in ("rtol", "atol", "t_end", "max_steps", "no_convergence_check")}
+        return {name: value for name, value in {**texts, **numbers}.items() if value}
+
+    def check(self) -> None:
+        """Reads all parts; FailedError: some are missing or damaged."""
+        self._context.refuse(*self._context.guarded(lib.guarded_kempe_folder_check, self._pointer))
+
+    def part(self, k: int) -> Table:
+        """The rows of part k, from 0 on."""
+        return self._context.make(Table, lib.kempe_folder_part, self._pointer, k, long=False)
+
+    def write(self, path: str | os.PathLike[str], units: bool = False) -> None:
+        """Checks all parts and writes one table, whole or not at all, in the format of the path's ending. `units`: columns of
+        .csv are named with theirs."""
+        self._context.refuse(
+            *self._context.guarded(lib.guarded_kempe_folder_write, self._pointer, os.fsencode(path), units)
+        )
 
     def __repr__(self) -> str:
         return f"<Folder: {self.whole} of {self.parts} parts>"
@@ -208,7 +238,7 @@ class Ensemble(Owned):
         **options: Unpack[RunOptions],
     ) -> Folder:
         """Runs the instances into a folder, part by part, with the memory of one part. `resume`: runs those that are missing.
-        `shard`: "I/N", parts I, I + N, .., or "auto". Processes with one of both share a folder.
+        `shard`: "I/N", every N-th part from the I-th on, or "auto". Processes with one of both share a folder.
 
         >>> import tempfile
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]})

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ._native import ffi, lib
 from .context import Context, Fixed, string
 from .display import details, model_html
-from .ensemble import Ensemble, Values, rows_of
+from .ensemble import Ensemble, Folder, Values, rows_of
 from .generate import Code, Count
 from .gradient import Gradient
 from .options import characters, entry_of, text_of, utf8, words
@@ -327,6 +327,28 @@ class Model(Fixed):
         )
         del keep
         return made
+
+    def instance(self, folder: str | os.PathLike[str], k: int) -> Model:
+        """This model with the values of instance k (from 0 on) of a result folder.
+
+        >>> import tempfile
+        >>> model = Model("four_bar.yaml")
+        >>> with tempfile.TemporaryDirectory() as place:
+        ...     folder = model.ensemble({"crank": [0.29, 0.31]}).run_folder(place, t_end=0.5)
+        ...     again = model.instance(place, 1)
+        >>> again.to_dict()["parameters"]["crank"], again.simulate(**folder.run_options).status
+        (0.31, 'ok')
+        """
+        context, path = self._context, os.fsencode(folder)
+        opened = context.make(Folder, lib.kempe_folder_open, context.pointer, path, long=False)
+        owners = (self._pointer,)
+        made = context.make(Model, lib.kempe_folder_model, opened._pointer, self._pointer, k, owners=owners, long=False)
+        return Model._of(context, made._pointer, (_instance_again, (self._recipe, os.fsdecode(path), k)))
+
+
+def _instance_again(recipe: Recipe, folder: str, k: int) -> Model:
+    made: Model = recipe[0](*recipe[1])
+    return made.instance(folder, k)
 
 
 def _read_again(label: str, text: str | None, values: Values_, tolerance: float | None, cache: Any) -> Model:

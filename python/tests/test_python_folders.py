@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Result folders: the rows of a batch, whatever threads, shares and interruptions made the parts."""
 
+import pickle
+import struct
+
 import kempe
 import pytest
 from conftest import ROOT
@@ -32,6 +35,112 @@ def test_rows_of_a_batch(tmp_path):
     assert same(batch.q[5:9].ravel(), ensemble.run_range(5, 4, t_end=0.2).q.ravel())
     with pytest.raises(kempe.ArgumentError, match="no 3 instances from 38"):
         ensemble.run_range(38, 3)
+
+
+def test_gathered(tmp_path):
+    """The file of all parts is that of the batch, to the byte; Parquet's groups of rows are those of other readers."""
+    ensemble, place = bars(), tmp_path / "bars.kempe"
+    folder = ensemble.run_folder(place, chunk=CHUNK, t_end=0.2)
+    table = ensemble.run(t_end=0.2).instances
+    folder.check()
+    for ending in ("csv", "parquet", "npz", "mat"):
+        folder.write(tmp_path / f"gathered.{ending}")
+        table.write(tmp_path / f"table.{ending}")
+        assert (tmp_path / f"gathered.{ending}").read_bytes() == (tmp_path / f"table.{ending}").read_bytes()
+    folder.write(tmp_path / "units.csv", units=True)
+    assert "q.crank [rad]" in (tmp_path / "units.csv").read_text().splitlines()[0]
+    part = folder.part(2)
+    assert part.names == table.names and same(part["q.crank"], table["q.crank"][2 * CHUNK :])
+    (place / "part-000001.parquet").write_bytes((place / "part-000002.parquet").read_bytes())
+    with pytest.raises(kempe.FailedError, match=r"part-000001.parquet: it is another part; remove it"):
+        folder.check()
+    (place / "part-000001.parquet").unlink()
+    with pytest.raises(kempe.FailedError, match="1 of 3 parts is missing: 1; the run with --resume makes it"):
+        folder.write(tmp_path / "missing.csv")
+    assert not (tmp_path / "missing.csv").exists()
+
+
+def test_instance(tmp_path):
+    """One instance in a single run: in the folder, and again, to the bit."""
+    ensemble, place = bars(), tmp_path / "bars.kempe"
+    folder = ensemble.run_folder(place, lanes=-1, chunk=CHUNK, t_end=0.2)
+    k = 2 * CHUNK + 3
+    model = kempe.Model(folder.model_file).instance(place, k)
+    assert folder.run_options["integrator"] == "dop853" and folder.run_options["t_end"] == 0.2
+    assert model.to_dict()["parameters"]["crank"] == folder.part(2)["crank"][3]
+    motion = model.simulate(**folder.run_options)
+    assert abs(motion.q[-1] - ensemble.run_range(k, 1, t_end=0.2).q[0]).max() < 1e-8
+    with pytest.raises(kempe.InputError, match="the results are those of another model"):
+        kempe.Model(folder.model_file, rocker=0.72).instance(place, k)
+    again = pickle.loads(pickle.dumps(model))
+    assert (again.simulate(**folder.run_options).q == motion.q).all()
+
+
+def field(head, value):
+    """A field of Thrift's compact protocol whose number is that of the last one plus head >> 4."""
+    if head & 15 in (5, 6):
+        value = 2 * value
+        return bytes([head, *([value & 127 | 128, value >> 7 & 127 | 128, value >> 14] if value > 127 else [value])])
+    return bytes([head]) + (bytes([len(value)]) + value if head & 15 == 8 else value)
+
+
+def written(columns):
+    """A small Parquet file of required doubles, by the specification of the format."""
+    data, chunks, rows = b"PAR1", b"", len(next(iter(columns.values())))
+    for name, values in columns.items():
+        page = struct.pack(f"<{rows}d", *values)
+        inner = field(0x15, rows) + field(0x15, 0) + field(0x15, 3) + field(0x15, 3) + b"\0"
+        pages = field(0x15, 0) + field(0x15, len(page)) + field(0x15, len(page)) + b"\x2c" + inner + b"\0" + page
+        meta = field(0x15, 5) + b"\x19\x15\x00" + b"\x19\x18" + bytes([len(name)]) + name.encode() + field(0x15, 0)
+        sizes = field(0x16, rows) + field(0x16, len(pages)) + field(0x16, len(pages)) + field(0x26, len(data)) + b"\0"
+        chunks += field(0x26, len(data)) + b"\x1c" + meta + sizes + b"\0"
+        data += pages
+    count = len(columns)
+    schema = field(0x48, b"schema") + field(0x15, count) + b"\0"
+    schema += b"".join(field(0x15, 5) + field(0x25, 0) + field(0x18, name.encode()) + b"\0" for name in columns)
+    group = b"\x19" + bytes([count << 4 | 12]) + chunks + field(0x16, 1) + field(0x16, rows) + b"\0"
+    footer = field(0x15, 1) + b"\x19" + bytes([(count + 1) << 4 | 12]) + schema + field(0x16, rows) + b"\x19\x1c" + group + b"\0"
+    return data + footer + struct.pack("<I", len(footer)) + b"PAR1"
+
+
+def test_values_of_files(tmp_path):
+    """Values from Parquet: of a small writer, and of pyarrow where it is installed."""
+    four_bar = kempe.Model(ROOT / "examples/four_bar/four_bar.yaml")
+    csv, own = tmp_path / "bars.csv", tmp_path / "bars.parquet"
+    csv.write_text("crank,base\n0.29,0.9\n0.3,0.91\n0.31,0.92\n")
+    with pytest.raises(kempe.InputError, match="not a Parquet file, or a damaged one"):
+        own.write_bytes(csv.read_bytes())
+        four_bar.values(own)
+    expected = [list(row) for row in four_bar.values(csv)]
+    columns = {"crank": [0.29, 0.3, 0.31], "base": [0.9, 0.91, 0.92]}
+    own.write_bytes(written(columns))
+    assert [list(row) for row in four_bar.values(own)] == expected
+    own.write_bytes(written({**columns, "crnk": [1, 2, 3]}))
+    with pytest.raises(kempe.InputError, match="no parameter 'crnk'; did you mean 'crank'"):
+        four_bar.values(own)
+    own.write_bytes(written({"crank": [0.3, float("nan"), 0.31]}))
+    with pytest.raises(kempe.InputError, match="column 'crank', row 2: a finite number is expected"):
+        four_bar.values(own)
+    for size in range(len(written(columns))):  # a file that is cut anywhere is refused
+        own.write_bytes(written(columns)[:size])
+        with pytest.raises(kempe.InputError, match="not a Parquet file, or a damaged one"):
+            four_bar.values(own)
+    parquet = pytest.importorskip("pyarrow.parquet")
+    pyarrow = pytest.importorskip("pyarrow")
+    table = pyarrow.table(columns)
+    for version in ("1.0", "2.0"):
+        parquet.write_table(table, own, compression="none", use_dictionary=False, data_page_version=version)
+        assert [list(row) for row in four_bar.values(own)] == expected
+    parquet.write_table(table, own, use_dictionary=False)
+    with pytest.raises(kempe.InputError, match=r"column 'crank' is compressed \(snappy\)"):
+        four_bar.values(own)
+    parquet.write_table(table, own, compression="none")
+    with pytest.raises(kempe.InputError, match="column 'crank' has an encoding with a dictionary"):
+        four_bar.values(own)
+    table = pyarrow.table({"crank": [0.29, None, 0.31]})
+    parquet.write_table(table, own, compression="none", use_dictionary=False)
+    with pytest.raises(kempe.InputError, match="column 'crank' has empty cells"):
+        four_bar.values(own)
 
 
 def test_shares(tmp_path):

@@ -55,20 +55,28 @@ kempe_status kmp_file_read(kempe_context *context, const char *path, char **text
     return status;
 }
 
-/* Writes `left` bytes, to the disk where they are to last, and closes; 0 or an errno. */
-static int write_and_close(int fd, const char *text, size_t left, bool lasting)
+/* Writes `left` bytes; 0 or an errno. */
+static int write_all(int fd, const char *text, size_t left)
 {
     while (left > 0) {
         ssize_t n = write(fd, text, left);
         if (n < 0 && errno == EINTR)
             continue;
-        if (n < 0) {
-            int error = errno;
-            close(fd);
-            return error;
-        }
+        if (n < 0)
+            return errno;
         text += n;
         left -= (size_t)n;
+    }
+    return 0;
+}
+
+/* Writes `left` bytes, to the disk where they are to last, and closes; 0 or an errno. */
+static int write_and_close(int fd, const char *text, size_t left, bool lasting)
+{
+    int written = write_all(fd, text, left);
+    if (written) {
+        close(fd);
+        return written;
     }
     int error = lasting && fsync(fd) != 0 && errno != EINVAL ? errno : 0;
     int closed = close(fd) == 0 ? 0 : errno;
@@ -210,6 +218,62 @@ kempe_status kmp_file_write_lasting(kempe_context *context, const char *path, km
     int error = text->failed ? ENOMEM : write_by_name(path, &(placing){.lasting = true}, text->s, text->length);
     kmp_text_free(text);
     return report_written(context, path, error);
+}
+
+/* -- piece by piece ---------------------------------------------------------------------------------- */
+
+struct kmp_file_stream {
+    kempe_context *context;
+    kmp_text path, temporary; /* temporary empty: a device, written in place */
+    int fd;
+};
+
+kempe_status kmp_file_stream_new(kempe_context *context, const char *path, kmp_file_stream **stream)
+{
+    struct stat old;
+    KMP_MAKE(context, kmp_file_stream, s);
+    s->context = context;
+    kmp_text_put(&s->path, path);
+    if (stat(path, &old) == 0 && !S_ISREG(old.st_mode))
+        s->fd = open(path, O_WRONLY | O_CLOEXEC);
+    else
+        s->fd = open_temporary(path, &s->temporary);
+    int error = s->fd < 0 ? errno : s->path.failed ? ENOMEM : 0;
+    kempe_status status = report_written(context, path, error);
+    return KMP_GIVE_OR_FREE(status, stream, s, kmp_file_stream_free);
+}
+
+kempe_status kmp_file_stream_put(kmp_file_stream *s, kmp_text *text)
+{
+    int error = text->failed ? ENOMEM : write_all(s->fd, text->s ? text->s : "", text->length);
+    kmp_text_free(text);
+    return report_written(s->context, s->path.s, error);
+}
+
+kempe_status kmp_file_stream_end(kmp_file_stream *s)
+{
+    int error = close(s->fd) == 0 ? 0 : errno;
+    s->fd = -1;
+    if (!error && s->temporary.length > 0)
+        error = give_name(s->temporary.s, s->path.s, false);
+    if (!error)
+        kmp_text_free(&s->temporary);
+    kempe_status status = report_written(s->context, s->path.s, error);
+    kmp_file_stream_free(s);
+    return status;
+}
+
+void kmp_file_stream_free(kmp_file_stream *s)
+{
+    if (!s)
+        return;
+    if (s->fd >= 0)
+        close(s->fd);
+    if (s->temporary.length > 0)
+        unlink(s->temporary.s);
+    kmp_text_free(&s->path);
+    kmp_text_free(&s->temporary);
+    kmp_free(s);
 }
 
 kempe_status kmp_file_make(kempe_context *context, const char *path, const char *text, bool lasting, bool *made)

@@ -23,5 +23,15 @@ kempe_status kmp_file_make(kempe_context *context, const char *path, const char 
 /** The ending of a file's name with its point, ".csv"; "": it has none. */
 const char *kmp_file_ending(const char *path);
 
+/** A file that is written piece by piece and has its name when it is whole. */
+typedef struct kmp_file_stream kmp_file_stream;
+kempe_status kmp_file_stream_new(kempe_context *context, const char *path, kmp_file_stream **stream);
+/** Writes the text and empties it. */
+kempe_status kmp_file_stream_put(kmp_file_stream *stream, kmp_text *text);
+/** Gives the file its name; frees the stream in any case. */
+kempe_status kmp_file_stream_end(kmp_file_stream *stream);
+/** Frees a stream without its file. NULL is allowed. */
+void kmp_file_stream_free(kmp_file_stream *stream);
+
 /** Makes a folder unless it is there. KEMPE_E_IO with the system's reason. */
 kempe_status kmp_folder_make(kempe_context *context, const char *path);

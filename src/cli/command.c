@@ -206,6 +206,33 @@ kempe_status cli_run_study(const cli_job *j, const cli_study *study)
 
 /* -- running one ----------------------------------------------------------------------------------- */
 
+/* Options that the user has not given are those of the folder's run. */
+static void take_run_options(kempe_run_options *run, const kempe_folder *folder)
+{
+    kempe_run_options there;
+    kempe_folder_run_options(folder, &there);
+    run->formulation = run->formulation ? run->formulation : there.formulation;
+    run->integrator = run->integrator ? run->integrator : there.integrator;
+    run->independent = run->independent ? run->independent : there.independent;
+    run->atol = run->atol > 0 || run->rtol > 0 ? run->atol : there.atol;
+    run->rtol = run->rtol > 0 ? run->rtol : there.rtol;
+    run->t_end = run->t_end > 0 ? run->t_end : there.t_end;
+    run->max_steps = run->max_steps ? run->max_steps : there.max_steps;
+    run->no_convergence_check = run->no_convergence_check || there.no_convergence_check;
+}
+
+/* The model becomes an instance of the folder of --from. */
+static kempe_status take_instance(cli_job *j)
+{
+    const cli_settings *s = j->settings;
+    j->base = j->model;
+    j->model = NULL;
+    j->own = *s;
+    j->settings = &j->own;
+    take_run_options(&j->own.run, j->folder);
+    return kempe_folder_model(j->folder, j->base, s->instance - 1, &j->model);
+}
+
 static kempe_status prepare(cli_job *j, const cli_command *command)
 {
     if (command->without_model || (command->opens_pages && cli_is_page(j->settings->file)))
@@ -213,12 +240,17 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
     bool equations = !command->model_alone && !j->settings->show_model;
     const char *dynamics = j->settings->algorithm ? j->settings->algorithm : command->dynamics;
     const char *angles = j->settings->angle_unit ? j->settings->angle_unit : "rad";
+    const char *file = j->settings->file;
     kempe_status status = kempe_context_set_angle_unit(j->context, angles);
+    if (status == KEMPE_OK && j->settings->from)
+        status = kempe_folder_open(j->context, j->settings->from, &j->folder);
     if (status == KEMPE_OK)
-        status =
-            kempe_model_read_set(j->context, j->settings->file, j->settings->sets, j->settings->set_count, &j->model);
+        status = kempe_model_read_set(j->context, file ? file : kempe_folder_model_file(j->folder), j->settings->sets,
+                                      j->settings->set_count, &j->model);
     if (status == KEMPE_OK && j->settings->closure_tolerance >= 0)
         status = kempe_model_set_closure_tolerance(j->model, j->settings->closure_tolerance);
+    if (status == KEMPE_OK && j->folder)
+        status = take_instance(j);
     if (status == KEMPE_OK && equations)
         status = kempe_system_new_with_algorithm(j->model, dynamics, &j->system);
     cli_report_failure(j, status, false);
@@ -284,6 +316,8 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     interrupted_context = NULL;
     kempe_system_free(j.system);
     kempe_model_free(j.model);
+    kempe_model_free(j.base);
+    kempe_folder_free(j.folder);
     kempe_context_free(j.context);
     return exit_code(status);
 }

@@ -21,6 +21,10 @@ typedef struct cli_job {
     kempe_context *context;
     kempe_model *model;
     kempe_system *system;
+    /* Of --from: the folder, the model that its instances are made of, and settings with the options of its run. */
+    kempe_folder *folder;
+    kempe_model *base;
+    cli_settings own;
 } cli_job;
 
 typedef kempe_status cli_print_fn(const cli_job *j, const void *object, kempe_format format, char **text);

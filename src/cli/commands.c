@@ -281,6 +281,30 @@ static kempe_status folder_run_print(const cli_job *j, const void *object, kempe
 static const cli_study folder_study = {
     .compute = folder_run_compute, .print = folder_run_print, .free = folder_run_free};
 
+static kempe_status print_folder(const cli_job *j, const void *object, kempe_format format, char **text)
+{
+    (void)j;
+    return kempe_folder_print(object, format, text);
+}
+
+/* Checks the parts, and writes one table where it is requested. */
+static kempe_status run_gather(const cli_job *j)
+{
+    const cli_settings *s = j->settings;
+    kempe_folder *folder = NULL;
+    kempe_status status = kempe_folder_open(j->context, s->file, &folder);
+    if (status == KEMPE_OK)
+        status = s->output ? kempe_folder_write(folder, s->output, s->units) : kempe_folder_check(folder);
+    if (folder && (status == KEMPE_E_IO || status == KEMPE_E_INPUT))
+        status = KEMPE_E_FAILED; /* an output that cannot be written, a damaged part */
+    bool ended = folder && status != KEMPE_STOPPED;
+    cli_report_failure(j, status, ended);
+    if (ended)
+        status = cli_worse(status, cli_report(j, print_folder, folder));
+    kempe_folder_free(folder);
+    return status;
+}
+
 static kempe_status run_ensemble(const cli_job *j)
 {
     return cli_run_study(j, j->settings->out ? &folder_study : &ensemble_study);
@@ -352,12 +376,17 @@ static const char *modes_lack(const cli_settings *s)
 static const char *ensemble_lacks(const cli_settings *s)
 {
     if (!s->values == !s->sample.ranges)
-        return "ensemble needs either --values CSV or --sample NAME=A:B,..";
+        return "ensemble needs either --values FILE or --sample NAME=A:B,..";
     if (!s->out && (s->folder.resume || s->folder.shard || s->folder.chunk))
         return "--resume, --shard and --chunk belong to a folder: give --out RUN.kempe";
     if (s->out && (s->output || s->plot || s->report))
         return "--out writes parts, not one table: give --output, --plot or --report to a run without it";
     return NULL;
+}
+
+static const char *simulate_lacks(const cli_settings *s)
+{
+    return !s->from == !s->instance ? NULL : "--from FOLDER and --instance K belong together";
 }
 
 static const char *generate_lacks(const cli_settings *s)
@@ -414,8 +443,9 @@ const cli_command cli_commands[] = {
      "  kempe simulate examples/andrews/andrews.yaml --report andrews.html\n"
      "  kempe simulate examples/andrews/andrews.yaml --plot andrews.svg --y 'q(beta), force(spring)'\n"
      "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --output-step 0.01\n"
-     "  kempe simulate examples/andrews/andrews.yaml --formulation dae --json -\n",
-     .study = &simulate_study},
+     "  kempe simulate examples/andrews/andrews.yaml --formulation dae --json -\n"
+     "  kempe simulate --from bars.kempe --instance 17 --report bar17.html\n",
+     .lacks = simulate_lacks, .study = &simulate_study},
     {CLI_INVERSE, "inverse", "inverse dynamics: actuator forces and torques for a prescribed motion",
      "  kempe inverse examples/driven_slider_crank/driven_slider_crank.yaml\n"
      "  kempe inverse examples/stewart/driven.yaml --actuators slide1,slide2,slide3,slide4,slide5,slide6 -o "
@@ -444,8 +474,12 @@ const cli_command cli_commands[] = {
      "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 --instances 10000\n"
      "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=IT7,coupler=IT7 --instances 2000 --out "
      "bars.kempe\n",
-     .usage = "FILE --values CSV | --sample RANGES [options]", .lacks = ensemble_lacks, .model_alone = true,
+     .usage = "FILE --values FILE | --sample RANGES [options]", .lacks = ensemble_lacks, .model_alone = true,
      .run = run_ensemble},
+    {CLI_GATHER, "gather", "check the parts of a result folder of an ensemble, and write them as one table",
+     "  kempe gather bars.kempe\n"
+     "  kempe gather bars.kempe -o bars.csv\n",
+     .usage = "FOLDER [options]", .without_model = true, .run = run_gather},
     {CLI_COMPARE, "compare", "compare formulations, integrators and tolerances against a reference solution",
      "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"
      "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --formulations reduced,dae --csv table.csv\n"

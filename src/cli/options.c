@@ -64,12 +64,12 @@ typedef struct option {
 #define BACKENDS            "evaluator of the equations: native machine code (default), or tape, an interpreter"
 
 static const option options[] = {
-    {CLI_ALL & ~CLI_NEW, IN_MODEL, "set", OPTION_SETTING, 0, "NAME=VALUE",
+    {CLI_ALL & ~(CLI_NEW | CLI_GATHER), IN_MODEL, "set", OPTION_SETTING, 0, "NAME=VALUE",
      "set a parameter of the model to another value; may be repeated"},
-    {CLI_ALL & ~CLI_NEW, IN_MODEL, "input", OPTION_SETTING, 0, "NAME=VALUE",
+    {CLI_ALL & ~(CLI_NEW | CLI_GATHER), IN_MODEL, "input", OPTION_SETTING, 0, "NAME=VALUE",
      "value of an input of the model, or FILE:COLUMN:METHOD: samples of a CSV file over its column t, with the method "
      "hold, linear or cubic; may be repeated"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance",
+    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW | CLI_GATHER), IN_MODEL, "closure-tolerance",
      VALUE(LENGTH, closure_tolerance), "X",
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
     {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW, IN_MODEL, "algorithm", TEXT(algorithm), "NAME",
@@ -117,8 +117,8 @@ static const option options[] = {
     {CLI_INVERSE, IN_RUN, "t-end", VALUE(TIME, inverse.t_end), "T", "end of the motion, s"},
     {CLI_INVERSE, IN_OUTPUT, "output-step", VALUE(TIME, inverse.output_step), "T",
      "time between rows, s (default: the table's rows)"},
-    {CLI_ENSEMBLE, IN_MODEL, "values", TEXT(values), "CSV",
-     "one row per instance; columns are parameters, q.NAME and qd.NAME"},
+    {CLI_ENSEMBLE, IN_MODEL, "values", TEXT(values), "FILE",
+     "CSV or Parquet file, one row per instance; columns are parameters, q.NAME and qd.NAME"},
     {CLI_ENSEMBLE, IN_MODEL, "sample", TEXT(sample.ranges), "NAME=A:B,..",
      "draw the instances instead: NAME=A:B (uniform), normal(MEAN,DEVIATION[,LEAST,MOST]), "
      "triangular(LEAST,MODE,MOST), "
@@ -198,6 +198,9 @@ static const option options[] = {
     {CLI_INVERSE, IN_RUN, "no-convergence-check", FLAG(inverse.no_convergence_check),
      "do not repeat the run with every other row of the table"},
     {CLI_SIMULATE, IN_RUN, "reference", TEXT(run.reference), "CSV", "reference solution for measuring errors"},
+    {CLI_SIMULATE, IN_MODEL, "from", TEXT(from), "FOLDER",
+     "run an instance of an ensemble again, with the options of its run; FILE may be omitted"},
+    {CLI_SIMULATE, IN_MODEL, "instance", VALUE(WHOLE, instance), "K", "the instance of --from, 1 the first one"},
     {CLI_SIMULATE, IN_RUN, "resume", TEXT(run.resume), "FILE", "continue from a checkpoint"},
     {CLI_ENSEMBLE, IN_RUN, "threads", VALUE(AMOUNT, run.threads), "N",
      "threads that share the instances, 1 to 64, or auto (default): one for each processor; results have the same "
@@ -259,10 +262,11 @@ static const option options[] = {
      "time between rows of the table, s (default: that of the model, or a fraction of the time)"},
     {CLI_SIMULATE, IN_OUTPUT, "checkpoint", TEXT(run.checkpoint), "FILE",
      "write the rows to this file every 10 s and at the end"},
-    {CLI_TABLES, IN_OUTPUT, "output", VALUE(TABLE, output), "FILE",
+    {CLI_TABLES | CLI_GATHER, IN_OUTPUT, "output", VALUE(TABLE, output), "FILE",
      "write the table: .csv, .parquet, .npz for NumPy, .mat for MATLAB and Octave, or .json"},
     {CLI_COMPARE, IN_OUTPUT, "csv", VALUE(TABLE, output), "FILE", "another name of --output"},
-    {CLI_TABLES, IN_OUTPUT, "units", FLAG(units), "name the columns of CSV with their units: 'q.crank [rad]'"},
+    {CLI_TABLES | CLI_GATHER, IN_OUTPUT, "units", FLAG(units),
+     "name the columns of CSV with their units: 'q.crank [rad]'"},
     {CLI_TABLES, IN_OUTPUT, "plot", VALUE(PICTURE, plot), "FILE",
      "draw columns of the table, .svg or .png (default: all columns)"},
     {CLI_TABLES, IN_OUTPUT, "y", TEXT(y), "OUTPUT,..",
@@ -288,13 +292,14 @@ static const option options[] = {
      "write an HTML page: recommendation, diagrams, animation of the mechanism"},
     {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
      "also dependent sets, removable closures, pivots, alternatives, blocks and the ranges of all coordinates"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_NEW), IN_OUTPUT, "angle-unit", TEXT(angle_unit), "UNIT",
+    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_NEW | CLI_GATHER), IN_OUTPUT, "angle-unit",
+     TEXT(angle_unit), "UNIT",
      "unit of angles, their rates and accelerations in text, tables, pictures and pages: rad (default), deg; --json "
      "stays in SI"},
     {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
     {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no log on stderr; warnings stay"},
-    {CLI_ALL & ~CLI_NEW, IN_OTHER, "no-cache", FLAG(no_cache),
+    {CLI_ALL & ~(CLI_NEW | CLI_GATHER), IN_OTHER, "no-cache", FLAG(no_cache),
      "derive the equations anew, and keep nothing in the cache (~/.cache/kempe)"},
     {CLI_ALL, IN_OTHER, "help", FLAG(help), "print this text"},
 };
@@ -541,8 +546,10 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
             return false;
         }
     }
-    if (!settings->file && !settings->help)
-        return cli_complain("the model file is missing: kempe %s FILE", command_name);
+    if (!settings->file && !settings->help && !settings->from)
+        return cli_complain(command == CLI_GATHER ? "the folder is missing: kempe %s FOLDER"
+                                                  : "the model file is missing: kempe %s FILE",
+                            command_name);
     return true;
 }
 

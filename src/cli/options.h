@@ -36,7 +36,8 @@ enum {
     CLI_CONTACT = 16384,
     CLI_NEW = 32768,
     CLI_VIEW = 65536,
-    CLI_ALL = 131071,
+    CLI_GATHER = 131072,
+    CLI_ALL = 262143,
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
                  CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE /* with a table of results */
 };
@@ -65,7 +66,8 @@ typedef struct cli_settings {
     kempe_response_options response; /* and of state spaces */
     const char *svg, *plot, *x, *y, *values;
     const char *angle_unit;
-    const char *out; /* result folder */
+    const char *out, *from; /* result folders */
+    int instance;           /* of `from`, from 1 on */
     kempe_folder_options folder;
     int seed, lanes;
     int count, branches, alone, all, no_cache, units, quiet, help; /* flags: 0 or 1 */

@@ -231,6 +231,7 @@ typedef struct kmp_run_settings {
 struct kempe_model {
     kempe_context *context;
     struct kmp_builder *builder; /* while it is built in code; NULL when frozen */
+    struct kmp_variant *variant; /* that it belongs to, an instance of another model; NULL: it is no such instance */
     kmp_arena arena;
     const char *file, *name;
     bool has_digest; /* all that was read to make it is known: */

@@ -67,6 +67,7 @@ static void copy_model(kmp_variant *v, const kempe_model *base, int more)
     *m = *base;
     m->arena = (kmp_arena){0};
     m->has_digest = false; /* its numbers are its own */
+    m->variant = NULL;
     int n = m->motion_count;
     m->parameters = COPY(v, m->parameters, m->parameter_count, more);
     m->motions = COPY(v, m->motions, n, 0);
@@ -370,4 +371,24 @@ kempe_status kmp_variant_set(kmp_variant *v, const double *values, kmp_text *why
     set_values(v, values, why);
     check_values(&v->model, v->base, why);
     return why->failed ? kmp_fail_memory(v->model.context) : why->length == 0 ? KEMPE_OK : KEMPE_E_INPUT;
+}
+
+/* -- instances --------------------------------------------------------------------------------------- */
+
+kempe_status kmp_variant_instance(const kempe_model *model, int count, const char *const *names, const double *values,
+                                  kempe_model **instance)
+{
+    kmp_variant *v = NULL;
+    kmp_text why = {0};
+    KMP_TRY(kmp_variant_new(model, count, names, &v));
+    kempe_status status = kmp_variant_set(v, values, &why);
+    if (status == KEMPE_E_INPUT)
+        status = kmp_fail_text(model->context, KEMPE_E_FAILED, &why);
+    kmp_text_free(&why);
+    kempe_model *m = &v->model;
+    for (int k = 0; k < m->parameter_count; k++)
+        m->parameters[k].varies = false; /* its values are now those of the model */
+    m->led_count = 0;
+    m->variant = v;
+    return KMP_GIVE_OR_FREE(status, instance, m, kempe_model_free);
 }

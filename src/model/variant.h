@@ -26,6 +26,12 @@ kempe_model *kmp_variant_model(kmp_variant *variant);
  *  these values; `why` (empty before) then has a sentence. KEMPE_E_MEMORY: no room for it. */
 kempe_status kmp_variant_set(kmp_variant *variant, const double *values, kmp_text *why);
 
+/** A model with other values of its parameters and start values: its own object, freed by kempe_model_free before the
+ * model that it was made of. KEMPE_E_ARGUMENT as kmp_variant_new, KEMPE_E_FAILED: the model cannot have these values.
+ */
+kempe_status kmp_variant_instance(const kempe_model *model, int count, const char *const *names, const double *values,
+                                  kempe_model **instance);
+
 /** The parameter of a name; -1: there is none. */
 int kmp_parameter_find(const kempe_model *model, const char *name);
 

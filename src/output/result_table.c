@@ -210,6 +210,11 @@ kempe_status kmp_tabulate_finish(kempe_context *context, kempe_table *table, kem
     return kmp_fail_memory(context);
 }
 
+kempe_status kmp_tabulate_check(kempe_context *context, const kempe_table *table)
+{
+    return kmp_made(context, table && !table->failed && !table->arena.failed);
+}
+
 kempe_status kmp_tabulate_result(kempe_context *context, const kmp_table_kind *kinds, const void *result,
                                  const char *name, kempe_table **table)
 {
@@ -321,13 +326,13 @@ static void csv_name(kmp_text *text, const kempe_table *t, const table_column *c
     kmp_text_free_part(text, &name);
 }
 
-static void put_csv(kmp_text *text, const kempe_table *t)
+void kmp_table_put_csv(kmp_text *text, const kempe_table *t, bool head)
 {
-    for (int c = 0; c < t->columns; c++) {
+    for (int c = 0; head && c < t->columns; c++) {
         kmp_text_put(text, c ? "," : "");
         csv_name(text, t, &t->column[c]);
     }
-    kmp_text_put(text, "\n");
+    kmp_text_put(text, head ? "\n" : "");
     for (int row = 0; row < t->rows; row++) {
         for (int c = 0; c < t->columns; c++) {
             kmp_text_put(text, c ? "," : "");
@@ -458,7 +463,7 @@ kempe_status kempe_table_write(const kempe_table *table, const char *path)
     if (kmp_arrays_ending(ending))
         return write_arrays(table, path);
     if (!*ending || strcmp(ending, ".csv") == 0)
-        put_csv(&text, table);
+        kmp_table_put_csv(&text, table, true);
     else if (strcmp(ending, ".json") == 0)
         put_json(&text, table);
     else if (strcmp(ending, ".parquet") == 0)

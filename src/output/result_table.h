@@ -78,3 +78,9 @@ kempe_status kmp_tabulate_result(kempe_context *context, const kmp_table_kind *k
         KMP_WANTED(NULL, result, #result);                                                                             \
         return kmp_tabulate_result((context), kinds, result, name, table);                                             \
     }
+
+/** Appends the rows of a table as CSV, with the line of names or without. */
+void kmp_table_put_csv(kmp_text *text, const kempe_table *table, bool head);
+
+/** KEMPE_E_MEMORY if a table under construction has failed. */
+kempe_status kmp_tabulate_check(kempe_context *context, const kempe_table *table);

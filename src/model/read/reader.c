@@ -8,6 +8,7 @@
 #include "model/model_builder.h"
 #include "model/rail/rail.h"
 #include "model/read/reading.h"
+#include "model/variant.h"
 #include "symbolic/sums/surface.h"
 #include <kempe/settings.h>
 #include <math.h>
@@ -227,6 +228,10 @@ kempe_status kempe_model_read_text(kempe_context *context, const char *text, con
 
 void kempe_model_free(kempe_model *model)
 {
+    if (model && model->variant) {
+        kmp_variant_free(model->variant); /* it shares the rest with the model that it was made of */
+        return;
+    }
     if (!model)
         return;
     for (int k = 0; k < model->table_count; k++)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* One row group, whose columns are pages of plain, uncompressed values (parquet.thrift of Apache Parquet 2.10; Thrift's
- * compact protocol). */
+/* Groups of rows, whose columns are pages of plain, uncompressed values (parquet.thrift of Apache Parquet 2.10;
+ * Thrift's compact protocol). */
 #include "output/formats/parquet.h"
 #include "base/cache/digest.h"
 #include "base/memory.h"
@@ -80,7 +80,7 @@ void kmp_parquet_sum(const char *bytes, size_t size, char sum[KMP_PARQUET_SUM + 
 /* -- columns ----------------------------------------------------------------------------------------- */
 
 /* Place and size of the pages of a column in the file. */
-typedef struct chunk {
+typedef struct kmp_parquet_chunk {
     size_t at, size;
 } chunk;
 
@@ -159,7 +159,7 @@ static void put_schema_element(kmp_text *text, const kempe_table *t, int column)
     end_struct(text);
 }
 
-static void put_chunk(kmp_text *text, const kempe_table *t, int column, const chunk *c)
+static void put_chunk(kmp_text *text, const kempe_table *t, int column, int rows, const chunk *c)
 {
     int last = 0, meta = 0;
     put_number(text, &last, 2, I64, (int64_t)c->at);
@@ -170,7 +170,7 @@ static void put_chunk(kmp_text *text, const kempe_table *t, int column, const ch
     put_list(text, &meta, 3, BINARY, 1);
     put_string(text, kempe_table_column_name(t, column));
     put_number(text, &meta, 4, I32, UNCOMPRESSED);
-    put_number(text, &meta, 5, I64, kempe_table_row_count(t));
+    put_number(text, &meta, 5, I64, rows);
     put_number(text, &meta, 6, I64, (int64_t)c->size);
     put_number(text, &meta, 7, I64, (int64_t)c->size);
     put_number(text, &meta, 9, I64, (int64_t)c->at);
@@ -178,17 +178,17 @@ static void put_chunk(kmp_text *text, const kempe_table *t, int column, const ch
     end_struct(text);
 }
 
-static void put_row_group(kmp_text *text, const kempe_table *t, const chunk *chunks)
+static void put_row_group(kmp_text *text, const kempe_table *t, int rows, const chunk *chunks)
 {
     int last = 0, columns = kempe_table_column_count(t);
     size_t all = 0;
     put_list(text, &last, 1, STRUCT, columns);
     for (int c = 0; c < columns; c++) {
-        put_chunk(text, t, c, &chunks[c]);
+        put_chunk(text, t, c, rows, &chunks[c]);
         all += chunks[c].size;
     }
     put_number(text, &last, 2, I64, (int64_t)all);
-    put_number(text, &last, 3, I64, kempe_table_row_count(t));
+    put_number(text, &last, 3, I64, rows);
     end_struct(text);
 }
 
@@ -233,11 +233,14 @@ static void put_notes(kmp_text *text, int *last, const kempe_table *t, int note_
         put_sum(text);
 }
 
-static void put_footer(kmp_text *text, const kempe_table *t, const chunk *chunks, int note_count,
+static void put_footer(kmp_text *text, const kempe_table *t, const kmp_parquet_groups *groups, int note_count,
                        const kmp_parquet_note *notes)
 {
     int last = 0, root = 0, columns = kempe_table_column_count(t);
+    int64_t rows = 0;
     size_t at = text->length;
+    for (int k = 0; k < groups->count; k++)
+        rows += groups->rows[k];
     put_number(text, &last, 1, I32, 1);
     put_list(text, &last, 2, STRUCT, columns + 1);
     put_name(text, &root, 4, "schema");
@@ -245,25 +248,58 @@ static void put_footer(kmp_text *text, const kempe_table *t, const chunk *chunks
     end_struct(text);
     for (int c = 0; c < columns; c++)
         put_schema_element(text, t, c);
-    put_number(text, &last, 3, I64, kempe_table_row_count(t));
-    put_list(text, &last, 4, STRUCT, 1);
-    put_row_group(text, t, chunks);
+    put_number(text, &last, 3, I64, rows);
+    put_list(text, &last, 4, STRUCT, groups->count);
+    for (int k = 0; k < groups->count; k++)
+        put_row_group(text, t, groups->rows[k], groups->chunks + (size_t)k * (size_t)columns);
     put_notes(text, &last, t, note_count, notes);
     put_name(text, &last, 6, "Kempe version " KEMPE_VERSION " (build 0)"); /* the form that readers parse */
     end_struct(text);
     kmp_put_integer(text, text->length - at, 4);
+    kmp_text_put(text, "PAR1");
+}
+
+void kmp_parquet_begin(kmp_text *text)
+{
+    kmp_text_put(text, "PAR1");
+}
+
+void kmp_parquet_add(kmp_text *text, kmp_parquet_groups *groups, const kempe_table *table)
+{
+    size_t columns = (size_t)kempe_table_column_count(table), count = (size_t)groups->count;
+    int *rows = kmp_realloc(groups->rows, count + 1, sizeof *rows);
+    groups->rows = rows ? rows : groups->rows;
+    chunk *chunks = rows ? kmp_realloc(groups->chunks, (count + 1) * columns + 1, sizeof *chunks) : NULL;
+    groups->chunks = chunks ? chunks : groups->chunks;
+    text->failed = text->failed || !chunks;
+    if (!chunks)
+        return;
+    rows[count] = kempe_table_row_count(table);
+    for (size_t c = 0; c < columns; c++) {
+        chunks[count * columns + c] = put_column(text, table, (int)c);
+        chunks[count * columns + c].at += groups->before;
+    }
+    groups->count++;
+}
+
+void kmp_parquet_end(kmp_text *text, kmp_parquet_groups *groups, const kempe_table *table)
+{
+    put_footer(text, table, groups, 0, NULL);
+}
+
+void kmp_parquet_groups_free(kmp_parquet_groups *groups)
+{
+    kmp_free(groups->rows);
+    kmp_free(groups->chunks);
+    *groups = (kmp_parquet_groups){0};
 }
 
 void kmp_parquet_put(kmp_text *text, const kempe_table *table, int note_count, const kmp_parquet_note *notes)
 {
-    int columns = kempe_table_column_count(table);
-    chunk *chunks = KMP_NEW(chunk, columns);
-    text->failed = text->failed || !chunks;
-    kmp_text_put(text, "PAR1");
-    for (int c = 0; chunks && c < columns; c++)
-        chunks[c] = put_column(text, table, c);
-    if (chunks)
-        put_footer(text, table, chunks, note_count, notes);
-    kmp_text_put(text, "PAR1");
-    kmp_free(chunks);
+    kmp_parquet_groups groups = {0};
+    kmp_parquet_begin(text);
+    kmp_parquet_add(text, &groups, table);
+    if (groups.count > 0)
+        put_footer(text, table, &groups, note_count, notes);
+    kmp_parquet_groups_free(&groups);
 }

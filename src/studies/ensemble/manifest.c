@@ -32,7 +32,7 @@ static void end_hash(kmp_digest *digest, hash out)
 }
 
 /* The content of all files and settings that made the model; of a model built in code its print. */
-static kempe_status hash_model(const kempe_model *model, hash out)
+kempe_status kmp_manifest_hash_model(const kempe_model *model, hash out)
 {
     kmp_digest digest;
     char *text = NULL;
@@ -103,6 +103,11 @@ static kempe_status hash_columns(kempe_ensemble *ensemble, hash out)
 
 static void put_values(kmp_json *json, const kempe_values *values)
 {
+    kmp_text names = {0};
+    kmp_text_put(&names, "");
+    for (int k = 0; k < values->columns; k++)
+        kmp_text_printf(&names, "%s%s", k ? "," : "", values->name[k]);
+    kmp_json_text(json, "columns", &names);
     if (values->sampling)
         kmp_json_put(json, "values %s sample %s correlations %s design %s seed %d", "sample", values->ranges,
                      values->correlations, values->design, values->seed);
@@ -112,8 +117,9 @@ static void put_values(kmp_json *json, const kempe_values *values)
 
 static void put_run(kmp_json *json, const kmp_run_spec *spec, const kempe_run_options *run, int lanes)
 {
-    kmp_json_put(json, "formulation %s independent %s rtol %g atol %g t_end %g max_steps %ld", spec->formulation,
-                 run->independent ? run->independent : "", spec->rtol, spec->atol, spec->t_end, spec->max_steps);
+    kmp_json_put(json, "formulation %s integrator %s independent %s rtol %g atol %g t_end %g max_steps %ld",
+                 run->formulation ? run->formulation : "", spec->integrator, run->independent ? run->independent : "",
+                 spec->rtol, spec->atol, spec->t_end, spec->max_steps);
     kmp_json_put(json, "convergence_check %i separate_runs %i", !run->no_convergence_check, lanes < 0);
 }
 
@@ -162,7 +168,7 @@ kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options 
     kmp_run_spec spec;
     kmp_arena arena = {0};
     kmp_text first = {0};
-    KMP_TRY(hash_model(model, hashes[0]));
+    KMP_TRY(kmp_manifest_hash_model(model, hashes[0]));
     hash_values(kmp_ensemble_values(ensemble), hashes[1]);
     KMP_TRY(hash_columns(ensemble, hashes[2]));
     KMP_TRY(hash_equations(kmp_ensemble_equations(ensemble), hashes[3]));
@@ -278,6 +284,7 @@ static const struct {
                 {"design", "the design"},
                 {"seed", "the seed"},
                 {"formulation", NULL},
+                {"integrator", NULL},
                 {"independent", "the list of independent coordinates"},
                 {"rtol", NULL},
                 {"atol", NULL},

@@ -6,7 +6,11 @@
 #include "output/print.h"
 #include <limits.h>
 #include <math.h>
+#include <stdio.h>
+#include <string.h>
 #include <sys/stat.h>
+
+#define PART "%s/part-%06d.parquet"
 
 enum { LEAST_CHUNK = 256, MOST_CHUNK = 4096, USUAL_PARTS = 64 };
 
@@ -18,7 +22,7 @@ int kmp_folder_chunk(int instances)
 
 void kmp_folder_put_part(kmp_text *path, const char *folder, int part)
 {
-    kmp_text_printf(path, "%s/part-%06d.parquet", folder, part);
+    kmp_text_printf(path, PART, folder, part);
 }
 
 void kmp_folder_put_manifest(kmp_text *path, const char *folder)
@@ -29,11 +33,9 @@ void kmp_folder_put_manifest(kmp_text *path, const char *folder)
 bool kmp_folder_has_part(const kempe_folder *f, int part)
 {
     struct stat about;
-    kmp_text path = {0};
-    kmp_folder_put_part(&path, f->path, part);
-    bool has = !path.failed && stat(path.s, &about) == 0 && S_ISREG(about.st_mode) && about.st_size > 0;
-    kmp_text_free(&path);
-    return has;
+    char path[PATH_MAX];
+    int length = snprintf(path, sizeof path, PART, f->path, part);
+    return length > 0 && length < PATH_MAX && stat(path, &about) == 0 && S_ISREG(about.st_mode) && about.st_size > 0;
 }
 
 void kmp_folder_count(kempe_folder *f)
@@ -56,6 +58,7 @@ static const char *keep_text(kempe_folder *f, const char *key)
     kmp_text value = {0};
     bool has = kmp_manifest_text(f->manifest, key, &value);
     const char *kept = has ? kmp_text_keep(&value, &f->arena) : NULL;
+    f->arena.failed = f->arena.failed || value.failed;
     kmp_text_free(&value);
     return kept;
 }
@@ -71,9 +74,14 @@ static kempe_status fill(kempe_folder *f)
                             "the folder has format %d, and this version of Kempe reads format %d", format,
                             KMP_FOLDER_FORMAT);
     f->model = keep_text(f, "model");
+    f->file = keep_text(f, "file");
     f->hash = keep_text(f, "hash");
+    f->formulation = keep_text(f, "formulation");
+    f->integrator = keep_text(f, "integrator");
+    f->independent = keep_text(f, "independent");
     KMP_TRY(kmp_made(context, !f->arena.failed));
-    if (!known || !f->model || !f->hash || !kmp_manifest_int(f->manifest, "instances", 0, INT_MAX, &f->instances) ||
+    bool texts = f->model && f->file && f->hash && f->formulation && f->integrator && f->independent;
+    if (!known || !texts || !kmp_manifest_int(f->manifest, "instances", 0, INT_MAX, &f->instances) ||
         !kmp_manifest_int(f->manifest, "chunk", 1, INT_MAX, &f->chunk) ||
         !kmp_manifest_int(f->manifest, "parts", 0, INT_MAX, &f->parts) ||
         f->parts != (f->instances > 0 ? (f->instances - 1) / f->chunk + 1 : 0))
@@ -121,6 +129,24 @@ kempe_status kempe_folder_open(kempe_context *context, const char *path, kempe_f
     return KEMPE_OK;
 }
 
+KMP_GETTER(const char *kempe_folder_model_file(const kempe_folder *folder), folder, folder->file, "")
+
+void kempe_folder_run_options(const kempe_folder *folder, kempe_run_options *run)
+{
+    KMP_GIVEN(folder && run, );
+    int steps = 0;
+    bool check = strstr(folder->manifest, "\n  \"convergence_check\": false") == NULL;
+    *run = (kempe_run_options){.size = sizeof *run, .no_convergence_check = !check};
+    run->formulation = *folder->formulation ? folder->formulation : NULL;
+    run->integrator = folder->integrator;
+    run->independent = *folder->independent ? folder->independent : NULL;
+    (void)kmp_manifest_double(folder->manifest, "rtol", &run->rtol);
+    (void)kmp_manifest_double(folder->manifest, "atol", &run->atol);
+    (void)kmp_manifest_double(folder->manifest, "t_end", &run->t_end);
+    if (kmp_manifest_int(folder->manifest, "max_steps", 0, INT_MAX, &steps))
+        run->max_steps = steps;
+}
+
 KMP_GETTER(int kempe_folder_instance_count(const kempe_folder *folder), folder, folder->instances, 0)
 KMP_GETTER(int kempe_folder_part_count(const kempe_folder *folder), folder, folder->parts, 0)
 KMP_GETTER(int kempe_folder_whole_count(const kempe_folder *folder), folder, folder->whole, 0)
@@ -158,7 +184,7 @@ static void put_next(kmp_text *text, const kempe_folder *f)
     kmp_text_printf(text, "missing   %d of %d parts", missing, f->parts);
     if (f->elsewhere > 0)
         kmp_text_printf(text, "; other processes work on %d of them", f->elsewhere);
-    kmp_text_put(text, "; the same command with --resume runs them\n");
+    kmp_text_put(text, "; the run's command with --resume runs them\n");
 }
 
 static void put_text(kmp_text *text, const void *result)

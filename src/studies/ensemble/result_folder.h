@@ -10,8 +10,9 @@ struct kempe_folder {
     kempe_context *context;
     kmp_arena arena;
     const char *path;
-    const char *manifest; /* its text */
-    const char *model, *hash;
+    const char *manifest;                               /* its text */
+    const char *model, *file, *hash;                    /* name of the model, and its file */
+    const char *formulation, *integrator, *independent; /* "": not given */
     int instances, chunk, parts;
     int whole; /* parts that were there when the folder was opened, or when its run ended */
     /* The run that made it, where there was one: */
@@ -51,6 +52,9 @@ kempe_status kmp_folder_of(kempe_context *context, const char *path, kmp_text *m
 /** The manifest of a run with these options, the library's copy of them. */
 kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes, int chunk,
                               kmp_text *text);
+
+/** The hash of all that was read to make a model; of a model built in code, of its print. */
+kempe_status kmp_manifest_hash_model(const kempe_model *model, char hash[KMP_HASH_SIZE + 1]);
 
 /** The value of a key in a manifest, a string without quotes; false: it has none. */
 bool kmp_manifest_text(const char *manifest, const char *key, kmp_text *value);

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tables of values from CSV files: a header of names, then a row an instance. */
+/* Tables of values from files: CSV, a header of names, then a row an instance; Parquet, a column for each name. */
+#include "base/file.h"
+#include "model/expressions/dimension.h"
 #include "model/variant.h"
 #include "output/csv_reader.h"
+#include "output/formats/parquet_reader.h"
 #include "studies/ensemble/values.h"
 #include <kempe/ensemble.h>
+#include <math.h>
 #include <string.h>
 
 typedef struct reader {
@@ -63,6 +67,73 @@ static bool read_row(kmp_csv *csv, const char *line)
     return row;
 }
 
+/* -- Parquet ----------------------------------------------------------------------------------------- */
+
+static kempe_status check_columns(const kempe_model *model, const char *path, const kmp_parquet_file *file)
+{
+    kempe_status status = KEMPE_OK;
+    if (file->rows == 0 || file->column_count == 0)
+        status = kmp_complain(model->context, path, 0, 0, "the table has no rows or no columns");
+    for (int c = 0; c < file->column_count; c++) {
+        const kmp_parquet_column *column = &file->column[c];
+        kmp_text why = {0};
+        if (!column->number)
+            kmp_text_printf(&why, "column '%s' has words; values are numbers", column->name);
+        else
+            (void)kmp_variant_may(model, column->name, &why);
+        for (int i = 0; i < c && !why.length; i++)
+            if (strcmp(file->column[i].name, column->name) == 0)
+                kmp_text_printf(&why, "column '%s' is given twice", column->name);
+        kmp_unit unit;
+        if (!why.length && *column->unit && !kmp_unit_read(column->unit, strlen(column->unit), &unit))
+            kmp_text_printf(&why, "column '%s' has the unknown unit '%s'", column->name, column->unit);
+        for (int row = 0; column->number && row < file->rows && !why.length; row++)
+            if (!isfinite(column->number[row]))
+                kmp_text_printf(&why, "column '%s', row %d: a finite number is expected", column->name, row + 1);
+        if (why.length)
+            status = kmp_complain(model->context, path, 0, 0, "%s", why.s);
+        if (why.failed)
+            status = kmp_fail_memory(model->context);
+        kmp_text_free(&why);
+    }
+    return status;
+}
+
+static kempe_status take_columns(const kempe_model *model, const kmp_parquet_file *file, kempe_values **values)
+{
+    kmp_arena arena = {0};
+    const char **names = KMP_ARENA_NEW(&arena, const char *, file->column_count);
+    for (int c = 0; names && c < file->column_count; c++)
+        names[c] = file->column[c].name;
+    bool ok = names && (*values = kmp_values_new(file->column_count, names));
+    for (int row = 0; ok && row < file->rows; row++) {
+        double *numbers = kmp_values_add(*values);
+        ok = numbers;
+        for (int c = 0; ok && c < file->column_count; c++) {
+            const kmp_parquet_column *column = &file->column[c];
+            kmp_unit unit = {.factor = 1, .divisor = 1};
+            if (*column->unit)
+                (void)kmp_unit_read(column->unit, strlen(column->unit), &unit);
+            numbers[c] = column->number[row] * unit.factor / unit.divisor;
+        }
+    }
+    kmp_arena_free(&arena);
+    return kmp_made(model->context, ok);
+}
+
+static kempe_status read_parquet(const kempe_model *model, const char *path, kempe_values **values)
+{
+    kmp_parquet_file file = {0};
+    KMP_TRY(kmp_parquet_read(model->context, path, &file));
+    kempe_status status = check_columns(model, path, &file);
+    if (status == KEMPE_OK)
+        status = take_columns(model, &file, values);
+    kmp_parquet_file_free(&file);
+    return status;
+}
+
+/* -- CSV --------------------------------------------------------------------------------------------- */
+
 kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe_values **values)
 {
     KMP_WANTED_BOTH(model, path);
@@ -76,7 +147,8 @@ kempe_status kempe_values_read(const kempe_model *model, const char *path, kempe
                    .row = read_row};
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));
-    kempe_status status = kmp_csv_read(&csv);
+    bool is_parquet = strcmp(kmp_file_ending(path), ".parquet") == 0;
+    kempe_status status = is_parquet ? read_parquet(model, path, &r.values) : kmp_csv_read(&csv);
     if (status == KEMPE_OK && r.values->count == 0) {
         kmp_csv_complain(&csv, csv.line_text, "there are no rows below the header line");
         status = KEMPE_E_INPUT;
