@@ -81,6 +81,7 @@ typedef struct kmp_lane_room {
     double *row_scale;                         /* m */
     double *at;                                /* time of an evaluation, then the inputs there */
     bool anew;                                 /* the slope of some lane is to be evaluated again */
+    int out[KMP_LANES_MOST], out_count;        /* instances that have left for a separate run */
 } kmp_lane_room;
 
 /** One thread's share of an ensemble: a system of its own and its lanes. It runs one chunk of instances after another.
@@ -160,10 +161,22 @@ kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_pool *from, int i);
 kempe_status kmp_instance_reorder(kmp_engine *e, kmp_pool *from, int i);
 /** Writes the result of an instance, from t and y. */
 kempe_status kmp_instance_finish(kmp_engine *e, kmp_pool *pool, int i);
-/** Repeats an instance in a separate run from its start. */
-kempe_status kmp_instance_alone(kmp_engine *e, int i);
 /** Takes an instance out of the lanes for a separate run. */
 void kmp_instance_leave(kmp_engine *e, int i, const char *why);
+
+/** Puts the values of an instance into the model. KEMPE_E_INPUT: they are impossible, and its result says why. */
+kempe_status kmp_instance_take_values(kmp_engine *e, int i);
+/** Takes the values of an instance, assembles it, and measures its energies: KEMPE_E_INPUT, or the status of the
+ * assembly. */
+kempe_status kmp_instance_assemble(kmp_engine *e, int i, kempe_assembly **a);
+/** Computes q and qd of an instance in the unknowns of a pool, with factors and tangent, closed on request. false: Jv
+ * is singular. */
+bool kmp_instance_unpack(kmp_engine *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed);
+/** Goes on from (q, qd) at x->t with another partition, which it frees; `status`: of its choice. */
+kempe_status kmp_instance_go_on(kmp_engine *e, int i, kempe_status status, kmp_partition *part, const double *q,
+                                const double *qd);
+/** Measures the end of an instance; the evaluator's closure is that of q. */
+void kmp_instance_judge(kmp_engine *e, int i, double t, const double *q, const double *qd, double work);
 
 /** Makes an instance that was current before current again. */
 void kmp_instance_current(kmp_engine *e, const kmp_instance *x);
@@ -208,6 +221,17 @@ bool kmp_run_measure(kmp_engine *e, int i, kmp_runner *run);
 /** Writes the quantities at the end of an instance, at q and qd on closed loops; `row`: q, qd, qdd, lambda there, NULL:
  * not known. `pool`: of its lane. */
 void kmp_instance_measured(kmp_engine *e, kmp_pool *pool, int i, double t, const double *row);
+
+/* ensemble_apart.c: separate runs. */
+
+/** Repeats an instance in a separate run from its start. */
+kempe_status kmp_instance_alone(kmp_engine *e, int i);
+/** Continues an instance from t and y in a separate run, until lanes can take it back or to its end. `margin`: that of
+ * the closures over its usual size. Where such a run fails the instance is left to one from its start. The second
+ * begins such a run at a start with closures of this rank. */
+kempe_status kmp_instance_apart(kmp_engine *e, kmp_pool *from, int i, double margin, const char *why);
+kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, const double *q, const double *qd,
+                                      const char *why);
 
 /* ensemble_pool.c */
 

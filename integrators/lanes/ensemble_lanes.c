@@ -130,11 +130,28 @@ static void empty(kmp_lane_room *room, size_t l)
     room->step[l] = 0;
 }
 
-/* Leaves the instance of a lane to a separate run. */
+/* Leaves the instance of a lane to a separate run, from its last accepted step on. */
 static void expel(kmp_engine *e, size_t l, const char *why)
 {
-    kmp_instance_leave(e, e->room.who[l], why);
-    empty(&e->room, l);
+    kmp_lane_room *room = &e->room;
+    store(e, l);
+    e->results[room->who[l]].why = why;
+    room->out[room->out_count++] = room->who[l];
+    empty(room, l);
+}
+
+/* Runs the parts of instances that have been expelled. */
+static kempe_status run_expelled(kmp_engine *e, kmp_pool *pool)
+{
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < e->room.out_count && status == KEMPE_OK; k++) {
+        int i = e->room.out[k];
+        const kmp_instance *x = &e->instances[i];
+        double margin = x->seen_t >= 0 ? fmin(1, x->seen_margin) : 1;
+        status = kmp_instance_apart(e, pool, i, margin, e->results[i].why);
+    }
+    e->room.out_count = 0;
+    return status;
 }
 
 /* -- first steps ------------------------------------------------------------------------------------- */
@@ -536,7 +553,8 @@ static void measure(kmp_engine *e, kmp_pool *pool, outcome *what)
         e->results[room->who[l]].rhs += 3;
         if (!bad && kmp_lane_measure(e, pool, l))
             continue;
-        expel(e, l, "states between steps that are not available");
+        kmp_instance_leave(e, room->who[l], "states between steps that are not available");
+        empty(room, l); /* a run from the start makes its account anew */
         what[l] = EMPTY;
     }
 }
@@ -577,6 +595,8 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, siz
     empty(room, l);
     if (through)
         return kmp_instance_finish(e, pool, i);
+    if (why && !slow)
+        return kmp_instance_apart(e, pool, i, e->r > 0 ? fmin(1, seen->margin[l]) : 1, why);
     if (why) {
         kmp_instance_leave(e, i, why);
         return KEMPE_OK;
@@ -687,6 +707,8 @@ kempe_status kmp_pool_run(kmp_engine *e, kmp_pool *pool)
         if (fresh)
             begin_lanes(e, pool);
         status = step(e, pool);
+        if (status == KEMPE_OK)
+            status = run_expelled(e, pool);
     }
     park(e, pool);
     e->running = NULL;
