@@ -530,11 +530,11 @@ static void test_interrupt_between(void)
 }
 
 /* Every allocation fails once, more or less: nothing leaks, and what does not fail is the same as ever. */
-static void without_memory(int threads)
+static void without_memory(const char *example, const char *name, double t_end, int threads)
 {
     static outcome out, first;
-    many x = gather("four_bar/four_bar", (const char *const[]){"coupler", NULL}, 0.02);
-    const kmp_run_spec spec = {.rtol = 1e-6, .t_end = 0.1};
+    many x = gather(example, (const char *const[]){name, NULL}, 0.02);
+    const kmp_run_spec spec = {.rtol = 1e-6, .t_end = t_end};
     const kmp_ensemble_execution execution = {.threads = threads, .width = 2, .plain = true};
     run(&x, &spec, execution, &first);
     int failed = 0;
@@ -560,8 +560,9 @@ static void without_memory(int threads)
 
 static void test_no_memory(void)
 {
-    without_memory(1);
-    without_memory(3);
+    without_memory("four_bar/four_bar", "coupler", 0.1, 1);
+    without_memory("four_bar/four_bar", "coupler", 0.1, 3);
+    without_memory("n_four_bar/n_four_bar_1", "m", 2, 1); /* parts in separate runs */
 }
 
 int main(void)
