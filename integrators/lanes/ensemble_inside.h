@@ -58,8 +58,9 @@ typedef struct kmp_pool {
     kmp_program *program;
     kmp_lanes *lanes;
     kmp_fused_layout layout;
-    int head, tail, waiting; /* instances; -1: none */
-    unsigned long used;      /* the find that gave it last */
+    unsigned char *pivot_block; /* block of each pivot of Jv */
+    int head, tail, waiting;    /* instances; -1: none */
+    unsigned long used;         /* the find that gave it last */
 } kmp_pool;
 
 /** Instances of a run that have come to their end, of all engines. */
@@ -74,14 +75,15 @@ typedef struct kmp_lane_room {
     int who[KMP_LANES_MOST]; /* instance, -1: none */
     double t[KMP_LANES_MOST], h[KMP_LANES_MOST], t_new[KMP_LANES_MOST], error[KMP_LANES_MOST];
     double step[KMP_LANES_MOST];
-    double bad[KMP_LANES_MOST];                /* not 0: the right-hand side cannot be evaluated */
-    double *y, *y_new, *stage, *weight, *atol; /* size: room for the largest */
-    double *k[17];                             /* size, as published: 1 to 13; for dense output to 16 */
-    double *scale;                             /* n */
-    double *row_scale;                         /* m */
-    double *at;                                /* time of an evaluation, then the inputs there */
-    bool anew;                                 /* the slope of some lane is to be evaluated again */
-    int out[KMP_LANES_MOST], out_count;        /* instances that have left for a separate run */
+    double error_old[KMP_LANES_MOST], next[KMP_LANES_MOST]; /* of the last accepted step; the step after this one */
+    double bad[KMP_LANES_MOST];                             /* not 0: the right-hand side cannot be evaluated */
+    double *y, *y_new, *stage, *weight, *atol;              /* size: room for the largest */
+    double *k[17];                                          /* size, as published: 1 to 13; for dense output to 16 */
+    double *scale;                                          /* n */
+    double *row_scale;                                      /* m */
+    double *at;                                             /* time of an evaluation, then the inputs there */
+    bool anew;                                              /* the slope of some lane is to be evaluated again */
+    int out[KMP_LANES_MOST], out_count;                     /* instances that have left for a separate run */
 } kmp_lane_room;
 
 /** One thread's share of an ensemble: a system of its own and its lanes. It runs one chunk of instances after another.
@@ -267,6 +269,20 @@ void kmp_lanes_combine(size_t width, size_t size, const double *y, const double 
 /** Computes the solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
 void kmp_lanes_solution(size_t width, size_t size, const struct kmp_dop853_step *step);
 
+/** The next steps after accepted ones, without regard to rejections before (kmp_rk_after_accepted). */
+void kmp_lanes_next_steps(size_t width, const kmp_rk_method *method, const double *h, const double *error,
+                          const double *error_old, double *next);
+
+/** Slopes from the outputs of a program, by lanes. */
+typedef struct kmp_lanes_slopes {
+    size_t p, r;
+    bool power;
+    const double *y, *end; /* end: p + r slopes, p pivots, the power */
+    double *k, *bad;       /* bad grows where the slopes are not finite or a pivot is not positive */
+} kmp_lanes_slopes;
+
+void kmp_lanes_publish(size_t width, const kmp_lanes_slopes *slopes);
+
 /** Measurements at the end of a step, by lanes. */
 typedef struct kmp_lanes_end {
     int p, r, m;
@@ -277,6 +293,9 @@ typedef struct kmp_lanes_end {
     double *residual;   /* max |h|, scaled */
     double *correction; /* max |dv| in weights, of those beyond rounding */
     double *growth;     /* max |Bvu|, scaled */
+    int pivots;         /* of Jv */
+    const double *pivot;
+    double *least; /* min |pivot| */
 } kmp_lanes_end;
 
 void kmp_lanes_measure(size_t width, const kmp_lanes_end *end);

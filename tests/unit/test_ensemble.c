@@ -282,7 +282,9 @@ static void test_measures(void)
     random_seed(9);
     for (size_t width = 1; width <= W; width++) {
         double residual[W], correction[W], growth[W];
-        kmp_lanes_end end = {P, R, R, u, v, h, dv, b, weight, scale, row_scale, residual, correction, growth};
+        double least[W];
+        kmp_lanes_end end = {P,     R,         R,        u,          v,      h, dv, b,    weight,
+                             scale, row_scale, residual, correction, growth, R, h,  least};
         double *const vectors[] = {h, dv, weight, row_scale, b, scale};
         const size_t sizes[] = {R, R, R, R, R * P, N};
         for (int k = 0; k < 6; k++)
@@ -290,15 +292,16 @@ static void test_measures(void)
                 vectors[k][i] = k < 2 || k == 4 ? between(-1, 1) : between(0.5, 2);
         kmp_lanes_measure(width, &end);
         for (size_t l = 0; l < width; l++) {
-            double most_h = 0, most_dv = 0, most_b = 0;
+            double most_h = 0, most_dv = 0, most_b = 0, least_h = INFINITY;
             for (size_t i = 0; i < R; i++) {
                 most_h = check_max(most_h, fabs(h[i * width + l]) / row_scale[i * width + l]);
+                least_h = fmin(least_h, fabs(h[i * width + l]));
                 most_dv = check_max(most_dv, fabs(dv[i * width + l]) / weight[i * width + l]);
                 for (size_t c = 0; c < P; c++)
                     most_b = check_max(most_b, fabs(b[(c * R + i) * width + l]) * scale[(size_t)u[c] * width + l] /
                                                    scale[(size_t)v[i] * width + l]);
             }
-            CHECK(residual[l] == most_h && correction[l] == most_dv && growth[l] == most_b);
+            CHECK(residual[l] == most_h && correction[l] == most_dv && growth[l] == most_b && least[l] == least_h);
         }
     }
 }
