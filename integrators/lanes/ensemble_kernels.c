@@ -17,22 +17,50 @@ typedef struct kmp_lanes_control {
 /* Eight doubles, in memory of any alignment. */
 typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
 
-#define COMBINE(vector, w)                                                                                             \
-    for (size_t i = 0; i < size * (w); i += (w)) {                                                                     \
-        vector sum = a[0] * *(const vector *)(k[0] + i);                                                               \
-        for (int j = 1; j < terms; j++)                                                                                \
-            sum += a[j] * *(const vector *)(k[j] + i);                                                                 \
-        *(vector *)(out + i) = *(const vector *)(y + i) + *(const vector *)h * sum;                                    \
+#define COMBINE(name, vector, w)                                                                                       \
+    KMP_INLINE void name##_terms(size_t size, const double *y, const double *h, int terms, const double *a,            \
+                                 const double *const *k, double *out)                                                  \
+    {                                                                                                                  \
+        for (size_t i = 0; i < size * (w); i += (w)) {                                                                 \
+            vector sum = a[0] * *(const vector *)(k[0] + i);                                                           \
+            for (int j = 1; j < terms; j++)                                                                            \
+                sum += a[j] * *(const vector *)(k[j] + i);                                                             \
+            *(vector *)(out + i) = *(const vector *)(y + i) + *(const vector *)h * sum;                                \
+        }                                                                                                              \
+    }                                                                                                                  \
+    KMP_CLONES static void name(size_t size, const double *y, const double *h, int terms, const double *a,             \
+                                const double *const *k, double *out)                                                   \
+    {                                                                                                                  \
+        switch (terms) { /* those of DOP853: loops over a constant number are unrolled */                              \
+        case 3:                                                                                                        \
+            name##_terms(size, y, h, 3, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 4:                                                                                                        \
+            name##_terms(size, y, h, 4, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 5:                                                                                                        \
+            name##_terms(size, y, h, 5, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 6:                                                                                                        \
+            name##_terms(size, y, h, 6, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 7:                                                                                                        \
+            name##_terms(size, y, h, 7, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 8:                                                                                                        \
+            name##_terms(size, y, h, 8, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 9:                                                                                                        \
+            name##_terms(size, y, h, 9, a, k, out);                                                                    \
+            break;                                                                                                     \
+        default:                                                                                                       \
+            name##_terms(size, y, h, terms, a, k, out);                                                                \
+            break;                                                                                                     \
+        }                                                                                                              \
     }
 
-KMP_CLONES static void combine_8(size_t size, const double *y, const double *h, int terms, const double *a,
-                                 const double *const *k, double *out){COMBINE(eight, 8)}
-
-KMP_CLONES static void combine_4(size_t size, const double *y, const double *h, int terms, const double *a,
-                                 const double *const *k, double *out)
-{
-    COMBINE(kmp_four, 4)
-}
+COMBINE(combine_8, eight, 8)
+COMBINE(combine_4, kmp_four, 4)
 
 void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
                        const double *const *k, double *out)
