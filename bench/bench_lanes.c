@@ -59,14 +59,15 @@ static double distance(int count, const double *a, const double *b)
 static void report(const char *name, int n, const kmp_ensemble_result *results, double apart)
 {
     tally t = {0};
-    int lanes = 0, failed = 0;
+    int lanes = 0, failed = 0, parts = 0;
     for (int i = 0; i < COUNT; i++) {
         lanes += !results[i].alone && results[i].status != KEMPE_E_INPUT;
         failed += results[i].status != KEMPE_OK;
+        parts += results[i].parts;
         if (results[i].why)
             add(&t, results[i].why);
     }
-    printf("%-28s %4d %6d %6d %8.1e  ", name, n, lanes, failed, apart);
+    printf("%-28s %4d %6d %6d %6d %8.1e  ", name, n, lanes, parts, failed, apart);
     for (int k = 0; k < t.reasons; k++)
         printf("%s%d: %s", k > 0 ? "; " : "", t.count[k], t.why[k]);
     printf("\n");
@@ -118,7 +119,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "bench_lanes PART MODEL..\n");
         return 2;
     }
-    printf("%-28s %4s %6s %6s %8s  %s\n", "model", "n", "lanes", "failed", "distance", "runs of their own");
+    printf("%-28s %4s %6s %6s %6s %8s  %s\n", "model", "n", "lanes", "parts", "failed", "distance", "separate runs");
     for (int k = 2; k < argc; k++)
         run(argv[k], part);
     return 0;

@@ -58,8 +58,9 @@ typedef struct kmp_pool {
     kmp_program *program;
     kmp_lanes *lanes;
     kmp_fused_layout layout;
-    int head, tail, waiting; /* instances; -1: none */
-    unsigned long used;      /* the find that gave it last */
+    unsigned char *pivot_block; /* block of each pivot of Jv */
+    int head, tail, waiting;    /* instances; -1: none */
+    unsigned long used;         /* the find that gave it last */
 } kmp_pool;
 
 /** Instances of a run that have come to their end, of all engines. */
@@ -74,13 +75,15 @@ typedef struct kmp_lane_room {
     int who[KMP_LANES_MOST]; /* instance, -1: none */
     double t[KMP_LANES_MOST], h[KMP_LANES_MOST], t_new[KMP_LANES_MOST], error[KMP_LANES_MOST];
     double step[KMP_LANES_MOST];
-    double bad[KMP_LANES_MOST];                /* not 0: the right-hand side cannot be evaluated */
-    double *y, *y_new, *stage, *weight, *atol; /* size: room for the largest */
-    double *k[17];                             /* size, as published: 1 to 13; for dense output to 16 */
-    double *scale;                             /* n */
-    double *row_scale;                         /* m */
-    double *at;                                /* time of an evaluation, then the inputs there */
-    bool anew;                                 /* the slope of some lane is to be evaluated again */
+    double error_old[KMP_LANES_MOST], next[KMP_LANES_MOST]; /* of the last accepted step; the step after this one */
+    double bad[KMP_LANES_MOST];                             /* not 0: the right-hand side cannot be evaluated */
+    double *y, *y_new, *stage, *weight, *atol;              /* size: room for the largest */
+    double *k[17];                                          /* size, as published: 1 to 13; for dense output to 16 */
+    double *scale;                                          /* n */
+    double *row_scale;                                      /* m */
+    double *at;                                             /* time of an evaluation, then the inputs there */
+    bool anew;                                              /* the slope of some lane is to be evaluated again */
+    int out[KMP_LANES_MOST], out_count;                     /* instances that have left for a separate run */
 } kmp_lane_room;
 
 /** One thread's share of an ensemble: a system of its own and its lanes. It runs one chunk of instances after another.
@@ -160,10 +163,22 @@ kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_pool *from, int i);
 kempe_status kmp_instance_reorder(kmp_engine *e, kmp_pool *from, int i);
 /** Writes the result of an instance, from t and y. */
 kempe_status kmp_instance_finish(kmp_engine *e, kmp_pool *pool, int i);
-/** Repeats an instance in a separate run from its start. */
-kempe_status kmp_instance_alone(kmp_engine *e, int i);
 /** Takes an instance out of the lanes for a separate run. */
 void kmp_instance_leave(kmp_engine *e, int i, const char *why);
+
+/** Puts the values of an instance into the model. KEMPE_E_INPUT: they are impossible, and its result says why. */
+kempe_status kmp_instance_take_values(kmp_engine *e, int i);
+/** Takes the values of an instance, assembles it, and measures its energies: KEMPE_E_INPUT, or the status of the
+ * assembly. */
+kempe_status kmp_instance_assemble(kmp_engine *e, int i, kempe_assembly **a);
+/** Computes q and qd of an instance in the unknowns of a pool, with factors and tangent, closed on request. false: Jv
+ * is singular. */
+bool kmp_instance_unpack(kmp_engine *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed);
+/** Goes on from (q, qd) at x->t with another partition, which it frees; `status`: of its choice. */
+kempe_status kmp_instance_go_on(kmp_engine *e, int i, kempe_status status, kmp_partition *part, const double *q,
+                                const double *qd);
+/** Measures the end of an instance; the evaluator's closure is that of q. */
+void kmp_instance_judge(kmp_engine *e, int i, double t, const double *q, const double *qd, double work);
 
 /** Makes an instance that was current before current again. */
 void kmp_instance_current(kmp_engine *e, const kmp_instance *x);
@@ -209,6 +224,17 @@ bool kmp_run_measure(kmp_engine *e, int i, kmp_runner *run);
  * not known. `pool`: of its lane. */
 void kmp_instance_measured(kmp_engine *e, kmp_pool *pool, int i, double t, const double *row);
 
+/* ensemble_apart.c: separate runs. */
+
+/** Repeats an instance in a separate run from its start. */
+kempe_status kmp_instance_alone(kmp_engine *e, int i);
+/** Continues an instance from t and y in a separate run, until lanes can take it back or to its end. `margin`: that of
+ * the closures over its usual size. Where such a run fails the instance is left to one from its start. The second
+ * begins such a run at a start with closures of this rank. */
+kempe_status kmp_instance_apart(kmp_engine *e, kmp_pool *from, int i, double margin, const char *why);
+kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, const double *q, const double *qd,
+                                      const char *why);
+
 /* ensemble_pool.c */
 
 /** Finds the pool of a partition; Jv at the evaluator's last closure determines the order of elimination. NULL in
@@ -243,6 +269,20 @@ void kmp_lanes_combine(size_t width, size_t size, const double *y, const double 
 /** Computes the solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
 void kmp_lanes_solution(size_t width, size_t size, const struct kmp_dop853_step *step);
 
+/** The next steps after accepted ones, without regard to rejections before (kmp_rk_after_accepted). */
+void kmp_lanes_next_steps(size_t width, const kmp_rk_method *method, const double *h, const double *error,
+                          const double *error_old, double *next);
+
+/** Slopes from the outputs of a program, by lanes. */
+typedef struct kmp_lanes_slopes {
+    size_t p, r;
+    bool power;
+    const double *y, *end; /* end: p + r slopes, p pivots, the power */
+    double *k, *bad;       /* bad grows where the slopes are not finite or a pivot is not positive */
+} kmp_lanes_slopes;
+
+void kmp_lanes_publish(size_t width, const kmp_lanes_slopes *slopes);
+
 /** Measurements at the end of a step, by lanes. */
 typedef struct kmp_lanes_end {
     int p, r, m;
@@ -253,6 +293,9 @@ typedef struct kmp_lanes_end {
     double *residual;   /* max |h|, scaled */
     double *correction; /* max |dv| in weights, of those beyond rounding */
     double *growth;     /* max |Bvu|, scaled */
+    int pivots;         /* of Jv */
+    const double *pivot;
+    double *least; /* min |pivot| */
 } kmp_lanes_end;
 
 void kmp_lanes_measure(size_t width, const kmp_lanes_end *end);

@@ -3,27 +3,64 @@
 #include "base/simd4.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/steppers/dop853.h"
+#include <float.h>
 #include <math.h>
+#include <string.h>
+
+/* Numbers of the step-size control, one per lane. */
+typedef struct kmp_lanes_control {
+    const double *h, *error, *error_old;
+    double shrink, grow;
+    double *next;
+} kmp_lanes_control;
 
 /* Eight doubles, in memory of any alignment. */
 typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
 
-#define COMBINE(vector, w)                                                                                             \
-    for (size_t i = 0; i < size * (w); i += (w)) {                                                                     \
-        vector sum = a[0] * *(const vector *)(k[0] + i);                                                               \
-        for (int j = 1; j < terms; j++)                                                                                \
-            sum += a[j] * *(const vector *)(k[j] + i);                                                                 \
-        *(vector *)(out + i) = *(const vector *)(y + i) + *(const vector *)h * sum;                                    \
+#define COMBINE(name, vector, w)                                                                                       \
+    KMP_INLINE void name##_terms(size_t size, const double *y, const double *h, int terms, const double *a,            \
+                                 const double *const *k, double *out)                                                  \
+    {                                                                                                                  \
+        for (size_t i = 0; i < size * (w); i += (w)) {                                                                 \
+            vector sum = a[0] * *(const vector *)(k[0] + i);                                                           \
+            for (int j = 1; j < terms; j++)                                                                            \
+                sum += a[j] * *(const vector *)(k[j] + i);                                                             \
+            *(vector *)(out + i) = *(const vector *)(y + i) + *(const vector *)h * sum;                                \
+        }                                                                                                              \
+    }                                                                                                                  \
+    KMP_CLONES static void name(size_t size, const double *y, const double *h, int terms, const double *a,             \
+                                const double *const *k, double *out)                                                   \
+    {                                                                                                                  \
+        switch (terms) { /* those of DOP853: loops over a constant number are unrolled */                              \
+        case 3:                                                                                                        \
+            name##_terms(size, y, h, 3, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 4:                                                                                                        \
+            name##_terms(size, y, h, 4, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 5:                                                                                                        \
+            name##_terms(size, y, h, 5, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 6:                                                                                                        \
+            name##_terms(size, y, h, 6, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 7:                                                                                                        \
+            name##_terms(size, y, h, 7, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 8:                                                                                                        \
+            name##_terms(size, y, h, 8, a, k, out);                                                                    \
+            break;                                                                                                     \
+        case 9:                                                                                                        \
+            name##_terms(size, y, h, 9, a, k, out);                                                                    \
+            break;                                                                                                     \
+        default:                                                                                                       \
+            name##_terms(size, y, h, terms, a, k, out);                                                                \
+            break;                                                                                                     \
+        }                                                                                                              \
     }
 
-KMP_CLONES static void combine_8(size_t size, const double *y, const double *h, int terms, const double *a,
-                                 const double *const *k, double *out){COMBINE(eight, 8)}
-
-KMP_CLONES static void combine_4(size_t size, const double *y, const double *h, int terms, const double *a,
-                                 const double *const *k, double *out)
-{
-    COMBINE(kmp_four, 4)
-}
+COMBINE(combine_8, eight, 8)
+COMBINE(combine_4, kmp_four, 4)
 
 void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
                        const double *const *k, double *out)
@@ -64,6 +101,116 @@ void kmp_lanes_solution(size_t width, size_t size, const kmp_dop853_step *step)
         kmp_dop853_solution(width, size, step);
 }
 
+/* -- step sizes -------------------------------------------------------------------------------------- */
+
+static inline __attribute__((always_inline)) double of_bits(uint64_t bits)
+{
+    double x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static inline __attribute__((always_inline)) uint64_t bits_of(double x)
+{
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* Base-2 logarithm of a positive normal number, to some 1e-14: by the series of artanh after a division by the power of
+ * two that leaves a number between sqrt(1/2) and sqrt(2). */
+KMP_INLINE double log2_of(double x)
+{
+    const uint64_t half = 0x3fe6a09e667f3bcdu; /* sqrt(1/2) */
+    const double round = 6755399441055744.0;   /* 1.5 2^52: an integer in the low bits */
+    uint64_t above = bits_of(x) - half, power = above >> 52;
+    double m = of_bits((above & 0xfffffffffffffu) + half), f = (m - 1) / (m + 1), z = f * f;
+    double exponent = of_bits(bits_of(round) + power) - round;
+    exponent = exponent > 2048 ? exponent - 4096 : exponent; /* negative ones, in 12 bits */
+    double sum = 1.0 / 17;
+    sum = 1.0 / 15 + z * sum;
+    sum = 1.0 / 13 + z * sum;
+    sum = 1.0 / 11 + z * sum;
+    sum = 1.0 / 9 + z * sum;
+    sum = 1.0 / 7 + z * sum;
+    sum = 1.0 / 5 + z * sum;
+    sum = 1.0 / 3 + z * sum;
+    return exponent + 2.8853900817779268 * (f + f * (z * sum));
+}
+
+/* 2^y for |y| < 1000, to some 1e-15: by the exponential series beyond the nearest integer. */
+KMP_INLINE double exp2_of(double y)
+{
+    const double round = 6755399441055744.0;
+    double t = y + round, x = (y - (t - round)) * 0.6931471805599453, sum = 1 + x / 13;
+    for (int k = 12; k > 0; k--)
+        sum = 1 + x * sum * (1.0 / k);
+    return of_bits(bits_of(sum) + (bits_of(t) << 52));
+}
+
+/* kmp_rk_after_accepted, but for rounding of its powers. */
+KMP_INLINE void next_steps(size_t w, double exponent, const kmp_lanes_control *c)
+{
+    double factor[KMP_LANES_MOST];
+    for (size_t l = 0; l < w; l++) {
+        double error = c->error[l] > 1e-300 ? c->error[l] : 1e-300;
+        error = error < 1e300 ? error : 1e300;
+        factor[l] = exp2_of(exponent * log2_of(error) - KMP_RK_BETA * log2_of(c->error_old[l])) / KMP_RK_SAFETY;
+    }
+    for (size_t l = 0; l < w; l++) {
+        double most = factor[l] < c->shrink ? factor[l] : c->shrink, least = 1.0 / c->grow;
+        c->next[l] = c->h[l] / (most > least ? most : least);
+    }
+}
+
+KMP_CLONES static void next_steps_8(double exponent, const kmp_lanes_control *control)
+{
+    next_steps(8, exponent, control);
+}
+
+void kmp_lanes_next_steps(size_t width, const kmp_rk_method *method, const double *h, const double *error,
+                          const double *error_old, double *next)
+{
+    const kmp_lanes_control control = {h, error, error_old, method->shrink, method->grow, next};
+    if (width == 8)
+        next_steps_8(method->exponent, &control);
+    else
+        next_steps(width, method->exponent, &control);
+}
+
+/* -- the right-hand side ----------------------------------------------------------------------------- */
+
+KMP_INLINE void publish(size_t w, const kmp_lanes_slopes *s)
+{
+    size_t p = s->p * w, slopes = p + s->r * w;
+    for (size_t i = 0; i < p; i += w)
+        for (size_t l = 0; l < w; l++)
+            s->k[i + l] = s->y[p + i + l];
+    for (size_t i = 0; i < slopes; i += w)
+        for (size_t l = 0; l < w; l++)
+            s->k[p + i + l] = s->end[i + l];
+    for (size_t l = 0; l < w && s->power; l++)
+        s->k[p + slopes + l] = s->end[slopes + p + l];
+    for (size_t i = 0; i < p; i += w)
+        for (size_t l = 0; l < w; l++) {
+            double good = s->end[slopes + i + l] > 0 ? 0 : 1;
+            s->bad[l] += fabs(s->end[i + l]) <= DBL_MAX ? good : 1;
+        }
+}
+
+KMP_CLONES static void publish_8(const kmp_lanes_slopes *slopes)
+{
+    publish(8, slopes);
+}
+
+void kmp_lanes_publish(size_t width, const kmp_lanes_slopes *slopes)
+{
+    if (width == 8)
+        publish_8(slopes);
+    else
+        publish(width, slopes);
+}
+
 /* -- the end of a step ------------------------------------------------------------------------------- */
 
 KMP_INLINE double larger_of(double a, double b)
@@ -84,6 +231,11 @@ KMP_INLINE void measure_closures(size_t w, const kmp_lanes_end *e)
     for (size_t i = 0; i < (size_t)e->m * w; i += w)
         for (size_t l = 0; l < w; l++)
             e->residual[l] = larger_of(e->residual[l], or_infinite(fabs(e->h[i + l]) / e->row_scale[i + l]));
+    for (size_t l = 0; l < w; l++)
+        e->least[l] = INFINITY;
+    for (size_t i = 0; i < (size_t)e->pivots * w; i += w)
+        for (size_t l = 0; l < w; l++)
+            e->least[l] = fabs(e->pivot[i + l]) < e->least[l] ? fabs(e->pivot[i + l]) : e->least[l];
     for (int i = 0; i < e->r; i++) {
         const double *dv = e->dv + (size_t)i * w, *weight = e->weight + (size_t)i * w,
                      *scale = e->scale + (size_t)e->v[i] * w;

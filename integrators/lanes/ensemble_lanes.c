@@ -60,18 +60,12 @@ static double limit_of(const kmp_engine *e, const kmp_instance *x)
 static void evaluate(kmp_engine *e, kmp_pool *pool, const double *y, double *k)
 {
     kmp_lane_room *room = &e->room;
-    size_t w = room->w, p = (size_t)e->p, r = (size_t)e->r;
     put_inputs(e);
     kmp_lanes_set(pool->lanes, KMP_IN_TIME, room->at);
     kmp_lanes_set(pool->lanes, KMP_IN_Q, y);
-    const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_RATES), *pivot = end + (p + r) * w;
-    memcpy(k, y + p * w, p * w * sizeof *k);
-    memcpy(k + p * w, end, (p + r) * w * sizeof *k);
-    if (e->s->dissipative)
-        memcpy(k + (2 * p + r) * w, pivot + p * w, w * sizeof *k);
-    for (size_t i = 0; i < p * w; i += w)
-        for (size_t l = 0; l < w; l++)
-            room->bad[l] += !(pivot[i + l] > 0) || !(fabs(end[i + l]) <= DBL_MAX) ? 1 : 0;
+    const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_RATES);
+    const kmp_lanes_slopes slopes = {(size_t)e->p, (size_t)e->r, e->s->dissipative, y, end, k, room->bad};
+    kmp_lanes_publish(room->w, &slopes);
 }
 
 static void set_times(kmp_lane_room *room, double c)
@@ -130,11 +124,28 @@ static void empty(kmp_lane_room *room, size_t l)
     room->step[l] = 0;
 }
 
-/* Leaves the instance of a lane to a separate run. */
+/* Leaves the instance of a lane to a separate run, from its last accepted step on. */
 static void expel(kmp_engine *e, size_t l, const char *why)
 {
-    kmp_instance_leave(e, e->room.who[l], why);
-    empty(&e->room, l);
+    kmp_lane_room *room = &e->room;
+    store(e, l);
+    e->results[room->who[l]].why = why;
+    room->out[room->out_count++] = room->who[l];
+    empty(room, l);
+}
+
+/* Runs the parts of instances that have been expelled. */
+static kempe_status run_expelled(kmp_engine *e, kmp_pool *pool)
+{
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < e->room.out_count && status == KEMPE_OK; k++) {
+        int i = e->room.out[k];
+        const kmp_instance *x = &e->instances[i];
+        double margin = x->seen_t >= 0 ? fmin(1, x->seen_margin) : 1;
+        status = kmp_instance_apart(e, pool, i, margin, e->results[i].why);
+    }
+    e->room.out_count = 0;
+    return status;
 }
 
 /* -- first steps ------------------------------------------------------------------------------------- */
@@ -185,18 +196,12 @@ static void choose_steps(kmp_engine *e, kmp_pool *pool)
     }
 }
 
-/* Bit b is the sign of block b, from the pivots, which are written from the last block to the first; one more bit marks
- * the signs as known. */
+/* Bit b is the sign of block b; one more bit marks the signs as known. */
 static uint32_t signs_of(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l)
 {
-    int blocks = e->r > 0 ? kmp_block_count(pool->red.block) : 0;
     uint32_t signs = (uint32_t)1 << KMP_LANE_ROWS;
-    for (int b = blocks; b-- > 0;) {
-        int size;
-        (void)kmp_block_columns(pool->red.block, b, &size);
-        for (int k = size == 2 ? 1 : size; k-- > 0; pivot += e->room.w)
-            signs ^= pivot[l] < 0 ? (uint32_t)1 << b : 0;
-    }
+    for (int k = 0; k < pool->layout.pivots; k++)
+        signs ^= (uint32_t)(pivot[(size_t)k * e->room.w + l] < 0) << pool->pivot_block[k];
     return signs;
 }
 
@@ -280,7 +285,7 @@ static void choose_tries(kmp_engine *e)
 /* Values of the program's last stage, by lanes. */
 typedef struct watched {
     const double *multiplier, *pivot, *h, *jacobian, *b, *dv;
-    double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST];
+    double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST], least[KMP_LANES_MOST];
     double margin[KMP_LANES_MOST]; /* over its usual size; infinite: far from any change point */
     double rows[KMP_LANES_MOST];   /* largest dependence of a dropped row on the kept ones; 0: small */
 } watched;
@@ -308,17 +313,18 @@ static void watch(kmp_engine *e, kmp_pool *pool, watched *x)
                                .row_scale = room->row_scale,
                                .residual = x->residual,
                                .correction = x->correction,
-                               .growth = x->growth};
+                               .growth = x->growth,
+                               .pivots = pool->layout.pivots,
+                               .pivot = x->pivot,
+                               .least = x->least};
     kmp_lanes_measure(w, &end);
 }
 
 /* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */
-static bool looks_well(kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
+static bool looks_well(kmp_engine *e, const watched *x, size_t l)
 {
     kmp_instance *y = &e->instances[e->room.who[l]];
-    double least = INFINITY, before = y->pivot;
-    for (int k = 0; k < pool->layout.pivots; k++)
-        least = fmin(least, fabs(x->pivot[(size_t)k * e->room.w + l]));
+    double least = x->least[l], before = y->pivot;
     y->pivot = fmax(y->pivot, least);
     return before > 0 && least > KMP_MARGIN_CALLS * y->pivot;
 }
@@ -423,7 +429,7 @@ static bool consents(kmp_engine *e, const kmp_pool *pool, watched *x, size_t l)
     }
     if (signs_of(e, pool, x->pivot, l) != y->signs)
         return false;
-    bool well = looks_well(e, pool, x, l);
+    bool well = looks_well(e, x, l);
     x->margin[l] = well ? INFINITY : margin_of(e, x, l);
     x->rows[l] = well || e->m == e->r ? 0 : dependence_of(e, pool, x, l);
     return x->margin[l] >= KMP_MARGIN_DEEP && x->rows[l] <= KMP_ROWS_LOST;
@@ -536,7 +542,8 @@ static void measure(kmp_engine *e, kmp_pool *pool, outcome *what)
         e->results[room->who[l]].rhs += 3;
         if (!bad && kmp_lane_measure(e, pool, l))
             continue;
-        expel(e, l, "states between steps that are not available");
+        kmp_instance_leave(e, room->who[l], "states between steps that are not available");
+        empty(room, l); /* a run from the start makes its account anew */
         what[l] = EMPTY;
     }
 }
@@ -551,7 +558,7 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, siz
     bool collapsed = kmp_solver_collapsed(&x->hopeless, h, room->t_new[l]);
     kmp_ensemble_result *result = &e->results[i];
     result->steps++;
-    room->h[l] = kmp_rk_after_accepted(&kmp_dop853, h, error, x->error_old, x->rejected);
+    room->h[l] = x->rejected ? fmin(room->next[l], h) : room->next[l];
     x->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
     x->rejected = false;
     x->tries = 0;
@@ -577,6 +584,8 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, siz
     empty(room, l);
     if (through)
         return kmp_instance_finish(e, pool, i);
+    if (why && !slow)
+        return kmp_instance_apart(e, pool, i, e->r > 0 ? fmin(1, seen->margin[l]) : 1, why);
     if (why) {
         kmp_instance_leave(e, i, why);
         return KEMPE_OK;
@@ -599,6 +608,9 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     const kmp_dop853_step solution = {room->y,      room->step,  room->atol,   room->k,
                                       e->spec.rtol, room->y_new, room->weight, room->error};
     kmp_lanes_solution(room->w, (size_t)e->size, &solution);
+    for (size_t l = 0; l < room->w; l++)
+        room->error_old[l] = room->who[l] >= 0 ? e->instances[room->who[l]].error_old : 1;
+    kmp_lanes_next_steps(room->w, &kmp_dop853, room->step, room->error, room->error_old, room->next);
     e->work.sweeps++;
     for (size_t l = 0; l < room->w; l++) {
         what[l] = room->who[l] < 0 ? EMPTY : room->bad[l] != 0 ? BAD_STAGE : room->error[l] <= 1.0 ? TAKEN : BAD_ERROR;
@@ -687,6 +699,8 @@ kempe_status kmp_pool_run(kmp_engine *e, kmp_pool *pool)
         if (fresh)
             begin_lanes(e, pool);
         status = step(e, pool);
+        if (status == KEMPE_OK)
+            status = run_expelled(e, pool);
     }
     park(e, pool);
     e->running = NULL;

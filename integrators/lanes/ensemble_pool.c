@@ -14,6 +14,7 @@ void kmp_pool_free(kmp_pool *pool)
     kmp_reduction_free(&pool->red);
     kmp_partition_free(&pool->part);
     kmp_free(pool->order);
+    kmp_free(pool->pivot_block);
     kmp_free(pool->layout.factor);
     kmp_free(pool);
 }
@@ -46,6 +47,19 @@ static bool same_choice(const kmp_pool *pool, const kmp_partition *part)
            memcmp(pool->part.rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0;
 }
 
+/* The block of each pivot; pivots are written from the last block to the first. NULL: no memory. */
+static unsigned char *blocks_of_pivots(const kmp_pool *pool)
+{
+    unsigned char *block = KMP_NEW(unsigned char, pool->layout.pivots + 1);
+    int count = 0, size;
+    for (int b = pool->part.r > 0 ? kmp_block_count(pool->red.block) : 0; block && b-- > 0;) {
+        (void)kmp_block_columns(pool->red.block, b, &size);
+        for (int k = size == 2 ? 1 : size; k-- > 0;)
+            block[count++] = (unsigned char)b;
+    }
+    return block;
+}
+
 /* Makes a pool. KEMPE_E_FAILED: its program cannot be written. */
 static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *pool)
 {
@@ -60,7 +74,8 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *poo
     const kmp_fused_plan plan = {
         .order = pool->order, .row_scale = e->own.numbers + e->parameters + e->n, .power = true, .drives = true};
     pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);
-    if (pool->program)
+    pool->pivot_block = blocks_of_pivots(pool);
+    if (pool->program && pool->pivot_block)
         pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->execution.plain);
     if (pool->lanes)
         return KEMPE_OK;

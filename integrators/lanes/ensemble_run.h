@@ -6,8 +6,9 @@
  * Threads share the instances in chunks, each with a system of its own. A result depends on its own values alone: its
  * bits are the same for any number of threads and instances.
  *
- * Lanes make the decisions of a run of one mechanism. If a lane cannot decide, a separate run repeats that instance
- * from its start: for change points, events, singular angles of spherical joints, large systems, failed steps. */
+ * Lanes make the decisions of a run of one mechanism. If a lane cannot decide, a separate run continues that instance
+ * until lanes can take it back: across change points, where steps become too small. A separate run makes an instance
+ * from its start where lanes do not support the mechanism: conditions, large systems. */
 #pragma once
 
 #include "integrators/quantities/run_quantities.h"
@@ -33,8 +34,9 @@ typedef struct kmp_ensemble_result {
                           * model */
     char *reason;        /* NULL: there is none; freed with kmp_free */
     bool alone;          /* made by a separate run */
+    int parts;           /* of its time that separate runs have made between lanes */
     bool rates_changed;  /* its start rates were given and could not be kept */
-    const char *why;     /* reason for a separate run; NULL: it ran in a lane, or nothing had to be done */
+    const char *why;     /* reason for the last separate run; NULL: it ran in a lane, or nothing had to be done */
     double t;
     long steps, rejected, refused, rhs, exchanges;
     double h, hdot, drift; /* at the end: max |h| and |hdot|, scaled; energy drift relative to the size of the energy */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Operations on one instance at a time: its start, an exchange of u, its end, and its separate run if lanes cannot run
- * it. The evaluator and the scales of the system are those of the current instance. */
+/* Operations on one instance at a time: its start, an exchange of u, its end. The evaluator and the scales of the
+ * system are those of the current instance. */
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
 #include "constraints/rounding/rounding.h"
@@ -40,8 +40,7 @@ const char *kmp_engine_no_lanes(const kmp_engine *e)
 
 /* -- the current instance ----------------------------------------------------------------------------- */
 
-/* Puts the values of an instance into the model. KEMPE_E_INPUT: they are impossible, and its result says why. */
-static kempe_status take_values(kmp_engine *e, int i)
+kempe_status kmp_instance_take_values(kmp_engine *e, int i)
 {
     kmp_ensemble_result *result = &e->results[i];
     kmp_text why = {0};
@@ -103,8 +102,6 @@ static bool demands_too_much(const kmp_engine *e, const double *qd)
  * can. */
 static const char *obstacle_at(const kmp_engine *e, const kmp_partition *part, const double *q, const double *qd)
 {
-    if (part->r > 0 && part->pivots[part->r - 1] < KMP_MARGIN_LOOK * part->pivots[0])
-        return "a change point near the start";
     if (part->p > KMP_FUSED_FREEDOMS)
         return "a large system";
     if (part->p == 0 && !e->s->rheonomic)
@@ -113,6 +110,17 @@ static const char *obstacle_at(const kmp_engine *e, const kmp_partition *part, c
         if (kmp_chart_regular(e->s, c, q) < KMP_AXES_CENTRED)
             return "a spherical joint near the singular position of its angles";
     return demands_too_much(e, qd) ? "rates that the closures do not allow" : NULL;
+}
+
+/* Sets the numbers of an instance at its start. */
+static void begin_numbers(const kmp_engine *e, kmp_instance *x, const kmp_partition *part)
+{
+    x->bound = (kmp_work_bound){.most = e->spec.max_steps};
+    x->usual = part->r > 0 ? part->pivots[part->r - 1] : 1;
+    x->limit = part->user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
+    x->error_old = KMP_RK_ERROR_FLOOR;
+    x->seen_t = x->corrected_t = -1;
+    kmp_present_inputs_stand(&x->inputs, 0);
 }
 
 /* Enters the lanes at a closed start, or leaves the instance to a separate run. */
@@ -132,16 +140,14 @@ static kempe_status enter(kmp_engine *e, int i, const double *q, const double *q
     if (status != KEMPE_OK)
         return status;
     const char *why = obstacle_at(e, &part, q, qd);
-    if (!why)
+    bool near = part.r > 0 && part.pivots[part.r - 1] < KMP_MARGIN_LOOK * part.pivots[0];
+    begin_numbers(e, x, &part);
+    if (!why && !near)
         status = kmp_pool_find(e, &part, &pool);
-    if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, qd)) {
-        x->bound = (kmp_work_bound){.most = e->spec.max_steps};
-        x->usual = part.r > 0 ? part.pivots[part.r - 1] : 1;
-        x->corrected_t = -1;
-        x->limit = part.user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
-        x->error_old = KMP_RK_ERROR_FLOOR;
-        x->seen_t = -1;
-        kmp_present_inputs_stand(&x->inputs, 0);
+    if (status == KEMPE_OK && !why && near) {
+        kmp_instance_begin_account(e, i);
+        status = kmp_instance_start_apart(e, i, part.r, q, qd, "a change point near the start");
+    } else if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, qd)) {
         kmp_reduced_pack(&part, true, q, qd, x->y);
         kmp_instance_begin_account(e, i);
         kmp_pool_put(e, pool, i);
@@ -152,11 +158,9 @@ static kempe_status enter(kmp_engine *e, int i, const double *q, const double *q
     return status;
 }
 
-/* Takes the values of an instance, assembles it, and measures its energies: KEMPE_E_INPUT, or the status of the
- * assembly. */
-static kempe_status assemble(kmp_engine *e, int i, kempe_assembly **a)
+kempe_status kmp_instance_assemble(kmp_engine *e, int i, kempe_assembly **a)
 {
-    KMP_TRY(take_values(e, i));
+    KMP_TRY(kmp_instance_take_values(e, i));
     kmp_eval_renew_parameters(e->eval);
     KMP_TRY(kempe_assembly_new(e->s, a));
     const double *q = kempe_assembly_q(*a), *qd = kempe_assembly_qd(*a);
@@ -171,7 +175,7 @@ static kempe_status assemble(kmp_engine *e, int i, kempe_assembly **a)
 kempe_status kmp_instance_start(kmp_engine *e, int i)
 {
     kempe_assembly *a = NULL;
-    kempe_status status = assemble(e, i, &a);
+    kempe_status status = kmp_instance_assemble(e, i, &a);
     if (status == KEMPE_OK) {
         kmp_constants_keep(e->s, &e->instances[i].constants);
         status = enter(e, i, kempe_assembly_q(a), kempe_assembly_qd(a));
@@ -203,16 +207,14 @@ bool kmp_instance_state(kmp_engine *e, kmp_pool *pool, double t, const double *y
     return true;
 }
 
-/* The state of an instance that becomes the current one. */
-static bool unpack(kmp_engine *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed)
+bool kmp_instance_unpack(kmp_engine *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed)
 {
     kmp_instance_current(e, x);
     return kmp_instance_state(e, pool, x->t, x->y, q, qd, closed);
 }
 
-/* Goes on from (q, qd) with another partition, which it frees; `status`: of its choice. */
-static kempe_status go_on_with(kmp_engine *e, int i, kempe_status status, kmp_partition *part, const double *q,
-                               const double *qd)
+kempe_status kmp_instance_go_on(kmp_engine *e, int i, kempe_status status, kmp_partition *part, const double *q,
+                                const double *qd)
 {
     kmp_instance *x = &e->instances[i];
     kmp_pool *pool = NULL;
@@ -237,21 +239,21 @@ kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i)
 {
     kmp_partition part;
     double *q = e->state, *qd = q + e->n;
-    if (!unpack(e, from, &e->instances[i], q, qd, false)) {
+    if (!kmp_instance_unpack(e, from, &e->instances[i], q, qd, false)) {
         kmp_instance_leave(e, i, "closures that are singular");
         return KEMPE_OK;
     }
     KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, &from->part)));
     kempe_status status = kmp_partition_exchange(&part, e->s, e->eval->jacobian, KMP_EXCHANGE_GROWTH);
     e->results[i].exchanges++;
-    return go_on_with(e, i, status, &part, q, qd);
+    return kmp_instance_go_on(e, i, status, &part, q, qd);
 }
 
 kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_pool *from, int i)
 {
     kmp_partition part;
     double *q = e->state, *qd = q + e->n;
-    if (!unpack(e, from, &e->instances[i], q, qd, false)) {
+    if (!kmp_instance_unpack(e, from, &e->instances[i], q, qd, false)) {
         kmp_instance_leave(e, i, "closures that are singular");
         return KEMPE_OK;
     }
@@ -261,7 +263,7 @@ kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_pool *from, int i)
         kmp_context_clear(e->context);
         return KEMPE_OK;
     }
-    return status == KEMPE_OK ? go_on_with(e, i, status, &part, q, qd) : status;
+    return status == KEMPE_OK ? kmp_instance_go_on(e, i, status, &part, q, qd) : status;
 }
 
 /* The step continues: the numbers are the same but for rounding. */
@@ -270,7 +272,7 @@ kempe_status kmp_instance_reorder(kmp_engine *e, kmp_pool *from, int i)
     kmp_instance *x = &e->instances[i];
     kmp_pool *pool = NULL;
     kempe_status status = KEMPE_OK;
-    if (unpack(e, from, x, e->state, e->state + e->n, false))
+    if (kmp_instance_unpack(e, from, x, e->state, e->state + e->n, false))
         status = kmp_pool_find(e, &from->part, &pool);
     if (status != KEMPE_OK)
         return status;
@@ -292,8 +294,7 @@ static double drift_of(const kmp_instance *x, double kinetic, double potential, 
     return size > 0 ? drift / size : drift;
 }
 
-/* Measures the end of an instance; the evaluator's closure is that of q. */
-static void judge(kmp_engine *e, int i, double t, const double *q, const double *qd, double work)
+void kmp_instance_judge(kmp_engine *e, int i, double t, const double *q, const double *qd, double work)
 {
     kmp_ensemble_result *result = &e->results[i];
     kmp_eval_mass(e->eval);
@@ -309,74 +310,13 @@ kempe_status kmp_instance_finish(kmp_engine *e, kmp_pool *pool, int i)
 {
     const kmp_instance *x = &e->instances[i];
     double *q = e->state, *qd = q + e->n;
-    if (!unpack(e, pool, x, q, qd, true)) {
+    if (!kmp_instance_unpack(e, pool, x, q, qd, true)) {
         kmp_instance_leave(e, i, "closures that are singular");
         return KEMPE_OK;
     }
-    judge(e, i, x->t, q, qd, e->s->dissipative ? x->y[e->n + pool->part.p] : 0);
+    kmp_instance_judge(e, i, x->t, q, qd, e->s->dissipative ? x->y[e->n + pool->part.p] : 0);
     kmp_instance_measured(e, pool, i, x->t, NULL);
     e->results[i].status = KEMPE_OK;
     kmp_engine_count(e);
     return KEMPE_OK;
-}
-
-/* -- separate run ------------------------------------------------------------------------------------- */
-
-static kempe_status run_alone(kmp_engine *e, int i, kmp_runner *run, kempe_status status)
-{
-    kmp_ensemble_result *result = &e->results[i];
-    kmp_run_report report;
-    int n = e->n;
-    double *row = KMP_NEW(double, 3 * n + e->m), work;
-    kmp_instance_begin_account(e, i);
-    while (row && status == KEMPE_OK && kmp_runner_t(run) < e->spec.t_end) {
-        status = kmp_runner_step(run);
-        if (status == KEMPE_OK && !kmp_run_measure(e, i, run))
-            status = KEMPE_E_FAILED; /* the row gave the reason */
-    }
-    kmp_runner_report(run, &report);
-    result->status = status;
-    result->reason = report.reason;
-    result->t = report.t;
-    result->steps = report.steps;
-    result->rejected = report.rejected;
-    result->refused = report.refused;
-    result->rhs = report.rhs;
-    result->exchanges = report.exchanges;
-    if (row && run->solver && kmp_runner_row(run, report.t, row, &work) == KEMPE_OK) {
-        kmp_eval_closure(e->eval, report.t, row);
-        judge(e, i, report.t, row, row + n, work);
-        if (status == KEMPE_OK)
-            kmp_instance_measured(e, NULL, i, report.t, row);
-    }
-    kmp_free(row);
-    return !row ? kmp_fail_memory(e->context) : status == KEMPE_E_MEMORY ? status : KEMPE_OK;
-}
-
-/* Reports the reason of a failed start. */
-static kempe_status fail_alone(kmp_engine *e, int i, kempe_status status)
-{
-    if (status == KEMPE_E_MEMORY)
-        return status;
-    e->results[i].status = KEMPE_E_FAILED;
-    e->results[i].reason = kmp_strdup(kempe_context_message(e->context));
-    kmp_context_clear(e->context);
-    return e->results[i].reason ? KEMPE_OK : kmp_fail_memory(e->context);
-}
-
-kempe_status kmp_instance_alone(kmp_engine *e, int i)
-{
-    kempe_assembly *a = NULL;
-    kmp_runner *run = NULL;
-    kempe_status status = assemble(e, i, &a);
-    if (status == KEMPE_E_INPUT)
-        return KEMPE_OK;
-    if (status == KEMPE_OK)
-        status = kmp_runner_new(e->s, &e->spec, a, &run);
-    status = run ? run_alone(e, i, run, status) : fail_alone(e, i, status);
-    kmp_runner_free(run);
-    kempe_assembly_free(a);
-    if (status == KEMPE_OK)
-        kmp_context_clear(e->context);
-    return status;
 }

@@ -213,10 +213,22 @@ static void run_angles(kmp_lanes *lanes, uint32_t first, uint32_t end)
     }
 }
 
+static KMP_CLONES void copy_eights(const kmp_frame *f, uint32_t first, uint32_t end, double *v)
+{
+    for (uint32_t k = first; k < end; k++)
+        KMP_EIGHT_AT(v + 8 * (size_t)f->copies[k].to) =
+            KMP_EIGHT_CONST(v + 8 * (size_t)f->copies[k].from) * f->copies[k].factor;
+}
+
 static void run_copies(kmp_lanes *lanes, int stage)
 {
     const kmp_frame *f = &lanes->frame;
     size_t w = (size_t)lanes->width;
+    if (w == 8) {
+        if (f->copy_start[stage] < f->copy_start[stage + 1])
+            copy_eights(f, f->copy_start[stage], f->copy_start[stage + 1], lanes->v);
+        return;
+    }
     for (uint32_t k = f->copy_start[stage]; k < f->copy_start[stage + 1]; k++)
         for (size_t l = 0; l < w; l++)
             lanes->v[f->copies[k].to * w + l] = lanes->v[f->copies[k].from * w + l] * f->copies[k].factor;

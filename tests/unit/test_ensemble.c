@@ -106,7 +106,8 @@ static bool same_result(const kmp_ensemble_result *a, const kmp_ensemble_result 
 {
     return a->status == b->status && a->alone == b->alone && a->t == b->t && a->steps == b->steps &&
            a->rejected == b->rejected && a->refused == b->refused && a->rhs == b->rhs && a->exchanges == b->exchanges &&
-           memcmp(&a->h, &b->h, sizeof a->h) == 0 && memcmp(&a->drift, &b->drift, sizeof a->drift) == 0 &&
+           a->parts == b->parts && memcmp(&a->h, &b->h, sizeof a->h) == 0 &&
+           memcmp(&a->drift, &b->drift, sizeof a->drift) == 0 &&
            strcmp(a->reason ? a->reason : "", b->reason ? b->reason : "") == 0;
 }
 
@@ -263,8 +264,8 @@ static void test_lanes_do_not_matter(void)
     one_mechanism(gather("car_axis/car_axis", (const char *const[]){"m", "w", NULL}, 0.02), 0.3, 1e-6, 0);
     one_mechanism(gather("driven_slider_crank/driven_slider_crank", (const char *const[]){"l", "speed", NULL}, 0.05), 1,
                   1e-6, 0);
-    one_mechanism(gather("four_bar/four_bar_spatial", (const char *const[]){"g", "qd.crank", NULL}, 0.03), 0.6,
-                  1e-6, COUNT);
+    one_mechanism(gather("four_bar/four_bar_spatial", (const char *const[]){"g", "qd.crank", NULL}, 0.03), 0.6, 1e-6,
+                  COUNT);
     one_mechanism(gather("parallel_robot/parallel_robot", (const char *const[]){"m_rod", "m_platform", NULL}, 0.05), 2,
                   1e-6, 0);
     one_mechanism(gather("stewart/stewart", (const char *const[]){"k", "c", NULL}, 0.05), 0.2, 1e-6, 0);
@@ -281,7 +282,9 @@ static void test_measures(void)
     random_seed(9);
     for (size_t width = 1; width <= W; width++) {
         double residual[W], correction[W], growth[W];
-        kmp_lanes_end end = {P, R, R, u, v, h, dv, b, weight, scale, row_scale, residual, correction, growth};
+        double least[W];
+        kmp_lanes_end end = {P,     R,         R,        u,          v,      h, dv, b,    weight,
+                             scale, row_scale, residual, correction, growth, R, h,  least};
         double *const vectors[] = {h, dv, weight, row_scale, b, scale};
         const size_t sizes[] = {R, R, R, R, R * P, N};
         for (int k = 0; k < 6; k++)
@@ -289,15 +292,16 @@ static void test_measures(void)
                 vectors[k][i] = k < 2 || k == 4 ? between(-1, 1) : between(0.5, 2);
         kmp_lanes_measure(width, &end);
         for (size_t l = 0; l < width; l++) {
-            double most_h = 0, most_dv = 0, most_b = 0;
+            double most_h = 0, most_dv = 0, most_b = 0, least_h = INFINITY;
             for (size_t i = 0; i < R; i++) {
                 most_h = check_max(most_h, fabs(h[i * width + l]) / row_scale[i * width + l]);
+                least_h = fmin(least_h, fabs(h[i * width + l]));
                 most_dv = check_max(most_dv, fabs(dv[i * width + l]) / weight[i * width + l]);
                 for (size_t c = 0; c < P; c++)
                     most_b = check_max(most_b, fabs(b[(c * R + i) * width + l]) * scale[(size_t)u[c] * width + l] /
                                                    scale[(size_t)v[i] * width + l]);
             }
-            CHECK(residual[l] == most_h && correction[l] == most_dv && growth[l] == most_b);
+            CHECK(residual[l] == most_h && correction[l] == most_dv && growth[l] == most_b && least[l] == least_h);
         }
     }
 }
@@ -368,8 +372,7 @@ static void test_what_lanes_cannot(void)
         const char *why;
     } cases[] = {{"toggle_press/toggle_press", "link_mass", 0.01, "conditions or kinks during the run"},
                  {"suspension/suspension", "rear_c", 0.01, "the articulated-body algorithm"},
-                 {"governor/governor", "K", 0.002, "another formulation"},
-                 {"n_four_bar/n_four_bar_1", "m", 2, "a change point during the run"}};
+                 {"governor/governor", "K", 0.002, "another formulation"}};
     static outcome some, all;
     random_seed(5);
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
@@ -386,6 +389,49 @@ static void test_what_lanes_cannot(void)
         drop(&all);
         scatter(&x);
     }
+}
+
+/* -- in part ----------------------------------------------------------------------------------------- */
+
+/* Separate runs lead across change points and back to the lanes. */
+static void one_with_parts(many x, double t_end, double near, const char *why)
+{
+    static outcome first, other;
+    static const kmp_ensemble_execution ways[] = {
+        {.width = 1}, {.width = 8, .plain = true}, {.threads = 2, .width = 4}, {.threads = 3, .width = 1, .pools = 1}};
+    const kmp_run_spec spec = {.rtol = 1e-9, .t_end = t_end};
+    if (!x.ensemble) {
+        scatter(&x);
+        return;
+    }
+    run(&x, &spec, (kmp_ensemble_execution){.width = 8}, &first);
+    CHECK(first.work.alone == 0 && first.work.lane_steps > 0);
+    for (int i = 0; i < COUNT; i++) {
+        const kmp_ensemble_result *r = &first.result[i];
+        CHECK(r->status == KEMPE_OK && !r->reason && !r->alone && r->t == t_end && r->parts > 0 && r->steps > 5);
+        CHECK(r->why && strcmp(r->why, why) == 0);
+        CHECK(r->h < 1e-12 && r->hdot < 1e-12 && r->drift < 1e-6);
+    }
+    for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
+        run(&x, &spec, ways[k], &other);
+        CHECK(differ(&x, &first, &other) == 0);
+        drop(&other);
+    }
+    run(&x, &spec, (kmp_ensemble_execution){.alone = true}, &other);
+    double off = distance(&x, &first, &other);
+    printf("  %ld steps, %d parts; from runs one by one %.2g\n", first.result[0].steps, first.result[0].parts, off);
+    CHECK(other.work.alone == COUNT && off < near);
+    drop(&first);
+    drop(&other);
+    scatter(&x);
+}
+
+static void test_parts(void)
+{
+    static const char during[] = "a change point during the run";
+    random_seed(6);
+    one_with_parts(gather("n_four_bar/n_four_bar_1", (const char *const[]){"m", NULL}, 0.01), 2, 1e-6, during);
+    one_with_parts(gather("n_four_bar/n_four_bar", (const char *const[]){"m", NULL}, 0.01), 2, 1e-6, during);
 }
 
 /* -- what cannot be run ------------------------------------------------------------------------------ */
@@ -487,11 +533,11 @@ static void test_interrupt_between(void)
 }
 
 /* Every allocation fails once, more or less: nothing leaks, and what does not fail is the same as ever. */
-static void without_memory(int threads)
+static void without_memory(const char *example, const char *name, double t_end, int threads)
 {
     static outcome out, first;
-    many x = gather("four_bar/four_bar", (const char *const[]){"coupler", NULL}, 0.02);
-    const kmp_run_spec spec = {.rtol = 1e-6, .t_end = 0.1};
+    many x = gather(example, (const char *const[]){name, NULL}, 0.02);
+    const kmp_run_spec spec = {.rtol = 1e-6, .t_end = t_end};
     const kmp_ensemble_execution execution = {.threads = threads, .width = 2, .plain = true};
     run(&x, &spec, execution, &first);
     int failed = 0;
@@ -517,8 +563,9 @@ static void without_memory(int threads)
 
 static void test_no_memory(void)
 {
-    without_memory(1);
-    without_memory(3);
+    without_memory("four_bar/four_bar", "coupler", 0.1, 1);
+    without_memory("four_bar/four_bar", "coupler", 0.1, 3);
+    without_memory("n_four_bar/n_four_bar_1", "m", 2, 1); /* parts in separate runs */
 }
 
 int main(void)
@@ -527,6 +574,7 @@ int main(void)
     TEST(test_measures);
     TEST(test_models_of_their_own);
     TEST(test_what_lanes_cannot);
+    TEST(test_parts);
     TEST(test_bad_instances);
     TEST(test_open_loops);
     TEST(test_interrupt);

@@ -399,6 +399,12 @@ static const char *alone_of(const kmp_ensemble_result *r)
     return r->alone && r->why ? r->why : "";
 }
 
+/* Why a part of an instance was run by itself. */
+static const char *apart_of(const kmp_ensemble_result *r)
+{
+    return !r->alone && r->parts > 0 && r->why ? r->why : "";
+}
+
 /* -- messages ---------------------------------------------------------------------------------------- */
 
 typedef struct totals {
@@ -424,19 +430,20 @@ static totals sum_up(const kempe_batch *b)
     return s;
 }
 
-/* Why instances were run by themselves, each reason once, in the order of the first. */
-static void put_alone(const kempe_batch *b, kmp_text *text)
+/* Why instances were run by themselves, or parts of them, each reason once, in the order of the first. */
+static void put_reasons(const kempe_batch *b, const char *reason_of(const kmp_ensemble_result *r), const char *which,
+                        kmp_text *text)
 {
     for (int k = 0; k < b->count; k++) {
-        const char *why = alone_of(&b->results[k]);
+        const char *why = reason_of(&b->results[k]);
         int before = 0, after = 0;
         for (int i = 0; *why && i < b->count && before == 0; i++)
-            if (strcmp(alone_of(&b->results[i]), why) == 0) {
+            if (strcmp(reason_of(&b->results[i]), why) == 0) {
                 before += i < k;
                 after++;
             }
         if (after > 0 && before == 0)
-            kmp_text_printf(text, "alone     %d because of: %s\n", after, why);
+            kmp_text_printf(text, "%-10s%d because of: %s\n", which, after, why);
     }
 }
 
@@ -490,7 +497,8 @@ static void put_text(kmp_text *text, const void *result)
                         b->work.alone);
     else
         kmp_text_printf(text, "lanes     none; every instance separately\n");
-    put_alone(b, text);
+    put_reasons(b, alone_of, "alone", text);
+    put_reasons(b, apart_of, "in part", text);
     kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
                     s.h, s.hdot);
     kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", s.drift);
