@@ -69,7 +69,7 @@ def anchors(page):
 
 
 def commands(page):
-    """(the block's folder, words) of every line that begins with `kempe` and names a model."""
+    """(the block's folder, words) of every line that begins with `kempe` and names a model or a result folder."""
     if page.name == "gallery.md":
         return  # commands of the examples' own pages
     for block in blocks(page.read_text()):
@@ -77,7 +77,7 @@ def commands(page):
         for line in block.split("\n"):
             if line.startswith("cd "):
                 folder = line[3:]
-            if re.match(r"kempe (new \w|\w+ \S+\.yaml)", line):
+            if re.match(r"kempe (new \w|\w+ \S+\.(yaml|kempe)\b)", line):
                 yield folder, shlex.split(line)[1:]
 
 
