@@ -380,6 +380,30 @@ class Studies(Case):
         other.write_text(page.read_text().replace("\nbegin();\n", "\nbegin();\nstage.seek(2);\n"))
         self.assertEqual(self.open(other)[0].by_id["clock"]["text"], "2 of 4")
 
+    def test_quantities_of_an_ensemble(self):
+        """Histograms end at the extreme values of the table; bars and the yield are those of the statistics."""
+        table, model = self.folder / "instances.csv", STUDIES["ensemble"][0]
+        options = ["--sample", "crank=0.28:0.32,base=0.88:0.92", "--design", "saltelli", "--instances", "200", "--t-end", "0.3", "--quantity",
+                   "swing = range(q(rocker)), fast = max(qd(rocker))", "--limit", "fast < 8.3", "-o", table]
+        drawn, data = self.open(self.make("ensemble", model, *options), *DESKTOP)
+        with table.open() as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(data["series"]["first"], ["swing", "fast", "fast.time"])
+        statistics = data["statistics"]
+        self.assertEqual([q["name"] for q in statistics["quantities"]], ["swing", "fast", "fast.time"])
+        for k, quantity in enumerate(statistics["quantities"][:2]):
+            values = [float(row[quantity["name"]]) for row in rows]
+            histogram, bars = (drawn.by_id[f"{word}-{k}"] for word in ("histogram", "contributions"))
+            self.assertAlmostEqual(float(histogram["data-low"]) / min(values), 1, delta=2e-6)
+            self.assertAlmostEqual(float(histogram["data-high"]) / max(values), 1, delta=2e-6)
+            self.assertEqual(sum(map(int, histogram["data-bars"].split())), len(rows))
+            total = {c["input"]: c["total"] for c in quantity["contributions"]}
+            ordered = sorted(total, key=lambda name: -total[name])
+            self.assertEqual(bars["data-bars"], ", ".join(f"{name} {total[name]:.2f}" for name in ordered))
+        passed = [row["limits"] == "pass" for k, row in enumerate(rows) if k % 4 < 2]
+        self.assertEqual((statistics["judged"], statistics["passed"]), (len(passed), sum(passed)))
+        self.assertIn(["within the limits"], [fact[:1] for fact in data["facts"]])
+
 
 class Plots(Case):
     """--plot and its neighbours; they need no browser."""

@@ -148,8 +148,9 @@ KEMPE_API kempe_status kempe_statistics_print(const kempe_statistics *statistics
 KEMPE_API kempe_status kempe_statistics_table(const kempe_statistics *statistics, const char *name,
                                               kempe_table **table);
 
-/** Writes a self-contained HTML page: columns of "instances" over the first varied value. KEMPE_E_IO: the path
- * cannot be written, or an error of kempe_report_check (compare.h). */
+/** Writes a self-contained HTML page: columns of "instances" over the first varied value. With quantities it has a
+ * histogram of each, with bars of what its scatter comes from. KEMPE_E_IO: the path cannot be written, or an error of
+ * kempe_report_check (compare.h). */
 KEMPE_API kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path);
 
 /* -- result folders --------------------------------------------------------------------------------- */

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "report/step_record.h"
-#include <kempe/table.h>
+#include <kempe/ensemble.h>
 
 /** A number with a name, in words. */
 typedef struct kmp_page_fact {
@@ -31,12 +31,13 @@ typedef struct kmp_result_page {
     bool scattered;           /* rows are points in any order, not a curve */
     const char *const *first; /* columns whose curves are drawn at first */
     int first_count;
-    int left_out;                     /* outputs that are not in the table */
-    const kmp_samples *frames;        /* NULL: no picture */
-    bool separate;                    /* frames are states with no motion between them */
-    const double *frame_x;            /* x of each frame; NULL: their times */
-    const kmp_record *record;         /* NULL: none */
-    const kempe_trajectory *contacts; /* the run whose contacts are drawn, by the rows of the record; NULL: none */
+    int left_out;                       /* outputs that are not in the table */
+    const kmp_samples *frames;          /* NULL: no picture */
+    bool separate;                      /* frames are states with no motion between them */
+    const double *frame_x;              /* x of each frame; NULL: their times */
+    const kmp_record *record;           /* NULL: none */
+    const kempe_statistics *statistics; /* of an ensemble; NULL: none */
+    const kempe_trajectory *contacts;   /* the run whose contacts are drawn, by the rows of the record; NULL: none */
 } kmp_result_page;
 
 /** Writes whole or not at all. KEMPE_E_IO, KEMPE_E_MEMORY. */

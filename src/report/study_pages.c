@@ -3,6 +3,7 @@
 #include "constraints/closing/assemble.h"
 #include "report/result_page.h"
 #include "studies/ensemble/batch.h"
+#include "studies/ensemble/statistics/statistics.h"
 #include "studies/equilibrium/balances.h"
 #include "studies/inverse/inverse_study.h"
 #include "studies/kinematics/position_sweep.h"
@@ -22,6 +23,7 @@ typedef struct study_page {
     double *x;    /* of the frames */
     kempe_table *table;
     char *text;
+    kempe_statistics *statistics;
     const char *first[KMP_PAGE_FIRST];
 } study_page;
 
@@ -84,6 +86,7 @@ static kempe_status write_page(const kempe_system *system, const char *command, 
     if (status == KEMPE_OK)
         status = finish(&s, path);
     kempe_text_free(s.text);
+    kempe_statistics_free(s.statistics);
     kempe_table_free(s.table);
     kmp_samples_free(&s.frames);
     kmp_arena_free(&s.arena);
@@ -234,6 +237,24 @@ kempe_status kempe_equilibrium_write_report(kempe_equilibrium *equilibrium, cons
 
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
+/* Quantities are drawn in place of the states, with their statistics. */
+static kempe_status add_quantities(study_page *s, const kempe_batch *b)
+{
+    double part, low, high;
+    int count = kempe_batch_quantity_count(b);
+    if (count == 0 || s->page.status != KEMPE_OK)
+        return KEMPE_OK;
+    KMP_TRY(kempe_statistics_new(s->table, 0, &s->statistics));
+    s->page.statistics = s->statistics;
+    for (int k = 0; k < count && s->page.first_count < KMP_PAGE_FIRST / 2; k++)
+        s->first[s->page.first_count++] = kempe_batch_quantity_name(b, k);
+    if (kmp_statistics_yield(s->statistics, &part, &low, &high))
+        s->page.fact[s->page.fact_count++] =
+            (kmp_page_fact){"within the limits", kmp_arena_printf(&s->arena, "%.4g %% (%.4g to %.4g %%)", 100 * part,
+                                                                  100 * low, 100 * high)};
+    return KEMPE_OK;
+}
+
 static kempe_status fill_batch(study_page *s, const void *result)
 {
     const kempe_batch *b = result;
@@ -249,7 +270,9 @@ static kempe_status fill_batch(study_page *s, const void *result)
     KMP_TRY(kempe_batch_table(b, "instances", &s->table));
     s->page.x = kempe_values_name(kmp_batch_values(b), 0);
     s->page.scattered = true;
-    choose_first(s, first, KMP_PAGE_FIRST / 2);
+    KMP_TRY(add_quantities(s, b));
+    if (s->page.first_count == 0)
+        choose_first(s, first, KMP_PAGE_FIRST / 2);
     kempe_assembly *start = NULL;
     kempe_status status = kmp_assemble_start(s->page.system, &start);
     if (status == KEMPE_OK)

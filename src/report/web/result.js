@@ -345,6 +345,7 @@ function begin() {
     tellResult();
     tellModel();
     tellContacts();
+    tellQuantities();
     beginSpeeds();
     beginCurves();
     stage = beginPicture();

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Statistics of the table "instances": they need no more than its columns, so that tables of parts can be gathered
  * first. */
+#include "studies/ensemble/statistics/statistics.h"
 #include "base/memory.h"
 #include "output/print.h"
 #include "output/result_table.h"
@@ -424,17 +425,38 @@ static void put_quantity_json(kmp_json *json, const kempe_statistics *s, const q
     kmp_json_put(json, "] }");
 }
 
+static void put_all(kmp_json *json, const char *key, const kempe_statistics *s)
+{
+    kmp_json_object(json, key);
+    kmp_json_put(json, "instances %d used %d confidence %g judged %d passed %d", s->rows, s->done, s->confidence,
+                 s->judged, s->passed);
+    put_estimate(json, "yield", &s->yield);
+    kmp_json_put(json, "quantities [");
+    for (int k = 0; k < s->quantities; k++)
+        put_quantity_json(json, s, &s->quantity[k]);
+    kmp_json_put(json, "] }");
+}
+
 static void put_json(kmp_text *text, const void *result)
 {
-    const kempe_statistics *s = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_json_put(&json, "{ instances %d used %d confidence %g judged %d passed %d", s->rows, s->done, s->confidence,
-                 s->judged, s->passed);
-    put_estimate(&json, "yield", &s->yield);
-    kmp_json_put(&json, "quantities [");
-    for (int k = 0; k < s->quantities; k++)
-        put_quantity_json(&json, s, &s->quantity[k]);
-    kmp_json_put(&json, "] }");
+    put_all(&json, NULL, result);
+}
+
+void kmp_statistics_put(kmp_json *json, const char *key, const kempe_statistics *statistics)
+{
+    if (statistics)
+        put_all(json, key, statistics);
+    else
+        kmp_json_string(json, key, NULL);
+}
+
+bool kmp_statistics_yield(const kempe_statistics *s, double *part, double *low, double *high)
+{
+    *part = s->yield.value;
+    *low = s->yield.low;
+    *high = s->yield.high;
+    return s->judged > 0;
 }
 
 KMP_PRINT(kempe_statistics, statistics, statistics->context, put_json, put_text)

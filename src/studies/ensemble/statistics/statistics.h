@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Statistics of instances (kempe/ensemble.h) as their report page reads them. */
+#pragma once
+
+#include "base/json.h"
+#include <kempe/ensemble.h>
+
+/** Writes a member with all of them; null for NULL. */
+void kmp_statistics_put(kmp_json *json, const char *key, const kempe_statistics *statistics);
+
+/** The part of the instances within the limits, with its interval; false: there are no limits, or nothing is known. */
+bool kmp_statistics_yield(const kempe_statistics *statistics, double *part, double *low, double *high);
