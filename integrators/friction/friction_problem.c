@@ -131,10 +131,9 @@ static kempe_status find_implied(kmp_runner *run, double t, const double *q)
         kmp_friction_element *e = &x->element[x->which[k]];
         if (e->rubs)
             continue;
-        KMP_TRY(kmp_friction_adds_row(run, e, t, q, &adds));
+        KMP_TRY(kmp_friction_is_independent(run, e, t, q, &adds));
         e->implied = !adds;
         kmp_friction_set_given(run, e, 0, 0);
-        KMP_TRY(kmp_friction_choose(run, t, q));
     }
     return KEMPE_OK;
 }
