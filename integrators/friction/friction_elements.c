@@ -259,7 +259,8 @@ void kmp_friction_show(kmp_runner *run, double t, double *row)
     }
 }
 
-kempe_status kmp_friction_adds_row(kmp_runner *run, kmp_friction_element *e, double t, const double *q, bool *adds)
+kempe_status kmp_friction_is_independent(kmp_runner *run, kmp_friction_element *e, double t, const double *q,
+                                         bool *adds)
 {
     int rank = run->part.r;
     kmp_partition with;
@@ -269,5 +270,11 @@ kempe_status kmp_friction_adds_row(kmp_runner *run, kmp_friction_element *e, dou
     double before = rank > 0 ? run->part.pivots[rank - 1] : with.pivots[0];
     *adds = with.r > rank && with.pivots[with.r - 1] > KMP_FRICTION_RANK * before;
     kmp_partition_free(&with);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_friction_adds_row(kmp_runner *run, kmp_friction_element *e, double t, const double *q, bool *adds)
+{
+    KMP_TRY(kmp_friction_is_independent(run, e, t, q, adds));
     return *adds ? kmp_friction_choose(run, t, q) : KEMPE_OK;
 }

@@ -117,6 +117,10 @@ kempe_status kmp_friction_choose(kmp_runner *run, double t, const double *q);
 kempe_status kmp_friction_measure(kmp_runner *run, double t, const double *q, const double *qd);
 
 /** True if the row of an element, which is then held, is independent of the rows that are kept now. */
+kempe_status kmp_friction_is_independent(kmp_runner *run, kmp_friction_element *e, double t, const double *q,
+                                         bool *adds);
+
+/** The same; rows and coordinates are then chosen with it. */
 kempe_status kmp_friction_adds_row(kmp_runner *run, kmp_friction_element *e, double t, const double *q, bool *adds);
 
 /** Decides which elements at rest slip (`broken`, `sense`); x->f has the forces of the others. `rate`: of the motion,

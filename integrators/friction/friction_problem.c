@@ -131,10 +131,9 @@ static kempe_status find_implied(kmp_runner *run, double t, const double *q)
         kmp_friction_element *e = &x->element[x->which[k]];
         if (e->rubs)
             continue;
-        KMP_TRY(kmp_friction_adds_row(run, e, t, q, &adds));
+        KMP_TRY(kmp_friction_is_independent(run, e, t, q, &adds));
         e->implied = !adds;
         kmp_friction_set_given(run, e, 0, 0);
-        KMP_TRY(kmp_friction_choose(run, t, q));
     }
     return KEMPE_OK;
 }
@@ -219,11 +218,18 @@ static void set_bounds(kmp_friction_run *x)
     }
 }
 
+/* The minimum from the guess, and if rounding of D keeps that from an end, from no friction. If neither settles, modes
+ * are tried. */
 static kempe_status solve(kmp_runner *run, double t)
 {
     kmp_friction_run *x = run->friction;
     kmp_box_outcome outcome = kmp_friction_minimum(x, x->lower, x->upper);
-    if (outcome == KMP_BOX_FOUND)
+    if (outcome == KMP_BOX_UNSETTLED) {
+        memset(x->f, 0, (size_t)x->rest * sizeof *x->f);
+        outcome = kmp_friction_minimum(x, x->lower, x->upper);
+    }
+    x->open = outcome == KMP_BOX_UNSETTLED && x->rest <= MOST_TRIED;
+    if (outcome == KMP_BOX_FOUND || x->open)
         return KEMPE_OK;
     if (outcome == KMP_BOX_UNBOUNDED)
         return kmp_fail(run->s->context, KEMPE_E_FAILED,
@@ -261,7 +267,7 @@ static kempe_status solve_levels(kmp_runner *run, double t, const double *q, con
     kmp_friction_run *x = run->friction;
     set_bounds(x);
     KMP_TRY(solve(run, t));
-    for (int pass = 0; pass < MOST_PASSES && run->loaded_friction; pass++) {
+    for (int pass = 0; pass < MOST_PASSES && run->loaded_friction && !x->open; pass++) {
         memcpy(x->tried, x->f, (size_t)x->rest * sizeof *x->f);
         for (int i = 0; i < x->rest; i++)
             kmp_friction_put(run, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
@@ -269,10 +275,10 @@ static kempe_status solve_levels(kmp_runner *run, double t, const double *q, con
         set_bounds(x);
         take_accelerations(x);
         KMP_TRY(solve(run, t));
-        if (kmp_friction_changed(x) <= KMP_FRICTION_SETTLED)
+        if (!x->open && kmp_friction_changed(x) <= KMP_FRICTION_SETTLED)
             return KEMPE_OK;
     }
-    x->open = run->loaded_friction;
+    x->open = x->open || run->loaded_friction;
     return KEMPE_OK;
 }
 

@@ -312,28 +312,28 @@ static void begin_piece(kmp_crossing *c, int depth)
 /* -- narrowing --------------------------------------------------------------------------------------- */
 
 /* Finds a point from `low` on where condition k has its fixed state: after a start just behind an event rounding
- * decides. Not found: it changes at once. */
-static kempe_status find_side(kmp_crossing *c, int k, double *low, double high, bool *found)
+ * decides. *f is its value there; at `low` it is given. Not found: it changes at once. */
+static kempe_status find_side(kmp_crossing *c, int k, double *low, double high, double *f, bool *found)
 {
     double from = *low, width = high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width);
-    KMP_TRY(kmp_crossing_look(c, *low));
-    while (kmp_crossing_changed(c, k) && width > least) {
+    while (kmp_crossing_differs(c, k, *f) && width > least) {
         width /= 2;
         *low = from + width;
         KMP_TRY(kmp_crossing_look(c, *low));
+        *f = c->change[k];
     }
-    *found = !kmp_crossing_changed(c, k);
+    *found = !kmp_crossing_differs(c, k, *f);
     *low = *found ? *low : from;
     return KEMPE_OK;
 }
 
-/* Narrows (low, *high], at whose end condition k has changed, to rounding. Leaves c at *high. */
-static kempe_status narrow(kmp_crossing *c, int k, double low, double *high)
+/* Narrows (a->t, *high], at whose end condition k has changed, to rounding. Leaves c at *high. */
+static kempe_status narrow(kmp_crossing *c, int k, const kmp_look *a, double *high)
 {
-    double from = low, f_high = c->change[k], x;
+    double from = a->t, f_low = a->change[k], f_high = c->change[k], x = NAN;
     bool found;
-    KMP_TRY(find_side(c, k, &from, *high, &found));
-    kmp_bracket bracket = kmp_bracket_of(from, c->change[k], found ? *high : from, f_high);
+    KMP_TRY(find_side(c, k, &from, *high, &f_low, &found));
+    kmp_bracket bracket = kmp_bracket_of(from, f_low, found ? *high : from, f_high);
     while (kmp_bracket_next(&bracket, 4 * DBL_EPSILON * fmax(fabs(bracket.near), fabs(bracket.far)), &x)) {
         KMP_TRY(kmp_crossing_look(c, x));
         bool beyond = kmp_crossing_changed(c, k);
@@ -341,7 +341,7 @@ static kempe_status narrow(kmp_crossing *c, int k, double low, double *high)
         c->most[k] = beyond ? c->most[k] : fmax(c->most[k], fabs(c->change[k]));
     }
     *high = bracket.far;
-    return kmp_crossing_look(c, *high);
+    return *high == x ? KEMPE_OK : kmp_crossing_look(c, *high);
 }
 
 /* Records the distance that a condition with a lag has covered since its last change, to distinguish chattering. Leaves
@@ -391,12 +391,12 @@ static kempe_status go_back_to_surface(kmp_crossing *c, double from, double *t)
 /* Finds the earliest change in (a, b]. Leaves c there. */
 static kempe_status find_earliest(kmp_crossing *c, const kmp_look *a, const kmp_look *b, double *t)
 {
-    KMP_TRY(kmp_crossing_look(c, b->t));
     *t = b->t;
+    memcpy(c->change, b->change, (size_t)c->s->events.count * sizeof *c->change);
     for (int k = 0; *t > a->t && k < c->s->events.count; k++) {
         if (!kmp_crossing_changed(c, k))
             continue;
-        KMP_TRY(narrow(c, k, a->t, t));
+        KMP_TRY(narrow(c, k, a, t));
         KMP_TRY(note_crossing(c, k, a->t, *t));
     }
     return go_back_to_surface(c, a->t, t);

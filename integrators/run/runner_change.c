@@ -265,7 +265,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
         KMP_TRY(let_go(run, t, q, qd));
     for (int pass = 0; changed; pass++) { /* each changes once at most */
         KMP_TRY(kmp_crossing_change(run->crossing, t, q, qd, pass > 0, &changed));
-        if (changed || pass == 0)
+        if (changed || (pass == 0 && !run->friction)) /* which has let go */
             KMP_TRY(choose_again(run, t, q));
         if (pass == 0) {
             kmp_eval_mass(run->eval);
@@ -286,12 +286,13 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     return KEMPE_OK;
 }
 
-/* The step size after an event at t: that up to the event. 0, to be chosen anew, where it follows another event at
- * once: steps of rounding size count as a motion that cannot go on. */
+/* The step size after an event at t: that of the step across it, of which any part may lie before the event. 0, to be
+ * chosen anew, where it follows another event at once: steps of rounding size count as a motion that cannot go on. */
 static double step_after_event(const kmp_runner *run, double t)
 {
-    double h = t - run->solver->t_old;
-    return h > KMP_FRICTION_INSTANT * (run->spec.t_end - run->spec.t_start) ? h : 0;
+    const kmp_solver *solver = run->solver;
+    bool apart = t - solver->t_old > KMP_FRICTION_INSTANT * (run->spec.t_end - run->spec.t_start);
+    return apart ? solver->t - solver->t_old : 0;
 }
 
 /* The kinetic energy of rates that count as none. */

@@ -322,9 +322,21 @@ static void stop_before_friction(void)
     unload(&l);
 }
 
+/* Rounding of a singular matrix keeps the minimum from an end: the modes are tried. */
+static void singular_decision(void)
+{
+    static const way fine = {"reduced", NULL, NULL, 1e-9, 1e-13};
+    loaded l = load("tests/models/friction_five_bar.yaml");
+    kempe_trajectory *run = simulate(&l, &fine, 0.6);
+    CHECK(run && run->verdict.drift_rel < 1e-8);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(stop);
+    TEST(singular_decision);
     TEST(stop_before_friction);
     TEST(point_on_plane);
     TEST(rolling);
