@@ -108,8 +108,8 @@ KEMPE_API const char *kempe_batch_reason(const kempe_batch *batch, int k);
 KEMPE_API const double *kempe_batch_q(const kempe_batch *batch, int k);
 KEMPE_API const double *kempe_batch_qd(const kempe_batch *batch, int k);
 
-/** The number of values of the quantities; name and SI unit of one; its value for the k-th instance, NaN without one. An
- * extreme has two values, the second one is its time, NAME.time. */
+/** The number of values of the quantities; name and SI unit of one; its value for the k-th instance, NaN without one.
+ * An extreme has two values, the second one is its time, NAME.time. */
 KEMPE_API int kempe_batch_quantity_count(const kempe_batch *batch);
 KEMPE_API const char *kempe_batch_quantity_name(const kempe_batch *batch, int value);
 KEMPE_API const char *kempe_batch_quantity_unit(const kempe_batch *batch, int value);
@@ -132,8 +132,8 @@ KEMPE_API kempe_status kempe_batch_table(const kempe_batch *batch, const char *n
 typedef struct kempe_statistics kempe_statistics;
 
 /** Statistics of a table "instances", with intervals of a confidence (0: 0.95). The inputs are the columns before
- * `status`; the quantities are those between the final state and `steps`, or without any the final coordinates and rates.
- * Instances that did not reach their end are left out. Intervals are those of independent samples: of the design
+ * `status`; the quantities are those between the final state and `steps`, or without any the final coordinates and
+ * rates. Instances that did not reach their end are left out. Intervals are those of independent samples: of the design
  * saltelli they come from its first two rows in each group. The table may be freed. KEMPE_E_ARGUMENT: it is another
  * table, or the confidence is not between 0 and 1. */
 KEMPE_API kempe_status kempe_statistics_new(const kempe_table *instances, double confidence,
@@ -143,10 +143,10 @@ KEMPE_API kempe_status kempe_statistics_print(const kempe_statistics *statistics
 
 /** "moments": for each quantity its count, mean and standard deviation with their intervals. "quantiles": for each
  * quantity and part the value, with an interval by order statistics, which holds for any distribution. "within": the
- * number of instances within the limits, the yield, and its interval by Clopper and Pearson. "contributions": for each quantity and input
- * the standardised regression coefficient, and the part of the variance that regression explains. Of the design saltelli
- * it has Sobol's indices, first order and total, with their standard errors. "extremes": the least and the largest value
- * with their instances, from 1, and the settings that repeat them in a run. */
+ * number of instances within the limits, the yield, and its interval by Clopper and Pearson. "contributions": for each
+ * quantity and input the standardised regression coefficient, and the part of the variance that regression explains. Of
+ * the design saltelli it has Sobol's indices, first order and total, with their standard errors. "extremes": the least
+ * and the largest value with their instances, from 1, and the settings that repeat them in a run. */
 KEMPE_API kempe_status kempe_statistics_table(const kempe_statistics *statistics, const char *name,
                                               kempe_table **table);
 
