@@ -61,9 +61,16 @@ function logAxis(low, high, title) {
     return axisOf("logarithmic", title, { callback: words }, { min: low, max: high, afterBuildTicks: ticks });
 }
 
+/* A number of an axis, with as many digits as tell it from the next one. */
+function tickWords(x, ticks) {
+    const apart = ticks.length > 1 ? Math.abs(ticks[1].value - ticks[0].value) : 0;
+    const digits = apart > 0 && x !== 0 ? Math.ceil(Math.log10(Math.abs(x) / apart) - 1e-6) + 1 : 3;
+    return digits > 3 ? String(Number(x.toPrecision(Math.min(digits, 12)))) : three(Number(x.toPrecision(8)));
+}
+
 /* A linear axis whose numbers have their unit. */
 function evenAxis([low, high], unit) {
-    const words = (x) => `${three(Number(x.toPrecision(8)))} ${unit}`.trim();
+    const words = (x, _, ticks) => `${tickWords(x, ticks)} ${unit}`.trim();
     return axisOf("linear", "", { maxTicksLimit: 7, maxRotation: 0, callback: words }, { min: low, max: high });
 }
 
