@@ -79,11 +79,16 @@ KMP_INLINE double kmp_rk_after_accepted(const kmp_rk_method *method, double h, d
     return rejected ? fmin(next, h) : next;
 }
 
+/* The largest part of a rejected step over the next attempt. An error far above the tolerance is still one of the order
+ * of the method. The estimate vanishes at single step sizes that are too long: a rejected step that was shortened by
+ * less than its error requires met one, and was accepted with an error of 200 tolerances. */
+#define KMP_RK_SHORTEST 100
+
 KMP_INLINE double kmp_rk_after_rejected(const kmp_rk_method *method, double h, double error)
 {
     if (!(error <= DBL_MAX))
         return h / method->shrink;
-    return h / fmin(method->shrink, pow(error, method->exponent) / KMP_RK_SAFETY);
+    return h / fmin(KMP_RK_SHORTEST, pow(error, method->exponent) / KMP_RK_SAFETY);
 }
 
 /* -- dense output ------------------------------------------------------------------------------------ */
