@@ -261,7 +261,8 @@ void kmp_put_unsettled(const kmp_evaluator *eval, kmp_text *text)
     kmp_text_printf(
         text,
         "force '%s' depends on the multiplier of closure row '%s', and at t = %.9g no consistent value of both is "
-        "found: such friction locks or has several solutions; reduce it, or widen its regularisation",
+        "found: such friction locks or has several solutions; reduce the force, or increase the speed that "
+        "regularises it, if it has one",
         kmp_load_dependent_force(s, row), s->row_names[row], eval->t);
 }
 

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "integrators/steppers/solver.h"
 #include <math.h>
+#include <string.h>
 
 /* The first repeat run is coarser by this factor, and cheaper; a run with a coarse tolerance is compared with a finer
  * one. */
@@ -29,32 +30,88 @@
 #define FINEST 1e-13
 #define FINER  5.0
 
+/* Relative to the size of the first one; equal if both are not defined. */
+static double difference_of(double first, double other, double size)
+{
+    bool neither = isnan(first) && isnan(other);
+    return neither ? 0 : fabs(other - first) / fmax(fabs(first), size);
+}
+
+static void take_difference(kmp_convergence *found, double t, int k, double e)
+{
+    if (e <= found->difference)
+        return;
+    found->difference = isnan(e) ? INFINITY : e;
+    found->index = k;
+    found->t = t;
+}
+
+static void take_numbers(kmp_convergence *found, double t, int count, const double *first, const double *other,
+                         const double *size)
+{
+    for (int k = 0; k < count; k++)
+        take_difference(found, t, k, difference_of(first[k], other[k], size[k]));
+}
+
+static void end_row(kmp_convergence *found, double t)
+{
+    if (found->difference <= found->limit)
+        found->until = t;
+}
+
 void kmp_convergence_row(kmp_convergence *found, double t, int count, const double *first, const double *other,
                          const double *size)
 {
-    for (int k = 0; k < count; k++) {
-        bool neither = isnan(first[k]) && isnan(other[k]);
-        double e = neither ? 0 : fabs(other[k] - first[k]) / fmax(fabs(first[k]), size[k]);
-        if (e <= found->difference)
+    take_numbers(found, t, count, first, other, size);
+    end_row(found, t);
+}
+
+/* A difference of a state that changes at events, in doubt until the next row. */
+typedef struct doubt {
+    double t, difference; /* difference 0: there is none */
+} doubt;
+
+/* Near an event of a state both runs have values from before and after it, since its times differ. The runs agree at
+ * the rows before and after. True for a difference of this kind, until the next row shows whether it stays. */
+static bool may_be_of_time(const kmp_convergence *found, const kmp_state *state, double t, double e, doubt *before)
+{
+    bool off = !(e <= found->limit), first = before->difference == 0;
+    if (!off || !state->next || state->period < INFINITY)
+        before->difference = 0;
+    else if (first)
+        *before = (doubt){t, isnan(e) ? INFINITY : e};
+    return before->difference > 0 && first;
+}
+
+/* The state of a contact, which has the rate at its beginning, acts by the contact's force only: it is judged by the
+ * motion. `doubts`: of each state; NULL: there are no other rows. */
+static void take_states(kmp_convergence *found, double t, const kempe_system *system, const double *qd,
+                        const double *other_qd, doubt *doubts)
+{
+    const kempe_model *model = system->model;
+    int first = kmp_model_coordinates(model);
+    bool in_doubt = false;
+    for (int k = 0; k < model->state_count; k++) {
+        const kmp_state *state = &model->states[k];
+        int i = first + k;
+        double e = state->contact > 0 ? 0 : difference_of(qd[i], other_qd[i], system->scale[i]);
+        if (doubts && may_be_of_time(found, state, t, e, &doubts[k])) {
+            in_doubt = true;
             continue;
-        found->difference = isnan(e) ? INFINITY : e;
-        found->index = k;
-        found->t = t;
+        }
+        if (doubts && doubts[k].difference > 0)
+            take_difference(found, doubts[k].t, i, doubts[k].difference);
+        take_difference(found, t, i, e);
     }
-    if (found->difference <= found->limit)
-        found->until = t;
+    if (!in_doubt)
+        end_row(found, t);
 }
 
 void kmp_convergence_state(kmp_convergence *found, double t, const kempe_system *system, const double *q,
                            const double *qd, const double *other_q, const double *other_qd)
 {
-    int first = kmp_model_coordinates(system->model), states = system->model->state_count;
-    kmp_convergence_row(found, t, first, q, other_q, system->scale);
-    if (states == 0)
-        return;
-    double of_bodies = found->difference;
-    kmp_convergence_row(found, t, states, qd + first, other_qd + first, system->scale + first);
-    found->index += found->difference > of_bodies ? first : 0;
+    take_numbers(found, t, kmp_model_coordinates(system->model), q, other_q, system->scale);
+    take_states(found, t, system, qd, other_qd, NULL);
 }
 
 /* -- cases ------------------------------------------------------------------------------------------- */
@@ -129,6 +186,7 @@ typedef struct beside {
     const kempe_assembly *start;
     const kmp_samples *table;
     int row;
+    doubt *doubts; /* of each state */
     kmp_convergence *found;
 } beside;
 
@@ -139,10 +197,20 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     (void)qdd, (void)lambda, (void)work;
     if (t != kmp_samples_time(b->table, b->row))
         return 0; /* where a condition ends it */
-    kmp_convergence_state(b->found, t, b->system, kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row),
-                          kmp_samples_get(b->table, KMP_QUANTITY_QD, b->row), q, qd);
+    take_numbers(b->found, t, kmp_model_coordinates(b->system->model),
+                 kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row), q, b->system->scale);
+    take_states(b->found, t, b->system, kmp_samples_get(b->table, KMP_QUANTITY_QD, b->row), qd, b->doubts);
     b->row++;
     return 0;
+}
+
+/* Differences that are in doubt at the last row count. */
+static void take_doubts(const beside *b)
+{
+    int first = kmp_model_coordinates(b->system->model);
+    for (int k = 0; k < b->system->model->state_count; k++)
+        if (b->doubts[k].difference > 0)
+            take_difference(b->found, b->doubts[k].t, first + k, b->doubts[k].difference);
 }
 
 static kempe_status run_again(void *user, double rtol, int count, const int *which, kmp_convergence *found)
@@ -157,7 +225,9 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     other.atol *= rtol / b->spec->rtol;
     b->row = b->table->rows - b->spec->time_count;
     b->found = found;
+    memset(b->doubts, 0, (size_t)b->system->model->state_count * sizeof *b->doubts);
     kempe_status status = kmp_run(b->system, &other, b->start, take_row, b, &report);
+    take_doubts(b);
     kmp_free(report.reason);
     if (status == KEMPE_E_MEMORY || (status == KEMPE_STOPPED && !report.ended))
         return status;
@@ -170,6 +240,8 @@ kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_sp
                                     const kmp_samples *table, kmp_convergence *convergence)
 {
     beside b = {.system = system, .spec = spec, .start = start, .table = table};
+    b.doubts = KMP_NEW(doubt, system->model->state_count + 1);
+    KMP_TRY(kmp_made(system->context, b.doubts));
     bool uneven = !kmp_solver_find(spec->integrator)->corrects;
     const kmp_repeat repeat = {.context = system->context,
                                .rtol = spec->rtol,
@@ -180,7 +252,9 @@ kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_sp
                                .uneven = uneven,
                                .user = &b,
                                .run = run_again};
-    return kmp_convergence_of(&repeat, 1, convergence);
+    kempe_status status = kmp_convergence_of(&repeat, 1, convergence);
+    kmp_free(b.doubts);
+    return status;
 }
 
 /* -- messages ---------------------------------------------------------------------------------------- */

@@ -41,12 +41,13 @@ kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_converg
 void kmp_convergence_row(kmp_convergence *found, double t, int count, const double *first, const double *other,
                          const double *size);
 
-/** kmp_convergence_row for the coordinates of a system, from those of both runs, and for its states, from the rates. */
+/** kmp_convergence_row for the coordinates of a system, from those of both runs, and for its states, from the rates.
+ * States of contacts are judged by the motion. */
 void kmp_convergence_state(kmp_convergence *found, double t, const kempe_system *system, const double *q,
                            const double *qd, const double *other_q, const double *other_qd);
 
-/** kmp_convergence_of for a run: `spec` from `start` (NULL: assembles), compared in q with the rows of `table`, whose
- * last are those of spec->times. */
+/** kmp_convergence_of for a run: `spec` from `start` (NULL: assembles), compared in q and states with the rows of
+ * `table`, whose last are those of spec->times. A state that changes at events may differ in single rows. */
 kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
                                     const kmp_samples *table, kmp_convergence *convergence);
 

@@ -108,7 +108,8 @@ static void no_solution(void)
     complains(BLOCK "forces:\n"
                     "  lift: {at: block.A, force: [0, 0, \"-lambda(A)\"]}\n",
               "force 'lift' depends on the multiplier of closure row 'A.1', and at t = 0 no consistent value of both "
-              "is found");
+              "is found: such friction locks or has several solutions; reduce the force, or increase the speed that "
+              "regularises it, if it has one");
 }
 
 static void articulated(void)
