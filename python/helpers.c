@@ -5,6 +5,7 @@
  * No Python code runs between installing and restoring but that of callbacks. Where there is no sigaction, guards do
  * nothing. */
 #include "helpers.h"
+#include "studies/ensemble/result_folder.h"
 #include <stdatomic.h>
 #include <string.h>
 
@@ -150,4 +151,9 @@ kempe_status python_inverse_states(kempe_workspace *w, python_states *s)
         status = kempe_workspace_inverse_dynamics(w, s->t[k * s->t_step], row_of(s->q, s->n, k), row_of(s->qd, s->n, k),
                                                   row_of(s->qdd, s->n, k), s->forces + (size_t)k * (size_t)s->n);
     return failed_at(s, k - 1, status);
+}
+
+kempe_status python_model_hash(const kempe_model *model, char *hash)
+{
+    return kmp_manifest_hash_model(model, hash);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* C parts of the Python package: interrupts of long computations, and evaluation of many states without Python between
- * them. generate_bindings.py reads the declarations. */
+/* C parts of the Python package: interrupts of long computations, the hash of a model, and evaluation of many states
+ * without Python between them. generate_bindings.py reads the declarations. */
 #pragma once
 
 #include <kempe/workspace.h>
@@ -28,6 +28,9 @@ const char *python_klu(void);
 const char *python_backend(void);
 const char *python_integrators(void);
 const char *python_linear_solvers(void);
+
+/** The hash of a model with all its files and values, as a result folder has it: 64 characters and a zero. */
+kempe_status python_model_hash(const kempe_model *model, char *hash);
 
 /** Many states: `count` rows of q, qd, ..; NULL as for a single state. `t` has a value for each row, or one for all
  * (t_step 0). Results, matrices column-major, are rows too; NULL: not wanted. */

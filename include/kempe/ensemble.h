@@ -96,6 +96,12 @@ KEMPE_API kempe_status kempe_ensemble_run(kempe_ensemble *ensemble, const kempe_
 /** Runs `count` instances from number `first` (from 0) on. Their results are those that a run of all has. */
 KEMPE_API kempe_status kempe_ensemble_run_range(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
                                                 int first, int count, kempe_batch **batch);
+
+/** Runs `count` instances with other values, without another derivation: `rows` has `count` rows of the columns of the
+ * ensemble's table, which may have no rows of its own. They are copied. Results are those of a table with these rows.
+ */
+KEMPE_API kempe_status kempe_ensemble_run_rows(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
+                                               int count, const double *rows, kempe_batch **batch);
 KEMPE_API void kempe_batch_free(kempe_batch *batch);
 
 /** The number of instances; the status of the k-th, "ok", "stopped" or "failed", and its reason as a sentence ("" when

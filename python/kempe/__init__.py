@@ -21,7 +21,7 @@ from .builder import Builder
 from .check import Assembly, Branches, Check
 from .compare import Comparison
 from .contacts import Contacts
-from .ensemble import Batch, Ensemble, Folder, Statistics, Values
+from .ensemble import Batch, Ensemble, Folder, Function, Statistics, Values
 from .equilibrium import Equilibrium
 from .errors import (
     ArgumentError,
@@ -76,6 +76,7 @@ __all__ = [
     "FileError",
     "Folder",
     "FrozenTable",
+    "Function",
     "Gradient",
     "InputError",
     "Interrupted",

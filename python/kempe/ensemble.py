@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+import threading
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._native import ffi, lib
 from .arrays import Array, view
-from .context import Context, Fixed, Owned, string
+from .context import Context, Fixed, string
+from .errors import FailedError, InputError
+from .executors import once, run_shards
 from .lazy import np
 from .options import options as struct_of
 from .result import Reported, Result, TableOf
@@ -18,7 +21,12 @@ from .table import Table
 if TYPE_CHECKING:
     from typing import Unpack
 
+    from numpy.typing import ArrayLike
+
     from ._options import RunOptions
+    from .executors import Executor
+
+Recipe = tuple[Callable[..., Any], tuple[Any, ...]]  # for pickles: what makes an equal object
 
 
 def rows_of(columns: Mapping[str, Any]) -> Array:
@@ -40,6 +48,11 @@ class Values(Fixed):
     """Values of parameters and starts: a row for each instance."""
 
     _noun = "values"
+    _recipe: Recipe  # of the model
+    _call: tuple[str, tuple[Any, ...], dict[str, Any]]  # the model's method, and its arguments
+
+    def __reduce__(self) -> Any:
+        return _values_again, (self._recipe, self._call)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -55,6 +68,12 @@ class Values(Fixed):
         if not -len(self) <= k < len(self):
             raise IndexError(f"there are {len(self)} rows")
         return np.array(view(lib.kempe_values_row(self._pointer, k % len(self)), (len(self.names),), None))
+
+
+def _values_again(recipe: Recipe, call: tuple[str, tuple[Any, ...], dict[str, Any]]) -> Values:
+    name, arguments, options = call
+    made: Values = getattr(recipe[0](*recipe[1]), name)(*arguments, **options)
+    return made
 
 
 class Statistics(Result):
@@ -189,10 +208,19 @@ class Folder(Result):
         return f"<Folder: {self.whole} of {self.parts} parts>"
 
 
-class Ensemble(Owned):
-    """The equations of a model with the columns of a table of values kept symbolic."""
+class Ensemble(Fixed):
+    """The equations of a model with the columns of a table of values kept symbolic.
+
+    Pickled, it is its model, values and options. A process that reads it derives the equations once, however often it does."""
 
     _noun = "ensemble"
+    _values: Values
+    _options: dict[str, Any]  # type: ignore[assignment]
+    _key: str  # of the processes that read it
+    _hash: bytes  # of the model
+
+    def __reduce__(self) -> Any:
+        return _ensemble_again, (self._key, self._hash, self._values._recipe, self._values._call, self._options)
 
     def run(self, lanes: int = 0, **options: Unpack[RunOptions]) -> Batch:
         """Runs every instance to t_end. `lanes`: instances at a time, 0 the best for this machine, -1 a separate run for each.
@@ -228,6 +256,32 @@ class Ensemble(Owned):
         del keep
         return made
 
+    def run_rows(self, rows: ArrayLike, lanes: int = 0, **options: Unpack[RunOptions]) -> Batch:
+        """Runs instances with other values, without another derivation: rows of the columns of the table.
+
+        >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [], "base": []})
+        >>> ensemble.run_rows([[0.29, 0.9], [0.31, 0.9]], t_end=0.5).status
+        ['ok', 'ok']
+        """
+        given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
+        table = np.ascontiguousarray(rows, dtype=float)
+        names = self._values.names
+        if table.ndim != 2 or table.shape[1] != len(names):
+            raise ValueError(f"rows of {len(names)} values are needed ({', '.join(names)}); the array's shape is {table.shape}")
+        with self._context.reporting(options.get("progress")):
+            made = self._context.make(
+                Batch,
+                lib.guarded_kempe_ensemble_run_rows,
+                self._pointer,
+                given,
+                lanes,
+                len(table),
+                ffi.from_buffer("double[]", table),
+                owners=(self._pointer,),
+            )
+        del keep
+        return made
+
     def run_folder(
         self,
         path: str | os.PathLike[str],
@@ -235,10 +289,15 @@ class Ensemble(Owned):
         chunk: int = 0,
         resume: bool = False,
         shard: str | None = None,
+        executor: Executor | None = None,
+        shards: int = 0,
         **options: Unpack[RunOptions],
     ) -> Folder:
         """Runs the instances into a folder, part by part, with the memory of one part. `resume`: runs those that are missing.
         `shard`: "I/N", every N-th part from the I-th on, or "auto". Processes with one of both share a folder.
+
+        With an `executor`, as those of concurrent.futures, its processes run `shards` such shares (0: 64), with one thread each
+        unless `threads` is given. The call waits for all of them; the error of a lost process names the missing parts.
 
         >>> import tempfile
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]})
@@ -247,6 +306,10 @@ class Ensemble(Owned):
         ...     len(folder), folder.parts, folder.whole
         (3, 2, 2)
         """
+        if executor is not None:
+            if shard is not None:
+                raise TypeError("shard and executor exclude each other: an executor runs all shares")
+            return run_shards(self, path, lanes, chunk, resume, executor, shards, options)
         given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
         where, more = struct_of("kempe_folder_options", {"chunk": chunk, "resume": resume, "shard": shard})
         with self._context.reporting(options.get("progress")):
@@ -262,3 +325,82 @@ class Ensemble(Owned):
             )
         del keep, more
         return made
+
+
+def _ensemble_again(
+    key: str, model_hash: bytes, recipe: Recipe, call: tuple[str, tuple[Any, ...], dict[str, Any]], options: dict[str, Any]
+) -> Ensemble:
+    def make() -> Ensemble:
+        name, arguments, keywords = call
+        model = recipe[0](*recipe[1])
+        made: Ensemble = model.ensemble(getattr(model, name)(*arguments, **keywords), **options)
+        if made._hash != model_hash:
+            label = recipe[1][0] if recipe[1] and isinstance(recipe[1][0], str) else model.name
+            raise InputError(f"{label}: the model has changed since it was pickled; pickle it again")
+        made._key = key
+        return made
+
+    ensemble: Ensemble = once(key, make)
+    return ensemble
+
+
+class Function:
+    """Quantities of a mechanism as a function of its parameters and starts: f(X) with rows of inputs gives rows of values.
+
+    Without quantities the values are the final coordinates and rates. A row whose instance does not reach its end is NaN, and
+    `reasons` says why. Pickled, it is its model and options; a process that reads it derives the equations once."""
+
+    def __init__(self, ensemble: Ensemble, lanes: int, options: Mapping[str, Any]) -> None:
+        self._ensemble, self._lanes, self._options = ensemble, lanes, dict(options)
+        self._last = threading.local()
+        self.inputs: tuple[str, ...] = ensemble._values.names
+        struct_of("kempe_run_options", self._options, "progress", "lanes")  # unknown names are refused here
+        self.values: tuple[str, ...] = self._names(ensemble.run_rows(np.empty((0, len(self.inputs))), lanes, **options))
+
+    def __call__(self, X: ArrayLike) -> Array:
+        """Values (rows x values) of rows of inputs (rows x inputs), in SI; of one row (inputs) its values (values).
+
+        >>> f = kempe.Model("four_bar.yaml").function(["crank", "base"], quantities="max(q(rocker))", t_end=1)
+        >>> f.values, f([[0.3, 0.9], [0.31, 0.9], [3.0, 0.9]]).shape
+        (('max(q(rocker))', 'max(q(rocker)).time'), (3, 2))
+        >>> f.reasons[0], f.reasons[2] != ""
+        ('', True)
+        """
+        given = np.asarray(X, dtype=float)
+        one = given.ndim == 1 and given.size == len(self.inputs)
+        batch = self.batch(given[np.newaxis] if one else given)
+        table = self._table(batch)
+        return table[0] if one else table
+
+    def batch(self, X: ArrayLike) -> Batch:
+        """The results of the rows, with their states, work and verdicts."""
+        try:
+            batch = self._ensemble.run_rows(X, self._lanes, **self._options)
+        except FailedError as error:
+            if error.partial is None:
+                raise
+            batch = error.partial  # no row reached its end: all reasons are here
+        self._last.reasons = batch.reason
+        return batch
+
+    @property
+    def reasons(self) -> list[str]:
+        """Of the last call in this thread: why each row did not reach its end, "" where it did."""
+        return list(getattr(self._last, "reasons", ()))
+
+    def _names(self, batch: Batch) -> tuple[str, ...]:
+        names = tuple(batch.quantities)
+        ends = self._ensemble._context.coordinates
+        return names or (*(f"q.{name}" for name in ends), *(f"qd.{name}" for name in ends))
+
+    def _table(self, batch: Batch) -> Array:
+        found = batch.quantities
+        table = np.stack(list(found.values()), axis=1) if found else np.hstack([batch.q, batch.qd])
+        table[[status != "ok" for status in batch.status]] = np.nan
+        return table
+
+    def __reduce__(self) -> Any:
+        return Function, (self._ensemble, self._lanes, self._options)
+
+    def __repr__(self) -> str:
+        return f"<Function: {len(self.values)} values of {', '.join(self.inputs)}>"

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+import uuid
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ._native import ffi, lib
 from .context import Context, Fixed, string
 from .display import details, model_html
-from .ensemble import Ensemble, Folder, Values, rows_of
+from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
 from .generate import Code, Count
 from .gradient import Gradient
 from .options import characters, entry_of, text_of, utf8, words
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
-Recipe = tuple[Callable[..., Any], tuple[Any, ...]]  # for pickles: what makes an equal object
 
 
 class Model(Fixed):
@@ -273,14 +273,15 @@ class Model(Fixed):
         (('crank', 'qd.crank'), 3, [0.29, 20.0])
         """
         if not isinstance(columns, Mapping):
-            return self._context.make(
+            made = self._context.make(
                 Values, lib.guarded_kempe_values_read, self._pointer, os.fsencode(columns), owners=(self._pointer,)
             )
+            return self._called(made, "values", os.path.abspath(os.fsdecode(columns)))
         rows = rows_of(columns)
         keep: list[Any] = []
         names = words(columns, keep)
         data = ffi.from_buffer("double[]", rows)
-        return self._context.make(
+        made = self._context.make(
             Values,
             lib.kempe_values_new,
             self._pointer,
@@ -291,6 +292,12 @@ class Model(Fixed):
             owners=(self._pointer,),
             long=False,
         )
+        return self._called(made, "values", {name: rows[:, k] for k, name in enumerate(columns)})
+
+    def _called(self, values: Values, name: str, *arguments: Any, **options: Any) -> Values:
+        """Values with the call that made them, for pickles."""
+        values._recipe, values._call = self._recipe, (name, arguments, options)
+        return values
 
     def sample(self, ranges: Any, count: int = 0, **options: Unpack[SampleOptions]) -> Values:
         """Samples of distributions: {"crank": (0.2, 0.3)} in SI or "crank=200 mm:300 mm" (uniform), "crank=normal(0.3, 0.001)",
@@ -305,7 +312,7 @@ class Model(Fixed):
             Values, lib.kempe_values_sample, self._pointer, given, owners=(self._pointer,), long=False
         )
         del keep
-        return made
+        return self._called(made, "sample", ranges, count, **options)
 
     def ensemble(
         self, values: Values | Mapping[str, Any] | str | os.PathLike[str], **options: Unpack[EnsembleOptions]
@@ -326,7 +333,35 @@ class Model(Fixed):
             Ensemble, lib.guarded_kempe_ensemble_new_with, self._pointer, values._pointer, given, owners=owners
         )
         del keep
+        made._values, made._options, made._key = values, dict(options), uuid.uuid4().hex
+        model_hash = ffi.new("char[65]")
+        self._context.check(lib.python_model_hash, self._pointer, model_hash)
+        made._hash = ffi.string(model_hash)
         return made
+
+    def function(
+        self,
+        inputs: Sequence[str],
+        quantities: str | Sequence[str] | Mapping[str, str] | None = None,
+        lanes: int = 0,
+        **options: Unpack[RunOptions],
+    ) -> Function:
+        """A function of rows of inputs, parameters and starts (q.NAME, qd.NAME), that gives rows of quantities. The equations are
+        derived once. Rows run as those of an ensemble, in lanes and threads; each result depends on its row alone.
+
+        >>> f = Model("four_bar.yaml").function(["crank"], quantities={"swing": "range(q(rocker))"}, t_end=1)
+        >>> Y = f([[0.29], [0.30], [0.31]])
+        >>> Y.shape, bool(Y[0] < Y[2])
+        ((3, 1), True)
+        """
+        if isinstance(inputs, str):
+            raise TypeError("inputs are a sequence of names, not one text")
+        twice = [name for k, name in enumerate(inputs) if name in inputs[:k]]
+        if twice:
+            raise ValueError(f"the input '{twice[0]}' is given twice")
+        values = self.values(dict.fromkeys(inputs, ()))
+        wanted = {} if quantities is None else {"quantities": quantities}
+        return Function(self.ensemble(values, **wanted), lanes, options)
 
     def instance(self, folder: str | os.PathLike[str], k: int) -> Model:
         """This model with the values of instance k (from 0 on) of a result folder.

@@ -134,6 +134,49 @@ static void test_ranges(void)
     end(&s);
 }
 
+/* Rows that are given when the equations exist: the results of a table that has them from the beginning. */
+static void test_rows(void)
+{
+    study s = begin("crank=0.29:0.31,qd.A=1:3");
+    kempe_run_options run = run_of(1);
+    const char *const names[] = {"crank", "qd.A"};
+    kempe_values *empty = NULL;
+    kempe_ensemble *equations = NULL;
+    kempe_batch *all = NULL, *rows = NULL;
+    double given[COUNT][2];
+    for (int k = 0; k < COUNT; k++)
+        memcpy(given[k], kempe_values_row(s.values, k), sizeof given[k]);
+    CHECK(kempe_values_new(s.model, 2, names, 0, NULL, &empty) == KEMPE_OK);
+    CHECK(kempe_ensemble_new(s.model, empty, &equations) == KEMPE_OK);
+    CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &all) == KEMPE_OK);
+    for (int again = 0; again < 2; again++) {
+        CHECK(kempe_ensemble_run_rows(equations, &run, 0, COUNT, given[0], &rows) == KEMPE_OK);
+        CHECK(kempe_batch_count(rows) == COUNT);
+        int differ = 0;
+        for (int k = 0; k < COUNT; k++)
+            differ += memcmp(kempe_batch_q(all, k), kempe_batch_q(rows, k), 3 * sizeof(double)) != 0;
+        CHECK(differ == 0);
+        kempe_batch_free(rows);
+        rows = NULL;
+    }
+    given[3][0] = 7; /* a crank that is too long to close the loop */
+    CHECK(kempe_ensemble_run_rows(equations, &run, 0, 5, given[0], &rows) == KEMPE_OK);
+    CHECK_TEXT(kempe_batch_status(rows, 3), "failed");
+    CHECK(kempe_batch_reason(rows, 3)[0] && strcmp(kempe_batch_status(rows, 4), "ok") == 0);
+    CHECK(memcmp(kempe_batch_q(all, 4), kempe_batch_q(rows, 4), 3 * sizeof(double)) == 0);
+    kempe_batch_free(rows);
+    rows = NULL;
+    CHECK(kempe_ensemble_run_rows(equations, &run, 0, -1, given[0], &rows) == KEMPE_E_ARGUMENT && !rows);
+    CHECK_TEXT(kempe_context_message(s.context), "the number of rows is -1; it cannot be negative");
+    CHECK(kempe_ensemble_run_rows(equations, &run, 0, 1, NULL, &rows) == KEMPE_E_ARGUMENT && !rows);
+    CHECK(kempe_ensemble_run_rows(equations, &run, 0, 0, NULL, &rows) == KEMPE_OK && kempe_batch_count(rows) == 0);
+    kempe_batch_free(rows);
+    kempe_batch_free(all);
+    kempe_ensemble_free(equations);
+    kempe_values_free(empty);
+    end(&s);
+}
+
 static void test_shares(void)
 {
     study s = begin("crank=0.29:0.31,qd.A=1:3");
@@ -229,6 +272,7 @@ static void test_refusals(void)
 int main(void)
 {
     TEST(test_ranges);
+    TEST(test_rows);
     TEST(test_shares);
     TEST(test_engines);
     TEST(test_refusals);

@@ -80,26 +80,30 @@ void kempe_batch_free(kempe_batch *batch)
     kmp_free(batch);
 }
 
-static kempe_batch *new_batch(const kempe_ensemble *e, int first, int count)
+static kempe_batch *new_batch(const kempe_ensemble *e, const kmp_batch_range *range)
 {
+    size_t columns = (size_t)e->values->columns;
     kempe_batch *b = KMP_NEW(kempe_batch, 1);
     if (!b)
         return NULL;
     b->ensemble = e;
-    b->first = first;
-    b->count = count;
+    b->first = range->first;
+    b->count = range->count;
     b->n = kmp_ensemble_system(e->inner)->n;
     KMP_ARENA_MAKE(&b->arena, KMP_ROOM(kmp_ensemble_result, b->count, &b->results),
-                   KMP_ROOM(double, (size_t)b->count *(size_t)e->values->columns, &b->rows),
+                   KMP_ROOM(double, (size_t)b->count *columns, &b->rows),
                    KMP_ROOM(double, (size_t)b->count *(size_t)b->n, &b->q, &b->qd),
                    KMP_ROOM(double, (size_t)b->count *(size_t)e->quantities.run.values, &b->taken),
                    KMP_ROOM(kmp_convergence, b->count, &b->again));
-    if (!b->arena.failed) {
-        kmp_values_get(e->values, first, count, b->rows);
-        return b;
+    if (b->arena.failed) {
+        kempe_batch_free(b);
+        return NULL;
     }
-    kempe_batch_free(b);
-    return NULL;
+    if (!range->rows)
+        kmp_values_get(e->values, b->first, b->count, b->rows);
+    else if (b->count > 0 && columns > 0)
+        memcpy(b->rows, range->rows, (size_t)b->count * columns * sizeof *b->rows);
+    return b;
 }
 
 /* The values of an instance of the batch. */
@@ -299,7 +303,7 @@ kempe_status kmp_batch_new(kempe_ensemble *e, const kempe_run_options *run, int 
     kmp_run_spec spec;
     kmp_arena arena = {0};
     KMP_TRY(kmp_batch_check_lanes(e, lanes));
-    kempe_batch *b = new_batch(e, range->first, range->count);
+    kempe_batch *b = new_batch(e, range);
     kempe_status status = b ? kmp_spec_of(kmp_ensemble_system(e->inner), run, &arena, &spec) : kmp_fail_memory(context);
     if (status == KEMPE_OK)
         status = run_batch(b, range, &spec, lanes, run->no_convergence_check != 0);
@@ -329,6 +333,19 @@ kempe_status kempe_ensemble_run_range(kempe_ensemble *e, const kempe_run_options
         return kmp_fail(e->model->context, KEMPE_E_ARGUMENT, "there are no %d instances from %d: there are %d", count,
                         first, e->values->count);
     return kmp_batch_new(e, run, lanes, &(kmp_batch_range){.first = first, .count = count}, batch);
+}
+
+kempe_status kempe_ensemble_run_rows(kempe_ensemble *e, const kempe_run_options *run, int lanes, int count,
+                                     const double *rows, kempe_batch **batch)
+{
+    KMP_WANTED(NULL, e, "ensemble");
+    KMP_WANTED(e->model->context, batch, "batch");
+    KMP_OPTIONS(e->model->context, kempe_run_options, run);
+    kmp_context_begin(e->model->context);
+    if (count < 0)
+        return kmp_fail(e->model->context, KEMPE_E_ARGUMENT, "the number of rows is %d; it cannot be negative", count);
+    KMP_WANTED(e->model->context, rows || count == 0 || e->values->columns == 0, "rows");
+    return kmp_batch_new(e, run, lanes, &(kmp_batch_range){.count = count, .rows = rows}, batch);
 }
 
 /* -- queries ----------------------------------------------------------------------------------------- */
@@ -662,7 +679,7 @@ void kmp_batch_add(const kempe_batch *b, kmp_batch_totals *sum)
 
 kempe_status kmp_ensemble_columns(kempe_ensemble *e, kempe_table **table)
 {
-    kempe_batch *b = new_batch(e, 0, 0);
+    kempe_batch *b = new_batch(e, &(kmp_batch_range){0});
     KMP_TRY(kmp_made(e->model->context, b));
     kempe_status status = kempe_batch_table(b, "instances", table);
     kempe_batch_free(b);

@@ -16,15 +16,17 @@ const char *kmp_batch_warnings(const kempe_batch *batch);
 
 /* -- parts of a longer run --------------------------------------------------------------------------- */
 
-/** Instances first .. first + count - 1. Part of a longer run of `total` instances (0: not a part), `before` of which
- * were done: it gives no warnings, and its progress is that of the whole. */
+/** Instances first .. first + count - 1; with `rows`, their values instead of those of the table. Part of a longer run
+ * of `total` instances (0: not a part), `before` of which were done: it gives no warnings, and its progress is that of
+ * the whole. */
 typedef struct kmp_batch_range {
     int first, count;
+    const double *rows; /* count x columns, NULL: of the table */
     long before, total;
 } kmp_batch_range;
 
-/** kempe_ensemble_run_range within a computation that has begun, with the library's copy of `run`. A part whose
- * instances all fail is no failure. */
+/** kempe_ensemble_run_range, or _rows, within a computation that has begun, with the library's copy of `run`. A part
+ * whose instances all fail is no failure. */
 kempe_status kmp_batch_new(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
                            const kmp_batch_range *range, kempe_batch **batch);
 kempe_status kmp_batch_check_lanes(const kempe_ensemble *ensemble, int lanes);
