@@ -82,7 +82,9 @@ class Statistics(Result):
     _noun = "statistics"
     moments: TableOf = TableOf("A row for each quantity: mean and standard deviation with their intervals.")
     quantiles: TableOf = TableOf("A row for each quantity and part, with intervals by order statistics.")
-    contributions: TableOf = TableOf("A row for each quantity and input: regression, and Sobol's indices of the design saltelli.")
+    contributions: TableOf = TableOf(
+        "A row for each quantity and input: regression, and Sobol's indices of the design saltelli."
+    )
     extremes: TableOf = TableOf("Two rows for each quantity: least and largest value, their instances and settings.")
     within: TableOf = TableOf("The instances within the limits, with an interval.")
 
@@ -215,12 +217,12 @@ class Ensemble(Fixed):
 
     _noun = "ensemble"
     _values: Values
-    _options: dict[str, Any]  # type: ignore[assignment]
+    _chosen: dict[str, Any]  # options of its making
     _key: str  # of the processes that read it
     _hash: bytes  # of the model
 
     def __reduce__(self) -> Any:
-        return _ensemble_again, (self._key, self._hash, self._values._recipe, self._values._call, self._options)
+        return _ensemble_again, (self._key, self._hash, self._values._recipe, self._values._call, self._chosen)
 
     def run(self, lanes: int = 0, **options: Unpack[RunOptions]) -> Batch:
         """Runs every instance to t_end. `lanes`: instances at a time, 0 the best for this machine, -1 a separate run for each.
@@ -267,7 +269,9 @@ class Ensemble(Fixed):
         table = np.ascontiguousarray(rows, dtype=float)
         names = self._values.names
         if table.ndim != 2 or table.shape[1] != len(names):
-            raise ValueError(f"rows of {len(names)} values are needed ({', '.join(names)}); the array's shape is {table.shape}")
+            raise ValueError(
+                f"rows of {len(names)} values are needed ({', '.join(names)}); the array's shape is {table.shape}"
+            )
         with self._context.reporting(options.get("progress")):
             made = self._context.make(
                 Batch,
@@ -328,7 +332,11 @@ class Ensemble(Fixed):
 
 
 def _ensemble_again(
-    key: str, model_hash: bytes, recipe: Recipe, call: tuple[str, tuple[Any, ...], dict[str, Any]], options: dict[str, Any]
+    key: str,
+    model_hash: bytes,
+    recipe: Recipe,
+    call: tuple[str, tuple[Any, ...], dict[str, Any]],
+    options: dict[str, Any],
 ) -> Ensemble:
     def make() -> Ensemble:
         name, arguments, keywords = call

@@ -17,7 +17,9 @@ from .progress import Progress, ProgressTo, shown
 if TYPE_CHECKING:
     from .ensemble import Ensemble, Folder
 
-SHARDS = 64  # of a folder, where their number is not given: enough to balance unequal processes, few beside their overhead
+SHARDS = (
+    64  # of a folder, where their number is not given: enough to balance unequal processes, few beside their overhead
+)
 
 
 class Executor(Protocol):
@@ -101,7 +103,9 @@ def run_shards(
         raise ArgumentError(f"the number of shards is {shards}; it cannot be negative")
     place, count, token = os.path.abspath(os.fsdecode(path)), shards or SHARDS, uuid.uuid4().hex
     if not resume and os.path.exists(os.path.join(place, "manifest.json")):
-        raise InputError(f"{place}: the folder has results; resume=True runs what is missing, another folder begins anew")
+        raise InputError(
+            f"{place}: the folder has results; resume=True runs what is missing, another folder begins anew"
+        )
     given = {"threads": 1, **options}
     meter = Meter(given.pop("progress", None), count)
     futures: list[Any] = []
@@ -174,4 +178,6 @@ def _loss(place: str, failures: list[Exception], shards: int) -> Error:
         missing = error.message
     else:
         missing = "all parts are there all the same"
-    return FailedError(f"{told}\n{missing}\nin Python: run_folder({place!r}, resume=True, ..) with the same options", folder)
+    return FailedError(
+        f"{told}\n{missing}\nin Python: run_folder({place!r}, resume=True, ..) with the same options", folder
+    )

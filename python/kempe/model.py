@@ -333,7 +333,7 @@ class Model(Fixed):
             Ensemble, lib.guarded_kempe_ensemble_new_with, self._pointer, values._pointer, given, owners=owners
         )
         del keep
-        made._values, made._options, made._key = values, dict(options), uuid.uuid4().hex
+        made._values, made._chosen, made._key = values, dict(options), uuid.uuid4().hex
         model_hash = ffi.new("char[65]")
         self._context.check(lib.python_model_hash, self._pointer, model_hash)
         made._hash = ffi.string(model_hash)
@@ -360,7 +360,7 @@ class Model(Fixed):
         if twice:
             raise ValueError(f"the input '{twice[0]}' is given twice")
         values = self.values(dict.fromkeys(inputs, ()))
-        wanted = {} if quantities is None else {"quantities": quantities}
+        wanted: EnsembleOptions = {} if quantities is None else {"quantities": quantities}
         return Function(self.ensemble(values, **wanted), lanes, options)
 
     def instance(self, folder: str | os.PathLike[str], k: int) -> Model:

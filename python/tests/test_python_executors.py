@@ -2,9 +2,15 @@
 """Functions of rows, and result folders by executors: the same numbers as without, also after the loss of a process."""
 
 import concurrent.futures
+import importlib.util
 import multiprocessing
+import os
 import pickle
 import re
+import shutil
+import subprocess
+import sys
+import textwrap
 
 import kempe
 import numpy as np
@@ -224,3 +230,35 @@ def test_indices_by_salib():
     z = 1.96  # the intervals of SALib have 95 %
     assert (abs(found["S1"] - alone / variance) < 3 * found["S1_conf"] / z).all()
     assert (abs(found["ST"] - (alone + [both, 0, both]) / variance) < 3 * found["ST_conf"] / z).all()
+
+
+# -- the page ---------------------------------------------------------------------------------------------
+
+
+def programs():
+    """The blocks of docs/executors.md by the titles above them."""
+    page = (ROOT / "docs/executors.md").read_text()
+    for part in re.split(r"^##+ ", page, flags=re.M)[1:]:
+        block = re.search(r"(?:^    .*\n|^\n+(?=    ))+", part, re.M)
+        if block:
+            yield pytest.param(textwrap.dedent(block[0]), id=part.splitlines()[0])
+
+
+@pytest.mark.parametrize("program", programs())
+def test_page(program, tmp_path):
+    """Every recipe is a program."""
+    for package in re.findall(r"^(?:import|from) (\w+)", program, re.M):
+        if importlib.util.find_spec(package) is None:
+            pytest.skip(f"{package} is not installed")
+    shutil.copy(FOUR_BAR, tmp_path)
+    (tmp_path / "study.py").write_text(program)
+    command, environment = [sys.executable, "study.py"], dict(os.environ)
+    if "mpi4py" in program:
+        if shutil.which("mpiexec") is None:
+            pytest.skip("mpiexec is not installed")
+        command[1:1] = ["-m", "mpi4py.futures"]
+        command = ["mpiexec", "-n", "2", *command]
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+        environment |= {"OMPI_MCA_rmaps_base_oversubscribe": "1"}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=250)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-3000:]
