@@ -164,9 +164,9 @@ def test_doubtful_instances_elsewhere(tmp_path):
     ensemble, rough = bars(8), {"t_end": 200, "rtol": 1e-4}
     with pytest.warns(kempe.KempeWarning, match="do not trust . of 8 instances"):
         ensemble.run_folder(tmp_path / "here.kempe", **rough)
-    with concurrent.futures.ProcessPoolExecutor(1, mp_context=SPAWN) as pool:
-        with pytest.warns(kempe.KempeWarning, match="do not trust . of 8 instances"):
-            ensemble.run_folder(tmp_path / "there.kempe", executor=pool, shards=2, **rough)
+    told = pytest.warns(kempe.KempeWarning, match="do not trust . of 8 instances")
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=SPAWN) as pool, told:
+        ensemble.run_folder(tmp_path / "there.kempe", executor=pool, shards=2, **rough)
 
 
 def test_a_killed_worker(tmp_path):
@@ -179,9 +179,9 @@ def test_a_killed_worker(tmp_path):
             killed.append(multiprocessing.active_children()[0])
             killed[0].kill()
 
-    with concurrent.futures.ProcessPoolExecutor(2, mp_context=SPAWN) as pool:
-        with pytest.raises(kempe.FailedError, match=r"of 20 shards did not end; .*BrokenProcessPool") as caught:
-            ensemble.run_folder(place, chunk=10, executor=pool, shards=20, progress=kill, **run)
+    lost = pytest.raises(kempe.FailedError, match=r"of 20 shards did not end; .*BrokenProcessPool")
+    with concurrent.futures.ProcessPoolExecutor(2, mp_context=SPAWN) as pool, lost as caught:
+        ensemble.run_folder(place, chunk=10, executor=pool, shards=20, progress=kill, **run)
     folder, message = caught.value.partial, caught.value.message
     told = re.search(r"(\d+) of 40 parts (?:is|are) missing: (\d+)", message)
     assert told and int(told[1]) == 40 - folder.whole > 0 and "resume=True" in message
@@ -197,11 +197,11 @@ def test_dask(tmp_path):
     ensemble = bars()
     ensemble.run_folder(tmp_path / "alone.kempe", chunk=7, **RUN)
     f, X = kempe.Model(FOUR_BAR).function(["crank", "base"], quantities="max(q(rocker))", **RUN), rows()
-    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster:
-        with distributed.Client(cluster) as client:
-            folder = ensemble.run_folder(tmp_path / "dask.kempe", chunk=7, executor=client, shards=4, **RUN)
-            assert folder.whole == folder.parts
-            found = client.gather(client.map(f, np.array_split(X, 4)))
+    local = distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None)
+    with local as cluster, distributed.Client(cluster) as client:
+        folder = ensemble.run_folder(tmp_path / "dask.kempe", chunk=7, executor=client, shards=4, **RUN)
+        assert folder.whole == folder.parts
+        found = client.gather(client.map(f, np.array_split(X, 4)))
     same_files(tmp_path / "alone.kempe", tmp_path / "dask.kempe")
     assert (np.concatenate(found) == f(X)).all()
 
