@@ -12,7 +12,7 @@ double kmp_piece_point(int k);
 
 typedef struct kmp_piece {
     double from, to;
-    double first, last; /* values at the ends, without rounding of the sum */
+    double first, last;         /* values at the ends, without rounding of the sum */
     double c[KMP_PIECE_POINTS]; /* coefficients of Chebyshev's polynomials, the first one halved */
 } kmp_piece;
 

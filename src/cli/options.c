@@ -126,7 +126,8 @@ static const option options[] = {
     {CLI_ENSEMBLE, IN_MODEL, "correlate", TEXT(sample.correlations), "A:B=R,..",
      "correlations of sampled quantities, as crank:coupler=0.8"},
     {CLI_ENSEMBLE, IN_MODEL, "design", TEXT(sample.design), "NAME",
-     "design of the sample: random (default), latin (hypercube), sobol (sequence), saltelli (for Sobol indices), grid (all combinations)"},
+     "design of the sample: random (default), latin (hypercube), sobol (sequence), saltelli (for Sobol indices), grid "
+     "(all combinations)"},
     {CLI_ENSEMBLE, IN_MODEL, "instances", VALUE(WHOLE, sample.count), "N",
      "number of sampled instances (default: 1000)"},
     {CLI_ENSEMBLE, IN_MODEL, "quantity", VALUE(LIST, quantities), "[NAME=]WORDS,..",
