@@ -59,7 +59,7 @@ static void transitions(void)
 static void samples_and_events(void)
 {
     const double a = 0.2, every = 0.05, end = 2.03;
-    double x = 0.1, v = 0, u = 0, passes = 0, got_x, got_v, got_u, got_passes, t;
+    double x = 0.1, v = 0, u = 0, passes = 0, got_x = NAN, got_v = NAN, got_u = NAN, got_passes = NAN, t;
     for (int k = 0; k * every < end; k++) {
         u = -30 * (x - 1) - 4 * v;
         for (int part = 0; part < 50 && k * every + part * every / 50 < end - 1e-9; part++) {
