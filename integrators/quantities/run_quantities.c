@@ -24,13 +24,13 @@ bool kmp_run_quantity_inside(kmp_run_quantity_kind kind)
 /* An account: the numbers of each quantity, then of each channel its largest size. */
 size_t kmp_account_size(const kmp_run_quantities *q)
 {
-    return (size_t)(NUMBERS * q->count + q->channels);
+    return (size_t)NUMBERS * (size_t)q->count + (size_t)q->channels;
 }
 
 /* The values at the points of a piece, by points; of one piece for every level of halving its right half follows. */
 size_t kmp_account_room(const kmp_run_quantities *q)
 {
-    return (size_t)(KMP_PIECE_POINTS * q->channels);
+    return (size_t)KMP_PIECE_POINTS * (size_t)q->channels;
 }
 
 void kmp_account_begin(const kmp_run_quantities *q, double *account)

@@ -120,9 +120,11 @@ static void skip(source *s, int type, int depth)
 {
     int field = 0, inner = 0, count;
     size_t length;
-    if (depth > MOST_DEPTH)
+    if (depth > MOST_DEPTH) {
         s->failed = true;
-    else if (type == BYTE)
+        return;
+    }
+    if (type == BYTE)
         (void)take_byte(s);
     else if (type == I16 || type == I32 || type == I64)
         (void)take_varint(s);
