@@ -7,10 +7,10 @@
  *                                                                                   alone
  *
  * Nonzero when a wrong answer ended well without a word, when two formulations that have both converged disagree, or
- * when less than 95 % of the mechanisms that are assemblable by construction come to the end on both and agree. Where
- * the formulations differ, each is run again at a hundredth of the tolerance. One that differs from itself, or stops
- * there, was wrong, and must have warned; that a motion is chaotic when both do is likely, not proven. Warnings of runs
- * that agree are counted: they were false alarms, or the two were near the bar.
+ * when less than 95 % of the mechanisms that are assemblable by construction come to the end on both and agree. If the
+ * formulations differ, each is run again at a hundredth of the tolerance. One that differs from itself, or stops there,
+ * was wrong, and must have warned; that a motion is chaotic when both do is likely, not proven. Warnings of runs that
+ * agree are counted: they were false alarms, or the two were near the bar.
  *
  * A mechanism is assembled by construction: its tree is placed at random coordinates, and each closure joins the tip of
  * a chain to the point of another body where it lies. Coordinates are then disturbed for the guess. */

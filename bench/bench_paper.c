@@ -90,8 +90,8 @@ typedef struct steps {
 
 enum { MANY = 1000000 };
 
-/* How often each node stands in an assignment, when equations that are used once and what has no name are written out.
- * Outputs count as used by two. */
+/* The number of assignments that contain each node, when equations that are used once and nodes without a name are
+ * written out. Outputs count as used by two. */
 static long *occurrences(const scheme *s)
 {
     const kmp_graph *g = s->eq.graph;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where the rank of J is decided: pivots of complete pivoting of the scaled J, over the first, of the models named, by
- * decades: where they are assembled, at states that a random walk closes, and in the rows of a run. Those between the
- * rows that count and the rounding of those that do not are what KMP_RANK (constraints/tolerances.h) has to divide.
+/* Pivots on which the decision on the rank of J depends: those of complete pivoting of the scaled J, over the first, of
+ * the models named, by decades: where they are assembled, at states that a random walk closes, and in the rows of a
+ * run. Those between the rows that count and the rounding of those that do not are what KMP_RANK
+ * (constraints/tolerances.h) has to divide.
  *
  *     bench_ranks MODEL ... */
 #include "bench.h"

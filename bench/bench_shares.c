@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where the time of the dae formulation goes: for a model, what one residual, one iteration matrix, one factorisation
- * with the pivots at hand and one solve take at the start, and of a run the shares of the equations (residuals and
- * matrices), of linear algebra and of all the rest, which is the integrator's vectors, its tests and what is watched at
- * each step.
+/* The time of the dae formulation by parts: for a model, the times of one residual, one iteration matrix, one
+ * factorisation with the pivots at hand and one solve at the start, and of a run the shares of the equations (residuals
+ * and matrices), of linear algebra and of all the rest, which is the integrator's vectors, its tests and what is
+ * watched at each step.
  *
  *     bench_shares MODEL ...
  *

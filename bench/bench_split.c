@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where the processor's time of a run goes: the model's programs, linear algebra, and the rest, which is the integrator
+/* The processor's time of a run by parts: the model's programs, linear algebra, and the rest, which is the integrator
  * with the formulation around it: bench_split MODEL T_END FORMULATION FORM INTEGRATOR RTOL [SECONDS], one line of JSON.
  *
  * The linker leads the calls of what evaluates programs and of what factors and solves through the functions below
@@ -8,7 +8,7 @@
  * each other. The parts share out the total as they were found; with `samples` in all, a share p is known to sqrt(p (1
  * - p) / samples).
  *
- * Where equations and linear algebra are one program (constraints/evaluation/fused.h), its time is shared out as the
+ * If equations and linear algebra are one program (constraints/evaluation/fused.h), its time is shared out as the
  * two have it when they run apart, in runs of their own. */
 #include "bench.h"
 #include "constraints/evaluation/fused.h"

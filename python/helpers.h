@@ -5,7 +5,7 @@
 
 #include <kempe/workspace.h>
 
-/** What a guarded computation restores at its end. */
+/** The state that a guarded computation restores at its end. */
 typedef struct python_guard {
     kempe_context *context, *outer;
 } python_guard;

@@ -69,7 +69,7 @@ static inline const char *independent_integrator(const char *formulation)
     return formulation && strcmp(formulation, "dae") == 0 ? "ida" : NULL;
 }
 
-/** Where a coordinate is in q. One that is missing is a failed check, and said; 0 then. */
+/** The place of a coordinate in q. A missing one is a failed check, and is reported; 0 then. */
 static inline int coordinate_named(const loaded *l, const char *name)
 {
     int count = l->model ? kempe_model_coordinate_count(l->model) : 0;

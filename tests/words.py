@@ -3,7 +3,8 @@
 """The words that people read: the field's terms, and none of those that were retired.
 
     python3 tests/words.py PATH/TO/kempe    pages, help and messages without retired words, sentences of at most 30 words,
-                                            docs/commands.md as the help says
+                                            comments in C and JavaScript without a sentence that begins with What, Where,
+                                            How, Which or Whether, docs/commands.md as the help says
     python3 tests/words.py --self-test      proves that planted words are found
     python3 tests/words.py --count          words a sentence and long sentences of each page
 
@@ -44,6 +45,8 @@ RETIRED = {  # pattern: the word instead
 }
 OPTIONS = r"--(road|roads|once|every|fixed-u|u|dynamics|over|vary|drive|nearest|require|fix|free)\b"
 HEADLESS = re.compile(r"^#+ (What|Whether|Of|Where|How)\b(?!-to\b).*", re.M)
+CLAUSE = re.compile(r"(?:^|(?<=[.?!] ))(?:What|Where|How|Which|Whether) .{0,50}")
+COMMENTED = ("include", "src", "constraints", "integrators", "bench", "examples", "python", "tests")
 LONGEST = 30  # words a sentence
 REAL_ROADS = re.compile(r"road profile|driven by a road|drive\(road\)|bumpy road|\bthe road\b(?=[^.]*(plate|passengers|wheel|car))|times the road|road's displacement|road of 1 m", re.I)
 
@@ -79,8 +82,21 @@ def literals(text):
     return [words for words in re.findall(r'"((?:[^"\\\n]|\\.)*)"', code) if " " in words]
 
 
-def sources():
-    for room in ("src", "constraints", "integrators"):
+def comments(text):
+    """The comments of a source in C or JavaScript, each on one line."""
+    code = re.sub(r'"(?:[^"\\\n]|\\.)*"', '""', text)
+    for comment in re.findall(r"/\*.*?\*/|(?://[^\n]*\n?\s*)+", code, flags=re.S):
+        yield " ".join(re.sub(r"^\s*(?:/\*+|//+|\*(?!/))|\*/", "", comment, flags=re.M).split())
+
+
+def clauses(name, text):
+    for comment in comments(text):
+        for match in CLAUSE.finditer(comment):
+            yield f"{name}: '{match.group()}': a sentence of a comment names its subject"
+
+
+def sources(rooms=("src", "constraints", "integrators")):
+    for room in rooms:
         yield from sorted(path for path in (ROOT / room).rglob("*") if path.suffix in (".c", ".h", ".def", ".js"))
 
 
@@ -130,7 +146,10 @@ def self_test():
     print(*(f"self-test: judged wrongly: {text.strip()}" for text in wrong), sep="\n", end="\n" if wrong else "")
     source = 'kmp_fail(c, "it is told of \\"A\\" so"); /* "told so" */ f(\'"\', told, "a b");'
     wrong += [] if literals(source) == ['it is told of \\"A\\" so', "a b"] else [source]
-    count = 1 + len(planted) + len(clean) + sum(map(len, lengths))
+    begun = ["/** What it costs. */", "/* Costs.\n * Where they\n * rise. */", "x; // How it ends,\n// and when.", "/* Ends.\n\tWhether so. */"]
+    named = ["/* The cost, where it\n * What. */ What();", 'f("/* What it costs */"); /* Costs: what they are. */', "// Cost\n"]
+    wrong += [text for text in begun if len(list(clauses("planted", text))) != 1] + [text for text in named if list(clauses("clean", text))]
+    count = 1 + len(planted) + len(clean) + sum(map(len, lengths)) + len(begun) + len(named)
     print(f"self-test: {count - len(wrong)} of {count} judged rightly")
     return 1 if wrong else 0
 
@@ -146,8 +165,9 @@ def main(arguments):
         found += faults(f"kempe {command} --help", command_page.help_of(kempe, *command.split()), whole=True)
     found += [f for path in sources() for words in literals(path.read_text())
               for f in faults(path.relative_to(ROOT).as_posix(), words, whole=True)]
+    found += [f for path in sources(COMMENTED) for f in clauses(path.relative_to(ROOT).as_posix(), path.read_text())]
     long = [f for page in pages() for f in long_sentences(page.relative_to(ROOT).as_posix(), words_of(page))]
-    print(*found, *long, f"{len(found)} retired words, {len(long)} sentences above {LONGEST} words", sep="\n")
+    print(*found, *long, f"{len(found)} retired words and clauses, {len(long)} sentences above {LONGEST} words", sep="\n")
     return 1 if command_page.main([kempe, "--check"]) or found or long else 0
 
 

@@ -349,7 +349,7 @@ static void rest_set(const char *element, quad function(quad), int count, const 
     }
 }
 
-// How much the guide's load grows with the friction.
+// The growth of the guide's load with the friction.
 static quad growth(quad angle)
 {
     quad x0[5], x1[5];

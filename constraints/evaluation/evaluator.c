@@ -157,7 +157,7 @@ void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart)
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
-/* What an evaluator is for: closures alone; a use of M and C that may be rare; right-hand sides by M and C. */
+/* Uses of an evaluator: closures alone; M and C, perhaps rarely; right-hand sides by M and C. */
 typedef enum purpose { CLOSES, EVALUATES, STEPS } purpose;
 
 /* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation. False: no memory. */

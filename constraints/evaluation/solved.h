@@ -21,8 +21,8 @@
  * kmp_solved_is_cancelled needs. CORRECT has the input KMP_IN_MU, a violation by rows of h (m; those that are not
  * independent are not read), and uses the factors of RUN. FACTORS has these factors.
  *
- * Of a state (u, ud, v) of the reduced formulation, given as KMP_IN_Q, RUN gives udd and qd of v. Where a user-defined
- * force needs qd of v before, RATES gives that; otherwise RATES has nothing and need not be run. */
+ * Of a state (u, ud, v) of the reduced formulation, given as KMP_IN_Q, RUN gives udd and qd of v. RATES gives qd of v
+ * to a user-defined force that needs it before; otherwise RATES is empty and need not be run. */
 enum { KMP_SOLVED_CLOSE = 1, KMP_SOLVED_RATES, KMP_SOLVED_RUN, KMP_SOLVED_END, KMP_SOLVED_CORRECT, KMP_SOLVED_FACTORS };
 
 /** Positions of the outputs in their stages. */
@@ -117,8 +117,8 @@ const kmp_program *kmp_solved_program(const kmp_solved *solved);
  *
  *     [M0 J0'; J0 0] (dqdd; -dlambda) = -(M qdd + C - J' lambda; J qdd + gamma),
  *
- * M0 and J0 at the RUN. What it leaves is in proportion to the distance of both places. It needs no factors of its own.
- * Inputs as RUN, KMP_IN_MU the factors, KMP_IN_QDD and KMP_IN_LAMBDA (r) what is to be improved. Outputs: both
+ * M0 and J0 at the RUN. The error that remains is in proportion to the distance of both places. It needs no factors of
+ * its own. Inputs as RUN, KMP_IN_MU the factors, KMP_IN_QDD and KMP_IN_LAMBDA (r) what is to be improved. Outputs: both
  * improved, then the power if the system is dissipative. *program is NULL where there is none, or where it has more
  * than KMP_SOLVED_NEARBY of the operations of RUN. The caller frees it. KEMPE_E_MEMORY. */
 kempe_status kmp_solved_write_nearby(const kmp_solved *solved, const kmp_partition *part, kmp_program **program);

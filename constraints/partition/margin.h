@@ -5,7 +5,7 @@
  * mechanism meet, w goes straight through zero; elsewhere it passes zero, however small it becomes. A small Jv alone is
  * a dead centre of a choice of u; nearly dependent kept rows are a dead centre of a choice of rows.
  *
- * With redundant rows: T expresses the dropped rows by the kept ones, J_dropped = T J_kept. Where an entry of T goes to
+ * With redundant rows: T expresses the dropped rows by the kept ones, J_dropped = T J_kept. As an entry of T goes to
  * infinity the kept rows lose their rank and the dropped one is needed. The workspace is allocated once. */
 #pragma once
 

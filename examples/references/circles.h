@@ -16,7 +16,7 @@ static inline point point_at(quad x, quad y)
     return p;
 }
 
-// Where a circle around a meets one around b: left of the way from a to b.
+// The point at which a circle around a meets one around b, left of the way from a to b.
 static inline point meet(point a, quad ra, point b, quad rb)
 {
     point way = b - a;

@@ -129,8 +129,8 @@ static inline void spring(body *a, const frame *pa, body *b, const frame *pb, qu
 
 enum { MOST_BODIES = 16, MOST_ROWS = 24 };
 
-// Where everything is: what the function `move` of a mechanism fills in. The gap of a closure is one point minus the
-// other.
+// The positions of all parts, which the function `move` of a mechanism fills in. The gap of a closure is one point
+// minus the other.
 typedef struct motion {
     body bodies[MOST_BODIES];
     quad gap[MOST_ROWS], gap_rate[MOST_ROWS], gap_second[MOST_ROWS];

@@ -88,7 +88,7 @@ typedef struct kempe_force_def {
 } kempe_force_def;
 
 /** A shape of a body (docs/model/shapes.md): a picture; with a density or a mass it gives the body its mass, centre and
- * inertia, which the body then does not have as well. What is 0 or NULL is left out. */
+ * inertia, which the body then does not have as well. Members that are 0 or NULL are left out. */
 typedef struct kempe_shape_def {
     const char *body;           /* or "ground" */
     const char *kind;           /* "box", "sphere", "cylinder", "capsule", "mesh" */

@@ -108,7 +108,7 @@ KEMPE_API kempe_context *kempe_context_new(void);
 KEMPE_API void kempe_context_free(kempe_context *context);
 KEMPE_API void kempe_context_set_log(kempe_context *context, kempe_log_fn *log, void *user);
 
-/** How far a long computation has come: `done` of `total`. `unit` is "s" for the simulated time of a run, which may be
+/** The progress of a long computation: `done` of `total`. `unit` is "s" for the simulated time of a run, which may be
  * a part of another computation; otherwise a plural: "rows", "runs", "instances", "frequencies", "values", "starts". */
 typedef struct kempe_progress {
     double done, total;

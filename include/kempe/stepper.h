@@ -24,8 +24,8 @@
  * Real time. The conditions: `fixed_step` in the options, formulation `projected`, change_points `ignore`, a model
  * without conditions and without spherical joints, one thread. Then kempe_stepper_advance over a given time and
  * kempe_stepper_step allocate nothing, take no lock and have a bounded number of operations. Elsewhere they make as
- * many steps as the tolerance needs, with up to 1000 attempts each. Where coordinates, formulation or integrator
- * change, they allocate, and take a lock of the system for a moment.
+ * many steps as the tolerance needs, with up to 1000 attempts each. When coordinates, formulation or integrator change,
+ * they allocate, and take a lock of the system for a moment.
  *
  * These functions never allocate, lock or iterate: kempe_stepper_set_input, kempe_stepper_set_input_rates,
  * kempe_stepper_input, kempe_stepper_keep_inputs, kempe_stepper_set_stop, kempe_stepper_work, kempe_stepper_reason and

@@ -239,7 +239,7 @@ static void correct(projected *d, const double *violation, double *dx)
         kmp_saddle_solve(&d->saddle, NULL, violation, dx, NULL);
 }
 
-/* Corrects q, then qd at the corrected q, both with the present factors. Where J loses a row the projection would
+/* Corrects q, then qd at the corrected q, both with the present factors. If J loses a row, the projection would
  * remove a part of the rates: such a step is rejected too. On rejection y is unchanged. */
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {

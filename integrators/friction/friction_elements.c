@@ -139,7 +139,7 @@ kmp_box_outcome kmp_friction_minimum(kmp_friction_run *x, const double *lower, c
 }
 
 /* Slip in two directions follows its own direction. From rest it has none yet: a rate in that of its acceleration is
- * added until it has begun. Where the reserve is used up gradually the direction of small rates is stiff; so this rate
+ * added until it has begun. If the reserve is used up gradually, the direction of small rates is stiff; so this rate
  * is larger than what counts as none. */
 static void set_across(kmp_runner *run, kmp_friction_element *e, double along, double rate)
 {

@@ -5,9 +5,9 @@
  * minimum of a quadratic function in a box (linalg/dense/box_minimum.h). Levels that depend on multipliers depend on f;
  * they are iterated (Glocker 2001, section 7).
  *
- * Elements that stick become rows of J, as far as these are independent of other rows. Where other elements that stick
- * imply a row, its element keeps the force of this solution until the next event. Where other rows imply it, the rate
- * is theirs: it slips, or rests without a force. */
+ * Elements that stick become rows of J, as far as these are independent of other rows. If other elements that stick
+ * imply a row, its element keeps the force of this solution until the next event. If other rows imply it, the rate is
+ * theirs: it slips, or rests without a force. */
 #pragma once
 
 #include "integrators/run/run.h"

@@ -74,7 +74,7 @@ typedef enum kmp_held_contact {
     KMP_HELD_BY_OTHERS /* the rows of others imply its own */
 } kmp_held_contact;
 
-/** How the contact of a view is closed in the evaluator; friction is not. */
+/** The mode in which the evaluator closes the contact of a view; its friction is not closed. */
 kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int i);
 
 /** True if no contact overlaps at (t, q), and none pulls with the forces of the last kmp_friction_state_load. `place`

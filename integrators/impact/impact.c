@@ -316,7 +316,7 @@ static bool is_last(const kmp_impact_run *p, int k, double since, double least)
     return e > 0 && (e * since < least || (e < 1 && lost < KMP_IMPACT_DEEP * p->deep[p->which[k]]));
 }
 
-/* Ends sequences of impacts whose next one would follow at once. A contact that rebounds takes its rate away. Where
+/* Ends sequences of impacts whose next one would follow at once. A contact that rebounds takes its rate away. When
  * contacts strike in turn, each throws the others off by a rate that is no more than that of a fall in this time: they
  * stay. */
 static void end_sequences(kmp_runner *run, double t, double rate)

@@ -90,7 +90,7 @@ kempe_status kmp_instance_alone(kmp_engine *e, int i)
 
 /* -- a part ------------------------------------------------------------------------------------------ */
 
-/* Where a run is in a part. */
+/* The position of a run in a part. */
 typedef struct part_state {
     double *row, work;   /* row: 3 n + m */
     kmp_partition found; /* at the last look, if the instance may return */

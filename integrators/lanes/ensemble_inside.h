@@ -229,7 +229,7 @@ void kmp_instance_measured(kmp_engine *e, kmp_pool *pool, int i, double t, const
 /** Repeats an instance in a separate run from its start. */
 kempe_status kmp_instance_alone(kmp_engine *e, int i);
 /** Continues an instance from t and y in a separate run, until lanes can take it back or to its end. `margin`: that of
- * the closures over its usual size. Where such a run fails the instance is left to one from its start. The second
+ * the closures over its usual size. If such a run fails, the instance is left to one from its start. The second
  * begins such a run at a start with closures of this rank. */
 kempe_status kmp_instance_apart(kmp_engine *e, kmp_pool *from, int i, double margin, const char *why);
 kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, const double *q, const double *qd,

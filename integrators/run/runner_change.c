@@ -238,8 +238,8 @@ static kempe_status settle_friction(kmp_runner *run, double t, double *q, double
     return kmp_runner_look_at_margin(run, t, q);
 }
 
-/* Removes the rows of friction and contacts, whose modes are decided anew. What the integration left of the rates of
- * closed contacts would strike or part them. */
+/* Removes the rows of friction and contacts, whose modes are decided anew. Small rates of closed contacts that remain
+ * from the integration would make them strike or part. */
 static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
 {
     kmp_friction_note(run);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Which iteration the stages are found by, from step to step: by contraction, and by the time simulated in a counted
+/* The choice of the iteration for the stages, from step to step: by contraction, and by the time simulated in a counted
  * processor cycle. */
 #include "integrators/steppers/collocation.h"
 

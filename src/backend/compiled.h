@@ -30,7 +30,7 @@ bool kmp_code_write(kmp_code *code, kmp_layout *l, kmp_x86_form form);
 #define KMP_NO_ROUTINE UINT32_MAX
 
 /** Lets machine code run that begins at `offset` for each segment (KMP_NO_ROUTINE: it has no arithmetic), all in
- * `arena`. Where it cannot run, `pages` stays NULL. false: no memory. */
+ * `arena`. If it cannot run, `pages` stays NULL. false: no memory. */
 bool kmp_code_load(kmp_code *code, kmp_arena *arena, const void *bytes, size_t size, uint32_t segments,
                    const uint32_t *offset);
 

@@ -33,7 +33,7 @@ bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program
                      kmp_team *team);
 void kmp_layout_free(kmp_layout *l);
 
-/** What runs the contents of implicit blocks by a back end. */
+/** The functions of a back end that run the contents of implicit blocks. */
 kmp_block_runner kmp_layout_runner(const kmp_backend *backend);
 
 /** Visits the straight instructions in the program's order, segment by segment, without products that are part of a

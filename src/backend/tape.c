@@ -20,7 +20,7 @@ typedef struct record32 {
     uint32_t d, a, b, c;
 } record32;
 
-/* What all tapes of a program share; arrays are in the room of its frame. */
+/* The part that all tapes of a program share; its arrays lie in the memory of its frame. */
 typedef struct records {
     kmp_prepared prepared; /* first */
     record16 *narrow;      /* either this or `wide` is used */

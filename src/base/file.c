@@ -122,7 +122,7 @@ static void keep_folder(const char *path)
     kmp_text_free(&folder);
 }
 
-/* How a whole file gets its name. */
+/* The way in which a whole file gets its name. */
 typedef struct placing {
     const struct stat *old; /* the existing file; NULL: none */
     bool lasting;           /* through a loss of power */

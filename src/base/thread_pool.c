@@ -135,8 +135,8 @@ void kmp_team_free(kmp_team *team)
     kmp_free(team);
 }
 
-/* A processor that was taken away in the middle of a piece keeps the caller waiting for milliseconds. Where other
- * processes need the processors this recurs: then the caller alone is quicker. */
+/* A processor that was taken away in the middle of a piece keeps the caller waiting for milliseconds. If other
+ * processes need the processors, this recurs: then the caller alone is quicker. */
 static void judge(kmp_team *team, double waited)
 {
     if (waited > LATE && atomic_load_explicit(&team->stolen, memory_order_relaxed)) {

@@ -5,7 +5,7 @@
  *     dR = Mr dudd + Gr dud + Kr du,     Mr = N' M N,     Gr = N' (C_qd N + M dqdd/dud),
  *     Kr = N' [(M qdd + C - J' lambda)_q N + C_qd dqd/du + M dqdd/du].
  *
- * Where forces depend on multipliers C changes with dlambda, which itself depends on dR's force
+ * If forces depend on multipliers, C changes with dlambda, which itself depends on dR's force
  * (constraints/evaluation/load_multipliers.h), so that Mr is neither N' M N nor symmetric. The terms include the
  * multipliers' share, lambda times the second derivatives of h (reduction by Wehage and Haug 1982 and Fisette and Samin
  * 1996, eqs. 42-46). This is the geometric stiffness, d(N')/du F = -N' (J' lambda)_q N at constant lambda. The state

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The derivative of assembly (constraints/closing/assemble.c) at its solution.
  *
- * Positions: held coordinates keep their start values. Where these do not fix the position, so do the coordinates that
+ * Positions: held coordinates keep their start values. If these do not fix the position, so do the coordinates that
  * assembly leaves unchanged: it moves the dependent coordinates of its choice when the guess is nearly closed. From a
  * guess farther away the position depends on the iterations, and the model does not determine the derivative.
  *

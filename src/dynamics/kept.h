@@ -19,7 +19,7 @@ void kmp_kept_free(kmp_kept *kept);
 /** Forgets what was derived with other numbers of the model. */
 void kmp_kept_clear(kmp_kept *kept);
 
-/** What is kept by a name; NULL: there is none. Several threads may ask. */
+/** The object that is kept by a name; NULL: there is none. Several threads may ask. */
 const void *kmp_kept_find(const kempe_system *system, kmp_kept_name name);
 
 /** Takes what was made; `release` frees it. Returns what is kept by the name: another thread may have added it before.

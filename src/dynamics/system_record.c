@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* All that derivation finds: rows, patterns, conditions, programs. What follows from the model at little cost is made
- * again. Conditions refer to parts of the model by their places in its arena, which are the same for equal files. */
+/* All that derivation finds: rows, patterns, conditions, programs. Parts that follow from the model at little cost are
+ * made again. Conditions refer to parts of the model by their places in its arena, which are the same for equal files.
+ */
 #include "dynamics/system_record.h"
 #include "base/clock.h"
 #include "base/memory.h"

@@ -124,7 +124,7 @@ static void name_discrete(kmp_code_source *source)
 
 /* -- routines ---------------------------------------------------------------------------------------- */
 
-/* What the equations of the set have as arguments: those of the forces too where it has forces. */
+/* The arguments of the equations of a set, with those of the forces if it has forces. */
 static unsigned arguments_of(const kmp_equations *eq, const kmp_set *set)
 {
     const unsigned forced = KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD |

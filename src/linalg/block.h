@@ -44,8 +44,8 @@ kmp_flops kmp_block_factor_flops(const kmp_block *b);
 kmp_flops kmp_block_solve_flops(const kmp_block *b);
 kmp_flops kmp_block_solve_flops_some(const kmp_block *b, const char *used);
 
-/** The sign of each diagonal block (kmp_block_count of them), up to one that the pattern fixes. Where a factorisation
- * has other signs than an earlier one, some block has been singular in between. */
+/** The sign of each diagonal block (kmp_block_count of them), up to one that the pattern fixes. If a factorisation has
+ * other signs than an earlier one, some block has been singular in between. */
 void kmp_block_take_signs(const kmp_block *b, int *signs);
 bool kmp_block_has_signs(const kmp_block *b, const int *signs);
 

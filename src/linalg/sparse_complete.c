@@ -4,7 +4,7 @@
  * dense elimination in its order. Products with a zero are left out, which changes no number, so that results equal the
  * dense ones.
  *
- * Where that takes too many products elimination restarts with thresholds. Among the rows with an entry within the
+ * If that takes too many products, elimination restarts with thresholds. Among the rows with an entry within the
  * threshold it takes one with the fewest entries, and of these entries the one whose column has the fewest rows. When
  * none are left, the next threshold is a fraction of the largest entry then. */
 #include "base/arena.h"

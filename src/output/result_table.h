@@ -31,7 +31,7 @@ void kmp_tabulate_values(kempe_table *table, const kempe_system *system, kmp_qua
 /** Columns more: names with blanks between, each with its unit behind it in brackets, [words] for a column of words. */
 void kmp_tabulate_columns(kempe_table *table, const char *columns);
 
-/** How pictures draw the column added last; periodic: a turn is 360. */
+/** The style in which pictures draw the column added last; periodic: a turn is 360. */
 typedef enum kmp_table_look { KMP_LOOK_PLAIN, KMP_LOOK_LOGARITHMIC, KMP_LOOK_PERIODIC } kmp_table_look;
 void kmp_tabulate_look(kempe_table *table, kmp_table_look look);
 kmp_table_look kmp_table_column_look(const kempe_table *table, int column);

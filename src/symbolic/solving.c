@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Newton's method on a block, from its guess: steps are halved while they leave the domain or diverge. Where the guess
- * of one unknown is the best of several, the iteration descends in the merit, between the candidates on either side. A
+/* Newton's method on a block, from its guess: steps are halved while they leave the domain or diverge. If the guess of
+ * one unknown is the best of several, the iteration descends in the merit, between the candidates on either side. A
  * step that leaves this interval, or gains too little, becomes a bisection (Dekker's safeguard). Of several basins each
  * that may contain the lowest merit is searched. */
 #include "base/memory.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The contact of an elastic wheel with its rail.
  *
- * It lies around the nearest point (pair.c). Where curvatures change the patch differs from that of the curvature at
+ * It lies around the nearest point (pair.c). If curvatures change, the patch differs from that of the curvature at
  * the nearest point; where two places are nearly as near the wheel touches at both. The contact is therefore taken at
  * averages over the zone, <f> = integral of f exp(-D/e) over s, divided by that of exp(-D/e). This is smoothed contact
  * (Netter, Schupp, Rulka, Schroeder, "New aspects of contact modelling and validation within multibody system

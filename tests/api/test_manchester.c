@@ -110,9 +110,9 @@ static void wheels_touch_where_they_should(void)
         }
 }
 
-/* Where the reference's patch is none, and on the right up to 2 mm, where an end of it is still on the other arc, a, b
- * and N say nothing of pressures: the reference's largest is 1556 MPa at 5 mm on the right, where they make 418, 632
- * and 741 at 0.5 and 1 mm, where they make 286 and 537. */
+/* Without a patch of the reference, and on the right up to 2 mm, where an end of it is still on the other arc, a, b and
+ * N do not determine pressures: the reference's largest is 1556 MPa at 5 mm on the right, where they make 418, 632 and
+ * 741 at 0.5 and 1 mm, where they make 286 and 537. */
 static void ellipses_are_told_from_others(void)
 {
     for (int row = 0; row < VALUES; row++)

@@ -226,7 +226,7 @@ static void test_limits(void)
     end(&s);
 }
 
-/* What is measured does not change the motion. */
+/* Measuring does not change the motion. */
 static void test_motion(void)
 {
     static const char *const names[] = {"q.A"};

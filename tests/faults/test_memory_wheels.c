@@ -48,7 +48,7 @@ static kempe_status roll_shared(scene *s)
     return roll(s, "dae", 2);
 }
 
-/* Where wheels touch over a shift, told in all ways. */
+/* The contacts of wheels over a shift, printed in all ways. */
 static kempe_status shift_wheels(scene *s)
 {
     const kempe_contact_options options = {.sweep = "y=-0.001:0.001:2", .law = "fastsim"};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Meshes: STL, and OBJ where the text begins with `#` or `v`. What is read encloses a volume or says why not, and is
- * thinned. */
+/* Meshes: STL, and OBJ where the text begins with `#` or `v`. A mesh that is read encloses a volume or is refused with
+ * a reason; it is thinned. */
 #include "base/memory.h"
 #include "fuzz.h"
 #include "report/thin_mesh.h"

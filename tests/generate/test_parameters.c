@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Numbers kept as symbols: with other values in p the equations are those of a model that has these values, whichever
- * number of it they are of. What p does not have is told. */
+ * number of it they are of. Numbers that p does not have are reported. */
 #include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "generate/models.h"
@@ -54,7 +54,8 @@ static state random_values(void)
     return s;
 }
 
-/* The routine at one state; `changed`: with other values in p. How many values; they are put into *out, to be freed. */
+/* The routine at one state; `changed`: with other values in p. Returns the number of values; they are put into *out, to
+ * be freed. */
 static int evaluate(const kmp_code_source *source, bool changed, double **out)
 {
     const kmp_code_routine *r = &source->routines[0];
@@ -92,7 +93,7 @@ static bool follows(const kmp_code_source *source, const kmp_expr *e)
     return e && (follows(source, e->a) || follows(source, e->b) || follows(source, e->c));
 }
 
-/* Where p has a symbol; -1: it has none. */
+/* The place of a symbol in p; -1: p does not have it. */
 static int place_of(const kmp_code_source *source, int symbol)
 {
     int k = symbol > 0 ? source->model->parameter_count + symbol - 1 : -1;

@@ -79,7 +79,7 @@ static double *evaluate(kmp_evaluator *eval, const state *s, double *out)
     return out + m;
 }
 
-/* How far two arrays are from each other, beside the largest entry. */
+/* The largest difference of two arrays, relative to the largest entry. */
 static double distance(int count, const double *a, const double *b)
 {
     double size = largest(count, b), most = 0;

@@ -176,7 +176,7 @@ static void arguments_alone_at_all_places(void)
     kmp_graph_free(g);
 }
 
-/* Where E does not come near what is needed the values are those of one place near its largest. */
+/* If E does not come near `needed`, the values are those of one place near its largest. */
 static void far_below_one_place_will_do(void)
 {
     kmp_graph *g = kmp_graph_new();

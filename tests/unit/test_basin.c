@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a wheel comes nearest to its rail, zone by zone, against a scan so fine that it misses nothing: thousands of
+/* The nearest points of a wheel and its rail, zone by zone, against a scan so fine that it misses nothing: thousands of
  * places, those where the point jumps among them. */
 #include "base/text.h"
 #include "dynamics/system.h"
@@ -66,7 +66,7 @@ static void pose(double *p)
     p[AXLE + 2] = sin(roll);
 }
 
-/* How much higher the merit is than need be, of all places the most; infinite, where it is no number. */
+/* The largest excess of the merit over its minimum, of all places; infinite if it is not a number. */
 static double excess_of(const kmp_program_block *b)
 {
     double excess = 0;

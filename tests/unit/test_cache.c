@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Digests, programs as bytes, and systems from a cache. What damaged files and several processes do:
+/* Digests, programs as bytes, and systems from a cache. Damaged files and several processes:
  * tests/cache_folders.py. */
 #include "base/cache/digest.h"
 #include "dynamics/kept.h"

@@ -186,7 +186,7 @@ static void tables_are_by_integrator_and_by_formulation(void)
     drop(t);
 }
 
-/* Where preparation is longer than the integration the advice says so, and what is ready first. */
+/* If preparation is longer than the integration, the advice says so, and names the method that is ready first. */
 static void preparation_is_told(void)
 {
     const double error[WAYS][TOLERANCES] = {

@@ -180,7 +180,7 @@ static void long_levers_are_no_change_point(void)
     close_scene(&s);
 }
 
-/* Where rounding of h and of J qd asks for corrections beyond the tolerance the projected formulation goes on. */
+/* If rounding of h and of J qd requires corrections beyond the tolerance, the projected formulation continues. */
 static void rounding_refuses_no_step(void)
 {
     const struct {

@@ -110,8 +110,8 @@ static void mirrors(void)
     kempe_model_free(m[1]);
 }
 
-/* Where curvature would jump it goes over within 5 cm: the circle is then beside its place by curvature 0.05^2 / 24, as
- * any transition shifts it (the first term of its series). */
+/* Instead of a jump, curvature has a transition of 5 cm: the circle is then beside its place by curvature 0.05^2 / 24,
+ * as any transition shifts it (the first term of its series). */
 static void jumps(void)
 {
     kempe_model *m = read_course("[{straight: 2}, {right: 60, radius: 25}]");

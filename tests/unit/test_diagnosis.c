@@ -461,7 +461,7 @@ static void two_modes_of_a_dyad(void)
     dismiss(&p);
 }
 
-/* Where circles about two points meet: 0 or 2 places. */
+/* The points at which circles about two points meet: 0 or 2. */
 static int circles(const double a[2], double ra, const double b[2], double rb, double out[2][2])
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], d = hypot(dx, dy), x = (ra * ra - rb * rb + d * d) / (2 * d);

@@ -131,7 +131,7 @@ static void still_ones_depend_on_no_basis(void)
         }
 }
 
-/* Where all coordinates move alike the first ones are chosen. */
+/* If all coordinates move alike, the first ones are chosen. */
 static void the_first_of_equals_are_chosen(void)
 {
     for (int p = 2; p <= 8; p++)

@@ -357,7 +357,7 @@ static double plain_square(const kempe_model *model, const double *q, const kmp_
     return -1;
 }
 
-/* Which kinds were met. */
+/* The kinds that occurred. */
 static char met[256];
 
 static void closures(int number, const random_model *r, derived *d)

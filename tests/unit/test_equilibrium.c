@@ -131,8 +131,8 @@ static void what_is_slowed_falls_steadily(void)
 
 /* -- the double four-bar from its potential ------------------------------------------------------------ */
 
-/* Where circles meet, left of the way from p to q, in complex numbers so that a small imaginary part of the crank's
- * angle carries the derivative. */
+/* The point at which circles meet, left of the way from p to q, in complex numbers so that a small imaginary part of
+ * the crank's angle carries the derivative. */
 typedef struct place {
     double complex x, y;
 } place;

@@ -187,7 +187,8 @@ static void location_is_what_does_it(void)
 }
 
 /* The kink of min, max or abs in a force is located by one-step methods as a condition is: the same numbers to a few
- * bits, and nothing noted. Multistep methods run over it. What has limits, as a root has, is not held beyond its kink.
+ * bits, and nothing noted. Multistep methods run over it. A function with a limited domain, such as a root, is not held
+ * beyond its kink.
  */
 static void kinks_are_located(void)
 {

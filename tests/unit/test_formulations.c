@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Every formulation against digits that Kempe did not produce: examples' reference.csv, the IFToMM and Modelica
- * problems of tests/models. Where a choice of u fails, it must say so. */
+ * problems of tests/models. A choice of u that fails must be reported. */
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/run/run.h"
@@ -266,7 +266,8 @@ static void listen(void *user, kempe_level level, const char *text)
     said_projected += strstr(text, "the run continues with the projected formulation, which needs none") != NULL;
 }
 
-/* Where nobody asked for a formulation, a reduced one that stops hands over to the projected one: right, and said. */
+/* If no formulation was requested, a reduced one that stops hands over to the projected one, which is correct, and is
+ * reported. */
 static void the_projected_formulation_takes_over(void)
 {
     loaded l = load("tests/models/triple_rocker.yaml");

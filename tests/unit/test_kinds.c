@@ -472,7 +472,7 @@ static void test_cut_joints(void)
 
 /* -- angles ------------------------------------------------------------------------------------------------- */
 
-/* A ball whose second angle goes to 90 degrees. Where something asks for its angles the reason names it, on every
+/* A ball whose second angle goes to 90 degrees. If something requires its angles, the reason names it, on every
  * formulation, and nothing ends well by chance; otherwise it moves on. */
 static void singular_start(const char *start, const char *formulation, const char *more, const char *expected)
 {

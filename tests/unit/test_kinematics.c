@@ -289,7 +289,7 @@ static void outputs_come_along(void)
 
 /* -- dead centres ------------------------------------------------------------------------------------ */
 
-/* Where crank and coupler lie in one line: the triangle of base, rocker and their sum or difference. */
+/* Positions with crank and coupler in one line: the triangle of base, rocker and their sum or difference. */
 static double rocker_limit(const bars *b, double sum)
 {
     return PI - acos((b->base * b->base + b->rocker * b->rocker - sum * sum) / (2 * b->base * b->rocker));

@@ -60,7 +60,7 @@ static void test_choice(void)
                  "depends on it)");
 }
 
-/* Which rows of cuts.def say how many rows their closures have. */
+/* The rows of cuts.def that give the number of rows of their closures. */
 static void test_rows(void)
 {
     joint_kind kind;

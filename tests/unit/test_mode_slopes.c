@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How equilibria and eigenvalues move with parameters: against closed forms, and against two-sided differences with a
- * sweep of steps, the equilibrium found anew and the eigenvalues solved anew on either side; eigenvalues that are
+/* Derivatives of equilibria and eigenvalues by parameters: against closed forms, and against two-sided differences with
+ * a sweep of steps, the equilibrium found anew and the eigenvalues solved anew on either side; eigenvalues that are
  * equal, with as many vectors and with fewer; what nothing holds. */
 #include "loaded.h"
 #include "model/model.h"

@@ -102,8 +102,8 @@ static void an_inverted_pendulum_falls_where_its_spring_is_weak(void)
 }
 
 /* A table that may go and turn in its plane, on two upright rods of length l: where it stands its weight pulls along no
- * freedom and does not change, and the spring alone would hold it. What makes it fall is that the rods' forces turn
- * with them (geometric stiffness, lambda times the second derivatives of h): s^2 = g / l - k / m. */
+ * freedom and does not change, and the spring alone would hold it. It falls because the rods' forces turn with them
+ * (geometric stiffness, lambda times the second derivatives of h): s^2 = g / l - k / m. */
 static void a_loaded_four_bar_falls_by_its_closures(void)
 {
     for (int weak = 0; weak < 2; weak++) {
@@ -172,7 +172,8 @@ static double apart(const kmp_modes *a, const kmp_modes *b, bool zeros)
     return worst / kmp_modes_size(a);
 }
 
-/* Every dependent coordinate takes the place of the first independent one that it can. How many could. */
+/* Every dependent coordinate takes the place of the first independent one that it can. Returns the number of those that
+ * could. */
 static int compare_choices(const loaded *m)
 {
     kmp_operating_family *family = NULL;
@@ -332,7 +333,7 @@ static double off_one(const kmp_linear *l, const kmp_spectrum *s)
     return worst;
 }
 
-/* How far Mr is from symmetric, of its largest entry. */
+/* The asymmetry of Mr, relative to its largest entry. */
 static double skew(const kmp_linear *l)
 {
     double most = 0, off = 0;
@@ -344,8 +345,8 @@ static double skew(const kmp_linear *l)
     return off / most;
 }
 
-/* Where creep is of the multipliers of contact Mr is not symmetric: eigenvalues are those of it all the same, and of no
- * choice of u, though y or roll may be one. */
+/* If creep depends on the multipliers of contact, Mr is not symmetric: the eigenvalues are those of Mr all the same.
+ * They depend on no choice of u, though y or roll may be one. */
 static void rigid_wheels_do_not_depend_on_u(const loaded *m, int zeros)
 {
     kmp_operating_family *family = NULL;

@@ -199,7 +199,7 @@ static void check_backwards(kmp_linear *l)
     CHECK(fabs(left - right) <= 1e-10 * size);
 }
 
-/* How many of them move. */
+/* The number of them that move. */
 static void near_random_states(unsigned flags, uint64_t seed, int wanted)
 {
     int tried = 0;

@@ -73,8 +73,8 @@ static void test_backends(void)
 }
 
 #if defined(__linux__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__clang__)
-/* Where the system gives no pages for code, the tape runs the program under the other name. In a child, that has memory
- * put by and then may not map any more. */
+/* If the system gives no pages for code, the tape runs the program under the other name. The test is in a child
+ * process, which reserves memory and then may not map any more. */
 static void test_no_pages(void)
 {
     fflush(stdout);
@@ -106,7 +106,7 @@ static void test_no_pages(void)
 }
 #endif
 
-/* How much the values of all steps move when the inputs do. */
+/* The change of the values of all steps when the inputs change. */
 static void sensitivities(const steps *s, const double *x, double *size)
 {
     double moved[GRAPH_INPUTS], v[GRAPH_STEPS], w[GRAPH_STEPS];

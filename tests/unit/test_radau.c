@@ -32,7 +32,7 @@ static double off(const double *y, double t)
     return fmax(fabs(y[0] - x), fmax(fabs(y[1] + x * x), fabs(y[2] - 1 + x)));
 }
 
-/* Where in a step dense output is looked at. */
+/* The places in a step at which dense output is evaluated. */
 #define INSIDE 0.75
 
 typedef struct fixed {

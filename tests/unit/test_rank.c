@@ -33,7 +33,7 @@ static const char *const models[] = {"examples/andrews/andrews.yaml",
                                      "tests/models/two_armed_lamp.yaml"};
 enum { MODELS = sizeof models / sizeof *models };
 
-/* Where it is assembled, moved by up to `aside`, scaled. */
+/* The assembled position, moved by up to `aside`, scaled. */
 static double *state_of(const loaded *l, double aside)
 {
     kempe_assembly *a = NULL;

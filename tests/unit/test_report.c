@@ -345,7 +345,7 @@ static void runs_are_watched(void)
     unload(&l);
 }
 
-/* How long a fast rotor is shown: to the end where nothing on it is off its axis. */
+/* The time for which a fast rotor is shown: to the end if nothing on it is off its axis. */
 static double shown_of(const char *points, const char *com)
 {
     char text[512];

@@ -128,7 +128,8 @@ static void test_lanes_are_the_scalar_form(void)
     CHECK(differ == 0);
 }
 
-/* Where the quadrant changes, and where the scalar form stops to reduce: the neighbours of multiples of pi/4. */
+/* Arguments at which the quadrant changes, and at which the scalar form stops to reduce: the neighbours of multiples of
+ * pi/4. */
 static void test_lanes_are_the_scalar_form_near_quadrants(void)
 {
     int differ = 0;

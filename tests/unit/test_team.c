@@ -141,7 +141,7 @@ static int count_torn(const kmp_layout *l, int stage, int parts)
     return torn;
 }
 
-/* How many parts a stage has; its share of instructions that are in none. */
+/* The number of parts of a stage; its share of instructions that are in none. */
 static int parts_of(const kmp_program *p, int stage, kmp_team *team, double *outside)
 {
     kmp_layout l = {0};

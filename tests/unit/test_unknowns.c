@@ -172,7 +172,7 @@ static void fails(const char *text, const char *formulation, const char *when, c
     unload(&l);
 }
 
-/* Where there is no solution the values are none, and the run says so, once. */
+/* If there is no solution, the values are NaN, and the run says so, once. */
 static void test_no_solution(void)
 {
     static const char text[] = "kempe: 1\n"

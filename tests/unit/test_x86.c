@@ -127,7 +127,7 @@ static void every_form(void)
     }
 }
 
-/* Where code may not run there is a tape: nothing is promised about pages of no size. */
+/* If code may not run there is a tape: pages of size zero may do anything. */
 static void no_pages(void)
 {
     CHECK(kmp_pages_new("", 0) == NULL);

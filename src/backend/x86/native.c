@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Machine code for the arithmetic between functions, in the program's order: the operations and the roundings of the
- * tape, so that the bits are its bits. Where the machine has no such code, or the system does not let it run, the code
- * is the tape's. */
+ * tape, so that the bits are its bits. If the machine has no such code, or the system does not let it run, the tape
+ * runs. */
 #include "backend/prepared.h"
 #include "base/memory.h"
 

@@ -75,7 +75,7 @@ static bool is_constant(const writer *w, uint32_t slot)
 
 /* -- operands ------------------------------------------------------------------------------------------ */
 
-/* Where a value is to be read: its slot, or its pack and lane. */
+/* The place from which a value is read: its slot, or its pack and lane. */
 static uint32_t place_of(const writer *w, uint32_t slot, int *lane)
 {
     uint32_t k = operation_of(w, slot);

@@ -118,7 +118,7 @@ static uint8_t lane_of(const kmp_pack_choice *c, uint32_t k)
     return c->stamp[k] == c->now ? c->side[k] : c->lane[k];
 }
 
-/* How well two operands go together. */
+/* The merit of a pair of operands. */
 static int fit(const kmp_pack_choice *c, uint32_t u, uint32_t v)
 {
     uint32_t a = operation_of(c, u), b = operation_of(c, v);

@@ -4,7 +4,7 @@
  *
  * A file is written under a temporary name and then renamed, so that other processes see all of it or nothing. It has
  * its key and a checksum: a file that is damaged, truncated, of another key, or that others may write does not count.
- * Where the folder becomes too large, files go that have not been used for the longest time. */
+ * When the folder becomes too large, the files that have not been used for the longest time are deleted. */
 #pragma once
 
 #include "base/cache/digest.h"

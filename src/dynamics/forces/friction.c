@@ -22,8 +22,8 @@ static void apply(kmp_forces *forces, const kmp_tree *tree, const kmp_force *for
             kmp_apply_effort(forces, tree, k, kmp_mul(tree->graph, slope[k], effort));
 }
 
-/* The value of the output is the multiplier of the element's row: a run puts the friction of every mode there. Where
- * modes are the only inputs of conditions, there is no run. */
+/* The value of the output is the multiplier of the element's row: a run puts the friction of every mode there. If modes
+ * are the only inputs of conditions, there is no run. */
 static void stick_and_slip(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                            kmp_ref *value)
 {

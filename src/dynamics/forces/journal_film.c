@@ -4,9 +4,9 @@
  *
  *     u = x' + w y/2,     v = y' - w x/2
  *
- * alone, because a film that rotates with half the speed of its journal presses nowhere. Where it would be thinner than
- * its least thickness, (x, y) is that of the least thickness in the same direction. Its shear is that of Petroff,
- * 2 pi viscosity R^3 L w/(c sqrt(1 - x^2 - y^2)), of DuBois and Ocvirk, NACA Report 1157, 1953. */
+ * alone, because a film that rotates with half the speed of its journal presses nowhere. If it would be thinner than
+ * its least thickness, (x, y) is that of the least thickness in the same direction. Its shear is that of Petroff, 2 pi
+ * viscosity R^3 L w/(c sqrt(1 - x^2 - y^2)), of DuBois and Ocvirk, NACA Report 1157, 1953. */
 #include "dynamics/forces/journal_film.h"
 
 /* The film's place at its least thickness, and the condition that it is there. */

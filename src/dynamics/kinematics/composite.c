@@ -32,7 +32,7 @@ static bool by_numbers(const kmp_graph *g, const kmp_composite *c, kmp_vec d)
     return is_number(g, c->mass) && is_number(g, d.x[0]) && is_number(g, d.x[1]) && is_number(g, d.x[2]);
 }
 
-/* With b' = b + m d: (d.(b + b')) 1 - (d b' + b d'), which is symmetric. Where m and d are numbers 2 d.b 1 - (d b +
+/* With b' = b + m d: (d.(b + b')) 1 - (d b' + b d'), which is symmetric. If m and d are numbers, 2 d.b 1 - (d b +
  * b d) and, separately, m (d.d 1 - d d'), which then joins other constants. */
 kmp_composite kmp_composite_shifted(kmp_graph *g, kmp_composite c, kmp_vec d)
 {

@@ -125,8 +125,8 @@ static kmp_ref size_of_slip(const kmp_tree *tree, const kmp_force *force)
     return size_of(tree->graph, own, other);
 }
 
-/* What is left of slip: its rate, beyond what counts as none. Of slip that begins: up to the rate that has left the
- * beginning, or back from it. */
+/* The amount of slip that is left: its rate, beyond a rate that counts as zero. For slip that begins: the distance to
+ * the rate at which the beginning is over, or back from it. */
 static kmp_ref slip_left(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
@@ -235,7 +235,7 @@ static kmp_ref reserve_across(const kmp_tree *tree, const kmp_force *force)
 }
 
 /* Rest of the static level of an element that is held, or keeps a given force, which a level may fall below.
- * Where the given force is the level itself, rounding shall not decide. */
+ * If the given force is the level itself, rounding shall not decide. */
 static kmp_ref reserve(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;

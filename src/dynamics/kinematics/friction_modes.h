@@ -45,7 +45,7 @@ static inline const kmp_force *kmp_friction_twin(const kmp_force *force)
 kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force);
 kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force);
 
-/** How far the place has moved since it was held, its input KMP_ROLE_PLACE: zero there, with the derivatives of the
+/** The displacement of the place since it was held, its input KMP_ROLE_PLACE: zero there, with the derivatives of the
  * place. A way around a cylinder starts again at each turn; its sine over one does not. */
 kmp_ref kmp_friction_moved(const kmp_tree *tree, const kmp_force *force);
 

@@ -174,7 +174,7 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *expr);
 /** 1 where a < b, for the comparison in expression e, and 0 elsewhere; during a step its input. */
 kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
 
-/** abs(a), min(a, b) or max(a, b), for expression e. Where the condition is constant during a step, the branch that its
+/** abs(a), min(a, b) or max(a, b), for expression e. If the condition is constant during a step, the branch that its
  * input KMP_IN_MODE selects: 1 where a (a - b) is negative, -1 where it is not, 0 for the active one. */
 kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
 

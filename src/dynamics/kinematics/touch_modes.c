@@ -25,7 +25,7 @@ kmp_ref kmp_touch_push(const kmp_tree *tree, const kmp_force *contact)
     return kmp_add(g, kmp_friction_input(tree, contact, KMP_ROLE_GIVEN), held);
 }
 
-/* Where it is open: its distance, lifted by what counts as none. */
+/* For an open contact: its distance, raised by the distance that counts as zero. */
 static kmp_ref distance_left(const kmp_tree *tree, const kmp_force *contact)
 {
     kmp_graph *g = tree->graph;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Python with NumPy: NAME.py. The scalar form computes with Python's own numbers, which are faster than NumPy's; the
- * vectorised form with arrays by step index. Where Python raises an exception for an operation without a result, the
+ * vectorised form with arrays by step index. If Python raises an exception for an operation without a result, the
  * generated code gives IEEE's infinity or NaN. A choice between two values may have such a result in the value that is
  * not chosen. The preparation of parameters is always scalar, and also accepts the functions of arrays. */
 #include "generate/languages/language.h"

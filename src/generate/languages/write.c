@@ -244,7 +244,7 @@ static void put_friction_rows(const kmp_writer *w)
     put_indices(w, w->source->friction_count, w->source->friction_row);
 }
 
-/* Where states with samples or events are in qd. */
+/* The places in qd of states with samples or events. */
 static void put_discrete_places(const kmp_writer *w)
 {
     put_indices(w, w->source->discrete_count, w->source->discrete_place);

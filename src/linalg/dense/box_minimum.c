@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A primal active-set method: the minimum over the entries that are inside, as far as the nearest bound; then an entry
  * with a wrong sign of y leaves its bound. Entries are scaled so that D has a unit diagonal. On entries inside D is
- * eliminated with diagonal pivots. Where it is singular and a slope remains, the function falls along a null vector, up
- * to a bound. Each minimum over a face is visited once, because the function decreases. Where steps of length zero
- * might repeat faces, the entry of least number leaves (Bland's rule), so that the method ends. */
+ * eliminated with diagonal pivots. If it is singular and a slope remains, the function falls along a null vector, up
+ * to a bound. Each minimum over a face is visited once, because the function decreases. When steps of length zero might
+ * repeat faces, the entry of least number leaves (Bland's rule), so that the method ends. */
 #include "linalg/dense/box_minimum.h"
 #include <math.h>
 #include <stdbool.h>

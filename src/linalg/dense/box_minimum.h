@@ -27,6 +27,6 @@ static inline int kmp_box_room(int n)
     return n * n + 5 * n;
 }
 
-/** x: a guess, then the minimum; y: D x + a there; side: -1 at the lower bound, 1 at the upper one, 0 inside. Which of
- * several x is found depends on the guess alone. Does not allocate. */
+/** x: a guess, then the minimum; y: D x + a there; side: -1 at the lower bound, 1 at the upper one, 0 inside. If there
+ * are several x, the guess alone decides between them. Does not allocate. */
 kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double *y, int *side, double *room);

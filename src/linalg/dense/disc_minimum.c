@@ -2,7 +2,7 @@
 /* Each disc has a multiplier s >= 0 of |x|^2/2: the minimum in a box with s on the diagonal of D is that of the disc if
  * |x| is its radius, or s = 0 and |x| is less. The reciprocal of |x| is nearly linear in s, and found by false position
  * (as the secular equation of More and Sorensen 1983). One disc after the other is treated so, until none changes: the
- * ascent of the dual function, which is concave. Where D is singular on several discs their x are not unique, and one
+ * ascent of the dual function, which is concave. If D is singular on several discs, their x are not unique, and one
  * may push another out of its disc without an end. Then a sequence of regular problems is solved, each near the
  * solution of the last one (Rockafellar 1976). */
 #include "linalg/dense/disc_minimum.h"

@@ -399,7 +399,7 @@ static bool put_places(const scan *s, kmp_wheel *wheel, int zone, double wider, 
     return false;
 }
 
-/* The spread that all places of a zone resolve. Where curvatures exceed 3300 1/m (for a wheel of 0.46 m) places do not
+/* The spread that all places of a zone resolve. If curvatures exceed 3300 1/m (for a wheel of 0.46 m), places do not
  * resolve it, and contact there is at a place. */
 static double resolved(const scan *s, const kmp_wheel *wheel, int zone, const double *curvature)
 {

@@ -20,7 +20,7 @@ bool kmp_mesh_read(kmp_arena *arena, const char *path, const char *text, size_t 
 /** The box of all vertices. */
 void kmp_mesh_box(const kmp_mesh *mesh, double low[3], double high[3]);
 
-/** What a closed mesh encloses, of density 1, in the units of its file. */
+/** The mass properties of the volume in a closed mesh, of density 1, in the units of its file. */
 typedef struct kmp_mesh_volume {
     double volume, centre[3], inertia[6]; /* inertia: about the centre, as in kmp_body */
     bool inward;                          /* its triangles face inwards */

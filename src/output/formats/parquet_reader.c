@@ -406,7 +406,7 @@ static kempe_status read_pages(reader *r, source s, int column, int rows)
 
 /* -- groups of rows ---------------------------------------------------------------------------------- */
 
-/* What the metadata of a column in a group have. */
+/* The metadata of a column in a group. */
 typedef struct column_place {
     int codec;
     int64_t at, dictionary, size;

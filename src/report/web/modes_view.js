@@ -18,7 +18,7 @@ function eigenvalue(mode) {
     return digits(mode.re) + (swings(mode) ? ` \u00b1 ${digits(mode.im)} i` : "");
 }
 
-/* What varies: a value as the page shows it, and the words of one. */
+/* The number that varies: a value as the page shows it, and the words of one. */
 const shownValue = (value) => data.locus.factor * value;
 const namedValue = (value) => `${data.locus.name} = ${digits(shownValue(value))} ${data.locus.unit}`.trim();
 

@@ -159,7 +159,7 @@ function curveSet(column, colour) {
     return { data: pointsOf(column), column, borderColor: colour, backgroundColor: colour, borderWidth: 1.6, pointHitRadius: 6, pointRadius: (item) => (over !== abscissa && item.dataIndex === 0 ? 3.5 : 0) };
 }
 
-/* What happened between steps, at the foot of a plot. */
+/* The events between steps, at the foot of a plot. */
 function eventSet() {
     const log = data.shown.flatMap((shown) => shown.log);
     return { data: log.map((entry) => ({ x: entry.t, y: 0.03, entry })), yAxisID: "marks", showLine: false, pointStyle: log.map((entry) => markStyle(entry.kind)), pointRadius: 4.5, borderColor: inkColour(), backgroundColor: softColour(), pointBorderWidth: 1.2 };

@@ -142,7 +142,7 @@ function litColour(colour, normal, view) {
     return `rgb(${[16, 8, 0].map((bits) => Math.round(share * ((rgb >> bits) & 255))).join(",")})`;
 }
 
-/* How far towards the viewer a surface is that covers a place of the view; -Infinity: it covers it not. */
+/* The depth, towards the viewer, of a surface at a place of the view; -Infinity: the surface does not cover it. */
 function coverAt(solid, [x, y], see, depth) {
     const seen = solid.points.map(see), away = solid.points.map(depth);
     let best = -Infinity;

@@ -264,7 +264,7 @@ static void choose_until(maker *m, double until)
     }
 }
 
-/* Chooses the reference. Where all differ at the end, the beginning decides. */
+/* Chooses the reference. If all differ at the end, the beginning decides. */
 static void choose(maker *m)
 {
     choose_until(m, INFINITY);

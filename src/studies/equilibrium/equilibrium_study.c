@@ -3,7 +3,7 @@
  * (as by Dauphin et al., NIPS 27 (2014) 2933), so that s'R < 0. For a conservative mechanism this descends its
  * potential, for any other it follows a heavily damped motion. A step is bounded. Its length is such that the work s'R
  * along it has fallen to half at its end or is still negative (Matthies and Strang, IJNME 14 (1979) 1613): this needs
- * no potential. Where R = 0 and Kr has a negative direction the state is displaced along it. Newton's steps by least
+ * no potential. If R = 0 and Kr has a negative direction, the state is displaced along it. Newton's steps by least
  * squares end the search. */
 #include "base/bracket.h"
 #include "base/memory.h"
@@ -369,8 +369,8 @@ static void add_states(const kempe_model *model, int count, kmp_steady *rates)
     }
 }
 
-/* Descends with the states among the unknowns, where that fails by Newton's method from the start. Where neither
- * succeeds the descent tells why. */
+/* Descends with the states among the unknowns, where that fails by Newton's method from the start. If neither succeeds,
+ * the descent gives the reason. */
 static kempe_status find_with_states(kmp_linear *linear, double t, double *q, kmp_search *search, kmp_steady *rates)
 {
     const kempe_model *model = linear->system->model;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes as functions of a parameter. Eigenvalues are followed from value to value by their distance and the similarity
  * of their shapes, so that crossing curves continue correctly. The study also finds the values at which one of them
- * begins to grow. Where a step is too long to identify them, intermediate values are computed. */
+ * begins to grow. If a step is too long to identify them, intermediate values are computed. */
 #pragma once
 
 #include "studies/modes/operating_family.h"

@@ -28,7 +28,7 @@ struct kempe_modes {
     double cpu_s;
 };
 
-/** How results show values of what varies. */
+/** The form in which results show values of the number that varies. */
 kmp_shown kmp_modes_shown(const kempe_modes *modes);
 
 /** Appends the participation in eigenvalue c: the largest shares of kinetic energy, "A 0.7, B 0.3". */

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Forward sensitivities: a motion with the sensitivities of its state to each parameter, as a formulation of its own. A
  * runner (integrators/run/run.h) integrates them together, with error control over all of them, and handles events,
- * exchanges and spherical joints. Without parameters it is the motion alone. Where u becomes ill-conditioned other
- * coordinates are chosen between steps, and the sensitivities continue as other rows of dq/dp. Where a joint is centred
- * they are converted to its new angles. Where a condition of the model changes, at t_e(p) with g = 0, rates of the
+ * exchanges and spherical joints. Without parameters it is the motion alone. When u becomes ill-conditioned, other
+ * coordinates are chosen between steps, and the sensitivities continue as other rows of dq/dp. When a joint is centred,
+ * they are converted to its new angles. When a condition of the model changes, at t_e(p) with g = 0, rates of the
  * sensitivities jump with the accelerations:
  *
  *     sd_u+ = sd_u- + (udd- - udd+) dt_e/dp      dt_e/dp = -(g_q s + g_qd sd + g_p) / (dg/dt along the motion)

@@ -43,7 +43,7 @@ struct kempe_contacts {
 /** Reads the options into a table that has its system: swept quantities, fixed ones, law, values. */
 kempe_status kmp_contact_request(kempe_contacts *table, const kempe_contact_options *options);
 
-/** The SI unit of swept quantity k; "" for a parameter. How results show it, and the unit of an angle. */
+/** The SI unit of swept quantity k; "" for a parameter. Its form in results, and the unit of an angle. */
 const char *kmp_contact_unit(const kempe_contacts *table, int k);
 kmp_shown kmp_contact_shown(const kempe_contacts *table, const char *unit);
 

@@ -57,7 +57,7 @@ static uint32_t largest(uint32_t a, uint32_t b)
     return a > b ? a : b;
 }
 
-/* Returns the duration of the stage of instructions `first` to `end`. What earlier stages compute is known. */
+/* Returns the duration of the stage of instructions `first` to `end`. Values that earlier stages compute are known. */
 static uint32_t find_paths(choice *c, int first, int end)
 {
     const kmp_instruction *all = c->program->instruction;

@@ -6,12 +6,12 @@
 
 #include "symbolic/program/program.h"
 
-/** How an instruction is evaluated: alone; a sum together with the product that is its first or second operand; a
+/** The evaluation of an instruction: alone; a sum together with the product that is its first or second operand; a
  * product as part of the sum that reads it, not by itself. */
 typedef enum kmp_contraction { KMP_ALONE, KMP_WITH_FIRST, KMP_WITH_SECOND, KMP_CONTRACTED } kmp_contraction;
 
-/** A kmp_contraction for each instruction, in the arena. What the outputs from `first` to `end` need is computed alone.
- * NULL: no memory. */
+/** A kmp_contraction for each instruction, in the arena. Instructions that the outputs from `first` to `end` need are
+ * computed alone. NULL: no memory. */
 uint8_t *kmp_program_contraction(const kmp_program *program, int first, int end, kmp_arena *arena);
 
 /** Lets the program contract, except for what these outputs need. False: no memory. */

@@ -164,7 +164,7 @@ kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref l
 /* LOST: without exponents this far below the largest a sum keeps 1e-10. RISING: the most that exponents may rise within
  * a group, beyond the line to the next group's middle. With places 1.2 standard deviations of the weights from each
  * other, that is as far as four of them reach. An edge of a profile, which its places do not resolve
- * (model/rail/zones.c), may rise by twice that, if it has 70 degrees. Where another place counts too, a sum then keeps
+ * (model/rail/zones.c), may rise by twice that, if it has 70 degrees. If another place counts too, a sum then keeps
  * 1e-5. */
 #define LOST   24.0
 #define RISING 12.0

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* How much of the scatter of a value comes from each of its inputs. */
+/* The contribution of each input to the scatter of a value. */
 #pragma once
 
 #include <stdbool.h>
