@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Instances of mechanisms with different numbers on one thread: in lanes, in one lane, and each by a run of its own on
  * the reduced formulation, which has the derived system at hand, too. Instances a second of the processor's time; all
- * three take turns, and ratios are medians over the rounds; where a run for each would take too long it gets every
- * k-th. Fails when lanes are not as many times as fast as runs one by one as the table says, or when one lane has other
- * bits.
+ * three take turns, and ratios are medians over the rounds; separate runs are made of every k-th instance, to save
+ * time. Exit code 1: lanes are less than the required number of times as fast as runs one by one, which the output
+ * names, or one lane has other bits.
  *
  *     bench_ensemble [NAME..] [--lanes ROUNDS]      only these mechanisms; only lanes, for a profile */
 #include "base/memory.h"
@@ -30,7 +30,7 @@ static const named_number andrews_numbers[] = {{"crank", "0.007", "points: {F: [
 typedef struct mechanism {
     const char *name, *file;
     int count, stride, rounds;
-    double spread, target; /* target: lanes against runs one by one */
+    double spread, required; /* required: lanes against runs one by one */
     const char *columns[MOST_COLUMNS];
     const named_number *numbers;
     size_t number_count;
@@ -43,7 +43,7 @@ static const mechanism mechanisms[] = {
      25,
      3,
      0.05,
-     5,
+     12,
      {"crank", "coupler", "rocker", "base", "crank_mass", "coupler_mass", "rocker_mass"},
      NULL,
      0},
@@ -53,7 +53,7 @@ static const mechanism mechanisms[] = {
      8,
      5,
      0.02,
-     2.5,
+     5,
      {"crank", "motor", "stiffness", "mass"},
      andrews_numbers,
      sizeof andrews_numbers / sizeof *andrews_numbers},
@@ -63,7 +63,7 @@ static const mechanism mechanisms[] = {
      8,
      5,
      0.05,
-     3,
+     5,
      {"r", "l", "crank_mass", "rod_mass", "slider_mass"},
      NULL,
      0},
@@ -73,7 +73,7 @@ static const mechanism mechanisms[] = {
      8,
      5,
      0.02,
-     2.5,
+     5,
      {"crank", "coupler", "rocker", "rod", "lever", "rho"},
      NULL,
      0}};
@@ -210,7 +210,7 @@ static double distance(const execution *a, const execution *b, int n, int *diffe
     return worst;
 }
 
-/* The paired measurement of one mechanism. false: it misses its target, or one lane has other bits. */
+/* The paired measurement of one mechanism. false: it is slower than required, or one lane has other bits. */
 static bool measure(const mechanism *m, int lanes_alone)
 {
     static double values[MOST_COUNT * MOST_COLUMNS];
@@ -236,9 +236,9 @@ static bool measure(const mechanism *m, int lanes_alone)
                 run(m, e, n, values, &executions[k], round);
     kmp_ensemble_work work = kmp_ensemble_get_work(e);
     printf("%s: %d instances, numbers by up to %g %% from the example's; CPU time, start and end included\nlanes: %d, "
-           "%s, %d choices of u, %.2f of them at work\n\n",
+           "%s, %d choice%s of u, %.2f of them at work\n\n",
            m->name, m->count, 100 * m->spread, work.width, work.native ? "machine code" : "loops", work.pools,
-           (double)work.lane_steps / (double)work.sweeps);
+           work.pools == 1 ? "" : "s", (double)work.lane_steps / (double)work.sweeps);
     printf("%-24s %6s %10s %10s %8s %8s %8s %6s %6s\n", "", "count", "1/s", "us each", "ns/rhs", "steps", "exch.",
            "alone", "failed");
     bool ok = true;
@@ -250,9 +250,11 @@ static bool measure(const mechanism *m, int lanes_alone)
         double ratio = median_ratio(rounds, executions[2].seconds, executions[0].seconds);
         printf("\nlanes against one lane: %.2f times as fast, %d numbers differ (%.2g)\n",
                median_ratio(rounds, executions[1].seconds, executions[0].seconds), differ, off);
-        printf("lanes against runs one by one: %.2f times as fast (target %g), coordinates within %.2g\n\n", ratio,
-               m->target, apart);
-        ok = ratio >= m->target && differ == 0;
+        bool reached = ratio >= m->required;
+        printf("lanes against runs one by one: %.2f times as fast, coordinates within %.2g\n"
+               "required: %g times as fast; measured %.2f; reached: %s\n\n",
+               ratio, apart, m->required, ratio, reached ? "yes" : "no");
+        ok = reached && differ == 0;
     }
     for (int k = 0; k < WAYS; k++)
         free(executions[k].q);
