@@ -235,35 +235,39 @@ kempe_status kmp_instance_go_on(kmp_engine *e, int i, kempe_status status, kmp_p
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
 
+/* Unpacks the state of an instance into e->state, q then qd. false: closures are singular, and the instance has left
+ * the lanes. */
+static bool unpack_or_leave(kmp_engine *e, kmp_pool *pool, int i, bool closed)
+{
+    bool ok = kmp_instance_unpack(e, pool, &e->instances[i], e->state, e->state + e->n, closed);
+    if (!ok)
+        kmp_instance_leave(e, i, "closures that are singular");
+    return ok;
+}
+
 kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i)
 {
     kmp_partition part;
-    double *q = e->state, *qd = q + e->n;
-    if (!kmp_instance_unpack(e, from, &e->instances[i], q, qd, false)) {
-        kmp_instance_leave(e, i, "closures that are singular");
+    if (!unpack_or_leave(e, from, i, false))
         return KEMPE_OK;
-    }
     KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, &from->part)));
     kempe_status status = kmp_partition_exchange(&part, e->s, e->eval->jacobian, KMP_EXCHANGE_GROWTH);
     e->results[i].exchanges++;
-    return kmp_instance_go_on(e, i, status, &part, q, qd);
+    return kmp_instance_go_on(e, i, status, &part, e->state, e->state + e->n);
 }
 
 kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_pool *from, int i)
 {
     kmp_partition part;
-    double *q = e->state, *qd = q + e->n;
-    if (!kmp_instance_unpack(e, from, &e->instances[i], q, qd, false)) {
-        kmp_instance_leave(e, i, "closures that are singular");
+    if (!unpack_or_leave(e, from, i, false))
         return KEMPE_OK;
-    }
     kempe_status status = kmp_partition_of_rank(&part, e->s, e->eval->jacobian, from->part.r, NULL, 0);
     if (status == KEMPE_E_FAILED) {
         kmp_instance_leave(e, i, "another choice of closure rows");
         kmp_context_clear(e->context);
         return KEMPE_OK;
     }
-    return status == KEMPE_OK ? kmp_instance_go_on(e, i, status, &part, q, qd) : status;
+    return status == KEMPE_OK ? kmp_instance_go_on(e, i, status, &part, e->state, e->state + e->n) : status;
 }
 
 /* The step continues: the numbers are the same but for rounding. */
@@ -310,10 +314,8 @@ kempe_status kmp_instance_finish(kmp_engine *e, kmp_pool *pool, int i)
 {
     const kmp_instance *x = &e->instances[i];
     double *q = e->state, *qd = q + e->n;
-    if (!kmp_instance_unpack(e, pool, x, q, qd, true)) {
-        kmp_instance_leave(e, i, "closures that are singular");
+    if (!unpack_or_leave(e, pool, i, true))
         return KEMPE_OK;
-    }
     kmp_instance_judge(e, i, x->t, q, qd, e->s->dissipative ? x->y[e->n + pool->part.p] : 0);
     kmp_instance_measured(e, pool, i, x->t, NULL);
     e->results[i].status = KEMPE_OK;

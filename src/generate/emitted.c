@@ -5,6 +5,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "generate/languages/language.h"
+#include "model/model.h"
 #include "output/print.h"
 #include <kempe/generate.h>
 #include <string.h>
@@ -50,7 +51,24 @@ static kempe_status read_language(kempe_code *code, const kempe_generate_options
     return KEMPE_OK;
 }
 
-/* An operation that a language has not is named before anything is written. */
+/* Only contacts of wheels are solved by iterations. */
+static kempe_status refuse_wheels(const kempe_code *code, const char *set)
+{
+    const kempe_model *model = code->source.model;
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence, "set '%s' contains the contact of ", set);
+    for (int k = 0; k < model->wheel_count; k++)
+        kmp_text_printf(&sentence, "%s '%s'",
+                        k == 0                        ? "wheel"
+                        : k + 1 == model->wheel_count ? " and wheel"
+                                                      : ",",
+                        model->wheels[k].name);
+    kmp_text_put(&sentence, ", which is found by iterations and cannot be generated; request sets without wheels, such "
+                            "as 'M', by --sets, or evaluate this set with the library");
+    return kmp_fail_text(code->context, KEMPE_E_ARGUMENT, &sentence);
+}
+
+/* An operation that a language does not have is reported before anything is written. */
 static kempe_status check_operations(const kempe_code *code)
 {
     for (int k = 0; k < code->source.count; k++) {
@@ -58,10 +76,7 @@ static kempe_status check_operations(const kempe_code *code)
         for (int i = 0; i < r->program->code[r->program->stages]; i++) {
             kmp_op op = (kmp_op)r->program->instruction[i].op;
             if (op == KMP_OP_IMPLICIT || op == KMP_OP_LIST)
-                return kmp_fail(code->context, KEMPE_E_ARGUMENT,
-                                "set '%s' contains iterative solutions (implicit variables, wheel contact), which "
-                                "cannot be generated; omit the set with --sets",
-                                r->name);
+                return refuse_wheels(code, r->name);
             if (!kmp_language_has(code->language, op))
                 return kmp_fail(code->context, KEMPE_E_ARGUMENT,
                                 "set '%s' needs the function '%s', which %s does not have; omit the set with --sets",

@@ -2059,6 +2059,15 @@ class Generate(Case):
             self.assertIn("cannot make the folder", told)
             self.assertEqual(file.read_text(), "")
 
+    def test_wheels(self):
+        """Contacts of wheels are found by iterations: the sets that contain them are refused with the wheels' names."""
+        model = ROOT / "examples/rolling_wheel/rolling_wheel.yaml"
+        for sets in (["--sets", "M,jdqd"], []):
+            refused = self.expect(3, "generate", model, "--lang", "c", *sets).stderr
+            self.assertIn(f"set '{'jdqd' if sets else 'M_C'}' contains the contact of wheel 'L' and wheel 'R'", refused)
+            self.assertIn("such as 'M', by --sets", refused)
+        self.expect(0, "generate", model, "--lang", "c", "--sets", "M", "-o", str(self.folder))
+
     def test_robotran(self):
         model = ROOT / "tests/models/robotran.mbs"
         found = self.count("--keep-parameters", "--body-inputs", model=model)

@@ -4,8 +4,8 @@
  *     kempe generate tests/models/friction_belt.yaml --lang c --drives --sets M_C+h_J+jdqd,friction -o folder
  *     cc -std=c99 -Ifolder belt_loop.c folder/friction_belt.c -lm
  *
- * It takes Runge-Kutta steps of order 4. Where slip ends (its rate changes sign) or stick ends (the friction exceeds
- * its bound), it bisects the step, and decides on the next mode. Prints time, place and mode of each change. */
+ * It takes Runge-Kutta steps of order 4. When slip ends (its rate changes sign) or stick ends (the friction exceeds its
+ * bound), it bisects the step, and decides on the next mode. Prints time, place and mode of each change. */
 #include "friction_belt.h"
 #include <math.h>
 #include <stdio.h>
@@ -13,13 +13,11 @@
 
 enum { N = friction_belt_coordinates, ROWS = friction_belt_rows, ALL = N + ROWS, LAST = friction_belt_frictions };
 
-typedef struct motion {
-    double t, q[N], qd[N];
-} motion;
+#include "runge_kutta_step.h"
 
 /* Four an element: sense of slip, 1 while it sticks, its place then, a given force. */
 static double modes[4 * LAST];
-static double qdd[N], lambda[ROWS];
+static double lambda[ROWS];
 
 /* -- equations ----------------------------------------------------------------------------------------- */
 
@@ -53,7 +51,7 @@ static void solve(double a[ALL][ALL], double b[ALL])
 }
 
 /* M qdd - J' lambda = -C, J qdd = -jdqd. The row of an element that slips is zero: its multiplier is zero then. */
-static void accelerate(const motion *x)
+static void accelerate(const motion *x, double qdd[N])
 {
     double M[N * N], C[N], h[ROWS], J[ROWS * N], jdqd[ROWS], a[ALL][ALL], b[ALL];
     friction_belt_M_C_h_J_jdqd(x->t, x->q, x->qd, modes, M, C, h, J, jdqd);
@@ -75,33 +73,8 @@ static void accelerate(const motion *x)
         a[r][r] = modes[4 * e + 1] > 0 ? 0 : 1;
     }
     solve(a, b);
-    memcpy(qdd, b, sizeof qdd);
+    memcpy(qdd, b, N * sizeof *b);
     memcpy(lambda, b + N, sizeof lambda);
-}
-
-/* -- steps --------------------------------------------------------------------------------------------- */
-
-static motion step(const motion *from, double size)
-{
-    static const double part[4] = {0, 0.5, 0.5, 1}, weight[4] = {1 / 6.0, 1 / 3.0, 1 / 3.0, 1 / 6.0};
-    motion to = *from, at = *from;
-    double v[N], a[N];
-    for (int stage = 0; stage < 4; stage++) {
-        at.t = from->t + part[stage] * size;
-        for (int k = 0; stage > 0 && k < N; k++) {
-            at.q[k] = from->q[k] + part[stage] * size * v[k];
-            at.qd[k] = from->qd[k] + part[stage] * size * a[k];
-        }
-        accelerate(&at);
-        for (int k = 0; k < N; k++) {
-            v[k] = at.qd[k];
-            a[k] = qdd[k];
-            to.q[k] += weight[stage] * size * v[k];
-            to.qd[k] += weight[stage] * size * a[k];
-        }
-    }
-    to.t = from->t + size;
-    return to;
 }
 
 /* -- modes --------------------------------------------------------------------------------------------- */
@@ -111,7 +84,8 @@ static double slip[LAST], level[LAST], holding[LAST], rub[LAST];
 /* Negative where the element has to change its mode. */
 static double left(const motion *x, int e)
 {
-    accelerate(x);
+    double qdd[N];
+    accelerate(x, qdd);
     friction_belt_friction(x->t, x->q, x->qd, lambda, modes, slip, level, holding, rub);
     return modes[4 * e + 1] > 0 ? holding[e] - fabs(rub[e]) : modes[4 * e] * slip[e];
 }

@@ -13,9 +13,7 @@
 
 enum { N = sampled_slide_coordinates, LAST = sampled_slide_discrete_states };
 
-typedef struct motion {
-    double t, q[N], qd[N];
-} motion;
+#include "runge_kutta_step.h"
 
 /* The mass matrix of this model is diagonal: the slide, and a unit for each state. */
 static void accelerate(const motion *x, double qdd[N])
@@ -24,28 +22,6 @@ static void accelerate(const motion *x, double qdd[N])
     sampled_slide_M_C(x->t, x->q, x->qd, M, C);
     for (int k = 0; k < N; k++)
         qdd[k] = -C[k] / M[k * N + k];
-}
-
-static motion step(const motion *from, double size)
-{
-    static const double part[4] = {0, 0.5, 0.5, 1}, weight[4] = {1 / 6.0, 1 / 3.0, 1 / 3.0, 1 / 6.0};
-    motion to = *from, at = *from;
-    double v[N], a[N];
-    for (int stage = 0; stage < 4; stage++) {
-        at.t = from->t + part[stage] * size;
-        for (int k = 0; stage > 0 && k < N; k++) {
-            at.q[k] = from->q[k] + part[stage] * size * v[k];
-            at.qd[k] = from->qd[k] + part[stage] * size * a[k];
-        }
-        accelerate(&at, a);
-        for (int k = 0; k < N; k++) {
-            v[k] = at.qd[k];
-            to.q[k] += weight[stage] * size * v[k];
-            to.qd[k] += weight[stage] * size * a[k];
-        }
-    }
-    to.t = from->t + size;
-    return to;
 }
 
 /* Samples are due after every `steps` steps; events where their condition has begun to hold. */

@@ -85,8 +85,7 @@ static kmp_dimension dimension_of(const element *e, const kmp_force_field *field
     return kmp_dimension_times(d, KMP_DIM_TIME, field->time);
 }
 
-/* Reads the level of a friction force. Returns true for an expression and after an error: the level is then no number.
- */
+/* Reads the level of a friction force if it is an expression. false: the level is a number, which the caller reads. */
 static bool is_law(const element *e, const kmp_force_field *field, const kmp_yaml *node, const char *name)
 {
     static const char *const by_reaction[] = {"mu", "mu_static", "radius"}, *const speeds[] = {"speed", "regularise"};

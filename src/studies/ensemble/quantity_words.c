@@ -94,6 +94,17 @@ static int count_items(const char *text)
     return count;
 }
 
+/* Hands each item of a list to `add`; `label` names the list in messages. */
+static kempe_status each_item(reading *r, const char *text, const char *label,
+                              kempe_status (*add)(reading *r, part item))
+{
+    part rest = whole_of(text), item;
+    r->label = label;
+    while (next_item(&rest, &item))
+        KMP_TRY(add(r, item));
+    return KEMPE_OK;
+}
+
 static const char *copy_of(reading *r, part p)
 {
     return kmp_arena_printf(&r->list->arena, "%.*s", (int)p.length, p.s);
@@ -207,15 +218,6 @@ static kempe_status add_quantity(reading *r, part item)
     return kmp_made(r->context, !r->list->arena.failed);
 }
 
-static kempe_status add_quantities(reading *r, const char *text)
-{
-    part rest = whole_of(text), item;
-    r->label = "quantity";
-    while (next_item(&rest, &item))
-        KMP_TRY(add_quantity(r, item));
-    return KEMPE_OK;
-}
-
 /* -- limits ------------------------------------------------------------------------------------------- */
 
 static kempe_status add_limit(reading *r, part item)
@@ -238,15 +240,6 @@ static kempe_status add_limit(reading *r, part item)
         .text = copy_of(r, item), .value = value, .sign = item.s[sign] == '<' ? 1 : -1, .or_equal = or_equal};
     KMP_TRY(kmp_made(r->context, bound && limit->text));
     return kmp_added_number(r->copy, r->label, bound, right.column, "the limit", KMP_DIM_ANY, &limit->bound);
-}
-
-static kempe_status add_limits(reading *r, const char *text)
-{
-    part rest = whole_of(text), item;
-    r->label = "limit";
-    while (next_item(&rest, &item))
-        KMP_TRY(add_limit(r, item));
-    return KEMPE_OK;
 }
 
 bool kmp_limit_holds(const kmp_quantity_limit *limit, double value)
@@ -304,8 +297,8 @@ static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, 
                                     KMP_ROOM(kmp_added_value, most, &r.channel), KMP_ROOM(int, most, &r.shown),
                                     KMP_ROOM(const char *, 2 * most, &r.name, &r.unit),
                                     KMP_ROOM(kmp_quantity_limit, most_limits, &list->limit))));
-    KMP_TRY(add_quantities(&r, quantities));
-    KMP_TRY(add_limits(&r, limits));
+    KMP_TRY(each_item(&r, quantities, "quantity", add_quantity));
+    KMP_TRY(each_item(&r, limits, "limit", add_limit));
     KMP_TRY(kmp_add_values(r.copy, "quantity", list->run.channels, r.channel));
     settle(&r);
     return kmp_made(model->context, !list->arena.failed);
