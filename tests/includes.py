@@ -44,6 +44,7 @@ STUDIES = {  # a study: the others that it uses
     "modes": "assembly equilibrium",
     "sensitivity": "simulate equilibrium modes",
     "ensemble": "simulate",
+    "fit": "simulate sensitivity ensemble",
     "compare": "",
     "wheel_contact": "equilibrium",
 }
