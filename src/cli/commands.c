@@ -3,7 +3,6 @@
  * cli_run_study runs any of them. */
 #include "command.h"
 
-#include <kempe/branches.h>
 #include <kempe/check.h>
 #include <kempe/ensemble.h>
 #include <kempe/linearize.h>

@@ -141,7 +141,7 @@ void kmp_fit_put_open(const kempe_fit *fit, kmp_text *text)
     if (count == 0)
         return;
     kmp_text_put(text, count == 1 ? "the data does not determine the parameter "
-                                  : "the data does not tell these parameters apart: ");
+                                  : "the data does not determine all of these parameters: ");
     for (int k = 0, named = 0; k < fit->count; k++)
         if (fit->state[k] == KMP_FIT_OPEN)
             kmp_text_printf(text, "%s%s", named++ ? ", " : "", fit->name[k]);

@@ -51,5 +51,5 @@ void kmp_fit_weigh(kempe_fit *fit, double *residual, double *slope);
 /** Standard errors, intervals, correlation and rank from the residuals and their derivatives. KEMPE_E_MEMORY. */
 kempe_status kmp_fit_judge(kempe_fit *fit);
 
-/** A sentence about each set of parameters that the data does not tell apart. */
+/** A sentence about each set of parameters that the data does not determine. */
 void kmp_fit_put_open(const kempe_fit *fit, kmp_text *text);
