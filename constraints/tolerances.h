@@ -344,6 +344,28 @@
 /** Least share of a normal distribution between its limits: of a smaller one quantiles lose six digits. */
 #define KMP_TRUNCATED_LEAST 1e-6
 
+/* -- fits ---------------------------------------------------------------------------------------------- */
+
+/** Singular values of the Jacobian of a fit, columns of norm 1, times the rtol of its runs: below this part of the
+ * first one they are errors of the derivatives, which are promised to a hundred tolerances. */
+#define KMP_FIT_RANK 100.0
+/** Components of a direction that the data does not determine: smaller ones are rounding of the others. */
+#define KMP_FIT_MEMBER 0.01
+/** A parameter this near to its bound, over its range, is at it: there the search moves by the root of its tolerance.
+ */
+#define KMP_FIT_BOUND 1e-5
+/** Relative change of the sum of squares and of the parameters that ends a search. The error of an estimate is then
+ * 1e-5 of its standard error. */
+#define KMP_FIT_ENOUGH 1e-10
+/** Relative change of a column's weight with which weights are settled: it changes estimates by a hundredth of their
+ * standard errors at most. */
+#define KMP_FIT_WEIGHTS 0.01
+/** The least noise of a column, times the rtol of the runs and its scatter: below it residuals are errors of the runs,
+ * which are promised to a hundred tolerances. */
+#define KMP_FIT_NOISE 100.0
+/** Deviations of the noise by which a fitted motion may change at a hundredfold tolerance. */
+#define KMP_FIT_COARSE 0.1
+
 /* -- error control ------------------------------------------------------------------------------------- */
 
 /** Absolute tolerance of an entry that is integrated with the others and does not limit the step: the work of forces,

@@ -4,7 +4,6 @@
 #ifndef KEMPE_TESTS_ARGUMENTS_H
 #define KEMPE_TESTS_ARGUMENTS_H
 
-#include <kempe/branches.h>
 #include <kempe/build.h>
 #include <kempe/check.h>
 #include <kempe/compare.h>
@@ -12,6 +11,7 @@
 #include <kempe/contacts.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
+#include <kempe/fit.h>
 #include <kempe/generate.h>
 #include <kempe/gradient.h>
 #include <kempe/inverse.h>
@@ -93,6 +93,8 @@ static const kempe_compare_options short_compare = {
 static const kempe_kinematics_options turn = {.sweep = "crank=0:0.1", .points = 5};
 static const kempe_sensitivity_options by_crank = {.parameters = "crank",
                                                    .run = &(kempe_run_options){.t_end = 0.01, .output_step = 0.005}};
+static const kempe_fit_options of_motion = {
+    .data = KEMPE_ROOT "/tests/models/turning_crank.csv", .parameters = "crank_mass:0.1:10", .most = 2};
 static const kempe_response_options push = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_linearize_options push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_inverse_options by_motor = {.actuators = "crank", .independent = "crank"};
@@ -118,6 +120,7 @@ SOME(kempe_linearization, kempe_linearization_new, some_kempe_system(0), &push_s
 SOME(kempe_response, kempe_response_new, some_kempe_system(0), &push)
 SOME(kempe_modes, kempe_modes_new, some_kempe_system(0), &from_start)
 SOME(kempe_sensitivity, kempe_sensitivity_new, some_kempe_model(0), &by_crank)
+SOME(kempe_fit, kempe_fit_new, some_kempe_model(0), &of_motion)
 SOME(kempe_gradient, kempe_gradient_new, some_kempe_model(0), &of_base)
 SOME(kempe_table, kempe_inverse_table, some_kempe_inverse(0), "rows")
 SOME(kempe_workspace, kempe_workspace_new, some_kempe_system(0))
@@ -138,6 +141,7 @@ ZERO(kempe_response_options)
 ZERO(kempe_modes_options)
 ZERO(kempe_sensitivity_options)
 ZERO(kempe_gradient_options)
+ZERO(kempe_fit_options)
 ZERO(kempe_contact_options)
 ZERO(kempe_setting)
 ZERO(kempe_touch)

@@ -44,6 +44,7 @@ STUDIES = {  # a study: the others that it uses
     "modes": "assembly equilibrium",
     "sensitivity": "simulate equilibrium modes",
     "ensemble": "simulate",
+    "fit": "simulate sensitivity ensemble",
     "compare": "",
     "wheel_contact": "equilibrium",
 }
@@ -68,7 +69,7 @@ FOLDERS = [  # first match wins
 ]
 PUBLIC_ONLY = {"cli", "examples", "api"}  # see <kempe/...> and the C library
 MAY_SOLVE = {"linalg", "constraints", "integrators"}
-SOLVERS = re.compile(r"^(suitesparse/)?(umfpack|klu|btf|amd|colamd|SuiteSparse_config)\.h$"
+SOLVERS = re.compile(r"^(suitesparse/)?(umfpack|klu|btf|amd|colamd|SuiteSparse_config|cminpack)\.h$"
                      r"|^(sundials|ida|idas|kinsol|cvode|cvodes|arkode|nvector|sunmatrix|sunlinsol|sunnonlinsol)/")
 SOURCE = {".c", ".h", ".def"}
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)')

@@ -5,7 +5,6 @@
 
 #include "base/arena.h"
 #include "constraints/diagnosis/diagnosis.h"
-#include <kempe/branches.h>
 #include <kempe/check.h>
 
 /** Random starts: uniform over all angles, and translations within some characteristic lengths. The loops are then

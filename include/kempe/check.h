@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * The state in which the loops are closed, and the diagnosis of a mechanism: mobility, redundancy, limits of motion.
+ * The state in which the loops are closed, and the diagnosis of a mechanism: mobility, redundancy, limits of motion,
+ * assembly modes.
  */
 #ifndef KEMPE_CHECK_H
 #define KEMPE_CHECK_H
@@ -43,6 +44,20 @@ KEMPE_API kempe_status kempe_check_print(const kempe_check *check, kempe_format 
  * high, turns, low_dead_centre, high_dead_centre (1: it turns back there). "closures": closure, kind, rows, redundant
  * (how many of them), may_lose (rows without a change of mobility), gap in m. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_check_table(const kempe_check *check, const char *name, kempe_table **table);
+
+typedef struct kempe_branches kempe_branches;
+
+/** Assembly modes: the configurations in which the loops close with the held coordinates fixed. Finds others by
+ * assembling from many random starts with the held coordinates fixed. If fewer
+ * coordinates are held than there are degrees of freedom, further independent ones are fixed. Sampling may miss some
+ * modes. `seed` chooses the starts; the same seed gives the same result. */
+KEMPE_API kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches);
+KEMPE_API void kempe_branches_free(kempe_branches *branches);
+
+/** The number of modes, and q of the k-th (n values, owned by the branches). The first mode is the model's. */
+KEMPE_API int kempe_branches_count(const kempe_branches *branches);
+KEMPE_API const double *kempe_branches_q(const kempe_branches *branches, int k);
+KEMPE_API kempe_status kempe_branches_print(const kempe_branches *branches, kempe_format format, char **text);
 
 KEMPE_END
 #endif

@@ -11,7 +11,7 @@
  *
  * This is the core. A program includes a further header for each study that it uses:
  *
- *     check.h         mobility, redundancy, the assembled state; branches.h: assembly modes
+ *     check.h         mobility, redundancy, the assembled state, assembly modes
  *     settings.h      models with other parameters, tolerances and algorithms; build.h: models made in code
  *     table.h         results of all studies as tables: read by name, printed, written as CSV, JSON, NPZ
  *     stepper.h       a run advanced step by step; extend.h: user-defined forces
@@ -25,6 +25,7 @@
  *     linearize.h     state spaces about a state; response.h: frequency response
  *     modes.h         eigenvalues and mode shapes, also over the values of a parameter
  *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
+ *     fit.h           parameters from measured motions
  *     contacts.h wheels on their rails over a range; contact.h: rolling contact without a model
  *     generate.h      operation counts, and equations in other languages
  *     cache.h         a folder that keeps derived equations for the next time

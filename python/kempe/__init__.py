@@ -36,6 +36,7 @@ from .errors import (
     Problem,
     StoppedError,
 )
+from .fit import Fit
 from .generate import Code, Count
 from .gradient import Gradient
 from .inverse import Inverse
@@ -73,6 +74,7 @@ __all__ = [
     "Equilibrium",
     "Error",
     "FailedError",
+    "Fit",
     "FileError",
     "Folder",
     "FrozenTable",

@@ -13,6 +13,7 @@ from ._native import ffi, lib
 from .context import Context, Fixed, string
 from .display import details, model_html
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
+from .fit import Fit
 from .generate import Code, Count
 from .gradient import Gradient
 from .options import characters, entry_of, text_of, utf8, words
@@ -24,7 +25,7 @@ from .system import Force, System
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from ._options import EnsembleOptions, GenerateOptions, GradientOptions, RunOptions, SampleOptions, SensitivityOptions
+    from ._options import EnsembleOptions, FitOptions, GenerateOptions, GradientOptions, RunOptions, SampleOptions, SensitivityOptions
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
@@ -233,6 +234,16 @@ class Model(Fixed):
         ('t', 'q.rocker', 'q.rocker/crank')
         """
         return study(Sensitivity, self, options)
+
+    def fit(self, **options: Unpack[FitOptions]) -> Fit:
+        """Parameters from measured motions: `data` is a CSV file, `parameters` names or a mapping of names to bounds.
+
+        >>> Model("four_bar.yaml", crank_mass=2).simulate(t_end=1).rows.write("measured.csv")
+        >>> fit = Model("four_bar.yaml").fit(data="measured.csv", columns="q.rocker", parameters={"crank_mass": (0.1, 5)})
+        >>> round(fit.values["crank_mass"], 5)
+        2.0
+        """
+        return study(Fit, self, options)
 
     def gradient(self, **options: Unpack[GradientOptions]) -> Gradient:
         """Outputs of the driven mechanism with their derivatives by parameters, for repeated evaluation. The outputs are those of

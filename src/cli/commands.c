@@ -3,7 +3,6 @@
  * cli_run_study runs any of them. */
 #include "command.h"
 
-#include <kempe/branches.h>
 #include <kempe/check.h>
 #include <kempe/ensemble.h>
 #include <kempe/linearize.h>
@@ -98,6 +97,7 @@ WRITER(kempe_equilibrium_write_report)
 WRITER(kempe_response_write_report)
 WRITER(kempe_inverse_write_report)
 WRITER(kempe_kinematics_write_report)
+WRITER(kempe_fit_write_report)
 
 static int seed_of(const cli_settings *s)
 {
@@ -156,6 +156,24 @@ STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), .table = NULL
 STUDY(linearize, kempe_linearization, linearize_about(j, result), .table = NULL,
       .files = {{AT(output), any_kempe_linearization_write}})
 STUDY(sensitivity, kempe_sensitivity, differentiate(j, result), .table = kempe_sensitivity_rows)
+
+static kempe_status fit_parameters(const cli_job *j, kempe_fit **result)
+{
+    kempe_fit_options options = j->settings->fit;
+    options.parameters = j->settings->fitted;
+    options.run = &j->settings->run;
+    return kempe_fit_new(j->model, &options, result);
+}
+
+/* The estimates; a picture has the fitted motion and the data. */
+static kempe_status kempe_fit_rows(const cli_job *j, const void *fit, bool drawn, kempe_table **table)
+{
+    (void)j;
+    return kempe_fit_table(fit, drawn ? "rows" : "parameters", table);
+}
+
+STUDY(fit, kempe_fit, fit_parameters(j, result), .table = kempe_fit_rows,
+      .files = {{AT(report), any_kempe_fit_write_report}})
 
 /* An ensemble, with what its batch refers to. */
 typedef struct instances {
@@ -384,6 +402,13 @@ static const char *ensemble_lacks(const cli_settings *s)
     return NULL;
 }
 
+static const char *fit_lacks(const cli_settings *s)
+{
+    if (!s->fit.data)
+        return "the data is missing: kempe fit MODEL DATA.csv --parameter NAME";
+    return s->fitted[0] ? NULL : "fit needs --parameter NAME[:LOW:HIGH]; 'kempe show --model FILE' lists parameters";
+}
+
 static const char *simulate_lacks(const cli_settings *s)
 {
     return !s->from == !s->instance ? NULL : "--from FOLDER and --instance K belong together";
@@ -469,6 +494,12 @@ const cli_command cli_commands[] = {
      "  kempe sensitivity examples/four_bar/four_bar.yaml --parameters crank,base --t-end 1 -o by_lengths.csv\n"
      "  kempe sensitivity examples/stewart/stewart.yaml --method adjoint --outputs 'position(platform.P1).z'\n",
      .model_alone = true, .study = &sensitivity_study},
+    {CLI_FIT, "fit", "parameters from measured motions: estimates, standard errors, intervals",
+     "  kempe fit examples/four_bar/four_bar.yaml measured.csv --parameter crank_mass:0.1:10 -o found.csv\n"
+     "  kempe fit examples/four_bar/four_bar.yaml measured.csv --columns q.rocker --parameter crank_mass,q.crank \\\n"
+     "      --start found.csv --report fit.html\n",
+     .usage = "FILE DATA.csv --parameter NAME[:LOW:HIGH].. [options]", .lacks = fit_lacks, .model_alone = true,
+     .study = &fit_study},
     {CLI_ENSEMBLE, "ensemble", "simulate many instances with different parameters, in parallel vector lanes",
      "  kempe ensemble examples/four_bar/four_bar.yaml --values bars.csv -o ends.csv\n"
      "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 --instances 10000\n"

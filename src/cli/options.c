@@ -136,6 +136,15 @@ static const option options[] = {
     {CLI_ENSEMBLE, IN_MODEL, "limit", VALUE(LIST, limits), "QUANTITY<VALUE,..",
      "limits on quantities: each instance passes or fails"},
     {CLI_ENSEMBLE, IN_MODEL, "seed", VALUE(WHOLE, seed), "N", "seed of the random instances (default: 1)"},
+    {CLI_FIT, IN_MODEL, "parameter", VALUE(LIST, fitted), "NAME[:LOW:HIGH],..",
+     "parameters to be found, start values among them as q.NAME and qd.NAME, with bounds; may be repeated"},
+    {CLI_FIT, IN_MODEL, "columns", TEXT(fit.columns), "NAME,..", "columns of the data that count (default: all)"},
+    {CLI_FIT, IN_MODEL, "deviations", TEXT(fit.deviations), "COLUMN=X,..",
+     "standard deviations of the noise, which weight the columns (default: from the residuals)"},
+    {CLI_FIT, IN_MODEL, "start", TEXT(fit.start), "FILE",
+     "CSV file that --output of another fit wrote: the search begins there (default: the model's values)"},
+    {CLI_FIT, IN_RUN, "confidence", VALUE(NUMBER, fit.confidence), "X", "of the intervals (default: 0.95)"},
+    {CLI_FIT, IN_RUN, "most", VALUE(WHOLE, fit.most), "N", "runs of the model at most (default: 200)"},
     {CLI_SENSITIVITY, IN_MODEL, "of", TEXT(sensitivity.of), "WORD",
      "object of the derivatives: trajectory (default), equilibrium, modes, reactions"},
     {CLI_SENSITIVITY, IN_MODEL, "parameters", TEXT(sensitivity.parameters), "NAME,..",
@@ -176,23 +185,23 @@ static const option options[] = {
     {CLI_SIMULATE, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
      "integrator: dop853, dopri5, adams, bdf, radau, radau5, radau9, erk, dirk, ida (default: dop853 or radau, by "
      "counted work; dae: radau or ida)"},
-    {CLI_SENSITIVITY, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
+    {CLI_SENSITIVITY | CLI_FIT, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
      "integrator: dop853 (default), dopri5, radau, radau5, radau9, erk"},
     {CLI_SIMULATE, IN_RUN, "linear", TEXT(run.linear), "NAME",
      "linear solver of IDA: auto (default), klu, umfpack, dense; with one of them dae has IDA as its integrator"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "rtol", VALUE(NUMBER, run.rtol), "X",
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY | CLI_FIT, IN_RUN, "rtol", VALUE(NUMBER, run.rtol), "X",
      "relative tolerance (default: that of the model, or 1e-8)"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "atol", VALUE(ANGLE, run.atol), "X",
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY | CLI_FIT, IN_RUN, "atol", VALUE(ANGLE, run.atol), "X",
      "absolute tolerance of an angle, rad (default: rtol)"},
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "t-end", VALUE(TIME, run.t_end), "T",
      "end of the run, s (default: that of the model)"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "independent", TEXT(run.independent), "NAME,..",
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY | CLI_FIT, IN_RUN, "independent", TEXT(run.independent), "NAME,..",
      "independent coordinates at the start (default: chosen by pivots)"},
     {CLI_SIMULATE, IN_RUN, "keep-independent", FLAG(run.keep_independent),
      "keep the given independent coordinates; fail if they become singular"},
     {CLI_SIMULATE, IN_RUN, "change-points", TEXT(run.change_points), "WORD",
      "change points (bifurcations): cross (default) detects and crosses them; ignore"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY, IN_RUN, "max-steps", VALUE(LONG, run.max_steps), "N",
+    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY | CLI_FIT, IN_RUN, "max-steps", VALUE(LONG, run.max_steps), "N",
      "fail after N steps (default: fail when the remaining time would take 1e8 steps)"},
     {CLI_SIMULATE | CLI_SENSITIVITY | CLI_ENSEMBLE, IN_RUN, "no-convergence-check", FLAG(run.no_convergence_check),
      "do not repeat the run at another tolerance"},
@@ -230,7 +239,7 @@ static const option options[] = {
     {CLI_KINEMATICS, IN_RUN, "backend", TEXT(kinematics.backend), "NAME", BACKENDS},
     {CLI_CONTACT, IN_RUN, "backend", TEXT(contact.backend), "NAME", BACKENDS},
     {CLI_INVERSE, IN_RUN, "backend", TEXT(inverse.backend), "NAME", BACKENDS},
-    {CLI_SIMULATE | CLI_SENSITIVITY, IN_RUN, "backend", TEXT(run.backend), "NAME", BACKENDS},
+    {CLI_SIMULATE | CLI_SENSITIVITY | CLI_FIT, IN_RUN, "backend", TEXT(run.backend), "NAME", BACKENDS},
     {CLI_SIMULATE, IN_RUN, "threads", VALUE(WHOLE, run.threads), "N",
      "threads that share each evaluation of the equations, 1 to 64 (default: 1); for large models"},
     {CLI_GENERATE, IN_MODEL, "sets", TEXT(generation.sets), "NAME,..",
@@ -279,6 +288,8 @@ static const option options[] = {
      "write the page of a model to this file (default: one in the folder of temporary files)"},
     {CLI_ASSEMBLE | CLI_KINEMATICS | CLI_EQUILIBRIUM | CLI_INVERSE | CLI_RESPONSE | CLI_ENSEMBLE, IN_OUTPUT, "report",
      VALUE(PAGE, report), "FILE", "write an HTML page: the mechanism, and the result as curves and text"},
+    {CLI_FIT, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
+     "write an HTML page: the mechanism moving, the fitted motion beside the data, residuals"},
     {CLI_SIMULATE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
      "write an HTML page: the mechanism moving, time histories of all outputs, accuracy of the run"},
     {CLI_KINEMATICS, IN_OUTPUT, "svg", VALUE(PICTURE, svg), "FILE", "draw the paths of the position outputs"},
@@ -511,8 +522,12 @@ static int read_option(unsigned command, const char *name, int count, char **wor
     return store(o, attached ? attached : words[1], settings) ? 2 - (attached != NULL) : 0;
 }
 
-static bool read_file_name(const char *word, cli_settings *settings)
+static bool read_file_name(unsigned command, const char *word, cli_settings *settings)
 {
+    if (settings->file && command == CLI_FIT && !settings->fit.data) {
+        settings->fit.data = word;
+        return true;
+    }
     if (settings->file)
         return cli_complain("one model file is expected, but '%s' and '%s' are given", settings->file, word);
     settings->file = word;
@@ -543,7 +558,7 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
             if (taken == 0)
                 return false;
             k += taken;
-        } else if (!read_file_name(words[k++], settings)) {
+        } else if (!read_file_name(command, words[k++], settings)) {
             return false;
         }
     }

@@ -6,6 +6,7 @@
 #include <kempe/contacts.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
+#include <kempe/fit.h>
 #include <kempe/generate.h>
 #include <kempe/inverse.h>
 #include <kempe/kempe.h>
@@ -37,9 +38,10 @@ enum {
     CLI_NEW = 32768,
     CLI_VIEW = 65536,
     CLI_GATHER = 131072,
-    CLI_ALL = 262143,
+    CLI_FIT = 262144,
+    CLI_ALL = 524287,
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
-                 CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE /* with a table of results */
+                 CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT /* with a table of results */
 };
 
 /* The user's settings. Texts point into argv; NULL and 0 mean not given. */
@@ -62,6 +64,8 @@ typedef struct cli_settings {
     kempe_sample_options sample;
     char quantities[CLI_LIST_SIZE], limits[CLI_LIST_SIZE];
     kempe_sensitivity_options sensitivity; /* in addition to those in `run` */
+    kempe_fit_options fit;                 /* likewise */
+    char fitted[CLI_LIST_SIZE];
     kempe_modes_options modes;
     kempe_response_options response; /* and of state spaces */
     const char *svg, *plot, *x, *y, *values;

@@ -5,6 +5,7 @@
 #include "studies/ensemble/batch.h"
 #include "studies/ensemble/statistics/statistics.h"
 #include "studies/equilibrium/balances.h"
+#include "studies/fit/fit_study.h"
 #include "studies/inverse/inverse_study.h"
 #include "studies/kinematics/position_sweep.h"
 #include "studies/response/response_study.h"
@@ -291,6 +292,55 @@ kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path)
     kempe_status status = write_page(system, "ensemble", "ensemble", fill_batch, batch, path);
     kempe_system_free(system);
     return status;
+}
+
+/* -- fits -------------------------------------------------------------------------------------------- */
+
+/* The motion of the estimates: their values are those of the equations. */
+static kempe_status add_motion(study_page *s, const kempe_fit *f)
+{
+    enum { FRAMES = 300 };
+    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
+    const kempe_run_options run = {
+        .rtol = rows->rtol, .t_end = rows->t_end, .output_step = rows->t_end / FRAMES, .no_convergence_check = 1};
+    kempe_trajectory *motion = NULL;
+    kempe_status status = kempe_simulate(rows->system, &run, &motion);
+    int count = kempe_trajectory_row_count(motion);
+    for (int k = 0; k < count && status == KEMPE_OK; k++) {
+        const double t = kempe_trajectory_time(motion, k);
+        status = add_frames(s, 1, kempe_trajectory_q(motion, k), 0, &t);
+    }
+    kempe_trajectory_free(motion);
+    return status;
+}
+
+static kempe_status fill_fit(study_page *s, const void *result)
+{
+    const kempe_fit *f = result;
+    static const char *const first[] = {"q", "position", "velocity", "sensor", "", NULL};
+    s->page.status = f->status;
+    s->page.reason = f->reason;
+    s->page.warnings = f->warnings;
+    s->page.scene = scene_of(s, "motion of the estimates");
+    s->page.answer = kmp_arena_printf(&s->arena, "%d parameter%s from %d measurements", f->count,
+                                      f->count == 1 ? "" : "s", f->residuals);
+    for (int k = 0; k < f->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
+        s->page.fact[s->page.fact_count++] =
+            (kmp_page_fact){f->name[k], isfinite(f->error[k]) ? kmp_arena_printf(&s->arena, "%.6g \xc2\xb1 %.2g",
+                                                                                 f->value[k], f->factor * f->error[k])
+                                                              : kmp_arena_printf(&s->arena, "%.6g", f->value[k])};
+    KMP_TRY(kempe_fit_print(f, KEMPE_TEXT, &s->text));
+    KMP_TRY(kempe_fit_table(f, "rows", &s->table));
+    s->page.x = "t";
+    choose_first(s, first, KMP_PAGE_FIRST);
+    return add_motion(s, f);
+}
+
+kempe_status kempe_fit_write_report(kempe_fit *fit, const char *path)
+{
+    KMP_WANTED(NULL, fit, "fit");
+    KMP_WANTED(fit->context, path, "path");
+    return write_page(kmp_slope_runs_rows(fit->runs)->system, "fit", "fit", fill_fit, fit, path);
 }
 
 /* -- the assembled start ----------------------------------------------------------------------------- */

@@ -2,7 +2,7 @@
 /* Progress of long computations: counts rise to their totals, results do not depend on them, and the function may end
  * the computation. */
 #include "testing.h"
-#include <kempe/branches.h>
+#include <kempe/check.h>
 #include <kempe/compare.h>
 #include <kempe/kempe.h>
 #include <kempe/kinematics.h>

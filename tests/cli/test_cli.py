@@ -475,6 +475,67 @@ forces: {motor: {joint: a, torque: "3 - drag*qd(a)"}}
         self.assertNotIn("steadily", self.expect(1, "equilibrium", falls).stderr)
 
 
+class Fits(Case):
+    """Parameters from measured motions: tables, a restart, a page, mistakes."""
+
+    CRANK = ROOT / "tests/models/measured_crank.yaml"
+    WORDS = ("motion.csv", "--columns", "q.crank,q.slider", "--parameter", "slider_mass:0.5:20", "--parameter", "guide:0:")
+
+    def setUp(self):
+        super().setUp()
+        self.expect(0, "simulate", self.CRANK, "--t-end", 1, "--no-convergence-check", "-o", "motion.csv")
+
+    def estimates(self, *words):
+        done = self.expect(0, "fit", self.CRANK, *self.WORDS, *words, "-o", "found.csv")
+        with open(self.folder / "found.csv", newline="") as file:
+            return done, {row["parameter"]: row for row in csv.DictReader(file)}
+
+    def test_estimates(self):
+        far = "--set", "slider_mass=6", "--set", "guide=0.2"
+        done, rows = self.estimates(*far, "--report", "fit.html", "--plot", "fit.svg")
+        self.assertIn("fit of 2 parameters, ok", done.stdout)
+        self.assertEqual((rows["slider_mass"]["start"], rows["guide"]["lower"], rows["guide"]["upper"]), ("6", "0", ""))
+        self.assertAlmostEqual(float(rows["slider_mass"]["value"]), 3, delta=1e-5)
+        self.assertAlmostEqual(float(rows["guide"]["value"]), 1.5, delta=1e-5)
+        self.assertIn("q.slider.measured", (self.folder / "fit.html").read_text())
+        self.assertIn("q.crank", (self.folder / "fit.svg").read_text())
+        found = self.object(0, "fit", self.CRANK, *self.WORDS, *far)
+        self.assertEqual((found["rank"], found["search"], found["measurements"]), (2, "converged", 102))
+        self.assertEqual(list(found["columns"]), ["q.crank", "q.slider"])
+        self.assertEqual(without_times(found), without_times(self.object(0, "fit", self.CRANK, *self.WORDS, *far)))
+        # The result is the start of another search, which ends at once.
+        again = self.object(0, "fit", self.CRANK, *self.WORDS, *far, "--start", "found.csv")
+        self.assertLess(again["runs"], found["runs"])
+        self.assertEqual(again["parameters"]["guide"]["start"], float(rows["guide"]["value"]))
+
+    def test_most_runs(self):
+        far = "--set", "slider_mass=6", "--set", "guide=0.2", "--most", 3
+        done, _ = self.estimates(*far)
+        self.assertIn("the search has not converged after 3 runs", done.stderr)
+
+    def test_mistakes(self):
+        (self.folder / "bad.csv").write_text("t,q.crank,q.wheel,q.slider [N]\n0,1,2,3\n")
+        (self.folder / "units.csv").write_text("t,q.crank [N],q.slider\n0,1,2\n1,x,3\n")
+        (self.folder / "cells.csv").write_text("t,q.crank,q.slider\n0,1,2\n1,x,3\n0.5,1,2\n")
+        for code, words, told in [
+                (3, ("motion.csv",), "needs --parameter"), (3, (), "the data is missing"),
+                (3, ("motion.csv", "other.csv", "--parameter", "guide"), "one model file is expected"),
+                (3, ("motion.csv", "--parameter", "guid"), "did you mean 'guide'"),
+                (3, ("motion.csv", "--parameter", "guide:2:1"), "the bound 2 is not below 1"),
+                (3, ("motion.csv", "--parameter", "guide:1"), "two bounds are expected"),
+                (3, ("motion.csv", "--parameter", "guide:2:3"), "its start 1.5 is not between its bounds 2 and 3"),
+                (3, ("motion.csv", "--parameter", "guide", "--columns", "q.wheel"), "has no column 'q.wheel'"),
+                (3, ("motion.csv", "--parameter", "guide", "--columns", "q.crank", "--deviations", "q.slider=1"),
+                 "COLUMN=VALUE with a column of the data"),
+                (3, ("motion.csv", "--parameter", "guide", "--columns", "q.crank", "--confidence", "2"), "confidence 2"),
+                (2, ("none.csv", "--parameter", "guide"), "none.csv"),
+                (2, ("bad.csv", "--parameter", "guide"), "bad.csv:1:11: 'q.wheel' is no output of the model"),
+                (2, ("units.csv", "--parameter", "guide"), "units.csv:1:3"),
+                (2, ("cells.csv", "--parameter", "guide"), "cells.csv:4:1: times must increase"),
+                (2, ("motion.csv", "--parameter", "guide", "--start", "motion.csv"), "motion.csv:1:1: columns 'parameter'")]:
+            self.assertIn(told, self.expect(code, "fit", self.CRANK, *words).stderr)
+
+
 class Sensitivities(Case):
     """Derivatives by parameters: tables of both methods, against runs with other values; mistakes."""
 

@@ -8,7 +8,6 @@
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"
-#include <kempe/branches.h>
 #include <kempe/check.h>
 #include <kempe/extend.h>
 #include <kempe/stepper.h>

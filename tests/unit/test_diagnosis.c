@@ -7,7 +7,6 @@
 #include "loaded.h"
 #include "random_model.h"
 #include "testing.h"
-#include <kempe/branches.h>
 #include <kempe/check.h>
 #include <stdlib.h>
 

@@ -2,7 +2,7 @@
 /* Output of `assemble --branches`: each assembly mode, and the start values that select it. */
 #include "constraints/closing/assembly_modes.h"
 #include "output/print.h"
-#include <kempe/branches.h>
+#include <kempe/check.h>
 
 static void list_kept(kmp_text *text, const kempe_branches *b)
 {

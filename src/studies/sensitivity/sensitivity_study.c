@@ -162,16 +162,9 @@ static kempe_status prepare(kempe_sensitivity *s)
 
 /* -- the object -------------------------------------------------------------------------------------- */
 
-kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *options,
-                                   kempe_sensitivity **sensitivity)
+static kempe_status begin(const kempe_model *model, const kempe_sensitivity_options *options,
+                          const kempe_run_options *run, kempe_sensitivity **sensitivity)
 {
-    KMP_WANTED_BOTH(model, sensitivity);
-    KMP_OPTIONS(model->context, kempe_sensitivity_options, options);
-    const kempe_run_options *run = options->run;
-    KMP_OPTIONS(model->context, kempe_run_options, run);
-    double begin = kmp_cpu_now();
-    kmp_context_begin(model->context);
-    KMP_TRY(kmp_model_check_finished(model));
     KMP_MAKE(model->context, kempe_sensitivity, s);
     *s = (kempe_sensitivity){.kind = kinds[0],
                              .model = model,
@@ -181,11 +174,36 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
                              .run = run,
                              .method = "",
                              .integrator = ""};
-    kempe_status status = prepare(s);
-    double derived = s->build_s = kmp_cpu_now() - begin;
-    begin = kmp_cpu_now();
+    *sensitivity = s;
+    return prepare(s);
+}
+
+kempe_status kmp_sensitivity_begin(const kempe_model *model, const kempe_sensitivity_options *options,
+                                   const kempe_run_options *run, kempe_sensitivity **sensitivity)
+{
+    kempe_sensitivity *s = NULL;
+    kempe_status status = begin(model, options, run, &s);
+    return KMP_GIVE_OR_FREE(status, sensitivity, s, kempe_sensitivity_free);
+}
+
+kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensitivity_options *options,
+                                   kempe_sensitivity **sensitivity)
+{
+    KMP_WANTED_BOTH(model, sensitivity);
+    KMP_OPTIONS(model->context, kempe_sensitivity_options, options);
+    const kempe_run_options *run = options->run;
+    KMP_OPTIONS(model->context, kempe_run_options, run);
+    double started = kmp_cpu_now();
+    kmp_context_begin(model->context);
+    KMP_TRY(kmp_model_check_finished(model));
+    kempe_sensitivity *s = NULL;
+    kempe_status status = begin(model, options, run, &s);
+    if (!s)
+        return status;
+    double derived = s->build_s = kmp_cpu_now() - started;
+    started = kmp_cpu_now();
     s->status = status == KEMPE_OK ? s->kind->find(s) : status;
-    s->cpu_s = kmp_cpu_now() - begin - (s->build_s - derived) - s->again_s;
+    s->cpu_s = kmp_cpu_now() - started - (s->build_s - derived) - s->again_s;
     s->options = NULL;
     s->run = NULL;
     s->warnings = kmp_context_warnings(s->context);

@@ -89,6 +89,30 @@ void kmp_sensitivity_fill(const kempe_sensitivity *s, const kmp_sensitivity_sour
 /** A row, to be filled; NULL: no memory. */
 double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at);
 
+/** The object before its rows: names, equations, sizes. Both options stay those of the caller. */
+kempe_status kmp_sensitivity_begin(const kempe_model *model, const kempe_sensitivity_options *options,
+                                   const kempe_run_options *run, kempe_sensitivity **sensitivity);
+
+/** Trajectories with their derivatives at the same times, each with other values of the parameters: the equations are
+ * derived once. */
+typedef struct kmp_slope_runs kmp_slope_runs;
+
+/** `t`: times of the rows, ascending from 0 or later; they are copied. Of the options parameters, outputs and run
+ * count. Errors of kempe_sensitivity_new. */
+kempe_status kmp_slope_runs_new(const kempe_model *model, const kempe_sensitivity_options *options, int count,
+                                const double *t, kmp_slope_runs **runs);
+void kmp_slope_runs_free(kmp_slope_runs *runs);
+
+/** Runs. KEMPE_E_FAILED: the model cannot have these values, or does not reach the last time; the message has the
+ * reason. KEMPE_STOPPED: an interrupt. */
+kempe_status kmp_slope_runs_at(kmp_slope_runs *runs, const double *values);
+
+/** The same at a multiple of the tolerances. */
+kempe_status kmp_slope_runs_coarser(kmp_slope_runs *runs, double factor, const double *values);
+
+/** Columns, values and derivatives of the last run; names, sizes and given values of the parameters; sums of work. */
+const kempe_sensitivity *kmp_slope_runs_rows(const kmp_slope_runs *runs);
+
 #define KMP_SENSITIVITY(name) extern const kmp_sensitivity_kind kmp_sensitivity_##name;
 #include "studies/sensitivity/sensitivities.def"
 #undef KMP_SENSITIVITY

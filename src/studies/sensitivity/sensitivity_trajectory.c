@@ -157,10 +157,10 @@ static int take_row(void *user, const kmp_varied_row *row)
     return !take(w, row->t);
 }
 
-static kempe_status find_rows(work *w)
+static kempe_status find_rows(work *w, int count, const double *t)
 {
-    w->spec.times = w->times.t;
-    w->spec.time_count = w->times.count;
+    w->spec.times = t;
+    w->spec.time_count = count;
     w->options.watch = (kmp_varied_watch){.user = w, .row = take_row};
     return kmp_forward_run(&w->varied, &w->options, w->s->size, NULL, &w->report);
 }
@@ -233,7 +233,8 @@ static kempe_status find_scalars(work *w)
 
 static kempe_status find_once(work *w)
 {
-    kempe_status status = w->adjoint || w->s->options->integral ? find_scalars(w) : find_rows(w);
+    kempe_status status =
+        w->adjoint || w->s->options->integral ? find_scalars(w) : find_rows(w, w->times.count, w->times.t);
     add_work(w);
     return status;
 }
@@ -378,6 +379,111 @@ static kempe_status find(kempe_sensitivity *s)
     if (status == KEMPE_OK && s->rows > 0 && s->columns > 0 && !s->run->no_convergence_check)
         status = check_again(&w);
     free_work(&w);
+    return status;
+}
+
+/* -- runs with other values -------------------------------------------------------------------------- */
+
+struct kmp_slope_runs {
+    kempe_sensitivity *s;
+    work w;
+    int count;
+    double *t;
+};
+
+static kempe_status prepare_runs(kmp_slope_runs *r, const kempe_model *model, const kempe_sensitivity_options *options,
+                                 const double *t)
+{
+    const kempe_run_options *given = options->run;
+    KMP_OPTIONS(model->context, kempe_run_options, given);
+    kempe_run_options run = *given;
+    run.t_end = t[r->count - 1];
+    KMP_TRY(kmp_sensitivity_begin(model, options, &run, &r->s));
+    r->w.s = r->s;
+    kempe_status status = prepare(&r->w);
+    r->s->options = NULL;
+    r->s->run = NULL;
+    r->s->method = "forward";
+    return status;
+}
+
+kempe_status kmp_slope_runs_new(const kempe_model *model, const kempe_sensitivity_options *options, int count,
+                                const double *t, kmp_slope_runs **runs)
+{
+    double begin = kmp_cpu_now();
+    KMP_MAKE(model->context, kmp_slope_runs, r);
+    r->count = count;
+    r->t = KMP_NEW(double, count);
+    kempe_status status = kmp_made(model->context, r->t);
+    if (status == KEMPE_OK)
+        memcpy(r->t, t, (size_t)count * sizeof *t);
+    if (status == KEMPE_OK)
+        status = prepare_runs(r, model, options, t);
+    if (status == KEMPE_OK)
+        r->s->build_s = kmp_cpu_now() - begin;
+    return KMP_GIVE_OR_FREE(status, runs, r, kmp_slope_runs_free);
+}
+
+void kmp_slope_runs_free(kmp_slope_runs *runs)
+{
+    if (!runs)
+        return;
+    free_work(&runs->w);
+    kempe_sensitivity_free(runs->s);
+    kmp_free(runs->t);
+    kmp_free(runs);
+}
+
+const kempe_sensitivity *kmp_slope_runs_rows(const kmp_slope_runs *runs)
+{
+    return runs->s;
+}
+
+/* The last time is missing where a condition of the model ends the run. */
+static kempe_status judge_run(kmp_slope_runs *r, kempe_status status)
+{
+    kmp_run_report *report = &r->w.report.run;
+    bool ended = status == KEMPE_STOPPED && report->ended;
+    if (status == KEMPE_E_FAILED || ended || (status == KEMPE_OK && r->s->rows < r->count)) {
+        kmp_text reason = {0};
+        kmp_text_put(&reason, report->reason ? report->reason : "the run ends before the last requested time");
+        kmp_context_clear(r->s->context);
+        status = kmp_fail_text(r->s->context, KEMPE_E_FAILED, &reason);
+    }
+    kmp_free(report->reason);
+    report->reason = NULL;
+    return status;
+}
+
+kempe_status kmp_slope_runs_at(kmp_slope_runs *runs, const double *values)
+{
+    kempe_sensitivity *s = runs->s;
+    work *w = &runs->w;
+    double begin = kmp_cpu_now();
+    s->rows = 0;
+    kmp_context_clear(s->context);
+    w->report = (kmp_forward_report){0};
+    kempe_status status = kmp_linear_vary(&w->varied.linear, s->system, s->variant, values);
+    if (status == KEMPE_OK) {
+        kmp_slopes_renew_parameters(w->slopes);
+        memcpy(s->parameter, values, (size_t)s->count * sizeof *values);
+        status = find_rows(w, runs->count, runs->t);
+        add_work(w);
+        status = judge_run(runs, status);
+    }
+    s->cpu_s += kmp_cpu_now() - begin;
+    return status;
+}
+
+kempe_status kmp_slope_runs_coarser(kmp_slope_runs *runs, double factor, const double *values)
+{
+    kmp_run_spec *spec = &runs->w.spec;
+    const double rtol = spec->rtol, atol = spec->atol;
+    spec->rtol *= factor;
+    spec->atol *= factor;
+    kempe_status status = kmp_slope_runs_at(runs, values);
+    spec->rtol = rtol;
+    spec->atol = atol;
     return status;
 }
 

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Parameters from measured motions."""
+
+from __future__ import annotations
+
+from ._native import lib
+from .context import string
+from .result import Reported, TableOf
+
+
+class Fit(Reported):
+    """Parameters of a model found from measured motions, with their standard errors."""
+
+    _noun = "fit"
+    _kept = ("values", "errors", "intervals", "rank")
+    parameters: TableOf = TableOf("parameter, value, error, low, high, start, lower, upper (SI), state.")
+    correlation: TableOf = TableOf("parameter, and a column for each parameter.")
+    columns: TableOf = TableOf("column, count, rms, deviation (SI), unit.")
+    rows: TableOf = TableOf("t; for each column of the data the fitted motion, COLUMN.measured, COLUMN.residual.")
+
+    def _names(self) -> list[str]:
+        return [string(lib.kempe_fit_name(self._pointer, k)) for k in range(lib.kempe_fit_count(self._pointer))]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The estimates, SI, by name: `Model(path, **fit.values)` is the model with them."""
+        return {name: lib.kempe_fit_value(self._pointer, k) for k, name in enumerate(self._names())}
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Their standard errors; NaN: at a bound, or not determined by the data."""
+        return {name: lib.kempe_fit_error(self._pointer, k) for k, name in enumerate(self._names())}
+
+    @property
+    def intervals(self) -> dict[str, tuple[float, float]]:
+        """The ends of their intervals of confidence."""
+        return {
+            name: (lib.kempe_fit_low(self._pointer, k), lib.kempe_fit_high(self._pointer, k))
+            for k, name in enumerate(self._names())
+        }
+
+    @property
+    def rank(self) -> int:
+        """The number of combinations of parameters that the data determines."""
+        return int(lib.kempe_fit_rank(self._pointer))

@@ -1,0 +1,236 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "base/memory.h"
+#include "output/print.h"
+#include "output/result_table.h"
+#include "studies/fit/fit_study.h"
+#include <math.h>
+#include <string.h>
+
+static const char *const states[] = {"", "lower", "upper", "open"};
+static const char *const outcomes[] = {"converged", "not converged", "interrupted", "no start"};
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static int width_of(int count, char *const *names, int least)
+{
+    int width = least;
+    for (int k = 0; k < count; k++)
+        width = (int)strlen(names[k]) > width ? (int)strlen(names[k]) : width;
+    return width;
+}
+
+static void put_number(kmp_text *text, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "  %14.8g", x);
+    else
+        kmp_text_printf(text, "  %14s", "-");
+}
+
+static void put_head(kmp_text *text, const kempe_fit *f)
+{
+    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
+    kmp_text_printf(text, "%s: fit of %d parameter%s, %s\n\n", f->model->name, f->count, f->count == 1 ? "" : "s",
+                    kmp_status_word(f->status));
+    if (f->reason[0])
+        kmp_text_printf(text, "reason    %s\n", f->reason);
+    kmp_text_printf(text, "data      %s: %d rows, %d column%s, %d measurements\n", f->file, f->measured.rows,
+                    f->measured.columns, f->measured.columns == 1 ? "" : "s", f->residuals);
+    kmp_text_printf(text, "search    %s: %d iterations, %d runs of the model, %d steps shortened", outcomes[f->outcome],
+                    f->iterations, f->evaluations, f->refused);
+    kmp_text_printf(text, ", weights %s\n", f->given ? "given" : "from the residuals");
+    if (f->refused > 0 && f->refusal)
+        kmp_text_printf(text, "shortened the model does not run at some trial values, the last time because: %s\n",
+                        f->refusal);
+    kmp_text_printf(text, "run       %s to t = %g s, rtol %g, atol %g", rows->integrator, rows->t_end, rows->rtol,
+                    rows->atol);
+    if (isfinite(f->coarser))
+        kmp_text_printf(text, "; a hundredfold tolerance changes the motion by %.2g deviations", f->coarser);
+    kmp_text_printf(text, "\ncpu       %.3f s, and %.3f s to derive the equations\n", rows->cpu_s, rows->build_s);
+    kmp_text_printf(text, "rank      %d of %d, condition number %.3g\n", f->rank, f->free, f->condition);
+}
+
+static void put_estimates(kmp_text *text, const kempe_fit *f)
+{
+    int width = width_of(f->count, f->name, 9);
+    kmp_text_printf(text, "\n  %-*s  %14s  %14s  %14s  %14s  %14s\n", width, "parameter", "estimate", "standard error",
+                    "interval from", "to", "start");
+    for (int k = 0; k < f->count; k++) {
+        const double numbers[] = {f->value[k], f->error[k], f->low[k], f->high[k], f->start[k]};
+        kmp_text_printf(text, "  %-*s", width, f->name[k]);
+        for (int i = 0; i < 5; i++)
+            put_number(text, numbers[i]);
+        if (f->state[k] != KMP_FIT_INSIDE)
+            kmp_text_printf(text, "  %s",
+                            f->state[k] == KMP_FIT_OPEN    ? "not determined by the data"
+                            : f->state[k] == KMP_FIT_LOWER ? "at its lower bound"
+                                                           : "at its upper bound");
+        kmp_text_put(text, "\n");
+    }
+    kmp_text_printf(text, "  values in SI, intervals of confidence %g, %d degrees of freedom\n", f->confidence,
+                    f->freedoms);
+}
+
+static void put_columns(kmp_text *text, const kempe_fit *f)
+{
+    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
+    int width = width_of(f->measured.columns, f->measured.name, 9);
+    kmp_text_printf(text, "\n  %-*s  %14s  %14s  %14s\n", width, "column", "measurements", "rms residual", "deviation");
+    for (int c = 0; c < f->measured.columns; c++) {
+        const kmp_shown shown = kmp_shown_as(f->context, rows->unit[f->column[c]]);
+        kmp_text_printf(text, "  %-*s  %14d", width, f->measured.name[c], f->number[c]);
+        put_number(text, shown.factor * f->rms[c]);
+        put_number(text, shown.factor * f->deviation[c]);
+        kmp_text_printf(text, "  %s\n", shown.unit);
+    }
+}
+
+static void put_correlated(kmp_text *text, int width, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "  %*.4f", width, x);
+    else
+        kmp_text_printf(text, "  %*s", width, "-");
+}
+
+static void put_correlation(kmp_text *text, const kempe_fit *f)
+{
+    enum { A_LINE = 8 };
+    int width = width_of(f->count, f->name, 11);
+    for (int first = 0; f->count > 1 && first < f->count; first += A_LINE) {
+        int end = first + A_LINE < f->count ? first + A_LINE : f->count;
+        kmp_text_printf(text, "\n  %-*s", width, first ? "" : "correlation");
+        for (int i = first; i < end; i++)
+            kmp_text_printf(text, "  %*s", width_of(1, &f->name[i], 7), f->name[i]);
+        kmp_text_put(text, "\n");
+        for (int k = 0; k < f->count; k++) {
+            kmp_text_printf(text, "  %-*s", width, f->name[k]);
+            for (int i = first; i < end; i++)
+                put_correlated(text, width_of(1, &f->name[i], 7), f->correlation[k + i * f->count]);
+            kmp_text_put(text, "\n");
+        }
+    }
+}
+
+static void put_text(kmp_text *text, const void *result)
+{
+    const kempe_fit *f = result;
+    kmp_text open = {0};
+    put_head(text, f);
+    kmp_fit_put_open(f, &open);
+    if (open.s)
+        kmp_text_printf(text, "note      %s\n", open.s);
+    kmp_text_free(&open);
+    put_estimates(text, f);
+    put_columns(text, f);
+    put_correlation(text, f);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void put_parameters(kmp_json *json, const kempe_fit *f)
+{
+    kmp_json_object(json, "parameters");
+    for (int k = 0; k < f->count; k++)
+        kmp_json_put(json, "%s { value %g error %g low %g high %g start %g lower %g upper %g state %s }", f->name[k],
+                     f->value[k], f->error[k], f->low[k], f->high[k], f->start[k], f->lower[k], f->upper[k],
+                     states[f->state[k]]);
+    kmp_json_end(json);
+    kmp_json_object(json, "correlation");
+    for (int k = 0; k < f->count; k++) {
+        kmp_json_object(json, f->name[k]);
+        for (int i = 0; i < f->count; i++)
+            kmp_json_number(json, f->name[i], f->correlation[k + i * f->count]);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void put_json(kmp_text *text, const void *result)
+{
+    const kempe_fit *f = result;
+    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
+    kmp_json json = kmp_json_begin(text);
+    kmp_print_head(&json, rows->system, f->status, f->reason, rows->build_s, f->warnings);
+    kmp_json_put(&json, "data %s rows %d measurements %d search %s iterations %d runs %d shortened %d refusal %s",
+                 f->file, f->measured.rows, f->residuals, outcomes[f->outcome], f->iterations, f->evaluations,
+                 f->refused, f->refusal);
+    kmp_json_put(&json, "weights %s integrator %s t_end %g rtol %g atol %g cpu_s %g tolerance_change %g",
+                 f->given ? "given" : "residuals", rows->integrator, rows->t_end, rows->rtol, rows->atol, rows->cpu_s,
+                 f->coarser);
+    kmp_json_put(&json, "confidence %g degrees_of_freedom %d rank %d free %d condition %g", f->confidence, f->freedoms,
+                 f->rank, f->free, f->condition);
+    put_parameters(&json, f);
+    kmp_json_object(&json, "columns");
+    for (int c = 0; c < f->measured.columns; c++)
+        kmp_json_put(&json, "%s { measurements %d rms %g deviation %g unit %s }", f->measured.name[c], f->number[c],
+                     f->rms[c], f->deviation[c], rows->unit[f->column[c]]);
+    kmp_json_put(&json, "} }");
+}
+
+KMP_PRINT(kempe_fit, fit, fit->context, put_json, put_text)
+
+/* -- tables ------------------------------------------------------------------------------------------ */
+
+static void fill_parameters(kempe_table *table, const void *result)
+{
+    const kempe_fit *f = result;
+    kmp_tabulate_columns(table, "parameter[words] value error low high start lower upper state[words]");
+    for (int k = 0; k < f->count; k++) {
+        kmp_tabulate_row(table);
+        kmp_tabulate_cells(table, "%s %g %g %g %g %g %g %g %s", f->name[k], f->value[k], f->error[k], f->low[k],
+                           f->high[k], f->start[k], f->lower[k], f->upper[k], states[f->state[k]]);
+    }
+}
+
+static void fill_correlation(kempe_table *table, const void *result)
+{
+    const kempe_fit *f = result;
+    kmp_tabulate_columns(table, "parameter[words]");
+    for (int k = 0; k < f->count; k++)
+        kmp_tabulate_column(table, "", "%s", f->name[k]);
+    for (int k = 0; k < f->count; k++) {
+        kmp_tabulate_row(table);
+        kmp_tabulate_cells(table, "%s", f->name[k]);
+        for (int i = 0; i < f->count; i++)
+            kmp_tabulate_number(table, f->correlation[k + i * f->count]);
+    }
+}
+
+static void fill_columns(kempe_table *table, const void *result)
+{
+    const kempe_fit *f = result;
+    kmp_tabulate_columns(table, "column[words] count rms deviation unit[words]");
+    for (int c = 0; c < f->measured.columns; c++) {
+        kmp_tabulate_row(table);
+        kmp_tabulate_cells(table, "%s %d %g %g %s", f->measured.name[c], f->number[c], f->rms[c], f->deviation[c],
+                           kmp_slope_runs_rows(f->runs)->unit[f->column[c]]);
+    }
+}
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_fit *f = result;
+    const kmp_measured *m = &f->measured;
+    kmp_tabulate_columns(table, "t[s]");
+    for (int c = 0; c < m->columns; c++) {
+        const char *unit = kmp_slope_runs_rows(f->runs)->unit[f->column[c]];
+        kmp_tabulate_column(table, unit, "%s", m->name[c]);
+        kmp_tabulate_column(table, unit, "%s.measured", m->name[c]);
+        kmp_tabulate_column(table, unit, "%s.residual", m->name[c]);
+    }
+    for (int row = 0; row < m->rows; row++) {
+        kmp_tabulate_row(table);
+        kmp_tabulate_number(table, m->t[row]);
+        for (int c = 0; c < m->columns; c++) {
+            double fitted = f->motion[(ptrdiff_t)row * m->columns + c];
+            double measured = m->value[(ptrdiff_t)row * m->columns + c];
+            kmp_tabulate_number(table, fitted);
+            kmp_tabulate_number(table, measured);
+            kmp_tabulate_number(table, measured - fitted);
+        }
+    }
+}
+
+KMP_TABLES(kempe_fit, fit, fit->context, {"parameters", fill_parameters}, {"correlation", fill_correlation},
+           {"columns", fill_columns}, {"rows", fill_rows})
