@@ -13,13 +13,17 @@
     contact_digits hollow > contact_hollow.csv
     contact_digits arc > contact_arc.csv
     contact_digits crest > contact_crest.csv
+    contact_digits bowling > contact_bowling.csv
+    contact_digits wall > contact_wall.csv
+    contact_digits turntable > contact_turntable.csv
+    contact_digits valley > contact_valley.csv
     contact_digits restitution > compliant_restitution.csv
     contact_digits depth > compliant_depth.csv
     contact_digits stiffness > compliant_stiffness.csv
 """
 import sys
 
-from mpmath import acos, asin, cos, diff, ellipfun, ellipk, exp, findroot, log, mp, mpf, pi, quad, sin, sqrt, tan
+from mpmath import acos, asin, atan, cos, diff, ellipfun, ellipk, exp, findroot, log, mp, mpf, pi, quad, sin, sqrt, tan
 
 from digit_table import Table
 
@@ -276,6 +280,71 @@ def corners():
     table.state(1 + t, mpf("0.2") + up * t, up, turn * t, turn)
 
 
+def bowling():
+    """A ball slips with spin about two axes, along a parabola, and rolls on from 2 u/(7 mu g), where u is its slip at the start."""
+    table = Table("contact_bowling", "q.b.1", "q.b.2", "qd.b.1", "qd.b.2", "force.floor", "force.floor_friction1", "force.floor_friction2")
+    mu, radius, v, w = mpf("0.2"), mpf("0.1"), (mpf(3), mpf("0.5")), (mpf(25), mpf(5))
+    slip = (v[0] - radius * w[1], v[1] + radius * w[0])
+    size = sqrt(slip[0]**2 + slip[1]**2)
+    push = [-mu * G * u / size for u in slip]
+    end = 2 * size / (7 * mu * G)
+    place = lambda t: [a * t + b * t * t / 2 for a, b in zip(v, push)]
+    rate = lambda t: [a + b * t for a, b in zip(v, push)]
+    table.event(0, "contact 'floor' closes")
+    table.event(0, "friction 'floor_friction' slips")
+    table.state(mpf("0.4"), *place(mpf("0.4")), *rate(mpf("0.4")), G, *push)
+    table.event(end, "friction 'floor_friction' sticks", *place(end), *rate(end))
+    table.state(2, *[a + b * (2 - end) for a, b in zip(place(end), rate(end))], *rate(end), G, 0, 0)
+
+
+def wall():
+    """A ball that rolls inside an upright cylinder: its height oscillates with sqrt(2/7) of its rate around the axis. The spin about
+    the normal grows with the height."""
+    table = Table("contact_wall", "q.b.1", "q.b.2", "q.b.3", "qd.b.1", "qd.b.2", "qd.b.3", "force.wall", "force.wall_friction1")
+    radius, arm, turn, rise, spin = mpf("0.1"), mpf("0.5"), mpf(4), mpf("0.7"), mpf(15)
+    w = turn * sqrt(mpf(2) / 7)
+    middle = -5 * G / (2 * turn**2) - radius * spin / turn
+    table.event(0, "contact 'wall' closes")
+    table.event(0, "friction 'wall_friction' sticks")
+    for t in (mpf(1), mpf(3)):
+        z = middle - middle * cos(w * t) + rise / w * sin(w * t)
+        table.state(t, arm * cos(turn * t), arm * sin(turn * t), z, -arm * turn * sin(turn * t), arm * turn * cos(turn * t),
+                    middle * w * sin(w * t) + rise * cos(w * t), arm * turn**2, G - w * w * (z - middle))
+
+
+def turntable():
+    """A ball rolls on a table that turns: its velocity turns with 2/7 of the rate of the table."""
+    table = Table("contact_turntable", "q.b.1", "q.b.2", "qd.b.1", "qd.b.2", "force.on")
+    w, x, v = mpf(6) / 7, mpf(1), mpf("0.3")
+    table.event(0, "contact 'on' closes")
+    table.event(0, "friction 'on_friction' sticks")
+    for t in (mpf(2), mpf(5)):
+        table.state(t, x + v / w * sin(w * t), v / w * (1 - cos(w * t)), v * cos(w * t), v * sin(w * t), G)
+
+
+def valley():
+    """A point slides in a parabola y = x^2/2 with friction, from -0.8 until it stays. With v^2 = u: du/dx = -2 g (x + s mu) - 2 s mu u/(1 + x^2),
+    s the sign of the rate, whose integrating factor is exp(2 s mu atan x)."""
+    mp.dps = 25
+    table = Table("contact_valley", "q.x", "q.y", how="quadrature, 25 digits")
+    mu, x, t, side = mpf("0.1"), mpf("-0.8"), mpf(0), 1
+    table.event(0, "contact 'on' closes")
+    table.event(0, "friction 'on_friction' slips forward")
+    while abs(x) > mu:
+        weight = lambda at, s: exp(2 * s * mu * atan(at))
+        square = lambda at, start, s: -2 * G * quad(lambda z: (z + s * mu) * weight(z, s), [start, at]) / weight(at, s)
+        left = findroot(lambda at: square(at, x, side), (-x * mpf("0.7"), -x * mpf("0.9")), solver="secant")
+        middle, half = (x + left) / 2, abs(left - x) / 2
+        # x = middle + half sin(angle): the rate has the zeros of cos at both ends
+        start = x
+        pace = lambda angle: half * cos(angle) * sqrt(abs((1 + (middle + side * half * sin(angle))**2) / square(middle + side * half * sin(angle), start, side)))
+        t += quad(pace, [-pi / 2, -pi / 4, 0, pi / 4, pi / 2])
+        x, side = left, -side
+        word = "sticks" if abs(x) <= mu else "slips forward" if side > 0 else "slips backward"
+        table.event(t, f"friction 'on_friction' {word}", x, x * x / 2)
+    table.state(5, x, x * x / 2)
+
+
 def restitution_of(a):
     """Of F = K d^n (1 + a d') at a rate of 1, for any K and n: a (1 + e) = ln((1 + a)/(1 - a e))."""
     low, high = mpf(0), min(mpf(1), 1 / a)
@@ -331,4 +400,4 @@ def stiffness():
 
 
 if __name__ == "__main__":
-    {f.__name__: f for f in (bounce, rolling, slider_crank, sphere, corners, incline, spin, oblique, hollow, arc, crest, restitution, depth, stiffness)}[sys.argv[1]]()
+    {f.__name__: f for f in (bounce, rolling, slider_crank, sphere, corners, incline, spin, oblique, hollow, arc, crest, bowling, wall, turntable, valley, restitution, depth, stiffness)}[sys.argv[1]]()

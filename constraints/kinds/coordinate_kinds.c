@@ -9,7 +9,7 @@ static void constraint(const kmp_tree *tree, const kmp_closure *closure, kmp_ref
     h[0] = kmp_tree_expression(tree, closure->function);
 }
 
-const kmp_part kmp_part_constraint = {1, KMP_KIND_POWER_GIVEN, constraint, kmp_part_effort};
+const kmp_part kmp_part_constraint = {1, KMP_KIND_POWER_GIVEN, constraint, kmp_part_effort, NULL};
 
 /* A sum of coordinates times factors keeps its value (gears, rack and pinion, a differential). lambda times a factor is
  * the generalized force on its coordinate. */
@@ -27,7 +27,7 @@ static void coupler(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h
     }
 }
 
-const kmp_part kmp_part_coupler = {1, KMP_KIND_POWER_OF_COORDINATE, coupler, kmp_part_effort};
+const kmp_part kmp_part_coupler = {1, KMP_KIND_POWER_OF_COORDINATE, coupler, kmp_part_effort, NULL};
 
 /* A coordinate is a given function of time: h = q - f(t). */
 static void drive(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
@@ -36,7 +36,7 @@ static void drive(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
     h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, (uint32_t)closure->motion), kmp_tree_expression(tree, closure->function));
 }
 
-const kmp_part kmp_part_drive = {1, KMP_KIND_POWER_OF_COORDINATE, drive, kmp_part_effort};
+const kmp_part kmp_part_drive = {1, KMP_KIND_POWER_OF_COORDINATE, drive, kmp_part_effort, NULL};
 
 /* A coordinate keeps its start value. */
 static void lock(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
@@ -46,7 +46,7 @@ static void lock(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
     h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, (uint32_t)closure->motion), start);
 }
 
-const kmp_part kmp_part_lock = {1, KMP_KIND_POWER_OF_COORDINATE, lock, kmp_part_effort};
+const kmp_part kmp_part_lock = {1, KMP_KIND_POWER_OF_COORDINATE, lock, kmp_part_effort, NULL};
 
 /* The slide and the rotation of a screw joint are coupled: h = slide - pitch turn/(2 pi). */
 static void screw(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
@@ -57,4 +57,4 @@ static void screw(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
     h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, slide), kmp_mul(g, rate, kmp_input(g, KMP_IN_Q, slide + 1)));
 }
 
-const kmp_part kmp_part_screw = {1, KMP_KIND_POWER_OF_COORDINATE, screw, kmp_part_effort};
+const kmp_part kmp_part_screw = {1, KMP_KIND_POWER_OF_COORDINATE, screw, kmp_part_effort, NULL};

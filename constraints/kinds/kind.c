@@ -22,6 +22,11 @@ void kmp_closure_residual(const kmp_closure_kind *kind, const kmp_tree *tree, co
         kind->moment->residual(tree, closure, h + kind->force->rows);
 }
 
+bool kmp_closure_rates(const kmp_closure_kind *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *rates)
+{
+    return kind->force->rates && kind->force->rates(tree, closure, rates);
+}
+
 const kmp_closure_kind *kmp_closure_kind_find(const char *name)
 {
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)

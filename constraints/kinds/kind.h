@@ -20,6 +20,9 @@ typedef struct kmp_part {
      * per declared row (zero for a dropped one). A part that is not between points returns its generalized force and
      * two zeros. The first point's body carries the opposite load. */
     kmp_vec (*load)(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda);
+
+    /** Rows between rates, linear in them, that are the rates of no h; false, or NULL: the rows are those of h. */
+    bool (*rates)(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *rates);
 } kmp_part;
 
 typedef struct kmp_closure_kind {
@@ -29,6 +32,9 @@ typedef struct kmp_closure_kind {
 
 /** The number of declared rows of a closure of the kind. */
 int kmp_closure_rows(const kmp_closure_kind *kind, const kmp_closure *closure);
+
+/** The rows of a closure between rates that are the rates of no h; false: it has none. */
+bool kmp_closure_rates(const kmp_closure_kind *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *rates);
 
 /** All rows of h. */
 void kmp_closure_residual(const kmp_closure_kind *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h);

@@ -64,7 +64,7 @@ static kmp_vec ball_force(const kmp_tree *tree, const kmp_closure *closure, cons
     return (kmp_vec){{lambda[0], lambda[1], lambda[2]}};
 }
 
-const kmp_part kmp_part_ball = {3, 1, ball, ball_force};
+const kmp_part kmp_part_ball = {3, 1, ball, ball_force, NULL};
 
 /* -- products of axes of the first body with d, whose force is along them; or with e2, which have a moment -- */
 
@@ -101,7 +101,7 @@ static kmp_vec load_of_products(const kmp_tree *tree, const kmp_closure *closure
     {                                                                                                                  \
         return load_of_products(tree, closure, from, rows, moment, lambda);                                            \
     }                                                                                                                  \
-    const kmp_part kmp_part_##name = {rows, !(moment), name, name##_load};
+    const kmp_part kmp_part_##name = {rows, !(moment), name, name##_load, NULL};
 
 PRODUCTS(line, 1, 2, false)         /* Q is on the line through P along e1: a1.d = b1.d = 0 */
 PRODUCTS(plane, 0, 1, false)        /* Q is in the plane through P that is normal to e1: e1.d = 0 */
@@ -145,4 +145,4 @@ static kmp_vec aligned_moment(const kmp_tree *tree, const kmp_closure *closure, 
     return kmp_part_own(tree, closure, moment);
 }
 
-const kmp_part kmp_part_aligned = {3, 0, aligned, aligned_moment};
+const kmp_part kmp_part_aligned = {3, 0, aligned, aligned_moment, NULL};

@@ -66,4 +66,4 @@ static kmp_vec load(const kmp_tree *tree, const kmp_closure *closure, const kmp_
     return kmp_part_own(tree, closure, force);
 }
 
-const kmp_part kmp_part_point_on_curve = {2, KMP_KIND_POWER_GIVEN, residual, load};
+const kmp_part kmp_part_point_on_curve = {2, KMP_KIND_POWER_GIVEN, residual, load, NULL};

@@ -19,4 +19,4 @@ static kmp_vec load(const kmp_tree *tree, const kmp_closure *closure, const kmp_
     return kmp_part_own(tree, closure, kmp_vec_scale(tree->graph, lambda[0], d));
 }
 
-const kmp_part kmp_part_rod = {1, 2, residual, load};
+const kmp_part kmp_part_rod = {1, 2, residual, load, NULL};

@@ -14,4 +14,4 @@ static void touch(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
     h[0] = kmp_mul(g, kmp_friction_input(tree, contact, KMP_ROLE_HELD), moved);
 }
 
-const kmp_part kmp_part_touch = {1, KMP_KIND_POWER_GIVEN, touch, kmp_part_effort};
+const kmp_part kmp_part_touch = {1, KMP_KIND_POWER_GIVEN, touch, kmp_part_effort, NULL};

@@ -13,4 +13,4 @@ static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
     h[0] = patch.gap;
 }
 
-const kmp_part kmp_part_wheel = {1, 1, residual, kmp_part_effort};
+const kmp_part kmp_part_wheel = {1, 1, residual, kmp_part_effort, NULL};

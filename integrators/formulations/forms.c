@@ -12,6 +12,8 @@
  *   the integrator radau hddot = 0 with a projection after each step
  * - index3: h = 0, for teaching: accelerations and multipliers lose most digits, and below rtol 1e-10 it fails
  *
+ * Rows between rates (kmp_row.of_rates) have no h: where a group has h alone, mu = 0 takes its place.
+ *
  * Weights exclude multipliers from every error norm: the first steps are tiny, the condition of the iteration matrix
  * grows like h^-(index - 1), and corrections of multipliers never fall below rounding times that condition. */
 #include "integrators/formulations/formulation.h"
@@ -90,6 +92,12 @@ static void add_term(dae *d, int row, int col, int source, bool cj, double facto
     d->term_count++;
 }
 
+/* True for a row without h in a group of h alone. */
+static bool is_without_place(const dae *d, int g, int row)
+{
+    return d->s->rows[row].of_rates && d->form.weight[g][1] == 0 && d->form.weight[g][2] == 0;
+}
+
 /* J is the derivative of h by q, of J v by v, of hddot by v', and transposed that by the multipliers. */
 static void add_jacobian(dae *d, const kmp_tangent *e, int at)
 {
@@ -100,7 +108,7 @@ static void add_jacobian(dae *d, const kmp_tangent *e, int at)
     for (int g = 0; g < d->form.groups; g++) {
         const double *weight = d->form.weight[g];
         int row = at_group(d, g) + at;
-        add_term(d, row, e->col, e->source, false, weight[0]);
+        add_term(d, row, e->col, e->source, false, d->s->rows[e->row].of_rates ? 0 : weight[0]);
         add_term(d, row, at_v(d) + e->col, e->source, false, weight[1]);
         add_term(d, row, at_v(d) + e->col, e->source, true, weight[2]);
     }
@@ -143,6 +151,10 @@ static void add_terms(dae *d)
     }
     for (int k = 0; k < d->tangents.start[KMP_TANGENT_BLOCKS]; k++)
         add_entry(d, &d->tangents.entry[k]);
+    for (int i = 0; i < d->r; i++)
+        for (int g = 0; g < d->form.groups; g++)
+            if (is_without_place(d, g, d->part->rows[i]))
+                add_term(d, at_group(d, g) + i, at_group(d, 1) + i, -1, d->form.integrated, 1);
 }
 
 static int by_column(const void *a, const void *b)
@@ -210,6 +222,9 @@ static void put_group(const dae *d, const double *out, int g, double *r)
             r[i] = weight * value[row[i]] + (first ? 0 : r[i]);
         first = false;
     }
+    for (int i = 0; i < d->r; i++)
+        if (is_without_place(d, g, row[i]))
+            r[i] = d->mu[row[i]];
 }
 
 static int residual(void *self, double t, const double *y, const double *yp, double *r)
@@ -374,6 +389,12 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_st
 {
     KMP_TRY(kmp_made(d->s->context, allocate(d, 2 * d->n + chosen->groups * d->r)));
     choose_form(d, chosen, start->rate_scale);
+    const char *row = chosen->rates_free ? kmp_formulation_row_of_rates(d->s) : NULL;
+    if (row)
+        return kmp_fail(d->s->context, KEMPE_E_INPUT,
+                        "the form index3 has positions of closures alone, and '%s' holds rates of no function of "
+                        "coordinates; use another form, as stabilized1",
+                        row);
     KMP_TRY(kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values_of(chosen) | KMP_TANGENTS_WITH_VALUES));
     KMP_TRY(kmp_tangents_add_values(&d->tangents, d->s, d->eval->backend));
     KMP_TRY(kmp_made(d->s->context, compress(d)));

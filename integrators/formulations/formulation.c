@@ -87,6 +87,14 @@ int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, do
     return KMP_GO;
 }
 
+const char *kmp_formulation_row_of_rates(const kempe_system *system)
+{
+    for (int r = 0; r < system->m; r++)
+        if (system->rows[r].of_rates)
+            return system->model->closures[system->rows[r].closure].name;
+    return NULL;
+}
+
 double kmp_formulation_rate_scale(const kempe_system *system, double t_end, const double *qd, const double *qdd)
 {
     double scale = 1 / t_end;

@@ -131,6 +131,9 @@ void kmp_formulation_tolerances(const kempe_system *system, int coordinate, doub
 int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, double t, double tolerance,
                         kmp_text *reason);
 
+/** The name of a row between rates that are those of no h (kmp_row.of_rates); NULL: the system has none. */
+const char *kmp_formulation_row_of_rates(const kempe_system *system);
+
 /** 1/s: the largest of the initial rates, the roots of the initial accelerations, and 1 / t_end, all scaled. */
 double kmp_formulation_rate_scale(const kempe_system *system, double t_end, const double *qd, const double *qdd);
 

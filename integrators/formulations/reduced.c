@@ -523,6 +523,19 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
     return start->dae ? kmp_reduced_describe(d, start->t) : KEMPE_OK;
 }
 
+/* Without v among the unknowns the closures determine v, and rows between rates cannot. */
+static bool can_follow(const kmp_reduced *d)
+{
+    const char *row = kmp_formulation_row_of_rates(d->s);
+    if (d->has_v || !row)
+        return true;
+    (void)kmp_fail(d->s->context, KEMPE_E_INPUT,
+                   "the form newton with this integrator finds dependent coordinates from closures alone, and '%s' "
+                   "holds rates of no function of coordinates; use the form integrated, or the integrator dop853",
+                   row);
+    return false;
+}
+
 static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
 {
     const kmp_partition *part = start->part;
@@ -550,7 +563,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.part = &d->part;
     if (!kmp_partition_copy(&d->part, part) || !allocate(d)) {
         (void)kmp_fail_memory(start->system->context);
-    } else {
+    } else if (can_follow(d)) {
         d->formulation.ode = (kmp_ode){.n = d->formulation.size,
                                        .self = d,
                                        .rhs = kmp_reduced_rhs,

@@ -8,6 +8,7 @@
 #include "dynamics/system.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
+#include "symbolic/substitute.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -127,6 +128,23 @@ static bool is_rounding(const kmp_equations *eq, kmp_ref h)
            fabs(constant_value(eq, first ? node->a : node->b)) <= 4 * DBL_EPSILON;
 }
 
+/* The rows of a closure: h, or, where the rows are between rates, these in `rates` and zero in h. True: they are. */
+static bool find_rows(kmp_equations *eq, const kmp_closure_kind *kind, const kmp_closure *closure, kmp_ref *h,
+                      kmp_ref *rates)
+{
+    bool of_rates = kmp_closure_rates(kind, &eq->tree, closure, rates);
+    for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
+        h[k] = KMP_ZERO;
+    if (!of_rates)
+        kmp_closure_residual(kind, &eq->tree, closure, h);
+    return of_rates;
+}
+
+static bool depends_on(const kmp_equations *eq, kmp_ref x, kmp_input_kind kind)
+{
+    return kmp_graph_node(eq->graph, kmp_id(x))->depends & (1u << kind);
+}
+
 static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
 {
     const kempe_model *model = eq->model;
@@ -135,23 +153,24 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
         const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
-        kmp_ref h[KMP_KIND_MAX_ROWS];
+        kmp_ref h[KMP_KIND_MAX_ROWS], rates[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
         int kept = 0;
         if (!kind)
             return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
         if ((scene->loops_alone && kmp_closure_is_drive(closure)) ||
             (scene->frictionless && kmp_closure_is_of_modes(closure)))
             continue;
-        kmp_closure_residual(kind, &eq->tree, closure, h);
+        bool of_rates = find_rows(eq, kind, closure, h, rates);
         if (kmp_graph_failed(eq->graph))
             return kmp_fail_memory(eq->context);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
             h[k] = is_rounding(eq, h[k]) ? KMP_ZERO : h[k];
-            if (kmp_graph_node(eq->graph, kmp_id(h[k]))->depends & (1u << KMP_IN_Q) ||
+            if (depends_on(eq, h[k], KMP_IN_Q) || (of_rates && depends_on(eq, rates[k], KMP_IN_QD)) ||
                 (scene->keep_modes && kmp_closure_is_of_modes(closure))) {
                 eq->h[eq->m] = h[k];
+                eq->rate[eq->m] = rates[k];
                 eq->row[KMP_CLOSURE_ROWS * c + k] = eq->m;
-                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k)};
+                eq->rows[eq->m++] = (kmp_row){c, k, kept++, power_of(model, closure, kind, k), of_rates};
             } else if (kmp_closure_is_of_modes(closure)) { /* evaluated in place it is zero */
                 status = eq->tree.events ? complain_still(eq, closure) : status;
             } else if (status != KEMPE_E_MEMORY) {
@@ -249,6 +268,28 @@ static void derive_reactions(kmp_equations *eq)
     }
 }
 
+/* -- rows between rates ------------------------------------------------------------------------------- */
+
+/* v = J qd + h_t. */
+static void derive_rates(kmp_equations *eq)
+{
+    kmp_graph *g = eq->graph;
+    kmp_ref *qd = KMP_GRAPH_NEW(g, kmp_ref, eq->n), *none = KMP_GRAPH_NEW(g, kmp_ref, eq->n);
+    uint16_t through;
+    for (int k = 0; qd && none && k < eq->n; k++) {
+        qd[k] = kmp_input(g, KMP_IN_QD, (uint32_t)k);
+        none[k] = KMP_ZERO;
+    }
+    for (int r = 0; r < eq->m; r++) {
+        if (!eq->rows[r].of_rates)
+            continue;
+        kmp_partials_all(g, 1, &eq->rate[r], KMP_IN_QD, eq->n, eq->jacobian + r * eq->n);
+        eq->h_t[r] = eq->rate[r];
+        if (!qd || !none || !kmp_substitute(g, eq->n, qd, none, 1, &eq->h_t[r], &through))
+            kmp_graph_fail(g);
+    }
+}
+
 /* -- the whole --------------------------------------------------------------------------------------- */
 
 /* (J' x)_k for the multipliers of one kind. */
@@ -285,9 +326,13 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
         for (int r = 0; r < eq->m; r++)
             eq->h_t[r] = kmp_derivative_of(d, eq->h[r]);
         kmp_derivative_free(d);
+        derive_rates(eq);
     }
-    if (sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL)) /* hdot = J qd + h_t */
+    if (sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL)) { /* hdot = J qd + h_t */
         differentiate(eq, eq->h, eq->hdot);
+        for (int r = 0; r < eq->m; r++)
+            eq->hdot[r] = eq->rows[r].of_rates ? eq->rate[r] : eq->hdot[r];
+    }
     if (sets & KMP_SET_JDQD) /* at constant qd */
         differentiate(eq, eq->hdot, eq->jdqd);
     if (kmp_graph_failed(eq->graph) || (!scene->plain && !kmp_gaps_shorten(eq, sets, !scene->savings)))

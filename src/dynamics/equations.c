@@ -124,6 +124,7 @@ static bool allocate(kmp_equations *eq)
                 {&eq->bias, n},
                 {&eq->h, rows},
                 {&eq->h_t, rows},
+                {&eq->rate, rows},
                 {&eq->jacobian, rows * n},
                 {&eq->jdqd, rows},
                 {&eq->residual, n},

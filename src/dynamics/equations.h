@@ -66,6 +66,7 @@ typedef struct kmp_row {
     int closure, component; /* component: of the declared rows, from 0 */
     int number;             /* among the closure's kept rows, from 0: the k of lambda.CLOSURE.k, less one */
     int length_power;
+    int of_rates; /* 1: its h is zero everywhere, and its rate is that of no function of the coordinates */
 } kmp_row;
 
 typedef struct kmp_equations {
@@ -85,6 +86,7 @@ typedef struct kmp_equations {
     kmp_ref *mass;     /* n x n, entry (i, k) at i n + k for k <= i */
     kmp_ref *bias;     /* n */
     kmp_ref *h, *h_t;  /* m */
+    kmp_ref *rate;     /* m: of rows of rates; all others have that of h */
     kmp_ref *jacobian; /* m x n, entry (r, k) at r n + k */
     kmp_ref *jdqd;     /* m */
     kmp_ref *residual; /* n */

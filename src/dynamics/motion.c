@@ -70,7 +70,8 @@ static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
         kmp_pattern_init(&s->jacobian, &s->arena, s->m, s->n, eq->jacobian, entry);
     for (int r = 0; r < s->m; r++) {
         s->rheonomic = s->rheonomic || eq->h_t[r] != KMP_ZERO;
-        s->switches = s->switches || kmp_graph_node(eq->graph, kmp_id(eq->h[r]))->depends & (1u << KMP_IN_MODE);
+        s->switches = s->switches || eq->rows[r].of_rates ||
+                      kmp_graph_node(eq->graph, kmp_id(eq->h[r]))->depends & (1u << KMP_IN_MODE);
     }
     return entry && !s->arena.failed;
 }

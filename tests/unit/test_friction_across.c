@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction of rigid contacts whose slip has two directions, against the digits of bench/machines/contact_digits.py; the
- * cone at rest, and what is refused. */
+ * cone at rest. */
 #include "ways.h"
 #include <kempe/equilibrium.h>
 #include <math.h>
@@ -140,33 +140,11 @@ static void the_cone_holds(void)
     }
 }
 
-/* A sphere that turns in space rolls along no function of the coordinates. */
-static void rolling_in_space_is_refused(void)
-{
-    static const char text[] =
-        "kempe: 1\n"
-        "ground: {points: {O: [0, 0, 0]}}\n"
-        "bodies: {b: {joint: {name: s, free: z, at: ground}, mass: 3, inertia: {xx: 1, yy: 1, zz: "
-        "1}, points: {C: [0, 0, 0]}}}\n"
-        "contacts: {f: {sphere: b.C, radius: 0.1, on: {plane: ground.O}, restitution: 0, "
-        "friction: 0.3}}\n";
-    kempe_context *context = kempe_context_new();
-    kempe_model *read = NULL;
-    kempe_system *system = NULL;
-    CHECK(kempe_model_read_text(context, text, "sphere.yaml", &read) == KEMPE_OK);
-    CHECK(read && kempe_system_new(read, &system) == KEMPE_E_INPUT);
-    CHECK(strstr(kempe_context_message(context), "contact 'f': friction is known for slip in the plane of motion"));
-    kempe_system_free(system);
-    kempe_model_free(read);
-    kempe_context_free(context);
-}
-
 int main(void)
 {
     TEST(across_an_incline);
     TEST(a_stool_spins);
     TEST(oblique);
     TEST(the_cone_holds);
-    TEST(rolling_in_space_is_refused);
     return check_report();
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction of rigid contacts on round surfaces in the plane of motion, against the digits of
- * bench/machines/contact_digits.py; rolling over many turns, rest and small motions in a hollow, and what is refused.
- */
+ * bench/machines/contact_digits.py; rolling over many turns, rest and small motions in a hollow. */
 #include "ways.h"
 #include <kempe/equilibrium.h>
 #include <kempe/modes.h>
@@ -123,33 +122,11 @@ static void small_motions(void)
     }
 }
 
-/* A cylinder on a profile has no friction yet. */
-static void profiles_are_refused(void)
-{
-    static const char text[] =
-        "kempe: 1\n"
-        "ground: {points: {O: [0, 0, 0]}}\n"
-        "tables: {bowl: {x: [-1, 0, 1], y: [0.5, 0, 0.5]}}\n"
-        "bodies: {c: {joint: {name: c, planar: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {C: [0, 0, 0]}}}\n"
-        "contacts: {on: {sphere: c.C, radius: 0.1, on: {profile: bowl, at: ground.O}, restitution: 0.5, friction: "
-        "0.2}}\n";
-    kempe_context *context = kempe_context_new();
-    kempe_model *read = NULL;
-    kempe_system *system = NULL;
-    CHECK(kempe_model_read_text(context, text, "profile.yaml", &read) == KEMPE_OK);
-    CHECK(read && kempe_system_new(read, &system) == KEMPE_E_INPUT);
-    CHECK(strstr(kempe_context_message(context), "contact 'on': friction is known for slip in the plane of motion"));
-    kempe_system_free(system);
-    kempe_model_free(read);
-    kempe_context_free(context);
-}
-
 int main(void)
 {
     TEST(rolls_in_a_hollow);
     TEST(slides_on_an_arc);
     TEST(rolls_around);
     TEST(small_motions);
-    TEST(profiles_are_refused);
     return check_report();
 }

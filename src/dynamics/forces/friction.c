@@ -7,16 +7,17 @@
 #include "dynamics/kinematics/friction_modes.h"
 #include "symbolic/partials.h"
 
-/* On the coordinate, or on all that the place depends on. */
+/* On the coordinate, or on all that the place, or the rate, depends on. */
 static void apply(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref effort)
 {
-    kmp_ref place = kmp_friction_place(tree, force);
+    bool placed = kmp_friction_has_place(tree, force);
+    kmp_ref of = placed ? kmp_friction_place(tree, force) : kmp_friction_rate(tree, force);
     int count = kmp_friction_is_along(force) ? tree->count - 1 : 0;
     kmp_ref *slope = KMP_GRAPH_NEW(tree->graph, kmp_ref, count);
     if (count == 0)
         kmp_apply_effort(forces, tree, force->motion, effort);
     if (slope && count > 0)
-        kmp_partials_all(tree->graph, 1, &place, KMP_IN_Q, count, slope);
+        kmp_partials_all(tree->graph, 1, &of, placed ? KMP_IN_Q : KMP_IN_QD, count, slope);
     for (int k = 0; slope && k < count; k++)
         if (slope[k] != KMP_ZERO)
             kmp_apply_effort(forces, tree, k, kmp_mul(tree->graph, slope[k], effort));

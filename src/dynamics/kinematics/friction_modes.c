@@ -35,13 +35,22 @@ kmp_ref kmp_friction_input(const kmp_tree *tree, const kmp_force *force, kmp_rol
     return first < 0 ? KMP_ZERO : kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)(first + (int)role - KMP_ROLE_SENSE));
 }
 
-/* Slip of the friction of a contact, and where its way starts again. */
+static const kmp_contact_pair *touch_of(const kmp_tree *tree, const kmp_force *force)
+{
+    return &tree->model->forces[force->contact - 1].touch;
+}
+
+/* Slip of the friction of a contact, and where its way starts again; zero without a way. */
 static kmp_ref way_of(const kmp_tree *tree, const kmp_force *force, kmp_ref *turn)
 {
     kmp_ref way = KMP_ZERO;
-    const kmp_contact_pair *touch = &tree->model->forces[force->contact - 1].touch;
-    (void)kmp_touching_way(tree, touch, force->across, &way, turn); /* checked before */
-    return way;
+    return kmp_touching_way(tree, touch_of(tree, force), force->across, &way, turn) ? way : KMP_ZERO;
+}
+
+bool kmp_friction_has_place(const kmp_tree *tree, const kmp_force *force)
+{
+    kmp_ref way, turn;
+    return force->contact == 0 || kmp_touching_way(tree, touch_of(tree, force), force->across, &way, &turn);
 }
 
 kmp_ref kmp_friction_moved(const kmp_tree *tree, const kmp_force *force)
@@ -67,6 +76,8 @@ kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force)
 {
     if (!kmp_friction_is_along(force))
         return kmp_input(tree->graph, KMP_IN_QD, (uint32_t)force->motion);
+    if (!kmp_friction_has_place(tree, force))
+        return kmp_touching_slip(tree, touch_of(tree, force), force->across);
     return kmp_vec_rate(tree, (kmp_vec){{kmp_friction_place(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
 }
 

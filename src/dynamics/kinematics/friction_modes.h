@@ -41,6 +41,9 @@ static inline const kmp_force *kmp_friction_twin(const kmp_force *force)
     return force->across == 1 ? force + 1 : force - 1;
 }
 
+/** False where no function of the coordinates has the rate, as of a sphere that rolls in space. Its place is zero. */
+bool kmp_friction_has_place(const kmp_tree *tree, const kmp_force *force);
+
 /** The place whose rate the friction opposes, and that rate. */
 kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force);
 kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force);

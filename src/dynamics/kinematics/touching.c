@@ -7,6 +7,7 @@
 #include "dynamics/kinematics/touching.h"
 #include "model/angle_sum.h"
 #include "model/contacts/parallel_curve.h"
+#include "model/contacts/touch_plane.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include "symbolic/table_function.h"
@@ -248,4 +249,56 @@ bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int a
     kmp_ref rolled = kmp_mul(g, p.radius[0], along_i ? angle : kmp_neg(angle));
     *way = kmp_sub(g, kmp_vec_dot(g, p.axes[1][along_i ? i : j], p.d), rolled);
     return true;
+}
+
+/* -- components of the slip ---------------------------------------------------------------------------------- */
+
+static kmp_vec unit(kmp_graph *g, kmp_vec v)
+{
+    return kmp_vec_scale(g, kmp_div(g, KMP_ONE, kmp_sqrt(g, kmp_vec_dot(g, v, v))), v);
+}
+
+/* Across the axis of the plane of motion. */
+static kmp_vec direction_in_plane(const pair *p, kmp_vec n)
+{
+    kmp_graph *g = p->tree->graph;
+    kmp_vec axis = p->axes[1][kmp_touch_plane(p->tree->model, p->touch)], t = kmp_vec_cross(g, n, axis);
+    return kmp_vec_dot(g, n, axis) == KMP_ZERO ? t : unit(g, t);
+}
+
+/* On a sphere: the axes x and y of its point, turned by the least rotation from z to n. No pair of directions is smooth
+ * on a whole sphere; this one is, but for n = -z. */
+static kmp_vec direction_on_sphere(const pair *p, kmp_vec n, int along)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_vec *e = p->axes[1];
+    kmp_ref up = kmp_vec_dot(g, n, e[2]), part = kmp_div(g, kmp_vec_dot(g, n, e[along - 1]), kmp_add(g, KMP_ONE, up));
+    return kmp_vec_sub(g, e[along - 1], kmp_vec_scale(g, part, kmp_vec_add(g, n, e[2])));
+}
+
+/* Both directions of slip on a surface. */
+static kmp_vec direction_on_surface(const pair *p, kmp_vec n, int along)
+{
+    kmp_graph *g = p->tree->graph;
+    const kmp_touch_side *second = &p->touch->side[1];
+    const kmp_vec *e = p->axes[1];
+    switch (second->shape) {
+    case KMP_TOUCH_PLANE:
+        return e[(second->axis + along) % 3];
+    case KMP_TOUCH_CYLINDER:
+        return along == 1 ? e[second->axis] : kmp_vec_cross(g, n, e[second->axis]);
+    case KMP_TOUCH_PROFILE:
+        return along == 1 ? kmp_vec_cross(g, n, e[2]) : e[2];
+    default:
+        return direction_on_sphere(p, n, along);
+    }
+}
+
+kmp_ref kmp_touching_slip(const kmp_tree *tree, const kmp_contact_pair *touch, int along)
+{
+    const pair p = pair_of(tree, touch);
+    kmp_touching t;
+    kmp_touching_find(tree, touch, false, &t);
+    kmp_vec direction = along == 0 ? direction_in_plane(&p, t.normal) : direction_on_surface(&p, t.normal, along);
+    return kmp_vec_dot(tree->graph, direction, slip_of(&p, &t));
 }

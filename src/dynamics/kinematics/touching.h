@@ -32,6 +32,11 @@ void kmp_touching_slopes(const kmp_tree *tree, const kmp_contact_pair *touch, km
 /** The way that the first side slides and rolls along the second, m. `along` 0: in the plane of motion, its rate is the
  * only component of `across`; 1, 2: along the first or the second axis of a plane's point after its normal, for a point
  * or a body that does not turn. *turn: the change of the way by a turn around a cylinder or a sphere, over 2 pi, where
- * the way starts again; zero on a plane. False where there is no such way: the slip has two components, rolling is no
- * function of the coordinates, or the second side is a profile. */
+ * the way starts again; zero on a plane. False where no function of the coordinates is this way, as of a sphere that
+ * rolls in space, or on a profile. */
 bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int along, kmp_ref *way, kmp_ref *turn);
+
+/** A component of the slip, m/s, whether or not it is the rate of a way. `along` 0: in the plane of motion; 1, 2: on a
+ * plane along the axes of its point after its normal; on a cylinder along its axis and around it; on a profile along
+ * its curve and along z; on a sphere along the axes x and y of its point, turned with z to the normal. */
+kmp_ref kmp_touching_slip(const kmp_tree *tree, const kmp_contact_pair *touch, int along);

@@ -5,6 +5,7 @@
 #include "model/angle_sum.h"
 #include "model/compliant/compliant.h"
 #include "model/contacts/parallel_curve.h"
+#include "model/contacts/touch_plane.h"
 #include <math.h>
 
 /* Sine of the angle between parallel axes, up to rounding. */
@@ -287,20 +288,6 @@ static bool is_of_joint(const kmp_yaml *map)
     return kmp_yaml_get(map, "journal") || kmp_yaml_get(map, "socket") || kmp_yaml_get(map, "guide");
 }
 
-/* True where the slip has one component at most, or is rejected for another reason: only on a plane it may have two. */
-static bool slips_in_plane(const kempe_model *model, const kmp_contact_pair *touch)
-{
-    const kmp_touch_side *side = touch->side;
-    if (side[1].shape != KMP_TOUCH_PLANE)
-        return true;
-    for (int k = 1; k <= 2; k++) {
-        const kmp_spot normal = {.point = side[1].point, .axis = (side[1].axis + k) % 3};
-        if (kmp_moves_across(model, side[0].point, &normal))
-            return true;
-    }
-    return false;
-}
-
 /* Friction of a contact; across: as in kmp_force. */
 static void add_friction(kmp_reader *r, kmp_place place, const char *name, kmp_number mu, const kmp_force *contact,
                          int across)
@@ -328,7 +315,7 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
                             of);
         return;
     }
-    if (slips_in_plane(r->model, &contact->touch)) {
+    if (kmp_touch_plane(r->model, &contact->touch) >= 0) {
         add_friction(r, node->place, kmp_arena_printf(&r->model->arena, "%s_friction", contact->name), mu, contact, 0);
         return;
     }

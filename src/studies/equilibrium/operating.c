@@ -236,6 +236,26 @@ static kempe_status tell_contacts(const kmp_operating *o, const kmp_friction_sta
                     limit->element->name);
 }
 
+/* Friction that rolls, not at rest: positions are states of their own then, which no dependent coordinates are. */
+static kempe_status check_rolling(const kmp_operating *o, const kmp_friction_state *friction)
+{
+    const kempe_system *s = o->system;
+    bool moves = false;
+    for (int i = 0; i < s->n; i++)
+        moves = moves || o->inner_qd[i] != 0;
+    for (int i = 0; i < friction->count && moves; i++) {
+        const kmp_friction_view *view = &friction->view[i];
+        bool sticks = view->word == KMP_FRICTION_WORD_STICKS || view->word == KMP_FRICTION_WORD_SHARES;
+        for (int r = 0; r < s->m && sticks; r++)
+            if (s->rows[r].of_rates && s->rows[r].closure == view->element->closure)
+                return kmp_fail(s->context, KEMPE_E_FAILED,
+                                "'%s' holds rates of no function of coordinates while the mechanism moves: these small "
+                                "motions have more states than independent coordinates; take a state at rest",
+                                view->element->name);
+    }
+    return KEMPE_OK;
+}
+
 /* Friction and contacts have the modes in which a run would begin at the state. */
 static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
 {
@@ -246,6 +266,8 @@ static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
     if (none)
         return KEMPE_OK;
     kempe_status status = kmp_friction_state_decide(friction, o->t, o->inner_q, o->inner_qd);
+    if (status == KEMPE_OK)
+        status = check_rolling(o, friction);
     if (status == KEMPE_OK)
         status = tell_contacts(o, friction);
     if (status == KEMPE_OK)

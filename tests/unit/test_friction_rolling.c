@@ -1,0 +1,167 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Friction of rigid contacts whose slip is the rate of no function of the coordinates: spheres that roll in space, and
+ * profiles, against the digits of bench/machines/contact_digits.py and closed forms; what is refused. */
+#include "ways.h"
+#include <kempe/modes.h>
+#include <math.h>
+#include <string.h>
+
+#define G 9.81
+
+/* True for a method that follows rolling in space; the others refuse it by name at the start. */
+static bool follows(const loaded *l, const way *by)
+{
+    kempe_status status = KEMPE_OK;
+    bool refuses = by->form && strcmp(by->form, "newton") == 0 && strcmp(by->integrator, "dop853") != 0;
+    if (!refuses)
+        return true;
+    kempe_trajectory *run = simulate_any(l, by, 1, &status);
+    CHECK(run && strstr(kempe_trajectory_reason(run), "holds rates of no function of coordinates"));
+    kempe_trajectory_free(run);
+    return false;
+}
+
+/* Thrown with spin about two axes: a parabola, then a straight line. */
+static void a_ball_is_bowled(void)
+{
+    loaded l = load("tests/models/contact_bowling.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = follows(&l, &ways[k]) ? simulate(&l, &ways[k], 2) : NULL;
+        const kmp_log_entry *rolls = run ? entry(run, "friction", 1) : NULL;
+        CHECK(!run || rolls);
+        if (rolls) {
+            CHECK_TEXT(rolls->text, "'floor_friction' sticks");
+            CHECK_NEAR(rolls->t, 0.5686798948526761609, e);
+            CHECK_NEAR(last_q(run)[0], 4.774528533875955772, 10 * e);
+            CHECK_NEAR(last_q(run)[1], -0.4705657593488530739, 10 * e);
+            CHECK_NEAR(last_qd(run)[0], 16. / 7, 10 * e);
+            CHECK_NEAR(last_qd(run)[1], -5. / 14, 10 * e);
+            CHECK(run->verdict.drift_rel < 100 * e && !entry(run, "friction", 2));
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* Inside an upright cylinder: its height oscillates. */
+static void a_ball_rolls_along_a_wall(void)
+{
+    loaded l = load("tests/models/contact_wall.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = follows(&l, &ways[k]) ? simulate(&l, &ways[k], 3) : NULL;
+        if (run) {
+            CHECK_NEAR(last_q(run)[0], 0.4219269793662460523, e);
+            CHECK_NEAR(last_q(run)[2], 0.02642595859990680709, e);
+            CHECK_NEAR(last_lambda(run)[0], 8, 100 * e);
+            CHECK_NEAR(last_lambda(run)[1], 0.9677670464004260247, 100 * e);
+            CHECK(run->verdict.drift_rel < 100 * e && !entry(run, "friction", 1));
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* On a table that turns: a circle in space, with 2/7 of the rate of the table. */
+static void a_ball_rolls_on_a_turntable(void)
+{
+    loaded l = load("tests/models/contact_turntable.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance, w = 6. / 7;
+        kempe_trajectory *run = follows(&l, &ways[k]) ? simulate(&l, &ways[k], 5) : NULL;
+        if (run) {
+            CHECK_NEAR(last_q(run)[1], 1 + 0.3 / w * sin(5 * w), 2 * e);
+            CHECK_NEAR(last_q(run)[2], 0.3 / w * (1 - cos(5 * w)), 2 * e);
+            CHECK(!entry(run, "friction", 1));
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* Along a parabola until it stays. */
+static void a_bead_slides_in_a_valley(void)
+{
+    static const double turn[] = {1.113382931362762079, 2.166945916105256259, 3.186801061799427575, 4.1948918856228317};
+    loaded l = load("tests/models/contact_valley.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = follows(&l, &ways[k]) ? simulate(&l, &ways[k], 5) : NULL;
+        for (int i = 0; run && i < 4; i++) {
+            const kmp_log_entry *at = entry(run, "friction", 1 + i);
+            CHECK(at);
+            if (at)
+                CHECK_NEAR(at->t, turn[i], e);
+        }
+        if (run) {
+            CHECK_NEAR(last_q(run)[0], 0.08524397116355657402, e);
+            CHECK(run->verdict.drift_rel < 100 * e && !entry(run, "friction", 5));
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+#define BALL                                                                                                           \
+    "joint: {name: b, free: x, at: ground}, mass: 2, inertia: {xx: 8e-3, yy: 8e-3, zz: 8e-3}, points: {C: [0, 0, 0]}"
+
+/* Small motions of a sphere at the bottom of a bowl: it rolls in both directions. */
+static void small_motions(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "gravity: [0, 0, -9.81]\n"
+                         "ground: {points: {O: [0, 0, 0]}}\n"
+                         "bodies: {ball: {" BALL "}}\n"
+                         "contacts: {in: {sphere: ball.C, radius: 0.1, on: {sphere: ground.O, radius: 1, inside: yes}, "
+                         "restitution: 0, friction: 0.3}}\n"
+                         "start: {q: {b.3: -0.9}}\n");
+    kempe_modes *modes = NULL;
+    kempe_table *table = NULL;
+    int swings = 0;
+    CHECK(l.system && kempe_modes_new(l.system, NULL, &modes) == KEMPE_OK);
+    CHECK(modes && kempe_modes_table(modes, "modes", &table) == KEMPE_OK);
+    for (int i = 0; table && i < kempe_table_row_count(table); i++)
+        swings +=
+            fabs(fabs(kempe_table_number(table, i, kempe_table_find(table, "im"))) - sqrt(5 * G / (7 * 0.9))) < 1e-9;
+    CHECK(swings == 2 || swings == 4);
+    kempe_table_free(table);
+    kempe_modes_free(modes);
+    unload(&l);
+}
+
+/* The positions of a DAE by h alone do not hold rates. */
+static void index_3_is_refused(void)
+{
+    const way by = {"dae", "index3", "ida", 0, 0};
+    loaded l = load("tests/models/contact_bowling.yaml");
+    kempe_status status = KEMPE_OK;
+    kempe_trajectory *run = simulate_any(&l, &by, 1, &status);
+    CHECK(run && strstr(kempe_trajectory_reason(run), "'floor_friction1' holds rates of no function of coordinates"));
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* Small motions about a ball that rolls on have states beyond the independent coordinates. */
+static void small_motions_of_rolling_are_refused(void)
+{
+    loaded l = load("tests/models/contact_wall.yaml");
+    kempe_modes *modes = NULL;
+    kempe_modes_options options = {.at = "start"};
+    CHECK(l.system && kempe_modes_new(l.system, &options, &modes) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(l.context), "'wall_friction1' holds rates of no function of coordinates"));
+    kempe_modes_free(modes);
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(a_ball_is_bowled);
+    TEST(a_ball_rolls_along_a_wall);
+    TEST(a_ball_rolls_on_a_turntable);
+    TEST(a_bead_slides_in_a_valley);
+    TEST(small_motions);
+    TEST(small_motions_of_rolling_are_refused);
+    TEST(index_3_is_refused);
+    return check_report();
+}
