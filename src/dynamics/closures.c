@@ -128,13 +128,12 @@ static bool is_rounding(const kmp_equations *eq, kmp_ref h)
            fabs(constant_value(eq, first ? node->a : node->b)) <= 4 * DBL_EPSILON;
 }
 
-/* The rows of a closure: h, or, where the rows are between rates, these in `rates` and zero in h. True: they are. */
+/* The rows of a closure: h, or, where the rows are between rates, these in `rates`, and h stays zero. True: they are.
+ */
 static bool find_rows(kmp_equations *eq, const kmp_closure_kind *kind, const kmp_closure *closure, kmp_ref *h,
                       kmp_ref *rates)
 {
     bool of_rates = kmp_closure_rates(kind, &eq->tree, closure, rates);
-    for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
-        h[k] = KMP_ZERO;
     if (!of_rates)
         kmp_closure_residual(kind, &eq->tree, closure, h);
     return of_rates;
@@ -153,7 +152,7 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
         const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
-        kmp_ref h[KMP_KIND_MAX_ROWS], rates[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
+        kmp_ref h[KMP_KIND_MAX_ROWS] = {KMP_ZERO}, rates[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
         int kept = 0;
         if (!kind)
             return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);

@@ -10,14 +10,14 @@
 /* On the coordinate, or on all that the place, or the rate, depends on. */
 static void apply(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref effort)
 {
-    bool placed = kmp_friction_has_place(tree, force);
-    kmp_ref of = placed ? kmp_friction_place(tree, force) : kmp_friction_rate(tree, force);
+    kmp_ref of;
+    kmp_input_kind by = kmp_friction_slopes_of(tree, force, &of);
     int count = kmp_friction_is_along(force) ? tree->count - 1 : 0;
     kmp_ref *slope = KMP_GRAPH_NEW(tree->graph, kmp_ref, count);
     if (count == 0)
         kmp_apply_effort(forces, tree, force->motion, effort);
     if (slope && count > 0)
-        kmp_partials_all(tree->graph, 1, &of, placed ? KMP_IN_Q : KMP_IN_QD, count, slope);
+        kmp_partials_all(tree->graph, 1, &of, by, count, slope);
     for (int k = 0; slope && k < count; k++)
         if (slope[k] != KMP_ZERO)
             kmp_apply_effort(forces, tree, k, kmp_mul(tree->graph, slope[k], effort));

@@ -40,34 +40,36 @@ static const kmp_contact_pair *touch_of(const kmp_tree *tree, const kmp_force *f
     return &tree->model->forces[force->contact - 1].touch;
 }
 
-/* Slip of the friction of a contact, and where its way starts again; zero without a way. */
-static kmp_ref way_of(const kmp_tree *tree, const kmp_force *force, kmp_ref *turn)
+/* The way of the friction of a contact, and where it starts again; zero and false without a way. */
+static bool find_way(const kmp_tree *tree, const kmp_force *force, kmp_ref *way, kmp_ref *turn)
 {
-    kmp_ref way = KMP_ZERO;
-    return kmp_touching_way(tree, touch_of(tree, force), force->across, &way, turn) ? way : KMP_ZERO;
+    bool found = kmp_touching_way(tree, touch_of(tree, force), force->across, way, turn);
+    *way = found ? *way : KMP_ZERO;
+    return found;
 }
 
 bool kmp_friction_has_place(const kmp_tree *tree, const kmp_force *force)
 {
-    kmp_ref way, turn;
-    return force->contact == 0 || kmp_touching_way(tree, touch_of(tree, force), force->across, &way, &turn);
+    kmp_ref way = KMP_ZERO, turn;
+    return force->contact == 0 || find_way(tree, force, &way, &turn);
 }
 
 kmp_ref kmp_friction_moved(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
-    kmp_ref turn = KMP_ZERO, place = kmp_friction_input(tree, force, KMP_ROLE_PLACE);
+    kmp_ref way = KMP_ZERO, turn = KMP_ZERO, place = kmp_friction_input(tree, force, KMP_ROLE_PLACE);
     if (force->contact == 0)
         return kmp_sub(g, kmp_friction_place(tree, force), place);
-    kmp_ref moved = kmp_sub(g, way_of(tree, force, &turn), place);
+    (void)find_way(tree, force, &way, &turn);
+    kmp_ref moved = kmp_sub(g, way, place);
     return turn == KMP_ZERO ? moved : kmp_mul(g, turn, kmp_sin(g, kmp_div(g, moved, turn)));
 }
 
 kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force)
 {
-    kmp_ref turn;
+    kmp_ref way = KMP_ZERO, turn;
     if (force->contact > 0)
-        return way_of(tree, force, &turn);
+        return find_way(tree, force, &way, &turn) ? way : KMP_ZERO;
     return force->sliding ? kmp_tree_expression(tree, force->sliding)
                           : kmp_input(tree->graph, KMP_IN_Q, (uint32_t)force->motion);
 }
@@ -76,9 +78,21 @@ kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force)
 {
     if (!kmp_friction_is_along(force))
         return kmp_input(tree->graph, KMP_IN_QD, (uint32_t)force->motion);
-    if (!kmp_friction_has_place(tree, force))
+    kmp_ref place = KMP_ZERO, turn;
+    if (force->contact > 0 && !find_way(tree, force, &place, &turn))
         return kmp_touching_slip(tree, touch_of(tree, force), force->across);
-    return kmp_vec_rate(tree, (kmp_vec){{kmp_friction_place(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
+    place = force->contact > 0 ? place : kmp_friction_place(tree, force);
+    return kmp_vec_rate(tree, (kmp_vec){{place, KMP_ZERO, KMP_ZERO}}).x[0];
+}
+
+kmp_input_kind kmp_friction_slopes_of(const kmp_tree *tree, const kmp_force *force, kmp_ref *of)
+{
+    kmp_ref turn;
+    *of = KMP_ZERO;
+    bool placed = force->contact == 0 || find_way(tree, force, of, &turn);
+    if (force->contact == 0 || !placed)
+        *of = placed ? kmp_friction_place(tree, force) : kmp_friction_rate(tree, force);
+    return placed ? KMP_IN_Q : KMP_IN_QD;
 }
 
 kmp_ref kmp_friction_level(const kmp_tree *tree, const kmp_force *force)

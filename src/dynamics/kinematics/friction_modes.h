@@ -48,6 +48,10 @@ bool kmp_friction_has_place(const kmp_tree *tree, const kmp_force *force);
 kmp_ref kmp_friction_place(const kmp_tree *tree, const kmp_force *force);
 kmp_ref kmp_friction_rate(const kmp_tree *tree, const kmp_force *force);
 
+/** The place, whose derivatives by q, or without one the rate, whose derivatives by qd are the generalized forces of 1
+ * N of friction. Returns the kind of these inputs. */
+kmp_input_kind kmp_friction_slopes_of(const kmp_tree *tree, const kmp_force *force, kmp_ref *of);
+
 /** The displacement of the place since it was held, its input KMP_ROLE_PLACE: zero there, with the derivatives of the
  * place. A way around a cylinder starts again at each turn; its sine over one does not. */
 kmp_ref kmp_friction_moved(const kmp_tree *tree, const kmp_force *force);

@@ -228,7 +228,6 @@ static bool way_around(const pair *p, kmp_ref *way, kmp_ref *turn)
 bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int along, kmp_ref *way, kmp_ref *turn)
 {
     kmp_graph *g = tree->graph;
-    kmp_touching t;
     *turn = KMP_ZERO;
     if (touch->gap || touch->motion >= 0 || touch->side[1].shape == KMP_TOUCH_PROFILE)
         return false;
@@ -238,13 +237,10 @@ bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int a
     int k = touch->side[1].axis, i = (k + 1) % 3, j = (k + 2) % 3;
     if (along > 0)
         return way_along(&p, along == 1 ? i : j, way);
-    kmp_touching_find(tree, touch, true, &t);
-    bool along_i = kmp_vec_dot(g, p.axes[1][j], t.across) == KMP_ZERO;
-    bool along_j = kmp_vec_dot(g, p.axes[1][i], t.across) == KMP_ZERO;
+    int across = kmp_touch_plane(tree->model, touch);
+    bool along_i = across == j;
     kmp_ref angle = KMP_ZERO;
-    if (along_i == along_j)
-        return false;
-    if (p.radius[0] != KMP_ZERO && !turned_about(tree, touch, along_i ? j : i, &angle))
+    if (across < 0 || (p.radius[0] != KMP_ZERO && !turned_about(tree, touch, across, &angle)))
         return false;
     kmp_ref rolled = kmp_mul(g, p.radius[0], along_i ? angle : kmp_neg(angle));
     *way = kmp_sub(g, kmp_vec_dot(g, p.axes[1][along_i ? i : j], p.d), rolled);
