@@ -377,6 +377,10 @@
 /** Times that differ by this part are one time: multiples of two sample times that are decimal numbers differ there by
  * some roundings of 1.1e-16 each. */
 #define KMP_SAME_TIME 4e-15
+/** The past of a delayed signal is a polynomial whose last coefficient is this part of the tolerance of a step: its
+ * error, which is smaller still, then adds nothing to that of the steps. Rounding of closed positions, relative. */
+#define KMP_PAST_PART     0.1
+#define KMP_PAST_ROUNDING 1e-14
 /** A time is a multiple of a sample time up to this part, in studies that find when samples of several times repeat:
  * times are decimal numbers, or parameters that were divided. */
 #define KMP_SAME_SAMPLE 1e-9

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/evaluation/present_inputs.h"
+#include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
 
@@ -15,6 +16,92 @@ bool kmp_present_inputs_init(kmp_present_inputs *inputs, kmp_arena *arena, const
     return true;
 }
 
+/* -- delayed signals --------------------------------------------------------------------------------- */
+
+/* A part of the past without jumps is a piece like others: its `c` has the numbers of its first and last polynomial,
+ * and the order of the derivative of the signal that jumps where it begins. */
+enum { FIRST, LAST, ORDER };
+
+static const kmp_past_signal *past_of(const kmp_present_inputs *inputs, int input)
+{
+    int k = input - kmp_model_given_inputs(inputs->model);
+    return inputs->past && k >= 0 ? &inputs->past->signal[k] : NULL;
+}
+
+/* The rate u + T u' of the state of the delay, and two derivatives. */
+static void delayed_values(const kmp_past_signal *signal, const kmp_signal_piece *piece, double t, double values[3])
+{
+    double u[4];
+    kmp_past_values(signal, piece->c[FIRST], piece->c[LAST], t, u);
+    for (int k = 0; k < 3; k++)
+        values[k] = u[k] + signal->delay * u[k + 1];
+}
+
+static void renew(const kmp_past_signal *signal, kmp_signal_piece *piece)
+{
+    piece->c[LAST] = kmp_past_last(signal, piece->c[LAST]);
+    piece->until = kmp_past_piece_of(signal, piece->c[LAST])->to + signal->delay;
+}
+
+static bool is_due(const kmp_past_signal *signal, const kmp_signal_piece *piece, double t)
+{
+    return piece->until <= t + KMP_SAME_TIME * fabs(t) && kmp_past_has(signal, piece->c[LAST] + 1);
+}
+
+/* Takes the part that begins at t. */
+static void enter_part(const kmp_past_signal *signal, kmp_signal_piece *piece, double t)
+{
+    double first = piece->c[LAST] + 1;
+    int order = kmp_past_piece_of(signal, first)->jump;
+    *piece = (kmp_signal_piece){.from = t, .c = {first, first, order}, .jump = order > 0 ? order - 1 : 0};
+    renew(signal, piece);
+}
+
+void kmp_present_inputs_recall(kmp_present_inputs *inputs, const kmp_past *past)
+{
+    inputs->past = past;
+    for (int k = 0; k < inputs->count; k++) {
+        const kmp_past_signal *signal = past_of(inputs, k);
+        if (!signal)
+            continue;
+        double first = signal->dropped;
+        inputs->piece[k] =
+            (kmp_signal_piece){.from = -INFINITY, .c = {first, first, KMP_PAST_SMOOTH}, .jump = KMP_SIGNAL_SMOOTH};
+        renew(signal, &inputs->piece[k]);
+    }
+}
+
+void kmp_present_inputs_renew(kmp_present_inputs *inputs)
+{
+    for (int k = 0; k < inputs->count; k++)
+        if (past_of(inputs, k))
+            renew(past_of(inputs, k), &inputs->piece[k]);
+}
+
+bool kmp_present_inputs_are_due(const kmp_present_inputs *inputs, double t)
+{
+    bool due = false;
+    for (int k = 0; k < inputs->count; k++)
+        due = due || (past_of(inputs, k) && is_due(past_of(inputs, k), &inputs->piece[k], t));
+    return due;
+}
+
+int kmp_present_inputs_past_jump(const kmp_present_inputs *inputs, int input, double t)
+{
+    const kmp_signal_piece *piece = &inputs->piece[input];
+    return past_of(inputs, input) && piece->from == t ? (int)piece->c[ORDER] : KMP_PAST_SMOOTH;
+}
+
+double kmp_present_inputs_delayed(const kmp_present_inputs *inputs, int input, double t)
+{
+    const kmp_signal_piece *piece = &inputs->piece[input];
+    double u[4];
+    kmp_past_values(past_of(inputs, input), piece->c[FIRST], piece->c[LAST], t, u);
+    return u[0];
+}
+
+/* -- pieces ------------------------------------------------------------------------------------------ */
+
 static void follow(const kmp_present_inputs *inputs, int k, double t)
 {
     const kmp_signal_piece *piece = &inputs->piece[k];
@@ -29,6 +116,11 @@ const double *kmp_present_inputs_at(const kmp_present_inputs *inputs, double t)
 {
     inputs->vector[0] = t;
     for (int k = 0; k < inputs->count; k++) {
+        const kmp_past_signal *signal = past_of(inputs, k);
+        if (signal) {
+            delayed_values(signal, &inputs->piece[k], t, inputs->vector + kmp_time_index(k, 0));
+            continue;
+        }
         if (!inputs->held)
             follow(inputs, k, t);
         kmp_signal_values(&inputs->piece[k], t, inputs->vector + kmp_time_index(k, 0));
@@ -71,6 +163,7 @@ void kmp_present_inputs_give(kmp_present_inputs *inputs, int input, double from,
 
 void kmp_present_inputs_copy(kmp_present_inputs *to, const kmp_present_inputs *from)
 {
+    to->past = from->past;
     for (int k = 0; k < to->count; k++) {
         to->piece[k] = from->piece[k];
         to->replaced[k] = from->replaced[k];
@@ -98,6 +191,16 @@ int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
     int least = KMP_SIGNAL_SMOOTH;
     inputs->waiting = false;
     for (int k = 0; k < inputs->count; k++) {
+        const kmp_past_signal *signal = past_of(inputs, k);
+        if (signal && is_due(signal, &inputs->piece[k], t)) {
+            enter_part(signal, &inputs->piece[k], t);
+            if (inputs->piece[k].jump < least) {
+                least = inputs->piece[k].jump;
+                *input = k;
+            }
+        }
+        if (signal)
+            continue;
         if (!inputs->waits[k] && (inputs->replaced[k] || t < inputs->piece[k].until))
             continue;
         inputs->piece[k] = inputs->waits[k] ? inputs->given[k] : kmp_signal_at(&inputs->model->inputs[k].signal, t);
@@ -122,6 +225,6 @@ bool kmp_present_inputs_jump(const kmp_present_inputs *inputs, double t)
 void kmp_present_inputs_stand(kmp_present_inputs *inputs, double t)
 {
     for (int k = 0; k < inputs->count; k++)
-        if (!inputs->replaced[k])
+        if (!inputs->replaced[k] && !past_of(inputs, k))
             inputs->piece[k] = kmp_signal_at(&inputs->model->inputs[k].signal, t);
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "model/model.h"
+#include "model/variables/past_signals.h"
 #include "symbolic/graph.h"
 
 typedef struct kmp_present_inputs {
@@ -14,6 +15,7 @@ typedef struct kmp_present_inputs {
     kmp_signal_piece *given; /* of each input: the piece that a caller has given for the next call of enter */
     bool *waits, waiting;    /* there is one; for any input */
     double *vector;          /* t, then the value of each input and two derivatives */
+    const kmp_past *past;    /* of delayed signals: gives the last inputs in a run; NULL: they are zero */
     bool held;               /* pieces are constant between calls of kmp_present_inputs_enter */
     bool before;             /* at a sample after t = 0 the piece that ends there, as rows of runs have it */
 } kmp_present_inputs;
@@ -36,6 +38,18 @@ static inline int kmp_present_inputs_size(const kmp_present_inputs *inputs)
 /** Gives an input the polynomial u + rate (t - from) + acceleration (t - from)^2 / 2 in place of its samples, from the
  * next kmp_present_inputs_enter on. */
 void kmp_present_inputs_give(kmp_present_inputs *inputs, int input, double from, const double values[3]);
+
+/** Reads delayed signals from a past that begins at its first pieces (NULL: from none). */
+void kmp_present_inputs_recall(kmp_present_inputs *inputs, const kmp_past *past);
+
+/** Takes what the past has more now; at t the parts that begin there are due. */
+void kmp_present_inputs_renew(kmp_present_inputs *inputs);
+bool kmp_present_inputs_are_due(const kmp_present_inputs *inputs, double t);
+
+/** The order of the derivative of a delayed signal that jumps at t, where its present part begins; KMP_PAST_SMOOTH:
+ * none does. The signal itself at t. */
+int kmp_present_inputs_past_jump(const kmp_present_inputs *inputs, int input, double t);
+double kmp_present_inputs_delayed(const kmp_present_inputs *inputs, int input, double t);
 
 /** Takes pieces, and whether samples are replaced, from other inputs of the same model. */
 void kmp_present_inputs_copy(kmp_present_inputs *to, const kmp_present_inputs *from);

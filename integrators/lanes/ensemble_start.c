@@ -28,6 +28,7 @@ const char *kmp_engine_no_lanes(const kmp_engine *e)
         {s->bodies->program != NULL, "the articulated-body algorithm"},
         {s->force != NULL, "user-defined forces"},
         {kmp_model_has_samples(s->model), "sampled states"},
+        {s->model->delay_count > 0, "delays"},
         {s->load_row_count > 0, "forces that depend on multipliers"},
         {s->motion->block_count > 0, "points on curves"},
         {kmp_rounding_of(s) != NULL, "closures that are redundant up to rounding"},

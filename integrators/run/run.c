@@ -3,6 +3,7 @@
 #include "integrators/run/run.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "integrators/delays/delays.h"
 #include "integrators/run/recording.h"
 #include "integrators/run/runner.h"
 #include <math.h>
@@ -93,6 +94,7 @@ void kmp_runner_free(kmp_runner *run)
         return;
     kmp_runner_release_integrators(run);
     kmp_runner_free_sampler(run);
+    kmp_delays_free(run);
     if (run->formulation)
         run->formulation->release(run->formulation);
     kmp_partition_free(&run->part);
@@ -227,7 +229,10 @@ kempe_status kmp_runner_cut(kmp_runner *run, double t, double stop)
     if (t == kmp_runner_t(run))
         return KEMPE_OK;
     run->at_event = false;
-    kempe_status status = kmp_runner_begin_anew(run, t);
+    kempe_status status = kmp_delays_record(run, t);
+    kmp_delays_jump(run, 0);
+    if (status == KEMPE_OK)
+        status = kmp_runner_begin_anew(run, t);
     return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", t);
 }
 

@@ -125,6 +125,9 @@ kmp_present_inputs *kmp_runner_inputs(kmp_runner *runner);
 /** The data that a run needs, beside a row, to continue from it: the conditions (a value for each), the scale of rates
  * in the tolerances, the next step of a one-step method (0: another method), the method that stands in. */
 const double *kmp_runner_modes(const kmp_runner *runner);
+
+/** Completes the past of delayed signals up to t within the last step. */
+kempe_status kmp_runner_recall(kmp_runner *runner, double t);
 double kmp_runner_rate_scale(const kmp_runner *runner);
 double kmp_runner_step_size(const kmp_runner *runner);
 kmp_stand_in kmp_runner_stand_in(const kmp_runner *runner);

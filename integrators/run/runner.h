@@ -68,10 +68,11 @@ struct kmp_runner {
                              (kmp_runner_cut) */
     bool anew;            /* the next step restarts the integrator: external inputs of the equations may have changed */
     kmp_sampler *sampler; /* NULL without sampled states */
-    double pace;          /* the proposed step, if steps that end at `stop` are shorter; 0: they are not */
-    double *y, *yp;       /* at a row; yp for a DAE only */
-    double *moved;        /* 3 n + m: a row, if moving closures do work */
-    double work;          /* of non-conservative forces on a dae formulation, by quadrature up to work_t */
+    struct kmp_delays *delays; /* NULL without delayed signals */
+    double pace;               /* the proposed step, if steps that end at `stop` are shorter; 0: they are not */
+    double *y, *yp;            /* at a row; yp for a DAE only */
+    double *moved;             /* 3 n + m: a row, if moving closures do work */
+    double work;               /* of non-conservative forces on a dae formulation, by quadrature up to work_t */
     double work_t;
     double rate_scale, build_s;
     unsigned long memory_failures; /* at the creation of the run */

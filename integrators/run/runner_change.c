@@ -2,6 +2,7 @@
 /* Changes between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "integrators/delays/delays.h"
 #include "integrators/run/runner.h"
 #include "integrators/steppers/singular_step.h"
 #include <float.h>
@@ -411,8 +412,12 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 kempe_status kmp_runner_change(kmp_runner *run, double t)
 {
     kmp_runner_follow(run, t);
+    KMP_TRY(kmp_delays_record(run, t));
+    bool event = run->at_event;
     KMP_TRY(pass_event(run, t));
     run->anew = kmp_runner_meets_events(run) || run->anew;
+    if (event || run->anew)
+        kmp_delays_jump(run, 0);
     KMP_TRY(kmp_runner_center(run, t));
     KMP_TRY(watch_margin(run, t));
     KMP_TRY(watch_bodies(run, t));

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inputs of the model during a run. Each step has one polynomial for each input: it ends at the next sample. Beyond it
  * the integrator restarts where a value jumps, and continues in its order elsewhere. */
+#include "integrators/delays/delays.h"
 #include "integrators/run/runner.h"
 
 /* An input of a closure must have no jump in value and rate, which no force can follow. */
@@ -55,13 +56,17 @@ kempe_status kmp_runner_pass_samples(kmp_runner *run, double t)
 {
     kmp_present_inputs *inputs = &run->eval->inputs;
     int input, jump;
-    if (inputs->waiting || t >= kmp_present_inputs_until(inputs)) {
+    if (inputs->waiting || t >= kmp_present_inputs_until(inputs) || kmp_present_inputs_are_due(inputs, t)) {
         jump = kmp_present_inputs_enter(inputs, t, &input);
         if (jump < 2)
             KMP_TRY(check_closures(run, t));
         run->anew = run->anew || jump == 0;
+        kmp_delays_follow(run, t);
     }
-    run->anew = run->anew || kmp_runner_sample_is_due(run, t);
+    if (kmp_runner_sample_is_due(run, t)) {
+        run->anew = true;
+        kmp_delays_jump(run, 0);
+    }
     return run->anew || run->solver->t_end == kmp_runner_limit(run) ? KEMPE_OK : extend(run);
 }
 
@@ -78,6 +83,11 @@ kmp_present_inputs *kmp_runner_inputs(kmp_runner *run)
 const double *kmp_runner_modes(const kmp_runner *run)
 {
     return run->eval->mode;
+}
+
+kempe_status kmp_runner_recall(kmp_runner *run, double t)
+{
+    return kmp_delays_record(run, t);
 }
 
 double kmp_runner_rate_scale(const kmp_runner *run)

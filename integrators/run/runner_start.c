@@ -7,6 +7,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"
+#include "integrators/delays/delays.h"
 #include "integrators/run/runner.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -334,6 +335,9 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     kmp_runner_take_samples(run, t);
     kmp_eval_freeze(run->eval, t, q, qd);
     settle_states(run, t);
+    KMP_TRY(kmp_delays_begin(run, t));
+    if (run->delays)
+        kmp_eval_freeze(run->eval, t, q, qd);
     take_modes(run);
     kmp_runner_note_events(run);
     KMP_TRY(kmp_runner_choose(run, t, q, -1, run->spec.u, run->spec.u_count));

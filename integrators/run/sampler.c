@@ -5,6 +5,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/pressing.h"
+#include "integrators/delays/delays.h"
 #include "integrators/run/runner.h"
 #include <math.h>
 
@@ -199,6 +200,7 @@ void kmp_runner_take_samples(kmp_runner *run, double t)
 {
     kmp_sampler *x = run->sampler;
     double *qd = run->state + run->s->n;
+    kmp_delays_take(run, t);
     if (!x || (!kmp_runner_sample_is_due(run, t) && !is_due(x)))
         return;
     kmp_machine_set(x->machine, KMP_IN_PARAMETER, run->s->parameters);

@@ -19,12 +19,15 @@ static const kmp_expr *make(kmp_averaged *a, kmp_expr expr)
     return e;
 }
 
-/* (next - y)/T */
+/* (next - y)/T; for a delay (u - y)/T */
 static const kmp_expr *rate_of(kmp_averaged *a, const kmp_state *state, int motion)
 {
     const kmp_expr *own = make(a, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion});
-    const kmp_expr *change = make(a, (kmp_expr){.kind = KMP_EXPR_SUB, .a = state->next, .b = own});
-    const kmp_expr *time = make(a, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = state->period});
+    const kmp_expr *change =
+        make(a, (kmp_expr){.kind = KMP_EXPR_SUB, .a = state->next ? state->next : state->delayed, .b = own});
+    const kmp_expr *time = state->delay.expr;
+    if (!time)
+        time = make(a, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = state->next ? state->period : state->delay.value});
     return make(a, (kmp_expr){.kind = KMP_EXPR_DIV, .a = change, .b = time});
 }
 
@@ -40,10 +43,10 @@ static bool copy_model(kmp_averaged *a, const kempe_model *given)
     memcpy(m->forces, given->forces, (size_t)m->force_count * sizeof *m->forces);
     memcpy(m->states, given->states, (size_t)m->state_count * sizeof *m->states);
     for (int k = 0; k < m->state_count; k++)
-        if (given->states[k].next) {
+        if (given->states[k].next || given->states[k].delayed) {
             m->forces[m->force_count - m->state_count + k].effort =
                 rate_of(a, &given->states[k], kmp_model_coordinates(m) + k);
-            m->states[k].next = NULL;
+            m->states[k].next = m->states[k].delayed = NULL;
         }
     return !a->arena.failed;
 }
@@ -51,7 +54,7 @@ static bool copy_model(kmp_averaged *a, const kempe_model *given)
 kempe_status kmp_averaged_new(const kempe_system *given, const char *what, kmp_averaged **averaged)
 {
     *averaged = NULL;
-    if (!kmp_model_has_samples(given->model))
+    if (!kmp_model_has_samples(given->model) && given->model->delay_count == 0)
         return KEMPE_OK;
     KMP_TRY(kmp_refuse_samples(given->model, what, true));
     KMP_MAKE(given->context, kmp_averaged, a);

@@ -78,6 +78,16 @@ kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool
     return KEMPE_OK;
 }
 
+kempe_status kmp_refuse_delays(const kempe_model *model, const char *what, const char *remedy)
+{
+    for (int k = 0; k < model->state_count; k++)
+        if (model->states[k].delayed)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "%s: the state '%s' is a delayed signal, which is not supported there; %s", what,
+                            model->states[k].name, remedy);
+    return KEMPE_OK;
+}
+
 kempe_status kmp_refuse_load_dependent(const kempe_system *s, const char *what)
 {
     if (s->load_row_count == 0)

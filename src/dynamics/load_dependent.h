@@ -8,6 +8,11 @@
  * `averaged`, and `what` does not follow them. */
 kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool averaged);
 
+/** KEMPE_E_ARGUMENT, with a state's name, where the model has delays of continuous signals, which `what` does not
+ * follow; the remedy. */
+kempe_status kmp_refuse_delays(const kempe_model *model, const char *what, const char *remedy);
+#define KMP_INSTEAD_OF_DELAY "replace the delay by a transfer function (Pade) or by samples"
+
 /** True if a force, a sensor or a requested output has a multiplier of a drive or a lock. */
 bool kmp_uses_drives(const kempe_model *model);
 

@@ -82,6 +82,7 @@ static kempe_status check_rows(const kempe_model *model, unsigned sets)
 {
     const unsigned of_friction = kmp_sets_find("friction", strlen("friction"));
     bool sticks = false;
+    KMP_TRY(kmp_refuse_delays(model, "generated equations", KMP_INSTEAD_OF_DELAY));
     for (int k = 0; k < model->force_count; k++)
         sticks = sticks || kmp_force_sticks(&model->forces[k]);
     if (sets & of_friction && !sticks)

@@ -49,6 +49,11 @@ typedef struct kmp_state {
     double period;        /* s, between samples; the first is at t = 0; INFINITY: it has none */
     bool settles;         /* changes at the start too, where its comparison holds there */
     int contact;          /* 1 + the force whose contact changes it where it begins; 0: none */
+    const kmp_expr *delayed; /* of a delay: the signal that it is, by `delay` later; NULL: it is none */
+    kmp_number delay;        /* s, positive */
+    const kmp_expr *before;  /* the signal before the start, over t; NULL: constant */
+    bool began;              /* `start` is that constant; otherwise it is the signal at the start */
+    int signal;              /* of a delay: the input of its rate, which a run gives by the past of the signal */
 } kmp_state;
 
 /** A point fixed to a body, in the body's axes, from the body's origin. */
@@ -247,7 +252,8 @@ struct kempe_model {
     int *led; /* dependent variable parameters, each after those that it needs; of a variant (model/variant.h) */
     int led_count;
     kmp_model_input *inputs;
-    int input_count;
+    int input_count; /* with those of delays, which are the last ones */
+    int delay_count;
     kmp_named_table *tables;
     int table_count;
     kmp_unknowns *unknowns;
@@ -304,6 +310,12 @@ static inline const kmp_state *kmp_state_of(const kempe_model *model, int motion
 {
     int first = kmp_model_coordinates(model);
     return motion >= first ? &model->states[motion - first] : NULL;
+}
+
+/** The number of inputs that are given by a user. */
+static inline int kmp_model_given_inputs(const kempe_model *model)
+{
+    return model->input_count - model->delay_count;
 }
 
 /** True if some state is sampled. */

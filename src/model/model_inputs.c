@@ -4,15 +4,15 @@
 #include <kempe/settings.h>
 #include <math.h>
 
-KMP_GETTER(int kempe_model_input_count(const kempe_model *model), model, model->input_count, 0)
-KMP_GETTER_AT(const char *kempe_model_input_name(const kempe_model *model, int input), model, input, model->input_count,
-              model->inputs[input].name, NULL)
-KMP_GETTER_AT(const char *kempe_model_input_unit(const kempe_model *model, int input), model, input, model->input_count,
-              model->inputs[input].unit, "")
+KMP_GETTER(int kempe_model_input_count(const kempe_model *model), model, kmp_model_given_inputs(model), 0)
+KMP_GETTER_AT(const char *kempe_model_input_name(const kempe_model *model, int input), model, input,
+              kmp_model_given_inputs(model), model->inputs[input].name, NULL)
+KMP_GETTER_AT(const char *kempe_model_input_unit(const kempe_model *model, int input), model, input,
+              kmp_model_given_inputs(model), model->inputs[input].unit, "")
 KMP_GETTER_AT(double kempe_model_input_value(const kempe_model *model, int input, double t), model, input,
-              model->input_count, kmp_signal_value(&model->inputs[input].signal, t), NAN)
+              kmp_model_given_inputs(model), kmp_signal_value(&model->inputs[input].signal, t), NAN)
 
 int kempe_model_input_find(const kempe_model *model, const char *name)
 {
-    return model && name ? kmp_name_find(KMP_NAMED(model, input), name) : -1;
+    return model && name ? kmp_name_find(KMP_NAMES(model->inputs, kmp_model_given_inputs(model)), name) : -1;
 }

@@ -59,7 +59,7 @@ static void mark_used(const kempe_model *model, bool *used)
         if (model->start.goals[k].motion >= 0)
             used[model->start.goals[k].motion] = true;
     for (int k = 0; k < model->state_count; k++)
-        mark_expression(model->states[k].next, used);
+        mark_expression(model->states[k].next ? model->states[k].next : model->states[k].delayed, used);
     for (int k = 0; k < model->sensor_count; k++)
         mark_expression(model->sensors[k].expr, used);
 }

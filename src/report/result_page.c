@@ -215,7 +215,7 @@ static void put_parameters(kmp_json *json, const kempe_model *model)
 static void put_inputs(kmp_json *json, const kempe_model *model)
 {
     kmp_json_array(json, "inputs");
-    for (int k = 0; k < model->input_count; k++) {
+    for (int k = 0; k < kmp_model_given_inputs(model); k++) {
         const kmp_model_input *input = &model->inputs[k];
         kmp_json_put(json, "{ name %s unit %s value %.9g samples %d }", input->name, input->unit,
                      input->value / input->si, input->signal.count);

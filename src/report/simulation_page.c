@@ -106,14 +106,14 @@ static kempe_status fill_table(maker *w)
     for (int k = 0; k < columns->count; k++)
         kmp_tabulate_column(table, columns->unit[k], "%s", columns->name[k]);
     kmp_tabulate_column(table, "J", "energy.work");
-    for (int k = 0; k < model->input_count; k++)
+    for (int k = 0; k < kmp_model_given_inputs(model); k++)
         kmp_tabulate_column(table, model->inputs[k].unit, "input.%s", model->inputs[k].name);
     for (int row = 0; values && row < rows->rows; row++) {
         kmp_observed_fill(&w->observed, rows, row, values);
         kmp_tabulate_row(table);
         kmp_tabulate_numbers(table, columns->count, values);
         kmp_tabulate_number(table, kmp_samples_work(rows, row));
-        for (int k = 0; k < model->input_count; k++)
+        for (int k = 0; k < kmp_model_given_inputs(model); k++)
             kmp_tabulate_number(table, kmp_signal_value(&model->inputs[k].signal, kmp_samples_time(rows, row)) /
                                            model->inputs[k].si);
     }

@@ -90,7 +90,7 @@ static void put_parameters(kmp_json *json, const kempe_model *model)
 static void put_inputs(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "inputs");
-    for (int i = 0; i < model->input_count; i++) {
+    for (int i = 0; i < kmp_model_given_inputs(model); i++) {
         const kmp_signal *s = &model->inputs[i].signal;
         kmp_json_put(json, "%s { default %g", model->inputs[i].name, model->inputs[i].value);
         if (s->count > 1) {
@@ -115,6 +115,11 @@ static void put_states(kmp_json *json, const kempe_model *model)
                 put_expr(json, "when", model, kmp_state_rate(model, i)->a);
             else
                 kmp_json_number(json, "sample", model->states[i].period);
+        } else if (model->states[i].delayed) {
+            put_expr(json, "delay", model, model->states[i].delayed);
+            kmp_json_number(json, "time", model->states[i].delay.value);
+            if (model->states[i].before)
+                put_expr(json, "before", model, model->states[i].before);
         } else {
             put_expr(json, "rate", model, kmp_state_rate(model, i));
         }
@@ -474,7 +479,7 @@ static kmp_json put_mechanism(kmp_text *text, const kempe_model *model)
     kmp_json_put(&json, "{ name %s", model->name);
     put_vector(&json, "gravity", model->gravity);
     put_parameters(&json, model);
-    if (model->input_count > 0)
+    if (kmp_model_given_inputs(model) > 0)
         put_inputs(&json, model);
     if (model->state_count > 0)
         put_states(&json, model);

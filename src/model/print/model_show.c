@@ -72,8 +72,8 @@ static void show_parameters(kmp_text *text, const kempe_model *model)
 
 static void show_inputs(kmp_text *text, const kempe_model *model)
 {
-    begin(text, "inputs", model->input_count);
-    for (int i = 0; i < model->input_count; i++) {
+    begin(text, "inputs", kmp_model_given_inputs(model));
+    for (int i = 0; i < kmp_model_given_inputs(model); i++) {
         const kmp_model_input *input = &model->inputs[i];
         const kmp_signal *s = &input->signal;
         kmp_text_printf(text, "  %s", input->name);
@@ -99,7 +99,12 @@ static void show_states(kmp_text *text, const kempe_model *model)
             put_expr(text, ", when ", model, rate->a);
         else if (state->next)
             put_number(text, ", sampled at multiples of ", state->period);
-        put_expr(text, state->next ? ", next " : ", rate ", model, state->next ? state->next : rate);
+        if (state->delayed) {
+            put_number(text, ", by ", state->delay.value);
+            put_expr(text, " after ", model, state->delayed);
+        } else {
+            put_expr(text, state->next ? ", next " : ", rate ", model, state->next ? state->next : rate);
+        }
         kmp_text_put(text, "\n");
     }
 }

@@ -86,7 +86,8 @@ static const kmp_named_table *find_table(void *user, const char *name)
 static bool find_input(void *user, const char *name, kmp_expr *made)
 {
     kmp_reader *r = user;
-    int found = kmp_name_find(KMP_NAMED(r->model, input), kmp_reader_name(r, r->scope, name));
+    int found = kmp_name_find(KMP_NAMES(r->model->inputs, kmp_model_given_inputs(r->model)),
+                              kmp_reader_name(r, r->scope, name));
     const kmp_model_input *input = found < 0 ? NULL : &r->model->inputs[found];
     if (input && input->signal.count > 0) /* the errors of others are reported */
         *made = (kmp_expr){.index = found, .unit = input->dimension, .value = kmp_signal_value(&input->signal, 0)};
@@ -124,7 +125,7 @@ static void suggest_parameter(const kmp_reader *r, const char *name, kmp_text *s
     kmp_nearest nearest = kmp_nearest_begin(name);
     kmp_nearest_offer(&nearest, "pi");
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, parameter));
-    kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, input));
+    kmp_nearest_offer_all(&nearest, KMP_NAMES(r->model->inputs, kmp_model_given_inputs(r->model)));
     kmp_nearest_offer_all(&nearest, KMP_NAMED(r->model, state));
     for (int i = 0; i < r->model->unknowns_count; i++)
         kmp_nearest_offer_all(&nearest, kmp_unknown_names(&r->model->unknowns[i]));

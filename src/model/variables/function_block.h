@@ -25,6 +25,7 @@ struct kmp_function_block {
     bool direct; /* its value is an expression of the model, `output` among them; otherwise its first state */
     int output;
     bool sampled;
+    int signal;            /* of a continuous delay: the input of its rate */
     const kmp_expr **rate; /* of its states */
     enum { KMP_BLOCK_WAITS, KMP_BLOCK_BEGUN, KMP_BLOCK_READ } progress;
 };

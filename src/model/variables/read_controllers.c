@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Controllers with proportional, integral and derivative parts, and delays of sampled values.
+/* Controllers with proportional, integral and derivative parts.
  *
  * Controller (Astrom and Hagglund 1995, chapter 3): v = Kp e + i + Kd d, u = v between its limits, i' = Ki e + (u -
  * v)/Tt, where d is the derivative of e through a lag of Tf, (e - f)/Tf with f' = d. A sampled one has the integral by
  * forward and the derivative by backward differences. */
-#include "model/limits.h"
 #include "model/variables/function_block.h"
 #include <math.h>
 
@@ -139,36 +138,3 @@ static void read_pid(kmp_reader *r, kmp_function_block *b)
 
 const kmp_block_kind kmp_block_pid = {"pid", " proportional integral derivative filter slope limits tracking sample ",
                                       count_pid, suffix_of_pid, read_pid};
-
-/* -- delays ------------------------------------------------------------------------------------------ */
-
-enum { MOST_DELAYS = 1000 };
-
-/* A delay by n samples is a chain of n + 1 sampled states. */
-static int count_delay(kmp_reader *r, kmp_function_block *b)
-{
-    double time = 0, sample = 0;
-    const kmp_yaml *node = kmp_read_required(r, b->map, b->what, "time");
-    const kmp_yaml *period = kmp_read_required(r, b->map, b->what, "sample");
-    if (!node || !period || !kmp_read_fixed(r, node, kmp_reader_say(r, "time of %s", b->what), KMP_DIM_TIME, &time) ||
-        !kmp_read_fixed(r, period, kmp_reader_say(r, "sample of %s", b->what), KMP_DIM_TIME, &sample))
-        return 1;
-    double samples = time / sample, whole = round(samples);
-    bool good = samples >= 0 && whole <= MOST_DELAYS && fabs(samples - whole) <= KMP_WHOLE_SAMPLES * whole;
-    if (!good)
-        kmp_reader_complain(r, node->place,
-                            "time of %s is %.9g samples: a whole number of them, %d at most, is expected", b->what,
-                            samples, MOST_DELAYS);
-    return good ? (int)whole + 1 : 1;
-}
-
-static void read_delay(kmp_reader *r, kmp_function_block *b)
-{
-    const kmp_expr *u = kmp_block_input(r, b);
-    for (int i = 0; i < b->count; i++) {
-        r->model->states[b->first + i].start = r->model->states[b->first].start;
-        kmp_block_law(r, b, i, i < b->count - 1 ? kmp_block_state(r, b, i + 1) : u);
-    }
-}
-
-const kmp_block_kind kmp_block_delay = {"delay", " time sample ", count_delay, NULL, read_delay};

@@ -74,7 +74,7 @@ bool kmp_block_two(kmp_reader *r, const kmp_function_block *b, const char *key, 
 const kmp_expr *kmp_block_input(kmp_reader *r, const kmp_function_block *b)
 {
     const char *key = b->kind->key, *of = kmp_reader_say(r, "%s of %s", key, b->what);
-    bool at_once = b->direct || b->sampled;
+    bool at_once = b->direct || b->sampled || b->kind == &kmp_block_delay;
     const kmp_yaml *node = kmp_yaml_get(b->map, key);
     const kmp_expr *u = kmp_read_expr(r, node, of, KMP_DIM_ANY, at_once ? KMP_OF_STATE : KMP_OF_LOADS);
     if (at_once && kmp_expr_lambda(u))

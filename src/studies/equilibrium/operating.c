@@ -135,6 +135,7 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
 {
     bool start = word && strcmp(word, "start") == 0;
     KMP_TRY(kmp_refuse_samples(system->model, "small motions about a state", false));
+    KMP_TRY(kmp_refuse_delays(system->model, "small motions about a state", KMP_INSTEAD_OF_DELAY));
     const char *list = rates_of(word);
     if (!start && !list)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,

@@ -90,6 +90,8 @@ kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stabil
         stability->word = KMP_STABLE;
         return KEMPE_OK;
     }
+    if (linear->system->model->delay_count > 0)
+        return KEMPE_OK;
     if (kmp_samples_in(linear->system->model))
         return judge_samples(linear, stability);
     kempe_status status = kmp_linear_spectrum(linear, &s);

@@ -5,6 +5,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
+#include "dynamics/load_dependent.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
 #include "studies/simulate/columns.h"
@@ -284,7 +285,9 @@ kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *syste
 {
     double begin = kmp_cpu_now();
     *channels = (kmp_channels){0};
-    kempe_status status = kmp_averaged_new(system, "small motions about a state", &channels->averaged);
+    kempe_status status = kmp_refuse_delays(system->model, "small motions about a state", KMP_INSTEAD_OF_DELAY);
+    if (status == KEMPE_OK)
+        status = kmp_averaged_new(system, "small motions about a state", &channels->averaged);
     channels->given = channels->system = kmp_averaged_system(channels->averaged, system);
     if (status == KEMPE_OK)
         status = build(channels, options);

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "dynamics/load_dependent.h"
 #include "model/tables/coordinates.h"
 #include <string.h>
 
@@ -198,7 +199,9 @@ kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_optio
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
     KMP_MAKE(system->context, kempe_modes, m);
-    kempe_status status = kmp_averaged_new(system, "modes", &m->averaged);
+    kempe_status status = kmp_refuse_delays(system->model, "modes", KMP_INSTEAD_OF_DELAY);
+    if (status == KEMPE_OK)
+        status = kmp_averaged_new(system, "modes", &m->averaged);
     m->system = kmp_averaged_system(m->averaged, system);
     if (status == KEMPE_OK)
         status = make(m, options);

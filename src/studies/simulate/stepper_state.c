@@ -16,6 +16,7 @@ struct kempe_stepper_state {
     kmp_stand_in stand_in;
     double *row, *given, *mode; /* q, qd; q before closing; a value for each condition */
     kmp_present_inputs inputs;
+    kmp_past *past; /* of delayed signals, until t; NULL: there are none */
 };
 
 /* -- inputs ------------------------------------------------------------------------------------------ */
@@ -40,7 +41,7 @@ kempe_status kempe_stepper_set_input_rates(kempe_stepper *s, int input, double v
 {
     KMP_WANTED(NULL, s, "stepper");
     const double values[3] = {value, rate, acceleration};
-    int count = s->system->model->input_count;
+    int count = kmp_model_given_inputs(s->system->model);
     if (input < 0 || input >= count)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "there is no input %d: the model has %d", input, count);
     if (!isfinite(value) || !isfinite(rate) || !isfinite(acceleration))
@@ -60,7 +61,7 @@ kempe_status kempe_stepper_set_input(kempe_stepper *stepper, int input, double v
 double kempe_stepper_input(const kempe_stepper *stepper, int input)
 {
     double values[3];
-    if (!stepper || input < 0 || input >= stepper->system->model->input_count)
+    if (!stepper || input < 0 || input >= kmp_model_given_inputs(stepper->system->model))
         return NAN;
     kmp_signal_values(&kmp_runner_inputs(stepper->runner)->piece[input], stepper->t, values);
     return values[0];
@@ -95,13 +96,15 @@ static kempe_stepper_state *state_new(const kempe_stepper *s)
 
 void kempe_stepper_state_free(kempe_stepper_state *state)
 {
-    if (state)
+    if (state) {
+        kmp_past_free(state->past);
         kmp_arena_free(&state->arena);
+    }
     kmp_free(state);
 }
 
 /* Values that the caller has set at the current time belong to the state. */
-static void record(const kempe_stepper *s, kempe_stepper_state *state)
+static kempe_status record(const kempe_stepper *s, kempe_stepper_state *state)
 {
     int input;
     state->t = s->t;
@@ -113,8 +116,15 @@ static void record(const kempe_stepper *s, kempe_stepper_state *state)
     state->samples = s->samples;
     memcpy(state->row, s->row, 2 * (size_t)s->system->n * sizeof *state->row);
     memcpy(state->mode, kmp_runner_modes(s->runner), (size_t)s->system->events.count * sizeof *state->mode);
+    KMP_TRY(kmp_runner_recall(s->runner, s->t));
     kmp_present_inputs_copy(&state->inputs, kmp_runner_inputs(s->runner));
+    if (state->inputs.past) {
+        state->past = kmp_past_copy(state->inputs.past);
+        KMP_TRY(kmp_made(s->system->context, state->past));
+        state->inputs.past = state->past;
+    }
     (void)kmp_present_inputs_enter(&state->inputs, s->t, &input);
+    return KEMPE_OK;
 }
 
 static kempe_status run_from(kempe_stepper *s, const kempe_stepper_state *state)
@@ -144,8 +154,9 @@ kempe_status kempe_stepper_save(kempe_stepper *s, kempe_stepper_state **state)
     KMP_TRY(kmp_runner_pass(s->runner, s->t));
     kempe_stepper_state *made = state_new(s);
     KMP_TRY(kmp_made(s->system->context, made));
-    record(s, made);
-    kempe_status status = run_from(s, made);
+    kempe_status status = record(s, made);
+    if (status == KEMPE_OK)
+        status = run_from(s, made);
     return KMP_GIVE_OR_FREE(status, state, made, kempe_stepper_state_free);
 }
 
@@ -203,9 +214,10 @@ kempe_status kempe_stepper_copy(kempe_stepper *s, kempe_stepper **copy)
 kempe_stepper_state *kmp_stepper_record(const kempe_stepper *s)
 {
     kempe_stepper_state *state = state_new(s);
-    if (state)
-        record(s, state);
-    return state;
+    if (!state || record(s, state) == KEMPE_OK)
+        return state;
+    kempe_stepper_state_free(state);
+    return NULL;
 }
 
 /* Closes q and qd in place, with the inputs from now on. */

@@ -1,0 +1,333 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/delays/delays.h"
+#include "backend/x86/machine.h"
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "dynamics/equations.h"
+#include <math.h>
+#include <string.h>
+
+enum {
+    NODES = KMP_PAST_DEGREE + 1,
+    MOST_HALVINGS = 12 /* of a step; a jump that no step ends at is then narrower than 1/4000 of it */
+};
+
+/* The stages of the program: the signals at a state, and the signals before the start with the delays. */
+enum { SIGNALS = 1, BEFORE = 2 };
+
+struct kmp_delays {
+    kmp_program *program;
+    kmp_machine *machine;
+    int count;
+    int *state;     /* of each: its index among the states */
+    bool *direct;   /* count x count: signal i contains the state of delay j, so that jumps have the same order */
+    double *values; /* count x NODES for each depth of halving */
+    double *row;    /* q, qd */
+    kmp_past *past;
+};
+
+static const kmp_state *state_of(const kmp_runner *run, int k)
+{
+    return &run->s->model->states[run->delays->state[k]];
+}
+
+static double *value_of(kmp_runner *run, int k)
+{
+    return run->state + run->s->n + kmp_model_coordinates(run->s->model) + run->delays->state[k];
+}
+
+/* -- programs ---------------------------------------------------------------------------------------- */
+
+static kempe_status make_program(kmp_delays *x, const kempe_model *model)
+{
+    const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
+    kmp_equations eq;
+    KMP_TRY(kmp_equations_derive_once(&eq, model, &scene));
+    int count[] = {x->count, 2 * x->count};
+    kmp_ref *signal = KMP_GRAPH_NEW(eq.graph, kmp_ref, x->count);
+    kmp_ref *before = KMP_GRAPH_NEW(eq.graph, kmp_ref, 2 * x->count);
+    for (int k = 0; signal && before && k < x->count; k++) {
+        const kmp_state *state = &model->states[x->state[k]];
+        signal[k] = kmp_tree_expression(&eq.tree, state->delayed);
+        before[k] = state->before ? kmp_tree_expression(&eq.tree, state->before) : KMP_ZERO;
+        before[x->count + k] = kmp_tree_number(&eq.tree, &state->delay);
+    }
+    const kmp_ref *const groups[] = {signal, before};
+    if (signal && before && !kmp_graph_failed(eq.graph))
+        x->program = kmp_program_new(eq.graph, 2, count, groups);
+    kmp_equations_free(&eq);
+    return kmp_made(model->context, x->program);
+}
+
+static const double *signals_at(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    kmp_machine *machine = run->delays->machine;
+    kmp_machine_set(machine, KMP_IN_TIME, kmp_present_inputs_at(&run->eval->inputs, t));
+    kmp_machine_set(machine, KMP_IN_CHART, run->eval->chart);
+    kmp_machine_set(machine, KMP_IN_Q, q);
+    kmp_machine_set(machine, KMP_IN_QD, qd);
+    return kmp_machine_run(machine, SIGNALS);
+}
+
+static const double *before_at(kmp_runner *run, double t)
+{
+    kmp_machine_set(run->delays->machine, KMP_IN_TIME, kmp_present_inputs_at(&run->eval->inputs, t));
+    return kmp_machine_run(run->delays->machine, BEFORE);
+}
+
+static bool has_state(const kmp_expr *expr, const void *motion)
+{
+    return expr->kind == KMP_EXPR_UNKNOWN || (expr->kind == KMP_EXPR_QD && expr->index == *(const int *)motion);
+}
+
+static void list_delays(kmp_delays *x, const kempe_model *model)
+{
+    for (int k = 0; k < model->state_count; k++)
+        if (model->states[k].delayed)
+            x->state[x->count++] = k;
+    for (int i = 0; i < x->count; i++)
+        for (int j = 0; j < x->count; j++) {
+            int motion = kmp_model_coordinates(model) + x->state[j];
+            x->direct[i * x->count + j] = kmp_expr_find(model->states[x->state[i]].delayed, has_state, &motion);
+        }
+}
+
+static kempe_status make(kmp_runner *run)
+{
+    const kempe_model *model = run->s->model;
+    const int room = model->delay_count;
+    kmp_delays *x = run->delays = KMP_ARENA_NEW(&run->arena, kmp_delays, 1);
+    KMP_TRY(kmp_made(model->context, x));
+    bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, room, &x->state), KMP_ROOM(bool, room *room, &x->direct),
+                               KMP_ROOM(double, room *NODES *(MOST_HALVINGS + 1), &x->values),
+                               KMP_ROOM(double, 2 * run->s->n, &x->row));
+    KMP_TRY(kmp_made(model->context, made));
+    list_delays(x, model);
+    KMP_TRY(make_program(x, model));
+    x->machine = kmp_machine_new(x->program, run->eval->backend);
+    KMP_TRY(kmp_made(model->context, x->machine));
+    kmp_machine_set(x->machine, KMP_IN_PARAMETER, run->s->parameters);
+    (void)kmp_machine_run(x->machine, 0);
+    return KEMPE_OK;
+}
+
+void kmp_delays_free(kmp_runner *run)
+{
+    if (!run->delays)
+        return;
+    kmp_past_free(run->delays->past);
+    kmp_machine_free(run->delays->machine);
+    kmp_program_free(run->delays->program);
+}
+
+/* -- recording --------------------------------------------------------------------------------------- */
+
+/* The signals at a time within the last step; at a time before the start where `early`. */
+static kempe_status sample(kmp_runner *run, double t, bool early, const double **values)
+{
+    kmp_delays *x = run->delays;
+    double *q = x->row, *qd = q + run->s->n, work;
+    if (early) {
+        *values = before_at(run, t);
+        return KEMPE_OK;
+    }
+    KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
+    if (run->formulation->row(run->formulation, t, run->y, q, qd, NULL, NULL, &work) != KMP_GO)
+        return KEMPE_E_FAILED;
+    *values = signals_at(run, t, q, qd);
+    return KEMPE_OK;
+}
+
+/* A signal from its values at all nodes: what its polynomial lacks, over the tolerance. */
+static double excess(const kmp_runner *run, int k, const double *values)
+{
+    double size = 0;
+    for (int i = 0; i < NODES; i++)
+        size = fmax(size, fabs(values[i]));
+    double tolerance = run->spec.rtol * size + run->spec.atol * state_of(run, k)->scale;
+    return kmp_past_tail(values) / (KMP_PAST_PART * tolerance + KMP_PAST_ROUNDING * size);
+}
+
+/* Adds polynomials over [from, to] to the signals from number `first` to `last`; halves it while that helps. */
+static kempe_status add(kmp_runner *run, double from, double to, bool early, int first, int last, int depth,
+                        double before)
+{
+    kmp_delays *x = run->delays;
+    double *values = x->values + (ptrdiff_t)depth * x->count * NODES, most = 0, middle = 0.5 * (from + to);
+    const double *now;
+    for (int i = 0; i < NODES; i++) {
+        KMP_TRY(sample(run, kmp_past_node(from, to, i), early, &now));
+        for (int k = first; k <= last; k++)
+            values[k * NODES + i] = now[k];
+    }
+    for (int k = first; k <= last; k++)
+        most = fmax(most, excess(run, k, values + (ptrdiff_t)k * NODES));
+    bool splits = most > 1 && depth < MOST_HALVINGS && most < before && middle > from && middle < to;
+    if (splits) {
+        KMP_TRY(add(run, from, middle, early, first, last, depth + 1, most));
+        return add(run, middle, to, early, first, last, depth + 1, most);
+    }
+    for (int k = first; k <= last; k++)
+        KMP_TRY(kmp_made(run->s->context, kmp_past_add(&x->past->signal[k], from, to, values + (ptrdiff_t)k * NODES)));
+    return KEMPE_OK;
+}
+
+/* Forgets what no later step needs. */
+static void forget(kmp_runner *run)
+{
+    kmp_past *past = run->delays->past;
+    for (int k = 0; !run->spec.recording && k < past->count; k++) {
+        const kmp_signal_piece *piece = &run->eval->inputs.piece[state_of(run, k)->signal];
+        kmp_past_signal *signal = &past->signal[k];
+        double first = piece->c[0];
+        while (first < piece->c[1] && kmp_past_piece_of(signal, first)->to < past->known - signal->delay)
+            first++;
+        if (2 * (first - signal->dropped) < signal->count)
+            continue;
+        run->eval->inputs.piece[state_of(run, k)->signal].c[0] = first;
+        kmp_past_drop(signal, first);
+    }
+}
+
+kempe_status kmp_delays_record(kmp_runner *run, double t)
+{
+    kmp_delays *x = run->delays;
+    if (!x || !(t > x->past->known))
+        return KEMPE_OK;
+    if (x->past->known < kmp_runner_t_old(run) - KMP_SAME_TIME * fabs(t))
+        return kmp_fail(run->s->context, KEMPE_E_FAILED, "the past of delayed signals has a gap at t = %.9g s",
+                        x->past->known);
+    KMP_TRY(add(run, x->past->known, t, false, 0, x->count - 1, 0, INFINITY));
+    x->past->known = t;
+    forget(run);
+    kmp_present_inputs_renew(&run->eval->inputs);
+    return KEMPE_OK;
+}
+
+/* -- jumps ------------------------------------------------------------------------------------------- */
+
+static void jump(kmp_past_signal *signal, int order)
+{
+    signal->jump = order < signal->jump ? order : signal->jump;
+}
+
+void kmp_delays_jump(kmp_runner *run, int order)
+{
+    for (int k = 0; run->delays && k < run->delays->count; k++)
+        jump(&run->delays->past->signal[k], order);
+}
+
+void kmp_delays_follow(kmp_runner *run, double t)
+{
+    kmp_delays *x = run->delays;
+    const kmp_present_inputs *inputs = &run->eval->inputs;
+    for (int k = 0; x && k < kmp_model_given_inputs(run->s->model); k++)
+        if (inputs->piece[k].from == t)
+            kmp_delays_jump(run, inputs->piece[k].jump);
+    for (int j = 0; x && j < x->count; j++) {
+        int order = kmp_present_inputs_past_jump(inputs, state_of(run, j)->signal, t);
+        for (int i = 0; i < x->count; i++)
+            jump(&x->past->signal[i], order + !x->direct[i * x->count + j]);
+    }
+}
+
+void kmp_delays_take(kmp_runner *run, double t)
+{
+    for (int k = 0; run->delays && k < run->delays->count; k++)
+        *value_of(run, k) = kmp_present_inputs_delayed(&run->eval->inputs, state_of(run, k)->signal, t);
+}
+
+/* -- the start --------------------------------------------------------------------------------------- */
+
+static kempe_status check_delays(kmp_runner *run)
+{
+    kmp_delays *x = run->delays;
+    const double *delay = before_at(run, run->spec.t_start) + x->count;
+    for (int k = 0; k < x->count; k++) {
+        if (!(delay[k] > 0) || isinf(delay[k]))
+            return kmp_fail(run->s->context, KEMPE_E_INPUT, "the delay of '%s' is %.9g s: a positive time is expected",
+                            state_of(run, k)->name, delay[k]);
+        x->past->signal[k].delay = delay[k];
+    }
+    return KEMPE_OK;
+}
+
+/* Sets the states of the delays at the start. A signal that begins with its own value may contain other delays. */
+static kempe_status set_states(kmp_runner *run, double t)
+{
+    kmp_delays *x = run->delays;
+    double *q = run->state, *qd = q + run->s->n;
+    bool changed = true;
+    for (int pass = 0; changed && pass <= x->count; pass++) {
+        changed = false;
+        const double *now = signals_at(run, t, q, qd);
+        for (int k = 0; k < x->count; k++) {
+            const kmp_state *state = state_of(run, k);
+            double value = state->began ? *value_of(run, k) : now[k];
+            if (state->before)
+                value = before_at(run, t - x->past->signal[k].delay)[k];
+            changed = changed || value != *value_of(run, k);
+            *value_of(run, k) = value;
+        }
+    }
+    return changed ? kmp_fail(run->s->context, KEMPE_E_INPUT,
+                              "delayed signals depend on each other without a value at the start: give one of them "
+                              "'start' or 'before'")
+                   : KEMPE_OK;
+}
+
+/* The past before the start: as long as the delay. */
+static kempe_status begin_past(kmp_runner *run, double t)
+{
+    kmp_delays *x = run->delays;
+    double constant[NODES];
+    for (int k = 0; k < x->count; k++) {
+        kmp_past_signal *signal = &x->past->signal[k];
+        signal->jump = KMP_PAST_SMOOTH;
+        if (state_of(run, k)->before) {
+            KMP_TRY(add(run, t - signal->delay, t, true, k, k, 0, INFINITY));
+            continue;
+        }
+        for (int i = 0; i < NODES; i++)
+            constant[i] = *value_of(run, k);
+        KMP_TRY(kmp_made(run->s->context, kmp_past_add(signal, t - signal->delay, t, constant)));
+    }
+    const double *now = signals_at(run, t, run->state, run->state + run->s->n);
+    for (int k = 0; k < x->count; k++) {
+        double value = state_of(run, k)->before ? NAN : *value_of(run, k);
+        jump(&x->past->signal[k], value == now[k]);
+    }
+    x->past->known = t;
+    kmp_present_inputs_recall(&run->eval->inputs, x->past);
+    return KEMPE_OK;
+}
+
+/* A run that continues has the past until then. */
+static kempe_status continue_past(kmp_runner *run)
+{
+    kmp_delays *x = run->delays;
+    x->past = kmp_past_copy(run->eval->inputs.past);
+    KMP_TRY(kmp_made(run->s->context, x->past));
+    run->eval->inputs.past = x->past;
+    const double *delay = before_at(run, run->spec.t_start) + x->count;
+    for (int k = 0; k < x->count; k++)
+        if (delay[k] != x->past->signal[k].delay)
+            return kmp_fail(run->s->context, KEMPE_E_ARGUMENT,
+                            "the delay of '%s' cannot change during a run: begin a new one", state_of(run, k)->name);
+    kmp_delays_jump(run, 0);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_delays_begin(kmp_runner *run, double t)
+{
+    if (run->s->model->delay_count == 0)
+        return KEMPE_OK;
+    KMP_TRY(make(run));
+    if (run->eval->inputs.past)
+        return continue_past(run);
+    run->delays->past = kmp_past_new(run->delays->count);
+    KMP_TRY(kmp_made(run->s->context, run->delays->past));
+    KMP_TRY(check_delays(run));
+    KMP_TRY(set_states(run, t));
+    return begin_past(run, t);
+}

@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/variables/past_signals.h"
+#include "base/memory.h"
+#include <math.h>
+#include <string.h>
+
+enum { NODES = KMP_PAST_DEGREE + 1 };
+
+kmp_past *kmp_past_new(int count)
+{
+    kmp_past *past = KMP_NEW(kmp_past, 1);
+    kmp_past_signal *signals = KMP_NEW(kmp_past_signal, count);
+    if (past && signals) {
+        *past = (kmp_past){.count = count, .signal = signals};
+        return past;
+    }
+    kmp_free(past);
+    kmp_free(signals);
+    return NULL;
+}
+
+void kmp_past_free(kmp_past *past)
+{
+    for (int k = 0; past && k < past->count; k++)
+        kmp_free(past->signal[k].piece);
+    if (past)
+        kmp_free(past->signal);
+    kmp_free(past);
+}
+
+kmp_past *kmp_past_copy(const kmp_past *past)
+{
+    kmp_past *copy = kmp_past_new(past->count);
+    if (!copy)
+        return NULL;
+    copy->known = past->known;
+    for (int k = 0; k < past->count; k++) {
+        const kmp_past_signal *from = &past->signal[k];
+        kmp_past_signal *to = &copy->signal[k];
+        *to = *from;
+        to->piece = NULL;
+        for (to->count = 0; to->count < from->count; to->count++) {
+            kmp_past_piece *room = kmp_list_room(to->piece, (size_t)to->count, sizeof *room);
+            if (!room) {
+                kmp_past_free(copy);
+                return NULL;
+            }
+            to->piece = room;
+            room[to->count] = from->piece[to->count];
+        }
+    }
+    return copy;
+}
+
+/* -- polynomials ------------------------------------------------------------------------------------- */
+
+double kmp_past_node(double from, double to, int k)
+{
+    static const double pi = 3.14159265358979323846;
+    if (k == 0 || k == KMP_PAST_DEGREE)
+        return k == 0 ? from : to;
+    return 0.5 * (from + to) - 0.5 * (to - from) * cos(pi * k / KMP_PAST_DEGREE);
+}
+
+/* The coefficient of Chebyshev's polynomial i: a cosine sum over the nodes, of which the ends count half. */
+static double coefficient(const double *values, int i)
+{
+    static const double pi = 3.14159265358979323846;
+    double sum = 0;
+    for (int k = 0; k < NODES; k++) {
+        double part = k == 0 || k == KMP_PAST_DEGREE ? 0.5 : 1;
+        sum += part * values[k] * cos(pi * i * (KMP_PAST_DEGREE - k) / KMP_PAST_DEGREE);
+    }
+    return (i == 0 || i == KMP_PAST_DEGREE ? 1.0 : 2.0) * sum / KMP_PAST_DEGREE;
+}
+
+double kmp_past_tail(const double *values)
+{
+    return fmax(fabs(coefficient(values, KMP_PAST_DEGREE)), 0.1 * fabs(coefficient(values, KMP_PAST_DEGREE - 1)));
+}
+
+bool kmp_past_add(kmp_past_signal *signal, double from, double to, const double *values)
+{
+    kmp_past_piece *room = kmp_list_room(signal->piece, (size_t)signal->count, sizeof *room);
+    if (!room)
+        return false;
+    signal->piece = room;
+    kmp_past_piece *piece = &room[signal->count++];
+    *piece = (kmp_past_piece){.from = from, .to = to, .jump = signal->jump};
+    signal->jump = KMP_PAST_SMOOTH;
+    for (int i = 0; i < NODES; i++)
+        piece->c[i] = coefficient(values, i);
+    return true;
+}
+
+/* Sum of c[k] T_k(x), by Clenshaw's recurrence. */
+static double sum_at(const double *c, double x)
+{
+    double b = 0, before = 0;
+    for (int k = KMP_PAST_DEGREE; k > 0; k--) {
+        double next = 2 * x * b - before + c[k];
+        before = b;
+        b = next;
+    }
+    return x * b - before + c[0];
+}
+
+/* The coefficients of the derivative by x. */
+static void derive(const double *c, double *slope)
+{
+    double more[NODES + 2] = {0};
+    for (int k = KMP_PAST_DEGREE; k > 0; k--)
+        more[k - 1] = more[k + 1] + 2 * k * c[k];
+    more[0] *= 0.5;
+    memcpy(slope, more, NODES * sizeof *slope);
+}
+
+/* -- pieces ------------------------------------------------------------------------------------------ */
+
+void kmp_past_drop(kmp_past_signal *signal, double first)
+{
+    int gone = (int)(first - signal->dropped);
+    if (gone <= 0)
+        return;
+    signal->count -= gone;
+    signal->dropped = first;
+    memmove(signal->piece, signal->piece + gone, (size_t)signal->count * sizeof *signal->piece);
+}
+
+double kmp_past_last(const kmp_past_signal *signal, double number)
+{
+    while (kmp_past_has(signal, number + 1) && kmp_past_piece_of(signal, number + 1)->jump >= KMP_PAST_SMOOTH)
+        number++;
+    return number;
+}
+
+/* The last of the pieces that begins at `at` or before, or else the first one. */
+static const kmp_past_piece *piece_at(const kmp_past_signal *signal, double first, double last, double at)
+{
+    int low = (int)(first - signal->dropped), high = (int)(last - signal->dropped);
+    while (low < high) {
+        int middle = high - (high - low) / 2;
+        if (signal->piece[middle].from <= at)
+            low = middle;
+        else
+            high = middle - 1;
+    }
+    return &signal->piece[low];
+}
+
+void kmp_past_values(const kmp_past_signal *signal, double first, double last, double t, double values[4])
+{
+    const kmp_past_piece *piece = piece_at(signal, first, last, t - signal->delay);
+    double half = 0.5 * (piece->to - piece->from), c[NODES];
+    double x = (t - signal->delay - piece->from) / half - 1;
+    x = fmin(fmax(x, -1), 1); /* beyond its ends by rounding, or where a first step is estimated */
+    memcpy(c, piece->c, sizeof c);
+    double scale = 1;
+    for (int order = 0; order < 4; order++) {
+        values[order] = scale * sum_at(c, x);
+        scale /= half;
+        derive(c, c);
+    }
+}

@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Delays of continuous signals: polynomials of the method of steps, an exact root of a characteristic equation, jumps
+ * that events and inputs cause, on every method; saved runs, instances, what has no answer. */
+#include "integrators/run/run.h"
+#include "loaded.h"
+#include <complex.h>
+#include <kempe/ensemble.h>
+#include <kempe/equilibrium.h>
+#include <kempe/linearize.h>
+#include <kempe/stepper.h>
+#include <math.h>
+
+#define BODY "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+
+/* y' = -y(t - 1), y = 1 before. */
+#define STEPS "kempe: 1\nstates:\n  y: {start: 1, rate: -late}\n  late: {delay: y, time: T}\nparameters: {T: 1}\n" BODY
+
+static kempe_trajectory *run_by(const kempe_system *system, const kmp_method *method, double rtol)
+{
+    kempe_trajectory *trajectory = NULL;
+    kempe_run_options run = {.no_convergence_check = 1, .rtol = rtol, .atol = rtol};
+    if (method) {
+        run.formulation = method->formulation;
+        run.form = method->form;
+        run.integrator = method->integrator;
+    }
+    CHECK(system && kempe_simulate(system, &run, &trajectory) == KEMPE_OK);
+    return trajectory;
+}
+
+/* y(k T) of y' = -y(t - T) by the method of steps: on each interval a polynomial, the integral of the one before. */
+static double steps(int k, double T)
+{
+    double before[40] = {1}, now[40], y = 1;
+    for (int i = 0; i < k; i++) {
+        now[0] = y;
+        y = 0;
+        for (int j = 0; j < 39; j++)
+            now[j + 1] = -T * before[j] / (j + 1);
+        for (int j = 0; j < 40; j++)
+            y += before[j] = now[j];
+    }
+    return y;
+}
+
+/* All methods; errors follow the tolerance. */
+static void polynomials(void)
+{
+    loaded l = load_text(STEPS "run: {t_end: 10, output_step: 1}\n");
+    kmp_method method;
+    int count = 0;
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; l.system && kmp_method_get(k, &method); k++, count++) {
+            double rtol = i == 0 ? 1e-7 : 1e-10;
+            kempe_trajectory *t = run_by(l.system, &method, rtol);
+            bool dae = strcmp(method.formulation, "dae") == 0;
+            for (int row = 0; row <= 10; row++) {
+                const double *qd = kempe_trajectory_qd(t, row);
+                CHECK_NEAR(qd[1], steps(row, 1), (dae ? 300 : 60) * rtol);
+                CHECK_NEAR(qd[2], row > 0 ? steps(row - 1, 1) : 1, (dae ? 300 : 60) * rtol);
+            }
+            kempe_trajectory_free(t);
+        }
+    CHECK(count > 40);
+    unload(&l);
+}
+
+/* x'' = -k x - g x'(t - T) from the mode of a root s = a + i b: k and g follow from a, b and T, and the motion before
+ * is exp(a t) cos(b t). */
+static void oscillator(void)
+{
+    const double a = 0.1, b = 3, T = 0.4, w = 5 * T;
+    const double complex s = a + I * b, lag = s * cexp(-s * T);
+    const double g = -cimag(s * s) / cimag(lag), k = -creal(s * s + g * lag);
+    char text[2000];
+    (void)snprintf(text, sizeof text,
+                   "kempe: 1\nparameters: {a: %.17g, b: %.17g}\n" BODY
+                   "states: {v: {delay: qd(x), time: %.17g, before: exp(a*t)*(a*cos(b*t) - b*sin(b*t))}}\n"
+                   "forces: {f: {joint: x, force: -%.17g*q(x) - (%.17g)*v}}\nstart: {q: {x: 1}, qd: {x: a}}\n"
+                   "run: {t_end: 8, output_step: 1}\n",
+                   a, b, T, k, g);
+    (void)w;
+    loaded l = load_text(text);
+    static const char *const formulations[] = {"reduced", "projected", "dae"};
+    for (int i = 0; i < 3; i++) {
+        kempe_run_options run = {
+            .no_convergence_check = 1, .rtol = 1e-11, .atol = 1e-11, .formulation = formulations[i]};
+        kempe_trajectory *t = NULL;
+        CHECK(l.system && kempe_simulate(l.system, &run, &t) == KEMPE_OK);
+        for (int row = 0; row <= 8; row++)
+            CHECK_NEAR(kempe_trajectory_q(t, row)[0], exp(a * row) * cos(b * row), i < 2 ? 1e-9 : 1e-7);
+        kempe_trajectory_free(t);
+    }
+    unload(&l);
+}
+
+/* A held input, delayed, jumps later by the delay: x' is 3 t before, 3 from then on. A relay's event comes back. */
+static void jumps(void)
+{
+    loaded l = load_text("kempe: 1\ninputs: {u: {t: [0, 0.25], value: [1, 4], method: hold}}\n" BODY
+                         "states:\n  late: {delay: u, time: 0.3, start: 0}\n  later: {delay: late, time: 0.3}\n"
+                         "  y: {rate: late}\n  z: {rate: later}\nrun: {t_end: 1.3, output_step: 1.3}\n");
+    kmp_method method;
+    for (int k = 0; l.system && kmp_method_get(k, &method); k++) {
+        kempe_trajectory *t = run_by(l.system, &method, 1e-8);
+        const double *qd = kempe_trajectory_qd(t, 1);
+        CHECK_NEAR(qd[1], 4, 1e-7);
+        CHECK_NEAR(qd[2], 4, 1e-7);
+        CHECK_NEAR(qd[3], 0.25 * 1 + 0.75 * 4, 1e-6);
+        CHECK_NEAR(qd[4], 0.25 * 1 + 0.45 * 4, 1e-6);
+        kempe_trajectory_free(t);
+    }
+    unload(&l);
+}
+
+/* The force is the sign of x one delay ago: x = 1 - t^2/2 until x was 0 at sqrt 2, and so on, by hand. */
+static void events(void)
+{
+    loaded l = load_text("kempe: 1\n" BODY "states: {late: {delay: q(x), time: 0.5}}\n"
+                         "forces: {f: {joint: x, force: \"if(late > 0, -1, 1)\"}}\nstart: {q: {x: 1}}\n"
+                         "run: {t_end: 4, output_step: 4}\n");
+    double to = sqrt(2) + 0.5, x = 1 - 0.5 * to * to, v = -to, rest = 4 - to;
+    double back = -v - sqrt(v * v - 2 * x); /* x + v s + s^2/2 = 0 */
+    kmp_method method;
+    CHECK(back + 0.5 > rest || isnan(back) || back < 0);
+    for (int k = 0; l.system && kmp_method_get(k, &method); k++) {
+        kempe_trajectory *t = run_by(l.system, &method, 1e-9);
+        CHECK_NEAR(kempe_trajectory_q(t, 1)[0], x + v * rest + 0.5 * rest * rest, 2e-8);
+        kempe_trajectory_free(t);
+    }
+    unload(&l);
+}
+
+/* A saved stepper makes the same bits again, also from within a step; its motion is that of a run. */
+static void stepper(void)
+{
+    loaded l = load_text(STEPS "run: {t_end: 10, rtol: 1e-10, atol: 1e-10}\n");
+    kempe_stepper *s = NULL;
+    kempe_stepper_state *kept = NULL;
+    CHECK(l.system && kempe_stepper_new(l.system, NULL, &s) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(s, 3.37) == KEMPE_OK);
+    CHECK(kempe_stepper_save(s, &kept) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(s, 10) == KEMPE_OK);
+    double end = kempe_stepper_qd(s)[1];
+    CHECK_NEAR(end, steps(10, 1), 1e-8);
+    CHECK(kempe_stepper_restore(s, kept) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(s, 10) == KEMPE_OK);
+    CHECK(kempe_stepper_qd(s)[1] == end);
+    kempe_stepper_state_free(kept);
+    kempe_stepper_free(s);
+    unload(&l);
+}
+
+/* The delay is a parameter. */
+static void ensemble(void)
+{
+    static const char *const names[] = {"T"};
+    static const double rows[] = {1, 0.5, -1};
+    loaded l = load_text(STEPS "run: {t_end: 4, rtol: 1e-9}\n");
+    kempe_values *values = NULL;
+    kempe_ensemble *e = NULL;
+    kempe_batch *b = NULL;
+    CHECK(l.model && kempe_values_new(l.model, 1, names, 3, rows, &values) == KEMPE_OK);
+    CHECK(values && kempe_ensemble_new(l.model, values, &e) == KEMPE_OK);
+    CHECK(e && kempe_ensemble_run(e, NULL, 0, &b) == KEMPE_OK);
+    CHECK_NEAR(b ? kempe_batch_qd(b, 0)[1] : NAN, steps(4, 1), 1e-7);
+    CHECK_NEAR(b ? kempe_batch_qd(b, 1)[1] : NAN, steps(8, 0.5), 1e-7);
+    CHECK(b && kempe_batch_status(b, 2) != KEMPE_OK);
+    kempe_batch_free(b);
+    kempe_ensemble_free(e);
+    kempe_values_free(values);
+    unload(&l);
+}
+
+/* At rest a delayed signal is the signal. */
+static void studies(void)
+{
+    loaded l = load_text("kempe: 1\nparameters: {k: 2}\n" BODY "states: {late: {delay: q(x), time: 0.5}}\n"
+                         "forces: {f: {joint: x, force: 3 - k*late - q(x)}}\n");
+    kempe_equilibrium *e = NULL;
+    CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK);
+    kempe_table *table = NULL;
+    CHECK(e && kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK);
+    CHECK_NEAR(kempe_table_number(table, 0, kempe_table_find(table, "q.x")), 1, 1e-12);
+    CHECK_NEAR(kempe_table_number(table, 0, kempe_table_find(table, "state.late")), 1, 1e-12);
+    kempe_table_free(table);
+    CHECK(e && strcmp(kempe_equilibrium_stability(e, 0), "undecided") == 0);
+    kempe_equilibrium_free(e);
+    kempe_linearization *lin = NULL;
+    CHECK(kempe_linearization_new(l.system, NULL, &lin) == KEMPE_E_ARGUMENT);
+    CHECK(strstr(kempe_context_message(l.context), "'late' is a delayed signal") != NULL);
+    unload(&l);
+}
+
+static void refused(const char *law, const char *words)
+{
+    char text[1000];
+    (void)snprintf(text, sizeof text, "kempe: 1\nstates: {u: {%s}}\n" BODY, law);
+    load_rejected(text, words);
+}
+
+static void mistakes(void)
+{
+    refused("delay: q(x)", "state 'u' has no key 'time'");
+    refused("delay: q(x), time: 0", "time of state 'u' is 0: it must be positive");
+    refused("delay: q(x), time: 1 m", "expected s, got m");
+    refused("delay: q(x), time: 1, before: q(x)", "not allowed here");
+    refused("delay: q(x), time: 1, before: t, start: 1", "'before' cannot stand beside 'start'");
+    refused("delay: q(x), time: 1, sample: 1, before: t", "'before' cannot stand beside 'sample'");
+    refused("delay: u.signal, time: 1", "an operator or the end is expected here");
+}
+
+int main(void)
+{
+    TEST(polynomials);
+    TEST(oscillator);
+    TEST(jumps);
+    TEST(events);
+    TEST(stepper);
+    TEST(ensemble);
+    TEST(studies);
+    TEST(mistakes);
+    return check_report();
+}
