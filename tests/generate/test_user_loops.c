@@ -192,7 +192,7 @@ static void bouncing(int language)
 /* A slider-crank with a stop: digits of bench/machines/contact_slider_crank.csv. */
 static void stopped(int language)
 {
-    FILE *pipe = start_contacts(language, "contact_slider_crank", "1e-4 0 0 0 20 -28 0 0.8610219179246947933");
+    FILE *pipe = start_contacts(language, "contact_slider_crank", "1.5e-4 0 0 0 20 -28 0 0.8610219179246947933");
     double rod = NAN;
     if (!pipe)
         return;
