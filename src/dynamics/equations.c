@@ -143,6 +143,10 @@ static bool allocate(kmp_equations *eq)
                 {&eq->level, model->force_count},
                 {&eq->holding, model->force_count},
                 {&eq->friction, model->force_count},
+                {&eq->gap, model->force_count},
+                {&eq->gap_rate, model->force_count},
+                {&eq->push, model->force_count},
+                {&eq->after, rows},
                 {&eq->next, model->state_count},
                 {&eq->when, model->state_count}};
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
@@ -190,25 +194,50 @@ static kempe_status derive_loaded(kmp_equations *eq, const kmp_scene *scene, uns
     return KEMPE_OK;
 }
 
+static kmp_ref value_of(const kmp_equations *eq, const kmp_force *force, kmp_role role)
+{
+    return kmp_friction_value(&eq->tree, &(kmp_condition){.of = force, .number = (int)role, .role = role});
+}
+
 /* Rates, levels and forces of all elements that stick. */
 static void derive_friction(kmp_equations *eq)
 {
-    const kempe_model *model = eq->model;
-    for (int k = 0; k < model->force_count; k++) {
-        if (!kmp_force_sticks(&model->forces[k]))
+    for (const kmp_force *f = eq->model->forces; f < eq->model->forces + eq->model->force_count; f++)
+        if (kmp_force_sticks(f)) {
+            int e = eq->friction_count++;
+            eq->slip[e] = value_of(eq, f, KMP_ROLE_RATE);
+            eq->level[e] = value_of(eq, f, KMP_ROLE_LEVEL);
+            eq->holding[e] = value_of(eq, f, KMP_ROLE_STATIC);
+            eq->friction[e] = value_of(eq, f, KMP_ROLE_GIVEN);
+        }
+}
+
+/* Distances of all rigid contacts, their rates and forces. */
+static void derive_contacts(kmp_equations *eq)
+{
+    for (const kmp_force *f = eq->model->forces; f < eq->model->forces + eq->model->force_count; f++)
+        if (f->kind == KMP_FORCE_TOUCH) {
+            int e = eq->contact_count++;
+            eq->gap[e] = value_of(eq, f, KMP_ROLE_PLACE);
+            eq->gap_rate[e] = value_of(eq, f, KMP_ROLE_RATE);
+            eq->push[e] = value_of(eq, f, KMP_ROLE_GIVEN);
+        }
+}
+
+/* J qd after an impact: no row has a rate, but those of held contacts that strike rebound by Newton's law. */
+static void derive_impact(kmp_equations *eq)
+{
+    kmp_graph *g = eq->graph;
+    for (int r = 0; r < eq->m; r++) {
+        const kmp_closure *closure = &eq->model->closures[eq->rows[r].closure];
+        const kmp_force *contact = kmp_closure_is_of_modes(closure) ? &eq->model->forces[closure->force] : NULL;
+        eq->after[r] = kmp_neg(eq->h_t[r]);
+        if (!contact || contact->kind != KMP_FORCE_TOUCH)
             continue;
-        int e = eq->friction_count++;
-        const struct {
-            kmp_role role;
-            kmp_ref *to;
-        } values[] = {{KMP_ROLE_RATE, &eq->slip[e]},
-                      {KMP_ROLE_LEVEL, &eq->level[e]},
-                      {KMP_ROLE_STATIC, &eq->holding[e]},
-                      {KMP_ROLE_GIVEN, &eq->friction[e]}};
-        for (size_t i = 0; i < sizeof values / sizeof *values; i++)
-            *values[i].to = kmp_friction_value(
-                &eq->tree,
-                &(kmp_condition){.of = &model->forces[k], .number = (int)values[i].role, .role = values[i].role});
+        kmp_ref closing = kmp_binary(g, KMP_OP_MIN, value_of(eq, contact, KMP_ROLE_RATE), KMP_ZERO);
+        kmp_ref rebound = kmp_mul(g, kmp_tree_number(&eq->tree, &contact->restitution), closing);
+        kmp_ref held = kmp_friction_input(&eq->tree, contact, KMP_ROLE_HELD);
+        eq->after[r] = kmp_sub(g, eq->after[r], kmp_mul(g, held, rebound));
     }
 }
 
@@ -255,6 +284,11 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     eq->friction_count = 0;
     if (sets & KMP_SET_FRICTION)
         derive_friction(eq);
+    eq->contact_count = 0;
+    if (sets & KMP_SET_CONTACT)
+        derive_contacts(eq);
+    if (sets & KMP_SET_IMPACT)
+        derive_impact(eq);
     eq->next_count = 0;
     if (sets & KMP_SET_NEXT)
         derive_next(eq);
@@ -270,7 +304,7 @@ static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
     tree->row = eq->row;
     tree->reaction = kmp_closure_load;
     for (int k = 0; scene->modes_alone && k < eq->model->force_count; k++)
-        if (kmp_force_sticks(&eq->model->forces[k]))
+        if (kmp_force_has_modes(&eq->model->forces[k]))
             (void)kmp_friction_find(tree, &eq->model->forces[k]);
     tree->settled = scene->modes_alone;
     return !kmp_graph_failed(eq->graph);

@@ -27,7 +27,9 @@ enum {
     KMP_SET_CLOSED_Q = 8192,  /* derivatives of KMP_SET_CLOSED by q; by qd it has those of the inverse dynamics */
     KMP_SET_POWER = 16384,    /* the power of non-conservative forces alone, in addition to other sets of dynamics */
     KMP_SET_FRICTION = 32768, /* rates, levels and forces of friction that sticks */
-    KMP_SET_NEXT = 65536      /* next values of states with samples or events, and whether events hold */
+    KMP_SET_NEXT = 65536,     /* next values of states with samples or events, and whether events hold */
+    KMP_SET_CONTACT = 131072, /* distances of rigid contacts, their rates and forces */
+    KMP_SET_IMPACT = 262144   /* rates of all rows after an impact; with KMP_SET_CLOSURE */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
@@ -109,6 +111,9 @@ typedef struct kmp_equations {
     /* of each friction element that sticks, in the order of the forces: rate, sizes in slip and in stick, friction */
     kmp_ref *slip, *level, *holding, *friction;
     int friction_count;
+    kmp_ref *gap, *gap_rate, *push; /* of each rigid contact, in the order of the forces: distance, its rate, force */
+    int contact_count;
+    kmp_ref *after;       /* m: J qd after an impact of the contacts that are held */
     kmp_ref *next, *when; /* of each state with a next value: it; 1 where the condition of its event holds */
     int next_count;
 } kmp_equations;

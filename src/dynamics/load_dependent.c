@@ -130,6 +130,11 @@ kempe_status kmp_refuse_load_dependent_model(const kempe_model *model, const cha
                             "%s: force '%s' depends on lambda(%s), which these equations do not solve for; give it a "
                             "law without lambda",
                             what, model->forces[k].name, model->closures[lambda->index].name);
+        if (kmp_force_has_load(&model->forces[k]))
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "%s: the level of friction '%s' depends on the force of its contact, which these equations "
+                            "do not solve for; leave its 'friction' out",
+                            what, model->forces[k].name);
     }
     for (int k = 0; k < model->wheel_count; k++)
         if (model->wheels[k].form == KMP_CONTACT_RIGID && model->wheels[k].law != KMP_CREEP_NONE)

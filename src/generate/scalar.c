@@ -246,7 +246,7 @@ static void put_input(kmp_scalar *s, kmp_text *text, const kmp_program_input *in
         kmp_text_put(text, "t");
     else
         put_index(text, s->language, argument == KMP_IN_PARAMETER ? "p" : kmp_argument_names[argument],
-                  argument == KMP_IN_PARAMETER ? s->source->place[in->index] : kmp_place_in_argument(in));
+                  argument == KMP_IN_PARAMETER ? s->source->place[in->index] : kmp_place_in_argument(s->source, in));
 }
 
 /* Writes a value that is available before the stage. */

@@ -18,11 +18,12 @@ enum { GROUPS = sizeof groups / sizeof *groups };
 
 kmp_set kmp_set_of(const kmp_equations *eq, int set)
 {
-    enum { QD = 1 << KMP_IN_QD, QDD = 1 << KMP_IN_QDD, LAMBDA = 1 << KMP_IN_LAMBDA };
+    enum { QD = 1 << KMP_IN_QD, QDD = 1 << KMP_IN_QDD, LAMBDA = 1 << KMP_IN_LAMBDA, MODES = 1 << KMP_IN_MODE };
     enum { LOADS = 1 << KMP_IN_FORCE | 1 << KMP_IN_TORQUE };
     static const kmp_equations none;
     const kmp_equations *of = eq ? eq : &none;
     const int n = of->n, m = of->m, w = of->shown_count, f = of->friction_count, d = of->next_count;
+    const int c = of->contact_count;
     const kmp_set sets[] = {
 #define KMP_EQUATIONS(id, name, derive, rows, columns, lower, entries, inputs, array, meaning)                         \
     {name, derive, rows, columns, lower, of->entries, inputs, array, meaning},

@@ -21,11 +21,11 @@ int kmp_argument_of(const kmp_program_input *input)
     return input->kind == KMP_IN_TIME && input->index > 0 ? KMP_ARGUMENT_INPUTS : (int)input->kind;
 }
 
-int kmp_place_in_argument(const kmp_program_input *input)
+int kmp_place_in_argument(const kmp_code_source *source, const kmp_program_input *input)
 {
     const int roles = KMP_ROLE_END - KMP_ROLE_SENSE, index = (int)input->index;
     if (input->kind == KMP_IN_MODE)
-        return KMP_MODE_ENTRIES * (index / roles) + index % roles;
+        return source->mode_entries * (index / roles) + index % roles;
     return index - (kmp_argument_of(input) == KMP_ARGUMENT_INPUTS);
 }
 
@@ -58,12 +58,10 @@ static bool hash_model(const kempe_model *model, char out[17])
     return ok;
 }
 
-static void find_friction_rows(kmp_code_source *source, const kmp_equations *eq)
+static void find_rows(kmp_code_elements *elements, const kmp_equations *eq)
 {
-    int element = 0;
-    for (int k = 0; k < eq->model->force_count; k++)
-        if (kmp_force_sticks(&eq->model->forces[k]))
-            source->friction_row[element++] = eq->row[KMP_CLOSURE_ROWS * eq->model->forces[k].closure];
+    for (int k = 0; k < elements->count; k++)
+        elements->row[k] = eq->row[KMP_CLOSURE_ROWS * elements->force[k]->closure];
 }
 
 static void name_rows(kmp_code_source *source, const kmp_equations *eq)
@@ -71,7 +69,8 @@ static void name_rows(kmp_code_source *source, const kmp_equations *eq)
     if (source->row_names || eq->m == 0)
         return;
     source->m = eq->m;
-    find_friction_rows(source, eq);
+    find_rows(&source->frictions, eq);
+    find_rows(&source->contacts, eq);
     source->row_names = KMP_ARENA_NEW(&source->arena, char *, eq->m);
     for (int r = 0; source->row_names && r < eq->m; r++) {
         const kmp_row *row = &eq->rows[r];
@@ -95,15 +94,32 @@ static void name_outputs(kmp_code_source *source)
         }
 }
 
-/* The elements of friction that sticks, in the order of their modes. */
-static void name_frictions(kmp_code_source *source)
+static void add_element(kmp_code_source *source, kmp_code_elements *elements, const kmp_force *force)
+{
+    int e = elements->count++;
+    elements->names[e] = kmp_arena_strdup(&source->arena, force->name);
+    elements->force[e] = force;
+    elements->mode[e] = source->mode_entries * source->elements.count;
+}
+
+/* Friction that sticks and rigid contacts, in the order of their modes. */
+static void name_elements(kmp_code_source *source)
 {
     const kempe_model *model = source->model;
-    source->friction_names = KMP_ARENA_NEW(&source->arena, char *, model->force_count);
-    source->friction_row = KMP_ARENA_NEW(&source->arena, int, model->force_count);
-    for (int k = 0; !source->arena.failed && k < model->force_count; k++)
-        if (kmp_force_sticks(&model->forces[k]))
-            source->friction_names[source->friction_count++] = kmp_arena_strdup(&source->arena, model->forces[k].name);
+    kmp_code_elements *const all[] = {&source->frictions, &source->contacts, &source->elements};
+    const int room = model->force_count;
+    for (int k = 0; k < 3; k++)
+        KMP_ARENA_MAKE(&source->arena, KMP_ROOM(char *, room, &all[k]->names), KMP_ROOM(int, room, &all[k]->row),
+                       KMP_ROOM(int, room, &all[k]->mode), KMP_ROOM(const kmp_force *, room, &all[k]->force));
+    source->mode_entries = KMP_MODE_ENTRIES;
+    for (int k = 0; k < room; k++)
+        if (kmp_force_has_modes(&model->forces[k]) && model->forces[k].across > 0)
+            source->mode_entries = KMP_MODE_ENTRIES_ACROSS;
+    for (int k = 0; !source->arena.failed && k < room; k++)
+        if (kmp_force_has_modes(&model->forces[k])) {
+            add_element(source, all[kmp_force_sticks(&model->forces[k]) ? 0 : 1], &model->forces[k]);
+            add_element(source, all[2], &model->forces[k]);
+        }
 }
 
 /* States with samples or events. */
@@ -129,14 +145,13 @@ static unsigned arguments_of(const kmp_equations *eq, const kmp_set *set)
 {
     const unsigned forced = KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD |
                             KMP_SET_ACCELERATION | KMP_SET_CLOSED_Q;
-    unsigned arguments = set->inputs;
-    bool loaded = false, sticks = false;
+    bool loaded = false, modes = false;
     for (int k = 0; k < eq->model->force_count; k++) {
-        loaded = loaded || kmp_force_lambda(&eq->model->forces[k]);
-        sticks = sticks || kmp_force_sticks(&eq->model->forces[k]);
+        loaded = loaded || kmp_force_has_load(&eq->model->forces[k]);
+        modes = modes || kmp_force_has_modes(&eq->model->forces[k]);
     }
-    arguments |= loaded && set->derive & forced ? 1u << KMP_IN_LAMBDA : 0;
-    return arguments | (sticks && set->derive != KMP_SET_MASS && set->derive != KMP_SET_NEXT ? 1u << KMP_IN_MODE : 0);
+    return (modes ? set->inputs : set->inputs & ~(1u << KMP_IN_MODE)) |
+           (loaded && set->derive & forced ? 1u << KMP_IN_LAMBDA : 0);
 }
 
 static void shape_arrays(kmp_code_routine *r, const kmp_equations *eq, unsigned sets, bool inputs)
@@ -312,7 +327,6 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
                          kmp_set_choice *choice)
 {
     kmp_arena *arena = &source->arena;
-    KMP_TRY(kmp_refuse_contacts(model, "generate"));
     KMP_TRY(read_form(source, g->form));
     KMP_TRY(kmp_choice_read(model, g, choice));
     if (choice->all & (1u << KMP_EQ_R_Q))
@@ -334,7 +348,7 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     for (int k = 0; source->input_names && k < model->input_count; k++)
         source->input_names[k] = kmp_arena_strdup(arena, model->inputs[k].name);
     name_outputs(source);
-    name_frictions(source);
+    name_elements(source);
     name_discrete(source);
     KMP_TRY(kmp_made(model->context, !arena->failed && hash_model(model, source->hash)));
     return derive_all(source, choice);

@@ -27,6 +27,14 @@ typedef struct kmp_code_routine {
     int kept_count;
 } kmp_code_routine;
 
+/** Elements with modes: their rows of h, and where each begins in the argument modes. */
+typedef struct kmp_code_elements {
+    int count;
+    char **names;
+    int *row, *mode;
+    const kmp_force **force;
+} kmp_code_elements;
+
 typedef struct kmp_code_source {
     kmp_arena arena; /* of all arrays */
     kempe_context *context;
@@ -38,11 +46,12 @@ typedef struct kmp_code_source {
     bool parameters; /* numbers are kept as symbols: there are p and k */
     bool inputs, legible, vectorised;
     int n, m, body_count; /* bodies with inputs: 3 entries of force and torque each, ground not counted */
-    char **coordinate_names, **row_names, **input_names, **output_names, **friction_names;
-    int input_count;                     /* of the model */
-    int output_count, friction_count;    /* columns of the outputs; elements of friction that sticks */
-    int *friction_row;                   /* of each element: its row of h */
-    int discrete_count, *discrete_place; /* states with samples or events: where each is in qd */
+    char **coordinate_names, **row_names, **input_names, **output_names;
+    int input_count;                                 /* of the model */
+    int output_count;                                /* columns of the outputs */
+    kmp_code_elements frictions, contacts, elements; /* friction that sticks; rigid contacts; both, without rows */
+    int mode_entries;                                /* in modes, of each element */
+    int discrete_count, *discrete_place;             /* states with samples or events: where each is in qd */
     char **discrete_names;
     double *discrete_time; /* between samples; INFINITY: of events */
     int symbol_count, parameter_count;
@@ -67,12 +76,13 @@ enum { KMP_ARGUMENT_INPUTS = KMP_IN_COUNT, KMP_ARGUMENTS };
 /** The names of arguments: k, t, q .. u */
 extern const char *const kmp_argument_names[KMP_ARGUMENTS];
 
-/** Entries of `modes` for an element of friction: the inputs of its first roles. */
-enum { KMP_MODE_ENTRIES = KMP_ROLE_RATE - KMP_ROLE_SENSE };
+/** Entries of `modes` for an element: the inputs of its first roles, with that of KMP_ROLE_RATE where a friction slips
+ * in two directions. */
+enum { KMP_MODE_ENTRIES = KMP_ROLE_RATE - KMP_ROLE_SENSE, KMP_MODE_ENTRIES_ACROSS };
 
 /** The argument in which a program's input is, and its place there. */
 int kmp_argument_of(const kmp_program_input *input);
-int kmp_place_in_argument(const kmp_program_input *input);
+int kmp_place_in_argument(const kmp_code_source *source, const kmp_program_input *input);
 
 /** Files as they are written: name and text. */
 typedef struct kmp_code_file {

@@ -364,6 +364,9 @@ bool kmp_model_has_contacts(const kempe_model *model);
 /** The first multiplier in the expressions of a force, NULL when there is none. */
 const kmp_expr *kmp_force_lambda(const kmp_force *force);
 
+/** True if the force depends on multipliers: by its law, or as friction of a contact, whose level does. */
+bool kmp_force_has_load(const kmp_force *force);
+
 /** True if a force or a sensor may depend on multipliers of the closures. */
 bool kmp_model_has_loads(const kempe_model *model);
 

@@ -17,7 +17,7 @@ enum { STATES = 3, MOST = 512, MOST_OUT = 40000 };
 
 typedef struct state {
     double time[1 + MOST], q[MOST], qd[MOST], qdd[MOST], lambda[MOST], force[MOST], torque[MOST];
-    double mode[MOST], modes[MOST]; /* inputs of all roles of friction elements; those of generated functions */
+    double mode[MOST]; /* inputs of all roles of elements */
 } state;
 
 static kempe_context *context;
@@ -39,10 +39,9 @@ static inline void choose_modes(state *s, int k)
     enum { ROLES = KMP_ROLE_END - KMP_ROLE_SENSE };
     static const double sense[STATES] = {-1, 0, 2}, held[STATES] = {0, 1, 0};
     for (int e = 0; ROLES * (e + 1) <= MOST; e++) {
-        const double entries[KMP_MODE_ENTRIES] = {sense[(k + e) % STATES], held[(k + e) % STATES], between(-1, 1),
-                                                  between(-1, 1)};
+        const double entries[KMP_MODE_ENTRIES_ACROSS] = {sense[(k + e) % STATES], held[(k + e) % STATES],
+                                                         between(-1, 1), between(-1, 1), between(-1, 1)};
         memcpy(s->mode + (ptrdiff_t)ROLES * e, entries, sizeof entries);
-        memcpy(s->modes + (ptrdiff_t)KMP_MODE_ENTRIES * e, entries, sizeof entries);
     }
 }
 
@@ -60,6 +59,17 @@ static inline void choose_states(void)
         fill(states[s].torque, 5);
         choose_modes(&states[s], s);
     }
+}
+
+/* The modes of a state as generated functions take them. */
+static inline const double *modes_of(const kmp_code_source *source, const state *s)
+{
+    enum { ROLES = KMP_ROLE_END - KMP_ROLE_SENSE };
+    static double modes[MOST];
+    const int entries = source->mode_entries;
+    for (int k = 0; k < entries * source->elements.count && k < MOST; k++)
+        modes[k] = s->mode[k / entries * ROLES + k % entries];
+    return modes;
 }
 
 /* Other values than the model's. */
@@ -135,6 +145,19 @@ static inline bool runs(const char *command)
     return system(command) == 0;
 }
 
+/* A Python with NumPy; NULL: none. */
+static inline const char *python(void)
+{
+    static const char *const choices[] = {"python3", "/usr/bin/python3"};
+    for (int k = 0; k < 2; k++) {
+        char command[128];
+        snprintf(command, sizeof command, "%s -c 'import numpy' >/dev/null 2>&1", choices[k]);
+        if (runs(command))
+            return choices[k];
+    }
+    return NULL;
+}
+
 /* -- C ----------------------------------------------------------------------------------------------- */
 
 typedef void shim_function(const double *p, double t, const double *q, const double *qd, const double *qdd,
@@ -202,8 +225,8 @@ static inline bool run_c(const kmp_code_source *source, bool optimised)
     for (int k = 0; k < source->parameter_count; k++)
         p[k] = parameter(source, k);
     for (int s = 0; s < STATES; s++)
-        shim(p, states[s].time[0], states[s].q, states[s].qd, states[s].qdd, states[s].lambda, states[s].modes,
-             states[s].force, states[s].torque, states[s].time + 1, got[s]);
+        shim(p, states[s].time[0], states[s].q, states[s].qd, states[s].qdd, states[s].lambda,
+             modes_of(source, &states[s]), states[s].force, states[s].torque, states[s].time + 1, got[s]);
     dlclose(handle);
     return true;
 }

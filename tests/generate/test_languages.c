@@ -9,18 +9,6 @@
 
 /* -- tools ------------------------------------------------------------------------------------------- */
 
-static const char *python(void)
-{
-    static const char *const choices[] = {"python3", "/usr/bin/python3"};
-    for (int k = 0; k < 2; k++) {
-        char command[128];
-        snprintf(command, sizeof command, "%s -c 'import numpy' >/dev/null 2>&1", choices[k]);
-        if (runs(command))
-            return choices[k];
-    }
-    return NULL;
-}
-
 /* -- interpreters ------------------------------------------------------------------------------------ */
 
 /* "[1, 2, 3]" */
@@ -35,10 +23,14 @@ static void put_list(kmp_text *text, int count, const double *x)
 /* A literal for each argument of a routine. */
 static void put_arguments(kmp_text *text, const kmp_code_source *source, const kmp_code_routine *r, const state *s)
 {
-    const double *values[KMP_ARGUMENTS] = {[KMP_IN_Q] = s->q,           [KMP_IN_QD] = s->qd,
-                                           [KMP_IN_QDD] = s->qdd,       [KMP_IN_LAMBDA] = s->lambda,
-                                           [KMP_IN_MODE] = s->modes,    [KMP_IN_FORCE] = s->force,
-                                           [KMP_IN_TORQUE] = s->torque, [KMP_ARGUMENT_INPUTS] = s->time + 1};
+    const double *values[KMP_ARGUMENTS] = {[KMP_IN_Q] = s->q,
+                                           [KMP_IN_QD] = s->qd,
+                                           [KMP_IN_QDD] = s->qdd,
+                                           [KMP_IN_LAMBDA] = s->lambda,
+                                           [KMP_IN_MODE] = modes_of(source, s),
+                                           [KMP_IN_FORCE] = s->force,
+                                           [KMP_IN_TORQUE] = s->torque,
+                                           [KMP_ARGUMENT_INPUTS] = s->time + 1};
     kmp_text_printf(text, "%s%.17g", source->parameters ? "k, " : "", s->time[0]);
     for (int kind = KMP_IN_Q; kind < KMP_ARGUMENTS; kind++)
         if (r->arguments & 1u << kind) {
@@ -47,7 +39,7 @@ static void put_arguments(kmp_text *text, const kmp_code_source *source, const k
                      kind == KMP_ARGUMENT_INPUTS ? KMP_TIME_NUMBERS * source->input_count
                      : kind >= KMP_IN_FORCE      ? 3 * source->body_count
                      : kind == KMP_IN_LAMBDA     ? source->m
-                     : kind == KMP_IN_MODE       ? KMP_MODE_ENTRIES * source->friction_count
+                     : kind == KMP_IN_MODE       ? source->mode_entries * source->elements.count
                                                  : source->n,
                      values[kind]);
         }
@@ -286,12 +278,23 @@ static void refuse(const kempe_model *model, kempe_generate_options g, const cha
     CHECK(strstr(kempe_context_message(context), sentence) != NULL);
 }
 
+/* The friction of a contact depends on a multiplier. */
+static void refuse_rubbing(void)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read(context, "tests/models/contact_oblique.yaml", &model) == KEMPE_OK);
+    if (model)
+        refuse(model, (kempe_generate_options){.sets = "R_q"}, "'floor_friction1' depends on the force of its contact");
+    kempe_model_free(model);
+}
+
 static void refusals(void)
 {
     kempe_model *model = NULL;
     CHECK(kempe_model_read(context, "examples/four_bar/four_bar.yaml", &model) == KEMPE_OK);
     if (!model)
         return;
+    refuse_rubbing();
     refuse(model, (kempe_generate_options){.language = "fortran"},
            "unknown language 'fortran'; languages are c, octave");
     refuse(model, (kempe_generate_options){.form = "short"}, "unknown form 'short'");
@@ -299,6 +302,8 @@ static void refusals(void)
     refuse(model, (kempe_generate_options){.sets = "M_C+K"}, "unknown set 'K'");
     refuse(model, (kempe_generate_options){.sets = "M_C+"}, "unknown set ''");
     refuse(model, (kempe_generate_options){.sets = "friction"}, "has no friction that sticks");
+    refuse(model, (kempe_generate_options){.sets = "contact"}, "has no rigid contacts");
+    refuse(model, (kempe_generate_options){.sets = "impact"}, "has no rigid contacts");
     refuse(model, (kempe_generate_options){.sets = "M_C+h_J+M+C+h+J+M+C+h+J+M+C+h+J+M+C+h+J+M+C"}, "fewer than 40");
     kempe_model_free(model);
 }
@@ -439,6 +444,26 @@ static void try_frictions(const char *language)
     kempe_model_free(model);
 }
 
+/* A stop in a loop, rolling on a plane, slip in two directions. */
+static void try_contacts(const char *language)
+{
+    static const char *const paths[] = {"tests/models/contact_slider_crank.yaml", "tests/models/contact_hollow.yaml",
+                                        "tests/models/contact_oblique.yaml"};
+    for (int k = 0; k < 6; k++) {
+        const bool vectorised = k > 2 && strcmp(language, "c") != 0;
+        kempe_model *model = NULL;
+        CHECK(kempe_model_read(context, paths[k % 3], &model) == KEMPE_OK);
+        if (model)
+            try_language(model,
+                         &(kempe_generate_options){.sets = k % 3 ? "M_C,invdyn,h_J,h_t,jdqd,qdd,contact,impact,friction"
+                                                                 : "M_C+h_J+jdqd,contact,impact,outputs",
+                                                   .keep_parameters = k > 2,
+                                                   .language = language,
+                                                   .vectorised = vectorised});
+        kempe_model_free(model);
+    }
+}
+
 static void try_states(const char *language)
 {
     kempe_model *model = NULL;
@@ -491,6 +516,7 @@ static void try_all(const char *language)
     try_text(inputs, language);
     try_text(own_states, language);
     try_frictions(language);
+    try_contacts(language);
     try_states(language);
     try_random(language);
     choose_states();

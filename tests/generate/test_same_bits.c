@@ -47,7 +47,7 @@ static void take_modes(kmp_evaluator *eval, const state *s)
     for (int k = 0; k < events->count; k++) {
         int element = 0;
         for (const kmp_force *f = model->forces; events->condition[k].role && f != events->condition[k].of; f++)
-            element += kmp_force_sticks(f);
+            element += kmp_force_has_modes(f);
         if (events->condition[k].role)
             eval->mode[k] = s->mode[element * (KMP_ROLE_END - KMP_ROLE_SENSE) + (int)events->condition[k].role - 1];
     }

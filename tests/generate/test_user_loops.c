@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Generated equations in programs with integrators of their own, which need nothing of Kempe: friction that sticks,
  * with a choice of modes (belt_loop.c), whose transitions are closed forms; states with samples and events
- * (sampled_loop.c). */
+ * (sampled_loop.c); rigid contacts, in all languages (contact_loop.c, contact_loop_numpy.py, contact_loop_octave.m). */
 #include "generate/compiled_equations.h"
 #include <math.h>
 
@@ -79,6 +79,141 @@ static void samples_and_events(void)
     CHECK(passes >= 1 && got_passes == passes);
 }
 
+/* -- contacts ------------------------------------------------------------------------------------------ */
+
+/* Equations of a model under the name machine. */
+static bool write_machine(const char *name, const char *language)
+{
+    const kempe_generate_options g = {.sets = "M_C+h_J+jdqd,contact,impact", .drives = 1, .language = language};
+    kempe_model *model = NULL;
+    char path[1024], text[8192] = "", line[1024];
+    snprintf(path, sizeof path, "%s/tests/models/%s.yaml", KEMPE_ROOT, name);
+    FILE *file = fopen(path, "r");
+    while (file && fgets(line, sizeof line, file))
+        if (strncmp(line, "name:", 5) != 0 && strlen(text) + strlen(line) < sizeof text)
+            strcat(text, line);
+    CHECK(file && fclose(file) == 0);
+    CHECK(kempe_model_read_text(context, text, "machine", &model) == KEMPE_OK);
+    bool ok = model && emit(model, &g);
+    kempe_model_free(model);
+    return ok;
+}
+
+enum { C, PYTHON, OCTAVE, LANGUAGES };
+
+static const char *const languages[LANGUAGES] = {"c", "python", "octave"};
+
+/* The command that runs the loop of a language, which it builds; empty: no tools for it are here. */
+static void find_loop(int language, char command[512])
+{
+    command[0] = 0;
+    if (language == C)
+        snprintf(command, 512,
+                 "%s -std=c99 -O1 -Wall -Wextra -Wpedantic -Werror -I. -o loop %s/tests/generate/contact_loop.c "
+                 "machine.c -lm && ./loop",
+                 KEMPE_CC, KEMPE_ROOT);
+    else if (language == PYTHON && python())
+        snprintf(command, 512, "%s %s/tests/generate/contact_loop_numpy.py . machine", python(), KEMPE_ROOT);
+    else if (language == OCTAVE && runs("octave-cli --version >/dev/null 2>&1"))
+        snprintf(command, 512, "octave-cli --norc --no-history --quiet %s/tests/generate/contact_loop_octave.m .",
+                 KEMPE_ROOT);
+}
+
+/* The loop of a language; NULL: no tools for it are here. */
+static FILE *start_contacts(int language, const char *model, const char *arguments)
+{
+    char loop[512], command[1024];
+    find_loop(language, loop);
+    if (!loop[0]) {
+        printf("skipped: no tools for %s here\n", languages[language]);
+        return NULL;
+    }
+    CHECK(write_machine(model, languages[language]));
+    snprintf(command, sizeof command, "cd %s && %s %s", folder, loop, arguments);
+    FILE *pipe = popen(command, "r");
+    CHECK(pipe != NULL);
+    return pipe;
+}
+
+/* The next line is of this event. */
+static void expect_event(FILE *pipe, const char *kind, double t)
+{
+    char word[16] = "";
+    double at = NAN;
+    CHECK(fscanf(pipe, "%15s %lf", word, &at) == 2);
+    CHECK_TEXT(word, kind);
+    CHECK_NEAR(at, t, ALLOWED);
+}
+
+static void expect_number(FILE *pipe, double x)
+{
+    double number = NAN;
+    CHECK(fscanf(pipe, "%lf", &number) == 1);
+    CHECK_NEAR(number, x, ALLOWED);
+}
+
+static void ends_well(FILE *pipe)
+{
+    char word[16];
+    CHECK(fscanf(pipe, "%15s", word) == EOF);
+    CHECK(pclose(pipe) == 0);
+}
+
+/* A ball from a height of 1 with restitution 0.8: all its impacts, then it rests. */
+static void bouncing(int language)
+{
+    const double g = 9.81, times[] = {0.5, 1, 2, 3};
+    double rate = sqrt(2 * g), t = sqrt(2 / g);
+    FILE *pipe = start_contacts(language, "contact_bounce", "0.02 1 0 0.5 1 2 3 5");
+    int impacts = 0;
+    for (size_t next = 0; pipe && impacts < 100; impacts++) {
+        expect_event(pipe, "impact", t);
+        rate *= 0.8;
+        if (2 * rate / g < 1e-6)
+            break;
+        for (; next < sizeof times / sizeof *times && times[next] < t + 2 * rate / g; next++) {
+            double since = times[next] - t;
+            expect_event(pipe, "state", times[next]);
+            expect_number(pipe, rate * since - g * since * since / 2);
+            expect_number(pipe, rate - g * since);
+        }
+        t += 2 * rate / g;
+    }
+    if (!pipe)
+        return;
+    CHECK(impacts == 61);
+    expect_event(pipe, "close", t);
+    expect_event(pipe, "state", 5);
+    expect_number(pipe, 0);
+    expect_number(pipe, 0);
+    ends_well(pipe);
+}
+
+/* A slider-crank with a stop: digits of bench/machines/contact_slider_crank.csv. */
+static void stopped(int language)
+{
+    FILE *pipe = start_contacts(language, "contact_slider_crank", "1.5e-4 0 0 0 20 -28 0 0.8610219179246947933");
+    double rod = NAN;
+    if (!pipe)
+        return;
+    expect_event(pipe, "impact", 0.2203733629703244412);
+    expect_event(pipe, "impact", 0.8391515889912118162);
+    expect_event(pipe, "state", 0.8610219179246947933);
+    expect_number(pipe, -1.788620030722777372);
+    CHECK(fscanf(pipe, "%lf", &rod) == 1);
+    expect_number(pipe, -0.2829297764952493555);
+    CHECK(fscanf(pipe, "%*f %*f %*f") == 0);
+    ends_well(pipe);
+}
+
+static void contacts(void)
+{
+    for (int language = 0; language < LANGUAGES; language++) {
+        bouncing(language);
+        stopped(language);
+    }
+}
+
 int main(void)
 {
     context = kempe_context_new();
@@ -86,6 +221,7 @@ int main(void)
         return 1;
     TEST(transitions);
     TEST(samples_and_events);
+    TEST(contacts);
     char command[128];
     snprintf(command, sizeof command, "rm -r %s", folder);
     CHECK(runs(command));

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rigid contacts with restitution, against the digits of bench/machines/contact_digits.py. */
 #include "ways.h"
-#include <kempe/generate.h>
 #include <kempe/inverse.h>
 #include <kempe/kinematics.h>
 #include <math.h>

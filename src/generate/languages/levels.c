@@ -144,7 +144,7 @@ static void place_leaves(builder *b)
                                       [KMP_IN_QD] = source->n,
                                       [KMP_IN_QDD] = source->n,
                                       [KMP_IN_LAMBDA] = source->m,
-                                      [KMP_IN_MODE] = KMP_MODE_ENTRIES * source->friction_count,
+                                      [KMP_IN_MODE] = source->mode_entries * source->elements.count,
                                       [KMP_IN_FORCE] = 3 * source->body_count,
                                       [KMP_IN_TORQUE] = 3 * source->body_count,
                                       [KMP_ARGUMENT_INPUTS] = KMP_TIME_NUMBERS * source->input_count};
@@ -166,7 +166,7 @@ static void place_leaves(builder *b)
         if (l->routine->kept[v])
             b->place[v] = l->at[KMP_IN_PARAMETER] + l->routine->kept[v] - 1;
         else if (in && in->kind != KMP_IN_PARAMETER)
-            b->place[v] = l->at[kmp_argument_of(in)] + kmp_place_in_argument(in);
+            b->place[v] = l->at[kmp_argument_of(in)] + kmp_place_in_argument(b->source, in);
     }
 }
 

@@ -238,10 +238,25 @@ static void put_indices(const kmp_writer *w, int count, const int *index)
     kmp_list_end(w->text, &w->language->numbers, count);
 }
 
-/* The row of h of each friction element. */
+/* The rows of h of elements, and where they begin in modes. */
 static void put_friction_rows(const kmp_writer *w)
 {
-    put_indices(w, w->source->friction_count, w->source->friction_row);
+    put_indices(w, w->source->frictions.count, w->source->frictions.row);
+}
+
+static void put_friction_modes(const kmp_writer *w)
+{
+    put_indices(w, w->source->frictions.count, w->source->frictions.mode);
+}
+
+static void put_contact_rows(const kmp_writer *w)
+{
+    put_indices(w, w->source->contacts.count, w->source->contacts.row);
+}
+
+static void put_contact_modes(const kmp_writer *w)
+{
+    put_indices(w, w->source->contacts.count, w->source->contacts.mode);
 }
 
 /* The places in qd of states with samples or events. */
@@ -255,7 +270,7 @@ static void put_legends(const kmp_writer *w)
     put_legend(w, "q:", w->source->n, w->source->coordinate_names, w->source->model->motions, 1);
     put_legend(w, "h:", w->source->m, w->source->row_names, NULL, 1);
     put_legend(w, "y:", has_outputs(w) ? w->source->output_count : 0, w->source->output_names, NULL, 1);
-    put_legend(w, "modes:", w->source->friction_count, w->source->friction_names, NULL, KMP_MODE_ENTRIES);
+    put_legend(w, "modes:", w->source->elements.count, w->source->elements.names, NULL, w->source->mode_entries);
     put_legend(w, "u:", w->source->input_count, w->source->input_names, NULL, KMP_TIME_NUMBERS);
 }
 
@@ -285,8 +300,10 @@ static void put_about(const kmp_writer *w)
         "$(mark) t: s; q$(if qd), qd$(end)$(if qdd), qdd$(end): $(motions)\n"
         "$(if lambda)$(mark) lambda_: $(rows), multipliers of h\n$(end)"
         "$(if force)$(mark) force, torque: three a body of $(bodies), at its centre of mass, its axes\n$(end)"
-        "$(if modes)$(mark) modes: four a friction element of $(frictions): sense of slip (1, -1, or 0), 1 while it\n"
-        "$(mark) sticks or 0, its place while it sticks, a given force\n$(end)"
+        "$(if modes)$(mark) modes: $(mode entries) an element of $(elements): sense of slip (1, -1, or 0), 1 while it\n"
+        "$(mark) sticks or is closed, otherwise 0, its place then, a given force$(if begins), a rate of slip that "
+        "begins"
+        "$(end)\n$(end)"
         "$(if given)$(mark) u: three an input of $(given): value, and for closures its first and second "
         "derivative\n$(end)"
         "$(each array)$(mark) $(array): $(height)$(if columns) x $(columns)$(end), $(meaning)\n$(end)");
@@ -321,6 +338,9 @@ static const struct {
              {"title", put_title},
              {"legends", put_legends},
              {"friction rows", put_friction_rows},
+             {"friction modes", put_friction_modes},
+             {"contact rows", put_contact_rows},
+             {"contact modes", put_contact_modes},
              {"discrete places", put_discrete_places},
              {"runtime", put_runtime},     /* kempe/runtime.h */
              {"functions", put_functions}, /* definitions */
@@ -379,7 +399,8 @@ static bool put_list(const kmp_writer *w, const char *word, size_t length)
                  {"row names", source->m, source->row_names, NULL},
                  {"input names", source->input_count, source->input_names, NULL},
                  {"output names", source->output_count, source->output_names, NULL},
-                 {"friction names", source->friction_count, source->friction_names, NULL},
+                 {"friction names", source->frictions.count, source->frictions.names, NULL},
+                 {"contact names", source->contacts.count, source->contacts.names, NULL},
                  {"discrete names", source->discrete_count, source->discrete_names, NULL},
                  {"discrete times", source->discrete_count, NULL, source->discrete_time},
                  {"parameter names", source->parameter_count, source->parameter_name, NULL},
@@ -416,7 +437,11 @@ static void put_number(const kmp_writer *w, const char *word, size_t length)
                    {"inputs", source->inputs},
                    {"given", source->input_count},                       /* inputs of the model */
                    {"shown", has_outputs(w) ? source->output_count : 0}, /* outputs, in some routine */
-                   {"frictions", source->friction_count},
+                   {"frictions", source->frictions.count},
+                   {"contacts", source->contacts.count},
+                   {"elements", source->elements.count}, /* of friction and contacts */
+                   {"mode entries", source->mode_entries},
+                   {"begins", source->mode_entries > KMP_MODE_ENTRIES},
                    {"discrete", source->discrete_count}, /* states with samples or events */
                    {"modes", r->arguments & 1u << KMP_IN_MODE},
                    {"qd", r->arguments & 1u << KMP_IN_QD}, /* it is an argument */
