@@ -65,6 +65,12 @@ static bool is_state(const char *name)
     return begins(name, "q.") || begins(name, "qd.") || begins(name, "state.");
 }
 
+/* The name of the value in a column of values (batch.c). */
+static const char *value_name(const char *column)
+{
+    return begins(column, "value.") ? strchr(column, '.') + 1 : column;
+}
+
 /* True for a column of a quantity, or of the final state if `states`. */
 static bool is_taken(const kempe_table *t, int c, bool states)
 {
@@ -229,7 +235,7 @@ static kempe_status make(kempe_statistics *s, const kempe_table *t)
                              KMP_ROOM(bool, s->rows, &s->ok), KMP_ROOM(quantity, s->quantities, &s->quantity));
     KMP_TRY(kmp_made(s->context, ok));
     for (int i = 0; i < s->inputs; i++)
-        s->input[i] = kmp_arena_strdup(&s->arena, kempe_table_column_name(t, i));
+        s->input[i] = kmp_arena_strdup(&s->arena, value_name(kempe_table_column_name(t, i)));
     take_rows(s, t, status);
     for (int c = 0; ok && c < kempe_table_column_count(t); c++)
         if (is_taken(t, c, states))
