@@ -224,7 +224,8 @@ KEMPE_API void kempe_folder_run_options(const kempe_folder *folder, kempe_run_op
 /** The file of the model, as the run had it; owned by the folder. */
 KEMPE_API const char *kempe_folder_model_file(const kempe_folder *folder);
 
-/** Prints the state of the folder, and work and accuracy of the run that gave it. */
+/** Prints the state of the folder, and work and accuracy of the run that gave it. After a check of a complete folder
+ * with quantities also their statistics, with the commands that repeat the extreme instances. */
 KEMPE_API kempe_status kempe_folder_print(const kempe_folder *folder, kempe_format format, char **text);
 
 KEMPE_END

@@ -64,7 +64,7 @@ static void put_all_columns(const kempe_ensemble *e, kempe_table *table)
     for (int k = 0; k < e->values->columns; k++) {
         const char *name = e->values->name[k];
         bool taken = results && kempe_table_find(results, name) >= 0;
-        kmp_tabulate_column(table, kmp_quantity_unit_of(system, name), "%s%s", taken ? "value." : "", name);
+        kmp_tabulate_column(table, kmp_quantity_unit_of(system, name), "%s%s", taken ? KMP_VALUE_PREFIX : "", name);
     }
     put_result_columns(e, table);
     kempe_table_free(results);
