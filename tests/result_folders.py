@@ -8,6 +8,7 @@ run that nothing disturbed.
     python3 tests/result_folders.py build/dev/kempe --kills 50 all of them: minutes
 """
 import argparse
+import json
 import os
 import pathlib
 import random
@@ -260,6 +261,43 @@ class Folders(unittest.TestCase):
         done = subprocess.run([KEMPE, "simulate", ROOT / "examples/slider_crank/slider_crank.yaml", "--from",
                                self.place / "whole.kempe", "--instance", "1"], capture_output=True, text=True)
         self.assertEqual((done.returncode, "the results are those of another model" in done.stderr), (2, True))
+
+    def test_statistics(self):
+        """gather prints the statistics of one run, and commands that a shell takes, also from a folder with a difficult name."""
+        study = ["ensemble", str(MODEL), "--sample", "crank=IT7,qd.crank=15:25", "--instances", "100", "--t-end", "0.3",
+                 "--quiet", "--quantity", "swing = max(q(rocker))", "--limit", "swing < 2.4"]
+        folder = self.folder.with_name("it's a folder.kempe")
+        one = json.loads(subprocess.run([KEMPE, *study, "--json", "-"], capture_output=True, text=True, check=True).stdout)
+        self.assertEqual(run(folder, "--chunk", "16", study=study).returncode, 0)
+        gather = [KEMPE, "gather", folder]
+        told = subprocess.run([*gather, "--json", "-"], capture_output=True, text=True, check=True).stdout
+        self.assertEqual(json.loads(told)["statistics"], one["statistics"])
+        table = self.place / "statistics.csv"
+        text = subprocess.run([*gather, "-o", table], capture_output=True, text=True, check=True).stdout
+        self.assertIn(subprocess.run(gather, capture_output=True, text=True, check=True).stdout.split("statistics of")[1], text)
+        head, *rows = (line.split(",") for line in table.read_text().splitlines())
+        self.assertEqual(head[:2], ["crank", "value.qd.crank"])
+        self.assertEqual(len(set(head)), len(head))
+        swings = [float(row[head.index("swing")]) for row in rows]
+        self.assertIn(f"{min(swings):.6g} in instance {swings.index(min(swings)) + 1}, "
+                      f"{max(swings):.6g} in instance {swings.index(max(swings)) + 1}\n", text)
+        motion = self.place / "extreme.csv"
+        for word, swing in (("least", min(swings)), ("largest", max(swings))):
+            command = re.search(rf"^  {word} +kempe (.*)$", text, re.M).group(1)
+            subprocess.run(["sh", "-c", f"'{KEMPE}' {command} -o '{motion}'"], check=True, capture_output=True)
+            head, *lines = (line.split(",") for line in motion.read_text().splitlines())
+            found = max(float(line[head.index("q.rocker")]) for line in lines)
+            self.assertLessEqual(found, swing + 1e-7)
+            self.assertAlmostEqual(found, swing, delta=0.01)  # rows are apart from each other
+        next(folder.glob("part-*.parquet")).unlink()
+        told = subprocess.run(gather, capture_output=True, text=True)
+        self.assertEqual((told.returncode, "swing" in told.stdout), (1, False))
+
+    def test_plurals(self):
+        study = [*TABLE, "--instances", "1", "--threads", "1"]
+        text = run(self.folder, study=study).stdout
+        self.assertIn("1 instance in 1 part of 256; 1 part is whole in ", text)
+        self.assertNotRegex(text, r"\b1 \w+s\b")
 
     def test_engines(self):
         """Processes of an engine, as it starts them."""

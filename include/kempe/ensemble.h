@@ -128,10 +128,11 @@ KEMPE_API const char *kempe_batch_limits(const kempe_batch *batch, int k);
 KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format format, char **text);
 
 /** The table "instances", a row for each: the columns of the values; status, t, q.NAME, qd.NAME of the final state; the
- * quantities. With limits it has `limits` ("pass", "fail" or "") and `broken`, the limits that are not kept. Then there
- * are steps, rejected, refused, rhs, exchanges; its accuracy: h and hdot (max |h| and |hdot|, scaled), drift (of the
- * energy, relative). The convergence check has difference and verdict ("converged", "not converged", "the other run did
- * not reach its end", "" without a repeat run). Last are single_run (why it ran by itself, "": in a lane) and reason.
+ * quantities. Names of columns are unique: a value is `value.NAME` if a result has its name, as start values. With
+ * limits it has `limits` ("pass", "fail" or "") and `broken`, the limits that are not kept. Then there are steps,
+ * rejected, refused, rhs, exchanges; its accuracy: h and hdot (max |h| and |hdot|, scaled), drift (of the energy,
+ * relative). The convergence check has difference and verdict ("converged", "not converged", "the other run did not
+ * reach its end", "" without a repeat run). Last are single_run (why it ran by itself, "": in a lane) and reason.
  * KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_batch_table(const kempe_batch *batch, const char *name, kempe_table **table);
 
@@ -223,7 +224,8 @@ KEMPE_API void kempe_folder_run_options(const kempe_folder *folder, kempe_run_op
 /** The file of the model, as the run had it; owned by the folder. */
 KEMPE_API const char *kempe_folder_model_file(const kempe_folder *folder);
 
-/** Prints the state of the folder, and work and accuracy of the run that gave it. */
+/** Prints the state of the folder, and work and accuracy of the run that gave it. After a check of a complete folder
+ * with quantities also their statistics, with the commands that repeat the extreme instances. */
 KEMPE_API kempe_status kempe_folder_print(const kempe_folder *folder, kempe_format format, char **text);
 
 KEMPE_END

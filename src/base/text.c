@@ -83,6 +83,19 @@ void kmp_text_quote(kmp_text *text, const char *s)
     kmp_text_put(text, "\"");
 }
 
+void kmp_text_shell(kmp_text *text, const char *s)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,.%@/";
+    if (*s && strspn(s, plain) == strlen(s)) {
+        kmp_text_put(text, s);
+        return;
+    }
+    kmp_text_put(text, "'");
+    for (; *s; s++)
+        kmp_text_append(text, *s == '\'' ? "'\\''" : s, *s == '\'' ? 4 : 1);
+    kmp_text_put(text, "'");
+}
+
 void kmp_text_escape(kmp_text *text, const char *s)
 {
     for (; *s; s++) {

@@ -30,6 +30,9 @@ void kmp_text_append(kmp_text *text, const char *bytes, size_t length);
 /** Appends `s` as a JSON string, quotes included. */
 void kmp_text_quote(kmp_text *text, const char *s);
 
+/** Appends `s` as a word of a POSIX shell: in single quotes if it has characters that mean something to a shell. */
+void kmp_text_shell(kmp_text *text, const char *s);
+
 /** Appends `s` escaped for XML or HTML: <, > and & are replaced. */
 void kmp_text_escape(kmp_text *text, const char *s);
 

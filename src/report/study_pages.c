@@ -269,7 +269,7 @@ static kempe_status fill_batch(study_page *s, const void *result)
     s->page.answer = kmp_arena_printf(&s->arena, "%d of %d instances reached the end", done, count);
     KMP_TRY(kempe_batch_print(b, KEMPE_TEXT, &s->text));
     KMP_TRY(kempe_batch_table(b, "instances", &s->table));
-    s->page.x = kempe_values_name(kmp_batch_values(b), 0);
+    s->page.x = kempe_values_column_count(kmp_batch_values(b)) > 0 ? kempe_table_column_name(s->table, 0) : "";
     s->page.scattered = true;
     KMP_TRY(add_quantities(s, b));
     if (s->page.first_count == 0)

@@ -47,6 +47,8 @@ static void test_batch(void)
         CHECK_TEXT(kempe_table_word(a, i, why), "");
         CHECK_TEXT(kempe_table_word(b, i, why), "a request for separate runs");
         CHECK(number(a, i, "t") == 1 && number(a, i, "steps") > 5 && number(a, i, "rhs") > 60);
+        CHECK(number(a, i, "value.q.A") == rows[i][0] && number(a, i, "value.qd.A") == rows[i][1]);
+        CHECK(number(a, i, "q.A") == kempe_batch_q(batch, i)[0] && number(a, i, "qd.A") == kempe_batch_qd(batch, i)[0]);
         CHECK(number(a, i, "h") < 1e-12 && number(a, i, "drift") < 1e-6);
         for (int k = 0; k < N; k++) {
             CHECK_NEAR(kempe_batch_q(batch, i)[k], kempe_batch_q(alone, i)[k], 1e-9);
@@ -54,6 +56,8 @@ static void test_batch(void)
         }
     }
     CHECK(!kempe_batch_q(batch, COUNT));
+    for (int c = 0; c < kempe_table_column_count(a); c++)
+        CHECK(kempe_table_find(a, kempe_table_column_name(a, c)) == c);
     kempe_table_free(a);
     kempe_table_free(b);
     kempe_batch_free(batch);
@@ -84,6 +88,13 @@ static void test_mistakes(void)
     CHECK(kempe_values_new(model, 2, names, 1, row, &values) == KEMPE_OK);
     CHECK(kempe_ensemble_new(model, values, &ensemble) == KEMPE_OK);
     CHECK(kempe_ensemble_run(ensemble, &run, 9, &batch) == KEMPE_E_ARGUMENT);
+    for (int k = 0; k < 4; k++) {
+        static const char *const quantities[] = {"steps = max(q(A))", "x = q(A); q.A = qd(A)", "value.q.A = q(A)", "t"};
+        const kempe_ensemble_options measured = {.quantities = quantities[k]};
+        kempe_ensemble *refused = NULL;
+        CHECK(kempe_ensemble_new_with(model, values, &measured, &refused) == KEMPE_E_ARGUMENT && !refused);
+        CHECK(strstr(kempe_context_message(context), "the results have another column of this name"));
+    }
     run.formulation = "fast";
     CHECK(kempe_ensemble_run(ensemble, &run, 0, &batch) == KEMPE_E_ARGUMENT && !batch);
     kempe_ensemble_free(ensemble);

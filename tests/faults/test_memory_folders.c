@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Result folders while memory runs out: a run into one, its check, its table, an instance of it, values from Parquet.
- */
+/* Result folders while memory runs out: a run into one, its check with statistics, its table, an instance of it, values
+ * from Parquet. */
 #include "exhaust.h"
 #include <kempe/ensemble.h>
 #include <kempe/table.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 enum { COUNT = 6, CHUNK = 4, PARTS = 2 };
@@ -62,6 +63,12 @@ static kempe_status gather(scene *s)
     }
     if (status == KEMPE_OK)
         status = kempe_folder_print(opened, KEMPE_JSON, &text);
+    CHECK(status != KEMPE_OK || strstr(text, "\"statistics\""));
+    kempe_text_free(text);
+    text = NULL;
+    if (status == KEMPE_OK)
+        status = kempe_folder_print(opened, KEMPE_TEXT, &text);
+    CHECK(status != KEMPE_OK || strstr(text, "least     kempe simulate --from "));
     kempe_text_free(text);
     kempe_model_free(model);
     kempe_table_free(table);
@@ -89,7 +96,10 @@ static void every_allocation_fails(void)
               s.model,
               &(kempe_sample_options){sizeof(kempe_sample_options), "crank=IT9,q.crank=0:0.01", .count = COUNT},
               &values) == KEMPE_OK);
-    CHECK(kempe_ensemble_new(s.model, values, &ensemble) == KEMPE_OK);
+    CHECK(kempe_ensemble_new_with(s.model, values,
+                                  &(kempe_ensemble_options){sizeof(kempe_ensemble_options), "swing = range(q(rocker))",
+                                                            "max(q(crank)) < 9"},
+                                  &ensemble) == KEMPE_OK);
     exhaust(&s, "run", run_into, 97);
     exhaust(&s, "gather", gather, 1);
     exhaust(&s, "values", read_values, 1);

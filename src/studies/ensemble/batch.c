@@ -36,6 +36,60 @@ struct kempe_batch {
     char *warnings; /* of the computation, one per line */
 };
 
+/* -- columns ------------------------------------------------------------------------------------------ */
+
+/* Columns of the results, behind those of the values. */
+static void put_result_columns(const kempe_ensemble *e, kempe_table *table)
+{
+    const kempe_system *system = kmp_ensemble_system(e->inner);
+    kmp_tabulate_columns(table, "status[words] t[s]");
+    kmp_tabulate_quantity(table, system, KMP_QUANTITY_Q);
+    kmp_tabulate_quantity(table, system, KMP_QUANTITY_QD);
+    for (int k = 0; k < e->quantities.run.values; k++)
+        kmp_tabulate_column(table, e->quantities.unit[k], "%s", e->quantities.name[k]);
+    if (e->quantities.limit_count > 0)
+        kmp_tabulate_columns(table, "limits[words] broken[words]");
+    kmp_tabulate_columns(table, "steps rejected refused rhs exchanges h hdot drift difference verdict[words] "
+                                "single_run[words] reason[words]");
+}
+
+/* A value whose name a column of the results has is the column value.NAME: names of columns are unique. */
+static void put_all_columns(const kempe_ensemble *e, kempe_table *table)
+{
+    const kempe_system *system = kmp_ensemble_system(e->inner);
+    kempe_table *results = kmp_tabulate(e->model->context, "results");
+    put_result_columns(e, results);
+    if (!results || kmp_tabulate_check(e->model->context, results) != KEMPE_OK)
+        kmp_tabulate_fail(table);
+    for (int k = 0; k < e->values->columns; k++) {
+        const char *name = e->values->name[k];
+        bool taken = results && kempe_table_find(results, name) >= 0;
+        kmp_tabulate_column(table, kmp_quantity_unit_of(system, name), "%s%s", taken ? KMP_VALUE_PREFIX : "", name);
+    }
+    put_result_columns(e, table);
+    kempe_table_free(results);
+}
+
+/* Refuses a quantity whose name another column of the results has. */
+static kempe_status check_columns(const kempe_ensemble *e)
+{
+    kempe_context *context = e->model->context;
+    kempe_table *table = kmp_tabulate(context, "instances");
+    put_all_columns(e, table);
+    kempe_status status = table ? kmp_tabulate_check(context, table) : kmp_fail_memory(context);
+    for (int c = 0; status == KEMPE_OK && c < kempe_table_column_count(table); c++) {
+        const char *name = kempe_table_column_name(table, c);
+        if (kempe_table_find(table, name) != c)
+            status =
+                kmp_fail(context, KEMPE_E_ARGUMENT,
+                         "quantity '%s': the results have another column of this name; give the quantity a name of "
+                         "its own, NAME = EXPRESSION",
+                         name);
+    }
+    kempe_table_free(table);
+    return status;
+}
+
 /* -- run --------------------------------------------------------------------------------------------- */
 
 kempe_status kempe_ensemble_new_with(const kempe_model *model, const kempe_values *values,
@@ -52,6 +106,8 @@ kempe_status kempe_ensemble_new_with(const kempe_model *model, const kempe_value
     const kempe_model *measured = e->quantities.variant ? kmp_variant_model(e->quantities.variant) : model;
     if (status == KEMPE_OK)
         status = kmp_ensemble_new(measured, values->columns, (const char *const *)values->name, &e->inner);
+    if (status == KEMPE_OK)
+        status = check_columns(e);
     return KMP_GIVE_OR_FREE(status, ensemble, e, kempe_ensemble_free);
 }
 
@@ -605,19 +661,7 @@ KMP_PRINT(kempe_batch, batch, batch->ensemble->model->context, put_json, put_tex
 
 static void put_columns(const kempe_batch *b, kempe_table *table)
 {
-    const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
-    const kempe_values *values = b->ensemble->values;
-    for (int k = 0; k < values->columns; k++)
-        kmp_tabulate_column(table, kmp_quantity_unit_of(system, values->name[k]), "%s", values->name[k]);
-    kmp_tabulate_columns(table, "status[words] t[s]");
-    kmp_tabulate_quantity(table, system, KMP_QUANTITY_Q);
-    kmp_tabulate_quantity(table, system, KMP_QUANTITY_QD);
-    for (int k = 0; k < list_of(b)->run.values; k++)
-        kmp_tabulate_column(table, list_of(b)->unit[k], "%s", list_of(b)->name[k]);
-    if (list_of(b)->limit_count > 0)
-        kmp_tabulate_columns(table, "limits[words] broken[words]");
-    kmp_tabulate_columns(table, "steps rejected refused rhs exchanges h hdot drift difference verdict[words] "
-                                "single_run[words] reason[words]");
+    put_all_columns(b->ensemble, table);
     kmp_tabulate_apart(table);
 }
 

@@ -6,6 +6,8 @@
 #include "output/formats/parquet_reader.h"
 #include "output/result_table.h"
 #include "studies/ensemble/result_folder.h"
+#include "studies/ensemble/statistics/statistics.h"
+#include "studies/ensemble/values.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -47,23 +49,28 @@ static kempe_status read_part(const kempe_folder *f, int part, kmp_parquet_file 
     return status;
 }
 
-static kempe_table *table_of(kempe_context *context, const kmp_parquet_file *file)
+/* An empty table with the columns of a part; `chosen` NULL: all of them. */
+static kempe_table *table_of(kempe_context *context, const kmp_parquet_file *file, const bool *chosen)
 {
     kempe_table *table = kmp_tabulate(context, "instances");
     for (int c = 0; c < file->column_count; c++) {
         const kmp_parquet_column *column = &file->column[c];
+        if (chosen && !chosen[c])
+            continue;
         kmp_tabulate_column(table, column->number ? column->unit : NULL, "%s", column->name);
     }
     kmp_tabulate_apart(table);
     return table;
 }
 
-static void add_rows(kempe_table *table, const kmp_parquet_file *file)
+static void add_rows(kempe_table *table, const kmp_parquet_file *file, const bool *chosen)
 {
     for (int row = 0; row < file->rows; row++) {
         kmp_tabulate_row(table);
         for (int c = 0; c < file->column_count; c++)
-            if (file->column[c].number)
+            if (chosen && !chosen[c])
+                continue;
+            else if (file->column[c].number)
                 kmp_tabulate_number(table, file->column[c].number[row]);
             else
                 kmp_tabulate_cells(table, "%s", file->column[c].word[row]);
@@ -79,8 +86,8 @@ kempe_status kempe_folder_part(const kempe_folder *f, int part, kempe_table **ta
     if (part < 0 || part >= f->parts)
         return kmp_fail(f->context, KEMPE_E_ARGUMENT, "there is no part %d: there are %d, from 0 on", part, f->parts);
     KMP_TRY(read_part(f, part, &file));
-    kempe_table *made = table_of(f->context, &file);
-    add_rows(made, &file);
+    kempe_table *made = table_of(f->context, &file, NULL);
+    add_rows(made, &file, NULL);
     kmp_parquet_file_free(&file);
     return kmp_tabulate_finish(f->context, made, table);
 }
@@ -100,7 +107,7 @@ static kempe_status read_values(const kempe_folder *f, int instance, int count, 
     KMP_TRY(read_part(f, part, &file));
     bool all = file.column_count >= count;
     for (int k = 0; k < count && all; k++) { /* the columns of values are the first ones */
-        all = file.column[k].number && strcmp(file.column[k].name, names[k]) == 0;
+        all = file.column[k].number && strcmp(kmp_value_name(file.column[k].name), names[k]) == 0;
         values[k] = all ? file.column[k].number[row] : 0;
     }
     kmp_parquet_file_free(&file);
@@ -156,6 +163,51 @@ kempe_status kempe_folder_model(const kempe_folder *f, const kempe_model *model,
     return instance_of(f, model, instance, made);
 }
 
+static bool same_columns(const kempe_table *table, const kmp_parquet_file *file)
+{
+    bool same = kempe_table_column_count(table) == file->column_count;
+    for (int c = 0; c < file->column_count && same; c++)
+        same = strcmp(kempe_table_column_name(table, c), file->column[c].name) == 0;
+    return same;
+}
+
+/* -- statistics --------------------------------------------------------------------------------------- */
+
+static kempe_status begin_statistics(kempe_folder *f, const kmp_parquet_file *file)
+{
+    f->shape = table_of(f->context, file, NULL);
+    KMP_TRY(kmp_tabulate_check(f->context, f->shape));
+    f->chosen = KMP_ARENA_NEW(&f->arena, bool, file->column_count);
+    KMP_TRY(kmp_made(f->context, !f->arena.failed));
+    if (!kmp_statistics_choose(f->shape, f->chosen))
+        return KEMPE_OK;
+    f->measured = table_of(f->context, file, f->chosen);
+    return kmp_tabulate_check(f->context, f->measured);
+}
+
+/* Adds the columns of a part that statistics read. */
+static kempe_status measure(kempe_folder *f, int part, const kmp_parquet_file *file)
+{
+    if (!f->shape)
+        KMP_TRY(begin_statistics(f, file));
+    if (!same_columns(f->shape, file))
+        return kmp_complain(f->context, f->path, 0, 0, "part %d has other columns than the first part", part);
+    if (!f->measured)
+        return KEMPE_OK; /* without quantities */
+    add_rows(f->measured, file, f->chosen);
+    return kmp_tabulate_check(f->context, f->measured);
+}
+
+/* Of a complete folder whose parts were all taken. */
+static kempe_status end_statistics(kempe_folder *f)
+{
+    if (f->measured && f->ok > 0 && f->damaged == 0)
+        KMP_TRY(kmp_statistics_of_folder(f->measured, f->path, &f->statistics));
+    kempe_table_free(f->measured);
+    f->measured = NULL;
+    return KEMPE_OK;
+}
+
 /* -- all parts --------------------------------------------------------------------------------------- */
 
 static void count_rows(kempe_folder *f, const kmp_parquet_file *file)
@@ -174,6 +226,7 @@ static void begin_check(kempe_folder *f)
     f->checked = true;
     f->damaged = 0;
     f->ok = f->stopped = f->failed = 0;
+    kmp_folder_clear(f);
     kmp_folder_count(f);
 }
 
@@ -208,6 +261,8 @@ kempe_status kempe_folder_check(kempe_folder *f)
             continue;
         status = read_part(f, k, &file);
         if (status == KEMPE_OK)
+            status = measure(f, k, &file);
+        if (status == KEMPE_OK)
             count_rows(f, &file);
         f->damaged += status == KEMPE_E_INPUT || status == KEMPE_E_IO;
         status = status == KEMPE_E_MEMORY ? status : KEMPE_OK;
@@ -216,6 +271,8 @@ kempe_status kempe_folder_check(kempe_folder *f)
     }
     KMP_TRY(status);
     status = check_complete(f);
+    if (status == KEMPE_OK && f->damaged == 0)
+        return end_statistics(f);
     return f->damaged > 0 ? KEMPE_E_FAILED : status;
 }
 
@@ -231,14 +288,6 @@ typedef struct gathering {
     kempe_table *shape; /* columns without rows */
     kempe_table *table; /* rows that wait; NULL: none */
 } gathering;
-
-static bool same_columns(const kempe_table *table, const kmp_parquet_file *file)
-{
-    bool same = kempe_table_column_count(table) == file->column_count;
-    for (int c = 0; c < file->column_count && same; c++)
-        same = strcmp(kempe_table_column_name(table, c), file->column[c].name) == 0;
-    return same;
-}
 
 /* Writes the rows that wait. */
 static kempe_status flush(gathering *g)
@@ -261,7 +310,7 @@ static kempe_status flush(gathering *g)
 
 static kempe_table *begin_table(const gathering *g, const kmp_parquet_file *file)
 {
-    kempe_table *table = table_of(g->folder->context, file);
+    kempe_table *table = table_of(g->folder->context, file, NULL);
     if (g->units)
         kempe_table_name_units(table);
     return table;
@@ -274,11 +323,10 @@ static kempe_status take_rows(gathering *g, int part, const kmp_parquet_file *fi
     if (!g->shape)
         g->shape = begin_table(g, file);
     KMP_TRY(kmp_tabulate_check(context, g->shape));
-    if (!same_columns(g->shape, file))
-        return kmp_complain(context, g->folder->path, 0, 0, "part %d has other columns than the first part", part);
+    KMP_TRY(measure(g->folder, part, file));
     if (!g->table)
         g->table = begin_table(g, file);
-    add_rows(g->table, file);
+    add_rows(g->table, file, NULL);
     return kmp_tabulate_check(context, g->table);
 }
 
@@ -327,6 +375,7 @@ static kempe_status gather(gathering *g, const char *path)
             return KEMPE_STOPPED;
         KMP_TRY(gather_part(g, k));
     }
+    KMP_TRY(end_statistics(f));
     return finish(g, path);
 }
 

@@ -4,6 +4,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "output/print.h"
+#include "studies/ensemble/statistics/statistics.h"
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
@@ -103,10 +104,20 @@ kempe_status kmp_folder_of(kempe_context *context, const char *path, kmp_text *m
     return KMP_GIVE_OR_FREE(status, folder, f, kempe_folder_free);
 }
 
+void kmp_folder_clear(kempe_folder *f)
+{
+    kempe_table_free(f->shape);
+    kempe_table_free(f->measured);
+    kempe_statistics_free(f->statistics);
+    f->shape = f->measured = NULL;
+    f->statistics = NULL;
+}
+
 void kempe_folder_free(kempe_folder *f)
 {
     if (!f)
         return;
+    kmp_folder_clear(f);
     kmp_arena_free(&f->arena);
     kmp_free(f);
 }
@@ -153,22 +164,28 @@ KMP_GETTER(int kempe_folder_whole_count(const kempe_folder *folder), folder, fol
 
 /* -- description ------------------------------------------------------------------------------------- */
 
+static const char *plural(long count)
+{
+    return count == 1 ? "" : "s";
+}
+
 static void put_run(kmp_text *text, const kempe_folder *f)
 {
     const kmp_batch_totals *t = &f->totals;
     double rate = f->wall_s > 0 ? (double)f->ran_instances / f->wall_s : 0;
-    kmp_text_printf(text, "this run  %d part%s, %ld instances: %ld ok, %ld stopped, %ld failed\n", f->ran_parts,
-                    f->ran_parts == 1 ? "" : "s", f->ran_instances, t->ok, t->stopped, t->failed);
+    kmp_text_printf(text, "this run  %d part%s, %ld instance%s: %ld ok, %ld stopped, %ld failed\n", f->ran_parts,
+                    plural(f->ran_parts), f->ran_instances, plural(f->ran_instances), t->ok, t->stopped, t->failed);
     if (f->ran_instances == 0)
         return;
-    kmp_text_printf(text, "lanes     %ld instances separately\n", t->alone);
+    kmp_text_printf(text, "lanes     %ld instance%s separately\n", t->alone, plural(t->alone));
     kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
                     t->h, t->hdot);
     kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", t->drift);
     if (t->not_converged > 0)
-        kmp_text_printf(text, "repeat    %ld instances HAVE NOT CONVERGED at another rtol\n", t->not_converged);
+        kmp_text_printf(text, "repeat    %ld instance%s NOT CONVERGED at another rtol\n", t->not_converged,
+                        t->not_converged == 1 ? " HAS" : "s HAVE");
     kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance\n", t->cpu_s, t->threads,
-                    t->threads == 1 ? "" : "s", 1e6 * t->cpu_s / (double)f->ran_instances);
+                    plural(t->threads), 1e6 * t->cpu_s / (double)f->ran_instances);
     kmp_text_printf(text, "time      %.3f s, %.4g instances per second\n", f->wall_s, rate);
 }
 
@@ -177,14 +194,26 @@ static void put_next(kmp_text *text, const kempe_folder *f)
 {
     int missing = f->parts - f->whole;
     if (missing == 0) {
-        kmp_text_printf(text, "complete  'kempe gather %s -o FILE.csv' checks the parts and writes one table\n",
-                        f->path);
+        kmp_text_put(text, "complete  kempe gather ");
+        kmp_text_shell(text, f->path);
+        kmp_text_put(text, " -o FILE.csv: checks the parts and writes one table\n");
         return;
     }
-    kmp_text_printf(text, "missing   %d of %d parts", missing, f->parts);
+    kmp_text_printf(text, "missing   %d of %d part%s", missing, f->parts, plural(f->parts));
     if (f->elsewhere > 0)
         kmp_text_printf(text, "; other processes work on %d of them", f->elsewhere);
     kmp_text_put(text, "; the run's command with --resume runs them\n");
+}
+
+/* The statistics of a checked folder that has quantities. */
+static void put_statistics(kmp_text *text, const kempe_folder *f)
+{
+    char *said = NULL;
+    if (!f->statistics)
+        return;
+    text->failed = text->failed || kempe_statistics_print(f->statistics, KEMPE_TEXT, &said) != KEMPE_OK;
+    kmp_text_printf(text, "\n%s", said ? said : "");
+    kempe_text_free(said);
 }
 
 static void put_text(kmp_text *text, const void *result)
@@ -193,8 +222,9 @@ static void put_text(kmp_text *text, const void *result)
     double rtol = 0, atol = 0, t_end = 0;
     (void)(kmp_manifest_double(f->manifest, "rtol", &rtol) && kmp_manifest_double(f->manifest, "atol", &atol) &&
            kmp_manifest_double(f->manifest, "t_end", &t_end));
-    kmp_text_printf(text, "%s: %d instances in %d parts of %d; %d parts are whole in %s%s\n\n", f->model, f->instances,
-                    f->parts, f->chunk, f->whole, f->path, f->interrupted ? "; interrupted" : "");
+    kmp_text_printf(text, "%s: %d instance%s in %d part%s of %d; %d part%s whole in %s%s\n\n", f->model, f->instances,
+                    plural(f->instances), f->parts, plural(f->parts), f->chunk, f->whole,
+                    f->whole == 1 ? " is" : "s are", f->path, f->interrupted ? "; interrupted" : "");
     kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", t_end, rtol, atol);
     if (f->ran)
         put_run(text, f);
@@ -202,6 +232,7 @@ static void put_text(kmp_text *text, const void *result)
         kmp_text_printf(text, "status    %ld ok, %ld stopped, %ld failed\nparts     %d checked, %d damaged\n", f->ok,
                         f->stopped, f->failed, f->whole, f->damaged);
     put_next(text, f);
+    put_statistics(text, f);
 }
 
 static void put_json(kmp_text *text, const void *result)
@@ -222,6 +253,8 @@ static void put_json(kmp_text *text, const void *result)
                      f->ran_parts, f->ran_instances, f->totals.ok, f->totals.stopped, f->totals.failed,
                      f->totals.not_converged, f->totals.alone, f->elsewhere, f->totals.threads, f->totals.cpu_s,
                      f->wall_s);
+    if (f->statistics)
+        kmp_statistics_put(&json, "statistics", f->statistics);
     kmp_json_put(&json, "}");
 }
 

@@ -26,6 +26,9 @@ struct kempe_folder {
     bool checked;
     int damaged;
     long ok, stopped, failed;
+    kempe_table *shape, *measured; /* columns of the parts; rows of the columns `chosen` that statistics read */
+    bool *chosen;
+    kempe_statistics *statistics; /* NULL: no quantities, or parts are missing or damaged */
 };
 
 enum { KMP_HASH_SIZE = 64, KMP_FOLDER_FORMAT = 1 };
@@ -40,6 +43,9 @@ bool kmp_folder_has_part(const kempe_folder *folder, int part);
 void kmp_folder_count(kempe_folder *folder);
 /** Instances of a part, and the number of its first. */
 int kmp_folder_part_size(const kempe_folder *folder, int part);
+
+/** Frees what a check has made. */
+void kmp_folder_clear(kempe_folder *folder);
 
 /** Size of chunks where the user gives none. */
 int kmp_folder_chunk(int instances);

@@ -8,6 +8,12 @@
 #include <limits.h>
 #include <string.h>
 
+const char *kmp_value_name(const char *column)
+{
+    const size_t size = sizeof KMP_VALUE_PREFIX - 1;
+    return strncmp(column, KMP_VALUE_PREFIX, size) == 0 ? column + size : column;
+}
+
 kempe_values *kmp_values_new(int columns, const char *const *names)
 {
     kempe_values *values = KMP_NEW(kempe_values, 1);

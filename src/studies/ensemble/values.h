@@ -22,6 +22,10 @@ struct kempe_values {
 /** Copies or draws rows first .. first + count - 1, which the table has. */
 void kmp_values_get(const kempe_values *values, int first, int count, double *rows);
 
+/** The name of the value of a column of results, which is behind this prefix if a result has the same name. */
+#define KMP_VALUE_PREFIX "value."
+const char *kmp_value_name(const char *column);
+
 /** An empty table with a copy of the names. NULL: no memory. */
 kempe_values *kmp_values_new(int columns, const char *const *names);
 /** A row more, to be filled. NULL: no memory. */

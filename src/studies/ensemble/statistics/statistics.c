@@ -9,6 +9,7 @@
 #include "studies/ensemble/distributions.h"
 #include "studies/ensemble/statistics/contributions.h"
 #include "studies/ensemble/statistics/shares.h"
+#include "studies/ensemble/values.h"
 #include <kempe/ensemble.h>
 #include <math.h>
 #include <stdlib.h>
@@ -41,6 +42,7 @@ typedef struct quantity {
 struct kempe_statistics {
     kempe_context *context;
     kmp_arena arena;
+    const char *folder; /* that has the instances; NULL: none */
     double confidence;
     int rows, done, inputs, quantities; /* done: instances that reached their end */
     const char **input;
@@ -78,6 +80,14 @@ static int count_taken(const kempe_table *t, bool states)
     for (int c = 0; c < kempe_table_column_count(t); c++)
         count += is_taken(t, c, states);
     return count;
+}
+
+bool kmp_statistics_choose(const kempe_table *t, bool *chosen)
+{
+    int last = kempe_table_find(t, "t"), limits = kempe_table_find(t, "limits"), steps = kempe_table_find(t, "steps");
+    for (int c = 0; c < kempe_table_column_count(t); c++)
+        chosen[c] = c <= last || c == limits || c == steps || is_taken(t, c, false);
+    return count_taken(t, false) > 0;
 }
 
 /* -- one quantity -------------------------------------------------------------------------------------- */
@@ -229,7 +239,7 @@ static kempe_status make(kempe_statistics *s, const kempe_table *t)
                              KMP_ROOM(bool, s->rows, &s->ok), KMP_ROOM(quantity, s->quantities, &s->quantity));
     KMP_TRY(kmp_made(s->context, ok));
     for (int i = 0; i < s->inputs; i++)
-        s->input[i] = kmp_arena_strdup(&s->arena, kempe_table_column_name(t, i));
+        s->input[i] = kmp_arena_strdup(&s->arena, kmp_value_name(kempe_table_column_name(t, i)));
     take_rows(s, t, status);
     for (int c = 0; ok && c < kempe_table_column_count(t); c++)
         if (is_taken(t, c, states))
@@ -251,6 +261,14 @@ kempe_status kempe_statistics_new(const kempe_table *instances, double confidenc
     s->confidence = confidence;
     kempe_status status = make(s, instances);
     return KMP_GIVE_OR_FREE(status, statistics, s, kempe_statistics_free);
+}
+
+kempe_status kmp_statistics_of_folder(const kempe_table *instances, const char *folder, kempe_statistics **statistics)
+{
+    KMP_TRY(kempe_statistics_new(instances, 0, statistics));
+    kempe_statistics *s = *statistics;
+    s->folder = kmp_arena_strdup(&s->arena, folder);
+    return kmp_made(s->context, !s->arena.failed);
 }
 
 void kempe_statistics_free(kempe_statistics *s)
@@ -310,11 +328,16 @@ static void fill_contributions(kempe_table *t, const void *result)
         }
 }
 
-/* "--set a=1 --set b=2" of an instance; "" where a start value varies. */
+/* "--set a=1 --set b=2" of an instance; "" if a start value varies. Of a folder "--from FOLDER --instance 1". */
 static char *settings_of(const kempe_statistics *s, int k)
 {
     kmp_text text = {0};
-    for (int i = 0; k >= 0 && i < s->inputs; i++) {
+    if (s->folder && k >= 0) {
+        kmp_text_put(&text, "--from ");
+        kmp_text_shell(&text, s->folder);
+        kmp_text_printf(&text, " --instance %d", k + 1);
+    }
+    for (int i = 0; !s->folder && k >= 0 && i < s->inputs; i++) {
         if (is_state(s->input[i])) {
             kmp_text_free(&text);
             return kmp_strdup("");
@@ -352,7 +375,16 @@ KMP_TABLES(kempe_statistics, statistics, statistics->context, {"moments", fill_m
 
 /* -- text ---------------------------------------------------------------------------------------------- */
 
-static void put_quantity(kmp_text *text, const quantity *q)
+/* The command that repeats an instance of a folder. */
+static void put_replay(kmp_text *text, const kempe_statistics *s, int at, const char *which)
+{
+    char *settings = settings_of(s, at);
+    text->failed = text->failed || !settings;
+    kmp_text_printf(text, "  %-9s kempe simulate %s\n", which, settings ? settings : "");
+    kmp_free(settings);
+}
+
+static void put_quantity(kmp_text *text, const kempe_statistics *s, const quantity *q)
 {
     const estimate *low = &q->quantile[2], *middle = &q->quantile[4], *high = &q->quantile[6];
     kmp_text_printf(text, "%s%s%s%s\n", q->name, *q->unit ? " [" : "", q->unit, *q->unit ? "]" : "");
@@ -362,6 +394,10 @@ static void put_quantity(kmp_text *text, const quantity *q)
     if (q->least_at >= 0)
         kmp_text_printf(text, "  extremes  %.6g in instance %d, %.6g in instance %d\n", q->least, q->least_at + 1,
                         q->largest, q->largest_at + 1);
+    if (q->least_at >= 0 && s->folder) {
+        put_replay(text, s, q->least_at, "least");
+        put_replay(text, s, q->largest_at, "largest");
+    }
 }
 
 /* Sobol's indices, or else regression. */
@@ -394,7 +430,7 @@ static void put_text(kmp_text *text, const void *result)
         kmp_text_printf(text, "yield     %.6g %% (%.6g to %.6g): %d of %d instances whose quantities are known\n",
                         100 * s->yield.value, 100 * s->yield.low, 100 * s->yield.high, s->passed, s->judged);
     for (int k = 0; k < s->quantities && k < MOST_SHOWN; k++) {
-        put_quantity(text, &s->quantity[k]);
+        put_quantity(text, s, &s->quantity[k]);
         put_contributions(text, s, &s->quantity[k]);
     }
     if (s->quantities > MOST_SHOWN)

@@ -10,3 +10,10 @@ void kmp_statistics_put(kmp_json *json, const char *key, const kempe_statistics 
 
 /** The part of the instances within the limits, with its interval; false: there are no limits, or nothing is known. */
 bool kmp_statistics_yield(const kempe_statistics *statistics, double *part, double *low, double *high);
+
+/** Marks the columns of a table "instances" that its statistics read; the table may have no rows. false: it has no
+ * quantities. */
+bool kmp_statistics_choose(const kempe_table *instances, bool *chosen);
+
+/** Statistics of a result folder whose rows are `instances`; the words that repeat an extreme name the folder. */
+kempe_status kmp_statistics_of_folder(const kempe_table *instances, const char *folder, kempe_statistics **statistics);
