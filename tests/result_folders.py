@@ -293,6 +293,92 @@ class Folders(unittest.TestCase):
         told = subprocess.run(gather, capture_output=True, text=True)
         self.assertEqual((told.returncode, "swing" in told.stdout), (1, False))
 
+    def histories(self):
+        return {path.name: path.read_bytes() for path in sorted((self.folder / "history").iterdir())}
+
+    def test_history(self):
+        """Histories of chosen instances: the bytes of a run for any threads and shares, after kills and losses."""
+        words = ["--history", "3,40:42,240", "--output-step", "0.05"]
+        chosen = [3, 40, 41, 42, 240]
+        self.assertEqual(run(self.folder, *words).returncode, 0)
+        whole = self.histories()
+        self.assertEqual(list(whole), ["part-000000.parquet", "part-000002.parquet", "part-000014.parquet"])
+        parts = [path.read_bytes() for path in sorted(self.folder.glob("part-*"))]
+        table, ends = self.place / "history.csv", self.place / "ends.csv"
+        gather = [KEMPE, "gather", self.folder, "-o", ends, "--history-output", table]
+        subprocess.run(gather, check=True, capture_output=True)
+        other = self.place / "history_of_table.csv"
+        subprocess.run([KEMPE, *TABLE, *words, "--history-output", other], check=True, capture_output=True)
+        self.assertEqual(table.read_bytes(), other.read_bytes())
+        head, *rows = table.read_text().splitlines()
+        self.assertEqual([int(row.split(",")[0]) for row in rows], [k for k in chosen for _ in range(7)])
+        names, *all_ends = (line.split(",") for line in ends.read_text().splitlines())
+        for k in chosen:  # the rows of simulate, and the end of the table of ends
+            motion = self.place / "instance.csv"
+            subprocess.run([KEMPE, "simulate", "--from", self.folder, "--instance", str(k), "--output-step", "0.05", "-o", motion],
+                           check=True, capture_output=True)
+            mine = [row.split(",", 1)[1] for row in rows if row.startswith(f"{k},")]
+            self.assertEqual([head.split(",", 1)[1], *mine], motion.read_text().splitlines())
+            for name in ("q.crank", "q.rocker", "qd.crank"):
+                last = float(mine[-1].split(",")[head.split(",").index(name) - 1])
+                self.assertAlmostEqual(last, float(all_ends[k - 1][names.index(name)]), delta=1e-6)
+        for shares in (1, 2, 3, 7):
+            shutil.rmtree(self.folder)
+            jobs = [subprocess.Popen([KEMPE, *STUDY, *words, "--threads", str(1 + shares % 2), "--out", self.folder, "--shard",
+                                      f"{k + 1}/{shares}"], stdout=subprocess.DEVNULL) for k in range(shares)]
+            self.assertEqual([job.wait(300) for job in jobs], [0] * shares)
+            self.assertEqual(self.histories(), whole)
+        chance = random.Random(3)
+        shutil.rmtree(self.folder)
+        kills, span = 0, 0.2
+        while kills < KILLS:
+            job = subprocess.Popen([KEMPE, *STUDY, *words, "--threads", "1", "--out", self.folder, "--resume"],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            time.sleep(chance.uniform(0, span))
+            job.send_signal(signal.SIGKILL)
+            if job.wait() == 0:
+                shutil.rmtree(self.folder)
+                span *= 0.7
+                continue
+            kills += 1
+            for name in whole:  # a whole part has its histories
+                if (self.folder / name).exists():
+                    self.assertEqual((self.folder / "history" / name).read_bytes(), whole[name])
+        for lost in (None, *whole):
+            if lost:
+                (self.folder / "history" / lost).unlink()
+                told = subprocess.run(gather, capture_output=True, text=True)
+                self.assertEqual(told.returncode, 1)
+                self.assertIn(f"1 of 15 parts is missing: {int(lost[5:11])}; the run with --resume makes it", told.stderr)
+            self.assertEqual(run(self.folder, *words, "--resume").returncode, 0)
+            self.assertEqual({name: data for name, data in self.histories().items() if name in whole}, whole)
+            self.assertEqual([path.read_bytes() for path in sorted(self.folder.glob("part-*"))], parts)
+        damaged = self.folder / "history/part-000002.parquet"
+        damaged.write_bytes(whole[damaged.name][:100] + b"?" + whole[damaged.name][101:])
+        told = subprocess.run([KEMPE, "gather", self.folder], capture_output=True, text=True)
+        self.assertEqual((told.returncode, "history/part-000002.parquet: it is damaged" in told.stderr), (1, True))
+        for other, reason in ((["--history", "3"], "the list of histories is \"3,40:42,240\" in the folder and \"3\""),
+                              (["--output-step", "0.1"], "the time between rows of histories is 0.05 in the folder and 0.1"),
+                              (["--history", "241"], "there are no instances 241 to 241: there are 1 to 240")):
+            self.assertIn(reason, run(self.folder, *words, *other, "--resume").stderr)
+        self.assertIn("the list of histories is", run(self.folder, "--resume").stderr)
+        self.assertEqual(run(self.folder.with_name("wrong.kempe"), "--history", "3,,4").returncode, 3)
+        self.assertFalse(self.folder.with_name("wrong.kempe").exists())
+
+    def test_histories_that_fail(self):
+        """An instance that cannot start has no rows; an impossible one is no failure of the others."""
+        values = self.place / "values.csv"
+        values.write_text("crank\n3\n0.3\n4\n")
+        words = ["ensemble", str(MODEL), "--values", str(values), "--t-end", "0.1", "--quiet", "--history", "1:3"]
+        table = self.place / "some.csv"
+        done = subprocess.run([KEMPE, *words, "--history-output", table], capture_output=True, text=True)
+        self.assertIn("2 failed", done.stdout)
+        self.assertEqual({row.split(",")[0] for row in table.read_text().splitlines()[1:]}, {"2"})
+        self.assertEqual(run(self.folder, "--chunk", "1", study=words).returncode, 0)
+        gathered = self.place / "gathered_some.csv"
+        subprocess.run([KEMPE, "gather", self.folder, "--history-output", gathered], check=True, capture_output=True)
+        self.assertEqual(gathered.read_bytes(), table.read_bytes())
+
     def test_plurals(self):
         study = [*TABLE, "--instances", "1", "--threads", "1"]
         text = run(self.folder, study=study).stdout

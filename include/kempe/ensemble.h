@@ -170,6 +170,13 @@ KEMPE_API kempe_status kempe_batch_write_report(kempe_batch *batch, const char *
  * and on the disk: whatever ends the process, whole parts stay. The bytes of the parts depend neither on threads nor on
  * the processes that make them. */
 
+/** Time histories of chosen instances, "3,10:12", from 1 on: a table "history" with the column instance and the
+ * columns of the table "rows" of a trajectory, instance after instance, with the model's or the run's output_step. Each
+ * is a run of its own, with the settings of the ensemble. An instance that fails has the rows up to there.
+ * KEMPE_E_ARGUMENT: other words, or there is no such instance. */
+KEMPE_API kempe_status kempe_ensemble_history(kempe_ensemble *ensemble, const kempe_run_options *run,
+                                              const char *instances, kempe_table **table);
+
 typedef struct kempe_folder kempe_folder;
 
 typedef struct kempe_folder_options {
@@ -180,6 +187,7 @@ typedef struct kempe_folder_options {
      * I and N from Slurm, Open MPI or PMI; the jobs of GNU parallel take the next free parts. NULL: all parts that no
      * other process has taken. */
     const char *shard;
+    const char *history; /* instances whose histories are written too: kempe_ensemble_history; NULL: none */
 } kempe_folder_options;
 
 /** Runs the instances of an ensemble into a folder, which is made where it is missing. Processes with `resume` or a
@@ -211,6 +219,9 @@ KEMPE_API kempe_status kempe_folder_part(const kempe_folder *folder, int part, k
  * kempe_table_write. Files .csv and .parquet take the memory of some parts, others that of all. `units` 1: columns of
  * .csv are named with their units. */
 KEMPE_API kempe_status kempe_folder_write(kempe_folder *folder, const char *path, int units);
+
+/** The same for the histories of the folder (kempe_ensemble_history). KEMPE_E_ARGUMENT: it has none. */
+KEMPE_API kempe_status kempe_folder_write_history(kempe_folder *folder, const char *path, int units);
 
 /** The model with the values of an instance (from 0 on), which its part has; freed before `model`, which must be that
  * of the folder. KEMPE_E_INPUT: it is another one. KEMPE_E_FAILED: the part is missing, or the model cannot have these

@@ -206,6 +206,12 @@ class Folder(Result):
             *self._context.guarded(lib.guarded_kempe_folder_write, self._pointer, os.fsencode(path), units)
         )
 
+    def write_history(self, path: str | os.PathLike[str], units: bool = False) -> None:
+        """The same for the histories of chosen instances."""
+        self._context.refuse(
+            *self._context.guarded(lib.guarded_kempe_folder_write_history, self._pointer, os.fsencode(path), units)
+        )
+
     def __repr__(self) -> str:
         return f"<Folder: {self.whole} of {self.parts} parts>"
 
@@ -286,6 +292,23 @@ class Ensemble(Fixed):
         del keep
         return made
 
+    def history(self, instances: str, **options: Unpack[RunOptions]) -> Table:
+        """Time histories of chosen instances, "3,10:12", 1 the first one: a column `instance`, then those of `Trajectory.rows`.
+        Each is a run of its own.
+
+        >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]})
+        >>> table = ensemble.history("1,3", t_end=0.5, output_step=0.1)
+        >>> len(table["t"]), table.names[:3]
+        (12, ('instance', 't', 'q.crank'))
+        """
+        given, keep = struct_of("kempe_run_options", options, "progress")
+        with self._context.reporting(options.get("progress")):
+            made = self._context.make(
+                Table, lib.guarded_kempe_ensemble_history, self._pointer, given, instances.encode()
+            )
+        del keep
+        return made
+
     def run_folder(
         self,
         path: str | os.PathLike[str],
@@ -295,10 +318,12 @@ class Ensemble(Fixed):
         shard: str | None = None,
         executor: Executor | None = None,
         shards: int = 0,
+        history: str | None = None,
         **options: Unpack[RunOptions],
     ) -> Folder:
         """Runs the instances into a folder, part by part, with the memory of one part. `resume`: runs those that are missing.
         `shard`: "I/N", every N-th part from the I-th on, or "auto". Processes with one of both share a folder.
+        `history`: instances whose histories are written too, "3,10:12", 1 the first one.
 
         With an `executor`, as those of concurrent.futures, its processes run `shards` such shares (0: 64), with one thread each
         unless `threads` is given. The call waits for all of them; the error of a lost process names the missing parts.
@@ -313,9 +338,11 @@ class Ensemble(Fixed):
         if executor is not None:
             if shard is not None:
                 raise TypeError("shard and executor exclude each other: an executor runs all shares")
-            return run_shards(self, path, lanes, chunk, resume, executor, shards, options)
+            return run_shards(self, path, lanes, chunk, resume, executor, shards, {**options, "history": history})
         given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
-        where, more = struct_of("kempe_folder_options", {"chunk": chunk, "resume": resume, "shard": shard})
+        where, more = struct_of(
+            "kempe_folder_options", {"chunk": chunk, "resume": resume, "shard": shard, "history": history}
+        )
         with self._context.reporting(options.get("progress")):
             made = self._context.make(
                 Folder,

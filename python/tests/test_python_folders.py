@@ -37,6 +37,23 @@ def test_rows_of_a_batch(tmp_path):
         ensemble.run_range(38, 3)
 
 
+def test_histories(tmp_path):
+    """Histories of a folder are those of the ensemble, and rows of single runs."""
+    ensemble = bars()
+    folder = ensemble.run_folder(tmp_path / "bars.kempe", chunk=CHUNK, t_end=0.2, output_step=0.05, history="2,39:40")
+    folder.write_history(tmp_path / "gathered.csv")
+    table = ensemble.history("2,39:40", t_end=0.2, output_step=0.05)
+    table.write(tmp_path / "table.csv")
+    assert (tmp_path / "gathered.csv").read_bytes() == (tmp_path / "table.csv").read_bytes()
+    assert list(table["instance"]) == [2] * 5 + [39] * 5 + [40] * 5
+    ends = ensemble.run(t_end=0.2).q[[1, 38, 39]]
+    assert abs(ends[:, 0] - table["q.crank"][4::5]).max() < 1e-7
+    with pytest.raises(kempe.ArgumentError, match="no instances 41 to 41: there are 1 to 40"):
+        ensemble.history("41")
+    with pytest.raises(kempe.ArgumentError, match="has no histories"):
+        ensemble.run_folder(tmp_path / "other.kempe", chunk=CHUNK, t_end=0.1).write_history(tmp_path / "no.csv")
+
+
 def test_gathered(tmp_path):
     """The file of all parts is that of the batch, to the byte; Parquet's groups of rows are those of other readers."""
     ensemble, place = bars(), tmp_path / "bars.kempe"

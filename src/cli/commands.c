@@ -246,11 +246,30 @@ static kempe_status instances_report(const cli_job *j, void *object, const char 
     return kempe_batch_write_report(i->batch, path);
 }
 
-static const cli_study ensemble_study = {.compute = instances_compute,
-                                         .print = instances_print,
-                                         .free = instances_free,
-                                         .table = instances_table,
-                                         .files = {{AT(report), instances_report}}};
+/* Writes a table, with units in the names of its columns where they are requested, and frees it. */
+static kempe_status write_history(const cli_job *j, kempe_table *table, const char *path)
+{
+    if (j->settings->units)
+        kempe_table_name_units(table);
+    kempe_status status = kempe_table_write(table, path);
+    kempe_table_free(table);
+    return status;
+}
+
+static kempe_status instances_history(const cli_job *j, void *object, const char *path)
+{
+    const instances *i = object;
+    kempe_table *table = NULL;
+    kempe_status status = kempe_ensemble_history(i->ensemble, &j->settings->run, j->settings->folder.history, &table);
+    return status == KEMPE_OK ? write_history(j, table, path) : status;
+}
+
+static const cli_study ensemble_study = {
+    .compute = instances_compute,
+    .print = instances_print,
+    .free = instances_free,
+    .table = instances_table,
+    .files = {{AT(report), instances_report}, {AT(history_output), instances_history}}};
 
 /* An ensemble that runs into a folder. */
 typedef struct folder_run {
@@ -313,6 +332,8 @@ static kempe_status run_gather(const cli_job *j)
     kempe_status status = kempe_folder_open(j->context, s->file, &folder);
     if (status == KEMPE_OK)
         status = s->output ? kempe_folder_write(folder, s->output, s->units) : kempe_folder_check(folder);
+    if (status == KEMPE_OK && s->history_output)
+        status = kempe_folder_write_history(folder, s->history_output, s->units);
     if (folder && (status == KEMPE_E_IO || status == KEMPE_E_INPUT))
         status = KEMPE_E_FAILED; /* an output that cannot be written, a damaged part */
     bool ended = folder && status != KEMPE_STOPPED;
@@ -399,6 +420,12 @@ static const char *ensemble_lacks(const cli_settings *s)
         return "--resume, --shard and --chunk belong to a folder: give --out RUN.kempe";
     if (s->out && (s->output || s->plot || s->report))
         return "--out writes parts, not one table: give --output, --plot or --report to a run without it";
+    if (s->out && s->history_output)
+        return "--out has the histories in its folder: 'kempe gather FOLDER --history-output FILE' writes one table";
+    if (s->folder.history && !s->out && !s->history_output)
+        return "--history needs a place for the rows: --history-output FILE, or a folder, --out RUN.kempe";
+    if (!s->folder.history && (s->history_output || s->run.output_step > 0))
+        return "--history-output and --output-step belong to chosen instances: give --history K,A:B,..";
     return NULL;
 }
 
@@ -509,7 +536,7 @@ const cli_command cli_commands[] = {
      .run = run_ensemble},
     {CLI_GATHER, "gather", "check the parts of a result folder of an ensemble, and write them as one table",
      "  kempe gather bars.kempe\n"
-     "  kempe gather bars.kempe -o bars.csv\n",
+     "  kempe gather bars.kempe -o bars.csv --history-output bars_history.csv\n",
      .usage = "FOLDER [options]", .without_model = true, .run = run_gather},
     {CLI_COMPARE, "compare", "compare formulations, integrators and tolerances against a reference solution",
      "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"

@@ -73,6 +73,7 @@ typedef struct cli_settings {
     const char *out, *from; /* result folders */
     int instance;           /* of `from`, from 1 on */
     kempe_folder_options folder;
+    const char *history_output;
     int seed, lanes;
     int count, branches, alone, all, no_cache, units, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;

@@ -63,7 +63,7 @@ static kempe_run_options run_of(int threads)
 static int run_into(study *s, const char *name, int threads, const char *shard, int resume)
 {
     kempe_run_options run = run_of(threads);
-    kempe_folder_options options = {sizeof options, CHUNK, resume, shard};
+    kempe_folder_options options = {.size = sizeof options, .chunk = CHUNK, .resume = resume, .shard = shard};
     kempe_folder *folder = NULL;
     kempe_status status = kempe_ensemble_run_folder(s->ensemble, &run, 0, path_of(s, name), &options, &folder);
     int whole = status == KEMPE_OK ? kempe_folder_whole_count(folder) : -1;
@@ -239,11 +239,55 @@ static void test_engines(void)
     end(&s);
 }
 
+/* Rows of chosen instances are those of a run of the model with their values; angles in degrees if these are
+ * chosen. */
+static void test_histories(void)
+{
+    study s = begin("crank=0.29:0.31,qd.A=1:3");
+    kempe_run_options run = run_of(1);
+    kempe_table *table = NULL, *rows = NULL;
+    kempe_trajectory *trajectory = NULL;
+    kempe_system *system = NULL;
+    kempe_model *model = NULL;
+    kempe_folder *folder = NULL;
+    kempe_folder_options options = {.size = sizeof options, .chunk = CHUNK, .history = "7"};
+    run.output_step = 0.1;
+    CHECK(kempe_ensemble_run_folder(s.ensemble, &run, 0, path_of(&s, "a"), &options, &folder) == KEMPE_OK);
+    CHECK(kempe_context_set_angle_unit(s.context, "deg") == KEMPE_OK);
+    CHECK(kempe_ensemble_history(s.ensemble, &run, "7, 12:13", &table) == KEMPE_OK);
+    CHECK(kempe_table_row_count(table) == 9);
+    CHECK(kempe_folder_model(folder, s.model, 6, &model) == KEMPE_OK);
+    run.formulation = "reduced";
+    run.integrator = "dop853";
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK && kempe_simulate(system, &run, &trajectory) == KEMPE_OK);
+    CHECK(kempe_trajectory_table(trajectory, "rows", &rows) == KEMPE_OK);
+    CHECK(kempe_table_column_count(table) == 1 + kempe_table_column_count(rows));
+    CHECK_TEXT(kempe_table_unit(table, kempe_table_find(table, "q.A")), "deg");
+    for (int row = 0; row < 9; row++) {
+        CHECK(kempe_table_number(table, row, 0) == (row < 3 ? 7 : 11 + row / 3));
+        CHECK(kempe_table_number(table, row, 1) == (row % 3) * 0.1);
+        for (int c = 0; row < 3 && c < kempe_table_column_count(rows); c++)
+            CHECK(kempe_table_number(table, row, c + 1) == kempe_table_number(rows, row, c));
+    }
+    kempe_table_free(rows);
+    kempe_table_free(table);
+    table = NULL;
+    CHECK(kempe_ensemble_history(s.ensemble, &run, "51", &table) == KEMPE_E_ARGUMENT && !table);
+    CHECK_TEXT(kempe_context_message(s.context), "history:1:1: there are no instances 51 to 51: there are 1 to 50");
+    CHECK(kempe_ensemble_history(s.ensemble, &run, "5:", &table) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_ensemble_history(s.ensemble, &run, "99999999999", &table) == KEMPE_E_ARGUMENT);
+    kempe_folder_free(folder);
+    kempe_trajectory_free(trajectory);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    end(&s);
+}
+
 static void test_refusals(void)
 {
     study s = begin("crank=0.29:0.31,qd.A=1:3");
     kempe_folder *folder = NULL;
-    kempe_folder_options options = {sizeof options, CHUNK, 1, NULL};
+    kempe_folder_options options = {.size = sizeof options, .chunk = CHUNK, .resume = 1};
     kempe_run_options run = run_of(1);
     CHECK(run_into(&s, "a", 1, "1/2", 0) == PARTS - PARTS / 2);
     CHECK(run_into(&s, "a", 1, NULL, 0) == -1);
@@ -275,6 +319,7 @@ int main(void)
     TEST(test_rows);
     TEST(test_shares);
     TEST(test_engines);
+    TEST(test_histories);
     TEST(test_refusals);
     return check_report();
 }

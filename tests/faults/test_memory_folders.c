@@ -11,17 +11,25 @@
 enum { COUNT = 6, CHUNK = 4, PARTS = 2 };
 
 static char folder[] = "/tmp/kempe_memory_folder_XXXXXX";
-static char gathered[64];
+static char gathered[64], histories[64];
 static kempe_ensemble *ensemble;
 
 static void remove_files(void)
 {
-    static const char *const names[] = {"part-000000.parquet", "part-000001.parquet", "manifest.json", "all.parquet"};
+    static const char *const names[] = {"part-000000.parquet",
+                                        "part-000001.parquet",
+                                        "history/part-000000.parquet",
+                                        "history/part-000001.parquet",
+                                        "manifest.json",
+                                        "all.parquet",
+                                        "histories.csv"};
     char file[96];
-    for (int k = 0; k < 4; k++) {
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
         (void)snprintf(file, sizeof file, "%s/%s", folder, names[k]);
         (void)unlink(file);
     }
+    (void)snprintf(file, sizeof file, "%s/history", folder);
+    (void)rmdir(file);
 }
 
 static kempe_status run_into(scene *s)
@@ -31,9 +39,9 @@ static kempe_status run_into(scene *s)
     run.t_end = 1e-3;
     (void)s;
     remove_files();
-    kempe_status status =
-        kempe_ensemble_run_folder(ensemble, &run, 0, folder,
-                                  &(kempe_folder_options){.size = sizeof(kempe_folder_options), .chunk = CHUNK}, &made);
+    kempe_status status = kempe_ensemble_run_folder(
+        ensemble, &run, 0, folder,
+        &(kempe_folder_options){.size = sizeof(kempe_folder_options), .chunk = CHUNK, .history = "2,6"}, &made);
     untouched(status, made);
     CHECK(status != KEMPE_OK || kempe_folder_whole_count(made) == PARTS);
     kempe_folder_free(made);
@@ -52,6 +60,8 @@ static kempe_status gather(scene *s)
         status = kempe_folder_check(opened);
     if (status == KEMPE_OK)
         status = kempe_folder_write(opened, gathered, 0);
+    if (status == KEMPE_OK)
+        status = kempe_folder_write_history(opened, histories, 0);
     if (status == KEMPE_OK) {
         status = kempe_folder_part(opened, 1, &table);
         untouched(status, table);
@@ -91,6 +101,7 @@ static void every_allocation_fails(void)
     kempe_values *values = NULL;
     CHECK(mkdtemp(folder) != NULL);
     (void)snprintf(gathered, sizeof gathered, "%s/all.parquet", folder);
+    (void)snprintf(histories, sizeof histories, "%s/histories.csv", folder);
     CHECK(kempe_model_read(s.context, KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &s.model) == KEMPE_OK);
     CHECK(kempe_values_sample(
               s.model,

@@ -16,7 +16,7 @@ enum { GROUP_ROWS = 1 << 16, MOST_NAMED = 8 };
 /* -- one part ---------------------------------------------------------------------------------------- */
 
 /* Why a part is not that of the folder; NULL: it is. */
-static const char *fault_of(const kempe_folder *f, int part, const kmp_parquet_file *file)
+static const char *fault_of(const kempe_folder *f, int part, bool history, const kmp_parquet_file *file)
 {
     char number[16];
     (void)snprintf(number, sizeof number, "%d", part);
@@ -26,20 +26,20 @@ static const char *fault_of(const kempe_folder *f, int part, const kmp_parquet_f
         return "it belongs to another run";
     if (strcmp(kmp_parquet_value(file, "kempe.part"), number) != 0)
         return "it is another part";
-    if (file->rows != kmp_folder_part_size(f, part))
+    if (!history && file->rows != kmp_folder_part_size(f, part))
         return "it has another number of rows";
     return NULL;
 }
 
-/* Reads a part. KEMPE_E_INPUT: it is damaged, or not that part; KEMPE_E_IO. */
-static kempe_status read_part(const kempe_folder *f, int part, kmp_parquet_file *file)
+/* Reads a part, or its histories. KEMPE_E_INPUT: it is damaged, or not that part; KEMPE_E_IO. */
+static kempe_status read_file(const kempe_folder *f, int part, bool history, kmp_parquet_file *file)
 {
     kmp_text path = {0};
-    kmp_folder_put_part(&path, f->path, part);
+    (history ? kmp_folder_put_history : kmp_folder_put_part)(&path, f->path, part);
     kempe_status status = kmp_made(f->context, !path.failed);
     if (status == KEMPE_OK)
         status = kmp_parquet_read(f->context, path.s, file);
-    const char *fault = status == KEMPE_OK ? fault_of(f, part, file) : NULL;
+    const char *fault = status == KEMPE_OK ? fault_of(f, part, history, file) : NULL;
     if (fault) {
         status =
             kmp_complain(f->context, path.s, 0, 0, "%s; remove it, and the run with --resume makes it again", fault);
@@ -49,10 +49,15 @@ static kempe_status read_part(const kempe_folder *f, int part, kmp_parquet_file 
     return status;
 }
 
-/* An empty table with the columns of a part; `chosen` NULL: all of them. */
-static kempe_table *table_of(kempe_context *context, const kmp_parquet_file *file, const bool *chosen)
+static kempe_status read_part(const kempe_folder *f, int part, kmp_parquet_file *file)
 {
-    kempe_table *table = kmp_tabulate(context, "instances");
+    return read_file(f, part, false, file);
+}
+
+/* An empty table with the columns of a part; `chosen` NULL: all of them. */
+static kempe_table *table_of(kempe_context *context, const char *name, const kmp_parquet_file *file, const bool *chosen)
+{
+    kempe_table *table = kmp_tabulate(context, name);
     for (int c = 0; c < file->column_count; c++) {
         const kmp_parquet_column *column = &file->column[c];
         if (chosen && !chosen[c])
@@ -86,7 +91,7 @@ kempe_status kempe_folder_part(const kempe_folder *f, int part, kempe_table **ta
     if (part < 0 || part >= f->parts)
         return kmp_fail(f->context, KEMPE_E_ARGUMENT, "there is no part %d: there are %d, from 0 on", part, f->parts);
     KMP_TRY(read_part(f, part, &file));
-    kempe_table *made = table_of(f->context, &file, NULL);
+    kempe_table *made = table_of(f->context, "instances", &file, NULL);
     add_rows(made, &file, NULL);
     kmp_parquet_file_free(&file);
     return kmp_tabulate_finish(f->context, made, table);
@@ -175,13 +180,13 @@ static bool same_columns(const kempe_table *table, const kmp_parquet_file *file)
 
 static kempe_status begin_statistics(kempe_folder *f, const kmp_parquet_file *file)
 {
-    f->shape = table_of(f->context, file, NULL);
+    f->shape = table_of(f->context, "instances", file, NULL);
     KMP_TRY(kmp_tabulate_check(f->context, f->shape));
     f->chosen = KMP_ARENA_NEW(&f->arena, bool, file->column_count);
     KMP_TRY(kmp_made(f->context, !f->arena.failed));
     if (!kmp_statistics_choose(f->shape, f->chosen))
         return KEMPE_OK;
-    f->measured = table_of(f->context, file, f->chosen);
+    f->measured = table_of(f->context, "instances", file, f->chosen);
     return kmp_tabulate_check(f->context, f->measured);
 }
 
@@ -247,6 +252,14 @@ static kempe_status check_complete(const kempe_folder *f)
     return kmp_fail_text(f->context, KEMPE_E_FAILED, &sentence);
 }
 
+static kempe_status check_history(const kempe_folder *f, int part)
+{
+    kmp_parquet_file file = {0};
+    kempe_status status = kmp_folder_wants_history(f, part) ? read_file(f, part, true, &file) : KEMPE_OK;
+    kmp_parquet_file_free(&file);
+    return status;
+}
+
 kempe_status kempe_folder_check(kempe_folder *f)
 {
     KMP_WANTED(NULL, f, "folder");
@@ -264,6 +277,8 @@ kempe_status kempe_folder_check(kempe_folder *f)
             status = measure(f, k, &file);
         if (status == KEMPE_OK)
             count_rows(f, &file);
+        if (status == KEMPE_OK)
+            status = check_history(f, k);
         f->damaged += status == KEMPE_E_INPUT || status == KEMPE_E_IO;
         status = status == KEMPE_E_MEMORY ? status : KEMPE_OK;
         kmp_parquet_file_free(&file);
@@ -281,9 +296,9 @@ kempe_status kempe_folder_check(kempe_folder *f)
 /* Rows of parts on their way into a file: written group by group in a format that allows it, else all at once. */
 typedef struct gathering {
     kempe_folder *folder;
-    kmp_file_stream *stream; /* NULL: all at once */
-    bool is_csv, units;
-    long rows; /* written */
+    kmp_file_stream *stream;     /* NULL: all at once */
+    bool is_csv, units, history; /* history: of the histories of parts */
+    long rows;                   /* written */
     kmp_parquet_groups groups;
     kempe_table *shape; /* columns without rows */
     kempe_table *table; /* rows that wait; NULL: none */
@@ -310,7 +325,7 @@ static kempe_status flush(gathering *g)
 
 static kempe_table *begin_table(const gathering *g, const kmp_parquet_file *file)
 {
-    kempe_table *table = table_of(g->folder->context, file, NULL);
+    kempe_table *table = table_of(g->folder->context, g->history ? "history" : "instances", file, NULL);
     if (g->units)
         kempe_table_name_units(table);
     return table;
@@ -323,7 +338,10 @@ static kempe_status take_rows(gathering *g, int part, const kmp_parquet_file *fi
     if (!g->shape)
         g->shape = begin_table(g, file);
     KMP_TRY(kmp_tabulate_check(context, g->shape));
-    KMP_TRY(measure(g->folder, part, file));
+    if (!g->history)
+        KMP_TRY(measure(g->folder, part, file));
+    else if (!same_columns(g->shape, file))
+        return kmp_complain(context, g->folder->path, 0, 0, "the histories of part %d have other columns", part);
     if (!g->table)
         g->table = begin_table(g, file);
     add_rows(g->table, file, NULL);
@@ -334,11 +352,15 @@ static kempe_status gather_part(gathering *g, int part)
 {
     kempe_folder *f = g->folder;
     kmp_parquet_file file = {0};
-    KMP_TRY(read_part(f, part, &file));
-    count_rows(f, &file);
-    kempe_status status = take_rows(g, part, &file);
+    if (g->history && !kmp_folder_wants_history(f, part))
+        return KEMPE_OK;
+    KMP_TRY(read_file(f, part, g->history, &file));
+    if (!g->history)
+        count_rows(f, &file);
+    bool empty = g->history && file.rows == 0; /* no instance could start: without columns */
+    kempe_status status = empty ? KEMPE_OK : take_rows(g, part, &file);
     kmp_parquet_file_free(&file);
-    if (status == KEMPE_OK && g->stream && kempe_table_row_count(g->table) >= GROUP_ROWS)
+    if (status == KEMPE_OK && g->stream && g->table && kempe_table_row_count(g->table) >= GROUP_ROWS)
         status = flush(g);
     kmp_progress(f->context, KMP_PROGRESS_STUDY, part + 1, f->parts, "parts");
     return status;
@@ -347,6 +369,9 @@ static kempe_status gather_part(gathering *g, int part)
 static kempe_status finish(gathering *g, const char *path)
 {
     kmp_text text = {0};
+    if (!g->shape)
+        return kmp_fail(g->folder->context, KEMPE_E_FAILED,
+                        "%s has no rows of histories: no chosen instance could start", g->folder->path);
     if (!g->stream)
         return kempe_table_write(g->table, path);
     if (g->table)
@@ -363,7 +388,10 @@ static kempe_status finish(gathering *g, const char *path)
 static kempe_status gather(gathering *g, const char *path)
 {
     kempe_folder *f = g->folder;
-    begin_check(f);
+    if (g->history)
+        kmp_folder_count(f);
+    else
+        begin_check(f);
     KMP_TRY(check_complete(f));
     if (f->parts == 0)
         return kmp_fail(f->context, KEMPE_E_FAILED, "%s has no instances", f->path);
@@ -375,15 +403,14 @@ static kempe_status gather(gathering *g, const char *path)
             return KEMPE_STOPPED;
         KMP_TRY(gather_part(g, k));
     }
-    KMP_TRY(end_statistics(f));
+    if (!g->history)
+        KMP_TRY(end_statistics(f));
     return finish(g, path);
 }
 
-kempe_status kempe_folder_write(kempe_folder *folder, const char *path, int units)
+static kempe_status write_all(kempe_folder *f, const char *path, bool units, bool history)
 {
-    KMP_WANTED_BOTH(folder, path);
-    kempe_folder *f = folder;
-    gathering g = {.folder = f, .units = units != 0};
+    gathering g = {.folder = f, .units = units, .history = history};
     kmp_context_begin(f->context);
     kempe_status status = gather(&g, path);
     kmp_file_stream_free(g.stream);
@@ -391,4 +418,19 @@ kempe_status kempe_folder_write(kempe_folder *folder, const char *path, int unit
     kempe_table_free(g.table);
     kempe_table_free(g.shape);
     return status;
+}
+
+kempe_status kempe_folder_write(kempe_folder *folder, const char *path, int units)
+{
+    KMP_WANTED_BOTH(folder, path);
+    return write_all(folder, path, units != 0, false);
+}
+
+kempe_status kempe_folder_write_history(kempe_folder *folder, const char *path, int units)
+{
+    KMP_WANTED_BOTH(folder, path);
+    if (!folder->history)
+        return kmp_fail(folder->context, KEMPE_E_ARGUMENT,
+                        "%s has no histories: its run had no --history with chosen instances", folder->path);
+    return write_all(folder, path, units != 0, true);
 }

@@ -4,9 +4,9 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "output/formats/parquet.h"
-#include "studies/ensemble/part_claims.h"
+#include "studies/ensemble/processes/part_claims.h"
+#include "studies/ensemble/processes/shard.h"
 #include "studies/ensemble/result_folder.h"
-#include "studies/ensemble/shard.h"
 #include "studies/ensemble/values.h"
 #include <stdio.h>
 #include <string.h>
@@ -70,6 +70,30 @@ static kempe_status make_manifest(kempe_context *context, const char *path, cons
     return status;
 }
 
+/* Reports wrong words of --history before a folder is made. */
+static kempe_status check_history(const folder_run *r, const char *words, int instances)
+{
+    kmp_arena arena = {0};
+    kmp_instance_ranges ranges;
+    kempe_status status = kmp_instance_ranges_read(r->context, &arena, words, instances, &ranges);
+    kmp_arena_free(&arena);
+    return status;
+}
+
+/* Makes the folder of histories. */
+static kempe_status make_history_folder(const folder_run *r)
+{
+    kmp_text path = {0};
+    if (!r->folder->history)
+        return KEMPE_OK;
+    kmp_text_printf(&path, "%s/history", r->folder->path);
+    kempe_status status = kmp_made(r->context, !path.failed);
+    if (status == KEMPE_OK)
+        status = kmp_folder_make(r->context, path.s);
+    kmp_text_free(&path);
+    return status;
+}
+
 /* Opens or makes the folder of a run. */
 static kempe_status enter(folder_run *r, const char *path, const kempe_folder_options *options)
 {
@@ -77,10 +101,11 @@ static kempe_status enter(folder_run *r, const char *path, const kempe_folder_op
     kmp_text manifest = {0};
     bool joins = options->resume || options->shard;
     int instances = kmp_ensemble_values(r->ensemble)->count;
+    KMP_TRY(check_history(r, options->history, instances));
     KMP_TRY(kmp_folder_make(r->context, path));
     KMP_TRY(kmp_manifest_read(r->context, path, &there));
-    kempe_status status =
-        kmp_manifest_put(r->ensemble, r->run, r->lanes, chunk_of(options, there, instances), &manifest);
+    kempe_status status = kmp_manifest_put(r->ensemble, r->run, r->lanes, chunk_of(options, there, instances),
+                                           options->history, &manifest);
     if (status == KEMPE_OK && there && !joins)
         status = kmp_complain(r->context, path, 0, 0,
                               "the folder has results; --resume runs what is missing, another folder begins anew");
@@ -92,35 +117,60 @@ static kempe_status enter(folder_run *r, const char *path, const kempe_folder_op
         status = kmp_folder_of(r->context, path, &manifest, &r->folder);
     kmp_text_free(&manifest);
     kmp_free(there);
+    if (status == KEMPE_OK)
+        status = make_history_folder(r);
     return status;
 }
 
 /* -- one part ---------------------------------------------------------------------------------------- */
 
-static kempe_status write_part(const folder_run *r, const kempe_batch *batch, int part)
+/* Writes the table of a part, which is freed, to a path. */
+static kempe_status write_table(const folder_run *r, kempe_table *table, int part, const kmp_text *path)
 {
-    kempe_table *table = NULL;
-    kmp_text text = {0}, path = {0};
+    kmp_text text = {0};
     char number[16], first[16];
     (void)snprintf(number, sizeof number, "%d", part);
     (void)snprintf(first, sizeof first, "%d", part * r->folder->chunk);
     const kmp_parquet_note notes[] = {{"kempe.run", r->folder->hash}, {"kempe.part", number}, {"kempe.first", first}};
+    kmp_parquet_put(&text, table, 3, notes);
+    kempe_table_free(table);
+    kempe_status status = kmp_made(r->context, !path->failed && !text.failed);
+    if (status == KEMPE_OK)
+        status = kmp_file_write_lasting(r->context, path->s, &text);
+    kmp_text_free(&text);
+    return status;
+}
+
+/* Histories are written before their part: a whole part has them. */
+static kempe_status write_history(const folder_run *r, int part)
+{
+    kempe_table *table = NULL;
+    kmp_text path = {0};
+    int first = part * r->folder->chunk, count = kmp_folder_part_size(r->folder, part);
+    bool degrees = kmp_context_use_degrees(r->context, false); /* parts are in SI */
+    kempe_status status = kmp_histories(r->ensemble, r->run, &r->folder->ranges, first, count, &table);
+    (void)kmp_context_use_degrees(r->context, degrees);
+    kmp_folder_put_history(&path, r->folder->path, part);
+    if (status == KEMPE_OK)
+        status = write_table(r, table, part, &path);
+    kmp_text_free(&path);
+    return status;
+}
+
+static kempe_status write_part(const folder_run *r, const kempe_batch *batch, int part)
+{
+    kempe_table *table = NULL;
+    kmp_text path = {0};
     bool degrees = kmp_context_use_degrees(r->context, false); /* parts are in SI */
     kempe_status status = kempe_batch_table(batch, "instances", &table);
     (void)kmp_context_use_degrees(r->context, degrees);
-    if (status == KEMPE_OK) {
-        kmp_parquet_put(&text, table, 3, notes);
-        kmp_folder_put_part(&path, r->folder->path, part);
-        status = kmp_made(r->context, !path.failed && !text.failed);
-    }
-    kempe_table_free(table);
+    kmp_folder_put_part(&path, r->folder->path, part);
     if (status == KEMPE_OK)
-        status = kmp_file_write_lasting(r->context, path.s, &text);
+        status = write_table(r, table, part, &path);
     if (status == KEMPE_E_IO && kmp_folder_has_part(r->folder, part)) {
         kmp_context_clear(r->context); /* another process has made it, and ended the run */
         status = KEMPE_OK;
     }
-    kmp_text_free(&text);
     kmp_text_free(&path);
     return status;
 }
@@ -144,6 +194,8 @@ static kempe_status run_part(folder_run *r, int part)
                                    .before = r->before,
                                    .total = r->total};
     kempe_status status = kmp_batch_new(r->ensemble, r->run, r->lanes, &range, &batch);
+    if (status == KEMPE_OK && kmp_folder_wants_history(r->folder, part))
+        status = write_history(r, part);
     if (status == KEMPE_OK)
         status = write_part(r, batch, part);
     if (status == KEMPE_OK)

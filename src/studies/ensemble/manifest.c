@@ -115,12 +115,15 @@ static void put_values(kmp_json *json, const kempe_values *values)
         kmp_json_put(json, "values %s values_file %s", "table", values->file);
 }
 
-static void put_run(kmp_json *json, const kmp_run_spec *spec, const kempe_run_options *run, int lanes)
+static void put_run(kmp_json *json, const kmp_run_spec *spec, const kempe_run_options *run, int lanes,
+                    const char *history)
 {
     kmp_json_put(json, "formulation %s integrator %s independent %s rtol %g atol %g t_end %g max_steps %ld",
                  run->formulation ? run->formulation : "", spec->integrator, run->independent ? run->independent : "",
                  spec->rtol, spec->atol, spec->t_end, spec->max_steps);
     kmp_json_put(json, "convergence_check %i separate_runs %i", !run->no_convergence_check, lanes < 0);
+    if (history && *history)
+        kmp_json_put(json, "history %s output_step %g", history, run->output_step);
 }
 
 /* The hash of all members of a manifest that count. */
@@ -140,7 +143,8 @@ static void hash_whole(const char *manifest, hash out)
 }
 
 static void put_members(kmp_text *text, kempe_ensemble *ensemble, const kmp_run_spec *spec,
-                        const kempe_run_options *run, int lanes, int chunk, hash *hashes, const char *whole)
+                        const kempe_run_options *run, int lanes, int chunk, const char *history, hash *hashes,
+                        const char *whole)
 {
     const kempe_model *model = kmp_ensemble_model(ensemble);
     const kempe_values *values = kmp_ensemble_values(ensemble);
@@ -150,7 +154,7 @@ static void put_members(kmp_text *text, kempe_ensemble *ensemble, const kmp_run_
                  model->file);
     kmp_json_put(&json, "instances %d chunk %d parts %d", values->count, chunk, values->count > 0 ? parts : 0);
     put_values(&json, values);
-    put_run(&json, spec, run, lanes);
+    put_run(&json, spec, run, lanes, history);
     kmp_json_put(&json, "quantities %s limits %s", kmp_ensemble_quantities(ensemble)->words,
                  kmp_ensemble_quantities(ensemble)->limit_words);
     kmp_json_put(&json, "hash_model %s hash_values %s hash_columns %s hash_equations %s", hashes[0], hashes[1],
@@ -161,7 +165,7 @@ static void put_members(kmp_text *text, kempe_ensemble *ensemble, const kmp_run_
 }
 
 kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes, int chunk,
-                              kmp_text *text)
+                              const char *history, kmp_text *text)
 {
     const kempe_model *model = kmp_ensemble_model(ensemble);
     hash hashes[4], whole;
@@ -174,9 +178,9 @@ kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options 
     KMP_TRY(hash_equations(kmp_ensemble_equations(ensemble), hashes[3]));
     kempe_status status = kmp_spec_of(kmp_ensemble_equations(ensemble), run, &arena, &spec);
     if (status == KEMPE_OK) {
-        put_members(&first, ensemble, &spec, run, lanes, chunk, hashes, NULL);
+        put_members(&first, ensemble, &spec, run, lanes, chunk, history, hashes, NULL);
         hash_whole(first.failed ? "" : first.s, whole);
-        put_members(text, ensemble, &spec, run, lanes, chunk, hashes, whole);
+        put_members(text, ensemble, &spec, run, lanes, chunk, history, hashes, whole);
         status = kmp_made(model->context, !first.failed && !text->failed);
     }
     kmp_text_free(&first);
@@ -292,6 +296,8 @@ static const struct {
                 {"max_steps", NULL},
                 {"convergence_check", "the convergence check"},
                 {"separate_runs", "the choice of separate runs"},
+                {"history", "the list of histories"},
+                {"output_step", "the time between rows of histories"},
                 {"quantities", "the list of quantities"},
                 {"limits", "the list of limits"},
                 {"hash_model", "the content of the model (its file, a file that it includes, or --set)"},

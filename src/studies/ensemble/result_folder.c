@@ -11,7 +11,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#define PART "%s/part-%06d.parquet"
+#define PART    "%s/part-%06d.parquet"
+#define HISTORY "%s/history/part-%06d.parquet"
 
 enum { LEAST_CHUNK = 256, MOST_CHUNK = 4096, USUAL_PARTS = 64 };
 
@@ -26,17 +27,34 @@ void kmp_folder_put_part(kmp_text *path, const char *folder, int part)
     kmp_text_printf(path, PART, folder, part);
 }
 
+void kmp_folder_put_history(kmp_text *path, const char *folder, int part)
+{
+    kmp_text_printf(path, HISTORY, folder, part);
+}
+
 void kmp_folder_put_manifest(kmp_text *path, const char *folder)
 {
     kmp_text_printf(path, "%s/manifest.json", folder);
 }
 
-bool kmp_folder_has_part(const kempe_folder *f, int part)
+/* True if a file is there; length: that of its path, which was written to a buffer of PATH_MAX. */
+static bool has_file(const char *path, int length)
 {
     struct stat about;
-    char path[PATH_MAX];
-    int length = snprintf(path, sizeof path, PART, f->path, part);
     return length > 0 && length < PATH_MAX && stat(path, &about) == 0 && S_ISREG(about.st_mode) && about.st_size > 0;
+}
+
+bool kmp_folder_wants_history(const kempe_folder *f, int part)
+{
+    return kmp_instance_ranges_meet(&f->ranges, part * f->chunk, kmp_folder_part_size(f, part));
+}
+
+bool kmp_folder_has_part(const kempe_folder *f, int part)
+{
+    char path[PATH_MAX];
+    if (!has_file(path, snprintf(path, sizeof path, PART, f->path, part)))
+        return false;
+    return !kmp_folder_wants_history(f, part) || has_file(path, snprintf(path, sizeof path, HISTORY, f->path, part));
 }
 
 void kmp_folder_count(kempe_folder *f)
@@ -87,7 +105,9 @@ static kempe_status fill(kempe_folder *f)
         !kmp_manifest_int(f->manifest, "parts", 0, INT_MAX, &f->parts) ||
         f->parts != (f->instances > 0 ? (f->instances - 1) / f->chunk + 1 : 0))
         return kmp_complain(context, f->path, 0, 0, "manifest.json is not a manifest of Kempe, or it is damaged");
-    return KEMPE_OK;
+    f->history = keep_text(f, "history");
+    KMP_TRY(kmp_made(context, !f->arena.failed));
+    return kmp_instance_ranges_read(context, &f->arena, f->history, f->instances, &f->ranges);
 }
 
 kempe_status kmp_folder_of(kempe_context *context, const char *path, kmp_text *manifest, kempe_folder **folder)
@@ -231,6 +251,8 @@ static void put_text(kmp_text *text, const void *result)
     if (f->checked)
         kmp_text_printf(text, "status    %ld ok, %ld stopped, %ld failed\nparts     %d checked, %d damaged\n", f->ok,
                         f->stopped, f->failed, f->whole, f->damaged);
+    if (f->history)
+        kmp_text_printf(text, "history   of instances %s in %s/history\n", f->history, f->path);
     put_next(text, f);
     put_statistics(text, f);
 }
@@ -244,6 +266,8 @@ static void put_json(kmp_text *text, const void *result)
                  (double)NAN);
     kmp_json_put(&json, "folder %s hash %s instances %d parts %d chunk %d whole %d missing %d", f->path, f->hash,
                  f->instances, f->parts, f->chunk, f->whole, f->parts - f->whole);
+    if (f->history)
+        kmp_json_put(&json, "history %s", f->history);
     if (f->checked)
         kmp_json_put(&json, "damaged %d ok %ld stopped %ld failed %ld", f->damaged, f->ok, f->stopped, f->failed);
     if (f->ran)

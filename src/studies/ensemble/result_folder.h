@@ -5,6 +5,7 @@
 #include "base/arena.h"
 #include "base/context.h"
 #include "studies/ensemble/batch.h"
+#include "studies/ensemble/histories.h"
 
 struct kempe_folder {
     kempe_context *context;
@@ -14,6 +15,8 @@ struct kempe_folder {
     const char *model, *file, *hash;                    /* name of the model, and its file */
     const char *formulation, *integrator, *independent; /* "": not given */
     int instances, chunk, parts;
+    kmp_instance_ranges ranges; /* instances with a history, and the words that choose them */
+    const char *history;
     int whole; /* parts that were there when the folder was opened, or when its run ended */
     /* The run that made it, where there was one: */
     bool ran, interrupted;
@@ -33,12 +36,15 @@ struct kempe_folder {
 
 enum { KMP_HASH_SIZE = 64, KMP_FOLDER_FORMAT = 1 };
 
-/** Path of a part, of the manifest. */
+/** Path of a part, of its histories, of the manifest. */
 void kmp_folder_put_part(kmp_text *path, const char *folder, int part);
+void kmp_folder_put_history(kmp_text *path, const char *folder, int part);
 void kmp_folder_put_manifest(kmp_text *path, const char *folder);
 
-/** True if a part has its final name. */
+/** True if a part has its final name, and so have its histories if it has chosen instances. */
 bool kmp_folder_has_part(const kempe_folder *folder, int part);
+/** True if a part has chosen instances. */
+bool kmp_folder_wants_history(const kempe_folder *folder, int part);
 /** Counts the parts that are there. */
 void kmp_folder_count(kempe_folder *folder);
 /** Instances of a part, and the number of its first. */
@@ -55,9 +61,9 @@ kempe_status kmp_folder_of(kempe_context *context, const char *path, kmp_text *m
 
 /* -- manifest ---------------------------------------------------------------------------------------- */
 
-/** The manifest of a run with these options, the library's copy of them. */
+/** The manifest of a run with these options, the library's copy of them; history: words of the chosen instances. */
 kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes, int chunk,
-                              kmp_text *text);
+                              const char *history, kmp_text *text);
 
 /** The hash of all that was read to make a model; of a model built in code, of its print. */
 kempe_status kmp_manifest_hash_model(const kempe_model *model, char hash[KMP_HASH_SIZE + 1]);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "studies/ensemble/part_claims.h"
+#include "studies/ensemble/processes/part_claims.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include <dirent.h>

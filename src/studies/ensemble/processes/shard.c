@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "studies/ensemble/shard.h"
+#include "studies/ensemble/processes/shard.h"
 #include <stdlib.h>
 #include <string.h>
 
