@@ -111,6 +111,7 @@ EVENTS = (
     ("Direct-current motor", "exponential of a matrix, 40 digits", "electric_motor"),
     ("Mass under a PID controller", "exponential of a matrix, 40 digits", "pid_mass"),
     ("Rotor under a sampled controller", "difference equation, 40 digits", "sampled_rotor"),
+    ("Slider-crank under a controller with a delay", "method of steps, 113-bit arithmetic", "delayed_crank"),
     ("Cart under a sampled controller", "exponential of a matrix, 40 digits", "sampled_cart"),
 )
 EVENTS_HEAD = """## Friction, contact, laws and samples

@@ -12,6 +12,7 @@
 //     integrated_digits loose > compliant_pin.csv
 //     integrated_digits loose_friction > compliant_pin_friction.csv
 //     integrated_digits servo > servo_cylinder.csv
+//     integrated_digits delay > delayed_crank.csv
 #include "../../examples/references/quad.h"
 #include <stdbool.h>
 
@@ -618,6 +619,47 @@ static void servo(void)
     SAY("", t, "", x[0], x[1], x[2]);
 }
 
+// -- a slider-crank whose controller sees its crank one delay later ---------------------------------------------------
+
+// By the method of steps: the motions of all intervals of the length of the delay at once, each of which drives the
+// next one. No motion is interpolated.
+enum { INTERVALS = 20 };
+static int intervals;
+static quad crank_at_start;
+
+static void delay_rates(quad t, const quad *x, quad *rate)
+{
+    (void)t;
+    for (int k = 0; k < intervals; k++) {
+        quad seen = k > 0 ? x[2 * k - 2] : crank_at_start, seen_rate = k > 0 ? x[2 * k - 1] : 0, out[5];
+        pivot = 2 * (2 - seen) - 0.1Q * seen_rate;
+        place s = at(x[2 * k], x[2 * k + 1]);
+        balance(&s, 0, out);
+        rate[2 * k] = x[2 * k + 1];
+        rate[2 * k + 1] = out[0];
+    }
+}
+
+static void delay(void)
+{
+    const quad time = 0.04Q;
+    quad begin[2 * INTERVALS + 2];
+    now = &slider_crank;
+    begin[0] = crank_at_start = M_PIq / 3;
+    begin[1] = 0;
+    printf("# extrapolation in 113 bits, by the method of steps\nset,t,event,q.th,qd.th,q.x,qd.x,state.angle\n");
+    for (intervals = 1; intervals <= INTERVALS; intervals++) {
+        quad t = 0, x[2 * INTERVALS];
+        memcpy(x, begin, (size_t)(2 * intervals) * sizeof *x);
+        until(delay_rates, 2 * intervals, &t, x, time, 1e-4Q, 1e-2Q, NULL);
+        quad *end = begin + 2 * intervals;
+        memcpy(end, x + 2 * intervals - 2, 2 * sizeof *end);
+        place s = at(end[0], end[1]);
+        if (intervals % 5 == 0)
+            SAY("", intervals * time, "", end[0], end[1], s.p[2], s.v[2], begin[2 * intervals - 2]);
+    }
+}
+
 int main(int argc, char **argv)
 {
     static const struct {
@@ -625,7 +667,7 @@ int main(int argc, char **argv)
         void (*write)(void);
     } problems[] = {{"falling", falling}, {"guide", guide}, {"driven", driven}, {"pair", pair},
                     {"pin", pin},         {"drop", drop},   {"loose", loose},   {"loose_friction", loose_friction},
-                    {"servo", servo}};
+                    {"servo", servo},     {"delay", delay}};
     for (size_t k = 0; argc == 2 && k < sizeof problems / sizeof *problems; k++)
         if (strcmp(argv[1], problems[k].name) == 0) {
             problems[k].write();

@@ -7,8 +7,10 @@
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/linearize.h>
+#include <kempe/response.h>
 #include <kempe/stepper.h>
 #include <math.h>
+#include <stdlib.h>
 
 #define BODY "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
 
@@ -184,11 +186,65 @@ static void studies(void)
     CHECK_NEAR(kempe_table_number(table, 0, kempe_table_find(table, "q.x")), 1, 1e-12);
     CHECK_NEAR(kempe_table_number(table, 0, kempe_table_find(table, "state.late")), 1, 1e-12);
     kempe_table_free(table);
-    CHECK(e && strcmp(kempe_equilibrium_stability(e, 0), "undecided") == 0);
+    CHECK_TEXT(kempe_equilibrium_stability(e, 0), "unstable");
     kempe_equilibrium_free(e);
     kempe_linearization *lin = NULL;
     CHECK(kempe_linearization_new(l.system, NULL, &lin) == KEMPE_E_ARGUMENT);
     CHECK(strstr(kempe_context_message(l.context), "'late' is a delayed signal") != NULL);
+    unload(&l);
+}
+
+/* s + a e^(-s) has no root on the right below a = pi/2, two up to 5 pi/2, then four; with the free mass zeros. */
+static void stability(void)
+{
+    static const struct {
+        const char *a, *free, *word;
+        int growing;
+    } cases[] = {{"1.57", "", "stable", 0},   {"1.572", "", "unstable", 2}, {"7.85", "", "unstable", 2},
+                 {"7.86", "", "unstable", 4}, {"1", "#", "neutral", 0},     {"2", "#", "unstable", 2},
+                 {"0.001", "", "stable", 0},  {"-1", "", "unstable", 1}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char text[600], growing[40];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\nstates: {late: {delay: y, time: 1}, y: {rate: -(%s)*late}}\n" BODY
+                       "%sforces: {f: {joint: x, force: -q(x) - 0.1*qd(x)}}\n",
+                       cases[k].a, cases[k].free);
+        (void)snprintf(growing, sizeof growing, "growing\": %d", cases[k].growing);
+        loaded l = load_text(text);
+        kempe_equilibrium *e = NULL;
+        char *json = NULL;
+        CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_OK);
+        CHECK_TEXT(kempe_equilibrium_stability(e, 0), cases[k].word);
+        CHECK(e && kempe_equilibrium_print(e, KEMPE_JSON, &json) == KEMPE_OK);
+        CHECK(json && strstr(json, growing) != NULL);
+        free(json);
+        kempe_equilibrium_free(e);
+        unload(&l);
+    }
+}
+
+/* 1/(k + g e^(-i w T) - w^2 + i w c), also of the delayed signal. */
+static void response(void)
+{
+    loaded l = load_text("kempe: 1\ninputs: {f: {default: 0}}\n" BODY "states: {late: {delay: q(x), time: 0.5}}\n"
+                         "forces: {f: {joint: x, force: f - 2*q(x) - 0.5*qd(x) - 1.2*late}}\n");
+    kempe_response_options ask = {.inputs = "f", .outputs = "q(x),late", .frequencies = "0.05:2:5"};
+    kempe_response *r = NULL;
+    CHECK(l.system && kempe_response_new(l.system, &ask, &r) == KEMPE_OK);
+    kempe_table *table = NULL;
+    CHECK(r && kempe_response_table(r, "rows", &table) == KEMPE_OK);
+    for (int k = 0; k < kempe_table_row_count(table); k++) {
+        const double degree = 3.14159265358979323846 / 180;
+        double w = 360 * degree * kempe_table_number(table, k, 0), a[4];
+        for (int i = 0; i < 4; i++)
+            a[i] = kempe_table_number(table, k, 1 + i);
+        double complex lag = cexp(-0.5 * I * w), exact = 1 / (2 + 1.2 * lag - w * w + 0.5 * I * w);
+        CHECK_NEAR(cabs(a[0] * cexp(I * degree * a[1]) - exact), 0, 1e-13 * cabs(exact));
+        CHECK_NEAR(cabs(a[2] * cexp(I * degree * a[3]) - exact * lag), 0, 1e-13 * cabs(exact));
+    }
+    CHECK(kempe_table_row_count(table) == 5);
+    kempe_table_free(table);
+    kempe_response_free(r);
     unload(&l);
 }
 
@@ -219,6 +275,8 @@ int main(void)
     TEST(stepper);
     TEST(ensemble);
     TEST(studies);
+    TEST(response);
+    TEST(stability);
     TEST(mistakes);
     return check_report();
 }

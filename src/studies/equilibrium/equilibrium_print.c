@@ -103,12 +103,16 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
         kmp_text_put(text, s->word == KMP_NEUTRAL ? " along " : ", and neutral along ");
         list(text, e->system, s->still, s->along);
     }
-    if (s->growing > 0)
+    if (s->growing > 0 && isnan(s->re))
+        kmp_text_printf(text, ": %d root%s of the characteristic equation %s a positive real part", s->growing,
+                        s->growing == 1 ? "" : "s", s->growing == 1 ? "has" : "have");
+    else if (s->growing > 0)
         kmp_text_printf(text, ": %d motion%s, the fastest as exp(%.6g t)%s", s->growing,
                         s->growing == 1 ? " grows" : "s grow", s->re, s->im != 0 ? ", oscillating" : "");
     else if (s->word == KMP_UNDECIDED)
-        kmp_text_put(text, e->system->model->delay_count > 0 ? ": the model has delays; simulate a perturbation"
-                                                             : ": the reduced mass is not positive");
+        kmp_text_put(text, e->system->model->delay_count > 0
+                               ? ": delays, with a root close to zero growth, or beside samples"
+                               : ": the reduced mass is not positive");
     else if (isfinite(s->re))
         kmp_text_printf(text, ": %s",
                         s->re < 0 ? "every perturbation decays or stays constant" : "perturbations oscillate undamped");

@@ -5,6 +5,7 @@
 #include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "derivatives/delayed_motion.h"
 #include "derivatives/sampled_motion.h"
 #include "linalg/dense/dense.h"
 #include <complex.h>
@@ -92,6 +93,11 @@ static entry entry_of(const kmp_frequency *f, double w, int row, int column)
     }
     int e = row + column * f->transfer->p;
     double m = l->mass[e], g = l->damping[e], k = l->stiffness[e];
+    double delay = kmp_delay_of(l, column); /* delayed_motion.h */
+    if (delay > 0) {
+        double complex y = m * (cexp(I * w * delay) - 1) / delay;
+        return (entry){g + creal(y), cimag(y), fabs(g) + fabs(m) / delay};
+    }
     if (is_state(f, column))
         return (entry){g, w * m, fabs(g) + w * fabs(m)};
     return (entry){k - w * w * m, w * g, fabs(k) + w * fabs(g) + w * w * fabs(m)};
@@ -105,6 +111,8 @@ static double size_of_diagonal(const kmp_frequency *f, double w, int k)
         return fmax(1, fabs(f->phi[k + (ptrdiff_t)k * f->size]));
     int e = k + k * f->transfer->p;
     double m = fabs(l->mass[e]), g = fabs(l->damping[e]);
+    if (kmp_delay_of(l, k) > 0)
+        return fmax(g, m / kmp_delay_of(l, k));
     return is_state(f, k) ? fmax(g, w * m) : fmax(fmax(fabs(l->stiffness[e]), w * g), w * w * m);
 }
 
@@ -476,6 +484,16 @@ static kempe_status find_sampled_poles(kmp_frequency *f)
     return status;
 }
 
+/* A root too close to the axis counts as growing: the response is then not attained in a time that matters. */
+static kempe_status judge_delays(kmp_frequency *f)
+{
+    int zeros;
+    kempe_status status = kmp_delayed_growing(f->transfer->linear, &f->growing, &zeros);
+    if (status == KEMPE_E_FAILED)
+        f->growing = -1;
+    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}
+
 kempe_status kmp_frequency_run(kmp_frequency *frequency)
 {
     kmp_frequency *f = frequency;
@@ -487,11 +505,14 @@ kempe_status kmp_frequency_run(kmp_frequency *frequency)
         if (kmp_interrupted(context))
             return KEMPE_STOPPED;
     }
-    kempe_status status = f->phi ? find_sampled_poles(f) : kmp_linear_spectrum(l, &f->poles);
-    f->has_spectrum = status == KEMPE_OK;
+    bool endless = l->system->model->delay_count > 0; /* the poles of delays are */
+    kempe_status status = endless ? KEMPE_OK : f->phi ? find_sampled_poles(f) : kmp_linear_spectrum(l, &f->poles);
+    f->has_spectrum = status == KEMPE_OK && !endless;
     if (status == KEMPE_E_MEMORY)
         return status;
     kmp_context_clear(context);
+    if (endless)
+        KMP_TRY(judge_delays(f));
     take_still(f);
     return look_for_peaks(f);
 }

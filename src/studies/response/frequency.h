@@ -9,7 +9,7 @@
  *
  *     (z - phi) dx = gamma w,     dy = C dx + D w,     z = e^(i omega T),
  *
- * from one common sample to the next (derivatives/sampled_motion.h). */
+ * from one common sample to the next (derivatives/sampled_motion.h). A delayed signal is y = e^(-i omega T) u. */
 #pragma once
 
 #include "linalg/dense/spectrum.h"
@@ -37,6 +37,7 @@ typedef struct kmp_frequency {
     double *still;     /* outputs x inputs: the amplitude at rest, NaN where Kr is singular */
     bool has_spectrum; /* the reduced mass is positive */
     kmp_spectrum poles;
+    int growing; /* of a model with delays: roots that grow; -1: unknown, one is close to the axis */
     int peak_count;
     kmp_peak *peak;         /* by input, output, frequency */
     double rounding;        /* relative effect of rounding on a response: the last one evaluated */

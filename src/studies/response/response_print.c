@@ -106,6 +106,12 @@ static void show(kmp_text *text, const void *result)
                     : r->channels.goes_on       ? "the start, which is a steady motion"
                                                 : "the start, which is an equilibrium",
                     kmp_model_has_time(r->channels.system->model) ? " (t = 0)" : "");
+    if (f->growing != 0)
+        kmp_text_printf(text,
+                        f->growing > 0 ? "note  the state is unstable, so the steady-state response is not "
+                                         "attained; growing roots of its delays: %d\n"
+                                       : "note  the stability with delays is undecided\n",
+                        f->growing);
     list_poles(text, r, true);
     list_poles(text, r, false);
     if (f->phi) {

@@ -3,6 +3,8 @@
 #include "studies/response/response_study.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "derivatives/sampled_motion.h"
+#include "dynamics/load_dependent.h"
 #include "model/expressions/ranges.h"
 #include "output/result_table.h"
 #include <string.h>
@@ -139,7 +141,7 @@ static kempe_status check_inputs(const kmp_channels *c)
                             "inputs: parameter '%s' moves closures, and its rates are undefined; use a drive in the "
                             "model and the input drive(NAME)",
                             c->inputs.input[k].name);
-    for (int k = 0; c->averaged && k < c->transfer.columns; k++)
+    for (int k = 0; kmp_samples_in(c->system->model) && k < c->transfer.columns; k++)
         if (c->transfer.load[k].order > 0)
             return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,
                             "inputs: '%s' moves closures, and an input that is held between samples has no rates; use "
@@ -150,18 +152,21 @@ static kempe_status check_inputs(const kmp_channels *c)
 
 static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_options *options)
 {
-    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
-                                            options->backend};
+    const kmp_channels_options requested = {options->at,          options->inputs,  options->outputs,
+                                            options->independent, options->backend, true};
+    const bool samples = kmp_model_has_samples(system->model);
     kmp_range range = {.count = 1};
     if (!options->inputs || !options->inputs[0])
         return kmp_fail(
             system->context, KEMPE_E_ARGUMENT,
             "a frequency response needs inputs: effort(JOINT), force(BODY.POINT.x), drive(DRIVE), or parameters");
+    if (samples)
+        KMP_TRY(kmp_refuse_delays(system->model, "frequency responses of models with samples", KMP_INSTEAD_OF_DELAY));
     KMP_TRY(kmp_channels_init(&r->channels, system, &requested));
     KMP_TRY(check_state(&r->channels));
     KMP_TRY(check_inputs(&r->channels));
     KMP_TRY(read_range(&r->channels, options, &range));
-    KMP_TRY(kmp_frequency_init(&r->frequency, &r->channels.transfer, r->channels.averaged, range.count));
+    KMP_TRY(kmp_frequency_init(&r->frequency, &r->channels.transfer, samples, range.count));
     KMP_TRY(check_samples(r, options, &range));
     r->linear = options->linear;
     fill_range(&range, r->linear, r->frequency.at);
