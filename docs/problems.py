@@ -95,6 +95,8 @@ EVENTS = (
     ("Ball that slips with spin, then rolls", "closed form, 40 digits", "contact_bowling"),
     ("Ball that rolls inside an upright cylinder", "closed form, 40 digits", "contact_wall"),
     ("Ball that rolls on a turntable", "closed form, 40 digits", "contact_turntable"),
+    ("Ball that rolls, slips and leaves a ball", "closed form and quadrature, 30 digits", "contact_dome"),
+    ("Disc that rolls in a circle", "closed form, 40 digits", "contact_coin"),
     ("Bead that slides in a parabola", "quadrature, 25 digits", "contact_valley"),
     ("Slider-crank that meets a stop", "energy and quadrature, 25 digits", "contact_slider_crank"),
     ("Restitution of Hunt and Crossley, Lankarani and Nikravesh, Flores", "closed form, 40 digits", "compliant_restitution"),

@@ -103,8 +103,88 @@ static void a_bead_slides_in_a_valley(void)
     unload(&l);
 }
 
+/* Off a fixed ball: it sticks, slips and leaves. Its normal turns in space. */
+static void a_ball_leaves_a_dome(void)
+{
+    loaded l = load("tests/models/contact_dome.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = follows(&l, &ways[k]) ? simulate(&l, &ways[k], 1.2) : NULL;
+        const kmp_log_entry *slips = run ? entry(run, "friction", 1) : NULL,
+                            *off = run ? entry(run, "contact", 1) : NULL;
+        CHECK(!run || (slips && off));
+        if (slips && off) {
+            CHECK_TEXT(slips->text, "'on_friction' slips");
+            CHECK_TEXT(off->text, "'on' opens");
+            CHECK_NEAR(slips->t, 0.6632693496326497691, e);
+            CHECK_NEAR(off->t, 0.7648850295737862024, e);
+            CHECK_NEAR(last_q(run)[0], 1.251690805394522675, 10 * e);
+            CHECK_NEAR(last_q(run)[1], 1.054284621316280052, 10 * e);
+            CHECK_NEAR(last_qd(run)[2], -6.397081138375204568, 10 * e);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* A disc rolls on its rim with a constant lean. */
+static void a_coin_rolls_in_a_circle(void)
+{
+    loaded l = load("tests/models/contact_coin.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = follows(&l, &ways[k]) ? simulate(&l, &ways[k], 1) : NULL;
+        if (run) {
+            CHECK_NEAR(last_q(run)[0], -0.1156956918729520462, e);
+            CHECK_NEAR(last_q(run)[1], 0.09992534567871277508, e);
+            CHECK_NEAR(last_q(run)[2], 0.09320390859672263497, e);
+            CHECK_NEAR(last_lambda(run)[1], 1.851131069967232739, 100 * e);
+            CHECK_NEAR(last_lambda(run)[2], -1.598805530859404401, 100 * e);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
 #define BALL                                                                                                           \
     "joint: {name: b, free: x, at: ground}, mass: 2, inertia: {xx: 8e-3, yy: 8e-3, zz: 8e-3}, points: {C: [0, 0, 0]}"
+
+#define LONG_VALLEY                                                                                                    \
+    "tables: {valley: {x: [-1, -0.75, -0.5, -0.25, 0, 0.25, 0.5, 0.75, 1], y: [0.5, 0.28125, 0.125, 0.03125, 0, "      \
+    "0.03125, 0.125, 0.28125, 0.5]}}\n"
+
+/* A roller in a parabola: it keeps its energy, and turns by the length of its centre's curve. With a centre at x = s -
+ * r s/w, w = sqrt(1 + s^2), that length is the one of the parabola less r atan(s). */
+static void a_roller_in_a_valley(void)
+{
+    loaded l = load_text(
+        "kempe: 1\n"
+        "gravity: [0, -9.81, 0]\n"
+        "ground: {points: {O: [0, 0, 0]}}\n" LONG_VALLEY
+        "bodies: {c: {joint: {name: c, planar: z, at: ground}, mass: 2, inertia: {zz: 0.01}, points: {C: [0, 0, 0]}}}\n"
+        "contacts: {on: {cylinder: c.C, radius: 0.1, on: {profile: valley, at: ground.O}, restitution: 0, friction: "
+        "0.9}}\n"
+        "start: {q: {c.1: -0.4552786404500042, c.2: 0.2144427190999916}}\n");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = follows(&l, &ways[k]) ? simulate(&l, &ways[k], 2) : NULL;
+        if (run) {
+            const double *q = last_q(run), *qd = last_qd(run), e = 1e-7; /* splines through the centre's curve */
+            double s = q[0], length[2];
+            for (int i = 0; i < 50; i++)
+                s = q[0] + 0.1 * s / sqrt(1 + s * s);
+            const double at[] = {-0.5, s};
+            for (int i = 0; i < 2; i++)
+                length[i] = (at[i] * sqrt(1 + at[i] * at[i]) + asinh(at[i])) / 2 - 0.1 * atan(at[i]);
+            CHECK_NEAR(q[1], s * s / 2 + 0.1 / sqrt(1 + s * s), e);
+            CHECK_NEAR(q[2], -(length[1] - length[0]) / 0.1, 100 * e);
+            CHECK_NEAR(qd[0] * qd[0] + qd[1] * qd[1] + 0.005 * qd[2] * qd[2], 2 * G * (0.2144427190999916 - q[1]),
+                       1e-6);
+            CHECK(!entry(run, "friction", 1) && run->verdict.drift_rel < 1e-6);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
 
 /* Small motions of a sphere at the bottom of a bowl: it rolls in both directions. */
 static void small_motions(void)
@@ -160,6 +240,9 @@ int main(void)
     TEST(a_ball_rolls_along_a_wall);
     TEST(a_ball_rolls_on_a_turntable);
     TEST(a_bead_slides_in_a_valley);
+    TEST(a_ball_leaves_a_dome);
+    TEST(a_coin_rolls_in_a_circle);
+    TEST(a_roller_in_a_valley);
     TEST(small_motions);
     TEST(small_motions_of_rolling_are_refused);
     TEST(index_3_is_refused);
