@@ -14,7 +14,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(HERE.parent))
 from panels import Panel, page, rows  # noqa: E402
 
-END, LANE = 18.29, (0, 6, 12, 18)
+END, LANE = 18, (0, 6, 12, 18)
 
 with tempfile.TemporaryDirectory() as folder:
     table = pathlib.Path(folder) / "run.csv"

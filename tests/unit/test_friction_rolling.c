@@ -21,6 +21,9 @@ static bool follows(const loaded *l, const way *by)
     return false;
 }
 
+#define BALL                                                                                                           \
+    "joint: {name: b, free: x, at: ground}, mass: 2, inertia: {xx: 8e-3, yy: 8e-3, zz: 8e-3}, points: {C: [0, 0, 0]}"
+
 /* Thrown with spin about two axes: a parabola, then a straight line. */
 static void a_ball_is_bowled(void)
 {
@@ -146,9 +149,6 @@ static void a_coin_rolls_in_a_circle(void)
     unload(&l);
 }
 
-#define BALL                                                                                                           \
-    "joint: {name: b, free: x, at: ground}, mass: 2, inertia: {xx: 8e-3, yy: 8e-3, zz: 8e-3}, points: {C: [0, 0, 0]}"
-
 #define LONG_VALLEY                                                                                                    \
     "tables: {valley: {x: [-1, -0.75, -0.5, -0.25, 0, 0.25, 0.5, 0.75, 1], y: [0.5, 0.28125, 0.125, 0.03125, 0, "      \
     "0.03125, 0.125, 0.28125, 0.5]}}\n"
@@ -180,6 +180,73 @@ static void a_roller_in_a_valley(void)
             CHECK_NEAR(qd[0] * qd[0] + qd[1] * qd[1] + 0.005 * qd[2] * qd[2], 2 * G * (0.2144427190999916 - q[1]),
                        1e-6);
             CHECK(!entry(run, "friction", 1) && run->verdict.drift_rel < 1e-6);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* A ball that spins bounces: with little friction the impulse is at its bound, against the slip; otherwise the slip
+ * ends. Its rate changes by 2/7 of the slip then. */
+static void a_spinning_ball_bounces(void)
+{
+    static const double mu[] = {0.1, 0.9};
+    const double down = sqrt(2 * G * 0.5), u[2] = {1 - 0.1 * 20, 0.5 + 0.1 * -30}, size = hypot(u[0], u[1]);
+    for (int k = 0; k < 2; k++) {
+        char text[1024];
+        const double part = k == 0 ? mu[k] * 1.5 * down / size : 2. / 7;
+        snprintf(text, sizeof text,
+                 "kempe: 1\n"
+                 "gravity: [0, 0, -9.81]\n"
+                 "ground: {points: {O: [0, 0, 0]}}\n"
+                 "bodies: {ball: {" BALL "}}\n"
+                 "contacts: {f: {sphere: ball.C, radius: 0.1, on: {plane: ground.O}, restitution: 0.5, friction: %g}}\n"
+                 "start: {q: {b.3: 0.6}, qd: {b.1: 1, b.2: 0.5, b.4: -30, b.5: 20}}\n",
+                 mu[k]);
+        loaded l = load_text(text);
+        for (int i = 0; i < WAYS; i++) {
+            kempe_trajectory *run = follows(&l, &ways[i]) ? simulate(&l, &ways[i], 0.5) : NULL;
+            if (run) {
+                CHECK(entry(run, "impact", 0) && !entry(run, "impact", 1));
+                CHECK_NEAR(last_qd(run)[0], 1 - part * u[0], ways[i].tolerance);
+                CHECK_NEAR(last_qd(run)[1], 0.5 - part * u[1], ways[i].tolerance);
+            }
+            kempe_trajectory_free(run);
+        }
+        unload(&l);
+    }
+}
+
+/* Between a floor and a plate that is moved: the ball has half of the plate's rate, and the plate is pushed back by
+ * 0.35 of its mass times the acceleration. */
+static void a_ball_under_a_plate(void)
+{
+    loaded l = load_text(
+        "kempe: 1\n"
+        "gravity: [0, 0, -9.81]\n"
+        "ground: {points: {O: [0, 0, 0]}}\n"
+        "bodies:\n"
+        "  ball: {" BALL "}\n"
+        "  slide: {joint: {name: x, prismatic: x, at: ground}}\n"
+        "  across: {joint: {name: y, prismatic: y, at: slide}}\n"
+        "  plate: {joint: {name: z, prismatic: z, at: across}, mass: 3, points: {P: {at: [0, 0, 0], axes: {x: x, z: "
+        "-z}}}}\n"
+        "drives: {dx: {joint: x, displacement: \"0.3*(1 - cos(2*t))\"}, dy: {joint: y, displacement: \"0.2*t^2\"}}\n"
+        "contacts:\n"
+        "  floor: {sphere: ball.C, radius: 0.1, on: {plane: ground.O}, restitution: 0, friction: 0.5}\n"
+        "  top: {sphere: ball.C, radius: 0.1, on: {plane: plate.P}, restitution: 0, friction: 0.5}\n"
+        "start: {q: {b.3: 0.1, z: 0.2}}\n");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance, t = 1.5;
+        kempe_trajectory *run = follows(&l, &ways[k]) ? simulate(&l, &ways[k], t) : NULL;
+        if (run) {
+            CHECK_NEAR(last_q(run)[0], 0.15 * (1 - cos(2 * t)), e);
+            CHECK_NEAR(last_q(run)[1], 0.1 * t * t, e);
+            CHECK_NEAR(last_lambda(run)[3], 0.15 * 2 * 1.2 * cos(2 * t), 100 * e);
+            CHECK_NEAR(last_lambda(run)[4], 0.15 * 2 * 0.4, 100 * e);
+            CHECK_NEAR(last_lambda(run)[6], 0.35 * 2 * 1.2 * cos(2 * t), 100 * e);
+            CHECK_NEAR(last_lambda(run)[7], -0.35 * 2 * 0.4, 100 * e);
+            CHECK(run->verdict.drift_rel < 100 * e);
         }
         kempe_trajectory_free(run);
     }
@@ -243,6 +310,8 @@ int main(void)
     TEST(a_ball_leaves_a_dome);
     TEST(a_coin_rolls_in_a_circle);
     TEST(a_roller_in_a_valley);
+    TEST(a_spinning_ball_bounces);
+    TEST(a_ball_under_a_plate);
     TEST(small_motions);
     TEST(small_motions_of_rolling_are_refused);
     TEST(index_3_is_refused);
