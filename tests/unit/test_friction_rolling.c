@@ -277,6 +277,53 @@ static void small_motions(void)
     unload(&l);
 }
 
+/* A ball that slides one way and turns about the normal: nothing moves its slip across. */
+static void one_of_two_directions(void)
+{
+    loaded l =
+        load_text("kempe: 1\n"
+                  "gravity: [0, 0, -9.81]\n"
+                  "ground: {points: {O: [0, 0, 0]}}\n"
+                  "bodies:\n"
+                  "  a: {joint: {name: x, prismatic: x, at: ground}}\n"
+                  "  b: {joint: {name: z, cylindrical: z, at: a}, mass: 1, inertia: {zz: 1}, points: {C: [0, 0, 0]}}\n"
+                  "contacts: {f: {sphere: b.C, radius: 0.1, on: {plane: ground.O}, restitution: 0, friction: 0.3}}\n"
+                  "start: {q: {z.1: 0.1}, qd: {x: 3, z.2: 1}}\n");
+    for (int k = 0; k < WAYS; k++) {
+        kempe_trajectory *run = follows(&l, &ways[k]) ? simulate(&l, &ways[k], 2) : NULL;
+        const kmp_log_entry *stops = run ? entry(run, "friction", 1) : NULL;
+        CHECK(!run || stops);
+        if (stops) {
+            CHECK_NEAR(stops->t, 3 / (0.3 * G), ways[k].tolerance);
+            CHECK_NEAR(last_q(run)[0], 4.5 / (0.3 * G), ways[k].tolerance);
+            CHECK_NEAR(last_q(run)[2], 2, ways[k].tolerance);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
+/* Friction that nothing slides against. */
+static void friction_without_slip_is_refused(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "ground: {points: {O: [0, 0, 0]}}\n"
+        "bodies: {b: {joint: {name: z, cylindrical: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {C: [0, 0, "
+        "0]}}}\n"
+        "contacts: {f: {sphere: b.C, radius: 0.1, on: {plane: ground.O}, restitution: 0, friction: 0.3}}\n";
+    kempe_context *context = kempe_context_new();
+    kempe_model *read = NULL;
+    kempe_system *system = NULL;
+    CHECK(kempe_model_read_text(context, text, "press.yaml", &read) == KEMPE_OK);
+    CHECK(read && kempe_system_new(read, &system) == KEMPE_E_INPUT);
+    CHECK(strstr(kempe_context_message(context),
+                 "contact 'f': no coordinate slides or rolls its surfaces along 'f_friction1'"));
+    kempe_system_free(system);
+    kempe_model_free(read);
+    kempe_context_free(context);
+}
+
 /* The positions of a DAE by h alone do not hold rates. */
 static void index_3_is_refused(void)
 {
@@ -314,6 +361,8 @@ int main(void)
     TEST(a_ball_under_a_plate);
     TEST(small_motions);
     TEST(small_motions_of_rolling_are_refused);
+    TEST(one_of_two_directions);
+    TEST(friction_without_slip_is_refused);
     TEST(index_3_is_refused);
     return check_report();
 }
