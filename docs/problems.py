@@ -96,6 +96,7 @@ EVENTS = (
     ("Ball that rolls inside an upright cylinder", "closed form, 40 digits", "contact_wall"),
     ("Ball that rolls on a turntable", "closed form, 40 digits", "contact_turntable"),
     ("Ball that rolls, slips and leaves a ball", "closed form and quadrature, 30 digits", "contact_dome"),
+    ("Ball that rolls through the top of a bowl", "elliptic functions, 40 digits", "contact_loop"),
     ("Disc that rolls in a circle", "closed form, 40 digits", "contact_coin"),
     ("Bead that slides in a parabola", "quadrature, 25 digits", "contact_valley"),
     ("Slider-crank that meets a stop", "energy and quadrature, 25 digits", "contact_slider_crank"),

@@ -17,6 +17,7 @@
     contact_digits wall > contact_wall.csv
     contact_digits turntable > contact_turntable.csv
     contact_digits valley > contact_valley.csv
+    contact_digits loop > contact_loop.csv
     contact_digits dome > contact_dome.csv
     contact_digits coin > contact_coin.csv
     contact_digits restitution > compliant_restitution.csv
@@ -347,6 +348,23 @@ def valley():
     table.state(5, x, x * x / 2)
 
 
+def loop():
+    """A ball rolls through the top of a bowl, along the great circle at 0.3 rad from x: a pendulum that turns, of the length 7/5 0.9."""
+    table = Table("contact_loop", "q.b.1", "q.b.2", "q.b.3", "qd.b.1", "qd.b.2", "qd.b.3", "force.in", how="elliptic functions, 40 digits")
+    arm, speed, side = mpf("0.9"), mpf(8), mpf("0.3")
+    pull = 5 * G / (7 * arm)
+    fastest = sqrt((speed / arm)**2 + 4 * pull)
+    part = 4 * pull / fastest**2
+    table.event(0, "contact 'in' closes")
+    table.event(0, "friction 'in_friction' sticks")
+    for t in (mpf("0.4"), mpf("1.5"), mpf(2)):
+        u = ellipk(part) + fastest * t / 2
+        s, c, rate = ellipfun("sn", u, m=part), ellipfun("cn", u, m=part), fastest * ellipfun("dn", u, m=part)
+        out, up = 2 * s * c, 1 - 2 * c * c                 # sine and negative cosine of the angle from the bottom; out < 0 beyond the top
+        table.state(t, -arm * out * cos(side), -arm * out * sin(side), arm * up, arm * up * rate * cos(side), arm * up * rate * sin(side),
+                    arm * out * rate, arm * rate**2 - G * up)
+
+
 def dome():
     """A ball rolls off a fixed ball from rest at 0.3 rad, along the great circle at 0.7 rad from x. It slips where 2 sin a = mu (17 cos a -
     10 cos 0.3), leaves where its normal force is zero, and flies."""
@@ -443,4 +461,4 @@ def stiffness():
 
 
 if __name__ == "__main__":
-    {f.__name__: f for f in (bounce, rolling, slider_crank, sphere, corners, incline, spin, oblique, hollow, arc, crest, bowling, wall, turntable, valley, dome, coin, restitution, depth, stiffness)}[sys.argv[1]]()
+    {f.__name__: f for f in (bounce, rolling, slider_crank, sphere, corners, incline, spin, oblique, hollow, arc, crest, bowling, wall, turntable, valley, loop, dome, coin, restitution, depth, stiffness)}[sys.argv[1]]()

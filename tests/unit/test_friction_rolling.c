@@ -130,6 +130,25 @@ static void a_ball_leaves_a_dome(void)
     unload(&l);
 }
 
+/* Around a great circle inside a sphere: at both poles directions of slip would be singular, and change before. */
+static void a_ball_rolls_through_the_poles(void)
+{
+    loaded l = load("tests/models/contact_loop.yaml");
+    for (int k = 0; k < WAYS; k++) {
+        const double e = ways[k].tolerance;
+        kempe_trajectory *run = follows(&l, &ways[k]) ? simulate(&l, &ways[k], 1.5) : NULL;
+        if (run) {
+            CHECK_NEAR(last_q(run)[0], 0.8218263316915058363, 10 * e);
+            CHECK_NEAR(last_q(run)[1], 0.2542206752758846659, 10 * e);
+            CHECK_NEAR(last_q(run)[2], -0.2645247224755301259, 10 * e);
+            CHECK_NEAR(last_lambda(run)[0], 92.12774412178478716, 1000 * e);
+            CHECK(entry(run, "event", 2) && !entry(run, "friction", 1) && run->verdict.drift_rel < 100 * e);
+        }
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
 /* A disc rolls on its rim with a constant lean. */
 static void a_coin_rolls_in_a_circle(void)
 {
@@ -355,6 +374,7 @@ int main(void)
     TEST(a_ball_rolls_on_a_turntable);
     TEST(a_bead_slides_in_a_valley);
     TEST(a_ball_leaves_a_dome);
+    TEST(a_ball_rolls_through_the_poles);
     TEST(a_coin_rolls_in_a_circle);
     TEST(a_roller_in_a_valley);
     TEST(a_spinning_ball_bounces);
