@@ -17,6 +17,9 @@
     contact_digits wall > contact_wall.csv
     contact_digits turntable > contact_turntable.csv
     contact_digits valley > contact_valley.csv
+    contact_digits loop > contact_loop.csv
+    contact_digits dome > contact_dome.csv
+    contact_digits coin > contact_coin.csv
     contact_digits restitution > compliant_restitution.csv
     contact_digits depth > compliant_depth.csv
     contact_digits stiffness > compliant_stiffness.csv
@@ -345,6 +348,64 @@ def valley():
     table.state(5, x, x * x / 2)
 
 
+def loop():
+    """A ball rolls through the top of a bowl, along the great circle at 0.3 rad from x: a pendulum that turns, of the length 7/5 0.9."""
+    table = Table("contact_loop", "q.b.1", "q.b.2", "q.b.3", "qd.b.1", "qd.b.2", "qd.b.3", "force.in", how="elliptic functions, 40 digits")
+    arm, speed, side = mpf("0.9"), mpf(8), mpf("0.3")
+    pull = 5 * G / (7 * arm)
+    fastest = sqrt((speed / arm)**2 + 4 * pull)
+    part = 4 * pull / fastest**2
+    table.event(0, "contact 'in' closes")
+    table.event(0, "friction 'in_friction' sticks")
+    for t in (mpf("0.4"), mpf("1.5"), mpf(2)):
+        u = ellipk(part) + fastest * t / 2
+        s, c, rate = ellipfun("sn", u, m=part), ellipfun("cn", u, m=part), fastest * ellipfun("dn", u, m=part)
+        out, up = 2 * s * c, 1 - 2 * c * c                 # sine and negative cosine of the angle from the bottom; out < 0 beyond the top
+        table.state(t, -arm * out * cos(side), -arm * out * sin(side), arm * up, arm * up * rate * cos(side), arm * up * rate * sin(side),
+                    arm * out * rate, arm * rate**2 - G * up)
+
+
+def dome():
+    """A ball rolls off a fixed ball from rest at 0.3 rad, along the great circle at 0.7 rad from x. It slips where 2 sin a = mu (17 cos a -
+    10 cos 0.3), leaves where its normal force is zero, and flies."""
+    mp.dps = 30
+    table = Table("contact_dome", "q.b.1", "q.b.2", "q.b.3", "qd.b.1", "qd.b.2", "qd.b.3", how="closed form and quadrature, 30 digits")
+    mu, arm, start, side = mpf("0.5"), mpf("1.2"), mpf("0.3"), mpf("0.7")
+    slips = findroot(lambda a: 2 * sin(a) - mu * (17 * cos(a) - 10 * cos(start)), mpf("0.7"))
+    rolling = lambda a: 20 * G / (7 * arm) * sin((a + start) / 2) * sin((a - start) / 2)             # squares of the angular rate
+    fall = lambda a: quad(lambda z: (sin(z) - mu * cos(z)) * exp(2 * mu * (a - z)), [slips, a])
+    slipping = lambda a: rolling(slips) * exp(2 * mu * (a - slips)) + 2 * G / arm * fall(a)
+    leaves = findroot(lambda a: arm * slipping(a) - G * cos(a), (mpf("0.85"), mpf("0.95")), solver="secant")
+
+    def state(a, rate):
+        out, up = arm * cos(a) * rate, -arm * sin(a) * rate
+        return [arm * sin(a) * cos(side), arm * sin(a) * sin(side), arm * cos(a), out * cos(side), out * sin(side), up]
+
+    table.event(0, "contact 'on' closes")
+    table.event(0, "friction 'on_friction' sticks")
+    t = quad(lambda z: 2 * z / sqrt(rolling(start + z * z)), [0, sqrt(slips - start)], method="gauss-legendre")
+    table.event(t, "friction 'on_friction' slips", *state(slips, sqrt(rolling(slips))))
+    t += quad(lambda a: 1 / sqrt(slipping(a)), [slips, leaves])
+    at = state(leaves, sqrt(slipping(leaves)))
+    table.event(t, "contact 'on' opens", *at)
+    left = mpf("1.2") - t
+    place = [x + v * left for x, v in zip(at, at[3:])]
+    table.state(mpf("1.2"), *place[:2], place[2] - G * left**2 / 2, *at[3:5], at[5] - G * left)
+
+
+def coin():
+    """A disc that rolls in a circle with a constant lean: moments about its centre balance."""
+    table = Table("contact_coin", "q.b.1", "q.b.2", "q.b.3", "qd.b.1", "qd.b.2", "force.floor", "force.floor_friction1", "force.floor_friction2")
+    radius, lean, turn = mpf("0.1"), mpf("1.2"), mpf(4)
+    roll = (turn**2 * sin(lean) * cos(lean) / 4 - G * cos(lean) / radius) / (mpf("1.5") * turn * sin(lean))
+    circle = radius * roll / turn
+    table.event(0, "contact 'floor' closes")
+    table.event(0, "friction 'floor_friction' sticks")
+    for t in (mpf("0.5"), mpf(1)):
+        x, y = -circle * sin(turn * t), circle * cos(turn * t)
+        table.state(t, x, y, radius * sin(lean), -turn * y, turn * x, G, -turn**2 * x, -turn**2 * y)
+
+
 def restitution_of(a):
     """Of F = K d^n (1 + a d') at a rate of 1, for any K and n: a (1 + e) = ln((1 + a)/(1 - a e))."""
     low, high = mpf(0), min(mpf(1), 1 / a)
@@ -400,4 +461,4 @@ def stiffness():
 
 
 if __name__ == "__main__":
-    {f.__name__: f for f in (bounce, rolling, slider_crank, sphere, corners, incline, spin, oblique, hollow, arc, crest, bowling, wall, turntable, valley, restitution, depth, stiffness)}[sys.argv[1]]()
+    {f.__name__: f for f in (bounce, rolling, slider_crank, sphere, corners, incline, spin, oblique, hollow, arc, crest, bowling, wall, turntable, valley, loop, dome, coin, restitution, depth, stiffness)}[sys.argv[1]]()

@@ -4,6 +4,7 @@
 #include "dynamics/closures.h"
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
+#include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/shorten/point_gap.h"
 #include "dynamics/system.h"
 #include "symbolic/derivative.h"
@@ -96,12 +97,9 @@ static kempe_status complain_still(const kmp_equations *eq, const kmp_closure *c
     const kmp_force *force = &eq->model->forces[closure->force];
     const kmp_place at = closure->place;
     if (force->contact > 0)
-        return kmp_complain(
-            eq->context, eq->model->files[at.file], at.line, at.column,
-            "contact '%s': friction is known for slip in the plane of motion, on planes, cylinders and spheres, and on "
-            "planes "
-            "for points and for bodies that do not turn; leave 'friction' out, or let the motion be plane",
-            eq->model->forces[force->contact - 1].name);
+        return kmp_complain(eq->context, eq->model->files[at.file], at.line, at.column,
+                            "contact '%s': no coordinate slides or rolls its surfaces along '%s'; leave 'friction' out",
+                            eq->model->forces[force->contact - 1].name, closure->name);
     return kmp_complain(eq->context, eq->model->files[at.file], at.line, at.column, "'%s' depends on no coordinate",
                         closure->name);
 }
@@ -144,6 +142,15 @@ static bool depends_on(const kmp_equations *eq, kmp_ref x, kmp_input_kind kind)
     return kmp_graph_node(eq->graph, kmp_id(x))->depends & (1u << kind);
 }
 
+/* True for a component of slip in two directions that no coordinate moves, if one moves the other component: its row
+ * is kept, and stays zero. */
+static bool slides_otherwise(const kmp_equations *eq, const kmp_closure *closure)
+{
+    const kmp_force *force = kmp_closure_is_friction(closure) ? &eq->model->forces[closure->force] : NULL;
+    return eq->tree.events && force && force->across > 0 &&
+           depends_on(eq, kmp_friction_rate(&eq->tree, kmp_friction_twin(force)), KMP_IN_QD);
+}
+
 static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
 {
     const kempe_model *model = eq->model;
@@ -165,7 +172,7 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
             h[k] = is_rounding(eq, h[k]) ? KMP_ZERO : h[k];
             if (depends_on(eq, h[k], KMP_IN_Q) || (of_rates && depends_on(eq, rates[k], KMP_IN_QD)) ||
-                (scene->keep_modes && kmp_closure_is_of_modes(closure))) {
+                (scene->keep_modes && kmp_closure_is_of_modes(closure)) || slides_otherwise(eq, closure)) {
                 eq->h[eq->m] = h[k];
                 eq->rate[eq->m] = rates[k];
                 eq->row[KMP_CLOSURE_ROWS * c + k] = eq->m;

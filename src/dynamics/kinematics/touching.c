@@ -12,6 +12,10 @@
 #include "symbolic/partials.h"
 #include "symbolic/table_function.h"
 
+/* The cosine of the angle to the equator of a sphere beyond which directions of slip change to those of the pole there.
+ */
+#define LOWER_POLE 0.5
+
 /* The sides being brought together: axes of both points, the vector d and the radii. */
 typedef struct pair {
     const kmp_tree *tree;
@@ -262,14 +266,20 @@ static kmp_vec direction_in_plane(const pair *p, kmp_vec n)
     return kmp_vec_dot(g, n, axis) == KMP_ZERO ? t : unit(g, t);
 }
 
-/* On a sphere: the axes x and y of its point, turned by the least rotation from z to n. No pair of directions is smooth
- * on a whole sphere; this one is, but for n = -z. */
+/* On a sphere: the axes x and y of its point, turned by the least rotation from z to n, or from -z where n is closer to
+ * it. No pair of directions is smooth on a whole sphere; either of these is, but at the other pole. The change between
+ * them lags, so that motions near the equator do not alternate. */
 static kmp_vec direction_on_sphere(const pair *p, kmp_vec n, int along)
 {
     kmp_graph *g = p->tree->graph;
     const kmp_vec *e = p->axes[1];
-    kmp_ref up = kmp_vec_dot(g, n, e[2]), part = kmp_div(g, kmp_vec_dot(g, n, e[along - 1]), kmp_add(g, KMP_ONE, up));
-    return kmp_vec_sub(g, e[along - 1], kmp_vec_scale(g, part, kmp_vec_add(g, n, e[2])));
+    kmp_ref up = kmp_vec_dot(g, n, e[2]), twice = kmp_const(g, 2);
+    kmp_ref below = kmp_tree_condition(p->tree, p->touch, 0, up, LOWER_POLE, NULL,
+                                       "slip on the sphere at '%s' in the directions of -z",
+                                       p->tree->model->points[p->touch->side[1].point].name);
+    kmp_ref side = kmp_sub(g, KMP_ONE, kmp_mul(g, twice, below));
+    kmp_ref part = kmp_div(g, kmp_vec_dot(g, n, e[along - 1]), kmp_add(g, KMP_ONE, kmp_mul(g, side, up)));
+    return kmp_vec_sub(g, e[along - 1], kmp_vec_scale(g, part, kmp_vec_add(g, n, kmp_vec_scale(g, side, e[2]))));
 }
 
 /* Both directions of slip on a surface. */
