@@ -45,6 +45,7 @@ STUDIES = {  # a study: the others that it uses
     "sensitivity": "simulate equilibrium modes",
     "ensemble": "simulate",
     "fit": "simulate sensitivity ensemble",
+    "optimize": "simulate sensitivity ensemble fit",
     "compare": "",
     "wheel_contact": "equilibrium",
 }
@@ -69,7 +70,7 @@ FOLDERS = [  # first match wins
 ]
 PUBLIC_ONLY = {"cli", "examples", "api"}  # see <kempe/...> and the C library
 MAY_SOLVE = {"linalg", "constraints", "integrators"}
-SOLVERS = re.compile(r"^(suitesparse/)?(umfpack|klu|btf|amd|colamd|SuiteSparse_config|cminpack)\.h$"
+SOLVERS = re.compile(r"^(suitesparse/)?(umfpack|klu|btf|amd|colamd|SuiteSparse_config|cminpack|nlopt)\.h$"
                      r"|^(sundials|ida|idas|kinsol|cvode|cvodes|arkode|nvector|sunmatrix|sunlinsol|sunnonlinsol)/")
 SOURCE = {".c", ".h", ".def"}
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<([^>]+)>)')
