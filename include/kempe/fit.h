@@ -99,7 +99,7 @@ typedef struct kempe_optimize_options {
     const char *method; /* slopes: exact ones; values: without; NULL: slopes where they exist */
     double tolerance;   /* relative, of the quantity and of the parameters over their ranges; 0: 1e-8 */
     int most;           /* evaluations of a search; 0: 500 */
-    const kempe_run_options *run; /* as in kempe_sensitivity_options, and threads */
+    const kempe_run_options *run; /* as in kempe_sensitivity_options, and threads; max_steps 0: 10000 */
 } kempe_optimize_options;
 
 typedef struct kempe_optimum kempe_optimum;

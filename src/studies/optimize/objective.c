@@ -5,6 +5,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Of a trial, unless the caller gives another number: near a change point runs become as long as one likes. */
+enum { MOST_STEPS = 10000 };
+
 /* -- slopes ------------------------------------------------------------------------------------------ */
 
 static bool has_slope(kmp_run_quantity_kind kind)
@@ -59,7 +62,6 @@ static kempe_status derive_slopes(kmp_objective *o, const char *const *names, do
     const kmp_run_quantities *run = &o->list->run;
     kmp_text list = {0};
     for (int q = 0; q < run->count; q++) {
-        o->inside = o->inside || run->of[q].kind == KMP_TAKE_MAX || run->of[q].kind == KMP_TAKE_MIN;
         if (!has_slope(run->of[q].kind))
             return refuse_slopes(o, kmp_arena_printf(&o->arena,
                                                      "'%s' has no exact derivative: at(..), max(..), min(..) "
@@ -136,18 +138,16 @@ static kempe_status keep_refusal(kmp_objective *o, const char *reason)
     return kmp_made(o->context, o->refusal);
 }
 
+/* The run alone comes first: it finds the times of extremes, and it ends soon where the model does not run, while
+ * derivatives grow without bound toward a dead centre. */
 kempe_status kmp_objective_slopes(kmp_objective *objective, const double *x, double *values, double *slopes)
 {
     kmp_objective *o = objective;
     const kempe_sensitivity *rows = kmp_slope_runs_rows(o->runs);
-    for (int k = 0; k < o->list->run.values; k++)
-        values[k] = NAN;
-    if (o->inside) {
-        KMP_TRY(kmp_objective_values(o, 1, x, o->row));
-        if (isnan(o->row[0]))
-            return KEMPE_OK;
-        memcpy(values, o->row, (size_t)o->list->run.values * sizeof *values);
-    }
+    KMP_TRY(kmp_objective_values(o, 1, x, o->row));
+    memcpy(values, o->row, (size_t)o->list->run.values * sizeof *values);
+    if (isnan(values[0]))
+        return KEMPE_OK;
     find_times(o, rows->t_end);
     kmp_slope_runs_set_times(o->runs, order_times(o, rows->t_end), o->times);
     kempe_status status = kmp_slope_runs_at(o->runs, x);
@@ -210,6 +210,7 @@ kempe_status kmp_objective_init(kmp_objective *objective, const kempe_model *mod
     KMP_OPTIONS(model->context, kempe_run_options, run);
     objective->run = *run;
     objective->run.no_convergence_check = 1;
+    objective->run.max_steps = run->max_steps ? run->max_steps : MOST_STEPS;
     kempe_status status = derive(objective, model, names, quantity, limits);
     if (status != KEMPE_OK)
         kmp_objective_free(objective);

@@ -21,7 +21,6 @@ typedef struct kmp_objective {
     char *obstacle;       /* the reason; NULL: there are slopes */
     double *time, *times; /* of each quantity; of the rows */
     double *row;          /* values of a batch */
-    bool inside;          /* extremes: a run finds their times first */
     long simulations;
     char *refusal; /* of the last values that do not run */
 } kmp_objective;
