@@ -95,10 +95,8 @@ static const kempe_sensitivity_options by_crank = {.parameters = "crank",
                                                    .run = &(kempe_run_options){.t_end = 0.01, .output_step = 0.005}};
 static const kempe_fit_options of_motion = {
     .data = KEMPE_ROOT "/tests/models/turning_crank.csv", .parameters = "crank_mass:0.1:10", .most = 2};
-static const kempe_optimize_options least_base = {.minimize = "q(rocker)",
-                                                  .parameters = "base:0.89:0.91",
-                                                  .most = 2,
-                                                  .run = &(kempe_run_options){.t_end = 0.01}};
+static const kempe_optimize_options least_base = {
+    .minimize = "q(rocker)", .parameters = "base:0.89:0.91", .most = 2, .run = &(kempe_run_options){.t_end = 0.01}};
 static const kempe_response_options push = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_linearize_options push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_inverse_options by_motor = {.actuators = "crank", .independent = "crank"};
