@@ -78,15 +78,15 @@ KEMPE_API kempe_status kempe_fit_write_report(kempe_fit *fit, const char *path);
 
 /* Dimensions, springs, masses, drives of a model for which a quantity of its runs is least or largest, under limits:
  *
- *     kempe_optimize_options ask = {.minimize = "max(lambda(C))", .limits = "range(q(rocker)) > 0.8",
+ *     kempe_optimum_options ask = {.minimize = "max(lambda(C))", .limits = "range(q(rocker)) > 0.8",
  *                                   .parameters = "crank:0.2:0.4,base:0.8:1", .starts = 10};
  *     kempe_optimum *optimum;
- *     kempe_optimize(model, &ask, &optimum);
+ *     kempe_optimum_new(model, &ask, &optimum);
  *
  * The solvers are those of NLopt. A library that was built without it refuses. */
 
 /** Options; zeros and NULL mean defaults. */
-typedef struct kempe_optimize_options {
+typedef struct kempe_optimum_options {
     size_t size;            /* sizeof this struct, or 0: that of version 0.1 */
     const char *minimize;   /* a quantity, as in kempe_ensemble_options: an expression at the end, max(..), rms(..) */
     const char *maximize;   /* instead */
@@ -100,7 +100,7 @@ typedef struct kempe_optimize_options {
     double tolerance;   /* relative, of the quantity and of the parameters over their ranges; 0: 1e-8 */
     int most;           /* evaluations of a search; 0: 500 */
     const kempe_run_options *run; /* as in kempe_sensitivity_options, and threads; max_steps 0: 10000 */
-} kempe_optimize_options;
+} kempe_optimum_options;
 
 typedef struct kempe_optimum kempe_optimum;
 
@@ -108,8 +108,8 @@ typedef struct kempe_optimum kempe_optimum;
  * are counted. Warnings are logged: limits that are not kept, a search that has not converged. KEMPE_E_ARGUMENT: a
  * name, quantity or number is wrong. KEMPE_E_FAILED: the model runs at no start. KEMPE_STOPPED: an interrupt; the best
  * place so far is given, after the first run. */
-KEMPE_API kempe_status kempe_optimize(const kempe_model *model, const kempe_optimize_options *options,
-                                      kempe_optimum **optimum);
+KEMPE_API kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_options *options,
+                                         kempe_optimum **optimum);
 KEMPE_API void kempe_optimum_free(kempe_optimum *optimum);
 
 /** Number of parameters; name and value (SI) at the optimum; the quantity there, and 1 if all limits are kept. */
@@ -117,7 +117,7 @@ KEMPE_API int kempe_optimum_count(const kempe_optimum *optimum);
 KEMPE_API const char *kempe_optimum_name(const kempe_optimum *optimum, int k);
 KEMPE_API double kempe_optimum_value(const kempe_optimum *optimum, int k);
 KEMPE_API double kempe_optimum_quantity(const kempe_optimum *optimum);
-KEMPE_API int kempe_optimum_kept(const kempe_optimum *optimum);
+KEMPE_API int kempe_optimum_is_kept(const kempe_optimum *optimum);
 
 /** "slopes" or "values": the method. */
 KEMPE_API const char *kempe_optimum_method(const kempe_optimum *optimum);

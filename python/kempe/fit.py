@@ -72,7 +72,7 @@ class Optimum(Reported):
     @property
     def kept(self) -> bool:
         """True if all limits are kept."""
-        return bool(lib.kempe_optimum_kept(self._pointer))
+        return bool(lib.kempe_optimum_is_kept(self._pointer))
 
     @property
     def method(self) -> str:

@@ -25,7 +25,7 @@ from .system import Force, System
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from ._options import EnsembleOptions, FitOptions, GenerateOptions, GradientOptions, OptimizeOptions, RunOptions, SampleOptions, SensitivityOptions
+    from ._options import EnsembleOptions, FitOptions, GenerateOptions, GradientOptions, OptimumOptions, RunOptions, SampleOptions, SensitivityOptions
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
@@ -245,7 +245,7 @@ class Model(Fixed):
         """
         return study(Fit, self, options)
 
-    def optimize(self, **options: Unpack[OptimizeOptions]) -> Optimum:
+    def optimize(self, **options: Unpack[OptimumOptions]) -> Optimum:
         """Parameters for which a quantity of a run is least or largest; `parameters` maps names to bounds.
 
         >>> model = Model("four_bar.yaml")

@@ -178,11 +178,11 @@ STUDY(fit, kempe_fit, fit_parameters(j, result), .table = kempe_fit_rows,
 
 static kempe_status optimize(const cli_job *j, kempe_optimum **result)
 {
-    kempe_optimize_options options = j->settings->optimize;
+    kempe_optimum_options options = j->settings->optimize;
     options.parameters = j->settings->fitted;
     options.limits = j->settings->limits;
     options.run = &j->settings->run;
-    return kempe_optimize(j->model, &options, result);
+    return kempe_optimum_new(j->model, &options, result);
 }
 
 /* The parameters; a picture has the course of the search. */

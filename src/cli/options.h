@@ -67,7 +67,7 @@ typedef struct cli_settings {
     kempe_sensitivity_options sensitivity; /* in addition to those in `run` */
     kempe_fit_options fit;                 /* likewise */
     char fitted[CLI_LIST_SIZE];
-    kempe_optimize_options optimize; /* likewise */
+    kempe_optimum_options optimize; /* likewise */
     kempe_modes_options modes;
     kempe_response_options response; /* and of state spaces */
     const char *svg, *plot, *x, *y, *values;

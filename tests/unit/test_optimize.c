@@ -7,12 +7,12 @@
 #include <kempe/fit.h>
 #include <stdlib.h>
 
-static kempe_status optimize(const loaded *l, kempe_optimize_options ask, kempe_optimum **optimum)
+static kempe_status optimize(const loaded *l, kempe_optimum_options ask, kempe_optimum **optimum)
 {
     const kempe_run_options run = {.rtol = 1e-10};
     ask.run = &run;
     *optimum = NULL;
-    kempe_status status = kempe_optimize(l->model, &ask, optimum);
+    kempe_status status = kempe_optimum_new(l->model, &ask, optimum);
     if (status != KEMPE_OK)
         printf("%s\n", kempe_context_message(l->context));
     return status;
@@ -40,14 +40,14 @@ static void finds_a_spring(void)
     for (int m = 0; m < 2; m++) {
         kempe_optimum *o = NULL;
         CHECK(optimize(&l,
-                       (kempe_optimize_options){.minimize = "k + 0*q(x)",
-                                                .limits = "max(q(x)) <= 0.16",
-                                                .parameters = "k:10:200",
-                                                .method = methods[m]},
+                       (kempe_optimum_options){.minimize = "k + 0*q(x)",
+                                               .limits = "max(q(x)) <= 0.16",
+                                               .parameters = "k:10:200",
+                                               .method = methods[m]},
                        &o) == KEMPE_OK);
         double damped = kempe_optimum_value(o, 0);
         CHECK_TEXT(kempe_optimum_method(o), methods[m]);
-        CHECK(kempe_optimum_kept(o) == 1);
+        CHECK(kempe_optimum_is_kept(o) == 1);
         /* The damped extreme: at tan w t = w/d it is v sqrt(m/k) e^(-d t). */
         double d = 0.2, w = sqrt(damped / 2 - d * d), t = atan2(w, d) / w;
         CHECK_NEAR(swing_at(damped, 0.8, t), 0.16, 2e-6);
@@ -103,7 +103,7 @@ static void finds_an_angle(void)
     kempe_optimum *o = NULL;
     /* At t = 1 the distance from a point: least where the path goes through it. */
     CHECK(optimize(&l,
-                   (kempe_optimize_options){
+                   (kempe_optimum_options){
                        .minimize = "(q(x) - 6)^2 + (q(z) - 3)^2", .parameters = "a:0.1:1.5,v:1:20", .starts = 3},
                    &o) == KEMPE_OK);
     CHECK_TEXT(kempe_optimum_method(o), "slopes");
@@ -112,19 +112,19 @@ static void finds_an_angle(void)
     kempe_optimum_free(o);
     /* The largest x at the end whose height stays below 3 m: v = 10 gives sin^2 a = 0.6. */
     CHECK(optimize(&l,
-                   (kempe_optimize_options){
+                   (kempe_optimum_options){
                        .maximize = "q(z)", .limits = "max(q(z)) < 3; q(x) > 2", .parameters = "a:0.1:1.5"},
                    &o) == KEMPE_OK);
-    CHECK(kempe_optimum_kept(o) == 1);
+    CHECK(kempe_optimum_is_kept(o) == 1);
     CHECK_NEAR(sin(kempe_optimum_value(o, 0)), sqrt(0.6), 1e-5);
     CHECK_NEAR(kempe_optimum_quantity(o), 10 * sqrt(0.6) - 5, 1e-5);
     kempe_optimum_free(o);
     /* No angle keeps both limits. */
     CHECK(optimize(&l,
-                   (kempe_optimize_options){
+                   (kempe_optimum_options){
                        .maximize = "q(z)", .limits = "max(q(z)) < 1; q(x) < 2", .parameters = "a:0.1:1.5"},
                    &o) == KEMPE_OK);
-    CHECK(kempe_optimum_kept(o) == 0);
+    CHECK(kempe_optimum_is_kept(o) == 0);
     kempe_optimum_free(o);
     unload(&l);
 }
@@ -148,10 +148,10 @@ static void finds_a_coupler_curve(void)
     kempe_optimum *o = NULL;
     CHECK(
         optimize(&l,
-                 (kempe_optimize_options){.minimize = "miss",
-                                          .parameters = "crank:0.5:1.5,coupler:1.5:4,rocker:1.5:4,base:1.2:3,along:2:7,"
-                                                        "across:-1:1",
-                                          .starts = 4},
+                 (kempe_optimum_options){.minimize = "miss",
+                                         .parameters = "crank:0.5:1.5,coupler:1.5:4,rocker:1.5:4,base:1.2:3,along:2:7,"
+                                                       "across:-1:1",
+                                         .starts = 4},
                  &o) == KEMPE_OK);
     for (int k = 0; k < 6; k++)
         CHECK_NEAR(kempe_optimum_value(o, k), known[k], 1e-6);
@@ -176,9 +176,9 @@ static void keeps_the_best(void)
     kempe_optimum *o = NULL;
     countdown = 4;
     kempe_context_set_progress(l.context, 0, interrupt_late, l.context);
-    CHECK(optimize(
-              &l, (kempe_optimize_options){.minimize = "(q(x) - 6)^2 + (q(z) - 3)^2", .parameters = "a:0.1:1.5,v:1:20"},
-              &o) == KEMPE_STOPPED);
+    CHECK(optimize(&l,
+                   (kempe_optimum_options){.minimize = "(q(x) - 6)^2 + (q(z) - 3)^2", .parameters = "a:0.1:1.5,v:1:20"},
+                   &o) == KEMPE_STOPPED);
     CHECK(o != NULL && kempe_optimum_quantity(o) < 20);
     kempe_optimum_free(o);
     unload(&l);

@@ -267,7 +267,7 @@ static kempe_status find_start(kempe_optimum *o, const char *file)
     return kmp_bounded_check(o->context, &o->bounded, o->start);
 }
 
-static kempe_status prepare(kempe_optimum *o, const kempe_optimize_options *options)
+static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *options)
 {
     const char *quantity = options->minimize ? options->minimize : options->maximize;
     if (!kmp_minimum_available())
@@ -313,10 +313,10 @@ static void warn(const kempe_optimum *o)
                 s->evaluations);
 }
 
-kempe_status kempe_optimize(const kempe_model *model, const kempe_optimize_options *options, kempe_optimum **optimum)
+kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_options *options, kempe_optimum **optimum)
 {
     KMP_WANTED_BOTH(model, optimum);
-    KMP_OPTIONS(model->context, kempe_optimize_options, options);
+    KMP_OPTIONS(model->context, kempe_optimum_options, options);
     double begin = kmp_cpu_now();
     kmp_context_begin(model->context);
     KMP_TRY(kmp_model_check_finished(model));
@@ -365,6 +365,6 @@ KMP_GETTER_AT(const char *kempe_optimum_name(const kempe_optimum *optimum, int k
 KMP_GETTER_AT(double kempe_optimum_value(const kempe_optimum *optimum, int k), optimum, k, optimum->count,
               optimum->value[k], NAN)
 KMP_GETTER(double kempe_optimum_quantity(const kempe_optimum *optimum), optimum, optimum->at_best[0], NAN)
-KMP_GETTER(int kempe_optimum_kept(const kempe_optimum *optimum), optimum,
+KMP_GETTER(int kempe_optimum_is_kept(const kempe_optimum *optimum), optimum,
            optimum->search[optimum->best].broken <= KMP_OPTIMUM_KEPT, 0)
 KMP_GETTER(const char *kempe_optimum_method(const kempe_optimum *optimum), optimum, optimum->method, "")
