@@ -38,7 +38,7 @@ static bool is_better(const search *s)
     return now <= kept && r->broken <= kept ? s->value < r->value : now < r->broken;
 }
 
-/* Where the function does not exist slopes and inequalities remain those of the last place. */
+/* Slopes and inequalities remain those of the last place if the function does not exist here. */
 static void evaluate(search *s, const double *x)
 {
     const kmp_minimum *m = s->minimum;
