@@ -366,6 +366,15 @@
 /** Deviations of the noise by which a fitted motion may change at a hundredfold tolerance. */
 #define KMP_FIT_COARSE 0.1
 
+/* -- optimisation -------------------------------------------------------------------------------------- */
+
+/** Relative change of the quantity, and of the parameters over their ranges, that ends a search: that of the default
+ * tolerance of runs. */
+#define KMP_OPTIMUM_ENOUGH 1e-8
+/** A limit is kept up to this part of its bound: a search ends on it up to the error of its runs, which are promised to
+ * a hundred tolerances. */
+#define KMP_OPTIMUM_KEPT 1e-6
+
 /* -- error control ------------------------------------------------------------------------------------- */
 
 /** Absolute tolerance of an entry that is integrated with the others and does not limit the step: the work of forces,

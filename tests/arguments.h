@@ -95,6 +95,8 @@ static const kempe_sensitivity_options by_crank = {.parameters = "crank",
                                                    .run = &(kempe_run_options){.t_end = 0.01, .output_step = 0.005}};
 static const kempe_fit_options of_motion = {
     .data = KEMPE_ROOT "/tests/models/turning_crank.csv", .parameters = "crank_mass:0.1:10", .most = 2};
+static const kempe_optimum_options least_base = {
+    .minimize = "q(rocker)", .parameters = "base:0.89:0.91", .most = 2, .run = &(kempe_run_options){.t_end = 0.01}};
 static const kempe_response_options push = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_linearize_options push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_inverse_options by_motor = {.actuators = "crank", .independent = "crank"};
@@ -121,6 +123,7 @@ SOME(kempe_response, kempe_response_new, some_kempe_system(0), &push)
 SOME(kempe_modes, kempe_modes_new, some_kempe_system(0), &from_start)
 SOME(kempe_sensitivity, kempe_sensitivity_new, some_kempe_model(0), &by_crank)
 SOME(kempe_fit, kempe_fit_new, some_kempe_model(0), &of_motion)
+SOME(kempe_optimum, kempe_optimum_new, some_kempe_model(0), &least_base)
 SOME(kempe_gradient, kempe_gradient_new, some_kempe_model(0), &of_base)
 SOME(kempe_table, kempe_inverse_table, some_kempe_inverse(0), "rows")
 SOME(kempe_workspace, kempe_workspace_new, some_kempe_system(0))
@@ -142,6 +145,7 @@ ZERO(kempe_modes_options)
 ZERO(kempe_sensitivity_options)
 ZERO(kempe_gradient_options)
 ZERO(kempe_fit_options)
+ZERO(kempe_optimum_options)
 ZERO(kempe_contact_options)
 ZERO(kempe_setting)
 ZERO(kempe_touch)

@@ -36,7 +36,7 @@ from .errors import (
     Problem,
     StoppedError,
 )
-from .fit import Fit
+from .fit import Fit, Optimum
 from .generate import Code, Count
 from .gradient import Gradient
 from .inverse import Inverse
@@ -88,6 +88,7 @@ __all__ = [
     "Linearization",
     "Model",
     "Modes",
+    "Optimum",
     "OutOfMemoryError",
     "Outputs",
     "Problem",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Parameters from measured motions."""
+"""Parameters from measured motions, and parameters for which a quantity is least."""
 
 from __future__ import annotations
 
@@ -43,3 +43,38 @@ class Fit(Reported):
     def rank(self) -> int:
         """The number of combinations of parameters that the data determines."""
         return int(lib.kempe_fit_rank(self._pointer))
+
+
+class Optimum(Reported):
+    """Parameters of a model for which a quantity of its runs is least or largest, under limits."""
+
+    _noun = "optimum"
+    _kept = ("values", "quantity", "kept", "method")
+    parameters: TableOf = TableOf("parameter, value, start, lower, upper (SI), state.")
+    limits: TableOf = TableOf("limit, value, bound, state.")
+    starts: TableOf = TableOf("search, quantity, broken, evaluations, refused, outcome, the parameters.")
+    history: TableOf = TableOf("evaluation, search, quantity, broken, best.")
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The parameters, SI, by name: `Model(path, **optimum.values)` is the model with them."""
+        count = lib.kempe_optimum_count(self._pointer)
+        return {
+            string(lib.kempe_optimum_name(self._pointer, k)): lib.kempe_optimum_value(self._pointer, k)
+            for k in range(count)
+        }
+
+    @property
+    def quantity(self) -> float:
+        """The quantity there."""
+        return float(lib.kempe_optimum_quantity(self._pointer))
+
+    @property
+    def kept(self) -> bool:
+        """True if all limits are kept."""
+        return bool(lib.kempe_optimum_is_kept(self._pointer))
+
+    @property
+    def method(self) -> str:
+        """ "slopes" or "values"."""
+        return string(lib.kempe_optimum_method(self._pointer))

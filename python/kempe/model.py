@@ -13,7 +13,7 @@ from ._native import ffi, lib
 from .context import Context, Fixed, string
 from .display import details, model_html
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
-from .fit import Fit
+from .fit import Fit, Optimum
 from .generate import Code, Count
 from .gradient import Gradient
 from .options import characters, entry_of, text_of, utf8, words
@@ -25,7 +25,7 @@ from .system import Force, System
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from ._options import EnsembleOptions, FitOptions, GenerateOptions, GradientOptions, RunOptions, SampleOptions, SensitivityOptions
+    from ._options import EnsembleOptions, FitOptions, GenerateOptions, GradientOptions, OptimumOptions, RunOptions, SampleOptions, SensitivityOptions
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
@@ -244,6 +244,16 @@ class Model(Fixed):
         2.0
         """
         return study(Fit, self, options)
+
+    def optimize(self, **options: Unpack[OptimumOptions]) -> Optimum:
+        """Parameters for which a quantity of a run is least or largest; `parameters` maps names to bounds.
+
+        >>> model = Model("four_bar.yaml")
+        >>> optimum = model.optimize(minimize="max(qd(rocker))", parameters={"base": (0.85, 0.95)}, t_end=0.3)
+        >>> optimum.method, optimum.kept, list(optimum.values)
+        ('slopes', True, ['base'])
+        """
+        return study(Optimum, self, options)
 
     def gradient(self, **options: Unpack[GradientOptions]) -> Gradient:
         """Outputs of the driven mechanism with their derivatives by parameters, for repeated evaluation. The outputs are those of

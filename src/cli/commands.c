@@ -98,6 +98,7 @@ WRITER(kempe_response_write_report)
 WRITER(kempe_inverse_write_report)
 WRITER(kempe_kinematics_write_report)
 WRITER(kempe_fit_write_report)
+WRITER(kempe_optimum_write_report)
 
 static int seed_of(const cli_settings *s)
 {
@@ -174,6 +175,25 @@ static kempe_status kempe_fit_rows(const cli_job *j, const void *fit, bool drawn
 
 STUDY(fit, kempe_fit, fit_parameters(j, result), .table = kempe_fit_rows,
       .files = {{AT(report), any_kempe_fit_write_report}})
+
+static kempe_status optimize(const cli_job *j, kempe_optimum **result)
+{
+    kempe_optimum_options options = j->settings->optimize;
+    options.parameters = j->settings->fitted;
+    options.limits = j->settings->limits;
+    options.run = &j->settings->run;
+    return kempe_optimum_new(j->model, &options, result);
+}
+
+/* The parameters; a picture has the course of the search. */
+static kempe_status kempe_optimum_rows(const cli_job *j, const void *optimum, bool drawn, kempe_table **table)
+{
+    (void)j;
+    return kempe_optimum_table(optimum, drawn ? "history" : "parameters", table);
+}
+
+STUDY(optimize, kempe_optimum, optimize(j, result), .table = kempe_optimum_rows,
+      .files = {{AT(report), any_kempe_optimum_write_report}})
 
 /* An ensemble, with what its batch refers to. */
 typedef struct instances {
@@ -436,6 +456,13 @@ static const char *fit_lacks(const cli_settings *s)
     return s->fitted[0] ? NULL : "fit needs --parameter NAME[:LOW:HIGH]; 'kempe show --model FILE' lists parameters";
 }
 
+static const char *optimize_lacks(const cli_settings *s)
+{
+    if (!s->optimize.minimize == !s->optimize.maximize)
+        return "optimize needs either --minimize QUANTITY or --maximize QUANTITY";
+    return s->fitted[0] ? NULL : "optimize needs --parameter NAME:LOW:HIGH";
+}
+
 static const char *simulate_lacks(const cli_settings *s)
 {
     return !s->from == !s->instance ? NULL : "--from FOLDER and --instance K belong together";
@@ -527,6 +554,11 @@ const cli_command cli_commands[] = {
      "      --start found.csv --report fit.html\n",
      .usage = "FILE DATA.csv --parameter NAME[:LOW:HIGH].. [options]", .lacks = fit_lacks, .model_alone = true,
      .study = &fit_study},
+    {CLI_OPTIMIZE, "optimize", "parameters for which a quantity of a run is least or largest, under limits",
+     "  kempe optimize examples/four_bar/four_bar.yaml --minimize 'max(qd(rocker))' --parameter base:0.85:0.95 \\\n"
+     "      --limit 'max(q(rocker)) > 2' --t-end 1 -o found.csv --report optimum.html\n",
+     .usage = "FILE --minimize QUANTITY --parameter NAME:LOW:HIGH.. [options]", .lacks = optimize_lacks,
+     .model_alone = true, .study = &optimize_study},
     {CLI_ENSEMBLE, "ensemble", "simulate many instances with different parameters, in parallel vector lanes",
      "  kempe ensemble examples/four_bar/four_bar.yaml --values bars.csv -o ends.csv\n"
      "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 --instances 10000\n"

@@ -39,9 +39,10 @@ enum {
     CLI_VIEW = 65536,
     CLI_GATHER = 131072,
     CLI_FIT = 262144,
-    CLI_ALL = 524287,
+    CLI_OPTIMIZE = 524288,
+    CLI_ALL = 1048575,
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
-                 CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT /* with a table of results */
+                 CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE /* with a table of results */
 };
 
 /* The user's settings. Texts point into argv; NULL and 0 mean not given. */
@@ -66,6 +67,7 @@ typedef struct cli_settings {
     kempe_sensitivity_options sensitivity; /* in addition to those in `run` */
     kempe_fit_options fit;                 /* likewise */
     char fitted[CLI_LIST_SIZE];
+    kempe_optimum_options optimize; /* likewise */
     kempe_modes_options modes;
     kempe_response_options response; /* and of state spaces */
     const char *svg, *plot, *x, *y, *values;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reports of the studies whose results are rows, states or instances: each says what its page has. */
 #include "constraints/closing/assemble.h"
+#include "constraints/rounding/mend.h"
 #include "report/result_page.h"
 #include "studies/ensemble/batch.h"
 #include "studies/ensemble/statistics/statistics.h"
@@ -8,6 +9,7 @@
 #include "studies/fit/fit_study.h"
 #include "studies/inverse/inverse_study.h"
 #include "studies/kinematics/position_sweep.h"
+#include "studies/optimize/optimize_study.h"
 #include "studies/response/response_study.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
@@ -296,15 +298,14 @@ kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path)
 
 /* -- fits -------------------------------------------------------------------------------------------- */
 
-/* The motion of the estimates: their values are those of the equations. */
-static kempe_status add_motion(study_page *s, const kempe_fit *f)
+/* The motion of a system by its own equations. */
+static kempe_status add_motion(study_page *s, double rtol, double t_end)
 {
     enum { FRAMES = 300 };
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
     const kempe_run_options run = {
-        .rtol = rows->rtol, .t_end = rows->t_end, .output_step = rows->t_end / FRAMES, .no_convergence_check = 1};
+        .rtol = rtol, .t_end = t_end, .output_step = t_end / FRAMES, .no_convergence_check = 1};
     kempe_trajectory *motion = NULL;
-    kempe_status status = kempe_simulate(rows->system, &run, &motion);
+    kempe_status status = kempe_simulate(s->page.system, &run, &motion);
     int count = kempe_trajectory_row_count(motion);
     for (int k = 0; k < count && status == KEMPE_OK; k++) {
         const double t = kempe_trajectory_time(motion, k);
@@ -333,7 +334,8 @@ static kempe_status fill_fit(study_page *s, const void *result)
     KMP_TRY(kempe_fit_table(f, "rows", &s->table));
     s->page.x = "t";
     choose_first(s, first, KMP_PAGE_FIRST);
-    return add_motion(s, f);
+    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
+    return add_motion(s, rows->rtol, rows->t_end);
 }
 
 kempe_status kempe_fit_write_report(kempe_fit *fit, const char *path)
@@ -341,6 +343,46 @@ kempe_status kempe_fit_write_report(kempe_fit *fit, const char *path)
     KMP_WANTED(NULL, fit, "fit");
     KMP_WANTED(fit->context, path, "path");
     return write_page(kmp_slope_runs_rows(fit->runs)->system, "fit", "fit", fill_fit, fit, path);
+}
+
+/* -- optima ------------------------------------------------------------------------------------------ */
+
+static kempe_status fill_optimum(study_page *s, const void *result)
+{
+    const kempe_optimum *o = result;
+    static const char *const first[] = {"best", "quantity", NULL};
+    const kempe_run_options *run = &o->objective.run;
+    s->page.status = o->status;
+    s->page.reason = o->reason;
+    s->page.warnings = o->warnings;
+    s->page.scene = scene_of(s, "motion at the optimum");
+    s->page.answer = kmp_arena_printf(&s->arena, "%s of %s: %.6g %s", o->most_wanted ? "Largest value" : "Least value",
+                                      o->quantity, o->at_best[0], o->objective.list->unit[0]);
+    for (int k = 0; k < o->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
+        s->page.fact[s->page.fact_count++] =
+            (kmp_page_fact){o->bounded.name[k], kmp_arena_printf(&s->arena, "%.6g", o->value[k])};
+    KMP_TRY(kempe_optimum_print(o, KEMPE_TEXT, &s->text));
+    KMP_TRY(kempe_optimum_table(o, "history", &s->table));
+    s->page.x = "evaluation";
+    choose_first(s, first, KMP_PAGE_FIRST);
+    double t_end = run->t_end > 0 ? run->t_end : s->page.system->model->run.t_end;
+    KMP_TRY(add_motion(s, run->rtol, t_end));
+    double *at = KMP_ARENA_NEW(&s->arena, double, s->frames.rows);
+    for (int k = 0; at && k < s->frames.rows; k++)
+        at[k] = 1 + (o->tried_count - 1) * s->frames.t[k] / t_end;
+    s->page.frame_x = at;
+    return KEMPE_OK;
+}
+
+kempe_status kempe_optimum_write_report(kempe_optimum *optimum, const char *path)
+{
+    KMP_WANTED(NULL, optimum, "optimum");
+    KMP_WANTED(optimum->context, path, "path");
+    kempe_system *system = NULL;
+    KMP_TRY(kmp_system_of_variant(optimum->variant, &system));
+    kempe_status status = write_page(system, "optimize", "optimum", fill_optimum, optimum, path);
+    kempe_system_free(system);
+    return status;
 }
 
 /* -- the assembled start ----------------------------------------------------------------------------- */

@@ -536,6 +536,47 @@ class Fits(Case):
             self.assertIn(told, self.expect(code, "fit", self.CRANK, *words).stderr)
 
 
+class Optima(Case):
+    """Best parameters: tables, a restart, a page, mistakes."""
+
+    CURVE = ROOT / "tests/models/coupler_curve.yaml"
+    WORDS = ("--minimize", "miss", "--parameter", "crank:0.5:1.5,coupler:1.5:4,rocker:1.5:4", "--parameter",
+             "base:1.2:3,along:2:7,across:-1:1")
+
+    def test_result(self):
+        done = self.expect(0, "optimize", self.CURVE, *self.WORDS, "-o", "found.csv", "--report", "optimum.html", "--plot", "course.svg")
+        self.assertIn("exact derivatives (SLSQP)", done.stdout)
+        with open(self.folder / "found.csv", newline="") as file:
+            rows = {row["parameter"]: row for row in csv.DictReader(file)}
+        self.assertAlmostEqual(float(rows["along"]["value"]), 5, delta=1e-6)
+        self.assertIn("evaluation", (self.folder / "optimum.html").read_text())
+        self.assertIn("<svg", (self.folder / "course.svg").read_text())
+        found = self.object(0, "optimize", self.CURVE, *self.WORDS)
+        self.assertEqual((found["method"], found["search"], found["goal"]), ("slopes", "converged", "minimize"))
+        self.assertGreater(found["shortened"], 0)
+        self.assertEqual(without_times(found), without_times(self.object(0, "optimize", self.CURVE, *self.WORDS)))
+        again = self.object(0, "optimize", self.CURVE, *self.WORDS, "--start", "found.csv")
+        self.assertLess(again["evaluations"], found["evaluations"])
+        limited = self.object(0, "optimize", self.CURVE, *self.WORDS, "--limit", "max(position(coupler.P).y) < 3.9", "--starts", 2,
+                              "--method", "values", "--most", 60)
+        self.assertEqual((limited["method"], len(limited["searches"]), limited["limits"][0]["bound"]), ("values", 2, 3.9))
+
+    def test_mistakes(self):
+        for code, words, told in [
+                (3, ("--parameter", "base:1:2"), "either --minimize QUANTITY or --maximize QUANTITY"),
+                (3, ("--minimize", "miss"), "optimize needs --parameter"),
+                (3, ("--minimize", "miss", "--maximize", "miss", "--parameter", "base:1:2"), "either --minimize"),
+                (3, ("--minimize", "miss", "--parameter", "base"), "parameter 'base' needs two bounds"),
+                (3, ("--minimize", "miss", "--parameter", "bass:1:2"), "did you mean 'base'"),
+                (3, ("--minimize", "miss", "--parameter", "base:1:2"), "its start 2.2 is not between its bounds"),
+                (3, ("--minimize", "max(", "--parameter", "base:1:3"), "quantity:1"),
+                (3, ("--minimize", "at(miss, 7)", "--parameter", "base:1:3"), "after the end of the run"),
+                (3, ("--minimize", "rms(miss)", "--parameter", "base:1:3", "--method", "slopes"), "'rms(miss)' has no exact derivative"),
+                (3, ("--minimize", "miss", "--parameter", "base:1:3", "--method", "newton"), "available: slopes, values"),
+                (1, ("--minimize", "miss", "--parameter", "base:1:9", "--set", "base=8"), "the model runs at no start")]:
+            self.assertIn(told, self.expect(code, "optimize", self.CURVE, *words).stderr)
+
+
 class Sensitivities(Case):
     """Derivatives by parameters: tables of both methods, against runs with other values; mistakes."""
 

@@ -3,7 +3,6 @@
 #include "studies/fit/fit_study.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "model/expressions/ranges.h"
 #include "output/print.h"
 #include "studies/ensemble/statistics/shares.h"
 #include <math.h>
@@ -13,65 +12,20 @@ enum { MOST_RUNS = 200, MOST_ROUNDS = 10 };
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
-/* A number of an option for a name, with or without a unit. */
-static kempe_status read_number(kempe_fit *f, const char *name, const char *text, size_t length, double *value)
-{
-    kmp_text one = {0};
-    kmp_ranges ranges = {0};
-    kmp_text_printf(&one, "%s=%.*s", name, (int)length, text);
-    kempe_status status = one.failed ? kmp_fail_memory(f->context) : kmp_ranges_read(f->context, one.s, &ranges);
-    bool single = status == KEMPE_OK && ranges.count == 1 && ranges.range[0].count == 1;
-    if (single)
-        *value = ranges.range[0].from;
-    else if (status == KEMPE_OK)
-        status = kmp_fail(f->context, KEMPE_E_ARGUMENT, "'%s' is not a number: write NAME:LOW:HIGH", one.s);
-    kmp_text_free(&one);
-    kmp_ranges_free(&ranges);
-    return status;
-}
-
-static kempe_status read_bounds(kempe_fit *f, int k, const char *text)
-{
-    const char *upper = strchr(text, ':');
-    if (!upper || strchr(upper + 1, ':'))
-        return kmp_fail(f->context, KEMPE_E_ARGUMENT,
-                        "parameter '%s': two bounds are expected, NAME:LOW:HIGH; one may be left out, NAME:LOW: or "
-                        "NAME::HIGH",
-                        f->name[k]);
-    if (upper > text)
-        KMP_TRY(read_number(f, f->name[k], text, (size_t)(upper - text), &f->lower[k]));
-    if (upper[1])
-        KMP_TRY(read_number(f, f->name[k], upper + 1, strlen(upper + 1), &f->upper[k]));
-    if (!(f->lower[k] < f->upper[k]))
-        return kmp_fail(f->context, KEMPE_E_ARGUMENT, "parameter '%s': the bound %g is not below %g", f->name[k],
-                        f->lower[k], f->upper[k]);
-    return KEMPE_OK;
-}
-
 static kempe_status read_parameters(kempe_fit *f, const char *list, kmp_text *names)
 {
-    char **word = NULL;
-    f->count = kmp_text_words(&f->arena, list, &word);
-    if (f->count == 0)
-        return f->arena.failed ? kmp_fail_memory(f->context)
-                               : kmp_fail(f->context, KEMPE_E_ARGUMENT,
-                                          "there is no parameter to find: give names of parameters of the model, or "
-                                          "start values as q.NAME and qd.NAME");
-    KMP_TRY(kmp_made(f->context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(char *, f->count, &f->name),
-                                                KMP_ROOM(double, f->count, &f->lower, &f->upper, &f->start, &f->value,
-                                                         &f->error, &f->low, &f->high, &f->best),
+    KMP_TRY(kmp_bounded_read(f->context, list, &f->arena, &f->bounded));
+    f->count = f->bounded.count;
+    f->name = f->bounded.name;
+    f->lower = f->bounded.lower;
+    f->upper = f->bounded.upper;
+    for (int k = 0; k < f->count; k++)
+        kmp_text_printf(names, "%s%s", k ? "," : "", f->name[k]);
+    KMP_TRY(kmp_made(f->context, KMP_ARENA_MAKE(&f->arena,
+                                                KMP_ROOM(double, f->count, &f->start, &f->value, &f->error, &f->low,
+                                                         &f->high, &f->best),
                                                 KMP_ROOM(double, (ptrdiff_t)f->count * f->count, &f->correlation),
                                                 KMP_ROOM(kmp_fit_state, f->count, &f->state))));
-    for (int k = 0; k < f->count; k++) {
-        size_t length = strcspn(word[k], ":=");
-        f->name[k] = kmp_arena_printf(&f->arena, "%.*s", (int)length, word[k]);
-        KMP_TRY(kmp_made(f->context, f->name[k]));
-        f->lower[k] = -INFINITY;
-        f->upper[k] = INFINITY;
-        if (word[k][length])
-            KMP_TRY(read_bounds(f, k, word[k] + length + 1));
-        kmp_text_printf(names, "%s%s", k ? "," : "", f->name[k]);
-    }
     return kmp_made(f->context, !names->failed);
 }
 
@@ -94,7 +48,8 @@ static kempe_status read_deviations(kempe_fit *f, const char *list)
         if (!word[k][length] || c == f->measured.columns)
             return kmp_fail(f->context, KEMPE_E_ARGUMENT,
                             "deviation '%s': COLUMN=VALUE with a column of the data is expected", word[k]);
-        KMP_TRY(read_number(f, "deviation", word[k] + length + 1, strlen(word[k] + length + 1), &f->deviation[c]));
+        KMP_TRY(kmp_bounded_number(f->context, "deviation", word[k] + length + 1, strlen(word[k] + length + 1),
+                                   &f->deviation[c]));
         if (!(f->deviation[c] > 0))
             return kmp_fail(f->context, KEMPE_E_ARGUMENT, "deviation '%s': it must be positive", word[k]);
     }
@@ -105,67 +60,6 @@ static kempe_status read_deviations(kempe_fit *f, const char *list)
                             "the deviation of '%s' is missing: give that of every column, or of none",
                             f->measured.name[c]);
     return kmp_made(f->context, !f->arena.failed);
-}
-
-/* -- another fit as the start ------------------------------------------------------------------------ */
-
-typedef struct estimates {
-    kempe_fit *fit;
-    int name, value, fields;
-    bool *found; /* of each parameter */
-} estimates;
-
-static bool read_head(kmp_csv *csv, const char *line)
-{
-    estimates *e = csv->user;
-    e->name = e->value = -1;
-    for (const char *s = line; s; e->fields++) {
-        kmp_csv_field field = kmp_csv_name(&s);
-        if (kmp_csv_is(field, "parameter"))
-            e->name = e->fields;
-        else if (kmp_csv_is(field, "value"))
-            e->value = e->fields;
-    }
-    if (e->name < 0 || e->value < 0)
-        kmp_csv_complain(csv, line, "columns 'parameter' and 'value' are expected, as --output of a fit writes them");
-    return true;
-}
-
-static bool read_estimate(kmp_csv *csv, const char *line)
-{
-    estimates *e = csv->user;
-    int at = -1;
-    kmp_csv_field value = {line, 0};
-    const char *s = line;
-    for (int k = 0; s && k < e->fields; k++) {
-        kmp_csv_field field = kmp_csv_next(&s);
-        for (int p = 0; k == e->name && p < e->fit->count; p++)
-            at = kmp_csv_is(field, e->fit->name[p]) ? p : at;
-        value = k == e->value ? field : value;
-    }
-    if (at >= 0 && !kmp_csv_number(csv, e->value, value, &e->fit->start[at]))
-        kmp_csv_complain(csv, value.s, "a number is expected here");
-    else if (at >= 0)
-        e->found[at] = true;
-    kmp_csv_check_row(csv, line);
-    return true;
-}
-
-static kempe_status read_start(kempe_fit *f, const char *path)
-{
-    estimates e = {.fit = f, .found = KMP_ARENA_NEW(&f->arena, bool, f->count)};
-    kmp_csv csv = {.context = f->context,
-                   .path = path,
-                   .lacks_header = "the header line is missing; it has the columns parameter and value",
-                   .user = &e,
-                   .header = read_head,
-                   .row = read_estimate};
-    KMP_TRY(kmp_made(f->context, e.found));
-    KMP_TRY(kmp_csv_read(&csv));
-    for (int k = 0; k < f->count; k++)
-        if (!e.found[k])
-            return kmp_complain(f->context, path, 0, 0, "there is no row of the parameter '%s'", f->name[k]);
-    return KEMPE_OK;
 }
 
 /* -- trials ------------------------------------------------------------------------------------------ */
@@ -346,17 +240,6 @@ static kempe_status check_tolerance(kempe_fit *f)
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-static kempe_status check_start(const kempe_fit *f)
-{
-    for (int k = 0; k < f->count; k++)
-        if (f->start[k] < f->lower[k] || f->start[k] > f->upper[k])
-            return kmp_fail(f->context, KEMPE_E_ARGUMENT,
-                            "parameter '%s': its start %g is not between its bounds %g and %g; --set gives another "
-                            "start",
-                            f->name[k], f->start[k], f->lower[k], f->upper[k]);
-    return KEMPE_OK;
-}
-
 static kempe_status count_measurements(kempe_fit *f)
 {
     for (int c = 0; c < f->measured.columns; c++) {
@@ -399,8 +282,8 @@ static kempe_status derive(kempe_fit *f, const kempe_fit_options *options, const
     KMP_TRY(read_deviations(f, options->deviations));
     memcpy(f->start, kmp_slope_runs_rows(f->runs)->parameter, (size_t)f->count * sizeof *f->start);
     if (options->start)
-        KMP_TRY(read_start(f, options->start));
-    KMP_TRY(check_start(f));
+        KMP_TRY(kmp_bounded_read_start(f->context, options->start, &f->bounded, f->start));
+    KMP_TRY(kmp_bounded_check(f->context, &f->bounded, f->start));
     memcpy(f->value, f->start, (size_t)f->count * sizeof *f->start);
     return count_measurements(f);
 }

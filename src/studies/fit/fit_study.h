@@ -3,6 +3,7 @@
 #pragma once
 
 #include "linalg/nonlinear_squares.h"
+#include "studies/fit/bounded.h"
 #include "studies/fit/measured.h"
 #include <kempe/fit.h>
 
@@ -20,7 +21,8 @@ struct kempe_fit {
     kmp_slope_runs *runs;  /* their equations; the rows are those of the estimates at the end */
     kmp_measured measured; /* data column c is column[c] of the rows */
     const char *file;      /* of the data */
-    int count, *column;    /* parameters */
+    kmp_bounded bounded;
+    int count, *column; /* parameters */
     char **name;
     double *lower, *upper, *start, *value, *error, *low, *high;
     kmp_fit_state *state;

@@ -103,6 +103,9 @@ kempe_status kmp_slope_runs_new(const kempe_model *model, const kempe_sensitivit
                                 const double *t, kmp_slope_runs **runs);
 void kmp_slope_runs_free(kmp_slope_runs *runs);
 
+/** Other times of the rows, no more than before; the last one is the end of the runs as before. */
+void kmp_slope_runs_set_times(kmp_slope_runs *runs, int count, const double *t);
+
 /** Runs. KEMPE_E_FAILED: the model cannot have these values, or does not reach the last time; the message has the
  * reason. KEMPE_STOPPED: an interrupt. */
 kempe_status kmp_slope_runs_at(kmp_slope_runs *runs, const double *values);

@@ -434,16 +434,22 @@ void kmp_slope_runs_free(kmp_slope_runs *runs)
     kmp_free(runs);
 }
 
+void kmp_slope_runs_set_times(kmp_slope_runs *runs, int count, const double *t)
+{
+    runs->count = count;
+    memcpy(runs->t, t, (size_t)count * sizeof *t);
+}
+
 const kempe_sensitivity *kmp_slope_runs_rows(const kmp_slope_runs *runs)
 {
     return runs->s;
 }
 
-/* The last time is missing where a condition of the model ends the run. */
+/* The last time is missing where a condition of the model, or a lock, ends the run; an interrupt is no failure. */
 static kempe_status judge_run(kmp_slope_runs *r, kempe_status status)
 {
     kmp_run_report *report = &r->w.report.run;
-    bool ended = status == KEMPE_STOPPED && report->ended;
+    bool ended = status == KEMPE_STOPPED && !kmp_interrupted(r->s->context);
     if (status == KEMPE_E_FAILED || ended || (status == KEMPE_OK && r->s->rows < r->count)) {
         kmp_text reason = {0};
         kmp_text_put(&reason, report->reason ? report->reason : "the run ends before the last requested time");

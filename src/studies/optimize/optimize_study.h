@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Parameters for which a quantity is least: searches, their result, its text and tables. */
+#pragma once
+
+#include "linalg/constrained_minimum.h"
+#include "studies/fit/bounded.h"
+#include "studies/optimize/objective.h"
+#include <kempe/fit.h>
+
+/** One search. */
+typedef struct kmp_searched {
+    double *x; /* the best place */
+    double value, broken;
+    int evaluations, refused;
+    kmp_squares_outcome outcome;
+} kmp_searched;
+
+/** An evaluation: NaN where the model did not run. */
+typedef struct kmp_trial {
+    int search;
+    double value, broken;
+} kmp_trial;
+
+struct kempe_optimum {
+    kempe_context *context;
+    const kempe_model *model;
+    kmp_arena arena;
+    kmp_bounded bounded;
+    kmp_objective objective;
+    kmp_variant *variant; /* of the optimum, for its page */
+    bool most_wanted;     /* the largest value */
+    const char *quantity, *method;
+    int count, limits, starts, pool, most, refused, evaluations;
+    double tolerance;
+    double *start, *value, *x, *values, *slopes; /* x: in SI, of a trial; values of all quantities, slopes */
+    double *at_best;                             /* values of all quantities at the optimum */
+    int searches;
+    kmp_searched *search;
+    int best; /* search; -1: none */
+    kmp_trial *tried;
+    int tried_count;
+    double seconds;
+    kempe_status status;
+    char *reason, *warnings;
+};
+
+/** The largest part by which limits are not kept: over the bound, or over 1 where it is 0. */
+double kmp_optimum_broken(const kempe_optimum *optimum, const double *values, double *limit);

@@ -1,0 +1,197 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Optima against closed forms: of values at the end and at a time, of extremes, with limits, with exact slopes and
+ * without; slopes against differences; trials that do not run; interrupts. */
+#include "linalg/constrained_minimum.h"
+#include "loaded.h"
+#include "studies/optimize/objective.h"
+#include <kempe/fit.h>
+#include <stdlib.h>
+
+static kempe_status optimize(const loaded *l, kempe_optimum_options ask, kempe_optimum **optimum)
+{
+    const kempe_run_options run = {.rtol = 1e-10};
+    ask.run = &run;
+    *optimum = NULL;
+    kempe_status status = kempe_optimum_new(l->model, &ask, optimum);
+    if (status != KEMPE_OK)
+        printf("%s\n", kempe_context_message(l->context));
+    return status;
+}
+
+/* A mass on a spring and a damper that is thrown: x = v/w e^(-d t) sin w t. */
+static const char *const swing = "kempe: 1\n"
+                                 "parameters: {k: 50, c: 0.8}\n"
+                                 "bodies: {ball: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\n"
+                                 "forces: {spring: {joint: x, force: -k*q(x) - c*qd(x)}}\n"
+                                 "start: {q: {x: 0}, qd: {x: 1}}\n"
+                                 "run: {t_end: 1}\n";
+
+static double swing_at(double k, double c, double t)
+{
+    double d = c / 4, w = sqrt(k / 2 - d * d);
+    return exp(-d * t) * sin(w * t) / w;
+}
+
+/* The largest deflection of the undamped spring, v sqrt(m/k), is 0.16 at k = m (v/0.16)^2 = 78.125. */
+static void finds_a_spring(void)
+{
+    const char *const methods[] = {"slopes", "values"};
+    loaded l = load_text(swing);
+    for (int m = 0; m < 2; m++) {
+        kempe_optimum *o = NULL;
+        CHECK(optimize(&l,
+                       (kempe_optimum_options){.minimize = "k + 0*q(x)",
+                                               .limits = "max(q(x)) <= 0.16",
+                                               .parameters = "k:10:200",
+                                               .method = methods[m]},
+                       &o) == KEMPE_OK);
+        double damped = kempe_optimum_value(o, 0);
+        CHECK_TEXT(kempe_optimum_method(o), methods[m]);
+        CHECK(kempe_optimum_is_kept(o) == 1);
+        /* The damped extreme: at tan w t = w/d it is v sqrt(m/k) e^(-d t). */
+        double d = 0.2, w = sqrt(damped / 2 - d * d), t = atan2(w, d) / w;
+        CHECK_NEAR(swing_at(damped, 0.8, t), 0.16, 2e-6);
+        CHECK_NEAR(kempe_optimum_quantity(o), damped, 1e-8);
+        kempe_optimum_free(o);
+    }
+    unload(&l);
+}
+
+/* The values at two times, and an extreme, with their slopes by k and c against differences of the closed form. */
+static void slopes_are_exact(void)
+{
+    const char *const names[] = {"k", "c"};
+    const double x[] = {50, 0.8};
+    const kempe_run_options run = {.rtol = 1e-11};
+    loaded l = load_text(swing);
+    kmp_objective o;
+    double values[8], slopes[16];
+    CHECK(kmp_objective_init(&o, l.model, 2, names, "q(x)", "at(q(x), 0.25) < 1, min(q(x)) > -1", &run) == KEMPE_OK);
+    CHECK(o.runs != NULL && o.list->run.values == 4);
+    CHECK(kmp_objective_slopes(&o, x, values, slopes) == KEMPE_OK);
+    double d = 0.2, w = sqrt(25 - d * d), t_min = (atan2(w, d) + acos(-1)) / w;
+    const double times[] = {1, 0.25, t_min}, steps[] = {1e-3, 1e-4};
+    for (int v = 0; v < 3; v++) {
+        CHECK_NEAR(values[v], swing_at(50, 0.8, times[v]), 1e-8);
+        for (int p = 0; p < 2; p++) {
+            double up = swing_at(50 + (p == 0) * steps[p], 0.8 + (p == 1) * steps[p], times[v]);
+            double down = swing_at(50 - (p == 0) * steps[p], 0.8 - (p == 1) * steps[p], times[v]);
+            CHECK_NEAR(slopes[v * 2 + p], (up - down) / (2 * steps[p]), 1e-8);
+        }
+    }
+    kmp_objective_free(&o);
+    CHECK(kmp_objective_init(&o, l.model, 2, names, "rms(q(x))", NULL, &run) == KEMPE_OK);
+    CHECK(o.runs == NULL && strstr(o.obstacle, "'rms(q(x))' has no exact derivative") != NULL);
+    kmp_objective_free(&o);
+    unload(&l);
+}
+
+/* A shot over level ground: the range v^2 sin(2 a)/g is largest at 45 deg, and with a limit on the height, which is
+ * v^2 sin^2(a)/(2 g), where that is reached. */
+static const char *const shot = "kempe: 1\n"
+                                "gravity: [0, 0, -10]\n"
+                                "parameters: {a: 0.3, v: 10}\n"
+                                "bodies:\n"
+                                "  x: {joint: {name: x, prismatic: x, at: ground}}\n"
+                                "  ball: {joint: {name: z, prismatic: z, at: x}, mass: 1}\n"
+                                "start: {q: {x: 0, z: 0}, qd: {x: v*cos(a), z: v*sin(a)}}\n"
+                                "run: {t_end: 1}\n";
+
+static void finds_an_angle(void)
+{
+    loaded l = load_text(shot);
+    kempe_optimum *o = NULL;
+    /* At t = 1 the distance from a point: least where the path goes through it. */
+    CHECK(optimize(&l,
+                   (kempe_optimum_options){
+                       .minimize = "(q(x) - 6)^2 + (q(z) - 3)^2", .parameters = "a:0.1:1.5,v:1:20", .starts = 3},
+                   &o) == KEMPE_OK);
+    CHECK_TEXT(kempe_optimum_method(o), "slopes");
+    CHECK_NEAR(kempe_optimum_value(o, 0), atan2(8, 6), 1e-4);
+    CHECK_NEAR(kempe_optimum_value(o, 1), 10, 1e-4);
+    kempe_optimum_free(o);
+    /* The largest x at the end whose height stays below 3 m: v = 10 gives sin^2 a = 0.6. */
+    CHECK(optimize(&l,
+                   (kempe_optimum_options){
+                       .maximize = "q(z)", .limits = "max(q(z)) < 3; q(x) > 2", .parameters = "a:0.1:1.5"},
+                   &o) == KEMPE_OK);
+    CHECK(kempe_optimum_is_kept(o) == 1);
+    CHECK_NEAR(sin(kempe_optimum_value(o, 0)), sqrt(0.6), 1e-5);
+    CHECK_NEAR(kempe_optimum_quantity(o), 10 * sqrt(0.6) - 5, 1e-5);
+    kempe_optimum_free(o);
+    /* No angle keeps both limits. */
+    CHECK(optimize(&l,
+                   (kempe_optimum_options){
+                       .maximize = "q(z)", .limits = "max(q(z)) < 1; q(x) < 2", .parameters = "a:0.1:1.5"},
+                   &o) == KEMPE_OK);
+    CHECK(kempe_optimum_is_kept(o) == 0);
+    kempe_optimum_free(o);
+    unload(&l);
+}
+
+/* -- a coupler curve --------------------------------------------------------------------------------- */
+
+static int row_count(const kempe_optimum *o, const char *name)
+{
+    kempe_table *table = NULL;
+    CHECK(kempe_optimum_table(o, name, &table) == KEMPE_OK);
+    int count = kempe_table_row_count(table);
+    kempe_table_free(table);
+    return count;
+}
+
+/* The four-bar of Chebyshev's lambda linkage from its curve: 1, 2.5, 2.5, 2 and (5, 0). */
+static void finds_a_coupler_curve(void)
+{
+    const double known[] = {1, 2.5, 2.5, 2, 5, 0};
+    loaded l = load("tests/models/coupler_curve.yaml");
+    kempe_optimum *o = NULL;
+    CHECK(
+        optimize(&l,
+                 (kempe_optimum_options){.minimize = "miss",
+                                         .parameters = "crank:0.5:1.5,coupler:1.5:4,rocker:1.5:4,base:1.2:3,along:2:7,"
+                                                       "across:-1:1",
+                                         .starts = 4},
+                 &o) == KEMPE_OK);
+    for (int k = 0; k < 6; k++)
+        CHECK_NEAR(kempe_optimum_value(o, k), known[k], 1e-6);
+    CHECK(row_count(o, "starts") == 4 && row_count(o, "parameters") == 6 && row_count(o, "history") > 40);
+    kempe_optimum_free(o);
+    unload(&l);
+}
+
+/* -- interrupts -------------------------------------------------------------------------------------- */
+
+static int countdown;
+
+static void interrupt_late(void *user, const kempe_progress *progress)
+{
+    if (strcmp(progress->unit, "searches") == 0 && --countdown == 0)
+        kempe_context_interrupt(user);
+}
+
+static void keeps_the_best(void)
+{
+    loaded l = load_text(shot);
+    kempe_optimum *o = NULL;
+    countdown = 4;
+    kempe_context_set_progress(l.context, 0, interrupt_late, l.context);
+    CHECK(optimize(&l,
+                   (kempe_optimum_options){.minimize = "(q(x) - 6)^2 + (q(z) - 3)^2", .parameters = "a:0.1:1.5,v:1:20"},
+                   &o) == KEMPE_STOPPED);
+    CHECK(o != NULL && kempe_optimum_quantity(o) < 20);
+    kempe_optimum_free(o);
+    unload(&l);
+}
+
+int main(void)
+{
+    if (!kmp_minimum_available())
+        return 0;
+    TEST(finds_a_spring);
+    TEST(slopes_are_exact);
+    TEST(finds_an_angle);
+    TEST(finds_a_coupler_curve);
+    TEST(keeps_the_best);
+    return check_report();
+}
