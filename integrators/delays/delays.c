@@ -38,19 +38,25 @@ static double *value_of(kmp_runner *run, int k)
 
 /* -- programs ---------------------------------------------------------------------------------------- */
 
-static kempe_status make_program(kmp_delays *x, const kempe_model *model)
+/* Conditions in the signals are those of the run, so that a signal is smooth in each step. */
+static kempe_status make_program(kmp_delays *x, const kempe_system *s)
 {
-    const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
+    const kempe_model *model = s->model;
+    kmp_events events = s->events; /* the system has recorded all conditions: none is added */
+    const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true, .events = &events};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive_once(&eq, model, &scene));
+    kmp_tree now = eq.tree, early = eq.tree;
+    now.settled = true;
+    early.events = NULL;
     int count[] = {x->count, 2 * x->count};
     kmp_ref *signal = KMP_GRAPH_NEW(eq.graph, kmp_ref, x->count);
     kmp_ref *before = KMP_GRAPH_NEW(eq.graph, kmp_ref, 2 * x->count);
     for (int k = 0; signal && before && k < x->count; k++) {
         const kmp_state *state = &model->states[x->state[k]];
-        signal[k] = kmp_tree_expression(&eq.tree, state->delayed);
-        before[k] = state->before ? kmp_tree_expression(&eq.tree, state->before) : KMP_ZERO;
-        before[x->count + k] = kmp_tree_number(&eq.tree, &state->delay);
+        signal[k] = kmp_tree_expression(&now, state->delayed);
+        before[k] = state->before ? kmp_tree_expression(&early, state->before) : KMP_ZERO;
+        before[x->count + k] = kmp_tree_number(&early, &state->delay);
     }
     const kmp_ref *const groups[] = {signal, before};
     if (signal && before && !kmp_graph_failed(eq.graph))
@@ -66,6 +72,8 @@ static const double *signals_at(kmp_runner *run, double t, const double *q, cons
     kmp_machine_set(machine, KMP_IN_CHART, run->eval->chart);
     kmp_machine_set(machine, KMP_IN_Q, q);
     kmp_machine_set(machine, KMP_IN_QD, qd);
+    if (run->eval->mode)
+        kmp_machine_set(machine, KMP_IN_MODE, run->eval->mode);
     return kmp_machine_run(machine, SIGNALS);
 }
 
@@ -103,7 +111,7 @@ static kempe_status make(kmp_runner *run)
                                KMP_ROOM(double, 2 * run->s->n, &x->row));
     KMP_TRY(kmp_made(model->context, made));
     list_delays(x, model);
-    KMP_TRY(make_program(x, model));
+    KMP_TRY(make_program(x, run->s));
     x->machine = kmp_machine_new(x->program, run->eval->backend);
     KMP_TRY(kmp_made(model->context, x->machine));
     kmp_machine_set(x->machine, KMP_IN_PARAMETER, run->s->parameters);

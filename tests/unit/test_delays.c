@@ -7,6 +7,7 @@
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/linearize.h>
+#include <kempe/output_handles.h>
 #include <kempe/response.h>
 #include <kempe/stepper.h>
 #include <math.h>
@@ -130,6 +131,65 @@ static void events(void)
         CHECK_NEAR(kempe_trajectory_q(t, 1)[0], x + v * rest + 0.5 * rest * rest, 2e-8);
         kempe_trajectory_free(t);
     }
+    unload(&l);
+}
+
+/* Conditions and kinks of the input are located, though nothing else has them: x = t^2/2 passes 1/2 at t = 1. */
+static void conditions(void)
+{
+    loaded l = load_text("kempe: 1\n" BODY "states:\n  late: {delay: \"if(q(x) > 0.5, 1, -1)\", time: 0.3}\n"
+                         "  bent: {delay: abs(q(x) - 0.5), time: 0.3}\n  i: {rate: late}\n  j: {rate: bent}\n"
+                         "forces: {f: {joint: x, force: 1}}\nrun: {t_end: 3, output_step: 3}\n");
+    const double before = 0.5 - 1.0 / 6, after = (2.7 * 2.7 * 2.7 - 1) / 6 - 0.5 * 1.7;
+    kmp_method method;
+    for (int k = 0; l.system && kmp_method_get(k, &method); k++) {
+        kempe_trajectory *t = run_by(l.system, &method, 1e-9);
+        const double *qd = kempe_trajectory_qd(t, 1);
+        CHECK_NEAR(qd[1], 1, 1e-7);
+        CHECK_NEAR(qd[2], 0.5 * 2.7 * 2.7 - 0.5, 1e-7);
+        CHECK_NEAR(qd[3], 0.4, 1e-7);
+        CHECK_NEAR(qd[4], 0.5 * 0.3 + before + after, 1e-7);
+        kempe_trajectory_free(t);
+    }
+    unload(&l);
+}
+
+/* A ball bounces: the integral of its delayed rate is its height one delay ago, across impacts. */
+static void impacts(void)
+{
+    loaded l = load_text("kempe: 1\ngravity: [0, -9.81, 0]\n"
+                         "bodies: {ball: {joint: {name: y, prismatic: y, at: ground}, mass: 1}}\n"
+                         "states: {late: {delay: qd(y), time: 0.1}, seen: {rate: late}}\n"
+                         "contacts: {floor: {joint: y, lower: 0, restitution: 0.8}}\n"
+                         "start: {q: {y: 1}}\nrun: {t_end: 2, output_step: 0.1}\n");
+    static const char *const formulations[] = {"reduced", "projected"};
+    for (int i = 0; l.system && i < 2; i++) {
+        kempe_run_options run = {.no_convergence_check = 1, .rtol = 1e-9, .atol = 1e-9, .formulation = formulations[i]};
+        kempe_trajectory *t = NULL;
+        CHECK(kempe_simulate(l.system, &run, &t) == KEMPE_OK);
+        for (int row = 1; row <= 20; row++)
+            CHECK_NEAR(kempe_trajectory_qd(t, row)[2], kempe_trajectory_q(t, row - 1)[0] - 1, 1e-8);
+        kempe_trajectory_free(t);
+    }
+    unload(&l);
+}
+
+/* Dense output after the run has the past of the step that it returns to. */
+static void dense(void)
+{
+    loaded l = load_text(STEPS "run: {t_end: 5, rtol: 1e-10, atol: 1e-10}\n");
+    const kempe_run_options run = {.no_convergence_check = 1, .keep_dense = 1};
+    kempe_trajectory *t = NULL;
+    double q[3], qd[3], qdd[3], t_back;
+    CHECK(l.system && kempe_simulate(l.system, &run, &t) == KEMPE_OK);
+    for (int k = 5; t && k > 0; k--) {
+        t_back = k;
+        CHECK(kempe_trajectory_at(t, t_back, q, qd, qdd, NULL) == KEMPE_OK);
+        CHECK_NEAR(qd[1], steps(k, 1), 1e-8);
+        CHECK_NEAR(qd[2], steps(k - 1, 1), 1e-8);
+        CHECK_NEAR(qdd[2], k > 1 ? -steps(k > 2 ? k - 2 : 0, 1) : 0, 1e-7);
+    }
+    kempe_trajectory_free(t);
     unload(&l);
 }
 
@@ -272,6 +332,9 @@ int main(void)
     TEST(oscillator);
     TEST(jumps);
     TEST(events);
+    TEST(conditions);
+    TEST(impacts);
+    TEST(dense);
     TEST(stepper);
     TEST(ensemble);
     TEST(studies);

@@ -5,7 +5,8 @@
  *     y' = (w(t) - y)/T,     w(t) = u(t - T) + T u'(t - T),
  *
  * whose solution y(t) = u(t - T) is attracting. A run gives w, an input of the model without a name for users, by the
- * recorded past (integrators/delays/delays.h). */
+ * recorded past (integrators/delays/delays.h). The term 0 u makes conditions and kinks of u those of the equations, so
+ * that they are located. */
 #include "model/limits.h"
 #include "model/variables/function_block.h"
 #include <math.h>
@@ -74,7 +75,8 @@ static void read_continuous(kmp_reader *r, kmp_function_block *b)
     kmp_block_local(&locals, "w", w);
     kmp_block_local(&locals, "y", kmp_block_state(r, b, 0));
     kmp_block_local(&locals, "time", kmp_block_number(r, &state->delay));
-    b->rate[0] = u ? kmp_block_formula(r, "(w - y)/time", &locals) : NULL;
+    kmp_block_local(&locals, "u", u);
+    b->rate[0] = u ? kmp_block_formula(r, "(w - y)/time + 0*u", &locals) : NULL;
 }
 
 static void read_delay(kmp_reader *r, kmp_function_block *b)
