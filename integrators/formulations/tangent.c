@@ -30,6 +30,7 @@ typedef struct gather {
     kmp_ref *value;
     int value_count, size[KMP_VALUES];
     int given; /* of the values, the first whose derivatives are known: R by composite bodies alone */
+    int last;  /* of the values, the last ones whose derivatives are known: the power, with them */
     kmp_ref *matrix[KMP_TANGENT_BLOCKS]; /* by differentiation, rows x n; NULL: its entries are outputs as they come */
     kmp_listing list;
     kmp_arena arena; /* of values and matrices */
@@ -127,7 +128,8 @@ static int rows_of(const gather *g, int block)
 
 static bool is_given(const gather *g, int block)
 {
-    return g->given > 0 && (block == KMP_R_Q || block == KMP_R_QD);
+    return (g->given > 0 && (block == KMP_R_Q || block == KMP_R_QD)) ||
+           (g->last > 0 && (block == KMP_POWER_Q || block == KMP_POWER_QD));
 }
 
 static bool make_room_for_matrices(gather *g)
@@ -214,12 +216,17 @@ static void add_effort(gather *g)
 static kempe_status collect_tangents(gather *g, const kempe_system *system)
 {
     g->given = g->eq.closed_q && g->eq.n > LARGE ? g->eq.n : 0;
+    g->last = g->eq.power_q && g->size[KMP_VALUE_POWER] ? 1 : 0;
     KMP_TRY(kmp_made(g->eq.context, make_room_for_matrices(g)));
+    if (g->last) {
+        g->matrix[KMP_POWER_Q] = g->eq.power_q;
+        g->matrix[KMP_POWER_QD] = g->eq.power_qd;
+    }
     for (int k = 0; k < g->eq.n; k++) {
         (void)kmp_input(g->eq.graph, KMP_IN_Q, (uint32_t)k);
         (void)kmp_input(g->eq.graph, KMP_IN_QD, (uint32_t)k);
     }
-    kmp_partials *partials = kmp_partials_new(g->eq.graph, g->value_count - g->given, g->value + g->given);
+    kmp_partials *partials = kmp_partials_new(g->eq.graph, g->value_count - g->given - g->last, g->value + g->given);
     bool ok = partials;
     for (int k = 0; k < g->eq.n && ok; k++)
         ok = add_column(g, partials, KMP_IN_Q, k) && add_column(g, partials, KMP_IN_QD, k);
@@ -336,6 +343,8 @@ static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, u
         sets |= KMP_SET_CLOSED_Q | KMP_SET_INVERSE_QD;
     sets |= values & 1u << KMP_VALUE_CURVE ? KMP_SET_JDQD : 0;
     sets |= values & 1u << KMP_VALUE_POWER ? KMP_SET_ENERGY : 0;
+    if (sets & KMP_SET_ENERGY && sets & KMP_SET_CLOSED_Q && system->n > LARGE)
+        sets |= KMP_SET_POWER_SLOPES;
     sets |= system->load_row_count > 0 ? KMP_SET_INVERSE : 0;
     gather g = {.t = tangents};
     kmp_events events = system->events; /* the system has recorded all conditions: none is added */

@@ -295,9 +295,18 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     return kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : KEMPE_OK;
 }
 
+/* The links of the dynamics are those of the other tree, before their variants: where equal nodes are one, links made
+ * again are these. */
+static bool make_links(const kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
+{
+    bool again = tree == &eq->links && !scene->body_inputs && kmp_graph_has_rule(eq->graph, KMP_RULE_SHARE);
+    return again ? kmp_tree_init_again(tree, &eq->tree)
+                 : kmp_tree_init(tree, eq->graph, eq->model, scene->keep, scene->charted);
+}
+
 static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
 {
-    if (!kmp_tree_init(tree, eq->graph, eq->model, scene->keep, scene->charted))
+    if (!make_links(eq, scene, tree))
         return false;
     tree->events = scene->events;
     tree->noted = eq->noted;

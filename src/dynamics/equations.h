@@ -29,7 +29,8 @@ enum {
     KMP_SET_FRICTION = 32768, /* rates, levels and forces of friction that sticks */
     KMP_SET_NEXT = 65536,     /* next values of states with samples or events, and whether events hold */
     KMP_SET_CONTACT = 131072, /* distances of rigid contacts, their rates and forces */
-    KMP_SET_IMPACT = 262144   /* rates of all rows after an impact; with KMP_SET_CLOSURE */
+    KMP_SET_IMPACT = 262144,  /* rates of all rows after an impact; with KMP_SET_CLOSURE */
+    KMP_SET_POWER_SLOPES = 524288 /* of the power by q and qd, with derivatives by composite bodies: they share most */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
@@ -95,6 +96,7 @@ typedef struct kmp_equations {
     kmp_ref *inverse;  /* n */
     kmp_ref *closed;   /* n */
     kmp_ref *inverse_q, *inverse_qd, *closed_q; /* n x n, row by row; NULL unless requested */
+    kmp_ref *power_q, *power_qd;                /* n: derivatives of the power; NULL unless requested */
     kmp_ref *jt_mu;                             /* n */
     kmp_ref *hdot;                              /* m */
     kmp_ref *derived; /* h, hdot, jdqd (m each) and J by differentiation; NULL: no search for variants */

@@ -291,13 +291,13 @@ static kmp_ref derive_pair(kmp_derivative *d, const kmp_pair *pair)
     return kmp_sub(d->g, dy, kmp_mul(d->g, pair->second, of(d, pair->angle)));
 }
 
-static kmp_ref derive(kmp_derivative *d, uint32_t id)
+/* `pair`: NULL for a node of no rotated pair. */
+static kmp_ref derive(kmp_derivative *d, uint32_t id, const kmp_pair *pair)
 {
     kmp_graph *g = d->g;
+    if (pair)
+        return derive_pair(d, pair);
     kmp_node n = *kmp_graph_node(g, id);
-    kmp_pair pair;
-    if (kmp_rotated_pair(g, id, &pair))
-        return derive_pair(d, &pair);
     kmp_ref differential[3] = {0};
     for (int k = 0; k < kmp_op_arity((kmp_op)n.op); k++)
         differential[k] = of(d, kmp_operand(&n, k));
@@ -317,16 +317,15 @@ static kmp_ref derive(kmp_derivative *d, uint32_t id)
 }
 
 /* The differentials that derive(id) needs; returns their number. */
-static int needs(kmp_derivative *d, uint32_t id, uint32_t need[3])
+static int needs(kmp_derivative *d, uint32_t id, const kmp_pair *pair, uint32_t need[3])
 {
-    const kmp_node *n = kmp_graph_node(d->g, id);
-    kmp_pair pair;
-    if (kmp_rotated_pair(d->g, id, &pair)) {
-        need[0] = kmp_id(pair.y);
-        need[1] = kmp_id(pair.z);
-        need[2] = kmp_id(pair.angle);
+    if (pair) {
+        need[0] = kmp_id(pair->y);
+        need[1] = kmp_id(pair->z);
+        need[2] = kmp_id(pair->angle);
         return 3;
     }
+    const kmp_node *n = kmp_graph_node(d->g, id);
     int arity = kmp_op_arity((kmp_op)n->op);
     for (int k = 0; k < arity; k++)
         need[k] = kmp_id(kmp_operand(n, k));
@@ -352,7 +351,8 @@ kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
             d->stack.top--;
             continue;
         }
-        int count = needs(d, id, need), open = 0;
+        kmp_pair rotated, *pair = kmp_rotated_pair(d->g, id, &rotated) ? &rotated : NULL;
+        int count = needs(d, id, pair, need), open = 0;
         for (int k = 0; k < count; k++)
             if (!settled(d, need[k])) {
                 if (!kmp_push(&d->stack, need[k]))
@@ -361,7 +361,7 @@ kmp_ref kmp_derivative_of(kmp_derivative *d, kmp_ref x)
             }
         if (open)
             continue;
-        set(d, id, derive(d, id));
+        set(d, id, derive(d, id, pair));
         d->stack.top--;
     }
     return of(d, x);

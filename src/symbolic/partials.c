@@ -11,9 +11,11 @@ struct kmp_partials {
     kmp_graph *g;
     kmp_arena room; /* of all arrays */
     kmp_derivative *derivative;
-    uint32_t count;         /* nodes that there were */
-    uint32_t *first, *user; /* users of each node */
-    uint32_t *first_root;   /* expressions that are each node */
+    uint32_t count;         /* nodes up to the last of the expressions */
+    uint32_t *rank;         /* of each node: 1 + its number among the needed ones; 0: not needed */
+    uint32_t needed;        /* nodes that derivatives of the expressions need */
+    uint32_t *first, *user; /* users of each needed node */
+    uint32_t *first_root;   /* expressions that are each needed node */
     int *root;
     int roots;
     const kmp_ref *of;
@@ -38,63 +40,74 @@ static void begin_again(uint32_t *first, uint32_t count)
     first[0] = 0;
 }
 
-/* Marks the nodes that derivatives of the expressions need: their operands, and the sources of rotated pairs. */
-static void mark_needed(kmp_partials *p, bool *needed)
+/* Numbers the nodes that derivatives of the expressions need: their operands, and the sources of rotated pairs. */
+static void number_needed(kmp_partials *p)
 {
+    uint32_t *rank = p->rank;
     kmp_pair pair;
     for (int k = 0; k < p->roots; k++)
-        needed[kmp_id(p->of[k])] = true;
+        rank[kmp_id(p->of[k])] = 1;
     for (uint32_t id = p->count; id-- > 0;) {
-        const kmp_node *n = kmp_graph_node(p->g, id);
-        if (!needed[id])
+        if (!rank[id])
             continue;
+        const kmp_node *n = kmp_graph_node(p->g, id);
         for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
-            needed[kmp_id(kmp_operand(n, k))] = true;
+            rank[kmp_id(kmp_operand(n, k))] = 1;
         if (kmp_rotated_pair(p->g, id, &pair))
-            needed[kmp_id(pair.y)] = needed[kmp_id(pair.z)] = needed[kmp_id(pair.angle)] = true;
+            rank[kmp_id(pair.y)] = rank[kmp_id(pair.z)] = rank[kmp_id(pair.angle)] = 1;
     }
+    for (uint32_t id = 0; id < p->count; id++)
+        if (rank[id])
+            rank[id] = ++p->needed;
+}
+
+static uint32_t number_of(const kmp_partials *p, uint32_t id)
+{
+    return p->rank[id] - 1;
 }
 
 /* The users among the needed nodes. */
 static void list_users(kmp_partials *p)
 {
-    bool *needed = KMP_ARENA_NEW(&p->room, bool, p->count);
-    if (!needed)
-        return;
-    mark_needed(p, needed);
     for (uint32_t id = 0; id < p->count; id++) {
         const kmp_node *n = kmp_graph_node(p->g, id);
-        for (int k = 0; needed[id] && k < kmp_op_arity((kmp_op)n->op); k++)
-            p->first[kmp_id(kmp_operand(n, k)) + 1]++;
+        for (int k = 0; p->rank[id] && k < kmp_op_arity((kmp_op)n->op); k++)
+            p->first[number_of(p, kmp_id(kmp_operand(n, k))) + 1]++;
     }
-    add_up(p->first, p->count);
-    p->user = KMP_ARENA_NEW(&p->room, uint32_t, p->first[p->count]);
+    add_up(p->first, p->needed);
+    p->user = KMP_ARENA_NEW(&p->room, uint32_t, p->first[p->needed]);
     for (uint32_t id = 0; p->user && id < p->count; id++) {
         const kmp_node *n = kmp_graph_node(p->g, id);
-        for (int k = 0; needed[id] && k < kmp_op_arity((kmp_op)n->op); k++)
-            p->user[p->first[kmp_id(kmp_operand(n, k))]++] = id;
+        for (int k = 0; p->rank[id] && k < kmp_op_arity((kmp_op)n->op); k++)
+            p->user[p->first[number_of(p, kmp_id(kmp_operand(n, k)))]++] = id;
     }
-    begin_again(p->first, p->count);
+    begin_again(p->first, p->needed);
 }
 
 static void list_roots(kmp_partials *p)
 {
     for (int k = 0; k < p->roots; k++)
-        p->first_root[kmp_id(p->of[k]) + 1]++;
-    add_up(p->first_root, p->count);
+        p->first_root[number_of(p, kmp_id(p->of[k])) + 1]++;
+    add_up(p->first_root, p->needed);
     for (int k = 0; k < p->roots; k++)
-        p->root[p->first_root[kmp_id(p->of[k])]++] = k;
-    begin_again(p->first_root, p->count);
+        p->root[p->first_root[number_of(p, kmp_id(p->of[k]))]++] = k;
+    begin_again(p->first_root, p->needed);
 }
 
 /* False: no memory. */
 static bool init(kmp_partials *p)
 {
+    for (int k = 0; k < p->roots; k++)
+        p->count = kmp_id(p->of[k]) < p->count ? p->count : kmp_id(p->of[k]) + 1;
     p->derivative = kmp_derivative_of_few(p->g);
-    KMP_ARENA_MAKE(&p->room, KMP_ROOM(uint32_t, p->count + 1, &p->first, &p->first_root),
-                   KMP_ROOM(int, p->roots, &p->root, &p->which), KMP_ROOM(bool, p->count, &p->met),
-                   KMP_ROOM(uint32_t, p->count, &p->found), KMP_ROOM(kmp_ref, p->roots, &p->value));
-    if (p->room.failed || !p->derivative)
+    p->rank = KMP_ARENA_NEW(&p->room, uint32_t, p->count);
+    if (!p->rank || !p->derivative)
+        return false;
+    number_needed(p);
+    KMP_ARENA_MAKE(&p->room, KMP_ROOM(uint32_t, p->needed + 1, &p->first, &p->first_root),
+                   KMP_ROOM(int, p->roots, &p->root, &p->which), KMP_ROOM(bool, p->needed, &p->met),
+                   KMP_ROOM(uint32_t, p->needed, &p->found), KMP_ROOM(kmp_ref, p->roots, &p->value));
+    if (p->room.failed)
         return false;
     list_users(p);
     list_roots(p);
@@ -105,7 +118,7 @@ kmp_partials *kmp_partials_new(kmp_graph *g, int count, const kmp_ref *of)
 {
     kmp_partials *p = KMP_NEW(kmp_partials, 1);
     if (p)
-        *p = (kmp_partials){.g = g, .count = kmp_graph_count(g), .roots = count, .of = of};
+        *p = (kmp_partials){.g = g, .roots = count, .of = of};
     if (p && init(p))
         return p;
     kmp_partials_free(p);
@@ -122,18 +135,25 @@ void kmp_partials_free(kmp_partials *p)
     kmp_free(p);
 }
 
-/* Collects the leaf and all nodes that depend on it in `found`; returns their number. */
+/* Marks a node that depends on the leaf, unless it is marked. */
+static void meet(kmp_partials *p, uint32_t id, uint32_t *count)
+{
+    bool *met = &p->met[number_of(p, id)];
+    if (!*met)
+        p->found[(*count)++] = id;
+    *met = true;
+}
+
+/* Collects the leaf, which is needed, and all nodes that depend on it in `found`; returns their number. */
 static uint32_t climb(kmp_partials *p, uint32_t leaf)
 {
     uint32_t count = 0;
-    p->found[count++] = leaf;
-    p->met[leaf] = true;
-    for (uint32_t at = 0; at < count; at++)
-        for (uint32_t k = p->first[p->found[at]]; k < p->first[p->found[at] + 1]; k++)
-            if (!p->met[p->user[k]]) {
-                p->met[p->user[k]] = true;
-                p->found[count++] = p->user[k];
-            }
+    meet(p, leaf, &count);
+    for (uint32_t at = 0; at < count; at++) {
+        uint32_t i = number_of(p, p->found[at]);
+        for (uint32_t k = p->first[i]; k < p->first[i + 1]; k++)
+            meet(p, p->user[k], &count);
+    }
     return count;
 }
 
@@ -150,13 +170,13 @@ int kmp_partials_along(kmp_partials *p, kmp_ref leaf, const int **which, const k
         return -1;
     *which = p->which;
     *value = p->value;
-    if (kmp_id(leaf) >= p->count)
+    if (kmp_id(leaf) >= p->count || !p->rank[kmp_id(leaf)])
         return kmp_graph_failed(p->g) ? -1 : 0;
     uint32_t found = climb(p, kmp_id(leaf));
     for (uint32_t i = 0; i < found; i++) {
-        uint32_t id = p->found[i];
-        p->met[id] = false;
-        for (uint32_t k = p->first_root[id]; k < p->first_root[id + 1]; k++)
+        uint32_t at = number_of(p, p->found[i]);
+        p->met[at] = false;
+        for (uint32_t k = p->first_root[at]; k < p->first_root[at + 1]; k++)
             p->which[count++] = p->root[k];
     }
     if (count > 1)

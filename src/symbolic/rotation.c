@@ -1,18 +1,27 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A hash table from result pairs (and their quarter turns) to their source and angle. */
+/* A hash table from result pairs to their source and angle. A pair and its three quarter turns are one entry. */
 #include "symbolic/rotation.h"
 #include "base/memory.h"
 #include <string.h>
 
+enum { TURNS = 4 };
+
+typedef struct two {
+    kmp_ref y, z;
+} two;
+
 typedef struct entry {
-    kmp_ref first, second; /* the rotated pair; first = 0: free */
-    kmp_ref y, z, angle;
+    two pair;   /* of its quarter turns the one that is_kept */
+    two source; /* pair = Rot(angle) source */
+    kmp_ref angle;
 } entry;
 
 struct kmp_rotations {
-    entry *entries;
-    uint32_t count, size;
-    uint32_t *of_node; /* of_node[id] = 1 + index of an entry whose `first` is the node, made on demand */
+    entry *entries; /* in the order of their time */
+    uint32_t count, room;
+    uint32_t *slots; /* 1 + an entry; 0: free */
+    uint32_t size;
+    uint32_t *of_node; /* 1 + TURNS entry + turn, where the turned pair begins with the node; 0: none */
     uint32_t node_capacity;
     bool failed;
 };
@@ -27,36 +36,43 @@ void kmp_rotations_free(kmp_rotations *r)
     if (!r)
         return;
     kmp_free(r->entries);
+    kmp_free(r->slots);
     kmp_free(r->of_node);
     kmp_free(r);
+}
+
+static void copy(void *to, const void *from, size_t count, size_t size)
+{
+    if (count)
+        memcpy(to, from, count * size);
 }
 
 /* The table has the room of the copy, or more. */
 static void assign(kmp_rotations *r, const kmp_rotations *from)
 {
-    entry *entries = r->entries;
-    uint32_t *of_node = r->of_node;
-    if (from->size)
-        memcpy(entries, from->entries, from->size * sizeof *entries);
-    if (from->node_capacity)
-        memcpy(of_node, from->of_node, from->node_capacity * sizeof *of_node);
+    kmp_rotations own = *r;
+    copy(own.entries, from->entries, from->count, sizeof *own.entries);
+    copy(own.slots, from->slots, from->size, sizeof *own.slots);
+    copy(own.of_node, from->of_node, from->node_capacity, sizeof *own.of_node);
     *r = *from;
-    r->entries = entries;
-    r->of_node = of_node;
+    r->entries = own.entries;
+    r->slots = own.slots;
+    r->of_node = own.of_node;
 }
 
 kmp_rotations *kmp_rotations_copy(const kmp_rotations *r)
 {
-    kmp_rotations *copy = kmp_rotations_new();
-    if (!copy)
+    kmp_rotations *c = kmp_rotations_new();
+    if (!c)
         return NULL;
-    copy->entries = KMP_NEW(entry, r->size);
-    copy->of_node = KMP_NEW(uint32_t, r->node_capacity);
-    if (copy->entries && copy->of_node) {
-        assign(copy, r);
-        return copy;
+    c->entries = KMP_NEW(entry, r->room);
+    c->slots = KMP_NEW(uint32_t, r->size);
+    c->of_node = KMP_NEW(uint32_t, r->node_capacity);
+    if (c->entries && c->slots && c->of_node) {
+        assign(c, r);
+        return c;
     }
-    kmp_rotations_free(copy);
+    kmp_rotations_free(c);
     return NULL;
 }
 
@@ -72,43 +88,75 @@ bool kmp_rotations_failed(const kmp_rotations *r)
     return r->failed;
 }
 
-static uint32_t slot(const kmp_rotations *r, kmp_ref first, kmp_ref second)
+/* -- quarter turns --------------------------------------------------------------------------------- */
+
+static two turned(two p, unsigned turn)
 {
-    uint32_t k = (first * 0x9e3779b1u ^ second * 0x85ebca6bu);
+    switch (turn % TURNS) {
+    case 1:
+        return (two){kmp_neg(p.z), p.y};
+    case 2:
+        return (two){kmp_neg(p.y), kmp_neg(p.z)};
+    case 3:
+        return (two){p.z, kmp_neg(p.y)};
+    default:
+        return p;
+    }
+}
+
+static bool is_kept(two p)
+{
+    return p.y != KMP_ZERO && !kmp_is_negative(p.y) &&
+           (kmp_id(p.y) > kmp_id(p.z) || (kmp_id(p.y) == kmp_id(p.z) && !kmp_is_negative(p.z)));
+}
+
+/* The turn from the pair that is kept to p, which becomes that pair. A pair of zeros has none. */
+static unsigned keep(two *p)
+{
+    unsigned turn = 0;
+    for (two q = *p; !is_kept(q) && ++turn < TURNS;)
+        q = turned(*p, TURNS - turn);
+    *p = turned(*p, TURNS - turn);
+    return turn;
+}
+
+/* -- the table ------------------------------------------------------------------------------------- */
+
+static uint32_t slot(const kmp_rotations *r, two p)
+{
+    uint32_t k = (p.y * 0x9e3779b1u ^ p.z * 0x85ebca6bu);
     k ^= k >> 15;
-    for (k &= r->size - 1; r->entries[k].first != KMP_ZERO; k = (k + 1) & (r->size - 1))
-        if (r->entries[k].first == first && r->entries[k].second == second)
+    for (k &= r->size - 1; r->slots[k]; k = (k + 1) & (r->size - 1)) {
+        const entry *e = &r->entries[r->slots[k] - 1];
+        if (e->pair.y == p.y && e->pair.z == p.z)
             break;
+    }
     return k;
 }
 
+/* Room for one more entry. */
 static bool reserve(kmp_rotations *r)
 {
-    if (2 * (r->count + 4) <= r->size)
+    if (r->count < r->room)
         return true;
-    entry *old = r->entries;
-    uint32_t old_size = r->size, size = old_size ? 2 * old_size : 256;
-    entry *entries = KMP_NEW(entry, size);
-    if (!entries) {
-        r->failed = true;
+    uint32_t room = r->room ? 2 * r->room : 64, size = 2 * room;
+    entry *entries = kmp_realloc(r->entries, room, sizeof *entries);
+    r->entries = entries ? entries : r->entries;
+    uint32_t *slots = entries ? KMP_NEW(uint32_t, size) : NULL;
+    r->failed = r->failed || !slots;
+    if (!slots)
         return false;
-    }
-    r->entries = entries;
+    kmp_free(r->slots);
+    r->slots = slots;
     r->size = size;
-    for (uint32_t i = 0; i < old_size; i++)
-        if (old[i].first != KMP_ZERO)
-            entries[slot(r, old[i].first, old[i].second)] = old[i];
-    kmp_free(old);
-    for (uint32_t i = 0; i < r->node_capacity; i++)
-        r->of_node[i] = 0;
-    for (uint32_t i = 0; i < size; i++)
-        if (entries[i].first != KMP_ZERO && !kmp_is_negative(entries[i].first) &&
-            kmp_id(entries[i].first) < r->node_capacity)
-            r->of_node[kmp_id(entries[i].first)] = i + 1;
+    r->room = room;
+    for (uint32_t i = 0; i < r->count; i++)
+        slots[slot(r, r->entries[i].pair)] = i + 1;
     return true;
 }
 
-static void note_node(kmp_rotations *r, uint32_t id, uint32_t index)
+/* Notes the pair with which a node begins: the first one stays. */
+static void note_node(kmp_rotations *r, uint32_t id, uint32_t mark)
 {
     if (id >= r->node_capacity) {
         uint32_t capacity = 2 * id + 256;
@@ -117,32 +165,35 @@ static void note_node(kmp_rotations *r, uint32_t id, uint32_t index)
             r->failed = true;
             return;
         }
-        for (uint32_t i = r->node_capacity; i < capacity; i++)
-            of_node[i] = 0;
+        memset(of_node + r->node_capacity, 0, (capacity - r->node_capacity) * sizeof *of_node);
         r->of_node = of_node;
         r->node_capacity = capacity;
     }
     if (r->of_node[id] == 0)
-        r->of_node[id] = index + 1;
+        r->of_node[id] = mark;
 }
 
-static void remember(kmp_rotations *r, kmp_ref first, kmp_ref second, kmp_ref y, kmp_ref z, kmp_ref angle)
+/* The entry of a pair that is kept; NULL: none. */
+static const entry *find(const kmp_rotations *r, two kept)
 {
-    if (first == KMP_ZERO || !reserve(r))
-        return;
-    uint32_t k = slot(r, first, second);
-    if (r->entries[k].first != KMP_ZERO)
-        return;
-    r->entries[k] = (entry){first, second, y, z, angle};
-    r->count++;
-    if (!kmp_is_negative(first))
-        note_node(r, kmp_id(first), k);
+    uint32_t at = r->size ? r->slots[slot(r, kept)] : 0;
+    return at ? &r->entries[at - 1] : NULL;
 }
 
-/* True if a pair is remembered; then its quarter turns are, too. */
-static bool is_known(const kmp_rotations *r, kmp_ref first, kmp_ref second)
+static void remember(kmp_rotations *r, two pair, two source, kmp_ref angle)
 {
-    return first != KMP_ZERO && r->size && r->entries[slot(r, first, second)].first != KMP_ZERO;
+    two kept = pair;
+    unsigned turn = keep(&kept);
+    if (turn == TURNS || find(r, kept) || !reserve(r))
+        return;
+    uint32_t index = r->count++;
+    r->slots[slot(r, kept)] = index + 1;
+    r->entries[index] = (entry){kept, turned(source, TURNS - turn), angle};
+    for (unsigned k = 0; k < TURNS; k++) {
+        kmp_ref first = turned(pair, k).y;
+        if (first != KMP_ZERO && !kmp_is_negative(first))
+            note_node(r, kmp_id(first), 1 + TURNS * index + (turn + k) % TURNS);
+    }
 }
 
 /* -- angles ---------------------------------------------------------------------------------------- */
@@ -191,33 +242,23 @@ void kmp_rotate(kmp_graph *g, kmp_ref angle, kmp_ref *y, kmp_ref *z)
     bool collapse = kmp_graph_has_rule(g, KMP_RULE_TRIG);
     if (*y == KMP_ZERO && *z == KMP_ZERO && kmp_graph_has_rule(g, KMP_RULE_ZERO))
         return;
-    /* A pair beginning with zero is stored under its quarter turn: (0, z) turned back is (z, 0). */
-    kmp_ref first = *y, second = *z;
-    bool turned = first == KMP_ZERO;
-    if (turned) {
-        first = *z;
-        second = KMP_ZERO;
-    }
-    if (r->size && collapse) {
-        const entry *e = &r->entries[slot(r, first, second)];
-        kmp_ref sum = e->first != KMP_ZERO ? kmp_angle_add(g, e->angle, angle) : angle;
-        if (e->first != KMP_ZERO && (sum == KMP_ZERO || kmp_graph_has_rule(g, KMP_RULE_RUNS))) {
-            *y = turned ? kmp_neg(e->z) : e->y;
-            *z = turned ? e->y : e->z;
-            angle = sum;
-        }
+    two kept = {*y, *z};
+    unsigned turn = keep(&kept);
+    const entry *e = collapse && turn < TURNS ? find(r, kept) : NULL;
+    kmp_ref sum = e ? kmp_angle_add(g, e->angle, angle) : angle;
+    if (e && (sum == KMP_ZERO || kmp_graph_has_rule(g, KMP_RULE_RUNS))) {
+        two source = turned(e->source, turn);
+        *y = source.y;
+        *z = source.z;
+        angle = sum;
     }
     if (angle == KMP_ZERO)
         return;
     kmp_ref y0 = *y, z0 = *z, c = kmp_cos(g, angle), s = kmp_sin(g, angle);
     *y = kmp_sub(g, kmp_mul(g, y0, c), kmp_mul(g, z0, s));
     *z = kmp_add(g, kmp_mul(g, y0, s), kmp_mul(g, z0, c));
-    if (!collapse || is_known(r, *y, *z))
-        return;
-    remember(r, *y, *z, y0, z0, angle);
-    remember(r, kmp_neg(*z), *y, kmp_neg(z0), y0, angle);
-    remember(r, kmp_neg(*y), kmp_neg(*z), kmp_neg(y0), kmp_neg(z0), angle);
-    remember(r, *z, kmp_neg(*y), z0, kmp_neg(y0), angle);
+    if (collapse)
+        remember(r, (two){*y, *z}, (two){y0, z0}, angle);
 }
 
 bool kmp_rotated_pair(kmp_graph *g, uint32_t id, kmp_pair *pair)
@@ -225,7 +266,10 @@ bool kmp_rotated_pair(kmp_graph *g, uint32_t id, kmp_pair *pair)
     const kmp_rotations *r = kmp_graph_rotations(g);
     if (id >= r->node_capacity || r->of_node[id] == 0)
         return false;
-    const entry *e = &r->entries[r->of_node[id] - 1];
-    *pair = (kmp_pair){e->y, e->z, e->angle, e->second};
-    return kmp_id(e->y) < id && kmp_id(e->z) < id && kmp_id(e->angle) < id; /* otherwise it would lead to a cycle */
+    uint32_t mark = r->of_node[id] - 1;
+    const entry *e = &r->entries[mark / TURNS];
+    two source = turned(e->source, mark % TURNS);
+    *pair = (kmp_pair){source.y, source.z, e->angle, turned(e->pair, mark % TURNS).z};
+    return kmp_id(source.y) < id && kmp_id(source.z) < id &&
+           kmp_id(e->angle) < id; /* otherwise it would lead to a cycle */
 }

@@ -10,7 +10,7 @@
 #include "symbolic/program/program.h"
 #include <string.h>
 
-enum { STATE_MAX = 128, DERIVED_SETS = 23 };
+enum { STATE_MAX = 128, DERIVED_SETS = 25 };
 
 typedef struct state {
     double t, q[STATE_MAX], qd[STATE_MAX], qdd[STATE_MAX], lambda[STATE_MAX], mu[STATE_MAX];
@@ -25,7 +25,7 @@ typedef struct derived {
     /* owned by the machine; entries of M above the diagonal are zero */
     const double *mass, *bias, *h, *h_t, *jacobian, *jdqd, *residual, *jt_mu, *hdot, *potential, *power, *reaction,
         *position, *shown, *free_qdd, *compliance, *mobility, *drift, *inverse, *closed, *inverse_q, *inverse_qd,
-        *closed_q;
+        *closed_q, *power_q, *power_qd;
 } derived;
 
 static inline state random_state_vectors(void)
@@ -73,7 +73,9 @@ static inline int derived_list(derived *d, derived_set *set)
                                {eq->closed, n, &d->closed},
                                {eq->inverse_q, eq->inverse_q ? n * n : 0, &d->inverse_q},
                                {eq->inverse_qd, eq->inverse_qd ? n * n : 0, &d->inverse_qd},
-                               {eq->closed_q, eq->closed_q ? n * n : 0, &d->closed_q}};
+                               {eq->closed_q, eq->closed_q ? n * n : 0, &d->closed_q},
+                               {eq->power_q, eq->power_q ? n : 0, &d->power_q},
+                               {eq->power_qd, eq->power_qd ? n : 0, &d->power_qd}};
     memcpy(set, all, sizeof all);
     return (int)(sizeof all / sizeof *all);
 }

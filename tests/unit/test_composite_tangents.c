@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Derivatives of the inverse dynamics on random trees and loops: by recursion with composite bodies as by
- * differentiation, in axes that turn or stay, and both as two-sided differences say. */
+ * differentiation, in axes that turn or stay, and both as two-sided differences say. The power of the forces goes
+ * along. */
 #include "derived.h"
 #include "integrators/formulations/tangent.h"
 #include "random_model.h"
@@ -8,7 +9,8 @@
 
 enum {
     MODELS = 96,
-    SETS = KMP_SET_MASS | KMP_SET_INVERSE | KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD | KMP_SET_CLOSED | KMP_SET_CLOSED_Q
+    SETS = KMP_SET_MASS | KMP_SET_INVERSE | KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD | KMP_SET_CLOSED | KMP_SET_CLOSED_Q |
+           KMP_SET_POWER | KMP_SET_POWER_SLOPES
 };
 
 /* |a - b| in units of the largest of b, at least 1. */
@@ -177,6 +179,29 @@ static void check_columns(int number, const char *what, varied v, const double *
     kmp_free(wanted);
 }
 
+static void power_field(void *user, const double *x, double *out)
+{
+    const varied *v = user;
+    state s = *v->at;
+    memcpy(v->rates ? s.qd : s.q, x, (size_t)v->d->n * sizeof *x);
+    eval(v->d, v->in, &s);
+    *out = *v->d->power;
+}
+
+/* The derivatives of the power: `slope` is the machine's. */
+static void check_power(int number, const char *what, varied v, const double *slope, double tolerance)
+{
+    double own[STATE_MAX], wanted[STATE_MAX];
+    const double *at = v.rates ? v.at->qd : v.at->q;
+    memcpy(own, slope, (size_t)v.d->n * sizeof *own);
+    for (int k = 0; k < v.d->n; k++) {
+        double along[STATE_MAX] = {0};
+        along[k] = 1;
+        difference(power_field, &v, v.d->n, at, along, 1, &wanted[k]);
+    }
+    check_close(number, what, distance(v.d->n, own, wanted), tolerance);
+}
+
 /* A copy of n x n numbers of the machine, which another evaluation overwrites. */
 static double *copy(int n, const double *matrix)
 {
@@ -200,6 +225,10 @@ static void check_differences(int number, const kempe_model *model, double toler
     check_columns(number, "by q", (varied){&d, &in, &s, false, false}, by_q, tolerance);
     check_columns(number, "by qd", (varied){&d, &in, &s, true, false}, by_qd, tolerance);
     check_columns(number, "closed, by q", (varied){&d, &in, &s, false, true}, closed, tolerance);
+    eval(&d, &in, &s);
+    check_power(number, "power, by q", (varied){&d, &in, &s, false, false}, d.power_q, tolerance);
+    eval(&d, &in, &s);
+    check_power(number, "power, by qd", (varied){&d, &in, &s, true, false}, d.power_qd, tolerance);
     kmp_free(by_q);
     kmp_free(by_qd);
     kmp_free(closed);

@@ -24,6 +24,13 @@ static bool choose_methods(kmp_equations *eq, unsigned sets, const both_methods 
     return ok;
 }
 
+static bool make_power_slopes(kmp_equations *eq)
+{
+    eq->power_q = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+    eq->power_qd = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+    return eq->power_q && eq->power_qd;
+}
+
 static bool derive_by_both(kmp_equations *eq, const kmp_tree *tree, const kmp_forces *forces, unsigned sets,
                            const both_methods *b, kmp_ref *qdd)
 {
@@ -33,8 +40,11 @@ static bool derive_by_both(kmp_equations *eq, const kmp_tree *tree, const kmp_fo
         savings->by_q = savings->by_qd = KMP_TANGENT_SHORTER;
     for (int k = 0; k < eq->n; k++)
         qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
-    if (savings->by_q != KMP_TANGENT_FORWARD || savings->by_qd != KMP_TANGENT_FORWARD)
-        kmp_tangents_composite(tree, qdd, forces, b->by_q[0], b->by_qd[0]);
+    if (savings->by_q != KMP_TANGENT_FORWARD || savings->by_qd != KMP_TANGENT_FORWARD) {
+        if (sets & KMP_SET_POWER_SLOPES && !make_power_slopes(eq))
+            return false;
+        kmp_tangents_composite(tree, qdd, forces, b->by_q[0], b->by_qd[0], eq->power_q, eq->power_qd);
+    }
     if (savings->by_q != KMP_TANGENT_COMPOSITE)
         kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_Q, eq->n, b->by_q[1]);
     if (savings->by_qd != KMP_TANGENT_COMPOSITE)

@@ -57,6 +57,7 @@ typedef struct scheme {
     flow *flow;
     change *change;
     kmp_ref *by_q, *by_qd;
+    kmp_ref *power_q, *power_qd; /* NULL: not requested */
 } scheme;
 
 /* -- links --------------------------------------------------------------------------------------------- */
@@ -294,14 +295,15 @@ static void bring_to_joints(const scheme *s, int j, kmp_wrench *w, kmp_ref *to)
     w[0] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
 }
 
-/* Collects all components and the generalized forces. */
+/* Collects all components, the generalized forces and, if requested, the power: it moves with the same expressions. */
 static void collect_forces(const scheme *s, const kmp_forces *forces, kmp_ref *value)
 {
-    int links = s->tree->count;
+    int links = s->tree->count, n = links - 1;
     for (int k = 0; k < COMPONENTS * links; k++)
         value[k] = *component(&forces->applied[k / COMPONENTS], k % COMPONENTS);
-    for (int k = 0; k < links - 1; k++)
+    for (int k = 0; k < n; k++)
         value[COMPONENTS * links + k] = forces->effort[k];
+    value[COMPONENTS * links + n] = s->power_q ? forces->power : KMP_ZERO;
 }
 
 static void force_columns(scheme *s, const kmp_forces *forces, kmp_partials *partials, kmp_wrench *w)
@@ -317,9 +319,11 @@ static void force_columns(scheme *s, const kmp_forces *forces, kmp_partials *par
         for (int i = 0; i < count; i++)
             if (which[i] < COMPONENTS * links) {
                 *component(&w[which[i] / COMPONENTS], which[i] % COMPONENTS) = value[i];
-            } else {
+            } else if (which[i] < COMPONENTS * links + n) {
                 kmp_ref *entry = &to[(which[i] - COMPONENTS * links) * n + j - 1];
                 *entry = kmp_sub(s->g, *entry, value[i]);
+            } else {
+                (k < n ? s->power_q : s->power_qd)[j - 1] = value[i];
             }
         if (k < n)
             turn_back(s, forces, j, w);
@@ -357,9 +361,9 @@ static bool allocate(scheme *s)
 }
 
 void kmp_tangents_composite(const kmp_tree *tree, const kmp_ref *qdd, const kmp_forces *forces, kmp_ref *by_q,
-                            kmp_ref *by_qd)
+                            kmp_ref *by_qd, kmp_ref *power_q, kmp_ref *power_qd)
 {
-    scheme s = {.tree = tree, .g = tree->graph, .by_q = by_q, .by_qd = by_qd};
+    scheme s = {.tree = tree, .g = tree->graph, .by_q = by_q, .by_qd = by_qd, .power_q = power_q, .power_qd = power_qd};
     kmp_ref *effort = KMP_GRAPH_NEW(s.g, kmp_ref, tree->count);
     int n = tree->count - 1;
     for (int k = 0; k < n * n; k++)

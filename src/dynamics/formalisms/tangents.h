@@ -6,10 +6,11 @@
 #include "dynamics/forces.h"
 
 /** Derivatives by recursion with composite bodies: entry (i, k) of d effort_i / d q_k at by_q[i n + k], by qd in by_qd.
- * They are derivatives of kmp_newton_euler's result for qdd less the generalized forces of the forces. The graph
- * fails when there is no memory. */
+ * They are derivatives of kmp_newton_euler's result for qdd less the generalized forces of the forces. The n
+ * derivatives of the power of the forces go to `power_q` and `power_qd`; NULL: not requested. The graph fails when
+ * there is no memory. */
 void kmp_tangents_composite(const kmp_tree *tree, const kmp_ref *qdd, const kmp_forces *forces, kmp_ref *by_q,
-                            kmp_ref *by_qd);
+                            kmp_ref *by_qd, kmp_ref *power_q, kmp_ref *power_qd);
 
 /** For an n x n matrix that is known to be symmetric: entries of the side with fewer operations replace those on the
  * other side of the diagonal, if there is a difference. Entries that are zero on one side become zero on the other.

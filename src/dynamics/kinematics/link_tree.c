@@ -321,7 +321,8 @@ static void set_state(kmp_tree *tree, int k)
     tree->links[k + 1].inertia.x[0] = KMP_ONE;
 }
 
-bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
+/* A tree with room for its arrays. False: no memory. */
+static bool begin(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
     *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
     KMP_ARENA_MAKE(&tree->arena, KMP_ROOM(kmp_link, tree->count, &tree->links),
@@ -329,7 +330,23 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
                    KMP_ROOM(double, kmp_tree_symbol_count(tree), &tree->symbols),
                    KMP_ROOM(kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count, &tree->unknown),
                    KMP_ROOM(bool, model->unknowns_count, &tree->solved));
-    if (tree->arena.failed || !kmp_tree_place_charts(tree)) {
+    return !tree->arena.failed;
+}
+
+bool kmp_tree_init_again(kmp_tree *tree, const kmp_tree *from)
+{
+    if (!begin(tree, from->graph, from->model, from->keep, from->charted))
+        return false;
+    memcpy(tree->links, from->links, (size_t)from->count * sizeof *from->links);
+    memcpy(tree->mounts, from->mounts, (size_t)from->model->body_count * sizeof *from->mounts);
+    memcpy(tree->symbols, from->symbols, (size_t)kmp_tree_symbol_count(from) * sizeof *from->symbols);
+    tree->gravity = from->gravity;
+    return true;
+}
+
+bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
+{
+    if (!begin(tree, g, model, keep, charted) || !kmp_tree_place_charts(tree)) {
         kmp_tree_free(tree);
         return false;
     }

@@ -151,6 +151,9 @@ bool kmp_tree_place_charts(kmp_tree *tree);
 /** Builds the links, except the members that kmp_tree_sum_up sets. False: no memory. */
 bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted);
 
+/** The same links again, of a tree without inputs on its bodies. False: no memory. */
+bool kmp_tree_init_again(kmp_tree *tree, const kmp_tree *from);
+
 /** Sets each link's `own` and `base` from its mass, centre of mass and inertia. */
 void kmp_tree_sum_up(kmp_tree *tree);
 

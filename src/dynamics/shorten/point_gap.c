@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* The time of the search grows with the square of their number: larger mechanisms use derived rows. */
-enum { MOST_CLOSURES = 64 };
+enum { MOST_CLOSURES = 64, MOST_PASSES = 3 };
 
 /* -- choice of closures ------------------------------------------------------------------------------ */
 
@@ -96,7 +96,8 @@ static bool choose_one(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cos
     return better;
 }
 
-/* The best single variant for all, then closure by closure while it reduces the cost, a few times at most. */
+/* The best single variant for all, then closure by closure while it reduces the cost, a few times at most: until each
+ * one has been tried since the last change. */
 static bool choose(kmp_gaps *s)
 {
     kmp_cost cost;
@@ -115,12 +116,11 @@ static bool choose(kmp_gaps *s)
         }
     }
     choose_all(s, &cost, best);
-    bool better = true;
-    for (int pass = 0; better && pass < 3; pass++) {
-        better = false;
-        for (int i = 0; i < s->count; i++)
-            for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++)
-                better = (is_requested(s, what) && choose_one(s, &s->list[i], what, &cost)) || better;
+    const int parts = KMP_GAP_PARTS * s->count;
+    for (int k = 0, unchanged = 0; k < MOST_PASSES * parts && unchanged < parts; k++) {
+        kmp_gap_part what = (kmp_gap_part)(k % KMP_GAP_PARTS);
+        bool better = is_requested(s, what) && choose_one(s, &s->list[k % parts / KMP_GAP_PARTS], what, &cost);
+        unchanged = better ? 0 : unchanged + 1;
     }
     bool ok = !cost.failed && !kmp_graph_failed(s->eq->graph);
     kmp_cost_free(&cost);

@@ -2,7 +2,8 @@
 /* Equations of equal value have many variants (variants.h), and the shortest is found by counting operations. Patterns
  * that follow from the tree are tried one after the other, each in addition to the best so far; with `optimize` also
  * each joint and body separately. The closures and their variants are found once: a trial returns to the graph that has
- * them alone, and derives the dynamics. The result is derived once more in a graph of its own.
+ * them alone, and derives the dynamics. The result is derived once more: for runs in the same graph, otherwise in one
+ * of its own.
  *
  * Of large mechanisms a second set of equations has mostly the same best variants as the first one: its search begins
  * there, and tries at most the first pattern. */
@@ -307,6 +308,18 @@ static kempe_status find(search *s)
     return status;
 }
 
+/* Derives the best variant. Runs take it in the graph of the trials, whose closures it shares; all others in a graph of
+ * its own, which has nothing of the search. */
+static kempe_status derive_best(search *s, kmp_equations *eq)
+{
+    if (!s->shares || !s->scene.quick)
+        return kmp_equations_derive_once(eq, s->model, &s->scene);
+    KMP_TRY(kmp_equations_derive_again(s->work, &s->scene));
+    *eq = *s->work;
+    *s->work = (kmp_equations){0};
+    return KEMPE_OK;
+}
+
 /* The variants to begin with, if any: those of other sets, in a large mechanism. */
 static const kmp_savings *first_of(const kempe_model *model, const kmp_scene *scene)
 {
@@ -337,7 +350,7 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
         s.scene.unloaded = false;
         s.scene.nodes = kmp_graph_count(work.graph) / 2 * 3; /* with what the passes add */
         s.best.by_q = s.best.by_qd = scene->tangents;        /* once more, with the axes that were chosen */
-        status = kmp_equations_derive_once(eq, model, &s.scene);
+        status = derive_best(&s, eq);
     }
     if (status != KEMPE_OK)
         *eq = (kmp_equations){0};
