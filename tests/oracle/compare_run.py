@@ -137,13 +137,13 @@ class Comparison:
         self.keep("states", self.states, self.sampled(0, before)[0])
         step = np.median(np.diff(t)) if len(t) > 1 else np.nan
         rows = [k for k in range(1, len(t) - 1) if abs(t[k + 1] - t[k] - step) < 1e-9]
-        for row in rows if not broken("values before samples") else [row + 1 for row in rows[:-1]]:
-            due = self.due(t[row])
+        for row in rows:
+            due, after = self.due(t[row]), self.sampled(row, self.states[row:row + 1])[0]
             for i, state in enumerate(states):
                 if state.period and abs(state.period / step - round(state.period / step)) < 1e-9:
-                    got = self.states[row + 1, i] * np.ones(len(t))
-                    want = self.sampled(row, self.states[row:row + 1])[0, i] if due[i] else self.states[row, i]
-                    self.agree(f"sampled state {state.name}", got, want * np.ones(len(t)), conditioned=False)
+                    got = self.states[row if broken("values before samples") else row + 1, i]
+                    want = after[i] if due[i] else self.states[row, i]
+                    self.agree(f"sampled state {state.name}", got * np.ones(len(t)), want * np.ones(len(t)), conditioned=False)
 
     def due(self, t):
         return [bool(state.period) and abs(t / state.period - round(t / state.period)) < 1e-9 for _, state in self.mechanism.states]

@@ -10,6 +10,7 @@ place of bushings; rate of bushings; force of stops; sign of friction; axes of f
 velocity of points; acceleration of points; offset of includes; settings of includes; kinetic energy of rotation;
 curve in axes of ground; rates of relative positions; sign of angles; areas of cylinders; rates of states; tracking of controllers;
 values before samples""".replace("\n", " ").split("; ")
+INTEGRATED = {"rates of states", "tracking of controllers"}  # seen in motions that the oracle integrates
 BROKEN = set()
 
 

@@ -47,7 +47,7 @@ class States(Choices):
             keys["derivative"] = repr(self.between(0.05, 0.5))
             keys.update({"slope": f"-qd({found[0]})*one"} if self.chance(0.4) else {"filter": f"{self.between(5, 40)} ms"})
         if self.chance(0.5):
-            keys["limits"] = [repr(-self.between(0.5, 3)), repr(self.between(0.5, 3))]
+            keys["limits"] = [repr(-self.between(0.1, 1.5)), repr(self.between(0.1, 1.5))]
             if self.chance(0.5):
                 keys["tracking"] = f"{self.between(0.05, 0.5)} s"
         self.put_state(name, "controller", keys)
