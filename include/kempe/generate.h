@@ -15,8 +15,9 @@ typedef struct kempe_generate_options {
     const char *sets;      /* comma-separated: M_C, invdyn, h_J, jdqd (the default is all four), M, C, h, J, h_t. qdd:
                             * the accelerations without closure forces, in O(N). invdyn_q, invdyn_qd: derivatives of
                             * invdyn; tangents: these and M. R: invdyn less J' lambda; R_q: derivatives of R by q;
-                            * R_tangents: R_q, invdyn_qd and M. With + between several they are one program:
-                            * M_C+h_J+jdqd */
+                            * R_tangents: R_q, invdyn_qd and M. friction, contact, impact: elements with modes;
+                            * discrete: states with samples or events; outputs: those of the model. With + between
+                            * several they are one program: M_C+h_J+jdqd */
     const char *scheme;    /* algorithm for M: composite (default), ner */
     int keep_parameters;   /* every nonzero number of the model stays a symbol instead of being folded in */
     int body_inputs;       /* three forces and three torques on every body are inputs */

@@ -262,7 +262,7 @@ static const option options[] = {
      "threads that share each evaluation of the equations, 1 to 64 (default: 1); for large models"},
     {CLI_GENERATE, IN_MODEL, "sets", TEXT(generation.sets), "NAME,..",
      "sets of equations: M_C, invdyn, h_J, jdqd (default: these four), M, C, qdd, h, J, h_t, tangents, R, R_tangents, "
-     "invdyn_q, invdyn_qd, R_q; + joins sets in one program"},
+     "invdyn_q, invdyn_qd, R_q, friction, contact, impact, discrete, outputs; + joins sets in one program"},
     {CLI_GENERATE, IN_MODEL, "scheme", TEXT(generation.scheme), "NAME",
      "scheme of the mass matrix: composite (default), ner"},
     {CLI_GENERATE, IN_MODEL, "keep-parameters", FLAG(generation.keep_parameters),

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Generated equations in programs with integrators of their own, which need nothing of Kempe: friction that sticks,
  * with a choice of modes (belt_loop.c), whose transitions are closed forms; states with samples and events
- * (sampled_loop.c); rigid contacts, in all languages (contact_loop.c, contact_loop_numpy.py, contact_loop_octave.m). */
+ * (sampled_loop.c); rigid contacts, in all languages (contact_loop.c, contact_loop_numpy.py, contact_loop_octave.m),
+ * and their friction (slip_loop_numpy.py). */
 #include "generate/compiled_equations.h"
 #include <math.h>
 
@@ -82,9 +83,9 @@ static void samples_and_events(void)
 /* -- contacts ------------------------------------------------------------------------------------------ */
 
 /* Equations of a model under the name machine. */
-static bool write_machine(const char *name, const char *language)
+static bool write_machine(const char *name, const char *language, const char *sets)
 {
-    const kempe_generate_options g = {.sets = "M_C+h_J+jdqd,contact,impact", .drives = 1, .language = language};
+    const kempe_generate_options g = {.sets = sets, .drives = 1, .language = language};
     kempe_model *model = NULL;
     char path[1024], text[8192] = "", line[1024];
     snprintf(path, sizeof path, "%s/tests/models/%s.yaml", KEMPE_ROOT, name);
@@ -128,7 +129,7 @@ static FILE *start_contacts(int language, const char *model, const char *argumen
         printf("skipped: no tools for %s here\n", languages[language]);
         return NULL;
     }
-    CHECK(write_machine(model, languages[language]));
+    CHECK(write_machine(model, languages[language], "M_C+h_J+jdqd,contact,impact"));
     snprintf(command, sizeof command, "cd %s && %s %s", folder, loop, arguments);
     FILE *pipe = popen(command, "r");
     CHECK(pipe != NULL);
@@ -206,6 +207,47 @@ static void stopped(int language)
     ends_well(pipe);
 }
 
+/* The friction of contacts, in two directions (slip_loop_numpy.py): digits of bench/machines/contact_incline.csv,
+ * places, rates and forces across the incline; and an impact whose friction slips, or sticks: the impulse of the bound
+ * is 0.2 times the normal one. */
+static void rubbing(void)
+{
+    static const double slipping[3][6] = {{0.1186585706099023806, 0.3530472720523030274, 0.8070703476875576015,
+                                           0.8784751614301736158, -6.636904444002612258, -7.22409851823591732},
+                                          {0.3491276355013764726, 0.4859873058057478585, 0.9802528702972455081,
+                                           0.2810489615903570058, -9.430063961463684226, -2.703699998650709521},
+                                          {0.8471100124487581919, 0.5386819697150027696, 0.9998507890096419595,
+                                           0.02443039012034318525, -9.807072917122110316, -0.2396263721922559364}};
+    const double fall = sqrt(2 * 9.81), left = 5 - 0.2 * 1.6 * fall, times[] = {0.25, 0.5, 1};
+    static const char *const sets = "M_C+h_J+jdqd,friction,impact";
+    char command[1024];
+    if (!python()) {
+        printf("skipped: no python3 with NumPy here\n");
+        return;
+    }
+    CHECK(write_machine("contact_incline", "python", sets));
+    snprintf(command, sizeof command, "%s %s/tests/generate/slip_loop_numpy.py %s motion 0.0025 0 0 0 0 2 0 0.25 0.5 1",
+             python(), KEMPE_ROOT, folder);
+    FILE *pipe = popen(command, "r");
+    for (int k = 0; pipe && k < 3; k++) {
+        expect_number(pipe, times[k]);
+        for (int i = 0; i < 8; i++) /* nothing moves off the incline */
+            expect_number(pipe, i % 3 == 2 && i < 6 ? 0 : slipping[k][i < 2 ? i : i < 6 ? i - 1 : i - 2]);
+    }
+    CHECK(pipe && pclose(pipe) == 0);
+    CHECK(write_machine("contact_oblique", "python", sets));
+    for (int sticks = 0; sticks < 2; sticks++) {
+        const double part = sticks ? 0.1 : 1;
+        snprintf(command, sizeof command, "%s %s/tests/generate/slip_loop_numpy.py %s impact 0 0 0.1 %.17g %.17g %.17g",
+                 python(), KEMPE_ROOT, folder, 3 * part, 4 * part, -fall);
+        pipe = popen(command, "r");
+        const double after[3] = {sticks ? 0 : 0.6 * left, sticks ? 0 : 0.8 * left, 0.6 * fall};
+        for (int i = 0; pipe && i < 3; i++)
+            expect_number(pipe, after[i]);
+        CHECK(pipe && pclose(pipe) == 0);
+    }
+}
+
 static void contacts(void)
 {
     for (int language = 0; language < LANGUAGES; language++) {
@@ -222,6 +264,7 @@ int main(void)
     TEST(transitions);
     TEST(samples_and_events);
     TEST(contacts);
+    TEST(rubbing);
     char command[128];
     snprintf(command, sizeof command, "rm -r %s", folder);
     CHECK(runs(command));

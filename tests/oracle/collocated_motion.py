@@ -40,47 +40,66 @@ class Conditions:
 
 
 class Integration:
-    def __init__(self, mechanism, t, q, qd):
-        self.mechanism, self.t, self.q, self.qd = mechanism, t, q, qd
-        self.held = self.outcomes(np.zeros(1), q[None], qd[None])[0]
+    def __init__(self, mechanism, t, q, qd, y):
+        self.mechanism, self.t, self.q, self.qd, self.y, self.taken = mechanism, t, q, qd, y, t
+        self.look()
         self.whole, self.windows = integral(PLACES), 0
 
-    def motion(self, t, q, qd, conditions):
-        return Motion(self.mechanism, self.t + t, q, qd, conditions=conditions).solve()
+    def motion(self, t, q, qd, y, conditions=None):
+        return Motion(self.mechanism, self.t + t, q, qd, conditions=conditions, states=y)
 
-    def outcomes(self, t, q, qd):
+    def slopes(self, t, q, qd, y, conditions):
+        """Accelerations, and rates of the states."""
+        motion = self.motion(t, q, qd, y, conditions)
+        motion.whens()
+        return np.concatenate([motion.solve().qdd, motion.state_rates()], 1)
+
+    def look(self):
+        """Notes the outcomes of all conditions here, and the ones at which states change."""
+        here = (np.zeros(1), self.q[None], self.qd[None], self.y[None])
+        self.held, self.when = self.outcomes(*here)[0], self.motion(*here).whens()[0]
+
+    def change(self, due):
+        """The states that are due take their next values."""
+        self.y = self.motion(np.zeros(1), self.q[None], self.qd[None], self.y[None]).next_states(due)[0]
+        self.look()
+
+    def outcomes(self, t, q, qd, y):
         """All conditions at several instants: (instants, conditions)."""
         conditions = Conditions()
-        self.motion(t, q, qd, conditions)
+        self.slopes(t, q, qd, y, conditions)
         return np.array(conditions.found).T.reshape(len(t), -1)
 
     def window(self, h):
         """Accelerations at the points of a window, or None where it must be shorter."""
-        q, qd = (self.places(h, np.zeros((ORDER, len(self.q))), PLACES))
+        q, qd, y = self.places(h, np.zeros((ORDER, len(self.q) + len(self.y))), PLACES)
         for _ in range(25):
             try:
                 with np.errstate(all="ignore"):
-                    a = self.motion(h * PLACES, q, qd, Conditions(self.held)).qdd
+                    a = self.slopes(h * PLACES, q, qd, y, Conditions(self.held))
             except np.linalg.LinAlgError:  # no state: iterates of a window that is too long lead anywhere
                 return None
-            before, (q, qd) = (q, qd), self.places(h, a, PLACES)
-            change = max(np.max(np.abs(q - before[0]) / (1 + np.abs(q))), np.max(np.abs(qd - before[1]) / (1 + np.abs(qd))))
+            before, (q, qd, y) = (q, qd, y), self.places(h, a, PLACES)
+            change = max(np.max(np.abs(x - last) / (1 + np.abs(x)), initial=0.0) for x, last in zip((q, qd, y), before))
             if not np.isfinite(change):
                 return None
             if change < SETTLED:
-                last = np.max(np.abs((TO_COEFFICIENTS @ a)[-2:]) / (1 + np.abs(qd[-1])))
+                last = np.max(np.abs((TO_COEFFICIENTS @ a)[-2:]) / (1 + np.abs(np.concatenate([qd[-1], y[-1]]))))
                 return a if last * h < SMOOTH else None
         return None
 
     def places(self, h, a, at):
-        """Positions and rates at parts of a window."""
-        rates = self.qd + h * integral(PLACES) @ a
-        return self.q + h * integral(at) @ rates, self.qd + h * integral(at) @ a
+        """Positions, rates and states at parts of a window."""
+        n = len(self.q)
+        rates = self.qd + h * integral(PLACES) @ a[:, :n]
+        whole = h * integral(at) @ a
+        return self.q + h * integral(at) @ rates, self.qd + whole[:, :n], self.y + whole[:, n:]
 
     def advance(self, end):
         h = LONGEST
         while end - self.t > 1e-12:
-            h = min(h, end - self.t, LONGEST)
+            self.sample()
+            h = min(h, end - self.t, LONGEST, self.free())
             a = self.window(h)
             if a is None:
                 h *= 0.4
@@ -93,12 +112,29 @@ class Integration:
                 raise TooManyWindows
             h *= 1.6
 
+    def periods(self):
+        return [state.period for _, state in self.mechanism.states if state.period]
+
+    def free(self):
+        """The time up to the next sample."""
+        return min((period * np.floor(self.t / period + 1 + 1e-9) - self.t for period in self.periods()), default=np.inf)
+
+    def sample(self):
+        """Takes the samples of this instant, once; those of the start were taken before."""
+        if self.t - self.taken < 1e-12:
+            return
+        due = [bool(state.period) and abs(self.t / state.period - round(self.t / state.period)) < 1e-9
+               for _, state in self.mechanism.states]
+        if any(due):
+            self.taken = self.t
+            self.change(due)
+
     def take(self, h, a):
         """The window up to the first change of a condition."""
         at, low, found = PLACES, 0.0, None
         while True:
-            q, qd = self.places(h, a, at)
-            found = self.outcomes(h * at, q, qd)
+            q, qd, y = self.places(h, a, at)
+            found = self.outcomes(h * at, q, qd, y)
             other = np.nonzero(np.any(found != self.held, axis=1))[0]
             if len(other) == 0 or at[other[0]] - low < PLACE or other[0] == 0:
                 break
@@ -107,4 +143,7 @@ class Integration:
         k = other[0] if len(other) else len(at) - 1
         if k == 0 and len(other):  # at the border itself: the other side is behind it
             k = 1
-        self.t, self.q, self.qd, self.held = self.t + h * at[k], q[k], qd[k], found[k]
+        self.t, self.q, self.qd, self.y, before = self.t + h * at[k], q[k], qd[k], y[k], self.when
+        self.look()
+        if np.any(self.when & ~before):
+            self.change(self.when & ~before)

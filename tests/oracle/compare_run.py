@@ -56,13 +56,16 @@ class Comparison:
         self.mechanism, self.table, self.complaints, self.worst = mechanism, table, [], 0.0
         names = mechanism.columns
         self.q, self.qd, self.qdd = (table.columns(word, names) for word in ("q", "qd", "qdd"))
-        self.motion = Motion(mechanism, table.column("t"), self.q, self.qd, table.multipliers())
+        self.states = np.stack([table.column(f"state.{state.name}") for _, state in mechanism.states], -1) if mechanism.states \
+            else np.zeros((len(self.q), 0))
+        self.motion = Motion(mechanism, table.column("t"), self.q, self.qd, table.multipliers(), states=self.states)
         self.motion.solve()
         self.cond = None
 
     def run(self):
         self.look_at_conditions()
         self.compare_start()
+        self.compare_samples()
         self.compare_closures()
         self.agree("qdd", self.qdd, self.motion.qdd)
         self.compare_multipliers()
@@ -114,11 +117,43 @@ class Comparison:
         """Held coordinates keep their value, and so do all where the start fits the closures; likewise rates."""
         q, qd = self.given(self.mechanism.start), self.given(self.mechanism.rates)
         held = np.array([any(self.mechanism.places[name] == k for name in self.mechanism.held) for k in range(len(q))], bool)
-        start = Motion(self.mechanism, self.motion.t[:1], q[None], qd[None], self.motion.multipliers)
+        start = Motion(self.mechanism, self.motion.t[:1], q[None], qd[None], self.motion.multipliers, states=self.states[:1])
         closed = np.max(np.abs(self.gaps(start)), initial=0.0) < 1e-12
         self.keep("q", self.q, np.where(held | closed, q, self.q[0]))
         if closed and np.max(np.abs(start.hdot), initial=0.0) < 1e-12:
             self.keep("qd", self.qd, qd)
+
+    def start_of_states(self):
+        """At the first row, before the samples of the start are taken."""
+        return np.array([[state.start for _, state in self.mechanism.states]])
+
+    def compare_samples(self):
+        """States at the start. A row at the time of a sample has the values before it, except at the start."""
+        states, t = [state for _, state in self.mechanism.states], self.motion.t
+        self.motion.state_rates(), self.motion.whens()
+        if not states:
+            return
+        before = self.start_of_states()
+        self.keep("states", self.states, self.sampled(0, before)[0])
+        step = np.median(np.diff(t)) if len(t) > 1 else np.nan
+        rows = [k for k in range(1, len(t) - 1) if abs(t[k + 1] - t[k] - step) < 1e-9]
+        for row in rows:
+            due, after = self.due(t[row]), self.sampled(row, self.states[row:row + 1])[0]
+            for i, state in enumerate(states):
+                if state.period and abs(state.period / step - round(state.period / step)) < 1e-9:
+                    got = self.states[row if broken("values before samples") else row + 1, i]
+                    want = after[i] if due[i] else self.states[row, i]
+                    self.agree(f"sampled state {state.name}", got * np.ones(len(t)), want * np.ones(len(t)), conditioned=False)
+
+    def due(self, t):
+        return [bool(state.period) and abs(t / state.period - round(t / state.period)) < 1e-9 for _, state in self.mechanism.states]
+
+    def sampled(self, row, states):
+        """States after the samples of a row."""
+        at = slice(row, row + 1)
+        alone = {name: values[at] for name, values in self.motion.multipliers.items()}
+        motion = Motion(self.mechanism, self.motion.t[at], self.q[at], self.qd[at], alone, states=states)
+        return motion.next_states(self.due(self.motion.t[row]))
 
     def keep(self, name, values, want):
         rows = len(values)
@@ -145,12 +180,13 @@ class Comparison:
 
     def compare_trajectory(self):
         """The end of the run by the oracle's own integration from Kempe's first row."""
-        own = Integration(self.mechanism, self.motion.t[0], self.q[0], self.qd[0])
+        own = Integration(self.mechanism, self.motion.t[0], self.q[0], self.qd[0], self.states[0])
         own.advance(self.motion.t[-1])
         rtol = float(self.mechanism.document["run"]["rtol"])
-        for name, got, want in (("q", self.q, own.q), ("qd", self.qd, own.qd)):
+        for name, got, want, size in (("q", self.q, own.q, self.qd), ("qd", self.qd, own.qd, self.qd),
+                                      ("states", self.states, own.y, self.states)):
             self.agree(f"{name} at the end of the run", got[-1:].repeat(len(got), 0), want[None].repeat(len(got), 0),
-                       self.qd, usual=TRAJECTORY * rtol + OWN_ERROR, conditioned=False)
+                       size, usual=TRAJECTORY * rtol + OWN_ERROR, conditioned=False)
 
     def axes_of(self, item):
         """Axes of the nearest common ancestor of a closure's bodies, as columns in ground axes."""

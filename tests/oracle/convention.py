@@ -8,7 +8,9 @@ axes of reactions; body of reactions; place of moments; sign of multipliers; acc
 rates in expressions; conditions turned; ends of splines; tables go on straight; potential of springs; axes of bushings;
 place of bushings; rate of bushings; force of stops; sign of friction; axes of forces at points; axes of points;
 velocity of points; acceleration of points; offset of includes; settings of includes; kinetic energy of rotation;
-curve in axes of ground; rates of relative positions; sign of angles; areas of cylinders""".replace("\n", " ").split("; ")
+curve in axes of ground; rates of relative positions; sign of angles; areas of cylinders; rates of states; tracking of controllers;
+values before samples""".replace("\n", " ").split("; ")
+INTEGRATED = {"rates of states", "tracking of controllers"}  # seen in motions that the oracle integrates
 BROKEN = set()
 
 

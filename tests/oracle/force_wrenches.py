@@ -45,7 +45,7 @@ class Loads:
         for owner, entry, keys in self.motion.mechanism.unknowns:
             if owner is scope:
                 names |= set(keys["of"]) if isinstance(keys, dict) else {entry}
-        return names
+        return names | set(scope.document.get("states", {}))
 
     # -- forces between points
 

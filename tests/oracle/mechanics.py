@@ -28,7 +28,13 @@ class Environment:
             return self.t
         if text == "pi" or text in self.scope.texts:
             return self.scope.name(text)
-        return self.motion.unknown(self.scope, text, self)
+        full = self.scope.full(text)
+        if full in self.motion.mechanism.blocks:
+            return self.motion.mechanism.blocks[full](self)
+        return self.state(full) if full in self.motion.states else self.motion.unknown(self.scope, text, self)
+
+    def state(self, full):
+        return self.lift(self.motion.states[full])
 
     def table(self, name):
         return self.scope.table(name)
@@ -56,11 +62,12 @@ class Environment:
 
 
 class Motion:
-    """The states of a mechanism at several instants: t (T), q and qd (T, n). `multipliers`: what lambda(..) means in
-    expressions, name -> (T, rows)."""
+    """The states of a mechanism at several instants: t (T), q and qd (T, n), states of its own (T, s). `multipliers`: what
+    lambda(..) means in expressions, name -> (T, rows)."""
 
-    def __init__(self, mechanism, t, q, qd, multipliers=None, conditions=None):
+    def __init__(self, mechanism, t, q, qd, multipliers=None, conditions=None, states=None):
         self.mechanism, self.t, self.q, self.qd = mechanism, t, q, qd
+        self.states = {} if states is None else {state.name: states[:, k] for k, (_, state) in enumerate(mechanism.states)}
         self.multipliers, self.conditions, self.near = multipliers or {}, conditions, np.full(len(t), np.inf)
         self.count, self.bodies, self.n = len(t), len(mechanism.bodies), q.shape[1]
         self.place()
@@ -113,6 +120,30 @@ class Motion:
             if owner is scope and isinstance(keys, dict) and name in keys["of"]:
                 return env.lift(self.solved(scope, keys)[name])
         raise KeyError(name)
+
+    def state_rates(self):
+        """Rates of the states, (T, s)."""
+        rates = np.zeros((self.count, len(self.mechanism.states)))
+        for k, (scope, state) in enumerate(self.mechanism.states):
+            if state.rate and not broken("rates of states"):
+                rates[:, k] = state.rate(self.environment(scope))
+        return rates
+
+    def whens(self):
+        """Whether the conditions hold at which states change, (T, s)."""
+        held = np.zeros((self.count, len(self.mechanism.states)), bool)
+        for k, (scope, state) in enumerate(self.mechanism.states):
+            if state.when:
+                held[:, k] = self.environment(scope).value(f"if({state.when}, 1, 0)") > 0.5
+        return held
+
+    def next_states(self, due):
+        """The states after those that are due have taken their next values, (T, s)."""
+        after = np.stack(list(self.states.values()), -1)
+        for k, (scope, state) in enumerate(self.mechanism.states):
+            if due[k]:
+                after[:, k] = state.following(self.environment(scope))
+        return after
 
     def solved(self, scope, keys):
         names = list(keys["of"])

@@ -8,6 +8,7 @@ import numpy as np
 
 from convention import broken
 from expression_values import Table, compiled
+from state_values import states_of
 
 KINDS = {"revolute": "Ra", "prismatic": "Ta", "cylindrical": "TaRa", "screw": "TaRa", "universal": "RaRb",
          "spherical": "RaRbRc", "planar": "TbTcRa", "free": "TaTbTcRaRbRc", "weld": ""}
@@ -155,7 +156,7 @@ class Mechanism:
         self.told, self.bodies, self.joints, self.closures, self.drives = set(told), [], [], [], []
         self.forces, self.sensors, self.unknowns, self.edges = [], {}, [], []
         self.start, self.rates, self.held, self.ground_points = {}, {}, set(), {}
-        self.names, self.document = {}, document
+        self.names, self.document, self.states, self.blocks = {}, document, [], {}
         scope = self.read(document, pathlib.Path(folder), "", Point(-1, np.zeros(3)), {})
         self.gravity = scope.vector(document.get("gravity", ["0", "0", "0"]))
         self.make_tree()
@@ -245,6 +246,11 @@ class Mechanism:
             self.closures.append(self.loop(scope, name, keys))
         for name, keys in document.get("drives", {}).items():
             self.drives.append(Item("drive", scope.full(name), scope, keys))
+        for name, keys in document.get("states", {}).items():
+            states, output = states_of(scope, name, keys)
+            self.states += [(scope, state) for state in states]
+            if output:
+                self.blocks[scope.full(name)] = output
         for name, keys in document.get("forces", {}).items():
             self.forces.append(force(scope, name, keys))
         for name, keys in document.get("contacts", {}).items():

@@ -8,7 +8,7 @@ import numpy as np
 from mechanism import normal
 
 UNITS = {"m": (("mm", 1e3), ("cm", 1e2), ("m", 1.0)), "kg": (("g", 1e3), ("kg", 1.0))}
-BLOCKS = ("bodies", "joints", "loops", "forces", "sensors", "drives", "tables", "algebraic")
+BLOCKS = ("bodies", "joints", "loops", "forces", "sensors", "drives", "tables", "algebraic", "states")
 
 
 class Choices:

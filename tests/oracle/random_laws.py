@@ -18,6 +18,8 @@ class Laws(Choices):
         a, b, w = self.between(-2, 2), self.between(-0.8, 0.8), self.between(1, 8)
         kinds = ["constant", "swing", "spring", "table", "condition-q", "condition-t", "functions", "more", "signs", "kink"]
         kinds += ["damping", "condition-qd", "sign", "nested"] if rate else []
+        if rate and self.states and self.chance(0.4):
+            return f"({a})*{self.one_of(*self.states)}" + self.one_of("", f"*cos(q({other}))")
         kind = self.one_of(*kinds)
         if kind.startswith("condition"):
             self.features[kind] += 1
@@ -169,7 +171,8 @@ class Laws(Choices):
         ends = self.apart()
         if ends:
             self.document["parameters"]["one"] = "1"
-            texts = [f"one*({self.between(-300, 900)} {sign} {self.between(10, 300)}*{word})" for sign, word in (("-", "rate"), ("+", "distance"))]
+            texts = [f"one*({self.between(-300, 900)} {sign} {self.between(10, 300)}*{word}{self.of_states(200)})"
+                     for sign, word in (("-", "rate"), ("+", "distance"))]
             keys = {"cylinder": list(ends), "bore": "80 mm", "rod": self.number_text(self.between(0.01, 0.06), "m"), "pressure": texts[0]}
             if self.chance(0.6):
                 keys["rod_pressure"] = texts[1]
@@ -178,7 +181,7 @@ class Laws(Choices):
     def put_torsion(self, name):
         ends, axis = self.two_points(), self.one_of("x", "y", "z")
         self.document["parameters"]["one"] = "1"
-        text = f"one*({self.between(0.5, 5)}*sin(angle) + {self.between(0, 1)}*{self.measure()})"
+        text = f"one*({self.between(0.5, 5)}*sin(angle) + {self.between(0, 1)}*{self.measure()}{self.of_states(1)})"
         self.put_force(name, "torsion", {"torsion": list(ends), "axis": axis, "torque": text})
 
     def put_bushing(self, name):
@@ -189,6 +192,12 @@ class Laws(Choices):
                     "rotational_damping": self.triple(0, 0.5), "preload": self.triple(-2, 2)}
             kept = {k: v for k, v in keys.items() if self.chance(0.8)}
             self.put_force(name, "bushing", {"bushing": list(ends), **kept})
+
+    def of_states(self, size):
+        """A term to be added, or none."""
+        if not self.states:
+            return ""
+        return f" + {self.between(-size, size)}*{self.one_of(*self.states)}"
 
     def three_laws(self):
         found = self.coordinate()

@@ -8,6 +8,7 @@ import yaml_texts
 from random_choices import written
 from random_laws import Laws
 from random_loops import Loops
+from random_states import States
 from random_trees import Trees
 
 FEATURES = """revolute prismatic cylindrical screw universal spherical planar free weld motions chart frame to reversed
@@ -18,14 +19,15 @@ loop-planar loop-point_on_line loop-point_on_plane curve-table curve-y curve-y-a
 coupler coupler-equals constraint constraint-of-time linkage drive-angle drive-displacement drive-locked redundant torque
 force joint-spring stops friction spring bushing line rope cylinder torsion measure point-force body-torque condition-q condition-qd condition-t
 condition-lambda force-of-lambda sensor ancestor-moves ancestor-body formulation-reduced formulation-dae formulation-projected integrators
-dynamics tape held rough-guess""".split()
+dynamics tape held rough-guess state-rate state-transfer state-controller state-sampled state-event""".split()
 
 
-class Generator(Trees, Loops, Laws):
+class Generator(Trees, Loops, Laws, States):
     def __init__(self, seed, number, integrator=None):
         super().__init__(np.random.default_rng([seed, number]), f"random {number}")
         self.integrator = integrator                      # of all runs; None: chosen for each
-        self.number, self.files, self.q = number, {}, {}
+        self.number, self.files, self.q, self.states = number, {}, {}, []
+        self.state_random = np.random.default_rng([seed, number, 1])
 
     def add_run(self):
         document = self.document
@@ -41,6 +43,7 @@ class Generator(Trees, Loops, Laws):
         for body, keys in [("ground", document["ground"]), *document["bodies"].items()]:
             for point in list(keys["points"])[:2]:
                 outputs += [f"{word}({body}.{point})" for word in ("position", "velocity", "acceleration")]
+        outputs += ["state"] if self.states else []
         shown = [name for name, keys in document.get("forces", {}).items() if "at" not in keys and "on" not in keys]
         outputs += [f"force({name})" for name in shown]
         outputs += [f"sensor({name})" if self.chance(0.5) else name for name in document.get("sensors", {})]
@@ -141,6 +144,7 @@ class Generator(Trees, Loops, Laws):
             self.add_closures()
             self.add_redundant()
         self.set_rates()
+        self.add_states()
         self.add_forces()
         self.add_unknowns()
         self.add_sensors()
