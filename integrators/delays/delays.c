@@ -247,6 +247,15 @@ void kmp_delays_take(kmp_runner *run, double t)
 
 /* -- the start --------------------------------------------------------------------------------------- */
 
+/* True if the signal before the start is the start value of its state: by the model, or as a parameter of an ensemble.
+ */
+static bool begins_given(const kmp_runner *run, int k)
+{
+    const kempe_model *model = run->s->model;
+    const kmp_number *start = &model->start.qd[kmp_model_coordinates(model) + run->delays->state[k]];
+    return state_of(run, k)->began || start->expr != state_of(run, k)->start.expr;
+}
+
 static kempe_status check_delays(kmp_runner *run)
 {
     kmp_delays *x = run->delays;
@@ -255,6 +264,10 @@ static kempe_status check_delays(kmp_runner *run)
         if (!(delay[k] > 0) || isinf(delay[k]))
             return kmp_fail(run->s->context, KEMPE_E_INPUT, "the delay of '%s' is %.9g s: a positive time is expected",
                             state_of(run, k)->name, delay[k]);
+        if (state_of(run, k)->before && begins_given(run, k))
+            return kmp_fail(run->s->context, KEMPE_E_INPUT,
+                            "a start value of '%s' cannot be given: the model has its 'before'",
+                            state_of(run, k)->name);
         x->past->signal[k].delay = delay[k];
     }
     return KEMPE_OK;
@@ -271,7 +284,7 @@ static kempe_status set_states(kmp_runner *run, double t)
         const double *now = signals_at(run, t, q, qd);
         for (int k = 0; k < x->count; k++) {
             const kmp_state *state = state_of(run, k);
-            double value = state->began ? *value_of(run, k) : now[k];
+            double value = begins_given(run, k) ? *value_of(run, k) : now[k];
             if (state->before)
                 value = before_at(run, t - x->past->signal[k].delay)[k];
             changed = changed || value != *value_of(run, k);

@@ -234,6 +234,26 @@ static void ensemble(void)
     unload(&l);
 }
 
+/* A start value of a delay is the signal before, as a parameter of an ensemble too: y(1) = 1 - late. */
+static void start_values(void)
+{
+    static const char *const names[] = {"state.late"};
+    static const double rows[] = {1, 0.25};
+    loaded l = load_text(STEPS "run: {t_end: 1, rtol: 1e-9}\n");
+    kempe_values *values = NULL;
+    kempe_ensemble *e = NULL;
+    kempe_batch *b = NULL;
+    CHECK(l.model && kempe_values_new(l.model, 1, names, 2, rows, &values) == KEMPE_OK);
+    CHECK(values && kempe_ensemble_new(l.model, values, &e) == KEMPE_OK);
+    CHECK(e && kempe_ensemble_run(e, NULL, 0, &b) == KEMPE_OK);
+    CHECK_NEAR(b ? kempe_batch_qd(b, 0)[1] : NAN, 0, 1e-9);
+    CHECK_NEAR(b ? kempe_batch_qd(b, 1)[1] : NAN, 0.75, 1e-9);
+    kempe_batch_free(b);
+    kempe_ensemble_free(e);
+    kempe_values_free(values);
+    unload(&l);
+}
+
 /* At rest a delayed signal is the signal. */
 static void studies(void)
 {
@@ -337,6 +357,7 @@ int main(void)
     TEST(dense);
     TEST(stepper);
     TEST(ensemble);
+    TEST(start_values);
     TEST(studies);
     TEST(response);
     TEST(stability);

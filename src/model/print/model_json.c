@@ -108,7 +108,8 @@ static void put_states(kmp_json *json, const kempe_model *model)
     kmp_model_json_begin(json, "states");
     for (int i = 0; i < model->state_count; i++) {
         kmp_json_object(json, model->states[i].name);
-        kmp_json_number(json, "start", model->start.qd[kmp_model_coordinates(model) + i].value);
+        if (!model->states[i].delayed || model->states[i].began)
+            kmp_json_number(json, "start", model->start.qd[kmp_model_coordinates(model) + i].value);
         if (model->states[i].next) {
             put_expr(json, "next", model, model->states[i].next);
             if (kmp_state_rate(model, i)->a)
