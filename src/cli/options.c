@@ -315,7 +315,7 @@ static const option options[] = {
     {CLI_FIT, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
      "write an HTML page: the mechanism moving, the fitted motion beside the data, residuals"},
     {CLI_OPTIMIZE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
-     "write an HTML page: the mechanism moving at the optimum, the course of the search"},
+     "write an HTML page: the mechanism moving at the optimum, its outputs over time, the searches"},
     {CLI_SIMULATE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
      "write an HTML page: the mechanism moving, time histories of all outputs, accuracy of the run"},
     {CLI_KINEMATICS, IN_OUTPUT, "svg", VALUE(PICTURE, svg), "FILE", "draw the paths of the position outputs"},
