@@ -33,7 +33,9 @@ typedef struct kempe_fit_options {
                              * follow from the residuals of each column */
     const char *start;      /* CSV file: the table "parameters" of another fit, whose values are the start */
     double confidence;      /* of the intervals; 0: 0.95 */
-    int most;               /* runs of the model; 0: 200 */
+    int most;               /* runs of the model in a search; 0: 200 */
+    int starts;             /* searches: others than the first begin at places of a Sobol sequence between the bounds,
+                             * which all parameters need then; 0: 1 */
     const kempe_run_options *run; /* tolerances, independent, back end, integrator: as kempe_sensitivity_options */
 } kempe_fit_options;
 
