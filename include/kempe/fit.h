@@ -33,7 +33,9 @@ typedef struct kempe_fit_options {
                              * follow from the residuals of each column */
     const char *start;      /* CSV file: the table "parameters" of another fit, whose values are the start */
     double confidence;      /* of the intervals; 0: 0.95 */
-    int most;               /* runs of the model; 0: 200 */
+    int most;               /* runs of the model in a search; 0: 200 */
+    int starts;             /* searches: others than the first begin at places of a Sobol sequence between the bounds,
+                             * which all parameters need then; 0: 1 */
     const kempe_run_options *run; /* tolerances, independent, back end, integrator: as kempe_sensitivity_options */
 } kempe_fit_options;
 
@@ -132,8 +134,8 @@ KEMPE_API kempe_status kempe_optimum_print(const kempe_optimum *optimum, kempe_f
  * evaluation, search, quantity, broken, best. */
 KEMPE_API kempe_status kempe_optimum_table(const kempe_optimum *optimum, const char *name, kempe_table **table);
 
-/** Writes a self-contained HTML page: the mechanism moving with the parameters of the optimum, the course of the
- * search, the printed result. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check (compare.h). */
+/** Writes a self-contained HTML page: the mechanism moving with the parameters of the optimum, its outputs over
+ * time, the printed result. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check (compare.h). */
 KEMPE_API kempe_status kempe_optimum_write_report(kempe_optimum *optimum, const char *path);
 
 KEMPE_END

@@ -298,7 +298,7 @@ kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path)
 
 /* -- fits -------------------------------------------------------------------------------------------- */
 
-/* The motion of a system by its own equations. */
+/* The motion of a system by its own equations; as the table too, where there is none. */
 static kempe_status add_motion(study_page *s, double rtol, double t_end)
 {
     enum { FRAMES = 300 };
@@ -311,6 +311,8 @@ static kempe_status add_motion(study_page *s, double rtol, double t_end)
         const double t = kempe_trajectory_time(motion, k);
         status = add_frames(s, 1, kempe_trajectory_q(motion, k), 0, &t);
     }
+    if (status == KEMPE_OK && !s->table)
+        status = kempe_trajectory_table(motion, "rows", &s->table);
     kempe_trajectory_free(motion);
     return status;
 }
@@ -326,10 +328,10 @@ static kempe_status fill_fit(study_page *s, const void *result)
     s->page.answer = kmp_arena_printf(&s->arena, "%d parameter%s from %d measurements", f->count,
                                       f->count == 1 ? "" : "s", f->residuals);
     for (int k = 0; k < f->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
-        s->page.fact[s->page.fact_count++] =
-            (kmp_page_fact){f->name[k], isfinite(f->error[k]) ? kmp_arena_printf(&s->arena, "%.6g \xc2\xb1 %.2g",
-                                                                                 f->value[k], f->factor * f->error[k])
-                                                              : kmp_arena_printf(&s->arena, "%.6g", f->value[k])};
+        s->page.fact[s->page.fact_count++] = (kmp_page_fact){
+            isfinite(f->error[k]) ? kmp_arena_printf(&s->arena, "%s \xc2\xb1 %.2g", f->name[k], f->factor * f->error[k])
+                                  : f->name[k],
+            kmp_arena_printf(&s->arena, "%.4g", f->value[k])};
     KMP_TRY(kempe_fit_print(f, KEMPE_TEXT, &s->text));
     KMP_TRY(kempe_fit_table(f, "rows", &s->table));
     s->page.x = "t";
@@ -350,7 +352,7 @@ kempe_status kempe_fit_write_report(kempe_fit *fit, const char *path)
 static kempe_status fill_optimum(study_page *s, const void *result)
 {
     const kempe_optimum *o = result;
-    static const char *const first[] = {"best", "quantity", NULL};
+    static const char *const first[] = {"q.", "position.", "state.", "sensor.", NULL};
     const kempe_run_options *run = &o->objective.run;
     s->page.status = o->status;
     s->page.reason = o->reason;
@@ -360,17 +362,11 @@ static kempe_status fill_optimum(study_page *s, const void *result)
                                       o->quantity, o->at_best[0], o->objective.list->unit[0]);
     for (int k = 0; k < o->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
         s->page.fact[s->page.fact_count++] =
-            (kmp_page_fact){o->bounded.name[k], kmp_arena_printf(&s->arena, "%.6g", o->value[k])};
+            (kmp_page_fact){o->bounded.name[k], kmp_arena_printf(&s->arena, "%.4g", o->value[k])};
     KMP_TRY(kempe_optimum_print(o, KEMPE_TEXT, &s->text));
-    KMP_TRY(kempe_optimum_table(o, "history", &s->table));
-    s->page.x = "evaluation";
-    choose_first(s, first, KMP_PAGE_FIRST);
-    double t_end = run->t_end > 0 ? run->t_end : s->page.system->model->run.t_end;
-    KMP_TRY(add_motion(s, run->rtol, t_end));
-    double *at = KMP_ARENA_NEW(&s->arena, double, s->frames.rows);
-    for (int k = 0; at && k < s->frames.rows; k++)
-        at[k] = 1 + (o->tried_count - 1) * s->frames.t[k] / t_end;
-    s->page.frame_x = at;
+    s->page.x = "t";
+    KMP_TRY(add_motion(s, run->rtol, run->t_end > 0 ? run->t_end : s->page.system->model->run.t_end));
+    choose_first(s, first, KMP_PAGE_FIRST / 2);
     return KEMPE_OK;
 }
 

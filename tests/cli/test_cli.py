@@ -549,7 +549,7 @@ class Optima(Case):
         with open(self.folder / "found.csv", newline="") as file:
             rows = {row["parameter"]: row for row in csv.DictReader(file)}
         self.assertAlmostEqual(float(rows["along"]["value"]), 5, delta=1e-6)
-        self.assertIn("evaluation", (self.folder / "optimum.html").read_text())
+        self.assertIn("position.coupler.P.x", (self.folder / "optimum.html").read_text())
         self.assertIn("<svg", (self.folder / "course.svg").read_text())
         found = self.object(0, "optimize", self.CURVE, *self.WORDS)
         self.assertEqual((found["method"], found["search"], found["goal"]), ("slopes", "converged", "minimize"))

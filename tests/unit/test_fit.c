@@ -263,6 +263,24 @@ static void shortens_where_the_loop_opens(void)
     unload(&none);
 }
 
+/* From a rod of 0.3 m one search ends at a local minimum, several find the rod of 0.5 m. */
+static void searches_from_several_starts(void)
+{
+    const kempe_setting near[] = {{"l", "0.3"}};
+    loaded l = load(crank), other = load_set(crank, near, 1);
+    kempe_fit *fit = NULL;
+    measure(&l, 1e-3);
+    CHECK(fit_with(&other, (kempe_fit_options){.parameters = "l:0.1:1"}, &fit) == KEMPE_OK);
+    CHECK(fabs(kempe_fit_value(fit, 0) - 0.5) > 0.1);
+    kempe_fit_free(fit);
+    CHECK(fit_with(&other, (kempe_fit_options){.parameters = "l:0.1:1", .starts = 4}, &fit) == KEMPE_OK);
+    CHECK_NEAR(kempe_fit_value(fit, 0), 0.5, 1e-3);
+    kempe_fit_free(fit);
+    CHECK(fit_with(&other, (kempe_fit_options){.parameters = "l:0.1:", .starts = 4}, &fit) == KEMPE_E_ARGUMENT);
+    unload(&l);
+    unload(&other);
+}
+
 /* -- interrupts -------------------------------------------------------------------------------------- */
 
 static int countdown;
@@ -298,6 +316,7 @@ int main(void)
         TEST(names_the_undetermined);
         TEST(shortens_where_a_mass_is_negative);
         TEST(shortens_where_the_loop_opens);
+        TEST(searches_from_several_starts);
         TEST(keeps_the_best);
     }
     (void)remove(data_file);

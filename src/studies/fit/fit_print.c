@@ -39,6 +39,8 @@ static void put_head(kmp_text *text, const kempe_fit *f)
     kmp_text_printf(text, "search    %s: %d iterations, %d runs of the model, %d steps shortened", outcomes[f->outcome],
                     f->iterations, f->evaluations, f->refused);
     kmp_text_printf(text, ", weights %s\n", f->given ? "given" : "from the residuals");
+    if (f->starts > 1)
+        kmp_text_printf(text, "starts    %d of %d searches, the best one counts\n", f->searches, f->starts);
     if (f->refused > 0 && f->refusal)
         kmp_text_printf(text, "shortened the model does not run at some trial values, the last time because: %s\n",
                         f->refusal);
@@ -152,9 +154,10 @@ static void put_json(kmp_text *text, const void *result)
     const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
     kmp_json json = kmp_json_begin(text);
     kmp_print_head(&json, rows->system, f->status, f->reason, rows->build_s, f->warnings);
-    kmp_json_put(&json, "data %s rows %d measurements %d search %s iterations %d runs %d shortened %d refusal %s",
-                 f->file, f->measured.rows, f->residuals, outcomes[f->outcome], f->iterations, f->evaluations,
-                 f->refused, f->refusal);
+    kmp_json_put(&json,
+                 "data %s rows %d measurements %d search %s searches %d iterations %d runs %d shortened %d refusal %s",
+                 f->file, f->measured.rows, f->residuals, outcomes[f->outcome], f->searches, f->iterations,
+                 f->evaluations, f->refused, f->refusal);
     kmp_json_put(&json, "weights %s integrator %s t_end %g rtol %g atol %g cpu_s %g tolerance_change %g",
                  f->given ? "given" : "residuals", rows->integrator, rows->t_end, rows->rtol, rows->atol, rows->cpu_s,
                  f->coarser);

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "output/print.h"
+#include "studies/ensemble/designs.h"
 #include "studies/ensemble/statistics/shares.h"
 #include <math.h>
 #include <string.h>
@@ -97,7 +98,7 @@ static double sum_of_squares(int count, const double *x)
 static kmp_squares_said try(void *user, const double *x, double *residual, double *slope)
 {
     kempe_fit *f = user;
-    kmp_progress(f->context, KMP_PROGRESS_STUDY, f->evaluations, f->most, "runs");
+    kmp_progress(f->context, KMP_PROGRESS_STUDY, f->evaluations, (double)f->most * f->starts, "runs");
     f->evaluations++;
     f->status = kmp_slope_runs_at(f->runs, x);
     if (f->status == KEMPE_E_FAILED) {
@@ -170,11 +171,10 @@ static kempe_status search_once(kempe_fit *f)
                                  .lower = f->lower,
                                  .upper = f->upper,
                                  .tolerance = KMP_FIT_ENOUGH,
-                                 .most = f->most - f->evaluations,
+                                 .most = f->most,
                                  .at = try,
                                  .user = f};
     kmp_squares_report report = {0};
-    f->size = INFINITY;
     if (!kmp_squares_minimise(&squares, f->value, &report))
         return kmp_fail_memory(f->context);
     f->iterations += report.iterations;
@@ -185,6 +185,32 @@ static kempe_status search_once(kempe_fit *f)
     kmp_context_clear(f->context);
     return kmp_fail(f->context, KEMPE_E_FAILED, "the model does not run with the values of the start: %s",
                     f->refusal ? f->refusal : "");
+}
+
+/* Searches from all starts: the first one is given, the others are places of a Sobol sequence between the bounds. Those
+ * at which the model does not run are passed over unless there is no other. */
+static kempe_status search_all(kempe_fit *f)
+{
+    kmp_squares_outcome outcome = KMP_SQUARES_NO_START;
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < f->starts; k++) {
+        const double before = f->size;
+        for (int p = 0; k > 0 && p < f->count; p++) {
+            double part = kmp_design_point(KMP_DESIGN_SOBOL, 1, (uint64_t)k - 1, 0, p, f->count);
+            f->value[p] = f->lower[p] + part * (f->upper[p] - f->lower[p]);
+        }
+        status = search_once(f);
+        if (status != KEMPE_OK && (status != KEMPE_E_FAILED || f->outcome != KMP_SQUARES_NO_START))
+            return status;
+        f->searches++;
+        outcome = f->size < before ? f->outcome : outcome;
+    }
+    if (!isfinite(f->size))
+        return status;
+    kmp_context_clear(f->context);
+    memcpy(f->value, f->best, (size_t)f->count * sizeof *f->best);
+    f->outcome = outcome;
+    return KEMPE_OK;
 }
 
 /* Rows, residuals and derivatives at the estimates. */
@@ -210,11 +236,12 @@ static kempe_status search(kempe_fit *f)
         memcpy(f->deviation, scatter, (size_t)f->measured.columns * sizeof *scatter);
     bool again = true;
     while (again) {
-        KMP_TRY(search_once(f));
+        f->size = INFINITY;
+        KMP_TRY(f->rounds == 0 ? search_all(f) : search_once(f));
         f->rounds++;
         KMP_TRY(stand_at_estimates(f));
         again = !f->given && weigh_again(f, scatter) && f->measured.columns > 1 && f->outcome == KMP_SQUARES_FOUND &&
-                f->rounds < MOST_ROUNDS && f->evaluations < f->most;
+                f->rounds < MOST_ROUNDS;
     }
     kmp_fit_weigh(f, f->residual, f->slope);
     return KEMPE_OK;
@@ -269,6 +296,21 @@ static void match_columns(kempe_fit *f)
                 f->column[c] = k;
 }
 
+/* Several starts need places between bounds. */
+static kempe_status check_starts(const kempe_fit *f)
+{
+    for (int k = 0; f->starts > 1 && k < f->count; k++)
+        if (!isfinite(f->upper[k] - f->lower[k]))
+            return kmp_fail(f->context, KEMPE_E_ARGUMENT,
+                            "several starts are places between bounds, and parameter '%s' has not got both: "
+                            "NAME:LOW:HIGH",
+                            f->name[k]);
+    return f->count <= KMP_SOBOL_MOST || f->starts == 1
+               ? KEMPE_OK
+               : kmp_fail(f->context, KEMPE_E_ARGUMENT, "several starts are possible of at most %d parameters",
+                          (int)KMP_SOBOL_MOST);
+}
+
 static kempe_status derive(kempe_fit *f, const kempe_fit_options *options, const char *names)
 {
     const kempe_sensitivity_options ask = {.parameters = names, .outputs = f->measured.outputs, .run = options->run};
@@ -294,6 +336,7 @@ static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
     f->confidence = options->confidence > 0 ? options->confidence : 0.95;
     f->most = options->most > 0 ? options->most : MOST_RUNS;
     f->coarser = NAN;
+    f->starts = options->starts > 0 ? options->starts : 1;
     if (!kmp_squares_available())
         return kmp_fail(f->context, KEMPE_E_FAILED,
                         "this build has no least squares: install libcminpack-dev and build Kempe again");
@@ -303,6 +346,8 @@ static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
     f->file = kmp_arena_strdup(&f->arena, options->data);
     KMP_TRY(kmp_made(f->context, f->file));
     kempe_status status = read_parameters(f, options->parameters, &names);
+    if (status == KEMPE_OK)
+        status = check_starts(f);
     if (status == KEMPE_OK)
         status = kmp_measured_begin(f->model, options->data, options->columns, &f->measured);
     if (status == KEMPE_OK)

@@ -40,6 +40,7 @@ struct kempe_fit {
     double condition;          /* of the scaled Jacobian */
     int rank, free;            /* parameters that are not at bounds */
     double coarser;            /* the largest change of a fitted value at another tolerance, in deviations; NaN */
+    int starts, searches;
     int most, evaluations, iterations, refused, rounds; /* of the weights */
     kmp_squares_outcome outcome;
     kempe_status status; /* of the last run */
