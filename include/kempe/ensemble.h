@@ -131,9 +131,9 @@ KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format 
  * quantities. Names of columns are unique: a value is `value.NAME` if a result has its name, as start values. With
  * limits it has `limits` ("pass", "fail" or "") and `broken`, the limits that are not kept. Then there are steps,
  * rejected, refused, rhs, exchanges; its accuracy: h and hdot (max |h| and |hdot|, scaled), drift (of the energy,
- * relative). The convergence check has difference and verdict ("converged", "not converged", "the other run did not
- * reach its end", "" without a repeat run). Last are single_run (why it ran by itself, "": in a lane) and reason.
- * KEMPE_E_ARGUMENT: another name. */
+ * relative). The convergence check has difference, for each quantity NAME.difference, and verdict ("converged", "not
+ * converged", "the other run did not reach its end", "" without a repeat run). Last are single_run (why it ran by
+ * itself, "": in a lane) and reason. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_batch_table(const kempe_batch *batch, const char *name, kempe_table **table);
 
 typedef struct kempe_statistics kempe_statistics;

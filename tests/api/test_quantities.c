@@ -59,16 +59,21 @@ static void end(study *s)
     kempe_context_free(s->context);
 }
 
-static kempe_batch *run(const study *s, double t_end, int lanes, int threads)
+static kempe_batch *run_once(const study *s, double t_end, int lanes, int threads, int once)
 {
     kempe_run_options options = {
-        .size = sizeof options, .t_end = t_end, .rtol = 1e-10, .atol = 1e-12, .no_convergence_check = 1};
+        .size = sizeof options, .t_end = t_end, .rtol = 1e-10, .atol = 1e-12, .no_convergence_check = once};
     kempe_batch *batch = NULL;
     options.threads = threads;
     if (kempe_ensemble_run(s->ensemble, &options, lanes, &batch) != KEMPE_OK)
         printf("%s\n", kempe_context_message(s->context));
     CHECK(batch != NULL);
     return batch;
+}
+
+static kempe_batch *run(const study *s, double t_end, int lanes, int threads)
+{
+    return run_once(s, t_end, lanes, threads, 1);
 }
 
 static double value(const kempe_batch *batch, int k, const char *name)
@@ -167,6 +172,43 @@ static double quarter(double w, double angle)
     return PI / (2 * w * a);
 }
 
+/* The difference at another tolerance bounds the error of a quantity, beyond rounding, and is not far above it: the
+ * coarser run has a tolerance that is 100 times as large. */
+static void check_differences(const kempe_batch *b, double rows[][2])
+{
+    kempe_table *table = NULL;
+    CHECK(kempe_batch_table(b, "instances", &table) == KEMPE_OK);
+    for (int i = 0; i < COUNT; i++) {
+        double w = sqrt(9.81 / rows[i][1]), angle = rows[i][0], T = quarter(w, angle);
+        double off[] = {fabs(value(b, i, "top") - 2 * w * sin(angle / 2)), fabs(value(b, i, "down") - T),
+                        fabs(value(b, i, "turn") - 2 * T)};
+        static const char *const names[] = {"top.difference", "down.difference", "turn.difference"};
+        for (int k = 0; k < 3; k++) {
+            double difference = kempe_table_number(table, i, kempe_table_find(table, names[k]));
+            CHECK(difference > 0 && difference < 1e-6);
+            CHECK(off[k] <= difference + 1e-13);
+        }
+    }
+    CHECK_TEXT(kempe_table_unit(table, kempe_table_find(table, "down.difference")), "s");
+    kempe_table_free(table);
+}
+
+/* The same bits for any lanes and threads; unknown without the check. */
+static void check_same_differences(const kempe_batch *a, const kempe_batch *b, const kempe_batch *once)
+{
+    const kempe_batch *batches[] = {a, b, once};
+    kempe_table *tables[3] = {NULL};
+    for (int k = 0; k < 3; k++)
+        CHECK(kempe_batch_table(batches[k], "instances", &tables[k]) == KEMPE_OK);
+    int column = kempe_table_find(tables[0], "top.time.difference");
+    for (int i = 0; i < COUNT; i++) {
+        CHECK(kempe_table_number(tables[0], i, column) == kempe_table_number(tables[1], i, column));
+        CHECK(isnan(kempe_table_number(tables[2], i, column)));
+    }
+    for (int k = 0; k < 3; k++)
+        kempe_table_free(tables[k]);
+}
+
 static void test_pendulum(void)
 {
     static const char *const names[] = {"q.A", "l"};
@@ -180,6 +222,12 @@ static void test_pendulum(void)
     study s = begin(PENDULUM, 2, names, COUNT, rows[0], words, NULL);
     CHECK(s.status == KEMPE_OK);
     kempe_batch *b[] = {run(&s, 4, 0, 1), run(&s, 4, 4, 2), run(&s, 4, 1, 3), run(&s, 4, -1, 1)};
+    kempe_batch *checked[] = {run_once(&s, 4, 0, 1, 0), run_once(&s, 4, 3, 2, 0)};
+    for (int k = 0; k < 2; k++)
+        check_differences(checked[k], rows);
+    check_same_differences(checked[0], checked[1], b[0]);
+    for (int k = 0; k < 2; k++)
+        kempe_batch_free(checked[k]);
     for (int k = 0; k < 4; k++)
         for (int i = 0; i < COUNT; i++) {
             double w = sqrt(9.81 / rows[i][1]), angle = rows[i][0], T = quarter(w, angle);

@@ -27,10 +27,10 @@ struct kempe_batch {
     kempe_status status;
     int first, count, n; /* instances first .. first + count - 1 of the ensemble */
     kmp_ensemble_result *results;
-    double *rows;           /* count x columns: the values */
-    double *q, *qd;         /* count x n */
-    double *taken;          /* count x quantities */
-    kmp_convergence *again; /* count */
+    double *rows;                /* count x columns: the values */
+    double *q, *qd;              /* count x n */
+    double *taken, *differences; /* count x quantities; |difference| at another tolerance, NaN: not known */
+    kmp_convergence *again;      /* count */
     double rtol, atol, t_end;
     kmp_ensemble_work work;
     char *warnings; /* of the computation, one per line */
@@ -49,8 +49,10 @@ static void put_result_columns(const kempe_ensemble *e, kempe_table *table)
         kmp_tabulate_column(table, e->quantities.unit[k], "%s", e->quantities.name[k]);
     if (e->quantities.limit_count > 0)
         kmp_tabulate_columns(table, "limits[words] broken[words]");
-    kmp_tabulate_columns(table, "steps rejected refused rhs exchanges h hdot drift difference verdict[words] "
-                                "single_run[words] reason[words]");
+    kmp_tabulate_columns(table, "steps rejected refused rhs exchanges h hdot drift difference");
+    for (int k = 0; k < e->quantities.run.values; k++)
+        kmp_tabulate_column(table, e->quantities.unit[k], "%s.difference", e->quantities.name[k]);
+    kmp_tabulate_columns(table, "verdict[words] single_run[words] reason[words]");
 }
 
 /* A value whose name a column of the results has is the column value.NAME: names of columns are unique. */
@@ -149,12 +151,14 @@ static kempe_batch *new_batch(const kempe_ensemble *e, const kmp_batch_range *ra
     KMP_ARENA_MAKE(&b->arena, KMP_ROOM(kmp_ensemble_result, b->count, &b->results),
                    KMP_ROOM(double, (size_t)b->count *columns, &b->rows),
                    KMP_ROOM(double, (size_t)b->count *(size_t)b->n, &b->q, &b->qd),
-                   KMP_ROOM(double, (size_t)b->count *(size_t)e->quantities.run.values, &b->taken),
+                   KMP_ROOM(double, (size_t)b->count *(size_t)e->quantities.run.values, &b->taken, &b->differences),
                    KMP_ROOM(kmp_convergence, b->count, &b->again));
     if (b->arena.failed) {
         kempe_batch_free(b);
         return NULL;
     }
+    for (size_t k = 0; k < (size_t)b->count * (size_t)e->quantities.run.values; k++)
+        b->differences[k] = NAN;
     if (!range->rows)
         kmp_values_get(e->values, b->first, b->count, b->rows);
     else if (b->count > 0 && columns > 0)
@@ -200,9 +204,21 @@ typedef struct repeat {
     int *instance; /* of a case */
 } repeat;
 
+/* Differences of the quantities of an instance; infinite for a value that one of the runs alone has. */
+static void compare_quantities(const kempe_batch *b, int instance, const double *other)
+{
+    int count = b->ensemble->quantities.run.values;
+    const double *first = b->taken + (ptrdiff_t)instance * count;
+    double *difference = b->differences + (ptrdiff_t)instance * count;
+    for (int v = 0; v < count; v++)
+        difference[v] = isnan(first[v]) && isnan(other[v])   ? 0
+                        : isnan(first[v]) || isnan(other[v]) ? INFINITY
+                                                             : fabs(first[v] - other[v]);
+}
+
 /* Compares the results of repeated instances with those of the first run. */
 static void compare_ends(const repeat *r, int count, const int *which, const kmp_ensemble_result *results,
-                         const double *q, const double *qd, kmp_convergence *found)
+                         const double *q, const double *qd, const double *taken, kmp_convergence *found)
 {
     const kempe_batch *b = r->b;
     const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
@@ -214,6 +230,8 @@ static void compare_ends(const repeat *r, int count, const int *which, const kmp
                                   q + at, qd + at);
         else
             found[k].stopped = results[k].t;
+        if (results[k].status == KEMPE_OK)
+            compare_quantities(b, first, taken + (ptrdiff_t)k * b->ensemble->quantities.run.values);
     }
 }
 
@@ -225,12 +243,15 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     kmp_ensemble_execution execution = *r->execution;
     kmp_arena arena = {0};
     double *rows = KMP_ARENA_NEW(&arena, double, many *columns), *q = KMP_ARENA_NEW(&arena, double, many *n),
-           *qd = KMP_ARENA_NEW(&arena, double, many *n);
+           *qd = KMP_ARENA_NEW(&arena, double, many *n),
+           *taken = KMP_ARENA_NEW(&arena, double, many *(size_t)r->b->ensemble->quantities.run.values + 1);
     kmp_ensemble_result *results = KMP_ARENA_NEW(&arena, kmp_ensemble_result, count);
     kempe_context *context = r->b->ensemble->model->context;
     kempe_status status = arena.failed ? kmp_fail_memory(context) : KEMPE_OK;
     other.rtol = rtol;
     other.atol *= rtol / r->spec->rtol;
+    execution.quantities = &r->b->ensemble->quantities.run;
+    execution.taken = taken;
     execution.total = execution.total > 0 ? -1 : 0; /* a part's progress is that of its first run */
     for (int k = 0; status == KEMPE_OK && k < count; k++)
         memcpy(rows + (size_t)k * columns, row_of(r->b, r->instance[which[k]]), columns * sizeof *rows);
@@ -239,7 +260,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     if (status == KEMPE_OK && kmp_interrupted(context))
         status = KEMPE_STOPPED;
     if (status == KEMPE_OK)
-        compare_ends(r, count, which, results, q, qd, found);
+        compare_ends(r, count, which, results, q, qd, taken, found);
     for (int k = 0; results && k < count; k++)
         kmp_free(results[k].reason);
     kmp_arena_free(&arena);
@@ -428,6 +449,11 @@ static const double *taken_of(const kempe_batch *b, int k)
     return b->taken + (size_t)k * (size_t)list_of(b)->run.values;
 }
 
+static const double *differences_of(const kempe_batch *b, int k)
+{
+    return b->differences + (size_t)k * (size_t)list_of(b)->run.values;
+}
+
 KMP_GETTER(int kempe_batch_quantity_count(const kempe_batch *b), b, list_of(b)->run.values, 0)
 KMP_GETTER_AT(const char *kempe_batch_quantity_name(const kempe_batch *b, int value), b, value, list_of(b)->run.values,
               list_of(b)->name[value], "")
@@ -533,6 +559,23 @@ static void put_again(const kempe_batch *b, kmp_text *text)
             b->again[worst].rtol);
 }
 
+/* The largest difference of each quantity at another tolerance. */
+static void put_differences(const kempe_batch *b, kmp_text *text)
+{
+    int count = list_of(b)->run.values;
+    for (int v = 0; v < count; v++) {
+        const char *unit = list_of(b)->unit[v];
+        int worst = -1;
+        for (int k = 0; k < b->count; k++)
+            if (!isnan(differences_of(b, k)[v]) && (worst < 0 || differences_of(b, k)[v] > differences_of(b, worst)[v]))
+                worst = k;
+        if (worst >= 0)
+            kmp_text_printf(text, "%-10s'%s' differs at most by %.2e%s%s, in instance %d\n", v == 0 ? "measured" : "",
+                            list_of(b)->name[v], differences_of(b, worst)[v], *unit ? " " : "", unit,
+                            b->first + worst + 1);
+    }
+}
+
 /* Appends the statistics of the quantities; `format`: of the text. false: there are none. */
 static bool put_statistics(const kempe_batch *b, kempe_format format, kmp_text *text)
 {
@@ -576,6 +619,7 @@ static void put_text(kmp_text *text, const void *result)
                     s.h, s.hdot);
     kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", s.drift);
     put_again(b, text);
+    put_differences(b, text);
     kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
                     s.steps, s.rejected, s.refused, s.rhs, s.exchanges);
     kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance; %.3f s wall-clock time\n",
@@ -604,8 +648,10 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
     kmp_json_put(json, "status %s reason %s t %g", kempe_batch_status(b, k), kempe_batch_reason(b, k), r->t);
     kmp_json_numbers(json, "q", b->n, kempe_batch_q(b, k));
     kmp_json_numbers(json, "qd", b->n, kempe_batch_qd(b, k));
-    if (list_of(b)->run.values > 0)
+    if (list_of(b)->run.values > 0) {
         kmp_json_numbers(json, "quantities", list_of(b)->run.values, taken_of(b, k));
+        kmp_json_numbers(json, "quantity_differences", list_of(b)->run.values, differences_of(b, k));
+    }
     if (list_of(b)->limit_count > 0)
         kmp_json_put(json, "limits %s", kempe_batch_limits(b, k));
     kmp_json_put(json, "steps %ld rejected %ld refused %ld rhs %ld exchanges %ld", r->steps, r->rejected, r->refused,
@@ -686,8 +732,9 @@ static void put_row(const kempe_batch *b, kempe_table *table, int k)
     }
     kmp_tabulate_cells(table, "%ld %ld %ld %ld %ld %g %g %g", r->steps, r->rejected, r->refused, r->rhs, r->exchanges,
                        r->h, r->hdot, r->drift);
-    kmp_tabulate_cells(table, "%g %s %s %s", again->known ? again->difference : NAN, kmp_convergence_word(again),
-                       alone_of(r), kempe_batch_reason(b, k));
+    kmp_tabulate_number(table, again->known ? again->difference : NAN);
+    kmp_tabulate_numbers(table, list_of(b)->run.values, differences_of(b, k));
+    kmp_tabulate_cells(table, "%s %s %s", kmp_convergence_word(again), alone_of(r), kempe_batch_reason(b, k));
 }
 
 static void fill_instances(kempe_table *table, const void *result)
