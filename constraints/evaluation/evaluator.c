@@ -157,17 +157,15 @@ void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart)
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
-/* Uses of an evaluator: closures alone; M and C, perhaps rarely; right-hand sides by M and C. */
-typedef enum purpose { CLOSES, EVALUATES, STEPS } purpose;
-
-/* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation. False: no memory. */
-static bool make_machines(kmp_evaluator *eval, purpose use)
+/* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation; the others have
+ * machine code when it pays. False: no memory. */
+static bool make_machines(kmp_evaluator *eval, bool at_once)
 {
     const kempe_system *s = eval->system;
     const kmp_backend *seldom = kmp_backend_find("tape"), *waiting = kmp_backend_waiting(eval->backend);
     bool follows = s->changes && (!eval->closes_only || s->switches);
     eval->motion = eval->composite =
-        kmp_machine_new(eval->closes_only ? s->closing : s->motion, use == STEPS ? eval->backend : waiting);
+        kmp_machine_new(eval->closes_only ? s->closing : s->motion, at_once ? eval->backend : waiting);
     if (!eval->closes_only)
         eval->judge = kmp_machine_new(s->judge, s->dissipative ? waiting : seldom);
     if (follows)
@@ -175,9 +173,9 @@ static bool make_machines(kmp_evaluator *eval, purpose use)
     return eval->motion && (eval->closes_only || eval->judge) && (eval->changes || !follows);
 }
 
-static bool prepare(kmp_evaluator *eval, purpose use)
+static bool prepare(kmp_evaluator *eval, bool at_once)
 {
-    bool made = make_machines(eval, use);
+    bool made = make_machines(eval, at_once);
     KMP_ARENA_MAKE(&eval->arena, KMP_ROOM(bool, eval->m, &eval->dropped),
                    KMP_ROOM(double, eval->system->events.count, &eval->mode),
                    KMP_ROOM(double, KMP_CHART_SIZE * eval->system->chart_count, &eval->chart),
@@ -197,7 +195,8 @@ static bool prepare(kmp_evaluator *eval, purpose use)
     return true;
 }
 
-static kmp_evaluator *new_evaluator(const kempe_system *system, const char *backend, kmp_team *team, purpose use)
+static kmp_evaluator *new_evaluator(const kempe_system *system, const char *backend, kmp_team *team, bool closes_only,
+                                    bool at_once)
 {
     const kmp_backend *b = kmp_backend_find(backend);
     if (!b) {
@@ -207,12 +206,12 @@ static kmp_evaluator *new_evaluator(const kempe_system *system, const char *back
     }
     kmp_evaluator *eval = KMP_NEW(kmp_evaluator, 1);
     if (eval) {
-        *eval = (kmp_evaluator){
-            .system = system, .shared = *b, .closes_only = use == CLOSES, .n = system->n, .m = system->m};
+        *eval =
+            (kmp_evaluator){.system = system, .shared = *b, .closes_only = closes_only, .n = system->n, .m = system->m};
         eval->shared.team = team;
         eval->backend = team ? &eval->shared : b;
     }
-    if (!eval || !prepare(eval, use)) {
+    if (!eval || !prepare(eval, at_once)) {
         kmp_eval_free(eval);
         (void)kmp_fail_memory(system->context);
         return NULL;
@@ -222,17 +221,17 @@ static kmp_evaluator *new_evaluator(const kempe_system *system, const char *back
 
 kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend)
 {
-    return new_evaluator(system, backend, NULL, EVALUATES);
+    return new_evaluator(system, backend, NULL, false, false);
 }
 
-kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team, bool seldom)
+kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team, bool at_once)
 {
-    return new_evaluator(system, backend, team, seldom ? EVALUATES : STEPS);
+    return new_evaluator(system, backend, team, false, at_once);
 }
 
 kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system)
 {
-    return new_evaluator(system, "tape", NULL, CLOSES);
+    return new_evaluator(system, "tape", NULL, true, false);
 }
 
 kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
@@ -241,7 +240,8 @@ kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
     KMP_TRY(kmp_motion_need_bodies(s));
     if (!s->bodies->program || eval->articulated)
         return KEMPE_OK;
-    eval->articulated = kmp_machine_new(s->bodies->program, eval->backend);
+    eval->articulated =
+        kmp_machine_new(s->bodies->program, eval->bodies_at_once ? eval->backend : kmp_backend_waiting(eval->backend));
     KMP_TRY(kmp_made(s->context, eval->articulated));
     set_all(eval, KMP_IN_PARAMETER, s->parameters);
     set_modes(eval);
