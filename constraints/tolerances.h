@@ -179,6 +179,9 @@
 /** Part of a run: an impact that follows the one before it within this time ends their sequence. The way to the limit
  * of the sequence is then below rounding of most positions, its square. */
 #define KMP_IMPACT_SPACING 2e-7
+/** The first step of a flight is at most this many times as long as the flight before. Dense output has the rounding of
+ * the whole way of its step, and the last flights before a rest are shorter than steps by many powers of ten. */
+#define KMP_IMPACT_STEP 2
 /** Height that an impact takes from a rebound, in overlaps at the located time, which are added to it: below this the
  * sequence ends. A dae has overlaps of the errors of its steps, other formulations of rounding. */
 #define KMP_IMPACT_DEEP 4

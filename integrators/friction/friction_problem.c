@@ -181,6 +181,13 @@ static kempe_status find_matrix(kmp_runner *run, double t, const double *q, cons
     return KEMPE_OK;
 }
 
+/* True if the reserve of an element is used up by a load, which others may take. That of a contact is used up where it
+ * has no load: the sign of its force is then that of rounding. */
+static bool hands_over(const kmp_friction_element *e)
+{
+    return e->fired && !e->contact;
+}
+
 /* The guess: the friction before. Elements that were at rest with a given force take all they can of the load of one
  * whose reserve is used up. */
 static void guess(kmp_friction_run *x)
@@ -189,7 +196,7 @@ static void guess(kmp_friction_run *x)
     for (int i = 0; i < n; i++)
         x->f[i] = x->element[x->which[i]].fired ? 0 : x->element[x->which[i]].before;
     for (int j = 0; j < n; j++)
-        for (int i = 0; i < n && x->element[x->which[j]].fired; i++) {
+        for (int i = 0; i < n && hands_over(&x->element[x->which[j]]); i++) {
             const kmp_friction_element *e = &x->element[x->which[i]];
             double along = x->d[i + j * n] * x->element[x->which[j]].before;
             if (!e->contact && e->was == KMP_FRICTION_CARRIED && along != 0)
@@ -314,18 +321,25 @@ static bool is_exhausted(const kmp_friction_run *x, int i)
     return with && is_at_bound(x, i);
 }
 
+/* True if friction at rest has a part of its level left. */
+static bool can_hold(const kmp_friction_run *x, int k)
+{
+    const kmp_friction_element *e = &x->element[x->which[k]];
+    return !e->broken && !e->contact && !is_at_bound(x, k) && x->upper[k] * x->d[k + k * x->rest] > e->still;
+}
+
 /* True if another element, which stays at rest, has the place of element i or a multiple of it. An acceleration of the
- * one alone, as of two feet with straight bars between them, tells that the places differ. */
+ * one alone, as of two feet with straight bars between them, tells that the places differ. A contact whose load is used
+ * up stays closed there: it opens with the friction, at one instant. */
 static bool is_kept(const kmp_friction_run *x, int i)
 {
     int n = x->rest;
     bool kept = false;
     const kmp_friction_element *own = &x->element[x->which[i]];
-    for (int k = 0; k < n && !own->contact && own->twin < 0 && fabs(x->y[i]) <= own->still; k++) {
+    for (int k = 0; k < n && own->twin < 0 && fabs(x->y[i]) <= own->still; k++) {
         double product = x->d[i + i * n] * x->d[k + k * n], cross = x->d[i + k * n];
         bool one = cross * cross >= (1 - KMP_FRICTION_ONE_PLACE) * product && product > 0;
-        const kmp_friction_element *e = &x->element[x->which[k]];
-        kept = kept || (k != i && one && !e->broken && !e->contact && !is_at_bound(x, k));
+        kept = kept || (k != i && one && can_hold(x, k));
     }
     return kept;
 }

@@ -26,6 +26,7 @@ struct kmp_impact_run {
     double *last;   /* most: time of the last impact of an element; -INFINITY: none yet */
     double *deep;   /* most: overlap of an element at this impact, which the located time leaves */
     double *before; /* n: rates before the impact */
+    double since;   /* of the present impact: the shortest time since the one before of the same contact */
     long total;
 };
 
@@ -49,6 +50,11 @@ kmp_impact_run *kmp_impact_new(kmp_runner *run, bool *none)
     for (int i = 0; i < most; i++)
         p->last[i] = -INFINITY;
     return p;
+}
+
+double kmp_impact_since(const kmp_impact_run *impacts)
+{
+    return impacts && impacts->since > 0 ? impacts->since : INFINITY;
 }
 
 long kmp_impact_count(const kmp_impact_run *impacts)
@@ -346,6 +352,7 @@ static void note_impacts(kmp_runner *run, double t, double gain)
         if (p->f[k] == 0 || !element_of(run, k)->contact)
             continue;
         kmp_text_printf(&names, "%s'%s' at %.4g", names.length ? ", " : "", element_of(run, k)->name, -p->v[k]);
+        p->since = fmin(p->since, t - p->last[p->which[k]]);
         p->last[p->which[k]] = t;
         element_of(run, k)->struck = true;
     }
@@ -379,6 +386,7 @@ kempe_status kmp_impact_pass(kmp_runner *run, double t, double *q, double *qd, d
 {
     kmp_impact_run *p = run->impacts;
     *gain = 0;
+    p->since = INFINITY;
     evaluate(run, t, q, qd);
     double rate = kmp_friction_pace(run, qd);
     if (!list_touching(run, rate))

@@ -24,5 +24,9 @@ kempe_status kmp_impact_check_start(kmp_runner *run, double t, const double *q, 
  * closures alone and articulated bodies off. *gain: change of the kinetic energy, J. */
 kempe_status kmp_impact_pass(kmp_runner *run, double t, double *q, double *qd, double *gain);
 
+/** Of the last decision at an event: the time since the impact before, of a contact that strikes twice; INFINITY if
+ * none does. */
+double kmp_impact_since(const kmp_impact_run *impacts);
+
 /** The number of impacts so far. */
 long kmp_impact_count(const kmp_impact_run *impacts);

@@ -318,6 +318,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
         kmp_run_log_add(run->log, "impact", t, before, after,
                         "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
+    h = fmin(h, KMP_IMPACT_STEP * kmp_impact_since(run->impacts));
     return kmp_runner_take_up(run, t, false, work + energy + gain, h);
 }
 

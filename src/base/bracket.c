@@ -6,39 +6,53 @@ enum { MOST_POINTS = 200 };
 
 kmp_bracket kmp_bracket_of(double near, double f_near, double far, double f_far)
 {
-    return (kmp_bracket){.near = near, .f_near = f_near, .far = far, .f_far = f_far, .width = 2 * fabs(far - near)};
+    return (kmp_bracket){.near = near, .f_near = f_near, .far = far, .f_far = f_far};
 }
 
-/* True if a bisection is due: at each third point, unless the width is at most a quarter of that three points ago. */
-static bool is_slow(const kmp_bracket *b)
+/* True where the inverse of the parabola through three points is monotonic between the ends of the bracket. */
+static bool is_monotonic(double xi, double phi)
 {
-    return b->points % 3 == 2 && fabs(b->far - b->near) > b->width / 4;
+    return phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi;
+}
+
+/* The part of the bracket from its last point a to its other end b; c is the point that a has replaced. */
+static double part_of(const kmp_bracket *b)
+{
+    double xa = b->last_is_far ? b->far : b->near, fa = b->last_is_far ? b->f_far : b->f_near;
+    double xb = b->last_is_far ? b->near : b->far, fb = b->last_is_far ? b->f_near : b->f_far;
+    double xc = b->before, fc = b->f_before;
+    if (!(fa * fb < 0 || fa == 0 || fb == 0) || fa == fb)
+        return 0.5;
+    if (b->points == 0)
+        return fa / (fa - fb);
+    if (!is_monotonic((xa - xb) / (xc - xb), (fa - fb) / (fc - fb)))
+        return 0.5;
+    return fa / (fb - fa) * (fc / (fb - fc)) + (xc - xa) / (xb - xa) * (fa / (fc - fa)) * (fb / (fc - fb));
 }
 
 bool kmp_bracket_next(const kmp_bracket *b, double tolerance, double *x)
 {
-    double width = b->far - b->near, part = b->f_near / (b->f_near - b->f_far), edge = 0.5 * tolerance / fabs(width);
+    double from = b->last_is_far ? b->far : b->near, width = b->last_is_far ? b->near - b->far : b->far - b->near;
     if (!(fabs(width) > tolerance) || b->points >= MOST_POINTS)
         return false;
-    part = is_slow(b) || !(part >= 0 && part <= 1) ? 0.5 : part;
-    *x = b->near + width * fmin(fmax(part, edge), 1 - edge);
+    double part = part_of(b), edge = 0.5 * tolerance / fabs(width);
+    part = isfinite(part) ? part : 0.5;
+    *x = from + width * fmin(fmax(part, edge), 1 - edge);
     return true;
 }
 
 void kmp_bracket_take(kmp_bracket *b, double x, double f, bool beyond)
 {
-    if (b->points++ % 3 == 2)
-        b->width = fabs(b->far - b->near);
+    b->before = beyond ? b->far : b->near;
+    b->f_before = beyond ? b->f_far : b->f_near;
+    b->last_is_far = beyond;
+    b->points++;
     if (beyond) {
         b->far = x;
         b->f_far = f;
-        b->f_near *= b->side < 0 ? 0.5 : 1;
-        b->side = -1;
     } else {
         b->near = x;
         b->f_near = f;
-        b->f_far *= b->side > 0 ? 0.5 : 1;
-        b->side = 1;
     }
 }
 

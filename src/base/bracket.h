@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Root bracketing for every search of a change, each with its own function values. False position with the Illinois
- * rule (Dowell and Jarratt 1971); bisection where that converges slowly. */
+/* Root bracketing for every search of a change, each with its own function values: inverse quadratic interpolation,
+ * and bisection where that is not monotonic (Chandrupatla 1997). */
 #pragma once
 
 #include <stdbool.h>
 
 typedef struct kmp_bracket {
-    double near, far;     /* the change lies between near and far; either may be the larger */
-    double f_near, f_far; /* values at near and far, one halved where the other end was replaced twice in a row */
-    double width;         /* three points ago */
-    int points, side;     /* points so far; which end the last one replaced */
+    double near, far;        /* the change lies between near and far; either may be the larger */
+    double f_near, f_far;    /* values there */
+    double before, f_before; /* the end that the last point has replaced */
+    int points;              /* points so far */
+    bool last_is_far;        /* the last point is the far end */
 } kmp_bracket;
 
 /** A bracket between `near` and `far`, with the values there. Values of equal sign give no information: bisection. */
