@@ -51,20 +51,27 @@ static kempe_status read_language(kempe_code *code, const kempe_generate_options
     return KEMPE_OK;
 }
 
-/* Only contacts of wheels are solved by iterations. */
-static kempe_status refuse_wheels(const kempe_code *code, const char *set)
+static void put_name(kmp_text *text, const char *kinds, int *count, const char *name)
+{
+    kmp_text_printf(text, "%s'%s'", *count > 0 ? ", " : kinds, name);
+    *count += 1;
+}
+
+/* Contacts of wheels and algebraic unknowns are solved by iterations. */
+static kempe_status refuse_iterations(const kempe_code *code, const char *set)
 {
     const kempe_model *model = code->source.model;
     kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "set '%s' contains the contact of ", set);
+    int wheels = 0, unknowns = 0;
+    kmp_text_printf(&sentence, "set '%s' contains values that are found by iterations and cannot be generated: ", set);
     for (int k = 0; k < model->wheel_count; k++)
-        kmp_text_printf(&sentence, "%s '%s'",
-                        k == 0                        ? "wheel"
-                        : k + 1 == model->wheel_count ? " and wheel"
-                                                      : ",",
-                        model->wheels[k].name);
-    kmp_text_put(&sentence, ", which is found by iterations and cannot be generated; request sets without wheels, such "
-                            "as 'M', by --sets, or evaluate this set with the library");
+        put_name(&sentence, "contacts of wheels ", &wheels, model->wheels[k].name);
+    for (int k = 0; k < model->unknowns_count; k++)
+        if (model->unknowns[k].count > 0)
+            put_name(&sentence, wheels > 0 ? "; algebraic unknowns " : "algebraic unknowns ", &unknowns,
+                     model->unknowns[k].name);
+    kmp_text_put(&sentence, "; request sets without them, such as 'M', by --sets, or evaluate this set with the "
+                            "library");
     return kmp_fail_text(code->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
@@ -76,7 +83,7 @@ static kempe_status check_operations(const kempe_code *code)
         for (int i = 0; i < r->program->code[r->program->stages]; i++) {
             kmp_op op = (kmp_op)r->program->instruction[i].op;
             if (op == KMP_OP_IMPLICIT || op == KMP_OP_LIST)
-                return refuse_wheels(code, r->name);
+                return refuse_iterations(code, r->name);
             if (!kmp_language_has(code->language, op))
                 return kmp_fail(code->context, KEMPE_E_ARGUMENT,
                                 "set '%s' needs the function '%s', which %s does not have; omit the set with --sets",

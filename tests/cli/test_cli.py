@@ -2162,13 +2162,16 @@ class Generate(Case):
             self.assertEqual(file.read_text(), "")
 
     def test_wheels(self):
-        """Contacts of wheels are found by iterations: the sets that contain them are refused with the wheels' names."""
+        """Sets with values that are found by iterations are refused, with the names of wheels and unknowns."""
         model = ROOT / "examples/rolling_wheel/rolling_wheel.yaml"
         for sets in (["--sets", "M,jdqd"], []):
             refused = self.expect(3, "generate", model, "--lang", "c", *sets).stderr
-            self.assertIn(f"set '{'jdqd' if sets else 'M_C'}' contains the contact of wheel 'L' and wheel 'R'", refused)
+            self.assertIn(f"set '{'jdqd' if sets else 'M_C'}' contains values that are found by iterations", refused)
+            self.assertIn("contacts of wheels 'L', 'R'; request sets", refused)
             self.assertIn("such as 'M', by --sets", refused)
         self.expect(0, "generate", model, "--lang", "c", "--sets", "M", "-o", str(self.folder))
+        refused = self.expect(3, "generate", ROOT / "examples/wheelset/wheelset.yaml", "--lang", "c").stderr
+        self.assertIn("algebraic unknowns 'touch_L', 'touch_R'; request sets", refused)
 
     def test_robotran(self):
         model = ROOT / "tests/models/robotran.mbs"
