@@ -393,8 +393,11 @@
  * error, which is smaller still, then adds nothing to that of the steps. Rounding of closed positions, relative. */
 #define KMP_PAST_PART     0.1
 #define KMP_PAST_ROUNDING 1e-14
-/** Small motions with delays: roots of the characteristic equation below this part of the frequency beyond which inertia
- * alone counts are zero. */
+/** An event is at a state where a coordinate or a rate, this part of its size away, has the other side: an equilibrium
+ * is known to about 1e-10. */
+#define KMP_EVENT_HERE 1e-8
+/** Small motions with delays: roots of the characteristic equation below this part of the frequency beyond which
+ * inertia alone counts are zero. */
 #define KMP_DELAYED_STILL 1e-7
 /** A time is a multiple of a sample time up to this part, in studies that find when samples of several times repeat:
  * times are decimal numbers, or parameters that were divided. */

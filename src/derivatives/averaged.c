@@ -2,7 +2,10 @@
 #include "derivatives/averaged.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "dynamics/equations.h"
 #include "dynamics/load_dependent.h"
+#include <math.h>
 #include <string.h>
 
 struct kmp_averaged {
@@ -31,6 +34,18 @@ static const kmp_expr *rate_of(kmp_averaged *a, const kmp_state *state, int moti
     return make(a, (kmp_expr){.kind = KMP_EXPR_DIV, .a = change, .b = time});
 }
 
+/* That of its comparison, which thus stays a condition, and y0 - y. */
+static const kmp_expr *rate_of_constant(kmp_averaged *a, const kempe_model *given, int k)
+{
+    const int motion = kmp_model_coordinates(given) + k;
+    const kmp_number *start = &given->start.qd[motion];
+    const kmp_expr *own = make(a, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion}), *value = start->expr;
+    if (!value)
+        value = make(a, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = start->value});
+    const kmp_expr *change = make(a, (kmp_expr){.kind = KMP_EXPR_SUB, .a = value, .b = own});
+    return make(a, (kmp_expr){.kind = KMP_EXPR_ADD, .a = kmp_state_rate(given, k), .b = change});
+}
+
 static bool copy_model(kmp_averaged *a, const kempe_model *given)
 {
     kempe_model *m = &a->model;
@@ -44,19 +59,21 @@ static bool copy_model(kmp_averaged *a, const kempe_model *given)
     memcpy(m->states, given->states, (size_t)m->state_count * sizeof *m->states);
     for (int k = 0; k < m->state_count; k++)
         if (given->states[k].next || given->states[k].delayed) {
+            bool constant = given->states[k].next && isinf(given->states[k].period);
             m->forces[m->force_count - m->state_count + k].effort =
-                rate_of(a, &given->states[k], kmp_model_coordinates(m) + k);
+                constant ? rate_of_constant(a, given, k) : rate_of(a, &given->states[k], kmp_model_coordinates(m) + k);
             m->states[k].next = m->states[k].delayed = NULL;
         }
     return !a->arena.failed;
 }
 
-kempe_status kmp_averaged_new(const kempe_system *given, const char *what, kmp_averaged **averaged)
+kempe_status kmp_averaged_new(const kempe_system *given, const char *what, bool events, kmp_averaged **averaged)
 {
     *averaged = NULL;
     if (!kmp_model_has_samples(given->model) && given->model->delay_count == 0)
         return KEMPE_OK;
-    KMP_TRY(kmp_refuse_samples(given->model, what, true));
+    if (!events)
+        KMP_TRY(kmp_refuse_samples(given->model, what, true));
     KMP_MAKE(given->context, kmp_averaged, a);
     kempe_status status = kmp_made(given->context, copy_model(a, given->model));
     if (status == KEMPE_OK)
@@ -78,4 +95,87 @@ void kmp_averaged_free(kmp_averaged *averaged)
 const kempe_system *kmp_averaged_system(const kmp_averaged *averaged, const kempe_system *given)
 {
     return averaged ? averaged->system : given;
+}
+
+/* -- states that change at events -------------------------------------------------------------------- */
+
+/* The condition of a comparison; -1: there is none. */
+static int condition_of(const kempe_system *s, const kmp_expr *comparison)
+{
+    for (int i = 0; comparison && i < s->events.count; i++)
+        if (s->events.condition[i].expr == comparison)
+            return i;
+    return -1;
+}
+
+/* True if a condition has another sign, or none, where a coordinate or a rate differs a little. */
+static bool is_near(const kmp_linear *l, int condition, double *q)
+{
+    const int n = l->n;
+    double *qd = q + n;
+    memcpy(q, l->q, (size_t)n * sizeof *q);
+    memcpy(qd, l->qd, (size_t)n * sizeof *qd);
+    const double here = kmp_eval_changes(l->eval, l->t, q, qd)[condition];
+    bool near = here == 0;
+    for (int k = 0; !near && k < 4 * n; k++) {
+        double *x = q + k / 2, kept = *x;
+        *x += (k % 2 ? -1 : 1) * KMP_EVENT_HERE * l->system->scale[k / 2 % n];
+        near = here * kmp_eval_changes(l->eval, l->t, q, qd)[condition] <= 0;
+        *x = kept;
+    }
+    (void)kmp_eval_changes(l->eval, l->t, l->q, l->qd);
+    return near;
+}
+
+/* The next value at the place of a state that settles; NAN: no memory. */
+static double value_there(const kempe_model *model, const kmp_state *state, const kmp_linear *l)
+{
+    const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
+    kmp_equations eq;
+    kmp_formulas f = {0};
+    const kmp_instant at = kmp_linear_instant(l);
+    double value = NAN;
+    if (kmp_equations_derive_once(&eq, model, &scene) != KEMPE_OK)
+        return NAN;
+    const kmp_ref next = kmp_tree_expression(&eq.tree, state->next);
+    if (kmp_formulas_init(&f, eq.graph, 1, &next, l->eval->backend, l->system->parameters))
+        value = *kmp_formulas_at(&f, &at);
+    kmp_formulas_free(&f);
+    kmp_equations_free(&eq);
+    return value;
+}
+
+static kempe_status judge_one(const kempe_model *model, int k, const kmp_linear *l, double *room)
+{
+    const kmp_state *state = &model->states[k];
+    const int condition = condition_of(l->system, kmp_state_rate(model, k)->a);
+    const double value = l->qd[kmp_model_coordinates(model) + k];
+    if (condition < 0)
+        return KEMPE_OK;
+    if (is_near(l, condition, room))
+        return kmp_fail(model->context, KEMPE_E_FAILED,
+                        "the state '%s' changes at an event just there: small motions have no linear equations; give "
+                        "another start",
+                        state->name);
+    const double change = kmp_eval_changes(l->eval, l->t, l->q, l->qd)[condition];
+    const double next = state->settles && change < 0 ? value_there(model, state, l) : value;
+    if (isnan(next))
+        return kmp_fail_memory(model->context);
+    if (fabs(next - value) <= KMP_SAME_STATE * fmax(fabs(value), state->scale))
+        return KEMPE_OK;
+    return kmp_fail(model->context, KEMPE_E_FAILED,
+                    "the state '%s' begins with %.9g, but its input requires %.9g there: give it 'start: %.9g'",
+                    state->name, value, next, next);
+}
+
+kempe_status kmp_averaged_judge(const kmp_averaged *averaged, const kempe_system *given, const kmp_linear *linear)
+{
+    const kempe_model *model = given->model;
+    double *room = averaged ? KMP_NEW(double, 2 * linear->n) : NULL;
+    kempe_status status = averaged ? kmp_made(model->context, room) : KEMPE_OK;
+    for (int k = 0; averaged && status == KEMPE_OK && k < model->state_count; k++)
+        if (model->states[k].next && isinf(model->states[k].period))
+            status = judge_one(model, k, linear, room);
+    kmp_free(room);
+    return status;
 }

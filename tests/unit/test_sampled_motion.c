@@ -194,15 +194,53 @@ static void exponential(void)
     CHECK(kmp_exponential(1, (const double[]){INFINITY}, 1, e) == -1);
 }
 
+/* At an equilibrium a state of events keeps its start value: x = y/k, unless the event is there, or hysteresis has
+ * another value. */
+static void at_events(void)
+{
+    static const struct {
+        const char *state, *word;
+        double x; /* NAN: refused */
+    } cases[] = {{"start: 3, when: q(x) > 0.5, next: 9", "", 0.3},
+                 {"start: 5, when: q(x) > 0.5, next: 9", "the state 'y' changes at an event just there", NAN},
+                 {"start: 7, when: q(x) > 0.5, next: 9", "", 0.7},
+                 {"start: 3, when: \"1e-9 + q(x) >= 0.3\", next: 9", "just there", NAN},
+                 {"start: 4, hysteresis: q(x), limits: [0.1, 0.2], values: [2, 4]", "", 0.4},
+                 {"start: 2, hysteresis: q(x), limits: [0.1, 0.3], values: [2, 4]", "", 0.2},
+                 {"start: 2, hysteresis: q(x), limits: [0.1, 0.15], values: [2, 4]",
+                  "'y' begins with 2, but its input requires 4 there: give it 'start: 4'", NAN}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char text[600];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\nstates: {y: {%s}}\n"
+                       "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                       "forces: {f: {joint: x, force: y - 10*q(x) - 0.5*qd(x)}}\n",
+                       cases[k].state);
+        loaded l = load_text(text);
+        kempe_equilibrium *e = NULL;
+        kempe_table *table = NULL;
+        kempe_status status = l.system ? kempe_equilibrium_new(l.system, NULL, &e) : KEMPE_E_MEMORY;
+        CHECK(status == (isnan(cases[k].x) ? KEMPE_E_FAILED : KEMPE_OK));
+        if (status == KEMPE_OK) {
+            CHECK(kempe_equilibrium_table(e, "equilibria", &table) == KEMPE_OK);
+            CHECK_NEAR(kempe_table_number(table, 0, kempe_table_find(table, "q.x")), cases[k].x, 1e-12);
+            CHECK_TEXT(kempe_equilibrium_stability(e, 0), "stable");
+        } else {
+            CHECK(strstr(kempe_context_message(l.context), cases[k].word) != NULL);
+        }
+        kempe_table_free(table);
+        kempe_equilibrium_free(e);
+        unload(&l);
+    }
+}
+
 static void rejected(void)
 {
     loaded l = load_text("kempe: 1\nstates: {y: {when: q(x) > 1, next: 2}}\n"
                          "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n");
     kempe_linearization *x = NULL;
-    kempe_equilibrium *e = NULL;
     CHECK(l.system && kempe_linearization_new(l.system, NULL, &x) == KEMPE_E_ARGUMENT);
     CHECK(strstr(kempe_context_message(l.context), "the state 'y' changes at events") != NULL);
-    CHECK(l.system && kempe_equilibrium_new(l.system, NULL, &e) == KEMPE_E_ARGUMENT);
     unload(&l);
     l = load_text("kempe: 1\nstates: {y: {sample: 0.1, next: q(x)}, z: {sample: 0.07071067811865, next: y}}\n"
                   "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
@@ -400,6 +438,7 @@ int main(void)
     TEST(equilibrium_of_a_cart);
     TEST(several_rates);
     TEST(exponential);
+    TEST(at_events);
     TEST(rejected);
     TEST(modes_of_a_rotor);
     TEST(critical_gains);

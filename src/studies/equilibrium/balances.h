@@ -51,6 +51,7 @@ typedef struct kmp_balance {
 
 struct kempe_equilibrium {
     kmp_averaged *averaged;                 /* of a model with sampled states; NULL: it has none */
+    const kempe_system *given;              /* the caller's */
     const kempe_system *requested, *system; /* the caller's, or the averaged one; the one used in the computation */
     kmp_exchange *exchange;                 /* NULL: none */
     kmp_friction_state *friction;           /* during the search; NULL: no friction sticks */

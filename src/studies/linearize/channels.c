@@ -290,7 +290,7 @@ kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *syste
                         : kmp_refuse_delays(system->model, "linear equations",
                                             "'kempe response' has exact frequency responses; or " KMP_INSTEAD_OF_DELAY);
     if (status == KEMPE_OK)
-        status = kmp_averaged_new(system, "small motions about a state", &channels->averaged);
+        status = kmp_averaged_new(system, "small motions about a state", false, &channels->averaged);
     channels->given = channels->system = kmp_averaged_system(channels->averaged, system);
     if (status == KEMPE_OK)
         status = build(channels, options);

@@ -201,7 +201,7 @@ kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_optio
     KMP_MAKE(system->context, kempe_modes, m);
     kempe_status status = kmp_refuse_delays(system->model, "modes", KMP_INSTEAD_OF_DELAY);
     if (status == KEMPE_OK)
-        status = kmp_averaged_new(system, "modes", &m->averaged);
+        status = kmp_averaged_new(system, "modes", false, &m->averaged);
     m->system = kmp_averaged_system(m->averaged, system);
     if (status == KEMPE_OK)
         status = make(m, options);

@@ -147,7 +147,7 @@ static kempe_status take_samples(kempe_sensitivity *s)
     if (!s->kind->rests || start)
         return kmp_refuse_samples(s->model, "sensitivities", false);
     KMP_TRY(kempe_system_new(s->model, &s->given));
-    KMP_TRY(kmp_averaged_new(s->given, "sensitivities", &s->averaged));
+    KMP_TRY(kmp_averaged_new(s->given, "sensitivities", false, &s->averaged));
     s->model = kmp_averaged_system(s->averaged, s->given)->model;
     return KEMPE_OK;
 }
