@@ -9,7 +9,8 @@ typedef enum kmp_stability_word {
     KMP_STABLE,  /* all small motions decay */
     KMP_NEUTRAL, /* nothing grows; some motions remain displaced, or continue */
     KMP_UNSTABLE,
-    KMP_UNDECIDED /* the reduced mass is not positive, or singular by forces of multipliers; a root of delays is almost on the axis */
+    KMP_UNDECIDED /* the reduced mass is not positive, or singular by forces of multipliers; a root of delays is almost
+                     on the axis */
 } kmp_stability_word;
 
 typedef struct kmp_stability {

@@ -77,8 +77,8 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
     KMP_OPTIONS(system->context, kempe_linearize_options, options);
     kmp_context_begin(system->context);
     KMP_MAKE(system->context, kempe_linearization, l);
-    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
-                                            options->backend, false};
+    const kmp_channels_options requested = {options->at,          options->inputs,  options->outputs,
+                                            options->independent, options->backend, false};
     kempe_status status = kmp_channels_init(&l->channels, system, &requested);
     if (status == KEMPE_OK)
         status = make_first_order(l);
