@@ -157,15 +157,17 @@ void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart)
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
-/* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation; the others have
- * machine code when it pays. False: no memory. */
-static bool make_machines(kmp_evaluator *eval, bool at_once)
+/* Uses of an evaluator: closures alone; M and C, perhaps rarely; right-hand sides by M and C. */
+typedef enum purpose { CLOSES, EVALUATES, STEPS } purpose;
+
+/* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation. False: no memory. */
+static bool make_machines(kmp_evaluator *eval, purpose use)
 {
     const kempe_system *s = eval->system;
     const kmp_backend *seldom = kmp_backend_find("tape"), *waiting = kmp_backend_waiting(eval->backend);
     bool follows = s->changes && (!eval->closes_only || s->switches);
     eval->motion = eval->composite =
-        kmp_machine_new(eval->closes_only ? s->closing : s->motion, at_once ? eval->backend : waiting);
+        kmp_machine_new(eval->closes_only ? s->closing : s->motion, use == STEPS ? eval->backend : waiting);
     if (!eval->closes_only)
         eval->judge = kmp_machine_new(s->judge, s->dissipative ? waiting : seldom);
     if (follows)
@@ -173,9 +175,9 @@ static bool make_machines(kmp_evaluator *eval, bool at_once)
     return eval->motion && (eval->closes_only || eval->judge) && (eval->changes || !follows);
 }
 
-static bool prepare(kmp_evaluator *eval, bool at_once)
+static bool prepare(kmp_evaluator *eval, purpose use)
 {
-    bool made = make_machines(eval, at_once);
+    bool made = make_machines(eval, use);
     KMP_ARENA_MAKE(&eval->arena, KMP_ROOM(bool, eval->m, &eval->dropped),
                    KMP_ROOM(double, eval->system->events.count, &eval->mode),
                    KMP_ROOM(double, KMP_CHART_SIZE * eval->system->chart_count, &eval->chart),
@@ -195,8 +197,7 @@ static bool prepare(kmp_evaluator *eval, bool at_once)
     return true;
 }
 
-static kmp_evaluator *new_evaluator(const kempe_system *system, const char *backend, kmp_team *team, bool closes_only,
-                                    bool at_once)
+static kmp_evaluator *new_evaluator(const kempe_system *system, const char *backend, kmp_team *team, purpose use)
 {
     const kmp_backend *b = kmp_backend_find(backend);
     if (!b) {
@@ -206,12 +207,12 @@ static kmp_evaluator *new_evaluator(const kempe_system *system, const char *back
     }
     kmp_evaluator *eval = KMP_NEW(kmp_evaluator, 1);
     if (eval) {
-        *eval =
-            (kmp_evaluator){.system = system, .shared = *b, .closes_only = closes_only, .n = system->n, .m = system->m};
+        *eval = (kmp_evaluator){
+            .system = system, .shared = *b, .closes_only = use == CLOSES, .n = system->n, .m = system->m};
         eval->shared.team = team;
         eval->backend = team ? &eval->shared : b;
     }
-    if (!eval || !prepare(eval, at_once)) {
+    if (!eval || !prepare(eval, use)) {
         kmp_eval_free(eval);
         (void)kmp_fail_memory(system->context);
         return NULL;
@@ -221,17 +222,17 @@ static kmp_evaluator *new_evaluator(const kempe_system *system, const char *back
 
 kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend)
 {
-    return new_evaluator(system, backend, NULL, false, false);
+    return new_evaluator(system, backend, NULL, EVALUATES);
 }
 
-kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team, bool at_once)
+kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team, bool seldom)
 {
-    return new_evaluator(system, backend, team, false, at_once);
+    return new_evaluator(system, backend, team, seldom ? EVALUATES : STEPS);
 }
 
 kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system)
 {
-    return new_evaluator(system, "tape", NULL, true, false);
+    return new_evaluator(system, "tape", NULL, CLOSES);
 }
 
 kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
@@ -240,8 +241,7 @@ kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
     KMP_TRY(kmp_motion_need_bodies(s));
     if (!s->bodies->program || eval->articulated)
         return KEMPE_OK;
-    eval->articulated =
-        kmp_machine_new(s->bodies->program, eval->bodies_at_once ? eval->backend : kmp_backend_waiting(eval->backend));
+    eval->articulated = kmp_machine_new(s->bodies->program, eval->backend);
     KMP_TRY(kmp_made(s->context, eval->articulated));
     set_all(eval, KMP_IN_PARAMETER, s->parameters);
     set_modes(eval);

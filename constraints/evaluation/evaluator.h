@@ -44,7 +44,6 @@ typedef struct kmp_evaluator {
     double t, *q;             /* n: of the last kmp_eval_closure, for the user-defined force */
     const double *own_bias;   /* n: C of the program alone */
     const double *given;      /* n, not owned: further generalized forces; NULL: none */
-    bool bodies_at_once;      /* articulated bodies have machine code from the start; to be set before they are added */
     bool gave;                /* by articulated bodies: the machine still has such forces */
     double *with_force;       /* n: bias minus forces outside the program; by bodies their sum */
     double *effort;           /* n */
@@ -53,13 +52,12 @@ typedef struct kmp_evaluator {
     kmp_load_work *load;         /* of kmp_load_settle */
 } kmp_evaluator;
 
-/** Makes an evaluator, whose large programs have machine code when it pays (backend/waiting.h). NULL after a message
- * (unknown back end, no memory). */
+/** Makes an evaluator; NULL after a message (unknown back end, no memory). */
 kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend);
 
 /** Makes an evaluator with a thread pool (NULL: none), used if the back end can; the pool outlives the evaluator.
- * `at_once`: M and C have machine code from the start. */
-kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team, bool at_once);
+ * `seldom`: M and C are evaluated seldom, since the caller will add articulated bodies. */
+kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team, bool seldom);
 
 /** Makes an evaluator of h, J and h_t alone, by the tape: for kmp_eval_closure, and for what its results give. NULL
  * after a message. */

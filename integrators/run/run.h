@@ -53,15 +53,13 @@ typedef struct kmp_run_spec {
     void *user;                              /* argument of that formulation and of `step` */
     kmp_step_fn *step;                       /* callback at accepted steps; NULL: none */
     kmp_sample_fn *sample;                   /* with the argument `user`; NULL: none */
-    bool
-        code_at_once; /* machine code of the equations is written before the first step, so that no step waits for it */
-    bool own_angles;  /* spherical joints are not centred */
-    const double *mode_start;               /* conditions at the start; NULL: by the state */
-    const kmp_present_inputs *inputs_start; /* NULL: those of the model */
-    double rate_scale;                      /* 0: by the start */
-    double first_step;                      /* of a one-step method; 0: of its own choice */
-    kmp_stand_in stand_in;                  /* zero: the integrator itself begins */
-    double fixed_step;                      /* s: length of all steps; 0: chosen by the error */
+    bool own_angles;                         /* spherical joints are not centred */
+    const double *mode_start;                /* conditions at the start; NULL: by the state */
+    const kmp_present_inputs *inputs_start;  /* NULL: those of the model */
+    double rate_scale;                       /* 0: by the start */
+    double first_step;                       /* of a one-step method; 0: of its own choice */
+    kmp_stand_in stand_in;                   /* zero: the integrator itself begins */
+    double fixed_step;                       /* s: length of all steps; 0: chosen by the error */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
     bool

@@ -207,7 +207,6 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
     double off = INFINITY;
     if (!run->may_take_bodies)
         return KEMPE_OK;
-    run->eval->bodies_at_once = run->spec.code_at_once;
     KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(compare_bodies(run, q, qd, &off));
     run->by_bodies = off <= KMP_ARTICULATED_AGREE;
@@ -323,8 +322,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
     KMP_TRY(look_for_bodies(run));
-    run->eval =
-        kmp_eval_new_shared(run->s, run->spec.backend, run->team, run->spec.code_at_once && !run->may_take_bodies);
+    run->eval = kmp_eval_new_shared(run->s, run->spec.backend, run->team, run->may_take_bodies);
     if (!run->eval || !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->seen, &run->next_seen),
                                       KMP_ROOM(double, 3 * n + m, &run->moved, &run->state)))
         return kmp_fail_memory(run->s->context);

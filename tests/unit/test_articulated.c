@@ -106,7 +106,6 @@ static rows run(const kempe_system *s, const char *formulation, const char *form
                          .integrator = "dop853",
                          .rtol = rtol,
                          .t_end = t_end,
-                         .code_at_once = true,
                          .time_count = TIMES,
                          .times = times,
                          .log = &log};

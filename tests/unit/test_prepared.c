@@ -5,7 +5,6 @@
 #include "backend/lanes.h"
 #include "backend/prepared.h"
 #include "backend/waiting.h"
-#include "constraints/evaluation/evaluator.h"
 #include "dynamics/system.h"
 #include "loaded.h"
 #include <pthread.h>
@@ -179,21 +178,6 @@ static void code_is_written_when_it_pays(void)
     unload(&large);
 }
 
-/* The equations of a run have no machine code before its first step. */
-static void equations_of_runs_wait(void)
-{
-    loaded l = load("examples/suspension/suspension.yaml");
-    kmp_evaluator *eval = kmp_eval_new(l.system, "native");
-    CHECK(eval && kmp_eval_add_articulated(eval) == KEMPE_OK && eval->articulated);
-    const kmp_program *programs[] = {l.system->motion, l.system->bodies->program};
-    for (int k = 0; k < 2; k++) {
-        CHECK(programs[k]->code[programs[k]->stages] > 4000);
-        CHECK(!kmp_program_find_form(programs[k], KMP_X86_ONE));
-    }
-    kmp_eval_free(eval);
-    unload(&l);
-}
-
 /* -- bytes ------------------------------------------------------------------------------------------- */
 
 static void put(const kmp_program *p, kmp_x86_form form, kmp_bytes *b)
@@ -288,7 +272,6 @@ int main(void)
     TEST(threads_share_code);
     TEST(machines_share_a_tape);
     TEST(code_is_written_when_it_pays);
-    TEST(equations_of_runs_wait);
     TEST(bytes_are_the_same);
     TEST(damaged_bytes_are_refused);
     return check_report();

@@ -65,7 +65,6 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
     KMP_MAKE(system->context, kempe_stepper, s);
     s->system = system;
     kempe_status status = kmp_spec_of(system, run, &s->arena, &s->spec);
-    s->spec.code_at_once = true;
     s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* monitored by the caller; t_end is far */
     if (status == KEMPE_OK)
         status = begin(s);
