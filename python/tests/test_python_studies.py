@@ -513,6 +513,35 @@ def test_gradient_is_the_slope():
         assert np.allclose(gradient.at([0.1]), values)
 
 
+def test_fit_finds_the_mass(tmp_path):
+    path, data = EXAMPLES / "four_bar/four_bar.yaml", tmp_path / "measured.csv"
+    kempe.Model(path, crank_mass=2).simulate(t_end=1).rows.write(data)
+    fit = kempe.Model(path).fit(data=data, columns="q.rocker", parameters={"crank_mass": (0.1, 5)})
+    low, high = fit.intervals["crank_mass"]
+    assert abs(fit.values["crank_mass"] - 2) < 1e-6 and low <= fit.values["crank_mass"] <= high
+    assert 0 < fit.errors["crank_mass"] < 1e-5 and fit.rank == 1
+    assert fit.parameters["parameter"][0] == "crank_mass" and fit.correlation["crank_mass"][0] == 1
+    assert fit.columns["column"][0] == "q.rocker" and "q.rocker.residual" in fit.rows.names and "crank_mass" in str(fit)
+    fit.write_report(tmp_path / "fit.html")
+    assert "crank_mass" in (tmp_path / "fit.html").read_text()
+
+
+def test_optimum_is_less_than_its_neighbours(four_bar, tmp_path):
+    found = four_bar.optimize(minimize="max(qd(rocker))", parameters={"base": (0.85, 0.95)}, t_end=0.3)
+
+    def highest(base):
+        run = kempe.Model(EXAMPLES / "four_bar/four_bar.yaml", base=base).simulate(t_end=0.3, output_step=1e-4)
+        return run.rows["qd.rocker"].max()
+
+    best = found.values["base"]
+    assert found.method == "slopes" and found.kept and np.isclose(found.quantity, highest(best), rtol=1e-6)
+    assert all(highest(best + away) > found.quantity for away in (-0.002, 0.002))
+    assert list(found.values) == ["base"] and found.parameters["parameter"][0] == "base" and "base" in str(found)
+    assert found.limits.row_count == 0 and found.starts.row_count == 1 and found.history.row_count >= 1
+    found.write_report(tmp_path / "optimum.html")
+    assert "base" in (tmp_path / "optimum.html").read_text()
+
+
 def test_compare(four_bar):
     lines = []
     four_bar.on_progress(lines.append)
