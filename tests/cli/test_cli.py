@@ -554,6 +554,8 @@ class Optima(Case):
         found = self.object(0, "optimize", self.CURVE, *self.WORDS)
         self.assertEqual((found["method"], found["search"], found["goal"]), ("slopes", "converged", "minimize"))
         self.assertGreater(found["shortened"], 0)
+        self.assertIn("a hundredfold tolerance changes it by", done.stdout)
+        self.assertTrue(1e-12 < found["difference"] < 1e-7)
         self.assertEqual(without_times(found), without_times(self.object(0, "optimize", self.CURVE, *self.WORDS)))
         again = self.object(0, "optimize", self.CURVE, *self.WORDS, "--start", "found.csv")
         self.assertLess(again["evaluations"], found["evaluations"])

@@ -182,6 +182,15 @@ kempe_status kmp_objective_values(kmp_objective *objective, int rows, const doub
     return status;
 }
 
+kempe_status kmp_objective_coarser(kmp_objective *objective, double factor, const double *x, double *values)
+{
+    const kempe_run_options run = objective->run;
+    objective->run.rtol = factor * objective->rtol;
+    kempe_status status = kmp_objective_values(objective, 1, x, values);
+    objective->run = run;
+    return status;
+}
+
 /* -- construction ------------------------------------------------------------------------------------ */
 
 static kempe_status derive(kmp_objective *o, const kempe_model *model, const char *const *names, const char *quantity,
@@ -197,6 +206,7 @@ static kempe_status derive(kmp_objective *o, const kempe_model *model, const cha
                                                 KMP_ROOM(double, o->list->run.values, &o->row))));
     kmp_run_spec spec;
     KMP_TRY(kmp_spec_of(kmp_ensemble_equations(o->ensemble), &o->run, &o->arena, &spec));
+    o->rtol = spec.rtol;
     if (o->list->last_time > spec.t_end)
         return kmp_fail(o->context, KEMPE_E_ARGUMENT, "a quantity is taken at t = %g s, after the end of the run, %g s",
                         o->list->last_time, spec.t_end);

@@ -16,6 +16,7 @@ typedef struct kmp_objective {
     const kmp_quantity_list *list; /* of the ensemble: the first value is the objective, others are those of limits */
     int count, *column;            /* parameters; of each channel among the columns of the rows */
     kempe_run_options run;
+    double rtol;          /* of the runs */
     kmp_slope_runs *runs; /* NULL: there are no slopes */
     kmp_variant *shown;   /* the model of these runs */
     char *obstacle;       /* the reason; NULL: there are slopes */
@@ -36,3 +37,6 @@ kempe_status kmp_objective_values(kmp_objective *objective, int rows, const doub
 
 /** The same at one place with slopes, values x count, row-major. */
 kempe_status kmp_objective_slopes(kmp_objective *objective, const double *x, double *values, double *slopes);
+
+/** The values at one place by runs at `factor` times the tolerance; NaN where the model does not run. */
+kempe_status kmp_objective_coarser(kmp_objective *objective, double factor, const double *x, double *values);

@@ -50,6 +50,8 @@ static void put_head(kmp_text *text, const kempe_optimum *o)
     if (o->reason[0])
         kmp_text_printf(text, "reason    %s\n", o->reason);
     kmp_text_printf(text, "result    %.10g%s%s, %s\n", o->at_best[0], *unit ? " " : "", unit, outcomes[best->outcome]);
+    if (isfinite(o->coarser))
+        kmp_text_printf(text, "accuracy  a hundredfold tolerance changes it by %.2g\n", o->coarser);
     if (o->objective.obstacle)
         kmp_text_printf(text, "method    without derivatives (COBYLA): %s\n", o->objective.obstacle);
     else
@@ -101,6 +103,7 @@ static void put_json(kmp_text *text, const void *result)
     kmp_json_put(&json, "goal %s quantity %s value %g unit %s method %s obstacle %s search %s",
                  o->most_wanted ? "maximize" : "minimize", o->quantity, o->at_best[0], list->unit[0], o->method,
                  o->objective.obstacle, outcomes[o->search[o->best].outcome]);
+    kmp_json_put(&json, "difference %g ", o->coarser);
     kmp_json_put(&json, "evaluations %d runs %ld shortened %d refusal %s cpu_s %g parameters {", o->evaluations,
                  o->objective.simulations, o->refused, o->objective.refusal, o->seconds);
     for (int k = 0; k < o->count; k++)

@@ -191,14 +191,18 @@ static kempe_status search_from(kempe_optimum *o, double *cube)
     return o->status;
 }
 
-/* The quantities at the optimum. */
+enum { COARSER = 100 };
+
+/* The quantities at the optimum, and their change with the tolerance of the runs. */
 static kempe_status settle(kempe_optimum *o)
 {
     if (o->best < 0)
         return kmp_fail(o->context, KEMPE_E_FAILED, "the model runs at no start: %s",
                         o->objective.refusal ? o->objective.refusal : "");
     memcpy(o->value, o->search[o->best].x, (size_t)o->count * sizeof *o->value);
+    KMP_TRY(kmp_objective_coarser(&o->objective, COARSER, o->value, o->values));
     KMP_TRY(kmp_objective_values(&o->objective, 1, o->value, o->at_best));
+    o->coarser = fabs(o->values[0] - o->at_best[0]);
     const char *const *names = (const char *const *)o->bounded.name;
     kmp_text why = {0};
     KMP_TRY(kmp_variant_new(o->model, o->count, names, &o->variant));

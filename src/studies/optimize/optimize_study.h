@@ -34,6 +34,7 @@ struct kempe_optimum {
     double tolerance;
     double *start, *value, *x, *values, *slopes; /* x: in SI, of a trial; values of all quantities, slopes */
     double *at_best;                             /* values of all quantities at the optimum */
+    double coarser; /* change of the quantity there at a hundredfold tolerance; NaN: the model does not run with it */
     int searches;
     kmp_searched *search;
     int best; /* search; -1: none */
