@@ -794,6 +794,9 @@ class Ensembles(Case):
         self.assertEqual([row["crank"] for row in rows], ["0.3", "0.31", "0.29", "0.3"])
         self.assertEqual((rows[3]["q.crank"], rows[3]["t"]), ("", "0"))
         self.assertIn("parameter 'across'", rows[3]["reason"])
+        done, _ = self.rows("--values", "bars.csv", "--t-end", 0.5, "--quantity", "never=first(q(crank) > 100)")
+        self.assertIn("\nnever [s], known in 0 of 3 independent samples\n", done.stdout)
+        self.assertNotIn("nan", done.stdout.split("statistics of")[1])
         one = self.object(0, "simulate", FOUR_BAR, "--t-end", 0.5, "--set", "crank=0.29", "--set", "base=0.91",
                           "--integrator", "dop853", "--no-convergence-check", "-o", "one.csv")
         with open(self.folder / "one.csv", newline="") as file:

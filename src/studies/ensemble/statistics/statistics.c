@@ -48,6 +48,7 @@ struct kempe_statistics {
     const char **input;
     double *values; /* rows x inputs */
     bool *ok;       /* rows: an independent sample that reached its end */
+    int samples;    /* their number */
     bool groups;    /* the rows are groups of Saltelli's design, whose first two rows are independent samples */
     quantity *quantity;
     bool limited;
@@ -212,6 +213,7 @@ static void take_rows(kempe_statistics *s, const kempe_table *t, int status)
     for (int k = 0; k < s->rows; k++) {
         bool done = strcmp(kempe_table_word(t, k, status), "ok") == 0, sample = !s->groups || k % size < 2;
         s->ok[k] = done && sample;
+        s->samples += s->ok[k];
         s->done += done;
         const char *verdict = s->limited && sample ? kempe_table_word(t, k, limits) : "";
         s->judged += *verdict != '\0';
@@ -387,7 +389,12 @@ static void put_replay(kmp_text *text, const kempe_statistics *s, int at, const 
 static void put_quantity(kmp_text *text, const kempe_statistics *s, const quantity *q)
 {
     const estimate *low = &q->quantile[2], *middle = &q->quantile[4], *high = &q->quantile[6];
-    kmp_text_printf(text, "%s%s%s%s\n", q->name, *q->unit ? " [" : "", q->unit, *q->unit ? "]" : "");
+    kmp_text_printf(text, "%s%s%s%s", q->name, *q->unit ? " [" : "", q->unit, *q->unit ? "]" : "");
+    if (q->count < s->samples)
+        kmp_text_printf(text, ", known in %d of %d independent samples", q->count, s->samples);
+    kmp_text_put(text, "\n");
+    if (q->count == 0)
+        return;
     kmp_text_printf(text, "  mean      %.6g (%.6g to %.6g), standard deviation %.4g (%.4g to %.4g)\n", q->mean.value,
                     q->mean.low, q->mean.high, q->deviation.value, q->deviation.low, q->deviation.high);
     kmp_text_printf(text, "  quantiles 5 %% %.6g, 50 %% %.6g, 95 %% %.6g\n", low->value, middle->value, high->value);
