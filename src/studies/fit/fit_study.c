@@ -278,7 +278,8 @@ static kempe_status count_measurements(kempe_fit *f)
     }
     if (f->residuals <= f->count)
         return kmp_fail(f->context, KEMPE_E_FAILED,
-                        "%d measurements do not determine %d parameters and their errors: more measurements are needed",
+                        "more measurements than parameters are needed, for their errors too: measurements %d, "
+                        "parameters %d",
                         f->residuals, f->count);
     ptrdiff_t slopes = (ptrdiff_t)f->residuals * f->count, cells = (ptrdiff_t)f->measured.rows * f->measured.columns;
     return kmp_made(f->context,
