@@ -119,6 +119,8 @@ static kempe_status enter(folder_run *r, const char *path, const kempe_folder_op
     kmp_free(there);
     if (status == KEMPE_OK)
         status = make_history_folder(r);
+    if (status != KEMPE_OK)
+        kempe_folder_free(r->folder);
     return status;
 }
 
