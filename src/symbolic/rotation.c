@@ -137,7 +137,7 @@ static uint32_t slot(const kmp_rotations *r, two p)
 /* Room for one more entry. */
 static bool reserve(kmp_rotations *r)
 {
-    if (r->count < r->room)
+    if (r->entries && r->count < r->room)
         return true;
     uint32_t room = r->room ? 2 * r->room : 64, size = 2 * room;
     entry *entries = kmp_realloc(r->entries, room, sizeof *entries);
