@@ -34,14 +34,21 @@ static const kmp_expr *rate_of(kmp_averaged *a, const kmp_state *state, int moti
     return make(a, (kmp_expr){.kind = KMP_EXPR_DIV, .a = change, .b = time});
 }
 
+/* The start value of a state as a parameter, which has the name that requests have for it. */
+static const kmp_expr *add_start(kmp_averaged *a, const kempe_model *given, int k)
+{
+    kempe_model *m = &a->model;
+    const kmp_number *start = &given->start.qd[kmp_model_coordinates(given) + k];
+    const char *name = kmp_arena_printf(&a->arena, "state.%s", given->states[k].name);
+    m->parameters[m->parameter_count] = (kmp_parameter){.name = name, .number = *start};
+    return make(a, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = m->parameter_count++});
+}
+
 /* That of its comparison, which thus stays a condition, and y0 - y. */
 static const kmp_expr *rate_of_constant(kmp_averaged *a, const kempe_model *given, int k)
 {
     const int motion = kmp_model_coordinates(given) + k;
-    const kmp_number *start = &given->start.qd[motion];
-    const kmp_expr *own = make(a, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion}), *value = start->expr;
-    if (!value)
-        value = make(a, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = start->value});
+    const kmp_expr *own = make(a, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion}), *value = add_start(a, given, k);
     const kmp_expr *change = make(a, (kmp_expr){.kind = KMP_EXPR_SUB, .a = value, .b = own});
     return make(a, (kmp_expr){.kind = KMP_EXPR_ADD, .a = kmp_state_rate(given, k), .b = change});
 }
@@ -53,8 +60,11 @@ static bool copy_model(kmp_averaged *a, const kempe_model *given)
     m->has_digest = false; /* its equations are others */
     m->forces = KMP_ARENA_NEW(&a->arena, kmp_force, m->force_count);
     m->states = KMP_ARENA_NEW(&a->arena, kmp_state, m->state_count);
+    m->parameters = KMP_ARENA_NEW(&a->arena, kmp_parameter, m->parameter_count + m->state_count);
     if (a->arena.failed)
         return false;
+    for (int k = 0; k < m->parameter_count; k++)
+        m->parameters[k] = given->parameters[k];
     memcpy(m->forces, given->forces, (size_t)m->force_count * sizeof *m->forces);
     memcpy(m->states, given->states, (size_t)m->state_count * sizeof *m->states);
     for (int k = 0; k < m->state_count; k++)

@@ -100,6 +100,74 @@ static void what_is_asked_of_a_four_bar(void)
         1e-8);
 }
 
+/* The crank under a filter and a controller with an integral, a sampled trim, the relay's and the counter's start
+ * values, and a delayed load: all of them at rest. */
+static void what_states_do(void)
+{
+    static const char all[] = "crank,base,rest,goal,gain,lag,trim,late,on,begun,k";
+    against_differences(
+        "kempe: 1\ngravity: [0, -9.81, 0]\n"
+        "parameters: { crank: 0.3, base: 0.9, rest: 1, k: 30, goal: 1.3, gain: 12, lag: 0.2, trim: 3, late: 0.3, on: "
+        "2, begun: 0.4}\n"
+        "states:\n"
+        "  seen: {rate: (q(a) - seen)/lag}\n"
+        "  sum: {rate: gain*(goal - seen)}\n"
+        "  held: {sample: 10 ms, next: trim*cos(q(b)) + 0.1*held}\n"
+        "  relay: {hysteresis: q(c), limits: [9, 10], values: [on, 7]}\n"
+        "  count: {start: begun^2, when: q(a) > 5, next: count + 1}\n"
+        "  load: {delay: held*q(c)^2, time: late}\n"
+        "ground: {points: {O: [0, 0, 0], D: [base, 0, 0]}}\n"
+        "bodies:\n"
+        "  a: {joint: {revolute: z, at: ground.O}, mass: 1, com: [crank/2, 0, 0], points: {B: [crank, 0, 0]}}\n"
+        "  b: {joint: {revolute: z, at: a.B}, mass: 2, com: [0.4, 0, 0], inertia: {zz: 0.1}, points: {C: [0.8, 0, "
+        "0]}}\n"
+        "  c: {joint: {revolute: z, at: ground.D}, mass: 1, com: [0.35, 0, 0], inertia: {zz: 0.04}, points: {C: [0.7, "
+        "0, 0]}}\n"
+        "loops: {C: {ball: [b.C, c.C]}}\n"
+        "forces:\n"
+        "  k: {joint: a, spring: {stiffness: k, rest: rest}}\n"
+        "  motor: {joint: a, torque: 3*sum - 0.7*load - count - 4*qd(a)}\n"
+        "  more: {joint: c, torque: relay + held}\n"
+        "start: {q: {a: 60 deg, b: -32 deg, c: 106 deg}, hold: [a]}\n"
+        "run: {outputs: [reaction(C)]}\n",
+        (kempe_sensitivity_options){.of = "equilibrium", .parameters = all}, 1e-8);
+}
+
+/* x = (y + z)/(k - a), where y and z keep their start values and a x is delayed; c y' = b x - c g at rest. */
+static void rest_of_states(void)
+{
+    static const char text[] = "kempe: 1\nparameters: {k: 10, y0: 3, T: 0.2, a: 0.7, b: 4, g: 0.1}\n"
+                               "states:\n"
+                               "  y: {start: y0, when: q(x) > 2, next: 9}\n"
+                               "  z: {start: 2, when: q(x) > 3, next: 9}\n"
+                               "  d: {delay: a*q(x), time: T}\n"
+                               "  i: {rate: b*q(x) - g*i}\n"
+                               "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                               "forces: {f: {joint: x, force: y + z + d - k*q(x) - 0.5*qd(x)}}\n";
+    static const char *const names[] = {"k", "y0", "T", "a", "b", "g"};
+    const double k = 10, a = 0.7, b = 4, g = 0.1, x = 5 / (k - a);
+    const double by[] = {-x / (k - a), 1 / (k - a), 0, x / (k - a), 0, 0};
+    loaded m;
+    kempe_sensitivity *s = ask_of(&m, text, NULL, &(kempe_sensitivity_options){.of = "equilibrium"});
+    CHECK(s && s->columns == 5 && s->count == 6);
+    for (int p = 0; s && p < s->count; p++) {
+        const double own = strcmp(names[p], "b") == 0 ? x / g : strcmp(names[p], "g") == 0 ? -b * x / (g * g) : 0;
+        CHECK_TEXT(s->name[p], names[p]);
+        CHECK_NEAR(kmp_sensitivity_slope(s, 0, 0, p), by[p], 1e-14);
+        CHECK_NEAR(kmp_sensitivity_slope(s, 0, 1, p), p == 1, 1e-14);
+        CHECK_NEAR(kmp_sensitivity_slope(s, 0, 2, p), 0, 1e-14);
+        CHECK_NEAR(kmp_sensitivity_slope(s, 0, 3, p), a * by[p] + (p == 3 ? x : 0), 1e-14);
+        CHECK_NEAR(kmp_sensitivity_slope(s, 0, 4, p), b / g * by[p] + own, 1e-13);
+    }
+    kempe_sensitivity_free(s);
+    unload(&m);
+    s = ask_of(&m, text, NULL,
+               &(kempe_sensitivity_options){.of = "reactions", .outputs = "q", .parameters = "state.z"});
+    CHECK_NEAR(s ? kmp_sensitivity_slope(s, 0, 0, 0) : NAN, 1 / (k - a), 1e-14);
+    kempe_sensitivity_free(s);
+    unload(&m);
+}
+
 static void refuse(const char *text, kempe_sensitivity_options options, kempe_status status, const char *word)
 {
     loaded m = {.context = kempe_context_new()};
@@ -123,6 +191,13 @@ static void what_is_refused(void)
     refuse(FOUR_BAR, (kempe_sensitivity_options){.of = "modes", .integral = 1}, KEMPE_E_ARGUMENT, "integral");
     refuse(FOUR_BAR, (kempe_sensitivity_options){.of = "reactions", .parameters = "n"}, KEMPE_E_ARGUMENT, "'n'");
     refuse(tree, (kempe_sensitivity_options){.of = "reactions"}, KEMPE_E_FAILED, "no closures");
+    static const char relay[] = "kempe: 1\nparameters: {k: 10}\n"
+                                "states: {y: {start: 2, hysteresis: q(x), limits: [0.1, 0.15], values: [2, 4]}}\n"
+                                "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                                "forces: {f: {joint: x, force: y - k*q(x)}}\n";
+    refuse(relay, (kempe_sensitivity_options){.of = "equilibrium"}, KEMPE_E_FAILED, "its input requires 4 there");
+    refuse(relay, (kempe_sensitivity_options){.of = "reactions", .at = "start"}, KEMPE_E_ARGUMENT,
+           "'y' changes at events");
 }
 
 /* Texts beside the numbers. */
@@ -159,6 +234,8 @@ static void notes(void)
 int main(void)
 {
     TEST(what_is_asked_of_a_four_bar);
+    TEST(what_states_do);
+    TEST(rest_of_states);
     TEST(what_is_refused);
     TEST(notes);
     return check_report();

@@ -30,6 +30,7 @@ static kempe_status take_equilibrium(kmp_sensitivity_state *x)
     kmp_linear *l = &x->varied.linear;
     KMP_TRY(kmp_operating_new(x->s->system, x->s->options->at, l, &x->at));
     KMP_TRY(kmp_operating_take(x->at, l, NULL, 0));
+    KMP_TRY(kmp_averaged_judge(x->s->averaged, x->s->given, l));
     memcpy(x->q, x->at->q, (size_t)l->n * sizeof *x->q);
     memcpy(x->qd, x->at->qd, (size_t)l->n * sizeof *x->qd);
     return kmp_state_sensitivity_at(&x->sensitivity_of_state, l, x->slopes, KMP_KEEP_EQUILIBRIUM, NULL, NULL);
@@ -105,10 +106,10 @@ static kempe_status find_row(kempe_sensitivity *s)
 
 /* -- the kinds --------------------------------------------------------------------------------------- */
 
-/* The default outputs: coordinates and the loads that keep them, and the model's additional outputs. */
+/* The default outputs: coordinates, states and the loads that keep them, and the model's additional outputs. */
 static void place_outputs(const kempe_model *model, kmp_text *words)
 {
-    kmp_text_put(words, model->closure_count ? "q,lambda" : "q");
+    kmp_text_printf(words, "q%s%s", model->state_count ? ",state" : "", model->closure_count ? ",lambda" : "");
     for (int o = 0; o < model->output_count; o++)
         if (kmp_output_rows[model->outputs[o].kind].width > 0) {
             kmp_text_put(words, ",");

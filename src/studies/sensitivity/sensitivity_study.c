@@ -61,12 +61,13 @@ static void add_name(kempe_sensitivity *s, const char *name, size_t length)
     s->name[s->count++] = kmp_arena_printf(&s->arena, "%.*s", (int)length, name);
 }
 
-/* All plain numbers among the parameters that may vary. */
+/* All plain numbers among the parameters of the given model that may vary. */
 static void take_all(kempe_sensitivity *s)
 {
-    s->name = KMP_ARENA_NEW(&s->arena, char *, s->model->parameter_count);
-    for (int k = 0; s->name && k < s->model->parameter_count; k++) {
-        const kmp_parameter *p = &s->model->parameters[k];
+    const kempe_model *model = s->given ? s->given->model : s->model;
+    s->name = KMP_ARENA_NEW(&s->arena, char *, model->parameter_count);
+    for (int k = 0; s->name && k < model->parameter_count; k++) {
+        const kmp_parameter *p = &model->parameters[k];
         if (!p->fixed && !p->number.expr)
             add_name(s, p->name, strlen(p->name));
     }
@@ -135,19 +136,21 @@ static kempe_status derive(kempe_sensitivity *s)
     return KEMPE_OK;
 }
 
-/* At an equilibrium each sampled state is its `next`, as in the averaged system. */
+/* At an equilibrium each sampled state is its `next`, and each delayed signal is the signal, as in the averaged
+ * system. */
 static kempe_status take_samples(kempe_sensitivity *s)
 {
-    bool start = s->options->at && strcmp(s->options->at, "start") == 0;
-    KMP_TRY(kmp_refuse_delays(s->model, "sensitivities", KMP_INSTEAD_OF_DELAY));
-    if (!kmp_model_has_samples(s->model))
+    bool start = s->options->at && strcmp(s->options->at, "start") == 0, rests = s->kind->rests && !start;
+    if (!rests)
+        KMP_TRY(kmp_refuse_delays(s->model, "sensitivities", KMP_INSTEAD_OF_DELAY));
+    if (!kmp_model_has_samples(s->model) && s->model->delay_count == 0)
         return KEMPE_OK;
     if (s->kind->integrals) /* a run takes the samples */
         return KEMPE_OK;
-    if (!s->kind->rests || start)
+    if (!rests)
         return kmp_refuse_samples(s->model, "sensitivities", false);
     KMP_TRY(kempe_system_new(s->model, &s->given));
-    KMP_TRY(kmp_averaged_new(s->given, "sensitivities", false, &s->averaged));
+    KMP_TRY(kmp_averaged_new(s->given, "sensitivities", true, &s->averaged));
     s->model = kmp_averaged_system(s->averaged, s->given)->model;
     return KEMPE_OK;
 }
