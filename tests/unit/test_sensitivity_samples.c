@@ -70,14 +70,13 @@ typedef struct closed {
     double value[PARAMETERS], end;
 } closed;
 
-static kempe_sensitivity *find(kempe_context *c, const char *text, const char *outputs, const char *integrator,
-                               double end, int integral)
+static kempe_sensitivity *find_by(const char *method, kempe_context *c, const char *text, const char *outputs,
+                                  const char *integrator, double end, int integral)
 {
     kempe_model *model = NULL;
     kempe_sensitivity *s = NULL;
     kempe_run_options run = {0};
-    const kempe_sensitivity_options options = {
-        .outputs = outputs, .method = integral ? "forward" : NULL, .integral = integral, .run = &run};
+    const kempe_sensitivity_options options = {.outputs = outputs, .method = method, .integral = integral, .run = &run};
     run.rtol = 1e-12;
     run.t_end = end;
     run.output_step = end;
@@ -90,10 +89,16 @@ static kempe_sensitivity *find(kempe_context *c, const char *text, const char *o
     return s;
 }
 
-static void compare(const closed *x)
+static kempe_sensitivity *find(kempe_context *c, const char *text, const char *outputs, const char *integrator,
+                               double end, int integral)
+{
+    return find_by("forward", c, text, outputs, integrator, end, integral);
+}
+
+static void compare_by(const char *method, const closed *x)
 {
     kempe_context *c = kempe_context_new();
-    kempe_sensitivity *s = find(c, x->text, x->outputs, x->integrator, x->end, 0);
+    kempe_sensitivity *s = find_by(method, c, x->text, x->outputs, x->integrator, x->end, 0);
     real p[PARAMETERS], value[VALUES];
     for (int k = 0; k < PARAMETERS; k++)
         p[k] = (real)x->value[k];
@@ -108,6 +113,12 @@ static void compare(const closed *x)
     }
     kempe_sensitivity_free(s);
     kempe_context_free(c);
+}
+
+static void compare(const closed *x)
+{
+    compare_by("forward", x);
+    compare_by("adjoint", x);
 }
 
 #define MASS "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
@@ -199,10 +210,10 @@ static bool ends_at(const char *name, double value, double *end)
     return ok;
 }
 
-static void a_four_bar(void)
+static void four_bar_by(const char *method)
 {
     kempe_context *c = kempe_context_new();
-    kempe_sensitivity *s = find(c, loop, "q(A),q(B),q(D),qd(A),qd(B),qd(D)", NULL, 0.7, 0);
+    kempe_sensitivity *s = find_by(method, c, loop, "q(A),q(B),q(D),qd(A),qd(B),qd(D)", NULL, 0.7, 0);
     for (int p = 0; s && p < s->count; p++) {
         const double step = 2e-5 * s->parameter[p];
         double value[4][2 * COORDINATES];
@@ -217,6 +228,29 @@ static void a_four_bar(void)
     }
     CHECK(s && s->count == 4);
     kempe_sensitivity_free(s);
+    kempe_context_free(c);
+}
+
+static void a_four_bar(void)
+{
+    four_bar_by("forward");
+    four_bar_by("adjoint");
+}
+
+/* Forward and adjoint: the integral of the multiplier, whose jumps at events and samples count. */
+static void both_methods(void)
+{
+    static const char *const outputs = "reaction(C).x,q(D),relay";
+    kempe_context *c = kempe_context_new();
+    kempe_sensitivity *forward = find_by("forward", c, loop, outputs, NULL, 0.7, 1);
+    kempe_sensitivity *adjoint = find_by("adjoint", c, loop, outputs, NULL, 0.7, 1);
+    CHECK(forward && adjoint && forward->columns == 3);
+    for (int j = 0; forward && adjoint && j < forward->columns; j++)
+        for (int p = 0; p < forward->count; p++)
+            CHECK_NEAR(kmp_sensitivity_slope(adjoint, 0, j, p), kmp_sensitivity_slope(forward, 0, j, p), 1e-8);
+    CHECK(forward && fabs(kmp_sensitivity_slope(forward, 0, 2, 3)) > 0.01); /* the relay by its limit */
+    kempe_sensitivity_free(forward);
+    kempe_sensitivity_free(adjoint);
     kempe_context_free(c);
 }
 
@@ -244,11 +278,12 @@ static void refuse(const char *text, const char *method, const char *sentence)
 /* At t = 1 the mass passes x = 1 and so changes n, when m is sampled too. */
 static void refusals(void)
 {
-    refuse(sampled, "adjoint", "the state 'u' is sampled or changes at events");
-    refuse("kempe: 1\nparameters: {v: 1}\nstates:\n  n: {when: q(x) > 1, next: n + qd(x)}\n"
-           "  m: {sample: 0.5, next: n + q(x)}\n" MASS "forces: {f: {joint: x, force: n + m - n - m}}\n"
-           "start: {qd: {x: v}}\n",
-           NULL, "together with an event whose time depends on parameters");
+    static const char *const methods[] = {"forward", "adjoint"};
+    for (int k = 0; k < 2; k++)
+        refuse("kempe: 1\nparameters: {v: 1}\nstates:\n  n: {when: q(x) > 1, next: n + qd(x)}\n"
+               "  m: {sample: 0.5, next: n + q(x)}\n" MASS "forces: {f: {joint: x, force: n + m - n - m}}\n"
+               "start: {qd: {x: v}}\n",
+               methods[k], "together with an event whose time depends on parameters");
 }
 
 int main(void)
@@ -257,6 +292,7 @@ int main(void)
     TEST(events);
     TEST(integrals);
     TEST(a_four_bar);
+    TEST(both_methods);
     TEST(refusals);
     return check_report();
 }

@@ -3,6 +3,7 @@
  * t_end - t. */
 #include "studies/sensitivity/adjoint.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
 #include "linalg/dot.h"
@@ -36,6 +37,9 @@ typedef struct adjoint {
     int steps;
     kept_step *begin, *end; /* of the whole motion */
     kept_mark *mark;        /* the last one */
+    int resets;             /* the most of a mark */
+    double swing;           /* weight of the time of a condition at which next values have been passed */
+    int swung;              /* that condition */
     const kmp_solver_kind *kind;
     kmp_solver *solver;
     kmp_ode ode;
@@ -47,6 +51,7 @@ typedef struct adjoint {
     double *dq, *dqd, *dqdd;                      /* n: room */
     double *wq, *wqd, *wqdd, *wlambda, *w, *wu;   /* n, n, n, m; n; p */
     double *unit, *matrix;                        /* conditions; p x 2 p */
+    double *rates, *wnext;                        /* n of each pass of a reset; states with next values */
     kmp_changes_weight back;
 } adjoint;
 
@@ -96,6 +101,11 @@ static size_t chart_size(const adjoint *a)
     return KMP_CHART_SIZE * (size_t)a->v->system->chart_count;
 }
 
+static int samples_of(const adjoint *a)
+{
+    return a->v->slopes->samples.rows;
+}
+
 static int keep_mark(void *user, const kmp_varied_mark *mark)
 {
     adjoint *a = user;
@@ -112,6 +122,9 @@ static int keep_mark(void *user, const kmp_varied_mark *mark)
     kept.next.chart = copy_of(a, mark->next.chart, chart_size(a), sizeof(double));
     kept.next.q = copy_of(a, mark->next.q, n, sizeof(double));
     kept.next.qd = copy_of(a, mark->next.qd, n, sizeof(double));
+    kept.reset.taken = copy_of(a, mark->reset.taken, (size_t)(mark->reset.times * samples_of(a)), sizeof(bool));
+    kept.reset.y = copy_of(a, mark->reset.y, 2 * p, sizeof(double));
+    a->resets = mark->reset.times > a->resets ? mark->reset.times : a->resets;
     *kept_as = (kept_mark){a->mark, kept, a->end};
     a->mark = kept_as;
     return a->arena.failed;
@@ -309,22 +322,109 @@ static kempe_status stand_before(adjoint *a, const kmp_varied_mark *mark)
     return stand(a, mark->t, mark->q, mark->u, mark->y);
 }
 
-/* Converts weights of the new u after the mark to weights of the u before it. */
-static kempe_status pass_exchange(adjoint *a, const kmp_varied_mark *mark, const int *next_u)
+/* Takes the weights of these u as weights wq and wqd of the whole mechanism. */
+static void spread(adjoint *a, const int *u)
 {
     memset(a->wq, 0, (size_t)a->n * sizeof *a->wq);
     memset(a->wqd, 0, (size_t)a->n * sizeof *a->wqd);
     for (int i = 0; i < a->p; i++) {
-        a->wq[next_u[i]] = a->y[i];
-        a->wqd[next_u[i]] = a->y[a->p + i];
+        a->wq[u[i]] = a->y[i];
+        a->wqd[u[i]] = a->y[a->p + i];
     }
+}
+
+/* The weights of u from wq and wqd, at the last state. */
+static void gather(adjoint *a)
+{
+    kmp_linear_back(&a->v->linear, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
+    memset(a->y, 0, (size_t)(2 * a->p) * sizeof *a->y);
+    add_back(a, a->y, a->y + a->p, a->y + 2 * a->p);
+}
+
+/* Converts weights of the new u after the mark to weights of the u before it. */
+static kempe_status pass_exchange(adjoint *a, const kmp_varied_mark *mark, const int *next_u)
+{
+    spread(a, next_u);
     KMP_TRY(stand_before(a, mark));
     const kmp_linear *l = &a->v->linear;
     if (mark->next.chart)
         carry_back(a, &(kmp_chart_motion){mark->chart, l->q, l->qd, NULL}, &mark->next, false);
-    kmp_linear_back(&a->v->linear, &(kmp_weights){.q = a->wq, .qd = a->wqd}, &a->back);
-    memset(a->y, 0, (size_t)(2 * a->p) * sizeof *a->y);
-    add_back(a, a->y, a->y + a->p, a->y + 2 * a->p);
+    gather(a);
+    return KEMPE_OK;
+}
+
+/* -- next values of states -------------------------------------------------------------------------- */
+
+/* The instant before pass k of a reset, at the last state. */
+static kmp_instant before_pass(const adjoint *a, int k)
+{
+    const kmp_linear *l = &a->v->linear;
+    return kmp_instant_of(l->eval, l->t, l->q, a->rates + (ptrdiff_t)k * a->n, l->qdd, l->lambda);
+}
+
+/* The rates before each pass of a reset. */
+static void follow_reset(adjoint *a, const kmp_varied_reset *reset)
+{
+    kmp_varied *v = a->v;
+    const kempe_model *model = v->system->model;
+    const int first = kmp_model_coordinates(model), samples = samples_of(a);
+    memcpy(a->rates, v->linear.qd, (size_t)a->n * sizeof *a->rates);
+    for (int k = 0; k + 1 < reset->times; k++) {
+        const kmp_instant at = before_pass(a, k);
+        const double *value = kmp_slopes_values(&v->slopes->samples, &at);
+        double *next = a->rates + (ptrdiff_t)(k + 1) * a->n;
+        memcpy(next, a->rates + (ptrdiff_t)k * a->n, (size_t)a->n * sizeof *next);
+        for (int i = 0; i < samples; i++)
+            if (reset->taken[k * samples + i])
+                next[first + kmp_state_of_sample(model, i)] = value[i];
+    }
+}
+
+/* Converts weights of the states after pass k to weights before it, and adds to that of the time. */
+static void take_back(adjoint *a, const kmp_varied_reset *reset, int k, double *time)
+{
+    kmp_varied *v = a->v;
+    const kempe_model *model = v->system->model;
+    const int samples = samples_of(a);
+    const kmp_instant at = before_pass(a, k);
+    (void)kmp_slopes_values(&v->slopes->samples, &at);
+    for (int i = 0; i < samples; i++) {
+        double *weight = &a->wqd[kmp_model_coordinates(model) + kmp_state_of_sample(model, i)];
+        bool taken = reset->taken[k * samples + i];
+        a->wnext[i] = taken ? *weight : 0;
+        *weight = taken ? 0 : *weight;
+    }
+    kmp_slopes_gradient(v->slopes, &v->slopes->samples, a->wnext,
+                        &(kmp_direction){time, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
+}
+
+/* The weights of the rates at the last state, and of the integrand: how the whole depends on the time of a reset. */
+static double weight_of_time(adjoint *a)
+{
+    const kmp_linear *l = &a->v->linear;
+    return kmp_dot(a->n, a->wq, l->qd) + kmp_dot(a->n, a->wqd, l->qdd) +
+           (a->integral ? kmp_target_value(a->target, a->v) : 0);
+}
+
+/* Derivatives after a reset are those along it, s + xd- dt_e/dp, mapped by the next values, less xd+ dt_e/dp. */
+static kempe_status pass_reset(adjoint *a, const kmp_varied_mark *mark, const int *next_u)
+{
+    const kmp_varied_reset *reset = &mark->reset;
+    double after = 0, time = 0;
+    spread(a, next_u);
+    if (reset->cause >= 0) {
+        if (kmp_varied_at(a->v, mark->t, reset->y, reset->y + a->p) != KMP_GO)
+            return fail(a, mark->t);
+        after = weight_of_time(a);
+    }
+    KMP_TRY(stand_before(a, mark));
+    follow_reset(a, reset);
+    for (int k = reset->times - 1; k >= 0; k--)
+        take_back(a, reset, k, &time);
+    if (reset->cause >= 0)
+        a->swing += time + weight_of_time(a) - after;
+    a->swung = reset->cause >= 0 ? reset->cause : a->swung;
+    gather(a);
     return KEMPE_OK;
 }
 
@@ -333,7 +433,9 @@ static kempe_status pass_condition(adjoint *a, const kmp_varied_mark *mark)
 {
     kmp_varied *v = a->v;
     kmp_linear *l = &v->linear;
-    double one = 1, weight = 0;
+    const bool swung = a->swung == mark->condition;
+    double one = 1, weight = swung ? a->swing : 0;
+    a->swing = swung ? 0 : a->swing;
     if (kmp_varied_at(v, mark->t, mark->y, mark->y + a->p) != KMP_GO)
         return fail(a, mark->t);
     for (int i = 0; i < a->p; i++)
@@ -364,6 +466,8 @@ static kempe_status pass_segment(adjoint *a, double *h)
 {
     kempe_context *context = a->v->system->context;
     double end = a->options->spec->t_end - a->first->from;
+    if (a->last->to - a->first->from <= KMP_SAME_TIME * a->options->spec->t_end) /* between two events of one time */
+        return KEMPE_OK;
     kempe_status status = a->kind->start(a->solver, a->options->spec->t_end - a->last->to, a->y, NULL, end, *h);
     while (status == KEMPE_OK && a->solver->t < end) {
         status = a->kind->step(a->solver);
@@ -411,7 +515,9 @@ static kempe_status all_back(adjoint *a, double h)
     for (const kept_mark *k = a->mark; k; k = k->before) {
         KMP_TRY(come_back(a, k->last, last, &h));
         last = k->last;
-        KMP_TRY(k->of.condition < 0 ? pass_exchange(a, &k->of, behind) : pass_condition(a, &k->of));
+        KMP_TRY(k->of.condition >= 0    ? pass_condition(a, &k->of)
+                : k->of.reset.times > 0 ? pass_reset(a, &k->of, behind)
+                                        : pass_exchange(a, &k->of, behind));
         memcpy(behind, k->of.u, (size_t)a->p * sizeof *behind);
     }
     return come_back(a, NULL, last, &h);
@@ -430,7 +536,8 @@ static bool make_room(adjoint *a)
         KMP_ROOM(double, n, &a->wq, &a->wqd, &a->wqdd, &a->w, &a->dq, &a->dqd, &a->dqdd, &a->back.force),
         KMP_ROOM(double, m, &a->wlambda, &a->back.h, &a->back.rate, &a->back.curve),
         KMP_ROOM(double, p, &a->wu, &a->back.u, &a->back.ud, &a->back.udd), KMP_ROOM(double, 2 * p, &a->state),
-        KMP_ROOM(double, 2 * p * p, &a->matrix), KMP_ROOM(double, a->v->system->events.count, &a->unit));
+        KMP_ROOM(double, 2 * p * p, &a->matrix), KMP_ROOM(double, a->resets *n, &a->rates),
+        KMP_ROOM(double, samples_of(a), &a->wnext), KMP_ROOM(double, a->v->system->events.count, &a->unit));
 }
 
 /* The weights at the end, in y, and their sizes, for the tolerances. */

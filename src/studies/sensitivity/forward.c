@@ -184,6 +184,8 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     f->v->linear.held = true;
     f->v->linear.plain = f->count == 0;
     KMP_TRY(kmp_varied_take(f->v, start->t, start->q, &part));
+    if (first)
+        memcpy(f->mode, start->eval->mode, kmp_forward_mode_bytes(f));
     if (f->resets > 0 && kmp_forward_reset_place(f, start->t) != KMP_GO)
         return kmp_fail(f->system->context, KEMPE_E_FAILED, "%s",
                         f->formulation.reason.s ? f->formulation.reason.s : "derivatives end where a state changes");
@@ -238,6 +240,13 @@ static int states_with_next(const kempe_model *model)
     return count;
 }
 
+int kmp_state_of_sample(const kempe_model *model, int sample)
+{
+    for (int k = 0;; k++)
+        if (model->states[k].next && sample-- == 0)
+            return k;
+}
+
 /* -- the run ----------------------------------------------------------------------------------------- */
 
 static bool make_room(kmp_forward_formulation *f)
@@ -246,14 +255,15 @@ static bool make_room(kmp_forward_formulation *f)
     int n = f->n, count = f->v->count, conditions = f->system->events.count;
     KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->su, &f->sud, &f->ud, &f->before, &f->old_q),
                    KMP_ROOM(double, n *count, &f->dq, &f->dqd, &f->dqdd), KMP_ROOM(double, f->m *count, &f->dlambda),
-                   KMP_ROOM(double, f->v->slopes->shown *count, &f->dshown), KMP_ROOM(double, count, &f->swing),
+                   KMP_ROOM(double, f->v->slopes->shown *count, &f->dshown), KMP_ROOM(double, f->swing_size, &f->swing),
                    KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),
                    KMP_ROOM(double, KMP_CHART_SIZE * f->system->chart_count, &f->chart, &f->new_chart, &f->old_chart),
                    KMP_ROOM(double, 2 * n, &f->old_y), KMP_ROOM(double, 2 * n * n, &f->matrix),
                    KMP_ROOM(double, f->integrals, &f->tail),
                    KMP_ROOM(int, n, &f->signs, &f->signs_now, &f->old_u, &f->every),
-                   KMP_ROOM(bool, conditions, &f->cause), KMP_ROOM(double, conditions *count, &f->swings),
-                   KMP_ROOM(double, conditions, &f->swung_t), KMP_ROOM(double, f->samples, &f->next),
+                   KMP_ROOM(bool, conditions, &f->cause), KMP_ROOM(double, conditions * f->swing_size, &f->swings),
+                   KMP_ROOM(double, conditions, &f->swung_t), KMP_ROOM(int, conditions, &f->swung_by),
+                   KMP_ROOM(double, f->samples, &f->next), KMP_ROOM(double, 2 * n, &f->next_y),
                    KMP_ROOM(bool, kmp_forward_most_resets(f) * f->samples, &f->taken),
                    KMP_ROOM(int, kmp_forward_most_resets(f) * f->samples, &f->cause_of));
     for (int k = 0; !a->failed && k < conditions; k++)
@@ -337,6 +347,7 @@ kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *options, con
                                  .count = options->alone ? 0 : varied->count,
                                  .samples = states_with_next(varied->system->model)};
     f.integrals = options->integrand ? 1 + f.count : 0;
+    f.swing_size = options->alone ? 2 * f.n + varied->count : f.count;
     *report = (kmp_forward_report){0};
     kempe_status status = run(&f, report);
     for (int k = 0; integral && f.integrals && f.tail && k < f.count; k++)

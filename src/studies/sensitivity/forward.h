@@ -30,15 +30,24 @@ typedef struct kmp_forward_target {
     const double *q, *qd, *qdd, *lambda, *shown;
 } kmp_forward_target;
 
+/** Next values that states take at a mark, at `times` passes one after the other. */
+typedef struct kmp_varied_reset {
+    int times;         /* 0: none */
+    const bool *taken; /* of each pass, by states with a next value */
+    const double *y;   /* u and ud after all of them, 2 p: of the u before */
+    int cause;         /* the condition at whose time they are; -1: a time that depends on no parameter */
+} kmp_varied_reset;
+
 /** A place between steps where the unknowns or the equations change. */
 typedef struct kmp_varied_mark {
     double t;
-    int condition;         /* that changes; -1: others become independent, or joints are centred */
+    int condition;         /* that changes; -1: others become independent, joints are centred, or a reset */
     const int *u;          /* before, p */
     const double *q, *y;   /* before: n; u and ud, 2 p */
     const double *mode;    /* of the conditions, before */
     const double *chart;   /* of the spherical joints, before */
     kmp_chart_motion next; /* the motion after it, in new charts; chart NULL: they are unchanged */
+    kmp_varied_reset reset;
 } kmp_varied_mark;
 
 /** Callbacks. Each may be NULL; a nonzero result ends the run with KEMPE_E_MEMORY. */
@@ -69,6 +78,9 @@ typedef struct kmp_forward_report {
  * other errors by message. */
 kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *options, const double *sizes, double *integral,
                              kmp_forward_report *report);
+
+/** The place among all states of the one with a next value of number `sample`. */
+int kmp_state_of_sample(const kempe_model *model, int sample);
 
 /** kmp_target_value: the target's value at the last state of a motion, in the charts there. The second function: that
  * of a row. */

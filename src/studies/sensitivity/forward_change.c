@@ -56,15 +56,30 @@ void kmp_forward_keep_old(kmp_forward_formulation *f)
     memcpy(f->old_chart, f->chart, kmp_forward_chart_bytes(f));
 }
 
-int kmp_forward_report_mark(kmp_forward_formulation *f, double t, int condition)
+static int report(kmp_forward_formulation *f, double t, int condition, kmp_varied_reset reset)
 {
-    kmp_varied_mark mark = {t, condition, f->old_u, f->old_q, f->old_y, f->mode, f->old_chart, {0}};
+    kmp_varied_mark mark = {t, condition, f->old_u, f->old_q, f->old_y, f->mode, f->old_chart, {0}, reset};
     if (kmp_forward_charts_differ(f, f->old_chart))
         mark.next = (kmp_chart_motion){f->chart, f->q, f->qd, NULL};
     int said = f->options->watch.mark ? f->options->watch.mark(f->options->watch.user, &mark) : 0;
     if (said)
         (void)kmp_fail_memory(f->system->context);
     return said ? KMP_HALT : KMP_GO;
+}
+
+int kmp_forward_report_mark(kmp_forward_formulation *f, double t, int condition)
+{
+    return report(f, t, condition, (kmp_varied_reset){0});
+}
+
+/* The place is that after next values that states have taken at `times` passes. */
+static int report_reset(kmp_forward_formulation *f, double t, int times)
+{
+    for (int i = 0; i < f->p; i++) {
+        f->next_y[i] = f->q[f->old_u[i]];
+        f->next_y[f->p + i] = f->qd[f->old_u[i]];
+    }
+    return report(f, t, -1, (kmp_varied_reset){times, f->taken, f->next_y, f->reset_cause});
 }
 
 /* -- other coordinates ------------------------------------------------------------------------------- */
@@ -107,6 +122,18 @@ static void set_modes(const kmp_forward_formulation *f, const double *mode)
             kmp_eval_set_mode(kmp_forward_eval(f), k, mode[k] != 0);
 }
 
+/* How dt_e depends on q, qd and parameters. */
+static void find_swing_alone(kmp_forward_formulation *f, int k, double rate)
+{
+    kmp_varied *v = f->v;
+    double *q = f->swing, *qd = q + f->n;
+    memset(f->along, 0, (size_t)f->system->events.count * sizeof *f->along);
+    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    f->along[k] = -1 / rate;
+    kmp_slopes_gradient(v->slopes, &v->slopes->events, f->along,
+                        &(kmp_direction){.q = q, .qd = qd, .parameters = qd + f->n});
+}
+
 /* dt_e/dp of condition k at the place, which is the last state. False: the condition is touched, not passed. */
 static bool find_swing(kmp_forward_formulation *f, int k)
 {
@@ -124,6 +151,8 @@ static bool find_swing(kmp_forward_formulation *f, int k)
                          &(kmp_direction){.q = f->dq + i * f->n, .qd = f->dqd + i * f->n}, i, along);
         f->swing[i] = -along[k] / rate;
     }
+    if (f->options->alone)
+        find_swing_alone(f, k, rate);
     return fabs(rate) > GRAZING * faster;
 }
 
@@ -154,13 +183,14 @@ static int fail_at(kmp_forward_formulation *f, const char *sentence, int k, doub
     return KMP_HALT;
 }
 
-/* The conditions that change here do so at times with these derivatives. */
-static void note_swing(kmp_forward_formulation *f, const double *mode, double t)
+/* The conditions that change here do so at times with these derivatives: that of condition `by`. */
+static void note_swing(kmp_forward_formulation *f, const double *mode, int by, double t)
 {
     for (int k = 0; k < f->system->events.count; k++)
         if ((mode[k] != 0) != (kmp_forward_eval(f)->mode[k] != 0)) {
-            memcpy(f->swings + (ptrdiff_t)k * f->count, f->swing, (size_t)f->count * sizeof *f->swing);
+            memcpy(f->swings + (ptrdiff_t)k * f->swing_size, f->swing, (size_t)f->swing_size * sizeof *f->swing);
             f->swung_t[k] = t;
+            f->swung_by[k] = by;
         }
 }
 
@@ -172,14 +202,14 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
     bool given = kmp_present_inputs_jump(&l->eval->inputs, t);
     if (kmp_forward_spread(f, t, y) != KMP_GO)
         return KMP_HALT;
-    memset(f->swing, 0, (size_t)f->count * sizeof *f->swing);
-    if (!given && f->count > 0 && !find_swing(f, k))
+    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    if (!given && !find_swing(f, k))
         return fail_at(f,
                        "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
                        "respect to parameters there",
                        k, t);
     kmp_forward_keep_old(f);
-    note_swing(f, mode, t);
+    note_swing(f, mode, given ? -1 : k, t);
     memcpy(f->mode, l->eval->mode, kmp_forward_mode_bytes(f));
     double integrand = integrand_here(f);
     for (int i = 0; i < f->width; i++)
@@ -223,34 +253,40 @@ static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
 /* Events of one time have derivatives that are equal up to rounding. */
 #define SAME_SWING 1e-6
 
-static const kmp_state *state_of_sample(const kmp_forward_formulation *f, int sample)
+static bool has_passed(const kmp_forward_formulation *f, int condition, double t)
 {
-    const kmp_state *state = f->system->model->states;
-    for (;; state++)
-        if (state->next && sample-- == 0)
-            return state;
+    return f->swung_t[condition] >= t && f->swung_t[condition] <= t;
 }
 
-static bool is_still(const kmp_forward_formulation *f, const double *swing)
+/* The condition at whose time state `sample` changes; -1: a time that depends on no parameter. A change that has not
+ * passed as an event is one that an input or a sample has made. */
+static int cause_of(const kmp_forward_formulation *f, int sample, double t)
 {
-    for (int i = 0; swing && i < f->count; i++)
+    int k = f->cause_of[sample];
+    return k >= 0 && has_passed(f, k, t) ? f->swung_by[k] : -1;
+}
+
+/* dt_e/dp of a condition that has passed; NULL: zero. */
+static const double *swing_of(const kmp_forward_formulation *f, int condition)
+{
+    return condition < 0 ? NULL : f->swings + (ptrdiff_t)condition * f->swing_size;
+}
+
+/* True if the time of a condition that has passed depends on no parameter. */
+static bool is_still(const kmp_forward_formulation *f, int condition)
+{
+    const double *swing = swing_of(f, condition);
+    for (int i = 0; swing && i < f->swing_size; i++)
         if (swing[i] != 0)
             return false;
     return true;
 }
 
-/* dt_e/dp of what made state `sample` change; NULL: zero. A change that has not passed as an event is one that an input
- * or a sample has made. */
-static const double *swing_of(const kmp_forward_formulation *f, int sample, double t)
+/* True if two conditions that have passed do not do so at one time for all parameters. */
+static bool differ(const kmp_forward_formulation *f, int one, int other)
 {
-    int k = f->cause_of[sample];
-    bool passed = k >= 0 && f->swung_t[k] >= t && f->swung_t[k] <= t;
-    return passed ? f->swings + (ptrdiff_t)k * f->count : NULL;
-}
-
-static bool differ(const kmp_forward_formulation *f, const double *a, const double *b)
-{
-    for (int i = 0; i < f->count; i++) {
+    const double *a = swing_of(f, one), *b = swing_of(f, other);
+    for (int i = 0; i < f->swing_size; i++) {
         double x = a ? a[i] : 0, y = b ? b[i] : 0;
         if (fabs(x - y) > SAME_SWING * fmax(fabs(x), fabs(y)))
             return true;
@@ -262,7 +298,7 @@ static bool differ(const kmp_forward_formulation *f, const double *a, const doub
 static bool any_swing(const kmp_forward_formulation *f, double t)
 {
     for (int k = 0; k < f->system->events.count; k++)
-        if (f->swung_t[k] >= t && f->swung_t[k] <= t && !is_still(f, f->swings + (ptrdiff_t)k * f->count))
+        if (has_passed(f, k, t) && !is_still(f, f->swung_by[k]))
             return true;
     return false;
 }
@@ -270,25 +306,27 @@ static bool any_swing(const kmp_forward_formulation *f, double t)
 /* f->swing for the first time that is noted, which those after it follow from. */
 static int find_reset_swing(kmp_forward_formulation *f, double t)
 {
-    const double *common = NULL;
+    const kempe_model *model = f->system->model;
     int first = -1;
+    f->reset_cause = -1;
     for (int k = 0; k < f->samples; k++) {
         if (!f->taken[k])
             continue;
-        const double *swing = swing_of(f, k, t);
-        if ((first >= 0 && differ(f, common, swing)) || (is_still(f, swing) && any_swing(f, t))) {
+        int cause = cause_of(f, k, t);
+        if ((first >= 0 && differ(f, f->reset_cause, cause)) || (is_still(f, cause) && any_swing(f, t))) {
             kmp_text_printf(&f->formulation.reason,
                             "the state '%s' changes at t = %.9g together with an event whose time depends on "
                             "parameters: the motion has no derivative with respect to them there",
-                            state_of_sample(f, k)->name, t);
+                            model->states[kmp_state_of_sample(model, k)].name, t);
             return KMP_HALT;
         }
-        common = first < 0 ? swing : common;
+        f->reset_cause = first < 0 ? cause : f->reset_cause;
         first = first < 0 ? k : first;
     }
-    memset(f->swing, 0, (size_t)f->count * sizeof *f->swing);
-    if (common)
-        memcpy(f->swing, common, (size_t)f->count * sizeof *f->swing);
+    const double *swing = swing_of(f, f->reset_cause);
+    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    if (swing)
+        memcpy(f->swing, swing, (size_t)f->swing_size * sizeof *f->swing);
     return KMP_GO;
 }
 
@@ -297,8 +335,8 @@ static void take_next(kmp_forward_formulation *f, const bool *taken, double t)
 {
     kmp_varied *v = f->v;
     const kmp_linear *l = &v->linear;
-    const int first = kmp_model_coordinates(f->system->model);
-    const kmp_state *states = f->system->model->states;
+    const kempe_model *model = f->system->model;
+    const int first = kmp_model_coordinates(model);
     const kmp_instant at = kmp_instant_of(l->eval, t, f->q, f->qd, l->qdd, l->lambda);
     const double *value = kmp_slopes_values(&v->slopes->samples, &at);
     for (int i = 0; i < f->count; i++) {
@@ -308,11 +346,11 @@ static void take_next(kmp_forward_formulation *f, const bool *taken, double t)
         kmp_slopes_along(v->slopes, &v->slopes->samples, &along, i, f->next);
         for (int k = 0; k < f->samples; k++)
             if (taken[k])
-                dqd[first + (state_of_sample(f, k) - states)] = f->next[k];
+                dqd[first + kmp_state_of_sample(model, k)] = f->next[k];
     }
     for (int k = 0; k < f->samples; k++)
         if (taken[k])
-            f->qd[first + (state_of_sample(f, k) - states)] = value[k];
+            f->qd[first + kmp_state_of_sample(model, k)] = value[k];
 }
 
 static void take_all_next(kmp_forward_formulation *f, double t)
@@ -361,14 +399,18 @@ int kmp_forward_reset_place(kmp_forward_formulation *f, double t)
         return too_many(f, t);
     if (find_reset_swing(f, t) != KMP_GO)
         return KMP_HALT;
-    if (!is_still(f, f->swing)) {
+    if (!is_still(f, f->reset_cause)) {
         kmp_text_printf(&f->formulation.reason,
                         "a state changes at t = %.9g where the equations are made anew: derivatives end there", t);
         return KMP_HALT;
     }
     memcpy(f->new_chart, eval->chart, kmp_forward_chart_bytes(f));
     kmp_eval_set_charts(eval, f->chart);
+    const int times = f->resets;
     take_all_next(f, t);
+    if (report_reset(f, t, times) != KMP_GO)
+        return KMP_HALT;
+    memcpy(f->old_y, f->next_y, (size_t)(2 * f->p) * sizeof *f->old_y);
     kmp_eval_set_charts(eval, f->new_chart);
     return KMP_GO;
 }
@@ -383,9 +425,13 @@ static int pass_resets(kmp_forward_formulation *f, double t, double *y)
     if (find_reset_swing(f, t) != KMP_GO || kmp_forward_spread(f, t, y) != KMP_GO)
         return KMP_HALT;
     double integrand = integrand_here(f);
+    const int times = f->resets;
+    kmp_forward_keep_old(f);
     go_along(f);
     take_all_next(f, t);
     kmp_forward_pack(f, y);
+    if (report_reset(f, t, times) != KMP_GO)
+        return KMP_HALT;
     set_modes(f, f->new_mode);
     memcpy(f->mode, f->new_mode, kmp_forward_mode_bytes(f));
     if (kmp_forward_stand_at(f, t, y, true) != KMP_GO)

@@ -37,13 +37,16 @@ typedef struct kmp_forward_formulation {
     double *next_mode;
     bool *cause;
     double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
-    double *before, *swing;              /* p; count: dt_e/dp */
+    int swing_size;                      /* count; in a run alone 2 n + parameters: how t_e depends on q, qd and them */
+    double *before, *swing;              /* p; swing_size: dt_e/dp */
     double *changes, *along, *new_chart; /* conditions; charts */
-    double *swings, *swung_t;            /* conditions x count: dt_e/dp of each where it changed last, and that time */
-    int samples, resets;                 /* states with next values; times that some took them since the last start */
-    bool *taken, missed;                 /* of each time, by states; there was no room for a time */
-    int *cause_of;                       /* of each time, by states: the condition; -1: a sample */
-    double *next;                        /* by states: derivatives of next values */
+    double *swings, *swung_t; /* conditions x swing_size: dt_e/dp of each where it changed last, and that time */
+    int *swung_by;            /* by conditions: the one whose change took it along; -1: an input's jump */
+    int samples, resets;      /* states with next values; times that some took them since the last start */
+    bool *taken, missed;      /* of each time, by states; there was no room for a time */
+    int *cause_of;            /* of each time, by states: the condition; -1: a sample */
+    int reset_cause;          /* as in kmp_varied_reset */
+    double *next, *next_y;    /* by states: derivatives of next values; 2 p: of kmp_varied_reset */
 } kmp_forward_formulation;
 
 static inline int kmp_forward_blocks(const kmp_forward_formulation *f)

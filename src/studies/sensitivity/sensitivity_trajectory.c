@@ -350,17 +350,6 @@ static void free_work(work *w)
     kmp_arena_free(&w->arena);
 }
 
-static kempe_status refuse_samples(const kempe_sensitivity *s)
-{
-    for (int k = 0; k < s->model->state_count; k++)
-        if (s->model->states[k].next)
-            return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                            "the adjoint method: the state '%s' is sampled or changes at events, which is not "
-                            "supported there; use the forward method",
-                            s->model->states[k].name);
-    return KEMPE_OK;
-}
-
 static kempe_status find(kempe_sensitivity *s)
 {
     work w = {.s = s};
@@ -372,8 +361,6 @@ static kempe_status find(kempe_sensitivity *s)
                 !kmp_model_has_samples(s->model);
     w.adjoint = method ? strcmp(method, "adjoint") == 0 : many;
     s->method = w.adjoint ? "adjoint" : "forward";
-    if (status == KEMPE_OK && w.adjoint)
-        status = refuse_samples(s);
     if (status == KEMPE_OK)
         status = settle_reason(&w, find_once(&w));
     if (status == KEMPE_OK && s->rows > 0 && s->columns > 0 && !s->run->no_convergence_check)
