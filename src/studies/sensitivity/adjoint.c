@@ -122,7 +122,7 @@ static int keep_mark(void *user, const kmp_varied_mark *mark)
     kept.next.chart = copy_of(a, mark->next.chart, chart_size(a), sizeof(double));
     kept.next.q = copy_of(a, mark->next.q, n, sizeof(double));
     kept.next.qd = copy_of(a, mark->next.qd, n, sizeof(double));
-    kept.reset.taken = copy_of(a, mark->reset.taken, (size_t)(mark->reset.times * samples_of(a)), sizeof(bool));
+    kept.reset.taken = copy_of(a, mark->reset.taken, (size_t)mark->reset.times * (size_t)samples_of(a), sizeof(bool));
     kept.reset.y = copy_of(a, mark->reset.y, 2 * p, sizeof(double));
     a->resets = mark->reset.times > a->resets ? mark->reset.times : a->resets;
     *kept_as = (kept_mark){a->mark, kept, a->end};

@@ -122,7 +122,7 @@ static void set_modes(const kmp_forward_formulation *f, const double *mode)
             kmp_eval_set_mode(kmp_forward_eval(f), k, mode[k] != 0);
 }
 
-/* How dt_e depends on q, qd and parameters. */
+/* The derivatives of t_e by q, qd and parameters. */
 static void find_swing_alone(kmp_forward_formulation *f, int k, double rate)
 {
     kmp_varied *v = f->v;
