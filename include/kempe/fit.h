@@ -101,7 +101,8 @@ typedef struct kempe_optimum_options {
     const char *method; /* slopes: exact ones; values: without; NULL: slopes where they exist */
     double tolerance;   /* relative, of the quantity and of the parameters over their ranges; 0: 1e-8 */
     int most;           /* evaluations of a search; 0: 500 */
-    const kempe_run_options *run; /* as in kempe_sensitivity_options, and threads; max_steps 0: 10000 */
+    const kempe_run_options *run; /* as in kempe_sensitivity_options; max_steps 0: 10000; `threads` share the starts and
+                                   * the searches, 0: one for each processor; results have the same bits */
 } kempe_optimum_options;
 
 typedef struct kempe_optimum kempe_optimum;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Optima against closed forms: of values at the end and at a time, of extremes, with limits, with exact slopes and
- * without; slopes against differences; trials that do not run; interrupts. */
+ * without; slopes against differences; trials that do not run; interrupts; threads. */
 #include "linalg/constrained_minimum.h"
 #include "loaded.h"
-#include "studies/optimize/objective.h"
+#include "studies/optimize/optimize_study.h"
 #include <kempe/fit.h>
 #include <stdlib.h>
 
@@ -184,6 +184,58 @@ static void keeps_the_best(void)
     unload(&l);
 }
 
+/* -- threads ----------------------------------------------------------------------------------------- */
+
+static bool equal_tables(const kempe_optimum *a, const kempe_optimum *b, const char *name)
+{
+    kempe_table *of[2] = {NULL, NULL};
+    char *text[2] = {NULL, NULL};
+    CHECK(kempe_optimum_table(a, name, &of[0]) == KEMPE_OK && kempe_optimum_table(b, name, &of[1]) == KEMPE_OK);
+    for (int k = 0; k < 2; k++)
+        CHECK(kempe_table_print(of[k], KEMPE_JSON, &text[k]) == KEMPE_OK);
+    bool same = strcmp(text[0], text[1]) == 0;
+    for (int k = 0; k < 2; k++) {
+        kempe_text_free(text[k]);
+        kempe_table_free(of[k]);
+    }
+    return same;
+}
+
+/* There is no shot above 15 m/s, so that places of the pool and trials fail, too. */
+static void threads_change_nothing(void)
+{
+    const char *const methods[] = {"slopes", "values"};
+    loaded l = load_text("kempe: 1\n"
+                         "parameters: {a: 0.3, v: 10}\n"
+                         "bodies: {ball: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                         "start: {q: {x: 0}, qd: {x: 'v*cos(a) + 0*sqrt(15 - v)'}}\n"
+                         "run: {t_end: 1}\n");
+    int refused = 0;
+    for (int m = 0; m < 2; m++) {
+        kempe_optimum *o[3] = {NULL, NULL, NULL};
+        for (int k = 0; k < 3; k++) {
+            const kempe_run_options run = {.rtol = 1e-10, .threads = k == 0 ? 1 : 2 * k + 1};
+            CHECK(kempe_optimum_new(l.model,
+                                    &(kempe_optimum_options){.minimize = "(q(x) - 20)^2 + a",
+                                                             .limits = "max(q(x)) < 30",
+                                                             .parameters = "a:0.1:1.5,v:1:20",
+                                                             .starts = 7,
+                                                             .method = methods[m],
+                                                             .run = &run},
+                                    &o[k]) == KEMPE_OK);
+        }
+        for (int k = 1; k < 3; k++)
+            CHECK(equal_tables(o[0], o[k], "starts") && equal_tables(o[0], o[k], "history") &&
+                  equal_tables(o[0], o[k], "parameters"));
+        CHECK(row_count(o[0], "starts") == 7);
+        refused += o[0]->refused;
+        for (int k = 0; k < 3; k++)
+            kempe_optimum_free(o[k]);
+    }
+    CHECK(refused > 0);
+    unload(&l);
+}
+
 int main(void)
 {
     if (!kmp_minimum_available())
@@ -193,5 +245,6 @@ int main(void)
     TEST(finds_an_angle);
     TEST(finds_a_coupler_curve);
     TEST(keeps_the_best);
+    TEST(threads_change_nothing);
     return check_report();
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/optimize/objective.h"
+#include "base/clock.h"
 #include "base/memory.h"
 #include "studies/ensemble/batch.h"
 #include <math.h>
@@ -167,7 +168,14 @@ kempe_status kmp_objective_values(kmp_objective *objective, int rows, const doub
     kmp_objective *o = objective;
     kempe_batch *batch = NULL;
     int width = o->list->run.values;
-    kempe_status status = kempe_ensemble_run_rows(o->ensemble, &o->run, 0, rows, x, &batch);
+    kempe_run_options run = o->run;
+    kmp_batch_totals all = {0};
+    double begin = kmp_cpu_now();
+    run.threads = rows > 1 ? o->threads : 1;
+    kempe_status status = kempe_ensemble_run_rows(o->ensemble, &run, 0, rows, x, &batch);
+    if (batch)
+        kmp_batch_add(batch, &all);
+    o->helped_s += fmax(0, all.cpu_s - (kmp_cpu_now() - begin));
     o->simulations += rows;
     if (status == KEMPE_E_FAILED && batch)
         status = KEMPE_OK; /* each row has its reason */
@@ -207,6 +215,8 @@ static kempe_status derive(kmp_objective *o, const kempe_model *model, const cha
     kmp_run_spec spec;
     KMP_TRY(kmp_spec_of(kmp_ensemble_equations(o->ensemble), &o->run, &o->arena, &spec));
     o->rtol = spec.rtol;
+    o->threads = o->run.threads;
+    o->run.threads = 1;
     if (o->list->last_time > spec.t_end)
         return kmp_fail(o->context, KEMPE_E_ARGUMENT, "a quantity is taken at t = %g s, after the end of the run, %g s",
                         o->list->last_time, spec.t_end);

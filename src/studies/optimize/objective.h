@@ -15,18 +15,21 @@ typedef struct kmp_objective {
     kempe_ensemble *ensemble;
     const kmp_quantity_list *list; /* of the ensemble: the first value is the objective, others are those of limits */
     int count, *column;            /* parameters; of each channel among the columns of the rows */
-    kempe_run_options run;
-    double rtol;          /* of the runs */
-    kmp_slope_runs *runs; /* NULL: there are no slopes */
-    kmp_variant *shown;   /* the model of these runs */
-    char *obstacle;       /* the reason; NULL: there are slopes */
-    double *time, *times; /* of each quantity; of the rows */
-    double *row;          /* values of a batch */
+    kempe_run_options run;         /* of one thread */
+    int threads;                   /* that share the rows of several values */
+    double rtol;                   /* of the runs */
+    kmp_slope_runs *runs;          /* NULL: there are no slopes */
+    kmp_variant *shown;            /* the model of these runs */
+    char *obstacle;                /* the reason; NULL: there are slopes */
+    double *time, *times;          /* of each quantity; of the rows */
+    double *row;                   /* values of a batch */
     long simulations;
-    char *refusal; /* of the last values that do not run */
+    double helped_s; /* processor time of other threads */
+    char *refusal;   /* of the last values that do not run */
 } kmp_objective;
 
-/** Derives the equations. `run` and the names must outlive it. Errors of kempe_ensemble_new_with. */
+/** Derives the equations. The threads of `run` share rows. `run` and the names must outlive it. Errors of
+ * kempe_ensemble_new_with. */
 kempe_status kmp_objective_init(kmp_objective *objective, const kempe_model *model, int count, const char *const *names,
                                 const char *quantity, const char *limits, const kempe_run_options *run);
 void kmp_objective_free(kmp_objective *objective);

@@ -40,6 +40,15 @@ static int widest(int count, char *const *names, int least)
     return width;
 }
 
+/* The reason of the last trial that failed, by the order of the searches; NULL: there is none. */
+static const char *last_refusal(const kempe_optimum *o)
+{
+    int k = o->searches - 1;
+    while (k >= 0 && !o->search[k].refusal)
+        k--;
+    return k >= 0 ? o->search[k].refusal : NULL;
+}
+
 static void put_head(kmp_text *text, const kempe_optimum *o)
 {
     const kmp_searched *best = &o->search[o->best];
@@ -61,8 +70,8 @@ static void put_head(kmp_text *text, const kempe_optimum *o)
     kmp_text_printf(text,
                     "searches  %d of %d, %d evaluations, %ld runs of the model, %d trials where it does not run\n",
                     o->searches, o->starts, o->evaluations, o->objective.simulations, o->refused);
-    if (o->refused > 0 && o->objective.refusal)
-        kmp_text_printf(text, "shortened the last trial failed because: %s\n", o->objective.refusal);
+    if (last_refusal(o))
+        kmp_text_printf(text, "shortened the last trial failed because: %s\n", last_refusal(o));
     kmp_text_printf(text, "cpu       %.3f s\n", o->seconds);
 }
 
@@ -84,7 +93,7 @@ static void put_text(kmp_text *text, const void *result)
     for (int k = 0; k < o->searches; k++) {
         const kmp_searched *s = &o->search[k];
         bool ran = s->outcome != KMP_SQUARES_NO_START;
-        kmp_text_printf(text, "  %6d  %16.10g  %10.2g  %11d  %s%s\n", k + 1,
+        kmp_text_printf(text, "  %6d  %16.10g  %10.2g  %11d  %s%s\n", s->number + 1,
                         ran && o->most_wanted ? -s->value
                         : ran                 ? s->value
                                               : NAN,
@@ -105,7 +114,7 @@ static void put_json(kmp_text *text, const void *result)
                  o->objective.obstacle, outcomes[o->search[o->best].outcome]);
     kmp_json_put(&json, "difference %g ", o->coarser);
     kmp_json_put(&json, "evaluations %d runs %ld shortened %d refusal %s cpu_s %g parameters {", o->evaluations,
-                 o->objective.simulations, o->refused, o->objective.refusal, o->seconds);
+                 o->objective.simulations, o->refused, last_refusal(o), o->seconds);
     for (int k = 0; k < o->count; k++)
         kmp_json_put(&json, "%s { value %g start %g lower %g upper %g state %s }", o->bounded.name[k], o->value[k],
                      o->start[k], o->bounded.lower[k], o->bounded.upper[k], state_of(o, k));
@@ -161,7 +170,7 @@ static void fill_starts(kempe_table *table, const void *result)
         const kmp_searched *s = &o->search[row];
         bool ran = s->outcome != KMP_SQUARES_NO_START;
         kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%d %g %g %d %d %s", row + 1,
+        kmp_tabulate_cells(table, "%d %g %g %d %d %s", s->number + 1,
                            ran && o->most_wanted ? -s->value
                            : ran                 ? s->value
                                                  : NAN,
@@ -179,13 +188,16 @@ static void fill_history(kempe_table *table, const void *result)
     kmp_tabulate_column(table, unit, "quantity");
     kmp_tabulate_columns(table, "broken");
     kmp_tabulate_column(table, unit, "best");
-    for (int k = 0; k < o->tried_count; k++) {
-        const kmp_trial *tried = &o->tried[k];
-        bool counts = tried->broken <= KMP_OPTIMUM_KEPT && !isnan(tried->value);
-        best = counts && !(sign * best <= sign * tried->value) ? tried->value : best;
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%d %d %g %g %g", k + 1, tried->search + 1, tried->value, tried->broken, best);
-    }
+    int evaluation = 0;
+    for (int k = 0; k < o->searches; k++)
+        for (int i = 0; i < o->search[k].tried_count; i++) {
+            const kmp_trial *tried = &o->search[k].tried[i];
+            bool counts = tried->broken <= KMP_OPTIMUM_KEPT && !isnan(tried->value);
+            best = counts && !(sign * best <= sign * tried->value) ? tried->value : best;
+            kmp_tabulate_row(table);
+            kmp_tabulate_cells(table, "%d %d %g %g %g", ++evaluation, o->search[k].number + 1, tried->value,
+                               tried->broken, best);
+        }
 }
 
 KMP_TABLES(kempe_optimum, optimum, optimum->context, {"parameters", fill_parameters}, {"limits", fill_limits},

@@ -3,93 +3,15 @@
 #include "studies/optimize/optimize_study.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/thread_pool.h"
 #include "constraints/tolerances.h"
 #include "studies/ensemble/designs.h"
+#include "studies/optimize/searches.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { MOST_EVALUATIONS = 500, POOL = 8, MOST_STARTS = 100000 };
-
-/* -- evaluations ------------------------------------------------------------------------------------- */
-
-static double side(const kempe_optimum *o, int k)
-{
-    return o->bounded.upper[k] - o->bounded.lower[k];
-}
-
-static void leave_cube(const kempe_optimum *o, const double *cube, double *x)
-{
-    for (int k = 0; k < o->count; k++)
-        x[k] = fmin(fmax(o->bounded.lower[k] + side(o, k) * cube[k], o->bounded.lower[k]), o->bounded.upper[k]);
-}
-
-static double size_of_limit(const kmp_quantity_limit *limit)
-{
-    return limit->bound != 0 ? fabs(limit->bound) : 1;
-}
-
-double kmp_optimum_broken(const kempe_optimum *optimum, const double *values, double *limit)
-{
-    const kmp_quantity_list *list = optimum->objective.list;
-    double most = 0;
-    for (int k = 0; k < list->limit_count; k++) {
-        const kmp_quantity_limit *l = &list->limit[k];
-        double over = l->sign * (values[l->value] - l->bound) / size_of_limit(l);
-        most = fmax(most, isnan(over) ? INFINITY : over);
-        if (limit)
-            limit[k] = over;
-    }
-    return most;
-}
-
-static bool note(kempe_optimum *o, int search, double value, double broken)
-{
-    kmp_trial *tried = kmp_list_room(o->tried, (size_t)o->tried_count, sizeof *tried);
-    if (!tried)
-        return false;
-    o->tried = tried;
-    tried[o->tried_count++] = (kmp_trial){search, value, broken};
-    return true;
-}
-
-static void give_slopes(const kempe_optimum *o, double *slope, double *limit_slope)
-{
-    const kmp_quantity_list *list = o->objective.list;
-    double sign = o->most_wanted ? -1 : 1;
-    for (int k = 0; k < o->count; k++)
-        slope[k] = sign * o->slopes[k] * side(o, k);
-    for (int l = 0; l < list->limit_count; l++) {
-        const kmp_quantity_limit *limit = &list->limit[l];
-        for (int k = 0; k < o->count; k++)
-            limit_slope[l * o->count + k] =
-                limit->sign * o->slopes[(ptrdiff_t)limit->value * o->count + k] * side(o, k) / size_of_limit(limit);
-    }
-}
-
-static kmp_squares_said try(void *user, const double *cube, double *value, double *slope, double *limit,
-                            double *limit_slope)
-{
-    kempe_optimum *o = user;
-    bool slopes = strcmp(o->method, "slopes") == 0;
-    leave_cube(o, cube, o->x);
-    kmp_progress(o->context, KMP_PROGRESS_STUDY, o->searches, o->starts, "searches");
-    o->status = slopes ? kmp_objective_slopes(&o->objective, o->x, o->values, o->slopes)
-                       : kmp_objective_values(&o->objective, 1, o->x, o->values);
-    if (o->status != KEMPE_OK)
-        return KMP_SQUARES_END;
-    if (!note(o, o->searches, o->values[0], kmp_optimum_broken(o, o->values, NULL))) {
-        o->status = kmp_fail_memory(o->context);
-        return KMP_SQUARES_END;
-    }
-    if (isnan(o->values[0]))
-        return KMP_SQUARES_NOWHERE;
-    *value = o->most_wanted ? -o->values[0] : o->values[0];
-    double broken = kmp_optimum_broken(o, o->values, limit);
-    if (slopes)
-        give_slopes(o, slope, limit_slope);
-    return isfinite(broken) ? KMP_SQUARES_GO : KMP_SQUARES_NOWHERE;
-}
 
 /* -- starts ------------------------------------------------------------------------------------------ */
 
@@ -121,7 +43,7 @@ static kempe_status judge_pool(kempe_optimum *o, int count, place *places, doubl
     for (int k = 0; k < count; k++) {
         double *row = x + (ptrdiff_t)k * o->count;
         sobol_place(o, k, row);
-        leave_cube(o, row, row);
+        kmp_optimum_leave_cube(o, row, row);
     }
     KMP_TRY(kmp_objective_values(&o->objective, count, x, values));
     *running = 0;
@@ -144,7 +66,7 @@ static kempe_status find_starts(kempe_optimum *o, double *cubes, int *found)
     double *x = KMP_ARENA_NEW(&arena, double, (ptrdiff_t)count * o->count);
     double *values = KMP_ARENA_NEW(&arena, double, (ptrdiff_t)count *width);
     for (int k = 0; k < o->count; k++)
-        cubes[k] = (o->start[k] - o->bounded.lower[k]) / side(o, k);
+        cubes[k] = (o->start[k] - o->bounded.lower[k]) / (o->bounded.upper[k] - o->bounded.lower[k]);
     kempe_status status = kmp_made(o->context, !arena.failed);
     if (status == KEMPE_OK && count > 0)
         status = judge_pool(o, count, places, x, values, &running);
@@ -155,41 +77,7 @@ static kempe_status find_starts(kempe_optimum *o, double *cubes, int *found)
     return status;
 }
 
-/* -- searches ---------------------------------------------------------------------------------------- */
-
-static bool is_better(const kmp_searched *a, const kmp_searched *b)
-{
-    bool kept = a->broken <= KMP_OPTIMUM_KEPT, other = b->broken <= KMP_OPTIMUM_KEPT;
-    return kept && other ? a->value < b->value : a->broken < b->broken;
-}
-
-static kempe_status search_from(kempe_optimum *o, double *cube)
-{
-    const kmp_minimum minimum = {.count = o->count,
-                                 .limits = o->limits,
-                                 .slopes = strcmp(o->method, "slopes") == 0,
-                                 .tolerance = o->tolerance,
-                                 .kept = KMP_OPTIMUM_KEPT,
-                                 .most = o->most,
-                                 .at = try,
-                                 .user = o};
-    kmp_minimum_report report = {0};
-    if (!kmp_minimum_find(&minimum, cube, &report))
-        return kmp_fail_memory(o->context);
-    kmp_searched *s = &o->search[o->searches];
-    leave_cube(o, cube, s->x);
-    s->value = report.value;
-    s->broken = report.broken;
-    s->evaluations = report.evaluations;
-    s->refused = report.refused + (report.outcome == KMP_SQUARES_NO_START);
-    s->outcome = report.outcome;
-    o->evaluations += s->evaluations;
-    o->refused += s->refused;
-    if (report.outcome != KMP_SQUARES_NO_START && (o->best < 0 || is_better(s, &o->search[o->best])))
-        o->best = o->searches;
-    o->searches++;
-    return o->status;
-}
+/* -- the result --------------------------------------------------------------------------------------- */
 
 enum { COARSER = 100 };
 
@@ -198,7 +86,7 @@ static kempe_status settle(kempe_optimum *o)
 {
     if (o->best < 0)
         return kmp_fail(o->context, KEMPE_E_FAILED, "the model runs at no start: %s",
-                        o->objective.refusal ? o->objective.refusal : "");
+                        o->search[0].refusal ? o->search[0].refusal : "");
     memcpy(o->value, o->search[o->best].x, (size_t)o->count * sizeof *o->value);
     KMP_TRY(kmp_objective_coarser(&o->objective, COARSER, o->value, o->values));
     KMP_TRY(kmp_objective_values(&o->objective, 1, o->value, o->at_best));
@@ -216,20 +104,20 @@ static kempe_status search_all(kempe_optimum *o)
     int found = 0;
     double *cubes = KMP_ARENA_NEW(&o->arena, double, (ptrdiff_t)o->starts * o->count);
     o->search = KMP_ARENA_NEW(&o->arena, kmp_searched, o->starts);
-    double *x = KMP_ARENA_NEW(&o->arena, double, (ptrdiff_t)o->starts * o->count);
     KMP_TRY(kmp_made(o->context, !o->arena.failed));
-    kempe_status status = find_starts(o, cubes, &found);
-    for (int k = 0; k < found && status == KEMPE_OK; k++) {
-        o->search[k].x = x + (ptrdiff_t)k * o->count;
-        status = search_from(o, cubes + (ptrdiff_t)k * o->count);
+    KMP_TRY(find_starts(o, cubes, &found));
+    for (int k = 0; k < found; k++) {
+        o->search[k].number = k;
+        o->search[k].x = cubes + (ptrdiff_t)k * o->count;
     }
+    kempe_status status = kmp_searches_run(o, found);
     if (status == KEMPE_OK)
         return settle(o);
     if (status != KEMPE_STOPPED || o->best < 0)
         return status;
     kmp_context_begin(o->context);
     KMP_TRY(settle(o));
-    return kmp_fail(o->context, KEMPE_STOPPED, "interrupted in search %d of %d: the best place so far is given",
+    return kmp_fail(o->context, KEMPE_STOPPED, "interrupted after %d of %d searches: the best place so far is given",
                     o->searches, found);
 }
 
@@ -249,7 +137,7 @@ static kempe_status choose_method(kempe_optimum *o, const char *method)
 static kempe_status check_bounds(const kempe_optimum *o)
 {
     for (int k = 0; k < o->count; k++)
-        if (!isfinite(side(o, k)))
+        if (!isfinite(o->bounded.upper[k] - o->bounded.lower[k]))
             return kmp_fail(o->context, KEMPE_E_ARGUMENT, "parameter '%s' needs two bounds, NAME:LOW:HIGH",
                             o->bounded.name[k]);
     return o->count <= KMP_SOBOL_MOST
@@ -292,12 +180,13 @@ static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *optio
     KMP_TRY(check_bounds(o));
     KMP_TRY(kmp_objective_init(&o->objective, o->model, o->count, (const char *const *)o->bounded.name, quantity,
                                options->limits, options->run));
+    o->threads = o->objective.threads > 0 ? o->objective.threads : kmp_processors();
     int width = o->objective.list->run.values;
     o->limits = o->objective.list->limit_count;
     o->quantity = kmp_arena_strdup(&o->arena, quantity);
-    KMP_TRY(kmp_made(o->context, KMP_ARENA_MAKE(&o->arena, KMP_ROOM(double, o->count, &o->start, &o->value, &o->x),
-                                                KMP_ROOM(double, width, &o->values, &o->at_best),
-                                                KMP_ROOM(double, (ptrdiff_t)width * o->count, &o->slopes))));
+    o->limit_words = options->limits;
+    KMP_TRY(kmp_made(o->context, KMP_ARENA_MAKE(&o->arena, KMP_ROOM(double, o->count, &o->start, &o->value),
+                                                KMP_ROOM(double, width, &o->values, &o->at_best))));
     KMP_TRY(find_start(o, options->start));
     return choose_method(o, options->method);
 }
@@ -337,7 +226,7 @@ kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_opt
     bool given = status == KEMPE_OK || (status == KEMPE_STOPPED && o->variant);
     if (given) {
         warn(o);
-        o->seconds = kmp_cpu_now() - begin;
+        o->seconds += kmp_cpu_now() - begin + o->objective.helped_s;
         o->warnings = kmp_context_warnings(o->context);
         o->reason = kmp_strdup(status == KEMPE_OK ? "" : kempe_context_message(o->context));
         o->status = status;
@@ -356,7 +245,10 @@ void kempe_optimum_free(kempe_optimum *optimum)
         return;
     kmp_objective_free(&optimum->objective);
     kmp_variant_free(optimum->variant);
-    kmp_free(optimum->tried);
+    for (int k = 0; k < optimum->searches; k++) {
+        kmp_free(optimum->search[k].tried);
+        kmp_free(optimum->search[k].refusal);
+    }
     kmp_free(optimum->reason);
     kmp_free(optimum->warnings);
     kmp_arena_free(&optimum->arena);

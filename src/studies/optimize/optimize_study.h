@@ -7,19 +7,23 @@
 #include "studies/optimize/objective.h"
 #include <kempe/fit.h>
 
+/** An evaluation: NaN where the model did not run. */
+typedef struct kmp_trial {
+    double value, broken;
+} kmp_trial;
+
 /** One search. */
 typedef struct kmp_searched {
-    double *x; /* the best place */
+    int number; /* of its start */
+    bool begun;
+    double *x; /* its start, then the best place */
     double value, broken;
     int evaluations, refused;
     kmp_squares_outcome outcome;
+    kmp_trial *tried;
+    int tried_count;
+    char *refusal; /* of the last trial at which the model did not run; NULL: there is none */
 } kmp_searched;
-
-/** An evaluation: NaN where the model did not run. */
-typedef struct kmp_trial {
-    int search;
-    double value, broken;
-} kmp_trial;
 
 struct kempe_optimum {
     kempe_context *context;
@@ -29,17 +33,15 @@ struct kempe_optimum {
     kmp_objective objective;
     kmp_variant *variant; /* of the optimum, for its page */
     bool most_wanted;     /* the largest value */
-    const char *quantity, *method;
+    const char *quantity, *limit_words, *method;
     int count, limits, starts, pool, most, refused, evaluations;
     double tolerance;
-    double *start, *value, *x, *values, *slopes; /* x: in SI, of a trial; values of all quantities, slopes */
-    double *at_best;                             /* values of all quantities at the optimum */
+    double *start, *value;
+    double *values, *at_best; /* of all quantities: at a hundredfold tolerance, and at the optimum */
     double coarser; /* change of the quantity there at a hundredfold tolerance; NaN: the model does not run with it */
-    int searches;
+    int threads, searches;
     kmp_searched *search;
     int best; /* search; -1: none */
-    kmp_trial *tried;
-    int tried_count;
     double seconds;
     kempe_status status;
     char *reason, *warnings;

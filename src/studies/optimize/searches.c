@@ -1,0 +1,258 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "studies/optimize/searches.h"
+#include "base/memory.h"
+#include "base/thread_pool.h"
+#include "constraints/tolerances.h"
+#include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <string.h>
+
+/* One thread's. The first one is the caller's and has its context. */
+typedef struct searcher {
+    kempe_optimum *o;
+    kempe_context *context;
+    kmp_variant *copy; /* the model, with this context */
+    kmp_objective own, *objective;
+    double *x, *values, *slopes; /* of a trial: in SI; of all quantities */
+    kmp_searched *search;
+    kempe_status status;
+} searcher;
+
+typedef struct shared_searches {
+    kempe_optimum *o;
+    int count;
+    pthread_t caller;
+    atomic_int next, others; /* start; thread other than the caller */
+    atomic_bool ended;       /* a thread has a status */
+    searcher of[KMP_TEAM_MOST + 1];
+} shared_searches;
+
+/* -- evaluations ------------------------------------------------------------------------------------- */
+
+static double side(const kempe_optimum *o, int k)
+{
+    return o->bounded.upper[k] - o->bounded.lower[k];
+}
+
+void kmp_optimum_leave_cube(const kempe_optimum *optimum, const double *cube, double *x)
+{
+    const kmp_bounded *bounded = &optimum->bounded;
+    for (int k = 0; k < optimum->count; k++)
+        x[k] = fmin(fmax(bounded->lower[k] + side(optimum, k) * cube[k], bounded->lower[k]), bounded->upper[k]);
+}
+
+static double size_of_limit(const kmp_quantity_limit *limit)
+{
+    return limit->bound != 0 ? fabs(limit->bound) : 1;
+}
+
+double kmp_optimum_broken(const kempe_optimum *optimum, const double *values, double *limit)
+{
+    const kmp_quantity_list *list = optimum->objective.list;
+    double most = 0;
+    for (int k = 0; k < list->limit_count; k++) {
+        const kmp_quantity_limit *l = &list->limit[k];
+        double over = l->sign * (values[l->value] - l->bound) / size_of_limit(l);
+        most = fmax(most, isnan(over) ? INFINITY : over);
+        if (limit)
+            limit[k] = over;
+    }
+    return most;
+}
+
+static bool note(kmp_searched *search, double value, double broken)
+{
+    kmp_trial *tried = kmp_list_room(search->tried, (size_t)search->tried_count, sizeof *tried);
+    if (!tried)
+        return false;
+    search->tried = tried;
+    tried[search->tried_count++] = (kmp_trial){value, broken};
+    return true;
+}
+
+static void give_slopes(const searcher *w, double *slope, double *limit_slope)
+{
+    const kempe_optimum *o = w->o;
+    const kmp_quantity_list *list = o->objective.list;
+    double sign = o->most_wanted ? -1 : 1;
+    for (int k = 0; k < o->count; k++)
+        slope[k] = sign * w->slopes[k] * side(o, k);
+    for (int l = 0; l < list->limit_count; l++) {
+        const kmp_quantity_limit *limit = &list->limit[l];
+        for (int k = 0; k < o->count; k++)
+            limit_slope[l * o->count + k] =
+                limit->sign * w->slopes[(ptrdiff_t)limit->value * o->count + k] * side(o, k) / size_of_limit(limit);
+    }
+}
+
+static kmp_squares_said try(void *user, const double *cube, double *value, double *slope, double *limit,
+                            double *limit_slope)
+{
+    searcher *w = user;
+    const kempe_optimum *o = w->o;
+    bool slopes = strcmp(o->method, "slopes") == 0;
+    kmp_optimum_leave_cube(o, cube, w->x);
+    kmp_progress(w->context, KMP_PROGRESS_STUDY, w->search->number, o->starts, "searches");
+    w->status = slopes ? kmp_objective_slopes(w->objective, w->x, w->values, w->slopes)
+                       : kmp_objective_values(w->objective, 1, w->x, w->values);
+    if (w->status != KEMPE_OK)
+        return KMP_SQUARES_END;
+    if (!note(w->search, w->values[0], kmp_optimum_broken(o, w->values, NULL))) {
+        w->status = kmp_fail_memory(w->context);
+        return KMP_SQUARES_END;
+    }
+    if (isnan(w->values[0]))
+        return KMP_SQUARES_NOWHERE;
+    *value = o->most_wanted ? -w->values[0] : w->values[0];
+    double broken = kmp_optimum_broken(o, w->values, limit);
+    if (slopes)
+        give_slopes(w, slope, limit_slope);
+    return isfinite(broken) ? KMP_SQUARES_GO : KMP_SQUARES_NOWHERE;
+}
+
+/* -- one thread -------------------------------------------------------------------------------------- */
+
+/* The caller's objective exists; another thread derives its equations anew, in a context of its own. */
+static kempe_status begin_searcher(searcher *w, kempe_optimum *o, bool caller)
+{
+    const int width = o->objective.list->run.values;
+    const char *const *names = (const char *const *)o->bounded.name;
+    w->o = o;
+    w->context = caller ? o->context : kmp_context_new_below(o->context);
+    w->x = KMP_NEW(double, o->count);
+    w->values = KMP_NEW(double, width);
+    w->slopes = KMP_NEW(double, (ptrdiff_t)width * o->count);
+    if (!w->context || !w->x || !w->values || !w->slopes)
+        return KEMPE_E_MEMORY;
+    if (caller) {
+        w->objective = &o->objective;
+        return KEMPE_OK;
+    }
+    KMP_TRY(kmp_variant_new_in(w->context, o->model, 0, NULL, &w->copy));
+    KMP_TRY(kmp_objective_init(&w->own, kmp_variant_model(w->copy), o->count, names, o->quantity, o->limit_words,
+                               &o->objective.run));
+    w->objective = &w->own;
+    return KEMPE_OK;
+}
+
+static void end_searcher(searcher *w)
+{
+    if (!w->o)
+        return;
+    if (w->objective == &w->own) {
+        w->o->objective.simulations += w->own.simulations;
+        kmp_objective_free(&w->own);
+    }
+    kmp_variant_free(w->copy);
+    if (w->context != w->o->context)
+        kempe_context_free(w->context);
+    kmp_free(w->x);
+    kmp_free(w->values);
+    kmp_free(w->slopes);
+}
+
+static void search_from(searcher *w, kmp_searched *s)
+{
+    const kempe_optimum *o = w->o;
+    const kmp_minimum minimum = {.count = o->count,
+                                 .limits = o->limits,
+                                 .slopes = strcmp(o->method, "slopes") == 0,
+                                 .tolerance = o->tolerance,
+                                 .kept = KMP_OPTIMUM_KEPT,
+                                 .most = o->most,
+                                 .at = try,
+                                 .user = w};
+    kmp_minimum_report report = {0};
+    w->search = s;
+    s->begun = true;
+    if (!kmp_minimum_find(&minimum, s->x, &report))
+        w->status = kmp_fail_memory(w->context);
+    kmp_optimum_leave_cube(o, s->x, s->x);
+    s->value = report.value;
+    s->broken = report.broken;
+    s->evaluations = report.evaluations;
+    s->refused = report.refused + (report.outcome == KMP_SQUARES_NO_START);
+    s->outcome = report.outcome;
+    if (s->refused > 0 && w->objective->refusal && !(s->refusal = kmp_strdup(w->objective->refusal)))
+        w->status = kmp_fail_memory(w->context);
+}
+
+/* The searcher of this thread: a thread's pieces are fewer than threads, and another one has its own. */
+static searcher *take_searcher(shared_searches *r)
+{
+    bool caller = pthread_equal(pthread_self(), r->caller);
+    searcher *w = &r->of[caller ? 0 : atomic_fetch_add(&r->others, 1)];
+    if (!w->o)
+        w->status = begin_searcher(w, r->o, caller);
+    return w;
+}
+
+static void search_shared(void *self, int piece)
+{
+    shared_searches *r = self;
+    searcher *w = NULL;
+    int k;
+    (void)piece;
+    while (!atomic_load(&r->ended) && (k = atomic_fetch_add(&r->next, 1)) < r->count) {
+        w = w ? w : take_searcher(r);
+        if (w->status == KEMPE_OK)
+            search_from(w, &r->o->search[k]);
+        if (w->status != KEMPE_OK)
+            atomic_store(&r->ended, true);
+    }
+}
+
+/* -- all searches ------------------------------------------------------------------------------------ */
+
+static bool is_better(const kmp_searched *a, const kmp_searched *b)
+{
+    bool kept = a->broken <= KMP_OPTIMUM_KEPT, other = b->broken <= KMP_OPTIMUM_KEPT;
+    return kept && other ? a->value < b->value : a->broken < b->broken;
+}
+
+/* Keeps the searches that have begun, in the order of their starts. */
+static void gather(kempe_optimum *o, int count)
+{
+    for (int k = 0; k < count; k++) {
+        if (!o->search[k].begun)
+            continue;
+        const kmp_searched *s = &o->search[o->searches];
+        o->search[o->searches] = o->search[k];
+        o->evaluations += s->evaluations;
+        o->refused += s->refused;
+        if (s->outcome != KMP_SQUARES_NO_START && (o->best < 0 || is_better(s, &o->search[o->best])))
+            o->best = o->searches;
+        o->searches++;
+    }
+}
+
+static kempe_status status_of(const shared_searches *r)
+{
+    kempe_context *context = r->o->context;
+    for (int k = 0; k <= KMP_TEAM_MOST; k++) {
+        const searcher *w = &r->of[k];
+        if (w->status == KEMPE_E_MEMORY)
+            return kmp_fail_memory(context);
+        if (w->status != KEMPE_OK)
+            return w->context == context ? w->status
+                                         : kmp_fail(context, w->status, "%s", kempe_context_message(w->context));
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kmp_searches_run(kempe_optimum *optimum, int count)
+{
+    kempe_optimum *o = optimum;
+    shared_searches r = {.o = o, .count = count, .caller = pthread_self(), .others = 1};
+    kmp_team *team = kmp_team_new(o->threads < count ? o->threads : count);
+    KMP_TRY(kmp_made(o->context, team));
+    kmp_team_run(team, kmp_team_threads(team), search_shared, &r);
+    gather(o, count);
+    kempe_status status = status_of(&r);
+    for (int k = 0; k <= KMP_TEAM_MOST; k++)
+        end_searcher(&r.of[k]);
+    o->seconds += kmp_team_cpu(team);
+    kmp_team_free(team);
+    return status;
+}
