@@ -9,6 +9,7 @@
 #include <string.h>
 
 struct kmp_averaged {
+    const kempe_system *given;
     kmp_arena arena;   /* of what is not the given model's */
     kempe_model model; /* a copy that shares the rest */
     kempe_system *system;
@@ -73,18 +74,18 @@ static bool copy_model(kmp_averaged *a, const kempe_model *given)
             m->forces[m->force_count - m->state_count + k].effort =
                 constant ? rate_of_constant(a, given, k) : rate_of(a, &given->states[k], kmp_model_coordinates(m) + k);
             m->states[k].next = m->states[k].delayed = NULL;
+            m->states[k].held = constant;
         }
     return !a->arena.failed;
 }
 
-kempe_status kmp_averaged_new(const kempe_system *given, const char *what, bool events, kmp_averaged **averaged)
+kempe_status kmp_averaged_new(const kempe_system *given, kmp_averaged **averaged)
 {
     *averaged = NULL;
     if (!kmp_model_has_samples(given->model) && given->model->delay_count == 0)
         return KEMPE_OK;
-    if (!events)
-        KMP_TRY(kmp_refuse_samples(given->model, what, true));
     KMP_MAKE(given->context, kmp_averaged, a);
+    a->given = given;
     kempe_status status = kmp_made(given->context, copy_model(a, given->model));
     if (status == KEMPE_OK)
         status = kempe_system_new(&a->model, &a->system);
@@ -138,14 +139,14 @@ static bool is_near(const kmp_linear *l, int condition, double *q)
 }
 
 /* The next value at the place of a state that settles; NAN: no memory. */
-static double value_there(const kempe_model *model, const kmp_state *state, const kmp_linear *l)
+static double value_there(const kmp_state *state, const kmp_linear *l)
 {
     const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
     kmp_equations eq;
     kmp_formulas f = {0};
     const kmp_instant at = kmp_linear_instant(l);
     double value = NAN;
-    if (kmp_equations_derive_once(&eq, model, &scene) != KEMPE_OK)
+    if (kmp_equations_derive_once(&eq, l->system->model, &scene) != KEMPE_OK) /* a variant's model has its parameters */
         return NAN;
     const kmp_ref next = kmp_tree_expression(&eq.tree, state->next);
     if (kmp_formulas_init(&f, eq.graph, 1, &next, l->eval->backend, l->system->parameters))
@@ -168,7 +169,7 @@ static kempe_status judge_one(const kempe_model *model, int k, const kmp_linear 
                         "another start",
                         state->name);
     const double change = kmp_eval_changes(l->eval, l->t, l->q, l->qd)[condition];
-    const double next = state->settles && change < 0 ? value_there(model, state, l) : value;
+    const double next = state->settles && change < 0 ? value_there(state, l) : value;
     if (isnan(next))
         return kmp_fail_memory(model->context);
     if (fabs(next - value) <= KMP_SAME_STATE * fmax(fabs(value), state->scale))
@@ -178,13 +179,15 @@ static kempe_status judge_one(const kempe_model *model, int k, const kmp_linear 
                     state->name, value, next, next);
 }
 
-kempe_status kmp_averaged_judge(const kmp_averaged *averaged, const kempe_system *given, const kmp_linear *linear)
+kempe_status kmp_averaged_judge(const kmp_averaged *averaged, const kmp_linear *linear)
 {
-    const kempe_model *model = given->model;
-    double *room = averaged ? KMP_NEW(double, 2 * linear->n) : NULL;
-    kempe_status status = averaged ? kmp_made(model->context, room) : KEMPE_OK;
-    for (int k = 0; averaged && status == KEMPE_OK && k < model->state_count; k++)
-        if (model->states[k].next && isinf(model->states[k].period))
+    if (!averaged)
+        return KEMPE_OK;
+    const kempe_model *model = averaged->given->model;
+    double *room = KMP_NEW(double, 2 * linear->n);
+    kempe_status status = kmp_made(model->context, room);
+    for (int k = 0; status == KEMPE_OK && k < model->state_count; k++)
+        if (averaged->model.states[k].held)
             status = judge_one(model, k, linear, room);
     kmp_free(room);
     return status;

@@ -10,13 +10,12 @@
 
 typedef struct kmp_averaged kmp_averaged;
 
-/** *averaged: NULL for a model without such states. KEMPE_E_ARGUMENT: a state changes at events, which not `events`
- * allows; `what` begins the message. */
-kempe_status kmp_averaged_new(const kempe_system *given, const char *what, bool events, kmp_averaged **averaged);
+/** *averaged: NULL for a model without such states. */
+kempe_status kmp_averaged_new(const kempe_system *given, kmp_averaged **averaged);
 
-/** At a state of its linear equations. KEMPE_E_FAILED: a state that changes at events does so there, within small
- * motions, or has not the value that its input requires. */
-kempe_status kmp_averaged_judge(const kmp_averaged *averaged, const kempe_system *given, const kmp_linear *linear);
+/** At a state of the linear equations of its system, or of a variant of it. KEMPE_E_FAILED: a state that changes at
+ * events does so there, within small motions, or has not the value that its input requires. */
+kempe_status kmp_averaged_judge(const kmp_averaged *averaged, const kmp_linear *linear);
 void kmp_averaged_free(kmp_averaged *averaged);
 
 /** Its system, which has the model's names and its user's force; `given` where there is none. */

@@ -370,13 +370,73 @@ static void remove_integrals(const kmp_linear *l, kmp_spectrum *s)
     }
 }
 
+int kmp_linear_moving(const kmp_linear *linear, int *place)
+{
+    int count = 0;
+    for (int k = 0; k < linear->p; k++) {
+        const kmp_state *state = kmp_state_of(linear->system->model, linear->part.u[k]);
+        if (state && state->held)
+            continue;
+        if (place)
+            place[count] = k;
+        count++;
+    }
+    return count;
+}
+
+void kmp_linear_squeeze(int rows, int row_count, const int *row, int column_count, const int *column,
+                        const double *from, double *to)
+{
+    for (int j = 0; j < column_count; j++)
+        for (int i = 0; i < row_count; i++)
+            *to++ = from[(row ? row[i] : i) + (ptrdiff_t)(column ? column[j] : j) * rows];
+}
+
+/* Vectors of the unknowns at `place` as those of all. False: no memory. */
+static bool spread(kmp_spectrum *s, int p, const int *place)
+{
+    double **const vectors[] = {&s->x_re, &s->x_im, &s->y_re, &s->y_im};
+    for (size_t v = 0; v < sizeof vectors / sizeof *vectors; v++) {
+        const double *from = *vectors[v];
+        double *to = *vectors[v] = KMP_ARENA_NEW(&s->arena, double, (ptrdiff_t)p * s->count);
+        for (int c = 0; to && c < s->count; c++)
+            for (int k = 0; k < s->p; k++)
+                to[place[k] + (ptrdiff_t)c * p] = from[k + (ptrdiff_t)c * s->p];
+    }
+    s->p = p;
+    return !s->arena.failed;
+}
+
+/* The spectrum of the unknowns that move: Mr, Gr and Kr have no entry by which these move a held one. */
+static int find_spectrum(const kmp_linear *l, kmp_arena *scratch, kmp_spectrum *spectrum, int *place)
+{
+    const double *of[] = {l->inertia ? l->inertia : l->mass, l->inertia ? l->mass : NULL, l->damping, l->stiffness};
+    const int count = kmp_linear_moving(l, place);
+    for (int k = 0; k < 4 && count < l->p; k++) {
+        double *to = of[k] ? KMP_ARENA_NEW(scratch, double, (ptrdiff_t)count *count) : NULL;
+        if (scratch->failed)
+            return -1;
+        if (of[k])
+            kmp_linear_squeeze(l->p, count, place, count, place, of[k], to);
+        of[k] = to;
+    }
+    int info = kmp_spectrum_init(spectrum, count, of[0], of[1], of[2], of[3], false);
+    if (info == 0 && count < l->p && !spread(spectrum, l->p, place)) {
+        kmp_spectrum_free(spectrum);
+        return -1;
+    }
+    return info > 0 ? 1 + place[info - 1] : info;
+}
+
 kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum)
 {
     const kmp_linear *l = linear;
     kempe_context *context = l->system->context;
     unsigned long failures = kmp_memory_failures();
-    int info = kmp_spectrum_init(spectrum, l->p, l->inertia ? l->inertia : l->mass, l->inertia ? l->mass : NULL,
-                                 l->damping, l->stiffness, false);
+    kmp_arena scratch = {0};
+    int *place = KMP_ARENA_NEW(&scratch, int, l->p);
+    int info = place ? find_spectrum(l, &scratch, spectrum, place) : -1;
+    kmp_arena_free(&scratch);
     if (info == 0) {
         remove_integrals(l, spectrum);
         return KEMPE_OK;

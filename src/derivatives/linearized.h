@@ -120,6 +120,16 @@ void kmp_linear_matrices(kmp_linear *linear);
 /** N' M N alone, for callers that have made the other matrices by kmp_linear_follow. */
 void kmp_linear_inertia(kmp_linear *linear);
 
-/** Eigenvalues and vectors of Mr, Gr and Kr, without the zeros of integrals of states; independent of the choice of u.
- * KEMPE_E_MEMORY; KEMPE_E_FAILED: Mr is singular, N' M N is not positive, or an iteration did not converge. */
+/** The number of unknowns u that move in small motions: all but states that are constant (held, model/model.h). Nothing
+ * but themselves moves these. `place` (p; NULL: not requested): the number of each among u. */
+int kmp_linear_moving(const kmp_linear *linear, int *place);
+
+/** Entries of a matrix `from` (`rows` rows) in the given rows and columns (NULL: all), into `to`, which may be `from`
+ * where both ascend. */
+void kmp_linear_squeeze(int rows, int row_count, const int *row, int column_count, const int *column,
+                        const double *from, double *to);
+
+/** Eigenvalues and vectors of Mr, Gr and Kr, without those of held states, where the vectors are zero, and without the
+ * zeros of integrals of states; independent of the choice of u. KEMPE_E_MEMORY; KEMPE_E_FAILED: Mr is singular, N' M N
+ * is not positive, or an iteration did not converge. */
 kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum);

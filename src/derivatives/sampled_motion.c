@@ -134,14 +134,14 @@ int kmp_sampled_map(int width, int inputs, const double *a, const double *b, con
 
 /* -- eigenvalues ------------------------------------------------------------------------------------- */
 
-/* x of a linear system: its coordinates but for the integrals of states, then the rates. */
+/* x of a linear system: its coordinates but for the integrals of states, then the rates; without held states. */
 static int list_entries(const kmp_linear *l, int *place, double *every)
 {
     int width = 0;
     for (int half = 0; half < 2; half++)
         for (int k = 0; k < l->p; k++) {
             const kmp_state *state = kmp_state_of(l->system->model, l->part.u[k]);
-            if (half == 0 && state)
+            if (state && (half == 0 || state->held))
                 continue;
             place[width] = half * l->p + k;
             every[width++] = half == 1 && kmp_state_is_sampled(state) ? state->period : INFINITY;
@@ -186,7 +186,8 @@ kempe_status kmp_sampled_spectrum_init(kmp_sampled_spectrum *spectrum, const kmp
                      KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, n *n, &a, &left, &s->x_re, &s->x_im),
                                     KMP_ROOM(double, n, &every, &s->re, &s->im), KMP_ROOM(int, n, &s->place),
                                     KMP_ROOM(double, (ptrdiff_t)p *p, &lu), KMP_ROOM(double, p, &work),
-                                    KMP_ROOM(int, p, &pivot))));
+                                    KMP_ROOM(int, p, &pivot)) &&
+                         a && every));
     s->count = list_entries(linear, s->place, every);
     memcpy(lu, linear->mass, (size_t)p * (size_t)p * sizeof *lu);
     failed = kmp_lu_factor(p, lu, pivot) ? -3 : 0;

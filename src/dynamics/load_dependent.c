@@ -59,21 +59,22 @@ static bool is_wheel(const kempe_model *model, const char *name)
     return false;
 }
 
-kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool averaged)
+kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool held)
 {
     for (int k = 0; k < model->state_count; k++) {
         const kmp_state *state = &model->states[k];
-        if (state->next && isinf(state->period))
+        if (!state->next || (held && isinf(state->period)))
+            continue;
+        if (isinf(state->period))
             return kmp_fail(
                 model->context, KEMPE_E_ARGUMENT,
                 "%s: the state '%s' changes at events, which is not supported there; write its value in the "
                 "expressions that have it",
                 what, state->name);
-        if (state->next && !averaged)
-            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                            "%s: the state '%s' is sampled, which is not supported there; give it a "
-                            "rate, or write its value in the expressions that have it",
-                            what, state->name);
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "%s: the state '%s' is sampled, which is not supported there; give it a "
+                        "rate, or write its value in the expressions that have it",
+                        what, state->name);
     }
     return KEMPE_OK;
 }

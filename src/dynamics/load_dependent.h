@@ -4,9 +4,9 @@
 
 #include "dynamics/system.h"
 
-/** KEMPE_E_ARGUMENT, with a state's name, where the model has states that change at events, or sampled ones unless
- * `averaged`, and `what` does not follow them. */
-kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool averaged);
+/** KEMPE_E_ARGUMENT, with a state's name, where the model has sampled states, or ones that change at events unless
+ * `held`, and `what` does not follow them. */
+kempe_status kmp_refuse_samples(const kempe_model *model, const char *what, bool held);
 
 /** KEMPE_E_ARGUMENT, with a state's name, where the model has delays of continuous signals, which `what` does not
  * follow; the remedy. */

@@ -186,6 +186,42 @@ void kmp_print_states(kmp_text *text, const kempe_system *system, const double *
         kmp_text_printf(text, "  %-*s  %22.15g\n", width, model->states[k].name, qd[kmp_model_coordinates(model) + k]);
 }
 
+/* The next held state from k on; NULL: there is none. */
+static const kmp_state *next_held(const kempe_model *model, int *k)
+{
+    while (*k < model->state_count && !model->states[*k].held)
+        ++*k;
+    return *k < model->state_count ? &model->states[*k] : NULL;
+}
+
+void kmp_print_held(kmp_text *text, const char *label, const kempe_system *system, const double *qd)
+{
+    const kempe_model *model = system->model;
+    const double *value = qd + kmp_model_coordinates(model);
+    const kmp_state *state;
+    int count = 0;
+    for (int k = 0; (state = next_held(model, &k)); k++)
+        kmp_text_printf(text, "%s%s = %.9g", count++ ? ", " : label, state->name, value[k]);
+    if (count > 0)
+        kmp_text_put(text, count == 1 ? ": this state changes at events, and is constant in small motions\n"
+                                      : ": these states change at events, and are constant in small motions\n");
+}
+
+void kmp_print_held_json(kmp_json *json, const kempe_system *system, const double *qd)
+{
+    const kempe_model *model = system->model;
+    const double *value = qd + kmp_model_coordinates(model);
+    const kmp_state *state;
+    int count = 0;
+    for (int k = 0; (state = next_held(model, &k)); k++) {
+        if (count++ == 0)
+            kmp_json_object(json, "held");
+        kmp_json_number(json, state->name, value[k]);
+    }
+    if (count > 0)
+        kmp_json_end(json);
+}
+
 const char *kmp_print_unit(const kempe_system *system, int coordinate)
 {
     return kmp_shown_as(system->context, kmp_quantity_unit(system, KMP_QUANTITY_Q, coordinate)).unit;

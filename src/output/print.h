@@ -56,6 +56,11 @@ int kmp_print_width(const kempe_system *system, kmp_quantity quantity);
 /** Lines of the states of a model with their values, from the rates qd (n); nothing without states. */
 void kmp_print_states(kmp_text *text, const kempe_system *system, const double *qd);
 
+/** A line, after `label`, with the states of an averaged system that change at events alone, and their values in the
+ * rates qd (n); the object `held` of them. Nothing without such states. */
+void kmp_print_held(kmp_text *text, const char *label, const kempe_system *system, const double *qd);
+void kmp_print_held_json(kmp_json *json, const kempe_system *system, const double *qd);
+
 const char *kmp_print_unit(const kempe_system *system, int coordinate);
 double kmp_print_value(const kempe_system *system, int coordinate, double x);
 

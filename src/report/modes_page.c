@@ -155,7 +155,8 @@ static void put_data(kmp_text *text, const maker *w)
                  m->family->state->equilibrium ? "the equilibrium" : "the assembled start", kmp_modes_verdict(m));
     kmp_modes_put_verdict(&because, m);
     kmp_json_text(&json, "reasons", &because);
-    kmp_json_put(&json, "reason %s dof %d frames %d coordinates [", m->reason ? m->reason : "", m->modes.p, FRAMES);
+    kmp_json_put(&json, "reason %s dof %d frames %d coordinates [", m->reason ? m->reason : "", m->modes.moving,
+                 FRAMES);
     for (int k = 0; k < m->modes.n; k++) {
         kmp_shown as = kmp_shown_as(m->system->context, kmp_quantity_unit(m->system, KMP_QUANTITY_Q, k));
         kmp_json_put(&json, "{ name %s unit %s factor %.17g }", m->system->model->motions[k].name, as.unit, as.factor);

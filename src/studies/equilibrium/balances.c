@@ -77,7 +77,7 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     b->idle = KMP_ARENA_NEW(&e->arena, int, linear->p);
     b->idle_count = b->idle ? kmp_equilibrium_idle(linear, b->idle) : -1;
     KMP_TRY(kmp_made(s->context, b->idle_count >= 0 && !e->arena.failed));
-    KMP_TRY(kmp_averaged_judge(e->averaged, e->given, linear));
+    KMP_TRY(kmp_averaged_judge(e->averaged, linear));
     KMP_TRY(kmp_stability_judge(linear, &b->stability));
     KMP_TRY(kmp_balance_look_at_contacts(e, linear, b));
     KMP_TRY(kmp_balance_add_friction(e, linear, b));
@@ -303,7 +303,7 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
     KMP_OPTIONS(system->context, kempe_equilibrium_options, options);
     kmp_context_begin(system->context);
     KMP_MAKE(system->context, kempe_equilibrium, e);
-    kempe_status status = kmp_averaged_new(system, "equilibrium", true, &e->averaged);
+    kempe_status status = kmp_averaged_new(system, &e->averaged);
     e->given = system;
     e->requested = e->system = kmp_averaged_system(e->averaged, system);
     if (status == KEMPE_OK)

@@ -230,7 +230,8 @@ static kempe_status take_state(kmp_channels *c, const kmp_channels_options *opti
     KMP_TRY(kmp_coordinates_read(c->system->model, "independent", options->independent, wish, &wish_count));
     KMP_TRY(kmp_linear_init(&c->linear, c->system, backend));
     KMP_TRY(kmp_operating_new(c->system, options->at, &c->linear, &c->at));
-    return report_singular(c, judge_rest(c, wish, wish_count));
+    KMP_TRY(report_singular(c, judge_rest(c, wish, wish_count)));
+    return kmp_averaged_judge(c->averaged, &c->linear);
 }
 
 /* -- the whole --------------------------------------------------------------------------------------- */
@@ -290,7 +291,7 @@ kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *syste
                         : kmp_refuse_delays(system->model, "linear equations",
                                             "'kempe response' has exact frequency responses; or " KMP_INSTEAD_OF_DELAY);
     if (status == KEMPE_OK)
-        status = kmp_averaged_new(system, "small motions about a state", false, &channels->averaged);
+        status = kmp_averaged_new(system, &channels->averaged);
     channels->given = channels->system = kmp_averaged_system(channels->averaged, system);
     if (status == KEMPE_OK)
         status = build(channels, options);

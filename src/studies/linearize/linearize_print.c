@@ -64,6 +64,7 @@ static void show(kmp_text *text, const kempe_linearization *l)
                         largest_of(l) < 1   ? "stable"
                         : largest_of(l) > 1 ? "unstable"
                                             : "neutral");
+    kmp_print_held(text, "  held     ", c->system, c->at->qd);
     list(text, "states", &c->states);
     list(text, "inputs", &c->loads);
     list(text, "outputs", &c->outputs);
@@ -105,11 +106,12 @@ static void json(kmp_text *text, const kempe_linearization *l, double *room)
                  : c->rests ? "rests"
                             : "moves",
                  c->residual);
-    kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
+    kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, l->count, l->u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
     kmp_print_entries(&j, "qd", c->system, KMP_QUANTITY_QD, c->at->qd);
     if (l->period > 0)
         kmp_json_number(&j, "sample_time", l->period);
+    kmp_print_held_json(&j, c->system, c->at->qd);
     json_names(&j, "states", &c->states);
     json_names(&j, "inputs", &c->loads);
     json_names(&j, "outputs", &c->outputs);

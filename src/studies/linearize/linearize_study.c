@@ -12,8 +12,7 @@
 kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
 {
     const kmp_transfer *transfer = &l->channels.transfer;
-    const kmp_linear *linear = &l->channels.linear;
-    int p = transfer->p, n = transfer->n, inputs = transfer->columns, outputs = transfer->outputs;
+    int p = l->count, n = transfer->n, inputs = transfer->columns, outputs = transfer->outputs;
     int width = kmp_transfer_width(transfer), second = l->z ? 0 : p;
     const kmp_matrix_row row[] = {
 #define KMP_MATRIX(name, word, rows, columns, values, meaning) {word, meaning, values, rows, columns},
@@ -50,13 +49,37 @@ static kempe_status make_first_order(kempe_linearization *l)
                     system->model->motions[l->channels.linear.part.u[failed - 1]].name);
 }
 
+/* The second-order matrices, without the rows and columns of constant states. */
+static kempe_status take_second_order(kempe_linearization *l)
+{
+    const kmp_transfer *t = &l->channels.transfer;
+    const kmp_linear *linear = t->linear;
+    ptrdiff_t p = t->p, n = t->n;
+    int *place = l->u = KMP_ARENA_NEW(&l->channels.arena, int, p);
+    KMP_TRY(kmp_made(l->channels.system->context,
+                     place && KMP_ARENA_MAKE(&l->channels.arena,
+                                             KMP_ROOM(double, p *p, &l->mass, &l->damping, &l->stiffness),
+                                             KMP_ROOM(double, p * t->columns, &l->loads),
+                                             KMP_ROOM(double, n *p, &l->map, &l->map_rate))));
+    const int count = l->count = kmp_linear_moving(linear, place);
+    kmp_linear_squeeze(t->p, count, place, count, place, linear->mass, l->mass);
+    kmp_linear_squeeze(t->p, count, place, count, place, linear->damping, l->damping);
+    kmp_linear_squeeze(t->p, count, place, count, place, linear->stiffness, l->stiffness);
+    kmp_linear_squeeze(t->p, count, place, t->columns, NULL, t->loads, l->loads);
+    kmp_linear_squeeze(t->n, t->n, NULL, count, place, t->map, l->map);
+    kmp_linear_squeeze(t->n, t->n, NULL, count, place, t->map_rate, l->map_rate);
+    for (int k = 0; k < count; k++)
+        l->u[k] = linear->part.u[place[k]];
+    return KEMPE_OK;
+}
+
 /* From one common sample to the next. */
 static kempe_status make_samples(kempe_linearization *l)
 {
     kempe_context *context = l->channels.system->context;
     ptrdiff_t width = kmp_transfer_width(&l->channels.transfer);
     double *room;
-    if (!l->channels.averaged)
+    if (!kmp_samples_in(l->channels.system->model))
         return KEMPE_OK;
     KMP_TRY(kmp_made(context, KMP_ARENA_MAKE(&l->channels.arena, KMP_ROOM(double, 2 * width, &l->z),
                                              KMP_ROOM(double, 3 * width * width, &room))));
@@ -84,6 +107,8 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
         status = make_first_order(l);
     if (status == KEMPE_OK)
         status = make_samples(l);
+    if (status == KEMPE_OK)
+        status = take_second_order(l);
     l->channels.warnings = kmp_context_warnings(system->context);
     return KMP_GIVE_OR_FREE(status, linearization, l, kempe_linearization_free);
 }

@@ -6,9 +6,11 @@
 
 struct kempe_linearization {
     kmp_channels channels;
-    double *a, *b, *c, *d; /* of the channels' arena */
-    double period;         /* s: they are those from one common sample to the next; 0: of a model without samples */
-    double *z;             /* width x 2: eigenvalues of that map, real and imaginary part; NULL without samples */
+    int count, *u; /* the independent coordinates but for constant states, of whose columns and rows */
+    double *mass, *damping, *stiffness, *loads, *map, *map_rate; /* these are */
+    double *a, *b, *c, *d;                                       /* of the channels' arena */
+    double period; /* s: they are those from one common sample to the next; 0: of a model without samples */
+    double *z;     /* width x 2: eigenvalues of that map, real and imaginary part; NULL without samples */
 };
 
 /** A matrix by its row of matrices.def: its name, its description, its values. */

@@ -135,6 +135,24 @@ static void take_values(kmp_transfer *t)
     see(t, l->q, l->qd, l->qdd, l->lambda, kmp_slopes_values(&t->slopes->outputs, &at), t->value);
 }
 
+/* A held state y follows a parameter of its start value at once: from its row g y + l w = 0 into the other rows. */
+static void follow_held(const kmp_transfer *t, double *load, double *direct)
+{
+    const kmp_linear *l = t->linear;
+    const int p = t->p;
+    for (int k = 0; k < p; k++) {
+        const kmp_state *state = kmp_state_of(l->system->model, l->part.u[k]);
+        if (!state || !state->held || load[k] == 0)
+            continue;
+        const double y = -load[k] / l->damping[k + k * p];
+        load[k] = 0;
+        for (int i = 0; i < p; i++)
+            load[i] += i == k ? 0 : l->damping[i + k * p] * y;
+        for (int i = 0; i < t->outputs; i++)
+            direct[i] += t->by_ud[i + k * t->outputs] * y;
+    }
+}
+
 void kmp_transfer_eval(kmp_transfer *transfer)
 {
     kmp_transfer *t = transfer;
@@ -151,8 +169,10 @@ void kmp_transfer_eval(kmp_transfer *transfer)
         unit[k] = 0;
     }
     kmp_linear_inertia(t->linear);
-    for (int k = 0; k < t->columns; k++)
+    for (int k = 0; k < t->columns; k++) {
         follow_load(t, &t->load[k], t->loads + k * p, t->direct + k * outputs);
+        follow_held(t, t->loads + k * p, t->direct + k * outputs);
+    }
 }
 
 bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input)
@@ -199,37 +219,38 @@ static void put_accelerations(int p, const double *factor, const int *pivot, int
     }
 }
 
+/* Number k of u is one of those of x in the half of positions, or in that of rates and values of states. */
+static bool is_in(const kmp_linear *l, int k, int half)
+{
+    const kmp_state *state = kmp_state_of(l->system->model, l->part.u[k]);
+    return !state || (half == 1 && !state->held);
+}
+
 int kmp_transfer_width(const kmp_transfer *transfer)
 {
-    return 2 * transfer->p - transfer->linear->system->model->state_count;
+    int width = 0;
+    for (int k = 0; k < 2 * transfer->p; k++)
+        width += is_in(transfer->linear, k % transfer->p, k / transfer->p);
+    return width;
 }
 
-/* States of the model are independent: their motions are among u. */
 int kmp_transfer_state(const kmp_transfer *transfer, int k)
 {
-    const kmp_linear *l = transfer->linear;
+    const int p = transfer->p;
     int from = 0;
-    for (; from < l->p; from++)
-        if (!kmp_state_of(l->system->model, l->part.u[from]) && k-- == 0)
-            return from;
-    return from + k;
-}
-
-/* Leaves out the rows, or columns, of integrals of states. */
-static void drop(const kmp_transfer *t, bool of_rows, int rows, bool of_columns, int columns, double *x)
-{
-    int width = kmp_transfer_width(t), to = 0;
-    for (int j = 0; j < (of_columns ? width : columns); j++)
-        for (int i = 0; i < (of_rows ? width : rows); i++)
-            x[to++] = x[(of_rows ? kmp_transfer_state(t, i) : i) + (of_columns ? kmp_transfer_state(t, j) : j) * rows];
+    while (!is_in(transfer->linear, from % p, from / p) || k-- > 0)
+        from++;
+    return from;
 }
 
 int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b, double *c, double *d)
 {
     const kmp_transfer *t = transfer;
     size_t p = (size_t)t->p, outputs = (size_t)t->outputs, columns = (size_t)t->columns;
+    const int width = kmp_transfer_width(t);
     double *mass = KMP_NEW(double, p *p);
-    int *pivot = KMP_NEW(int, p), failed = mass && pivot ? factor_mass(t->linear, mass, pivot) : -1;
+    int *pivot = KMP_NEW(int, p), *place = KMP_NEW(int, width);
+    int failed = mass && pivot && place ? factor_mass(t->linear, mass, pivot) : -1;
     if (failed == 0) {
         memset(a, 0, 4 * p * p * sizeof *a);
         memset(b, 0, 2 * p * columns * sizeof *b);
@@ -243,12 +264,15 @@ int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b,
         memcpy(d, t->direct, outputs * columns * sizeof *d);
         add_product(t->outputs, t->p, 2 * t->p, t->by_udd, a + p, 2 * t->p, c);
         add_product(t->outputs, t->p, t->columns, t->by_udd, b + p, 2 * t->p, d);
-        drop(t, true, 2 * t->p, true, 2 * t->p, a);
-        drop(t, true, 2 * t->p, false, t->columns, b);
-        drop(t, false, t->outputs, true, 2 * t->p, c);
+        for (int k = 0; k < width; k++)
+            place[k] = kmp_transfer_state(t, k);
+        kmp_linear_squeeze(2 * t->p, width, place, width, place, a, a);
+        kmp_linear_squeeze(2 * t->p, width, place, t->columns, NULL, b, b);
+        kmp_linear_squeeze(t->outputs, t->outputs, NULL, width, place, c, c);
     }
     kmp_free(mass);
     kmp_free(pivot);
+    kmp_free(place);
     return failed;
 }
 

@@ -64,7 +64,8 @@ void kmp_transfer_eval(kmp_transfer *transfer);
 /** True if a parameter among the inputs moves closures: its rate then acts, too, for which there is no column. */
 bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input);
 
-/** The states x of a state space: du and dud without the integrals of states of the model. Number k of x among the 2p.
+/** The states x of a state space: du and dud without the integrals of states of the model, and without states that are
+ * constant. Number k of x among the 2p.
  */
 int kmp_transfer_width(const kmp_transfer *transfer);
 int kmp_transfer_state(const kmp_transfer *transfer, int k);

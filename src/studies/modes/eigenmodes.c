@@ -266,7 +266,9 @@ kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
                           : s.z_re ? solve_sampled(&s, linear)
                                    : solve(&s, linear);
     if (status == KEMPE_OK) {
-        memcpy(s.u, linear->part.u, (size_t)s.p * sizeof *s.u);
+        s.moving = kmp_linear_moving(linear, s.u);
+        for (int k = 0; k < s.moving; k++)
+            s.u[k] = linear->part.u[s.u[k]];
         measure(&s, linear, mass, work);
         *modes = s;
     } else {

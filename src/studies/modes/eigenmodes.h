@@ -11,7 +11,7 @@ typedef struct kmp_modes {
     const kempe_system *system;
     kmp_arena arena;       /* of all arrays */
     int n, p, count;       /* coordinates, independent ones, eigenvalues: 2 p */
-    int *u;                /* p */
+    int moving, *u;        /* those of the independent coordinates that are no constant states */
     kmp_spectrum spectrum; /* of sampled motion: s = ln(z)/T, without vectors */
     double period;         /* T, in which all samples repeat; 0: no state is sampled */
     double *z_re, *z_im;   /* count: eigenvalues from one common sample to the next; NULL: no state is sampled */

@@ -115,8 +115,8 @@ static kempe_status reach(maker *m, const family *from, double value, int halvin
     kempe_status status =
         to->modes.count == from->modes.count
             ? advance(m, from, to, halvings, doubt)
-            : kmp_fail(m->context, KEMPE_E_FAILED, "there are %d degrees of freedom at %g, and %d at %g", from->modes.p,
-                       from->value, to->modes.p, value);
+            : kmp_fail(m->context, KEMPE_E_FAILED, "there are %d degrees of freedom at %g, and %d at %g",
+                       from->modes.moving, from->value, to->modes.moving, value);
     if (status != KEMPE_OK)
         leave(to);
     return status;

@@ -249,7 +249,7 @@ static void show_locus(kmp_text *text, const kempe_modes *m)
 static void list_coordinates(kmp_text *text, const kempe_modes *m, bool states)
 {
     const char *between = "";
-    for (int k = 0; k < m->modes.p; k++) {
+    for (int k = 0; k < m->modes.moving; k++) {
         int i = m->modes.u[k];
         if ((kmp_state_of(m->system->model, i) != NULL) != states)
             continue;
@@ -260,16 +260,20 @@ static void list_coordinates(kmp_text *text, const kempe_modes *m, bool states)
 
 static void show_state(kmp_text *text, const kempe_modes *m)
 {
-    int freedoms = m->modes.p - m->system->model->state_count;
+    int freedoms = 0, states = 0;
+    for (int k = 0; k < m->modes.moving; k++)
+        *(kmp_state_of(m->system->model, m->modes.u[k]) ? &states : &freedoms) += 1;
     kmp_text_printf(text, "%s: %d degree%s of freedom at %s%s%s", m->system->model->name, freedoms,
                     freedoms == 1 ? "" : "s", m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
-                    kmp_model_has_time(m->system->model) ? " (t = 0)" : "", m->modes.p > 0 ? ": " : "");
+                    kmp_model_has_time(m->system->model) ? " (t = 0)" : "", m->modes.moving > 0 ? ": " : "");
     list_coordinates(text, m, false);
-    if (m->system->model->state_count > 0) {
+    if (states > 0) {
         kmp_text_put(text, "; states: ");
         list_coordinates(text, m, true);
     }
-    kmp_text_put(text, "\n\n");
+    kmp_text_put(text, "\n");
+    kmp_print_held(text, "held      ", m->system, m->qd);
+    kmp_text_put(text, "\n");
 }
 
 static void show_all(kmp_text *text, const void *result)
@@ -373,12 +377,13 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json_string(&j, "at", m->family->state->equilibrium ? "equilibrium" : "start");
     kmp_print_entries(&j, "q", m->system, KMP_QUANTITY_Q, m->q);
     kmp_print_entries(&j, "qd", m->system, KMP_QUANTITY_QD, m->qd);
-    kmp_print_names(&j, "u", m->system, kmp_name_of_coordinate, m->modes.p, m->modes.u);
+    kmp_print_names(&j, "u", m->system, kmp_name_of_coordinate, m->modes.moving, m->modes.u);
     kmp_json_array(&j, "eigenvalues");
     for (int c = 0; c < s->count; c++)
         json_pair(&j, NULL, s->re[c], s->im[c]);
     kmp_json_put(&j, "]");
     json_samples(&j, m);
+    kmp_print_held_json(&j, m->system, m->qd);
     kmp_json_put(&j, "zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
     kmp_modes_put_verdict(&verdict, m);
     kmp_json_text(&j, "reasons", &verdict);

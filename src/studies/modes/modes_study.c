@@ -97,7 +97,7 @@ static kempe_status sweep(kempe_modes *m, const kmp_operating_family_options *op
 {
     kempe_context *context = m->system->context;
     int count = range->count > 0 ? range->count : USUAL_VALUES;
-    if (m->modes.p == 0)
+    if (m->modes.moving == 0)
         return kmp_fail(context, KEMPE_E_FAILED,
                         "there are no degrees of freedom, and so no modes to follow; free a drive, or take a state in "
                         "which friction slips");
@@ -172,7 +172,7 @@ static const char *rates_of(const kempe_modes_options *options, const char **wor
 
 static kempe_status make(kempe_modes *m, const kempe_modes_options *options)
 {
-    kmp_operating_family_options at = {0};
+    kmp_operating_family_options at = {.averaged = m->averaged};
     const char *rates = rates_of(options, &at.word);
     kmp_ranges ranges = {0};
     int varies = -1, *wish = KMP_ARENA_NEW(&m->arena, int, m->system->n);
@@ -201,7 +201,7 @@ kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_optio
     KMP_MAKE(system->context, kempe_modes, m);
     kempe_status status = kmp_refuse_delays(system->model, "modes", KMP_INSTEAD_OF_DELAY);
     if (status == KEMPE_OK)
-        status = kmp_averaged_new(system, "modes", false, &m->averaged);
+        status = kmp_averaged_new(system, &m->averaged);
     m->system = kmp_averaged_system(m->averaged, system);
     if (status == KEMPE_OK)
         status = make(m, options);

@@ -79,6 +79,7 @@ kempe_status kmp_operating_family_go(kmp_operating_family *family, double value,
         s->rates[s->options.varies - s->options.rates].rate = value;
     KMP_TRY(find_state(s));
     KMP_TRY(kmp_operating_take(s->state, &s->linear, s->options.wish, s->options.wish_count));
+    KMP_TRY(kmp_averaged_judge(s->options.averaged, &s->linear));
     kmp_linear_matrices(&s->linear);
     return kmp_modes_init(modes, &s->linear);
 }

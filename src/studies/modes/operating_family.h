@@ -3,6 +3,7 @@
  * from the last one. */
 #pragma once
 
+#include "derivatives/averaged.h"
 #include "model/variant.h"
 #include "studies/equilibrium/operating.h"
 #include "studies/modes/eigenmodes.h"
@@ -15,7 +16,8 @@ typedef struct kmp_operating_family_options {
     int wish_count;
     const kmp_steady *rates; /* constant rates of an equilibrium */
     int rate_count;
-    const kmp_steady *varies; /* the one that varies; NULL: none */
+    const kmp_steady *varies;     /* the one that varies; NULL: none */
+    const kmp_averaged *averaged; /* whose system it is; NULL: the system is no averaged one */
 } kmp_operating_family_options;
 
 typedef struct kmp_operating_family {

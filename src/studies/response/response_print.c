@@ -106,6 +106,7 @@ static void show(kmp_text *text, const void *result)
                     : r->channels.goes_on       ? "the start, which is a steady motion"
                                                 : "the start, which is an equilibrium",
                     kmp_model_has_time(r->channels.system->model) ? " (t = 0)" : "");
+    kmp_print_held(text, "held      ", r->channels.system, r->channels.at->qd);
     if (f->growing != 0)
         kmp_text_printf(text,
                         f->growing > 0 ? "note  the state is unstable, so the steady-state response is not "
@@ -186,6 +187,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
     kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
+    kmp_print_held_json(&j, r->channels.system, r->channels.at->qd);
     json_channels(&j, r);
     if (r->frequency.phi)
         kmp_json_put(&j, "sample_time %g", r->frequency.period);

@@ -154,7 +154,7 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
 {
     const kmp_channels_options requested = {options->at,          options->inputs,  options->outputs,
                                             options->independent, options->backend, true};
-    const bool samples = kmp_model_has_samples(system->model);
+    const bool samples = kmp_samples_in(system->model);
     kmp_range range = {.count = 1};
     if (!options->inputs || !options->inputs[0])
         return kmp_fail(

@@ -127,4 +127,4 @@ static kempe_status find(kempe_sensitivity *s)
     return status;
 }
 
-const kmp_sensitivity_kind kmp_sensitivity_modes = {.name = "modes", .find = find};
+const kmp_sensitivity_kind kmp_sensitivity_modes = {.name = "modes", .find = find, .holds = true};

@@ -30,7 +30,7 @@ static kempe_status take_equilibrium(kmp_sensitivity_state *x)
     kmp_linear *l = &x->varied.linear;
     KMP_TRY(kmp_operating_new(x->s->system, x->s->options->at, l, &x->at));
     KMP_TRY(kmp_operating_take(x->at, l, NULL, 0));
-    KMP_TRY(kmp_averaged_judge(x->s->averaged, x->s->given, l));
+    KMP_TRY(kmp_averaged_judge(x->s->averaged, l));
     memcpy(x->q, x->at->q, (size_t)l->n * sizeof *x->q);
     memcpy(x->qd, x->at->qd, (size_t)l->n * sizeof *x->qd);
     return kmp_state_sensitivity_at(&x->sensitivity_of_state, l, x->slopes, KMP_KEEP_EQUILIBRIUM, NULL, NULL);

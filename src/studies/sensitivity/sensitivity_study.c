@@ -137,7 +137,7 @@ static kempe_status derive(kempe_sensitivity *s)
 }
 
 /* At an equilibrium each sampled state is its `next`, and each delayed signal is the signal, as in the averaged
- * system. */
+ * system. A state of events is constant. */
 static kempe_status take_samples(kempe_sensitivity *s)
 {
     bool start = s->options->at && strcmp(s->options->at, "start") == 0, rests = s->kind->rests && !start;
@@ -148,9 +148,9 @@ static kempe_status take_samples(kempe_sensitivity *s)
     if (s->kind->integrals) /* a run takes the samples */
         return KEMPE_OK;
     if (!rests)
-        return kmp_refuse_samples(s->model, "sensitivities", false);
+        KMP_TRY(kmp_refuse_samples(s->model, "sensitivities", s->kind->holds && !start));
     KMP_TRY(kempe_system_new(s->model, &s->given));
-    KMP_TRY(kmp_averaged_new(s->given, "sensitivities", true, &s->averaged));
+    KMP_TRY(kmp_averaged_new(s->given, &s->averaged));
     s->model = kmp_averaged_system(s->averaged, s->given)->model;
     return KEMPE_OK;
 }
