@@ -44,38 +44,43 @@ static double number(const kempe_table *table, int row, const char *name)
 
 /* -- laws --------------------------------------------------------------------------------------------------- */
 
-/* The force of the film over its scale, by midpoints around the bearing: with H = 1 - x cos - y sin the pressure of a
- * short one is (u cos + v sin)/H^3, of a long one H^3 p' = 12 (v cos - u sin) + C. */
+/* The force of the film over its scale, by midpoints: with H = 1 - x cos - y sin the pressure of a short one is (u cos
+ * + v sin)/H^3, of a long one H^3 p' = 12 (v cos - u sin) + C, the same at both ends. The film is around the bearing;
+ * of `long` on the half where u cos + v sin > 0, with a pressure that is nowhere below zero. */
 static void quadrature(const char *law, double x, double y, double u, double v, double force[2])
 {
-    const double step = 2 * PI / NODES;
-    double sum = 0, cubes = 0;
-    bool along = strcmp(law, "long_full") == 0;
+    const bool along = strncmp(law, "long", 4) == 0, half = strcmp(law, "long") == 0;
+    const double step = (half ? PI : 2 * PI) / NODES, first = half ? atan2(v, u) - PI / 2 : 0;
+    double sum = 0, cubes = 0, pressure = 0, most = 0, least = 0;
     for (int k = 0; along && k < NODES; k++) {
-        double a = (k + 0.5) * step, h = 1 - x * cos(a) - y * sin(a), cube = 1 / (h * h * h);
+        double a = first + (k + 0.5) * step, h = 1 - x * cos(a) - y * sin(a), cube = 1 / (h * h * h);
         sum += 12 * (v * cos(a) - u * sin(a)) * cube;
         cubes += cube;
     }
     force[0] = force[1] = 0;
     for (int k = 0; k < NODES; k++) {
-        double a = (k + 0.5) * step, h = 1 - x * cos(a) - y * sin(a), cube = 1 / (h * h * h);
+        double a = first + (k + 0.5) * step, h = 1 - x * cos(a) - y * sin(a), cube = 1 / (h * h * h);
         double p = (u * cos(a) + v * sin(a)) * cube, slope = (12 * (v * cos(a) - u * sin(a)) - sum / cubes) * cube;
         p = strcmp(law, "short") == 0 ? fmax(p, 0) : p;
         force[0] -= step * (along ? -slope * sin(a) : p * cos(a));
         force[1] -= step * (along ? slope * cos(a) : p * sin(a));
+        pressure += step * slope;
+        most = fmax(most, pressure);
+        least = fmin(least, pressure);
     }
+    CHECK(!half || (least > -1e-6 * most && most > 0));
 }
 
 static void laws(void)
 {
-    static const char *const words[] = {"short", "short_full", "long_full"};
+    static const char *const words[] = {"short", "short_full", "long_full", "long"};
     static const double states[][5] = {/* x, y over the clearance, their rates in 1/s, spin */
                                        {0.3, -0.2, 40, 70, 100},
                                        {-0.6, 0.5, -20, 10, -300},
                                        {0.1, 0.85, 0, 30, 0},
                                        {-0.7, 0, 0, 0, 200},
                                        {0, 0, 25, -15, 0}};
-    for (int w = 0; w < 3; w++)
+    for (int w = 0; w < 4; w++)
         for (int k = 0; k < 5; k++) {
             const double *s = states[k], c = clearance;
             char start[300];
@@ -85,7 +90,7 @@ static void laws(void)
             loaded l = journal(words[w], "0, 0, 0", start);
             kempe_trajectory *run = simulate(&l, &precise[0], 1e-9);
             kempe_table *table = outputs(run);
-            double ratio = w == 2 ? radius * radius : length * length, expected[2];
+            double ratio = w >= 2 ? radius * radius : length * length, expected[2];
             double scale = viscosity * radius * length * ratio / (c * c);
             quadrature(words[w], s[0], s[1], s[2] + 0.5 * s[4] * s[1], s[3] - 0.5 * s[4] * s[0], expected);
             double size = scale * hypot(expected[0], expected[1]);
@@ -129,28 +134,35 @@ static void squeezed(void)
     }
 }
 
-/* A loaded journal comes to rest where Ocvirk's bearing has its load, at his attitude angle. */
+/* A loaded journal comes to rest where the bearing has its load, at its attitude angle. Ocvirk's short one has the load
+ * e sqrt(16 e^2 + pi^2 r^2)/(4 r^4) at tan = pi r/(4 e), the half solution of the long one 6 e sqrt(4 e^2 + pi^2
+ * r^2)/((2
+ * + e^2) r^2) at tan = pi r/(2 e), where r^2 = 1 - e^2. */
 static void loaded_journal(void)
 {
-    const double e = 0.75, spin = 100, r = sqrt(1 - e * e), c = clearance;
-    const double scale = viscosity * radius * length * length * length / (c * c);
-    const double load = scale * spin * e / (4 * r * r * r * r) * sqrt(16 * e * e + PI * PI * r * r);
-    char gravity[100], start[300];
-    (void)snprintf(gravity, sizeof gravity, "0, %.17g, 0", -load / mass);
-    (void)snprintf(start, sizeof start,
-                   "drives: {motor: {joint: J, angle: 100*t}}\n"
-                   "start: {q: {J_y: -0.05 mm}, qd: {J: 100, J_x: 0, J_y: 0}}");
-    loaded l = journal("short", gravity, start);
-    kempe_trajectory *run = simulate(&l, &precise[0], 1);
-    kempe_table *table = outputs(run);
-    int last = table ? kempe_table_row_count(table) - 1 : 0;
-    double x = number(table, last, "q.J_x") / c, y = number(table, last, "q.J_y") / c;
-    CHECK_NEAR(hypot(x, y), e, 1e-8);
-    CHECK_NEAR(fabs(atan2(x, -y)), atan(PI * r / (4 * e)), 1e-8);
-    CHECK(x > 0); /* it turns against the clock, and climbs towards +x from its lowest place */
-    kempe_table_free(table);
-    kempe_trajectory_free(run);
-    unload(&l);
+    for (int along = 0; along < 2; along++) {
+        const double e = 0.75, spin = 100, r = sqrt(1 - e * e), c = clearance;
+        const double scale = viscosity * radius * length * (along ? radius * radius : length * length) / (c * c);
+        const double number_of_load = along ? 6 * e * sqrt(4 * e * e + PI * PI * r * r) / ((2 + e * e) * r * r)
+                                            : e * sqrt(16 * e * e + PI * PI * r * r) / (4 * r * r * r * r);
+        const double attitude = atan(PI * r / ((along ? 2 : 4) * e));
+        char gravity[100], start[300];
+        (void)snprintf(gravity, sizeof gravity, "0, %.17g, 0", -scale * spin * number_of_load / mass);
+        (void)snprintf(start, sizeof start,
+                       "drives: {motor: {joint: J, angle: 100*t}}\n"
+                       "start: {q: {J_y: -0.05 mm}, qd: {J: 100, J_x: 0, J_y: 0}}");
+        loaded l = journal(along ? "long" : "short", gravity, start);
+        kempe_trajectory *run = simulate(&l, &precise[0], 1);
+        kempe_table *table = outputs(run);
+        int last = table ? kempe_table_row_count(table) - 1 : 0;
+        double x = number(table, last, "q.J_x") / c, y = number(table, last, "q.J_y") / c;
+        CHECK_NEAR(hypot(x, y), e, 1e-8);
+        CHECK_NEAR(fabs(atan2(x, -y)), attitude, 1e-8);
+        CHECK(x > 0); /* it turns against the clock, and climbs towards +x from its lowest place */
+        kempe_table_free(table);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
 }
 
 int main(void)

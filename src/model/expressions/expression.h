@@ -133,7 +133,7 @@ typedef struct kmp_expr_local {
     bool yields; /* to the same name of a parameter, input or variable, which is an error otherwise */
 } kmp_expr_local;
 
-enum { KMP_LOCALS_MOST = 16 };
+enum { KMP_LOCALS_MOST = 24 };
 
 typedef struct kmp_expr_locals {
     int count;
