@@ -122,6 +122,12 @@
 /** Rates: |J qd + h_t| over the fastest consistent scaled rate. START is for rates that the user gives at the start. */
 #define KMP_CLOSED_RATES 1e-9
 #define KMP_CLOSED_START 1e-6
+/** Joints with clearance at the start. RANK: of the product of a scaled row with its own change, the square of a pivot:
+ * below the square of 1e-6 the ideal mechanism has a dead centre. DEEP: a compliant contact is not as deep as its
+ * clearance. CENTRED: lengths over their clearance, so that their rounding is that of places over a clearance. */
+#define KMP_LOOSE_RANK    1e-12
+#define KMP_LOOSE_DEEP    2
+#define KMP_LOOSE_CENTRED 1e-9
 /** Rates of a projected step, over the fastest: rounding of J qd; largest effect of rounding of h; margin for the rest
  * of that estimate; decay factor of the estimate from step to step. */
 #define KMP_RATE_ROUNDING 1e-9

@@ -37,8 +37,9 @@ typedef struct work {
     kmp_partition part; /* choice of u and v for KINSOL */
     double *jacobian;   /* m x n, for KINSOL's matrix */
     int *held;          /* n: coordinates that are held */
-    int rank;           /* rank of J if other rows stay open by rounding; -1: none */
-    double near;        /* scaled |h| below which the rank of J is decided and Newton's method is used */
+    kmp_loosening loose;
+    int rank;    /* rank of J if other rows stay open by rounding; -1: none */
+    double near; /* scaled |h| below which the rank of J is decided and Newton's method is used */
 } work;
 
 static void evaluate(work *w)
@@ -314,15 +315,22 @@ static double fastest(const work *w)
     return size;
 }
 
-/* Makes the rates consistent. Given rates are kept if the closures allow it. */
-static void make_rates(work *w)
+/* Joints with clearance rest in their bearings, as far as the given rates let them. */
+static void rest_joints(work *w)
+{
+    w->least.hold = w->fixed;
+    w->a->rested = kmp_loosening_rest(&w->loose, w->fixed, w->a->q, w->a->qd, w->a->loose);
+    if (w->a->rested && w->m > 0)
+        (void)correct_rates(w, w->fixed);
+    w->least.hold = w->guess->hold;
+}
+
+/* Makes the rates consistent with the closures. Given rates are kept if these allow it. */
+static void meet_closures(work *w)
 {
     bool given = false;
-    given_rates(w);
     for (int k = 0; k < w->n; k++)
         given = given || w->fixed[k];
-    if (w->m == 0)
-        return;
     evaluate(w);
     double size = fastest(w), left = correct_rates(w, w->fixed);
     if (given && left > KMP_CLOSED_RATES * fmax(size, fastest(w))) {
@@ -332,6 +340,15 @@ static void make_rates(work *w)
     }
     size = fmax(size, fastest(w));
     w->a->rates_left = left > KMP_CLOSED_RATES * size ? left / size : 0;
+}
+
+static void make_rates(work *w)
+{
+    given_rates(w);
+    if (w->m > 0)
+        meet_closures(w);
+    if (!w->a->rates_changed)
+        rest_joints(w);
 }
 
 /* -- result -------------------------------------------------------------------------------------------- */
@@ -376,7 +393,7 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
     w->least.hold = guess->hold;
     w->closer = kmp_least_change_closer(&w->least);
     copy(w, a->q, guess->q);
-    bool ok = center_joints(w);
+    bool ok = kmp_loosening_init(&w->loose, s, &w->closer) && center_joints(w);
     copy(w, w->from, a->q);
     return ok;
 }
@@ -384,6 +401,7 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
 static void work_free(work *w)
 {
     kmp_partition_free(&w->part);
+    kmp_loosening_free(&w->loose);
     kmp_least_change_free(&w->least);
     kmp_eval_free(w->eval);
     kmp_arena_free(&w->arena);
@@ -428,6 +446,8 @@ static bool assemble(work *w)
         from_afar(w);
         close_near(w);
     }
+    if (w->s->model->start.goal_count == 0)
+        w->a->centred = kmp_loosening_center(&w->loose, w->guess->hold, w->a->q);
     if (!seek_goals(w) || !judge(w))
         return false;
     if (w->a->closed)

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/arena.h"
+#include "constraints/closing/loose_start.h"
 #include "dynamics/system.h"
 #include <kempe/check.h>
 
@@ -35,6 +36,9 @@ struct kempe_assembly {
     double misfit;      /* the widest of the dropped rows, scaled */
     bool rates_changed; /* the given rates contradict the closures: they were corrected */
     double rates_left;  /* part of the prescribed rates that the closures do not allow, over the fastest scaled rate */
+    bool centred;           /* a joint with clearance was outside its bearing: all were centred */
+    bool rested;            /* rates follow from joints with clearance that start as without it */
+    kmp_loose_start *loose; /* by forces: start of those that are joints with clearance */
     int iterations;
     double *gaps;  /* gap of each closure, m, in the order of the model */
     int *culprits; /* closures that remain open, largest gap first */
@@ -66,6 +70,9 @@ bool kmp_assembly_changed_rate(const kempe_assembly *assembly, int k);
 
 /** Appends a sentence for each changed rate, one per line. */
 void kmp_assembly_put_rates(kmp_text *text, const kempe_assembly *assembly);
+
+/** "'pin', 'B'": joints with clearance that start in this way, and their number. */
+int kmp_assembly_put_loose(kmp_text *text, const kempe_assembly *assembly, kmp_loose_start start);
 
 /** Makes an empty assembly; NULL when memory is exhausted. */
 kempe_assembly *kmp_assembly_new(const kempe_system *system);

@@ -99,7 +99,7 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
     a->system = s;
     KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, closures, &a->gaps), KMP_ROOM(double, s->m, &a->open),
                    KMP_ROOM(double, s->m + s->n, &a->pivots), KMP_ROOM(int, closures, &a->culprits),
-                   KMP_ROOM(bool, s->m, &a->dropped));
+                   KMP_ROOM(bool, s->m, &a->dropped), KMP_ROOM(kmp_loose_start, s->model->force_count, &a->loose));
     kmp_goals_init(&a->goals, s->model, &a->arena);
     if (KMP_ARENA_EACH(&a->arena, double, s->n, &a->q, &a->qd, &a->moved))
         return a;
@@ -238,6 +238,16 @@ void kmp_assembly_put_rates(kmp_text *text, const kempe_assembly *a)
                 text, "start: the rate of '%s' is adjusted to %.6g %s (given: %.6g) to satisfy the closures\n",
                 model->motions[k].name, as.factor * a->qd[k], as.unit, as.factor * model->start.qd[k].value);
     }
+}
+
+int kmp_assembly_put_loose(kmp_text *text, const kempe_assembly *a, kmp_loose_start start)
+{
+    const kempe_model *model = a->system->model;
+    int count = 0;
+    for (int k = 0; k < model->force_count; k++)
+        if (model->forces[k].centred[0] && a->loose[k] == start)
+            kmp_text_printf(text, "%s'%s'", count++ ? ", " : "", model->forces[k].name);
+    return count;
 }
 
 /* Warns of changed rates, in every computation from this start. */

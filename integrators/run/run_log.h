@@ -6,8 +6,8 @@
 
 typedef struct kmp_log_entry {
     double t;
-    const char *
-        kind; /* one word: exchange, centring, rows, "change point", event, restart, formulation, dynamics, solutions */
+    const char *kind;     /* one word: start, exchange, centring, rows, "change point", event, restart, formulation,
+                             dynamics, solutions */
     double before, after; /* of the quantity that the text names; NaN if nothing is measured */
     char *text;
 } kmp_log_entry;

@@ -215,6 +215,12 @@ static kempe_status check(const kempe_system *s, const kempe_assembly *a)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: it is the position nearest to goals "
                         "(start: goals); give the resulting coordinates as start values, and hold them");
+    if (a->centred || a->rested)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative with respect to parameters: its %s are those of the mechanism "
+                        "without clearance; give the %s of all coordinates (start: %s)",
+                        a->centred ? "positions" : "rates", a->centred ? "closed positions" : "rates",
+                        a->centred ? "q" : "qd");
     if (a->inner_q)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "the start has no derivative with respect to parameters: a spherical joint is near its "

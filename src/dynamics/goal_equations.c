@@ -12,6 +12,29 @@ int kmp_goals_place_count(const kempe_model *model)
     return count;
 }
 
+int kmp_goals_centred_of(const kmp_force *force)
+{
+    int count = 0;
+    while (count < 3 && force->centred[count])
+        count++;
+    return count;
+}
+
+int kmp_goals_centred_count(const kempe_model *model)
+{
+    int count = 0;
+    for (int k = 0; k < model->force_count; k++)
+        count += kmp_goals_centred_of(&model->forces[k]);
+    return count;
+}
+
+static void lengths(const kmp_equations *eq, kmp_ref *length)
+{
+    for (int k = 0, at = 0; k < eq->model->force_count; k++)
+        for (int i = 0; i < kmp_goals_centred_of(&eq->model->forces[k]); i++)
+            length[at++] = kmp_tree_expression(&eq->tree, eq->model->forces[k].centred[i]);
+}
+
 static void places(const kmp_equations *eq, kmp_ref *place)
 {
     const kmp_start *start = &eq->model->start;
@@ -38,15 +61,18 @@ static void curvatures(const kmp_equations *eq, int count, const kmp_ref *place,
 
 bool kmp_goals_program(kmp_equations *eq, kmp_program **program)
 {
-    int count = kmp_goals_place_count(eq->model), counts[2] = {count * (1 + eq->n), count};
-    if (count == 0)
+    int count = kmp_goals_place_count(eq->model), loose = kmp_goals_centred_count(eq->model);
+    int own = count * (1 + eq->n), counts[2] = {own + loose * (1 + eq->n), count};
+    if (count + loose == 0)
         return true;
     kmp_ref *place = KMP_GRAPH_NEW(eq->graph, kmp_ref, counts[0]),
             *curvature = KMP_GRAPH_NEW(eq->graph, kmp_ref, count);
     if (!place || !curvature)
         return false;
     places(eq, place);
+    lengths(eq, place + own);
     kmp_partials_all(eq->graph, count, place, KMP_IN_Q, eq->n, place + count);
+    kmp_partials_all(eq->graph, loose, place + own, KMP_IN_Q, eq->n, place + own + loose);
     curvatures(eq, count, place, curvature);
     const kmp_ref *groups[2] = {place, curvature};
     *program = kmp_graph_failed(eq->graph) ? NULL : kmp_program_new(eq->graph, 2, counts, groups);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Positions that goals of the start are about, with their first and second derivatives. */
+/* Positions that goals of the start are about, with their first and second derivatives, and places of joints with
+ * clearance with their first derivatives. */
 #pragma once
 
 #include "dynamics/equations.h"
@@ -7,12 +8,18 @@
 
 /* Stages; each point with a goal has three values x, y, z. */
 enum {
-    KMP_STAGE_PLACE = 1, /* q: the values of all points, then each value's derivative along all n coordinates */
-    KMP_STAGE_BEND       /* qd: each value's second derivative along qd */
+    KMP_STAGE_PLACE = 1, /* q: the values of all points, then each value's derivative along all n coordinates; the same
+                            of the lengths of joints with clearance */
+    KMP_STAGE_BEND       /* qd: each value's second derivative along qd, of points alone */
 };
 
 /** The number of values of the goals of points. */
 int kmp_goals_place_count(const kempe_model *model);
 
-/** The program of these values; *program stays NULL when no goal concerns a point. False: no memory. */
+/** The number of lengths that are zero where joints with clearance are centred, and of those of one contact. */
+int kmp_goals_centred_count(const kempe_model *model);
+int kmp_goals_centred_of(const kmp_force *force);
+
+/** The program of these values; *program stays NULL when no goal concerns a point and no joint has clearance. False: no
+ * memory. */
 bool kmp_goals_program(kmp_equations *eq, kmp_program **program);

@@ -177,6 +177,8 @@ typedef struct kmp_force {
                   * components,  whose forces follow each other; 0: the slip has one */
     int wheel;   /* of a wheel's contact; meaningless otherwise */
     const struct kmp_compliant *compliant; /* COMPLIANT: model/compliant/compliant.h */
+    const kmp_expr *centred[3]; /* of a joint with clearance: lengths over the clearance that are zero where it is
+                                 * centred; NULL: none further */
 } kmp_force;
 
 /** A goal of assembly, approached as far as the closures permit: a coordinate, or the position of a point. */

@@ -3,6 +3,8 @@
  * examples/loose_pin/reference_loose_pin.py, sliders in guides against closed forms, a ball in its socket against the
  * closed form of an elastic impact. That of examples/loose_slider has equations of its own. */
 #include "ways.h"
+#include <kempe/check.h>
+#include <kempe/sensitivity.h>
 #include <kempe/table.h>
 #include <math.h>
 #include <stdlib.h>
@@ -129,6 +131,137 @@ static void ideal_start(void)
         CHECK_NEAR(kempe_table_number(table, 0, kempe_table_find(table, names[k])), expected[k], 1e-11 * w);
     kempe_table_free(table);
     kempe_trajectory_free(run);
+    unload(&model);
+}
+
+/* -- starts without clearance -------------------------------------------------------------------------------- */
+
+/* Positions and rates of the start by name, against those of the mechanism without clearance. */
+static void check_start(const char *text, int count, const char *const *names, const double *q, const double *qd)
+{
+    loaded model = load_text(text);
+    kempe_assembly *a = NULL;
+    char *said = NULL;
+    CHECK(kempe_assembly_new(model.system, &a) == KEMPE_OK);
+    for (int k = 0; a && k < count; k++) {
+        int at = 0;
+        while (at < model.model->motion_count && strcmp(model.model->motions[at].name, names[k]) != 0)
+            at++;
+        CHECK_NEAR(kempe_assembly_q(a)[at], q[k], 1e-12);
+        CHECK_NEAR(kempe_assembly_qd(a)[at], qd[k], 1e-11 * 500);
+    }
+    CHECK(a && kempe_assembly_print(a, KEMPE_TEXT, &said) == KEMPE_OK && strstr(said, " as without it"));
+    kempe_text_free(said);
+    kempe_assembly_free(a);
+    unload(&model);
+}
+
+/* A slider-crank with a loose pin, compliant or rigid, as a closure or in the tree, at 40 degrees of the crank. Its
+ * start has no rates, and a guess of its positions that is not closed without clearance. */
+static void starts_of_pins(void)
+{
+    static const char *const contacts[] = {"law: hertz, stiffness: 1e9", "restitution: 0.5"};
+    static const char *const names[] = {"A", "B", "S"}, *const of_tree[] = {"A", "pin", "S", "pin_x", "pin_y"};
+    static const char head[] = "kempe: 1\n"
+                               "drives: {motor: {joint: A, angle: 40 deg + 500*t}}\n"
+                               "bodies:\n"
+                               "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 0.3, inertia: {zz: 1e-4}, "
+                               "points: {B: [0.05, 0, 0]}}\n"
+                               "  slider: {joint: {name: S, prismatic: x, at: ground}, mass: 0.14, points: {P: [0, 0, "
+                               "0]}}\n";
+    static const char *const forms[] = {
+        "  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 0.21, inertia: {zz: 2.5e-4}, points: {P: [0.12, 0, "
+        "0]}}\n"
+        "loops: {pin: {revolute: [slider.P, rod.P], clearance: 0.5 mm, contact: {%s}}}\n"
+        "start: {q: {A: 0.6981317007977318, B: -55 deg, S: 0.15}, hold: [A]}\n",
+        "  rod: {joint: {name: pin, revolute: z, at: slider, clearance: 0.5 mm, contact: {%s}}, mass: 0.21, com: "
+        "[-0.06, 0, 0], inertia: {zz: 2.5e-4}, points: {B: [-0.12, 0, 0]}}\n"
+        "loops: {B: {ball: [crank.B, rod.B]}}\n"
+        "start: {q: {A: 0.6981317007977318, pin: -15 deg, S: 0.15}, hold: [A]}\n"};
+    const double angle = 40 * 3.14159265358979323846 / 180, r = 0.05, l = 0.12, w = 500;
+    const double rod = -asin(r * sin(angle) / l), turning = -r * w * cos(angle) / (l * cos(rod));
+    const double place = r * cos(angle) + l * cos(rod), rate = -r * w * sin(angle) - l * sin(rod) * turning;
+    for (int k = 0; k < 4; k++) {
+        const bool tree = k / 2;
+        const double q[] = {angle, tree ? rod : rod - angle, place, 0, 0};
+        const double qd[] = {w, tree ? turning : turning - w, rate, 0, 0};
+        char text[1500], rest[700];
+        (void)snprintf(rest, sizeof rest, forms[k / 2], contacts[k % 2]);
+        (void)snprintf(text, sizeof text, "%s%s", head, rest);
+        check_start(text, tree ? 5 : 3, tree ? of_tree : names, q, qd);
+    }
+}
+
+/* A slider of a slider-crank in its guide; a ball on a crank in the socket of a slider with two coordinates. */
+static void starts_of_guides_and_balls(void)
+{
+    static const char guide[] =
+        "kempe: 1\n"
+        "ground: {points: {O: [0, 0, 0]}}\n"
+        "drives: {motor: {joint: A, angle: 40 deg + 500*t}}\n"
+        "bodies:\n"
+        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 0.3, inertia: {zz: 1e-4}, points: {B: [0.05, 0, "
+        "0]}}\n"
+        "  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 0.21, inertia: {zz: 2.5e-4}, points: {P: [0.12, 0, "
+        "0]}}\n"
+        "  slider: {joint: {name: P, revolute: z, at: rod.P}, mass: 0.14, inertia: {zz: 5e-5}, points: {P: [0, 0, "
+        "0]}}\n"
+        "loops: {guide: {prismatic: [ground.O, slider.P], axis: x, clearance: 0.2 mm, contact: {length: 60 mm, height: "
+        "30 mm, restitution: 0.2}}}\n"
+        "start: {q: {A: 0.6981317007977318, B: -55 deg, P: 15 deg}, hold: [A]}\n";
+    static const char ball[] =
+        "kempe: 1\n"
+        "drives: {motor: {joint: A, angle: 40 deg + 500*t}}\n"
+        "bodies:\n"
+        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 0.3, inertia: {zz: 1e-4}, points: {B: [0.05, 0, "
+        "0]}}\n"
+        "  cross: {joint: {name: X, prismatic: x, at: ground}, mass: 0.1}\n"
+        "  slide: {joint: {name: Y, prismatic: y, at: cross}, mass: 0.1}\n"
+        "  lift: {joint: {name: Z, prismatic: z, at: slide}, mass: 0.1, points: {C: [0, 0, -0.01]}}\n"
+        "loops: {S: {ball: [lift.C, crank.B], clearance: 0.1 mm, contact: {law: hertz, stiffness: 1e8}}}\n"
+        "start: {q: {A: 0.6981317007977318}, hold: [A]}\n";
+    static const char *const of_guide[] = {"A", "B", "P"}, *const of_ball[] = {"A", "X", "Y", "Z"};
+    const double angle = 40 * 3.14159265358979323846 / 180, r = 0.05, l = 0.12, w = 500;
+    const double rod = -asin(r * sin(angle) / l), turning = -r * w * cos(angle) / (l * cos(rod));
+    check_start(guide, 3, of_guide, (const double[]){angle, rod - angle, -rod},
+                (const double[]){w, turning - w, -turning});
+    check_start(ball, 4, of_ball, (const double[]){angle, r * cos(angle), r * sin(angle), 0.01},
+                (const double[]){w, -r * w * sin(angle), r * w * cos(angle), 0});
+}
+
+/* Given rates are kept. A journal that they move keeps its rate, and those of other joints follow: the end of the
+ * second arm moves with 3 (0.3 + 0.3) + 1 0.3 + 0.2, and so does the bob. Rates that follow from joints with clearance
+ * have no derivative by parameters. */
+static void given_rates(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "parameters: {w: 3}\n"
+        "bodies:\n"
+        "  one: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.1}, points: {P: [0.3, 0, 0]}}\n"
+        "  two: {joint: {name: B, revolute: z, at: one.P, clearance: 1 mm, contact: {law: hertz, stiffness: 1e9}}, "
+        "mass: "
+        "1, inertia: {zz: 0.1}, points: {P: [0.3, 0, 0]}}\n"
+        "  bob: {joint: {name: Y, prismatic: y, at: ground}, mass: 1, points: {Q: [0.6, 0, 0]}}\n"
+        "loops: {pin: {revolute: [two.P, bob.Q], clearance: 1 mm, contact: {law: hertz, stiffness: 1e9}}}\n"
+        "start: {qd: {A: w, B: 1, B_y: 0.2}}\n";
+    static const double expected[] = {3, 0, 0.2, 1, 2.3};
+    loaded model = load_text(text);
+    kempe_assembly *a = NULL;
+    kempe_sensitivity *slopes = NULL;
+    const kempe_sensitivity_options options = {
+        .parameters = "w", .outputs = "q(A)", .run = &(kempe_run_options){.t_end = 1e-6}};
+    char *said = NULL;
+    CHECK(kempe_assembly_new(model.system, &a) == KEMPE_OK);
+    for (int k = 0; a && k < 5; k++)
+        CHECK_NEAR(kempe_assembly_qd(a)[k], expected[k], 1e-12);
+    CHECK(a && kempe_assembly_print(a, KEMPE_TEXT, &said) == KEMPE_OK &&
+          strstr(said, "'pin' starts as without it\nclearance 'B' starts with a rate of its own\n"));
+    CHECK(kempe_sensitivity_new(model.model, &options, &slopes) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(model.context), "give the rates of all coordinates"));
+    kempe_text_free(said);
+    kempe_sensitivity_free(slopes);
+    kempe_assembly_free(a);
     unload(&model);
 }
 
@@ -269,6 +402,9 @@ int main(void)
 {
     TEST(rigid_pin);
     TEST(ideal_start);
+    TEST(starts_of_pins);
+    TEST(starts_of_guides_and_balls);
+    TEST(given_rates);
     TEST(resting_slider);
     TEST(rigid_slider);
     TEST(ball_in_socket);

@@ -333,7 +333,7 @@ static void contact_times(void)
     unload(&l);
 }
 
-/* A start far from the bearing is refused with the name of the joint. */
+/* A start that is held far from the bearing is refused with the name of the joint. */
 static void pin_outside(void)
 {
     static const char text[] =
@@ -341,7 +341,8 @@ static void pin_outside(void)
         "bodies:\n"
         "  arm: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.1}, points: {P: [0.3, 0, 0]}}\n"
         "  bob: {joint: {name: S, prismatic: x, at: ground}, mass: 1, points: {Q: [0, 0, 0]}}\n"
-        "loops: {pin: {revolute: [arm.P, bob.Q], clearance: 1 mm, contact: {law: hertz, stiffness: 1e9}}}\n";
+        "loops: {pin: {revolute: [arm.P, bob.Q], clearance: 1 mm, contact: {law: hertz, stiffness: 1e9}}}\n"
+        "start: {q: {S: 0.1}, hold: [S]}\n";
     kempe_status status;
     loaded l = load_text(text);
     kempe_trajectory *run = simulate_any(&l, &precise[0], 0.1, &status);

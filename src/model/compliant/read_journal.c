@@ -149,6 +149,15 @@ static bool place_in_joint(const geometry *c, const kmp_yaml *node, bool guide, 
     return true;
 }
 
+/* A length x over the clearance c; NULL without one of them. */
+static const kmp_expr *over_clearance(const geometry *g, const char *formula, const kmp_expr *x, const kmp_expr *c)
+{
+    kmp_expr_locals locals = {0};
+    kmp_add_local(&locals, "x", x);
+    kmp_add_local(&locals, "c", c);
+    return locals.count == 2 ? kmp_read_formula(g->r, formula, &locals) : NULL;
+}
+
 /* -- journals ---------------------------------------------------------------------------------------------- */
 
 static void place_journal(const geometry *c)
@@ -191,6 +200,8 @@ bool kmp_read_journal(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
         place_ball(&c);
     else
         place_journal(&c);
+    for (int k = 0; k < (journal->ball ? 3 : 2); k++)
+        force->centred[k] = over_clearance(&c, "x/c", force->vector[k], journal->clearance);
     return journal->clearance && force->vector[0] && force->vector[1];
 }
 
@@ -250,6 +261,7 @@ static bool find_corner(const geometry *c, const plane_motion *motion, int corne
     pair->gap = kmp_read_formula(
         c->r, kmp_reader_say(c->r, "h/2 + g %s %s", corners[corner].across > 0 ? "-" : "+", first ? other : one),
         &locals);
+    c->force->centred[0] = over_clearance(c, "(x - c)/c", pair->gap, locals.local[0].expr);
     *slip = rate_of(c, kmp_read_formula(c->r, first ? one : other, &locals));
     return pair->gap && *slip;
 }

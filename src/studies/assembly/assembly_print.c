@@ -86,6 +86,21 @@ static void show_coordinates(kmp_text *text, const kempe_assembly *a)
     kmp_print_states(text, a->system, a->qd);
 }
 
+/* Joints with clearance. */
+static void show_loose(kmp_text *text, const kempe_assembly *a)
+{
+    static const char *const ways[] = {[KMP_LOOSE_OWN] = "with a rate of its own", [KMP_LOOSE_REST] = "as without it"};
+    const kmp_loose_start starts[] = {KMP_LOOSE_REST, KMP_LOOSE_OWN};
+    for (int k = 0; k < 2; k++) {
+        kmp_text names = {0};
+        int count = kmp_assembly_put_loose(&names, a, starts[k]);
+        if (count > 0)
+            kmp_text_printf(text, "clearance %s start%s %s%s\n", names.s, count == 1 ? "s" : "", ways[starts[k]],
+                            a->centred ? ", centred because a guess was outside its bearing" : "");
+        kmp_text_free_part(text, &names);
+    }
+}
+
 static void show_assembly(kmp_text *text, const void *result)
 {
     const kempe_assembly *a = result;
@@ -111,6 +126,7 @@ static void show_assembly(kmp_text *text, const void *result)
         kmp_print_cell(text, 0, 2, a->goals.slope);
         kmp_text_put(text, "\n");
     }
+    show_loose(text, a);
     kmp_print_rounding(text, a->system, "rounding  ", "          ");
     kmp_text changed = {0};
     kmp_assembly_put_rates(&changed, a);
@@ -156,6 +172,21 @@ static void json_rates(kmp_json *j, const kempe_assembly *a)
     kmp_json_put(j, "} rates_left %g", a->rates_left);
 }
 
+static void json_loose(kmp_json *j, const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    bool any = false;
+    for (int k = 0; k < model->force_count; k++)
+        any = any || model->forces[k].centred[0];
+    if (!any)
+        return;
+    kmp_json_object(j, "clearance");
+    for (int k = 0; k < model->force_count; k++)
+        if (model->forces[k].centred[0])
+            kmp_json_put(j, "%s %s", model->forces[k].name, a->loose[k] == KMP_LOOSE_REST ? "as_without" : "own");
+    kmp_json_put(j, "} centred %i", a->centred);
+}
+
 static void json_assembly(kmp_text *text, const void *result)
 {
     const kempe_assembly *a = result;
@@ -171,6 +202,7 @@ static void json_assembly(kmp_text *text, const void *result)
     kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);
     kmp_print_entries(&j, "qd", a->system, KMP_QUANTITY_QD, a->qd);
     json_rates(&j, a);
+    json_loose(&j, a);
     kmp_json_put(&j, "residual %g gap %g", a->residual, a->gap);
     kmp_print_names(&j, "culprits", a->system, kmp_name_of_closure, a->culprit_count, a->culprits);
     kmp_json_whole(&j, "iterations", a->iterations);
