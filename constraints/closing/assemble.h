@@ -36,8 +36,8 @@ struct kempe_assembly {
     double misfit;      /* the widest of the dropped rows, scaled */
     bool rates_changed; /* the given rates contradict the closures: they were corrected */
     double rates_left;  /* part of the prescribed rates that the closures do not allow, over the fastest scaled rate */
-    bool centred;           /* a joint with clearance was outside its bearing: all were centred */
-    bool rested;            /* rates follow from joints with clearance that start as without it */
+    bool centred;       /* a joint with clearance was outside its bearing: all were centred */
+    bool rested;        /* rates follow from joints with clearance that start as without it */
     kmp_loose_start *loose; /* by forces: start of those that are joints with clearance */
     int iterations;
     double *gaps;  /* gap of each closure, m, in the order of the model */
