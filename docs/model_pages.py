@@ -29,7 +29,7 @@ FORCES = {"JOINT": "force", "LINE": "force along a line", "CYLINDER": "cylinder"
 LAWS = {"LINE": "tension along the line, by `distance` and `rate`", "TORSION": "torque against a growing angle, by `angle` and `rate`"}
 NEEDS = {"NOTHING": "", "AXIS": "`axis`", "SAME_AXIS": "`axis` or `axes`", "TWO_AXES": "`axes`",
          "CURVE": "`table`, `y`, `z`, `curve`, `power`", "TERMS": "`equals`", "EXPRESSION": "`power`"}
-ARGUMENTS = {"LOOP": "(LOOP)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
+ARGUMENTS = {"LOOP": "(LOOP)", "JOINT": "(JOINT)", "POINT": "(BODY.POINT)", "FORCE": "(FORCE)", "NOTHING": "",
              "SENSOR": "(SENSOR)", "WHEEL": "(WHEEL)", "MAYBE_STATE": "(STATE)"}
 
 
@@ -213,7 +213,7 @@ def measures():
     """The words of points and axes in expressions."""
     lines = []
     for _, word, argument, least, most, components, _, unit, meaning in generate_schema.rows("measures.def", "KMP_MEASURE"):
-        places = {"AXIS": ("a.P.x", "b.Q.x", "a.P.z"), "POINT": ("a.P", "b.Q"), "CONTACT": ("floor",), "LOOP": ("loop",)}[argument]
+        places = {"AXIS": ("a.P.x", "b.Q.x", "a.P.z"), "POINT": ("a.P", "b.Q"), "CONTACT": ("floor",), "LOOP": ("loop",), "JOINT": ("joint",)}[argument]
         after = {"1": "", "3": ".x", "9": ".x.y"}[components]
         lines.append((", ".join(f"`{word}({', '.join(places[:count])}){after}`" for count in range(int(least), int(most) + 1)), unit or "none", meaning))
     return table(("measure", "unit", "meaning"), lines)

@@ -187,8 +187,8 @@ static kempe_status derive_loaded(kmp_equations *eq, const kmp_scene *scene, uns
         derive_tangents(eq, &forces, sets);
     if (sets & KMP_SET_ACCELERATION)
         KMP_TRY(derive_accelerations(eq, &forces, scene->efforts));
-    if (sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, &forces))
-        return kmp_fail_memory(eq->context);
+    if (sets & KMP_SET_OUTPUT)
+        KMP_TRY(kmp_outputs_derive(eq, &forces));
     eq->potential = forces.potential;
     eq->power = forces.power;
     return KEMPE_OK;
@@ -279,8 +279,8 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
         (scene->scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite)(frames(eq), eq->mass);
     if (sets & loaded || energy)
         KMP_TRY(derive_loaded(eq, scene, energy));
-    else if (sets & KMP_SET_OUTPUT && !kmp_outputs_derive(eq, NULL))
-        return kmp_fail_memory(eq->context);
+    else if (sets & KMP_SET_OUTPUT)
+        KMP_TRY(kmp_outputs_derive(eq, NULL));
     eq->friction_count = 0;
     if (sets & KMP_SET_FRICTION)
         derive_friction(eq);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/outputs.h"
 #include "dynamics/closures.h"
+#include "dynamics/formalisms/joint_loads.h"
 #include "dynamics/formalisms/newton_euler.h"
 #include "dynamics/kinematics/momenta.h"
 #include "dynamics/kinematics/touching.h"
@@ -48,6 +49,9 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
     case KMP_OUTPUT_REACTION:
     case KMP_OUTPUT_MOMENT:
         return kmp_closure_load(&eq->tree, output->index, output->kind == KMP_OUTPUT_MOMENT);
+    case KMP_OUTPUT_JOINT_REACTION:
+    case KMP_OUTPUT_JOINT_MOMENT:
+        return kmp_joint_load(&eq->tree, output->index + 1, output->kind == KMP_OUTPUT_JOINT_MOMENT);
     case KMP_OUTPUT_ENERGY:
         return energies(eq, forces);
     case KMP_OUTPUT_MOMENTUM:
@@ -122,13 +126,9 @@ static void show(kmp_equations *eq, const kmp_forces *forces, const kmp_output *
     eq->position_count += output->kind == KMP_OUTPUT_POSITION;
 }
 
-/* In the order of the model. Conditions of outputs alone are no events: they are evaluated at the state of each row. */
-bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
+/* In the order of the model. */
+static void show_all(kmp_equations *eq, const kmp_forces *forces)
 {
-    bool settled = eq->tree.settled;
-    if (!settled && !derive_until(&eq->tree))
-        return false;
-    eq->tree.settled = true;
     for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
         if (eq->model->outputs[o].kind == KMP_OUTPUT_CONTACT)
             show_contacts(eq, eq->model->outputs[o].index);
@@ -136,6 +136,17 @@ bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
             show_axes(eq, eq->model->outputs[o].index);
         else
             show(eq, forces, &eq->model->outputs[o]);
+}
+
+/* Conditions of outputs alone are no events: they are evaluated at the state of each row. */
+kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
+{
+    bool settled = eq->tree.settled;
+    KMP_TRY(kmp_joint_loads_begin(eq));
+    KMP_TRY(kmp_made(eq->context, settled || derive_until(&eq->tree)));
+    eq->tree.settled = true;
+    show_all(eq, forces);
     eq->tree.settled = settled;
-    return !kmp_graph_failed(eq->graph);
+    KMP_TRY(kmp_joint_loads_end(eq));
+    return kmp_made(eq->context, !kmp_graph_failed(eq->graph));
 }

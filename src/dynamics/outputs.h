@@ -9,5 +9,5 @@
 bool kmp_outputs_need_forces(const kempe_model *model);
 
 /** Fills eq->position and eq->shown, with the quantities that requested outputs need and no more. `forces` may be NULL
- * when none needs it. False: no memory. */
-bool kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces);
+ * when none needs it. KEMPE_E_MEMORY; KEMPE_E_INPUT where the load of a joint is not known. */
+kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces);

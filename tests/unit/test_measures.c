@@ -369,7 +369,7 @@ static void mistakes(void)
     refused("forces: {f: {joint: x, force: acceleration(bob.C).x}}", "model.yaml:14:31: acceleration is not allowed");
     refused("states: {s: {rate: angular_acceleration(bob.C).z}}", "angular_acceleration is not allowed here");
     refused("algebraic: {a: acceleration(bob.C).x}", "acceleration is not allowed here");
-    refused("sensors: {f: reaction(A).x}", "joint 'A' is in the tree and has no multipliers");
+    refused("sensors: {f: lambda(A)}", "joint 'A' is in the tree and has no multipliers");
     refused("sensors: {f: reaction(pin)}", "a component is expected here");
     refused("sensors: {f: rate(reaction(pin).x)}", "depends on accelerations");
     refused("drives: {d: {joint: A, angle: reaction(pin).x}}", "reaction is not allowed here");

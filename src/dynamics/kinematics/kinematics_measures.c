@@ -137,6 +137,10 @@ kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int n
     case KMP_MEASURE_MOMENT:
         return tree->reaction ? tree->reaction(tree, of[0].closure, measure->kind == KMP_MEASURE_MOMENT).x[number]
                               : KMP_ZERO;
+    case KMP_MEASURE_JOINT_REACTION:
+    case KMP_MEASURE_JOINT_MOMENT:
+        return tree->loads ? tree->carried(tree, of[0].closure, measure->kind == KMP_MEASURE_JOINT_MOMENT).x[number]
+                           : KMP_ZERO;
     default:
         return kmp_point_measure(tree, measure->kind, of[0].point, measure->count > 1 ? of[1].point : -1).x[number];
     }

@@ -132,6 +132,8 @@ typedef struct kmp_tree {
     kmp_noted *noted;     /* of the graph; present with `events` */
     /* The force or the moment of a closure by its multipliers; NULL: there are none. */
     kmp_vec (*reaction)(const struct kmp_tree *tree, int closure, bool moment);
+    struct kmp_joint_loads *loads; /* of its joints (dynamics/formalisms/joint_loads.h); NULL: they are not known */
+    kmp_vec (*carried)(const struct kmp_tree *tree, int body, bool moment); /* the load of a body's joint, by them */
     const int *row; /* KMP_CLOSURE_ROWS per closure: the number of each declared row among those that are kept, -1 for
                        others; not owned; NULL: none is known */
 } kmp_tree;

@@ -52,12 +52,12 @@ typedef enum kmp_measure_kind {
     KMP_MEASURE_KINDS
 } kmp_measure_kind;
 
-/** A point of the model, or one of its axes; a contact or a closure. */
+/** A point of the model, or one of its axes; a contact, a closure or a joint. */
 typedef struct kmp_spot {
     int point;        /* -1: none */
     int axis;         /* 0, 1, 2; -1: the point itself */
-    int closure;      /* of a reaction or moment */
-    const char *name; /* BODY.POINT, a contact or a closure, as the model has it */
+    int closure;      /* of a reaction or moment; the body that a joint of the tree carries */
+    const char *name; /* BODY.POINT, a contact, a closure or a joint, as the model has it */
 } kmp_spot;
 
 typedef struct kmp_measure {
@@ -152,6 +152,9 @@ typedef struct kmp_expr_scope {
     int (*parameter)(void *user, const char *name);
     int (*coordinate)(void *user, const char *name);
     int (*closure)(void *user, const char *name); /* closures whose multipliers are allowed */
+    /* The body that a joint of the tree carries, -1: there is none. *name becomes its name in the model, *obstacle why
+     * its load is not known, or NULL. */
+    int (*joint)(void *user, const char **name, const char **obstacle);
     /* Sets index, unit and value of an input; false: there is none. */
     bool (*input)(void *user, const char *name, struct kmp_expr *input);
     int (*state)(void *user, const char *name);                    /* the motion of a state */

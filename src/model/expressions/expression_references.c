@@ -3,11 +3,11 @@
 #include "model/expressions/expression_parser.h"
 #include <string.h>
 
-enum { OF_POINT, OF_AXIS, OF_CONTACT, OF_LOOP };
+enum { OF_POINT, OF_AXIS, OF_CONTACT, OF_LOOP, OF_JOINT };
 
 static const struct {
     const char *word;
-    int of; /* axes, points, contacts or loops */
+    int of; /* axes, points, contacts, loops or joints */
     int least, most, components, order;
 } rows[] = {
 #define KMP_MEASURE(kind, word, argument, least, most, components, order, unit, meaning)                               \
@@ -150,10 +150,23 @@ static bool parse_loop(kmp_parser *p, kmp_spot *spot)
     return spot->closure >= 0;
 }
 
+static bool parse_joint(kmp_parser *p, const char *word, kmp_spot *spot)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start)), *obstacle = NULL;
+    int body = name ? p->scope->joint(p->scope->user, &name, &obstacle) : -1;
+    *spot = (kmp_spot){.point = -1, .axis = -1, .closure = body, .name = name};
+    if (obstacle)
+        kmp_parse_complain(p, start, "%s: the load of joint '%s' is not known: %s", word, name, obstacle);
+    return body >= 0 && !obstacle;
+}
+
 static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_spot *spot)
 {
     if (rows[kind].of == OF_LOOP)
         return parse_loop(p, spot);
+    if (rows[kind].of == OF_JOINT)
+        return parse_joint(p, rows[kind].word, spot);
     return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, spot)
                                        : parse_spot(p, rows[kind].word, rows[kind].of == OF_AXIS, spot);
 }
@@ -190,13 +203,35 @@ static bool is_coordinate(const char *s)
     return n > 0 && (s[n] != '.' || is_digit(s[n + 1]));
 }
 
+/* The kind for a joint of the tree in place of that for a loop of no such name. */
+static kmp_measure_kind kind_for(kmp_parser *p, kmp_measure_kind kind)
+{
+    const char *at = p->at, *obstacle;
+    if (rows[kind].of != OF_LOOP || !p->scope->closure || !p->scope->joint)
+        return kind;
+    (void)kmp_parse_take(p, '(');
+    kmp_parse_skip_space(p);
+    const char *name = kmp_parse_copy(p, kmp_parse_word_length(p->at));
+    p->at = at;
+    bool joint =
+        name && p->scope->closure(p->scope->user, name) < 0 && p->scope->joint(p->scope->user, &name, &obstacle) >= 0;
+    return !joint ? kind : kind == KMP_MEASURE_MOMENT ? KMP_MEASURE_JOINT_MOMENT : KMP_MEASURE_JOINT_REACTION;
+}
+
 static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measure_kind kind)
 {
     const char *word = rows[kind].word;
+    kind = kind_for(p, kind);
     bool of_loop = rows[kind].of == OF_LOOP;
     if (of_loop ? !p->scope->closure : !p->scope->point)
         return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected", word,
                                   kmp_parse_allowed(p->scope));
+    if (rows[kind].of == OF_JOINT && !p->scope->accelerations)
+        return kmp_parse_complain(p, where,
+                                  "%s of a joint of the tree is not allowed here: it follows from the accelerations, "
+                                  "which forces determine; a sensor may have it, a condition 'until' of the run, and "
+                                  "friction by 'mu'",
+                                  word);
     if (rows[kind].order > 1 && !p->scope->accelerations)
         return kmp_parse_complain(p, where,
                                   "%s is not allowed here: it follows from the forces; a sensor may have it, or a "

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensors, which are named expressions, and the outputs of a run: the rows of output_kinds.def. */
+#include "model/reactions/carried.h"
 #include "model/read/reading.h"
 #include "model/tables/output_table.h"
 #include <string.h>
@@ -78,6 +79,25 @@ static void read_about(kmp_reader *r, const kmp_yaml *node, const kmp_output_row
         output->index = find_body(r, node, row, word ? kmp_reader_say(r, "%.*s", (int)(word - name), name) : name);
 }
 
+/* The kind for a joint of the tree in place of that for a loop of no such name. */
+static kmp_output_kind kind_for(const kmp_reader *r, kmp_output_kind kind, const char *name)
+{
+    bool loop = kmp_output_rows[kind].argument == KMP_OUTPUT_OF_LOOP;
+    if (!loop || kmp_name_find(KMP_NAMED(r->model, closure), name) >= 0 || kmp_joint_find(r->model, name) < 0)
+        return kind;
+    return kind == KMP_OUTPUT_MOMENT ? KMP_OUTPUT_JOINT_MOMENT : KMP_OUTPUT_JOINT_REACTION;
+}
+
+/* A joint of the tree, less one. */
+static int find_carried(kmp_reader *r, const kmp_yaml *node, const char *word, const char *name)
+{
+    int body = kmp_joint_find(r->model, name);
+    const char *obstacle = kmp_joint_obstacle(r->model, body);
+    if (obstacle)
+        kmp_reader_complain(r, node->place, "output %s: the load of joint '%s' is not known: %s", word, name, obstacle);
+    return body - 1;
+}
+
 static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_row *row, const char *name)
 {
     const char *what = kmp_reader_say(r, "output %s", row->word);
@@ -85,6 +105,8 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
         return kmp_read_motion_text(r, node->place, name, what);
     if (row->argument == KMP_OUTPUT_OF_POINT)
         return kmp_read_point_text(r, node->place, name, what);
+    if (row->argument == KMP_OUTPUT_OF_JOINT)
+        return find_carried(r, node, row->word, name);
     bool loop = row->argument == KMP_OUTPUT_OF_MAYBE_LOOP || row->argument == KMP_OUTPUT_OF_LOOP;
     if (loop && is_elastic(r, node, row->word, name))
         return -1;
@@ -115,7 +137,8 @@ static void complain_output(kmp_reader *r, const kmp_yaml *node)
     kmp_reader_complain_near(
         r, node->place, &nearest,
         "unknown output '%s'; available: q, qd, qdd, lambda, energy, q(JOINT), angle(JOINT), qd(JOINT), qdd(JOINT), "
-        "lambda(LOOP), reaction(LOOP), position(BODY.POINT), velocity(BODY.POINT), acceleration(BODY.POINT), "
+        "lambda(LOOP), reaction(LOOP), reaction(JOINT), position(BODY.POINT), velocity(BODY.POINT), "
+        "acceleration(BODY.POINT), "
         "force(FORCE), gap(CONTACT), sensor(SENSOR), contact(WHEEL), momentum(BODY), angular_momentum(BODY)",
         node->text);
 }
@@ -147,7 +170,8 @@ static void read_output(kmp_reader *r, const kmp_yaml *node, kmp_output *output)
         if (!name && i == KMP_OUTPUT_Q)
             name = kmp_read_argument(r, text, "angle");
         if (name) {
-            *output = (kmp_output){.kind = (kmp_output_kind)i, .index = -1};
+            *output = (kmp_output){.kind = kind_for(r, (kmp_output_kind)i, name), .index = -1};
+            row = &kmp_output_rows[output->kind];
             if (row->argument == KMP_OUTPUT_OF_MAYBE_BODY || row->argument == KMP_OUTPUT_OF_MAYBE_BODY_ABOUT)
                 read_about(r, node, row, name, output);
             else

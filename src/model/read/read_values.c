@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Numbers, vectors and the names that refer to bodies, points and motions. */
+#include "model/reactions/carried.h"
 #include "model/read/reading.h"
 #include <math.h>
 #include <stddef.h>
@@ -16,10 +17,8 @@ static int find_parameter(void *user, const char *name)
 
 static const kmp_body *find_joint(const kempe_model *model, const char *name)
 {
-    for (int i = 1; i < model->body_count; i++)
-        if (strcmp(model->bodies[i].joint, name) == 0)
-            return &model->bodies[i];
-    return NULL;
+    int body = kmp_joint_find(model, name);
+    return body < 0 ? NULL : &model->bodies[body];
 }
 
 static bool is_number(const char *text, int number)
@@ -142,6 +141,15 @@ static int find_closure(void *user, const char *name)
     return kmp_name_find(KMP_NAMED(r->model, closure), kmp_reader_name(r, r->scope, name));
 }
 
+static int find_carried(void *user, const char **name, const char **obstacle)
+{
+    kmp_reader *r = user;
+    int body = kmp_joint_find(r->model, kmp_reader_name(r, r->scope, *name));
+    *name = body < 0 ? *name : r->model->bodies[body].joint;
+    *obstacle = body < 0 ? NULL : kmp_joint_obstacle(r->model, body);
+    return body;
+}
+
 static void suggest_closure(const kmp_reader *r, const char *name, kmp_text *sentence)
 {
     if (kmp_linkage_find(r, name) == KMP_LINKED_TREE || find_joint(r->model, name)) {
@@ -214,6 +222,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .coordinate = of_state ? find_in_expression : NULL,
                             .point = of_state ? find_spot : NULL,
                             .closure = of_loads ? find_closure : NULL,
+                            .joint = of_loads ? find_carried : NULL,
                             .accelerations = of_motion,
                             .input = find_input,
                             .state = find_state,

@@ -81,6 +81,8 @@ kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument arg
     case KMP_OUTPUT_OF_MAYBE_LOOP:
     case KMP_OUTPUT_OF_LOOP:
         return KMP_NAMED(model, closure);
+    case KMP_OUTPUT_OF_JOINT:
+        return (kmp_name_list){&model->bodies[1].joint, sizeof *model->bodies, model->body_count - 1};
     case KMP_OUTPUT_OF_POINT:
         return KMP_NAMED(model, point);
     case KMP_OUTPUT_OF_MAYBE_BODY:

@@ -41,10 +41,12 @@ static void add(listing *l, kmp_output output, bool wanted)
     l->list[l->count++] = output;
 }
 
-/* Drives have no reaction between bodies; a force that is given by its components has no value of its own. */
+/* Drives have no reaction between bodies; those of joints of the tree are computed on request alone. A force that is given by its components has no value of its own. */
 static bool has_output(const kempe_model *model, kmp_output_kind kind, int index)
 {
     bool of_loop = kmp_output_rows[kind].argument == KMP_OUTPUT_OF_LOOP;
+    if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_JOINT)
+        return false;
     if (of_loop)
         return !kmp_closure_is_drive(&model->closures[index]);
     if (kmp_output_rows[kind].argument == KMP_OUTPUT_OF_POINT)
@@ -87,6 +89,8 @@ static kempe_status list_all(kmp_observed *o, int most)
                                             KMP_OUTPUT_LAMBDA,
                                             KMP_OUTPUT_REACTION,
                                             KMP_OUTPUT_MOMENT,
+                                            KMP_OUTPUT_JOINT_REACTION,
+                                            KMP_OUTPUT_JOINT_MOMENT,
                                             KMP_OUTPUT_POSITION,
                                             KMP_OUTPUT_VELOCITY,
                                             KMP_OUTPUT_ACCELERATION,

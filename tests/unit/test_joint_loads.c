@@ -1,0 +1,311 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Loads of joints of the tree: against the balance of the body that hangs on them, the same mechanism with another
+ * joint cut, and multipliers of locks; and what is refused. */
+#include "integrators/run/run.h"
+#include "linalg/dot.h"
+#include "ways.h"
+#include <math.h>
+
+/* -- balance of a body ------------------------------------------------------------------------------- */
+
+/* Body b alone hangs on body a, which moves on the ground. Points along the axes of a tell these, and accelerations of
+ * points of b its angular one. */
+#define SCENE                                                                                                          \
+    "kempe: 1\ngravity: [1, 2, -10]\n"                                                                                 \
+    "ground: {points: {G: {at: [0.1, 0.2, 0.3], axes: {x: [1, 2, -2], y: [0, 1, 1]}}}}\nbodies:\n"                     \
+    "  a: {joint: {%s, at: ground.G}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}, points: {\n"                            \
+    "    O: [0, 0, 0], X: [1, 0, 0], Y: [0, 1, 0], Z: [0, 0, 1], T: {at: [0.3, -0.2, 0.1], axes: {z: [1, 2, -3]}},\n"  \
+    "    P: {at: [0.2, 0.1, -0.4], axes: {y: [1, -1, 2], z: [0.5, 0, 1]}}}}\n"                                         \
+    "  b: {joint: {name: W, %s, at: a.P, to: Q}, mass: 1.5, com: [0.2, 0.1, -0.3], "                                   \
+    "inertia: {xx: 1, yy: 1, zz: 1}, points: {\n"                                                                      \
+    "    Q: {at: [0.1, -0.2, 0.3], axes: {x: [3, 1, 1]}}, C: [0.2, 0.1, -0.3], X: [1.2, 0.1, -0.3], "                  \
+    "Y: [0.2, 1.1, -0.3], Z: [0.2, 0.1, 0.7]}}\n"                                                                      \
+    "start: {q: {%s}}\n"                                                                                               \
+    "run: {t_end: 0.01, output_step: 0.01, outputs: [position(a.O), position(a.X), position(a.Y), position(a.Z), "     \
+    "position(b.C), position(b.Q), acceleration(b.C), acceleration(b.X), acceleration(b.Y), acceleration(b.Z), "       \
+    "position(b.X), position(b.Y), position(b.Z), reaction(W), moment(W)]}\n"
+
+typedef struct seen {
+    double origin[3], end[3][3], c[3], q[3], ac[3], ax[3][3], x[3][3], force[3], moment[3];
+} seen;
+
+static void to_ground(const seen *s, const double v[3], double out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        out[i] = 0;
+        for (int k = 0; k < 3; k++)
+            out[i] += (s->end[k][i] - s->origin[i]) * v[k];
+    }
+}
+
+/* At rest points are accelerated by alpha x r: alpha = sum r x a/2 over three r across each other. */
+static void angular(const seen *s, double alpha[3])
+{
+    alpha[0] = alpha[1] = alpha[2] = 0;
+    for (int k = 0; k < 3; k++) {
+        double r[3], a[3], product[3];
+        for (int i = 0; i < 3; i++) {
+            r[i] = s->x[k][i] - s->c[i];
+            a[i] = s->ax[k][i] - s->ac[i];
+        }
+        kmp_cross3(r, a, product);
+        for (int i = 0; i < 3; i++)
+            alpha[i] += product[i] / 2;
+    }
+}
+
+/* Of body b, whose inertia is 1 about all axes, at rest. */
+static void check_balance(const seen *s)
+{
+    static const double mass = 1.5, gravity[3] = {1, 2, -10};
+    double force[3], moment[3], alpha[3], arm[3], product[3];
+    to_ground(s, s->force, force);
+    to_ground(s, s->moment, moment);
+    angular(s, alpha);
+    for (int i = 0; i < 3; i++) {
+        CHECK_NEAR(force[i], mass * (s->ac[i] - gravity[i]), 1e-12);
+        arm[i] = s->q[i] - s->c[i];
+    }
+    kmp_cross3(arm, force, product);
+    for (int i = 0; i < 3; i++)
+        CHECK_NEAR(alpha[i], moment[i] + product[i], 1e-12);
+}
+
+static void loads_balance_a_body(void)
+{
+    static const struct {
+        const char *joint, *start;
+    } below[] = {{"name: J, revolute: z", "J: 0.4"},
+                 {"name: J, prismatic: z, to: T", "J: 0.4"},
+                 {"name: J, revolute: [2, 1, 0], to: T, reversed: yes, frame: {x: [-1, 1, 3]}", "J: 0.4"},
+                 {"name: J, spherical: x", "J.1: 0.4, J.2: -0.7, J.3: 0.3"}},
+      hung[] = {{"revolute: z", "W: 0.3"},
+                {"revolute: [1, -2, 2]", "W: 0.3"},
+                {"prismatic: [1, -2, 2]", "W: 0.3"},
+                {"cylindrical: y", "W.1: 0.3, W.2: -0.6"},
+                {"universal: [1, 1, 0]", "W.1: 0.3, W.2: -0.6"},
+                {"spherical: x", "W.1: 0.3, W.2: -0.6, W.3: 0.2"},
+                {"planar: x", "W.1: 0.3, W.2: -0.6, W.3: 0.2"},
+                {"motions: [R3, T1]", "W.1: 0.3, W.2: -0.6"},
+                {"motions: [T1, T3, R2, {R: [1, 0, 2]}]", "W.1: 0.3, W.2: -0.6, W.3: 0.2, W.4: 0.5"}};
+    for (size_t j = 0; j < sizeof below / sizeof *below; j++)
+        for (size_t h = 0; h < sizeof hung / sizeof *hung; h++) {
+            char text[4096], start[128];
+            (void)snprintf(start, sizeof start, "%s, %s", below[j].start, hung[h].start);
+            (void)snprintf(text, sizeof text, SCENE, below[j].joint, hung[h].joint, start);
+            loaded l = load_text(text);
+            kempe_run_options run = {0};
+            kempe_trajectory *t = NULL;
+            kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
+            CHECK(eval && kempe_simulate(l.system, &run, &t) == KEMPE_OK);
+            if (t) {
+                seen s;
+                memcpy(&s, kmp_samples_shown(&t->table, eval, 0), sizeof s);
+                check_balance(&s);
+            } else {
+                printf("%s\n%s\n", kempe_context_message(l.context), text);
+            }
+            kempe_trajectory_free(t);
+            kmp_eval_free(eval);
+            unload(&l);
+        }
+}
+
+/* -- the same mechanism with another joint cut --------------------------------------------------------- */
+
+enum { JOINTS_MOST = 4, SIZES = 2 * JOINTS_MOST, VALUES = SIZES + 6 };
+
+/* A spatial loop without redundant rows, closed where all coordinates are zero, with friction along a length. The last
+ * joint is one of the ground: its load has ground axes whichever joint is cut. */
+typedef struct mechanism {
+    const char *bodies, *joint[JOINTS_MOST], *spec[JOINTS_MOST];
+} mechanism;
+
+#define CRANK                                                                                                          \
+    "kempe: 1\ngravity: [0.5, -1, -9.81]\nground: {points: {O: [0, 0, 0], G: [0.9, 0.1, -0.05]}}\nbodies:\n"           \
+    "  crank: {mass: 1, com: [0.1, 0.01, 0.02], inertia: {xx: 0.003, yy: 0.01, zz: 0.011}, points: {O: [0, 0, 0], B: " \
+    "[0.25, 0, 0.03]}}\n"                                                                                              \
+    "  rod: {mass: 0.8, com: [0.35, 0.02, 0], inertia: {xx: 0.002, yy: 0.034, zz: 0.035}, points: {B: [0, 0, 0], C: "  \
+    "[0.65, 0.05, -0.1], E: [0.65, 0.1, -0.08]}}\n"
+#define SLIDE                                                                                                          \
+    "  slide: {mass: 1.5, com: [0.01, 0.03, 0.02], inertia: {xx: 0.004, yy: 0.005, zz: 0.006}, points: {C: [0, 0, "    \
+    "0], G: "                                                                                                          \
+    "[0, 0.05, 0.02]}}\n"
+
+static const mechanism mechanisms[] = {
+    {CRANK SLIDE,
+     {"S", "U", "R", "P"},
+     {"spherical: [crank.B, rod.B]", "universal: [rod.C, slide.C], axes: [y, z]", "revolute: [ground.O, crank.O]",
+      "prismatic: [ground.G, slide.G], axis: x"}},
+    {CRANK SLIDE,
+     {"S", "U", "R", "P"},
+     {"spherical: [rod.B, crank.B]", "universal: [slide.C, rod.C], axes: [y, z]", "revolute: [crank.O, ground.O]",
+      "prismatic: [slide.G, ground.G], axis: [1, 0.2, 0]"}},
+    {CRANK SLIDE,
+     {"S", "C", "H", "R"},
+     {"spherical: [rod.B, crank.B]", "cylindrical: [slide.C, rod.C], axis: x", "revolute: [slide.G, ground.G], axis: y",
+      "revolute: [ground.O, crank.O]"}},
+    {CRANK,
+     {"S", "E", "R"},
+     {"spherical: [rod.B, crank.B]", "planar: [rod.E, ground.G], axis: [0.3, 1, 0]", "revolute: [ground.O, crank.O]"}},
+};
+
+static loaded load_cut(const mechanism *m, int cut)
+{
+    char text[4096], outputs[256] = "";
+    int used = snprintf(text, sizeof text, "%sjoints:\n", m->bodies);
+    for (int k = 0; k < JOINTS_MOST && m->joint[k]; k++) {
+        const char *name = m->joint[k];
+        used += snprintf(text + used, sizeof text - (size_t)used, "  %s: {%s, cut: %s}\n", name, m->spec[k],
+                         k == cut ? "yes" : "no");
+        size_t length = strlen(outputs);
+        (void)snprintf(outputs + length, sizeof outputs - length, "%sreaction(%s), moment(%s)", k ? ", " : "", name,
+                       name);
+    }
+    (void)snprintf(text + used, sizeof text - (size_t)used,
+                   "forces:\n  push: {at: rod.C, force: [1, \"2*sin(3*t)\", 0.3]}\n"
+                   "  spring: {spring: [ground.G, crank.B], stiffness: 20, free_length: 0.3}\n"
+                   "  rub: {sliding: \"distance(ground.O, rod.C)\", friction: {force: 0.7}}\n"
+                   "run: {t_end: 1, output_step: 0.1, outputs: [%s]}\n",
+                   outputs);
+    return load_text(text);
+}
+
+/* Sizes of forces and moments of all joints, and the load of the last one. */
+static void find_values(const double *shown, int joints, double value[VALUES])
+{
+    memset(value, 0, VALUES * sizeof *value);
+    for (int k = 0; k < 2 * joints; k++)
+        value[k] = sqrt(kmp_dot(3, shown + 3 * k, shown + 3 * k));
+    memcpy(value + SIZES, shown + (ptrdiff_t)6 * (joints - 1), 6 * sizeof *value);
+}
+
+/* Rows of a run with one joint cut; the first cut fills `value`, others are compared with it. */
+static void follow(const mechanism *m, int joints, int cut, const char *formulation, double value[][VALUES])
+{
+    loaded l = load_cut(m, cut);
+    kempe_trajectory *run = simulate(&l, &(way){.formulation = formulation}, 1);
+    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
+    CHECK(run && eval);
+    if (run && eval) {
+        CHECK(kempe_trajectory_row_count(run) == 11 && entry(run, "friction", 1));
+        for (int row = 0; row < kempe_trajectory_row_count(run) && row < 11; row++) {
+            double other[VALUES];
+            find_values(kmp_samples_shown(&run->table, eval, row), joints, other);
+            if (cut == 0)
+                memcpy(value[row], other, sizeof other);
+            for (int k = 0; k < VALUES; k++)
+                CHECK_NEAR(other[k], value[row][k], 1e-9);
+        }
+        CHECK(value[10][0] > 1);
+    }
+    kmp_eval_free(eval);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+static void loads_of_cut_joints(void)
+{
+    for (size_t k = 0; k < sizeof mechanisms / sizeof *mechanisms; k++) {
+        double value[11][VALUES];
+        int joints = mechanisms[k].joint[3] ? 4 : 3;
+        for (int cut = 0; cut < joints; cut++)
+            follow(&mechanisms[k], joints, cut, cut % 2 ? "projected" : "reduced", value);
+    }
+}
+
+/* -- closed forms ------------------------------------------------------------------------------------ */
+
+/* A pendulum from rest at 90 deg: across the pin m g cos + m l w^2 along it, with w^2 = 2 m g l cos/J, and a fourth
+ * part of that law across it. Its run ends where the pin carries 30 N, and not where the multiplier of a lock does. */
+static void a_pendulum(void)
+{
+    const double m = 2, r = 0.6, j = 2 * 0.6 * 0.6 + 0.1, g = 9.81;
+    loaded l = load_text("kempe: 1\ngravity: [0, -9.81, 0]\n"
+                         "bodies: {bob: {joint: {name: A, revolute: z, at: ground}, mass: 2, com: [0, -0.6, 0], "
+                         "inertia: {zz: 0.1}}}\n"
+                         "sensors: {load: \"sqrt(reaction(A).x^2 + reaction(A).y^2)\"}\n"
+                         "start: {q: {A: 90 deg}}\n"
+                         "run: {t_end: 10, outputs: [reaction(A), moment(A), load], "
+                         "until: \"reaction(A).x^2 + reaction(A).y^2 > (30 N)^2\"}\n");
+    kempe_status status;
+    kempe_trajectory *run = simulate_any(&l, &(way){.formulation = "reduced"}, 10, &status);
+    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
+    CHECK(run && eval);
+    int last = run ? kempe_trajectory_row_count(run) - 1 : 0;
+    for (int row = 0; run && eval && row <= last; row++) {
+        const double q = kempe_trajectory_q(run, row)[0], along = m * g * cos(q) + m * r * 2 * m * g * r * cos(q) / j;
+        const double across = m * g * sin(q) - m * r * m * g * r * sin(q) / j;
+        const double *shown = kmp_samples_shown(&run->table, eval, row);
+        CHECK_NEAR(shown[0], across * cos(q) - along * sin(q), 1e-8);
+        CHECK_NEAR(shown[1], across * sin(q) + along * cos(q), 1e-8);
+        for (int k = 2; k < 6; k++)
+            CHECK_NEAR(shown[k], 0, 1e-12);
+        CHECK_NEAR(shown[6], hypot(along, across), 1e-8);
+        if (row == last)
+            CHECK_NEAR(shown[6], 30, 1e-8);
+    }
+    kmp_eval_free(eval);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* Friction of a joint of the tree adds locks: their multipliers are the reaction, which remains one of the joint. */
+static void multipliers_of_locks(void)
+{
+    loaded l = load_text("kempe: 1\ngravity: [1, -9.81, 2]\nbodies:\n"
+                         "  arm: {joint: {name: A, revolute: [1, 2, 2], at: ground}, mass: 2, com: [0, -1, 0.2], "
+                         "inertia: {xx: 0.1, yy: 0.1, zz: 0.1}, points: {Q: [0, -1, 0.3]}}\n"
+                         "  tip: {joint: {name: B, prismatic: y, at: arm.Q}, mass: 1, com: [0.2, 0, 0.1], inertia: "
+                         "{xx: 0.1, yy: 0.1, zz: 0.1}}\n"
+                         "forces:\n  rub: {joint: A, friction: {mu: 0.3, radius: 0.2}}\n"
+                         "  slide: {joint: B, friction: {mu: 0.3}}\n"
+                         "  spring: {joint: B, spring: {stiffness: 300}}\n"
+                         "sensors:\n"
+                         "  a: \"sqrt(lambda(A_load1)^2 + lambda(A_load2)^2 - (reaction(A).x^2 + reaction(A).y^2 + "
+                         "reaction(A).z^2) + ((reaction(A).x + 2*reaction(A).y + 2*reaction(A).z)/3)^2 + 1)\"\n"
+                         "  b: \"lambda(B_load1)^2 + lambda(B_load2)^2 - reaction(B).x^2 - reaction(B).z^2\"\n"
+                         "  c: reaction(B).y\n"
+                         "start: {q: {A: 1}, qd: {B: 0.5}}\n"
+                         "run: {t_end: 1, outputs: [a, b, c]}\n");
+    kempe_trajectory *run = simulate(&l, &(way){.formulation = "reduced"}, 1);
+    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
+    CHECK(run && eval && entry(run, "friction", 1));
+    for (int row = 0; run && eval && row < kempe_trajectory_row_count(run); row += 20) {
+        const double *shown = kmp_samples_shown(&run->table, eval, row);
+        CHECK_NEAR(shown[0], 1, 1e-10);
+        CHECK_NEAR(shown[1], 0, 1e-10);
+        CHECK_NEAR(shown[2], 0, 1e-12);
+    }
+    kmp_eval_free(eval);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* -- refused ----------------------------------------------------------------------------------------- */
+
+static void refused(void)
+{
+    load_rejected("kempe: 1\nbodies:\n"
+                  "  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}\n"
+                  "  b: {joint: {name: W, weld: yes, at: a}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}}\n"
+                  "sensors: {s: reaction(W).x}\nrun: {outputs: [moment(W)]}\n",
+                  "reaction: the load of joint 'W' is not known: it is a weld");
+    load_rejected("kempe: 1\nbodies:\n"
+                  "  b: {joint: {name: W, motions: [T1, R3, T1], at: ground}, mass: 1, inertia: {zz: 1}}\n"
+                  "run: {outputs: [moment(W)]}\n",
+                  "output moment: the load of joint 'W' is not known: it has translations before and after a rotation");
+    load_rejected("kempe: 1\nbodies: {a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"
+                  "forces: {f: {joint: A, torque: reaction(A).x}}\n",
+                  "reaction of a joint of the tree is not allowed here: it follows from the accelerations");
+}
+
+int main(void)
+{
+    TEST(loads_balance_a_body);
+    TEST(loads_of_cut_joints);
+    TEST(a_pendulum);
+    TEST(multipliers_of_locks);
+    TEST(refused);
+    return check_report();
+}
