@@ -197,7 +197,7 @@ static void follow(const mechanism *m, int joints, int cut, const char *formulat
             for (int k = 0; k < VALUES; k++)
                 CHECK_NEAR(other[k], value[row][k], 1e-9);
         }
-        CHECK(value[10][0] > 1);
+        CHECK(value[0][0] > 1);
     }
     kmp_eval_free(eval);
     kempe_trajectory_free(run);
