@@ -13,6 +13,7 @@
 
 enum { N = friction_belt_coordinates, ROWS = friction_belt_rows, ALL = N + ROWS, LAST = friction_belt_frictions };
 
+#include "elimination.h"
 #include "runge_kutta_step.h"
 
 /* Four an element: sense of slip, 1 while it sticks, its place then, a given force. */
@@ -20,35 +21,6 @@ static double modes[4 * LAST];
 static double lambda[ROWS];
 
 /* -- equations ----------------------------------------------------------------------------------------- */
-
-/* a x = b by elimination with row pivots; x in b. */
-static void solve(double a[ALL][ALL], double b[ALL])
-{
-    for (int k = 0; k < ALL; k++) {
-        int p = k;
-        for (int i = k + 1; i < ALL; i++)
-            p = fabs(a[i][k]) > fabs(a[p][k]) ? i : p;
-        for (int j = 0; j < ALL; j++) {
-            double x = a[k][j];
-            a[k][j] = a[p][j];
-            a[p][j] = x;
-        }
-        double x = b[k];
-        b[k] = b[p];
-        b[p] = x;
-        for (int i = k + 1; i < ALL; i++) {
-            double f = a[i][k] / a[k][k];
-            for (int j = k; j < ALL; j++)
-                a[i][j] -= f * a[k][j];
-            b[i] -= f * b[k];
-        }
-    }
-    for (int k = ALL - 1; k >= 0; k--) {
-        for (int j = k + 1; j < ALL; j++)
-            b[k] -= a[k][j] * b[j];
-        b[k] /= a[k][k];
-    }
-}
 
 /* M qdd - J' lambda = -C, J qdd = -jdqd. The row of an element that slips is zero: its multiplier is zero then. */
 static void accelerate(const motion *x, double qdd[N])
@@ -72,7 +44,7 @@ static void accelerate(const motion *x, double qdd[N])
         int r = N + friction_belt_friction_rows[e];
         a[r][r] = modes[4 * e + 1] > 0 ? 0 : 1;
     }
-    solve(a, b);
+    eliminate(a, b);
     memcpy(qdd, b, N * sizeof *b);
     memcpy(lambda, b + N, sizeof lambda);
 }

@@ -17,13 +17,13 @@
 
 enum { N = machine_coordinates, ROWS = machine_rows, ALL = N + ROWS, LAST = machine_contacts };
 
-typedef struct motion {
-    double t, q[N], qd[N];
-} motion;
+#include "elimination.h"
+#include "runge_kutta_step.h"
 
 static double modes[machine_mode_entries * machine_elements];
 static double M[N * N], C[N], h[ROWS], J[ROWS * N], jdqd[ROWS];
 static double gap[LAST], gap_rate[LAST], push[LAST];
+static double lambda[ROWS];
 static const double none[ROWS];
 
 static int is_closed(int c)
@@ -38,35 +38,6 @@ static void close_contact(int c, int closed)
 }
 
 /* -- equations ----------------------------------------------------------------------------------------- */
-
-/* a x = b by elimination with row pivots; x in b. */
-static void eliminate(double a[ALL][ALL], double b[ALL])
-{
-    for (int k = 0; k < ALL; k++) {
-        int p = k;
-        for (int i = k + 1; i < ALL; i++)
-            p = fabs(a[i][k]) > fabs(a[p][k]) ? i : p;
-        for (int j = 0; j < ALL; j++) {
-            double x = a[k][j];
-            a[k][j] = a[p][j];
-            a[p][j] = x;
-        }
-        double x = b[k];
-        b[k] = b[p];
-        b[p] = x;
-        for (int i = k + 1; i < ALL; i++) {
-            double f = a[i][k] / a[k][k];
-            for (int j = k; j < ALL; j++)
-                a[i][j] -= f * a[k][j];
-            b[i] -= f * b[k];
-        }
-    }
-    for (int k = ALL - 1; k >= 0; k--) {
-        for (int j = k + 1; j < ALL; j++)
-            b[k] -= a[k][j] * b[j];
-        b[k] /= a[k][k];
-    }
-}
 
 /* M x - J' y = first, J x = second. The row of a contact that is open is zero: its y is zero then. */
 static void solve(const double *first, const double *second, double x[N], double y[ROWS])
@@ -93,7 +64,7 @@ static void solve(const double *first, const double *second, double x[N], double
     memcpy(y, b + N, ROWS * sizeof *y);
 }
 
-static void accelerate(const motion *x, double qdd[N], double lambda[ROWS])
+static void accelerate(const motion *x, double qdd[N])
 {
     machine_M_C_h_J_jdqd(x->t, x->q, x->qd, modes, M, C, h, J, jdqd);
     for (int k = 0; k < N; k++)
@@ -103,36 +74,14 @@ static void accelerate(const motion *x, double qdd[N], double lambda[ROWS])
     solve(C, jdqd, qdd, lambda);
 }
 
-static motion step(const motion *from, double size)
-{
-    static const double part[4] = {0, 0.5, 0.5, 1}, weight[4] = {1 / 6.0, 1 / 3.0, 1 / 3.0, 1 / 6.0};
-    motion to = *from, at = *from;
-    double v[N] = {0}, a[N] = {0}, lambda[ROWS];
-    for (int stage = 0; stage < 4; stage++) {
-        at.t = from->t + part[stage] * size;
-        for (int k = 0; stage > 0 && k < N; k++) {
-            at.q[k] = from->q[k] + part[stage] * size * v[k];
-            at.qd[k] = from->qd[k] + part[stage] * size * a[k];
-        }
-        accelerate(&at, a, lambda);
-        for (int k = 0; k < N; k++) {
-            v[k] = at.qd[k];
-            to.q[k] += weight[stage] * size * v[k];
-            to.qd[k] += weight[stage] * size * a[k];
-        }
-    }
-    to.t = from->t + size;
-    return to;
-}
-
 /* -- contacts ------------------------------------------------------------------------------------------ */
 
 /* The least of all distances of open contacts and forces of closed ones: negative where one changes. Opens those whose
  * force is negative on request. */
 static double left(const motion *x, int opens)
 {
-    double qdd[N], lambda[ROWS], least = 1;
-    accelerate(x, qdd, lambda);
+    double qdd[N], least = 1;
+    accelerate(x, qdd);
     machine_contact(x->t, x->q, x->qd, lambda, modes, gap, gap_rate, push);
     for (int c = 0; c < LAST; c++) {
         least = fmin(least, is_closed(c) ? push[c] : gap[c]);

@@ -14,7 +14,7 @@ static motion step(const motion *from, double size)
 {
     static const double part[4] = {0, 0.5, 0.5, 1}, weight[4] = {1 / 6.0, 1 / 3.0, 1 / 3.0, 1 / 6.0};
     motion to = *from, at = *from;
-    double v[N], a[N];
+    double v[N] = {0}, a[N] = {0};
     for (int stage = 0; stage < 4; stage++) {
         at.t = from->t + part[stage] * size;
         for (int k = 0; stage > 0 && k < N; k++) {

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Delays of continuous signals: polynomials of the method of steps, an exact root of a characteristic equation, jumps
  * that events and inputs cause, on every method; saved runs, instances, what has no answer. */
+#include "instances.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <complex.h>
-#include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/linearize.h>
 #include <kempe/output_handles.h>
@@ -219,18 +219,12 @@ static void ensemble(void)
     static const char *const names[] = {"T"};
     static const double rows[] = {1, 0.5, -1};
     loaded l = load_text(STEPS "run: {t_end: 4, rtol: 1e-9}\n");
-    kempe_values *values = NULL;
-    kempe_ensemble *e = NULL;
-    kempe_batch *b = NULL;
-    CHECK(l.model && kempe_values_new(l.model, 1, names, 3, rows, &values) == KEMPE_OK);
-    CHECK(values && kempe_ensemble_new(l.model, values, &e) == KEMPE_OK);
-    CHECK(e && kempe_ensemble_run(e, NULL, 0, &b) == KEMPE_OK);
-    CHECK_NEAR(b ? kempe_batch_qd(b, 0)[1] : NAN, steps(4, 1), 1e-7);
-    CHECK_NEAR(b ? kempe_batch_qd(b, 1)[1] : NAN, steps(8, 0.5), 1e-7);
-    CHECK(b && kempe_batch_status(b, 2) != KEMPE_OK);
-    kempe_batch_free(b);
-    kempe_ensemble_free(e);
-    kempe_values_free(values);
+    instances all = run_instances(&l, 0, 1, names, 3, rows);
+    CHECK_NEAR(end_rate(&all, 0, 1), steps(4, 1), 1e-7);
+    CHECK_NEAR(end_rate(&all, 1, 1), steps(8, 0.5), 1e-7);
+    CHECK_TEXT(kempe_batch_status(all.batch, 2), "failed");
+    CHECK_TEXT(kempe_batch_reason(all.batch, 2), "the delay of 'late' is -1 s: a positive time is expected");
+    free_instances(&all);
     unload(&l);
 }
 
@@ -240,17 +234,10 @@ static void start_values(void)
     static const char *const names[] = {"state.late"};
     static const double rows[] = {1, 0.25};
     loaded l = load_text(STEPS "run: {t_end: 1, rtol: 1e-9}\n");
-    kempe_values *values = NULL;
-    kempe_ensemble *e = NULL;
-    kempe_batch *b = NULL;
-    CHECK(l.model && kempe_values_new(l.model, 1, names, 2, rows, &values) == KEMPE_OK);
-    CHECK(values && kempe_ensemble_new(l.model, values, &e) == KEMPE_OK);
-    CHECK(e && kempe_ensemble_run(e, NULL, 0, &b) == KEMPE_OK);
-    CHECK_NEAR(b ? kempe_batch_qd(b, 0)[1] : NAN, 0, 1e-9);
-    CHECK_NEAR(b ? kempe_batch_qd(b, 1)[1] : NAN, 0.75, 1e-9);
-    kempe_batch_free(b);
-    kempe_ensemble_free(e);
-    kempe_values_free(values);
+    instances all = run_instances(&l, 0, 1, names, 2, rows);
+    CHECK_NEAR(end_rate(&all, 0, 1), 0, 1e-9);
+    CHECK_NEAR(end_rate(&all, 1, 1), 0.75, 1e-9);
+    free_instances(&all);
     unload(&l);
 }
 

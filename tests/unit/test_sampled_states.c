@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sampled states: each sample is taken once, at its time and from the state before it, on every method; controllers
  * against the exact solution of their difference equations. */
+#include "instances.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
-#include <kempe/ensemble.h>
 #include <kempe/sensitivity.h>
 #include <kempe/stepper.h>
 
@@ -166,17 +166,10 @@ static void ensemble(void)
     static const char *const names[] = {"Kp"};
     static const double rows[] = {2, 3};
     loaded l = load_text(ROTOR);
-    kempe_values *values = NULL;
-    kempe_ensemble *e = NULL;
-    kempe_batch *b = NULL;
-    CHECK(l.model && kempe_values_new(l.model, 1, names, 2, rows, &values) == KEMPE_OK);
-    CHECK(values && kempe_ensemble_new(l.model, values, &e) == KEMPE_OK);
-    CHECK(e && kempe_ensemble_run(e, NULL, 0, &b) == KEMPE_OK);
-    CHECK_NEAR(b ? kempe_batch_q(b, 0)[0] : NAN, rotor[3].q, 1e-12);
-    CHECK(b && fabs(kempe_batch_q(b, 1)[0] - rotor[3].q) > 1e-4);
-    kempe_batch_free(b);
-    kempe_ensemble_free(e);
-    kempe_values_free(values);
+    instances all = run_instances(&l, 0, 1, names, 2, rows);
+    CHECK_NEAR(end_position(&all, 0, 0), rotor[3].q, 1e-12);
+    CHECK(fabs(end_position(&all, 1, 0) - rotor[3].q) > 1e-4);
+    free_instances(&all);
     unload(&l);
 }
 

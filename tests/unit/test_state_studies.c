@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Studies of models with states against closed forms: equilibrium, state space, eigenvalues, frequency response,
  * sensitivities, ensembles, diagnosis, states of a stepper. */
+#include "instances.h"
 #include "loaded.h"
 #include <complex.h>
 #include <kempe/check.h>
-#include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/kinematics.h>
 #include <kempe/linearize.h>
@@ -293,23 +293,15 @@ static void ensemble(void)
     loaded l = load_text("kempe: 1\nparameters: {T: 0.2}\nstates: {y: {rate: (1 - y)/T, scale: 1}}\n"
                          "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
                          "forces: {push: {joint: x, force: y}}\nrun: {t_end: 1, rtol: 1e-11, atol: 1e-11}\n");
-    kempe_values *values = NULL;
-    kempe_ensemble *e = NULL;
-    CHECK(l.model && kempe_values_new(l.model, 2, names, 5, rows, &values) == KEMPE_OK);
-    CHECK(values && kempe_ensemble_new(l.model, values, &e) == KEMPE_OK);
-    for (int lanes = -1; e && lanes < 1; lanes++) {
-        kempe_batch *b = NULL;
-        kempe_run_options run = {.t_end = 1};
-        CHECK(kempe_ensemble_run(e, &run, lanes, &b) == KEMPE_OK);
-        for (int k = 0; b && k < 5; k++) {
+    for (int lanes = -1; lanes < 1; lanes++) {
+        instances all = run_instances(&l, lanes, 2, names, 5, rows);
+        for (int k = 0; k < 5; k++) {
             double T = rows[2 * k], from = rows[2 * k + 1] - 1, at = exp(-1 / T);
-            CHECK_NEAR(kempe_batch_qd(b, k)[1], 1 + from * at, 1e-9);
-            CHECK_NEAR(kempe_batch_qd(b, k)[0], 1 + from * T * (1 - at), 1e-9);
+            CHECK_NEAR(end_rate(&all, k, 1), 1 + from * at, 1e-9);
+            CHECK_NEAR(end_rate(&all, k, 0), 1 + from * T * (1 - at), 1e-9);
         }
-        kempe_batch_free(b);
+        free_instances(&all);
     }
-    kempe_ensemble_free(e);
-    kempe_values_free(values);
     unload(&l);
 }
 
