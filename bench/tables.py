@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the commands `standard` and `peers` share: the machine in words, tables in Markdown, tables at equal error."""
+"""The parts that the commands `standard` and `peers` share: the machine in words, tables in Markdown, tables at equal error."""
 import datetime
 import math
 import pathlib

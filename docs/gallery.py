@@ -61,7 +61,7 @@ def entry(name):
 
 
 def features():
-    """What each example shows, by its folder, from the table of examples."""
+    """The subject of each example, by its folder, from the table of examples."""
     return dict(re.findall(r"^\| \[(\w+)\].*\| (.*) \|$", (ROOT / "examples/README.md").read_text(), re.M))
 
 

@@ -261,7 +261,7 @@ def oblique(point):
 
 
 def circles(P, r, Q, s, side):
-    """Where the circles about P and Q meet, on the left (1) or right (-1) of P-Q."""
+    """The point where the circles about P and Q meet, on the left (1) or right (-1) of P-Q."""
     dx, dy = Q[0] - P[0], Q[1] - P[1]
     apart = math.hypot(dx, dy)
     along = (r * r - s * s + apart * apart) / (2 * apart)

@@ -20,7 +20,7 @@ def cross(a, b):
 
 
 def meet(a, ra, b, rb):
-    """Where a circle of radius ra around a meets one of rb around b: left of the way from a to b."""
+    """The point where a circle of radius ra around a meets one of rb around b: left of the way from a to b."""
     way = b - a
     far = abs(way)
     along = (ra**2 - rb**2 + far**2) / (2 * far)

@@ -10,7 +10,7 @@ import pathlib
 import re
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-# What may be NULL beside structs of options, and what is not for calling with anything but NULL.
+# Arguments that may be NULL beside structs of options, and those that only NULL may be given to.
 OPTIONAL = {"kempe_system_new_with_algorithm.dynamics", "kempe_model_new.name", "kempe_workspace_evaluate.qd", "kempe_workspace_evaluate_states.qd", "kempe_workspace_evaluate_states.failed", "kempe_workspace_forward_states.Q",
             "kempe_workspace_forward_states.lambda", "kempe_workspace_forward_states.failed", "kempe_stepper_set_state.qd", "kempe_stepper_set_state.moved", "kempe_stepper_set_parameters.moved", "kempe_outputs_at.qd", "kempe_outputs_at.qdd", "kempe_outputs_at.lambda", "kempe_outputs_jacobian.qd", "kempe_outputs_jacobian.jdqd",
             "kempe_outputs_choose.independent", "kempe_outputs_closed_jacobian.qd", "kempe_outputs_closed_jacobian.drift", "kempe_workspace_forward_dynamics.Q",

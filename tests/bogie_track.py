@@ -57,7 +57,7 @@ class Balance(unittest.TestCase):
     def test_loads(self):
         """Wheel loads are what statics gives: 3.3 t on the driven wheels, 2.3 t on the small ones. The car body hangs a little down in
         front, so that its centre, 0.93 m above its ends, is nearer to the ball, by 7 N; and the ball, 0.1 m above the cradle's tilt, moves by
-        15 um. What is left, 6e-6, is rolling: 1.3 N at the ball. The crank K3, 8 kg, stands on the left alone."""
+        15 um. The remainder, 6e-6, is rolling: 1.3 N at the ball. The crank K3, 8 kg, stands on the left alone."""
         with tempfile.TemporaryDirectory() as folder:
             model, steady = steadied(folder, "bogie_on_rails.yaml")
             row = runs.simulated(model, "--t-end", 0.02)[1][0]

@@ -76,7 +76,7 @@ class Track:
         self.middle = before + x - radius * math.sin(end), y + radius * math.cos(end)
 
     def inward(self, place):
-        """How far it is from the middle line, level."""
+        """Its level distance from the middle line."""
         return self.radius - math.hypot(place[0] - self.middle[0], place[1] - self.middle[1])
 
     def under(self, place):

@@ -66,7 +66,7 @@ class Curve(unittest.TestCase):
     def test_outwards(self):
         """Without slip the radii go as the ways: points of contact s beside the middle of the treads, s = r0 b/(cone R). The
         axle rolls by cone s/b, which brings the lowest points of the treads and those of the rails inwards by its r0 and rail
-        radius times that, so that the axle is only (1 - cone (r0 + rail)/b) s outwards. What is left out is of second order."""
+        radius times that, so that the axle is only (1 - cone (r0 + rail)/b) s outwards. The terms left out are of second order."""
         for cone in (0.1, 0.05, 0.025, 0.0125):
             found = simulate(model("tests/models/curve.yaml"), "--t-end", 1.5 * klingel(cone) / 0.2, "--output-step", klingel(cone) / 100, cone=cone)
             out = -middle([row["q.y"] for row in found])
@@ -144,7 +144,7 @@ class Wagon(unittest.TestCase):
         yield wagon
 
     def balance(self, row):
-        """What wheels give and masses take in the curve, in the track's axes under the wagon's middle: forces to the left and up, and the
+        """Forces of wheels and of the masses' accelerations in the curve, in the track's axes under the wagon's middle: forces to the left and up, and the
         moment about the middle line there; each wheel's force is in the track's axes at its hub. Masses go round at one rate, and with
         them the spins of the axles, which lie on the radius."""
         front, rear, wagon = self.frames(row)
@@ -188,7 +188,7 @@ class Wagon(unittest.TestCase):
 
     @staticmethod
     def at_a_corner(x):
-        """Where an axle passes an end of the transition a step goes over a corner of the cant: its rows are not the motion's."""
+        """True if an axle passes an end of the transition: a step goes over a corner of the cant, and its rows are not the motion's."""
         return any(abs(x + axle - corner) < 1.2 for axle in (2.5, -2.5) for corner in (20, 50))
 
 

@@ -45,7 +45,7 @@ def words(text):
 
 
 def section(page, title):
-    """What stands under a heading, up to the next one of its level or above."""
+    """The text under a heading, up to the next one of its level or above."""
     text = (ROOT / "docs" / page).read_text()
     return re.search(rf"^##+ {title}\n(.*?)(?=^## |\Z)", text, re.M | re.S).group(1)
 

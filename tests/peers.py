@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What bench/peers/tree.py writes for other programs is the model that Kempe read: read again by Kempe it is the same tree, and
+"""The model that bench/peers/tree.py writes for other programs is the one that Kempe read: read again by Kempe it is the same tree, and
 MuJoCo's XML has its bodies and joints. Equations of plane mechanisms (planar.py) and robots (urdf.py) are what they should be.
 Called with the path of the command:
 

@@ -83,7 +83,7 @@ def rewritten(printed):
 
 
 def differences(a, b, path=""):
-    """Where two printed things differ by more than the rounding of a direction brought to length one."""
+    """The places where two printed things differ by more than the rounding of a direction brought to length one."""
     if isinstance(a, dict) and isinstance(b, dict) and a.keys() == b.keys():
         return [d for key in a for d in differences(a[key], b[key], f"{path}.{key}")]
     if isinstance(a, list) and isinstance(b, list) and len(a) == len(b):

@@ -113,7 +113,7 @@ def kempe(*words, **environment):
 
 
 def browse(page, profile, *options):
-    """What Chromium makes of a page: its document, and what it has to say."""
+    """The page in Chromium: its document, and its messages."""
     if set(TELEPHONE) <= set(options):
         frame = page.with_name(f"{page.stem}_narrow.html")
         frame.write_text(FRAME % (NARROW, page.name))
@@ -237,7 +237,7 @@ class Case(Folder):
                     self.assertIn("change point", drawn.words("log"))
 
     def test_a_page_that_complains_is_noticed(self):
-        """What these tests look for is there when something is wrong; and the switch of quantities does its work."""
+        """The marks that these tests look for are there when something is wrong; and the switch of quantities does its work."""
         broken = self.folder / "broken.html"
         text = self.pages["pendulum"].read_text()
         broken.write_text(text.replace("\nbegin();\n", "\nbegin();\nbyId('rates').click();\n"

@@ -93,7 +93,7 @@ class Independent(unittest.TestCase):
                     self.assertLessEqual(abs(here.imag - s.imag), max(1e-4 * s.imag, least), s)
 
     def test_critical_speeds(self):
-        """Where waves begin to grow and where they cease to."""
+        """The places where waves begin and cease to grow."""
         wanted = [row for row in rows(ROLLING / "independent.csv") if row["re"] == 0]
         self.assertEqual(len(wanted), 5)
         for row in wanted:
@@ -130,7 +130,7 @@ class Independent(unittest.TestCase):
 
 class Backwards(unittest.TestCase):
     def test_mirrored(self):
-        """What rolls backwards goes where its image rolls that rolls forwards, spin and its forces included."""
+        """A wheelset that rolls backwards goes where its image that rolls forwards goes, spin and its forces included."""
         with tempfile.TemporaryDirectory() as folder:
             ends = []
             for V in (20, -20):
@@ -185,7 +185,7 @@ def head(lean=math.atan(1 / 20), inside=1.435 / 2):
 
 
 def outline(attack, radius=0.46):
-    """What of the wheel of one_wheel.yaml is lowest, seen along the track: s on its profile, y outwards, z. On the circle at s
+    """The lowest point of the wheel of one_wheel.yaml at each place, seen along the track: s on its profile, y outwards, z. On the circle at s
     the point whose normal, radial + z'(s) times the axle, has no part along the track."""
     profile, out = rows(ROOT / "examples/profiles/cone20.csv"), []
     for a, b in zip(profile, profile[1:]):
@@ -199,7 +199,7 @@ def outline(attack, radius=0.46):
 
 
 def two_points(attack, middle=0.75):
-    """How far the wheel is to the side where tread and flange are as near to the rail as each other."""
+    """The wheel's shift to the side at which tread and flange are as near to the rail as each other."""
     (y, z), wheel, low, high = head(), outline(attack), 0.004, 0.008
     while high - low > 1e-7:
         aside = 0.5 * (low + high)
@@ -215,7 +215,7 @@ class Ends(unittest.TestCase):
                   "a rigid contact has one contact point, but two points of the wheel would have to touch")
 
     def run_of(self, form="elastic", status=0, words=(), profile=None, **values):
-        """What the run says, and its rows, all of them numbers."""
+        """The result of the run, and its rows, all of them numbers."""
         with tempfile.TemporaryDirectory() as folder:
             path, model = pathlib.Path(folder) / "run.csv", pathlib.Path(folder) / "model.yaml"
             given = "{csv: ../../examples/profiles/cone20.csv, y: y, z: z}"
@@ -252,7 +252,7 @@ class Ends(unittest.TestCase):
         self.assertLess(abs(ends[0] - ends[1]), 0.01)
 
     def test_misplaced(self):
-        """What is not on its rail at the start says so, elastic or rigid, and not that its forces are not found."""
+        """A wheel that is not on its rail at the start is reported so, elastic or rigid, and not that its forces are not found."""
         for form in ("elastic", "rigid"):
             for value, why in ((10, "is not aligned with its rail"), (-10, "is not aligned with its rail")):
                 found, table = self.run_of(form=form, push=0, attack=value)

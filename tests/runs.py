@@ -25,7 +25,7 @@ def settings(**values):
 
 
 def kempe(*words, status=0):
-    """What it says in JSON."""
+    """Its result in JSON."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "out.json"
         done = subprocess.run([command, *map(str, words), "--json", str(path)], capture_output=True, text=True, timeout=250,
@@ -36,7 +36,7 @@ def kempe(*words, status=0):
 
 
 def simulated(model, *words, status=0, **values):
-    """What a run says, and its rows."""
+    """The result of a run, and its rows."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "run.csv"
         said = kempe("simulate", model, "--no-convergence-check", *words, *settings(**values), "-o", path, status=status)

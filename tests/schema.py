@@ -25,7 +25,7 @@ def has_type(value, name):
 
 
 def faults(schema, value, path="model"):
-    """What does not fit, as sentences: the words of JSON Schema that the schema uses, and no others."""
+    """The faults, as sentences: the words of JSON Schema that the schema uses, and no others."""
     if "$ref" in schema:
         return faults(SCHEMA["definitions"][schema["$ref"].split("/")[-1]], value, path)
     types = schema.get("type", list(TYPES))

@@ -3,18 +3,21 @@
 """The words that people read: the field's terms, and none of those that were retired.
 
     python3 tests/words.py PATH/TO/kempe    pages, help and messages without retired words, sentences of at most 30 words,
-                                            comments in C and JavaScript without a sentence that begins with What, Where,
-                                            How, Which or Whether, docs/commands.md as the help says
+                                            comments and docstrings in C, JavaScript and Python without a sentence that
+                                            begins with What, Where, How, Which or Whether, docs/commands.md as the help
     python3 tests/words.py --self-test      proves that planted words are found
     python3 tests/words.py --count          words a sentence and long sentences of each page
 
 Text in backquotes and indented blocks is the program's own and is left out, but for the help, which is read whole.
 """
+import ast
+import io
 import json
 import pathlib
 import re
 import subprocess
 import sys
+import tokenize
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
@@ -46,7 +49,7 @@ RETIRED = {  # pattern: the word instead
 OPTIONS = r"--(road|roads|once|every|fixed-u|u|dynamics|over|vary|drive|nearest|require|fix|free)\b"
 HEADLESS = re.compile(r"^#+ (What|Whether|Of|Where|How)\b(?!-to\b).*", re.M)
 CLAUSE = re.compile(r"(?:^|(?<=[.?!] ))(?:What|Where|How|Which|Whether) .{0,50}")
-COMMENTED = ("include", "src", "constraints", "integrators", "bench", "examples", "python", "tests")
+COMMENTED = ("include", "src", "constraints", "integrators", "bench", "examples", "python", "tests", "docs", "schema")
 LONGEST = 30  # words a sentence
 REAL_ROADS = re.compile(r"road profile|driven by a road|drive\(road\)|bumpy road|\bthe road\b(?=[^.]*(plate|passengers|wheel|car))|times the road|road's displacement|road of 1 m", re.I)
 
@@ -89,10 +92,36 @@ def comments(text):
         yield " ".join(re.sub(r"^\s*(?:/\*+|//+|\*(?!/))|\*/", "", comment, flags=re.M).split())
 
 
-def clauses(name, text):
-    for comment in comments(text):
+def python_comments(text):
+    """The comments and docstrings of a source in Python, each on one line."""
+    below = None  # the row that goes on with the comment
+    words = []
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type != tokenize.COMMENT:
+            continue
+        if token.start[0] != below or token.line[: token.start[1]].strip():
+            yield " ".join(words)
+            words = []
+        words += token.string.lstrip("#: ").split()
+        below = token.start[0] + 1
+    yield " ".join(words)
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
+            yield " ".join((ast.get_docstring(node) or "").split())
+
+
+def clauses(name, text, said=comments):
+    for comment in said(text):
         for match in CLAUSE.finditer(comment):
             yield f"{name}: '{match.group()}': a sentence of a comment names its subject"
+
+
+def scripts(rooms):
+    """Sources in Python, by their ending or their first line."""
+    for room in rooms:
+        for path in sorted((ROOT / room).rglob("*")):
+            if path.suffix == ".py" or not path.suffix and path.is_file() and path.read_bytes()[:80].split(b"\n")[0].endswith(b"python3"):
+                yield path
 
 
 def sources(rooms=("src", "constraints", "integrators")):
@@ -149,7 +178,11 @@ def self_test():
     begun = ["/** What it costs. */", "/* Costs.\n * Where they\n * rise. */", "x; // How it ends,\n// and when.", "/* Ends.\n\tWhether so. */"]
     named = ["/* The cost, where it\n * What. */ What();", 'f("/* What it costs */"); /* Costs: what they are. */', "// Cost\n"]
     wrong += [text for text in begun if len(list(clauses("planted", text))) != 1] + [text for text in named if list(clauses("clean", text))]
-    count = 1 + len(planted) + len(clean) + sum(map(len, lengths)) + len(begun) + len(named)
+    begun_python = ['def f():\n    """Whether it ends."""\n', "# It ends.\n# Where it does.\n", "x = 1  # What is one\n", '"""A file.\n\nHow it is read.\n"""\n']
+    named_python = ['x = "# What"\n', "# The place\n# Where it ends\n", 'def f():\n    """The end."""\n    return "What"\n']
+    wrong += [text for text in begun_python if len(list(clauses("planted", text, python_comments))) != 1]
+    wrong += [text for text in named_python if list(clauses("clean", text, python_comments))]
+    count = len(begun_python) + len(named_python) + 1 + len(planted) + len(clean) + sum(map(len, lengths)) + len(begun) + len(named)
     print(f"self-test: {count - len(wrong)} of {count} judged rightly")
     return 1 if wrong else 0
 
@@ -166,6 +199,7 @@ def main(arguments):
     found += [f for path in sources() for words in literals(path.read_text())
               for f in faults(path.relative_to(ROOT).as_posix(), words, whole=True)]
     found += [f for path in sources(COMMENTED) for f in clauses(path.relative_to(ROOT).as_posix(), path.read_text())]
+    found += [f for path in scripts(COMMENTED) for f in clauses(path.relative_to(ROOT).as_posix(), path.read_text(), python_comments)]
     long = [f for page in pages() for f in long_sentences(page.relative_to(ROOT).as_posix(), words_of(page))]
     print(*found, *long, f"{len(found)} retired words and clauses, {len(long)} sentences above {LONGEST} words", sep="\n")
     return 1 if command_page.main([kempe, "--check"]) or found or long else 0

@@ -32,7 +32,7 @@ def show(kempe, path):
 
 
 def possible(inertia):
-    """What peers refuse is made possible: of a plane model, which has zz alone, all three are the same, which counts nowhere;
+    """Inertias that peers refuse are made possible: of a plane model, which has zz alone, all three are the same, which counts nowhere;
     of some published wheels the largest is cut to the sum of the other two."""
     if inertia["xx"] == inertia["yy"] == 0:
         return {**inertia, "xx": inertia["zz"], "yy": inertia["zz"]}
@@ -142,11 +142,11 @@ class Tree:
         return json.dumps({"kempe": 1, "name": "tree", "gravity": self.gravity, "ground": {"points": points[-1]}, "bodies": bodies})
 
     def is_plane(self):
-        """Whether every joint turns about z."""
+        """True if every joint turns about z."""
         return all(kind == "R" and not any(axis[:2]) for b in self.bodies for kind, axis in b["motions"])
 
     def is_free(self, k):
-        """Whether a body hangs on the ground by three translations along x, y, z, then three rotations."""
+        """True if the joint of a body to the ground is three translations along x, y, z, then three rotations."""
         b = self.bodies[k]
         axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
         return (b["parent"] < 0 and [m[0] for m in b["motions"]] == list("TTTRRR") and [m[1] for m in b["motions"][:3]] == axes

@@ -25,7 +25,7 @@ SPHINX = "/usr/bin/sphinx-build"  # Debian's, which has Debian's Furo and MyST
 
 
 def missing():
-    """What the build needs and does not find."""
+    """The packages that the build needs and does not find."""
     test = ["/usr/bin/python3", "-c", "import sphinx, myst_parser, furo"]
     ready = os.path.exists(SPHINX) and subprocess.run(test, capture_output=True).returncode == 0
     return [name for name, there in (("sphinx, myst_parser, furo", ready), ("node", shutil.which("node")), ("katex", KATEX.exists()))

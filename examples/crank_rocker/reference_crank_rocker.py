@@ -11,7 +11,7 @@ CRANK, COUPLER, ROCKER, BASE = mpf("0.1"), mpf("0.3"), mpf("0.25"), mpf("0.32")
 
 
 def joint(a):
-    """Where coupler and rocker meet: two circles, about the crank's end and D, the upper point."""
+    """The joint of coupler and rocker: two circles, about the crank's end and D, the upper point."""
     way = BASE - a
     along = (abs(way)**2 + COUPLER**2 - ROCKER**2) / (2 * abs(way))
     return a + way / abs(way) * (along + 1j * sqrt(COUPLER**2 - along**2))

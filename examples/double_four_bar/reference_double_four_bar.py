@@ -15,7 +15,7 @@ RHO, LOAD, K, FREE, G = mpf(2), mpf("1.5"), mpf(60), mpf("0.6"), mpf("9.81")
 
 
 def circles(p, r, q, s):
-    """Where circles about p and q meet, left of the way from p to q."""
+    """The point where circles about p and q meet, left of the way from p to q."""
     dx, dy = q[0] - p[0], q[1] - p[1]
     square = dx * dx + dy * dy
     along = (square + r * r - s * s) / (2 * square)

@@ -5,7 +5,7 @@
     examples/jansen_walker/reference_jansen_walker.py > examples/jansen_walker/reference.csv
 
 The crank turns uniformly, so that all legs are known functions of time in the axes of the trunk: intersections of circles, with
-first and second derivatives. What remains are the three coordinates of the trunk under Newton's and Euler's laws of the whole
+first and second derivatives. The unknowns that remain are the three coordinates of the trunk under Newton's and Euler's laws of the whole
 machine. Each foot is open, sticks or slips. At each event all combinations of the feet that touch are tried, for accelerations
 or for impulses, and exactly one must agree with Coulomb's law. Between events DOP853 of scipy runs at 1e-13 and at 1e-12.
 """
@@ -51,7 +51,7 @@ def turned(angle):
 
 
 def meet(p, r, q, s, side):
-    """Where circles of radii r about p and s about q meet, to the left (1) or right (-1) of the line from p to q."""
+    """The point where circles of radii r about p and s about q meet, to the left (1) or right (-1) of the line from p to q."""
     across = q - p
     square = times(across, np.conj(across))
     length = root(square)

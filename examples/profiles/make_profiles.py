@@ -34,7 +34,7 @@ def curve(f, begin, end, spacing):
 
 
 def joined(pieces):
-    """One row of points. Where two pieces meet they agree to what their definitions have of digits; a micrometre."""
+    """One row of points. Two pieces agree where they meet to the digits of their definitions: a micrometre."""
     out = []
     for piece in pieces:
         if out:

@@ -24,7 +24,7 @@ WEIGHTS = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))
 
 
 def newton(f, x):
-    """Where two functions of two unknowns vanish."""
+    """The zero of two functions of two unknowns."""
     x = np.array(x, float)
     for _ in range(30):
         here, h = np.array(f(*x)), 1e-7

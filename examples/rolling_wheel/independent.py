@@ -42,7 +42,7 @@ class Vehicle:
     def touch(self, q, side):
         """Arm from the axle's middle to the point of contact, the cone's normal there, the gap and the radius.
 
-        Where the normal (sin t, cone, -cos t) of the generator at t has no part along the track wheel and rail can touch. That
+        Wheel and rail can touch where the normal (sin t, cone, -cos t) of the generator at t has no part along the track. That
         generator is a straight line, the rail's top a circle: the foot of the circle's centre on it, and the distance."""
         axes, tilt = self.axes(q[3], q[4]), np.hypot(1, self.cone)
         t = np.arctan(axes[0, 2] / axes[0, 0]) - np.arcsin(side * self.cone * axes[0, 1] / np.sqrt(axes[0, 0] ** 2 + axes[0, 2] ** 2))
@@ -112,7 +112,7 @@ class Vehicle:
         return moves.T @ force + turns.T @ (np.cross(out, force) - moment * n)
 
     def flow(self, u):
-        """Rates of u. What is of second order beside the straight run, as the change of the rows along the way, is left aside."""
+        """Rates of u. Terms of second order, as the change of the rows along the run, are left out."""
         p, (y, yaw, dy, dyaw, speed, left, right) = self.parts, u
         z, roll = self.closed(y, yaw)
         ahead, e = np.array([np.cos(yaw), np.sin(yaw), 0]), self.axes(yaw, roll)[:, 1]

@@ -20,7 +20,7 @@ _from_buffer = ffi.from_buffer
 
 
 class _Owner:
-    """What memory of the library belongs to. It lives as long as a pointer that would free it by this."""
+    """The owner of memory of the library. It lives as long as a pointer that would free it by this."""
 
     __slots__ = ("owner",)
 

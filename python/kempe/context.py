@@ -168,7 +168,7 @@ class Context:
             raise error_of(status, message)
 
     def make(self, kind: type[T], function: Any, *arguments: Any, owners: tuple[Any, ...] = (), long: bool = True) -> T:
-        """The object that a function gives by its last argument. Where it fails, the error has what it gives all the same."""
+        """The object that a function gives by its last argument. If it fails, the error has the object that it gives all the same."""
         out = ffi.new(f"kempe_{kind._noun} **")
         try:
             status, message = (self.guarded if long else self.run)(function, *arguments, out)

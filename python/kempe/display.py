@@ -120,7 +120,7 @@ def _converged(found: Mapping[str, Any]) -> str:
 
 
 def trajectory_html(run: Any) -> str:
-    """How far the run came, how exact it is, and the curves of its rows."""
+    """The end of the run, its accuracy, and the curves of its rows."""
     found = run.to_dict()
     energy = found["energy"].get("drift_rel")
     described = {

@@ -23,7 +23,7 @@ SHARDS = (
 
 
 class Executor(Protocol):
-    """What submits calls: `submit(function, *arguments)` gives an object with `result()`."""
+    """An object that submits calls: `submit(function, *arguments)` gives an object with `result()`."""
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Any: ...
 

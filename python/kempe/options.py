@@ -137,7 +137,7 @@ def _converter(kind: Any) -> Convert:
 
 
 def _write(name: str, kind: Any, members: Collection[str]) -> Write:
-    """What sets a member to a value; the number of texts is another member."""
+    """The statement that sets a member to a value; the number of texts is another member."""
     if kind.kind == "array":
         return _write_array(name, kind)
     if kind.kind == "pointer" and kind.item.kind == "pointer":

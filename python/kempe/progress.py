@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 
 class Progress(NamedTuple):
-    """How far a computation has come: `done` of `total`. `unit` is "s" for the simulated time of a run, otherwise what is
+    """The progress of a computation: `done` of `total`. `unit` is "s" for the simulated time of a run, otherwise what is
     counted: "rows", "runs", "instances", "frequencies", "values", "starts". `elapsed` and `left` are seconds on the wall;
     `left` is an estimate, None while there is none.
 

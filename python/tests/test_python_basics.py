@@ -333,7 +333,7 @@ def interrupt_after(seconds):
 
 
 def interrupted(model):
-    """How late a long run ends, and its rows."""
+    """The delay of the end of a long run, and its rows."""
     sent = interrupt_after(0.2)
     with pytest.raises(kempe.Interrupted) as caught:
         model.simulate(t_end=9e4, output_step=0.1)

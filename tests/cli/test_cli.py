@@ -182,7 +182,7 @@ class Rounded(Case):
                 self.assertIn("accepted as rounding", done.stderr)
 
     def test_parameters_that_vary(self):
-        """What an ensemble and derivatives by parameters start from is what a run does."""
+        """An ensemble and derivatives by parameters start from the state from which a run does."""
         path = self.model((ROOT / "tests/models/rounded_bennett.yaml").read_text().replace(
             "ground:", "parameters: {x: 0.245585, m: 1}\nground:").replace("P1: [0.245585,", "P1: [x,").replace("mass: 1,", "mass: m,", 1))
         (self.folder / "values.csv").write_text("x,m\n0.245585,1\n")
@@ -197,7 +197,7 @@ class Rounded(Case):
 
 
 class Graphs(Case):
-    """What is cut of a graph of joints, and why, in every print of model and check."""
+    """The joints that are cut of a graph, and the reasons, in every print of model and check."""
 
     def test_cuts(self):
         for words in (("check", SIX_BAR), ("show", "--model", SIX_BAR)):
@@ -412,7 +412,7 @@ class Angles(Case):
 
 
 class Equilibria(Case):
-    """Where it rests: the keys of the object, options that go to the library, what is said where there is none."""
+    """Equilibria: the keys of the object, options that go to the library, the message where there is none."""
 
     GOVERNOR = ROOT / "examples/governor/governor.yaml"
     FALLS = ("kempe: 1\ngravity: [0, 0, -9.81]\nbodies: {a: {joint: {name: S, prismatic: z, at: ground}, mass: 1}}\n")
@@ -1290,7 +1290,7 @@ class Input(Case):
             self.assertNotEqual(found["reason"], "")
 
     def test_units(self):
-        """What is measured in something else is refused, and so are ends of a range that do not go together."""
+        """A value in another unit is refused, and so are ends of a range that do not go together."""
         governor, crank = ROOT / "examples/governor/governor.yaml", ROOT / "examples/crank_rocker/crank_rocker.yaml"
         for told, *words in (("an angle", "kinematics", crank, "--sweep", "motor=0 m:1 m"),
                              ("both ends", "kinematics", crank, "--sweep", "motor=10:30 deg"),
@@ -1689,7 +1689,7 @@ run: {t_end: 1}
         self.interrupt("simulate", FOUR_BAR, "--t-end", "1e5", "--output-step", "1", "--rtol", "1e-12")
 
     def test_interrupt_without_result(self):
-        """Where there is nothing to show yet the object and a sentence are there all the same."""
+        """The object and a sentence are there also while there is nothing to show."""
         self.interrupt("response", ROOT / "examples/suspension/suspension.yaml", "--inputs", "force(chassis.R.z)",
                        "--frequencies", "1:2:900000")
 
@@ -1930,7 +1930,7 @@ class Compare(Case):
             self.assertNotIn("use ", done.stdout)
 
     def test_report_without_libraries(self):
-        """What is missing is told before anything is run."""
+        """A missing file is reported before anything is run."""
         os.environ["KEMPE_JAVASCRIPT"] = str(self.folder)
         self.addCleanup(os.environ.pop, "KEMPE_JAVASCRIPT")
         done = self.expect(2, *self.RUN, "--report", "report.html")

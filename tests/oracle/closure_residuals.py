@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What each closure demands, as geometry: lists of scalar jets that stay zero along the motion. Gradients by the bodies'
+"""The demands of each closure, as geometry: lists of scalar jets that stay zero along the motion. Gradients by the bodies'
 velocities, and the terms of the acceleration without any acceleration of the bodies, are derivatives of these."""
 import numpy as np
 
@@ -119,5 +119,5 @@ ON_COORDINATES = {"coupler": coupler, "constraint": constraint, "drive": drive, 
 
 
 def floating(closure):
-    """Whether the rows keep the value of the start instead of zero."""
+    """True if the rows keep the value of the start instead of zero."""
     return closure.kind == "coupler" and "equals" not in closure.keys or closure.keys.get("locked") == "yes"

@@ -12,12 +12,12 @@ ROUNDING = 2.0**-52
 # Kempe's rows are solved for to rounding, at states that fit the closures to about 1e-12: what is worked out from them
 # may differ by that, times what accelerations make of it. All models have lengths, masses and times around 1.
 USUAL = 1e-9
-# What differs by more is held against the condition of the oracle's own linear system: a solution of n unknowns by
+# A larger difference is compared with the condition of the oracle's own linear system: a solution of n unknowns by
 # elimination is off by some n roundings times the condition, and so are both.
 CONDITIONED = 1e3
 # Closures at rows: the run's tolerances are 1e-8 and below, and dae rows fit them to a tolerance.
 CLOSED = 3e-8
-# Where a state is off the closures by h, rows that say the same in other words, and all that follows from them, differ by
+# If a state is off the closures by h, rows that say the same in other words, and all that follows from them, differ by
 # some h: curvatures and rates of all models are around 1.
 OPEN = 30
 # Ends of runs, in rtol of the run: motions that do not amplify errors keep them within 10 to 1000 times the tolerance
@@ -160,7 +160,7 @@ class Comparison:
         self.agree(f"start of {name}", values[:1].repeat(rows, 0), want[None].repeat(rows, 0), usual=1e-8, conditioned=False)
 
     def given(self, texts):
-        """What the start says of all coordinates; 0 where it is silent."""
+        """The values of all coordinates at the start; 0 where none is given."""
         values = np.zeros(len(self.mechanism.columns))
         for name, value in texts.items():
             if name in self.mechanism.places:
@@ -194,7 +194,7 @@ class Comparison:
         return self.motion.turn[:, body]
 
     def determined(self, shares):
-        """Which components of (T, k, m) shares of multipliers are the same for all solutions."""
+        """The components of (T, k, m) shares of multipliers that are the same for all solutions."""
         free = self.motion.dropped
         if free.shape[2] == 0:
             return np.ones(shares.shape[:2], bool)
@@ -275,7 +275,7 @@ class Comparison:
 
     @staticmethod
     def documented(item):
-        """Whether docs/model says what a closure's multipliers are, beside those of balls."""
+        """True if docs/model defines a closure's multipliers, beside those of balls."""
         return item.kind in ("rod", "point_on_plane", "point_on_curve", *closure_residuals.ON_COORDINATES)
 
     def points(self):

@@ -107,7 +107,7 @@ def model(seed):
 
 
 def faults(rows, floor):
-    """What is wrong with the rows of a run, in words."""
+    """The faults of the rows of a run, in words."""
     for row in rows:
         for k, (name, mu) in enumerate(floor):
             height, push = float(row[f"sensor.height{k}"]), float(row[f"force.{name}"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What `run --mutate` breaks on purpose in the oracle, one at a time: comparisons must then fail. Nothing is broken in any
+"""Conventions that `run --mutate` breaks on purpose in the oracle, one at a time: comparisons must then fail. Nothing is broken in any
 other run."""
 
 MUTATIONS = """sign of gravity; Coriolis acceleration; gyroscopic moment; sign of products of inertia; order of motions; frame;
@@ -15,6 +15,6 @@ BROKEN = set()
 
 
 def broken(name):
-    """Whether this convention is broken on purpose."""
+    """True if this convention is broken on purpose."""
     assert name in MUTATIONS, name
     return name in BROKEN

@@ -246,7 +246,7 @@ def compiled(text, names):
 
 
 def uses(text, words):
-    """Whether an expression has one of these words in it."""
+    """True if an expression has one of these words in it."""
     return bool(words & set(re.findall(r"[^\W\d]\w*", text)))
 
 

@@ -162,7 +162,7 @@ class FrictionRows(Comparison):
             self.complaints.append(f"friction takes {work[-1]:.9g} by its ways, the energy falls by {energy[0] - energy[-1]:.9g}")
 
     def way(self, number):
-        """The way that a coordinate has moved up to each row. Where its rate changes sign between rows it turns back: from
+        """The way that a coordinate has moved up to each row. If its rate changes sign between rows, it turns back: from
         either row the way to the turn follows from rate, acceleration and the change of that on its own side."""
         q, v, a = self.q[:, number], self.qd[:, number], self.qdd[:, number]
         h, steps = np.diff(self.motion.t), np.abs(np.diff(q))

@@ -12,7 +12,7 @@ from mechanism import Item
 
 
 class Environment:
-    """What expressions see: time, coordinates, rates, multipliers, the names of one file."""
+    """The variables of expressions: time, coordinates, rates, multipliers, the names of one file."""
 
     def __init__(self, motion, scope, t, q, qd=None, lift=lambda x: x):
         self.motion, self.scope, self.t, self.q_of, self.qd_of, self.lift = motion, scope, t, q, qd, lift
@@ -130,7 +130,7 @@ class Motion:
         return rates
 
     def whens(self):
-        """Whether the conditions hold at which states change, (T, s)."""
+        """True where the conditions hold at which states change, (T, s)."""
         held = np.zeros((self.count, len(self.mechanism.states)), bool)
         for k, (scope, state) in enumerate(self.mechanism.states):
             if state.when:

@@ -36,8 +36,8 @@ class Body:
 
 
 class Joint:
-    """From `at` on one body to `to` on another, through a frame and a chain of motions [(is a rotation, axis)]. Where it
-    is turned round the chain goes from the carried body to the one that carries it."""
+    """From `at` on one body to `to` on another, through a frame and a chain of motions [(is a rotation, axis)]. If it
+    is turned round, the chain goes from the carried body to the one that carries it."""
 
     def __init__(self, name, at, to, frame, chain, turned=False, pitch=None):
         self.name, self.at, self.to, self.frame, self.chain = name, at, to, frame, chain
@@ -53,7 +53,7 @@ class Item:
 
 
 class Scope:
-    """What the names of one file mean."""
+    """The meanings of the names of one file."""
 
     def __init__(self, mechanism, document, folder, prefix, base, settings):
         self.mechanism, self.document, self.folder, self.prefix, self.base = mechanism, document, folder, prefix, base
