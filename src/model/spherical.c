@@ -40,6 +40,8 @@ static void mark_force(const kmp_force *force, bool *used)
     mark_expression(force->holding_effort, used);
     mark_expression(force->sliding, used);
     mark_expression(force->touch.gap, used);
+    mark_expression(force->touch.way, used);
+    mark_expression(force->touch.slip, used);
     if (force->kind == KMP_FORCE_TOUCH && force->touch.motion >= 0)
         used[force->touch.motion] = true;
     for (int k = 0; k < 3; k++)

@@ -398,6 +398,199 @@ static void ball_in_socket(void)
     }
 }
 
+/* -- friction of rigid contacts ------------------------------------------------------------------------------ */
+
+/* A journal of 0.5 kg with its centre 10 mm from that of its bearing of 30 mm, in the tree or as a closure. */
+static loaded rubbing_journal(bool tree, const char *gravity, const char *contact, const char *rest)
+{
+    static const char *const forms[] = {
+        "  j: {joint: {name: F, planar: z, at: ground, coordinates: [J_x, J_y, J]}, mass: 0.5, inertia: {zz: 4e-5}, "
+        "points: {P: [0, 0, 0]}}\n"
+        "loops: {J: {revolute: [ground.O, j.P], %s}}\n",
+        "  j: {joint: {name: J, revolute: z, at: ground, %s}, mass: 0.5, inertia: {zz: 4e-5}}\n"};
+    char joint[300], body[600], text[1500];
+    (void)snprintf(joint, sizeof joint, "clearance: 10 mm, contact: {radius: 30 mm, %s}", contact);
+    (void)snprintf(body, sizeof body, forms[tree], joint);
+    (void)snprintf(text, sizeof text,
+                   "kempe: 1\ngravity: [%s]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n%s%s"
+                   "run: {outputs: [q, qd, force(J_journal_friction), force(J_journal)]}\n",
+                   gravity, body, rest);
+    return load_text(text);
+}
+
+static double at(const kempe_table *table, int row, const char *name)
+{
+    return kempe_table_number(table, row, kempe_table_find(table, name));
+}
+
+/* A shaft with a given spin drags its journal up the bearing, against the rate of its lowest surface: with the angle a
+ * from the lowest place, c a'' = -g sin a
+ * + mu (g cos a + c a'^2). From rest at the lowest place a'^2 = A cos a + B sin a - A exp(2 mu a). */
+static void dragged_journal(void)
+{
+    const double mu = 0.3, c = 0.01, k = 9.81 / c, pi = 3.14159265358979323846;
+    const double a_part = 2 * k * (1 - 2 * mu * mu) / (1 + 4 * mu * mu), b_part = 6 * mu * k / (1 + 4 * mu * mu);
+    for (int trial = 0; trial < 4; trial++) {
+        loaded l = rubbing_journal(trial / 2, "0, -9.81, 0", "restitution: 0, friction: 0.3",
+                                   "drives: {motor: {joint: J, angle: 100*t}}\n"
+                                   "start: {q: {J_y: -10 mm}, qd: {J_x: 0, J_y: 0}}\n");
+        kempe_trajectory *run = simulate(&l, &precise[trial % 2], 0.09);
+        kempe_table *table = NULL;
+        double largest = 0;
+        CHECK(run && kempe_trajectory_outputs(run, "q,qd,force(J_journal),force(J_journal_friction)", &table) == 0);
+        for (int row = 0; table && row < kempe_table_row_count(table); row++) {
+            double x = at(table, row, "q.J_x"), y = at(table, row, "q.J_y"), angle = atan2(-x, -y);
+            double rate = hypot(at(table, row, "qd.J_x"), at(table, row, "qd.J_y")) / c;
+            double square = a_part * (cos(angle) - exp(2 * mu * angle)) + b_part * sin(angle);
+            double normal = 0.5 * (9.81 * cos(angle) + c * rate * rate);
+            CHECK_NEAR(hypot(x, y), c, 1e-11);
+            CHECK_NEAR(rate * rate, square, 1e-8 * k);
+            CHECK_NEAR(at(table, row, "force.J_journal.normal"), normal, 1e-7);
+            CHECK_NEAR(at(table, row, "force.J_journal_friction"), -mu * normal, 1e-7);
+            largest = fmax(largest, angle);
+        }
+        CHECK(largest > 20 * pi / 180);
+        kempe_table_free(table);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* Without a drive it rolls: with its radius r the inertia is that of m c^2 + I (c/r)^2, the friction that of I c/r^2.
+ */
+static void rolling_journal(void)
+{
+    const double c = 0.01, r = 0.02, m = 0.5, inertia = 4e-5, first = 0.5, g = 9.81;
+    const double all = m * c * c + inertia * c * c / (r * r);
+    char start[200];
+    (void)snprintf(start, sizeof start, "start: {q: {J_x: %.17g, J_y: %.17g}, qd: {J: 0, J_x: 0, J_y: 0}}\n",
+                   c * sin(first), -c * cos(first));
+    for (int trial = 0; trial < 4; trial++) {
+        loaded l = rubbing_journal(trial / 2, "0, -9.81, 0", "restitution: 0, friction: 0.6", start);
+        kempe_trajectory *run = simulate(&l, &precise[trial % 2], 0.3);
+        kempe_table *table = NULL;
+        double least = 1;
+        CHECK(run && kempe_trajectory_outputs(run, "q,qd,force(J_journal),force(J_journal_friction)", &table) == 0);
+        for (int row = 0; table && row < kempe_table_row_count(table); row++) {
+            double x = at(table, row, "q.J_x"), y = at(table, row, "q.J_y"), angle = atan2(x, -y);
+            double rate = (at(table, row, "qd.J_x") * -y + at(table, row, "qd.J_y") * x) / (c * c);
+            CHECK_NEAR(0.5 * all * rate * rate, m * g * c * (cos(angle) - cos(first)), 1e-9 * m * g * c);
+            CHECK_NEAR(at(table, row, "qd.J"), -rate * c / r, 1e-8 * sqrt(g / c));
+            CHECK_NEAR(at(table, row, "q.J"), -(angle - first) * c / r, 1e-8);
+            CHECK_NEAR(at(table, row, "force.J_journal_friction"), inertia * c / (r * r) * m * g * c * sin(angle) / all,
+                       1e-7);
+            least = fmin(least, angle);
+        }
+        CHECK(least < -0.4);
+        kempe_table_free(table);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* A journal that turns strikes its bearing with the rate v: the impulse along it is the friction times (1 + e) m v
+ * against the slip, but no more than stops the slip, which 1/m + r^2/I takes. */
+static void rubbing_impact(void)
+{
+    const double v = 0.5, r = 0.02, m = 0.5, inertia = 4e-5, spin = 40, e = 0.6;
+    for (int trial = 0; trial < 4; trial++) {
+        const double mu = trial % 2 ? 0.9 : 0.1, stop = r * spin / (1 / m + r * r / inertia);
+        const double impulse = fmin(mu * (1 + e) * m * v, stop);
+        char contact[100];
+        (void)snprintf(contact, sizeof contact, "restitution: 0.6, friction: %g", mu);
+        loaded l = rubbing_journal(trial / 2, "0, 0, 0", contact, "start: {qd: {J: 40, J_x: 0, J_y: -0.5}}\n");
+        kempe_trajectory *run = simulate(&l, &precise[0], 0.021);
+        CHECK((impulse < stop) == (trial % 2 == 0));
+        CHECK_NEAR(last_of(run, "qd(J_x)", "qd.J_x"), -impulse / m, 1e-10);
+        CHECK_NEAR(last_of(run, "qd(J_y)", "qd.J_y"), e * v, 1e-10);
+        CHECK_NEAR(last_of(run, "qd(J)", "qd.J"), spin - r * impulse / inertia, 1e-8);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* The same of a ball in its socket, whose slip spin x r n has both directions across its way n. */
+static void rubbing_ball(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "ground: {points: {O: [0, 0, 0]}}\n"
+        "bodies:\n"
+        "  b: {joint: {free: x, at: ground, coordinates: [x, y, z, a, b, c]}, mass: 0.5, inertia: {xx: 1e-5, yy: 1e-5, "
+        "zz: 1e-5}, points: {C: [0, 0, 0]}}\n"
+        "loops: {S: {ball: [ground.O, b.C], clearance: 1 mm, contact: {radius: 9 mm, restitution: 0.5, friction: "
+        "%g}}}\n"
+        "start: {qd: {x: 0.1, y: 0.2, z: 0.2, a: 20, b: 0, c: 0}}\n"
+        "run: {outputs: [q, qd]}\n";
+    const double v = 0.3, r = 0.008, m = 0.5, inertia = 1e-5, e = 0.5, n[] = {1.0 / 3, 2.0 / 3, 2.0 / 3};
+    const double slip[] = {0, -20 * r * n[2], 20 * r * n[1]}, size = hypot(slip[1], slip[2]);
+    static const char *const names[] = {"qd.x", "qd.y", "qd.z"}, *const words[] = {"qd(x)", "qd(y)", "qd(z)"};
+    for (int trial = 0; trial < 2; trial++) {
+        const double mu = trial ? 0.5 : 0.05, stop = size / (1 / m + r * r / inertia);
+        const double impulse = fmin(mu * (1 + e) * m * v, stop);
+        char model[1000];
+        (void)snprintf(model, sizeof model, text, mu);
+        loaded l = load_text(model);
+        kempe_trajectory *run = simulate(&l, &precise[0], 0.0045);
+        CHECK((impulse < stop) == (trial == 0));
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(last_of(run, words[k], names[k]), -e * v * n[k] - impulse / m * slip[k] / size, 1e-9);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* An elastic ball whose contact is short is nearly a rigid one: its friction has the friction times the impulse 2 m v.
+ */
+static void rubbing_elastic_ball(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "ground: {points: {O: [0, 0, 0]}}\n"
+        "bodies:\n"
+        "  b: {joint: {free: x, at: ground, coordinates: [x, y, z, a, b, c]}, mass: 0.5, inertia: {xx: 1e-5, yy: 1e-5, "
+        "zz: 1e-5}, points: {C: [0, 0, 0]}}\n"
+        "loops: {S: {ball: [ground.O, b.C], clearance: 1 mm, contact: {radius: 9 mm, law: hertz, stiffness: 1e13, "
+        "friction: {coefficient: 0.05, speed: 10 um/s}}}}\n"
+        "start: {qd: {x: 0.1, y: 0.2, z: 0.2, a: 20, b: 0, c: 0}}\n"
+        "run: {outputs: [q, qd]}\n";
+    const double v = 0.3, n[] = {1.0 / 3, 2.0 / 3, 2.0 / 3}, size = hypot(n[1], n[2]);
+    const double slip[] = {0, -n[2] / size, n[1] / size};
+    static const char *const names[] = {"qd.x", "qd.y", "qd.z"}, *const words[] = {"qd(x)", "qd(y)", "qd(z)"};
+    loaded l = load_text(text);
+    kempe_trajectory *run = simulate(&l, &precise[0], 0.0035);
+    for (int k = 0; k < 3; k++)
+        CHECK_NEAR(last_of(run, words[k], names[k]), -v * n[k] - 0.05 * 2 * v * slip[k], 1e-3 * v);
+    CHECK(run && run->verdict.drift_rel < 1e-8);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+/* A slider falls on its lower side with both corners and rubs there until it rests: the impact takes mu sqrt(2 g c)
+ * from its rate, and the way that remains is its square over 2 mu g. */
+static void rubbing_slider(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "gravity: [0, -9.81, 0]\n"
+        "bodies:\n"
+        "  s:\n"
+        "    joint: {name: S, prismatic: x, at: ground, clearance: 1 mm, contact: {length: 40 mm, "
+        "height: 20 mm, restitution: 0, friction: 0.2}}\n"
+        "    mass: 2\n"
+        "    inertia: {zz: 1e-3}\n"
+        "start: {qd: {S: 0.3}}\n"
+        "run: {outputs: [q, qd]}\n";
+    const double fall = sqrt(2 * 1e-3 / 9.81), left = 0.3 - 0.2 * 9.81 * fall;
+    loaded l = load_text(text);
+    kempe_trajectory *run = simulate(&l, &precise[0], 0.5);
+    CHECK_NEAR(last_of(run, "q(S)", "q.S"), 0.3 * fall + left * left / (2 * 0.2 * 9.81), 1e-11);
+    CHECK_NEAR(last_of(run, "qd(S)", "qd.S"), 0, 1e-12);
+    CHECK_NEAR(last_of(run, "q(S_angle)", "q.S_angle"), 0, 1e-12);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(rigid_pin);
@@ -408,5 +601,11 @@ int main(void)
     TEST(resting_slider);
     TEST(rigid_slider);
     TEST(ball_in_socket);
+    TEST(dragged_journal);
+    TEST(rolling_journal);
+    TEST(rubbing_impact);
+    TEST(rubbing_ball);
+    TEST(rubbing_elastic_ball);
+    TEST(rubbing_slider);
     return check_report();
 }

@@ -7,20 +7,26 @@
 /* Over lengths. */
 #define KMP_CONTACT_LAG 1e-15
 
-/* The slip of two sides, or the expressions of the user. */
-static void find_slip(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
+/* The slip of two sides. */
+static void find_sides(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
 {
     const kmp_contact_pair *touch = &force->touch;
     kmp_touching sides;
-    while (pressing->slips < 3 && force->vector[pressing->slips]) {
-        pressing->slip[pressing->slips] = kmp_tree_expression(tree, force->vector[pressing->slips]);
-        pressing->slips++;
-    }
-    if (!force->holding_effort || touch->gap || touch->motion >= 0)
+    if (!force->holding_effort || touch->side[0].point < 0)
         return;
     kmp_touching_find(tree, touch, true, &sides);
     memcpy(pressing->slip, sides.across.x, sizeof pressing->slip);
     pressing->slips = 3;
+}
+
+/* The expressions of the user, or the slip of two sides. */
+static void find_slip(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
+{
+    while (pressing->slips < 3 && force->vector[pressing->slips]) {
+        pressing->slip[pressing->slips] = kmp_tree_expression(tree, force->vector[pressing->slips]);
+        pressing->slips++;
+    }
+    find_sides(tree, force, pressing);
 }
 
 static void find_gap(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
@@ -53,6 +59,8 @@ static void find_journal(const kmp_tree *tree, const kmp_force *force, kmp_press
     pressing->depth = kmp_sub(g, e, c);
     kmp_ref moving = kmp_add(g, kmp_mul(g, x, xd), kmp_mul(g, y, yd));
     pressing->rate = kmp_div(g, kmp_add(g, moving, kmp_mul(g, z, rate.x[2])), e);
+    if (made->ball)
+        find_sides(tree, force, pressing);
     if (!made->radius || made->ball)
         return;
     kmp_ref turning = kmp_div(g, kmp_sub(g, kmp_mul(g, x, yd), kmp_mul(g, y, xd)), e);

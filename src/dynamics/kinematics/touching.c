@@ -69,7 +69,9 @@ static void on_round(const pair *p, kmp_touching *out)
     kmp_vec e = p->axes[1][second->axis], from = p->d;
     if (second->shape == KMP_TOUCH_CYLINDER)
         from = kmp_vec_sub(g, from, kmp_vec_scale(g, kmp_vec_dot(g, e, from), e));
-    kmp_ref size = kmp_sqrt(g, kmp_vec_dot(g, from, from));
+    /* of a ball in its socket the distance in contact: the same there, and smooth at the centre */
+    kmp_ref size = p->touch->clearance ? kmp_tree_expression(p->tree, p->touch->clearance)
+                                       : kmp_sqrt(g, kmp_vec_dot(g, from, from));
     kmp_vec out_of = kmp_vec_scale(g, kmp_div(g, KMP_ONE, size), from);
     kmp_ref both = second->hollow ? kmp_sub(g, p->radius[1], p->radius[0]) : kmp_add(g, p->radius[1], p->radius[0]);
     out->normal = second->hollow ? opposite(g, out_of) : out_of;
@@ -233,6 +235,10 @@ bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int a
 {
     kmp_graph *g = tree->graph;
     *turn = KMP_ZERO;
+    if (touch->way) {
+        *way = kmp_tree_expression(tree, touch->way);
+        return true;
+    }
     if (touch->gap || touch->motion >= 0 || touch->side[1].shape == KMP_TOUCH_PROFILE)
         return false;
     const pair p = pair_of(tree, touch);
@@ -263,7 +269,11 @@ static kmp_vec direction_in_plane(const pair *p, kmp_vec n)
 {
     kmp_graph *g = p->tree->graph;
     kmp_vec axis = p->axes[1][kmp_touch_plane(p->tree->model, p->touch)], t = kmp_vec_cross(g, n, axis);
-    return kmp_vec_dot(g, n, axis) == KMP_ZERO ? t : unit(g, t);
+    kmp_ref lean = kmp_vec_dot(g, n, axis);
+    if (lean == KMP_ZERO || !p->touch->clearance)
+        return lean == KMP_ZERO ? t : unit(g, t);
+    kmp_ref size = kmp_sqrt(g, kmp_sub(g, KMP_ONE, kmp_mul(g, lean, lean))); /* of t where n is a unit vector */
+    return kmp_vec_scale(g, kmp_div(g, KMP_ONE, size), t);
 }
 
 /* On a sphere: the axes x and y of its point, turned by the least rotation from z to n, or from -z where n is closer to
@@ -302,6 +312,8 @@ static kmp_vec direction_on_surface(const pair *p, kmp_vec n, int along)
 
 kmp_ref kmp_touching_slip(const kmp_tree *tree, const kmp_contact_pair *touch, int along)
 {
+    if (touch->slip)
+        return kmp_tree_expression(tree, touch->slip);
     const pair p = pair_of(tree, touch);
     kmp_touching t;
     kmp_touching_find(tree, touch, false, &t);

@@ -56,8 +56,11 @@ bool kmp_read_journal(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
 const kmp_film *kmp_read_film(kmp_reader *r, const kmp_yaml *map, const char *of, const kmp_expr *clearance,
                               const kmp_expr *radius);
 
-/** Its distance from the bearing, for rigid contacts. */
+/** Its distance from the bearing, for rigid contacts; with a radius its slip there, of a ball the surfaces. */
 void kmp_read_journal_gap(kmp_reader *r, kmp_force *force, const kmp_journal *journal, kmp_contact_pair *pair);
+
+/** The surfaces of a ball with a radius: a sphere in a hollow one. */
+void kmp_read_ball_surfaces(kmp_reader *r, const kmp_force *force, const kmp_journal *journal, kmp_contact_pair *pair);
 
 /** A corner of a slider in a guide: its distance from its side of the guide, and in vector[0] the slip. False after an
  * error. */

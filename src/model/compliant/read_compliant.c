@@ -344,11 +344,7 @@ static void read_friction(contact *c)
     if (!map || !kmp_read_map(r, map, what, friction_keys))
         return;
     const kmp_yaml *node = kmp_read_required(r, map, what, "coefficient"), *speed = kmp_yaml_get(map, "speed");
-    bool sides = !journal && c->force->touch.side[0].point >= 0;
-    if (c->made->ball) {
-        kmp_reader_complain(r, map->place, "%s: a ball in its socket has no friction", what);
-        return;
-    }
+    bool sides = c->force->touch.side[0].point >= 0; /* of a ball with a radius, too */
     if (!sides && (journal ? !c->made->radius : !c->force->vector[0]))
         kmp_read_required(r, c->map, c->what, journal ? "radius" : "slip");
     if (!speed && (sides || (c->force->vector[1] && !journal)))
@@ -380,6 +376,8 @@ static void read_journal(contact *c)
 {
     kmp_journal journal = {0};
     (void)kmp_read_journal(c->r, c->map, c->what, c->force, &journal);
+    if (journal.ball && journal.radius && journal.clearance)
+        kmp_read_ball_surfaces(c->r, c->force, &journal, &c->force->touch);
     c->made->clearance = journal.clearance;
     c->made->radius = journal.radius;
     c->made->ball = journal.ball;

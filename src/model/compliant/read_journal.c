@@ -205,6 +205,43 @@ bool kmp_read_journal(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     return journal->clearance && force->vector[0] && force->vector[1];
 }
 
+static const kmp_expr *rate_of(kmp_reader *r, const kmp_expr *of)
+{
+    kmp_expr *e = of ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
+    if (e)
+        *e = (kmp_expr){.kind = KMP_EXPR_RATE, .a = of};
+    return e;
+}
+
+/* The velocity of its surface along the bearing, where its centre is at the distance c: elsewhere there is no contact,
+ * and this is smooth at the centre. */
+static const kmp_expr *slip_of(kmp_reader *r, const kmp_force *force, const kmp_journal *journal)
+{
+    kmp_expr_locals locals = {0};
+    kmp_add_local(&locals, "c", journal->clearance);
+    kmp_add_local(&locals, "r", journal->radius);
+    kmp_add_local(&locals, "x", force->vector[0]);
+    kmp_add_local(&locals, "y", force->vector[1]);
+    kmp_add_local(&locals, "u", rate_of(r, force->vector[0]));
+    kmp_add_local(&locals, "v", rate_of(r, force->vector[1]));
+    kmp_add_local(&locals, "w", force->vector[2]);
+    return locals.count == 7 ? kmp_read_formula(r, "(x*v - y*u)/c + (r - c)*w", &locals) : NULL;
+}
+
+void kmp_read_ball_surfaces(kmp_reader *r, const kmp_force *force, const kmp_journal *journal, kmp_contact_pair *pair)
+{
+    kmp_expr_locals locals = {0};
+    kmp_add_local(&locals, "c", journal->clearance);
+    kmp_add_local(&locals, "r", journal->radius);
+    const kmp_expr *inner = locals.count == 2 ? kmp_read_formula(r, "r - c", &locals) : NULL;
+    if (!inner)
+        return;
+    pair->side[0] = (kmp_touch_side){.shape = KMP_TOUCH_SPHERE, .point = force->point[1], .axis = 2};
+    pair->side[1] = (kmp_touch_side){.shape = KMP_TOUCH_SPHERE, .point = force->point[0], .axis = 2, .hollow = true};
+    pair->radius[0] = kmp_number_of(inner, kmp_expr_value(inner, r->parameter_values));
+    pair->radius[1] = kmp_number_of(journal->radius, kmp_expr_value(journal->radius, r->parameter_values));
+}
+
 /* With its centre at (x, y), e = |(x, y)|, the distance (c^2 - e^2)/(2 c) is zero where the surfaces touch, has the
  * slope of their distance there, and is smooth at the centre. */
 void kmp_read_journal_gap(kmp_reader *r, kmp_force *force, const kmp_journal *journal, kmp_contact_pair *pair)
@@ -216,6 +253,10 @@ void kmp_read_journal_gap(kmp_reader *r, kmp_force *force, const kmp_journal *jo
     kmp_add_local(&locals, "z", journal->ball ? force->vector[2] : NULL);
     *pair = (kmp_contact_pair){.motion = -1, .side = {{.point = -1}, {.point = -1}}, .clearance = journal->clearance};
     pair->gap = kmp_read_formula(r, journal->ball ? "(c - (x^2 + y^2 + z^2)/c)/2" : "(c - (x^2 + y^2)/c)/2", &locals);
+    if (journal->radius && journal->ball)
+        kmp_read_ball_surfaces(r, force, journal, pair);
+    else if (journal->radius)
+        pair->slip = slip_of(r, force, journal);
     force->vector[2] = journal->ball ? force->vector[2] : NULL; /* without friction the rotation has no effect */
 }
 
@@ -230,14 +271,6 @@ static const struct {
 const char *kmp_guide_corner(int k)
 {
     return k < 4 ? corners[k].word : NULL;
-}
-
-static const kmp_expr *rate_of(const geometry *c, const kmp_expr *of)
-{
-    kmp_expr *e = of ? KMP_ARENA_NEW(&c->r->model->arena, kmp_expr, 1) : NULL;
-    if (e)
-        *e = (kmp_expr){.kind = KMP_EXPR_RATE, .a = of};
-    return e;
 }
 
 /* A corner at (l, h) in the slider's axes is at (a + c l - s h, b + s l + c h) in those of the guide, of which the
@@ -262,7 +295,8 @@ static bool find_corner(const geometry *c, const plane_motion *motion, int corne
         c->r, kmp_reader_say(c->r, "h/2 + g %s %s", corners[corner].across > 0 ? "-" : "+", first ? other : one),
         &locals);
     c->force->centred[0] = over_clearance(c, "(x - c)/c", pair->gap, locals.local[0].expr);
-    *slip = rate_of(c, kmp_read_formula(c->r, first ? one : other, &locals));
+    pair->way = kmp_read_formula(c->r, first ? one : other, &locals);
+    *slip = rate_of(c->r, pair->way);
     return pair->gap && *slip;
 }
 

@@ -308,14 +308,16 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
     if (!node || !kmp_read_number(r, node, of, KMP_DIM_NUMBER, &mu) ||
         !kmp_check_rule(r, node, of, KMP_FIELD_NOT_NEGATIVE, mu.value, "") || (mu.value == 0 && !mu.expr))
         return;
-    if (contact->touch.side[0].point < 0) {
-        kmp_reader_complain(r, node->place,
-                            is_of_joint(map) ? "%s: a joint with clearance has friction with a 'law' alone"
-                                             : "%s: a stop has no surface to slide on",
-                            of);
+    const kmp_contact_pair *touch = &contact->touch;
+    bool along = touch->way || touch->slip;
+    if (!along && touch->side[0].point < 0) {
+        if (!is_of_joint(map))
+            kmp_reader_complain(r, node->place, "%s: a stop has no surface to slide on", of);
+        else
+            (void)kmp_read_required(r, map, what, "radius");
         return;
     }
-    if (kmp_touch_plane(r->model, &contact->touch) >= 0) {
+    if (along || kmp_touch_plane(r->model, touch) >= 0) {
         add_friction(r, node->place, kmp_arena_printf(&r->model->arena, "%s_friction", contact->name), mu, contact, 0);
         return;
     }

@@ -27,6 +27,8 @@ typedef struct kmp_contact_pair {
     bool turns;                /* the distance is an angle */
     kmp_number limit;          /* of the coordinate */
     const kmp_expr *clearance; /* of a journal, whose centre is at vector[] of the force; NULL: it is none */
-    kmp_touch_side side[2];    /* the first one is a sphere or a cylinder */
+    const kmp_expr *way;       /* with a gap: a length whose rate is the velocity of the surfaces along each other */
+    const kmp_expr *slip;      /* with a gap: that velocity, where no length of the coordinates has it; NULL: none */
+    kmp_touch_side side[2];    /* the first one is a sphere or a cylinder; beside a gap: a ball in its socket */
     kmp_number radius[2];
 } kmp_contact_pair;
