@@ -52,73 +52,76 @@ class Given:
         return [absolute[k] - (absolute[b["parent"]] if b["parent"] >= 0 else 0) for k, b in enumerate(self.bodies)]
 
 
-def exudyn(given, end):
-    """Rigid bodies in the plane, a revolute joint each, a further one each loop; generalised alpha, index 2 or 3."""
+def exudyn_run(given, end, steps, index2, radius):
+    """Rigid bodies in the plane, a revolute joint each, a further one each loop. Returns seconds and q."""
     import exudyn as exu
     import exudyn.itemInterface as items
 
-    def run(steps, index2, radius):
-        system = exu.SystemContainer()
-        mbs = system.AddSystem()
-        ground = mbs.AddObject(items.ObjectGround())
-        markers = lambda k, p: mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground if k < 0 else objects[k], localPosition=local(k, p)))
-        com = lambda k: [0, 0, 0] if k < 0 else given.bodies[k]["com"]
-        local = lambda k, p: [p[i] - com(k)[i] for i in range(3)]
-        fixed = lambda: mbs.AddNode(items.NodePointGround())
-        objects, nodes = [], []
-        poses = given.poses()
-        for k, b in enumerate(given.bodies):
-            (x, y), angle, (vx, vy), rate = poses[k]
-            c, s = math.cos(angle), math.sin(angle)
-            dx, dy = c * b["com"][0] - s * b["com"][1], s * b["com"][0] + c * b["com"][1]
-            nodes.append(mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[x + dx, y + dy, angle], initialCoordinates=[0, 0, 0],
-                                                           initialVelocities=[vx - rate * dy, vy + rate * dx, rate])))
-            objects.append(mbs.AddObject(items.ObjectRigidBody2D(physicsMass=b["mass"], physicsInertia=b["inertia"]["zz"], nodeNumber=nodes[k])))
-            if any(given.gravity):
-                marker = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=objects[k]))
-                mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=given.gravity))
-        for k, b in enumerate(given.bodies):
-            mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[markers(b["parent"], b["at"]), markers(k, [0, 0, 0])]))
-        for a, p, b, q in given.closures:
-            mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[markers(a, p), markers(b, q)]))
-        for a, p, b, q, k, c, l in given.springs:
-            mbs.AddObject(items.ObjectConnectorSpringDamper(markerNumbers=[markers(a, p), markers(b, q)], stiffness=k, damping=c,
-                                                            referenceLength=l))
-        for k, x in given.efforts:                        # of hinges on the ground
-            marker = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[k], coordinate=2))
-            mbs.AddLoad(items.LoadCoordinate(markerNumber=marker, load=x))
-        for k, stiffness, damping, rest in given.held:    # likewise; the node's angle counts from the start
-            markers_of = [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=c)) for n, c in ((fixed(), 0), (nodes[k], 2))]
-            mbs.AddObject(items.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers_of, stiffness=stiffness, damping=damping,
-                                                                      offset=rest - given.q[k]))
-        mbs.Assemble()
-        settings = exu.SimulationSettings()
-        integration = settings.timeIntegration
-        integration.numberOfSteps, integration.endTime = int(steps), end
-        integration.generalizedAlpha.spectralRadius = radius
-        integration.generalizedAlpha.useIndex2Constraints = index2
-        integration.generalizedAlpha.useNewmark = index2
-        integration.newton.useModifiedNewton = True
-        settings.solutionSettings.writeSolutionToFile = False
-        settings.solutionSettings.sensorsWritePeriod = end
-        if 2 * len(given.closures) > given.n - len(given.independent): # redundant joints
-            settings.linearSolverType = exu.LinearSolverType.EigenDense
-            settings.linearSolverSettings.ignoreSingularJacobian = True
-        integration.verboseMode = 0
-        settings.displayStatistics = settings.displayComputationTime = False
-        begin = time.process_time()
-        mbs.SolveDynamic(settings)
-        seconds = time.process_time() - begin
-        angles = [given.poses()[k][1] + mbs.GetNodeOutput(n, exu.OutputVariableType.Coordinates)[2] for k, n in enumerate(nodes)]
-        return seconds, given.relative(angles)
+    system = exu.SystemContainer()
+    mbs = system.AddSystem()
+    ground = mbs.AddObject(items.ObjectGround())
+    markers = lambda k, p: mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground if k < 0 else objects[k], localPosition=local(k, p)))
+    com = lambda k: [0, 0, 0] if k < 0 else given.bodies[k]["com"]
+    local = lambda k, p: [p[i] - com(k)[i] for i in range(3)]
+    fixed = lambda: mbs.AddNode(items.NodePointGround())
+    objects, nodes = [], []
+    poses = given.poses()
+    for k, b in enumerate(given.bodies):
+        (x, y), angle, (vx, vy), rate = poses[k]
+        c, s = math.cos(angle), math.sin(angle)
+        dx, dy = c * b["com"][0] - s * b["com"][1], s * b["com"][0] + c * b["com"][1]
+        nodes.append(mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[x + dx, y + dy, angle], initialCoordinates=[0, 0, 0],
+                                                       initialVelocities=[vx - rate * dy, vy + rate * dx, rate])))
+        objects.append(mbs.AddObject(items.ObjectRigidBody2D(physicsMass=b["mass"], physicsInertia=b["inertia"]["zz"], nodeNumber=nodes[k])))
+        if any(given.gravity):
+            marker = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=objects[k]))
+            mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=given.gravity))
+    for k, b in enumerate(given.bodies):
+        mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[markers(b["parent"], b["at"]), markers(k, [0, 0, 0])]))
+    for a, p, b, q in given.closures:
+        mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[markers(a, p), markers(b, q)]))
+    for a, p, b, q, k, c, l in given.springs:
+        mbs.AddObject(items.ObjectConnectorSpringDamper(markerNumbers=[markers(a, p), markers(b, q)], stiffness=k, damping=c,
+                                                        referenceLength=l))
+    for k, x in given.efforts:                        # of hinges on the ground
+        marker = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[k], coordinate=2))
+        mbs.AddLoad(items.LoadCoordinate(markerNumber=marker, load=x))
+    for k, stiffness, damping, rest in given.held:    # likewise; the node's angle counts from the start
+        markers_of = [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=c)) for n, c in ((fixed(), 0), (nodes[k], 2))]
+        mbs.AddObject(items.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers_of, stiffness=stiffness, damping=damping,
+                                                                  offset=rest - given.q[k]))
+    mbs.Assemble()
+    settings = exu.SimulationSettings()
+    integration = settings.timeIntegration
+    integration.numberOfSteps, integration.endTime = int(steps), end
+    integration.generalizedAlpha.spectralRadius = radius
+    integration.generalizedAlpha.useIndex2Constraints = index2
+    integration.generalizedAlpha.useNewmark = index2
+    integration.newton.useModifiedNewton = True
+    settings.solutionSettings.writeSolutionToFile = False
+    settings.solutionSettings.sensorsWritePeriod = end
+    if 2 * len(given.closures) > given.n - len(given.independent): # redundant joints
+        settings.linearSolverType = exu.LinearSolverType.EigenDense
+        settings.linearSolverSettings.ignoreSingularJacobian = True
+    integration.verboseMode = 0
+    settings.displayStatistics = settings.displayComputationTime = False
+    begin = time.process_time()
+    mbs.SolveDynamic(settings)
+    seconds = time.process_time() - begin
+    angles = [given.poses()[k][1] + mbs.GetNodeOutput(n, exu.OutputVariableType.Coordinates)[2] for k, n in enumerate(nodes)]
+    return seconds, given.relative(angles)
 
+
+def exudyn(given, end):
+    """Generalised alpha, index 2 or 3."""
+    run = lambda *settings: exudyn_run(given, end, *settings)
     counts = [300 * 4**k for k in range(9)]
     sweep("exudyn generalised alpha (0.9), index 3, steps", counts, lambda n: run(n, False, 0.9))
     sweep("exudyn trapezoidal, index 2, steps", counts, lambda n: run(n, True, 1.0))
 
 
-def mujoco(given, end):
-    """Hinges; each loop a `connect`. The default softness, then the stiffest that the step allows."""
+def mujoco_make(given, step, integrator, stiff):
+    """`connect` takes its second point from the pose of the file, which is that of zero angles: it is set afterwards."""
     import mujoco as mj
     sys.path.insert(0, str(pathlib.Path(__file__).parent))
     import tree
@@ -127,25 +130,28 @@ def mujoco(given, end):
         def __init__(self):
             self.__dict__ = dict(given.__dict__)
 
-    def make(step, integrator, stiff):
-        """`connect` takes its second point from the pose of the file, which is that of zero angles: it is set afterwards."""
-        text = Model().mjcf(options=f'timestep="{step!r}" integrator="{integrator}" tolerance="1e-14" iterations="200"')
-        soft = f'solref="{2 * step!r} 1" solimp="0.9999 0.9999 0.001"' if stiff else ""
-        equal = [f'<connect body1="b{a}" body2="b{b}" anchor="{p[0]!r} {p[1]!r} {p[2]!r}" {soft}/>' for a, p, b, q in given.closures]
-        equal += [f'<tendon tendon1="r{k}" {soft}/>' for k in range(len(given.rods))]
-        m = mj.MjModel.from_xml_string(text.replace("</mujoco>", f"<equality>{''.join(equal)}</equality></mujoco>"))
-        for k, (*_, length) in enumerate(given.rods):     # beside the length at zero coordinates
-            m.eq_data[len(given.closures) + k, 0] = length - m.tendon_length0[k]
-        for k, (*_, q) in enumerate(given.closures):
-            m.eq_data[k, 3:6] = q
-        d = mj.MjData(m)
-        d.qpos[:], d.qvel[:] = given.q, given.qd
-        for k, x in given.efforts:
-            d.qfrc_applied[k] = x
-        return m, d
+    text = Model().mjcf(options=f'timestep="{step!r}" integrator="{integrator}" tolerance="1e-14" iterations="200"')
+    soft = f'solref="{2 * step!r} 1" solimp="0.9999 0.9999 0.001"' if stiff else ""
+    equal = [f'<connect body1="b{a}" body2="b{b}" anchor="{p[0]!r} {p[1]!r} {p[2]!r}" {soft}/>' for a, p, b, q in given.closures]
+    equal += [f'<tendon tendon1="r{k}" {soft}/>' for k in range(len(given.rods))]
+    m = mj.MjModel.from_xml_string(text.replace("</mujoco>", f"<equality>{''.join(equal)}</equality></mujoco>"))
+    for k, (*_, length) in enumerate(given.rods):     # beside the length at zero coordinates
+        m.eq_data[len(given.closures) + k, 0] = length - m.tendon_length0[k]
+    for k, (*_, q) in enumerate(given.closures):
+        m.eq_data[k, 3:6] = q
+    d = mj.MjData(m)
+    d.qpos[:], d.qvel[:] = given.q, given.qd
+    for k, x in given.efforts:
+        d.qfrc_applied[k] = x
+    return m, d
+
+
+def mujoco(given, end):
+    """Hinges; each loop a `connect`. The default softness, then the stiffest that the step allows."""
+    import mujoco as mj
 
     def run(steps, integrator, stiff):
-        m, d = make(end / steps, integrator, stiff)
+        m, d = mujoco_make(given, end / steps, integrator, stiff)
         begin = time.process_time()
         mj.mj_step(m, d, nstep=int(steps))
         seconds = time.process_time() - begin

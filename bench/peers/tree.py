@@ -24,8 +24,8 @@ import subprocess
 KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
-def show(kempe, path):
-    done = subprocess.run([kempe, "show", path, "--model", "--json", "-"], capture_output=True, text=True)
+def show(kempe, path, *options):
+    done = subprocess.run([kempe, "show", path, "--model", *options, "--json", "-"], capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(done.stderr)
     return json.loads(done.stdout)

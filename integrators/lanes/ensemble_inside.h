@@ -205,14 +205,21 @@ bool kmp_measures_steps(const kmp_engine *e);
 void kmp_lane_constants(kmp_engine *e, size_t lane);
 void kmp_lanes_constants(kmp_engine *e);
 
-/** Prepares the interpolants of the present steps of all lanes, from all stages. */
-void kmp_lanes_interpolate(kmp_engine *e);
+/** True if steps that change no quantity can be found by their rough interpolant. */
+bool kmp_lanes_may_pass(const kmp_engine *e);
+
+/** Prepares the interpolants of the present steps of all lanes, from all stages, or `rough` from both ends alone. */
+void kmp_lanes_prepare(kmp_engine *e, bool rough);
 
 /** The number of points within a step whose states lanes evaluate together; 0: none. The unknowns of all lanes at a
  * point, and its place in the step, 0 to 1; then, with the slopes there, the quantities. */
 int kmp_lanes_points(const kmp_engine *e);
 double kmp_lanes_point(kmp_engine *e, int point, double *y);
 void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope);
+
+/** Passes over the step of a lane that changes no quantity, after samples at every second point. false: it must be
+ * measured. */
+bool kmp_lane_pass(kmp_engine *e, size_t lane);
 
 /** Takes the step of a lane that is about to be accepted into account. false: some state within it is not available. */
 bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t lane);
@@ -268,6 +275,13 @@ void kmp_lanes_combine(size_t width, size_t size, const double *y, const double 
 
 /** Computes the solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
 void kmp_lanes_solution(size_t width, size_t size, const struct kmp_dop853_step *step);
+
+/** The vectors of the interpolant within the present steps: the cubic one (4), or the dense one (8), from all stages.
+ */
+void kmp_lanes_interpolant(size_t width, size_t size, const struct kmp_dop853_step *step, bool dense,
+                           double *const *vector);
+/** Its value at x, 0 to 1, in all lanes. */
+void kmp_lanes_interpolate(size_t width, size_t size, int vectors, double *const *vector, double x, double *y);
 
 /** The next steps after accepted ones, without regard to rejections before (kmp_rk_after_accepted). */
 void kmp_lanes_next_steps(size_t width, const kmp_rk_method *method, const double *h, const double *error,

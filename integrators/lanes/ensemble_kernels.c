@@ -101,6 +101,46 @@ void kmp_lanes_solution(size_t width, size_t size, const kmp_dop853_step *step)
         kmp_dop853_solution(width, size, step);
 }
 
+/* -- within a step ----------------------------------------------------------------------------------- */
+
+KMP_INLINE void interpolant(size_t w, size_t size, const kmp_dop853_step *s, bool dense, double *const *vector)
+{
+    for (size_t i = 0; i < size * w; i += w)
+        for (size_t l = 0; l < w; l++) {
+            double cubic[4];
+            kmp_rk_cubic(s->h[l], s->y[i + l], s->y_new[i + l], s->k[1][i + l], s->k[13][i + l], cubic);
+            for (int j = 0; j < 4; j++)
+                vector[j][i + l] = cubic[j];
+        }
+    for (int j = 0; j < 4 && dense; j++)
+        for (size_t i = 0; i < size * w; i += w)
+            for (size_t l = 0; l < w; l++)
+                vector[4 + j][i + l] = kmp_dop853_dense(s->h[l], s->k, i + l, j);
+}
+
+KMP_CLONES static void interpolant_8(size_t size, const kmp_dop853_step *step, bool dense, double *const *vector)
+{
+    interpolant(8, size, step, dense, vector);
+}
+
+void kmp_lanes_interpolant(size_t width, size_t size, const kmp_dop853_step *step, bool dense, double *const *vector)
+{
+    if (width == 8)
+        interpolant_8(size, step, dense, vector);
+    else
+        interpolant(width, size, step, dense, vector);
+}
+
+KMP_CLONES static void interpolate(size_t count, int vectors, double *const *vector, double x, double *y)
+{
+    kmp_rk_interpolate((int)count, vectors, vector, x, y);
+}
+
+void kmp_lanes_interpolate(size_t width, size_t size, int vectors, double *const *vector, double x, double *y)
+{
+    interpolate(width * size, vectors, vector, x, y);
+}
+
 /* -- step sizes -------------------------------------------------------------------------------------- */
 
 static inline __attribute__((always_inline)) double of_bits(uint64_t bits)

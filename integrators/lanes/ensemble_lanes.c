@@ -522,22 +522,59 @@ static bool is_uncentred(kmp_engine *e, const kmp_pool *pool, size_t l)
     return false;
 }
 
+/* Samples the quantities at a point of the interpolants. */
+static void sample(kmp_engine *e, kmp_pool *pool, int point)
+{
+    kmp_lane_room *room = &e->room;
+    set_times(room, kmp_lanes_point(e, point, room->stage));
+    evaluate(e, pool, room->stage, room->k[2]);
+    kmp_lanes_sample(e, pool, point, room->stage, room->k[2]);
+}
+
+static void sample_end(kmp_engine *e, kmp_pool *pool, int point, const double *y, const double *slope)
+{
+    set_times(&e->room, point > 0);
+    put_inputs(e);
+    kmp_lanes_sample(e, pool, point, y, slope);
+}
+
+/* Finds the accepted steps that must be measured, and passes over the others. Returns their number. */
+static int find_measured(kmp_engine *e, kmp_pool *pool, const outcome *what, bool *measured)
+{
+    kmp_lane_room *room = &e->room;
+    bool may_pass = kmp_lanes_may_pass(e);
+    int count = 0, last = kmp_lanes_points(e) - 1;
+    if (may_pass) {
+        kmp_lanes_prepare(e, true);
+        sample_end(e, pool, 0, room->y, room->k[1]);
+        for (int point = 2; point < last; point += 2)
+            sample(e, pool, point);
+        sample_end(e, pool, last, room->y_new, room->k[13]);
+    }
+    for (size_t l = 0; l < room->w; l++) {
+        measured[l] = what[l] == TAKEN && !(may_pass && room->bad[l] == 0 && kmp_lane_pass(e, l));
+        count += measured[l];
+        room->bad[l] = 0;
+    }
+    return count;
+}
+
 /* Takes the accepted steps into the accounts of their instances. */
 static void measure(kmp_engine *e, kmp_pool *pool, outcome *what)
 {
     kmp_lane_room *room = &e->room;
     double **k = room->k;
+    bool measured[KMP_LANES_MOST];
+    if (find_measured(e, pool, what, measured) == 0)
+        return;
     KMP_DOP853_DENSE_STAGES(STAGE, k);
-    kmp_lanes_interpolate(e);
-    for (int point = 0; point < kmp_lanes_points(e); point++) {
-        set_times(room, kmp_lanes_point(e, point, room->stage));
-        evaluate(e, pool, room->stage, k[2]);
-        kmp_lanes_sample(e, pool, point, room->stage, k[2]);
-    }
+    kmp_lanes_prepare(e, false);
+    for (int point = 0; point < kmp_lanes_points(e); point++)
+        sample(e, pool, point);
     for (size_t l = 0; l < room->w; l++) {
         bool bad = room->bad[l] != 0;
         room->bad[l] = 0;
-        if (what[l] != TAKEN)
+        if (!measured[l])
             continue;
         e->results[room->who[l]].rhs += 3;
         if (!bad && kmp_lane_measure(e, pool, l))

@@ -22,6 +22,7 @@ typedef struct kmp_measuring {
     /* of all lanes, with their width: */
     kmp_lanes *lanes;      /* the program of outputs; NULL: no channel is computed, or not in lanes */
     double *wide[VECTORS]; /* size: the interpolants */
+    int vectors;           /* of them, at present */
     double *rows;          /* 2 n: q and qd */
     double *sampled;       /* points x channels of each lane, one lane after the other */
 } kmp_measuring;
@@ -47,14 +48,14 @@ static bool make_lanes(kmp_engine *e)
     kmp_measuring *m = e->measuring;
     kmp_arena *a = &e->run_arena;
     size_t w = e->room.w;
+    for (int k = 0; k < VECTORS; k++)
+        m->wide[k] = kmp_arena_aligned(a, w * (size_t)kmp_lane_most(e));
     if (!samples_in_lanes(m->q))
-        return true;
+        return !a->failed;
     if (m->q->computed)
         m->lanes = kmp_lanes_new(e->s->judge, (int)w, e->execution.plain);
     for (int l = 0; m->lanes && l < (int)w; l++)
         kmp_lanes_set_one(m->lanes, KMP_IN_CHART, l, e->eval->chart);
-    for (int k = 0; k < VECTORS; k++)
-        m->wide[k] = kmp_arena_aligned(a, w * (size_t)kmp_lane_most(e));
     m->rows = kmp_arena_aligned(a, w * 2 * (size_t)e->n);
     m->sampled = KMP_ARENA_NEW(a, double, w *kmp_account_room(m->q));
     return !a->failed && (m->lanes || !m->q->computed);
@@ -155,6 +156,9 @@ static bool lane_channels(void *user, double t, double *values)
     kmp_measuring *m = e->measuring;
     if (!in->current) {
         const kmp_instance *x = &e->instances[e->room.who[in->lane]];
+        for (int k = 0; k < VECTORS; k++)
+            for (int i = 0; i < e->size; i++)
+                m->vector[k][i] = m->wide[k][(size_t)i * e->room.w + in->lane];
         kmp_instance_current(e, x);
         hold_inputs(e, &x->inputs);
         in->current = true;
@@ -193,22 +197,17 @@ void kmp_lanes_constants(kmp_engine *e)
         (void)kmp_lanes_run(e->measuring->lanes, KMP_STAGE_PARAMETERS);
 }
 
-/* Component k of the vectors of the interpolant, at `at` in the vectors of all lanes. */
-static void take_vectors(const kmp_lane_room *room, size_t at, double *const *vector, size_t k)
+bool kmp_lanes_may_pass(const kmp_engine *e)
 {
-    double h = room->step[at % room->w], cubic[4];
-    kmp_rk_cubic(h, room->y[at], room->y_new[at], room->k[1][at], room->k[13][at], cubic);
-    for (int j = 0; j < 4; j++) {
-        vector[j][k] = cubic[j];
-        vector[4 + j][k] = kmp_dop853_dense(h, room->k, at, j);
-    }
+    return e->measuring->sampled && kmp_quantities_may_pass(e->measuring->q);
 }
 
-void kmp_lanes_interpolate(kmp_engine *e)
+void kmp_lanes_prepare(kmp_engine *e, bool rough)
 {
-    kmp_measuring *m = e->measuring;
-    for (size_t k = 0; m->sampled && k < (size_t)e->size * e->room.w; k++)
-        take_vectors(&e->room, k, m->wide, k);
+    kmp_lane_room *room = &e->room;
+    const kmp_dop853_step step = {.y = room->y, .h = room->step, .k = room->k, .y_new = room->y_new};
+    kmp_lanes_interpolant(room->w, (size_t)e->size, &step, !rough, e->measuring->wide);
+    e->measuring->vectors = rough ? 4 : VECTORS;
 }
 
 int kmp_lanes_points(const kmp_engine *e)
@@ -219,7 +218,7 @@ int kmp_lanes_points(const kmp_engine *e)
 double kmp_lanes_point(kmp_engine *e, int point, double *y)
 {
     double x = 0.5 * (1 + kmp_piece_point(point));
-    kmp_rk_interpolate(e->size * (int)e->room.w, VECTORS, e->measuring->wide, x, y);
+    kmp_lanes_interpolate(e->room.w, (size_t)e->size, e->measuring->vectors, e->measuring->wide, x, y);
     return x;
 }
 
@@ -269,16 +268,30 @@ void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const doub
     }
 }
 
-/* Prepares the interpolant of one lane. false: it is less exact than the step, where a run would integrate anew. */
-static bool choose_lane(kmp_engine *e, size_t l)
+/* false: the interpolant of a lane is less exact than the step, where a run would integrate anew. */
+static bool is_exact(const kmp_engine *e, size_t l)
 {
     const kmp_lane_room *room = &e->room;
-    double most = 0, *const *vector = e->measuring->vector;
-    for (size_t i = 0; i < (size_t)e->size; i++) {
-        take_vectors(room, i * room->w + l, vector, i);
-        most = fmax(most, fabs(vector[VECTORS - 1][i]) / room->weight[i * room->w + l]);
-    }
+    const double *last = e->measuring->wide[VECTORS - 1];
+    double most = 0;
+    for (size_t i = l; i < (size_t)e->size * room->w; i += room->w)
+        most = fmax(most, fabs(last[i]) / room->weight[i]);
     return ldexp(most, 1 - VECTORS) <= KMP_RK_COARSE;
+}
+
+static kmp_measured_step step_of(const kmp_engine *e, size_t l)
+{
+    const kmp_measuring *m = e->measuring;
+    return (kmp_measured_step){.from = e->room.t[l],
+                               .to = e->room.t_new[l],
+                               .rtol = e->spec.rtol,
+                               .sampled = m->sampled ? m->sampled + l * kmp_account_room(m->q) : NULL};
+}
+
+bool kmp_lane_pass(kmp_engine *e, size_t l)
+{
+    const kmp_measured_step step = step_of(e, l);
+    return kmp_account_pass(e->measuring->q, account_of(e, e->room.who[l]), &step);
 }
 
 bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l)
@@ -287,13 +300,10 @@ bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l)
     kmp_measuring *m = e->measuring;
     int i = room->who[l];
     within in = {.e = e, .pool = pool, .lane = l, .t = room->t[l], .h = room->step[l]};
-    const kmp_measured_step step = {.from = room->t[l],
-                                    .to = room->t_new[l],
-                                    .rtol = e->spec.rtol,
-                                    .sampled = m->sampled ? m->sampled + l * kmp_account_room(m->q) : NULL,
-                                    .channels = lane_channels,
-                                    .user = &in};
-    bool good = choose_lane(e, l) && kmp_account_step(m->q, account_of(e, i), m->room, &step);
+    kmp_measured_step step = step_of(e, l);
+    step.channels = lane_channels;
+    step.user = &in;
+    bool good = is_exact(e, l) && kmp_account_step(m->q, account_of(e, i), m->room, &step);
     if (in.current)
         hold_inputs(e, NULL);
     return good;

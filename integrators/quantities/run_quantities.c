@@ -260,6 +260,70 @@ bool kmp_account_step(const kmp_run_quantities *q, double *account, double *room
            (!pieces || !(step->to > step->from) || measure(&m, step->from, step->to, 0));
 }
 
+/* -- steps that change nothing --------------------------------------------------------------------------- */
+
+bool kmp_quantities_may_pass(const kmp_run_quantities *q)
+{
+    for (int k = 0; k < q->count; k++)
+        if (q->of[k].kind == KMP_TAKE_MEAN || q->of[k].kind == KMP_TAKE_RMS || q->of[k].kind == KMP_TAKE_INTEGRAL)
+            return false;
+    return q->inside;
+}
+
+/* True if a quantity of values between two bounds is what it was before. */
+static bool stays(const kmp_run_quantity *q, const kmp_measured_step *step, double low, double high, const double *x)
+{
+    bool known = !isnan(x[TIME]), never = low > 0, always = high < 0;
+    switch (q->kind) {
+    case KMP_TAKE_END:
+        return true;
+    case KMP_TAKE_AT:
+        return known || !(q->time >= step->from && q->time <= step->to);
+    case KMP_TAKE_MAX:
+        return high <= x[VALUE];
+    case KMP_TAKE_MIN:
+        return low >= x[VALUE];
+    case KMP_TAKE_RANGE:
+        return high <= x[VALUE] && low >= x[OTHER];
+    case KMP_TAKE_FIRST:
+        return !isnan(x[VALUE]) || (known && never);
+    case KMP_TAKE_COUNT:
+    case KMP_TAKE_DURATION:
+        return known && (x[OTHER] > 0 ? always : never);
+    default:
+        return false;
+    }
+}
+
+static void pass(const kmp_run_quantity *q, const kmp_measured_step *step, double *x)
+{
+    if (q->kind == KMP_TAKE_DURATION && x[OTHER] > 0)
+        x[VALUE] += step->to - x[TIME];
+    if (q->kind == KMP_TAKE_FIRST || q->kind == KMP_TAKE_COUNT || q->kind == KMP_TAKE_DURATION)
+        x[TIME] = step->to;
+}
+
+bool kmp_account_pass(const kmp_run_quantities *q, double *account, const kmp_measured_step *step)
+{
+    double *size = account + (ptrdiff_t)NUMBERS * q->count;
+    for (int k = 0; k < q->count; k++) {
+        const kmp_run_quantity *of = &q->of[k];
+        double values[KMP_PIECE_POINTS], low = 0, high = 0;
+        for (int j = 0; j < KMP_PIECE_POINTS && of->kind != KMP_TAKE_END && of->kind != KMP_TAKE_AT; j += 2)
+            values[j] = step->sampled[j * q->channels + of->channel];
+        if (of->kind != KMP_TAKE_END && of->kind != KMP_TAKE_AT)
+            kmp_piece_rough_bounds(values, &low, &high);
+        if (!stays(of, step, low, high, account + (ptrdiff_t)NUMBERS * k))
+            return false;
+    }
+    for (int k = 0; k < q->count; k++)
+        pass(&q->of[k], step, account + (ptrdiff_t)NUMBERS * k);
+    for (int c = 0; c < q->channels; c++)
+        for (int j = 0; j < KMP_PIECE_POINTS; j += 2)
+            size[c] = fmax(size[c], fabs(step->sampled[j * q->channels + c]));
+    return true;
+}
+
 void kmp_account_values(const kmp_run_quantities *q, const double *account, double t_start, double t_end,
                         const double *end, double *values)
 {

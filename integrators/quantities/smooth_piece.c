@@ -3,49 +3,75 @@
  * Practice, 2013, chapters 3, 4 and 19). */
 #include "integrators/quantities/smooth_piece.h"
 #include "base/bracket.h"
+#include "base/clones.h"
 #include <float.h>
 #include <math.h>
 
 enum {
     DEGREE = KMP_PIECE_POINTS - 1,
-    SCANS = 4 * DEGREE /* intervals in which the derivative is searched for zeros: closer pairs are no extremes */
+    SCANS = 4 * DEGREE, /* intervals in which the derivative is searched for zeros: closer pairs are no extremes */
+    ROUGH = 4,          /* degree of rough bounds */
+    ROUGH_MARGIN = 8    /* terms of a kink fall with the square of their number, and sum up to twice the last one */
 };
 
-/* cos(k pi / 8), k = 0 .. 8 */
-static const double cosine[KMP_PIECE_POINTS] = {1.0,
-                                                0.9238795325112867561281831893967883,
-                                                0.7071067811865475244008443621048490,
-                                                0.3826834323650897717284599840303989,
-                                                0.0,
-                                                -0.3826834323650897717284599840303989,
-                                                -0.7071067811865475244008443621048490,
-                                                -0.9238795325112867561281831893967883,
-                                                -1.0};
+/* cos(pi / 8), cos(pi / 4), cos(3 pi / 8) */
+#define P1 0.9238795325112867561281831893967883
+#define P2 0.7071067811865475244008443621048490
+#define P3 0.3826834323650897717284599840303989
+
+/* cos(j k pi / 8), j, k = 0 .. 8 */
+static const double cosine[KMP_PIECE_POINTS][KMP_PIECE_POINTS] = {
+    {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0},    {1.0, P1, P2, P3, 0.0, -P3, -P2, -P1, -1.0},
+    {1.0, P2, 0.0, -P2, -1.0, -P2, 0.0, P2, 1.0},     {1.0, P3, -P2, -P1, 0.0, P1, P2, -P3, -1.0},
+    {1.0, 0.0, -1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 1.0},  {1.0, -P3, -P2, P1, 0.0, -P1, P2, P3, -1.0},
+    {1.0, -P2, 0.0, P2, -1.0, P2, 0.0, -P2, 1.0},     {1.0, -P1, P2, -P3, 0.0, P3, -P2, P1, -1.0},
+    {1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0}};
 
 double kmp_piece_point(int k)
 {
-    return cosine[DEGREE - k];
+    return cosine[1][DEGREE - k];
 }
 
-/* cos(n pi / 8) of any n >= 0 */
-static double cosine_of(int n)
+/* Coefficients of the polynomial through values at every `stride`-th point. */
+static KMP_INTO_CLONES void coefficients_of(int degree, int stride, const double *values, double *c)
 {
-    n %= 2 * DEGREE;
-    return cosine[n <= DEGREE ? n : 2 * DEGREE - n];
+    for (int k = 0; k <= degree; k++)
+        c[k] = 0;
+    for (int j = 0; j <= degree; j++) {
+        double value = (j == 0 || j == degree ? 0.5 : 1) * values[DEGREE - j * stride];
+        for (int k = 0; k <= degree; k++)
+            c[k] += value * cosine[j * stride][k];
+    }
+    for (int k = 0; k <= degree; k++)
+        c[k] *= (k == 0 || k == degree ? 1.0 : 2.0) / degree;
+}
+
+KMP_CLONES static void all_coefficients(const double *values, double *c)
+{
+    coefficients_of(DEGREE, 1, values, c);
+}
+
+KMP_CLONES static void rough_coefficients(const double *values, double *c)
+{
+    coefficients_of(ROUGH, DEGREE / ROUGH, values, c);
 }
 
 kmp_piece kmp_piece_of(double from, double to, const double values[KMP_PIECE_POINTS])
 {
     kmp_piece piece = {.from = from, .to = to, .first = values[0], .last = values[DEGREE]};
-    for (int k = 0; k <= DEGREE; k++) {
-        double sum = 0;
-        for (int j = 0; j <= DEGREE; j++) {
-            double half = j == 0 || j == DEGREE ? 0.5 : 1;
-            sum += half * values[DEGREE - j] * cosine_of(j * k);
-        }
-        piece.c[k] = sum * (k == 0 || k == DEGREE ? 1.0 : 2.0) / DEGREE;
-    }
+    all_coefficients(values, piece.c);
     return piece;
+}
+
+void kmp_piece_rough_bounds(const double values[KMP_PIECE_POINTS], double *low, double *high)
+{
+    double c[ROUGH + 1], reach = 0;
+    rough_coefficients(values, c);
+    for (int k = 1; k <= ROUGH; k++)
+        reach += fabs(c[k]);
+    reach += ROUGH_MARGIN * (fabs(c[ROUGH - 1]) + fabs(c[ROUGH])) + 4 * DBL_EPSILON * fabs(c[0]);
+    *low = c[0] - reach;
+    *high = c[0] + reach;
 }
 
 /* Terms of a smooth function fall geometrically: the one before the last counts by a part. */

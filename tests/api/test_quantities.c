@@ -334,6 +334,48 @@ static void test_late(void)
     end(&s);
 }
 
+/* -- steps that change no quantity are passed over ------------------------------------------------------ */
+
+#define PASSED                                                                                                         \
+    "top = max(qd(A)), low = min(q(A)), swing = range(q(A)), kink = max(abs(q(A) - 0.1)), "                            \
+    "down = first(q(A) < -0.2), often = count(q(A) < 0.1), below = duration(q(A) < 0.1)"
+
+/* With a mean every step is measured: the same bits, from more evaluations. */
+static void test_passed(void)
+{
+    static const char *const names[] = {"q.A", "l"}, *const quantities[] = {PASSED, PASSED ", mean(q(A))"};
+    double rows[COUNT][2];
+    kempe_batch *batches[2];
+    kempe_table *tables[2] = {NULL};
+    study studies[2];
+    for (int i = 0; i < COUNT; i++) {
+        rows[i][0] = 0.3 + 0.25 * i;
+        rows[i][1] = 0.4 + 0.1 * i;
+    }
+    for (int k = 0; k < 2; k++) {
+        studies[k] = begin(PENDULUM, 2, names, COUNT, rows[0], quantities[k], NULL);
+        if (studies[k].status != KEMPE_OK)
+            printf("%s\n", kempe_context_message(studies[k].context));
+        batches[k] = run(&studies[k], 8, 0, 1);
+        CHECK(kempe_batch_table(batches[k], "instances", &tables[k]) == KEMPE_OK);
+    }
+    for (int i = 0; i < COUNT; i++) {
+        static const char *const same[] = {"top",  "top.time",  "low",  "low.time", "swing",
+                                           "kink", "kink.time", "down", "often"};
+        for (size_t k = 0; k < sizeof same / sizeof *same; k++)
+            CHECK(value(batches[0], i, same[k]) == value(batches[1], i, same[k]));
+        CHECK_NEAR(value(batches[0], i, "below"), value(batches[1], i, "below"), 1e-13);
+        int passed = (int)kempe_table_number(tables[0], i, kempe_table_find(tables[0], "rhs")),
+            whole = (int)kempe_table_number(tables[1], i, kempe_table_find(tables[1], "rhs"));
+        CHECK(passed < whole);
+    }
+    for (int k = 0; k < 2; k++) {
+        kempe_table_free(tables[k]);
+        kempe_batch_free(batches[k]);
+        end(&studies[k]);
+    }
+}
+
 int main(void)
 {
     TEST(test_oscillator);
@@ -342,5 +384,6 @@ int main(void)
     TEST(test_motion);
     TEST(test_mistakes);
     TEST(test_late);
+    TEST(test_passed);
     return check_report();
 }

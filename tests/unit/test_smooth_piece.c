@@ -69,6 +69,39 @@ static void test_turns(void)
     CHECK(low <= -1 && high >= cos(0.5) && high < 3);
 }
 
+static double wave(double t)
+{
+    return sin(7 * t) + 0.2 * cos(16 * t);
+}
+
+static double corner(double t)
+{
+    return fmax(t - 0.9, 3 * (0.2 - t));
+}
+
+/* No value of a function passes the rough bounds of its pieces, which come near to smooth functions. */
+static void test_rough_bounds(void)
+{
+    double (*const functions[])(double) = {sin, exp, kink, even, wave, corner, shorter};
+    double values[KMP_PIECE_POINTS], low, high;
+    for (size_t f = 0; f < sizeof functions / sizeof *functions; f++)
+        for (int piece = 0; piece < 200; piece++) {
+            double from = -1 + 0.011 * piece, to = from + 0.002 * (1 + piece % 90);
+            for (int k = 0; k < KMP_PIECE_POINTS; k++) /* the points between are not read */
+                values[k] = k % 2 ? NAN : functions[f](from + 0.5 * (1 + kmp_piece_point(k)) * (to - from));
+            kmp_piece_rough_bounds(values, &low, &high);
+            for (int k = 0; k <= 100; k++) {
+                double x = functions[f](from + k * (to - from) / 100);
+                CHECK(x >= low - 1e-15 && x <= high + 1e-15);
+            }
+        }
+    for (int k = 0; k < KMP_PIECE_POINTS; k++)
+        values[k] = sin(0.05 * (1 + kmp_piece_point(k)));
+    kmp_piece_rough_bounds(values, &low, &high);
+    CHECK_NEAR(low, 0, 1e-3);
+    CHECK_NEAR(high, sin(0.1), 1e-3);
+}
+
 static void test_zero(void)
 {
     const kmp_piece p = piece_of(cos, 0.5, 2.5);
@@ -80,6 +113,7 @@ int main(void)
     TEST(test_exact);
     TEST(test_smooth);
     TEST(test_turns);
+    TEST(test_rough_bounds);
     TEST(test_zero);
     return check_report();
 }
