@@ -6,6 +6,7 @@
 
 #include "backend/lanes.h"
 #include "constraints/evaluation/fused_inside.h"
+#include "constraints/evaluation/solved.h"
 #include "constraints/partition/margin.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
@@ -59,8 +60,11 @@ typedef struct kmp_pool {
     kmp_lanes *lanes;
     kmp_fused_layout layout;
     unsigned char *pivot_block; /* block of each pivot of Jv */
-    int head, tail, waiting;    /* instances; -1: none */
-    unsigned long used;         /* the find that gave it last */
+    kmp_solved_layout completing;
+    kmp_program *complete; /* accelerations and multipliers of q and qd, for quantities of them (kmp_solved_write) */
+    kmp_lanes *complete_lanes; /* NULL: it is not needed, or there is none */
+    int head, tail, waiting;   /* instances; -1: none */
+    unsigned long used;        /* the find that gave it last */
 } kmp_pool;
 
 /** Instances of a run that have come to their end, of all engines. */
@@ -200,26 +204,28 @@ void kmp_instance_begin_account(kmp_engine *e, int i);
 /** True if the dense output of steps is needed. */
 bool kmp_measures_steps(const kmp_engine *e);
 
-/** Gives the program of the computed quantities the values of the instance in a lane; evaluates what depends on them
- * alone. */
-void kmp_lane_constants(kmp_engine *e, size_t lane);
-void kmp_lanes_constants(kmp_engine *e);
+/** Makes the program of a pool that quantities of accelerations and multipliers need. false: no memory. */
+bool kmp_pool_complete(kmp_engine *e, kmp_pool *pool);
+
+/** Gives the programs of the quantities the values of the instance in a lane; evaluates what depends on them alone. */
+void kmp_lane_constants(kmp_engine *e, const kmp_pool *pool, size_t lane);
+void kmp_lanes_constants(kmp_engine *e, const kmp_pool *pool);
 
 /** True if steps that change no quantity can be found by their rough interpolant. */
-bool kmp_lanes_may_pass(const kmp_engine *e);
+bool kmp_lanes_may_pass(const kmp_engine *e, const kmp_pool *pool);
 
 /** Prepares the interpolants of the present steps of all lanes, from all stages, or `rough` from both ends alone. */
 void kmp_lanes_prepare(kmp_engine *e, bool rough);
 
 /** The number of points within a step whose states lanes evaluate together; 0: none. The unknowns of all lanes at a
  * point, and its place in the step, 0 to 1; then, with the slopes there, the quantities. */
-int kmp_lanes_points(const kmp_engine *e);
+int kmp_lanes_points(const kmp_engine *e, const kmp_pool *pool);
 double kmp_lanes_point(kmp_engine *e, int point, double *y);
 void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope);
 
 /** Passes over the step of a lane that changes no quantity, after samples at every second point. false: it must be
  * measured. */
-bool kmp_lane_pass(kmp_engine *e, size_t lane);
+bool kmp_lane_pass(kmp_engine *e, const kmp_pool *pool, size_t lane);
 
 /** Takes the step of a lane that is about to be accepted into account. false: some state within it is not available. */
 bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t lane);

@@ -102,7 +102,7 @@ static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     if (e->s->dissipative)
         atol[(size_t)(2 * e->p + e->r) * w] = KMP_UNCONTROLLED;
     kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants.numbers);
-    kmp_lane_constants(e, l);
+    kmp_lane_constants(e, pool, l);
 }
 
 /* Copies the state of a lane to its instance. */
@@ -218,7 +218,7 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
     for (size_t l = 0; l < room->w; l++)
         room->step[l] = room->bad[l] = 0;
     (void)kmp_lanes_run(pool->lanes, KMP_STAGE_PARAMETERS);
-    kmp_lanes_constants(e);
+    kmp_lanes_constants(e, pool);
     set_times(room, 0);
     evaluate(e, pool, room->y, room->k[2]);
     const double *pivot = pivots_of(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END));
@@ -542,8 +542,8 @@ static void sample_end(kmp_engine *e, kmp_pool *pool, int point, const double *y
 static int find_measured(kmp_engine *e, kmp_pool *pool, const outcome *what, bool *measured)
 {
     kmp_lane_room *room = &e->room;
-    bool may_pass = kmp_lanes_may_pass(e);
-    int count = 0, last = kmp_lanes_points(e) - 1;
+    bool may_pass = kmp_lanes_may_pass(e, pool);
+    int count = 0, last = kmp_lanes_points(e, pool) - 1;
     if (may_pass) {
         kmp_lanes_prepare(e, true);
         sample_end(e, pool, 0, room->y, room->k[1]);
@@ -552,7 +552,7 @@ static int find_measured(kmp_engine *e, kmp_pool *pool, const outcome *what, boo
         sample_end(e, pool, last, room->y_new, room->k[13]);
     }
     for (size_t l = 0; l < room->w; l++) {
-        measured[l] = what[l] == TAKEN && !(may_pass && room->bad[l] == 0 && kmp_lane_pass(e, l));
+        measured[l] = what[l] == TAKEN && !(may_pass && room->bad[l] == 0 && kmp_lane_pass(e, pool, l));
         count += measured[l];
         room->bad[l] = 0;
     }
@@ -569,7 +569,7 @@ static void measure(kmp_engine *e, kmp_pool *pool, outcome *what)
         return;
     KMP_DOP853_DENSE_STAGES(STAGE, k);
     kmp_lanes_prepare(e, false);
-    for (int point = 0; point < kmp_lanes_points(e); point++)
+    for (int point = 0; point < kmp_lanes_points(e, pool); point++)
         sample(e, pool, point);
     for (size_t l = 0; l < room->w; l++) {
         bool bad = room->bad[l] != 0;

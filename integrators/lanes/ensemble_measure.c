@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Quantities of instances, in lanes and in separate runs: the account of each instance gets the states of its steps, so
  * that it does not depend on other instances. A lane's states are those of its interpolant on closed loops. */
+#include "base/memory.h"
+#include "constraints/evaluation/solved_inside.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/quantities/smooth_piece.h"
@@ -20,11 +22,12 @@ typedef struct kmp_measuring {
     double *end;             /* of the channels */
     double *accounts;        /* of a chunk, one for each instance */
     /* of all lanes, with their width: */
-    kmp_lanes *lanes;      /* the program of outputs; NULL: no channel is computed, or not in lanes */
-    double *wide[VECTORS]; /* size: the interpolants */
-    int vectors;           /* of them, at present */
-    double *rows;          /* 2 n: q and qd */
-    double *sampled;       /* points x channels of each lane, one lane after the other */
+    kmp_lanes *lanes;              /* the program of outputs; NULL: no channel is computed, or not in lanes */
+    double *wide[VECTORS];         /* size: the interpolants */
+    int vectors;                   /* of them, at present */
+    double *rows;                  /* 3 n + m: q and qd; qdd and lambda */
+    bool doubtful[KMP_LANES_MOST]; /* some sample of the present step has lost digits of qdd or lambda */
+    double *sampled;               /* points x channels of each lane, one lane after the other */
 } kmp_measuring;
 
 /* The source of states within a step: a lane's interpolant, or a run. */
@@ -37,12 +40,6 @@ typedef struct within {
     kmp_runner *run;
 } within;
 
-/* States of lanes have no accelerations and multipliers: quantities of these are evaluated one by one. */
-static bool samples_in_lanes(const kmp_run_quantities *q)
-{
-    return q->inside && !q->late;
-}
-
 static bool make_lanes(kmp_engine *e)
 {
     kmp_measuring *m = e->measuring;
@@ -50,13 +47,13 @@ static bool make_lanes(kmp_engine *e)
     size_t w = e->room.w;
     for (int k = 0; k < VECTORS; k++)
         m->wide[k] = kmp_arena_aligned(a, w * (size_t)kmp_lane_most(e));
-    if (!samples_in_lanes(m->q))
+    if (!m->q->inside)
         return !a->failed;
     if (m->q->computed)
         m->lanes = kmp_lanes_new(e->s->judge, (int)w, e->execution.plain);
     for (int l = 0; m->lanes && l < (int)w; l++)
         kmp_lanes_set_one(m->lanes, KMP_IN_CHART, l, e->eval->chart);
-    m->rows = kmp_arena_aligned(a, w * 2 * (size_t)e->n);
+    m->rows = kmp_arena_aligned(a, w * (3 * (size_t)e->n + (size_t)e->m));
     m->sampled = KMP_ARENA_NEW(a, double, w *kmp_account_room(m->q));
     return !a->failed && (m->lanes || !m->q->computed);
 }
@@ -184,22 +181,52 @@ static bool run_channels(void *user, double t, double *values)
 
 /* -- lanes ------------------------------------------------------------------------------------------- */
 
-void kmp_lane_constants(kmp_engine *e, size_t l)
+/* The program does not depend on the instance whose numbers the evaluator has. */
+bool kmp_pool_complete(kmp_engine *e, kmp_pool *pool)
 {
-    if (e->measuring && e->measuring->lanes)
-        kmp_lanes_set_one(e->measuring->lanes, KMP_IN_PARAMETER, (int)l,
-                          e->instances[e->room.who[l]].constants.numbers);
+    const kmp_solved_plan plan = {.part = &pool->part};
+    kmp_solved_written written;
+    if (!e->measuring || !e->measuring->q->inside || !e->measuring->q->late)
+        return true;
+    if (!kmp_solved_write(e->eval, &plan, &written))
+        return false;
+    kmp_free(written.factor);
+    pool->complete = written.program;
+    pool->completing = written.layout;
+    if (!pool->complete)
+        return true;
+    pool->complete_lanes = kmp_lanes_new(pool->complete, (int)e->room.w, e->execution.plain);
+    for (size_t l = 0; pool->complete_lanes && l < e->room.w; l++)
+        kmp_lanes_set_one(pool->complete_lanes, KMP_IN_CHART, (int)l, e->eval->chart);
+    return pool->complete_lanes;
 }
 
-void kmp_lanes_constants(kmp_engine *e)
+void kmp_lane_constants(kmp_engine *e, const kmp_pool *pool, size_t l)
+{
+    const double *numbers = e->instances[e->room.who[l]].constants.numbers;
+    if (e->measuring && e->measuring->lanes)
+        kmp_lanes_set_one(e->measuring->lanes, KMP_IN_PARAMETER, (int)l, numbers);
+    if (pool->complete_lanes)
+        kmp_lanes_set_one(pool->complete_lanes, KMP_IN_PARAMETER, (int)l, numbers);
+}
+
+void kmp_lanes_constants(kmp_engine *e, const kmp_pool *pool)
 {
     if (e->measuring && e->measuring->lanes)
         (void)kmp_lanes_run(e->measuring->lanes, KMP_STAGE_PARAMETERS);
+    if (pool->complete_lanes)
+        (void)kmp_lanes_run(pool->complete_lanes, KMP_STAGE_PARAMETERS);
 }
 
-bool kmp_lanes_may_pass(const kmp_engine *e)
+/* True if quantities are sampled in all lanes together. */
+static bool samples(const kmp_engine *e, const kmp_pool *pool)
 {
-    return e->measuring->sampled && kmp_quantities_may_pass(e->measuring->q);
+    return e->measuring->sampled && (!e->measuring->q->late || pool->complete_lanes);
+}
+
+bool kmp_lanes_may_pass(const kmp_engine *e, const kmp_pool *pool)
+{
+    return samples(e, pool) && kmp_quantities_may_pass(e->measuring->q);
 }
 
 void kmp_lanes_prepare(kmp_engine *e, bool rough)
@@ -208,11 +235,12 @@ void kmp_lanes_prepare(kmp_engine *e, bool rough)
     const kmp_dop853_step step = {.y = room->y, .h = room->step, .k = room->k, .y_new = room->y_new};
     kmp_lanes_interpolant(room->w, (size_t)e->size, &step, !rough, e->measuring->wide);
     e->measuring->vectors = rough ? 4 : VECTORS;
+    memset(e->measuring->doubtful, 0, sizeof e->measuring->doubtful);
 }
 
-int kmp_lanes_points(const kmp_engine *e)
+int kmp_lanes_points(const kmp_engine *e, const kmp_pool *pool)
 {
-    return e->measuring->sampled ? KMP_PIECE_POINTS : 0;
+    return samples(e, pool) ? KMP_PIECE_POINTS : 0;
 }
 
 double kmp_lanes_point(kmp_engine *e, int point, double *y)
@@ -238,6 +266,25 @@ static void spread(const kmp_engine *e, const kmp_pool *pool, const double *y, c
     }
 }
 
+/* qdd and lambda of all lanes from q and qd; the dropped rows have no load. */
+static void complete_lanes(kmp_engine *e, const kmp_pool *pool)
+{
+    kmp_measuring *m = e->measuring;
+    const kmp_solved_layout *layout = &pool->completing;
+    size_t w = e->room.w, n = (size_t)e->n;
+    double *lambda = m->rows + 3 * n * w;
+    kmp_lanes_set(pool->complete_lanes, KMP_IN_TIME, e->room.at);
+    kmp_lanes_set(pool->complete_lanes, KMP_IN_Q, m->rows);
+    kmp_lanes_set(pool->complete_lanes, KMP_IN_QD, m->rows + n * w);
+    const double *out = kmp_lanes_run(pool->complete_lanes, KMP_SOLVED_RUN);
+    memcpy(m->rows + 2 * n * w, out + (size_t)layout->qdd * w, n * w * sizeof *out);
+    memset(lambda, 0, (size_t)e->m * w * sizeof *lambda);
+    for (int i = 0; i < layout->r; i++)
+        memcpy(lambda + (size_t)pool->part.rows[i] * w, out + (size_t)(layout->lambda + i) * w, w * sizeof *out);
+    for (size_t l = 0; l < w; l++)
+        m->doubtful[l] = m->doubtful[l] || !kmp_solved_is_good(layout, out + l, (int)w);
+}
+
 /* The stages of outputs build on each other. */
 static const double *shown_in_lanes(kmp_engine *e)
 {
@@ -248,6 +295,10 @@ static const double *shown_in_lanes(kmp_engine *e)
     kmp_lanes_set(m->lanes, KMP_IN_TIME, e->room.at);
     kmp_lanes_set(m->lanes, KMP_IN_Q, m->rows);
     kmp_lanes_set(m->lanes, KMP_IN_QD, m->rows + (size_t)e->n * e->room.w);
+    if (m->q->late) {
+        kmp_lanes_set(m->lanes, KMP_IN_QDD, m->rows + 2 * (size_t)e->n * e->room.w);
+        kmp_lanes_set(m->lanes, KMP_IN_LAMBDA, m->rows + 3 * (size_t)e->n * e->room.w);
+    }
     for (int stage = KMP_STAGE_POTENTIAL; stage <= KMP_STAGE_SHOWN; stage++)
         shown = kmp_lanes_run(m->lanes, stage);
     return shown;
@@ -259,6 +310,8 @@ void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const doub
     const kmp_run_quantities *q = m->q;
     size_t w = e->room.w, room = kmp_account_room(q);
     spread(e, pool, y, slope, m->rows);
+    if (q->late)
+        complete_lanes(e, pool);
     const double *shown = shown_in_lanes(e);
     for (int c = 0; c < q->channels; c++) {
         const double *from =
@@ -279,19 +332,20 @@ static bool is_exact(const kmp_engine *e, size_t l)
     return ldexp(most, 1 - VECTORS) <= KMP_RK_COARSE;
 }
 
-static kmp_measured_step step_of(const kmp_engine *e, size_t l)
+static kmp_measured_step step_of(const kmp_engine *e, const kmp_pool *pool, size_t l)
 {
     const kmp_measuring *m = e->measuring;
     return (kmp_measured_step){.from = e->room.t[l],
                                .to = e->room.t_new[l],
                                .rtol = e->spec.rtol,
-                               .sampled = m->sampled ? m->sampled + l * kmp_account_room(m->q) : NULL};
+                               .sampled = samples(e, pool) && !m->doubtful[l] ? m->sampled + l * kmp_account_room(m->q)
+                                                                              : NULL};
 }
 
-bool kmp_lane_pass(kmp_engine *e, size_t l)
+bool kmp_lane_pass(kmp_engine *e, const kmp_pool *pool, size_t l)
 {
-    const kmp_measured_step step = step_of(e, l);
-    return kmp_account_pass(e->measuring->q, account_of(e, e->room.who[l]), &step);
+    const kmp_measured_step step = step_of(e, pool, l);
+    return step.sampled && kmp_account_pass(e->measuring->q, account_of(e, e->room.who[l]), &step);
 }
 
 bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l)
@@ -300,7 +354,7 @@ bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l)
     kmp_measuring *m = e->measuring;
     int i = room->who[l];
     within in = {.e = e, .pool = pool, .lane = l, .t = room->t[l], .h = room->step[l]};
-    kmp_measured_step step = step_of(e, l);
+    kmp_measured_step step = step_of(e, pool, l);
     step.channels = lane_channels;
     step.user = &in;
     bool good = is_exact(e, l) && kmp_account_step(m->q, account_of(e, i), m->room, &step);

@@ -10,6 +10,8 @@ void kmp_pool_free(kmp_pool *pool)
     if (!pool)
         return;
     kmp_lanes_free(pool->lanes);
+    kmp_lanes_free(pool->complete_lanes);
+    kmp_program_free(pool->complete);
     kmp_program_free(pool->program);
     kmp_reduction_free(&pool->red);
     kmp_partition_free(&pool->part);
@@ -77,7 +79,7 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *poo
     pool->pivot_block = blocks_of_pivots(pool);
     if (pool->program && pool->pivot_block)
         pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->execution.plain);
-    if (pool->lanes)
+    if (pool->lanes && kmp_pool_complete(e, pool))
         return KEMPE_OK;
     return kmp_memory_failures() != failures ? kmp_fail_memory(e->context) : KEMPE_E_FAILED;
 }

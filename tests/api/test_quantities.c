@@ -337,7 +337,7 @@ static void test_late(void)
 /* -- steps that change no quantity are passed over ------------------------------------------------------ */
 
 #define PASSED                                                                                                         \
-    "top = max(qd(A)), low = min(q(A)), swing = range(q(A)), kink = max(abs(q(A) - 0.1)), "                            \
+    "top = max(qd(A)), low = min(q(A)), swing = range(q(A)), kink = max(abs(q(A) - 0.1)), fast = max(qdd(A)), "        \
     "down = first(q(A) < -0.2), often = count(q(A) < 0.1), below = duration(q(A) < 0.1)"
 
 /* With a mean every step is measured: the same bits, from more evaluations. */
@@ -360,8 +360,8 @@ static void test_passed(void)
         CHECK(kempe_batch_table(batches[k], "instances", &tables[k]) == KEMPE_OK);
     }
     for (int i = 0; i < COUNT; i++) {
-        static const char *const same[] = {"top",  "top.time",  "low",  "low.time", "swing",
-                                           "kink", "kink.time", "down", "often"};
+        static const char *const same[] = {"top",       "top.time", "low",       "low.time", "swing", "kink",
+                                           "kink.time", "fast",     "fast.time", "down",     "often"};
         for (size_t k = 0; k < sizeof same / sizeof *same; k++)
             CHECK(value(batches[0], i, same[k]) == value(batches[1], i, same[k]));
         CHECK_NEAR(value(batches[0], i, "below"), value(batches[1], i, "below"), 1e-13);
@@ -376,6 +376,37 @@ static void test_passed(void)
     }
 }
 
+/* Multipliers of lanes, which have a program for them, beside those of separate runs, by the parts of the equations. */
+static void test_multipliers(void)
+{
+    static const char *const names[] = {"crank", "coupler"}, *const same[] = {"pin", "pin.time", "whole",
+                                                                              "a",   "down",     "often"};
+    static const char *const quantities =
+        "pin = max(abs(lambda(C.1))), whole = rms(lambda(C.2)), a = max(qdd(rocker)), "
+        "down = first(lambda(C.1) < -50), often = count(lambda(C.1) < -50)";
+    double rows[COUNT][2];
+    for (int i = 0; i < COUNT; i++) {
+        rows[i][0] = 0.28 + 0.004 * i;
+        rows[i][1] = 0.81 - 0.003 * i;
+    }
+    study s = {.context = kempe_context_new()};
+    const kempe_ensemble_options options = {.size = sizeof options, .quantities = quantities};
+    CHECK(kempe_model_read(s.context, KEMPE_ROOT "/examples/four_bar/four_bar.yaml", &s.model) == KEMPE_OK);
+    CHECK(kempe_values_new(s.model, 2, names, COUNT, rows[0], &s.values) == KEMPE_OK);
+    CHECK(kempe_ensemble_new_with(s.model, s.values, &options, &s.ensemble) == KEMPE_OK);
+    kempe_batch *lanes = run(&s, 0.5, 0, 2), *one = run(&s, 0.5, 1, 1), *alone = run(&s, 0.5, -1, 1);
+    for (int i = 0; i < COUNT; i++)
+        for (size_t k = 0; k < sizeof same / sizeof *same; k++) {
+            CHECK_NEAR(value(lanes, i, same[k]), value(alone, i, same[k]), 1e-8);
+            CHECK(value(lanes, i, same[k]) == value(one, i, same[k]));
+        }
+    CHECK(value(lanes, 0, "pin") > 50 && value(lanes, 0, "often") > 0);
+    kempe_batch_free(lanes);
+    kempe_batch_free(one);
+    kempe_batch_free(alone);
+    end(&s);
+}
+
 int main(void)
 {
     TEST(test_oscillator);
@@ -385,5 +416,6 @@ int main(void)
     TEST(test_mistakes);
     TEST(test_late);
     TEST(test_passed);
+    TEST(test_multipliers);
     return check_report();
 }
