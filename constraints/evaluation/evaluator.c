@@ -157,8 +157,15 @@ void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart)
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
-/* Uses of an evaluator: closures alone; M and C, perhaps rarely; right-hand sides by M and C. */
-typedef enum purpose { CLOSES, EVALUATES, STEPS } purpose;
+/* Uses of an evaluator: closures alone; M; M and C, perhaps rarely; right-hand sides by M and C. */
+typedef enum purpose { CLOSES, WEIGHS, EVALUATES, STEPS } purpose;
+
+/* The program of closures, M and C, as far as it has been made and is needed. */
+static const kmp_program *program_of(const kmp_evaluator *eval)
+{
+    const kempe_system *s = eval->system;
+    return eval->closes_only ? s->closing : eval->weighs_only ? s->late->weighing : s->motion;
+}
 
 /* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation. False: no memory. */
 static bool make_machines(kmp_evaluator *eval, purpose use)
@@ -166,8 +173,7 @@ static bool make_machines(kmp_evaluator *eval, purpose use)
     const kempe_system *s = eval->system;
     const kmp_backend *seldom = kmp_backend_find("tape"), *waiting = kmp_backend_waiting(eval->backend);
     bool follows = s->changes && (!eval->closes_only || s->switches);
-    eval->motion = eval->composite =
-        kmp_machine_new(eval->closes_only ? s->closing : s->motion, use == STEPS ? eval->backend : waiting);
+    eval->motion = eval->composite = kmp_machine_new(program_of(eval), use == STEPS ? eval->backend : waiting);
     if (!eval->closes_only)
         eval->judge = kmp_machine_new(s->judge, s->dissipative ? waiting : seldom);
     if (follows)
@@ -182,6 +188,8 @@ static bool prepare(kmp_evaluator *eval, purpose use)
                    KMP_ROOM(double, eval->system->events.count, &eval->mode),
                    KMP_ROOM(double, KMP_CHART_SIZE * eval->system->chart_count, &eval->chart),
                    KMP_ROOM(double, eval->n, &eval->q, &eval->with_force, &eval->effort));
+    if (eval->weighs_only)
+        eval->by_mass = KMP_ARENA_NEW(&eval->arena, double, eval->n + eval->m);
     if (eval->system->load_row_count > 0) {
         eval->nu = KMP_ARENA_NEW(&eval->arena, double, eval->m);
         eval->load = kmp_load_work_new(eval->system, &eval->arena);
@@ -205,10 +213,13 @@ static kmp_evaluator *new_evaluator(const kempe_system *system, const char *back
                        kmp_backend_names());
         return NULL;
     }
+    if (use > WEIGHS && kmp_motion_need(system) != KEMPE_OK)
+        return NULL;
     kmp_evaluator *eval = KMP_NEW(kmp_evaluator, 1);
     if (eval) {
         *eval = (kmp_evaluator){
             .system = system, .shared = *b, .closes_only = use == CLOSES, .n = system->n, .m = system->m};
+        eval->weighs_only = use == WEIGHS && !kmp_motion_is_made(system);
         eval->shared.team = team;
         eval->backend = team ? &eval->shared : b;
     }
@@ -230,9 +241,22 @@ kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backe
     return new_evaluator(system, backend, team, seldom ? EVALUATES : STEPS);
 }
 
+kmp_evaluator *kmp_eval_new_to_weigh(const kempe_system *system, const char *backend, kmp_team *team)
+{
+    return new_evaluator(system, backend, team, WEIGHS);
+}
+
 kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system)
 {
     return new_evaluator(system, "tape", NULL, CLOSES);
+}
+
+/* The inputs of a machine that is added later. */
+static void set_inputs(kmp_evaluator *eval)
+{
+    set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
+    set_modes(eval);
+    run_constants(eval);
 }
 
 kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
@@ -243,10 +267,24 @@ kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
         return KEMPE_OK;
     eval->articulated = kmp_machine_new(s->bodies->program, eval->backend);
     KMP_TRY(kmp_made(s->context, eval->articulated));
-    set_all(eval, KMP_IN_PARAMETER, s->parameters);
-    set_modes(eval);
     kmp_machine_set(eval->articulated, KMP_IN_EFFORT, eval->effort); /* zero, or set before use */
-    run_constants(eval);
+    set_inputs(eval);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_eval_add_composite(kmp_evaluator *eval)
+{
+    const kempe_system *s = eval->system;
+    if (!eval->weighs_only)
+        return KEMPE_OK;
+    KMP_TRY(kmp_motion_need(s));
+    kmp_machine *made = kmp_machine_new(s->motion, kmp_backend_waiting(eval->backend));
+    KMP_TRY(kmp_made(s->context, made));
+    kmp_machine_free(eval->composite);
+    eval->composite = made;
+    eval->weighs_only = false;
+    kmp_eval_take(eval, eval->by_bodies);
+    set_inputs(eval);
     return KEMPE_OK;
 }
 
@@ -361,6 +399,35 @@ static void run_load_dependent(kmp_evaluator *eval)
     eval->load_jacobian = eval->own_bias + eval->n;
 }
 
+/* Finds C and jdqd by M from the accelerations a0 without closure forces by articulated bodies: M a0 + C = 0. */
+static void find_bias(kmp_evaluator *eval, const double *qd)
+{
+    kmp_machine *m = eval->articulated; /* which the caller has added */
+    const kmp_pattern *j = &eval->system->jacobian;
+    double *bias = eval->by_mass, *jdqd = bias + eval->n;
+    kmp_machine_set(m, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, eval->t));
+    kmp_machine_set(m, KMP_IN_Q, eval->q);
+    kmp_machine_set(m, KMP_IN_QD, qd);
+    for (int i = 0; i < eval->n; i++) {
+        bias[i] = 0;
+        eval->with_force[i] = 0;
+    }
+    kmp_machine_set(m, KMP_IN_EFFORT, eval->with_force);
+    for (int stage = KMP_STAGE_CLOSURE; stage < KMP_STAGE_BIAS; stage++)
+        (void)kmp_machine_run(m, stage);
+    const double *free_qdd = kmp_machine_run(m, KMP_STAGE_BIAS);
+    kmp_machine_set(m, KMP_IN_EFFORT, eval->effort);
+    kmp_eval_add_mass_times(eval, free_qdd, bias);
+    for (int i = 0; i < eval->n; i++)
+        bias[i] = -bias[i];
+    memcpy(jdqd, free_qdd + eval->n, (size_t)eval->m * sizeof *jdqd);
+    for (int k = 0; k < j->count; k++)
+        jdqd[j->row[k]] -= eval->jacobian[k] * free_qdd[j->col[k]];
+    eval->own_bias = bias;
+    eval->jdqd = jdqd;
+    add_efforts(eval);
+}
+
 /* Evaluates bias and jdqd of the machine by M and C. */
 static void run_bias(kmp_evaluator *eval)
 {
@@ -385,6 +452,8 @@ void kmp_eval_bias(kmp_evaluator *eval, const double *qd)
     (void)kmp_eval_effort(eval, eval->t, eval->q, qd);
     if (eval->by_bodies)
         accelerate_bodies(eval);
+    else if (eval->weighs_only)
+        find_bias(eval, qd);
     else
         run_bias(eval);
 }
@@ -450,6 +519,8 @@ double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const doub
 
 double kmp_eval_power_here(kmp_evaluator *eval, const double *qd)
 {
+    if (eval->weighs_only && !eval->by_bodies)
+        return kmp_eval_power(eval, eval->t, eval->q, qd);
     const kmp_program *program = eval->by_bodies ? eval->system->bodies->program : eval->system->motion;
     double power = program->stages > KMP_STAGE_WORKING ? *kmp_machine_run(eval->motion, KMP_STAGE_WORKING) : 0;
     for (int i = 0; eval->system->force && i < eval->n; i++)

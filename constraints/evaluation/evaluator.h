@@ -18,6 +18,7 @@ typedef struct kmp_evaluator {
     kmp_machine *composite, *articulated, *motion; /* by M and C; by articulated bodies, NULL: none; the active one */
     kmp_machine *judge, *changes;
     bool closes_only;   /* `motion` has the closures alone, and there is no `judge` */
+    bool weighs_only;   /* `composite` has closures and M alone: C is that of articulated bodies, by M */
     bool by_bodies;     /* `motion` is `articulated` */
     double *chart;      /* of the system's spherical joints: nine numbers each, initially C = 1 */
     long chart_version; /* number of their changes */
@@ -47,6 +48,7 @@ typedef struct kmp_evaluator {
     bool gave;                /* by articulated bodies: the machine still has such forces */
     double *with_force;       /* n: bias minus forces outside the program; by bodies their sum */
     double *effort;           /* n */
+    double *by_mass;          /* n + m, where it weighs only: C and jdqd */
     double *nu; /* m: multipliers in the last C (constraints/evaluation/load_multipliers.h); NULL: C has none */
     const double *load_jacobian; /* system->load_jacobian.count values: dC/dlambda, with C */
     kmp_load_work *load;         /* of kmp_load_settle */
@@ -59,6 +61,10 @@ kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend);
  * `seldom`: M and C are evaluated seldom, since the caller will add articulated bodies. */
 kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team, bool seldom);
 
+/** Makes an evaluator of closures, M and energies: kmp_eval_bias needs articulated bodies, or kmp_eval_add_composite.
+ * M and C of the system may wait for their first use: they still do. `team`: as kmp_eval_new_shared. */
+kmp_evaluator *kmp_eval_new_to_weigh(const kempe_system *system, const char *backend, kmp_team *team);
+
 /** Makes an evaluator of h, J and h_t alone, by the tape: for kmp_eval_closure, and for what its results give. NULL
  * after a message. */
 kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system);
@@ -66,6 +72,9 @@ void kmp_eval_free(kmp_evaluator *eval);
 
 /** Prepares, once, the dynamics by articulated bodies, if the system has them. KEMPE_E_MEMORY. */
 kempe_status kmp_eval_add_articulated(kmp_evaluator *eval);
+
+/** Derives M and C, if the evaluator has M alone. Its last values are no longer valid. KEMPE_E_MEMORY. */
+kempe_status kmp_eval_add_composite(kmp_evaluator *eval);
 
 /** Selects M and C (initially) or articulated bodies for the values from the next kmp_eval_closure on. A kmp_saddle
  * accepts either. */

@@ -3,6 +3,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/evaluation/fused_inside.h"
+#include "dynamics/motion.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -26,7 +27,8 @@ struct kmp_fused {
 /* True if all numbers come from the program, and the linear algebra is small. */
 static bool can_be(const kmp_reduction *red)
 {
-    return red->p <= KMP_FUSED_FREEDOMS && red->eval->system->motion->block_count == 0 && kmp_written_blocks_fit(red);
+    return red->p <= KMP_FUSED_FREEDOMS && kmp_motion_known(red->eval->system)->block_count == 0 &&
+           kmp_written_blocks_fit(red);
 }
 
 /* Computes the product of the pivots' signs in each block; pivots are written from the last block to the first. false:

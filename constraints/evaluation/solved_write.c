@@ -9,6 +9,7 @@
 #include "constraints/evaluation/solved_inside.h"
 #include "constraints/evaluation/written.h"
 #include "constraints/evaluation/written_ldl.h"
+#include "dynamics/motion.h"
 #include <math.h>
 
 /* A way to solve, before anything is written. */
@@ -323,10 +324,10 @@ static bool place_rows(maker *k)
 
 const char *kmp_solved_obstacle(const kempe_system *s, int unknowns)
 {
-    return s->motion->block_count > 0       ? "the model has equations that are solved by iteration"
-           : s->load_row_count > 0          ? "the model has forces that depend on multipliers"
-           : unknowns > KMP_SOLVED_UNKNOWNS ? "the model has too many coordinates and closure rows"
-                                            : NULL;
+    return kmp_motion_known(s)->block_count > 0 ? "the model has equations that are solved by iteration"
+           : s->load_row_count > 0              ? "the model has forces that depend on multipliers"
+           : unknowns > KMP_SOLVED_UNKNOWNS     ? "the model has too many coordinates and closure rows"
+                                                : NULL;
 }
 
 bool kmp_solved_order(const kmp_evaluator *eval, const kmp_partition *part, kmp_arena *arena, kmp_written_ldl *ldl)

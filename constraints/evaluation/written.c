@@ -2,6 +2,7 @@
 #include "constraints/evaluation/written.h"
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
+#include "dynamics/motion.h"
 #include "symbolic/program/contraction.h"
 #include <math.h>
 #include <string.h>
@@ -20,6 +21,8 @@ static int chart_entries(const kempe_system *s)
 bool kmp_written_init(kmp_written *w, const kmp_evaluator *eval, bool by_bodies, int inputs)
 {
     const kempe_system *s = eval->system;
+    if (!by_bodies && kmp_motion_need(s) != KEMPE_OK)
+        return false;
     *w = (kmp_written){.s = s, .source = by_bodies ? s->bodies->program : s->motion, .g = kmp_graph_new()};
     w->out = KMP_ARENA_NEW(&w->arena, kmp_ref, w->source->outputs[w->source->stages]);
     if (!KMP_ARENA_EACH(&w->arena, kmp_ref, inputs + chart_entries(s), &w->input, &w->by) || !w->g)
@@ -156,6 +159,8 @@ static number simplify(const kmp_instruction *in, const number *known, bool *fre
 
 double kmp_written_operations(const kmp_evaluator *eval, bool by_bodies)
 {
+    if (!by_bodies && kmp_motion_need(eval->system) != KEMPE_OK)
+        return -1;
     const kmp_program *p = by_bodies ? eval->system->bodies->program : eval->system->motion;
     int leaves = p->constant_count + p->input_count;
     number *known = KMP_NEW(number, leaves + p->code[p->stages]);

@@ -100,6 +100,8 @@ static bool put_not_finite(kmp_evaluator *eval, double t, const double *q, const
 bool kmp_put_not_finite(kmp_evaluator *eval, double t, const double *q, const double *qd, kmp_text *text)
 {
     bool by_bodies = eval->by_bodies;
+    if (kmp_eval_add_composite(eval) != KEMPE_OK)
+        return false;
     kmp_eval_take(eval, false);
     bool found = put_not_finite(eval, t, q, qd, text);
     kmp_eval_take(eval, by_bodies);

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "constraints/evaluation/fused_inside.h"
 #include "constraints/evaluation/solved_inside.h"
+#include "dynamics/motion.h"
 #include "integrators/formulations/cycles.h"
 #include "integrators/formulations/reduced.h"
 #include <limits.h>
@@ -179,7 +180,7 @@ static void count_fused(kmp_reduced *d)
 static void count_solved(kmp_reduced *d, double operations)
 {
     kmp_ode *ode = &d->formulation.ode;
-    kmp_counts count = kmp_program_count(d->s->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+    kmp_counts count = kmp_program_count(kmp_motion_known(d->s), KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
     count.paper = (long)operations;
     if (d->due_solved <= d->evaluations || d->programs.solved)
         ode->cycles = kmp_cycles_of_one(count);

@@ -2,6 +2,7 @@
 #include "integrators/formulations/tangent.h"
 #include "backend/waiting.h"
 #include "base/memory.h"
+#include "dynamics/motion.h"
 #include "symbolic/partials.h"
 #include <math.h>
 #include <stdlib.h>
@@ -339,6 +340,7 @@ static kempe_status fill(gather *g, const kempe_system *system, unsigned values)
 static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, unsigned values)
 {
     unsigned sets = KMP_SET_MASS | KMP_SET_CLOSURE | KMP_SET_RESIDUAL;
+    KMP_TRY(kmp_motion_need(system));
     if (values & 1u << KMP_VALUE_R && is_worth_two_derivations(system))
         sets |= KMP_SET_CLOSED_Q | KMP_SET_INVERSE_QD;
     sets |= values & 1u << KMP_VALUE_CURVE ? KMP_SET_JDQD : 0;

@@ -2,6 +2,7 @@
 /* With qdd and lambda constant, the derivatives of R = M qdd + C - J' lambda, rate = J qd + h_t and curve = J qdd +
  * jdqd by q are those of M, C, J, h_t and jdqd; the derivatives by qd are those of C and jdqd. */
 #include "backend/duals.h"
+#include "dynamics/motion.h"
 #include "integrators/formulations/tangent.h"
 #include <string.h>
 
@@ -35,7 +36,8 @@ static outputs find_outputs(const kempe_system *s)
 
 bool kmp_tangent_numbers_can(const kempe_system *system)
 {
-    return !system->force && system->load_row_count == 0 && system->n <= MOST_MOTIONS && kmp_duals_know(system->motion);
+    return !system->force && system->load_row_count == 0 && system->n <= MOST_MOTIONS &&
+           kmp_motion_need(system) == KEMPE_OK && kmp_duals_know(system->motion);
 }
 
 /* -- assembly of blocks ---------------------------------------------------------------------------------- */

@@ -5,6 +5,7 @@
 #include "constraints/closing/charts.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
+#include "dynamics/motion.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/run/runner.h"
@@ -30,7 +31,7 @@ const char *kmp_engine_no_lanes(const kmp_engine *e)
         {kmp_model_has_samples(s->model), "sampled states"},
         {s->model->delay_count > 0, "delays"},
         {s->load_row_count > 0, "forces that depend on multipliers"},
-        {s->motion->block_count > 0, "points on curves"},
+        {kmp_motion_known(s)->block_count > 0, "points on curves"},
         {kmp_rounding_of(s) != NULL, "closures that are redundant up to rounding"},
         {s->m > KMP_LANE_ROWS || s->n - s->m > KMP_FUSED_FREEDOMS, "a large system"}};
     for (size_t k = 0; k < sizeof reasons / sizeof *reasons; k++)

@@ -84,6 +84,7 @@ static bool repeat(kmp_runner *run, double start, double t, double *row, double 
     bridge b = {.run = run, .t = start, .end = t, .q = row, .qd = row + run->s->n};
     bool found = run->kind->dense(run->solver, start, run->y, run->yp) == KEMPE_OK &&
                  own->row(own, start, run->y, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
+    found = found && kmp_eval_add_composite(run->eval) == KEMPE_OK;
     kmp_eval_take(run->eval, false);
     while (found && b.t < t) {
         found = set_up(&b) && march(&b) && b.kind->dense(b.solver, b.t, b.y, NULL) == KEMPE_OK &&

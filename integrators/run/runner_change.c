@@ -261,6 +261,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
 {
     double *q = run->state, *qd = q + run->s->n, before = 0;
     bool changed = true, any = false;
+    KMP_TRY(kmp_eval_add_composite(run->eval));
     kmp_eval_take(run->eval, false);
     if (run->friction)
         KMP_TRY(let_go(run, t, q, qd));

@@ -150,7 +150,10 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     given.may_change = run->choice.open && !run->choice.kind;
     given.dae = solver->dae && !kmp_runner_is_followed(run);
     given.user = run->spec.user;
-    kmp_eval_take(run->eval, run->by_bodies && kind->by_bodies && !given.implicit && !given.dae);
+    bool by_bodies = run->by_bodies && kind->by_bodies && !given.implicit && !given.dae;
+    if (!by_bodies)
+        KMP_TRY(kmp_eval_add_composite(run->eval));
+    kmp_eval_take(run->eval, by_bodies);
     run->before.by_bodies = run->before.by_bodies || run->eval->by_bodies;
     run->formulation = kind->create(kind, &given);
     return run->formulation ? KEMPE_OK : KEMPE_E_FAILED;
@@ -200,6 +203,15 @@ static kempe_status look_for_bodies(kmp_runner *run)
     return KEMPE_OK;
 }
 
+/* The accelerations at the start by M and C, after those by M and articulated bodies. */
+static kempe_status accelerate_by_mass(kmp_runner *run, const double *q, const double *qd)
+{
+    KMP_TRY(kmp_eval_add_composite(run->eval));
+    kmp_eval_take(run->eval, false);
+    kmp_eval_closure(run->eval, run->spec.t_start, q);
+    return kmp_runner_accelerate(run, run->spec.t_start, q, qd);
+}
+
 /* Articulated bodies divide by the inertia that each joint moves with the loops open. If only the loops determine the
  * accelerations, M and C are used instead. */
 static kempe_status choose_dynamics(kmp_runner *run, const double *q, const double *qd)
@@ -210,6 +222,8 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
     KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(compare_bodies(run, q, qd, &off));
     run->by_bodies = off <= KMP_ARTICULATED_AGREE;
+    if (!run->by_bodies && run->eval->weighs_only && run->s->dynamics == KMP_DYNAMICS_AUTO)
+        return accelerate_by_mass(run, q, qd);
     if (run->by_bodies || run->s->dynamics == KMP_DYNAMICS_AUTO)
         return KEMPE_OK;
     return kmp_fail(run->s->context, KEMPE_E_FAILED,
@@ -322,7 +336,10 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
     KMP_TRY(look_for_bodies(run));
-    run->eval = kmp_eval_new_shared(run->s, run->spec.backend, run->team, run->may_take_bodies);
+    run->eval = run->may_take_bodies ? kmp_eval_new_to_weigh(run->s, run->spec.backend, run->team)
+                                     : kmp_eval_new_shared(run->s, run->spec.backend, run->team, false);
+    if (run->eval && run->eval->weighs_only)
+        KMP_TRY(kmp_eval_add_articulated(run->eval));
     if (!run->eval || !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->seen, &run->next_seen),
                                       KMP_ROOM(double, 3 * n + m, &run->moved, &run->state)))
         return kmp_fail_memory(run->s->context);

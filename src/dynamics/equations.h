@@ -59,6 +59,8 @@ typedef struct kmp_scene {
     const kmp_savings *savings;  /* NULL: the one with the fewest operations of some */
     const kmp_savings *first;    /* found for other sets of the same model: a large one's search begins there */
     kmp_savings *found;          /* becomes those found, for `first`; empty without search; to be freed */
+    kmp_savings *chosen;         /* becomes those found for these sets, with the closures'; as `found` */
+    unsigned then;               /* the sets to derive after the search, without variants; 0: `sets`, by the best */
     kmp_tangent_method tangents; /* without ways: the method for both derivatives of the inverse dynamics */
     kmp_events *events;          /* conditions as inputs, appended to those present; NULL: evaluated in place */
     bool modes_alone;            /* of conditions, the modes of friction alone are inputs, in the order of the forces */
@@ -135,6 +137,9 @@ kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scen
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);
 void kmp_equations_free(kmp_equations *eq);
+
+/** True of a mechanism with so many coordinates that few variants are tried, and trials have no force elements. */
+bool kmp_equations_are_large(const kempe_model *model);
 
 /** J qdd + jdqd of a row. */
 kmp_ref kmp_equations_curve(const kmp_equations *eq, int row);

@@ -2,6 +2,7 @@
 #include "dynamics/motion.h"
 #include "base/memory.h"
 #include "dynamics/load_dependent.h"
+#include "dynamics/system_record.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
 #include "symbolic/partials.h"
@@ -174,6 +175,33 @@ bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
     return s->motion;
 }
 
+bool kmp_motion_make_weighing(kempe_system *s, kmp_equations *eq)
+{
+    groups g;
+    if (!find_jacobian(s, eq) || !begin(&g, s, eq))
+        return false;
+    g.last = 1;
+    put_pattern(&g, &s->arena, &s->mass, s->n, s->n, eq->mass);
+    const kmp_ref *group[2] = {g.out, g.out + g.count[0]};
+    if (!s->arena.failed) /* the passes would cost more than they save: it runs seldom */
+        s->late->weighing = kmp_program_new(eq->graph, 2, g.count, group);
+    return s->late->weighing;
+}
+
+kmp_program *kmp_motion_make_again(const kempe_system *s, kmp_equations *eq)
+{
+    groups g;
+    if (!begin(&g, s, eq))
+        return NULL;
+    g.last = 1;
+    for (int k = 0; k < s->mass.count; k++)
+        put(&g, 1, &eq->mass[s->mass.row[k] * s->n + s->mass.col[k]]);
+    g.last = 2;
+    put(&g, s->n, eq->bias);
+    put(&g, s->m, eq->jdqd);
+    return program_of(&g, s, eq);
+}
+
 bool kmp_motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_equations *eq)
 {
     groups g;
@@ -187,4 +215,83 @@ bool kmp_motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_equat
     put(&g, s->m, eq->drift);
     bodies->program = bodies->arena.failed ? NULL : program_of(&g, s, eq);
     return bodies->program;
+}
+
+/* -- M and C that wait ------------------------------------------------------------------------------- */
+
+/* The system knows their variants and patterns, which follow from the search and from M. An entry of these that is zero
+ * by other variants is a zero there. */
+
+kmp_late_motion *kmp_late_motion_new(kempe_system *s)
+{
+    kmp_late_motion *late = KMP_NEW(kmp_late_motion, 1);
+    if (late && pthread_mutex_init(&late->lock, NULL) != 0) {
+        kmp_free(late);
+        return NULL;
+    }
+    if (late)
+        late->system = s;
+    return late;
+}
+
+void kmp_late_motion_free(kmp_late_motion *late)
+{
+    if (!late)
+        return;
+    kmp_program_free(late->weighing);
+    kmp_savings_free(&late->chosen);
+    pthread_mutex_destroy(&late->lock);
+    kmp_free(late);
+}
+
+/* By the variants that were chosen; of a mechanism without search, as it is. */
+static kempe_status derive_late(const kempe_system *s, kmp_program **motion)
+{
+    kmp_events events = s->events; /* the system has recorded all conditions: none is added */
+    const kmp_scene scene = {.sets = KMP_MOTION_SETS,
+                             .savings = s->late->chosen.stay ? &s->late->chosen : NULL,
+                             .quick = true,
+                             .events = &events,
+                             .charted = true};
+    kmp_equations eq;
+    KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));
+    *motion = kmp_motion_make_again(s, &eq);
+    kmp_equations_free(&eq);
+    return kmp_made(s->context, *motion);
+}
+
+static kempe_status make_late(kmp_late_motion *late)
+{
+    kempe_system *s = late->system;
+    s->motion = kmp_motion_recall(s);
+    if (s->motion)
+        return KEMPE_OK;
+    KMP_TRY(derive_late(s, &s->motion));
+    kmp_motion_keep(s);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_motion_need(const kempe_system *s)
+{
+    kmp_late_motion *late = s->late;
+    kempe_status status = KEMPE_OK;
+    if (!late || atomic_load(&late->made))
+        return KEMPE_OK;
+    pthread_mutex_lock(&late->lock);
+    if (!atomic_load(&late->made)) {
+        status = make_late(late);
+        atomic_store(&late->made, status == KEMPE_OK);
+    }
+    pthread_mutex_unlock(&late->lock);
+    return status;
+}
+
+bool kmp_motion_is_made(const kempe_system *s)
+{
+    return !s->late || atomic_load(&s->late->made);
+}
+
+const kmp_program *kmp_motion_known(const kempe_system *s)
+{
+    return kmp_motion_is_made(s) ? s->motion : s->bodies->program;
 }

@@ -11,6 +11,29 @@ enum { KMP_MOTION_SETS = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET
 /** Makes system->motion and its members, for a system that knows its rows. False: no memory. */
 bool kmp_motion_make(kempe_system *system, kmp_equations *eq);
 
+/** True if M and C of a new system wait: it is large, articulated bodies may cost less, and runs by these never need
+ * C. */
+bool kmp_motion_may_wait(const kempe_system *system);
+
+/** Room for M and C that wait; NULL: no memory. */
+kmp_late_motion *kmp_late_motion_new(kempe_system *system);
+void kmp_late_motion_free(kmp_late_motion *late);
+
+/** Makes late->weighing and the members of a system whose M and C wait, as kmp_motion_make. False: no memory. */
+bool kmp_motion_make_weighing(kempe_system *system, kmp_equations *eq);
+
+/** The program by M and C for a system that has its members already. NULL: no memory. */
+kmp_program *kmp_motion_make_again(const kempe_system *system, kmp_equations *eq);
+
+/** Makes M and C of a system that they wait in, when it is first called. Several threads may call. KEMPE_E_MEMORY. */
+kempe_status kmp_motion_need(const kempe_system *system);
+
+/** True if M and C have been made. */
+bool kmp_motion_is_made(const kempe_system *system);
+
+/** The program by M and C if it has been made, otherwise that by articulated bodies (NULL: none). */
+const kmp_program *kmp_motion_known(const kempe_system *system);
+
 /** Makes the program and patterns of articulated bodies. False: no memory. */
 bool kmp_motion_make_bodies(const kempe_system *system, kmp_bodies *bodies, kmp_equations *eq);
 

@@ -7,6 +7,7 @@
  * common to both, Jv and its tangent, is left out. bench/bench_articulated.c measures the size from which articulated
  * bodies are faster. */
 #include "base/memory.h"
+#include "constraints/kinds/kind.h"
 #include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"
 #include "dynamics/system_record.h"
@@ -80,12 +81,17 @@ static double cost_of_saddle(const kempe_system *s)
 
 /* Cost of M a0, M X, X' force and X' M X, then the factors; on a tree X is 1. With many coordinates and loops, where X'
  * M X is dense, the saddle system. */
-static double cost_by_mass(const kempe_system *s)
+static double cost_of_solves(const kempe_system *s)
 {
     double n = s->n, p = independent(s), mass = 2.0 * s->mass.count;
     double products = s->m > 0 ? mass * (p + 1) + p * n + p * (p + 1) / 2 * n : 0;
     double dense = 2 * products + cholesky(independent(s));
-    return operations_of(s->motion) + (s->m > 0 ? fmin(dense, cost_of_saddle(s)) : dense);
+    return s->m > 0 ? fmin(dense, cost_of_saddle(s)) : dense;
+}
+
+static double cost_by_mass(const kempe_system *s)
+{
+    return operations_of(s->motion) + cost_of_solves(s);
 }
 
 /* The multipliers, and M^-1 J' lambda. */
@@ -124,24 +130,76 @@ static kempe_status look_ahead(const kempe_system *s, bool *may_pay)
     KMP_TRY(kmp_made(s->context, room));
     double entries = count_entries(s, room, room + s->n);
     kmp_free(room);
-    *may_pay = LEAST_OF_COORDINATE * (double)s->n + LEAST_OF_ENTRY * entries + cost_of_multipliers(s, entries) <
-               cost_by_mass(s);
+    double least = LEAST_OF_COORDINATE * (double)s->n + LEAST_OF_ENTRY * entries + cost_of_multipliers(s, entries);
+    if (s->late && least < cost_of_solves(s)) {
+        *may_pay = true;
+        return KEMPE_OK;
+    }
+    KMP_TRY(kmp_motion_need(s));
+    *may_pay = least < cost_by_mass(s);
     return KEMPE_OK;
 }
 
-static bool pays(const kempe_system *s, const kmp_bodies *bodies)
+/* M and C need not be counted if articulated bodies cost less than the solves with M and C alone. */
+static kempe_status compare(const kempe_system *s, const kmp_bodies *bodies, bool *pay)
 {
-    return operations_of(bodies->program) + cost_of_multipliers(s, bodies->compliance.count) < cost_by_mass(s);
+    double cost = operations_of(bodies->program) + cost_of_multipliers(s, bodies->compliance.count);
+    *pay = s->late && cost < cost_of_solves(s);
+    if (*pay)
+        return KEMPE_OK;
+    KMP_TRY(kmp_motion_need(s));
+    *pay = cost < cost_by_mass(s);
+    return KEMPE_OK;
+}
+
+/* Declared rows of all closures. */
+static int count_rows(const kempe_model *model)
+{
+    int rows = 0;
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure_kind *kind = kmp_closure_kind_find(model->closures[c].kind);
+        rows += kind ? kmp_closure_rows(kind, &model->closures[c]) : 0;
+    }
+    return rows;
+}
+
+/* True if the equations have some that are solved by iteration: of wheels on rails, and of points on curves. */
+static bool iterates(const kempe_model *model)
+{
+    bool curves = false;
+    for (int c = 0; c < model->closure_count; c++)
+        curves = curves || model->closures[c].curve_count > 0;
+    return curves || model->wheel_count > 0;
+}
+
+/* Without iteration runs may write out the solution by M and C, which they would need soon. */
+bool kmp_motion_may_wait(const kempe_system *s)
+{
+    const kempe_model *model = s->model;
+    int rows = count_rows(model), n = model->motion_count;
+    bool bodies = s->dynamics == KMP_DYNAMICS_AUTO || s->dynamics == KMP_DYNAMICS_ARTICULATED;
+    bool pressed = kmp_model_has_loads(model);
+    for (int k = 0; k < model->force_count; k++)
+        pressed = pressed || kmp_force_has_load(&model->forces[k]);
+    return bodies && !pressed && iterates(model) && kmp_equations_are_large(model) && n - rows >= FEW &&
+           (double)rows * n <= MOST_ENTRIES;
 }
 
 /* -- the derivation ---------------------------------------------------------------------------------- */
+
+/* Instructions by M and C, about: those of closures and M are a quarter of them or more. */
+static uint32_t nodes_of(const kempe_system *s)
+{
+    const kmp_program *p = s->late ? s->late->weighing : s->motion;
+    return (uint32_t)(s->late ? 4 * p->code[p->stages] : p->code[p->stages]);
+}
 
 static kempe_status derive(const kempe_system *s, kmp_bodies *bodies)
 {
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
     const kmp_scene scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
                              .efforts = true,
-                             .nodes = NODES * (uint32_t)s->motion->code[s->motion->stages],
+                             .nodes = NODES * nodes_of(s),
                              .first = &bodies->first,
                              .quick = true,
                              .events = &events,
@@ -161,8 +219,11 @@ static kempe_status try_them(const kempe_system *s, kmp_bodies *bodies)
     kempe_status status = look_ahead(s, &may_pay);
     if (status != KEMPE_OK || !may_pay)
         return status;
+    bool pay = true;
     status = derive(s, bodies);
-    if (status == KEMPE_OK && !pays(s, bodies))
+    if (status == KEMPE_OK)
+        status = compare(s, bodies, &pay);
+    if (status == KEMPE_OK && !pay)
         kmp_bodies_forget(bodies);
     if (status != KEMPE_E_FAILED)
         return status;

@@ -294,6 +294,9 @@ bool kmp_system_set_rows(kempe_system *s, int n, int m, const kmp_row *rows, con
     return kmp_system_rescale(s) && !s->arena.failed;
 }
 
+/* The sets for energies and outputs. */
+enum { JUDGE_SETS = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT };
+
 /* For programs that integrate: with conditions and the charts of spherical joints as inputs. */
 static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_savings *found, kmp_equations *eq)
 {
@@ -324,10 +327,36 @@ static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closu
     return closures ? derive_rest(s, eq) : KEMPE_OK;
 }
 
+/* Derives closures, M and the programs that follow those of motion. The variants of M and C are found on the way. */
+static kempe_status derive_late(kempe_system *s)
+{
+    const kmp_scene scene = {.sets = KMP_MOTION_SETS | KMP_SET_REACTION,
+                             .then = KMP_SET_CLOSURE | KMP_SET_MASS | JUDGE_SETS,
+                             .quick = true,
+                             .found = &s->bodies->first,
+                             .chosen = &s->late->chosen,
+                             .events = &s->events,
+                             .charted = true};
+    kmp_equations eq;
+    KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));
+    bool made = kmp_system_set_rows(s, eq.n, eq.m, eq.rows, eq.misfit) && kmp_motion_make_weighing(s, &eq);
+    s->closing = made ? kmp_program_first(s->late->weighing, KMP_STAGE_MASS) : NULL;
+    kempe_status status = kmp_made(s->context, s->closing);
+    if (status == KEMPE_OK)
+        status = derive_rest(s, &eq);
+    kmp_equations_free(&eq);
+    return status;
+}
+
 static kempe_status derive(kempe_system *s, bool closures)
 {
-    const unsigned judge = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT;
     kmp_equations eq;
+    if (!closures && kmp_motion_may_wait(s)) {
+        s->late = kmp_late_motion_new(s);
+        KMP_TRY(kmp_made(s->context, s->late));
+        KMP_TRY(derive_late(s));
+        return s->dynamics == KMP_DYNAMICS_ARTICULATED ? kmp_motion_need_bodies(s) : KEMPE_OK;
+    }
     kempe_status status = derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &s->bodies->first, &eq);
     if (status == KEMPE_OK) {
         status = derive_motion(s, &eq, closures);
@@ -337,7 +366,7 @@ static kempe_status derive(kempe_system *s, bool closures)
         status = kmp_motion_need_bodies(s); /* where they are impossible, the system is */
     if (status != KEMPE_OK || closures)
         return status;
-    KMP_TRY(derive_sets(s, judge, NULL, &eq));
+    KMP_TRY(derive_sets(s, JUDGE_SETS, NULL, &eq));
     status = derive_rest(s, &eq);
     kmp_equations_free(&eq);
     return status;
@@ -401,6 +430,7 @@ void kempe_system_free(kempe_system *s)
     if (!s)
         return;
     kmp_program_free(s->motion);
+    kmp_late_motion_free(s->late);
     kmp_program_free(s->closing);
     kmp_bodies_free(s->bodies);
     kmp_program_free(s->judge);

@@ -80,6 +80,16 @@ typedef struct kmp_bodies {
     kmp_arena arena;                  /* of the patterns */
 } kmp_bodies;
 
+/** M and C that wait for their first use (kmp_motion_need): runs of large mechanisms by articulated bodies evaluate M
+ * alone, at the start and for energies. `motion` is written once, under the lock. */
+typedef struct kmp_late_motion {
+    pthread_mutex_t lock;
+    atomic_bool made;      /* `motion` of the system counts when it is true */
+    kmp_program *weighing; /* closures and M */
+    kmp_savings chosen;    /* the variants of M and C */
+    struct kempe_system *system;
+} kmp_late_motion;
+
 struct kempe_system {
     const kempe_model *model;
     kempe_context *context;
@@ -96,7 +106,8 @@ struct kempe_system {
     bool has_power;            /* so it is without the user's force */
     kmp_dynamics dynamics;     /* as requested */
     kmp_program *motion, *judge;
-    kmp_program *closing; /* the stages of `motion` to KMP_STAGE_CLOSURE */
+    kmp_late_motion *late; /* NULL: `motion` is made with the system */
+    kmp_program *closing;  /* the stages to KMP_STAGE_CLOSURE of `motion`, or of late->weighing */
     kmp_bodies *bodies;
     kmp_events events;     /* conditions: inputs KMP_IN_MODE of all programs */
     kmp_program *changes;  /* stage 1: first - second of each condition at (t, q, qd), zero of late ones; stage 2: late

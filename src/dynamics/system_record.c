@@ -10,7 +10,7 @@
 #include "symbolic/program/program_bytes.h"
 #include <string.h>
 
-static const kmp_kept_name whole = {"system", 0}, by_bodies = {"bodies", 0};
+static const kmp_kept_name whole = {"system", 0}, by_bodies = {"bodies", 0}, by_mass = {"motion", 0};
 
 enum { MOST = 1 << 30 };
 
@@ -180,11 +180,52 @@ static void take_flags(kmp_byte_source *b, kempe_system *s)
     atomic_store(&s->rounding->state, none ? KMP_ROUNDING_NONE : KMP_ROUNDING_UNKNOWN);
 }
 
+/* -- M and C that waited ------------------------------------------------------------------------------ */
+
+static void name_motion(const kempe_system *s, kmp_program *motion)
+{
+    kmp_kept_name_program(s, (kmp_kept_name){"code", 0}, motion);
+}
+
+void kmp_motion_keep(const kempe_system *s)
+{
+    kmp_bytes b = {0};
+    kmp_table_pool pool = {0};
+    if (!s->has_key)
+        return;
+    name_motion(s, s->motion);
+    kmp_program_put(&b, &pool, s->motion);
+    kmp_kept_write(s, by_mass, &b);
+    kmp_table_pool_free(&pool);
+    kmp_bytes_free(&b);
+}
+
+kmp_program *kmp_motion_recall(const kempe_system *s)
+{
+    kmp_cached file = kmp_kept_recall(s, by_mass);
+    kmp_byte_source b = kmp_byte_source_of(file.bytes, file.size);
+    kmp_table_pool pool = {0};
+    if (!file.whole)
+        return NULL;
+    kmp_program *motion = kmp_program_get(&b, &pool);
+    kmp_table_pool_free(&pool);
+    kmp_free(file.whole);
+    if (motion && !b.failed && b.at == b.end && motion->stages > KMP_STAGE_BIAS) {
+        name_motion(s, motion);
+        return motion;
+    }
+    kmp_program_free(motion);
+    return NULL;
+}
+
+/* -- the programs ------------------------------------------------------------------------------------- */
+
 enum { PROGRAMS = 4 };
 
+/* The first one is that of M if M and C wait. */
 static void list_programs(kempe_system *s, kmp_program **list[PROGRAMS])
 {
-    kmp_program **const all[PROGRAMS] = {&s->motion, &s->judge, &s->changes, &s->goals};
+    kmp_program **const all[PROGRAMS] = {s->late ? &s->late->weighing : &s->motion, &s->judge, &s->changes, &s->goals};
     memcpy(list, all, sizeof all);
 }
 
@@ -193,7 +234,7 @@ static void name_programs(kempe_system *s)
     kmp_program **list[PROGRAMS];
     list_programs(s, list);
     for (unsigned k = 0; k < PROGRAMS; k++)
-        kmp_kept_name_program(s, (kmp_kept_name){"code", k}, *list[k]);
+        kmp_kept_name_program(s, (kmp_kept_name){k == 0 && s->late ? "code of M" : "code", k}, *list[k]);
 }
 
 void kmp_system_keep(kempe_system *s)
@@ -216,6 +257,9 @@ void kmp_system_keep(kempe_system *s)
     kmp_bytes_put_int(&b, s->load_row_count);
     KMP_BYTES_PUT(&b, s->load_rows, s->load_row_count);
     put_events(&b, s);
+    kmp_bytes_put_int(&b, s->late != NULL);
+    if (s->late)
+        kmp_savings_put(&b, &s->late->chosen, s->model);
     kmp_savings_put(&b, &s->bodies->first, s->model);
     for (int k = 0; k < PROGRAMS; k++)
         kmp_program_put(&b, &pool, *list[k]);
@@ -224,6 +268,8 @@ void kmp_system_keep(kempe_system *s)
     kmp_bytes_free(&b);
     if (atomic_load(&s->bodies->made))
         kmp_bodies_keep(s);
+    if (s->late && atomic_load(&s->late->made))
+        kmp_motion_keep(s);
 }
 
 static bool take_rows(kmp_byte_source *b, kempe_system *s)
@@ -253,8 +299,9 @@ static void take_programs(kmp_byte_source *b, kempe_system *s)
         *list[k] = kmp_program_get(b, &pool);
     kmp_table_pool_free(&pool);
     name_programs(s);
-    if (!b->failed && s->motion && s->judge && s->motion->stages > KMP_STAGE_BIAS)
-        s->closing = kmp_program_first(s->motion, KMP_STAGE_MASS);
+    const kmp_program *first = s->late ? s->late->weighing : s->motion;
+    if (!b->failed && first && s->judge && first->stages > (s->late ? KMP_STAGE_MASS : KMP_STAGE_BIAS))
+        s->closing = kmp_program_first(first, KMP_STAGE_MASS);
 }
 
 static bool fill(kmp_byte_source *b, kempe_system *s)
@@ -271,6 +318,12 @@ static bool fill(kmp_byte_source *b, kempe_system *s)
         return false;
     KMP_BYTES_TAKE(b, s->load_rows, s->load_row_count);
     take_events(b, s);
+    if (kmp_bytes_take_int(b, 0, 1)) {
+        s->late = kmp_late_motion_new(s);
+        if (!s->late)
+            return false;
+        kmp_savings_take(b, &s->late->chosen, s->model);
+    }
     kmp_savings_take(b, &s->bodies->first, s->model);
     take_programs(b, s);
     return !b->failed && b->at == b->end && s->closing && !s->arena.failed;

@@ -15,3 +15,7 @@ void kmp_system_keep(kempe_system *system);
  * kept, or none. */
 void kmp_bodies_keep(const kempe_system *system);
 bool kmp_bodies_recall(const kempe_system *system);
+
+/** The same of M and C that waited. NULL: none are kept. */
+void kmp_motion_keep(const kempe_system *system);
+kmp_program *kmp_motion_recall(const kempe_system *system);

@@ -91,6 +91,8 @@ static kempe_status show_program(kmp_text *text, const kempe_system *system)
 {
     const char *const *names;
     KMP_TRY(kmp_motion_need_bodies(system));
+    if (!system->bodies->program)
+        KMP_TRY(kmp_motion_need(system));
     const kmp_program *p = program_of(system, &names);
     kmp_program_print(p, names, text);
     return KEMPE_OK;
@@ -267,6 +269,8 @@ static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe
     kmp_gains gains;
     KMP_TRY(tally_sets(system, t));
     KMP_TRY(kmp_motion_need_bodies(system));
+    if (!system->bodies->program)
+        KMP_TRY(kmp_motion_need(system));
     KMP_TRY(kmp_gains_find(system->model, &gains));
     if (format == KEMPE_TEXT) {
         show_stats(out, system, t);

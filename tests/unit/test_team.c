@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
+#include "dynamics/motion.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
@@ -164,6 +165,7 @@ static void bogies_fall_apart(void)
     loaded s = load("tests/models/three_bogies.yaml");
     kmp_team *team = kmp_team_new(3);
     double outside;
+    CHECK(kmp_motion_need(s.system) == KEMPE_OK);
     CHECK(parts_of(s.system->motion, KMP_STAGE_BIAS, team, &outside) == 3);
     CHECK(outside < 0.05); /* on three threads it then takes 0.05 + 0.95/3 of the time: 2.7 times as fast */
     CHECK(parts_of(s.system->motion, KMP_STAGE_CLOSURE, team, &outside) == 0); /* too small */
@@ -204,6 +206,7 @@ static int solvings_of(const kmp_program *p, const kmp_layout *l, int stage, int
 static void largest_begin_first(void)
 {
     loaded s = load("tests/models/three_bogies.yaml");
+    CHECK(kmp_motion_need(s.system) == KEMPE_OK);
     const kmp_program *p = s.system->motion;
     kmp_team *team = kmp_team_new(4);
     kmp_layout l = {0};
@@ -262,6 +265,7 @@ static int count_other(const kempe_assembly *start, kmp_evaluator *one, kmp_eval
 static void bits_are_the_same(const char *file)
 {
     loaded s = load(file);
+    CHECK(kmp_motion_need(s.system) == KEMPE_OK);
     const kmp_program *programs[] = {s.system->motion, s.system->judge};
     kempe_assembly *start = NULL;
     CHECK(kempe_assembly_new(s.system, &start) == KEMPE_OK);

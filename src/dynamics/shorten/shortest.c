@@ -171,7 +171,7 @@ static kempe_status try_plain_closures(search *s)
     return status;
 }
 
-static bool is_large(const kempe_model *model)
+bool kmp_equations_are_large(const kempe_model *model)
 {
     return model->motion_count > LARGE;
 }
@@ -182,7 +182,7 @@ static bool is_worthwhile(const search *s, const kmp_cost_pattern *patterns, int
     const kmp_cost_pattern *pattern = &patterns[k];
     if (s->scene.optimize)
         return true;
-    if (!is_large(s->model))
+    if (!kmp_equations_are_large(s->model))
         return pattern->when == KMP_PATTERN_EVER || pattern->when == KMP_PATTERN_SMALL;
     return pattern->when == KMP_PATTERN_EVER && !(s->scene.first && k > 0) &&
            !(pattern->instead && has_first(&s->best));
@@ -261,19 +261,25 @@ static bool can_share(const kmp_scene *scene)
 {
     const unsigned sets = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_CLOSURE |
                           KMP_SET_JDQD | KMP_SET_POWER;
-    return !(scene->sets & ~sets);
+    return !(scene->sets & ~(sets | (scene->then ? KMP_SET_REACTION : 0))); /* reactions are made with the closures */
 }
 
-/* Keeps the best variants, with those of the closures for themselves. False: no memory. */
+static bool keep_copy(const search *s, const kmp_savings *of, kmp_savings *to)
+{
+    bool made = !to || kmp_savings_init(to, s->model);
+    if (to && made)
+        kmp_savings_copy(to, of, s->model);
+    return made;
+}
+
+/* Keeps the best variants, with those of the closures for themselves and as they are. False: no memory. */
 static bool keep_found(const search *s, const kmp_savings *closures)
 {
     kmp_savings *found = s->scene.found;
-    if (!found)
-        return true;
-    if (!kmp_savings_init(found, s->model))
+    if (!keep_copy(s, closures, found) || !keep_copy(s, &s->best, s->scene.chosen))
         return false;
-    kmp_savings_copy(found, closures, s->model);
-    kmp_savings_copy_dynamics(found, &s->best, s->model);
+    if (found)
+        kmp_savings_copy_dynamics(found, &s->best, s->model);
     return true;
 }
 
@@ -308,10 +314,20 @@ static kempe_status find(search *s)
     return status;
 }
 
+/* Derives the sets that follow the search, without variants. */
+static void begin_then(search *s)
+{
+    kmp_savings_clear(&s->tried, s->model);
+    s->scene.sets = s->scene.then;
+    s->scene.savings = &s->tried;
+}
+
 /* Derives the best variant. Runs take it in the graph of the trials, whose closures it shares; all others in a graph of
  * its own, which has nothing of the search. */
 static kempe_status derive_best(search *s, kmp_equations *eq)
 {
+    if (s->scene.then)
+        begin_then(s);
     if (!s->shares || !s->scene.quick)
         return kmp_equations_derive_once(eq, s->model, &s->scene);
     KMP_TRY(kmp_equations_derive_again(s->work, &s->scene));
@@ -323,7 +339,8 @@ static kempe_status derive_best(search *s, kmp_equations *eq)
 /* The variants to begin with, if any: those of other sets, in a large mechanism. */
 static const kmp_savings *first_of(const kempe_model *model, const kmp_scene *scene)
 {
-    return is_large(model) && !scene->optimize && scene->first && scene->first->stay ? scene->first : NULL;
+    return kmp_equations_are_large(model) && !scene->optimize && scene->first && scene->first->stay ? scene->first
+                                                                                                    : NULL;
 }
 
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
@@ -337,7 +354,9 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     first.savings = first.first ? first.first : scene->savings;
     searches = searches && !(first.first && has_first(first.first));
     first.returns = scene->returns || (searches && can_share(scene));
-    first.unloaded = searches && scene->quick && is_large(model);
+    first.unloaded = searches && scene->quick && kmp_equations_are_large(model);
+    if (!searches && scene->then)
+        first.sets = scene->then;
     kempe_status status = kmp_equations_derive_once(eq, model, &first);
     if (status != KEMPE_OK || !searches)
         return status;

@@ -32,6 +32,13 @@ bool kmp_savings_init(kmp_savings *savings, const kempe_model *model)
     return all;
 }
 
+void kmp_savings_clear(kmp_savings *savings, const kempe_model *model)
+{
+    memset(savings->stay, 0, savings_size(model));
+    savings->by_q = savings->by_qd = (kmp_tangent_method)0;
+    savings->patterns = 0;
+}
+
 void kmp_savings_free(kmp_savings *savings)
 {
     kmp_free(savings->stay);

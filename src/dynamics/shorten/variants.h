@@ -44,6 +44,8 @@ typedef struct kmp_savings {
 
 /** None taken anywhere. false: no memory. To be freed in any case. */
 bool kmp_savings_init(kmp_savings *savings, const kempe_model *model);
+/** None taken anywhere, as new. */
+void kmp_savings_clear(kmp_savings *savings, const kempe_model *model);
 void kmp_savings_free(kmp_savings *savings);
 
 /** Copies variants of the same model. */

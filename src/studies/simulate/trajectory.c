@@ -319,7 +319,7 @@ static void watch_modes(kempe_trajectory *t)
 
 static kempe_status judge(kempe_trajectory *t, job *j)
 {
-    kmp_evaluator *eval = kmp_eval_new(t->system, t->table.rows < MANY_ROWS ? "tape" : t->backend);
+    kmp_evaluator *eval = kmp_eval_new_to_weigh(t->system, t->table.rows < MANY_ROWS ? "tape" : t->backend, NULL);
     if (!eval)
         return KEMPE_E_MEMORY;
     kempe_status status = j->has_reference ? leave_out_shared(t, j, eval) : KEMPE_OK;

@@ -142,13 +142,23 @@ static bool begin_round(sharing *s, int most)
     return s->table && s->pairs && s->met;
 }
 
+/* True if an item has one user: no other list has it. */
+static bool is_alone(const sharing *s, kmp_ref item)
+{
+    return kmp_id(item) < s->r->count && s->r->uses[kmp_id(item)] == 1;
+}
+
 /* Counts the pairs of a list with an item from number `since` on, or all. */
 static void count_of_list(sharing *s, list *l, uint32_t since)
 {
-    const kmp_ref *item = s->items + l->first;
+    kmp_ref item[LONGEST];
+    int count = 0;
     bool all = l->repeats;
     l->met = 0;
     for (int i = 0; i < l->count; i++)
+        if (!is_alone(s, s->items[l->first + i]))
+            item[count++] = s->items[l->first + i];
+    for (int i = 0; i < count; i++)
         for (int j = 0; j < i; j++) {
             kmp_ref a = item[i], b = item[j];
             if (!all && kmp_id(a) < since && kmp_id(b) < since)
@@ -337,9 +347,9 @@ static bool share_pairs(kmp_rewrite *r, kmp_op op, int count, kmp_ref *outputs)
 {
     sharing s = {.r = r, .op = op};
     uint8_t *inside = KMP_ARENA_NEW(&s.room, uint8_t, r->count);
-    s.lists = KMP_ARENA_NEW(&s.room, list, r->live.top);
-    s.items = KMP_ARENA_NEW(&s.room, kmp_ref, 2 * (size_t)r->live.top);
-    s.failed = s.room.failed;
+    s.lists = kmp_realloc(NULL, r->live.top, sizeof *s.lists);
+    s.items = kmp_realloc(NULL, 2 * (size_t)r->live.top, sizeof *s.items);
+    s.failed = s.room.failed || !s.lists || !s.items;
     if (!s.failed) {
         mark_inside(&s, inside);
         collect(&s, inside);
@@ -353,6 +363,8 @@ static bool share_pairs(kmp_rewrite *r, kmp_op op, int count, kmp_ref *outputs)
         rebuild(&s);
     free_round(&s);
     kmp_arena_free(&s.room);
+    kmp_free(s.lists);
+    kmp_free(s.items);
     kmp_free(s.made);
     return !s.failed && kmp_rewrite_finish(r, 0, count, outputs);
 }

@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* M and C that wait for their first use: runs by articulated bodies need none, and what takes their place equals them.
+ */
+#include "constraints/closing/assemble.h"
+#include "constraints/evaluation/evaluator.h"
+#include "dynamics/motion.h"
+#include "loaded.h"
+#include "random.h"
+#include "studies/simulate/trajectory.h"
+#include <kempe/check.h>
+#include <kempe/extend.h>
+#include <math.h>
+#include <pthread.h>
+#include <string.h>
+
+static const char file[] = "tests/models/three_bogies.yaml";
+
+enum { STATES = 4, MOST = 80 };
+
+static bool waits(const loaded *l)
+{
+    return l->system && l->system->late && !kmp_motion_is_made(l->system) && !l->system->motion;
+}
+
+static kempe_trajectory *run(const kempe_system *s, const char *integrator)
+{
+    const kempe_run_options options = {.formulation = "reduced",
+                                       .integrator = integrator,
+                                       .rtol = 1e-6,
+                                       .t_end = 1e-3,
+                                       .output_step = 5e-4,
+                                       .no_convergence_check = 1};
+    kempe_trajectory *t = NULL;
+    CHECK(kempe_simulate(s, &options, &t) == KEMPE_OK);
+    return t;
+}
+
+/* -- who waits --------------------------------------------------------------------------------------- */
+
+/* Models without equations solved by iteration, small ones, and those of which M and C are requested. */
+static void others_do_not_wait(void)
+{
+    static const char *const files[] = {"examples/limousine/limousine.yaml", "examples/bogie_track/bogie_track.yaml"};
+    for (size_t k = 0; k < sizeof files / sizeof *files; k++) {
+        loaded l = load(files[k]);
+        CHECK(l.system && !l.system->late && l.system->motion);
+        unload(&l);
+    }
+    loaded l = load(file);
+    kempe_system *by_mass = NULL;
+    CHECK(waits(&l) && kempe_system_new_with_algorithm(l.model, "composite", &by_mass) == KEMPE_OK);
+    CHECK(by_mass && !by_mass->late && by_mass->motion);
+    kempe_system_free(by_mass);
+    unload(&l);
+}
+
+/* -- runs --------------------------------------------------------------------------------------------- */
+
+static double apart(const kempe_trajectory *a, const kempe_trajectory *b, int n)
+{
+    int row = kempe_trajectory_row_count(a) - 1;
+    double most = row == kempe_trajectory_row_count(b) - 1 ? 0 : INFINITY;
+    for (int i = 0; i < n && most < INFINITY; i++)
+        most = fmax(most, fabs(kempe_trajectory_q(a, row)[i] - kempe_trajectory_q(b, row)[i]));
+    return most;
+}
+
+/* An explicit run needs none of them, an implicit one does; both follow the motion by M and C. */
+static void runs_by_bodies_need_none(void)
+{
+    loaded l = load(file);
+    kempe_system *by_mass = NULL;
+    CHECK(waits(&l) && kempe_system_new_with_algorithm(l.model, "composite", &by_mass) == KEMPE_OK);
+    kempe_trajectory *t = run(l.system, "dop853"), *other = run(by_mass, "dop853");
+    CHECK(waits(&l) && l.system->bodies->program);
+    CHECK(apart(t, other, l.system->n) < 1e-9);
+    CHECK(t->verdict.drift_rel < 1e-6 && fabs(t->verdict.drift_rel - other->verdict.drift_rel) < 1e-9);
+    kempe_trajectory *implicit = run(l.system, "radau5"), *implicit_by_mass = run(by_mass, "radau5");
+    CHECK(kmp_motion_is_made(l.system) && l.system->motion);
+    CHECK(apart(implicit, implicit_by_mass, l.system->n) < 1e-9);
+    kempe_trajectory_free(t);
+    kempe_trajectory_free(other);
+    kempe_trajectory_free(implicit);
+    kempe_trajectory_free(implicit_by_mass);
+    kempe_system_free(by_mass);
+    unload(&l);
+}
+
+/* -- values ------------------------------------------------------------------------------------------- */
+
+static double worst_of(int count, const double *x, const double *y)
+{
+    double size = 0, worst = 0;
+    for (int i = 0; i < count; i++) {
+        size = fmax(size, fabs(y[i]));
+        worst = fmax(worst, fabs(x[i] - y[i]));
+    }
+    return worst / size;
+}
+
+static void place(kmp_evaluator *eval, double t, const double *q, const double *qd)
+{
+    kmp_eval_closure(eval, t, q);
+    kmp_eval_mass(eval);
+    kmp_eval_bias(eval, qd);
+}
+
+static int push(void *user, double t, const double *q, const double *qd, double *effort)
+{
+    for (int i = 0; i < *(const int *)user; i++)
+        effort[i] = 300 * cos(t) - 200 * qd[i] + q[i];
+    return 0;
+}
+
+/* M, C and jdqd, their power and energy, with efforts of the user and given ones. */
+static void check_values(kempe_system *s, const kempe_assembly *at, bool pushed)
+{
+    int n = s->n;
+    double qd[MOST], given[MOST];
+    kmp_evaluator *weighing = kmp_eval_new_to_weigh(s, "tape", NULL);
+    CHECK(weighing && weighing->weighs_only && kmp_eval_add_articulated(weighing) == KEMPE_OK);
+    CHECK(!kmp_motion_is_made(s));
+    kmp_evaluator *whole = kmp_eval_new(s, "tape");
+    CHECK(whole && !whole->weighs_only && kmp_motion_is_made(s));
+    random_seed(3);
+    for (int k = 0; k < STATES; k++) {
+        for (int i = 0; i < n; i++) {
+            qd[i] = at->qd[i] + 0.1 * between(-1, 1);
+            given[i] = between(-50, 50);
+        }
+        kempe_system_set_force(s, pushed ? push : NULL, &n);
+        place(weighing, 0.1 * k, at->q, qd);
+        place(whole, 0.1 * k, at->q, qd);
+        kmp_eval_give(weighing, pushed ? given : NULL);
+        kmp_eval_give(whole, pushed ? given : NULL);
+        CHECK(worst_of(s->mass.count, weighing->mass, whole->mass) < 1e-12);
+        CHECK(worst_of(n, weighing->bias, whole->bias) < 1e-9);
+        CHECK(worst_of(s->m, weighing->jdqd, whole->jdqd) < 1e-9);
+        CHECK(worst_of(s->jacobian.count, weighing->jacobian, whole->jacobian) < 1e-12);
+        double power = kmp_eval_power_here(weighing, qd), other = kmp_eval_power_here(whole, qd);
+        CHECK(fabs(power - other) <= 1e-9 * fabs(other) && fabs(other) > 0);
+        power = kmp_eval_kinetic(weighing, qd);
+        CHECK(fabs(power - kmp_eval_kinetic(whole, qd)) <= 1e-12 * power);
+    }
+    CHECK(kmp_eval_add_composite(weighing) == KEMPE_OK && !weighing->weighs_only);
+    place(weighing, 0.3, at->q, qd);
+    place(whole, 0.3, at->q, qd);
+    CHECK(memcmp(weighing->mass, whole->mass, (size_t)s->mass.count * sizeof(double)) == 0);
+    CHECK(memcmp(weighing->bias, whole->bias, (size_t)n * sizeof(double)) == 0);
+    kmp_eval_free(weighing);
+    kmp_eval_free(whole);
+    kempe_system_set_force(s, NULL, NULL);
+}
+
+static void values_are_those_of_m_and_c(void)
+{
+    for (int pushed = 0; pushed < 2; pushed++) {
+        loaded l = load(file);
+        kempe_assembly *start = NULL;
+        CHECK(waits(&l) && kempe_assembly_new(l.system, &start) == KEMPE_OK);
+        if (start)
+            check_values(l.system, start, pushed);
+        kempe_assembly_free(start);
+        unload(&l);
+    }
+}
+
+/* They are made once, and take no more operations than those of a system that does not wait. */
+static void *need(void *system)
+{
+    CHECK(kmp_motion_need(system) == KEMPE_OK);
+    return NULL;
+}
+
+static void threads_share_them(void)
+{
+    enum { THREADS = 3 };
+    loaded l = load(file);
+    pthread_t threads[THREADS];
+    for (int k = 0; k < THREADS; k++)
+        CHECK(pthread_create(&threads[k], NULL, need, l.system) == 0);
+    for (int k = 0; k < THREADS; k++)
+        CHECK(pthread_join(threads[k], NULL) == 0);
+    kempe_system *by_mass = NULL;
+    CHECK(kempe_system_new_with_algorithm(l.model, "composite", &by_mass) == KEMPE_OK);
+    long late = kmp_program_count(l.system->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
+    long own = kmp_program_count(by_mass->motion, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
+    printf("  operations by M and C: %ld, of a system that does not wait %ld\n", late, own);
+    CHECK(late <= own);
+    kempe_system_free(by_mass);
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(others_do_not_wait);
+    TEST(runs_by_bodies_need_none);
+    TEST(values_are_those_of_m_and_c);
+    TEST(threads_share_them);
+    return check_report();
+}
