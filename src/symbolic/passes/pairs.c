@@ -148,7 +148,7 @@ static bool is_alone(const sharing *s, kmp_ref item)
     return kmp_id(item) < s->r->count && s->r->uses[kmp_id(item)] == 1;
 }
 
-/* Counts the pairs of a list with an item from number `since` on, or all. */
+/* Counts the pairs of a list with an item from number `since` on, of items that another list may have; or all. */
 static void count_of_list(sharing *s, list *l, uint32_t since)
 {
     kmp_ref item[LONGEST];
@@ -156,7 +156,7 @@ static void count_of_list(sharing *s, list *l, uint32_t since)
     bool all = l->repeats;
     l->met = 0;
     for (int i = 0; i < l->count; i++)
-        if (!is_alone(s, s->items[l->first + i]))
+        if (all || !is_alone(s, s->items[l->first + i]))
             item[count++] = s->items[l->first + i];
     for (int i = 0; i < count; i++)
         for (int j = 0; j < i; j++) {
