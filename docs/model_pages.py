@@ -149,7 +149,7 @@ def number_line(kind, word, field):
 def force(kind):
     """The place of action, the word of the kind, its numbers."""
     place, word = next((row[2], row[3]) for row in generate_schema.rows("force_kinds.def", "KMP_FORCE") if row[0] == kind)
-    named = [("`reaction`", "loop", "none", generate_schema.REACTION)] if kind == "FRICTION" else []
+    named = [("`reaction`", "loop or joint", "none", generate_schema.REACTION)] if kind == "FRICTION" else []
     return table(KEY_HEAD, [*place_lines(kind, place, word), *more_lines(kind), *(number_line(kind, word, field) for field in generate_schema.fields(kind)), *named])
 
 

@@ -103,7 +103,7 @@ VALUES = {  # the words of the tables of src/model/keys
 }
 
 
-REACTION = "with `mu`: the loop whose reaction presses; without it the joint's own"
+REACTION = "with `mu`: the loop, or joint of the tree, whose reaction presses; without it that of `joint`"
 
 
 def force_element(kind):

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Points that coincide in the drawing are one: all marks are combined on it. */
 #include "report/drawing.h"
+#include "model/reactions/carried.h"
 #include "model/tables/force_table.h"
 #include <math.h>
 #include <string.h>
@@ -70,9 +71,10 @@ static void set_hinge(const kempe_model *model, int point, const double axis[3],
 static void mark_hinge(const kempe_model *model, const kmp_body *body, kmp_mark *m)
 {
     double axis[3];
-    memcpy(axis, model->motions[body->first_motion].axis, sizeof axis);
+    const kmp_motion *hinge = &model->motions[kmp_joint_first_free(body)];
+    memcpy(axis, hinge->axis, sizeof axis);
     if (body->turned && body->reversed)
-        product(&body->frame[0][0], model->motions[body->first_motion].axis, axis);
+        product(&body->frame[0][0], hinge->axis, axis);
     set_hinge(model, body->to, axis, m);
 }
 
@@ -95,14 +97,15 @@ static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
 {
     const double origin[3] = {0};
     const kmp_body *body = &model->bodies[b];
-    const kmp_motion *first = body->motion_count > 0 ? &model->motions[body->first_motion] : NULL;
-    bool slides = first && !first->rotation, is_free = body->motion_count > 2;
-    bool guided = slides && (body->motion_count == 1 || (!is_free && first[1].rotation));
+    const int free_count = kmp_joint_free_count(body);
+    const kmp_motion *first = free_count > 0 ? &model->motions[kmp_joint_first_free(body)] : NULL;
+    bool slides = first && !first->rotation, is_free = free_count > 2;
+    bool guided = slides && (free_count == 1 || (!is_free && first[1].rotation));
     unsigned marks = !slides ? KMP_MARK_JOINT : is_free ? KMP_MARK_NAMED : KMP_MARK_SLIDE;
-    kmp_picture_slide slide = {.motion = body->first_motion, .body = body->parent, .slider = b};
+    kmp_picture_slide slide = {.motion = kmp_joint_first_free(body), .body = body->parent, .slider = b};
     kmp_mark *own = body->to >= 0 ? mark_point(drawing, model, body->to, marks, body->joint)
                                   : mark(drawing, b, marks, body->joint, origin);
-    if (first && first->rotation && body->motion_count == 1)
+    if (first && first->rotation && free_count == 1)
         mark_hinge(model, body, own);
     if (!slides && body->at >= 0)
         mark_point(drawing, model, body->at, marks, body->joint);

@@ -124,6 +124,39 @@ static void closed_forms(void)
     unload(&slide);
 }
 
+/* Joints with several coordinates: a sleeve that slides and turns on a bar, a block on a table, a ball in its socket.
+ * In each direction they stop after v/(mu g), or J w/(mu r m g). */
+static void several_coordinates(void)
+{
+    loaded l =
+        load_text("kempe: 1\n"
+                  "gravity: [0, 0, -10]\n"
+                  "bodies:\n"
+                  "  sleeve: {joint: {name: C, cylindrical: x, at: ground}, mass: 3, inertia: {xx: 0.02, yy: 0.02, "
+                  "zz: 0.02}}\n"
+                  "  block: {joint: {name: P, planar: z, at: ground}, mass: 2, inertia: {zz: 0.1}}\n"
+                  "  ball: {joint: {name: S, spherical: z, at: ground}, mass: 4, inertia: {xx: 0.1, yy: 0.1, zz: "
+                  "0.1}}\n"
+                  "forces:\n"
+                  "  slide: {joint: C.1, friction: {mu: 0.1}}\n"
+                  "  turn: {joint: C.2, friction: {mu: 0.2, radius: 10 mm}}\n"
+                  "  rub: {joint: P.2, friction: {mu: 0.3}}\n"
+                  "  socket: {joint: S.1, friction: {mu: 0.05, radius: 5 cm}}\n"
+                  "start: {qd: {C.1: 0.5, C.2: 2, P.2: -2.4, S.1: 1}}\n");
+    const struct {
+        double t;
+        const char *text;
+    } stops[] = {{0.5 / (0.1 * 10), "'slide' sticks"},
+                 {0.02 * 2 / (0.2 * 0.01 * 3 * 10), "'turn' sticks"},
+                 {2.4 / (0.3 * 10), "'rub' sticks"},
+                 {0.1 * 1 / (0.05 * 0.05 * 4 * 10), "'socket' sticks"}};
+    kempe_trajectory *run = run_by(&l, "reduced", 2);
+    for (int k = 0; run && k < 4; k++)
+        check_entry(run, 4 + k, stops[k].t, stops[k].text);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 static void check_words(const char *path, const kempe_setting *settings, int count, double growth, bool solved)
 {
     char words[64];
@@ -253,6 +286,7 @@ int main(void)
     TEST(a_pin_of_a_loop);
     TEST(a_pin_of_the_tree);
     TEST(closed_forms);
+    TEST(several_coordinates);
     TEST(two_solutions_or_none);
     TEST(regularised_where_modes_are_not_unique);
     TEST(regularised_guide);

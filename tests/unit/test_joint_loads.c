@@ -115,7 +115,7 @@ static void loads_balance_a_body(void)
 
 enum { JOINTS_MOST = 4, SIZES = 2 * JOINTS_MOST, VALUES = SIZES + 6 };
 
-/* A spatial loop without redundant rows, closed where all coordinates are zero, with friction along a length. The last
+/* A spatial loop without redundant rows, closed where all coordinates are zero, with friction. The last
  * joint is one of the ground: its load has ground axes whichever joint is cut. */
 typedef struct mechanism {
     const char *bodies, *joint[JOINTS_MOST], *spec[JOINTS_MOST];
@@ -150,7 +150,7 @@ static const mechanism mechanisms[] = {
      {"spherical: [rod.B, crank.B]", "planar: [rod.E, ground.G], axis: [0.3, 1, 0]", "revolute: [ground.O, crank.O]"}},
 };
 
-static loaded load_cut(const mechanism *m, int cut)
+static loaded load_cut(const mechanism *m, int cut, const char *rub)
 {
     char text[4096], outputs[256] = "";
     int used = snprintf(text, sizeof text, "%sjoints:\n", m->bodies);
@@ -165,9 +165,9 @@ static loaded load_cut(const mechanism *m, int cut)
     (void)snprintf(text + used, sizeof text - (size_t)used,
                    "forces:\n  push: {at: rod.C, force: [1, \"2*sin(3*t)\", 0.3]}\n"
                    "  spring: {spring: [ground.G, crank.B], stiffness: 20, free_length: 0.3}\n"
-                   "  rub: {sliding: \"distance(ground.O, rod.C)\", friction: {force: 0.7}}\n"
+                   "  rub: {sliding: %s}\n"
                    "run: {t_end: 1, output_step: 0.1, outputs: [%s]}\n",
-                   outputs);
+                   rub, outputs);
     return load_text(text);
 }
 
@@ -180,38 +180,90 @@ static void find_values(const double *shown, int joints, double value[VALUES])
     memcpy(value + SIZES, shown + (ptrdiff_t)6 * (joints - 1), 6 * sizeof *value);
 }
 
-/* Rows of a run with one joint cut; the first cut fills `value`, others are compared with it. */
-static void follow(const mechanism *m, int joints, int cut, const char *formulation, double value[][VALUES])
+enum { ROWS = 11, MODES = 8 };
+
+typedef struct followed {
+    double value[ROWS][VALUES], time[MODES];
+    char text[MODES][64];
+} followed;
+
+/* Changes of modes: as `value` above. */
+static void follow_modes(const kempe_trajectory *run, bool first, followed *f)
 {
-    loaded l = load_cut(m, cut);
-    kempe_trajectory *run = simulate(&l, &(way){.formulation = formulation}, 1);
+    CHECK(entry(run, "friction", 1) && !entry(run, "friction", MODES));
+    for (int k = 0; k < MODES; k++) {
+        const kmp_log_entry *at = entry(run, "friction", k);
+        const char *text = at ? at->text : "";
+        if (first) {
+            f->time[k] = at ? at->t : 0;
+            (void)snprintf(f->text[k], sizeof f->text[k], "%s", text);
+        }
+        CHECK_NEAR(at ? at->t : 0, f->time[k], 1e-9);
+        CHECK_TEXT(text, f->text[k]);
+    }
+}
+
+/* A run with one joint cut: the first cut fills `f`, others are compared with it. */
+static void follow(const mechanism *m, int joints, int cut, const char *rub, followed *f)
+{
+    loaded l = load_cut(m, cut, rub);
+    const char *formulation = cut % 2 ? "projected" : "reduced";
+    kempe_run_options options = {
+        .formulation = formulation, .rtol = 1e-13, .atol = 1e-13, .t_end = 1, .no_convergence_check = 1};
+    kempe_trajectory *run = NULL;
+    CHECK(l.system && kempe_simulate(l.system, &options, &run) == KEMPE_OK);
     kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
     CHECK(run && eval);
     if (run && eval) {
-        CHECK(kempe_trajectory_row_count(run) == 11 && entry(run, "friction", 1));
-        for (int row = 0; row < kempe_trajectory_row_count(run) && row < 11; row++) {
+        CHECK(kempe_trajectory_row_count(run) == ROWS);
+        follow_modes(run, cut == 0, f);
+        for (int row = 0; row < kempe_trajectory_row_count(run) && row < ROWS; row++) {
             double other[VALUES];
             find_values(kmp_samples_shown(&run->table, eval, row), joints, other);
             if (cut == 0)
-                memcpy(value[row], other, sizeof other);
+                memcpy(f->value[row], other, sizeof other);
             for (int k = 0; k < VALUES; k++)
-                CHECK_NEAR(other[k], value[row][k], 1e-9);
+                CHECK_NEAR(other[k], f->value[row][k], 1e-9);
         }
-        CHECK(value[0][0] > 1);
+        CHECK(f->value[0][0] > 1);
     }
     kmp_eval_free(eval);
     kempe_trajectory_free(run);
     unload(&l);
 }
 
+static void follow_all(const mechanism *m, const char *rub)
+{
+    followed f = {0};
+    int joints = m->joint[3] ? 4 : 3;
+    for (int cut = 0; cut < joints; cut++)
+        follow(m, joints, cut, rub, &f);
+}
+
 static void loads_of_cut_joints(void)
 {
-    for (size_t k = 0; k < sizeof mechanisms / sizeof *mechanisms; k++) {
-        double value[11][VALUES];
-        int joints = mechanisms[k].joint[3] ? 4 : 3;
-        for (int cut = 0; cut < joints; cut++)
-            follow(&mechanisms[k], joints, cut, cut % 2 ? "projected" : "reduced", value);
-    }
+    for (size_t k = 0; k < sizeof mechanisms / sizeof *mechanisms; k++)
+        follow_all(&mechanisms[k], "\"distance(ground.O, rod.C)\", friction: {force: 0.7}");
+}
+
+/* The level is that of a joint: of the tree, or of the loop that it closes. */
+static void friction_by_a_joint(void)
+{
+    static const struct {
+        int mechanism;
+        const char *rub;
+    } cases[] = {{0, "\"axes(rod.B, crank.B).x.y\", friction: {mu: 0.1, radius: 20 mm, reaction: S}"},
+                 {0, "\"axes(rod.C, slide.C).x.y\", friction: {mu: 0.2, radius: 20 mm, reaction: U}"},
+                 {0, "\"angle(ground.O.x, crank.O.x, ground.O.z)\", friction: {mu: 0.3, mu_static: 0.4, radius: 20 mm, "
+                     "reaction: R}"},
+                 {0, "position(slide.C).x, friction: {mu: 0.05, mu_static: 0.2, reaction: P}"},
+                 {1, "\"angle(ground.O.x, crank.O.x, ground.O.z)\", friction: {mu: 0.3, radius: 20 mm, reaction: R}"},
+                 {1, "position(slide.C).x, friction: {mu: 0.05, reaction: P}"},
+                 {2, "\"position(slide.C, rod.C).x\", friction: {mu: 0.05, reaction: C}"},
+                 {2, "\"angle(ground.G.x, slide.G.x, ground.G.y)\", friction: {mu: 0.1, radius: 0.02, reaction: H}"},
+                 {3, "position(rod.E).x, friction: {mu: 0.1, reaction: E}"}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
+        follow_all(&mechanisms[cases[k].mechanism], cases[k].rub);
 }
 
 /* -- closed forms ------------------------------------------------------------------------------------ */
@@ -304,6 +356,7 @@ int main(void)
 {
     TEST(loads_balance_a_body);
     TEST(loads_of_cut_joints);
+    TEST(friction_by_a_joint);
     TEST(a_pendulum);
     TEST(multipliers_of_locks);
     TEST(refused);

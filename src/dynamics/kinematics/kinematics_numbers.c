@@ -4,6 +4,7 @@
 #include "model/variant.h"
 #include "symbolic/sums/surface.h"
 #include <math.h>
+#include <string.h>
 
 static kmp_ref call(kmp_graph *g, kmp_function f, kmp_ref a, kmp_ref b, kmp_ref c)
 {
@@ -76,19 +77,42 @@ int kmp_tree_kept(const kmp_tree *tree, int closure, int k)
     return -1;
 }
 
-/* The size of the force of closures. */
+/* The force of a pin that closes a loop, across its axis. */
+static void press_pin(const kmp_tree *tree, int c, kmp_ref force[3])
+{
+    const kempe_model *model = tree->model;
+    const kmp_closure *closure = &model->closures[c];
+    const int *point = closure->point;
+    int frame = kmp_tree_common(tree, kmp_point_link(tree, point[0]), kmp_point_link(tree, point[1]));
+    int body = kmp_model_common_body(model, model->points[point[0]].body, model->points[point[1]].body);
+    kmp_vec axis = kmp_point_direction(tree, point[0], closure->axis[0], frame);
+    axis = kmp_body_vector_back(tree, body, axis);
+    kmp_vec whole = {{force[0], force[1], force[2]}}, across = kmp_vec_cross(tree->graph, whole, axis);
+    for (int k = 0; k < 3; k++)
+        force[k] = across.x[k];
+}
+
+/* The size of the force of closures that presses surfaces together. */
 static kmp_ref size_of_force(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
     kmp_ref sum = KMP_ZERO, only = KMP_ZERO;
     int count = 0;
-    for (int c = e->index; c < e->index - e->number; c++)
-        for (int k = 0; k < kmp_closure_force_rows(&tree->model->closures[c]); k++) {
-            kmp_ref lambda = kmp_tree_multiplier(tree, c, k);
+    for (int c = e->index; c < e->index - e->number; c++) {
+        const kmp_closure *closure = &tree->model->closures[c];
+        kmp_ref force[KMP_CLOSURE_ROWS] = {KMP_ZERO};
+        int rows = kmp_closure_force_rows(closure);
+        for (int k = 0; k < rows; k++)
+            force[k] = kmp_tree_multiplier(tree, c, k);
+        if (strcmp(closure->kind, "revolute") == 0)
+            press_pin(tree, c, force);
+        for (int k = 0; k < rows; k++) {
+            kmp_ref lambda = force[k];
             count += lambda != KMP_ZERO;
             only = lambda != KMP_ZERO ? lambda : only;
             sum = kmp_add(g, sum, kmp_mul(g, lambda, lambda));
         }
+    }
     return count == 1 ? kmp_unary(g, KMP_OP_ABS, only) : kmp_sqrt(g, sum);
 }
 

@@ -3,12 +3,15 @@
  * multipliers. The reaction of a joint of the tree is that of translations across its axis, which are added to its
  * chain and locked: their multipliers are its components. In a plane mechanism they stay in the plane. */
 #include "linalg/dot.h"
+#include "model/reactions/carried.h"
 #include "model/read/reading.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 #define PARALLEL (16 * DBL_EPSILON)
+
+enum { DIRECTIONS = 3 };
 
 /* -- joints of the tree ------------------------------------------------------------------------------ */
 
@@ -40,28 +43,71 @@ static bool find_normal(const kempe_model *model, double normal[3])
     return found;
 }
 
-/* Directions across a motion's axis in which its joint carries a load; their number. */
-static int directions_of(const kempe_model *model, const kmp_motion *motion, double direction[2][3])
+/* Two directions across a unit vector; one in a plane mechanism. Their number. */
+static int find_across(const double axis[3], const double *normal, double direction[][3])
 {
-    double normal[3];
     int least = 0;
-    if (find_normal(model, normal) && !motion->rotation) {
-        kmp_cross3(normal, motion->axis, direction[0]);
+    if (normal) {
+        kmp_cross3(normal, axis, direction[0]);
         return 1;
     }
     for (int i = 1; i < 3; i++)
-        least = fabs(motion->axis[i]) < fabs(motion->axis[least]) ? i : least;
+        least = fabs(axis[i]) < fabs(axis[least]) ? i : least;
     double other[3] = {least == 0, least == 1, least == 2}, across[3];
-    kmp_cross3(motion->axis, other, across);
+    kmp_cross3(axis, other, across);
     double size = sqrt(kmp_dot(3, across, across));
     for (int i = 0; i < 3; i++)
         direction[0][i] = across[i] / size;
-    kmp_cross3(motion->axis, direction[0], direction[1]);
+    kmp_cross3(axis, direction[0], direction[1]);
     return 2;
 }
 
+static int find_free(const kempe_model *model, const kmp_body *body, bool rotation, const double *axis[])
+{
+    int count = 0;
+    for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
+        if (model->motions[k].rotation == rotation && count < DIRECTIONS)
+            axis[count++] = model->motions[k].axis;
+    return count;
+}
+
+static bool all_parallel(int count, const double *const axis[], const double e[3])
+{
+    bool parallel = true;
+    for (int k = 0; k < count; k++)
+        parallel = parallel && is_parallel(axis[k], e);
+    return parallel;
+}
+
+/* Directions in which a joint carries a load, at the beginning of its chain; their number. They are across all its
+ * translations. Those of a pin are across its axis. Where rotations come first, they turn none of them. `normal`: of a
+ * plane mechanism; NULL: it is in space. */
+static int directions_of(const kempe_model *model, const kmp_body *body, const double *normal,
+                         double direction[DIRECTIONS][3])
+{
+    const double *slide[DIRECTIONS], *turn[DIRECTIONS];
+    int slides = find_free(model, body, false, slide), turns = find_free(model, body, true, turn);
+    bool turned = slides > 0 && model->motions[body->first_motion].rotation;
+    if (body->coupling || kmp_joint_obstacle(model, (int)(body - model->bodies)) || slides > 2)
+        return 0;
+    if (slides == 2) {
+        kmp_cross3(slide[0], slide[1], direction[0]);
+        double size = sqrt(kmp_dot(3, direction[0], direction[0]));
+        for (int i = 0; i < 3; i++)
+            direction[0][i] /= size;
+        return !turned || all_parallel(turns, turn, direction[0]);
+    }
+    if (slides == 1)
+        return turned && !all_parallel(turns, turn, slide[0]) ? 0 : find_across(slide[0], normal, direction);
+    if (all_parallel(turns, turn, turn[0]))
+        return find_across(turn[0], NULL, direction);
+    for (int k = 0; k < 9; k++)
+        direction[k / 3][k % 3] = k / 3 == k % 3;
+    return DIRECTIONS;
+}
+
 /* Inserts translations at the beginning of a body's chain. */
-static void insert(kmp_reader *r, int b, int count, double direction[2][3])
+static void insert(kmp_reader *r, int b, int count, double direction[DIRECTIONS][3])
 {
     kempe_model *model = r->model;
     kmp_body *body = &model->bodies[b];
@@ -89,26 +135,39 @@ static void insert(kmp_reader *r, int b, int count, double direction[2][3])
     body->load_count = count;
 }
 
-/* The motion of a friction with `mu` that has no closure for its reaction; -1: none, or an error that is reported
- * later. */
+/* The body of the joint of the tree whose reaction a friction with `mu` has; -1: it has that of a closure, or there is
+ * an error that is reported later. */
 static int find_pressed(kmp_reader *r, const kmp_yaml *force)
 {
-    const kmp_yaml *joint = kmp_yaml_get(force, "joint"), *friction = kmp_yaml_get(force, "friction");
-    bool pressed = joint && joint->kind == KMP_YAML_SCALAR && friction && friction->kind == KMP_YAML_MAP &&
-                   kmp_yaml_get(friction, "mu") && !kmp_yaml_get(friction, "reaction");
-    return pressed ? kmp_name_find(KMP_COORDINATES(r->model), kmp_reader_name(r, joint->place.file, joint->text)) : -1;
+    const kempe_model *model = r->model;
+    const kmp_yaml *friction = kmp_yaml_get(force, "friction"), *node = kmp_yaml_get(force, "joint");
+    const kmp_yaml *reaction = kmp_yaml_get(friction, "reaction");
+    if (!friction || friction->kind != KMP_YAML_MAP || !kmp_yaml_get(friction, "mu"))
+        return -1;
+    node = reaction ? reaction : node;
+    if (!node || node->kind != KMP_YAML_SCALAR)
+        return -1;
+    const char *name = kmp_reader_name(r, node->place.file, node->text);
+    if (reaction)
+        return kmp_yaml_get(kmp_yaml_get(r->root, "loops"), name) ? -1 : kmp_joint_find(model, name);
+    int motion = kmp_name_find(KMP_COORDINATES(model), name);
+    return motion >= 0 ? model->motions[motion].body : kmp_joint_find(model, name);
 }
 
 void kmp_read_pressed(kmp_reader *r)
 {
+    kempe_model *model = r->model;
     const kmp_yaml *forces = kmp_yaml_get(r->root, "forces");
+    double normal[3];
+    bool plane = find_normal(model, normal);
     for (int i = 0; forces && forces->kind == KMP_YAML_MAP && i < forces->count; i++) {
-        double direction[2][3];
-        int motion = forces->items[i]->kind == KMP_YAML_MAP ? find_pressed(r, forces->items[i]) : -1;
-        if (motion < 0 || r->model->bodies[r->model->motions[motion].body].motion_count != 1)
+        double direction[DIRECTIONS][3];
+        int body = forces->items[i]->kind == KMP_YAML_MAP ? find_pressed(r, forces->items[i]) : -1;
+        if (body < 0 || model->bodies[body].load_count > 0)
             continue;
-        int count = directions_of(r->model, &r->model->motions[motion], direction);
-        insert(r, r->model->motions[motion].body, count, direction);
+        int count = directions_of(model, &model->bodies[body], plane ? normal : NULL, direction);
+        if (count > 0)
+            insert(r, body, count, direction);
     }
 }
 
@@ -145,16 +204,44 @@ static const kmp_expr *size_of(kmp_reader *r, int closure, int count)
     return size;
 }
 
-/* The closure that a friction names. */
-static const kmp_expr *read_closure(kmp_reader *r, const kmp_yaml *node, const char *what)
+/* The reason why a joint of the tree has no locks. */
+static const char *obstacle_of(const kempe_model *model, const kmp_body *body)
+{
+    const char *obstacle = kmp_joint_obstacle(model, (int)(body - model->bodies));
+    const double *axis[DIRECTIONS];
+    return obstacle                                           ? obstacle
+           : body->coupling                                   ? "it has a thread"
+           : find_free(model, body, false, axis) < DIRECTIONS ? "its rotations come before its translations"
+                                                              : "it carries no force";
+}
+
+/* Of a joint of the tree. */
+static const kmp_expr *size_of_joint(kmp_reader *r, kmp_place place, int b, const char *what)
+{
+    const kmp_body *body = b >= 0 ? &r->model->bodies[b] : NULL;
+    if (body && body->load_count > 0)
+        return size_of(r, body->load_closure, body->load_count);
+    if (body)
+        kmp_reader_complain(r, place, "%s: mu needs a reaction, and that of joint '%s' is not known: %s", what,
+                            body->joint, obstacle_of(r->model, body));
+    else
+        kmp_reader_complain(r, place, "%s: mu needs the reaction of a joint or of a loop by the key 'reaction'", what);
+    return NULL;
+}
+
+/* The closure, or the joint of the tree, that a friction names. */
+static const kmp_expr *read_named(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     const kempe_model *model = r->model;
     const char *name = kmp_read_word(r, node, what);
     if (!name)
         return NULL;
-    int closure = kmp_name_find(KMP_NAMED(model, closure), kmp_reader_name(r, node->place.file, name));
+    const char *full = kmp_reader_name(r, node->place.file, name);
+    int closure = kmp_name_find(KMP_NAMED(model, closure), full), body = kmp_joint_find(model, full);
+    if (closure < 0 && body >= 0)
+        return size_of_joint(r, node->place, body, what);
     if (closure < 0)
-        kmp_reader_complain(r, node->place, "%s: unknown loop '%s'", what, name);
+        kmp_reader_complain(r, node->place, "%s: unknown loop or joint '%s'", what, name);
     else if (kmp_closure_force_rows(&model->closures[closure]) == 0)
         kmp_reader_complain(r, node->place, "%s: the reaction of a %s has no size that presses surfaces together", what,
                             model->closures[closure].kind);
@@ -166,14 +253,6 @@ static const kmp_expr *read_closure(kmp_reader *r, const kmp_yaml *node, const c
 const kmp_expr *kmp_read_reaction(kmp_reader *r, const kmp_force *force, const kmp_yaml *map, const char *what)
 {
     const kmp_yaml *node = kmp_yaml_get(map, "reaction");
-    const kempe_model *model = r->model;
-    if (node)
-        return read_closure(r, node, what);
-    const kmp_body *body = force->motion >= 0 ? &model->bodies[model->motions[force->motion].body] : NULL;
-    if (body && body->load_count > 0)
-        return size_of(r, body->load_closure, body->load_count);
-    kmp_reader_complain(r, map->place,
-                        "%s: mu needs the reaction of a joint with one coordinate, or of a loop by the key 'reaction'",
-                        what);
-    return NULL;
+    int body = force->motion >= 0 ? r->model->motions[force->motion].body : -1;
+    return node ? read_named(r, node, what) : size_of_joint(r, map->place, body, what);
 }
