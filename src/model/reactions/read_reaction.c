@@ -80,7 +80,7 @@ static bool all_parallel(int count, const double *const axis[], const double e[3
 }
 
 /* Directions in which a joint carries a load, at the beginning of its chain; their number. They are across all its
- * translations. Those of a pin are across its axis. Where rotations come first, they turn none of them. `normal`: of a
+ * translations. Those of a pin are across its axis. Rotations before them must not turn them. `normal`: of a
  * plane mechanism; NULL: it is in space. */
 static int directions_of(const kempe_model *model, const kmp_body *body, const double *normal,
                          double direction[DIRECTIONS][3])
