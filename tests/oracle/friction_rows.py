@@ -86,8 +86,9 @@ class FrictionRows(Comparison):
 
     def reaction(self, item, keys):
         if "reaction" in keys:
-            rows = self.motion.rows[item.scope.full(keys["reaction"])]
-            return np.linalg.norm(self.motion.lambdas[:, rows], axis=1)
+            name = item.scope.full(keys["reaction"])
+            loop = next(closure for closure in self.motion.items if closure.name == name)
+            return np.linalg.norm(self.motion.wrench(loop, self.motion.lambdas[..., None])[:, :3, 0], axis=1)
         return self.across(self.number_of(item))
 
     def levels(self, item):

@@ -8,26 +8,31 @@ KINDS = ("constant", "static", "falling", "joint", "loop")
 
 
 class Linkage:
-    """`document`: the model; `coordinates`: the names of its coordinates, and whether each is a rotation."""
+    """`document`: the model; `rotates`: the names of its coordinates, and whether each is a rotation."""
+
+    shapes, stream = SHAPES, ()
 
     def __init__(self, seed, number, stops=True):
-        self.random = np.random.default_rng([seed, number])
+        self.random = np.random.default_rng([seed, number, *self.stream])
         self.document = {"kempe": 1, "name": f"friction_{seed}_{number}", "ground": {"points": {}}, "bodies": {},
                          "loops": {}, "forces": {}, "start": {"q": {}, "hold": [], "qd": {}}}
         self.rotates, self.kinds = {}, []
-        self.shape = SHAPES[self.random.integers(len(SHAPES))]
-        angle = self.random.uniform(-np.pi, np.pi)
-        g = 0.0 if self.chance(0.1) else 9.81
-        self.document["gravity"] = [self.text(g * np.sin(angle)), self.text(-g * np.cos(angle)), "0"]
+        self.shape = self.shapes[self.random.integers(len(self.shapes))]
+        self.document["gravity"] = [self.text(x) for x in self.draw_gravity()]
         getattr(self, "make_" + self.shape.replace("-", "_"))()
         self.load_joints()
         for k in range(self.random.integers(1, 5)):
             self.add_friction(f"rub{k}")
         forces = [f"force(rub{k})" for k in range(len(self.kinds))]
         if stops:
-            self.random = np.random.default_rng([seed, number, 1])
+            self.random = np.random.default_rng([seed, number, *self.stream, 1])
             forces += [f"{word}({name})" for name in self.add_stops() for word in ("force", "gap")]
         self.document["run"] = {"t_end": 10, "outputs": ["q", "qd", "qdd", "lambda", *forces]}
+
+    def draw_gravity(self):
+        angle = self.random.uniform(-np.pi, np.pi)
+        g = 0.0 if self.chance(0.1) else 9.81
+        return g * np.sin(angle), -g * np.cos(angle), 0.0
 
     def chance(self, p):
         return self.random.random() < p
@@ -143,9 +148,12 @@ class Linkage:
                     keys["damping"] = self.text(self.number(0.01, 0.1))
                 self.document["forces"][f"k_{name}"] = {"joint": name, "spring": keys}
 
+    def kind_of(self, joint):
+        return KINDS[self.random.integers(len(KINDS))]
+
     def add_friction(self, name):
         joint = list(self.rotates)[self.random.integers(len(self.rotates))]
-        kind = KINDS[self.random.integers(len(KINDS))]
+        kind = self.kind_of(joint)
         self.kinds.append(kind)
         effort = "torque" if self.rotates[joint] else "force"
         level = self.number(0.02, 1.5) * (1 if self.rotates[joint] else 3)
