@@ -19,7 +19,7 @@ class Linkage:
         self.rotates, self.kinds = {}, []
         self.shape = self.shapes[self.random.integers(len(self.shapes))]
         self.document["gravity"] = [self.text(x) for x in self.draw_gravity()]
-        getattr(self, "make_" + self.shape.replace("-", "_"))()
+        self.make()
         self.load_joints()
         for k in range(self.random.integers(1, 5)):
             self.add_friction(f"rub{k}")
@@ -28,6 +28,9 @@ class Linkage:
             self.random = np.random.default_rng([seed, number, *self.stream, 1])
             forces += [f"{word}({name})" for name in self.add_stops() for word in ("force", "gap")]
         self.document["run"] = {"t_end": 10, "outputs": ["q", "qd", "qdd", "lambda", *forces]}
+
+    def make(self):
+        getattr(self, "make_" + self.shape.replace("-", "_"))()
 
     def draw_gravity(self):
         angle = self.random.uniform(-np.pi, np.pi)

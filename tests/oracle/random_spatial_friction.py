@@ -8,8 +8,10 @@ import numpy as np
 
 from mechanics import Motion
 from mechanism import Mechanism, normal
-from random_friction import KINDS, Linkage
+from random_friction import Linkage
 from random_loops import rotation
+
+REGULAR = 0.05  # least singular value of the closures by the dependent coordinates: no start is near a change point
 
 
 class SpatialLinkage(Linkage):
@@ -17,6 +19,29 @@ class SpatialLinkage(Linkage):
     second crank (five-bar); of cylindrical joints, with friction in their rotations and their slides."""
 
     shapes, stream = ("universal-four-bar", "ball-four-bar", "slider-crank", "five-bar", "cylinders"), (3,)
+
+    def make(self):
+        """Drawn again where the start is near a change point, at which rates and reactions grow without bound."""
+        for _ in range(100):
+            self.document.update({"ground": {"points": {}}, "bodies": {}, "loops": {}, "start": {"q": {}, "hold": [], "qd": {}}})
+            self.rotates = {}
+            super().make()
+            if self.least_value() > REGULAR:
+                return
+        raise RuntimeError("no regular start is found")
+
+    def least_value(self):
+        motion, built = self.motion()
+        dependent = [k for k, name in enumerate(built.columns) if name not in self.document["start"]["hold"]]
+        values = np.linalg.svd(motion.jacobian[0][:, dependent], compute_uv=False)
+        return values[len(motion.jacobian[0]) - 1]
+
+    def motion(self):
+        """The oracle's mechanism at the start, as far as it is there."""
+        built = Mechanism(self.document, pathlib.Path("."))
+        values = np.array([[float(self.document["start"]["q"][name]) for name in built.columns]])
+        built.q = values
+        return Motion(built, np.zeros(1), values, np.zeros_like(values)), built
 
     def draw_gravity(self):
         g = 0.0 if self.chance(0.1) else 9.81
@@ -67,10 +92,7 @@ class SpatialLinkage(Linkage):
 
     def pose(self, point):
         """Place and axes of a point of a body in ground axes, before the last body is there."""
-        built = Mechanism(self.document, pathlib.Path("."))
-        values = np.array([[float(self.document["start"]["q"][name]) for name in built.columns]])
-        built.q = values
-        motion = Motion(built, np.zeros(1), values, np.zeros_like(values))
+        motion, built = self.motion()
         body, name = point.split(".")
         place, axes = built.body(body).points[name]
         number = built.body(body).number
