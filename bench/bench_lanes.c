@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A table of models: how many of the instances of an ensemble run in lanes, and why the others do not. The first
  * parameter that may vary differs among the instances by up to 0.1 %; models without one have equal instances. The
- * distance is the largest of coordinates and rates at the end from those of a separate run, beside their size.
+ * distance is the largest of coordinates and rates at the end from those of a separate run, beside their size. It
+ * counts the instances of which both runs come to the end.
  *
  *     bench_lanes PART MODEL..      PART: of the time of each model's run */
 #include "base/memory.h"
@@ -46,12 +47,14 @@ static const char *vary(const kempe_model *model, double *value)
     return NULL;
 }
 
-/* Largest distance of numbers at the end, beside their size. */
-static double distance(int count, const double *a, const double *b)
+/* Largest distance of numbers at the end, beside their size, of instances whose results are both good. */
+static double distance(int n, const kmp_ensemble_result *results, const double *a, const kmp_ensemble_result *others,
+                       const double *b)
 {
     double worst = 0;
-    for (int k = 0; k < count; k++)
-        if (!(fabs(a[k] - b[k]) / fmax(1, fabs(b[k])) <= worst))
+    for (int k = 0; k < COUNT * n; k++)
+        if (results[k / n].status == KEMPE_OK && others[k / n].status == KEMPE_OK &&
+            !(fabs(a[k] - b[k]) / fmax(1, fabs(b[k])) <= worst))
             worst = fabs(a[k] - b[k]) / fmax(1, fabs(b[k]));
     return worst;
 }
@@ -95,7 +98,10 @@ static void run(const char *path, double part)
         if (q && kmp_ensemble_run(e, &spec, &how, COUNT, values, results, q, q + COUNT * s->n) == KEMPE_OK) {
             const kmp_ensemble_execution alone = {.threads = 1, .alone = true};
             (void)kmp_ensemble_run(e, &spec, &alone, COUNT, values, compared, other, other + COUNT * s->n);
-            report(name, s->n, results, distance(size, q, other));
+            int half = COUNT * s->n;
+            report(name, s->n, results,
+                   fmax(distance(s->n, results, q, compared, other),
+                        distance(s->n, results, q + half, compared, other + half)));
             for (int i = 0; i < COUNT; i++) {
                 kmp_free(results[i].reason);
                 kmp_free(compared[i].reason);

@@ -253,6 +253,9 @@
 /** Below CENTRED, a joint's angles are centred before a run continues; below TURNED, assembly centres them. Below WEAK,
  * fixed angles are reported as singular; below LOST, derivatives by the angles have lost too many digits. */
 #define KMP_AXES_CENTRED 0.4
+/** Above this, lanes take an instance back: the user's angles have left their singular position by so much that they do
+ * not return to it at once. */
+#define KMP_AXES_RESUMED 0.6
 #define KMP_AXES_TURNED  0.1
 #define KMP_AXES_WEAK    0.05
 #define KMP_AXES_LOST    0.02

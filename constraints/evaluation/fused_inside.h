@@ -4,7 +4,8 @@
 
 #include "constraints/evaluation/written_blocks.h"
 
-enum { KMP_FUSED_FREEDOMS = 8 }; /* bound: independent coordinates */
+/* Bounds: independent coordinates in one run, for which the solved program is better beyond; of any program. */
+enum { KMP_FUSED_FREEDOMS = 8, KMP_FUSED_MOST = 48 };
 
 /* Stages: where it is asked for, the correction dv of v, and the angles by which it turns sines and cosines; then, at v
  * + dv, qd of v from (t, q) and qd of u; udd, then the pivots of the reduced mass; values for the end of a step.
@@ -14,7 +15,7 @@ enum { KMP_FUSED_CLOSE = 1, KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS, KMP_FUSED_
 
 /* Outputs of the last stage: the multipliers of the elimination in the blocks, a pivot or determinant for each factor
  * of det Jv, h, J, h_t if there is one, Bvu, the correction of v; with KMP_FUSED_CLOSE also the parts of qd and qdd of
- * v that do not depend on ud and udd. */
+ * v that do not depend on ud and udd. On request the second of these alone. */
 typedef struct kmp_fused_layout {
     int multipliers, pivots, turns;
     double *factor; /* of each multiplier: its factor from row scaling; always owned by the caller */
@@ -27,6 +28,7 @@ typedef struct kmp_fused_plan {
     bool power;              /* power of non-conservative forces, after the pivots of the reduced mass */
     bool closes;             /* with KMP_FUSED_CLOSE */
     bool drives;             /* the power has that of closures that move in time */
+    bool curvature;          /* the last stage ends with the part of qdd of v that does not depend on udd */
 } kmp_fused_plan;
 
 /** Writes the program; NULL: no memory. */

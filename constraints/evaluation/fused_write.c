@@ -82,8 +82,8 @@ static void make_mx(maker *k)
 }
 
 /* Mr = X' M X, lower triangle, and -Fr = -X' C - (M X)' a0. */
-static void make_reduced(maker *k, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS],
-                         kmp_ref force[KMP_FUSED_FREEDOMS])
+static void make_reduced(maker *k, kmp_ref mr[KMP_FUSED_MOST][KMP_FUSED_MOST],
+                         kmp_ref force[KMP_FUSED_MOST])
 {
     for (int c = 0; c < k->p; c++) {
         force[c] = KMP_ZERO;
@@ -102,10 +102,10 @@ static void make_reduced(maker *k, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREE
 }
 
 /* Factors Mr = L D L' in place and solves for udd in `force`. The pivots D are returned, too. */
-static void solve_reduced(maker *k, kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], kmp_ref *force, kmp_ref *pivot)
+static void solve_reduced(maker *k, kmp_ref mr[KMP_FUSED_MOST][KMP_FUSED_MOST], kmp_ref *force, kmp_ref *pivot)
 {
     kmp_graph *g = k->g;
-    kmp_ref inverse[KMP_FUSED_FREEDOMS] = {0};
+    kmp_ref inverse[KMP_FUSED_MOST] = {0};
     for (int j = 0; j < k->p; j++) {
         pivot[j] = mr[j][j];
         inverse[j] = kmp_div(g, KMP_ONE, pivot[j]);
@@ -218,16 +218,16 @@ static kmp_program *schedule(maker *k, const kmp_ref *end)
         for (int i = 0; i < k->r; i++)
             kmp_written_put(w, 1, &k->b[i * k->p + c]);
     kmp_written_put(w, k->r, k->dv);
-    if (k->plan->closes) {
+    if (k->plan->closes)
         kmp_written_put(w, k->r, k->x_t);
+    if (k->plan->closes || k->plan->curvature)
         kmp_written_put(w, k->r, k->a0);
-    }
     return kmp_written_program(w);
 }
 
 static kmp_program *write_program(maker *k)
 {
-    kmp_ref mr[KMP_FUSED_FREEDOMS][KMP_FUSED_FREEDOMS], end[2 * KMP_FUSED_FREEDOMS];
+    kmp_ref mr[KMP_FUSED_MOST][KMP_FUSED_MOST], end[2 * KMP_FUSED_MOST];
     select_rows(k, k->w.h, k->h);
     if (k->h_t)
         select_rows(k, k->w.h_t, k->h_t);

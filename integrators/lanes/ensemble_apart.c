@@ -2,6 +2,7 @@
 /* Separate runs of an instance: from its start to its end if lanes cannot run it; or from where a lane left it to where
  * lanes can take it back. A part begins and ends where the instance alone says so. */
 #include "base/memory.h"
+#include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/run/runner.h"
@@ -40,6 +41,8 @@ static kempe_status finish(kmp_engine *e, int i, kmp_runner *run, kempe_status s
     result->reason = report.reason;
     result->t = report.t;
     add_work(result, &report);
+    if (run->eval)
+        kmp_eval_set_modes(e->eval, kmp_runner_modes(run));
     if (row && run->solver && kmp_runner_row(run, report.t, row, &work) == KEMPE_OK) {
         kmp_eval_closure(e->eval, report.t, row);
         kmp_instance_judge(e, i, report.t, row, row + e->n, work);
@@ -97,16 +100,27 @@ typedef struct part_state {
     double margin;       /* the last pivot of J over its usual size at the last look; -1: none yet */
 } part_state;
 
-/* True if lanes can take the instance back at the end of the last step: the usual formulation runs in the user's own
- * coordinates, and the closures recede from a change point. Sets the row and the partition there. */
+/* True if the user's angles of all spherical joints are far from their singular positions. */
+static bool has_regular_angles(const kmp_engine *e, const double *q)
+{
+    for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
+        if (kmp_chart_regular(e->s, c, q) < KMP_AXES_RESUMED)
+            return false;
+    return true;
+}
+
+/* True if lanes can take the instance back at the end of the last step: the usual formulation runs, the user's own
+ * coordinates are good, and the closures recede from a change point. Sets the row and the partition there. */
 static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_state *part, bool *returns)
 {
     kmp_instance *x = &e->instances[i];
     double t = kmp_runner_t(run), before = part->margin;
     *returns = false;
-    if (run->near_singular || run->walks || run->at_event || run->centrings > 0)
+    if (run->near_singular || run->walks || run->at_event)
         return KEMPE_OK;
     KMP_TRY(kmp_runner_row(run, t, part->row, &part->work));
+    if (!has_regular_angles(e, part->row))
+        return KEMPE_OK;
     kmp_eval_closure(e->eval, t, part->row);
     kmp_partition_free(&part->found);
     KMP_TRY(kmp_partition_of_rank(&part->found, e->s, e->eval->jacobian, rank, NULL, 0));
@@ -144,6 +158,10 @@ static kempe_status come_back(kmp_engine *e, int i, kmp_runner *run, part_state 
     x->tries = 0;
     x->seen_t = x->corrected_t = -1;
     x->pace = 0;
+    if (e->conditions) {
+        memcpy(x->mode, kmp_runner_modes(run), (size_t)e->s->events.count * sizeof *x->mode);
+        memcpy(x->past, run->crossing->past, (size_t)e->s->events.count * sizeof *x->past);
+    }
     kmp_present_inputs_copy(&x->inputs, kmp_runner_inputs(run));
     if (e->s->dissipative)
         x->y[e->n + part->found.p] = part->work;
@@ -167,6 +185,7 @@ static kempe_status begin(kmp_engine *e, int i, double margin, kmp_run_spec *spe
     spec->first_step = x->has_step ? x->h : 0;
     spec->inputs_start = &x->inputs;
     spec->u_count = margin > 0 ? 0 : e->spec.u_count;
+    spec->mode_start = e->conditions ? x->mode : NULL;
     kempe_status status = kmp_runner_new(e->s, spec, a, run);
     kempe_assembly_free(a);
     if (status == KEMPE_OK && margin > 0) /* as in the steps before */
@@ -175,6 +194,8 @@ static kempe_status begin(kmp_engine *e, int i, double margin, kmp_run_spec *spe
         x->usual *= (*run)->margin.usual / (*run)->margin.last;
     if (status == KEMPE_OK)
         x->rate_scale = kmp_runner_rate_scale(*run);
+    if (status == KEMPE_OK && e->conditions)
+        memcpy((*run)->crossing->past, x->past, (size_t)e->s->events.count * sizeof *x->past);
     return status;
 }
 
@@ -190,7 +211,7 @@ static kempe_status run_part(kmp_engine *e, int i, int rank, double margin, part
         status = advance(e, i, run, rank, part, &returns);
     if (status == KEMPE_OK && returns) {
         status = come_back(e, i, run, part);
-    } else if (status == KEMPE_OK) {
+    } else if (status == KEMPE_OK || (status == KEMPE_STOPPED && run && kmp_runner_ended(run))) {
         e->results[i].parts++;
         status = finish(e, i, run, status);
         kmp_engine_count(e);

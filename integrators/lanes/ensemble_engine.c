@@ -71,6 +71,11 @@ void kmp_engine_free(kmp_engine *e)
 
 /* -- a run ------------------------------------------------------------------------------------------- */
 
+static bool make_lanes(kmp_engine *e, int width)
+{
+    return kmp_lane_room_init(e, width) && kmp_within_init(e) && kmp_conditions_init(e);
+}
+
 kempe_status kmp_engine_begin(kmp_engine *e, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
                               kmp_ensemble_done *all)
 {
@@ -82,7 +87,7 @@ kempe_status kmp_engine_begin(kmp_engine *e, const kmp_run_spec *spec, const kmp
     e->work = (kmp_ensemble_work){.width = width};
     e->eval = kmp_eval_new(e->s, "tape");
     e->state = KMP_ARENA_NEW(&e->run_arena, double, 4 * e->n);
-    bool ok = e->eval && e->state && (kmp_engine_no_lanes(e) || kmp_lane_room_init(e, width)) && kmp_measuring_init(e);
+    bool ok = e->eval && e->state && (kmp_engine_no_lanes(e) || make_lanes(e, width)) && kmp_measuring_init(e);
     return kmp_made(e->context, ok);
 }
 
@@ -94,6 +99,7 @@ void kmp_engine_end(kmp_engine *e)
     e->pools = NULL;
     e->pool_count = 0;
     kmp_measuring_free(e);
+    kmp_conditions_free(e);
     kmp_eval_free(e->eval);
     kmp_arena_free(&e->run_arena);
     e->eval = NULL;
@@ -112,11 +118,13 @@ void kmp_engine_count(kmp_engine *e)
 static kempe_status prepare(kmp_engine *e)
 {
     kmp_arena *a = &e->arena;
-    int size = kmp_lane_most(e);
+    int size = kmp_lane_most(e), events = e->s->events.count;
     e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
     for (int i = 0; i < e->count && !a->failed; i++) {
         kmp_instance *x = &e->instances[i];
-        (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, size, &x->y, &x->dy),
+        (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, size, &x->y, &x->dy), KMP_ROOM(double, events, &x->mode),
+                             KMP_ROOM(kmp_condition_past, events, &x->past),
+                             KMP_ROOM(double, e->s->changes_by_rates ? e->n : 0, &x->vdd),
                              KMP_ROOM(double, e->parameters + e->n + e->m, &x->constants.numbers));
         (void)kmp_present_inputs_init(&x->inputs, a, e->s->model);
         x->inputs.held = true;

@@ -11,6 +11,7 @@
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
 #include "integrators/lanes/ensemble_run.h"
+#include "integrators/run/events.h"
 #include "integrators/run/work_bound.h"
 #include "integrators/steppers/rk.h"
 #include "model/variant.h"
@@ -19,7 +20,11 @@
 struct kmp_dop853_step;
 
 enum {
-    KMP_LANE_ROWS = 31, /* bound of the lanes; beyond it: separate runs */
+    /* Bounds of the lanes; beyond them: separate runs. Lanes of a tree of 29 coordinates are 1.4 times as fast as
+     * these, of 40 coordinates 0.9 times; with closures a right-hand side of separate runs takes more. */
+    KMP_LANE_ROWS = 127,
+    KMP_LANE_TREE = 32,
+    KMP_LANE_FREEDOMS = KMP_FUSED_MOST,
     KMP_POOLS_KEPT = 64 /* beyond them, an idle one makes room for a new one */
 };
 
@@ -29,13 +34,19 @@ typedef struct kmp_system_constants {
     double length, reach;
 } kmp_system_constants;
 
+/** Signs of the blocks of Jv: one bit for each. */
+typedef struct kmp_lane_signs {
+    bool known;
+    uint64_t negative[(KMP_LANE_ROWS + 64) / 64];
+} kmp_lane_signs;
+
 /** An instance between its steps, outside the lanes. */
 typedef struct kmp_instance {
-    int next;       /* in the queue of its pool; -1: the last one */
-    bool has_slope; /* dy is f(t, y) */
-    bool has_step;  /* h is the next step, otherwise it is chosen */
-    bool rejected;  /* members as in struct kmp_rk */
-    uint32_t signs; /* one bit per block of Jv since the start or the last exchange, and one more; 0: not known yet */
+    int next;             /* in the queue of its pool; -1: the last one */
+    bool has_slope;       /* dy is f(t, y) */
+    bool has_step;        /* h is the next step, otherwise it is chosen */
+    bool rejected;        /* members as in struct kmp_rk */
+    kmp_lane_signs signs; /* of the blocks of Jv since the start or the last exchange */
     int hopeless;
     double corrected, corrected_t; /* the last correction of v in weights, and the beginning of its step */
     kmp_work_bound bound;
@@ -48,6 +59,9 @@ typedef struct kmp_instance {
     double pace;                /* the proposed step, if steps that end at samples are shorter; 0: they are not */
     kmp_present_inputs inputs;  /* during its present step */
     double *y, *dy;             /* size */
+    double *vdd;                /* r: accelerations of v there, where conditions need them */
+    double *mode;               /* of each condition */
+    kmp_condition_past *past;   /* the same */
     kmp_system_constants constants;
 } kmp_instance;
 
@@ -85,10 +99,28 @@ typedef struct kmp_lane_room {
     double *k[17];                                          /* size, as published: 1 to 13; for dense output to 16 */
     double *scale;                                          /* n */
     double *row_scale;                                      /* m */
+    double *square;                                         /* m x n, of one lane */
+    double *vdd, *vdd_new;                                  /* n, where conditions need them */
+    double event[KMP_LANES_MOST];                           /* time of one within the step */
+    bool dense_bad[KMP_LANES_MOST];                         /* the dense output of the present step is not available */
     double *at;                                             /* time of an evaluation, then the inputs there */
     bool anew;                                              /* the slope of some lane is to be evaluated again */
     int out[KMP_LANES_MOST], out_count;                     /* instances that have left for a separate run */
 } kmp_lane_room;
+
+enum { KMP_LANE_VECTORS = 8 }; /* of the interpolant */
+
+/** The lane whose states within its present step are asked for. */
+typedef struct kmp_lane_within {
+    kmp_pool *pool;
+    size_t lane;
+    bool current;                     /* its instance is the current one */
+    bool ready;                       /* the interpolant is known */
+    double *vector[KMP_LANE_VECTORS]; /* size: the interpolant */
+    double *y, *udd;                  /* size: unknowns; their second derivatives */
+} kmp_lane_within;
+
+typedef struct kmp_lane_conditions kmp_lane_conditions;
 
 /** One thread's share of an ensemble: a system of its own and its lanes. It runs one chunk of instances after another.
  */
@@ -118,6 +150,8 @@ typedef struct kmp_engine {
     kmp_ensemble_work work;
     int pool_count;
     struct kmp_measuring *measuring; /* of quantities; NULL: there are none */
+    kmp_lane_within within;
+    kmp_lane_conditions *conditions; /* NULL: there are none */
 
     /* of a chunk */
     int count;
@@ -161,6 +195,8 @@ const char *kmp_engine_no_lanes(const kmp_engine *e);
 kempe_status kmp_instance_start(kmp_engine *e, int i);
 /** Makes the next choice of u of an instance, from t and y. */
 kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i);
+/** Goes on with the choice of u of an instance from e->state at its time. */
+kempe_status kmp_instance_resume(kmp_engine *e, kmp_pool *from, int i);
 /** Makes the next choice of independent rows of an instance, from t and y. */
 kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_pool *from, int i);
 /** Keeps the choice of u of an instance with another order of elimination that is good at t and y. */
@@ -191,6 +227,68 @@ void kmp_instance_current(kmp_engine *e, const kmp_instance *x);
  * loops if `closed`. false: Jv is singular. */
 bool kmp_instance_state(kmp_engine *e, kmp_pool *pool, double t, const double *y, double *q, double *qd, bool closed);
 
+/* ensemble_within.c: states within the present step of a lane */
+
+#define KMP_LANE_SINGULAR_ANGLES "a spherical joint near the singular position of its angles"
+#define KMP_LANE_NO_STATES       "states between steps that are not available"
+
+/** Makes what an engine needs for them; false: no memory. */
+bool kmp_within_init(kmp_engine *e);
+
+/** Takes up a lane whose stages are all known. kmp_within_is_exact: false if its interpolant is less exact than the
+ * step, where a run would integrate anew. */
+void kmp_within_begin(kmp_engine *e, kmp_pool *pool, size_t lane);
+bool kmp_within_is_exact(kmp_engine *e);
+
+/** Makes the instance of that lane the current one with the inputs of its step, if it is not; then takes these back. */
+void kmp_within_stand(kmp_engine *e);
+void kmp_within_end(kmp_engine *e);
+
+/** The state at t within the step of that lane: q, qd, and, if `rates`, qdd and lambda. false: it is not available. */
+bool kmp_within_state(kmp_engine *e, double t, bool rates, double *q, double *qd, double *qdd, double *lambda);
+
+/** Accelerations and multipliers of a state of a pool, after kmp_instance_state. */
+bool kmp_instance_complete(kmp_engine *e, kmp_pool *pool, const double *qd, double *qdd, double *lambda);
+
+/** Gives the evaluator the inputs of a step; NULL: takes them back. */
+void kmp_engine_hold_inputs(kmp_engine *e, const kmp_present_inputs *inputs);
+
+/* ensemble_conditions.c: conditions of instances */
+
+/** Reason why lanes cannot watch the conditions of a system; NULL: they can. */
+const char *kmp_conditions_no_lanes(const kempe_system *system);
+
+/** Makes what an engine needs for them; false: no memory. */
+bool kmp_conditions_init(kmp_engine *e);
+void kmp_conditions_free(kmp_engine *e);
+
+/** Sets the conditions of the current instance by its start. false: one ends the run there. */
+bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double *q, const double *qd);
+
+/** Keeps the evaluator's conditions as those of the current instance. */
+void kmp_instance_keep_modes(const kmp_engine *e, kmp_instance *x);
+
+/** Gives the programs of a lane the numbers and conditions of its instance; evaluates what depends on the numbers
+ * alone; gives the conditions again. */
+void kmp_lane_conditions_load(kmp_engine *e, kmp_pool *pool, size_t lane);
+void kmp_conditions_constants(kmp_engine *e);
+void kmp_lane_set_modes(kmp_engine *e, kmp_pool *pool, size_t lane);
+
+/** Evaluates the conditions at one end of the steps of all lanes, 0 or 1, whose times are in the room. */
+void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int end, const double *y, const double *slope,
+                          const double *vdd);
+
+/** True if the ends of a lane's step decide that no condition changes within it. */
+bool kmp_lane_is_clear(kmp_engine *e, size_t lane);
+
+/** Searches the step of the lane of kmp_within_begin: *found, at *t. Returns the reason why lanes do not pass the
+ * event, or cannot search; NULL: they can. */
+const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found);
+
+/** Changes the conditions of that lane at its event: the instance then has the time, the conditions and the work
+ * there, e->state the closed state. false: conditions change without end. */
+bool kmp_lane_pass_event(kmp_engine *e, double t);
+
 /* ensemble_measure.c: quantities of instances */
 
 /** Makes what an engine needs for the quantities of its run, and the accounts of a chunk. false: no memory. */
@@ -217,6 +315,12 @@ bool kmp_lanes_may_pass(const kmp_engine *e, const kmp_pool *pool);
 /** Prepares the interpolants of the present steps of all lanes, from all stages, or `rough` from both ends alone. */
 void kmp_lanes_prepare(kmp_engine *e, bool rough);
 
+/** Gives the programs of the quantities the conditions of the instance in a lane. */
+void kmp_lane_measured_modes(kmp_engine *e, const kmp_pool *pool, size_t lane, const double *mode);
+
+/** Rows of all lanes, q then qd, from the unknowns and their slopes. */
+void kmp_lanes_spread(const kmp_engine *e, const kmp_pool *pool, const double *y, const double *slope, double *rows);
+
 /** The number of points within a step whose states lanes evaluate together; 0: none. The unknowns of all lanes at a
  * point, and its place in the step, 0 to 1; then, with the slopes there, the quantities. */
 int kmp_lanes_points(const kmp_engine *e, const kmp_pool *pool);
@@ -227,8 +331,9 @@ void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const doub
  * measured. */
 bool kmp_lane_pass(kmp_engine *e, const kmp_pool *pool, size_t lane);
 
-/** Takes the step of a lane that is about to be accepted into account. false: some state within it is not available. */
-bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t lane);
+/** Takes the step of a lane that is about to be accepted into account, up to t. false: some state within it is not
+ * available. */
+bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t lane, double t);
 
 /** Takes the last step of a separate run into account. false: as above. */
 bool kmp_run_measure(kmp_engine *e, int i, kmp_runner *run);

@@ -10,10 +10,11 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_TRIES = 1000, MOST_COLUMNS = KMP_LANE_ROWS + KMP_FUSED_FREEDOMS };
+enum { MOST_TRIES = 1000, MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
 
 /* Result of an attempt in a lane. */
-typedef enum outcome { EMPTY, TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
+/* EVENT: taken up to an event within it. */
+typedef enum outcome { EMPTY, TAKEN, EVENT, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
 
 /* -- room -------------------------------------------------------------------------------------------- */
 
@@ -28,10 +29,16 @@ bool kmp_lane_room_init(kmp_engine *e, int width)
     double **vectors[] = {&room->y, &room->y_new, &room->stage, &room->weight, &room->atol};
     for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
         *vectors[k] = kmp_arena_aligned(a, w * size);
-    for (size_t k = 1; k <= (kmp_measures_steps(e) ? 16 : 13); k++)
+    for (size_t k = 1; k <= (kmp_measures_steps(e) || e->s->events.count > 0 ? 16 : 13); k++)
         room->k[k] = kmp_arena_aligned(a, w * size);
     room->scale = kmp_arena_aligned(a, w * n);
+    room->vdd = room->vdd_new = NULL;
+    if (e->s->changes_by_rates) {
+        room->vdd = kmp_arena_aligned(a, w * n);
+        room->vdd_new = kmp_arena_aligned(a, w * n);
+    }
     room->row_scale = kmp_arena_aligned(a, w * m);
+    room->square = KMP_ARENA_NEW(a, double, m *n);
     room->at = kmp_arena_aligned(a, w * (1 + KMP_TIME_NUMBERS * (size_t)e->s->model->input_count));
     return !a->failed;
 }
@@ -102,7 +109,10 @@ static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     if (e->s->dissipative)
         atol[(size_t)(2 * e->p + e->r) * w] = KMP_UNCONTROLLED;
     kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants.numbers);
+    for (int k = 0; room->vdd && k < e->r; k++)
+        room->vdd[(size_t)k * w + l] = x->vdd[k];
     kmp_lane_constants(e, pool, l);
+    kmp_lane_conditions_load(e, pool, l);
 }
 
 /* Copies the state of a lane to its instance. */
@@ -116,6 +126,8 @@ static void store(kmp_engine *e, size_t l)
         x->y[k] = room->y[(size_t)k * room->w + l];
         x->dy[k] = room->k[1][(size_t)k * room->w + l];
     }
+    for (int k = 0; room->vdd && k < e->r; k++)
+        x->vdd[k] = room->vdd[(size_t)k * room->w + l];
 }
 
 static void empty(kmp_lane_room *room, size_t l)
@@ -196,18 +208,38 @@ static void choose_steps(kmp_engine *e, kmp_pool *pool)
     }
 }
 
-/* Bit b is the sign of block b; one more bit marks the signs as known. */
-static uint32_t signs_of(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l)
+static kmp_lane_signs signs_of(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l)
 {
-    uint32_t signs = (uint32_t)1 << KMP_LANE_ROWS;
+    kmp_lane_signs signs = {.known = true};
     for (int k = 0; k < pool->layout.pivots; k++)
-        signs ^= (uint32_t)(pivot[(size_t)k * e->room.w + l] < 0) << pool->pivot_block[k];
+        signs.negative[pool->pivot_block[k] / 64] ^= (uint64_t)(pivot[(size_t)k * e->room.w + l] < 0)
+                                                     << pool->pivot_block[k] % 64;
     return signs;
+}
+
+static bool same_signs(const kmp_lane_signs *a, const kmp_lane_signs *b)
+{
+    return a->known == b->known && memcmp(a->negative, b->negative, sizeof a->negative) == 0;
 }
 
 static const double *pivots_of(const kmp_engine *e, const kmp_pool *pool, const double *end)
 {
     return end + (size_t)pool->layout.multipliers * e->room.w;
+}
+
+/* Accelerations of v from the slopes and the values of the last stage there: Bvu udd and the part that does not depend
+ * on udd. */
+static void find_accelerations(const kmp_engine *e, const kmp_pool *pool, const double *end, const double *slope,
+                               double *vdd)
+{
+    size_t w = e->room.w, p = (size_t)e->p, r = (size_t)e->r;
+    size_t closures = (size_t)(e->s->jacobian.count + (e->s->rheonomic ? 2 : 1) * e->m);
+    const double *b = end + (size_t)(pool->layout.multipliers + pool->layout.pivots) * w + closures * w;
+    const double *a0 = b + (p * r + r) * w, *udd = slope + p * w;
+    memcpy(vdd, a0, r * w * sizeof *vdd);
+    for (size_t c = 0; c < p; c++)
+        for (size_t k = 0; k < r * w; k++)
+            vdd[k] += b[c * r * w + k] * udd[c * w + k % w];
 }
 
 /* Computes slopes, signs and first steps of new lanes. */
@@ -219,12 +251,15 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
         room->step[l] = room->bad[l] = 0;
     (void)kmp_lanes_run(pool->lanes, KMP_STAGE_PARAMETERS);
     kmp_lanes_constants(e, pool);
+    kmp_conditions_constants(e);
     set_times(room, 0);
     evaluate(e, pool, room->y, room->k[2]);
-    const double *pivot = pivots_of(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END));
+    const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_END), *pivot = pivots_of(e, pool, end);
+    if (room->vdd)
+        find_accelerations(e, pool, end, room->k[2], room->vdd_new);
     for (size_t l = 0; l < room->w; l++) {
         kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
-        if (!x || x->signs != 0)
+        if (!x || x->signs.known)
             continue;
         if (room->bad[l] != 0) {
             expel(e, l, "a right-hand side that cannot be evaluated");
@@ -232,6 +267,8 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
         }
         x->signs = signs_of(e, pool, pivot, l);
         x->pivot = 0;
+        for (size_t k = l; room->vdd && k < (size_t)e->r * room->w; k += room->w)
+            room->vdd[k] = room->vdd_new[k];
         if (x->has_slope)
             continue;
         for (size_t k = l; k < (size_t)e->size * room->w; k += room->w)
@@ -335,7 +372,7 @@ static double margin_of(kmp_engine *e, const watched *x, size_t l)
     const kmp_lane_room *room = &e->room;
     const kmp_pattern *pattern = &e->s->jacobian;
     kmp_instance *y = &e->instances[room->who[l]];
-    double a[KMP_LANE_ROWS * MOST_COLUMNS], largest[MOST_COLUMNS], pivots[KMP_LANE_ROWS];
+    double *a = room->square, largest[MOST_COLUMNS], pivots[KMP_LANE_ROWS];
     int rows[KMP_LANE_ROWS], columns[MOST_COLUMNS];
     memset(a, 0, (size_t)(e->m * e->n) * sizeof *a);
     for (int k = 0; k < pattern->count; k++) {
@@ -365,7 +402,7 @@ static double entry_of(const kmp_engine *e, const watched *x, size_t l, int row,
 static double dependence_of(const kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
 {
     const kmp_partition *part = &pool->part;
-    double a[KMP_LANE_ROWS * KMP_LANE_ROWS], t[KMP_LANE_ROWS], most = 0;
+    double *a = e->room.square, t[KMP_LANE_ROWS], most = 0;
     int pivot[KMP_LANE_ROWS], r = part->r;
     for (int i = 0; i < r; i++)
         for (int j = 0; j < r; j++) /* transposed */
@@ -427,7 +464,8 @@ static bool consents(kmp_engine *e, const kmp_pool *pool, watched *x, size_t l)
         for (int i = 0; i < e->r; i++)
             room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
     }
-    if (signs_of(e, pool, x->pivot, l) != y->signs)
+    kmp_lane_signs signs = signs_of(e, pool, x->pivot, l);
+    if (!same_signs(&signs, &y->signs))
         return false;
     bool well = looks_well(e, x, l);
     x->margin[l] = well ? INFINITY : margin_of(e, x, l);
@@ -501,7 +539,7 @@ static const char *pass_sample(kmp_engine *e, size_t l)
     room->h[l] = x->pace = fmax(room->h[l], x->pace);
     x->error_old = KMP_RK_ERROR_FLOOR;
     x->has_slope = false;
-    x->signs = 0;
+    x->signs.known = false;
     room->anew = true;
     return NULL;
 }
@@ -552,34 +590,101 @@ static int find_measured(kmp_engine *e, kmp_pool *pool, const outcome *what, boo
         sample_end(e, pool, last, room->y_new, room->k[13]);
     }
     for (size_t l = 0; l < room->w; l++) {
-        measured[l] = what[l] == TAKEN && !(may_pass && room->bad[l] == 0 && kmp_lane_pass(e, pool, l));
+        measured[l] =
+            what[l] == EVENT || (what[l] == TAKEN && !(may_pass && room->bad[l] == 0 && kmp_lane_pass(e, pool, l)));
         count += measured[l];
         room->bad[l] = 0;
     }
     return count;
 }
 
-/* Takes the accepted steps into the accounts of their instances. */
-static void measure(kmp_engine *e, kmp_pool *pool, outcome *what)
+/* The stages of the dense output. */
+static void run_dense_stages(kmp_engine *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
     double **k = room->k;
+    KMP_DOP853_DENSE_STAGES(STAGE, k);
+    for (size_t l = 0; l < room->w; l++) {
+        room->dense_bad[l] = room->bad[l] != 0;
+        room->bad[l] = 0;
+    }
+}
+
+/* Searches the step of a lane for an event. */
+static outcome find_event(kmp_engine *e, kmp_pool *pool, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    const char *why = KMP_LANE_NO_STATES;
+    bool found = false;
+    kmp_within_begin(e, pool, l);
+    if (!room->dense_bad[l] && kmp_within_is_exact(e))
+        why = kmp_lane_find_event(e, &room->event[l], &found);
+    kmp_within_end(e);
+    if (why) {
+        room->h[l] = room->step[l];
+        expel(e, l, why);
+        return EMPTY;
+    }
+    if (!found)
+        kmp_lane_set_modes(e, pool, l);
+    return found ? EVENT : TAKEN;
+}
+
+/* Finds the steps within which conditions change; `searched`: lanes whose stages of the dense output are counted.
+ * Returns true if these stages are known. */
+static bool watch_conditions(kmp_engine *e, kmp_pool *pool, const watched *seen, outcome *what, bool *searched)
+{
+    kmp_lane_room *room = &e->room;
+    double **k = room->k;
+    bool dense = false;
+    if (room->vdd)
+        find_accelerations(e, pool, seen->multiplier, k[13], room->vdd_new);
+    for (size_t l = 0; l < room->w; l++)
+        room->at[l] = room->t_new[l];
+    put_inputs(e);
+    kmp_lanes_conditions(e, pool, 1, room->y_new, k[13], room->vdd_new);
+    set_times(room, 0);
+    put_inputs(e);
+    kmp_lanes_conditions(e, pool, 0, room->y, k[1], room->vdd);
+    for (size_t l = 0; l < room->w; l++) {
+        searched[l] = what[l] == TAKEN && !kmp_lane_is_clear(e, l);
+        dense = dense || searched[l];
+    }
+    if (!dense)
+        return false;
+    run_dense_stages(e, pool);
+    for (size_t l = 0; l < room->w; l++) {
+        if (!searched[l])
+            continue;
+        e->results[room->who[l]].rhs += 3;
+        what[l] = find_event(e, pool, l);
+    }
+    return true;
+}
+
+/* Takes the accepted steps into the accounts of their instances; `searched`: lanes whose stages of the dense output are
+ * counted, NULL: these are not known. */
+static void measure(kmp_engine *e, kmp_pool *pool, const bool *searched, outcome *what)
+{
+    kmp_lane_room *room = &e->room;
     bool measured[KMP_LANES_MOST];
     if (find_measured(e, pool, what, measured) == 0)
         return;
-    KMP_DOP853_DENSE_STAGES(STAGE, k);
+    if (!searched)
+        run_dense_stages(e, pool);
     kmp_lanes_prepare(e, false);
     for (int point = 0; point < kmp_lanes_points(e, pool); point++)
         sample(e, pool, point);
     for (size_t l = 0; l < room->w; l++) {
-        bool bad = room->bad[l] != 0;
+        bool bad = room->bad[l] != 0 || room->dense_bad[l];
         room->bad[l] = 0;
         if (!measured[l])
             continue;
-        e->results[room->who[l]].rhs += 3;
-        if (!bad && kmp_lane_measure(e, pool, l))
+        e->results[room->who[l]].rhs += searched && searched[l] ? 0 : 3;
+        double end = what[l] == EVENT ? room->event[l] : room->t_new[l];
+        if (!(end > room->t[l]) || (!bad && kmp_lane_measure(e, pool, l, end)))
             continue;
-        kmp_instance_leave(e, room->who[l], "states between steps that are not available");
+        kmp_instance_leave(e, room->who[l], KMP_LANE_NO_STATES);
         empty(room, l); /* a run from the start makes its account anew */
         what[l] = EMPTY;
     }
@@ -610,7 +715,7 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, siz
                       : collapsed                                       ? "a step size that becomes too small"
                       : slow                                            ? "too much work"
                       : e->m > e->r && !dropped_close(e, pool, seen, l) ? "redundant closure rows that do not close"
-                      : is_uncentred(e, pool, l) ? "a spherical joint near the singular position of its angles"
+                      : is_uncentred(e, pool, l)                        ? KMP_LANE_SINGULAR_ANGLES
                       : e->r > 0 && nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point during the run"
                                                                                     : NULL;
     bool changes = !through && !why && e->m > e->r && seen->rows[l] > KMP_ROWS_OUT;
@@ -630,6 +735,31 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, siz
     return changes     ? kmp_instance_change_rows(e, pool, i)
            : exchanges ? kmp_instance_exchange(e, pool, i)
                        : kmp_instance_reorder(e, pool, i);
+}
+
+/* Passes the event of a lane: the instance goes on from there with other conditions and the same step size. */
+static kempe_status pass_event(kmp_engine *e, kmp_pool *pool, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    int i = room->who[l];
+    kmp_instance *x = &e->instances[i];
+    kmp_ensemble_result *result = &e->results[i];
+    result->steps++;
+    x->tries = 0;
+    x->has_step = true;
+    x->h = room->step[l];
+    x->pace = 0;
+    kmp_within_begin(e, pool, l);
+    bool known = kmp_lane_pass_event(e, room->event[l]);
+    kmp_within_end(e);
+    empty(room, l);
+    kmp_context_clear(e->context);
+    bool slow =
+        kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, x->t, e->spec.t_end, NULL);
+    if (known && !slow)
+        return kmp_instance_resume(e, pool, i);
+    kmp_instance_leave(e, i, known ? "too much work" : "conditions that change back and forth");
+    return KEMPE_OK;
 }
 
 /* Makes one attempt in all lanes. */
@@ -665,15 +795,21 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
             what[l] = room->bad[l] != 0 ? BAD_STAGE : consents(e, pool, &seen, l) ? TAKEN : BAD_STEP;
         room->bad[l] = 0;
     }
+    bool searched[KMP_LANES_MOST] = {false};
+    bool dense = e->conditions && watch_conditions(e, pool, &seen, what, searched);
     if (kmp_measures_steps(e))
-        measure(e, pool, what);
+        measure(e, pool, dense ? searched : NULL, what);
     for (size_t l = 0; l < room->w; l++)
         taken[l] = what[l] == TAKEN ? 1 : 0;
     kmp_lanes_take(room->w, (size_t)e->size, taken, room->y_new, room->y);
     kmp_lanes_take(room->w, (size_t)e->size, taken, room->k[13], room->k[1]);
+    if (room->vdd)
+        kmp_lanes_take(room->w, (size_t)e->r, taken, room->vdd_new, room->vdd);
     for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
         if (what[l] == TAKEN)
             status = take(e, pool, &seen, l);
+        else if (what[l] == EVENT)
+            status = pass_event(e, pool, l);
         else if (what[l] != EMPTY)
             refuse(e, l, what[l]);
     }

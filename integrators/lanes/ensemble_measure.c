@@ -11,16 +11,14 @@
 #include <math.h>
 #include <string.h>
 
-enum { VECTORS = 8 }; /* of the interpolant */
+enum { VECTORS = KMP_LANE_VECTORS };
 
 typedef struct kmp_measuring {
     const kmp_run_quantities *q;
-    double *room;            /* of one account at a time */
-    double *row;             /* q, qd, qdd, lambda */
-    double *y;               /* size: unknowns within a step */
-    double *vector[VECTORS]; /* size: the interpolant of the lane whose states are asked for */
-    double *end;             /* of the channels */
-    double *accounts;        /* of a chunk, one for each instance */
+    double *room;     /* of one account at a time */
+    double *row;      /* q, qd, qdd, lambda */
+    double *end;      /* of the channels */
+    double *accounts; /* of a chunk, one for each instance */
     /* of all lanes, with their width: */
     kmp_lanes *lanes;              /* the program of outputs; NULL: no channel is computed, or not in lanes */
     double *wide[VECTORS];         /* size: the interpolants */
@@ -33,11 +31,7 @@ typedef struct kmp_measuring {
 /* The source of states within a step: a lane's interpolant, or a run. */
 typedef struct within {
     kmp_engine *e;
-    kmp_pool *pool;
-    size_t lane;
-    double t, h;
-    bool current; /* the instance of the lane is the current one */
-    kmp_runner *run;
+    kmp_runner *run; /* NULL: that lane */
 } within;
 
 static bool make_lanes(kmp_engine *e)
@@ -69,7 +63,6 @@ bool kmp_measuring_init(kmp_engine *e)
 {
     const kmp_run_quantities *q = e->execution.quantities;
     kmp_arena *a = &e->run_arena;
-    int size = kmp_lane_most(e);
     e->measuring = NULL;
     if (!q || q->count == 0)
         return true;
@@ -77,13 +70,10 @@ bool kmp_measuring_init(kmp_engine *e)
     if (!m)
         return false;
     m->q = q;
-    for (int k = 0; k < VECTORS; k++)
-        m->vector[k] = KMP_ARENA_NEW(a, double, size);
     if (!kmp_engine_no_lanes(e) && !make_lanes(e))
         return false;
     return KMP_ARENA_MAKE(a, KMP_ROOM(double, kmp_account_room(q), &m->room),
-                          KMP_ROOM(double, 3 * e->n + e->m, &m->row), KMP_ROOM(double, size, &m->y),
-                          KMP_ROOM(double, q->channels, &m->end));
+                          KMP_ROOM(double, 3 * e->n + e->m, &m->row), KMP_ROOM(double, q->channels, &m->end));
 }
 
 bool kmp_measuring_chunk(kmp_engine *e)
@@ -121,50 +111,15 @@ static void channels_at(kmp_engine *e, double t, const double *row, double *valu
         values[c] = shown && q->shown[c] >= 0 ? shown[q->shown[c]] : row[-1 - q->shown[c]];
 }
 
-/* Accelerations and multipliers of a state of a pool, after kmp_instance_state. */
-static bool complete(kmp_engine *e, kmp_pool *pool, double *row)
-{
-    int n = e->n;
-    double *qdd = row + 2 * n, *udd = e->measuring->y;
-    kmp_eval_mass(e->eval);
-    kmp_eval_bias(e->eval, row + n);
-    if (kmp_reduction_accelerate(&pool->red, udd))
-        return false;
-    kmp_reduction_accelerations(&pool->red, udd, qdd);
-    kmp_reduction_multipliers(&pool->red, qdd, row + 3 * n);
-    return true;
-}
-
-/* Gives the evaluator the inputs of a step, and takes them back. */
-static void hold_inputs(kmp_engine *e, const kmp_present_inputs *inputs)
-{
-    kmp_present_inputs *own = &e->eval->inputs;
-    if (inputs && own->count > 0)
-        kmp_present_inputs_copy(own, inputs);
-    else if (own->count > 0)
-        memset(own->replaced, 0, (size_t)own->count * sizeof *own->replaced);
-    own->held = inputs != NULL;
-}
-
 static bool lane_channels(void *user, double t, double *values)
 {
-    within *in = user;
-    kmp_engine *e = in->e;
-    kmp_measuring *m = e->measuring;
-    if (!in->current) {
-        const kmp_instance *x = &e->instances[e->room.who[in->lane]];
-        for (int k = 0; k < VECTORS; k++)
-            for (int i = 0; i < e->size; i++)
-                m->vector[k][i] = m->wide[k][(size_t)i * e->room.w + in->lane];
-        kmp_instance_current(e, x);
-        hold_inputs(e, &x->inputs);
-        in->current = true;
-    }
-    kmp_rk_interpolate(e->size, VECTORS, m->vector, (t - in->t) / in->h, m->y);
-    if (!kmp_instance_state(e, in->pool, t, m->y, m->row, m->row + e->n, true) ||
-        (m->q->late && !complete(e, in->pool, m->row)))
+    kmp_engine *e = ((within *)user)->e;
+    const kmp_measuring *m = e->measuring;
+    double *row = m->row;
+    int n = e->n;
+    if (!kmp_within_state(e, t, m->q->late, row, row + n, row + 2 * n, row + 3 * n))
         return false;
-    channels_at(e, t, m->row, values);
+    channels_at(e, t, row, values);
     return true;
 }
 
@@ -218,6 +173,14 @@ void kmp_lanes_constants(kmp_engine *e, const kmp_pool *pool)
         (void)kmp_lanes_run(pool->complete_lanes, KMP_STAGE_PARAMETERS);
 }
 
+void kmp_lane_measured_modes(kmp_engine *e, const kmp_pool *pool, size_t l, const double *mode)
+{
+    if (e->measuring && e->measuring->lanes)
+        kmp_lanes_set_one(e->measuring->lanes, KMP_IN_MODE, (int)l, mode);
+    if (pool->complete_lanes)
+        kmp_lanes_set_one(pool->complete_lanes, KMP_IN_MODE, (int)l, mode);
+}
+
 /* True if quantities are sampled in all lanes together. */
 static bool samples(const kmp_engine *e, const kmp_pool *pool)
 {
@@ -250,8 +213,7 @@ double kmp_lanes_point(kmp_engine *e, int point, double *y)
     return x;
 }
 
-/* q and qd of all lanes from the unknowns and their slopes. */
-static void spread(const kmp_engine *e, const kmp_pool *pool, const double *y, const double *slope, double *rows)
+void kmp_lanes_spread(const kmp_engine *e, const kmp_pool *pool, const double *y, const double *slope, double *rows)
 {
     size_t w = e->room.w, bytes = w * sizeof *rows, p = (size_t)e->p, n = (size_t)e->n;
     for (size_t k = 0; k < p; k++) {
@@ -309,7 +271,7 @@ void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const doub
     kmp_measuring *m = e->measuring;
     const kmp_run_quantities *q = m->q;
     size_t w = e->room.w, room = kmp_account_room(q);
-    spread(e, pool, y, slope, m->rows);
+    kmp_lanes_spread(e, pool, y, slope, m->rows);
     if (q->late)
         complete_lanes(e, pool);
     const double *shown = shown_in_lanes(e);
@@ -332,34 +294,34 @@ static bool is_exact(const kmp_engine *e, size_t l)
     return ldexp(most, 1 - VECTORS) <= KMP_RK_COARSE;
 }
 
-static kmp_measured_step step_of(const kmp_engine *e, const kmp_pool *pool, size_t l)
+/* The step of a lane up to t; its samples are those of the whole step. */
+static kmp_measured_step step_of(const kmp_engine *e, const kmp_pool *pool, size_t l, double t)
 {
     const kmp_measuring *m = e->measuring;
+    bool sampled = samples(e, pool) && !m->doubtful[l] && t == e->room.t_new[l];
     return (kmp_measured_step){.from = e->room.t[l],
-                               .to = e->room.t_new[l],
+                               .to = t,
                                .rtol = e->spec.rtol,
-                               .sampled = samples(e, pool) && !m->doubtful[l] ? m->sampled + l * kmp_account_room(m->q)
-                                                                              : NULL};
+                               .sampled = sampled ? m->sampled + l * kmp_account_room(m->q) : NULL};
 }
 
 bool kmp_lane_pass(kmp_engine *e, const kmp_pool *pool, size_t l)
 {
-    const kmp_measured_step step = step_of(e, pool, l);
+    const kmp_measured_step step = step_of(e, pool, l, e->room.t_new[l]);
     return step.sampled && kmp_account_pass(e->measuring->q, account_of(e, e->room.who[l]), &step);
 }
 
-bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l)
+bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l, double t)
 {
-    const kmp_lane_room *room = &e->room;
     kmp_measuring *m = e->measuring;
-    int i = room->who[l];
-    within in = {.e = e, .pool = pool, .lane = l, .t = room->t[l], .h = room->step[l]};
-    kmp_measured_step step = step_of(e, pool, l);
+    int i = e->room.who[l];
+    within in = {.e = e};
+    kmp_measured_step step = step_of(e, pool, l, t);
     step.channels = lane_channels;
     step.user = &in;
+    kmp_within_begin(e, pool, l);
     bool good = is_exact(e, l) && kmp_account_step(m->q, account_of(e, i), m->room, &step);
-    if (in.current)
-        hold_inputs(e, NULL);
+    kmp_within_end(e);
     return good;
 }
 
@@ -371,14 +333,15 @@ bool kmp_run_measure(kmp_engine *e, int i, kmp_runner *run)
     within in = {.e = e, .run = run};
     if (!m || !m->q->inside)
         return true;
-    hold_inputs(e, kmp_runner_inputs(run));
+    kmp_engine_hold_inputs(e, kmp_runner_inputs(run));
+    kmp_eval_set_modes(e->eval, kmp_runner_modes(run));
     const kmp_measured_step step = {.from = kmp_runner_t_old(run),
                                     .to = kmp_runner_t(run),
                                     .rtol = e->spec.rtol,
                                     .channels = run_channels,
                                     .user = &in};
     bool good = kmp_account_step(m->q, account_of(e, i), m->room, &step);
-    hold_inputs(e, NULL);
+    kmp_engine_hold_inputs(e, NULL);
     return good;
 }
 
@@ -394,7 +357,7 @@ void kmp_instance_measured(kmp_engine *e, kmp_pool *pool, int i, double t, const
     else
         memcpy(m->row, e->state, (size_t)(2 * e->n) * sizeof *row);
     if (!row && m->q->late)
-        known = complete(e, pool, m->row);
+        known = kmp_instance_complete(e, pool, m->row + e->n, m->row + 2 * e->n, m->row + 3 * e->n);
     channels_at(e, t, m->row, m->end);
     e->eval->inputs.before = false;
     for (int c = 0; c < m->q->channels && !known; c++)

@@ -73,8 +73,11 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *poo
     if (!kmp_written_blocks_fit(&pool->red))
         return KEMPE_E_FAILED;
     kmp_written_order(&pool->red, pool->order);
-    const kmp_fused_plan plan = {
-        .order = pool->order, .row_scale = e->own.numbers + e->parameters + e->n, .power = true, .drives = true};
+    const kmp_fused_plan plan = {.order = pool->order,
+                                 .row_scale = e->own.numbers + e->parameters + e->n,
+                                 .power = true,
+                                 .drives = true,
+                                 .curvature = e->s->changes_by_rates};
     pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);
     pool->pivot_block = blocks_of_pivots(pool);
     if (pool->program && pool->pivot_block)

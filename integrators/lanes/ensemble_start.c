@@ -13,6 +13,11 @@
 #include <math.h>
 #include <string.h>
 
+static int most_freedoms(const kempe_system *s)
+{
+    return s->m > 0 ? KMP_LANE_FREEDOMS : KMP_LANE_TREE;
+}
+
 const char *kmp_engine_no_lanes(const kmp_engine *e)
 {
     const kempe_system *s = e->s;
@@ -25,19 +30,17 @@ const char *kmp_engine_no_lanes(const kmp_engine *e)
         {strcmp(spec->formulation, "reduced") != 0 || strcmp(spec->form, "integrated") != 0, "another formulation"},
         {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
         {spec->keep_independent, "fixed independent coordinates"},
-        {s->events.count > 0, "conditions or kinks during the run"},
-        {s->bodies->program != NULL, "the articulated-body algorithm"},
         {s->force != NULL, "user-defined forces"},
         {kmp_model_has_samples(s->model), "sampled states"},
         {s->model->delay_count > 0, "delays"},
         {s->load_row_count > 0, "forces that depend on multipliers"},
         {kmp_motion_known(s)->block_count > 0, "points on curves"},
         {kmp_rounding_of(s) != NULL, "closures that are redundant up to rounding"},
-        {s->m > KMP_LANE_ROWS || s->n - s->m > KMP_FUSED_FREEDOMS, "a large system"}};
+        {s->m > KMP_LANE_ROWS || s->n - s->m > most_freedoms(s), "a large system"}};
     for (size_t k = 0; k < sizeof reasons / sizeof *reasons; k++)
         if (reasons[k].holds)
             return reasons[k].why;
-    return NULL;
+    return kmp_conditions_no_lanes(s);
 }
 
 /* -- the current instance ----------------------------------------------------------------------------- */
@@ -65,6 +68,8 @@ void kmp_instance_current(kmp_engine *e, const kmp_instance *x)
 {
     kmp_constants_take(e->s, &x->constants);
     kmp_eval_renew_parameters(e->eval);
+    if (e->conditions)
+        kmp_eval_set_modes(e->eval, x->mode);
 }
 
 void kmp_instance_leave(kmp_engine *e, int i, const char *why)
@@ -102,16 +107,24 @@ static bool demands_too_much(const kmp_engine *e, const double *qd)
 
 /* Reason why an instance cannot enter the lanes at a closed start, the place of the evaluator's last closure; NULL: it
  * can. */
-static const char *obstacle_at(const kmp_engine *e, const kmp_partition *part, const double *q, const double *qd)
+static const char *obstacle_at(const kmp_engine *e, const kmp_partition *part, const double *qd)
 {
-    if (part->p > KMP_FUSED_FREEDOMS)
+    if (part->p > most_freedoms(e->s))
         return "a large system";
     if (part->p == 0 && !e->s->rheonomic)
         return "no degree of freedom";
+    return demands_too_much(e, qd) ? "rates that the closures do not allow" : NULL;
+}
+
+/* Reason why a separate run begins an instance; NULL: lanes do. */
+static const char *detour_at(const kmp_engine *e, const kmp_partition *part, const double *q)
+{
+    if (part->r > 0 && part->pivots[part->r - 1] < KMP_MARGIN_LOOK * part->pivots[0])
+        return "a change point near the start";
     for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
         if (kmp_chart_regular(e->s, c, q) < KMP_AXES_CENTRED)
-            return "a spherical joint near the singular position of its angles";
-    return demands_too_much(e, qd) ? "rates that the closures do not allow" : NULL;
+            return KMP_LANE_SINGULAR_ANGLES;
+    return NULL;
 }
 
 /* Sets the numbers of an instance at its start. */
@@ -126,9 +139,10 @@ static void begin_numbers(const kmp_engine *e, kmp_instance *x, const kmp_partit
 }
 
 /* Enters the lanes at a closed start, or leaves the instance to a separate run. */
-static kempe_status enter(kmp_engine *e, int i, const double *q, const double *qd)
+static kempe_status enter(kmp_engine *e, int i, const kempe_assembly *a)
 {
     kmp_instance *x = &e->instances[i];
+    const double *q = a->q, *qd = a->qd;
     kmp_partition part;
     kmp_pool *pool = NULL;
     kmp_eval_closure(e->eval, 0, q);
@@ -141,14 +155,16 @@ static kempe_status enter(kmp_engine *e, int i, const double *q, const double *q
     }
     if (status != KEMPE_OK)
         return status;
-    const char *why = obstacle_at(e, &part, q, qd);
-    bool near = part.r > 0 && part.pivots[part.r - 1] < KMP_MARGIN_LOOK * part.pivots[0];
+    const char *why = a->inner_q ? KMP_LANE_SINGULAR_ANGLES : obstacle_at(e, &part, qd);
+    const char *detour = detour_at(e, &part, q);
     begin_numbers(e, x, &part);
-    if (!why && !near)
+    if (!why && !kmp_instance_begin_conditions(e, x, q, qd))
+        why = "a condition that ends the run at its start";
+    if (!why && !detour)
         status = kmp_pool_find(e, &part, &pool);
-    if (status == KEMPE_OK && !why && near) {
+    if (status == KEMPE_OK && !why && detour) {
         kmp_instance_begin_account(e, i);
-        status = kmp_instance_start_apart(e, i, part.r, q, qd, "a change point near the start");
+        status = kmp_instance_start_apart(e, i, part.r, q, qd, detour);
     } else if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, qd)) {
         kmp_reduced_pack(&part, true, q, qd, x->y);
         kmp_instance_begin_account(e, i);
@@ -167,6 +183,7 @@ kempe_status kmp_instance_assemble(kmp_engine *e, int i, kempe_assembly **a)
     KMP_TRY(kempe_assembly_new(e->s, a));
     const double *q = kempe_assembly_q(*a), *qd = kempe_assembly_qd(*a);
     e->results[i].rates_changed = (*a)->rates_changed;
+    kmp_eval_freeze(e->eval, 0, q, qd);
     kmp_eval_closure(e->eval, 0, q);
     kmp_eval_mass(e->eval);
     e->instances[i].kinetic = kmp_eval_kinetic(e->eval, qd);
@@ -180,7 +197,7 @@ kempe_status kmp_instance_start(kmp_engine *e, int i)
     kempe_status status = kmp_instance_assemble(e, i, &a);
     if (status == KEMPE_OK) {
         kmp_constants_keep(e->s, &e->instances[i].constants);
-        status = enter(e, i, kempe_assembly_q(a), kempe_assembly_qd(a));
+        status = enter(e, i, a);
     } else if (status == KEMPE_E_FAILED) { /* a run would say the same */
         kmp_instance_leave(e, i, "loops that do not close");
     }
@@ -225,7 +242,7 @@ kempe_status kmp_instance_go_on(kmp_engine *e, int i, kempe_status status, kmp_p
     if (status == KEMPE_OK && pool) {
         kmp_reduced_pack(part, true, q, qd, x->y);
         x->has_slope = x->rejected = false;
-        x->signs = 0;
+        x->signs.known = false;
         x->hopeless = 0;
         x->error_old = KMP_RK_ERROR_FLOOR;
         x->limit = KMP_EXCHANGE_GROWTH;
@@ -258,6 +275,17 @@ kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i)
     return kmp_instance_go_on(e, i, status, &part, e->state, e->state + e->n);
 }
 
+kempe_status kmp_instance_resume(kmp_engine *e, kmp_pool *from, int i)
+{
+    kmp_instance *x = &e->instances[i];
+    kmp_partition part;
+    double limit = x->limit;
+    KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, &from->part)));
+    kempe_status status = kmp_instance_go_on(e, i, KEMPE_OK, &part, e->state, e->state + e->n);
+    x->limit = limit;
+    return status;
+}
+
 kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_pool *from, int i)
 {
     kmp_partition part;
@@ -282,7 +310,7 @@ kempe_status kmp_instance_reorder(kmp_engine *e, kmp_pool *from, int i)
         status = kmp_pool_find(e, &from->part, &pool);
     if (status != KEMPE_OK)
         return status;
-    x->signs = 0; /* turns with the order */
+    x->signs.known = false; /* turns with the order */
     if (pool && pool != from)
         kmp_pool_put(e, pool, i);
     else

@@ -7,7 +7,7 @@
  * multipliers and solutions of implicit blocks, with unknown rates, are parabolas through the values at both ends and
  * in the middle. */
 #include "base/bracket.h"
-#include "integrators/run/runner.h"
+#include "integrators/run/events.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -111,11 +111,11 @@ static double vertex(const double *t, const double *x, double t2, double x2)
 /* The largest size of a measured condition, also between steps. */
 static void note_peak(kmp_crossing *c, int k, double t, double size)
 {
-    kmp_last_values *v = &c->latest[k];
+    kmp_last_values *v = &c->past[k].latest;
     if (v->count > 0 && !(t > v->t[1]))
         return;
     if (v->count == 2 && v->x[1] >= v->x[0] && v->x[1] >= size)
-        c->peak[k] = fmax(c->peak[k], vertex(v->t, v->x, t, size));
+        c->past[k].peak = fmax(c->past[k].peak, vertex(v->t, v->x, t, size));
     v->t[0] = v->t[1];
     v->x[0] = v->x[1];
     v->t[1] = t;
@@ -127,8 +127,8 @@ static void note_peak(kmp_crossing *c, int k, double t, double size)
 static void note_sizes(kmp_crossing *c, double t, const double *change)
 {
     for (int k = 0; k < c->s->events.count; k++) {
-        c->most[k] = fmax(c->most[k], fabs(change[k]));
-        if (c->s->events.condition[k].measured && c->eval->mode[k] > 0)
+        c->past[k].most = fmax(c->past[k].most, fabs(change[k]));
+        if (c->s->events.condition[k].measured && c->mode[k] > 0)
             note_peak(c, k, t, fabs(change[k]));
     }
 }
@@ -180,7 +180,7 @@ static kmp_bound time_over(const kmp_crossing *c, uint32_t index, const piece *p
     double a[KMP_TIME_NUMBERS + 2] = {0}, b[KMP_TIME_NUMBERS + 2] = {0};
     if (index == 0)
         return (kmp_bound){p->a->t, p->b->t, 1, 1};
-    const kmp_signal_piece *cubic = &c->eval->inputs.piece[(index - 1) / KMP_TIME_NUMBERS];
+    const kmp_signal_piece *cubic = &c->inputs->piece[(index - 1) / KMP_TIME_NUMBERS];
     uint32_t d = (index - 1) % KMP_TIME_NUMBERS;
     kmp_signal_values(cubic, p->a->t, a);
     kmp_signal_values(cubic, p->b->t, b);
@@ -201,11 +201,11 @@ static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, 
     case KMP_IN_QD:
         return over(h, x[n + i], x[2 * n + i], y[n + i], y[2 * n + i]);
     case KMP_IN_MODE:
-        return still(c->eval->mode[i]);
+        return still(c->mode[i]);
     case KMP_IN_CHART:
         return still(c->eval->chart[i]);
     case KMP_IN_PARAMETER:
-        return still(c->s->parameters[i]);
+        return still(c->parameters[i]);
     default: /* accelerations and multipliers */
         i += in->kind == KMP_IN_QDD ? 2 * n : 3 * n;
         return p->m ? through(h, x[i], p->m->state[i], y[i]) : still(x[i]);
@@ -248,7 +248,7 @@ static bool is_settled(const kmp_crossing *c, int k, const kmp_look *a, const km
     kmp_bound r = kmp_bounds_get(c->search.bounds, c->search.output[k]);
     if (r.down >= 0 || r.up <= 0)
         return true;
-    bool holds = c->eval->mode[k] > 0 && c->s->events.condition[k].role == KMP_ROLE_NONE;
+    bool holds = c->mode[k] > 0 && c->s->events.condition[k].role == KMP_ROLE_NONE;
     double h = b->t - a->t, x = a->change[k], y = b->change[k];
     double low = holds ? fmax(-r.high, cone(h, -x, -y, -r.up, -r.down)) : fmax(r.low, cone(h, x, y, r.down, r.up));
     return holds ? low > 0 : low >= 0;
@@ -290,9 +290,9 @@ static bool may_change(const kmp_crossing *c, int k)
     case KMP_ROLE_NONE:
         return !kmp_crossing_is_free(c, k);
     case KMP_ROLE_SENSE:
-        return c->eval->mode[k] != 0 && c->eval->mode[k + KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0;
+        return c->mode[k] != 0 && c->mode[k + KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0;
     case KMP_ROLE_HELD:
-        return c->eval->mode[k] > 0 || c->eval->mode[k + KMP_ROLE_GIVEN - KMP_ROLE_HELD] != 0;
+        return c->mode[k] > 0 || c->mode[k + KMP_ROLE_GIVEN - KMP_ROLE_HELD] != 0;
     default:
         return false;
     }
@@ -338,7 +338,7 @@ static kempe_status narrow(kmp_crossing *c, int k, const kmp_look *a, double *hi
         KMP_TRY(kmp_crossing_look(c, x));
         bool beyond = kmp_crossing_changed(c, k);
         kmp_bracket_take(&bracket, x, c->change[k], beyond);
-        c->most[k] = beyond ? c->most[k] : fmax(c->most[k], fabs(c->change[k]));
+        c->past[k].most = beyond ? c->past[k].most : fmax(c->past[k].most, fabs(c->change[k]));
     }
     *high = bracket.far;
     return *high == x ? KEMPE_OK : kmp_crossing_look(c, *high);
@@ -351,7 +351,7 @@ static kempe_status note_crossing(kmp_crossing *c, int k, double low, double hig
     if (!(c->s->events.condition[k].lag > 0))
         return KEMPE_OK;
     KMP_TRY(kmp_crossing_look(c, low + (high - low) / 2));
-    c->most[k] = fmax(c->most[k], kmp_crossing_changed(c, k) ? 0 : fabs(c->change[k]));
+    c->past[k].most = fmax(c->past[k].most, kmp_crossing_changed(c, k) ? 0 : fabs(c->change[k]));
     return kmp_crossing_look(c, high);
 }
 
@@ -431,19 +431,38 @@ static kempe_status search(kmp_crossing *c, int depth, const kmp_look *a, const 
     return deeper ? search(c, depth + 1, m, b, t, found) : end_piece(c, m, b, t, found);
 }
 
-kempe_status kmp_crossing_find(kmp_crossing *c, double *t, bool *found)
+bool kmp_crossing_is_clear(kmp_crossing *c, const kmp_look *a, const kmp_look *b)
+{
+    begin_piece(c, 0);
+    if (kmp_crossing_would_hold(c, b->change) || find_open(c, 0, &(piece){a, NULL, b}) || any_differs(c, b))
+        return false;
+    note_sizes(c, b->t, b->change);
+    return true;
+}
+
+void kmp_crossing_take(kmp_crossing *c, const double *mode, const double *parameters, const kmp_present_inputs *inputs,
+                       kmp_condition_past *past)
+{
+    c->mode = mode;
+    c->parameters = parameters;
+    c->inputs = inputs;
+    c->past = past;
+    c->search.ready = false;
+    c->search.charts = -1;
+}
+
+kempe_status kmp_crossing_find(kmp_crossing *c, double from, double to, double *t, bool *found)
 {
     kmp_event_search *s = &c->search;
-    double from = c->run->solver->t_old, end = c->run->solver->t;
     *found = false;
     c->end = -1;
-    if (!(end > from))
+    if (!(to > from))
         return KEMPE_OK;
     bool ready = s->ready && s->look[0].t == from && s->charts == c->eval->chart_version;
     s->ready = false;
     if (!ready)
         KMP_TRY(look_at(c, from, &s->look[0]));
-    KMP_TRY(look_at(c, end, &s->look[1]));
+    KMP_TRY(look_at(c, to, &s->look[1]));
     s->left = MOST_LOOKS;
     KMP_TRY(search(c, 0, &s->look[0], &s->look[1], t, found));
     if (*found) {

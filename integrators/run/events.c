@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Evaluation of conditions, and their changes at the events that event_search.c has found. */
-#include "integrators/run/runner.h"
+#include "integrators/run/events.h"
+#include "base/memory.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -15,31 +16,33 @@ enum { MOST_REPEATS = 20 }; /* changes of one condition without time between the
  * effect. */
 #define KINK 100
 
-kmp_crossing *kmp_crossing_new(kmp_runner *run)
+void kmp_crossing_begin_past(const kempe_system *system, kmp_condition_past *past)
 {
-    const kempe_system *system = run->s;
+    for (int k = 0; k < system->events.count; k++)
+        past[k] = (kmp_condition_past){.last = -INFINITY};
+}
+
+kmp_crossing *kmp_crossing_new(const kmp_crossing_plan *plan, kmp_arena *a)
+{
+    const kempe_system *system = plan->system;
     int n = system->n, count = system->events.count;
-    double span = run->spec.t_end - run->spec.t_start;
-    bool passes_kinks = run->kind->corrects && !run->spec.kind;
-    kmp_arena *a = &run->arena;
     kmp_crossing *c = KMP_ARENA_NEW(a, kmp_crossing, 1);
     if (!c)
         return NULL;
-    *c = (kmp_crossing){.run = run,
+    *c = (kmp_crossing){.plan = *plan,
                         .s = system,
-                        .eval = run->eval,
-                        .instant = INSTANT * span,
-                        .kink = passes_kinks ? KINK * run->spec.rtol : 0,
+                        .eval = plan->eval,
+                        .instant = INSTANT * plan->span,
+                        .kink = plan->kinks ? KINK * plan->rtol : 0,
                         .end = -1};
-    c->repeats = KMP_ARENA_NEW(a, int, count);
     c->stays = KMP_ARENA_NEW(a, bool, count);
+    c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
-                        KMP_ROOM(double, count, &c->change, &c->last, &c->most, &c->largest, &c->peak, &c->before),
-                        KMP_ROOM(kmp_last_values, count, &c->latest)) ||
-        !kmp_event_search_init(&c->search, system, run->spec.closely, a))
+                        KMP_ROOM(double, count, &c->change, &c->before)) ||
+        !kmp_event_search_init(&c->search, system, plan->closely, a))
         return NULL;
-    for (int k = 0; k < count; k++)
-        c->last[k] = -INFINITY;
+    kmp_crossing_begin_past(system, c->past);
+    kmp_crossing_take(c, plan->eval->mode, system->parameters, &plan->eval->inputs, c->past);
     return c;
 }
 
@@ -56,7 +59,7 @@ int kmp_crossing_first_end(const kmp_crossing *c)
 bool kmp_crossing_meets_kink(const kmp_crossing *c)
 {
     for (int k = 0; k < c->s->events.count; k++)
-        if (c->s->events.condition[k].measured && c->eval->mode[k] > 0 && kmp_crossing_changed(c, k))
+        if (c->s->events.condition[k].measured && c->mode[k] > 0 && kmp_crossing_changed(c, k))
             return true;
     return false;
 }
@@ -76,31 +79,41 @@ static int first_switched(const kmp_crossing *c)
     return -1;
 }
 
-kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole)
+static kempe_status complete(kmp_crossing *c, double t, bool rates, bool again)
 {
-    double *qdd = whole || c->s->changes_by_rates ? c->qdd : NULL, work;
-    kmp_formulation *formulation = c->run->formulation;
-    if (formulation->row(formulation, t, c->run->y, c->q, c->qd, qdd, c->lambda, &work) != KMP_GO)
-        return KEMPE_E_FAILED;
+    KMP_TRY(c->plan.state(c->plan.user, t, rates, again, c->q, c->qd, c->qdd, c->lambda));
     kmp_eval_all_changes(c->eval, t, c->q, c->qd, c->qdd, c->lambda, c->change);
     return KEMPE_OK;
 }
 
 kempe_status kmp_crossing_look(kmp_crossing *c, double t)
 {
-    KMP_TRY(c->run->kind->dense(c->run->solver, t, c->run->y, c->run->yp));
-    return kmp_crossing_complete(c, t, false);
+    return complete(c, t, c->s->changes_by_rates, false);
+}
+
+/* Takes a value of a kink into account; true if it is free and due to be fixed. */
+static bool is_away(kmp_crossing *c, int k, double change)
+{
+    kmp_condition_past *past = &c->past[k];
+    if (!c->s->events.condition[k].kink)
+        return false;
+    past->largest = fmax(past->largest, fabs(change));
+    return kmp_crossing_is_free(c, k) && fabs(change) > 2 * c->kink * past->largest;
+}
+
+bool kmp_crossing_would_hold(kmp_crossing *c, const double *change)
+{
+    bool any = false;
+    for (int k = 0; c->kink > 0 && k < c->s->events.count; k++)
+        any = is_away(c, k, change[k]) || any;
+    return any;
 }
 
 void kmp_crossing_hold_free(kmp_crossing *c, const double *change)
 {
-    for (int k = 0; c->kink > 0 && k < c->s->events.count; k++) {
-        if (!c->s->events.condition[k].kink)
-            continue;
-        c->largest[k] = fmax(c->largest[k], fabs(change[k]));
-        if (kmp_crossing_is_free(c, k) && fabs(change[k]) > 2 * c->kink * c->largest[k])
+    for (int k = 0; c->kink > 0 && k < c->s->events.count; k++)
+        if (is_away(c, k, change[k]))
             kmp_eval_set_kink(c->eval, k, change[k] < 0 ? 1 : -1);
-    }
 }
 
 kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
@@ -124,33 +137,33 @@ kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
 static bool just_changed(const kmp_crossing *c, int k, double t)
 {
     double lag = c->s->events.condition[k].lag;
-    bool near = lag > 0 && c->most[k] <= LAGS * lag;
-    return near || t - c->last[k] <= fmax(64 * DBL_EPSILON * fabs(t), c->instant);
+    bool near = lag > 0 && c->past[k].most <= LAGS * lag;
+    return near || t - c->past[k].last <= fmax(64 * DBL_EPSILON * fabs(t), c->instant);
 }
 
 /* Continues with the other branch of a kink. Its branch follows the state if the kink is passed within the errors of
  * steps, as at rest, or repeatedly. */
 static void change_branch(kmp_crossing *c, int k, double t)
 {
-    c->repeats[k] = just_changed(c, k, t) ? c->repeats[k] + 1 : 0;
-    bool idle = c->most[k] <= c->kink * c->largest[k] || c->repeats[k] >= MOST_REPEATS;
-    c->last[k] = t;
-    c->most[k] = 0;
-    kmp_eval_set_kink(c->eval, k, idle ? 0 : c->eval->mode[k] > 0 ? -1 : 1);
+    c->past[k].repeats = just_changed(c, k, t) ? c->past[k].repeats + 1 : 0;
+    bool idle = c->past[k].most <= c->kink * c->past[k].largest || c->past[k].repeats >= MOST_REPEATS;
+    c->past[k].last = t;
+    c->past[k].most = 0;
+    kmp_eval_set_kink(c->eval, k, idle ? 0 : c->mode[k] > 0 ? -1 : 1);
 }
 
 static void note_contact(kmp_crossing *c, int k, double t, bool begins, double most)
 {
     const kmp_force *force = c->s->events.condition[k].of;
-    kmp_run_log_contact(c->run->log, (int)(force - c->s->model->forces), t, begins, most);
-    c->peak[k] = 0;
-    c->latest[k].count = 0;
+    kmp_run_log_contact(c->plan.log, (int)(force - c->s->model->forces), t, begins, most);
+    c->past[k].peak = 0;
+    c->past[k].latest.count = 0;
 }
 
 static kempe_status change_condition(kmp_crossing *c, int k, double t)
 {
     const char *advice = c->s->events.condition[k].advice;
-    bool holds = !(c->eval->mode[k] > 0);
+    bool holds = !(c->mode[k] > 0);
     c->search.ready = false;
     if (c->s->events.condition[k].kink) {
         change_branch(c, k, t);
@@ -160,16 +173,16 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     kmp_eval_set_mode(c->eval, k, holds);
     const bool measured = c->s->events.condition[k].measured;
-    double most = measured && !holds ? fmax(c->peak[k], c->most[k]) : NAN;
+    double most = measured && !holds ? fmax(c->past[k].peak, c->past[k].most) : NAN;
     if (measured)
         note_contact(c, k, t, holds, most);
-    kmp_run_log_add(c->run->log, "event", t, NAN, most, "%s became %s", c->s->event_text[k],
+    kmp_run_log_add(c->plan.log, "event", t, NAN, most, "%s became %s", c->s->event_text[k],
                     holds == stated ? "true" : "false");
     c->count++;
-    c->repeats[k] = just_changed(c, k, t) ? c->repeats[k] + 1 : 0;
-    c->last[k] = t;
-    c->most[k] = 0;
-    if (c->repeats[k] < MOST_REPEATS)
+    c->past[k].repeats = just_changed(c, k, t) ? c->past[k].repeats + 1 : 0;
+    c->past[k].last = t;
+    c->past[k].most = 0;
+    if (c->past[k].repeats < MOST_REPEATS)
         return KEMPE_OK;
     c->stuck = true;
     return kmp_fail(
@@ -208,20 +221,17 @@ kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, con
     memcpy(c->qd, qd, (size_t)c->s->n * sizeof *qd);
     memcpy(c->change, kmp_eval_changes(c->eval, t, q, qd), (size_t)count * sizeof(double));
     for (int k = 0; k < count; k++)
-        c->stays[k] = (again && (c->stays[k] || c->last[k] == t)) ||
-                      (c->noted && c->last[k] == t && c->change[k] == c->before[k]);
+        c->stays[k] = (again && (c->stays[k] || c->past[k].last == t)) ||
+                      (c->noted && c->past[k].last == t && c->change[k] == c->before[k]);
     *changed = first_switched(c) >= 0;
     kempe_status status = change_conditions(c, t);
     memset(c->stays, 0, c->noted || (again && !*changed) ? (size_t)count * sizeof *c->stays : 0);
     return status;
 }
 
-kempe_status kmp_crossing_pass(kmp_crossing *c, double t)
+kempe_status kmp_crossing_pass(kmp_crossing *c, double t, bool rates)
 {
-    kmp_formulation *formulation = c->run->formulation;
     KMP_TRY(kmp_crossing_look(c, t));
     KMP_TRY(change_conditions(c, t));
-    KMP_TRY(kmp_crossing_complete(c, t, true)); /* accelerations and multipliers after the change */
-    return formulation->resume(formulation, t, c->q, c->qd, c->run->y, c->run->yp) == KMP_GO ? KEMPE_OK
-                                                                                             : KEMPE_E_FAILED;
+    return rates ? complete(c, t, true, true) : KEMPE_OK; /* after the change */
 }

@@ -6,7 +6,7 @@
 
 #include "backend/bounds.h"
 #include "constraints/evaluation/evaluator.h"
-#include "integrators/run/run.h"
+#include "integrators/run/run_log.h"
 
 /** An evaluation at a time within the last step. */
 typedef struct kmp_look {
@@ -43,49 +43,89 @@ typedef struct kmp_last_values {
     double t[2], x[2];
 } kmp_last_values;
 
+/** The past of a condition. */
+typedef struct kmp_condition_past {
+    double last;            /* time of its last change; -INFINITY: none yet */
+    double most;            /* its largest evaluated value since then */
+    double largest;         /* its largest value so far, at ends of steps */
+    double peak;            /* of a measured condition: the largest value, by parabolas, since the last change */
+    kmp_last_values latest; /* used of measured ones */
+    int repeats;            /* changes without time between them */
+} kmp_condition_past;
+
+/** Completes the state at t within the last step: q, qd, and, if `rates`, qdd and lambda. `again`: that of the last
+ * call, after conditions have changed, with which some integrators cannot interpolate. */
+typedef kempe_status kmp_state_fn(void *user, double t, bool rates, bool again, double *q, double *qd, double *qdd,
+                                  double *lambda);
+
+/** The motion whose conditions are watched. */
+typedef struct kmp_crossing_plan {
+    const kempe_system *system;
+    kmp_evaluator *eval; /* its conditions are the present ones, which the equations have */
+    double span;         /* of the run, s */
+    double rtol;
+    bool kinks;   /* kinks of abs, min and max are passed like events */
+    bool closely; /* conditions are evaluated at more places */
+    kmp_run_log *log;
+    kmp_state_fn *state;
+    void *user;
+} kmp_crossing_plan;
+
 typedef struct kmp_crossing {
-    kmp_runner *run;
+    kmp_crossing_plan plan;
     const kempe_system *s;
     kmp_evaluator *eval;
-    double *q, *qd, *qdd, *lambda; /* of the state in run->y */
-    double *change;                /* first - second at the last evaluated point */
-    double *last;                  /* time of the last change of each condition */
-    double *most;                  /* the largest evaluated value of each condition since then */
-    double *peak;                  /* of a measured condition: the largest value, by parabolas, since then */
-    kmp_last_values *latest;       /* of each condition; used of measured ones */
-    int *repeats;
-    double kink;     /* part of the largest value of a kink beyond which it is fixed; 0: none is */
-    double *largest; /* value of each condition so far, at ends of steps */
-    bool stuck;      /* a condition changed back and forth without end */
-    bool *stays;     /* of each condition: it is not evaluated until the next event */
-    double instant;  /* least time of any motion of the run */
-    double *before;  /* values of the conditions before states take next values */
-    bool noted;      /* they are known */
-    long count;      /* of events so far */
-    int end;         /* the condition that ends the run at the last event; -1: none */
+    const double *mode, *parameters; /* the present ones */
+    const kmp_present_inputs *inputs;
+    double *q, *qd, *qdd, *lambda; /* at the last evaluated point */
+    double *change;                /* first - second there */
+    kmp_condition_past *past;      /* of each condition */
+    double kink;                   /* part of the largest value of a kink beyond which it is fixed; 0: none is */
+    bool stuck;                    /* a condition changed back and forth without end */
+    bool *stays;                   /* of each condition: it is not evaluated until the next event */
+    double instant;                /* least time of any motion of the run */
+    double *before;                /* values of the conditions before states take next values */
+    bool noted;                    /* they are known */
+    long count;                    /* of events so far */
+    int end;                       /* the condition that ends the run at the last event; -1: none */
     kmp_event_search search;
 } kmp_crossing;
 
-/** Makes the crossing of a run, in its arena; NULL: no memory.
+/** Makes a crossing, in the arena; NULL: no memory.
  *
  * For one-step methods kinks of abs, min and max are passed like events: between them the equations are smooth, as high
  * orders need. They are neither counted nor noted. Multistep methods, which restart at order one after each kink, gain
  * nothing. A kink that is passed within the errors of steps is ignored. */
-kmp_crossing *kmp_crossing_new(kmp_runner *run);
+kmp_crossing *kmp_crossing_new(const kmp_crossing_plan *plan, kmp_arena *arena);
 
-/** Finds the earliest event of the last step. *t is its time, just beyond the change; unchanged if there is none. */
-kempe_status kmp_crossing_find(kmp_crossing *crossing, double *t, bool *found);
+/** Sets the pasts of the conditions of a run that begins. */
+void kmp_crossing_begin_past(const kempe_system *system, kmp_condition_past *past);
+
+/** Finds the earliest event of the step between two times. *t is its time, just beyond the change; unchanged if there
+ * is none. */
+kempe_status kmp_crossing_find(kmp_crossing *crossing, double from, double to, double *t, bool *found);
+
+/** True if the values at the ends of a step decide that no condition changes within it; the crossing then takes them
+ * into account, as kmp_crossing_find does. Their `solved` may be NULL where no condition has an implicit block, and no
+ * kink is to be fixed. */
+bool kmp_crossing_is_clear(kmp_crossing *crossing, const kmp_look *from, const kmp_look *to);
 
 /** True where the event is the end of a compliant contact. Its law is continued beyond by the modulus of the depth,
  * with a kink, which the step up to there has met. */
 bool kmp_crossing_meets_kink(const kmp_crossing *crossing);
 
-/** Finds the earliest event at a start, the integrator's present place. */
+/** Watches the motion of another instance of the mechanism: its conditions, parameters, inputs and pasts. To
+ * find and pass events, the evaluator must have the same. */
+void kmp_crossing_take(kmp_crossing *crossing, const double *mode, const double *parameters,
+                       const kmp_present_inputs *inputs, kmp_condition_past *past);
+
+/** Finds the event at a start. */
 kempe_status kmp_crossing_begin(kmp_crossing *crossing, double t, bool *ends);
 
-/** Changes the conditions at t of an event, closes the state and puts it into the run's y (and yp): the new start.
- * KEMPE_E_FAILED with a message when conditions change back and forth without end. */
-kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t);
+/** Changes the conditions at t of an event. The crossing has the state there on closed loops, with accelerations and
+ * multipliers after the change if `rates`. KEMPE_E_FAILED with a message when conditions change back and forth without
+ * end. */
+kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t, bool rates);
 
 /** Notes the values of the conditions at t before states take next values. A condition that has changed at t, and whose
  * value the states do not change, then stays: positions that are closed again differ by rounding. */
@@ -101,7 +141,7 @@ kempe_status kmp_crossing_change(kmp_crossing *crossing, double t, const double 
 /** True for a kink without a fixed branch. */
 static inline bool kmp_crossing_is_free(const kmp_crossing *c, int k)
 {
-    return c->s->events.condition[k].kink && c->eval->mode[k] == 0;
+    return c->s->events.condition[k].kink && c->mode[k] == 0;
 }
 
 /** True if condition k with the value `change` differs from its fixed state. */
@@ -110,12 +150,15 @@ static inline bool kmp_crossing_differs(const kmp_crossing *c, int k, double cha
     kmp_role role = c->s->events.condition[k].role;
     if (role != KMP_ROLE_NONE)
         return (role == KMP_ROLE_SENSE || role == KMP_ROLE_HELD) && change < 0;
-    return !kmp_crossing_is_free(c, k) && (change < 0) != (c->eval->mode[k] > 0);
+    return !kmp_crossing_is_free(c, k) && (change < 0) != (c->mode[k] > 0);
 }
 static inline bool kmp_crossing_changed(const kmp_crossing *c, int k)
 {
     return kmp_crossing_differs(c, k, c->change[k]);
 }
+
+/** True if a free kink is away from zero in an evaluation at the end of a step. */
+bool kmp_crossing_would_hold(kmp_crossing *c, const double *change);
 
 /** Fixes free kinks that are away from zero in an evaluation at the end of a step. */
 void kmp_crossing_hold_free(kmp_crossing *c, const double *change);
@@ -123,10 +166,8 @@ void kmp_crossing_hold_free(kmp_crossing *c, const double *change);
 /** The first changed condition that ends the run and that no other follows, -1: none. */
 int kmp_crossing_first_end(const kmp_crossing *c);
 
-/** Completes the state in the run's y, entirely or as far as conditions depend on it, and evaluates the conditions. */
-kempe_status kmp_crossing_complete(kmp_crossing *c, double t, bool whole);
-
-/** Completes the state at a time within the last step, and evaluates the conditions. */
+/** Completes the state at a time within the last step, with accelerations and multipliers where conditions depend on
+ * them, and evaluates the conditions. */
 kempe_status kmp_crossing_look(kmp_crossing *c, double t);
 
 /** Allocates a search in the arena; false: no memory. */

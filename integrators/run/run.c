@@ -203,14 +203,14 @@ static kempe_status integrate_work(kmp_runner *run, double t)
 static kempe_status find_event(kmp_runner *run)
 {
     kmp_solver *solver = run->solver;
-    KMP_TRY(kmp_crossing_find(run->crossing, &run->event_t, &run->at_event));
+    KMP_TRY(kmp_crossing_find(run->crossing, solver->t_old, solver->t, &run->event_t, &run->at_event));
     double h = run->at_event ? (1 + BEYOND) * (run->event_t - solver->t_old) : 0;
     if (!(h > 0 && h < solver->t - solver->t_old) || !run->kind->undo || !kmp_crossing_meets_kink(run->crossing))
         return KEMPE_OK;
     run->at_event = false;
     run->kind->undo(solver, h);
     KMP_TRY(run->kind->step(solver));
-    return kmp_crossing_find(run->crossing, &run->event_t, &run->at_event);
+    return kmp_crossing_find(run->crossing, solver->t_old, solver->t, &run->event_t, &run->at_event);
 }
 
 kempe_status kmp_runner_step(kmp_runner *run)

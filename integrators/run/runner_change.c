@@ -334,6 +334,15 @@ kempe_status kmp_runner_end(kmp_runner *run, double t, int condition)
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
 
+/* Changes conditions, and puts the state there, on closed loops, into the unknowns. */
+static kempe_status pass_condition(kmp_runner *run, double t)
+{
+    kmp_crossing *c = run->crossing;
+    KMP_TRY(kmp_crossing_pass(c, t, true));
+    return run->formulation->resume(run->formulation, t, c->q, c->qd, run->y, run->yp) == KMP_GO ? KEMPE_OK
+                                                                                                 : KEMPE_E_FAILED;
+}
+
 /* Changes conditions and restarts the integrator, a one-step method with its present step size. */
 static kempe_status pass_event(kmp_runner *run, double t)
 {
@@ -342,7 +351,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
         return KEMPE_OK;
     if (run->crossing->end >= 0)
         return kmp_runner_end(run, t, run->crossing->end);
-    kempe_status status = run->s->switches ? pass_switch(run, t) : kmp_crossing_pass(run->crossing, t);
+    kempe_status status = run->s->switches ? pass_switch(run, t) : pass_condition(run, t);
     if (status == KEMPE_OK && !run->s->switches)
         status = kmp_runner_start(run, t, run->y, run->yp, h);
     run->at_event = status != KEMPE_OK;

@@ -232,6 +232,32 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
                     off);
 }
 
+/* The state within the last step, for the search for events. */
+static kempe_status state_within(void *user, double t, bool rates, bool again, double *q, double *qd, double *qdd,
+                                 double *lambda)
+{
+    kmp_runner *run = user;
+    double work;
+    if (!again)
+        KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
+    int said = run->formulation->row(run->formulation, t, run->y, q, qd, rates ? qdd : NULL, lambda, &work);
+    return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+static kmp_crossing *make_crossing(kmp_runner *run)
+{
+    const kmp_crossing_plan plan = {.system = run->s,
+                                    .eval = run->eval,
+                                    .span = run->spec.t_end - run->spec.t_start,
+                                    .rtol = run->spec.rtol,
+                                    .kinks = run->kind->corrects && !run->spec.kind,
+                                    .closely = run->spec.closely,
+                                    .log = run->log,
+                                    .state = state_within,
+                                    .user = run};
+    return kmp_crossing_new(&plan, &run->arena);
+}
+
 kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work)
 {
     KMP_TRY(make_formulation(run, t, q, qd, work));
@@ -243,7 +269,7 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
     if (!run->s->changes)
         return KEMPE_OK;
     if (!run->crossing)
-        run->crossing = kmp_crossing_new(run);
+        run->crossing = make_crossing(run);
     KMP_TRY(kmp_made(run->s->context, run->crossing));
     run->crossing->search.ready = false;
     return KEMPE_OK;

@@ -292,6 +292,38 @@ static void test_motion(void)
     end(&plain);
 }
 
+/* -- conditions: a ball that falls onto a spring -------------------------------------------------------- */
+
+static void test_bounces(void)
+{
+    static const char *const names[] = {"k", "m"};
+    const double rows[] = {4000, 2, 3000, 2, 4000, 1.5, 5000, 2.5}, g = 9.81, height = 0.5, T = 3;
+    study s = begin("kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {k: 4000, m: 2}\n"
+                    "bodies: {ball: {joint: {name: S, prismatic: y, at: ground}, mass: m}}\n"
+                    "forces: {stop: {joint: S, force: \"if(q(S) < 0, -k*q(S), 0)\"}}\nstart: {q: {S: 0.5}}\n",
+                    2, names, 4, rows,
+                    "low = min(q(S)), begin = first(q(S) < 0), hits = count(q(S) < 0), inside = duration(q(S) < 0), "
+                    "push = max(if(q(S) < 0, -k*q(S), 0)), impulse = integral(if(q(S) < 0, -k*q(S), 0))",
+                    NULL);
+    for (int lanes = 0; lanes <= 1; lanes++) {
+        kempe_batch *b = run(&s, T, lanes, 1);
+        for (int i = 0; b && i < 4; i++) {
+            double k = rows[2 * i], m = rows[2 * i + 1], w = sqrt(k / m), v = sqrt(2 * g * height), fall = v / g;
+            double sag = g / (w * w), depth = sag + hypot(sag, v / w), contact = 2 * (PI - atan(v * w / g)) / w;
+            double period = contact + 2 * fall, rest = fmod(T - fall, period), whole = floor((T - fall) / period);
+            CHECK(rest > contact); /* the run ends in a flight */
+            CHECK_NEAR(value(b, i, "low"), -depth, 1e-8);
+            CHECK_NEAR(value(b, i, "begin"), fall, 1e-8);
+            CHECK(value(b, i, "hits") == whole + 1);
+            CHECK_NEAR(value(b, i, "inside"), (whole + 1) * contact, 1e-7);
+            CHECK_NEAR(value(b, i, "push"), k * depth, 1e-4);
+            CHECK_NEAR(value(b, i, "impulse"), (whole + 1) * 2 * m * v + (whole + 1) * m * g * contact, 1e-5);
+        }
+        kempe_batch_free(b);
+    }
+    end(&s);
+}
+
 /* -- mistakes ------------------------------------------------------------------------------------------- */
 
 static void refuse(const char *quantities, const char *limits, const char *message)
@@ -413,6 +445,7 @@ int main(void)
     TEST(test_pendulum);
     TEST(test_limits);
     TEST(test_motion);
+    TEST(test_bounces);
     TEST(test_mistakes);
     TEST(test_late);
     TEST(test_passed);
