@@ -82,8 +82,7 @@ static void make_mx(maker *k)
 }
 
 /* Mr = X' M X, lower triangle, and -Fr = -X' C - (M X)' a0. */
-static void make_reduced(maker *k, kmp_ref mr[KMP_FUSED_MOST][KMP_FUSED_MOST],
-                         kmp_ref force[KMP_FUSED_MOST])
+static void make_reduced(maker *k, kmp_ref mr[KMP_FUSED_MOST][KMP_FUSED_MOST], kmp_ref force[KMP_FUSED_MOST])
 {
     for (int c = 0; c < k->p; c++) {
         force[c] = KMP_ZERO;

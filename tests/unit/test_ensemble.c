@@ -3,11 +3,11 @@
  * are read with the same values, one by one; what lanes leave to runs of their own; what cannot be run. */
 #include "base/context.h"
 #include "base/memory.h"
-#include "varied_models.h"
 #include "linalg/dense/dense.h"
 #include "loaded.h"
 #include "model/model.h"
 #include "random.h"
+#include "varied_models.h"
 #include <kempe/settings.h>
 #include <kempe/stepper.h>
 #include <stdlib.h>
