@@ -233,7 +233,7 @@ static void find_accelerations(const kmp_engine *e, const kmp_pool *pool, const 
                                double *vdd)
 {
     size_t w = e->room.w, p = (size_t)e->p, r = (size_t)e->r;
-    size_t closures = (size_t)(e->s->jacobian.count + (e->s->rheonomic ? 2 : 1) * e->m);
+    size_t closures = (size_t)kmp_written_closure_count(e->s);
     const double *b = end + (size_t)(pool->layout.multipliers + pool->layout.pivots) * w + closures * w;
     const double *a0 = b + (p * r + r) * w, *udd = slope + p * w;
     memcpy(vdd, a0, r * w * sizeof *vdd);
