@@ -51,6 +51,11 @@ class Table:
         return {name: np.stack(columns, -1) for name, columns in found.items()}
 
 
+def across(v, directions):
+    """v (T, 3) without its part in the span of directions (T, 3, k)."""
+    return v - (directions @ (np.linalg.pinv(directions) @ v[..., None]))[..., 0]
+
+
 class Comparison:
     def __init__(self, mechanism, table):
         self.mechanism, self.table, self.complaints, self.worst = mechanism, table, [], 0.0
@@ -70,6 +75,7 @@ class Comparison:
         self.agree("qdd", self.qdd, self.motion.qdd)
         self.compare_multipliers()
         self.compare_reactions()
+        self.compare_joint_loads()
         self.compare_points()
         self.compare_forces()
         self.compare_sensors()
@@ -235,6 +241,40 @@ class Comparison:
         if complete:
             want = np.einsum("tmk,tm->tk", self.motion.jacobian, self.motion.lambdas)
             self.agree("efforts of all closures together", effect, want, self.size_of_forces())
+
+    def compare_joint_loads(self):
+        """Of joints of the tree: the components that all solutions have."""
+        free = self.motion.free_joint_wrenches()
+        size = np.concatenate([self.size_of_forces(), self.motion.joint_wrenches], 1)
+        for joint in self.mechanism.joints:
+            names = [f"reaction.{joint.name}", f"moment.{joint.name}"]
+            if joint.name in self.motion.rows or f"{names[1]}.x" not in self.table:
+                continue
+            got = np.concatenate([self.table.columns(name, "xyz") for name in names], 1)
+            known = np.ones(got.shape, bool)
+            for k in range(free.shape[2]):
+                known &= np.abs(self.joint_load(joint, free[:, :, k])) < 1e-8 * (1e-30 + np.max(np.abs(free[:, :, k]), 1)[:, None])
+            want = self.joint_load(joint, self.motion.joint_wrenches)
+            self.agree(f"load of joint {joint.name}", np.where(known, got, 0), np.where(known, want, 0), size)
+
+    def joint_load(self, joint, wrenches):
+        """Force and moment of a joint's constraint in the axes of the parent: the whole wrench without its parts along the
+        motions. Those of slides and of rotations act at the place that all its axes pass through."""
+        motion, c, p = self.motion, joint.child, joint.parent
+        whole = wrenches[:, 6 * c:6 * c + 6]
+        moves = -motion.motions[:, 6 * c:6 * c + 6][:, :, joint.coordinates]
+        turns = np.array([rotation for rotation, _ in joint.chain], bool)
+        begin = motion.r[:, p] + motion.turn[:, p] @ joint.at.place if p >= 0 else np.tile(joint.at.place, (motion.count, 1))
+        end = motion.r[:, c] + motion.turn[:, c] @ joint.to.place
+        first = turns[-1 if joint.turned else 0]
+        middle, shown = begin if first else end, begin if joint.turned else end
+        force, moment = whole[:, :3], whole[:, 3:] - np.cross(middle - motion.r[:, c], whole[:, :3])
+        if not broken("efforts in loads of joints"):
+            force, moment = across(force, moves[:, :3, ~turns]), across(moment, moves[:, 3:, turns])
+        moment = moment - np.cross(shown - middle, force)
+        sign = -1.0 if joint.turned and not broken("bodies of loads of joints") else 1.0
+        axes = np.swapaxes(motion.turn[:, p], -1, -2) if p >= 0 else np.eye(3)
+        return sign * np.concatenate([(axes @ x[..., None])[..., 0] for x in (force, moment)], 1)
 
     def compare_reaction(self, item, got):
         shares = self.shares(item)

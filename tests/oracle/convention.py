@@ -9,7 +9,7 @@ rates in expressions; conditions turned; ends of splines; tables go on straight;
 place of bushings; rate of bushings; force of stops; sign of friction; axes of forces at points; axes of points;
 velocity of points; acceleration of points; offset of includes; settings of includes; kinetic energy of rotation;
 curve in axes of ground; rates of relative positions; sign of angles; areas of cylinders; rates of states; tracking of controllers;
-values before samples""".replace("\n", " ").split("; ")
+values before samples; efforts in loads of joints; bodies of loads of joints""".replace("\n", " ").split("; ")
 INTEGRATED = {"rates of states", "tracking of controllers"}  # seen in motions that the oracle integrates
 BROKEN = set()
 

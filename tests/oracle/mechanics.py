@@ -399,7 +399,7 @@ class Motion:
         k, b, (x, z, y) = self.system()
         self.matrix = k
         found = np.linalg.solve(k, b[..., None])[..., 0]
-        self.accelerations, self.qdd = found[:, x], found[:, z]
+        self.accelerations, self.qdd, self.joint_wrenches = found[:, x], found[:, z], found[:, z.stop:y.start]
         self.lambdas = np.einsum("tmr,tr->tm", self.kept, found[:, y]) * (-1 if broken("sign of multipliers") else 1)
         return self
 
@@ -435,6 +435,11 @@ class Motion:
         force, moment = whole[:, :3], whole[:, 3:]
         arm = 0 * arm if broken("place of moments") else arm
         return np.concatenate([force, moment - tilde(arm) @ force], 1)
+
+    def free_joint_wrenches(self):
+        """Those that the free combinations of multipliers make alone, without any motion: (T, 6 bodies, m - r)."""
+        loads = np.swapaxes(self.by_bodies, -1, -2) @ self.dropped
+        return -np.linalg.solve(np.swapaxes(self.jointed, -1, -2), loads)
 
     def lengths(self, item):
         """Distances of a closure's points."""

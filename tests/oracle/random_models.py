@@ -19,7 +19,7 @@ loop-planar loop-point_on_line loop-point_on_plane curve-table curve-y curve-y-a
 coupler coupler-equals constraint constraint-of-time linkage drive-angle drive-displacement drive-locked redundant torque
 force joint-spring stops friction spring bushing line rope cylinder torsion measure point-force body-torque condition-q condition-qd condition-t
 condition-lambda force-of-lambda sensor ancestor-moves ancestor-body formulation-reduced formulation-dae formulation-projected integrators
-dynamics tape held rough-guess state-rate state-transfer state-controller state-sampled state-event""".split()
+dynamics tape held rough-guess joint-load state-rate state-transfer state-controller state-sampled state-event""".split()
 
 
 class Generator(Trees, Loops, Laws, States):
@@ -40,6 +40,7 @@ class Generator(Trees, Loops, Laws, States):
             if not {"coupler", "constraint"} & set(document.get("loops", {}).get(name, {})):
                 outputs.append(f"moment({name})")
         outputs += [f"reaction({name})" for name in document.get("drives", {})]
+        outputs += [f"{word}({name})" for name in self.loaded_joints() for word in ("reaction", "moment")]
         for body, keys in [("ground", document["ground"]), *document["bodies"].items()]:
             for point in list(keys["points"])[:2]:
                 outputs += [f"{word}({body}.{point})" for word in ("position", "velocity", "acceleration")]
@@ -54,6 +55,17 @@ class Generator(Trees, Loops, Laws, States):
         document["run"] = {"t_end": "80 ms", "output_step": "0.01", "rtol": rtol, "atol": rtol, "outputs": outputs}
         self.choose_way(document["run"])
         self.leave_choice()
+
+    def loaded_joints(self):
+        """Joints of bodies whose loads are known: no weld, no screw, no translations before and after a rotation."""
+        names = []
+        for keys in self.document["bodies"].values():
+            joint = keys.get("joint", {"weld": "yes"})
+            turns = ["R" in motion for motion in joint.get("motions", [])]
+            if not {"weld", "screw"} & set(joint) and sum(a != b for a, b in zip(turns, turns[1:])) < 2:
+                names.append(joint["name"])
+        self.features["joint-load"] += bool(names)
+        return names
 
     def choose_way(self, run):
         formulation = self.one_of("reduced", "reduced", "dae", "projected")

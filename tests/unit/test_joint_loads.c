@@ -334,6 +334,29 @@ static void multipliers_of_locks(void)
     unload(&l);
 }
 
+/* A bar on a hinge at one end whose other end rests on the floor by a rigid contact: half its weight. */
+static void rigid_contact(void)
+{
+    loaded l =
+        load_text("kempe: 1\ngravity: [0, 0, -10]\nground: {points: {F: [0, 0, -0.1]}}\n"
+                  "bodies: {bar: {joint: {name: A, revolute: y, at: ground}, mass: 3, com: [0.5, 0, 0], inertia: "
+                  "{xx: 0.1, yy: 0.25, zz: 0.25}, points: {T: [1, 0, 0]}}}\n"
+                  "contacts: {floor: {sphere: bar.T, radius: 0.1, on: {plane: ground.F}, restitution: 0}}\n"
+                  "run: {t_end: 0.1, outputs: [reaction(A), moment(A)]}\n");
+    kempe_trajectory *run = simulate(&l, &(way){.formulation = "reduced"}, 0.1);
+    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
+    CHECK(run && eval);
+    if (run && eval) {
+        const double *shown = kmp_samples_shown(&run->table, eval, kempe_trajectory_row_count(run) - 1);
+        CHECK_NEAR(shown[0], 0, 1e-9);
+        CHECK_NEAR(shown[2], 15, 1e-9);
+        CHECK_NEAR(shown[4], 0, 1e-9);
+    }
+    kmp_eval_free(eval);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
 /* -- refused ----------------------------------------------------------------------------------------- */
 
 static void refused(void)
@@ -352,6 +375,37 @@ static void refused(void)
                   "reaction of a joint of the tree is not allowed here: it follows from the accelerations");
 }
 
+/* A ball that rolls on a turning table: its slip is the rate of no length, so that its friction has no virtual work
+ * here. The load of a joint that it does not press on is known. */
+static void rolling(void)
+{
+    static const char *const joint[] = {"w", "other"};
+    for (int k = 0; k < 2; k++) {
+        char text[2048];
+        kempe_context *context = kempe_context_new();
+        kempe_model *model = NULL;
+        kempe_system *system = NULL;
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                       "  table: {joint: {name: w, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {T: "
+                       "[0, 0, 0]}}\n"
+                       "  ball: {joint: {name: b, free: x, at: ground}, mass: 1, inertia: {xx: 0.004, yy: 0.004, zz: "
+                       "0.004}, points: {C: [0, 0, 0]}}\n"
+                       "  bob: {joint: {name: other, revolute: x, at: ground}, mass: 1, inertia: {xx: 1}}\n"
+                       "contacts: {on: {sphere: ball.C, radius: 0.1, on: {plane: table.T}, restitution: 0, friction: "
+                       "2}}\n"
+                       "start: {q: {b.1: 1, b.3: 0.1}}\nrun: {outputs: [reaction(%s)]}\n",
+                       joint[k]);
+        CHECK(kempe_model_read_text(context, text, "model.yaml", &model) == KEMPE_OK);
+        CHECK(model && kempe_system_new(model, &system) == (k ? KEMPE_OK : KEMPE_E_INPUT));
+        CHECK(k || strstr(kempe_context_message(context), "rolls along no length that is a function of the "
+                                                          "coordinates: the load of joint 'w' is not known then"));
+        kempe_system_free(system);
+        kempe_model_free(model);
+        kempe_context_free(context);
+    }
+}
+
 int main(void)
 {
     TEST(loads_balance_a_body);
@@ -359,6 +413,8 @@ int main(void)
     TEST(friction_by_a_joint);
     TEST(a_pendulum);
     TEST(multipliers_of_locks);
+    TEST(rigid_contact);
     TEST(refused);
+    TEST(rolling);
     return check_report();
 }

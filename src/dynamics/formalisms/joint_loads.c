@@ -97,8 +97,10 @@ static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int body
             of = kmp_touching_gap(moved, &force->touch);
         } else if (force->kind == KMP_FORCE_FRICTION && kmp_friction_is_along(force) &&
                    kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) {
-            loads->obstacle = force;
-            loads->obstructed = body;
+            bool crosses = kmp_graph_node(moved->graph, kmp_id(of))->depends & (1u << KMP_IN_ALONG);
+            loads->obstacle = crosses ? force : loads->obstacle;
+            loads->obstructed = crosses ? body : loads->obstructed;
+            of = KMP_ZERO;
         }
         act(a, of, value);
     }
