@@ -203,7 +203,7 @@ static kempe_status derive_kinds(scene *s)
         "  G: {point_on_curve: [ground.O, b.P], curve: [x - y*z, z + sin(x)]}\n"
         "  K: {coupler: {a.1: 1, b.2: 2}, equals: 1}\n"
         "drives: {l: {joint: b.1, locked: yes}}\n"
-        "run: {outputs: [reaction(W), moment(W)]}\n";
+        "run: {outputs: [reaction(W), moment(W), reaction(b)]}\n";
     kempe_model *model = NULL;
     kempe_system *system = NULL;
     kempe_status status = kempe_model_read_text(s->context, text, "kinds", &model);
