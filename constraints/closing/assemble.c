@@ -453,7 +453,7 @@ static bool assemble(work *w)
     if (w->a->closed)
         make_rates(w);
     show_state(w);
-    return !w->arena.failed;
+    return !w->arena.failed && !w->loose.arena.failed;
 }
 
 kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *guess, kempe_assembly **assembly)

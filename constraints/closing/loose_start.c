@@ -105,6 +105,7 @@ static int add_change(kmp_loosening *l, int count, double *x)
         for (int i = 0; i < count; i++)
             l->matrix[i + j * count] = kmp_dot(n, l->slope + l->taken[i] * n, l->change + l->taken[j] * n);
     int rank = kmp_least_squares(count, count, l->matrix, l->right, KMP_LOOSE_RANK, l->mu);
+    l->arena.failed = l->arena.failed || rank < 0;
     for (int j = 0; rank > 0 && j < count; j++)
         for (int k = 0; k < n; k++)
             x[k] -= l->mu[j] * l->change[l->taken[j] * n + k];

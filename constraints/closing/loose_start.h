@@ -32,7 +32,8 @@ typedef struct kmp_loosening {
     int *taken;                      /* count: lengths that are met */
 } kmp_loosening;
 
-/** Allocates all; without joints with clearance nothing, and `count` is 0. False: no memory. */
+/** Allocates all; without joints with clearance nothing, and `count` is 0. False: no memory. Later the arena has failed
+ * where memory did not suffice. */
 bool kmp_loosening_init(kmp_loosening *loose, const kempe_system *system, kmp_closer *closer);
 void kmp_loosening_free(kmp_loosening *loose);
 
