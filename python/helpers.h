@@ -22,12 +22,14 @@ kempe_status python_guard_end(python_guard *guard, kempe_status status);
 void python_listen(kempe_context *context, void *user);
 void python_want_notes(int wanted);
 
-/** Versions of SUNDIALS and KLU, the back end of this processor, names of integrators and linear solvers. */
+/** Versions of SUNDIALS and KLU, the back end of this processor, names of integrators and linear solvers;
+ * libraries of searches that were there when it was built. */
 const char *python_sundials(void);
 const char *python_klu(void);
 const char *python_backend(void);
 const char *python_integrators(void);
 const char *python_linear_solvers(void);
+const char *python_searches(void);
 
 /** The hash of a model with all its files and values, as a result folder has it: 64 characters and a zero. */
 kempe_status python_model_hash(const kempe_model *model, char *hash);

@@ -2,6 +2,8 @@
 /* The parts of this build of the library, for kempe.about(). */
 #include "backend/x86/x86.h"
 #include "helpers.h"
+#include "linalg/constrained_minimum.h"
+#include "linalg/nonlinear_squares.h"
 #include <klu.h>
 #include <sundials/sundials_config.h>
 
@@ -41,4 +43,10 @@ const char *python_linear_solvers(void)
 #include "integrators/sundials/linear.def"
         ;
 #undef KMP_LINEAR
+}
+
+const char *python_searches(void)
+{
+    bool squares = kmp_squares_available(), minimum = kmp_minimum_available();
+    return squares && minimum ? "cminpack nlopt" : squares ? "cminpack" : minimum ? "nlopt" : "";
 }

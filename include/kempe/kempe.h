@@ -207,7 +207,8 @@ typedef struct kempe_run_options {
     int keep_independent;      /* 1: they are fixed: the run fails if they become singular, instead of changing them */
     const char *change_points; /* cross (default): change points are located and crossed; ignore: neither (expert) */
     double rtol;               /* relative tolerance, > 0 */
-    double atol;               /* absolute tolerance of an angle; lengths and rates scale it. Default rtol */
+    double atol;               /* absolute tolerance of an angle; lengths and rates scale it. Default: rtol, or the
+                                * model's times the ratio of rtol to the model's rtol */
     double t_end;              /* s */
     double output_step;        /* s between output rows */
     const char *reference;     /* CSV file to measure errors against */

@@ -227,16 +227,22 @@ static double first_positive(double a, double b, double c)
     return a > 0 ? a : b > 0 ? b : c;
 }
 
+/* Another relative tolerance changes the absolute one in proportion: both bound one error. */
+static double given_atol(const kmp_run_spec *spec, const kmp_run_settings *model, double usual)
+{
+    return first_positive(spec->atol, model->atol * (spec->rtol / first_positive(model->rtol, usual, 0)), spec->rtol);
+}
+
 static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *spec)
 {
     const kmp_run_settings *model = &system->model->run;
-    double requested = spec->rtol;
+    const double usual = 1e-8;
     if (spec->rtol < 0 || spec->atol < 0 || spec->t_end < 0 || isnan(spec->rtol + spec->atol + spec->t_end))
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "tolerances and t_end must be positive");
-    spec->rtol = first_positive(spec->rtol, model->rtol, 1e-8);
+    spec->rtol = first_positive(spec->rtol, model->rtol, usual);
     if (spec->rtol < 1e-15 || spec->rtol > 0.1)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "rtol = %g is outside 1e-15 .. 0.1", spec->rtol);
-    spec->atol = first_positive(spec->atol, requested > 0 ? 0 : model->atol, spec->rtol);
+    spec->atol = given_atol(spec, model, usual);
     if (spec->fixed_step > 0 && !kmp_solver_find(spec->integrator)->constant)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,
                         "integrator '%s' cannot make steps of constant length; dop853 and dopri5 can",

@@ -13,7 +13,7 @@ from .lazy import np
 
 def about() -> dict[str, Any]:
     """Versions, the back end that runs here, solvers. `libraries`: files of the library and of what was bundled with it.
-    `license`: that of the package; `licenses`: texts by file name."""
+    `license`: that of the package with the libraries of this build; `licenses`: texts by file name."""
     import importlib.metadata
     import pathlib
 
@@ -25,6 +25,14 @@ def about() -> dict[str, Any]:
     except importlib.metadata.PackageNotFoundError:  # in a build folder
         record = []
     solvers = string(lib.python_linear_solvers()).split()
+    searches = string(lib.python_searches()).split()
+    licenses = {
+        "BSD-3-Clause": True,  # Kempe, SUNDIALS, LAPACK
+        "LGPL-2.1-or-later": True,  # KLU, and parts of NLopt
+        "GPL-2.0-or-later": "umfpack" in solvers,
+        "MIT": "nlopt" in searches,
+        "Minpack": "cminpack" in searches,
+    }
     return {
         "kempe": string(lib.kempe_version()),
         "python": sys.version.split()[0],
@@ -35,7 +43,8 @@ def about() -> dict[str, Any]:
         "backend": string(lib.python_backend()),
         "integrators": string(lib.python_integrators()).split(),
         "linear_solvers": solvers,
-        "license": "BSD-3-Clause AND LGPL-2.1-or-later" + (" AND GPL-2.0-or-later" if "umfpack" in solvers else ""),
+        "searches": searches,
+        "license": " AND ".join(name for name, holds in licenses.items() if holds),
         "libraries": sorted(file.name for file in files if ".so" in file.name or file.suffix == ".pyd"),
         "licenses": {file.name: file.read_text() for file in record if "licenses" in file.parts},
     }

@@ -3,12 +3,20 @@
 
 from __future__ import annotations
 
-from ._native import lib
 from .context import string
 from .result import Reported, TableOf
 
 
-class Fit(Reported):
+class _Found(Reported):
+    """Parameters that a search has found."""
+
+    def _numbers(self, what: str) -> dict[str, float]:
+        """A number of each parameter, by its name."""
+        name, number = self._call("name"), self._call(what)
+        return {string(name(self._pointer, k)): number(self._pointer, k) for k in range(self._call("count")(self._pointer))}
+
+
+class Fit(_Found):
     """Parameters of a model found from measured motions, with their standard errors."""
 
     _noun = "fit"
@@ -18,34 +26,29 @@ class Fit(Reported):
     columns: TableOf = TableOf("column, count, rms, deviation (SI), unit.")
     rows: TableOf = TableOf("t; for each column of the data the fitted motion, COLUMN.measured, COLUMN.residual.")
 
-    def _names(self) -> list[str]:
-        return [string(lib.kempe_fit_name(self._pointer, k)) for k in range(lib.kempe_fit_count(self._pointer))]
-
     @property
     def values(self) -> dict[str, float]:
         """The estimates, SI, by name: `Model(path, **fit.values)` is the model with them."""
-        return {name: lib.kempe_fit_value(self._pointer, k) for k, name in enumerate(self._names())}
+        return self._numbers("value")
 
     @property
     def errors(self) -> dict[str, float]:
         """Their standard errors; NaN: at a bound, or not determined by the data."""
-        return {name: lib.kempe_fit_error(self._pointer, k) for k, name in enumerate(self._names())}
+        return self._numbers("error")
 
     @property
     def intervals(self) -> dict[str, tuple[float, float]]:
         """The ends of their intervals of confidence."""
-        return {
-            name: (lib.kempe_fit_low(self._pointer, k), lib.kempe_fit_high(self._pointer, k))
-            for k, name in enumerate(self._names())
-        }
+        high = self._numbers("high")
+        return {name: (low, high[name]) for name, low in self._numbers("low").items()}
 
     @property
     def rank(self) -> int:
         """The number of combinations of parameters that the data determines."""
-        return int(lib.kempe_fit_rank(self._pointer))
+        return int(self._call("rank")(self._pointer))
 
 
-class Optimum(Reported):
+class Optimum(_Found):
     """Parameters of a model for which a quantity of its runs is least or largest, under limits."""
 
     _noun = "optimum"
@@ -58,23 +61,19 @@ class Optimum(Reported):
     @property
     def values(self) -> dict[str, float]:
         """The parameters, SI, by name: `Model(path, **optimum.values)` is the model with them."""
-        count = lib.kempe_optimum_count(self._pointer)
-        return {
-            string(lib.kempe_optimum_name(self._pointer, k)): lib.kempe_optimum_value(self._pointer, k)
-            for k in range(count)
-        }
+        return self._numbers("value")
 
     @property
     def quantity(self) -> float:
         """The quantity there."""
-        return float(lib.kempe_optimum_quantity(self._pointer))
+        return float(self._call("quantity")(self._pointer))
 
     @property
     def kept(self) -> bool:
         """True if all limits are kept."""
-        return bool(lib.kempe_optimum_is_kept(self._pointer))
+        return bool(self._call("is_kept")(self._pointer))
 
     @property
     def method(self) -> str:
         """ "slopes" or "values"."""
-        return string(lib.kempe_optimum_method(self._pointer))
+        return string(self._call("method")(self._pointer))

@@ -461,7 +461,11 @@ def test_about():
     assert all(about["licenses"].values())
     assert re.fullmatch(r"\d+\.\d+\.\d+", about["sundials"]) and re.fullmatch(r"\d+\.\d+\.\d+", about["klu"])
     assert {"dop853", "ida"} <= set(about["integrators"]) and {"klu", "dense"} <= set(about["linear_solvers"])
-    assert ("GPL-2.0" in about["license"]) == ("umfpack" in about["linear_solvers"])
+    parts = about["license"].split(" AND ")
+    assert ("GPL-2.0-or-later" in parts) == ("umfpack" in about["linear_solvers"])
+    loaded = pathlib.Path("/proc/self/maps").read_text()
+    for license, library in (("Minpack", "cminpack"), ("MIT", "nlopt")):
+        assert (license in parts) == (library in about["searches"]) == (f"/lib{library}" in loaded)
     assert about["backend"] == "tape" or about["backend"].startswith("machine code")
 
 

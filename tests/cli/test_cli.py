@@ -133,6 +133,16 @@ class Terminal(Case):
             self.assertNotIn("\x1b", self.on_terminal("simulate", "nothing.yaml", **plain))
         self.assertNotIn("\x1b", kempe("simulate", "nothing.yaml").stderr)
 
+    def test_another_relative_tolerance_keeps_the_ratio_of_the_absolute_one(self):
+        text = ("kempe: 1\nbodies: {m: {joint: {name: x, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}}\n"
+                "run: {t_end: 0.1, atol: 1e-11%s}\n")
+        for own, options, atol in (("", [], 1e-11), ("", ["--rtol", 1e-4], 1e-7), (", rtol: 1e-6", ["--rtol", 1e-4], 1e-9),
+                                   (", rtol: 1e-6", ["--rtol", 1e-4, "--atol", 1e-3], 1e-3)):
+            model = self.model(text % own)
+            self.assertAlmostEqual(self.object(0, "simulate", model, *options)["atol"] / atol, 1, places=12)
+            many = self.object(0, "ensemble", model, "--sample", "q.x=0:1", "--instances", 2, *options)
+            self.assertAlmostEqual(many["atol"] / atol, 1, places=12)
+
     def test_units_of_options(self):
         run = ["simulate", FOUR_BAR, "--json", "-"]
         plain = kempe(*run, "--t-end", "0.1", "--atol", "0.25").stdout
