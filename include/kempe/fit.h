@@ -37,6 +37,11 @@ typedef struct kempe_fit_options {
     int starts;             /* searches: others than the first begin at places of a Sobol sequence between the bounds,
                              * which all parameters need then; 0: 1 */
     const kempe_run_options *run; /* tolerances, independent, back end, integrator: as kempe_sensitivity_options */
+    /* Further data files, each with a run of its own; `data` is number 1. They share the parameters, but for one named
+     * NAME@K, which is that of the run of file K alone. A column has one deviation in all files. */
+    const char *const *files;
+    int file_count;
+    const char *own; /* "load@2=3,q.crank@1=0.2": values of parameters and start values in single runs */
 } kempe_fit_options;
 
 typedef struct kempe_fit kempe_fit;
@@ -68,7 +73,8 @@ KEMPE_API kempe_status kempe_fit_print(const kempe_fit *fit, kempe_format format
  * "parameters": parameter, value, error, low, high, start, lower, upper (SI) and state: "", "lower", "upper" (at that
  * bound), "open" (not determined by the data). "correlation": parameter, and a column for each parameter. "columns":
  * column, count, rms (of the residuals), deviation (the one of the weights); in SI. "rows": t, and for each column the
- * fitted motion, COLUMN.measured, and COLUMN.residual, measured less fitted. */
+ * fitted motion, COLUMN.measured, and COLUMN.residual, measured less fitted; with several data files first `file`, its
+ * number. "first": those rows of the first file. */
 KEMPE_API kempe_status kempe_fit_table(const kempe_fit *fit, const char *name, kempe_table **table);
 
 /** Writes a self-contained HTML page: the mechanism moving with the estimates, the fitted motion beside the data,

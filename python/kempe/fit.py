@@ -24,7 +24,8 @@ class Fit(_Found):
     parameters: TableOf = TableOf("parameter, value, error, low, high, start, lower, upper (SI), state.")
     correlation: TableOf = TableOf("parameter, and a column for each parameter.")
     columns: TableOf = TableOf("column, count, rms, deviation (SI), unit.")
-    rows: TableOf = TableOf("t; for each column of the data the fitted motion, COLUMN.measured, COLUMN.residual.")
+    rows: TableOf = TableOf("t; for each column of the data the fitted motion, COLUMN.measured, COLUMN.residual. Several files: file, t, ..")
+    first: TableOf = TableOf("The rows of the first data file.")
 
     @property
     def values(self) -> dict[str, float]:

@@ -522,6 +522,10 @@ def test_fit_finds_the_mass(tmp_path):
     assert 0 < fit.errors["crank_mass"] < 1e-5 and fit.rank == 1
     assert fit.parameters["parameter"][0] == "crank_mass" and fit.correlation["crank_mass"][0] == 1
     assert fit.columns["column"][0] == "q.rocker" and "q.rocker.residual" in fit.rows.names and "crank_mass" in str(fit)
+    kempe.Model(path, crank_mass=3).simulate(t_end=1).rows.write(tmp_path / "other.csv")
+    words = ["crank_mass@1:0.1:5", "crank_mass@2:0.1:5"]
+    both = kempe.Model(path).fit(data=data, files=[tmp_path / "other.csv"], columns="q.rocker", parameters=words)
+    assert abs(both.values["crank_mass@1"] - 2) < 1e-6 and abs(both.values["crank_mass@2"] - 3) < 1e-6
     fit.write_report(tmp_path / "fit.html")
     assert "crank_mass" in (tmp_path / "fit.html").read_text()
 

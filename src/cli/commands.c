@@ -162,6 +162,8 @@ static kempe_status fit_parameters(const cli_job *j, kempe_fit **result)
 {
     kempe_fit_options options = j->settings->fit;
     options.parameters = j->settings->fitted;
+    options.own = j->settings->own;
+    options.files = j->settings->data_files;
     options.run = &j->settings->run;
     return kempe_fit_new(j->model, &options, result);
 }
@@ -170,7 +172,7 @@ static kempe_status fit_parameters(const cli_job *j, kempe_fit **result)
 static kempe_status kempe_fit_rows(const cli_job *j, const void *fit, bool drawn, kempe_table **table)
 {
     (void)j;
-    return kempe_fit_table(fit, drawn ? "rows" : "parameters", table);
+    return kempe_fit_table(fit, drawn ? "first" : "parameters", table);
 }
 
 STUDY(fit, kempe_fit, fit_parameters(j, result), .table = kempe_fit_rows,
@@ -552,7 +554,7 @@ const cli_command cli_commands[] = {
      "  kempe fit examples/four_bar/four_bar.yaml measured.csv --parameter crank_mass:0.1:10 -o found.csv\n"
      "  kempe fit examples/four_bar/four_bar.yaml measured.csv --columns q.rocker --parameter crank_mass,q.crank \\\n"
      "      --start found.csv --report fit.html\n",
-     .usage = "FILE DATA.csv --parameter NAME[:LOW:HIGH].. [options]", .lacks = fit_lacks, .model_alone = true,
+     .usage = "FILE DATA.csv.. --parameter NAME[:LOW:HIGH].. [options]", .lacks = fit_lacks, .model_alone = true,
      .study = &fit_study},
     {CLI_OPTIMIZE, "optimize", "parameters for which a quantity of a run is least or largest, under limits",
      "  kempe optimize examples/four_bar/four_bar.yaml --minimize 'max(qd(rocker))' --parameter base:0.85:0.95 \\\n"

@@ -138,6 +138,8 @@ static const option options[] = {
     {CLI_ENSEMBLE, IN_MODEL, "seed", VALUE(WHOLE, seed), "N", "seed of the random instances (default: 1)"},
     {CLI_FIT | CLI_OPTIMIZE, IN_MODEL, "parameter", VALUE(LIST, fitted), "NAME[:LOW:HIGH],..",
      "parameters to be found, start values among them as q.NAME and qd.NAME, with bounds; may be repeated"},
+    {CLI_FIT, IN_MODEL, "own", VALUE(LIST, own), "NAME@K=VALUE,..",
+     "values of parameters and start values in the run of data file K alone (1: the first); may be repeated"},
     {CLI_FIT, IN_MODEL, "columns", TEXT(fit.columns), "NAME,..", "columns of the data that count (default: all)"},
     {CLI_FIT, IN_MODEL, "deviations", TEXT(fit.deviations), "COLUMN=X,..",
      "standard deviations of the noise, which weight the columns (default: from the residuals)"},
@@ -557,6 +559,10 @@ static bool read_file_name(unsigned command, const char *word, cli_settings *set
 {
     if (settings->file && command == CLI_FIT && !settings->fit.data) {
         settings->fit.data = word;
+        return true;
+    }
+    if (settings->file && command == CLI_FIT && settings->fit.file_count < CLI_MOST_SETS) {
+        settings->data_files[settings->fit.file_count++] = word;
         return true;
     }
     if (settings->file)

@@ -66,8 +66,9 @@ typedef struct cli_settings {
     char quantities[CLI_LIST_SIZE], limits[CLI_LIST_SIZE];
     kempe_sensitivity_options sensitivity; /* in addition to those in `run` */
     kempe_fit_options fit;                 /* likewise */
-    char fitted[CLI_LIST_SIZE];
-    kempe_optimum_options optimize; /* likewise */
+    char fitted[CLI_LIST_SIZE], own[CLI_LIST_SIZE];
+    const char *data_files[CLI_MOST_SETS]; /* of a fit, behind the first; fit.file_count */
+    kempe_optimum_options optimize;        /* likewise */
     kempe_modes_options modes;
     kempe_response_options response; /* and of state spaces */
     const char *svg, *plot, *x, *y, *values;

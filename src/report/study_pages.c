@@ -324,7 +324,9 @@ static kempe_status fill_fit(study_page *s, const void *result)
     s->page.status = f->status;
     s->page.reason = f->reason;
     s->page.warnings = f->warnings;
-    s->page.scene = scene_of(s, "motion of the estimates");
+    s->page.scene = scene_of(
+        s, f->run_count > 1 ? kmp_arena_printf(&s->arena, "motion of the estimates, data file 1 of %d", f->run_count)
+                            : "motion of the estimates");
     s->page.answer = kmp_arena_printf(&s->arena, "%d parameter%s from %d measurements", f->count,
                                       f->count == 1 ? "" : "s", f->residuals);
     for (int k = 0; k < f->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
@@ -333,10 +335,10 @@ static kempe_status fill_fit(study_page *s, const void *result)
                                   : f->name[k],
             kmp_arena_printf(&s->arena, "%.4g", f->value[k])};
     KMP_TRY(kempe_fit_print(f, KEMPE_TEXT, &s->text));
-    KMP_TRY(kempe_fit_table(f, "rows", &s->table));
+    KMP_TRY(kempe_fit_table(f, "first", &s->table));
     s->page.x = "t";
     choose_first(s, first, KMP_PAGE_FIRST);
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
+    const kempe_sensitivity *rows = kmp_fit_rows(f, 0);
     return add_motion(s, rows->rtol, rows->t_end);
 }
 
@@ -344,7 +346,7 @@ kempe_status kempe_fit_write_report(kempe_fit *fit, const char *path)
 {
     KMP_WANTED(NULL, fit, "fit");
     KMP_WANTED(fit->context, path, "path");
-    return write_page(kmp_slope_runs_rows(fit->runs)->system, "fit", "fit", fill_fit, fit, path);
+    return write_page(kmp_fit_rows(fit, 0)->system, "fit", "fit", fill_fit, fit, path);
 }
 
 /* -- optima ------------------------------------------------------------------------------------------ */

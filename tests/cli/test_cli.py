@@ -518,6 +518,19 @@ class Fits(Case):
         self.assertLess(again["runs"], found["runs"])
         self.assertEqual(again["parameters"]["guide"]["start"], float(rows["guide"]["value"]))
 
+    def test_several_files(self):
+        self.expect(0, "simulate", self.CRANK, "--set", "guide=3", "--t-end", 0.5, "--no-convergence-check", "-o", "other.csv")
+        words = "motion.csv", "other.csv", "--columns", "q.crank,q.slider", "--parameter", "slider_mass:0.5:20,guide@1:0:"
+        found = self.object(0, "fit", self.CRANK, *words, "--own", "guide@2=3", "--set", "slider_mass=6")
+        self.assertEqual([(file["file"], file["rows"], file["measurements"]) for file in found["files"]],
+                         [("motion.csv", 51, 102), ("other.csv", 26, 52)])
+        for name, value in ("slider_mass", 3), ("guide@1", 1.5):
+            self.assertAlmostEqual(found["parameters"][name]["value"], value, delta=1e-5)
+        done = self.expect(0, "fit", self.CRANK, *words, "--own", "guide@2=3", "--report", "fit.html", "--plot", "fit.svg")
+        self.assertIn("other.csv: 26 rows, 2 columns, 52 measurements, values of its own", done.stdout)
+        self.assertIn("data file 1 of 2", (self.folder / "fit.html").read_text())
+        self.assertIn("guide@2=3", self.expect(3, "fit", self.CRANK, *words[:-1], "guide", "--own", "guide@2=3").stderr)
+
     def test_most_runs(self):
         far = "--set", "slider_mass=6", "--set", "guide=0.2", "--most", 3
         done, _ = self.estimates(*far)
@@ -529,7 +542,7 @@ class Fits(Case):
         (self.folder / "cells.csv").write_text("t,q.crank,q.slider\n0,1,2\n1,x,3\n0.5,1,2\n")
         for code, words, told in [
                 (3, ("motion.csv",), "needs --parameter"), (3, (), "the data is missing"),
-                (3, ("motion.csv", "other.csv", "--parameter", "guide"), "one model file is expected"),
+                (2, ("motion.csv", "other.csv", "--parameter", "guide"), "cannot read 'other.csv'"),
                 (3, ("motion.csv", "--parameter", "guid"), "did you mean 'guide'"),
                 (3, ("motion.csv", "--parameter", "guide:2:1"), "the bound 2 is not below 1"),
                 (3, ("motion.csv", "--parameter", "guide:1"), "two bounds are expected"),

@@ -7,11 +7,11 @@
 #include <kempe/fit.h>
 #include <stdlib.h>
 
-static const char *const data_file = "test_fit.csv";
+static const char *const data_file = "test_fit.csv", *const second_file = "test_fit_2.csv";
 
-static void write_data(const char *head, int rows, int columns, const double *cells)
+static void write_to(const char *path, const char *head, int rows, int columns, const double *cells)
 {
-    FILE *file = fopen(data_file, "w");
+    FILE *file = fopen(path, "w");
     CHECK(file != NULL);
     if (!file)
         return;
@@ -20,6 +20,11 @@ static void write_data(const char *head, int rows, int columns, const double *ce
         for (int c = 0; c < columns; c++)
             fprintf(file, "%.17g%s", cells[row * columns + c], c + 1 < columns ? "," : "\n");
     CHECK(fclose(file) == 0);
+}
+
+static void write_data(const char *head, int rows, int columns, const double *cells)
+{
+    write_to(data_file, head, rows, columns, cells);
 }
 
 static kempe_status fit_with(const loaded *l, kempe_fit_options ask, kempe_fit **fit)
@@ -99,6 +104,69 @@ static void agrees_with_normal_equations(void)
     CHECK_NEAR(cell(fit, "rows", 3, "q.x.residual"), cells[3][1] - v * cells[3][0] - a * cells[3][0] * cells[3][0] / 2,
                1e-7);
     kempe_fit_free(fit);
+    unload(&l);
+}
+
+/* Two throws with one acceleration: x = 2 t + a t^2/2 and x = 5 + v t + a t^2/2, with fixed noise. Each has values of
+ * its own, and v is found for the second alone; the normal equations of both together. */
+static void shares_parameters_of_two_files(void)
+{
+    static const double noise[2][THROWS] = {{0.3, -0.2, 0.5, -0.4, 0.1, -0.6, 0.2, 0.4, -0.3, 0.1},
+                                            {-0.1, 0.6, 0.2, -0.5, 0.3, 0.1, -0.4, 0.2, -0.2, 0.3}};
+    double cells[2][THROWS][2], m11 = 0, m12 = 0, m22 = 0, b1 = 0, b2 = 0, sum = 0;
+    for (int k = 0; k < 2 * THROWS; k++) {
+        int f = k / THROWS, i = k % THROWS;
+        double t = 0.3 * (i + 1), known = f ? 5 : 2 * t, slope = f ? t : 0;
+        double x = known - 1.5 * slope - 0.7 * t * t + noise[f][i];
+        cells[f][i][0] = t;
+        cells[f][i][1] = x;
+        m11 += slope * slope;
+        m12 += slope * t * t / 2;
+        m22 += t * t * t * t / 4;
+        b1 += slope * (x - known);
+        b2 += t * t / 2 * (x - known);
+    }
+    double det = m11 * m22 - m12 * m12, v = (m22 * b1 - m12 * b2) / det, a = (m11 * b2 - m12 * b1) / det;
+    for (int k = 0; k < 2 * THROWS; k++) {
+        int f = k / THROWS;
+        double t = cells[f][k % THROWS][0];
+        double away = cells[f][k % THROWS][1] - (f ? 5 + v * t : 2 * t) - a * t * t / 2;
+        sum += away * away;
+    }
+    double s2 = sum / (2 * THROWS - 2);
+    loaded l = load_text(thrown);
+    kempe_fit *fit = NULL;
+    write_data("t,q.x", THROWS, 2, &cells[0][0][0]);
+    write_to(second_file, "t,q.x", THROWS, 2, &cells[1][0][0]);
+    kempe_fit_options ask = {
+        .parameters = "qd.x@2,a:-100:100", .files = &second_file, .file_count = 1, .own = "qd.x@1=2, q.x@2=5"};
+    CHECK(fit_with(&l, ask, &fit) == KEMPE_OK);
+    CHECK_NEAR(kempe_fit_value(fit, 0), v, 1e-7);
+    CHECK_NEAR(kempe_fit_value(fit, 1), a, 1e-7);
+    CHECK_NEAR(kempe_fit_error(fit, 0), sqrt(s2 * m22 / det), 1e-7);
+    CHECK_NEAR(kempe_fit_error(fit, 1), sqrt(s2 * m11 / det), 1e-7);
+    CHECK_NEAR(cell(fit, "columns", 0, "count"), 2 * THROWS, 0);
+    CHECK_NEAR(cell(fit, "columns", 0, "rms"), sqrt(sum / (2 * THROWS)), 1e-8);
+    CHECK_NEAR(cell(fit, "rows", THROWS + 2, "file"), 2, 0);
+    CHECK_NEAR(cell(fit, "rows", THROWS + 2, "q.x.measured"), cells[1][2][1], 1e-12);
+    CHECK_NEAR(cell(fit, "first", 2, "q.x"), 2 * 0.9 + a * 0.405, 1e-7);
+    kempe_fit_free(fit);
+    static const struct {
+        const char *parameters, *own, *words;
+    } refused[] = {{"qd.x,a", "qd.x@2=3", "parameter 'qd.x' is to be found for all runs"},
+                   {"qd.x@3", NULL, "'qd.x@3': NAME@K is of the K-th data file, and there are 2"},
+                   {"qd.x@1", NULL, "the run of 'test_fit_2.csv' has none of the parameters"},
+                   {"a", "q.x=3", "'q.x=3': NAME@K=VALUE is expected"},
+                   {"a", "q.y@1=3", "no coordinate 'y'"},
+                   {"a", "a@2=3", "is to be found for all runs"}};
+    for (size_t k = 0; k < sizeof refused / sizeof *refused; k++) {
+        ask.parameters = refused[k].parameters;
+        ask.own = refused[k].own;
+        CHECK(fit_with(&l, ask, &fit) == KEMPE_E_ARGUMENT);
+        if (!strstr(kempe_context_message(l.context), refused[k].words))
+            CHECK_TEXT(kempe_context_message(l.context), refused[k].words);
+    }
+    (void)remove(second_file);
     unload(&l);
 }
 
@@ -311,6 +379,7 @@ int main(void)
 {
     if (kmp_squares_available()) {
         TEST(agrees_with_normal_equations);
+        TEST(shares_parameters_of_two_files);
         TEST(ends_at_a_bound);
         TEST(finds_a_damped_spring);
         TEST(names_the_undetermined);

@@ -27,15 +27,52 @@ static void put_number(kmp_text *text, double x)
         kmp_text_printf(text, "  %14s", "-");
 }
 
+static int known_in(const kempe_fit *f, int run)
+{
+    int count = 0;
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);)
+        count += at.run == run;
+    return count;
+}
+
+static void put_data(kmp_text *text, const kempe_fit *f, int run)
+{
+    const kmp_fit_run *r = &f->run[run];
+    const kmp_measured *m = &r->measured;
+    kmp_text_printf(text, "%-9s %s: %d rows, %d column%s, %d measurements", run ? "" : "data", r->file, m->rows,
+                    m->columns, m->columns == 1 ? "" : "s", known_in(f, run));
+    kmp_text_put(text, r->own ? ", values of its own\n" : "\n");
+}
+
+/* The end of the longest run. */
+static double last_time(const kempe_fit *f)
+{
+    double t_end = 0;
+    for (int k = 0; k < f->run_count; k++)
+        t_end = fmax(t_end, kmp_fit_rows(f, k)->t_end);
+    return t_end;
+}
+
+static void sum_times(const kempe_fit *f, double *cpu_s, double *build_s)
+{
+    *cpu_s = *build_s = 0;
+    for (int k = 0; k < f->run_count; k++) {
+        *cpu_s += kmp_fit_rows(f, k)->cpu_s;
+        *build_s += kmp_fit_rows(f, k)->build_s;
+    }
+}
+
 static void put_head(kmp_text *text, const kempe_fit *f)
 {
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
+    const kempe_sensitivity *rows = kmp_fit_rows(f, 0);
+    double cpu_s, build_s;
+    sum_times(f, &cpu_s, &build_s);
     kmp_text_printf(text, "%s: fit of %d parameter%s, %s\n\n", f->model->name, f->count, f->count == 1 ? "" : "s",
                     kmp_status_word(f->status));
     if (f->reason[0])
         kmp_text_printf(text, "reason    %s\n", f->reason);
-    kmp_text_printf(text, "data      %s: %d rows, %d column%s, %d measurements\n", f->file, f->measured.rows,
-                    f->measured.columns, f->measured.columns == 1 ? "" : "s", f->residuals);
+    for (int k = 0; k < f->run_count; k++)
+        put_data(text, f, k);
     kmp_text_printf(text, "search    %s: %d iterations, %d runs of the model, %d steps shortened", outcomes[f->outcome],
                     f->iterations, f->evaluations, f->refused);
     kmp_text_printf(text, ", weights %s\n", f->given ? "given" : "from the residuals");
@@ -44,11 +81,11 @@ static void put_head(kmp_text *text, const kempe_fit *f)
     if (f->refused > 0 && f->refusal)
         kmp_text_printf(text, "shortened the model does not run at some trial values, the last time because: %s\n",
                         f->refusal);
-    kmp_text_printf(text, "run       %s to t = %g s, rtol %g, atol %g", rows->integrator, rows->t_end, rows->rtol,
+    kmp_text_printf(text, "run       %s to t = %g s, rtol %g, atol %g", rows->integrator, last_time(f), rows->rtol,
                     rows->atol);
     if (isfinite(f->coarser))
         kmp_text_printf(text, "; a hundredfold tolerance changes the motion by %.2g deviations", f->coarser);
-    kmp_text_printf(text, "\ncpu       %.3f s, and %.3f s to derive the equations\n", rows->cpu_s, rows->build_s);
+    kmp_text_printf(text, "\ncpu       %.3f s, and %.3f s to derive the equations\n", cpu_s, build_s);
     kmp_text_printf(text, "rank      %d of %d, condition number %.3g\n", f->rank, f->free, f->condition);
 }
 
@@ -75,12 +112,11 @@ static void put_estimates(kmp_text *text, const kempe_fit *f)
 
 static void put_columns(kmp_text *text, const kempe_fit *f)
 {
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
-    int width = width_of(f->measured.columns, f->measured.name, 9);
+    int width = width_of(f->columns, f->column_name, 9);
     kmp_text_printf(text, "\n  %-*s  %14s  %14s  %14s\n", width, "column", "measurements", "rms residual", "deviation");
-    for (int c = 0; c < f->measured.columns; c++) {
-        const kmp_shown shown = kmp_shown_as(f->context, rows->unit[f->column[c]]);
-        kmp_text_printf(text, "  %-*s  %14d", width, f->measured.name[c], f->number[c]);
+    for (int c = 0; c < f->columns; c++) {
+        const kmp_shown shown = kmp_shown_as(f->context, f->column_unit[c]);
+        kmp_text_printf(text, "  %-*s  %14d", width, f->column_name[c], f->number[c]);
         put_number(text, shown.factor * f->rms[c]);
         put_number(text, shown.factor * f->deviation[c]);
         kmp_text_printf(text, "  %s\n", shown.unit);
@@ -151,23 +187,33 @@ static void put_parameters(kmp_json *json, const kempe_fit *f)
 static void put_json(kmp_text *text, const void *result)
 {
     const kempe_fit *f = result;
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
+    const kempe_sensitivity *rows = kmp_fit_rows(f, 0);
+    double cpu_s, build_s;
+    int count = 0;
+    sum_times(f, &cpu_s, &build_s);
+    for (int k = 0; k < f->run_count; k++)
+        count += f->run[k].measured.rows;
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, rows->system, f->status, f->reason, rows->build_s, f->warnings);
+    kmp_print_head(&json, rows->system, f->status, f->reason, build_s, f->warnings);
     kmp_json_put(&json,
                  "data %s rows %d measurements %d search %s searches %d iterations %d runs %d shortened %d refusal %s",
-                 f->file, f->measured.rows, f->residuals, outcomes[f->outcome], f->searches, f->iterations,
-                 f->evaluations, f->refused, f->refusal);
+                 f->run[0].file, count, f->residuals, outcomes[f->outcome], f->searches, f->iterations, f->evaluations,
+                 f->refused, f->refusal);
     kmp_json_put(&json, "weights %s integrator %s t_end %g rtol %g atol %g cpu_s %g tolerance_change %g",
-                 f->given ? "given" : "residuals", rows->integrator, rows->t_end, rows->rtol, rows->atol, rows->cpu_s,
+                 f->given ? "given" : "residuals", rows->integrator, last_time(f), rows->rtol, rows->atol, cpu_s,
                  f->coarser);
     kmp_json_put(&json, "confidence %g degrees_of_freedom %d rank %d free %d condition %g", f->confidence, f->freedoms,
                  f->rank, f->free, f->condition);
+    kmp_json_array(&json, "files");
+    for (int k = 0; k < f->run_count; k++)
+        kmp_json_put(&json, "{ file %s rows %d measurements %d }", f->run[k].file, f->run[k].measured.rows,
+                     known_in(f, k));
+    kmp_json_end(&json);
     put_parameters(&json, f);
     kmp_json_object(&json, "columns");
-    for (int c = 0; c < f->measured.columns; c++)
-        kmp_json_put(&json, "%s { measurements %d rms %g deviation %g unit %s }", f->measured.name[c], f->number[c],
-                     f->rms[c], f->deviation[c], rows->unit[f->column[c]]);
+    for (int c = 0; c < f->columns; c++)
+        kmp_json_put(&json, "%s { measurements %d rms %g deviation %g unit %s }", f->column_name[c], f->number[c],
+                     f->rms[c], f->deviation[c], f->column_unit[c]);
     kmp_json_put(&json, "} }");
 }
 
@@ -204,30 +250,30 @@ static void fill_columns(kempe_table *table, const void *result)
 {
     const kempe_fit *f = result;
     kmp_tabulate_columns(table, "column[words] count rms deviation unit[words]");
-    for (int c = 0; c < f->measured.columns; c++) {
+    for (int c = 0; c < f->columns; c++) {
         kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %d %g %g %s", f->measured.name[c], f->number[c], f->rms[c], f->deviation[c],
-                           kmp_slope_runs_rows(f->runs)->unit[f->column[c]]);
+        kmp_tabulate_cells(table, "%s %d %g %g %s", f->column_name[c], f->number[c], f->rms[c], f->deviation[c],
+                           f->column_unit[c]);
     }
 }
 
-static void fill_rows(kempe_table *table, const void *result)
+/* Fitted motion, measurement and difference of each column of the fit; NaN where a file lacks it. */
+static void tabulate_run(kempe_table *table, const kempe_fit *f, int run, bool numbered)
 {
-    const kempe_fit *f = result;
-    const kmp_measured *m = &f->measured;
-    kmp_tabulate_columns(table, "t[s]");
-    for (int c = 0; c < m->columns; c++) {
-        const char *unit = kmp_slope_runs_rows(f->runs)->unit[f->column[c]];
-        kmp_tabulate_column(table, unit, "%s", m->name[c]);
-        kmp_tabulate_column(table, unit, "%s.measured", m->name[c]);
-        kmp_tabulate_column(table, unit, "%s.residual", m->name[c]);
-    }
+    const kmp_fit_run *r = &f->run[run];
+    const kmp_measured *m = &r->measured;
     for (int row = 0; row < m->rows; row++) {
         kmp_tabulate_row(table);
+        if (numbered)
+            kmp_tabulate_number(table, run + 1);
         kmp_tabulate_number(table, m->t[row]);
-        for (int c = 0; c < m->columns; c++) {
-            double fitted = f->motion[(ptrdiff_t)row * m->columns + c];
-            double measured = m->value[(ptrdiff_t)row * m->columns + c];
+        for (int c = 0; c < f->columns; c++) {
+            double fitted = NAN, measured = NAN;
+            for (int k = 0; k < m->columns; k++)
+                if (r->among[k] == c) {
+                    fitted = r->motion[(ptrdiff_t)row * m->columns + k];
+                    measured = m->value[(ptrdiff_t)row * m->columns + k];
+                }
             kmp_tabulate_number(table, fitted);
             kmp_tabulate_number(table, measured);
             kmp_tabulate_number(table, measured - fitted);
@@ -235,5 +281,32 @@ static void fill_rows(kempe_table *table, const void *result)
     }
 }
 
+static void tabulate_heads(kempe_table *table, const kempe_fit *f)
+{
+    kmp_tabulate_columns(table, "t[s]");
+    for (int c = 0; c < f->columns; c++) {
+        kmp_tabulate_column(table, f->column_unit[c], "%s", f->column_name[c]);
+        kmp_tabulate_column(table, f->column_unit[c], "%s.measured", f->column_name[c]);
+        kmp_tabulate_column(table, f->column_unit[c], "%s.residual", f->column_name[c]);
+    }
+}
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_fit *f = result;
+    bool numbered = f->run_count > 1;
+    if (numbered)
+        kmp_tabulate_columns(table, "file");
+    tabulate_heads(table, f);
+    for (int k = 0; k < f->run_count; k++)
+        tabulate_run(table, f, k, numbered);
+}
+
+static void fill_first(kempe_table *table, const void *result)
+{
+    tabulate_heads(table, result);
+    tabulate_run(table, result, 0, false);
+}
+
 KMP_TABLES(kempe_fit, fit, fit->context, {"parameters", fill_parameters}, {"correlation", fill_correlation},
-           {"columns", fill_columns}, {"rows", fill_rows})
+           {"columns", fill_columns}, {"rows", fill_rows}, {"first", fill_first})

@@ -50,7 +50,7 @@ static void scale_columns(judge *j)
 static void find_open(judge *j)
 {
     kempe_fit *f = j->f;
-    const double least = KMP_FIT_RANK * kmp_slope_runs_rows(f->runs)->rtol;
+    const double least = KMP_FIT_RANK * kmp_fit_rows(f, 0)->rtol;
     f->rank = 0;
     while (f->rank < j->free && j->svd.s[f->rank] > least * j->svd.s[0])
         f->rank++;

@@ -3,38 +3,36 @@
 #include "studies/fit/fit_study.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "model/variant.h"
 #include "output/print.h"
 #include "studies/ensemble/designs.h"
 #include "studies/ensemble/statistics/shares.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_RUNS = 200, MOST_ROUNDS = 10 };
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
-static kempe_status read_parameters(kempe_fit *f, const char *list, kmp_text *names)
+static kempe_status read_parameters(kempe_fit *f, const char *list)
 {
     KMP_TRY(kmp_bounded_read(f->context, list, &f->arena, &f->bounded));
     f->count = f->bounded.count;
     f->name = f->bounded.name;
     f->lower = f->bounded.lower;
     f->upper = f->bounded.upper;
-    for (int k = 0; k < f->count; k++)
-        kmp_text_printf(names, "%s%s", k ? "," : "", f->name[k]);
-    KMP_TRY(kmp_made(f->context, KMP_ARENA_MAKE(&f->arena,
-                                                KMP_ROOM(double, f->count, &f->start, &f->value, &f->error, &f->low,
-                                                         &f->high, &f->best),
-                                                KMP_ROOM(double, (ptrdiff_t)f->count * f->count, &f->correlation),
-                                                KMP_ROOM(kmp_fit_state, f->count, &f->state))));
-    return kmp_made(f->context, !names->failed);
+    return kmp_made(f->context, KMP_ARENA_MAKE(&f->arena,
+                                               KMP_ROOM(double, f->count, &f->start, &f->value, &f->error, &f->low,
+                                                        &f->high, &f->best),
+                                               KMP_ROOM(double, (ptrdiff_t)f->count * f->count, &f->correlation),
+                                               KMP_ROOM(kmp_fit_state, f->count, &f->state)));
 }
 
 static int data_column(const kempe_fit *f, const char *name, size_t length)
 {
     int c = 0;
-    while (c < f->measured.columns &&
-           (strlen(f->measured.name[c]) != length || strncmp(f->measured.name[c], name, length) != 0))
+    while (c < f->columns && (strlen(f->column_name[c]) != length || strncmp(f->column_name[c], name, length) != 0))
         c++;
     return c;
 }
@@ -46,7 +44,7 @@ static kempe_status read_deviations(kempe_fit *f, const char *list)
     for (int k = 0; k < count; k++) {
         size_t length = strcspn(word[k], "=");
         int c = data_column(f, word[k], length);
-        if (!word[k][length] || c == f->measured.columns)
+        if (!word[k][length] || c == f->columns)
             return kmp_fail(f->context, KEMPE_E_ARGUMENT,
                             "deviation '%s': COLUMN=VALUE with a column of the data is expected", word[k]);
         KMP_TRY(kmp_bounded_number(f->context, "deviation", word[k] + length + 1, strlen(word[k] + length + 1),
@@ -55,36 +53,80 @@ static kempe_status read_deviations(kempe_fit *f, const char *list)
             return kmp_fail(f->context, KEMPE_E_ARGUMENT, "deviation '%s': it must be positive", word[k]);
     }
     f->given = count > 0;
-    for (int c = 0; f->given && c < f->measured.columns; c++)
+    for (int c = 0; f->given && c < f->columns; c++)
         if (!(f->deviation[c] > 0))
             return kmp_fail(f->context, KEMPE_E_ARGUMENT,
                             "the deviation of '%s' is missing: give that of every column, or of none",
-                            f->measured.name[c]);
+                            f->column_name[c]);
     return kmp_made(f->context, !f->arena.failed);
 }
 
 /* -- trials ------------------------------------------------------------------------------------------ */
 
-static double measured(const kempe_fit *f, int row, int column)
+double kmp_fit_measured(const kempe_fit *fit, const kmp_fit_cell *at)
 {
-    return f->measured.value[(ptrdiff_t)row * f->measured.columns + column];
+    const kmp_measured *m = &fit->run[at->run].measured;
+    return m->value[(ptrdiff_t)at->row * m->columns + at->column];
+}
+
+bool kmp_fit_next(const kempe_fit *fit, kmp_fit_cell *at)
+{
+    while (at->run < fit->run_count) {
+        const kmp_measured *m = &fit->run[at->run].measured;
+        if (++at->column >= m->columns) {
+            at->column = 0;
+            at->row++;
+        }
+        if (at->row >= m->rows)
+            *at = (kmp_fit_cell){at->run + 1, 0, -1};
+        else if (!isnan(kmp_fit_measured(fit, at)))
+            return true;
+    }
+    return false;
+}
+
+/* The value of the last run at a measurement, and its column of the fit. */
+static double value_at(const kempe_fit *f, const kmp_fit_cell *at)
+{
+    return kmp_sensitivity_value(kmp_fit_rows(f, at->run), at->row, f->run[at->run].column[at->column]);
+}
+
+static int column_of(const kempe_fit *f, const kmp_fit_cell *at)
+{
+    return f->run[at->run].among[at->column];
 }
 
 void kmp_fit_weigh(kempe_fit *fit, double *residual, double *slope)
 {
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(fit->runs);
-    int at = 0;
-    for (int row = 0; row < fit->measured.rows; row++)
-        for (int c = 0; c < fit->measured.columns; c++) {
-            double wanted = measured(fit, row, c), weight = 1 / fit->deviation[c];
-            if (isnan(wanted))
-                continue;
-            residual[at] = weight * (kmp_sensitivity_value(rows, row, fit->column[c]) - wanted);
-            for (int k = 0; k < fit->count; k++)
-                slope[at + (ptrdiff_t)k * fit->residuals] =
-                    weight * kmp_sensitivity_slope(rows, row, fit->column[c], k);
-            at++;
-        }
+    int i = 0;
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(fit, &at); i++) {
+        const kmp_fit_run *r = &fit->run[at.run];
+        const kempe_sensitivity *rows = kmp_fit_rows(fit, at.run);
+        double weight = 1 / fit->deviation[column_of(fit, &at)];
+        residual[i] = weight * (value_at(fit, &at) - kmp_fit_measured(fit, &at));
+        for (int k = 0; k < fit->count; k++)
+            slope[i + (ptrdiff_t)k * fit->residuals] = 0;
+        for (int k = 0; k < r->count; k++)
+            slope[i + (ptrdiff_t)r->parameter[k] * fit->residuals] =
+                weight * kmp_sensitivity_slope(rows, at.row, r->column[at.column], k);
+    }
+}
+
+/* The part of the fit's values that a run has. */
+static const double *values_of(kmp_fit_run *r, const double *x)
+{
+    for (int k = 0; k < r->count; k++)
+        r->value[k] = x[r->parameter[k]];
+    return r->value;
+}
+
+/* The runs of all data files, up to one that fails. */
+static kempe_status run_all(kempe_fit *f, const double *x)
+{
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < f->run_count && status == KEMPE_OK; k++)
+        status = kmp_slope_runs_at(f->run[k].runs, values_of(&f->run[k], x));
+    return status;
 }
 
 static double sum_of_squares(int count, const double *x)
@@ -100,7 +142,7 @@ static kmp_squares_said try(void *user, const double *x, double *residual, doubl
     kempe_fit *f = user;
     kmp_progress(f->context, KMP_PROGRESS_STUDY, f->evaluations, (double)f->most * f->starts, "runs");
     f->evaluations++;
-    f->status = kmp_slope_runs_at(f->runs, x);
+    f->status = run_all(f, x);
     if (f->status == KEMPE_E_FAILED) {
         kmp_free(f->refusal);
         f->refusal = kmp_strdup(kempe_context_message(f->context));
@@ -120,40 +162,42 @@ static kmp_squares_said try(void *user, const double *x, double *residual, doubl
 /* -- weights ----------------------------------------------------------------------------------------- */
 
 /* The scatter of each column about its mean: the first weights, and the size of rounding. */
-static void find_scatter(const kempe_fit *f, double *scatter)
+static kempe_status find_scatter(kempe_fit *f, double *scatter)
 {
-    for (int c = 0; c < f->measured.columns; c++) {
-        double mean = 0, sum = 0, most = 0;
-        for (int row = 0; row < f->measured.rows; row++)
-            mean += isnan(measured(f, row, c)) ? 0 : measured(f, row, c) / f->number[c];
-        for (int row = 0; row < f->measured.rows; row++) {
-            double away = isnan(measured(f, row, c)) ? 0 : measured(f, row, c) - mean;
-            sum += away * away;
-            most = fmax(most, isnan(measured(f, row, c)) ? 0 : fabs(measured(f, row, c)));
-        }
-        scatter[c] = sum > 0 ? sqrt(sum / f->number[c]) : most > 0 ? most : 1;
+    double *mean = KMP_ARENA_NEW(&f->arena, double, 3 * f->columns), *sum = mean + f->columns, *most = sum + f->columns;
+    KMP_TRY(kmp_made(f->context, mean));
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
+        int c = column_of(f, &at);
+        mean[c] += kmp_fit_measured(f, &at) / f->number[c];
     }
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
+        int c = column_of(f, &at);
+        double away = kmp_fit_measured(f, &at) - mean[c];
+        sum[c] += away * away;
+        most[c] = fmax(most[c], fabs(kmp_fit_measured(f, &at)));
+    }
+    for (int c = 0; c < f->columns; c++)
+        scatter[c] = sum[c] > 0 ? sqrt(sum[c] / f->number[c]) : most[c] > 0 ? most[c] : 1;
+    return KEMPE_OK;
 }
 
 static void find_rms(kempe_fit *f)
 {
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
-    for (int c = 0; c < f->measured.columns; c++) {
-        double sum = 0;
-        for (int row = 0; row < f->measured.rows; row++) {
-            double away = measured(f, row, c) - kmp_sensitivity_value(rows, row, f->column[c]);
-            sum += isnan(away) ? 0 : away * away;
-        }
-        f->rms[c] = sqrt(sum / f->number[c]);
+    memset(f->rms, 0, (size_t)f->columns * sizeof *f->rms);
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
+        double away = kmp_fit_measured(f, &at) - value_at(f, &at);
+        f->rms[column_of(f, &at)] += away * away;
     }
+    for (int c = 0; c < f->columns; c++)
+        f->rms[c] = sqrt(f->rms[c] / f->number[c]);
 }
 
 /* Weights by the residuals; true if they have changed. */
 static bool weigh_again(kempe_fit *f, const double *scatter)
 {
-    const double least = KMP_FIT_NOISE * kmp_slope_runs_rows(f->runs)->rtol;
+    const double least = KMP_FIT_NOISE * kmp_fit_rows(f, 0)->rtol;
     bool changed = false;
-    for (int c = 0; c < f->measured.columns; c++) {
+    for (int c = 0; c < f->columns; c++) {
         double next = fmax(f->rms[c], least * scatter[c]);
         f->exact[c] = f->rms[c] < next;
         changed = changed || fabs(next - f->deviation[c]) > KMP_FIT_WEIGHTS * f->deviation[c];
@@ -216,31 +260,34 @@ static kempe_status search_all(kempe_fit *f)
 /* Rows, residuals and derivatives at the estimates. */
 static kempe_status stand_at_estimates(kempe_fit *f)
 {
-    KMP_TRY(kmp_slope_runs_at(f->runs, f->value));
+    KMP_TRY(run_all(f, f->value));
     kmp_fit_weigh(f, f->residual, f->slope);
     find_rms(f);
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
-    for (int row = 0; row < f->measured.rows; row++)
-        for (int c = 0; c < f->measured.columns; c++)
-            f->motion[(ptrdiff_t)row * f->measured.columns + c] = kmp_sensitivity_value(rows, row, f->column[c]);
+    for (int k = 0; k < f->run_count; k++) {
+        const kmp_fit_run *r = &f->run[k];
+        for (int row = 0; row < r->measured.rows; row++)
+            for (int c = 0; c < r->measured.columns; c++)
+                r->motion[(ptrdiff_t)row * r->measured.columns + c] =
+                    kmp_sensitivity_value(kmp_fit_rows(f, k), row, r->column[c]);
+    }
     return KEMPE_OK;
 }
 
 /* Rounds: each column's weight follows from its residuals, and the search from the weights. Its start moves. */
 static kempe_status search(kempe_fit *f)
 {
-    double *scatter = KMP_ARENA_NEW(&f->arena, double, f->measured.columns);
+    double *scatter = KMP_ARENA_NEW(&f->arena, double, f->columns);
     KMP_TRY(kmp_made(f->context, scatter));
-    find_scatter(f, scatter);
+    KMP_TRY(find_scatter(f, scatter));
     if (!f->given)
-        memcpy(f->deviation, scatter, (size_t)f->measured.columns * sizeof *scatter);
+        memcpy(f->deviation, scatter, (size_t)f->columns * sizeof *scatter);
     bool again = true;
     while (again) {
         f->size = INFINITY;
         KMP_TRY(f->rounds == 0 ? search_all(f) : search_once(f));
         f->rounds++;
         KMP_TRY(stand_at_estimates(f));
-        again = !f->given && weigh_again(f, scatter) && f->measured.columns > 1 && f->outcome == KMP_SQUARES_FOUND &&
+        again = !f->given && weigh_again(f, scatter) && f->columns > 1 && f->outcome == KMP_SQUARES_FOUND &&
                 f->rounds < MOST_ROUNDS;
     }
     kmp_fit_weigh(f, f->residual, f->slope);
@@ -251,50 +298,169 @@ static kempe_status search(kempe_fit *f)
 static kempe_status check_tolerance(kempe_fit *f)
 {
     enum { COARSER = 100 };
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
-    kempe_status status = kmp_slope_runs_coarser(f->runs, COARSER, f->value);
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < f->run_count && status == KEMPE_OK; k++)
+        status = kmp_slope_runs_coarser(f->run[k].runs, COARSER, values_of(&f->run[k], f->value));
     if (status != KEMPE_OK)
         return status == KEMPE_E_FAILED ? KEMPE_OK : status;
     f->coarser = 0;
-    for (int row = 0; row < f->measured.rows; row++)
-        for (int c = 0; c < f->measured.columns; c++) {
-            double fitted = f->motion[(ptrdiff_t)row * f->measured.columns + c];
-            double away = fabs(kmp_sensitivity_value(rows, row, f->column[c]) - fitted) / f->deviation[c];
-            f->coarser = isnan(measured(f, row, c)) || f->exact[c] ? f->coarser : fmax(f->coarser, away);
-        }
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
+        const kmp_fit_run *r = &f->run[at.run];
+        int c = column_of(f, &at);
+        double fitted = r->motion[(ptrdiff_t)at.row * r->measured.columns + at.column];
+        double away = fabs(value_at(f, &at) - fitted) / f->deviation[c];
+        f->coarser = f->exact[c] ? f->coarser : fmax(f->coarser, away);
+    }
+    return KEMPE_OK;
+}
+
+/* -- data files -------------------------------------------------------------------------------------- */
+
+/* NAME@K: a name in the run of the K-th data file; -1: NAME, of all. */
+static kempe_status read_place(const kempe_fit *f, const char *word, int *length, int *run)
+{
+    const char *at = strchr(word, '@');
+    size_t used = strcspn(word, ":=");
+    *run = -1;
+    *length = at && at < word + used ? (int)(at - word) : (int)used;
+    if (word[*length] != '@')
+        return KEMPE_OK;
+    char *end;
+    long number = strtol(at + 1, &end, 10);
+    if (end != word + used || number < 1 || number > f->run_count)
+        return kmp_fail(f->context, KEMPE_E_ARGUMENT, "'%.*s': NAME@K is of the K-th data file, and there %s %d",
+                        (int)used, word, f->run_count == 1 ? "is" : "are", f->run_count);
+    *run = (int)number - 1;
+    return KEMPE_OK;
+}
+
+/* The names of a run's parameters, separated by commas; their places among those of the fit. */
+static kempe_status choose_parameters(kempe_fit *f, int k, kmp_text *names)
+{
+    kmp_fit_run *r = &f->run[k];
+    for (int p = 0; p < f->count; p++) {
+        int length, run;
+        KMP_TRY(read_place(f, f->name[p], &length, &run));
+        if (run >= 0 && run != k)
+            continue;
+        kmp_text_printf(names, "%s%.*s", r->count ? "," : "", length, f->name[p]);
+        r->parameter[r->count++] = p;
+    }
+    if (r->count == 0)
+        return kmp_fail(f->context, KEMPE_E_ARGUMENT, "the run of '%s' has none of the parameters: leave the file out",
+                        r->file);
+    return kmp_made(f->context, !names->failed);
+}
+
+/* A value of one run alone must not be one that all runs share. */
+static kempe_status check_own(const kempe_fit *f, const char *word, int length)
+{
+    for (int p = 0; p < f->count; p++)
+        if (strlen(f->name[p]) == (size_t)length && strncmp(f->name[p], word, (size_t)length) == 0)
+            return kmp_fail(f->context, KEMPE_E_ARGUMENT,
+                            "'%s': parameter '%s' is to be found for all runs; write it as %s@K for one of them", word,
+                            f->name[p], f->name[p]);
+    return KEMPE_OK;
+}
+
+/* The model of a run with the values of `list`, NAME@K=VALUE,.., that are its own. */
+static kempe_status set_own(kempe_fit *f, int k, const char *list)
+{
+    char **word = NULL;
+    int count = kmp_text_words(&f->arena, list, &word), own = 0;
+    const char **name = KMP_ARENA_NEW(&f->arena, const char *, count);
+    double *value = KMP_ARENA_NEW(&f->arena, double, count);
+    KMP_TRY(kmp_made(f->context, name && value));
+    for (int i = 0; i < count; i++) {
+        int length, run;
+        KMP_TRY(read_place(f, word[i], &length, &run));
+        const char *text = strchr(word[i], '=');
+        if (run < 0 || !text)
+            return kmp_fail(f->context, KEMPE_E_ARGUMENT, "'%s': NAME@K=VALUE is expected", word[i]);
+        if (run != k)
+            continue;
+        KMP_TRY(check_own(f, word[i], length));
+        name[own] = kmp_arena_printf(&f->arena, "%.*s", length, word[i]);
+        KMP_TRY(kmp_made(f->context, name[own]));
+        KMP_TRY(kmp_bounded_number(f->context, name[own], text + 1, strlen(text + 1), &value[own]));
+        own++;
+    }
+    return own > 0 ? kmp_variant_instance(f->model, own, name, value, &f->run[k].own) : KEMPE_OK;
+}
+
+/* Columns of the data are columns of the rows, in any order, and one of the fit for all files that have its name. */
+static void match_columns(kempe_fit *f, kmp_fit_run *r)
+{
+    const kempe_sensitivity *rows = kmp_slope_runs_rows(r->runs);
+    for (int c = 0; c < r->measured.columns; c++) {
+        char *name = r->measured.name[c];
+        for (int k = 0; k < rows->columns; k++)
+            if (strcmp(rows->column[k], name) == 0)
+                r->column[c] = k;
+        r->among[c] = data_column(f, name, strlen(name));
+        f->column_name[r->among[c]] = name;
+        f->column_unit[r->among[c]] = rows->unit[r->column[c]];
+        f->columns += r->among[c] == f->columns;
+    }
+}
+
+static kempe_status derive_run(kempe_fit *f, int k, const kempe_fit_options *options)
+{
+    kmp_fit_run *r = &f->run[k];
+    kmp_text names = {0};
+    int columns = r->measured.columns;
+    KMP_TRY(kmp_made(f->context,
+                     KMP_ARENA_MAKE(&f->arena, KMP_ROOM(int, columns, &r->column, &r->among),
+                                    KMP_ROOM(int, f->count, &r->parameter), KMP_ROOM(double, f->count, &r->value))));
+    kempe_status status = choose_parameters(f, k, &names);
+    if (status == KEMPE_OK)
+        status = set_own(f, k, options->own);
+    const kempe_sensitivity_options ask = {.parameters = names.s, .outputs = r->measured.outputs, .run = options->run};
+    if (status == KEMPE_OK)
+        status = kmp_slope_runs_new(r->own ? r->own : f->model, &ask, r->measured.rows, r->measured.t, &r->runs);
+    kmp_text_free(&names);
+    KMP_TRY(status);
+    KMP_TRY(kmp_measured_read(kmp_slope_runs_rows(r->runs), r->file, &r->measured));
+    match_columns(f, r);
+    for (int p = 0; p < r->count; p++) {
+        double *start = &f->start[r->parameter[p]];
+        *start = isnan(*start) ? kmp_slope_runs_rows(r->runs)->parameter[p] : *start;
+    }
     return KEMPE_OK;
 }
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
+static kempe_status count_run(kempe_fit *f, const kmp_fit_run *r)
+{
+    for (int c = 0; c < r->measured.columns; c++) {
+        int known = 0;
+        for (int row = 0; row < r->measured.rows; row++)
+            known += !isnan(r->measured.value[(ptrdiff_t)row * r->measured.columns + c]);
+        if (known == 0)
+            return kmp_complain(f->context, r->file, 0, 0, "the column '%s' is empty", r->measured.name[c]);
+        f->number[r->among[c]] += known;
+        f->residuals += known;
+    }
+    return KEMPE_OK;
+}
+
 static kempe_status count_measurements(kempe_fit *f)
 {
-    for (int c = 0; c < f->measured.columns; c++) {
-        for (int row = 0; row < f->measured.rows; row++)
-            f->number[c] += !isnan(measured(f, row, c));
-        if (f->number[c] == 0)
-            return kmp_complain(f->context, f->file, 0, 0, "the column '%s' is empty", f->measured.name[c]);
-        f->residuals += f->number[c];
+    for (int k = 0; k < f->run_count; k++) {
+        kmp_fit_run *r = &f->run[k];
+        KMP_TRY(count_run(f, r));
+        r->motion = KMP_ARENA_NEW(&f->arena, double, (ptrdiff_t)r->measured.rows * r->measured.columns);
+        KMP_TRY(kmp_made(f->context, r->motion));
     }
     if (f->residuals <= f->count)
         return kmp_fail(f->context, KEMPE_E_FAILED,
                         "more measurements than parameters are needed, for their errors too: measurements %d, "
                         "parameters %d",
                         f->residuals, f->count);
-    ptrdiff_t slopes = (ptrdiff_t)f->residuals * f->count, cells = (ptrdiff_t)f->measured.rows * f->measured.columns;
-    return kmp_made(f->context,
-                    KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, f->residuals, &f->residual),
-                                   KMP_ROOM(double, slopes, &f->slope), KMP_ROOM(double, cells, &f->motion)));
-}
-
-/* The rows have all columns of the data, in any order. */
-static void match_columns(kempe_fit *f)
-{
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(f->runs);
-    for (int c = 0; c < f->measured.columns; c++)
-        for (int k = 0; k < rows->columns; k++)
-            if (strcmp(rows->column[k], f->measured.name[c]) == 0)
-                f->column[c] = k;
+    ptrdiff_t slopes = (ptrdiff_t)f->residuals * f->count;
+    return kmp_made(f->context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, f->residuals, &f->residual),
+                                               KMP_ROOM(double, slopes, &f->slope)));
 }
 
 /* Several starts need places between bounds. */
@@ -312,18 +478,21 @@ static kempe_status check_starts(const kempe_fit *f)
                           (int)KMP_SOBOL_MOST);
 }
 
-static kempe_status derive(kempe_fit *f, const kempe_fit_options *options, const char *names)
+static kempe_status derive(kempe_fit *f, const kempe_fit_options *options)
 {
-    const kempe_sensitivity_options ask = {.parameters = names, .outputs = f->measured.outputs, .run = options->run};
-    int columns = f->measured.columns;
-    KMP_TRY(kmp_slope_runs_new(f->model, &ask, f->measured.rows, f->measured.t, &f->runs));
-    KMP_TRY(kmp_measured_read(kmp_slope_runs_rows(f->runs), options->data, &f->measured));
-    KMP_TRY(kmp_made(f->context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(int, columns, &f->column, &f->number),
+    int columns = 0;
+    for (int k = 0; k < f->run_count; k++)
+        columns += f->run[k].measured.columns;
+    KMP_TRY(kmp_made(f->context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(char *, columns, &f->column_name),
+                                                KMP_ROOM(const char *, columns, &f->column_unit),
+                                                KMP_ROOM(int, columns, &f->number),
                                                 KMP_ROOM(double, columns, &f->deviation, &f->rms),
                                                 KMP_ROOM(bool, columns, &f->exact))));
-    match_columns(f);
+    for (int p = 0; p < f->count; p++)
+        f->start[p] = NAN;
+    for (int k = 0; k < f->run_count; k++)
+        KMP_TRY(derive_run(f, k, options));
     KMP_TRY(read_deviations(f, options->deviations));
-    memcpy(f->start, kmp_slope_runs_rows(f->runs)->parameter, (size_t)f->count * sizeof *f->start);
     if (options->start)
         KMP_TRY(kmp_bounded_read_start(f->context, options->start, &f->bounded, f->start));
     KMP_TRY(kmp_bounded_check(f->context, &f->bounded, f->start));
@@ -331,9 +500,28 @@ static kempe_status derive(kempe_fit *f, const kempe_fit_options *options, const
     return count_measurements(f);
 }
 
+/* The data files: `data`, then the others. */
+static kempe_status read_data(kempe_fit *f, const kempe_fit_options *options)
+{
+    if (options->file_count > 0)
+        KMP_WANTED(f->context, options->files, "files");
+    int count = 1 + (options->file_count > 0 ? options->file_count : 0);
+    f->run = KMP_ARENA_NEW(&f->arena, kmp_fit_run, count);
+    KMP_TRY(kmp_made(f->context, f->run));
+    f->run_count = count;
+    for (int k = 0; k < count; k++) {
+        kmp_fit_run *r = &f->run[k];
+        const char *file = k > 0 ? options->files[k - 1] : options->data;
+        KMP_WANTED(f->context, file, "files");
+        r->file = kmp_arena_strdup(&f->arena, file);
+        KMP_TRY(kmp_made(f->context, r->file));
+        KMP_TRY(kmp_measured_begin(f->model, r->file, options->columns, &r->measured));
+    }
+    return KEMPE_OK;
+}
+
 static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
 {
-    kmp_text names = {0};
     f->confidence = options->confidence > 0 ? options->confidence : 0.95;
     f->most = options->most > 0 ? options->most : MOST_RUNS;
     f->coarser = NAN;
@@ -344,17 +532,10 @@ static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
     if (!(f->confidence < 1) || options->confidence < 0)
         return kmp_fail(f->context, KEMPE_E_ARGUMENT, "the confidence %g is not between 0 and 1", options->confidence);
     KMP_WANTED(f->context, options->data, "data");
-    f->file = kmp_arena_strdup(&f->arena, options->data);
-    KMP_TRY(kmp_made(f->context, f->file));
-    kempe_status status = read_parameters(f, options->parameters, &names);
-    if (status == KEMPE_OK)
-        status = check_starts(f);
-    if (status == KEMPE_OK)
-        status = kmp_measured_begin(f->model, options->data, options->columns, &f->measured);
-    if (status == KEMPE_OK)
-        status = derive(f, options, names.s);
-    kmp_text_free(&names);
-    return status;
+    KMP_TRY(read_parameters(f, options->parameters));
+    KMP_TRY(check_starts(f));
+    KMP_TRY(read_data(f, options));
+    return derive(f, options);
 }
 
 static void warn(kempe_fit *f)
@@ -434,8 +615,11 @@ void kempe_fit_free(kempe_fit *fit)
 {
     if (!fit)
         return;
-    kmp_slope_runs_free(fit->runs);
-    kmp_measured_free(&fit->measured);
+    for (int k = 0; k < fit->run_count; k++) {
+        kmp_slope_runs_free(fit->run[k].runs);
+        kmp_measured_free(&fit->run[k].measured);
+        kempe_model_free(fit->run[k].own);
+    }
     kmp_free(fit->refusal);
     kmp_free(fit->reason);
     kmp_free(fit->warnings);

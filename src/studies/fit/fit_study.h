@@ -14,24 +14,37 @@ typedef enum kmp_fit_state {
     KMP_FIT_OPEN /* the data does not determine it */
 } kmp_fit_state;
 
+/* A data file, and the run that it is compared with. */
+typedef struct kmp_fit_run {
+    const char *file;
+    kempe_model *own;      /* with the values of this run alone; NULL: the fit's */
+    kmp_slope_runs *runs;  /* their equations; the rows are those of the estimates at the end */
+    kmp_measured measured; /* data column c is column[c] of the rows, and among[c] of the fit's columns */
+    int *column, *among;
+    int count, *parameter; /* of this run; each among those of the fit */
+    double *value;
+    double *motion; /* rows x columns: of the estimates, as fitted */
+} kmp_fit_run;
+
 struct kempe_fit {
     kempe_context *context;
     const kempe_model *model;
-    kmp_arena arena;       /* of all arrays */
-    kmp_slope_runs *runs;  /* their equations; the rows are those of the estimates at the end */
-    kmp_measured measured; /* data column c is column[c] of the rows */
-    const char *file;      /* of the data */
+    kmp_arena arena;  /* of all arrays */
+    kmp_fit_run *run; /* one for each data file */
+    int run_count;
+    int columns; /* of all data files, by name */
+    char **column_name;
+    const char **column_unit;
     kmp_bounded bounded;
-    int count, *column; /* parameters */
+    int count; /* parameters */
     char **name;
     double *lower, *upper, *start, *value, *error, *low, *high;
     kmp_fit_state *state;
-    double *deviation, *rms;   /* by data column */
+    double *deviation, *rms;   /* by column */
     bool *exact;               /* residuals are errors of the runs */
     int *number;               /* of measurements in each */
     bool given;                /* deviations are */
     int residuals, freedoms;   /* known measurements; less the free parameters */
-    double *motion;            /* rows x columns: of the estimates, as fitted */
     double *residual, *slope;  /* weighted; residuals x count, column-major */
     double *best, size;        /* the best values so far, and the sum of squares there, with these weights */
     double *correlation;       /* count x count; NaN */
@@ -47,6 +60,21 @@ struct kempe_fit {
     char *refusal;       /* reason of the last refused trial; NULL: none */
     char *reason, *warnings;
 };
+
+/** The rows of a data file at the last values. */
+static inline const kempe_sensitivity *kmp_fit_rows(const kempe_fit *fit, int run)
+{
+    return kmp_slope_runs_rows(fit->run[run].runs);
+}
+
+/** A measurement, NaN: unknown; the next known one after a place, false: there is none. */
+typedef struct kmp_fit_cell {
+    int run, row, column;
+} kmp_fit_cell;
+
+#define KMP_FIT_BEGIN ((kmp_fit_cell){0, 0, -1})
+double kmp_fit_measured(const kempe_fit *fit, const kmp_fit_cell *at);
+bool kmp_fit_next(const kempe_fit *fit, kmp_fit_cell *at);
 
 /** Weighted residuals and their derivatives at the last rows. */
 void kmp_fit_weigh(kempe_fit *fit, double *residual, double *slope);
