@@ -408,6 +408,12 @@
 /** Small motions with delays: roots of the characteristic equation below this part of the frequency beyond which
  * inertia alone counts are zero. */
 #define KMP_DELAYED_STILL 1e-7
+/** A root of that equation is one where its residual is this part of the terms of each row: some roundings of them. */
+#define KMP_DELAYED_ROOT 1e-12
+/** An eigenvalue of the discretised delays stands for the root that is within this part of its size: those near the
+ * origin are known to many digits, the farthest ones to none. Two roots from different starts that are as near are
+ * one. */
+#define KMP_DELAYED_NEAR 1e-4
 /** A time is a multiple of a sample time up to this part, in studies that find when samples of several times repeat:
  * times are decimal numbers, or parameters that were divided. */
 #define KMP_SAME_SAMPLE 1e-9

@@ -61,7 +61,8 @@ KEMPE_API const double *kempe_linearization_matrix(const kempe_linearization *li
 typedef enum kempe_channel {
     KEMPE_CHANNEL_STATE, /* q.NAME of the independent coordinates, then qd.NAME */
     KEMPE_CHANNEL_INPUT, /* drive(m) is three: drive(m), its first and its second time derivative drive(m).d and .dd */
-    KEMPE_CHANNEL_OUTPUT
+    KEMPE_CHANNEL_OUTPUT,
+    KEMPE_CHANNEL_DELAY /* delay(NAME): the last inputs and outputs are the delayed signals, in this order */
 } kempe_channel;
 
 /** The number of channels; name and unit (SI, "" if unknown) of the k-th. */
@@ -73,6 +74,10 @@ KEMPE_API const char *kempe_linearization_unit(const kempe_linearization *linear
 KEMPE_API const double *kempe_linearization_q(const kempe_linearization *linearization);
 KEMPE_API const double *kempe_linearization_qd(const kempe_linearization *linearization);
 KEMPE_API const double *kempe_linearization_y(const kempe_linearization *linearization);
+
+/** The time of delay k: the last inputs and outputs belong to the delays of the model. Such an input is the output of
+ * that name, as it was this time before: w(t) = y(t - T). 0: there is no such delay. */
+KEMPE_API double kempe_linearization_delay(const kempe_linearization *linearization, int k);
 
 /** The time T in which all samples of the model's sampled states repeat; 0: it has none. The matrices belong to the
  * steps of T: x(k+1) = A x(k) + B w(k), y(k) = C x(k) + D w(k). There x(k) is the state before the samples. Inputs are

@@ -26,7 +26,7 @@ class Linearization(Result):
 
     _noun = "linearization"
     _options = "kempe_linearize_options"
-    _kept = ("states", "inputs", "outputs", "q", "qd", "y", "sample_time", "is_equilibrium")
+    _kept = ("states", "inputs", "outputs", "delays", "q", "qd", "y", "sample_time", "is_equilibrium")
 
     def matrix(self, name: str) -> Array:
         """A matrix by its name: A, B, C, D, M, G, K, L, N, Nd, Z."""
@@ -69,6 +69,12 @@ class Linearization(Result):
         return self._channel("OUTPUT")
 
     @property
+    def delays(self) -> dict[str, float]:
+        """The last inputs and outputs, and the time after which each of these outputs is the input of its name."""
+        names, p = self._channel("DELAY"), self._pointer
+        return {name: float(lib.kempe_linearization_delay(p, k)) for k, name in enumerate(names)}
+
+    @property
     def q(self) -> Array:
         """Coordinates of the state (n)."""
         return view(lib.kempe_linearization_q(self._pointer), (len(self._context.coordinates),), self._pointer)
@@ -97,6 +103,10 @@ class Linearization(Result):
         """All matrices and names: .npz for NumPy, .mat for MATLAB and Octave."""
         self._context.check(lib.kempe_linearization_write, self._pointer, os.fsencode(path))
 
+    def _closed(self) -> None:
+        if self.delays:
+            raise ValueError(f"a state space without delays is needed, and this one ends at {', '.join(self.delays)}")
+
     def to_scipy(self) -> Any:
         """A scipy.signal.StateSpace.
 
@@ -106,12 +116,14 @@ class Linearization(Result):
         """
         from scipy.signal import StateSpace
 
+        self._closed()
         return StateSpace(self.A, self.B, self.C, self.D, **({"dt": self.sample_time} if self.sample_time else {}))
 
     def to_control(self) -> Any:
         """A control.StateSpace of python-control, with the names of its channels. It allows no dots in names: they are "_"."""
         import control
 
+        self._closed()
         return control.ss(
             self.A,
             self.B,

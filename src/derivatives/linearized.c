@@ -392,6 +392,41 @@ void kmp_linear_squeeze(int rows, int row_count, const int *row, int column_coun
             *to++ = from[(row ? row[i] : i) + (ptrdiff_t)(column ? column[j] : j) * rows];
 }
 
+int kmp_linear_entries(const kmp_linear *linear, int *place)
+{
+    const kmp_linear *l = linear;
+    int width = 0;
+    for (int k = 0; k < 2 * l->p; k++) {
+        const kmp_state *state = kmp_state_of(l->system->model, l->part.u[k % l->p]);
+        if (!state || (k >= l->p && !state->held))
+            place[width++] = k;
+    }
+    return width;
+}
+
+int kmp_linear_first_order(const kmp_linear *linear, int width, const int *place, double *a)
+{
+    const kmp_linear *l = linear;
+    const int p = l->p;
+    double *lu = KMP_NEW(double, (ptrdiff_t)p *p), *work = KMP_NEW(double, p);
+    int *pivot = KMP_NEW(int, p), failed = lu && work && pivot ? 0 : -1;
+    if (failed == 0)
+        failed = kmp_lu_factor(p, memcpy(lu, l->mass, (size_t)p * (size_t)p * sizeof *lu), pivot) ? -3 : 0;
+    for (int j = 0; failed == 0 && j < width; j++) {
+        const int from = place[j];
+        const double *column = from < p ? l->stiffness + (ptrdiff_t)from * p : l->damping + (ptrdiff_t)(from - p) * p;
+        for (int i = 0; i < p; i++)
+            work[i] = -column[i];
+        kmp_lu_solve(p, lu, pivot, 1, work);
+        for (int i = 0; i < width; i++)
+            a[i + (ptrdiff_t)j * width] = place[i] >= p ? work[place[i] - p] : place[i] + p == from;
+    }
+    kmp_free(lu);
+    kmp_free(work);
+    kmp_free(pivot);
+    return failed;
+}
+
 /* Vectors of the unknowns at `place` as those of all. False: no memory. */
 static bool spread(kmp_spectrum *s, int p, const int *place)
 {

@@ -129,6 +129,13 @@ int kmp_linear_moving(const kmp_linear *linear, int *place);
 void kmp_linear_squeeze(int rows, int row_count, const int *row, int column_count, const int *column,
                         const double *from, double *to);
 
+/** The states x of the first-order form: the unknowns u that are no states of the model, then all rates of u that are
+ * not held. `place` (2 p): the place of each among u and their rates (from p on). Their number. */
+int kmp_linear_entries(const kmp_linear *linear, int *place);
+
+/** A of x' = A x (width x width). 0; -1: no memory; -3: Mr is singular. */
+int kmp_linear_first_order(const kmp_linear *linear, int width, const int *place, double *a);
+
 /** Eigenvalues and vectors of Mr, Gr and Kr, without those of held states, where the vectors are zero, and without the
  * zeros of integrals of states; independent of the choice of u. KEMPE_E_MEMORY; KEMPE_E_FAILED: Mr is singular, N' M N
  * is not positive, or an iteration did not converge. */

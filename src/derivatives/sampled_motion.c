@@ -5,7 +5,6 @@
 #include "derivatives/sampled_motion.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/dense.h"
 #include "linalg/dense/exponential.h"
 #include "linalg/dense/lapack.h"
 #include <math.h>
@@ -134,34 +133,6 @@ int kmp_sampled_map(int width, int inputs, const double *a, const double *b, con
 
 /* -- eigenvalues ------------------------------------------------------------------------------------- */
 
-/* x of a linear system: its coordinates but for the integrals of states, then the rates; without held states. */
-static int list_entries(const kmp_linear *l, int *place, double *every)
-{
-    int width = 0;
-    for (int half = 0; half < 2; half++)
-        for (int k = 0; k < l->p; k++) {
-            const kmp_state *state = kmp_state_of(l->system->model, l->part.u[k]);
-            if (state && (half == 0 || state->held))
-                continue;
-            place[width] = half * l->p + k;
-            every[width++] = half == 1 && kmp_state_is_sampled(state) ? state->period : INFINITY;
-        }
-    return width;
-}
-
-/* Column `from` of -Mr^-1 [Kr Gr], or of the rates of the coordinates, at the entries of x. */
-static void put_column(const kmp_linear *l, const double *lu, const int *pivot, int from, int width, const int *place,
-                       double *work, double *column)
-{
-    int p = l->p;
-    const double *matrix = from < p ? l->stiffness + (ptrdiff_t)from * p : l->damping + (ptrdiff_t)(from - p) * p;
-    for (int i = 0; i < p; i++)
-        work[i] = -matrix[i];
-    kmp_lu_solve(p, lu, pivot, 1, work);
-    for (int i = 0; i < width; i++)
-        column[i] = place[i] >= p ? work[place[i] - p] : place[i] + p == from;
-}
-
 kempe_status kmp_sampled_complain(kempe_context *context, int failed)
 {
     if (failed == -2)
@@ -178,21 +149,23 @@ kempe_status kmp_sampled_complain(kempe_context *context, int failed)
 kempe_status kmp_sampled_spectrum_init(kmp_sampled_spectrum *spectrum, const kmp_linear *linear)
 {
     kmp_sampled_spectrum *s = spectrum;
-    int p = linear->p, *pivot = NULL, failed = 0;
-    ptrdiff_t n = 2 * (ptrdiff_t)p;
-    double *a = NULL, *left = NULL, *every = NULL, *lu = NULL, *work = NULL;
+    int failed;
+    ptrdiff_t n = 2 * (ptrdiff_t)linear->p;
+    double *a = NULL, *left = NULL, *every = NULL;
     *s = (kmp_sampled_spectrum){0};
     KMP_TRY(kmp_made(linear->system->context,
                      KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, n *n, &a, &left, &s->x_re, &s->x_im),
-                                    KMP_ROOM(double, n, &every, &s->re, &s->im), KMP_ROOM(int, n, &s->place),
-                                    KMP_ROOM(double, (ptrdiff_t)p *p, &lu), KMP_ROOM(double, p, &work),
-                                    KMP_ROOM(int, p, &pivot)) &&
+                                    KMP_ROOM(double, n, &every, &s->re, &s->im), KMP_ROOM(int, n, &s->place)) &&
                          a && every));
-    s->count = list_entries(linear, s->place, every);
-    memcpy(lu, linear->mass, (size_t)p * (size_t)p * sizeof *lu);
-    failed = kmp_lu_factor(p, lu, pivot) ? -3 : 0;
-    for (int j = 0; failed == 0 && j < s->count; j++)
-        put_column(linear, lu, pivot, s->place[j], s->count, s->place, work, a + (ptrdiff_t)j * s->count);
+    s->count = kmp_linear_entries(linear, s->place);
+    for (int i = 0; i < s->count; i++) {
+        const kmp_state *state = s->place[i] < linear->p
+                                     ? NULL
+                                     : kmp_state_of(linear->system->model, linear->part.u[s->place[i] - linear->p]);
+        every[i] = kmp_state_is_sampled(state) ? state->period : INFINITY;
+    }
+    failed = kmp_linear_first_order(linear, s->count, s->place, a);
+    KMP_TRY(kmp_made(linear->system->context, failed != -1));
     if (failed == 0)
         failed = kmp_sampled_map(s->count, 0, a, NULL, every, &s->period, a, NULL);
     if (failed == 0)

@@ -80,6 +80,9 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
         for (int f = 0; f < KMP_WHEEL_FIELDS; f++)
             visit(&w, model->wheels[k].name, kmp_wheel_fields[f].key, 1,
                   (const kmp_number *)(const void *)((const char *)&model->wheels[k] + kmp_wheel_fields[f].offset));
+    for (int k = 0; k < model->state_count; k++)
+        if (model->states[k].delay.value > 0)
+            visit(&w, model->states[k].name, "time", 1, &model->states[k].delay);
     visit_start(&w, model);
     return w.on;
 }

@@ -75,6 +75,7 @@ static void copy_model(kmp_variant *v, const kempe_model *base, int more)
     m->points = COPY(v, m->points, m->point_count, 0);
     m->forces = COPY(v, m->forces, m->force_count, 0);
     m->wheels = COPY(v, m->wheels, m->wheel_count, 0);
+    m->states = COPY(v, m->states, m->state_count, 0);
     copy_closures(v);
     m->start.q = COPY(v, m->start.q, n, 0);
     m->start.qd = COPY(v, m->start.qd, n, 0);
@@ -332,6 +333,14 @@ static void check_goal(const kmp_goal *goal, kmp_text *why)
             kmp_text_printf(why, "the weight of a goal is %.6g: it must not be negative", goal->weight[i].value);
 }
 
+/* `base` has a positive delay where it is one. */
+static void check_state(const kmp_state *state, const kmp_state *base, kmp_text *why)
+{
+    if (base->delay.value > 0 && !(state->delay.value > 0) && !why->length)
+        kmp_text_printf(why, "the delay of '%s' is %.6g s: a positive time is expected", state->name,
+                        state->delay.value);
+}
+
 /* The first rule for single numbers that the values break. */
 static void check_values(const kempe_model *m, const kempe_model *base, kmp_text *why)
 {
@@ -340,6 +349,8 @@ static void check_values(const kempe_model *m, const kempe_model *base, kmp_text
         check_force(&m->forces[k], why);
     for (int k = 0; k < m->closure_count; k++)
         check_closure(m, &m->closures[k], why);
+    for (int k = 0; k < m->state_count; k++)
+        check_state(&m->states[k], &base->states[k], why);
     for (int k = 0; k < m->start.goal_count; k++)
         check_goal(&m->start.goals[k], why);
 }

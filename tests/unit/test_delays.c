@@ -6,7 +6,6 @@
 #include "loaded.h"
 #include <complex.h>
 #include <kempe/equilibrium.h>
-#include <kempe/linearize.h>
 #include <kempe/output_handles.h>
 #include <kempe/response.h>
 #include <kempe/stepper.h>
@@ -255,9 +254,6 @@ static void studies(void)
     kempe_table_free(table);
     CHECK_TEXT(kempe_equilibrium_stability(e, 0), "unstable");
     kempe_equilibrium_free(e);
-    kempe_linearization *lin = NULL;
-    CHECK(kempe_linearization_new(l.system, NULL, &lin) == KEMPE_E_ARGUMENT);
-    CHECK(strstr(kempe_context_message(l.context), "'late' is a delayed signal") != NULL);
     unload(&l);
 }
 

@@ -286,12 +286,7 @@ kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *syste
 {
     double begin = kmp_cpu_now();
     *channels = (kmp_channels){0};
-    kempe_status status =
-        options->delays ? KEMPE_OK
-                        : kmp_refuse_delays(system->model, "linear equations",
-                                            "'kempe response' has exact frequency responses; or " KMP_INSTEAD_OF_DELAY);
-    if (status == KEMPE_OK)
-        status = kmp_averaged_new(system, &channels->averaged);
+    kempe_status status = kmp_averaged_new(system, &channels->averaged);
     channels->given = channels->system = kmp_averaged_system(channels->averaged, system);
     if (status == KEMPE_OK)
         status = build(channels, options);

@@ -10,7 +10,7 @@
 /** NULL: the default of each. */
 typedef struct kmp_channels_options {
     const char *at, *inputs, *outputs, *independent, *backend;
-    bool delays; /* the caller follows them; otherwise they are refused */
+
 } kmp_channels_options;
 
 typedef struct kmp_names {

@@ -68,6 +68,11 @@ static void show(kmp_text *text, const kempe_linearization *l)
     list(text, "states", &c->states);
     list(text, "inputs", &c->loads);
     list(text, "outputs", &c->outputs);
+    for (int k = 0; k < l->delays.count; k++) {
+        kmp_shown as = kmp_shown_as(c->system->context, "s");
+        kmp_text_printf(text, "  delays   input %s is the output of that name %.9g %s before\n", l->delays.name[k],
+                        as.factor * l->delay[k], as.unit);
+    }
     for (int k = 0; k < KMP_MATRICES; k++) {
         kmp_matrix_row row = kmp_linearization_row(l, k);
         show_matrix(text, &row);
@@ -115,7 +120,13 @@ static void json(kmp_text *text, const kempe_linearization *l, double *room)
     json_names(&j, "states", &c->states);
     json_names(&j, "inputs", &c->loads);
     json_names(&j, "outputs", &c->outputs);
-    kmp_json_numbers(&j, "y", c->outputs.count, c->transfer.value);
+    if (l->delays.count > 0) {
+        kmp_json_array(&j, "delays");
+        for (int k = 0; k < l->delays.count; k++)
+            kmp_json_put(&j, "{ name %s time %g }", l->delays.name[k], l->delay[k]);
+        kmp_json_end(&j);
+    }
+    kmp_json_numbers(&j, "y", c->outputs.count, l->y);
     for (int k = 0; k < KMP_MATRICES; k++) {
         kmp_matrix_row row = kmp_linearization_row(l, k);
         if (k != KEMPE_MATRIX_Z || l->z)

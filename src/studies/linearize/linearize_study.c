@@ -2,7 +2,9 @@
 /* State spaces: one made, its matrices, and their file. */
 #include "studies/linearize/linearize_study.h"
 #include "base/memory.h"
+#include "derivatives/delayed_motion.h"
 #include "derivatives/sampled_motion.h"
+#include "dynamics/load_dependent.h"
 #include "linalg/dense/lapack.h"
 #include "output/formats/named_arrays.h"
 #include <kempe/linearize.h>
@@ -11,9 +13,8 @@
 
 kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
 {
-    const kmp_transfer *transfer = &l->channels.transfer;
-    int p = l->count, n = transfer->n, inputs = transfer->columns, outputs = transfer->outputs;
-    int width = kmp_transfer_width(transfer), second = l->z ? 0 : p;
+    int p = l->count, n = l->channels.transfer.n, width = l->width, second = l->z ? 0 : p;
+    int inputs = l->channels.loads.count, outputs = l->channels.outputs.count;
     const kmp_matrix_row row[] = {
 #define KMP_MATRIX(name, word, rows, columns, values, meaning) {word, meaning, values, rows, columns},
 #include "studies/linearize/matrices.def"
@@ -49,23 +50,30 @@ static kempe_status make_first_order(kempe_linearization *l)
                     system->model->motions[l->channels.linear.part.u[failed - 1]].name);
 }
 
-/* The second-order matrices, without the rows and columns of constant states. */
+/* The second-order matrices, without the rows and columns of constant states and delays; what delayed signals do is a
+ * load. */
 static kempe_status take_second_order(kempe_linearization *l)
 {
     const kmp_transfer *t = &l->channels.transfer;
     const kmp_linear *linear = t->linear;
     ptrdiff_t p = t->p, n = t->n;
-    int *place = l->u = KMP_ARENA_NEW(&l->channels.arena, int, p);
-    KMP_TRY(kmp_made(l->channels.system->context,
-                     place && KMP_ARENA_MAKE(&l->channels.arena,
-                                             KMP_ROOM(double, p *p, &l->mass, &l->damping, &l->stiffness),
-                                             KMP_ROOM(double, p * t->columns, &l->loads),
-                                             KMP_ROOM(double, n *p, &l->map, &l->map_rate))));
-    const int count = l->count = kmp_linear_moving(linear, place);
+    int *place = l->u = KMP_ARENA_NEW(&l->channels.arena, int, p), *delay = KMP_ARENA_NEW(&l->channels.arena, int, p);
+    KMP_TRY(
+        kmp_made(l->channels.system->context,
+                 place && delay &&
+                     KMP_ARENA_MAKE(&l->channels.arena, KMP_ROOM(double, p *p, &l->mass, &l->damping, &l->stiffness),
+                                    KMP_ROOM(double, p *(t->columns + l->delays.count), &l->loads),
+                                    KMP_ROOM(double, n *p, &l->map, &l->map_rate))));
+    const int moving = kmp_linear_moving(linear, place);
+    int count = 0, delays = 0;
+    for (int k = 0; k < moving; k++)
+        *(kmp_delay_of(linear, place[k]) > 0 ? &delay[delays++] : &place[count++]) = place[k];
+    l->count = count;
     kmp_linear_squeeze(t->p, count, place, count, place, linear->mass, l->mass);
     kmp_linear_squeeze(t->p, count, place, count, place, linear->damping, l->damping);
     kmp_linear_squeeze(t->p, count, place, count, place, linear->stiffness, l->stiffness);
     kmp_linear_squeeze(t->p, count, place, t->columns, NULL, t->loads, l->loads);
+    kmp_linear_squeeze(t->p, count, place, delays, delay, linear->damping, l->loads + (ptrdiff_t)count * t->columns);
     kmp_linear_squeeze(t->n, t->n, NULL, count, place, t->map, l->map);
     kmp_linear_squeeze(t->n, t->n, NULL, count, place, t->map_rate, l->map_rate);
     for (int k = 0; k < count; k++)
@@ -100,11 +108,19 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
     KMP_OPTIONS(system->context, kempe_linearize_options, options);
     kmp_context_begin(system->context);
     KMP_MAKE(system->context, kempe_linearization, l);
-    const kmp_channels_options requested = {options->at,          options->inputs,  options->outputs,
-                                            options->independent, options->backend, false};
-    kempe_status status = kmp_channels_init(&l->channels, system, &requested);
+    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
+                                            options->backend};
+    kempe_status status = KEMPE_OK;
+    if (kmp_samples_in(system->model))
+        status = kmp_refuse_delays(system->model, "linear equations of models with samples", KMP_INSTEAD_OF_DELAY);
+    if (status == KEMPE_OK)
+        status = kmp_channels_init(&l->channels, system, &requested);
+    if (status == KEMPE_OK)
+        status = kmp_linearization_check_delays(l);
     if (status == KEMPE_OK)
         status = make_first_order(l);
+    if (status == KEMPE_OK)
+        status = kmp_linearization_open_delays(l);
     if (status == KEMPE_OK)
         status = make_samples(l);
     if (status == KEMPE_OK)
@@ -137,9 +153,10 @@ const double *kempe_linearization_matrix(const kempe_linearization *l, kempe_mat
 static const kmp_names *names_of(const kempe_linearization *l, kempe_channel channel)
 {
     static const kmp_names none;
-    if ((unsigned)channel > KEMPE_CHANNEL_OUTPUT)
+    if ((unsigned)channel > KEMPE_CHANNEL_DELAY)
         return &none;
-    return channel == KEMPE_CHANNEL_STATE   ? &l->channels.states
+    return channel == KEMPE_CHANNEL_DELAY   ? &l->delays
+           : channel == KEMPE_CHANNEL_STATE ? &l->channels.states
            : channel == KEMPE_CHANNEL_INPUT ? &l->channels.loads
                                             : &l->channels.outputs;
 }
@@ -152,7 +169,9 @@ KMP_GETTER_AT(const char *kempe_linearization_unit(const kempe_linearization *l,
               names_of(l, channel)->count, names_of(l, channel)->unit[k], "")
 KMP_GETTER(const double *kempe_linearization_q(const kempe_linearization *l), l, l->channels.at->q, NULL)
 KMP_GETTER(const double *kempe_linearization_qd(const kempe_linearization *l), l, l->channels.at->qd, NULL)
-KMP_GETTER(const double *kempe_linearization_y(const kempe_linearization *l), l, l->channels.transfer.value, NULL)
+KMP_GETTER(const double *kempe_linearization_y(const kempe_linearization *l), l, l->y, NULL)
+KMP_GETTER_AT(double kempe_linearization_delay(const kempe_linearization *l, int k), l, k, l->delays.count, l->delay[k],
+              0)
 KMP_GETTER(double kempe_linearization_sample_time(const kempe_linearization *l), l, l->period, 0)
 KMP_GETTER(int kempe_linearization_is_equilibrium(const kempe_linearization *l), l, l->channels.rests, 0)
 
@@ -183,13 +202,17 @@ kempe_status kempe_linearization_write(const kempe_linearization *l, const char 
     add_names(&arrays, "states", "state_units", &c->states);
     add_names(&arrays, "inputs", "input_units", &c->loads);
     add_names(&arrays, "outputs", "output_units", &c->outputs);
+    if (l->delays.count > 0) {
+        kmp_arrays_words(&arrays, "delays", l->delays.count, l->delays.name);
+        kmp_arrays_matrix(&arrays, "delay_times", l->delays.count, KMP_ARRAY_VECTOR, l->delay);
+    }
     for (int k = 0; coordinates && k < n; k++)
         coordinates[k] = (char *)system->model->motions[k].name; /* read only */
     if (coordinates)
         kmp_arrays_words(&arrays, "coordinates", n, coordinates);
     kmp_arrays_matrix(&arrays, "q", n, KMP_ARRAY_VECTOR, c->at->q);
     kmp_arrays_matrix(&arrays, "qd", n, KMP_ARRAY_VECTOR, c->at->qd);
-    kmp_arrays_matrix(&arrays, "y", c->outputs.count, KMP_ARRAY_VECTOR, c->transfer.value);
+    kmp_arrays_matrix(&arrays, "y", c->outputs.count, KMP_ARRAY_VECTOR, l->y);
     kempe_status status = kmp_arrays_write(system->context, &arrays, path);
     kmp_free(coordinates);
     return status;

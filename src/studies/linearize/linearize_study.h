@@ -9,6 +9,10 @@ struct kempe_linearization {
     int count, *u; /* the independent coordinates but for constant states, of whose columns and rows */
     double *mass, *damping, *stiffness, *loads, *map, *map_rate; /* these are */
     double *a, *b, *c, *d;                                       /* of the channels' arena */
+    int width;                                                   /* of x */
+    kmp_names delays;                                            /* the last inputs and outputs */
+    double *delay;                                               /* the time of each */
+    const double *y;                                             /* the outputs at the state */
     double period; /* s: they are those from one common sample to the next; 0: of a model without samples */
     double *z;     /* width x 2: eigenvalues of that map, real and imaginary part; NULL without samples */
 };
@@ -28,3 +32,9 @@ enum {
 };
 
 kmp_matrix_row kmp_linearization_row(const kempe_linearization *linearization, int k);
+
+/** KEMPE_E_ARGUMENT: a model with delays is at a state that is no equilibrium. */
+kempe_status kmp_linearization_check_delays(const kempe_linearization *linearization);
+
+/** Makes the delays inputs and outputs of A, B, C and D, which are those of the averaged system. KEMPE_E_MEMORY. */
+kempe_status kmp_linearization_open_delays(kempe_linearization *linearization);

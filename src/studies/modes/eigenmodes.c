@@ -2,6 +2,7 @@
 #include "studies/modes/eigenmodes.h"
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
+#include "derivatives/delayed_spectrum.h"
 #include "derivatives/sampled_motion.h"
 #include <math.h>
 #include <stdlib.h>
@@ -252,19 +253,70 @@ static kempe_status solve_sampled(kmp_modes *s, const kmp_linear *l)
     return status;
 }
 
-kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear)
+/* -- delays ------------------------------------------------------------------------------------------ */
+
+static void put_delayed(kmp_modes *s, const kmp_linear *l, const kmp_delayed_spectrum *roots)
+{
+    kmp_spectrum *out = &s->spectrum;
+    out->zeros = roots->zeros;
+    out->still = roots->still;
+    memcpy(out->re, roots->re, (size_t)s->count * sizeof *out->re);
+    memcpy(out->im, roots->im, (size_t)s->count * sizeof *out->im);
+    for (int c = 0; c < s->count; c++)
+        for (int k = 0; k < s->p; k++)
+            add_motion(s, l, c, k, roots->x_re[k + (ptrdiff_t)c * s->p], roots->x_im[k + (ptrdiff_t)c * s->p]);
+}
+
+static kempe_status take_delayed(kmp_modes *s, const kmp_linear *l, int zeros, bool brief)
+{
+    kmp_delayed_spectrum roots;
+    kempe_status status = kmp_delayed_spectrum_init(&roots, l, zeros, brief);
+    s->count = s->spectrum.count = roots.count;
+    s->shown = roots.shown;
+    s->bound = roots.bound;
+    s->spectrum.p = s->p;
+    if (status == KEMPE_OK)
+        status = kmp_made(s->system->context,
+                          make_room(s) && KMP_ARENA_MAKE(&s->spectrum.arena,
+                                                         KMP_ROOM(double, s->count, &s->spectrum.re, &s->spectrum.im)));
+    if (status == KEMPE_OK)
+        put_delayed(s, l, &roots);
+    kmp_delayed_spectrum_free(&roots);
+    return status;
+}
+
+static kempe_status solve_delayed(kmp_modes *s, const kmp_linear *l, bool brief)
+{
+    kmp_spectrum averaged;
+    s->endless = true;
+    KMP_TRY(kmp_linear_spectrum(l, &averaged));
+    const int zeros = averaged.zeros;
+    kmp_spectrum_free(&averaged);
+    return take_delayed(s, l, zeros, brief);
+}
+
+/* -- all --------------------------------------------------------------------------------------------- */
+
+static kempe_status solve_all(kmp_modes *s, const kmp_linear *l, bool brief)
+{
+    if (l->system->model->delay_count > 0)
+        return solve_delayed(s, l, brief);
+    KMP_TRY(kmp_made(s->system->context, make_room(s)));
+    KMP_TRY(s->z_re ? solve_sampled(s, l) : solve(s, l));
+    s->shown = s->count;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear, bool brief)
 {
     const kempe_system *system = linear->system;
-    kmp_modes s = {.system = system, .n = linear->n, .p = linear->p, .count = 2 * linear->p};
+    kmp_modes s = {.system = system, .n = linear->n, .p = linear->p, .count = 2 * linear->p, .bound = NAN};
     kmp_arena scratch = {0};
     double *mass = NULL, *work = NULL;
-    bool room = make_room(&s) &&
-                KMP_ARENA_MAKE(&scratch, KMP_ROOM(double, (ptrdiff_t)s.n *s.n, &mass),
+    bool room = KMP_ARENA_MAKE(&scratch, KMP_ROOM(double, (ptrdiff_t)s.n *s.n, &mass),
                                KMP_ROOM(double, 4 * (ptrdiff_t)s.n, &work)) &&
                 mass && work;
-    kempe_status status = !room    ? kmp_fail_memory(system->context)
-                          : s.z_re ? solve_sampled(&s, linear)
-                                   : solve(&s, linear);
+    kempe_status status = room ? solve_all(&s, linear, brief) : kmp_fail_memory(system->context);
     if (status == KEMPE_OK) {
         s.moving = kmp_linear_moving(linear, s.u);
         for (int k = 0; k < s.moving; k++)

@@ -22,7 +22,7 @@ enum { MOST_HALVINGS = 6 };
 typedef struct family {
     double value;
     kmp_modes modes;
-    int *at;   /* count: the index of each branch in the spectrum; of the modes' arena, like q */
+    int *at;   /* of the locus: the index of each branch in the spectrum; of the modes' arena, like q */
     double *q; /* n: the state */
 } family;
 
@@ -31,8 +31,8 @@ typedef struct maker {
     kmp_operating_family *visited; /* where all modes are computed */
     kmp_locus *l;
     kmp_arena arena; /* of the arrays below */
-    double *cost;
-    int *column;
+    double *cost;    /* room x room */
+    int *column, room;
 } maker;
 
 static void leave(family *s)
@@ -64,21 +64,39 @@ static double distance(double a_re, double a_im, double b_re, double b_im, doubl
     return sum > 0 ? away / sum : 0;
 }
 
-/* Assigns branches of `from` to eigenvalues of `to`. Returns the largest doubt: 0 where all are certain. */
+static bool make_costs(maker *m, int n)
+{
+    if (n > m->room) {
+        m->room = n;
+        (void)KMP_ARENA_MAKE(&m->arena, KMP_ROOM(double, (size_t)n *(size_t)n, &m->cost), KMP_ROOM(int, n, &m->column));
+    }
+    return !m->arena.failed;
+}
+
+/* Assigns branches of `from` to eigenvalues of `to`, of which none remain but with delays. Returns the largest doubt: 0
+ * where all are certain; -1: no memory. */
 static double follow(maker *m, const family *from, family *to)
 {
-    int n = from->modes.count;
+    int n = to->modes.count, branches = m->l->count;
     const kmp_spectrum *a = &from->modes.spectrum, *b = &to->modes.spectrum;
     double size = fmax(kmp_modes_size(&from->modes), kmp_modes_size(&to->modes)), doubt = 0;
+    if (!make_costs(m, n))
+        return -1;
     for (int j = 0; j < n; j++)
         for (int i = 0; i < n; i++) {
+            if (i >= branches) {
+                m->cost[i + (ptrdiff_t)j * n] = 0;
+                continue;
+            }
             int k = from->at[i];
             m->cost[i + (ptrdiff_t)j * n] = distance(a->re[k], a->im[k], b->re[j], b->im[j], size) + 1 -
                                             kmp_modes_likeness(&from->modes, k, &to->modes, j);
+            if (n > branches && size > 0) /* relative distances from zero are all equal, and some eigenvalues remain */
+                m->cost[i + (ptrdiff_t)j * n] += hypot(a->re[k] - b->re[j], a->im[k] - b->im[j]) / size;
         }
     if (kmp_assign(n, m->cost, m->column))
         return -1;
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < branches; i++) {
         int k = from->at[i], j = m->column[i];
         double away = distance(a->re[k], a->im[k], b->re[j], b->im[j], size);
         double unlike = 1 - kmp_modes_likeness(&from->modes, k, &to->modes, j);
@@ -111,10 +129,14 @@ static kempe_status advance(maker *m, const family *from, family *to, int halvin
 /* Computes the station at a value, with the branches of `from`. */
 static kempe_status reach(maker *m, const family *from, double value, int halvings, family *to, double *doubt)
 {
+    m->visited->brief = halvings > 0;
     KMP_TRY(arrive(m, value, to));
     kempe_status status =
-        to->modes.count == from->modes.count
+        (to->modes.endless ? to->modes.count >= m->l->count : to->modes.count == from->modes.count)
             ? advance(m, from, to, halvings, doubt)
+        : to->modes.endless
+            ? kmp_fail(m->context, KEMPE_E_FAILED, "only %d eigenvalues with delays were found at %g, and %d before",
+                       to->modes.count, value, m->l->count)
             : kmp_fail(m->context, KEMPE_E_FAILED, "there are %d degrees of freedom at %g, and %d at %g",
                        from->modes.moving, from->value, to->modes.moving, value);
     if (status != KEMPE_OK)
@@ -257,7 +279,7 @@ static kempe_status find_critical(maker *m, const family *from, const family *to
  * at one end and a pair at the other, the growing one. */
 static kempe_status look_between(maker *m, const family *from, const family *to, const around *values)
 {
-    for (int b = 0; b < from->modes.count; b++) {
+    for (int b = 0; b < m->l->count; b++) {
         place before = place_at(from, b), after = place_at(to, b);
         if (grows(&before) == grows(&after) || (grows(&before) ? before.im : after.im) < 0)
             continue;
@@ -272,9 +294,7 @@ static bool make_room(maker *m, int count)
 {
     kmp_locus *l = m->l;
     l->count = count;
-    return KMP_ARENA_EACH(&l->arena, double, (ptrdiff_t)count * l->values, &l->re, &l->im) &&
-           KMP_ARENA_MAKE(&m->arena, KMP_ROOM(double, (size_t)count *(size_t)count, &m->cost),
-                          KMP_ROOM(int, count, &m->column));
+    return KMP_ARENA_EACH(&l->arena, double, (ptrdiff_t)count * l->values, &l->re, &l->im) && make_costs(m, count);
 }
 
 static void note(maker *m, const family *s, double doubt)
@@ -289,6 +309,32 @@ static void note(maker *m, const family *s, double doubt)
     l->doubt[k] = doubt;
 }
 
+static bool is_followed(const maker *m, const family *s, int c)
+{
+    for (int b = 0; b < m->l->count; b++)
+        if (s->at[b] == c)
+            return true;
+    return false;
+}
+
+/* With delays one of the eigenvalues without end, which are not followed, may begin to grow. */
+static kempe_status check_others(maker *m, const family *s)
+{
+    const kmp_modes *x = &s->modes;
+    if (!x->endless)
+        return KEMPE_OK;
+    if (isnan(x->bound))
+        return kmp_fail(m->context, KEMPE_E_FAILED, "it is not known whether all growing eigenvalues were found at %g",
+                        s->value);
+    for (int c = 0; c < x->shown; c++)
+        if (x->spectrum.re[c] > kmp_modes_noise(x) && !is_followed(m, s, c))
+            return kmp_fail(m->context, KEMPE_E_FAILED,
+                            "at %g an eigenvalue of %.6g rad/s grows that is not among the %d followed ones: begin "
+                            "another sweep there",
+                            s->value, fabs(x->spectrum.im[c]), m->l->count);
+    return KEMPE_OK;
+}
+
 static kempe_status begin(maker *m, const double *values, family *first)
 {
     kmp_locus *l = m->l;
@@ -296,11 +342,11 @@ static kempe_status begin(maker *m, const double *values, family *first)
                                                 KMP_ROOM(double, l->values * m->visited->base->n, &l->q))));
     memcpy(l->value, values, (size_t)l->values * sizeof *values);
     KMP_TRY(arrive(m, l->value[0], first));
-    if (!make_room(m, first->modes.count)) {
+    if (!make_room(m, first->modes.shown)) {
         leave(first);
         return kmp_fail_memory(m->context);
     }
-    for (int b = 0; b < first->modes.count; b++)
+    for (int b = 0; b < m->l->count; b++)
         first->at[b] = b;
     note(m, first, 0);
     return KEMPE_OK;
@@ -316,10 +362,15 @@ static kempe_status go(maker *m, family *here)
         if (kmp_interrupted(m->context))
             return KEMPE_STOPPED;
         KMP_TRY(reach(m, here, l->value[k], 0, &next, &doubt));
+        kempe_status status = check_others(m, &next);
+        if (status != KEMPE_OK) {
+            leave(&next);
+            return status;
+        }
         note(m, &next, doubt);
         kmp_progress(m->context, KMP_PROGRESS_STUDY, k + 1, l->values, "values");
         const around values = {k > 1 ? l->value[k - 2] : NAN, k + 1 < l->values ? l->value[k + 1] : NAN};
-        kempe_status status = look_between(m, here, &next, &values);
+        status = look_between(m, here, &next, &values);
         leave(here);
         *here = next;
         if (status != KEMPE_OK)

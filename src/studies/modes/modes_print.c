@@ -75,6 +75,8 @@ const char *kmp_modes_verdict(const kempe_modes *m)
     double noise = kmp_modes_noise(&m->modes), re = m->modes.spectrum.re[worst];
     if (re > noise)
         return "unstable";
+    if (m->modes.endless && isnan(m->modes.bound))
+        return "undecided";
     return m->modes.spectrum.zeros > 0 ? "neutral" : re >= -noise ? "undamped" : "stable";
 }
 
@@ -100,6 +102,9 @@ void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
             kmp_modes_put_along(text, m, c);
         }
         kmp_text_put(text, "; no mode grows");
+    } else if (strcmp(word, "undecided") == 0) {
+        kmp_text_put(text,
+                     "undecided: of the eigenvalues with delays that were found none grows, but some may be absent");
     } else if (strcmp(word, "undamped") == 0) {
         kmp_text_put(text, "undamped: no mode grows, but not all decay");
     } else {
@@ -180,6 +185,12 @@ static void show_modes(kmp_text *text, const kempe_modes *m)
         kmp_shown as = kmp_shown_as(m->system->context, "s");
         kmp_text_printf(text, "\nsamples   all repeat every T = %.10g %s; frequencies are known up to %.6g Hz\n",
                         as.factor * m->modes.period, as.unit, 0.5 / m->modes.period);
+    }
+    if (m->modes.endless) {
+        kmp_text_printf(text, "\ndelays    there are infinitely many eigenvalues; %d are shown", m->modes.shown);
+        if (isfinite(m->modes.bound))
+            kmp_text_printf(text, ", all whose real part is above %.6g 1/s", m->modes.bound);
+        kmp_text_put(text, "\n");
     }
     if (s->zeros > s->still)
         kmp_text_printf(text,
@@ -384,6 +395,8 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json_put(&j, "]");
     json_samples(&j, m);
     kmp_print_held_json(&j, m->system, m->qd);
+    if (m->modes.endless)
+        kmp_json_put(&j, "endless { shown %d bound %g }", m->modes.shown, m->modes.bound);
     kmp_json_put(&j, "zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
     kmp_modes_put_verdict(&verdict, m);
     kmp_json_text(&j, "reasons", &verdict);

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "derivatives/sampled_motion.h"
 #include "dynamics/load_dependent.h"
 #include "model/tables/coordinates.h"
 #include <string.h>
@@ -112,6 +113,7 @@ static kempe_status sweep(kempe_modes *m, const kmp_operating_family_options *op
     kmp_operating_family *family = NULL;
     kmp_operating_family_options own = *options;
     own.name = options->varies ? NULL : m->name;
+    own.spare = true;
     KMP_TRY(kmp_operating_family_new(m->system, &own, &family));
     kempe_status status = kmp_locus_make(family, count, values, &m->locus);
     if (status == KEMPE_STOPPED)
@@ -192,6 +194,18 @@ static kempe_status make(kempe_modes *m, const kempe_modes_options *options)
     return status;
 }
 
+/* Small motions with delays begin in a past at rest, and have no samples. */
+static kempe_status check_delays(const kempe_system *system, const kempe_modes_options *options)
+{
+    const kempe_model *model = system->model;
+    if (kmp_samples_in(model))
+        KMP_TRY(kmp_refuse_delays(model, "modes of models with samples", KMP_INSTEAD_OF_DELAY));
+    if (options->at && strcmp(options->at, "start") == 0)
+        KMP_TRY(
+            kmp_refuse_delays(model, "modes at the start, whose past need not be at rest", "take --at equilibrium"));
+    return KEMPE_OK;
+}
+
 kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_options *options, kempe_modes **modes)
 {
     KMP_WANTED_BOTH(system, modes);
@@ -199,7 +213,7 @@ kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_optio
     double begin = kmp_cpu_now();
     kmp_context_begin(system->context);
     KMP_MAKE(system->context, kempe_modes, m);
-    kempe_status status = kmp_refuse_delays(system->model, "modes", KMP_INSTEAD_OF_DELAY);
+    kempe_status status = check_delays(system, options);
     if (status == KEMPE_OK)
         status = kmp_averaged_new(system, &m->averaged);
     m->system = kmp_averaged_system(m->averaged, system);

@@ -14,6 +14,7 @@ typedef struct kmp_operating_family_options {
     const char *word; /* the state (kmp_operating_new) */
     const int *wish;  /* coordinates requested as independent */
     int wish_count;
+    bool spare;              /* with delays: eigenvalues beyond the shown ones are kept */
     const kmp_steady *rates; /* constant rates of an equilibrium */
     int rate_count;
     const kmp_steady *varies;     /* the one that varies; NULL: none */
@@ -30,6 +31,7 @@ typedef struct kmp_operating_family {
     kmp_arena arena;      /* of rates */
     kmp_steady *rates;    /* the current ones, also of a steady motion that was found; room for n */
     int rate_count;
+    bool brief; /* set by the caller: with delays the next modes need no bound */
 } kmp_operating_family;
 
 /** KEMPE_E_ARGUMENT: the quantity cannot be varied. */
