@@ -21,8 +21,10 @@
  * and C take fewer, articulated bodies are not tried. */
 #define LEAST_OF_COORDINATE 15
 #define LEAST_OF_ENTRY      8
-/* Nodes of their graph, as a multiple of the operations by M and C, about. */
-#define NODES 3
+/* Nodes of their graph, as a multiple of the operations by M and C, about. The graph of a large mechanism, which is
+ * searched little, has room for those of the passes too. */
+#define NODES       3
+#define NODES_LARGE 6
 /* M^-1 J' has at most so many entries. */
 #define MOST_ENTRIES 250000
 
@@ -187,11 +189,12 @@ bool kmp_motion_may_wait(const kempe_system *s)
 
 /* -- the derivation ---------------------------------------------------------------------------------- */
 
-/* Instructions by M and C, about: those of closures and M are a quarter of them or more. */
+/* Instructions by M and C; those of closures and M are a quarter of them, about. */
 static uint32_t nodes_of(const kempe_system *s)
 {
+    enum { QUARTERS = 4 };
     const kmp_program *p = s->late ? s->late->weighing : s->motion;
-    return (uint32_t)(s->late ? 4 * p->code[p->stages] : p->code[p->stages]);
+    return (uint32_t)(s->late ? QUARTERS * p->code[p->stages] : p->code[p->stages]);
 }
 
 static kempe_status derive(const kempe_system *s, kmp_bodies *bodies)
@@ -199,7 +202,7 @@ static kempe_status derive(const kempe_system *s, kmp_bodies *bodies)
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
     const kmp_scene scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
                              .efforts = true,
-                             .nodes = NODES * nodes_of(s),
+                             .nodes = (kmp_equations_are_large(s->model) ? NODES_LARGE : NODES) * nodes_of(s),
                              .first = &bodies->first,
                              .quick = true,
                              .events = &events,

@@ -237,10 +237,11 @@ static int count_trig(const kmp_graph *g, kmp_ref x, int *left)
 /* Two squares, or a product of each angle's, are the least that a rule applies to. */
 enum { FEWEST_TRIG = 4 };
 
-/* The axes, and the sines and cosines among the factors of each needed node before the pass, at most FEWEST_TRIG. */
+/* The axes, and the sines and cosines among the factors of each needed node before the pass, at most FEWEST_TRIG. Those
+ * of a sum are the sum of its terms'. */
 typedef struct axes_and_trig {
     const kmp_parallel *parallel;
-    uint8_t *trig;
+    uint8_t *trig, *of_terms;
 } axes_and_trig;
 
 static uint8_t trig_of(const kmp_graph *g, const uint8_t *trig, uint32_t id)
@@ -249,6 +250,21 @@ static uint8_t trig_of(const kmp_graph *g, const uint8_t *trig, uint32_t id)
     if (n->op != KMP_OP_MUL)
         return n->op == KMP_OP_SIN || n->op == KMP_OP_COS;
     int found = trig[kmp_id(n->a)] + trig[kmp_id(n->b)];
+    return (uint8_t)(found < FEWEST_TRIG ? found : FEWEST_TRIG);
+}
+
+/* Sines and cosines of all terms of a sum, at most FEWEST_TRIG; a term that has changed may have any number. */
+static uint8_t count_of_terms(const kmp_rewrite *r, const axes_and_trig *known, uint32_t id)
+{
+    const kmp_node *n = kmp_graph_node(r->graph, id);
+    int found = 0;
+    for (int k = 0; k < 2; k++) {
+        uint32_t below = kmp_id(kmp_operand(n, k));
+        if (kmp_rewrite_expands(r, KMP_OP_ADD, below << 1))
+            found += known->of_terms[below];
+        else
+            found += r->now[below] == below << 1 ? known->trig[below] : FEWEST_TRIG;
+    }
     return (uint8_t)(found < FEWEST_TRIG ? found : FEWEST_TRIG);
 }
 
@@ -283,6 +299,9 @@ static bool lay_out(const kmp_rewrite *r, int count, const kmp_ref *list, sum *s
 static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id)
 {
     const axes_and_trig *known = user;
+    known->of_terms[id] = count_of_terms(r, known, id);
+    if (known->of_terms[id] < FEWEST_TRIG)
+        return kmp_rewrite_node(r, id);
     kmp_ref list[KMP_MOST_TERMS], sign = 0;
     sum s;
     s.g = r->graph;
@@ -299,12 +318,14 @@ static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id)
 
 bool kmp_collapse_trig(kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {
-    axes_and_trig known = {parallel, KMP_NEW(uint8_t, r->count)};
-    for (uint32_t k = 0; known.trig && k < r->live.top; k++) {
+    axes_and_trig known = {parallel, KMP_NEW(uint8_t, r->count), kmp_realloc(NULL, r->count, 1)};
+    bool made = known.trig && known.of_terms;
+    for (uint32_t k = 0; made && k < r->live.top; k++) {
         uint32_t id = kmp_rewrite_live(r, k);
         known.trig[id] = trig_of(r->graph, known.trig, id);
     }
-    bool ok = known.trig && kmp_rewrite_sums(r, rewrite_sum, &known, KMP_COST_ADDITION, count, outputs);
+    bool ok = made && kmp_rewrite_sums(r, rewrite_sum, &known, KMP_COST_ADDITION, count, outputs);
     kmp_free(known.trig);
+    kmp_free(known.of_terms);
     return ok;
 }

@@ -125,12 +125,6 @@ bool kmp_rewrite_alone(kmp_graph *g, kmp_pass_fn *pass, const kmp_parallel *para
     return ok;
 }
 
-/* True if a reference is expanded in the list of another one, which alone has it. */
-static bool is_inside(const kmp_rewrite *r, kmp_op op, kmp_ref x)
-{
-    return kmp_graph_node(r->graph, kmp_id(x))->op == op && kmp_id(x) < r->count && r->uses[kmp_id(x)] == 1;
-}
-
 /* Appends the operands of x, where there is room, and expands those that are inside. `waiting` operands are outside and
  * will need a place each. */
 static int flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, int waiting, kmp_ref *list, int count, kmp_ref *sign)
@@ -145,7 +139,7 @@ static int flatten(const kmp_rewrite *r, kmp_op op, kmp_ref x, int waiting, kmp_
         if (op == KMP_OP_MUL)
             *sign ^= y & 1;
         y = op == KMP_OP_MUL ? y & ~(kmp_ref)1 : y ^ (x & 1);
-        if (is_inside(r, op, y))
+        if (kmp_rewrite_expands(r, op, y))
             count = flatten(r, op, y, waiting + 1 - k, list, count, sign);
         else
             list[count++] = y;

@@ -51,6 +51,12 @@ typedef kmp_ref kmp_rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t
 bool kmp_rewrite_sums(kmp_rewrite *r, kmp_rewrite_sum *rewrite, const void *user, int sum_price, int count,
                       kmp_ref *outputs);
 
+/** True if a reference is expanded in the list of another one, which alone has it. */
+static inline bool kmp_rewrite_expands(const kmp_rewrite *r, kmp_op op, kmp_ref x)
+{
+    return kmp_graph_node(r->graph, kmp_id(x))->op == op && kmp_id(x) < r->count && r->uses[kmp_id(x)] == 1;
+}
+
 enum { KMP_MOST_TERMS = 128 };
 
 /** The terms of a sum (op ADD) or the factors of a product (op MUL) as a list; returns its length. Operands without
