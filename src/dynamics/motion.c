@@ -48,8 +48,8 @@ static bool begin(groups *g, const kempe_system *s, const kmp_equations *eq)
     return true;
 }
 
-/* With the power of forces after the last stage. */
-static kmp_program *program_of(groups *g, const kempe_system *s, const kmp_equations *eq)
+/* With the power of forces after the last stage, and `shorter` by the passes. */
+static kmp_program *program_of(groups *g, const kempe_system *s, const kmp_equations *eq, bool shorter)
 {
     const int *count = g->count;
     const kmp_ref *group[5] = {g->out};
@@ -58,7 +58,7 @@ static kmp_program *program_of(groups *g, const kempe_system *s, const kmp_equat
         put(g, 1, &eq->power);
     for (int k = 1; k < 5; k++)
         group[k] = group[k - 1] + count[k - 1];
-    if (s->arena.failed || (s->dynamics != KMP_DYNAMICS_PLAIN && !kmp_equations_shorten(eq, g->total, g->out)))
+    if (s->arena.failed || (shorter && !kmp_equations_shorten(eq, g->total, g->out)))
         return NULL;
     return kmp_program_new(eq->graph, count[4] > 0 ? 5 : count[3] > 0 ? 4 : 3, count, group);
 }
@@ -171,7 +171,7 @@ bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
     } else if (!put_load_dependent(&g, s, eq)) {
         return false;
     }
-    s->motion = program_of(&g, s, eq);
+    s->motion = program_of(&g, s, eq, s->dynamics != KMP_DYNAMICS_PLAIN);
     return s->motion;
 }
 
@@ -199,7 +199,7 @@ kmp_program *kmp_motion_make_again(const kempe_system *s, kmp_equations *eq)
     g.last = 2;
     put(&g, s->n, eq->bias);
     put(&g, s->m, eq->jdqd);
-    return program_of(&g, s, eq);
+    return program_of(&g, s, eq, true);
 }
 
 bool kmp_motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_equations *eq)
@@ -213,7 +213,8 @@ bool kmp_motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_equat
     g.last = 2;
     put(&g, s->n, eq->free_qdd);
     put(&g, s->m, eq->drift);
-    bodies->program = bodies->arena.failed ? NULL : program_of(&g, s, eq);
+    bool shorter = !s->late; /* their contacts take most of a right-hand side, which the passes do not shorten */
+    bodies->program = bodies->arena.failed ? NULL : program_of(&g, s, eq, shorter);
     return bodies->program;
 }
 
