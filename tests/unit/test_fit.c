@@ -353,6 +353,29 @@ static void searches_from_several_starts(void)
 
 static int countdown;
 
+/* x'' = cos w t. Other searches begin where a run would take some 100,000 steps, and are given up. */
+static void gives_up_long_trials(void)
+{
+    double cells[THROWS][2];
+    for (int k = 0; k < THROWS; k++) {
+        cells[k][0] = 0.3 * (k + 1);
+        cells[k][1] = (1 - cos(2 * cells[k][0])) / 4;
+    }
+    loaded l = load_text("kempe: 1\nparameters: {w: 2.1}\n"
+                         "bodies: {ball: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\n"
+                         "forces: {push: {joint: x, force: 2*cos(w*t)}}\n");
+    kempe_fit *fit = NULL;
+    char *json = NULL;
+    write_data("t,q.x", THROWS, 2, &cells[0][0]);
+    CHECK(fit_with(&l, (kempe_fit_options){.parameters = "w:-100000:100000", .starts = 3}, &fit) == KEMPE_OK);
+    CHECK_NEAR(kempe_fit_value(fit, 0), 2, 1e-7);
+    CHECK(kempe_fit_print(fit, KEMPE_JSON, &json) == KEMPE_OK);
+    CHECK(json && strstr(json, "the limit of 10000 steps (max_steps)"));
+    kempe_text_free(json);
+    kempe_fit_free(fit);
+    unload(&l);
+}
+
 static void interrupt_late(void *user, const kempe_progress *progress)
 {
     if (strcmp(progress->unit, "runs") == 0 && --countdown == 0)
@@ -386,6 +409,7 @@ int main(void)
         TEST(shortens_where_a_mass_is_negative);
         TEST(shortens_where_the_loop_opens);
         TEST(searches_from_several_starts);
+        TEST(gives_up_long_trials);
         TEST(keeps_the_best);
     }
     (void)remove(data_file);

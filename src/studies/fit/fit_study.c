@@ -11,7 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_RUNS = 200, MOST_ROUNDS = 10 };
+/* A trial fails beyond so many times the steps of the first one, and beyond a number that any short run may take: near
+ * a dead centre runs become as long as one likes. */
+enum { MOST_RUNS = 200, MOST_ROUNDS = 10, MOST_TIMES = 100, SHORT_RUN = 10000 };
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
@@ -150,6 +152,8 @@ static kmp_squares_said try(void *user, const double *x, double *residual, doubl
     }
     if (f->status != KEMPE_OK)
         return KMP_SQUARES_END;
+    for (int k = 0; k < f->run_count && isinf(f->size) && f->rounds == 0; k++)
+        kmp_slope_runs_bound(f->run[k].runs, MOST_TIMES, SHORT_RUN);
     kmp_fit_weigh(f, residual, slope);
     double size = sum_of_squares(f->residuals, residual);
     if (!(size >= f->size)) {

@@ -114,6 +114,10 @@ kempe_status kmp_slope_runs_at(kmp_slope_runs *runs, const double *values);
 /** The same at a multiple of the tolerances. */
 kempe_status kmp_slope_runs_coarser(kmp_slope_runs *runs, double factor, const double *values);
 
+/** From now on runs fail beyond `times` the attempted steps of the last one, and `least`; without effect where the
+ * options or the model have a bound (max_steps). */
+void kmp_slope_runs_bound(kmp_slope_runs *runs, long times, long least);
+
 /** Columns, values and derivatives of the last run; names, sizes and given values of the parameters; sums of work. */
 const kempe_sensitivity *kmp_slope_runs_rows(const kmp_slope_runs *runs);
 

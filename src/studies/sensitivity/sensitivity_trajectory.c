@@ -428,6 +428,14 @@ void kmp_slope_runs_set_times(kmp_slope_runs *runs, int count, const double *t)
     memcpy(runs->t, t, (size_t)count * sizeof *t);
 }
 
+void kmp_slope_runs_bound(kmp_slope_runs *runs, long times, long least)
+{
+    const kmp_run_report *last = &runs->w.report.run;
+    const long most = times * (last->steps + last->rejected);
+    if (runs->w.spec.max_steps == 0)
+        runs->w.spec.max_steps = most > least ? most : least;
+}
+
 const kempe_sensitivity *kmp_slope_runs_rows(const kmp_slope_runs *runs)
 {
     return runs->s;
