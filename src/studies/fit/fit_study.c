@@ -330,7 +330,7 @@ static kempe_status read_place(const kempe_fit *f, const char *word, int *length
     if (word[*length] != '@')
         return KEMPE_OK;
     char *end;
-    long number = strtol(at + 1, &end, 10);
+    long number = strtol(word + *length + 1, &end, 10);
     if (end != word + used || number < 1 || number > f->run_count)
         return kmp_fail(f->context, KEMPE_E_ARGUMENT, "'%.*s': NAME@K is of the K-th data file, and there %s %d",
                         (int)used, word, f->run_count == 1 ? "is" : "are", f->run_count);
