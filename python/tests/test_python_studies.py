@@ -430,6 +430,31 @@ def test_inverse():
     assert found.status == "ok" and found.dof == found.rank and found.residual < 1e-9 and found.rows.row_count > 2
 
 
+def test_delays_of_a_state_space(tmp_path):
+    linear = (
+        kempe.Model.from_text(
+            "kempe: 1\nstates: {late: {delay: q(x), time: 2}}\n"
+            "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+            "forces: {f: {joint: x, force: 0.3*late - q(x) - 0.1*qd(x)}}\n"
+        )
+        .system()
+        .linearize(inputs="effort(x)", outputs="q(x)")
+    )
+    assert linear.delays == {"delay(late)": 2.0}
+    assert list(linear.inputs) == ["effort(x)", "delay(late)"] and list(linear.outputs) == ["q.x", "delay(late)"]
+    s = 0.7j  # the response is that of the state space whose last input is e^(-2 s) times its last output
+    response = linear.C @ np.linalg.solve(s * np.eye(2) - linear.A, linear.B) + linear.D
+    late = np.exp(-2 * s)
+    closed = response[0, 0] + response[0, 1] * late * response[1, 0] / (1 - late * response[1, 1])
+    assert abs(closed - 1 / (s * s + 0.1 * s + 1 - 0.3 * late)) < 1e-13
+    linear.write(tmp_path / "late.npz")
+    with np.load(tmp_path / "late.npz") as kept:
+        assert list(kept["delays"]) == ["delay(late)"] and kept["delay_times"].tolist() == [2.0]
+    if importlib.util.find_spec("scipy"):
+        with pytest.raises(ValueError, match=r"ends at delay\(late\)"):
+            linear.to_scipy()
+
+
 def test_linearize(tmp_path):
     linear = (
         kempe.Model(EXAMPLES / "suspension/suspension.yaml")
