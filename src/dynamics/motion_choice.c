@@ -22,7 +22,7 @@
 #define LEAST_OF_COORDINATE 15
 #define LEAST_OF_ENTRY      8
 /* Nodes of their graph, as a multiple of the operations by M and C, about. The graph of a large mechanism, which is
- * searched little, has room for those of the passes too. */
+ * searched little, has room for those of the passes too, if these run. */
 #define NODES       3
 #define NODES_LARGE 6
 /* M^-1 J' has at most so many entries. */
@@ -199,10 +199,11 @@ static uint32_t nodes_of(const kempe_system *s)
 
 static kempe_status derive(const kempe_system *s, kmp_bodies *bodies)
 {
+    bool passes = kmp_equations_are_large(s->model) && !s->late;
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
     const kmp_scene scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
                              .efforts = true,
-                             .nodes = (kmp_equations_are_large(s->model) ? NODES_LARGE : NODES) * nodes_of(s),
+                             .nodes = (passes ? NODES_LARGE : NODES) * nodes_of(s),
                              .first = &bodies->first,
                              .quick = true,
                              .events = &events,
