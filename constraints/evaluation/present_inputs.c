@@ -92,12 +92,32 @@ int kmp_present_inputs_past_jump(const kmp_present_inputs *inputs, int input, do
     return past_of(inputs, input) && piece->from == t ? (int)piece->c[ORDER] : KMP_PAST_SMOOTH;
 }
 
-double kmp_present_inputs_delayed(const kmp_present_inputs *inputs, int input, double t)
+/* The signal and its derivatives. */
+static void recall(const kmp_present_inputs *inputs, int input, double t, double u[4])
 {
     const kmp_signal_piece *piece = &inputs->piece[input];
-    double u[4];
     kmp_past_values(past_of(inputs, input), piece->c[FIRST], piece->c[LAST], t, u);
+}
+
+double kmp_present_inputs_delayed(const kmp_present_inputs *inputs, int input, double t)
+{
+    double u[4];
+    recall(inputs, input, t, u);
     return u[0];
+}
+
+double kmp_present_inputs_delayed_rate(const kmp_present_inputs *inputs, int input, double t)
+{
+    double u[4];
+    recall(inputs, input, t, u);
+    return u[1];
+}
+
+void kmp_present_inputs_source(const kmp_present_inputs *inputs, int input, double *from, double *to)
+{
+    const kmp_signal_piece *piece = &inputs->piece[input];
+    *from = kmp_past_piece_of(past_of(inputs, input), piece->c[FIRST])->from;
+    *to = kmp_past_piece_of(past_of(inputs, input), piece->c[LAST])->to;
 }
 
 /* -- pieces ------------------------------------------------------------------------------------------ */

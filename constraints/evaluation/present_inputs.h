@@ -47,9 +47,13 @@ void kmp_present_inputs_renew(kmp_present_inputs *inputs);
 bool kmp_present_inputs_are_due(const kmp_present_inputs *inputs, double t);
 
 /** The order of the derivative of a delayed signal that jumps at t, where its present part begins; KMP_PAST_SMOOTH:
- * none does. The signal itself at t. */
+ * none does. The signal itself at t, and its rate. */
 int kmp_present_inputs_past_jump(const kmp_present_inputs *inputs, int input, double t);
 double kmp_present_inputs_delayed(const kmp_present_inputs *inputs, int input, double t);
+double kmp_present_inputs_delayed_rate(const kmp_present_inputs *inputs, int input, double t);
+
+/** The times of a delayed signal from which its present part comes: the ends of polynomials of its past. */
+void kmp_present_inputs_source(const kmp_present_inputs *inputs, int input, double *from, double *to);
 
 /** Takes pieces, and whether samples are replaced, from other inputs of the same model. */
 void kmp_present_inputs_copy(kmp_present_inputs *to, const kmp_present_inputs *from);

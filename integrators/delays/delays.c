@@ -7,13 +7,11 @@
 #include <math.h>
 #include <string.h>
 
-enum {
-    NODES = KMP_PAST_DEGREE + 1,
-    MOST_HALVINGS = 12 /* of a step; a jump that no step ends at is then narrower than 1/4000 of it */
-};
+enum { NODES = KMP_PAST_DEGREE + 1 };
 
-/* The stages of the program: the signals at a state, and the signals before the start with the delays. */
-enum { SIGNALS = 1, BEFORE = 2 };
+/* The stages of the program: the signals before the start with the delays, and the signals at a state, which may
+ * contain parts of the first ones. */
+enum { BEFORE = 1, SIGNALS = 2 };
 
 struct kmp_delays {
     kmp_program *program;
@@ -21,7 +19,7 @@ struct kmp_delays {
     int count;
     int *state;     /* of each: its index among the states */
     bool *direct;   /* count x count: signal i contains the state of delay j, so that jumps have the same order */
-    double *values; /* count x NODES for each depth of halving */
+    double *values; /* room to record */
     double *row;    /* q, qd */
     kmp_past *past;
 };
@@ -49,7 +47,7 @@ static kempe_status make_program(kmp_delays *x, const kempe_system *s)
     kmp_tree now = eq.tree, early = eq.tree;
     now.settled = true;
     early.events = NULL;
-    int count[] = {x->count, 2 * x->count};
+    int count[] = {2 * x->count, x->count};
     kmp_ref *signal = KMP_GRAPH_NEW(eq.graph, kmp_ref, x->count);
     kmp_ref *before = KMP_GRAPH_NEW(eq.graph, kmp_ref, 2 * x->count);
     for (int k = 0; signal && before && k < x->count; k++) {
@@ -58,7 +56,7 @@ static kempe_status make_program(kmp_delays *x, const kempe_system *s)
         before[k] = state->before ? kmp_tree_expression(&early, state->before) : KMP_ZERO;
         before[x->count + k] = kmp_tree_number(&early, &state->delay);
     }
-    const kmp_ref *const groups[] = {signal, before};
+    const kmp_ref *const groups[] = {before, signal};
     if (signal && before && !kmp_graph_failed(eq.graph))
         x->program = kmp_program_new(eq.graph, 2, count, groups);
     kmp_equations_free(&eq);
@@ -74,6 +72,7 @@ static const double *signals_at(kmp_runner *run, double t, const double *q, cons
     kmp_machine_set(machine, KMP_IN_QD, qd);
     if (run->eval->mode)
         kmp_machine_set(machine, KMP_IN_MODE, run->eval->mode);
+    (void)kmp_machine_run(machine, BEFORE);
     return kmp_machine_run(machine, SIGNALS);
 }
 
@@ -106,9 +105,9 @@ static kempe_status make(kmp_runner *run)
     const int room = model->delay_count;
     kmp_delays *x = run->delays = KMP_ARENA_NEW(&run->arena, kmp_delays, 1);
     KMP_TRY(kmp_made(model->context, x));
-    bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, room, &x->state), KMP_ROOM(bool, room *room, &x->direct),
-                               KMP_ROOM(double, room *NODES *(MOST_HALVINGS + 1), &x->values),
-                               KMP_ROOM(double, 2 * run->s->n, &x->row));
+    bool made =
+        KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, room, &x->state), KMP_ROOM(bool, room *room, &x->direct),
+                       KMP_ROOM(double, kmp_past_room(room), &x->values), KMP_ROOM(double, 2 * run->s->n, &x->row));
     KMP_TRY(kmp_made(model->context, made));
     list_delays(x, model);
     KMP_TRY(make_program(x, run->s));
@@ -130,15 +129,20 @@ void kmp_delays_free(kmp_runner *run)
 
 /* -- recording --------------------------------------------------------------------------------------- */
 
-/* The signals at a time within the last step; at a time before the start where `early`. */
-static kempe_status sample(kmp_runner *run, double t, bool early, const double **values)
+/* The signals at a time before the start. */
+static kempe_status sample_before(void *user, double t, const double **values)
 {
+    kmp_runner *run = user;
+    *values = before_at(run, t);
+    return KEMPE_OK;
+}
+
+/* The signals at a time within the last step. */
+static kempe_status sample(void *user, double t, const double **values)
+{
+    kmp_runner *run = user;
     kmp_delays *x = run->delays;
     double *q = x->row, *qd = q + run->s->n, work;
-    if (early) {
-        *values = before_at(run, t);
-        return KEMPE_OK;
-    }
     KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
     if (run->formulation->row(run->formulation, t, run->y, q, qd, NULL, NULL, &work) != KMP_GO)
         return KEMPE_E_FAILED;
@@ -146,38 +150,20 @@ static kempe_status sample(kmp_runner *run, double t, bool early, const double *
     return KEMPE_OK;
 }
 
-/* A signal from its values at all nodes: what its polynomial lacks, over the tolerance. */
-static double excess(const kmp_runner *run, int k, const double *values)
+static double tolerance(void *user, int k, double size)
 {
-    double size = 0;
-    for (int i = 0; i < NODES; i++)
-        size = fmax(size, fabs(values[i]));
-    double tolerance = run->spec.rtol * size + run->spec.atol * state_of(run, k)->scale;
-    return kmp_past_tail(values) / (KMP_PAST_PART * tolerance + KMP_PAST_ROUNDING * size);
+    const kmp_runner *run = user;
+    return KMP_PAST_PART * (run->spec.rtol * size + run->spec.atol * state_of(run, k)->scale) +
+           KMP_PAST_ROUNDING * size;
 }
 
-/* Adds polynomials over [from, to] to the signals from number `first` to `last`; halves it while that helps. */
-static kempe_status add(kmp_runner *run, double from, double to, bool early, int first, int last, int depth,
-                        double before)
+/* Adds polynomials over [from, to] to the signals from number `first` to `last`. */
+static kempe_status add(kmp_runner *run, double from, double to, bool early, int first, int last)
 {
     kmp_delays *x = run->delays;
-    double *values = x->values + (ptrdiff_t)depth * x->count * NODES, most = 0, middle = 0.5 * (from + to);
-    const double *now;
-    for (int i = 0; i < NODES; i++) {
-        KMP_TRY(sample(run, kmp_past_node(from, to, i), early, &now));
-        for (int k = first; k <= last; k++)
-            values[k * NODES + i] = now[k];
-    }
-    for (int k = first; k <= last; k++)
-        most = fmax(most, excess(run, k, values + (ptrdiff_t)k * NODES));
-    bool splits = most > 1 && depth < MOST_HALVINGS && most < before && middle > from && middle < to;
-    if (splits) {
-        KMP_TRY(add(run, from, middle, early, first, last, depth + 1, most));
-        return add(run, middle, to, early, first, last, depth + 1, most);
-    }
-    for (int k = first; k <= last; k++)
-        KMP_TRY(kmp_made(run->s->context, kmp_past_add(&x->past->signal[k], from, to, values + (ptrdiff_t)k * NODES)));
-    return KEMPE_OK;
+    const kmp_past_source source = {x->past, first, last, x->values, run, early ? sample_before : sample, tolerance};
+    kempe_status status = kmp_past_record(&source, from, to);
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory(run->s->context) : status;
 }
 
 /* Forgets what no later step needs. */
@@ -205,7 +191,7 @@ kempe_status kmp_delays_record(kmp_runner *run, double t)
     if (x->past->known < kmp_runner_t_old(run) - KMP_SAME_TIME * fabs(t))
         return kmp_fail(run->s->context, KEMPE_E_FAILED, "the past of delayed signals has a gap at t = %.9g s",
                         x->past->known);
-    KMP_TRY(add(run, x->past->known, t, false, 0, x->count - 1, 0, INFINITY));
+    KMP_TRY(add(run, x->past->known, t, false, 0, x->count - 1));
     x->past->known = t;
     forget(run);
     kmp_present_inputs_renew(&run->eval->inputs);
@@ -241,8 +227,10 @@ void kmp_delays_follow(kmp_runner *run, double t)
 
 void kmp_delays_take(kmp_runner *run, double t)
 {
+    const kmp_present_inputs *inputs = &run->eval->inputs;
     for (int k = 0; run->delays && k < run->delays->count; k++)
-        *value_of(run, k) = kmp_present_inputs_delayed(&run->eval->inputs, state_of(run, k)->signal, t);
+        if (kmp_present_inputs_past_jump(inputs, state_of(run, k)->signal, t) < KMP_PAST_SMOOTH)
+            *value_of(run, k) = kmp_present_inputs_delayed(inputs, state_of(run, k)->signal, t);
 }
 
 /* -- the start --------------------------------------------------------------------------------------- */
@@ -306,7 +294,7 @@ static kempe_status begin_past(kmp_runner *run, double t)
         kmp_past_signal *signal = &x->past->signal[k];
         signal->jump = KMP_PAST_SMOOTH;
         if (state_of(run, k)->before) {
-            KMP_TRY(add(run, t - signal->delay, t, true, k, k, 0, INFINITY));
+            KMP_TRY(add(run, t - signal->delay, t, true, k, k));
             continue;
         }
         for (int i = 0; i < NODES; i++)

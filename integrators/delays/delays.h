@@ -23,5 +23,6 @@ void kmp_delays_jump(kmp_runner *run, int order);
 /** Notes the jumps that follow from those of inputs and other delayed signals at t. */
 void kmp_delays_follow(kmp_runner *run, double t);
 
-/** Sets the states of delays in run->state at t. */
+/** Sets the states of delays in run->state whose signals or derivatives jump at t. Others keep their values: an event
+ * of theirs would have passed again. */
 void kmp_delays_take(kmp_runner *run, double t);

@@ -53,6 +53,7 @@ typedef struct kmp_run_spec {
     void *user;                              /* argument of that formulation and of `step` */
     kmp_step_fn *step;                       /* callback at accepted steps; NULL: none */
     kmp_sample_fn *sample;                   /* with the argument `user`; NULL: none */
+    bool slopes;                             /* the unknowns have derivatives of the motion */
     bool own_angles;                         /* spherical joints are not centred */
     const double *mode_start;                /* conditions at the start; NULL: by the state */
     const kmp_present_inputs *inputs_start;  /* NULL: those of the model */

@@ -60,7 +60,7 @@ kempe_status kmp_runner_pass_samples(kmp_runner *run, double t)
         jump = kmp_present_inputs_enter(inputs, t, &input);
         if (jump < 2)
             KMP_TRY(check_closures(run, t));
-        run->anew = run->anew || jump == 0;
+        run->anew = run->anew || jump == 0 || (jump == 1 && run->spec.slopes && run->delays);
         kmp_delays_follow(run, t);
     }
     if (kmp_runner_sample_is_due(run, t)) {

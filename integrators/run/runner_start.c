@@ -246,11 +246,12 @@ static kempe_status state_within(void *user, double t, bool rates, bool again, d
 
 static kmp_crossing *make_crossing(kmp_runner *run)
 {
+    bool past = run->spec.slopes && run->delays; /* the past of derivatives has a jump at a kink of a signal */
     const kmp_crossing_plan plan = {.system = run->s,
                                     .eval = run->eval,
                                     .span = run->spec.t_end - run->spec.t_start,
                                     .rtol = run->spec.rtol,
-                                    .kinks = run->kind->corrects && !run->spec.kind,
+                                    .kinks = run->kind->corrects && (!run->spec.kind || past),
                                     .closely = run->spec.closely,
                                     .log = run->log,
                                     .state = state_within,

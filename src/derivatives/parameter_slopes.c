@@ -221,6 +221,36 @@ static bool add_samples(gather *g)
     return add_values(g);
 }
 
+static int count_delays(const kempe_model *model)
+{
+    int count = 0;
+    for (int k = 0; k < model->state_count; k++)
+        count += model->states[k].delayed != NULL;
+    return count;
+}
+
+/* As a run records them (integrators/delays/delays.c): conditions and branches of kinks in a
+ * signal are those of the run. */
+static bool add_delayed(gather *g)
+{
+    const kempe_model *model = g->eq.model;
+    kmp_tree now = g->eq.tree, early = g->eq.tree;
+    const int count = count_delays(model);
+    now.settled = now.kinks = true;
+    early.events = NULL;
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, 3 * count);
+    for (int k = 0, i = 0; g->of && k < model->state_count; k++) {
+        const kmp_state *state = &model->states[k];
+        if (!state->delayed)
+            continue;
+        g->of[i] = kmp_tree_expression(&now, state->delayed);
+        g->of[count + i] = state->before ? kmp_tree_expression(&early, state->before) : KMP_ZERO;
+        g->of[2 * count + i++] = kmp_tree_number(&early, &state->delay);
+    }
+    g->of_count = 3 * count;
+    return add_values(g);
+}
+
 /* -- programs ---------------------------------------------------------------------------------------- */
 
 static bool make_machine(gather *g, const kmp_backend *backend)
@@ -327,6 +357,8 @@ static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *
         status = derive(s, KMP_SET_CLOSURE | KMP_SET_OUTPUT, add_outputs, &s->outputs, named, found);
     if (status == KEMPE_OK && s->system->events.count > 0) /* all laws and rows: conditions of elements */
         status = derive(s, KMP_SET_CLOSURE | KMP_SET_ENERGY, add_events, &s->events, named, found);
+    if (status == KEMPE_OK && count_delays(s->system->model) > 0)
+        status = derive(s, KMP_SET_CLOSURE, add_delayed, &s->delayed, named, found);
     if (status == KEMPE_OK && kmp_model_has_samples(s->system->model))
         status = derive(s, KMP_SET_CLOSURE, add_samples, &s->samples, named, found);
     kmp_free(named);
@@ -356,13 +388,15 @@ void kmp_slopes_free(kmp_slopes *slopes)
     free_matrix(&slopes->equations);
     free_matrix(&slopes->outputs);
     free_matrix(&slopes->events);
+    free_matrix(&slopes->delayed);
     free_matrix(&slopes->samples);
     kmp_free(slopes);
 }
 
 void kmp_slopes_renew_parameters(kmp_slopes *slopes)
 {
-    kmp_slope_matrix *const of[] = {&slopes->equations, &slopes->outputs, &slopes->events, &slopes->samples};
+    kmp_slope_matrix *const of[] = {&slopes->equations, &slopes->outputs, &slopes->events, &slopes->delayed,
+                                    &slopes->samples};
     for (size_t k = 0; k < sizeof of / sizeof *of; k++)
         if (of[k]->formulas.machine)
             kmp_formulas_renew(&of[k]->formulas, slopes->system->parameters);

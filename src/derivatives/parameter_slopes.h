@@ -24,7 +24,9 @@ typedef struct kmp_slopes {
         equations; /* rows: h, rate, curve (m each), force, start q and qd (n each), length; a column a parameter */
     kmp_slope_matrix
         outputs; /* columns: t with the inputs that change with it, q, qd, qdd (n each), lambda (m), parameters */
-    kmp_slope_matrix events;  /* derivatives of the conditions, in rows: those of the system */
+    kmp_slope_matrix events; /* derivatives of the conditions, in rows: those of the system */
+    kmp_slope_matrix
+        delayed; /* of delayed signals, of these before the start, and of their delays, in rows: so many each */
     kmp_slope_matrix samples; /* of the next values of states that are sampled or change at events, in rows: these */
 } kmp_slopes;
 

@@ -96,6 +96,36 @@ static void oscillator(void)
     unload(&l);
 }
 
+/* Signals before the start and after it that have a part in common; two delays of one signal. */
+static void common_parts(void)
+{
+    loaded l = load_text("kempe: 1\n" BODY "states:\n  a: {delay: sin(3*t), time: 0.2}\n"
+                         "  b: {delay: q(x), time: 0.5, before: cos(3*t)}\n  i: {rate: a}\n  j: {rate: b}\n"
+                         "run: {t_end: 0.4, output_step: 0.4, rtol: 1e-11, atol: 1e-11}\n");
+    kempe_trajectory *t = run_by(l.system, NULL, 1e-11);
+    const double *qd = kempe_trajectory_qd(t, 1);
+    CHECK_NEAR(qd[1], sin(0.6), 1e-10);
+    CHECK_NEAR(qd[2], cos(0.3), 1e-10);
+    CHECK_NEAR(qd[3], (1 - cos(0.6)) / 3, 1e-10);
+    CHECK_NEAR(qd[4], (sin(1.5) - sin(0.3)) / 3, 1e-10);
+    kempe_trajectory_free(t);
+    unload(&l);
+}
+
+/* An event of a delayed signal that the past puts back by rounding happens once: x = v t reaches 1/2 later by T. */
+static void events_of_the_past(void)
+{
+    loaded l = load_text("kempe: 1\n" BODY "states:\n  late: {delay: q(x), time: 0.37}\n"
+                         "  n: {when: late > 0.5, next: n + 1}\nforces: {f: {joint: x, force: -late}}\n"
+                         "start: {qd: {x: 1.1}}\nrun: {t_end: 1.2, output_step: 1.2}\n");
+    for (int k = 6; k < 14; k++) {
+        kempe_trajectory *t = run_by(l.system, NULL, pow(10, -k));
+        CHECK_NEAR(kempe_trajectory_qd(t, 1)[2], 1, 0);
+        kempe_trajectory_free(t);
+    }
+    unload(&l);
+}
+
 /* A held input, delayed, jumps later by the delay: x' is 3 t before, 3 from then on. A relay's event comes back. */
 static void jumps(void)
 {
@@ -333,6 +363,8 @@ int main(void)
 {
     TEST(polynomials);
     TEST(oscillator);
+    TEST(common_parts);
+    TEST(events_of_the_past);
     TEST(jumps);
     TEST(events);
     TEST(conditions);

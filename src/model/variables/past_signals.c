@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/variables/past_signals.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include <math.h>
 #include <string.h>
 
-enum { NODES = KMP_PAST_DEGREE + 1 };
+enum {
+    NODES = KMP_PAST_DEGREE + 1,
+    MOST_HALVINGS = 12 /* of a step; a jump that no step ends at is then narrower than 1/4000 of it */
+};
 
 kmp_past *kmp_past_new(int count)
 {
@@ -93,6 +97,51 @@ bool kmp_past_add(kmp_past_signal *signal, double from, double to, const double 
     return true;
 }
 
+/* -- recording --------------------------------------------------------------------------------------- */
+
+int kmp_past_room(int signals)
+{
+    return signals * NODES * (MOST_HALVINGS + 1);
+}
+
+/* A signal from its values at all nodes: what its polynomial lacks, over the tolerance. */
+static double excess(const kmp_past_source *x, int k, const double *values)
+{
+    double size = 0;
+    for (int i = 0; i < NODES; i++)
+        size = fmax(size, fabs(values[i]));
+    return kmp_past_tail(values) / x->tolerance(x->user, k, size);
+}
+
+static kempe_status record(const kmp_past_source *x, double from, double to, int depth, double before)
+{
+    double *values = x->room + (ptrdiff_t)depth * x->past->count * NODES, most = 0, middle = 0.5 * (from + to);
+    const double *now;
+    for (int i = 0; i < NODES; i++) {
+        KMP_TRY(x->sample(x->user, kmp_past_node(from, to, i), &now));
+        for (int k = x->first; k <= x->last; k++)
+            values[k * NODES + i] = now[k];
+    }
+    for (int k = x->first; k <= x->last; k++)
+        most = fmax(most, excess(x, k, values + (ptrdiff_t)k * NODES));
+    bool splits = most > 1 && depth < MOST_HALVINGS && most < before && middle > from && middle < to;
+    if (splits) {
+        KMP_TRY(record(x, from, middle, depth + 1, most));
+        return record(x, middle, to, depth + 1, most);
+    }
+    for (int k = x->first; k <= x->last; k++)
+        if (!kmp_past_add(&x->past->signal[k], from, to, values + (ptrdiff_t)k * NODES))
+            return KEMPE_E_MEMORY;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_past_record(const kmp_past_source *source, double from, double to)
+{
+    return record(source, from, to, 0, INFINITY);
+}
+
+/* -- values ------------------------------------------------------------------------------------------ */
+
 /* Sum of c[k] T_k(x), by Clenshaw's recurrence. */
 static double sum_at(const double *c, double x)
 {
@@ -132,6 +181,27 @@ double kmp_past_last(const kmp_past_signal *signal, double number)
     while (kmp_past_has(signal, number + 1) && kmp_past_piece_of(signal, number + 1)->jump >= KMP_PAST_SMOOTH)
         number++;
     return number;
+}
+
+void kmp_past_between(const kmp_past_signal *signal, double from, double to, double *first, double *last)
+{
+    int low = 0, high = signal->count - 1;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (signal->piece[middle].from >= from)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    *first = signal->dropped + low;
+    for (high = signal->count - 1; low < high;) {
+        int middle = high - (high - low) / 2;
+        if (signal->piece[middle].to <= to)
+            low = middle;
+        else
+            high = middle - 1;
+    }
+    *last = signal->dropped + low;
 }
 
 /* The last of the pieces that begins at `at` or before, or else the first one. */

@@ -3,6 +3,7 @@
  * (integrators/delays/delays.h), inputs of the model read them. */
 #pragma once
 
+#include <kempe/kempe.h>
 #include <stdbool.h>
 
 /** The degree of a polynomial, and the highest order of a derivative whose jumps are kept: beyond it a step of any
@@ -39,6 +40,27 @@ bool kmp_past_add(kmp_past_signal *signal, double from, double to, const double 
 
 /** Node k of [from, to], ascending, the first and the last one at the ends. */
 double kmp_past_node(double from, double to, int k);
+
+/** The source of records of the past: polynomials are halved while their last coefficients exceed a tolerance and that
+ * helps. `room`: kmp_past_room numbers. */
+typedef struct kmp_past_source {
+    kmp_past *past;
+    int first, last; /* the signals that are recorded */
+    double *room;
+    void *user;
+    kempe_status (*sample)(void *user, double t, const double **values); /* of all signals, until the next call */
+    double (*tolerance)(void *user, int signal, double size);            /* of values of that size */
+} kmp_past_source;
+
+/** The numbers that recording so many signals needs. */
+int kmp_past_room(int signals);
+
+/** Adds polynomials over [from, to], whose samples are in the order of time. KEMPE_E_MEMORY without a message; errors
+ * of `sample`. */
+kempe_status kmp_past_record(const kmp_past_source *source, double from, double to);
+
+/** The numbers of the first and the last piece that lie between two times, which are ends of pieces. */
+void kmp_past_between(const kmp_past_signal *signal, double from, double to, double *first, double *last);
 
 /** The part of a polynomial by given values that one of lower degree does not have. */
 double kmp_past_tail(const double *values);

@@ -53,6 +53,18 @@ static int count_delay(kmp_reader *r, kmp_function_block *b)
     return good ? (int)whole + 1 : 1;
 }
 
+/* a + 0 u, with u itself, whose node may be a condition. */
+static const kmp_expr *add_none_of(kmp_reader *r, const kmp_expr *a, const kmp_expr *u)
+{
+    static const kmp_expr zero = {.kind = KMP_EXPR_NUMBER};
+    kmp_expr *none = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1), *sum = KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1);
+    if (!none || !sum)
+        return NULL;
+    *none = (kmp_expr){.kind = KMP_EXPR_MUL, .a = &zero, .b = u};
+    *sum = (kmp_expr){.kind = KMP_EXPR_ADD, .a = a, .b = none};
+    return sum;
+}
+
 static void read_continuous(kmp_reader *r, kmp_function_block *b)
 {
     const kmp_yaml *node = kmp_yaml_get(b->map, "time"), *before = kmp_yaml_get(b->map, "before");
@@ -75,8 +87,8 @@ static void read_continuous(kmp_reader *r, kmp_function_block *b)
     kmp_block_local(&locals, "w", w);
     kmp_block_local(&locals, "y", kmp_block_state(r, b, 0));
     kmp_block_local(&locals, "time", kmp_block_number(r, &state->delay));
-    kmp_block_local(&locals, "u", u);
-    b->rate[0] = u ? kmp_block_formula(r, "(w - y)/time + 0*u", &locals) : NULL;
+    const kmp_expr *follows = u ? kmp_block_formula(r, "(w - y)/time", &locals) : NULL;
+    b->rate[0] = follows ? add_none_of(r, follows, u) : NULL;
 }
 
 static void read_delay(kmp_reader *r, kmp_function_block *b)

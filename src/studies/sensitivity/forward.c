@@ -109,6 +109,8 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
 static int take_step(void *user, kmp_runner *runner, double from, double to)
 {
     kmp_forward_formulation *f = user;
+    if (!kmp_forward_delays_record(f, runner, to))
+        return 1;
     const double *y = f->integrals ? kmp_runner_unknowns(runner, to) : NULL;
     if (f->integrals && !y)
         return 1;
@@ -155,10 +157,8 @@ static int keep(kmp_formulation *formulation, double t, const double *y)
  */
 static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulation_start *start)
 {
-    int k = 0;
-    while (k < f->system->events.count && (f->mode[k] != 0) == (start->eval->mode[k] != 0))
-        k++;
-    if (k < f->system->events.count)
+    int k = kmp_forward_first_other(f, start->eval->mode);
+    if (k >= 0)
         return kmp_fail(
             f->system->context, KEMPE_E_FAILED,
             "closures switch where %s changes at t = %.9g: derivatives across jumps of the rates are not available",
@@ -168,6 +168,21 @@ static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulatio
             f->system->context, KEMPE_E_FAILED,
             "derivatives with respect to parameters end at t = %.9g, where the degrees of freedom are %d, not %d",
             start->t, start->part->p, f->p);
+    return KEMPE_OK;
+}
+
+/* Delayed signals may not jump where the equations are made anew. */
+static kempe_status check_delays(kmp_forward_formulation *f, const kmp_formulation_start *start)
+{
+    const double *swing;
+    if (!f->delays)
+        return KEMPE_OK;
+    if (kmp_forward_delays_jump(f, start->t, &swing) != KMP_GO || swing)
+        return kmp_fail(f->system->context, KEMPE_E_FAILED,
+                        "a delayed signal jumps at t = %.9g where the equations are made anew: derivatives end there",
+                        start->t);
+    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    kmp_forward_delays_pass(f, start->t, start->qd);
     return KEMPE_OK;
 }
 
@@ -189,7 +204,9 @@ static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_star
     if (f->resets > 0 && kmp_forward_reset_place(f, start->t) != KMP_GO)
         return kmp_fail(f->system->context, KEMPE_E_FAILED, "%s",
                         f->formulation.reason.s ? f->formulation.reason.s : "derivatives end where a state changes");
+    KMP_TRY(first ? KEMPE_OK : check_delays(f, start));
     kmp_forward_enter_charts(f, start->q, start->qd);
+    KMP_TRY(first ? kmp_forward_delays_begin(f, start->t) : KEMPE_OK);
     memcpy(f->formulation.y + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
     if (kmp_forward_take_up(f, start->t, f->formulation.y) != KMP_GO)
         return kmp_fail(f->system->context, KEMPE_E_FAILED,
@@ -270,7 +287,7 @@ static bool make_room(kmp_forward_formulation *f)
         f->swung_t[k] = NAN;
     for (int i = 0; !a->failed && i < f->n; i++)
         f->every[i] = i;
-    return !a->failed;
+    return !a->failed && kmp_forward_delays_make(f);
 }
 
 /* Puts the start and its derivatives into the place. */
@@ -312,6 +329,7 @@ static kempe_status run(kmp_forward_formulation *f, kmp_forward_report *report)
     spec.kind = &varied_formulation;
     spec.user = f;
     spec.step = take_step;
+    spec.slopes = true;
     spec.sample = f->samples > 0 ? note_reset : NULL;
     spec.own_angles = f->own_angles = f->options->integrand && reads_angles(f->system, f->options->integrand);
     if (f->options->alone)
@@ -353,6 +371,7 @@ kempe_status kmp_forward_run(kmp_varied *varied, const kmp_forward *options, con
     for (int k = 0; integral && f.integrals && f.tail && k < f.count; k++)
         integral[k] = f.tail[1 + k];
     kmp_text_free(&f.formulation.reason);
+    kmp_forward_delays_free(&f);
     kmp_arena_free(&f.arena);
     varied->linear.plain = false;
     return status;

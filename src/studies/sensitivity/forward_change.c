@@ -117,9 +117,8 @@ int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double 
 
 static void set_modes(const kmp_forward_formulation *f, const double *mode)
 {
-    for (int k = 0; k < f->system->events.count; k++)
-        if ((kmp_forward_eval(f)->mode[k] != 0) != (mode[k] != 0))
-            kmp_eval_set_mode(kmp_forward_eval(f), k, mode[k] != 0);
+    if (memcmp(kmp_forward_eval(f)->mode, mode, kmp_forward_mode_bytes(f)) != 0)
+        kmp_eval_set_modes(kmp_forward_eval(f), mode);
 }
 
 /* The derivatives of t_e by q, qd and parameters. */
@@ -187,11 +186,12 @@ static int fail_at(kmp_forward_formulation *f, const char *sentence, int k, doub
 static void note_swing(kmp_forward_formulation *f, const double *mode, int by, double t)
 {
     for (int k = 0; k < f->system->events.count; k++)
-        if ((mode[k] != 0) != (kmp_forward_eval(f)->mode[k] != 0)) {
+        if ((mode[k] != 0) != (kmp_forward_eval(f)->mode[k] != 0)) { /* also of kinks, where nothing jumps */
             memcpy(f->swings + (ptrdiff_t)k * f->swing_size, f->swing, (size_t)f->swing_size * sizeof *f->swing);
             f->swung_t[k] = t;
             f->swung_by[k] = by;
         }
+    kmp_forward_delays_note(f, t, f->swing);
 }
 
 /* Changes condition k, and the others according to `mode`. A jump of an input does so at a time that depends on no
@@ -235,7 +235,7 @@ static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
         return KMP_HALT;
     kmp_eval_all_changes(l->eval, t, l->q, l->qd, l->qdd, l->lambda, f->changes);
     for (int k = 0; k < count; k++) {
-        bool changes = (f->new_mode[k] != 0) != (f->mode[k] != 0);
+        bool changes = kmp_forward_mode_differs(f, k, f->new_mode);
         f->cause[k] = changes && (f->changes[k] < 0) != (f->mode[k] != 0);
         last = f->cause[k] || (changes && last < 0) ? k : last;
     }
@@ -282,51 +282,73 @@ static bool is_still(const kmp_forward_formulation *f, int condition)
     return true;
 }
 
-/* True if two conditions that have passed do not do so at one time for all parameters. */
-static bool differ(const kmp_forward_formulation *f, int one, int other)
+bool kmp_forward_same_swing(int count, const double *a, const double *b)
 {
-    const double *a = swing_of(f, one), *b = swing_of(f, other);
-    for (int i = 0; i < f->swing_size; i++) {
-        double x = a ? a[i] : 0, y = b ? b[i] : 0;
-        if (fabs(x - y) > SAME_SWING * fmax(fabs(x), fabs(y)))
-            return true;
-    }
-    return false;
+    for (int i = 0; i < count; i++)
+        if (fabs(a[i] - b[i]) > SAME_SWING * fmax(fabs(a[i]), fabs(b[i])))
+            return false;
+    return true;
 }
 
-/* An event of the motion at t, with or without a state. */
-static bool any_swing(const kmp_forward_formulation *f, double t)
+/* NULL is zero. */
+static bool are_different(const kmp_forward_formulation *f, const double *a, const double *b)
+{
+    for (int i = 0; !(a && b) && i < f->swing_size; i++)
+        if ((a && a[i] != 0) || (b && b[i] != 0))
+            return true;
+    return a && b && !kmp_forward_same_swing(f->swing_size, a, b);
+}
+
+/* An event of the motion at t, with or without a state, whose time depends on parameters as `swing` does not. */
+static bool any_other(const kmp_forward_formulation *f, const double *swing, double t)
 {
     for (int k = 0; k < f->system->events.count; k++)
-        if (has_passed(f, k, t) && !is_still(f, f->swung_by[k]))
+        if (has_passed(f, k, t) && !is_still(f, f->swung_by[k]) && are_different(f, swing, swing_of(f, f->swung_by[k])))
             return true;
     return false;
 }
 
-/* f->swing for the first time that is noted, which those after it follow from. */
-static int find_reset_swing(kmp_forward_formulation *f, double t)
+/* dt/dp of the change of state `sample` at t; NULL: zero. `jump`: of delayed signals that jump there, which change
+ * conditions with them. */
+static const double *swing_of_reset(const kmp_forward_formulation *f, int sample, const double *jump, double t)
+{
+    const int cause = cause_of(f, sample, t);
+    return cause < 0 && f->cause_of[sample] >= 0 ? jump : swing_of(f, cause);
+}
+
+/* f->swing for the first time that is noted, which those after it follow from; `jump`: of delayed signals that jump,
+ * NULL without any. */
+static int find_reset_swing(kmp_forward_formulation *f, const double *jump, double t)
 {
     const kempe_model *model = f->system->model;
-    int first = -1;
+    const double *common = jump;
+    bool any = jump;
     f->reset_cause = -1;
-    for (int k = 0; k < f->samples; k++) {
+    for (int k = 0; f->resets > 0 && k < f->samples; k++) {
         if (!f->taken[k])
             continue;
-        int cause = cause_of(f, k, t);
-        if ((first >= 0 && differ(f, f->reset_cause, cause)) || (is_still(f, cause) && any_swing(f, t))) {
+        const double *swing = swing_of_reset(f, k, jump, t);
+        if ((any && are_different(f, common, swing)) || any_other(f, swing, t)) {
             kmp_text_printf(&f->formulation.reason,
                             "the state '%s' changes at t = %.9g together with an event whose time depends on "
                             "parameters: the motion has no derivative with respect to them there",
                             model->states[kmp_state_of_sample(model, k)].name, t);
             return KMP_HALT;
         }
-        f->reset_cause = first < 0 ? cause : f->reset_cause;
-        first = first < 0 ? k : first;
+        f->reset_cause = any ? f->reset_cause : cause_of(f, k, t);
+        common = any ? common : swing;
+        any = true;
     }
-    const double *swing = swing_of(f, f->reset_cause);
+    if (jump && any_other(f, jump, t)) {
+        kmp_text_printf(&f->formulation.reason,
+                        "a delayed signal jumps at t = %.9g together with an event: the motion has no derivative with "
+                        "respect to parameters there",
+                        t);
+        return KMP_HALT;
+    }
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
-    if (swing)
-        memcpy(f->swing, swing, (size_t)f->swing_size * sizeof *f->swing);
+    if (common)
+        memcpy(f->swing, common, (size_t)f->swing_size * sizeof *f->swing);
     return KMP_GO;
 }
 
@@ -397,7 +419,7 @@ int kmp_forward_reset_place(kmp_forward_formulation *f, double t)
     kmp_evaluator *eval = kmp_forward_eval(f);
     if (f->missed)
         return too_many(f, t);
-    if (find_reset_swing(f, t) != KMP_GO)
+    if (find_reset_swing(f, NULL, t) != KMP_GO)
         return KMP_HALT;
     if (!is_still(f, f->reset_cause)) {
         kmp_text_printf(&f->formulation.reason,
@@ -415,20 +437,23 @@ int kmp_forward_reset_place(kmp_forward_formulation *f, double t)
     return KMP_GO;
 }
 
-/* States have taken next values since the last start, and conditions have changed with them. */
-static int pass_resets(kmp_forward_formulation *f, double t, double *y)
+/* States have taken next values since the last start, or delayed signals jump (`jump`: dt/dp there, of a state with
+ * rates qd), and conditions have changed with them. */
+static int pass_resets(kmp_forward_formulation *f, double t, const double *jump, const double *qd, double *y)
 {
     if (f->missed)
         return too_many(f, t);
     memcpy(f->new_mode, kmp_forward_eval(f)->mode, kmp_forward_mode_bytes(f));
     set_modes(f, f->mode);
-    if (find_reset_swing(f, t) != KMP_GO || kmp_forward_spread(f, t, y) != KMP_GO)
+    if (find_reset_swing(f, jump, t) != KMP_GO || kmp_forward_spread(f, t, y) != KMP_GO)
         return KMP_HALT;
     double integrand = integrand_here(f);
     const int times = f->resets;
     kmp_forward_keep_old(f);
     go_along(f);
+    kmp_forward_delays_pass(f, t, qd);
     take_all_next(f, t);
+    kmp_forward_delays_note(f, t, f->swing);
     kmp_forward_pack(f, y);
     if (report_reset(f, t, times) != KMP_GO)
         return KMP_HALT;
@@ -467,11 +492,13 @@ int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, 
 {
     kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
     int half = kmp_forward_blocks(f);
+    const double *jump;
     (void)yp;
-    if (f->resets > 0 && pass_resets(f, t, y) != KMP_GO)
+    if (kmp_forward_delays_jump(f, t, &jump) != KMP_GO)
         return KMP_HALT;
-    if (f->system->events.count > 0 && memcmp(f->mode, kmp_forward_eval(f)->mode, kmp_forward_mode_bytes(f)) != 0 &&
-        pass_conditions(f, t, y) != KMP_GO)
+    if ((f->resets > 0 || jump) && pass_resets(f, t, jump, qd, y) != KMP_GO)
+        return KMP_HALT;
+    if (kmp_forward_first_other(f, kmp_forward_eval(f)->mode) >= 0 && pass_conditions(f, t, y) != KMP_GO)
         return KMP_HALT;
     if (kmp_forward_charts_differ(f, f->chart) && pass_charts(f, t, q, qd, y) != KMP_GO)
         return KMP_HALT;
@@ -479,6 +506,7 @@ int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, 
         y[i] = q[kmp_forward_unknowns(f)[i]];
         y[half + i] = qd[kmp_forward_unknowns(f)[i]];
     }
+    kmp_forward_delays_set(f, t, y);
     if (kmp_forward_stand_at(f, t, y, false) != KMP_GO)
         return KMP_HALT;
     kmp_forward_settle(f);

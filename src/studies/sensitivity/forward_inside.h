@@ -10,6 +10,8 @@
 #include "integrators/formulations/formulation.h"
 #include "studies/sensitivity/forward.h"
 
+typedef struct kmp_forward_delays kmp_forward_delays;
+
 typedef struct kmp_forward_formulation {
     kmp_formulation formulation; /* first */
     kmp_arena arena;
@@ -40,13 +42,14 @@ typedef struct kmp_forward_formulation {
     int swing_size;                      /* count; in a run alone 2 n + parameters: how t_e depends on q, qd and them */
     double *before, *swing;              /* p; swing_size: dt_e/dp */
     double *changes, *along, *new_chart; /* conditions; charts */
-    double *swings, *swung_t; /* conditions x swing_size: dt_e/dp of each where it changed last, and that time */
-    int *swung_by;            /* by conditions: the one whose change took it along; -1: an input's jump */
-    int samples, resets;      /* states with next values; times that some took them since the last start */
-    bool *taken, missed;      /* of each time, by states; there was no room for a time */
-    int *cause_of;            /* of each time, by states: the condition; -1: a sample */
-    int reset_cause;          /* as in kmp_varied_reset */
-    double *next, *next_y;    /* by states: derivatives of next values; 2 p: of kmp_varied_reset */
+    double *swings, *swung_t;   /* conditions x swing_size: dt_e/dp of each where it changed last, and that time */
+    int *swung_by;              /* by conditions: the one whose change took it along; -1: an input's jump */
+    int samples, resets;        /* states with next values; times that some took them since the last start */
+    bool *taken, missed;        /* of each time, by states; there was no room for a time */
+    int *cause_of;              /* of each time, by states: the condition; -1: a sample */
+    int reset_cause;            /* as in kmp_varied_reset */
+    double *next, *next_y;      /* by states: derivatives of next values; 2 p: of kmp_varied_reset */
+    kmp_forward_delays *delays; /* NULL without delayed signals or derivatives */
 } kmp_forward_formulation;
 
 static inline int kmp_forward_blocks(const kmp_forward_formulation *f)
@@ -79,6 +82,21 @@ static inline size_t kmp_forward_chart_bytes(const kmp_forward_formulation *f)
 static inline size_t kmp_forward_mode_bytes(const kmp_forward_formulation *f)
 {
     return (size_t)f->system->events.count * sizeof(double);
+}
+
+/** True if condition k differs there. The branch of a kink is none: nothing jumps with it. */
+static inline bool kmp_forward_mode_differs(const kmp_forward_formulation *f, int k, const double *mode)
+{
+    return !f->system->events.condition[k].kink && (f->mode[k] != 0) != (mode[k] != 0);
+}
+
+/** The first condition that differs there; -1: none. */
+static inline int kmp_forward_first_other(const kmp_forward_formulation *f, const double *mode)
+{
+    for (int k = 0; k < f->system->events.count; k++)
+        if (kmp_forward_mode_differs(f, k, mode))
+            return k;
+    return -1;
 }
 
 /* -- unknowns (forward_ode.c) ------------------------------------------------------------------------ */
@@ -129,3 +147,34 @@ int kmp_forward_reset_place(kmp_forward_formulation *f, double t);
 int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double *yp);
 int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y,
                        double *yp);
+
+/** True if derivatives of two times are equal up to rounding. */
+bool kmp_forward_same_swing(int count, const double *a, const double *b);
+
+/* -- delayed signals (forward_delays.c) -------------------------------------------------------------- */
+
+/** Makes room, where there are any. False: no memory. */
+bool kmp_forward_delays_make(kmp_forward_formulation *f);
+void kmp_forward_delays_free(kmp_forward_formulation *f);
+
+/** Begins their past at the place, which has the values of the start at t; sets the derivatives of their states there.
+ */
+kempe_status kmp_forward_delays_begin(kmp_forward_formulation *f, double t);
+
+/** Records the last step up to `to`. False: it cannot be evaluated. */
+bool kmp_forward_delays_record(kmp_forward_formulation *f, kmp_runner *runner, double to);
+
+/** The rates of their states' derivatives by parameter p at the last state, which is that of y, among sudd. */
+void kmp_forward_delays_rates(const kmp_forward_formulation *f, const double *y, int p, double *sudd);
+
+/** Sets the derivatives of their states in y at t. */
+void kmp_forward_delays_set(kmp_forward_formulation *f, double t, double *y);
+
+/** Notes dt/dp of a restart at t. */
+void kmp_forward_delays_note(kmp_forward_formulation *f, double t, const double *swing);
+
+/** dt/dp where delayed signals jump at t; NULL: none does. KMP_HALT: several do, at different times. */
+int kmp_forward_delays_jump(kmp_forward_formulation *f, double t, const double **swing);
+
+/** Puts their states (of qd) and derivatives along a time with f->swing into the place. */
+void kmp_forward_delays_pass(kmp_forward_formulation *f, double t, const double *qd);

@@ -79,6 +79,7 @@ static void give(kmp_forward_formulation *f, const double *y, double *dy)
             kmp_varied_follow(v, k, su, sud, f->dq, f->dqd, dy + half + (k + 1) * w, f->dlambda);
         else
             kmp_varied_accelerate(v, k, su, sud, dy + half + (k + 1) * w);
+        kmp_forward_delays_rates(f, y, k, dy + half + (k + 1) * w);
     }
     if (f->integrals)
         integrate_outputs(f, y, dy + 2 * half);

@@ -141,7 +141,7 @@ static kempe_status derive(kempe_sensitivity *s)
 static kempe_status take_samples(kempe_sensitivity *s)
 {
     bool start = s->options->at && strcmp(s->options->at, "start") == 0, rests = s->kind->rests && !start;
-    if (!rests)
+    if (!rests && !s->kind->integrals)
         KMP_TRY(kmp_refuse_delays(s->model, "sensitivities", KMP_INSTEAD_OF_DELAY));
     if (!kmp_model_has_samples(s->model) && s->model->delay_count == 0)
         return KEMPE_OK;

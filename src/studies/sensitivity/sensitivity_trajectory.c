@@ -3,6 +3,7 @@
  * method. */
 #include "base/clock.h"
 #include "base/memory.h"
+#include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
 #include "output/times.h"
 #include "studies/sensitivity/adjoint.h"
@@ -359,9 +360,11 @@ static kempe_status find(kempe_sensitivity *s)
     s->build_s += kmp_cpu_now() - begin;
     const char *method = s->options->method;
     bool many = s->options->integral && s->count >= WORTH_ADJOINT && s->system->load_row_count == 0 &&
-                !kmp_model_has_samples(s->model);
+                !kmp_model_has_samples(s->model) && s->model->delay_count == 0;
     w.adjoint = method ? strcmp(method, "adjoint") == 0 : many;
     s->method = w.adjoint ? "adjoint" : "forward";
+    if (status == KEMPE_OK && w.adjoint)
+        status = kmp_refuse_delays(s->model, "the adjoint method", "use the forward method");
     if (status == KEMPE_OK)
         status = settle_reason(&w, find_once(&w));
     if (status == KEMPE_OK && s->rows > 0 && s->columns > 0 && !s->run->no_convergence_check)
