@@ -133,6 +133,45 @@ static void what_states_do(void)
         (kempe_sensitivity_options){.of = "equilibrium", .parameters = all}, 1e-8);
 }
 
+/* An arm of two links on the floor and a slide at its stop; one of the contacts is open. */
+static void contacts_that_press(void)
+{
+    static const char arm[] =
+        "kempe: 1\ngravity: [0, -9.81, 0]\n"
+        "parameters: { m: 1.3, k: 4, l: 0.5, h: 0.1, r: 0.2, to: 0.33, rest: 0.2}\n"
+        "ground: {points: {O: [0, 0, 0], G: [0, -h, 0], H: [0, -3, 0]}}\n"
+        "bodies:\n"
+        "  arm: {joint: {name: A, revolute: z, at: ground.O}, mass: m, com: [l/2, 0, 0], points: {P: [l, 0, 0]}}\n"
+        "  link: {joint: {name: B, revolute: z, at: arm.P}, mass: 0.4, com: [r/2, 0, 0], points: {Q: [r, 0, 0]}}\n"
+        "  slide: {joint: {name: s, prismatic: x, at: ground.O}, mass: 1}\n"
+        "contacts:\n"
+        "  floor: {point: link.Q, on: {plane: ground.G, normal: y}, restitution: 0.2}\n"
+        "  below: {point: link.Q, on: {plane: ground.H, normal: y}, restitution: 0.2}\n"
+        "  stop: {joint: s, upper: to, restitution: 0.1}\n"
+        "forces:\n"
+        "  a: {joint: A, torque: -k*(q(A) - rest) - qd(A)}\n"
+        "  b: {joint: B, torque: -2*q(B) - 0.1*qd(B)}\n"
+        "  s: {joint: s, force: 5 - k*q(s) - qd(s)}\n"
+        "start: {q: {A: -5 deg, B: -5 deg, s: 0.2}}\n";
+    static const char all[] = "m,k,l,h,r,to,rest", outputs[] = "q,force(floor),force(below),force(stop)";
+    const double k = 4, to = 0.33;
+    loaded m;
+    against_differences(arm, (kempe_sensitivity_options){.of = "equilibrium", .parameters = all, .outputs = outputs},
+                        1e-8);
+    against_differences(arm, (kempe_sensitivity_options){.of = "reactions", .parameters = all, .outputs = outputs},
+                        1e-8);
+    kempe_sensitivity *s =
+        ask_of(&m, arm, NULL,
+               &(kempe_sensitivity_options){.of = "equilibrium", .parameters = "k,to", .outputs = "q(s),force(stop)"});
+    CHECK_NEAR(s ? kmp_sensitivity_value(s, 0, 1) : NAN, 5 - k * to, 1e-13);
+    CHECK_NEAR(s ? kmp_sensitivity_slope(s, 0, 0, 0) : NAN, 0, 1e-14);
+    CHECK_NEAR(s ? kmp_sensitivity_slope(s, 0, 0, 1) : NAN, 1, 1e-14);
+    CHECK_NEAR(s ? kmp_sensitivity_slope(s, 0, 1, 0) : NAN, -to, 1e-13);
+    CHECK_NEAR(s ? kmp_sensitivity_slope(s, 0, 1, 1) : NAN, -k, 1e-13);
+    kempe_sensitivity_free(s);
+    unload(&m);
+}
+
 /* x = (y + z)/(k - a), where y and z keep their start values and a x is delayed; c y' = b x - c g at rest. */
 static void rest_of_states(void)
 {
@@ -196,6 +235,14 @@ static void what_is_refused(void)
                                 "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
                                 "forces: {f: {joint: x, force: y - k*q(x)}}\n";
     refuse(relay, (kempe_sensitivity_options){.of = "equilibrium"}, KEMPE_E_FAILED, "its input requires 4 there");
+    static const char contact[] = "kempe: 1\nparameters: {k: 10}\n"
+                                  "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                                  "contacts: {stop: {joint: x, upper: 1, restitution: 0}}\n"
+                                  "forces: {f: {joint: x, force: k - 10*q(x)}}\n";
+    refuse(contact, (kempe_sensitivity_options){.of = "equilibrium"}, KEMPE_E_FAILED, "'stop' touches at the state");
+    refuse(contact, (kempe_sensitivity_options){.of = "reactions", .outputs = "q", .at = "start"}, KEMPE_E_ARGUMENT,
+           "'stop' opens");
+    refuse(contact, (kempe_sensitivity_options){.of = "trajectory"}, KEMPE_E_ARGUMENT, "'stop' opens and closes");
     refuse(relay, (kempe_sensitivity_options){.of = "reactions", .at = "start"}, KEMPE_E_ARGUMENT,
            "'y' changes at events");
 }
@@ -236,6 +283,7 @@ int main(void)
     TEST(what_is_asked_of_a_four_bar);
     TEST(what_states_do);
     TEST(rest_of_states);
+    TEST(contacts_that_press);
     TEST(what_is_refused);
     TEST(notes);
     return check_report();

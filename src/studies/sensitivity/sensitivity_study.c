@@ -43,8 +43,10 @@ static kempe_status check_method(const kempe_sensitivity *s)
     if ((method || s->options->integral) && !s->kind->integrals)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
                         s->kind->name);
+    bool start = s->options->at && strcmp(s->options->at, "start") == 0;
     KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
-    KMP_TRY(kmp_refuse_contacts(s->model, "sensitivities"));
+    if (!s->kind->rests || start) /* at an equilibrium contacts that press stay closed */
+        KMP_TRY(kmp_refuse_contacts(s->model, "sensitivities"));
     if (s->run->checkpoint || s->run->resume)
         return kmp_fail(
             s->context, KEMPE_E_ARGUMENT,
