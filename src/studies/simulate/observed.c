@@ -41,7 +41,8 @@ static void add(listing *l, kmp_output output, bool wanted)
     l->list[l->count++] = output;
 }
 
-/* Drives have no reaction between bodies; those of joints of the tree are computed on request alone. A force that is given by its components has no value of its own. */
+/* Drives have no reaction between bodies; those of joints of the tree are computed on request alone. A force that is
+ * given by its components has no value of its own. */
 static bool has_output(const kempe_model *model, kmp_output_kind kind, int index)
 {
     bool of_loop = kmp_output_rows[kind].argument == KMP_OUTPUT_OF_LOOP;
