@@ -360,9 +360,10 @@ static double since_surface(const kmp_crossing *c, int k)
 {
     const kmp_condition *condition = &c->s->events.condition[k];
     const kmp_force *force = condition->of;
+    if (condition->role != KMP_ROLE_SENSE || force->kind != KMP_FORCE_TOUCH)
+        return 0;
     double gap = c->change[k + KMP_ROLE_PLACE - KMP_ROLE_SENSE], rate = c->change[k + KMP_ROLE_RATE - KMP_ROLE_SENSE];
-    bool strikes = condition->role == KMP_ROLE_SENSE && force->kind == KMP_FORCE_TOUCH && gap < 0 && rate < 0;
-    return strikes ? gap / rate : 0;
+    return gap < 0 && rate < 0 ? gap / rate : 0;
 }
 
 /* A contact is located behind its surface, by the overlap that counts as none where it opens. Each flight would end

@@ -31,12 +31,12 @@ static bool is_number(const char *text, int number)
 /* joint.k, and the bare name of a joint with one motion: of one with several it would be ambiguous. */
 static int find_numbered(const kempe_model *model, const char *name)
 {
-    const kmp_body *body = find_joint(model, name);
+    const int named = kmp_joint_find(model, name);
     const char *dot = strrchr(name, '.');
-    if (body)
-        return body->motion_count == 1 ? body->first_motion : -1;
+    if (named >= 0)
+        return model->bodies[named].motion_count == 1 ? model->bodies[named].first_motion : -1;
     for (int i = 1; dot && i < model->body_count; i++) {
-        body = &model->bodies[i];
+        const kmp_body *body = &model->bodies[i];
         if (strlen(body->joint) != (size_t)(dot - name) || strncmp(body->joint, name, (size_t)(dot - name)) != 0)
             continue;
         for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
