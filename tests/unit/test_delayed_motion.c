@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Small motions with delays: eigenvalues against branches of Lambert's W, limits of stability of an oscillator with
  * delayed feedback and roots that a search over the plane finds; state spaces against closed forms and responses. */
+#include "known_matrices.h"
 #include "loaded.h"
 #include <complex.h>
 #include <kempe/linearize.h>
@@ -237,30 +238,20 @@ static void fast_motion(void)
 
 static void state_space(void)
 {
-    static const struct {
-        kempe_matrix matrix;
-        int rows, columns;
-        double want[9];
-    } cases[] = {{KEMPE_MATRIX_A, 2, 2, {0, -1, 1, -0.1}},
-                 {KEMPE_MATRIX_B, 2, 3, {0, 1, 0, 0.3, 0, 0.2}},
-                 {KEMPE_MATRIX_C, 3, 2, {1, 1, 0, 0, 0, 0}},
-                 {KEMPE_MATRIX_D, 3, 3, {0, 0, 3, 0, 0, 1, 0, 0, 0}},
-                 {KEMPE_MATRIX_M, 1, 1, {1}},
-                 {KEMPE_MATRIX_G, 1, 1, {0.1}},
-                 {KEMPE_MATRIX_K, 1, 1, {1}},
-                 {KEMPE_MATRIX_L, 1, 3, {-1, -0.3, -0.2}}};
+    static const known_matrix cases[] = {{KEMPE_MATRIX_A, 2, 2, {0, -1, 1, -0.1}},
+                                         {KEMPE_MATRIX_B, 2, 3, {0, 1, 0, 0.3, 0, 0.2}},
+                                         {KEMPE_MATRIX_C, 3, 2, {1, 1, 0, 0, 0, 0}},
+                                         {KEMPE_MATRIX_D, 3, 3, {0, 0, 3, 0, 0, 1, 0, 0, 0}},
+                                         {KEMPE_MATRIX_M, 1, 1, {1}},
+                                         {KEMPE_MATRIX_G, 1, 1, {0.1}},
+                                         {KEMPE_MATRIX_K, 1, 1, {1}},
+                                         {KEMPE_MATRIX_L, 1, 3, {-1, -0.3, -0.2}}};
     loaded l = load_text(CHAIN);
     const kempe_linearize_options options = {.inputs = "u", .outputs = "q(x)"};
     kempe_linearization *x = NULL;
     char *text = NULL;
     CHECK(l.system && kempe_linearization_new(l.system, &options, &x) == KEMPE_OK);
-    for (size_t i = 0; x && i < sizeof cases / sizeof *cases; i++) {
-        int rows = 0, columns = 0;
-        const double *found = kempe_linearization_matrix(x, cases[i].matrix, &rows, &columns);
-        CHECK(rows == cases[i].rows && columns == cases[i].columns);
-        for (int k = 0; rows == cases[i].rows && columns == cases[i].columns && k < rows * columns; k++)
-            CHECK_NEAR(found[k], cases[i].want[k], 1e-14);
-    }
+    check_matrices(x, sizeof cases / sizeof *cases, cases, 1e-14);
     CHECK(x && kempe_linearization_count(x, KEMPE_CHANNEL_DELAY) == 2);
     CHECK_TEXT(kempe_linearization_name(x, KEMPE_CHANNEL_DELAY, 0), "delay(late)");
     CHECK_TEXT(kempe_linearization_name(x, KEMPE_CHANNEL_INPUT, 1), "delay(late)");

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* States that change at events, in small motions: they are constant, so that results are those of a model with a number
  * in their place, and closed forms. */
+#include "known_matrices.h"
 #include "loaded.h"
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
@@ -28,31 +29,21 @@ static double cell(const kempe_table *table, int row, const char *column)
  * acts as one in its place: at the equilibrium by the load D. */
 static void state_space(void)
 {
-    static const struct {
-        kempe_matrix matrix;
-        int rows, columns;
-        double want[9];
-    } cases[] = {{KEMPE_MATRIX_A, 3, 3, {0, -20, 10, 1, -0.75, 0, 0, 0, -10}},
-                 {KEMPE_MATRIX_B, 3, 2, {0, 0.5, 0, 0, 0.5, 0}},
-                 {KEMPE_MATRIX_C, 2, 3, {1, 0, 0, 0, 0, 0}},
-                 {KEMPE_MATRIX_D, 2, 2, {0, 0, 0, 1}},
-                 {KEMPE_MATRIX_L, 2, 2, {-1, 0, -1, 0}},
-                 {KEMPE_MATRIX_M, 2, 2, {2, 0, 0, 1}},
-                 {KEMPE_MATRIX_G, 2, 2, {1.5, 0, 0, 10}},
-                 {KEMPE_MATRIX_K, 2, 2, {40, -10, 0, 0}},
-                 {KEMPE_MATRIX_N, 3, 2, {1, 0, 0, 0, 0, 1}}};
+    static const known_matrix cases[] = {{KEMPE_MATRIX_A, 3, 3, {0, -20, 10, 1, -0.75, 0, 0, 0, -10}},
+                                         {KEMPE_MATRIX_B, 3, 2, {0, 0.5, 0, 0, 0.5, 0}},
+                                         {KEMPE_MATRIX_C, 2, 3, {1, 0, 0, 0, 0, 0}},
+                                         {KEMPE_MATRIX_D, 2, 2, {0, 0, 0, 1}},
+                                         {KEMPE_MATRIX_L, 2, 2, {-1, 0, -1, 0}},
+                                         {KEMPE_MATRIX_M, 2, 2, {2, 0, 0, 1}},
+                                         {KEMPE_MATRIX_G, 2, 2, {1.5, 0, 0, 10}},
+                                         {KEMPE_MATRIX_K, 2, 2, {40, -10, 0, 0}},
+                                         {KEMPE_MATRIX_N, 3, 2, {1, 0, 0, 0, 0, 1}}};
     loaded l = load_text(DAMPER(EVENT, "D", ""));
     const kempe_linearize_options options = {.inputs = "u,y0", .outputs = "q(x),D"};
     kempe_linearization *x = NULL;
     char *text = NULL;
     CHECK(l.system && kempe_linearization_new(l.system, &options, &x) == KEMPE_OK);
-    for (size_t i = 0; x && i < sizeof cases / sizeof *cases; i++) {
-        int rows = 0, columns = 0;
-        const double *found = kempe_linearization_matrix(x, cases[i].matrix, &rows, &columns);
-        CHECK(rows == cases[i].rows && columns == cases[i].columns);
-        for (int k = 0; rows == cases[i].rows && k < rows * columns && columns == cases[i].columns; k++)
-            CHECK_NEAR(found[k], cases[i].want[k], 1e-13);
-    }
+    check_matrices(x, sizeof cases / sizeof *cases, cases, 1e-13);
     CHECK(x && kempe_linearization_y(x)[1] == 3);
     CHECK(x && kempe_linearization_print(x, KEMPE_JSON, &text) == KEMPE_OK);
     CHECK(text && strstr(text, "\"held\":") && strstr(text, "\"D\": 3"));
