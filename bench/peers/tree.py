@@ -42,7 +42,7 @@ def possible(inertia):
 
 
 def depth_first(bodies):
-    """The bodies, each followed by all that hangs on it: MuJoCo and Drake number coordinates so, whatever the order of a file."""
+    """The bodies, each followed by all that it carries: MuJoCo and Drake number coordinates so, whatever the order of a file."""
     children = {}
     for b in bodies:
         children.setdefault(b["parent"], []).append(b)

@@ -140,7 +140,8 @@ static double longest(const kmp_loosening *l, const double *dx)
     return size;
 }
 
-/* One step towards h = 0 and l = 0. Returns its scaled length; NaN: there is none. */
+/* Takes a Newton step towards closed loops and centred bearings, h = 0 and l = 0. Returns its scaled length; NaN: there
+ * is no step. */
 static double step(kmp_loosening *l, const bool *hold, double *q)
 {
     const int n = l->s->n;

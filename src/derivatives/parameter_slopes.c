@@ -229,8 +229,8 @@ static int count_delays(const kempe_model *model)
     return count;
 }
 
-/* As a run records them (integrators/delays/delays.c): conditions and branches of kinks in a
- * signal are those of the run. */
+/* Adds delayed signals as a run records them (integrators/delays/delays.c): their conditions and branches of kinks are
+ * those of the run. */
 static bool add_delayed(gather *g)
 {
     const kempe_model *model = g->eq.model;

@@ -220,8 +220,8 @@ bool kmp_motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_equat
 
 /* -- M and C that wait ------------------------------------------------------------------------------- */
 
-/* The system knows their variants and patterns, which follow from the search and from M. An entry of these that is zero
- * by other variants is a zero there. */
+/* A system whose M and C wait knows the variants and patterns of both: they follow from the search and from M. The
+ * program that is made later keeps all entries of these patterns, also those that its variants make zero. */
 
 kmp_late_motion *kmp_late_motion_new(kempe_system *s)
 {
@@ -245,7 +245,7 @@ void kmp_late_motion_free(kmp_late_motion *late)
     kmp_free(late);
 }
 
-/* By the variants that were chosen; of a mechanism without search, as it is. */
+/* Derives M and C by the variants that the search has chosen; without a search, by those of the model as it is. */
 static kempe_status derive_late(const kempe_system *s, kmp_program **motion)
 {
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */

@@ -372,7 +372,7 @@ static void test_late(void)
     "top = max(qd(A)), low = min(q(A)), swing = range(q(A)), kink = max(abs(q(A) - 0.1)), fast = max(qdd(A)), "        \
     "down = first(q(A) < -0.2), often = count(q(A) < 0.1), below = duration(q(A) < 0.1)"
 
-/* With a mean every step is measured: the same bits, from more evaluations. */
+/* Extremes have the same bits with a mean beside them, for which no step is passed over. */
 static void test_passed(void)
 {
     static const char *const names[] = {"q.A", "l"}, *const quantities[] = {PASSED, PASSED ", mean(q(A))"};

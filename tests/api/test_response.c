@@ -16,6 +16,9 @@
 #include <string.h>
 
 typedef double complex number;
+#define NUMBER number
+#define ALL    4
+#include "elimination.h"
 
 static const double mb = 250, mw = 40, ma = 4, L = 0.4, f = 0.25, k = 60e3, kt = 200e3;
 static double c = 3500, ct = 100;
@@ -207,35 +210,6 @@ static void poles_without_damping_are_told(void)
     kempe_text_free(text);
     kempe_response_free(r);
     unload(&l);
-}
-
-/* x of a x = b, four unknowns, by elimination with pivots. */
-static void eliminate(number a[4][4], number *b)
-{
-    for (int i = 0; i < 4; i++) {
-        int best = i;
-        for (int j = i + 1; j < 4; j++)
-            best = cabs(a[j][i]) > cabs(a[best][i]) ? j : best;
-        for (int j = 0; j < 4; j++) {
-            number t = a[i][j];
-            a[i][j] = a[best][j];
-            a[best][j] = t;
-        }
-        number t = b[i];
-        b[i] = b[best];
-        b[best] = t;
-        for (int j = i + 1; j < 4; j++) {
-            number factor = a[j][i] / a[i][i];
-            for (int e = i; e < 4; e++)
-                a[j][e] -= factor * a[i][e];
-            b[j] -= factor * b[i];
-        }
-    }
-    for (int i = 3; i >= 0; i--) {
-        for (int j = i + 1; j < 4; j++)
-            b[i] -= a[i][j] * b[j];
-        b[i] /= a[i][i];
-    }
 }
 
 /* C (s - A)^-1 B + D with the drive's displacement, rate and acceleration as three inputs. */

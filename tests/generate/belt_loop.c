@@ -13,7 +13,7 @@
 
 enum { N = friction_belt_coordinates, ROWS = friction_belt_rows, ALL = N + ROWS, LAST = friction_belt_frictions };
 
-#include "elimination.h"
+#include "../elimination.h"
 #include "runge_kutta_step.h"
 
 /* Four an element: sense of slip, 1 while it sticks, its place then, a given force. */

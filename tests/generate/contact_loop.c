@@ -17,7 +17,7 @@
 
 enum { N = machine_coordinates, ROWS = machine_rows, ALL = N + ROWS, LAST = machine_contacts };
 
-#include "elimination.h"
+#include "../elimination.h"
 #include "runge_kutta_step.h"
 
 static double modes[machine_mode_entries * machine_elements];

@@ -292,7 +292,7 @@ class Mechanism:
     # -- the tree and its coordinates
 
     def make_tree(self):
-        """Every body hangs on one other; joints between two bodies are turned round where the second one carries."""
+        """Every body is carried by one other; joints between two bodies are turned round where the second one carries."""
         carried = {joint.to.body for joint in self.joints}
         for joint in self.joints:
             joint.parent, joint.child = joint.at.body, joint.to.body

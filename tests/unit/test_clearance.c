@@ -509,7 +509,8 @@ static void rubbing_impact(void)
     }
 }
 
-/* The same of a ball in its socket, whose slip spin x r n has both directions across its way n. */
+/* An impact of a ball in its socket with friction. The ball moves along n, and its slip spin x r n has components along
+ * both directions across n. */
 static void rubbing_ball(void)
 {
     static const char text[] =

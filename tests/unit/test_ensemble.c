@@ -327,7 +327,7 @@ static void one_with_parts(many x, double t_end, double near, const char *why)
     scatter(&x);
 }
 
-/* A body that hangs on a spherical joint and turns over, with an arm and springs. */
+/* A body on a spherical joint, with an arm and springs, which turns over. */
 static const char turning[] =
     "kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {k: 3, m: 1, c: 0.1}\n"
     "ground: {points: {A: [1, 0.2, 1], B: [-1, 0, 1]}}\nbodies:\n"

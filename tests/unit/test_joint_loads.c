@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Loads of joints of the tree: against the balance of the body that hangs on them, the same mechanism with another
- * joint cut, and multipliers of locks; and what is refused. */
+/* Loads of joints of the tree. They are compared with the balance of the body that the joint carries, with the same
+ * mechanism where another joint is cut, and with the multipliers of locks. Loads that are not known are refused. */
 #include "balance_of_body.h"
 #include "ways.h"
 #include <math.h>
 
 /* -- balance of a body ------------------------------------------------------------------------------- */
 
-/* Body b alone hangs on body a, which moves on the ground. Points along the axes of a tell these, and accelerations of
- * points of b its angular one. */
+/* Body a moves on the ground and carries body b alone. Points on the axes of a give the directions of these axes, and
+ * accelerations of points of b give its angular acceleration. */
 #define SCENE                                                                                                          \
     "kempe: 1\ngravity: [1, 2, -10]\n"                                                                                 \
     "ground: {points: {G: {at: [0.1, 0.2, 0.3], axes: {x: [1, 2, -2], y: [0, 1, 1]}}}}\nbodies:\n"                     \

@@ -165,7 +165,7 @@ static void values_are_those_of_m_and_c(void)
     }
 }
 
-/* They are made once, and take no more operations than those of a system that does not wait. */
+/* M and C are made once by several threads, and have as many operations as those of a system that does not wait. */
 static void *need(void *system)
 {
     CHECK(kmp_motion_need(system) == KEMPE_OK);

@@ -9,8 +9,8 @@
 
 /* -- forces and moments of closures ------------------------------------------------------------------ */
 
-/* Body a is locked, b hangs on it by the closure alone. Four points along the axes of a and of b each tell their axes,
- * and accelerations of those of b its angular one. */
+/* Body a is locked, and the closure alone holds body b on it. Four points of each body give the directions of its axes,
+ * and accelerations of those of b give its angular acceleration. */
 #define SCENE                                                                                                          \
     "kempe: 1\ngravity: [1, 2, -10]\n"                                                                                 \
     "ground: {points: {G: {at: [0.1, 0.2, 0.3], axes: {x: [1, 2, -2], y: [0, 1, 1]}}}}\nbodies:\n"                     \

@@ -22,7 +22,7 @@ struct kmp_joint_loads {
 
 /* -- virtual motions --------------------------------------------------------------------------------- */
 
-/* The same tree, with the joint of link `first` displaced and turned before its motions by the inputs KMP_IN_ALONG.
+/* A copy of the tree with the joint of link `first` displaced and turned before its motions by the inputs KMP_IN_ALONG.
  * Conditions are evaluated in place. NULL: no memory. */
 static kmp_link *displace(const kmp_tree *tree, int first, kmp_tree *moved)
 {
@@ -146,8 +146,9 @@ static kmp_vec across(kmp_graph *g, int count, const kmp_vec *along, kmp_vec v)
     return count > 1 ? part : kmp_vec_sub(g, v, part);
 }
 
-/* Of a wrench about the chain's beginning: without its parts along the free motions. Forces of motions act at the point
- * through which the axes of all rotations pass: the chain's beginning where rotations come first, otherwise its end. */
+/* Removes the parts along the free motions from a wrench about the chain's beginning. Forces of motions act at the
+ * point through which the axes of all rotations pass: the chain's beginning where rotations come first, otherwise its
+ * end. */
 static void constrain(const kmp_tree *tree, const kmp_body *body, kmp_wrench *w)
 {
     kmp_graph *g = tree->graph;

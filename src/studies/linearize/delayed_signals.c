@@ -66,8 +66,9 @@ static bool extend(kempe_linearization *l, kmp_names *names, int count, const in
 
 /* -- matrices ---------------------------------------------------------------------------------------- */
 
-/* Of the signal before delay i, the factor of what acts on its rate by `rate`: T rate, and y itself. Their sum of terms
- * that cancel is rounding. */
+/* A signal before its delay T is y + T y', where y' is the rate of the averaged equations. So a quantity on which y'
+ * depends by `rate` has the factor T rate in the signal, and y itself (`own`: 1) has one more. If both cancel, their
+ * sum is rounding, and zero is returned. */
 static double signal_of(double T, double rate, bool own)
 {
     const double sum = T * rate + own;

@@ -8,7 +8,7 @@
 #include <stdatomic.h>
 #include <string.h>
 
-/* One thread's. The first one is the caller's and has its context. */
+/* The evaluator of one thread. The first one is that of the caller and has its context. */
 typedef struct searcher {
     kempe_optimum *o;
     kempe_context *context;
@@ -178,7 +178,8 @@ static void search_from(searcher *w, kmp_searched *s)
         w->status = kmp_fail_memory(w->context);
 }
 
-/* The searcher of this thread: a thread's pieces are fewer than threads, and another one has its own. */
+/* The searcher of this thread. There are as many pieces of work as threads, and a piece takes at most one new searcher:
+ * so there is room for all. */
 static searcher *take_searcher(shared_searches *r)
 {
     bool caller = pthread_equal(pthread_self(), r->caller);

@@ -54,7 +54,7 @@ static int motion_of(const kmp_forward_formulation *f, int k)
     return kmp_model_coordinates(f->system->model) + f->delays->state[k];
 }
 
-/* Its place among the unknowns. */
+/* The place of delay k among the unknowns. */
 static int place_of(const kmp_forward_formulation *f, int k)
 {
     return f->zone ? motion_of(f, k) : kmp_linear_place(&f->v->linear, motion_of(f, k));
