@@ -52,7 +52,9 @@ static void allocate(kmp_collocation *s)
                  {&s->a, s->s},
                  {&s->aa, s->s},
                  {&s->hc, 1},
-                 {&s->filter, 1}};
+                 {&s->filter, 1},
+                 {&s->decay, s->s},
+                 {&s->decay_start, 1}};
     for (size_t k = 0; k < sizeof lanes / sizeof *lanes; k++)
         *lanes[k].to = kmp_arena_aligned(a, (size_t)lanes[k].size * (size_t)s->w);
 }
@@ -60,13 +62,18 @@ static void allocate(kmp_collocation *s)
 /* Lanes beyond the stages repeat the last one. */
 static void set_constants(kmp_collocation *s)
 {
+    static const double none[KMP_COLLOCATION_STAGES + 1] = {0};
+    s->decay_power = log((2.0 * s->s - 1) / s->s) / log((s->s - 0.5) / (s->s - 2.5));
     for (int l = 0; l < s->w; l++) {
         int i = l < s->s ? l : s->s - 1;
         s->c[l] = s->table->node[i + 1];
         s->one[l] = 1;
         s->zero[l] = 0;
         s->filter[l] = l == KMP_END_SLOPE ? s->table->filter : 0;
+        const double *legendre = l < KMP_COLLOCATION_DECAYS && l <= s->s ? s->table->legendre[s->s - l] : none;
+        s->decay_start[l] = legendre[0];
         for (int j = 0; j < s->s; j++) {
+            s->decay[j * s->w + l] = legendre[j + 1];
             s->a[j * s->w + l] = s->table->a[i][j];
             s->aa[j * s->w + l] = s->table->aa[i][j];
             s->end[j * s->w + l] = l < KMP_COLLOCATION_ENDS ? s->table->end[j][l] : 0;

@@ -56,6 +56,8 @@ typedef struct kmp_collocation {
     double *c, *a, *aa;               /* w, s w, s w: columns of c, A and A A */
     double *once, *twice, *ahead;     /* s w, s w, (s + 1) w: columns of h A, (h A)^2, of the prediction */
     double *end;                      /* s w: columns of the table's sums at the end */
+    double *decay, *decay_start;      /* s w and w: columns of the last Legendre coefficients */
+    double decay_power;               /* the error's power of their ratio */
     double *one, *zero, *hc, *filter; /* w */
     double *jacobian;                 /* inner x (p + inner), column-major: df/dy without positions and quadratures */
     double *whole;                    /* n x n: that of the formulation; NULL: it has none */

@@ -118,33 +118,36 @@ static double misfit(kmp_collocation *s, double h)
     return sqrt(sum / fmax(s->inner, 1));
 }
 
-/* Weighted size of the derivatives' Legendre coefficient of this degree, by the start and the stages. */
-static double coefficient(const kmp_collocation *s, int degree)
+/* Weighted sizes of the derivatives' Legendre coefficients of degrees s, s - 1, s - 2, s - 3, by the start and the
+ * stages. */
+static void find_coefficients(kmp_collocation *s, double size[KMP_COLLOCATION_DECAYS])
 {
-    const double *by = s->table->legendre[degree], *start = s->dy + s->p;
-    double sum = 0;
-    for (int k = 0; k < s->inner; k++) {
-        double c = by[0] * start[k];
-        for (int j = 0; j < s->s; j++)
-            c += by[j + 1] * s->g[k * s->w + j];
-        c *= s->per_scale[s->p + k];
-        sum += c * c;
-    }
-    return sqrt(sum);
+    const double *start = s->dy + s->p;
+    double sum[KMP_COLLOCATION_DECAYS] = {0};
+    kmp_lanes_sum(s->w, s->inner, s->s, s->g, s->decay, &(kmp_lane_terms){start, s->decay_start, start, s->zero},
+                  s->g_before);
+    for (int k = 0; k < s->inner; k++)
+        for (int d = 0; d < KMP_COLLOCATION_DECAYS; d++) {
+            double c = s->g_before[k * s->w + d] * s->per_scale[s->p + k];
+            sum[d] += c * c;
+        }
+    for (int d = 0; d < KMP_COLLOCATION_DECAYS; d++)
+        size[d] = sqrt(sum[d]);
 }
 
 /* The error at the end of a step, weighted as the tolerance, if the coefficients decay by a power of their degree, as
  * fast as the last two do after the two before them; a symmetric solution has every second one. The estimate is
  * 2 filter h times the last one, of degree s, unless that is zero by chance; the end is wrong by those from degree
  * 2 s - 1 on. */
-static double of_slow_decay(const kmp_collocation *s, double h)
+static double of_slow_decay(kmp_collocation *s, double h)
 {
-    double last = coefficient(s, s->s), next = coefficient(s, s->s - 1), high = fmax(last, next);
-    double low = fmax(fmax(coefficient(s, s->s - 2), coefficient(s, s->s - 3)), high);
+    double size[KMP_COLLOCATION_DECAYS];
+    find_coefficients(s, size);
+    double last = size[0], next = size[1], high = fmax(last, next), low = fmax(fmax(size[2], size[3]), high);
     if (!(high > 0))
         return 0;
-    double power = log(low / high) / log((s->s - 0.5) / (s->s - 2.5)), part = pow((2.0 * s->s - 1) / s->s, -power);
-    return s->widen * 2 * s->table->filter * h * part * fmax(last, next * sqrt(high / low)) / sqrt(s->p + s->inner);
+    double decay = high / low, part = pow(decay, s->decay_power);
+    return s->widen * 2 * s->table->filter * h * part * fmax(last, next * sqrt(decay)) / sqrt(s->p + s->inner);
 }
 
 /* The estimate h filter (f - p'(0)), p the stages' polynomial (Hairer, Wanner, II, IV.8.19). */

@@ -8,7 +8,8 @@ enum {
     KMP_COLLOCATION_STAGES = 7,
     KMP_COLLOCATION_LANES = 8,
     KMP_COLLOCATION_EIGENVALUES = 4,
-    KMP_COLLOCATION_ENDS = 4
+    KMP_COLLOCATION_ENDS = 4,
+    KMP_COLLOCATION_DECAYS = 4 /* Legendre coefficients that estimates of slow decay need */
 };
 
 /* Sums over the derivatives of the stages at the end of a step. */
