@@ -148,7 +148,10 @@ static bool allocate(kmp_equations *eq)
                 {&eq->push, model->force_count},
                 {&eq->after, rows},
                 {&eq->next, model->state_count},
-                {&eq->when, model->state_count}};
+                {&eq->when, model->state_count},
+                {&eq->delayed, model->delay_count},
+                {&eq->before, model->delay_count},
+                {&eq->delay, model->delay_count}};
     for (size_t k = 0; k < sizeof list / sizeof *list; k++)
         *list[k].to = KMP_GRAPH_NEW(eq->graph, kmp_ref, list[k].count);
     eq->rows = KMP_GRAPH_NEW(eq->graph, kmp_row, rows);
@@ -264,6 +267,22 @@ static void derive_next(kmp_equations *eq)
         }
 }
 
+/* Signals before the start are functions of the time; those that keep their value at the start have none. */
+static void derive_delayed(kmp_equations *eq)
+{
+    for (int k = 0; k < eq->model->state_count; k++) {
+        const kmp_state *state = &eq->model->states[k];
+        if (!state->delayed)
+            continue;
+        const int d = eq->delayed_count++;
+        eq->delayed[d] = kmp_tree_expression(&eq->tree, state->delayed);
+        eq->before[d] = state->before  ? kmp_tree_expression(&eq->tree, state->before)
+                        : state->began ? kmp_tree_number(&eq->tree, &state->start)
+                                       : KMP_ZERO;
+        eq->delay[d] = kmp_tree_number(&eq->tree, &state->delay);
+    }
+}
+
 static void set_rules(const kmp_equations *eq, const kmp_scene *scene, bool apart)
 {
     kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~(scene->without | (apart ? KMP_RULE_RUNS : 0)));
@@ -292,6 +311,9 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     eq->next_count = 0;
     if (sets & KMP_SET_NEXT)
         derive_next(eq);
+    eq->delayed_count = 0;
+    if (sets & KMP_SET_DELAYED)
+        derive_delayed(eq);
     return kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : KEMPE_OK;
 }
 
@@ -316,6 +338,7 @@ static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
         if (kmp_force_has_modes(&eq->model->forces[k]))
             (void)kmp_friction_find(tree, &eq->model->forces[k]);
     tree->settled = scene->modes_alone;
+    tree->given_delays = scene->given_delays;
     return !kmp_graph_failed(eq->graph);
 }
 

@@ -30,7 +30,8 @@ enum {
     KMP_SET_NEXT = 65536,     /* next values of states with samples or events, and whether events hold */
     KMP_SET_CONTACT = 131072, /* distances of rigid contacts, their rates and forces */
     KMP_SET_IMPACT = 262144,  /* rates of all rows after an impact; with KMP_SET_CLOSURE */
-    KMP_SET_POWER_SLOPES = 524288 /* of the power by q and qd, with derivatives by composite bodies: they share most */
+    KMP_SET_POWER_SLOPES = 524288, /* of the power by q and qd, with derivatives by composite bodies: they share most */
+    KMP_SET_DELAYED = 1048576      /* signals of continuous delays, those before the start, and the delays */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
@@ -63,6 +64,7 @@ typedef struct kmp_scene {
     unsigned then;               /* the sets to derive after the search, without variants; 0: `sets`, by the best */
     kmp_tangent_method tangents; /* without ways: the method for both derivatives of the inverse dynamics */
     kmp_events *events;          /* conditions as inputs, appended to those present; NULL: evaluated in place */
+    bool given_delays;           /* the caller sets the states of continuous delays, which have no rate */
     bool modes_alone;            /* of conditions, the modes of friction alone are inputs, in the order of the forces */
 } kmp_scene;
 
@@ -120,6 +122,8 @@ typedef struct kmp_equations {
     kmp_ref *after;       /* m: J qd after an impact of the contacts that are held */
     kmp_ref *next, *when; /* of each state with a next value: it; 1 where the condition of its event holds */
     int next_count;
+    kmp_ref *delayed, *before, *delay; /* of each continuous delay: the signal, that before the start or 0, seconds */
+    int delayed_count;
 } kmp_equations;
 
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves). KEMPE_E_FAILED when accelerations

@@ -83,7 +83,6 @@ static kempe_status check_rows(const kempe_model *model, unsigned sets)
     const unsigned of_friction = kmp_sets_find("friction", strlen("friction"));
     const unsigned of_contacts = kmp_sets_find("contact", strlen("contact")) | 1u << KMP_EQ_IMPACT;
     bool sticks = false;
-    KMP_TRY(kmp_refuse_delays(model, "generated equations", KMP_INSTEAD_OF_DELAY));
     for (int k = 0; k < model->force_count; k++)
         sticks = sticks || kmp_force_sticks(&model->forces[k]);
     if (sets & of_contacts && !kmp_model_has_contacts(model))
@@ -97,6 +96,9 @@ static kempe_status check_rows(const kempe_model *model, unsigned sets)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT,
                         "the set 'discrete' is empty: '%s' has no states with samples or events; omit the set",
                         model->name);
+    if (sets & kmp_sets_find("delay", strlen("delay")) && model->delay_count == 0)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "the set 'delay' is empty: '%s' has no continuous delays; omit the set", model->name);
     if (sets & 1u << KMP_EQ_OUTPUTS && kmp_outputs_width(model) == 0)
         return kmp_fail(model->context, KEMPE_E_ARGUMENT,
                         "the set 'outputs' is empty: '%s' lists no output under 'run' that q, qd, qdd and lambda are "
@@ -120,6 +122,7 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
                                          .optimize = g->optimize,
                                          .loops_alone = !g->drives && !kmp_uses_drives(model),
                                          .events = &choice->modes,
+                                         .given_delays = true,
                                          .modes_alone = true}};
     KMP_TRY(read_scheme(context, g->scheme, choice));
     for (const char *s = g->sets ? g->sets : "M_C,invdyn,h_J,jdqd"; s; s = strchr(s, ',')) {

@@ -138,6 +138,23 @@ static void name_discrete(kmp_code_source *source)
         }
 }
 
+static void name_delays(kmp_code_source *source)
+{
+    const kempe_model *model = source->model;
+    const int room = model->delay_count;
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(char *, room, &source->delay_names),
+                        KMP_ROOM(int, room, &source->delay_place), KMP_ROOM(int, room, &source->delay_given)))
+        return;
+    for (int k = 0; room > 0 && k < model->state_count; k++) {
+        const kmp_state *state = &model->states[k];
+        if (!state->delayed)
+            continue;
+        source->delay_names[source->delay_count] = kmp_arena_strdup(&source->arena, state->name);
+        source->delay_given[source->delay_count] = state->before || state->began;
+        source->delay_place[source->delay_count++] = kmp_model_coordinates(model) + k;
+    }
+}
+
 /* -- routines ---------------------------------------------------------------------------------------- */
 
 /* The arguments of the equations of a set, with those of the forces if it has forces. */
@@ -159,7 +176,7 @@ static void shape_arrays(kmp_code_routine *r, const kmp_equations *eq, unsigned 
     const unsigned loads = 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
     int first = 0;
     r->arguments = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
-    r->arguments |= eq->model->input_count > 0 ? 1u << KMP_ARGUMENT_INPUTS : 0;
+    r->arguments |= kmp_model_given_inputs(eq->model) > 0 ? 1u << KMP_ARGUMENT_INPUTS : 0;
     for (int k = 0; k < KMP_EQ_SETS; k++) {
         if (!(sets & 1u << k))
             continue;
@@ -343,13 +360,14 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
     for (int k = 0; source->coordinate_names && k < source->n; k++)
         source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);
-    source->input_count = model->input_count;
-    source->input_names = KMP_ARENA_NEW(arena, char *, model->input_count);
-    for (int k = 0; source->input_names && k < model->input_count; k++)
+    source->input_count = kmp_model_given_inputs(model);
+    source->input_names = KMP_ARENA_NEW(arena, char *, source->input_count);
+    for (int k = 0; source->input_names && k < source->input_count; k++)
         source->input_names[k] = kmp_arena_strdup(arena, model->inputs[k].name);
     name_outputs(source);
     name_elements(source);
     name_discrete(source);
+    name_delays(source);
     KMP_TRY(kmp_made(model->context, !arena->failed && hash_model(model, source->hash)));
     return derive_all(source, choice);
 }

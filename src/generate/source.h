@@ -53,7 +53,9 @@ typedef struct kmp_code_source {
     int mode_entries;                                /* in modes, of each element */
     int discrete_count, *discrete_place;             /* states with samples or events: where each is in qd */
     char **discrete_names;
-    double *discrete_time; /* between samples; INFINITY: of events */
+    double *discrete_time;                       /* between samples; INFINITY: of events */
+    int delay_count, *delay_place, *delay_given; /* continuous delays: where each is in qd; 1 if `before` is */
+    char **delay_names;
     int symbol_count, parameter_count;
     int *place; /* by symbol: its position in p, -1: no routine needs it */
     double *value;

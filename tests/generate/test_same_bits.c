@@ -67,6 +67,11 @@ static double *evaluate(kmp_evaluator *eval, const state *s, double *out)
     kmp_eval_dense_mass(eval, out);
     out += n * n;
     memcpy(out, eval->bias, (size_t)n * sizeof *out);
+    for (int k = 0; k < n; k++) {
+        const kmp_state *delay = kmp_state_of(eval->system->model, k);
+        if (delay && delay->delayed) /* which has no rate in generated code */
+            out[k] = 0;
+    }
     out += n;
     memcpy(out, eval->h, (size_t)m * sizeof *out);
     out += m;

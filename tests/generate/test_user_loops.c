@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Generated equations in programs with integrators of their own, which need nothing of Kempe: friction that sticks,
  * with a choice of modes (belt_loop.c), whose transitions are closed forms; states with samples and events
- * (sampled_loop.c); rigid contacts, in all languages (contact_loop.c, contact_loop_numpy.py, contact_loop_octave.m),
- * and their friction (slip_loop_numpy.py). */
+ * (sampled_loop.c); continuous delays (delay_loop.c) and rigid contacts (contact_loop.c), in all languages, and the
+ * friction of these (slip_loop_numpy.py). */
 #include "generate/compiled_equations.h"
 #include <math.h>
 
@@ -80,15 +80,15 @@ static void samples_and_events(void)
     CHECK(passes >= 1 && got_passes == passes);
 }
 
-/* -- contacts ------------------------------------------------------------------------------------------ */
+/* -- all languages ------------------------------------------------------------------------------------- */
 
-/* Equations of a model under the name machine. */
+/* Equations of a model under the name machine; `name`: its path without ending. */
 static bool write_machine(const char *name, const char *language, const char *sets)
 {
     const kempe_generate_options g = {.sets = sets, .drives = 1, .language = language};
     kempe_model *model = NULL;
     char path[1024], text[8192] = "", line[1024];
-    snprintf(path, sizeof path, "%s/tests/models/%s.yaml", KEMPE_ROOT, name);
+    snprintf(path, sizeof path, "%s/%s.yaml", KEMPE_ROOT, name);
     FILE *file = fopen(path, "r");
     while (file && fgets(line, sizeof line, file))
         if (strncmp(line, "name:", 5) != 0 && strlen(text) + strlen(line) < sizeof text)
@@ -104,36 +104,42 @@ enum { C, PYTHON, OCTAVE, LANGUAGES };
 
 static const char *const languages[LANGUAGES] = {"c", "python", "octave"};
 
-/* The command that runs the loop of a language, which it builds; empty: no tools for it are here. */
-static void find_loop(int language, char command[512])
+/* The command that runs a loop in a language, which it builds; empty: no tools for it are here. */
+static void find_loop(int language, const char *loop, char command[512])
 {
     command[0] = 0;
     if (language == C)
         snprintf(command, 512,
-                 "%s -std=c99 -O1 -Wall -Wextra -Wpedantic -Werror -I. -o loop %s/tests/generate/contact_loop.c "
+                 "%s -std=c99 -O1 -Wall -Wextra -Wpedantic -Werror -I. -o loop %s/tests/generate/%s.c "
                  "machine.c -lm && ./loop",
-                 KEMPE_CC, KEMPE_ROOT);
+                 KEMPE_CC, KEMPE_ROOT, loop);
     else if (language == PYTHON && python())
-        snprintf(command, 512, "%s %s/tests/generate/contact_loop_numpy.py . machine", python(), KEMPE_ROOT);
+        snprintf(command, 512, "%s %s/tests/generate/%s_numpy.py . machine", python(), KEMPE_ROOT, loop);
     else if (language == OCTAVE && runs("octave-cli --version >/dev/null 2>&1"))
-        snprintf(command, 512, "octave-cli --norc --no-history --quiet %s/tests/generate/contact_loop_octave.m .",
-                 KEMPE_ROOT);
+        snprintf(command, 512, "octave-cli --norc --no-history --quiet %s/tests/generate/%s_octave.m .", KEMPE_ROOT,
+                 loop);
 }
 
-/* The loop of a language; NULL: no tools for it are here. */
-static FILE *start_contacts(int language, const char *model, const char *arguments)
+/* A loop in a language, with equations of a model; NULL: no tools for it are here. */
+static FILE *start_machine(int language, const char *program, const char *sets, const char *model,
+                           const char *arguments)
 {
     char loop[512], command[1024];
-    find_loop(language, loop);
+    find_loop(language, program, loop);
     if (!loop[0]) {
         printf("skipped: no tools for %s here\n", languages[language]);
         return NULL;
     }
-    CHECK(write_machine(model, languages[language], "M_C+h_J+jdqd,contact,impact"));
+    CHECK(write_machine(model, languages[language], sets));
     snprintf(command, sizeof command, "cd %s && %s %s", folder, loop, arguments);
     FILE *pipe = popen(command, "r");
     CHECK(pipe != NULL);
     return pipe;
+}
+
+static FILE *start_contacts(int language, const char *model, const char *arguments)
+{
+    return start_machine(language, "contact_loop", "M_C+h_J+jdqd,contact,impact", model, arguments);
 }
 
 /* The next line is of this event. */
@@ -160,12 +166,64 @@ static void ends_well(FILE *pipe)
     CHECK(pclose(pipe) == 0);
 }
 
+/* -- delays -------------------------------------------------------------------------------------------- */
+
+/* x'' = -4 x(t - 1/2) with x = 1 before the start: the sum of (-4)^n (t - (n - 1)/2)^(2 n)/(2 n)! over the n of which
+ * the difference is positive. y'' = cos(3 (t - 1/4)), y from rest. */
+static void delayed_slides(int language)
+{
+    const double t = 2, phase = 3 * t - 0.75;
+    double x = 1, rate = 0, factor = 1;
+    for (int n = 1; t > (n - 1) * 0.5; n++) {
+        double since = t - (n - 1) * 0.5;
+        factor *= -4.0 / ((2 * n - 1) * 2 * n);
+        x += factor * pow(since, 2 * n);
+        rate += 2 * n * factor * pow(since, 2 * n - 1);
+    }
+    FILE *pipe = start_machine(language, "delay_loop", "M_C+h_J+jdqd,delay", "tests/models/delayed_slides",
+                               "400 2 1 0 0 0 0 0 0 0.1 0 0");
+    if (!pipe)
+        return;
+    expect_number(pipe, x);
+    expect_number(pipe, rate);
+    expect_number(pipe, (cos(0.75) - cos(phase)) / 9 + t * sin(0.75) / 3);
+    expect_number(pipe, (sin(phase) + sin(0.75)) / 3);
+    expect_number(pipe, 0.1 * t);
+    expect_number(pipe, 0.1);
+    CHECK(pclose(pipe) == 0);
+}
+
+/* A slider-crank under a delayed controller: digits of bench/machines/delayed_crank.csv at 0.8 s. */
+static void delayed_crank(void)
+{
+    const double pi = acos(-1), tilt = asin(sin(pi / 3) / 3);
+    char arguments[256];
+    snprintf(arguments, sizeof arguments, "16000 0.8 %.17g %.17g %.17g 0 0 0 0 0 0 0", pi / 3, -pi / 3 - tilt,
+             0.05 + 0.3 * cos(tilt));
+    FILE *pipe = start_machine(C, "delay_loop", "M_C+h_J+jdqd,delay", "bench/machines/delayed_crank", arguments);
+    expect_number(pipe, 2.69239008634525485);
+    expect_number(pipe, -14.2913257147816187);
+    CHECK(pipe && fscanf(pipe, "%*f %*f") == 0);
+    expect_number(pipe, 0.206761149583171165);
+    expect_number(pipe, 0.432270355542859838);
+    CHECK(pclose(pipe) == 0);
+}
+
+static void delays(void)
+{
+    for (int language = 0; language < LANGUAGES; language++)
+        delayed_slides(language);
+    delayed_crank();
+}
+
+/* -- contacts ------------------------------------------------------------------------------------------ */
+
 /* A ball from a height of 1 with restitution 0.8: all its impacts, then it rests. */
 static void bouncing(int language)
 {
     const double g = 9.81, times[] = {0.5, 1, 2, 3};
     double rate = sqrt(2 * g), t = sqrt(2 / g);
-    FILE *pipe = start_contacts(language, "contact_bounce", "0.02 1 0 0.5 1 2 3 5");
+    FILE *pipe = start_contacts(language, "tests/models/contact_bounce", "0.02 1 0 0.5 1 2 3 5");
     int impacts = 0;
     for (size_t next = 0; pipe && impacts < 100; impacts++) {
         expect_event(pipe, "impact", t);
@@ -193,7 +251,8 @@ static void bouncing(int language)
 /* A slider-crank with a stop: digits of bench/machines/contact_slider_crank.csv. */
 static void stopped(int language)
 {
-    FILE *pipe = start_contacts(language, "contact_slider_crank", "1.5e-4 0 0 0 20 -28 0 0.8610219179246947933");
+    FILE *pipe =
+        start_contacts(language, "tests/models/contact_slider_crank", "1.5e-4 0 0 0 20 -28 0 0.8610219179246947933");
     double rod = NAN;
     if (!pipe)
         return;
@@ -225,7 +284,7 @@ static void rubbing(void)
         printf("skipped: no python3 with NumPy here\n");
         return;
     }
-    CHECK(write_machine("contact_incline", "python", sets));
+    CHECK(write_machine("tests/models/contact_incline", "python", sets));
     snprintf(command, sizeof command, "%s %s/tests/generate/slip_loop_numpy.py %s motion 0.0025 0 0 0 0 2 0 0.25 0.5 1",
              python(), KEMPE_ROOT, folder);
     FILE *pipe = popen(command, "r");
@@ -235,7 +294,7 @@ static void rubbing(void)
             expect_number(pipe, i % 3 == 2 && i < 6 ? 0 : slipping[k][i < 2 ? i : i < 6 ? i - 1 : i - 2]);
     }
     CHECK(pipe && pclose(pipe) == 0);
-    CHECK(write_machine("contact_oblique", "python", sets));
+    CHECK(write_machine("tests/models/contact_oblique", "python", sets));
     for (int sticks = 0; sticks < 2; sticks++) {
         const double part = sticks ? 0.1 : 1;
         snprintf(command, sizeof command, "%s %s/tests/generate/slip_loop_numpy.py %s impact 0 0 0.1 %.17g %.17g %.17g",
@@ -263,6 +322,7 @@ int main(void)
         return 1;
     TEST(transitions);
     TEST(samples_and_events);
+    TEST(delays);
     TEST(contacts);
     TEST(rubbing);
     char command[128];

@@ -129,6 +129,7 @@ typedef struct kmp_tree {
     kmp_events *events;   /* NULL: conditions are evaluated in place */
     bool kinks;           /* abs, min and max are conditions: in laws of forces */
     bool settled;         /* no further condition becomes an event: a new one is evaluated in place */
+    bool given_delays;    /* states of continuous delays have no rate */
     kmp_noted *noted;     /* of the graph; present with `events` */
     /* The force or the moment of a closure by its multipliers; NULL: there are none. */
     kmp_vec (*reaction)(const struct kmp_tree *tree, int closure, bool moment);

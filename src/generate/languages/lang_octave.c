@@ -83,6 +83,8 @@ static const char model[] =
     "$(if elements)    m.mode_entries = $(mode entries);\n    m.elements = $(elements);\n$(end)"
     "$(if discrete)    m.discrete_names = $(discrete names);\n"
     "    m.discrete_places = $(discrete places);\n    m.sample_times = $(discrete times);\n$(end)"
+    "$(if delays)    m.delay_names = $(delay names);\n"
+    "    m.delay_places = $(delay places);\n    m.delay_given = $(delay given);\n$(end)"
     "    m.parameter_names = $(parameter names);\n"
     "    m.parameter_values = $(values);\n"
     "end\n";

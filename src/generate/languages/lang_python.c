@@ -65,6 +65,7 @@ static const char file[] =
     "$(if elements)mode_entries = $(mode entries)\nelements = $(elements)\n$(end)"
     "$(if discrete)discrete_names = $(discrete names)\ndiscrete_places = $(discrete places)\n"
     "sample_times = $(discrete times)\n$(end)"
+    "$(if delays)delay_names = $(delay names)\ndelay_places = $(delay places)\ndelay_given = $(delay given)\n$(end)"
     "$(if prepared)parameter_names = $(parameter names)\n"
     "parameter_values = $(values)\n$(end)"
     "$(each routine)$(each table)_$(routine)_table$(table) = ($(x), $(y), $(pieces))\n$(end)$(end)"

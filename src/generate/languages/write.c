@@ -229,13 +229,18 @@ static bool has_outputs(const kmp_writer *w)
     return false;
 }
 
-static void put_indices(const kmp_writer *w, int count, const int *index)
+static void put_integers(const kmp_writer *w, int count, const int *list, int base)
 {
     for (int k = 0; k < count; k++) {
         kmp_list_item(w->text, &w->language->numbers, k);
-        kmp_text_printf(w->text, "%d", index[k] + w->language->base);
+        kmp_text_printf(w->text, "%d", list[k] + base);
     }
     kmp_list_end(w->text, &w->language->numbers, count);
+}
+
+static void put_indices(const kmp_writer *w, int count, const int *index)
+{
+    put_integers(w, count, index, w->language->base);
 }
 
 /* The rows of h of elements, and where they begin in modes. */
@@ -263,6 +268,17 @@ static void put_contact_modes(const kmp_writer *w)
 static void put_discrete_places(const kmp_writer *w)
 {
     put_indices(w, w->source->discrete_count, w->source->discrete_place);
+}
+
+/* The places in qd of continuous delays, and whether `before` has their signals. */
+static void put_delay_places(const kmp_writer *w)
+{
+    put_indices(w, w->source->delay_count, w->source->delay_place);
+}
+
+static void put_delay_given(const kmp_writer *w)
+{
+    put_integers(w, w->source->delay_count, w->source->delay_given, 0);
 }
 
 static void put_legends(const kmp_writer *w)
@@ -342,6 +358,8 @@ static const struct {
              {"contact rows", put_contact_rows},
              {"contact modes", put_contact_modes},
              {"discrete places", put_discrete_places},
+             {"delay places", put_delay_places},
+             {"delay given", put_delay_given},
              {"runtime", put_runtime},     /* kempe/runtime.h */
              {"functions", put_functions}, /* definitions */
              {"pieces", put_pieces},       /* of a table */
@@ -402,6 +420,7 @@ static bool put_list(const kmp_writer *w, const char *word, size_t length)
                  {"friction names", source->frictions.count, source->frictions.names, NULL},
                  {"contact names", source->contacts.count, source->contacts.names, NULL},
                  {"discrete names", source->discrete_count, source->discrete_names, NULL},
+                 {"delay names", source->delay_count, source->delay_names, NULL},
                  {"discrete times", source->discrete_count, NULL, source->discrete_time},
                  {"parameter names", source->parameter_count, source->parameter_name, NULL},
                  {"values", source->parameter_count, NULL, source->value},
@@ -443,6 +462,7 @@ static void put_number(const kmp_writer *w, const char *word, size_t length)
                    {"mode entries", source->mode_entries},
                    {"begins", source->mode_entries > KMP_MODE_ENTRIES},
                    {"discrete", source->discrete_count}, /* states with samples or events */
+                   {"delays", source->delay_count},      /* continuous ones */
                    {"modes", r->arguments & 1u << KMP_IN_MODE},
                    {"qd", r->arguments & 1u << KMP_IN_QD}, /* it is an argument */
                    {"qdd", r->arguments & 1u << KMP_IN_QDD},
