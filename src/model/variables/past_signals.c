@@ -140,30 +140,6 @@ kempe_status kmp_past_record(const kmp_past_source *source, double from, double 
     return record(source, from, to, 0, INFINITY);
 }
 
-/* -- values ------------------------------------------------------------------------------------------ */
-
-/* Sum of c[k] T_k(x), by Clenshaw's recurrence. */
-static double sum_at(const double *c, double x)
-{
-    double b = 0, before = 0;
-    for (int k = KMP_PAST_DEGREE; k > 0; k--) {
-        double next = 2 * x * b - before + c[k];
-        before = b;
-        b = next;
-    }
-    return x * b - before + c[0];
-}
-
-/* The coefficients of the derivative by x. */
-static void derive(const double *c, double *slope)
-{
-    double more[NODES + 2] = {0};
-    for (int k = KMP_PAST_DEGREE; k > 0; k--)
-        more[k - 1] = more[k + 1] + 2 * k * c[k];
-    more[0] *= 0.5;
-    memcpy(slope, more, NODES * sizeof *slope);
-}
-
 /* -- pieces ------------------------------------------------------------------------------------------ */
 
 void kmp_past_drop(kmp_past_signal *signal, double first)
@@ -218,17 +194,41 @@ static const kmp_past_piece *piece_at(const kmp_past_signal *signal, double firs
     return &signal->piece[low];
 }
 
+/* A step of Clenshaw's recurrence for the sum of coefficients times T_k(x). */
+typedef struct clenshaw {
+    double b, before;
+} clenshaw;
+
+static inline void step(clenshaw *sum, double x, double c)
+{
+    const double next = 2 * x * sum->b - sum->before + c;
+    sum->before = sum->b;
+    sum->b = next;
+}
+
+/* The value and three derivatives together. Coefficients of a derivative by x follow from those before it: c'[k-1] =
+ * c'[k+1] + 2 k c[k], and half of that for k = 1. */
 void kmp_past_values(const kmp_past_signal *signal, double first, double last, double t, double values[4])
 {
     const kmp_past_piece *piece = piece_at(signal, first, last, t - signal->delay);
-    double half = 0.5 * (piece->to - piece->from), c[NODES];
+    const double half = 0.5 * (piece->to - piece->from);
     double x = (t - signal->delay - piece->from) / half - 1;
     x = fmin(fmax(x, -1), 1); /* beyond its ends by rounding, or where a first step is estimated */
-    memcpy(c, piece->c, sizeof c);
-    double scale = 1;
-    for (int order = 0; order < 4; order++) {
-        values[order] = scale * sum_at(c, x);
-        scale /= half;
-        derive(c, c);
+    clenshaw u = {0}, u1 = {0}, u2 = {0}, u3 = {0};
+    double c1 = 0, c2 = 0, c3 = 0, above1 = 0, above2 = 0, above3 = 0; /* c'[k] of each, and c'[k+1] */
+    for (int k = KMP_PAST_DEGREE; k > 0; k--) {
+        const double c = piece->c[k];
+        const double below1 = above1 + 2 * k * c, below2 = above2 + 2 * k * c1, below3 = above3 + 2 * k * c2;
+        step(&u, x, c);
+        step(&u1, x, c1);
+        step(&u2, x, c2);
+        step(&u3, x, c3);
+        above1 = c1, above2 = c2, above3 = c3;
+        c1 = below1, c2 = below2, c3 = below3;
     }
+    const double by_t = 1 / half, by_t2 = by_t / half, by_t3 = by_t2 / half;
+    values[0] = x * u.b - u.before + piece->c[0];
+    values[1] = by_t * (x * u1.b - u1.before + 0.5 * c1);
+    values[2] = by_t2 * (x * u2.b - u2.before + 0.5 * c2);
+    values[3] = by_t3 * (x * u3.b - u3.before + 0.5 * c3);
 }
