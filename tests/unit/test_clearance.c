@@ -509,9 +509,9 @@ static void rubbing_impact(void)
     }
 }
 
-/* An impact of a ball in its socket with friction. The ball moves along n, and its slip spin x r n has components along
- * both directions across n. */
-static void rubbing_ball(void)
+/* A ball that turns flies along n to its socket and strikes it with the rate 0.3. It returns with `back` along n, and
+ * with `across` against its slip spin x r n, which has components along both directions across n. */
+static void check_ball(const char *contact, double t_end, double back, double across, double tolerance)
 {
     static const char text[] =
         "kempe: 1\n"
@@ -519,25 +519,32 @@ static void rubbing_ball(void)
         "bodies:\n"
         "  b: {joint: {free: x, at: ground, coordinates: [x, y, z, a, b, c]}, mass: 0.5, inertia: {xx: 1e-5, yy: 1e-5, "
         "zz: 1e-5}, points: {C: [0, 0, 0]}}\n"
-        "loops: {S: {ball: [ground.O, b.C], clearance: 1 mm, contact: {radius: 9 mm, restitution: 0.5, friction: "
-        "%g}}}\n"
+        "loops: {S: {ball: [ground.O, b.C], clearance: 1 mm, contact: {radius: 9 mm, %s}}}\n"
         "start: {qd: {x: 0.1, y: 0.2, z: 0.2, a: 20, b: 0, c: 0}}\n"
         "run: {outputs: [q, qd]}\n";
-    const double v = 0.3, r = 0.008, m = 0.5, inertia = 1e-5, e = 0.5, n[] = {1.0 / 3, 2.0 / 3, 2.0 / 3};
-    const double slip[] = {0, -20 * r * n[2], 20 * r * n[1]}, size = hypot(slip[1], slip[2]);
-    static const char *const names[] = {"qd.x", "qd.y", "qd.z"}, *const words[] = {"qd(x)", "qd(y)", "qd(z)"};
+    const double n[] = {1.0 / 3, 2.0 / 3, 2.0 / 3}, size = hypot(n[1], n[2]), slip[] = {0, -n[2] / size, n[1] / size};
+    static const char *const names[] = {"qd.x", "qd.y", "qd.z"};
+    char model[1000];
+    (void)snprintf(model, sizeof model, text, contact);
+    loaded l = load_text(model);
+    kempe_trajectory *run = simulate(&l, &precise[0], t_end);
+    for (int k = 0; k < 3; k++)
+        CHECK_NEAR(last_of(run, "qd", names[k]), -back * n[k] - across * slip[k], tolerance);
+    CHECK(run && run->verdict.drift_rel < 1e-8);
+    kempe_trajectory_free(run);
+    unload(&l);
+}
+
+static void rubbing_ball(void)
+{
+    const double v = 0.3, r = 0.008, m = 0.5, inertia = 1e-5, e = 0.5, slip = 20 * r * sqrt(8.0) / 3;
     for (int trial = 0; trial < 2; trial++) {
-        const double mu = trial ? 0.5 : 0.05, stop = size / (1 / m + r * r / inertia);
+        const double mu = trial ? 0.5 : 0.05, stop = slip / (1 / m + r * r / inertia);
         const double impulse = fmin(mu * (1 + e) * m * v, stop);
-        char model[1000];
-        (void)snprintf(model, sizeof model, text, mu);
-        loaded l = load_text(model);
-        kempe_trajectory *run = simulate(&l, &precise[0], 0.0045);
+        char contact[100];
+        (void)snprintf(contact, sizeof contact, "restitution: 0.5, friction: %g", mu);
         CHECK((impulse < stop) == (trial == 0));
-        for (int k = 0; k < 3; k++)
-            CHECK_NEAR(last_of(run, words[k], names[k]), -e * v * n[k] - impulse / m * slip[k] / size, 1e-9);
-        kempe_trajectory_free(run);
-        unload(&l);
+        check_ball(contact, 0.0045, e * v, impulse / m, 1e-9);
     }
 }
 
@@ -545,26 +552,8 @@ static void rubbing_ball(void)
  */
 static void rubbing_elastic_ball(void)
 {
-    static const char text[] =
-        "kempe: 1\n"
-        "ground: {points: {O: [0, 0, 0]}}\n"
-        "bodies:\n"
-        "  b: {joint: {free: x, at: ground, coordinates: [x, y, z, a, b, c]}, mass: 0.5, inertia: {xx: 1e-5, yy: 1e-5, "
-        "zz: 1e-5}, points: {C: [0, 0, 0]}}\n"
-        "loops: {S: {ball: [ground.O, b.C], clearance: 1 mm, contact: {radius: 9 mm, law: hertz, stiffness: 1e13, "
-        "friction: {coefficient: 0.05, speed: 10 um/s}}}}\n"
-        "start: {qd: {x: 0.1, y: 0.2, z: 0.2, a: 20, b: 0, c: 0}}\n"
-        "run: {outputs: [q, qd]}\n";
-    const double v = 0.3, n[] = {1.0 / 3, 2.0 / 3, 2.0 / 3}, size = hypot(n[1], n[2]);
-    const double slip[] = {0, -n[2] / size, n[1] / size};
-    static const char *const names[] = {"qd.x", "qd.y", "qd.z"}, *const words[] = {"qd(x)", "qd(y)", "qd(z)"};
-    loaded l = load_text(text);
-    kempe_trajectory *run = simulate(&l, &precise[0], 0.0035);
-    for (int k = 0; k < 3; k++)
-        CHECK_NEAR(last_of(run, words[k], names[k]), -v * n[k] - 0.05 * 2 * v * slip[k], 1e-3 * v);
-    CHECK(run && run->verdict.drift_rel < 1e-8);
-    kempe_trajectory_free(run);
-    unload(&l);
+    check_ball("law: hertz, stiffness: 1e13, friction: {coefficient: 0.05, speed: 10 um/s}", 0.0035, 0.3,
+               0.05 * 2 * 0.3, 1e-3 * 0.3);
 }
 
 /* A slider falls on its lower side with both corners and rubs there until it rests: the impact takes mu sqrt(2 g c)

@@ -145,19 +145,15 @@ static void follow_modes(const kempe_trajectory *run, bool first, followed *f)
 static void follow(const mechanism *m, int joints, int cut, const char *rub, followed *f)
 {
     loaded l = load_cut(m, cut, rub);
-    const char *formulation = cut % 2 ? "projected" : "reduced";
-    kempe_run_options options = {
-        .formulation = formulation, .rtol = 1e-13, .atol = 1e-13, .t_end = 1, .no_convergence_check = 1};
-    kempe_trajectory *run = NULL;
-    CHECK(l.system && kempe_simulate(l.system, &options, &run) == KEMPE_OK);
-    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
-    CHECK(run && eval);
-    if (run && eval) {
-        CHECK(kempe_trajectory_row_count(run) == ROWS);
-        follow_modes(run, cut == 0, f);
-        for (int row = 0; row < kempe_trajectory_row_count(run) && row < ROWS; row++) {
+    const kempe_run_options options = {
+        .formulation = cut % 2 ? "projected" : "reduced", .rtol = 1e-13, .t_end = 1, .no_convergence_check = 1};
+    evaluated e = evaluate(&l, &options, KEMPE_OK);
+    CHECK(e.rows == ROWS);
+    if (e.rows == ROWS) {
+        follow_modes(e.run, cut == 0, f);
+        for (int row = 0; row < ROWS; row++) {
             double other[VALUES];
-            find_values(kmp_samples_shown(&run->table, eval, row), joints, other);
+            find_values(shown_at(&e, row), joints, other);
             if (cut == 0)
                 memcpy(f->value[row], other, sizeof other);
             for (int k = 0; k < VALUES; k++)
@@ -165,8 +161,7 @@ static void follow(const mechanism *m, int joints, int cut, const char *rub, fol
         }
         CHECK(f->value[0][0] > 1);
     }
-    kmp_eval_free(eval);
-    kempe_trajectory_free(run);
+    release(&e);
     unload(&l);
 }
 
@@ -206,6 +201,13 @@ static void friction_by_a_joint(void)
 
 /* -- closed forms ------------------------------------------------------------------------------------ */
 
+static evaluated evaluate_to(const loaded *l, double t_end, kempe_status end)
+{
+    const kempe_run_options options = {
+        .formulation = "reduced", .rtol = 1e-11, .t_end = t_end, .no_convergence_check = 1};
+    return evaluate(l, &options, end);
+}
+
 /* A pendulum from rest at 90 deg: across the pin m g cos + m l w^2 along it, with w^2 = 2 m g l cos/J, and a fourth
  * part of that law across it. Its run ends where the pin carries 30 N, and not where the multiplier of a lock does. */
 static void a_pendulum(void)
@@ -218,25 +220,20 @@ static void a_pendulum(void)
                          "start: {q: {A: 90 deg}}\n"
                          "run: {t_end: 10, outputs: [reaction(A), moment(A), load], "
                          "until: \"reaction(A).x^2 + reaction(A).y^2 > (30 N)^2\"}\n");
-    kempe_status status;
-    kempe_trajectory *run = simulate_any(&l, &(way){.formulation = "reduced"}, 10, &status);
-    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
-    CHECK(run && eval);
-    int last = run ? kempe_trajectory_row_count(run) - 1 : 0;
-    for (int row = 0; run && eval && row <= last; row++) {
-        const double q = kempe_trajectory_q(run, row)[0], along = m * g * cos(q) + m * r * 2 * m * g * r * cos(q) / j;
+    evaluated e = evaluate_to(&l, 10, KEMPE_STOPPED);
+    for (int row = 0; row < e.rows; row++) {
+        const double q = kempe_trajectory_q(e.run, row)[0], along = m * g * cos(q) + m * r * 2 * m * g * r * cos(q) / j;
         const double across = m * g * sin(q) - m * r * m * g * r * sin(q) / j;
-        const double *shown = kmp_samples_shown(&run->table, eval, row);
+        const double *shown = shown_at(&e, row);
         CHECK_NEAR(shown[0], across * cos(q) - along * sin(q), 1e-8);
         CHECK_NEAR(shown[1], across * sin(q) + along * cos(q), 1e-8);
         for (int k = 2; k < 6; k++)
             CHECK_NEAR(shown[k], 0, 1e-12);
         CHECK_NEAR(shown[6], hypot(along, across), 1e-8);
-        if (row == last)
+        if (row == e.rows - 1)
             CHECK_NEAR(shown[6], 30, 1e-8);
     }
-    kmp_eval_free(eval);
-    kempe_trajectory_free(run);
+    release(&e);
     unload(&l);
 }
 
@@ -258,17 +255,15 @@ static void multipliers_of_locks(void)
                          "  c: reaction(B).y\n"
                          "start: {q: {A: 1}, qd: {B: 0.5}}\n"
                          "run: {t_end: 1, outputs: [a, b, c]}\n");
-    kempe_trajectory *run = simulate(&l, &(way){.formulation = "reduced"}, 1);
-    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
-    CHECK(run && eval && entry(run, "friction", 1));
-    for (int row = 0; run && eval && row < kempe_trajectory_row_count(run); row += 20) {
-        const double *shown = kmp_samples_shown(&run->table, eval, row);
+    evaluated e = evaluate_to(&l, 1, KEMPE_OK);
+    CHECK(e.run && entry(e.run, "friction", 1));
+    for (int row = 0; row < e.rows; row += 20) {
+        const double *shown = shown_at(&e, row);
         CHECK_NEAR(shown[0], 1, 1e-10);
         CHECK_NEAR(shown[1], 0, 1e-10);
         CHECK_NEAR(shown[2], 0, 1e-12);
     }
-    kmp_eval_free(eval);
-    kempe_trajectory_free(run);
+    release(&e);
     unload(&l);
 }
 
@@ -281,17 +276,14 @@ static void rigid_contact(void)
                   "{xx: 0.1, yy: 0.25, zz: 0.25}, points: {T: [1, 0, 0]}}}\n"
                   "contacts: {floor: {sphere: bar.T, radius: 0.1, on: {plane: ground.F}, restitution: 0}}\n"
                   "run: {t_end: 0.1, outputs: [reaction(A), moment(A)]}\n");
-    kempe_trajectory *run = simulate(&l, &(way){.formulation = "reduced"}, 0.1);
-    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
-    CHECK(run && eval);
-    if (run && eval) {
-        const double *shown = kmp_samples_shown(&run->table, eval, kempe_trajectory_row_count(run) - 1);
+    evaluated e = evaluate_to(&l, 0.1, KEMPE_OK);
+    if (e.rows > 0) {
+        const double *shown = shown_at(&e, e.rows - 1);
         CHECK_NEAR(shown[0], 0, 1e-9);
         CHECK_NEAR(shown[2], 15, 1e-9);
         CHECK_NEAR(shown[4], 0, 1e-9);
     }
-    kmp_eval_free(eval);
-    kempe_trajectory_free(run);
+    release(&e);
     unload(&l);
 }
 

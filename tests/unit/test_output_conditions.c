@@ -1,11 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Conditions in what a run shows: each row has them at its own state, whatever they depend on, and those that no
  * equation of motion has are no events. */
-#include "integrators/run/run.h"
-#include "loaded.h"
-#include "studies/simulate/trajectory.h"
-#include "testing.h"
-#include <math.h>
+#include "evaluated.h"
 
 enum { SENSORS = 12, FORCES = 2, MOST = SENSORS + FORCES };
 
@@ -41,22 +37,19 @@ static void check_close(int count, const double *a, const double *b, double tole
 /* Every row of a run against its own state; how many signs of the rate there were. */
 static int check_rows(const loaded *l, kempe_run_options run, bool forces)
 {
-    kempe_trajectory *t = NULL;
-    kmp_evaluator *eval = kmp_eval_new(l->system, "tape");
     bool seen[2] = {false, false};
-    CHECK(kempe_simulate(l->system, &run, &t) == KEMPE_OK);
-    for (int row = 0; t && eval && row < kempe_trajectory_row_count(t); row++) {
-        double q = kempe_trajectory_q(t, row)[0], qd = kempe_trajectory_qd(t, row)[0], x[MOST];
-        int count = expect(kempe_trajectory_time(t, row), q, qd, x);
+    evaluated e = evaluate(l, &run, KEMPE_OK);
+    for (int row = 0; row < e.rows; row++) {
+        double q = kempe_trajectory_q(e.run, row)[0], qd = kempe_trajectory_qd(e.run, row)[0], x[MOST];
+        int count = expect(kempe_trajectory_time(e.run, row), q, qd, x);
         if (forces) {
             x[count++] = qd < 0 ? -1 : 1;
             x[count++] = qd < 0 ? 0.1 : -0.1;
         }
         seen[qd < 0] = true;
-        check_close(count, kmp_samples_shown(&t->table, eval, row), x, 1e-12);
+        check_close(count, shown_at(&e, row), x, 1e-12);
     }
-    kempe_trajectory_free(t);
-    kmp_eval_free(eval);
+    release(&e);
     return seen[0] + seen[1];
 }
 
@@ -108,19 +101,16 @@ static void multipliers_decide(void)
                          "drives: {D: {joint: A, angle: \"4*sin(t)\"}}\n"
                          "run: {t_end: 3, output_step: 0.05, outputs: [held, slow]}\n");
     kempe_run_options run = {0};
-    kempe_trajectory *t = NULL;
-    kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
-    int sum[2] = {0, 0}, rows = 0;
-    CHECK(eval && kempe_simulate(l.system, &run, &t) == KEMPE_OK);
-    for (int row = 0; t && row < (rows = kempe_trajectory_row_count(t)); row++) {
-        double x[2] = {kempe_trajectory_lambda(t, row)[0] > 0, kempe_trajectory_qd(t, row)[0] < -1};
-        check_close(2, kmp_samples_shown(&t->table, eval, row), x, 0);
+    int sum[2] = {0, 0};
+    evaluated e = evaluate(&l, &run, KEMPE_OK);
+    for (int row = 0; row < e.rows; row++) {
+        double x[2] = {kempe_trajectory_lambda(e.run, row)[0] > 0, kempe_trajectory_qd(e.run, row)[0] < -1};
+        check_close(2, shown_at(&e, row), x, 0);
         sum[0] += x[0] > 0;
         sum[1] += x[1] > 0;
     }
-    CHECK(sum[0] > 5 && sum[0] < rows - 5 && sum[1] > 5 && sum[1] < rows - 5);
-    kempe_trajectory_free(t);
-    kmp_eval_free(eval);
+    CHECK(sum[0] > 5 && sum[0] < e.rows - 5 && sum[1] > 5 && sum[1] < e.rows - 5);
+    release(&e);
     unload(&l);
 }
 

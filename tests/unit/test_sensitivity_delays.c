@@ -2,6 +2,7 @@
 /* Derivatives of trajectories with continuous delays, by the delays too: against the polynomials of the method of steps
  * and a closed form with jumps; against runs with moved parameters, of a closed loop, with events and samples that
  * delayed signals cause, and with kinks; refusals. */
+#include "four_bar_text.h"
 #include "loaded.h"
 #include "studies/sensitivity/sensitivity_study.h"
 #include <kempe/sensitivity.h>
@@ -139,23 +140,18 @@ static void against_differences(const char *text, const char *outputs, const cha
     kempe_sensitivity *s = find(&l, text, outputs, integrator, end, 0);
     double worst = 0;
     for (int p = 0; s && p < s->count; p++) {
-        double value[4][MOST], best = INFINITY;
-        for (double step = 1e-3 * s->parameter[p]; step > 5e-5 * s->parameter[p]; step /= 10) {
-            double most = 0;
-            bool ok = true;
-            for (int k = 0; k < 4; k++)
-                ok =
-                    ends_at(text, s->name[p], s->parameter[p] + step * (k < 2 ? k - 2 : k - 1), end, s, value[k]) && ok;
-            CHECK(ok);
-            for (int i = 0; ok && i < s->columns; i++) {
-                double slope = (8 * (value[2][i] - value[1][i]) - (value[3][i] - value[0][i])) / (12 * step);
-                most = check_max(most, fabs(last(s, i, p) - slope) / (1 + fabs(slope)));
-            }
-            best = fmin(best, most);
+        const double step = 1e-3 * s->parameter[p];
+        double value[4][MOST];
+        bool ok = true;
+        for (int k = 0; k < 4; k++)
+            ok = ends_at(text, s->name[p], s->parameter[p] + step * (k < 2 ? k - 2 : k - 1), end, s, value[k]) && ok;
+        CHECK(ok);
+        for (int i = 0; ok && i < s->columns; i++) {
+            double slope = (8 * (value[2][i] - value[1][i]) - (value[3][i] - value[0][i])) / (12 * step);
+            worst = check_max(worst, fabs(last(s, i, p) - slope) / (1 + fabs(slope)));
         }
-        CHECK(best < within);
-        worst = check_max(worst, best);
     }
+    CHECK(worst < within);
     printf("   off by %.1e\n", worst);
     kempe_sensitivity_free(s);
     unload(&l);
@@ -169,17 +165,10 @@ static const char loop[] =
     "  seen: {delay: q(A), time: T}\n"
     "  v: {delay: qd(A) + 0.2*sin(3*t), time: T2}\n"
     "  again: {delay: seen^2, time: T + T2}\n"
-    "  bef: {delay: q(D), time: T*crank*5, before: cos(f*t)*base}\n"
-    "bodies:\n"
-    "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {B: [crank, 0, 0]}}\n"
-    "  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 1, com: [0.4, 0, 0], inertia: {zz: 0.05}, points: {C: "
-    "[0.8, 0, 0]}}\n"
-    "  rocker: {joint: {name: D, revolute: z, at: ground.D}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.04}, points: "
-    "{C: [0.7, 0, 0]}}\n"
-    "loops: {C: {ball: [rod.C, rocker.C]}}\n"
+    "  bef: {delay: q(D), time: T*crank*5, before: cos(f*t)*base}\n" CRANKED_FOUR_BAR_TEXT
     "forces: {motor: {joint: A, torque: 4 + Kp*(2 - seen) - Kd*v - 0.5*again}, load: {joint: D, torque: -2*bef - "
     "0.3*qd(D)}}\n"
-    "start: {q: {A: 80 deg, B: -62 deg, D: 106 deg}, hold: [A]}\nrun: {outputs: [q, qd, state]}\n";
+    "run: {outputs: [q, qd, state]}\n";
 
 static void a_four_bar(void)
 {

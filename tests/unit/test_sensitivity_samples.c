@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Derivatives of trajectories across samples and events of states: against closed forms of the motion, differentiated
  * in long double numbers; against runs with moved parameters, of a closed loop; what has no derivative. */
+#include "four_bar_text.h"
 #include "studies/sensitivity/sensitivity_study.h"
 #include "testing.h"
 #include <kempe/kempe.h>
@@ -170,16 +171,8 @@ static const char loop[] =
     "  u: {pid: 2 - q(A), proportional: Kp, integral: Ki, derivative: 0.4, filter: 20 ms, limits: [-9, 9], sample: 20 "
     "ms}\n"
     "  relay: {hysteresis: q(A), limits: [1.5, high], values: [0, 1]}\n"
-    "ground: {points: {D: [0.9, 0, 0]}}\n"
-    "bodies:\n"
-    "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {B: [crank, 0, 0]}}\n"
-    "  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 1, com: [0.4, 0, 0], inertia: {zz: 0.05}, points: {C: "
-    "[0.8, 0, 0]}}\n"
-    "  rocker: {joint: {name: D, revolute: z, at: ground.D}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.04}, points: "
-    "{C: [0.7, 0, 0]}}\n"
-    "loops: {C: {ball: [rod.C, rocker.C]}}\n"
-    "forces: {motor: {joint: A, torque: u + 4}, load: {joint: D, torque: -2*relay - 0.3*qd(D)}}\n"
-    "start: {q: {A: 80 deg, B: -62 deg, D: 106 deg}, hold: [A]}\n";
+    "ground: {points: {D: [0.9, 0, 0]}}\n" CRANKED_FOUR_BAR_TEXT
+    "forces: {motor: {joint: A, torque: u + 4}, load: {joint: D, torque: -2*relay - 0.3*qd(D)}}\n";
 
 enum { COORDINATES = 3 };
 
