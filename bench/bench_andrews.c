@@ -9,7 +9,7 @@
 #include "andrews_by_hand.h"
 #include "at_end.h"
 #include "bench.h"
-#include "constraints/evaluation/fused.h"
+#include "constraints/written/fused.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include <kempe/check.h>

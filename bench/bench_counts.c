@@ -3,7 +3,7 @@
  * the program and the linear algebra on its values, and both as one program. */
 #include "bench.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/evaluation/fused.h"
+#include "constraints/written/fused.h"
 #include <kempe/check.h>
 
 static void put(const char *name, kmp_counts c)

@@ -5,7 +5,7 @@
 #include "at_end.h"
 #include "backend/sincos.h"
 #include "bench.h"
-#include "constraints/evaluation/fused.h"
+#include "constraints/written/fused.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"

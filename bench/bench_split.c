@@ -8,10 +8,10 @@
  * each other. The parts share out the total as they were found; with `samples` in all, a share p is known to sqrt(p (1
  * - p) / samples).
  *
- * If equations and linear algebra are one program (constraints/evaluation/fused.h), its time is shared out as the
+ * If equations and linear algebra are one program (constraints/written/fused.h), its time is shared out as the
  * two have it when they run apart, in runs of their own. */
 #include "bench.h"
-#include "constraints/evaluation/fused.h"
+#include "constraints/written/fused.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include "integrators/sundials/linear.h"

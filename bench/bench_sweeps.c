@@ -11,7 +11,7 @@
 #include "base/memory.h"
 #include "bench.h"
 #include "chain.h"
-#include "constraints/evaluation/solved_inside.h"
+#include "constraints/written/solved_inside.h"
 #include "integrators/run/runner.h"
 #include "integrators/steppers/collocation.h"
 #include "output/samples.h"

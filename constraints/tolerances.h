@@ -35,7 +35,7 @@
 #define KMP_ARTICULATED_PIVOT 1e-8
 
 /** Pivots of M and J M^-1 J' over the diagonal before elimination: a smaller one has lost five digits or more, and the
- * saddle system is solved with pivots chosen by their size (constraints/evaluation/solved.h). */
+ * saddle system is solved with pivots chosen by their size (constraints/written/solved.h). */
 #define KMP_SOLVED_PIVOT 1e-5
 
 /** Multipliers of two solutions of load-dependent forces differ by more than this part of the largest: each is known to

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The projected formulation: y = (q, qd[, work]); accelerations from the saddle system, by the solved program
- * (constraints/evaluation/solved.h) where there is one and its pivots are good. After each accepted step q and qd
+ * (constraints/written/solved.h) where there is one and its pivots are good. After each accepted step q and qd
  * return to the closures along the mass-orthogonal direction, by one simplified Newton step with the present factors.
  * It needs no choice of u. The independent rows are those of the start; dropped ones are monitored.
  *
  * These unknowns also serve to step across a change point. An integrator that chooses where to evaluate
  * (singular_step.h) then has each state closed first: off the closures accelerations are not those of the motion if J
  * is near to losing a row. */
-#include "constraints/evaluation/solved.h"
 #include "constraints/evaluation/stage_lanes.h"
 #include "constraints/tolerances.h"
+#include "constraints/written/solved.h"
 #include "integrators/formulations/cycles.h"
 #include "integrators/formulations/formulation.h"
 #include <float.h>

@@ -8,8 +8,8 @@
  *   it, others along the tangent from the last accepted step only. An evaluation whose corrections stop contracting
  *   fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
-#include "constraints/evaluation/fused_inside.h"
 #include "constraints/tolerances.h"
+#include "constraints/written/fused_inside.h"
 #include "integrators/formulations/cycles.h"
 #include <math.h>
 #include <string.h>

@@ -4,9 +4,9 @@
  * (reduced_dae.c). */
 #pragma once
 
-#include "constraints/evaluation/fused.h"
-#include "constraints/evaluation/solved.h"
 #include "constraints/evaluation/stage_lanes.h"
+#include "constraints/written/fused.h"
+#include "constraints/written/solved.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
 
@@ -33,6 +33,7 @@ typedef struct kmp_reduced {
     int kept_next;                 /* record for the next new one */
     bool had_solved;               /* the last choice had a solved program */
     long evaluations, due_solved;  /* by parts; the number from which on the solved program pays */
+    double of_program;             /* operations of the equations in an evaluation; 0: not counted yet */
     bool by_solved;                /* it made the last evaluation */
     bool cancelled;                /* rounding showed in its accelerations */
     bool apart;                    /* the order of elimination in either is bad at the end of the last step */
@@ -142,7 +143,7 @@ bool kmp_reduced_try_saddle(kmp_reduced *d);
 bool kmp_reduced_keep(kmp_reduced *d);
 
 /** Operations of a right-hand side by parts: of the program, and of the linear algebra. */
-double kmp_reduced_operations(const kmp_reduced *d);
+double kmp_reduced_operations(kmp_reduced *d);
 
 /** Makes the fused program for the present choice of u with its factors, if it is `worth` while or the choice
  * returns; or takes the one that was kept. The solved program,

@@ -3,8 +3,8 @@
  * pays. Those of earlier choices are kept, because a motion returns to them: a rocker that swings exchanges u at each
  * end. */
 #include "base/memory.h"
-#include "constraints/evaluation/fused_inside.h"
-#include "constraints/evaluation/solved_inside.h"
+#include "constraints/written/fused_inside.h"
+#include "constraints/written/solved_inside.h"
 #include "dynamics/motion.h"
 #include "integrators/formulations/cycles.h"
 #include "integrators/formulations/reduced.h"
@@ -113,10 +113,12 @@ static bool can_fuse(const kmp_reduced *d)
            d->s->load_row_count == 0;
 }
 
-double kmp_reduced_operations(const kmp_reduced *d)
+double kmp_reduced_operations(kmp_reduced *d)
 {
     const kmp_program *program = d->eval->by_bodies ? d->s->bodies->program : d->s->motion;
-    double sum = (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
+    if (!(d->of_program > 0))
+        d->of_program = (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
+    double sum = d->of_program;
     double reduction = KMP_LOOPS_COST * (double)kmp_reduction_count(&d->red).paper;
     return sum + (d->by_saddle ? kmp_saddle_cost(&d->saddle) : reduction);
 }

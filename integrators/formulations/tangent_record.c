@@ -12,14 +12,14 @@ enum { FORCED = 1 << KMP_VALUES };
 /* The entries of a user-defined force are among the others. */
 static kmp_kept_name name_of(const kempe_system *system, unsigned values)
 {
-    return (kmp_kept_name){"tangents", values | (system->force ? FORCED : 0)};
+    return (kmp_kept_name){.what = "tangents", .variant = values | (system->force ? FORCED : 0)};
 }
 
 static void name_programs(const kmp_tangents *t, const kempe_system *system, unsigned values)
 {
     unsigned variant = name_of(system, values).variant;
-    kmp_kept_name_program(system, (kmp_kept_name){"code of values", variant}, t->value.program);
-    kmp_kept_name_program(system, (kmp_kept_name){"code of tangents", variant}, t->tangent.program);
+    kmp_kept_name_program(system, (kmp_kept_name){.what = "code of values", .variant = variant}, t->value.program);
+    kmp_kept_name_program(system, (kmp_kept_name){.what = "code of tangents", .variant = variant}, t->tangent.program);
 }
 
 /* -- what is kept --------------------------------------------------------------------------------------- */

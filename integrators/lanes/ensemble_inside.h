@@ -5,11 +5,11 @@
 #pragma once
 
 #include "backend/lanes.h"
-#include "constraints/evaluation/fused_inside.h"
-#include "constraints/evaluation/solved.h"
 #include "constraints/partition/margin.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
+#include "constraints/written/fused_inside.h"
+#include "constraints/written/solved.h"
 #include "integrators/lanes/ensemble_run.h"
 #include "integrators/run/events.h"
 #include "integrators/run/work_bound.h"
@@ -73,6 +73,7 @@ typedef struct kmp_pool {
     kmp_program *program;
     kmp_lanes *lanes;
     kmp_fused_layout layout;
+    kmp_eliminated *row;        /* of multipliers */
     unsigned char *pivot_block; /* block of each pivot of Jv */
     kmp_solved_layout completing;
     kmp_program *complete; /* accelerations and multipliers of q and qd, for quantities of them (kmp_solved_write) */

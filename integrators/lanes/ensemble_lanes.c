@@ -475,10 +475,8 @@ static bool consents(kmp_engine *e, const kmp_pool *pool, watched *x, size_t l)
 
 static bool has_bad_order(const kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
 {
-    for (int k = 0; k < pool->layout.multipliers; k++)
-        if (!(fabs(x->multiplier[(size_t)k * e->room.w + l] * pool->layout.factor[k]) <= KMP_WRITTEN_MULTIPLIER))
-            return true;
-    return false;
+    return !kmp_written_order_is_good(pool->layout.multipliers, pool->row, x->multiplier + l, e->room.row_scale + l,
+                                      e->room.w);
 }
 
 /* True if a run would step across a change point here (watch_margin of runner_change.c). */

@@ -2,7 +2,7 @@
 /* Quantities of instances, in lanes and in separate runs: the account of each instance gets the states of its steps, so
  * that it does not depend on other instances. A lane's states are those of its interpolant on closed loops. */
 #include "base/memory.h"
-#include "constraints/evaluation/solved_inside.h"
+#include "constraints/written/solved_inside.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/quantities/smooth_piece.h"
@@ -145,7 +145,7 @@ bool kmp_pool_complete(kmp_engine *e, kmp_pool *pool)
         return true;
     if (!kmp_solved_write(e->eval, &plan, &written))
         return false;
-    kmp_free(written.factor);
+    kmp_free(written.row);
     pool->complete = written.program;
     pool->completing = written.layout;
     if (!pool->complete)

@@ -17,7 +17,7 @@ void kmp_pool_free(kmp_pool *pool)
     kmp_partition_free(&pool->part);
     kmp_free(pool->order);
     kmp_free(pool->pivot_block);
-    kmp_free(pool->layout.factor);
+    kmp_free(pool->row);
     kmp_free(pool);
 }
 
@@ -73,12 +73,12 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *poo
     if (!kmp_written_blocks_fit(&pool->red))
         return KEMPE_E_FAILED;
     kmp_written_order(&pool->red, pool->order);
-    const kmp_fused_plan plan = {.order = pool->order,
-                                 .row_scale = e->own.numbers + e->parameters + e->n,
-                                 .power = true,
-                                 .drives = true,
-                                 .curvature = e->s->changes_by_rates};
-    pool->program = kmp_fused_write(&pool->red, &plan, &pool->layout);
+    const kmp_fused_plan plan = {
+        .order = pool->order, .power = true, .drives = true, .curvature = e->s->changes_by_rates};
+    const kmp_fused_written written = kmp_fused_write(&pool->red, &plan);
+    pool->program = written.program;
+    pool->layout = written.layout;
+    pool->row = written.row;
     pool->pivot_block = blocks_of_pivots(pool);
     if (pool->program && pool->pivot_block)
         pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->execution.plain);

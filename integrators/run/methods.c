@@ -2,7 +2,7 @@
 /* Valid combinations of formulation, form, integrator, linear solver and back end, and the defaults of a run. */
 #include "backend/x86/machine.h"
 #include "backend/x86/x86.h"
-#include "constraints/evaluation/solved.h"
+#include "constraints/written/solved.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"

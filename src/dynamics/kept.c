@@ -16,6 +16,7 @@ typedef struct item {
 struct kmp_kept {
     pthread_mutex_t lock;
     item *first;
+    int choices;
 };
 
 kmp_kept *kmp_kept_new(void)
@@ -28,21 +29,35 @@ kmp_kept *kmp_kept_new(void)
     return kept;
 }
 
-void kmp_kept_clear(kmp_kept *kept)
+static bool has_choice(const kmp_kept_name *name)
 {
-    for (item *x = kept->first, *next; x; x = next) {
-        next = x->next;
+    static const kmp_cache_key none;
+    return memcmp(&name->choice, &none, sizeof none) != 0;
+}
+
+static void clear(kmp_kept *kept, bool all)
+{
+    for (item **place = &kept->first, *x; (x = *place);) {
+        if (!all && has_choice(&x->name)) {
+            place = &x->next;
+            continue;
+        }
+        *place = x->next;
         x->release(x->made);
         kmp_free(x);
     }
-    kept->first = NULL;
+}
+
+void kmp_kept_clear(kmp_kept *kept)
+{
+    clear(kept, false);
 }
 
 void kmp_kept_free(kmp_kept *kept)
 {
     if (!kept)
         return;
-    kmp_kept_clear(kept);
+    clear(kept, true);
     pthread_mutex_destroy(&kept->lock);
     kmp_free(kept);
 }
@@ -75,6 +90,7 @@ static kmp_cache_key key_of(const kempe_system *s, kmp_kept_name name)
     kmp_digest_add_part(&digest, s->key, sizeof s->key);
     kmp_digest_add_text(&digest, name.what);
     kmp_digest_add_part(&digest, &name.variant, sizeof name.variant);
+    kmp_digest_add_part(&digest, name.choice.digest, sizeof name.choice.digest);
     kmp_digest_end(&digest, key.digest);
     return key;
 }
@@ -105,10 +121,16 @@ void kmp_kept_name_program(const kempe_system *s, kmp_kept_name name, kmp_progra
 
 /* -- items ------------------------------------------------------------------------------------------- */
 
+static bool is_same(const kmp_kept_name *a, const kmp_kept_name *b)
+{
+    return a->variant == b->variant && memcmp(&a->choice, &b->choice, sizeof a->choice) == 0 &&
+           strcmp(a->what, b->what) == 0;
+}
+
 static item *find(const kmp_kept *kept, kmp_kept_name name)
 {
     item *x = kept->first;
-    while (x && (x->name.variant != name.variant || strcmp(x->name.what, name.what) != 0))
+    while (x && !is_same(&x->name, &name))
         x = x->next;
     return x;
 }
@@ -125,10 +147,12 @@ const void *kmp_kept_add(const kempe_system *s, kmp_kept_name name, void *made, 
 {
     kmp_kept *kept = s->kept;
     item *new = KMP_NEW(item, 1);
+    bool chosen = has_choice(&name);
     pthread_mutex_lock(&kept->lock);
     item *x = find(kept, name);
-    bool added = !x && new;
+    bool added = !x && new && !(chosen && kept->choices == KMP_KEPT_CHOICES);
     if (added) {
+        kept->choices += chosen;
         *new = (item){kept->first, name, made, release};
         kept->first = x = new;
     }

@@ -7,23 +7,29 @@
 #include "base/cache/cache_files.h"
 #include "dynamics/system.h"
 
-/** The name of kept bytes: the word of what they are, and a number that distinguishes several. */
+/** The name of kept bytes: the word of what they are, a number that distinguishes several, and a digest of the choice
+ * that they were made for (zero: of none). Bytes of a choice depend on programs of the system, and not on the numbers
+ * of the model. */
 typedef struct kmp_kept_name {
     const char *what;
     unsigned variant;
+    kmp_cache_key choice;
 } kmp_kept_name;
+
+/** Objects made for choices that a system keeps at most: the next ones are not kept. */
+enum { KMP_KEPT_CHOICES = 32 };
 
 /** Room for kept bytes; NULL: no memory. */
 kmp_kept *kmp_kept_new(void);
 void kmp_kept_free(kmp_kept *kept);
-/** Forgets what was derived with other numbers of the model. */
+/** Forgets what was derived with other numbers of the model: all but what was made for a choice. */
 void kmp_kept_clear(kmp_kept *kept);
 
 /** The object that is kept by a name; NULL: there is none. Several threads may ask. */
 const void *kmp_kept_find(const kempe_system *system, kmp_kept_name name);
 
 /** Takes what was made; `release` frees it. Returns what is kept by the name: another thread may have added it before.
- * NULL: no memory, and it is freed. */
+ * NULL: no memory or too many choices, and it is freed. */
 const void *kmp_kept_add(const kempe_system *system, kmp_kept_name name, void *made, void (*release)(void *made));
 
 /** kmp_kept_recall: the bytes that the cache of the system's context has for its key, in room for the caller to free

@@ -10,7 +10,7 @@
 #include "symbolic/program/program_bytes.h"
 #include <string.h>
 
-static const kmp_kept_name whole = {"system", 0}, by_bodies = {"bodies", 0}, by_mass = {"motion", 0};
+static const kmp_kept_name whole = {.what = "system"}, by_bodies = {.what = "bodies"}, by_mass = {.what = "motion"};
 
 enum { MOST = 1 << 30 };
 
@@ -120,7 +120,7 @@ static void take_events(kmp_byte_source *b, kempe_system *s)
 
 static void name_bodies(const kempe_system *s)
 {
-    kmp_kept_name_program(s, (kmp_kept_name){"code of bodies", 0}, s->bodies->program);
+    kmp_kept_name_program(s, (kmp_kept_name){.what = "code of bodies"}, s->bodies->program);
 }
 
 void kmp_bodies_keep(const kempe_system *s)
@@ -184,7 +184,7 @@ static void take_flags(kmp_byte_source *b, kempe_system *s)
 
 static void name_motion(const kempe_system *s, kmp_program *motion)
 {
-    kmp_kept_name_program(s, (kmp_kept_name){"code", 0}, motion);
+    kmp_kept_name_program(s, (kmp_kept_name){.what = "code"}, motion);
 }
 
 void kmp_motion_keep(const kempe_system *s)
@@ -234,7 +234,8 @@ static void name_programs(kempe_system *s)
     kmp_program **list[PROGRAMS];
     list_programs(s, list);
     for (unsigned k = 0; k < PROGRAMS; k++)
-        kmp_kept_name_program(s, (kmp_kept_name){k == 0 && s->late ? "code of M" : "code", k}, *list[k]);
+        kmp_kept_name_program(s, (kmp_kept_name){.what = k == 0 && s->late ? "code of M" : "code", .variant = k},
+                              *list[k]);
 }
 
 void kmp_system_keep(kempe_system *s)

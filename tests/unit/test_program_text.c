@@ -3,6 +3,7 @@
 #include "backend/x86/machine.h"
 #include "base/memory.h"
 #include "random_graph.h"
+#include "symbolic/program/contraction.h"
 #include "symbolic/program/program_bytes.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
@@ -34,7 +35,7 @@ static kmp_program *read_bytes(const kmp_bytes *bytes, size_t size)
     return p;
 }
 
-/* Random steps and a table of one of them, in two groups. */
+/* Random steps and a table of one of them, in two groups. One in three contracts. */
 static kmp_program *random_program(uint64_t seed, double *x)
 {
     const double knots[] = {-4, -1.5, 0, 1, 1 / 3.0 + 1, 4}, values[] = {0.1, -1, 2, 0.7, -0.0, 3};
@@ -53,6 +54,7 @@ static kmp_program *random_program(uint64_t seed, double *x)
     int first = pick(s.count), count[2] = {first, s.count + 2 - first};
     const kmp_ref *group[2] = {r, r + first};
     kmp_program *p = kmp_program_new(g, 2, count, group);
+    CHECK(p && (seed % 3 > 0 || kmp_program_contract(p, 0, 1)));
     kmp_table_free(table);
     kmp_graph_free(g);
     return p;
@@ -90,6 +92,7 @@ static void test_round_trip(void)
             char *first = text_of(p), *second = text_of(q);
             kmp_bytes again = bytes_of(q);
             CHECK_TEXT(second, first);
+            CHECK(kmp_program_equal(p, q));
             CHECK(again.size == bytes.size && memcmp(again.at, bytes.at, bytes.size) == 0);
             compare_runs(p, q, x);
             kmp_bytes_free(&again);

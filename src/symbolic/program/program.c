@@ -314,6 +314,9 @@ static bool same(const void *a, const void *b, int count, size_t size)
 
 static bool same_code(const kmp_program *a, const kmp_program *b)
 {
+    if (!a->contraction != !b->contraction ||
+        (a->contraction && !same(a->contraction, b->contraction, a->code[a->stages], sizeof *a->contraction)))
+        return false;
     for (int i = 0; i < a->code[a->stages]; i++) {
         const kmp_instruction *x = &a->instruction[i], *y = &b->instruction[i];
         if (x->op != y->op || x->a != y->a || x->b != y->b || x->c != y->c)

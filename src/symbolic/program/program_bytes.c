@@ -3,6 +3,7 @@
 #include "symbolic/program/program_bytes.h"
 #include "base/memory.h"
 #include "symbolic/implicit.h"
+#include "symbolic/program/contraction.h"
 #include "symbolic/table_function.h"
 #include <limits.h>
 
@@ -73,10 +74,12 @@ static bool get_table(kmp_byte_source *s, kmp_table_pool *pool, kmp_program *p)
 
 /* -- instructions ------------------------------------------------------------------------------------ */
 
-/* An instruction as numbers of one size, without a gap between them. */
+/* An instruction as numbers of one size, without a gap between them. `op` has the contraction in its upper half. */
 typedef struct words {
     uint32_t op, a, b, c;
 } words;
+
+enum { UPPER = 16 };
 
 enum { AT_ONCE = 256 }; /* instructions that are written or read together */
 
@@ -85,30 +88,38 @@ static int part_of(int count, int done)
     return count - done < AT_ONCE ? count - done : AT_ONCE;
 }
 
-static void put_code(kmp_bytes *b, const kmp_instruction *in, int count)
+static void put_code(kmp_bytes *b, const kmp_program *p, int count)
 {
+    const kmp_instruction *in = p->instruction;
     words w[AT_ONCE];
     for (int i = 0; i < count; i += AT_ONCE) {
         int part = part_of(count, i);
-        for (int k = 0; k < part; k++)
-            w[k] = (words){in[i + k].op, in[i + k].a, in[i + k].b, in[i + k].c};
+        for (int k = 0; k < part; k++) {
+            uint32_t with = p->contraction ? p->contraction[i + k] : KMP_ALONE;
+            w[k] = (words){in[i + k].op | with << UPPER, in[i + k].a, in[i + k].b, in[i + k].c};
+        }
         KMP_BYTES_PUT(b, w, part);
     }
 }
 
-static void get_code(kmp_byte_source *s, kmp_instruction *in, int count)
+static void get_code(kmp_byte_source *s, kmp_program *p, int count)
 {
+    enum { LOWER = (1 << UPPER) - 1 };
     words w[AT_ONCE];
-    uint32_t most = 0;
+    uint32_t most = 0, with = KMP_ALONE;
     for (int i = 0; i < count; i += AT_ONCE) {
         int part = part_of(count, i);
         KMP_BYTES_TAKE(s, w, part);
         for (int k = 0; k < part; k++) {
-            most = w[k].op > most ? w[k].op : most;
-            in[i + k] = (kmp_instruction){(uint8_t)w[k].op, w[k].a, w[k].b, w[k].c};
+            uint32_t op = w[k].op & LOWER;
+            most = op > most ? op : most;
+            p->instruction[i + k] = (kmp_instruction){(uint8_t)op, w[k].a, w[k].b, w[k].c};
+            with |= w[k].op >> UPPER;
+            if (p->contraction)
+                p->contraction[i + k] = (uint8_t)(w[k].op >> UPPER);
         }
     }
-    s->failed = s->failed || most >= KMP_OP_COUNT;
+    s->failed = s->failed || most >= KMP_OP_COUNT || (with != KMP_ALONE && !p->contraction);
 }
 
 /* -- writing ----------------------------------------------------------------------------------------- */
@@ -127,8 +138,8 @@ void kmp_program_put(kmp_bytes *b, kmp_table_pool *pool, const kmp_program *p)
     if (!p)
         return;
     int stages = p->stages;
-    const int64_t sizes[] = {stages,         p->code[stages], p->outputs[stages], p->constant_count,
-                             p->input_count, p->table_count,  p->block_count,     p->graph_nodes};
+    const int64_t sizes[] = {stages,         p->code[stages], p->outputs[stages], p->constant_count,     p->input_count,
+                             p->table_count, p->block_count,  p->graph_nodes,     p->contraction != NULL};
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++)
         kmp_bytes_put_int(b, sizes[k]);
     KMP_BYTES_PUT(b, p->code, stages + 1);
@@ -136,7 +147,7 @@ void kmp_program_put(kmp_bytes *b, kmp_table_pool *pool, const kmp_program *p)
     KMP_BYTES_PUT(b, p->output, p->outputs[stages]);
     KMP_BYTES_PUT(b, p->constant, p->constant_count);
     KMP_BYTES_PUT(b, p->input, p->input_count);
-    put_code(b, p->instruction, p->code[stages]);
+    put_code(b, p, p->code[stages]);
     for (int k = 0; k < p->table_count; k++)
         put_table(b, pool, p->table[k]);
     for (int k = 0; k < p->block_count; k++)
@@ -183,6 +194,31 @@ static bool is_instruction(const kmp_program *p, int i)
     return good;
 }
 
+/* True if the operand of a sum is a product that the sum takes. */
+static bool is_taken(const kmp_program *p, uint32_t operand)
+{
+    uint32_t leaves = (uint32_t)(p->constant_count + p->input_count), value = operand >> 1;
+    return value >= leaves && p->instruction[value - leaves].op == KMP_OP_MUL &&
+           p->contraction[value - leaves] == KMP_CONTRACTED;
+}
+
+static bool is_contraction(const kmp_program *p, int i)
+{
+    const kmp_instruction *in = &p->instruction[i];
+    switch (p->contraction[i]) {
+    case KMP_ALONE:
+        return true;
+    case KMP_CONTRACTED:
+        return in->op == KMP_OP_MUL;
+    case KMP_WITH_FIRST:
+        return in->op == KMP_OP_ADD && is_taken(p, in->a);
+    case KMP_WITH_SECOND:
+        return in->op == KMP_OP_ADD && is_taken(p, in->b);
+    default:
+        return false;
+    }
+}
+
 static bool is_program(const kmp_program *p)
 {
     int code = p->code[p->stages], outputs = p->outputs[p->stages];
@@ -191,7 +227,7 @@ static bool is_program(const kmp_program *p)
     for (int k = 0; good && k < p->input_count; k++)
         good = (int)p->input[k].kind >= 0 && p->input[k].kind < KMP_IN_COUNT;
     for (int i = 0; good && i < code; i++)
-        good = is_instruction(p, i);
+        good = is_instruction(p, i) && (!p->contraction || is_contraction(p, i));
     for (int k = 0; good && k < outputs; k++)
         good = p->output[k] >> 1 < values;
     return good;
@@ -265,7 +301,7 @@ static bool fill(kmp_byte_source *s, kmp_table_pool *pool, int depth, const int 
     KMP_BYTES_TAKE(s, p->output, size[2]);
     KMP_BYTES_TAKE(s, p->constant, p->constant_count);
     KMP_BYTES_TAKE(s, p->input, p->input_count);
-    get_code(s, p->instruction, size[1]);
+    get_code(s, p, size[1]);
     if (s->failed || !is_partition(p->code, p->stages, size[1]) || !is_partition(p->outputs, p->stages, size[2]))
         return false;
     bool good = true;
@@ -285,11 +321,14 @@ static kmp_program *get_program(kmp_byte_source *s, kmp_table_pool *pool, int de
     for (size_t k = 1; k < SIZES; k++)
         size[k] = kmp_bytes_take_count(s, each[k]);
     uint32_t nodes = (uint32_t)kmp_bytes_take_int(s, 0, INT_MAX);
+    bool contracts = kmp_bytes_take_int(s, false, true);
     kmp_program *p = s->failed || depth > MOST_DEPTH
                          ? NULL
                          : kmp_program_with_room((size_t)size[0], (size_t)size[1], (size_t)size[2], (size_t)size[3],
                                                  (size_t)size[4]);
-    if (p && fill(s, pool, depth, size, p)) {
+    if (p && contracts)
+        p->contraction = KMP_ARENA_NEW(&p->arena, uint8_t, size[1]);
+    if (p && !p->arena.failed && fill(s, pool, depth, size, p)) {
         p->graph_nodes = nodes;
         return p;
     }

@@ -3,24 +3,30 @@
  * determinant, larger ones by elimination in a given order. */
 #pragma once
 
-#include "constraints/evaluation/written.h"
 #include "constraints/partition/reduction.h"
+#include "constraints/written/written.h"
 
 enum { KMP_WRITTEN_BLOCK = 24 }; /* bound: rows of a block */
 
-/** Largest multiplier of the elimination, rows scaled, for which its order is good. */
-#define KMP_WRITTEN_MULTIPLIER 10.0
+/** Rows of h that a multiplier of the elimination belongs to: the one that it changes, and the one that it takes. */
+typedef struct kmp_eliminated {
+    int row, by;
+} kmp_eliminated;
+
+/** True if the order of the elimination is good: no multiplier is large when rows are scaled. Multiplier k is at k
+ * stride, the scale of row r (m of them) at r stride. */
+bool kmp_written_order_is_good(int count, const kmp_eliminated *rows, const double *multiplier, const double *row_scale,
+                               size_t stride);
 
 typedef struct kmp_written_blocks {
-    const kmp_reduction *red; /* the first three are set by the caller */
+    const kmp_reduction *red; /* the first two are set by the caller */
     const int *order;         /* of rows in the elimination: r positions among the independent rows, block by block */
-    const double *row_scale;  /* m */
     kmp_graph *g;
     struct kmp_written_block *block;
     kmp_ref *jv, *ju;    /* r x r and r x p, row by row */
     int *block_of;       /* by column */
     kmp_ref *multiplier; /* of all blocks */
-    double *factor;      /* of each multiplier: its factor from row scaling */
+    kmp_eliminated *row; /* of each multiplier */
     int multipliers;
     kmp_ref *pivot; /* factors of det Jv, but for the sign of a permutation */
     int pivots;
@@ -42,6 +48,9 @@ void kmp_written_blocks_solve(const kmp_written_blocks *k, int number, int colum
 
 /** x = -Jv^-1 of all rows (m) of h, in the order of the partition; `room`: r. */
 void kmp_written_blocks_correct(const kmp_written_blocks *k, const kmp_ref *h, kmp_ref *room, kmp_ref *x);
+
+/** A copy of `row`, which the caller frees; NULL: no memory. */
+kmp_eliminated *kmp_written_rows(const kmp_written_blocks *k);
 
 /** Writes the correction dv (r) of v of a state (kmp_written_take_state), and adds it: later imports are those of the
  * corrected state. `k` has what the caller sets. False: no memory. */

@@ -6,9 +6,10 @@
  * in which each multiplier is eliminated after its coordinates: its pivot is that of -S. By articulated bodies it is
  * that of S alone. */
 #include "base/memory.h"
-#include "constraints/evaluation/solved_inside.h"
-#include "constraints/evaluation/written.h"
-#include "constraints/evaluation/written_ldl.h"
+#include "constraints/written/solved_inside.h"
+#include "constraints/written/written.h"
+#include "constraints/written/written_kept.h"
+#include "constraints/written/written_ldl.h"
 #include "dynamics/motion.h"
 #include <math.h>
 
@@ -209,6 +210,7 @@ static kmp_solved_layout lay_out(const maker *k)
     l.h_t = s->rheonomic ? l.jacobian + s->jacobian.count : -1;
     l.open = kmp_written_closure_count(s);
     l.multiplier = l.open + k->n;
+    l.by_bodies = k->plan.by_bodies;
     l.factors = has_factors(k) ? k->plan.ldl.start[k->size] + k->size : 0;
     return l;
 }
@@ -339,54 +341,79 @@ bool kmp_solved_order(const kmp_evaluator *eval, const kmp_partition *part, kmp_
     return made;
 }
 
-double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *part)
+static double count_operations(const kmp_evaluator *eval, const kmp_partition *part)
 {
     maker k = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
-    if (kmp_solved_obstacle(k.s, part->n + part->r))
-        return INFINITY;
     double operations = place_rows(&k) && choose(&k) ? k.plan.operations : -1;
     kmp_arena_free(&k.arena);
     return operations > KMP_SOLVED_OPERATIONS ? INFINITY : operations;
 }
 
-/* The factors of the multipliers are the caller's. */
-static bool take_factors(const maker *k, double **factor)
+double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *part)
 {
-    *factor = KMP_NEW(double, 1 + k->jv.multipliers);
-    for (int i = 0; *factor && i < k->jv.multipliers; i++)
-        (*factor)[i] = k->jv.factor[i];
-    return *factor;
+    if (kmp_solved_obstacle(eval->system, part->n + part->r))
+        return INFINITY;
+    const kmp_kept_name name = kmp_written_name("operations", eval, part, NULL, 0);
+    const double *kept = kmp_kept_find(eval->system, name);
+    if (kept)
+        return *kept;
+    double operations = count_operations(eval, part), *made = operations >= 0 ? KMP_NEW(double, 1) : NULL;
+    if (made) {
+        *made = operations;
+        (void)kmp_kept_add(eval->system, name, made, kmp_free);
+    }
+    return operations;
 }
 
-bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *requested, kmp_solved_written *written)
+/* False: no memory. */
+static bool write_new(const kmp_evaluator *eval, const kmp_solved_plan *requested, kmp_solved_written *written)
 {
     maker k = {.eval = eval,
                .s = eval->system,
                .part = requested->part,
                .red = requested->red,
                .closes = requested->closes,
-               .jv = {.red = requested->red, .order = requested->order, .row_scale = eval->system->row_scale},
+               .jv = {.red = requested->red, .order = requested->order},
                .n = requested->part->n,
                .r = requested->part->r};
     unsigned long failures = kmp_memory_failures();
-    *written = (kmp_solved_written){0};
-    if (kmp_solved_obstacle(k.s, k.n + k.r) || (requested->red && !kmp_written_blocks_fit(requested->red)))
-        return true;
     if (place_rows(&k) && choose(&k) && k.plan.operations <= KMP_SOLVED_OPERATIONS && begin(&k)) {
         written->program = write_program(&k);
-        written->by_bodies = k.plan.by_bodies;
         written->layout = lay_out(&k);
-        if (!take_factors(&k, &written->factor)) {
-            kmp_program_free(written->program);
-            written->program = NULL;
-        }
+        written->row = kmp_written_rows(&k.jv);
     }
     kmp_written_free(&k.w);
     kmp_arena_free(&k.arena);
     if (kmp_memory_failures() == failures)
         return true;
     kmp_program_free(written->program);
-    kmp_free(written->factor);
+    kmp_free(written->row);
     *written = (kmp_solved_written){0};
     return false;
+}
+
+bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *requested, kmp_solved_written *written)
+{
+    const kmp_partition *part = requested->part;
+    unsigned options = (requested->red != NULL) | requested->closes << 1;
+    *written = (kmp_solved_written){0};
+    if (kmp_solved_obstacle(eval->system, part->n + part->r) ||
+        (requested->red && !kmp_written_blocks_fit(requested->red)))
+        return true;
+    const kmp_kept_name name = kmp_written_name("solved", eval, part, requested->order, options);
+    kmp_solved_layout layout;
+    kmp_written_record record = {.layout = (int *)&layout, .count = sizeof layout / sizeof(int)};
+    if (kmp_written_recall(eval->system, name, &record)) {
+        *written = (kmp_solved_written){record.program, layout, record.row};
+        return true;
+    }
+    if (!write_new(eval, requested, written))
+        return false;
+    layout = written->layout;
+    record.program = written->program;
+    record.row = written->row;
+    record.multipliers = layout.multipliers;
+    if (written->program)
+        kmp_written_keep(eval->system, name, &record);
+    return true;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "constraints/evaluation/written.h"
+#include "constraints/written/written.h"
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
 #include "dynamics/motion.h"

@@ -4,8 +4,8 @@
  * out. The numbers equal those of reduction.h but for rounding. */
 #pragma once
 
-#include "constraints/evaluation/written.h"
 #include "constraints/partition/reduction.h"
+#include "constraints/written/written.h"
 
 typedef struct kmp_fused kmp_fused;
 

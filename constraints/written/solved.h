@@ -12,8 +12,8 @@
 #include "backend/lanes.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/written.h"
 #include "constraints/partition/reduction.h"
+#include "constraints/written/written.h"
 
 /* Stages. CLOSE is that of a program which closes the loops of a state: the correction dv of v, and the angles by which
  * it turns sines and cosines. The others are then at v + dv. RUN has the inputs KMP_IN_TIME, KMP_IN_Q, KMP_IN_QD and,
@@ -38,6 +38,7 @@ typedef struct kmp_solved_layout {
     int multiplier;       /* END: of a state: multipliers of the elimination of v */
     int dx;               /* CORRECT: n, the mass-orthogonal correction with J dx = -violation */
     int factors;          /* FACTORS: their number; 0: by articulated bodies, or of a state */
+    int by_bodies;        /* 1: the dynamics are those of articulated bodies; 0: M and C */
 } kmp_solved_layout;
 
 typedef struct kmp_solved kmp_solved;

@@ -2,9 +2,9 @@
 /* The program of solved.c, made by solved_write.c. */
 #pragma once
 
-#include "constraints/evaluation/solved.h"
-#include "constraints/evaluation/written_blocks.h"
-#include "constraints/evaluation/written_ldl.h"
+#include "constraints/written/solved.h"
+#include "constraints/written/written_blocks.h"
+#include "constraints/written/written_ldl.h"
 
 /** Most unknowns, qdd and lambda, and most operations of a run: the preparation takes microseconds an operation, and
  * code beyond the second cache is no faster than loops over entries. */
@@ -20,9 +20,8 @@ typedef struct kmp_solved_plan {
 
 typedef struct kmp_solved_written {
     kmp_program *program; /* NULL: there is none */
-    bool by_bodies;
     kmp_solved_layout layout;
-    double *factor; /* of each multiplier of the elimination: its factor from row scaling; the caller's */
+    kmp_eliminated *row; /* of each multiplier of the elimination; the caller's */
 } kmp_solved_written;
 
 /** Finds the order of elimination by M and C, in the arena. False: no memory. */
@@ -34,5 +33,6 @@ bool kmp_solved_write_near(const kmp_evaluator *eval, const kmp_partition *part,
 /** Operations of a run, before it is written; infinite if there is none, -1: no memory. */
 double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *part);
 
-/** Writes the program of the cheaper dynamics, of those that the evaluator has. False: no memory. */
+/** Writes the program of the cheaper dynamics, of those that the evaluator has, or takes the one that the system keeps
+ * for this choice. False: no memory. */
 bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *plan, kmp_solved_written *written);

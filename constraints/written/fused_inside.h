@@ -2,7 +2,7 @@
 /* The program of fused.c, made by fused_write.c. */
 #pragma once
 
-#include "constraints/evaluation/written_blocks.h"
+#include "constraints/written/written_blocks.h"
 
 /* Bounds: independent coordinates in one run, for which the solved program is better beyond; of any program. */
 enum { KMP_FUSED_FREEDOMS = 8, KMP_FUSED_MOST = 48 };
@@ -18,18 +18,23 @@ enum { KMP_FUSED_CLOSE = 1, KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS, KMP_FUSED_
  * v that do not depend on ud and udd. On request the second of these alone. */
 typedef struct kmp_fused_layout {
     int multipliers, pivots, turns;
-    double *factor; /* of each multiplier: its factor from row scaling; always owned by the caller */
 } kmp_fused_layout;
+
+/** A program; the caller frees the first two. */
+typedef struct kmp_fused_written {
+    kmp_program *program; /* NULL: no memory */
+    kmp_eliminated *row;  /* of each multiplier */
+    kmp_fused_layout layout;
+} kmp_fused_written;
 
 /** Options of the program. */
 typedef struct kmp_fused_plan {
-    const int *order;        /* of rows in the elimination: r positions among the independent rows, block by block */
-    const double *row_scale; /* m */
-    bool power;              /* power of non-conservative forces, after the pivots of the reduced mass */
-    bool closes;             /* with KMP_FUSED_CLOSE */
-    bool drives;             /* the power has that of closures that move in time */
-    bool curvature;          /* the last stage ends with the part of qdd of v that does not depend on udd */
+    const int *order; /* of rows in the elimination: r positions among the independent rows, block by block */
+    bool power;       /* power of non-conservative forces, after the pivots of the reduced mass */
+    bool closes;      /* with KMP_FUSED_CLOSE */
+    bool drives;      /* the power has that of closures that move in time */
+    bool curvature;   /* the last stage ends with the part of qdd of v that does not depend on udd */
 } kmp_fused_plan;
 
-/** Writes the program; NULL: no memory. */
-kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan, kmp_fused_layout *layout);
+/** Writes the program, or takes the one that the system keeps for this choice. */
+kmp_fused_written kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "constraints/evaluation/written_ldl.h"
+#include "constraints/written/written_ldl.h"
 
 /* -- order --------------------------------------------------------------------------------------------- */
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "constraints/evaluation/written_blocks.h"
+#include "constraints/written/written_blocks.h"
+#include "base/memory.h"
 #include "linalg/dense/dense.h"
+#include <math.h>
 #include <string.h>
 
 /* A diagonal block: its matrix, then its factors; rows in the order of elimination. */
@@ -10,9 +12,18 @@ struct kmp_written_block {
     kmp_ref inverse[KMP_WRITTEN_BLOCK]; /* of the pivots; for two rows: of the determinant */
 };
 
-static double scale_of(const kmp_written_blocks *k, int row)
+/* Largest multiplier of the elimination, rows scaled, for which its order is good. */
+#define MULTIPLIER 10.0
+
+bool kmp_written_order_is_good(int count, const kmp_eliminated *rows, const double *multiplier, const double *row_scale,
+                               size_t stride)
 {
-    return k->row_scale[k->red->part->rows[row]];
+    for (int k = 0; k < count; k++) {
+        double by = row_scale[(size_t)rows[k].by * stride], row = row_scale[(size_t)rows[k].row * stride];
+        if (!(fabs(multiplier[(size_t)k * stride]) * by <= MULTIPLIER * row))
+            return false;
+    }
+    return true;
 }
 
 /* Rows of a block in the order of elimination. */
@@ -76,7 +87,8 @@ static void factor_block(kmp_written_blocks *k, struct kmp_written_block *b)
                 continue;
             b->a[i][c] = kmp_mul(g, b->a[i][c], b->inverse[c]);
             k->multiplier[k->multipliers] = b->a[i][c];
-            k->factor[k->multipliers++] = scale_of(k, b->row[c]) / scale_of(k, b->row[i]);
+            k->row[k->multipliers++] =
+                (kmp_eliminated){.row = k->red->part->rows[b->row[i]], .by = k->red->part->rows[b->row[c]]};
             for (int j = c + 1; j < b->size; j++)
                 b->a[i][j] = kmp_sub(g, b->a[i][j], kmp_mul(g, b->a[i][c], b->a[c][j]));
         }
@@ -149,7 +161,7 @@ bool kmp_written_blocks_init(kmp_written_blocks *k, kmp_arena *arena, kmp_graph 
     int r = k->red->r;
     k->g = g;
     KMP_ARENA_MAKE(arena, KMP_ROOM(struct kmp_written_block, kmp_block_count(k->red->block), &k->block),
-                   KMP_ROOM(int, r, &k->block_of), KMP_ROOM(double, r *KMP_WRITTEN_BLOCK, &k->factor),
+                   KMP_ROOM(int, r, &k->block_of), KMP_ROOM(kmp_eliminated, r * KMP_WRITTEN_BLOCK, &k->row),
                    KMP_ROOM(kmp_ref, r * k->red->p, &k->ju), KMP_ROOM(kmp_ref, r * KMP_WRITTEN_BLOCK, &k->multiplier),
                    KMP_ROOM(kmp_ref, r, &k->pivot));
     if (!KMP_ARENA_EACH(arena, kmp_ref, r * r, &k->jv))
@@ -183,6 +195,14 @@ bool kmp_written_close(kmp_written *w, kmp_written_blocks k, kmp_ref *dv)
         kmp_written_blocks_factor(&k, number);
     kmp_written_blocks_correct(&k, w->h, room, dv);
     return kmp_written_correct(w, k.red->part, dv);
+}
+
+kmp_eliminated *kmp_written_rows(const kmp_written_blocks *k)
+{
+    kmp_eliminated *row = KMP_NEW(kmp_eliminated, 1 + k->multipliers);
+    if (row && k->multipliers > 0)
+        memcpy(row, k->row, (size_t)k->multipliers * sizeof *row);
+    return row;
 }
 
 bool kmp_written_blocks_fit(const kmp_reduction *red)

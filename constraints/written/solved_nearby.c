@@ -3,8 +3,10 @@
  * is that of Newton and Euler's equations with J' lambda, shorter than M qdd + C - J' lambda. */
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
-#include "constraints/evaluation/solved_inside.h"
+#include "constraints/written/solved_inside.h"
+#include "constraints/written/written_kept.h"
 #include "symbolic/program/contraction.h"
+#include <limits.h>
 #include <string.h>
 
 typedef struct writer {
@@ -118,11 +120,11 @@ static bool is_worth(const writer *w, double run)
     return kmp_written_operations(w->eval, false) + solution <= KMP_SOLVED_NEARBY * run;
 }
 
-bool kmp_solved_write_near(const kmp_evaluator *eval, const kmp_partition *part, double run, kmp_program **program)
+/* False: no memory. */
+static bool write_new(const kmp_evaluator *eval, const kmp_partition *part, double run, kmp_program **program)
 {
     writer w = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
     unsigned long failures = kmp_memory_failures();
-    *program = NULL;
     if (kmp_solved_order(eval, part, &w.arena, &w.ldl) && is_worth(&w, run) && derive(&w) && import(&w) &&
         take_factors(&w))
         *program = improve(&w);
@@ -134,4 +136,22 @@ bool kmp_solved_write_near(const kmp_evaluator *eval, const kmp_partition *part,
     kmp_program_free(*program);
     *program = NULL;
     return false;
+}
+
+bool kmp_solved_write_near(const kmp_evaluator *eval, const kmp_partition *part, double run, kmp_program **program)
+{
+    unsigned most = run < UINT_MAX ? (unsigned)run : UINT_MAX;
+    const kmp_kept_name name = kmp_written_name("nearby", eval, part, NULL, most);
+    kmp_written_record record = {0};
+    *program = NULL;
+    if (kmp_written_recall(eval->system, name, &record)) {
+        kmp_free(record.row);
+        *program = record.program;
+        return true;
+    }
+    if (!write_new(eval, part, run, program))
+        return false;
+    record.program = *program;
+    kmp_written_keep(eval->system, name, &record);
+    return true;
 }

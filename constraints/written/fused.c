@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "constraints/evaluation/fused.h"
+#include "constraints/written/fused.h"
 #include "base/arena.h"
 #include "base/memory.h"
-#include "constraints/evaluation/fused_inside.h"
+#include "constraints/written/fused_inside.h"
 #include "dynamics/motion.h"
 #include <float.h>
 #include <math.h>
@@ -14,6 +14,7 @@ struct kmp_fused {
     kmp_arena arena;
     kmp_written_machine made;
     kmp_fused_layout layout;
+    kmp_eliminated *row; /* of multipliers */
     int *turn, *signs;   /* of each block of Jv: the factor from its pivots' signs to the block's sign; the block's
                           * sign */
     double *effort;      /* n; NULL: there are none */
@@ -90,9 +91,11 @@ static kmp_program *write_program(kmp_fused *f)
     if (!order)
         return NULL;
     kmp_written_order(f->red, order);
-    const kmp_fused_plan plan = {
-        .order = order, .row_scale = s->row_scale, .power = s->dissipative, .closes = f->closes};
-    return kmp_fused_write(f->red, &plan, &f->layout);
+    const kmp_fused_plan plan = {.order = order, .power = s->dissipative, .closes = f->closes};
+    kmp_fused_written written = kmp_fused_write(f->red, &plan);
+    f->layout = written.layout;
+    f->row = written.row;
+    return written.program;
 }
 
 kempe_status kmp_fused_new(kmp_fused **out, const kmp_reduction *red, bool closes)
@@ -118,7 +121,7 @@ void kmp_fused_free(kmp_fused *f)
         return;
     kmp_written_machine_free(&f->made);
     kmp_arena_free(&f->arena);
-    kmp_free(f->layout.factor);
+    kmp_free(f->row);
     kmp_free(f);
 }
 
@@ -207,10 +210,7 @@ bool kmp_fused_is_stale(kmp_fused *f)
 
 static bool is_good(const kmp_fused *f, const double *multiplier)
 {
-    for (int k = 0; k < f->layout.multipliers; k++)
-        if (!(fabs(multiplier[k] * f->layout.factor[k]) <= KMP_WRITTEN_MULTIPLIER))
-            return false;
-    return true;
+    return kmp_written_order_is_good(f->layout.multipliers, f->row, multiplier, f->red->eval->system->row_scale, 1);
 }
 
 kmp_fused_end kmp_fused_at_end(kmp_fused *f)

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "constraints/evaluation/solved.h"
+#include "constraints/written/solved.h"
 #include "base/arena.h"
 #include "base/memory.h"
-#include "constraints/evaluation/solved_inside.h"
 #include "constraints/tolerances.h"
+#include "constraints/written/solved_inside.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -19,7 +19,6 @@ struct kmp_solved {
     kmp_arena arena;
     kmp_written_machine made;
     kmp_solved_layout layout;
-    bool by_bodies;
     const kmp_reduction *red; /* of a state; NULL: of q and qd */
     bool closes;              /* with the stage KMP_SOLVED_CLOSE */
     const double *dv, *left;  /* r: the last correction; the one that is left after it */
@@ -27,7 +26,7 @@ struct kmp_solved {
     double *state;            /* 2 n: a state and the rates of v; or zero rates */
     double *q, *qd;           /* n: of a state, for the efforts */
     const double *end;        /* outputs of the last END */
-    double *factor;           /* of multipliers */
+    kmp_eliminated *row;      /* of multipliers */
 };
 
 /* -- making -------------------------------------------------------------------------------------------- */
@@ -46,9 +45,8 @@ static bool write_program(kmp_solved *solved, const kmp_partition *part)
     }
     if (!kmp_solved_write(solved->eval, &plan, &written))
         return false;
-    solved->by_bodies = written.by_bodies;
     solved->layout = written.layout;
-    solved->factor = written.factor;
+    solved->row = written.row;
     return !written.program || kmp_written_machine_init(&solved->made, solved->eval, written.program);
 }
 
@@ -125,7 +123,7 @@ void kmp_solved_free(kmp_solved *solved)
         return;
     kmp_written_machine_free(&solved->made);
     kmp_arena_free(&solved->arena);
-    kmp_free(solved->factor);
+    kmp_free(solved->row);
     kmp_free(solved);
 }
 
@@ -141,7 +139,7 @@ kmp_counts kmp_solved_count(const kmp_solved *solved)
 
 bool kmp_solved_by_bodies(const kmp_solved *solved)
 {
-    return solved->by_bodies;
+    return solved->layout.by_bodies;
 }
 
 long kmp_solved_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations, bool lanes)
@@ -259,10 +257,9 @@ bool kmp_solved_is_cancelled(const kmp_solved *solved, double rtol, double rate_
 
 static bool order_is_good(const kmp_solved *solved, const double *end)
 {
-    for (int k = 0; k < solved->layout.multipliers; k++)
-        if (!(fabs(end[solved->layout.multiplier + k] * solved->factor[k]) <= KMP_WRITTEN_MULTIPLIER))
-            return false;
-    return true;
+    const kmp_solved_layout *l = &solved->layout;
+    return kmp_written_order_is_good(l->multipliers, solved->row, end + l->multiplier, solved->eval->system->row_scale,
+                                     1);
 }
 
 bool kmp_solved_order_is_good(const kmp_solved *solved)

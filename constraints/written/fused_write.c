@@ -3,9 +3,10 @@
  * solved by their determinant, larger ones by elimination in a given order. */
 #include "base/arena.h"
 #include "base/memory.h"
-#include "constraints/evaluation/fused_inside.h"
-#include "constraints/evaluation/written.h"
-#include "constraints/evaluation/written_blocks.h"
+#include "constraints/written/fused_inside.h"
+#include "constraints/written/written.h"
+#include "constraints/written/written_blocks.h"
+#include "constraints/written/written_kept.h"
 
 /* State of the writer. */
 typedef struct maker {
@@ -256,22 +257,35 @@ static kmp_program *make_program(maker *k)
     return kmp_written_import(&k->w) ? write_program(k) : NULL;
 }
 
-kmp_program *kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan, kmp_fused_layout *layout)
+static kmp_fused_written write_new(const kmp_reduction *red, const kmp_fused_plan *plan)
 {
-    maker k = {.red = red,
-               .plan = plan,
-               .jv = {.red = red, .order = plan->order, .row_scale = plan->row_scale},
-               .n = red->n,
-               .p = red->p,
-               .r = red->r};
-    kmp_program *program = make_program(&k);
-    *layout = (kmp_fused_layout){k.jv.multipliers, k.jv.pivots, k.w.turns.count, KMP_NEW(double, 1 + k.jv.multipliers)};
-    for (int i = 0; layout->factor && i < k.jv.multipliers; i++)
-        layout->factor[i] = k.jv.factor[i];
-    if (!layout->factor) {
-        kmp_program_free(program);
-        program = NULL;
-    }
+    maker k = {
+        .red = red, .plan = plan, .jv = {.red = red, .order = plan->order}, .n = red->n, .p = red->p, .r = red->r};
+    kmp_fused_written written = {.program = make_program(&k)};
+    written.row = written.program ? kmp_written_rows(&k.jv) : NULL;
+    written.layout = (kmp_fused_layout){k.jv.multipliers, k.jv.pivots, k.w.turns.count};
     kmp_written_free(&k.w);
-    return program;
+    if (written.row)
+        return written;
+    kmp_program_free(written.program);
+    return (kmp_fused_written){0};
+}
+
+kmp_fused_written kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan)
+{
+    const kempe_system *s = red->eval->system;
+    unsigned options = plan->power | plan->closes << 1 | plan->drives << 2 | plan->curvature << 3;
+    const kmp_kept_name name = kmp_written_name("fused", red->eval, red->part, plan->order, options);
+    kmp_fused_layout layout;
+    kmp_written_record record = {.layout = (int *)&layout, .count = sizeof layout / sizeof(int)};
+    if (kmp_written_recall(s, name, &record))
+        return (kmp_fused_written){record.program, record.row, layout};
+    kmp_fused_written written = write_new(red, plan);
+    layout = written.layout;
+    record.program = written.program;
+    record.row = written.row;
+    record.multipliers = layout.multipliers;
+    if (written.program)
+        kmp_written_keep(s, name, &record);
+    return written;
 }

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Programs that a system keeps for a choice of coordinates: the same one for the same choice, also after the numbers of
+ * the model have changed, another one for another choice; and from a cache, equal to the bit. */
+#include "base/memory.h"
+#include "constraints/written/fused.h"
+#include "constraints/written/solved_inside.h"
+#include "constraints/written/written_kept.h"
+#include "loaded.h"
+#include "takes_bodies.h"
+#include <kempe/cache.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A choice of a system, with factors at the start. */
+typedef struct chosen {
+    kmp_evaluator *eval;
+    kmp_partition part;
+    kmp_reduction red;
+} chosen;
+
+/* False: J is singular in the others. `wish`: the independent coordinate; -1: any. */
+static bool choose(chosen *c, const loaded *l, int wish)
+{
+    *c = (chosen){.eval = kmp_eval_new(l->system, "native")};
+    double *q = KMP_NEW(double, l->system->n);
+    bool ok = c->eval && q;
+    for (int i = 0; ok && i < l->system->n; i++)
+        q[i] = l->model->start.q[i].value;
+    if (ok)
+        kmp_eval_closure(c->eval, 0, q);
+    kmp_free(q);
+    ok = ok && kmp_partition_init(&c->part, l->system, c->eval->jacobian, &wish, wish >= 0) == KEMPE_OK &&
+         kmp_reduction_init(&c->red, c->eval, &c->part) == KEMPE_OK && kmp_reduction_factor(&c->red) == 0;
+    CHECK(ok || wish >= 0);
+    return ok;
+}
+
+static void leave(chosen *c)
+{
+    kmp_reduction_free(&c->red);
+    kmp_partition_free(&c->part);
+    kmp_eval_free(c->eval);
+}
+
+/* The programs of a choice; their caller's. */
+typedef struct written {
+    kmp_fused *fused;
+    kmp_solved *solved, *reduced;
+    kmp_program *nearby;
+} written;
+
+static written write_all(const chosen *c)
+{
+    written w = {0};
+    CHECK(kmp_fused_new(&w.fused, &c->red, false) == KEMPE_OK && w.fused);
+    CHECK(kmp_solved_new(&w.solved, c->eval, &c->part) == KEMPE_OK && w.solved);
+    CHECK(kmp_solved_new_reduced(&w.reduced, &c->red, false) == KEMPE_OK && w.reduced);
+    CHECK(kmp_solved_write_near(c->eval, &c->part, 1e9, &w.nearby) && w.nearby);
+    return w;
+}
+
+static void free_all(written *w)
+{
+    kmp_fused_free(w->fused);
+    kmp_solved_free(w->solved);
+    kmp_solved_free(w->reduced);
+    kmp_program_free(w->nearby);
+}
+
+/* True if both have the programs of one writing. */
+static bool share(const written *a, const written *b)
+{
+    return kmp_fused_program(a->fused) == kmp_fused_program(b->fused) &&
+           kmp_solved_program(a->solved) == kmp_solved_program(b->solved) &&
+           kmp_solved_program(a->reduced) == kmp_solved_program(b->reduced) && a->nearby == b->nearby;
+}
+
+static bool are_equal(const written *a, const written *b)
+{
+    return kmp_program_equal(kmp_fused_program(a->fused), kmp_fused_program(b->fused)) &&
+           kmp_program_equal(kmp_solved_program(a->solved), kmp_solved_program(b->solved)) &&
+           kmp_program_equal(kmp_solved_program(a->reduced), kmp_solved_program(b->reduced)) &&
+           kmp_program_equal(a->nearby, b->nearby) &&
+           memcmp(kmp_solved_layout_of(a->solved), kmp_solved_layout_of(b->solved), sizeof(kmp_solved_layout)) == 0 &&
+           memcmp(kmp_solved_layout_of(a->reduced), kmp_solved_layout_of(b->reduced), sizeof(kmp_solved_layout)) == 0;
+}
+
+/* A later run has the program of the first one. */
+static void one_writing_for_a_choice(void)
+{
+    loaded l = load("examples/andrews/andrews.yaml");
+    chosen first, second, other;
+    if (!choose(&first, &l, -1) || !choose(&second, &l, -1))
+        return;
+    written a = write_all(&first), b = write_all(&second);
+    CHECK(share(&a, &b));
+    free_all(&b);
+    CHECK(kmp_system_rescale(l.system));
+    b = write_all(&second);
+    CHECK(share(&a, &b));
+    free_all(&b);
+    int others = 0;
+    for (int wish = 0; wish < l.system->n; wish++) {
+        if (wish != first.part.u[0] && choose(&other, &l, wish)) {
+            b = write_all(&other);
+            CHECK(kmp_fused_program(a.fused) != kmp_fused_program(b.fused) && !are_equal(&a, &b));
+            free_all(&b);
+            others++;
+        }
+        if (wish != first.part.u[0])
+            leave(&other);
+    }
+    CHECK(others > 0);
+    free_all(&a);
+    leave(&first);
+    leave(&second);
+    unload(&l);
+}
+
+/* All that a program depends on is part of its name. */
+static void names(void)
+{
+    loaded l = load("examples/suspension/suspension.yaml");
+    chosen c;
+    if (!choose(&c, &l, -1))
+        return;
+    int *order = KMP_NEW(int, c.part.r + 1);
+    for (int i = 0; order && i < c.part.r; i++)
+        order[i] = i;
+    kmp_kept_name name[6] = {kmp_written_name("fused", c.eval, &c.part, NULL, 0)};
+    name[1] = kmp_written_name("fused", c.eval, &c.part, NULL, 1);
+    name[2] = kmp_written_name("fused", c.eval, &c.part, order, 0);
+    kmp_swap_int(&order[0], &order[1]);
+    name[3] = kmp_written_name("fused", c.eval, &c.part, order, 0);
+    CHECK(kmp_eval_add_articulated(c.eval) == KEMPE_OK && takes_bodies(l.system));
+    kmp_eval_take(c.eval, true);
+    name[4] = kmp_written_name("fused", c.eval, &c.part, NULL, 0);
+    kmp_swap_int(&c.part.rows[0], &c.part.rows[1]);
+    name[5] = kmp_written_name("fused", c.eval, &c.part, NULL, 0);
+    for (int k = 0; k < 6; k++)
+        for (int j = 0; j < k; j++)
+            CHECK(name[j].variant != name[k].variant ||
+                  memcmp(&name[j].choice, &name[k].choice, sizeof name[k].choice) != 0);
+    kmp_free(order);
+    leave(&c);
+    unload(&l);
+}
+
+/* More choices than a system keeps: the programs are written, and the last ones end with their users. */
+static void many_choices(void)
+{
+    loaded l = load("examples/four_bar/four_bar.yaml");
+    chosen c;
+    if (!choose(&c, &l, -1))
+        return;
+    for (int k = 0; k < KMP_KEPT_CHOICES + 4; k++) {
+        kmp_program *one = NULL, *two = NULL;
+        double run = 1e6 + k;
+        CHECK(kmp_solved_write_near(c.eval, &c.part, run, &one) && kmp_solved_write_near(c.eval, &c.part, run, &two));
+        CHECK(one && two && kmp_program_equal(one, two) && (one == two) == (k < KMP_KEPT_CHOICES));
+        kmp_program_free(one);
+        kmp_program_free(two);
+    }
+    leave(&c);
+    unload(&l);
+}
+
+static char folder[] = "/tmp/kempe_test_written_XXXXXX";
+
+static loaded load_cached(const char *path)
+{
+    char full[1024];
+    loaded l = {.context = kempe_context_new()};
+    CHECK(kempe_context_set_cache(l.context, folder) == KEMPE_OK);
+    (void)snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
+    (void)kempe_model_read(l.context, full, &l.model);
+    return load_finish(l);
+}
+
+/* Another process takes the files. */
+static void from_a_cache(void)
+{
+    static const char *const paths[] = {"examples/andrews/andrews.yaml", "examples/stewart/stewart.yaml"};
+    for (size_t k = 0; k < sizeof paths / sizeof *paths; k++) {
+        loaded writer = load_cached(paths[k]), reader = load_cached(paths[k]), alone = load(paths[k]);
+        chosen first, second, third;
+        if (!choose(&first, &writer, -1) || !choose(&second, &reader, -1) || !choose(&third, &alone, -1))
+            return;
+        written a = write_all(&first);
+        const kmp_kept_name name = kmp_written_name("nearby", second.eval, &second.part, NULL, 1000000000);
+        kmp_written_record record = {0};
+        CHECK(!kmp_kept_find(reader.system, name) && kmp_written_recall(reader.system, name, &record));
+        CHECK(kmp_program_equal(record.program, a.nearby));
+        kmp_program_free(record.program);
+        kmp_free(record.row);
+        CHECK(!kmp_written_recall(alone.system, name, &record));
+        written b = write_all(&second), c = write_all(&third);
+        CHECK(are_equal(&a, &b) && are_equal(&a, &c) && !share(&a, &b));
+        free_all(&a);
+        free_all(&b);
+        free_all(&c);
+        leave(&first);
+        leave(&second);
+        leave(&third);
+        unload(&writer);
+        unload(&reader);
+        unload(&alone);
+    }
+}
+
+int main(void)
+{
+    char clean[64];
+    CHECK(mkdtemp(folder));
+    TEST(one_writing_for_a_choice);
+    TEST(names);
+    TEST(many_choices);
+    TEST(from_a_cache);
+    (void)snprintf(clean, sizeof clean, "rm -rf %s", folder);
+    CHECK(system(clean) == 0);
+    return check_report();
+}
