@@ -45,7 +45,8 @@ static void print_help(FILE *out)
     for (const cli_command *c = cli_commands; c->name; c++)
         fprintf(out, "  %-12s%s\n", c->name, c->summary);
     fputs("\n'kempe COMMAND --help' prints the options and examples of a command, 'kempe --version' the version.\nFILE "
-          "is a model in YAML (docs/model/README.md) or a ROBOTRAN model, .mbs (docs/robotran.md).\n",
+          "is a model in YAML (docs/model/README.md), a robot in URDF, .urdf\n"
+          "(docs/urdf.md), or a ROBOTRAN model, .mbs (docs/robotran.md).\n",
           out);
     print_folder(out);
     print_cache(out);

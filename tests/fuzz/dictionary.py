@@ -48,8 +48,8 @@ def model():
     return words + syntax + expression()
 
 
-def mbs():
-    tags = sorted(set(texts("src/model/files/mbs.c") + texts("src/model/files/mbs_notes.c")))
+def xml(source):
+    tags = sorted(set(texts(source)))
     syntax = ["<![CDATA[", "]]>", "<!--", "-->", "&#65;", "&lt;", "<!DOCTYPE a [<!ENTITY b 'c'>]>", "<?xml version='1.0'?>",
               " a='b'", "encoding='utf-16'"]
     return [f"<{tag}>" for tag in tags] + [f"</{tag}>" for tag in tags] + tags + syntax
@@ -70,7 +70,7 @@ def mesh():
     return stl + ["v 0 0 1\n", "f 1 2 3\n", "f -1 -2 -3 -4\n", "f 1/1/1 2//2 3/3\n", "vn 0 0 1\n", "# "]
 
 
-FORMATS = {"mesh": mesh, "expression": expression, "model": model, "mbs": mbs, "reference": columns,
+FORMATS = {"mesh": mesh, "expression": expression, "model": model, "mbs": lambda: xml("src/model/formats/mbs.c"), "urdf": lambda: xml("src/model/formats/urdf_robot.c"), "reference": columns,
            "checkpoint": lambda: ["# kempe checkpoint 2, model ", "\n", ",", ",0", "\n0.2,"], "program": list, "values": values}
 
 

@@ -2,76 +2,36 @@
 /* A ROBOTRAN model, converted to an equivalent YAML document; its nodes have the places of the elements that they come
  * from. Values common to both languages are passed on unread: the reader checks them. Names lose the characters that
  * Kempe's names do not have. Laws of forces are functions in user code in ROBOTRAN, so they are not converted. */
-#include "model/files/document.h"
-#include "model/files/nodes.h"
+#include "model/formats/formats.h"
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct importer {
-    kempe_context *context;
-    kmp_arena *arena;
-    const char *file;
-    const kmp_element *model;
-    const kmp_element *bodies; /* the first one */
-    const kmp_element *cuts;
-    kmp_yaml *root;
-    kempe_status status;
-} importer;
-
-static void complain(importer *im, kmp_place place, const char *what, const char *name, const char *sentence)
+static const kmp_element *first_body(const kmp_import *im)
 {
-    im->status =
-        kmp_complain(im->context, im->file, place.line, place.column, "%s '%s' %s", what, name ? name : "", sentence);
+    return kmp_element_find(kmp_element_find(im->model, "bodytree"), "body");
 }
 
-/* -- nodes ----------------------------------------------------------------------------------------- */
-
-static kmp_yaml *new_map(importer *im, kmp_place place)
+static const kmp_element *first_cut(const kmp_import *im)
 {
-    return kmp_yaml_new(im->arena, KMP_YAML_MAP, place);
-}
-
-static void put(importer *im, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item)
-{
-    kmp_yaml_put(im->arena, map, place, key, item);
-}
-
-/* The mapping or list under a key, made when it is not there. */
-static kmp_yaml *part(importer *im, kmp_yaml *map, const char *key, kmp_yaml_kind kind)
-{
-    kmp_yaml *there = (kmp_yaml *)kmp_yaml_get(map, key);
-    if (there || !map)
-        return there;
-    there = kmp_yaml_new(im->arena, kind, map->place);
-    put(im, map, map->place, key, there);
-    return there;
-}
-
-/* Appends an entry to a section; each name occurs once in it. */
-static void add(importer *im, const char *section, const kmp_element *from, const char *name, const kmp_yaml *entry)
-{
-    kmp_yaml *map = part(im, im->root, section, KMP_YAML_MAP);
-    if (kmp_yaml_get(map, name))
-        complain(im, from->place, from->name, name, "exists twice in the model: names must be unique");
-    else
-        put(im, map, from->place, name, entry);
+    const kmp_element *cuts = kmp_element_find(im->model, "cuts");
+    return cuts ? cuts->first : NULL;
 }
 
 /* The text of an element, unchanged; no text is an empty scalar, which the reader rejects. */
-static const kmp_yaml *text_of(importer *im, const kmp_element *e)
+static const kmp_yaml *text_of(kmp_import *im, const kmp_element *e)
 {
     return kmp_yaml_word(im->arena, e->text_place, e->text);
 }
 
 /* A number that may be absent: 0. */
-static void put_number(importer *im, kmp_yaml *map, const char *key, const kmp_element *in, const char *name)
+static void put_number(kmp_import *im, kmp_yaml *map, const char *key, const kmp_element *in, const char *name)
 {
     const kmp_element *e = kmp_element_find(in, name);
     if (e)
-        put(im, map, e->place, key, text_of(im, e));
+        kmp_import_put(im, map, e->place, key, text_of(im, e));
 }
 
-static const kmp_yaml *vector(importer *im, const kmp_element *in)
+static const kmp_yaml *vector(kmp_import *im, const kmp_element *in)
 {
     static const char *const names[3] = {"x", "y", "z"};
     const kmp_element *coordinates = kmp_element_find(in, "coordinates");
@@ -85,29 +45,13 @@ static const kmp_yaml *vector(importer *im, const kmp_element *in)
 
 /* -- names ----------------------------------------------------------------------------------------- */
 
-static bool is_letter(char c)
-{
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || (c & 0x80);
-}
-
-/* Letters, digits and _, not beginning with a digit; a body is not called like the ground. NULL: no memory. */
-static const char *clean(importer *im, const char *name)
-{
-    kmp_text text = {0};
-    if ((name[0] >= '0' && name[0] <= '9') || !name[0] || strcmp(name, "ground") == 0)
-        kmp_text_put(&text, "_");
-    for (const char *s = name; *s; s++)
-        kmp_text_printf(&text, "%c", is_letter(*s) ? *s : '_');
-    return kmp_text_keep(&text, im->arena);
-}
-
 /* The name inside an element; NULL after an error or without memory. */
-static const char *name_of(importer *im, const kmp_element *e, const char *key)
+static const char *name_of(kmp_import *im, const kmp_element *e, const char *key)
 {
     const char *name = kmp_element_text(e, key);
     if (!name)
-        complain(im, e->place, "element", e->name, "has no name");
-    return name ? clean(im, name) : NULL;
+        kmp_import_complain(im, e->place, "element", e->name, "has no name");
+    return name ? kmp_import_clean(im, name) : NULL;
 }
 
 /* -- points ---------------------------------------------------------------------------------------- */
@@ -117,11 +61,11 @@ static bool is_ground(const char *body)
     return strcmp(body, "base") == 0;
 }
 
-static const kmp_element *find_body(const importer *im, const char *name)
+static const kmp_element *find_body(const kmp_import *im, const char *name)
 {
     if (is_ground(name))
         return kmp_element_find(im->model, "base");
-    const kmp_element *body = im->bodies;
+    const kmp_element *body = first_body(im);
     for (; body; body = kmp_element_again(body)) {
         const char *own = kmp_element_text(body, "bodyname");
         if (own && strcmp(own, name) == 0)
@@ -141,37 +85,37 @@ static bool has_point(const kmp_element *body, const char *name)
 }
 
 /* Writes the points of a body. `origin` exists without declaration; elements between points name it. */
-static void put_points(importer *im, kmp_yaml *map, const kmp_element *body)
+static void put_points(kmp_import *im, kmp_yaml *map, const kmp_element *body)
 {
-    kmp_yaml *points = part(im, map, "points", KMP_YAML_MAP);
+    kmp_yaml *points = kmp_import_part(im, map, "points", KMP_YAML_MAP);
     for (const kmp_element *p = kmp_element_find(body, "point"); p; p = kmp_element_again(p)) {
         const char *name = name_of(im, p, "pointname");
         if (name && kmp_yaml_get(points, name))
-            complain(im, p->place, "point", name, "exists twice in its body: names must be unique");
+            kmp_import_complain(im, p->place, "point", name, "exists twice in its body: names must be unique");
         else if (name)
-            put(im, points, p->place, name, vector(im, p));
+            kmp_import_put(im, points, p->place, name, vector(im, p));
     }
     if (!kmp_yaml_get(points, "origin")) {
         kmp_yaml *zero = kmp_yaml_new(im->arena, KMP_YAML_LIST, body->place);
         for (int k = 0; k < 3; k++)
             kmp_yaml_append(im->arena, zero, NULL, kmp_yaml_word(im->arena, body->place, "0"));
-        put(im, points, body->place, "origin", zero);
+        kmp_import_put(im, points, body->place, "origin", zero);
     }
 }
 
 /* BODY.POINT from an element's `bodyname` and `pointname`; an origin that is not named is the body. */
-static const kmp_yaml *place_on(importer *im, const kmp_element *e, bool point)
+static const kmp_yaml *place_on(kmp_import *im, const kmp_element *e, bool point)
 {
     const char *body = kmp_element_text(e, "bodyname"), *name = kmp_element_text(e, "pointname");
     if (!body) {
-        complain(im, e->place, "element", e->name, "has no 'bodyname'");
+        kmp_import_complain(im, e->place, "element", e->name, "has no 'bodyname'");
         return NULL;
     }
-    const char *on = is_ground(body) ? "ground" : clean(im, body);
+    const char *on = is_ground(body) ? "ground" : kmp_import_clean(im, body);
     bool origin = !name || (strcmp(name, "origin") == 0 && !has_point(find_body(im, body), name));
     if (!on || (origin && !point))
         return on ? kmp_yaml_word(im->arena, e->place, on) : NULL;
-    const char *at = clean(im, name ? name : "origin");
+    const char *at = kmp_import_clean(im, name ? name : "origin");
     const char *full = at ? kmp_arena_printf(im->arena, "%s.%s", on, at) : NULL;
     return full ? kmp_yaml_word(im->arena, e->place, full) : NULL;
 }
@@ -182,17 +126,17 @@ static const kmp_yaml *place_on(importer *im, const kmp_element *e, bool point)
 static bool is_same(const char *a, const char *b)
 {
     for (; *a && *b; a++, b++)
-        if (*a != *b && (is_letter(*a) || is_letter(*b)))
+        if (*a != *b && (kmp_import_is_letter(*a) || kmp_import_is_letter(*b)))
             return false;
     return !*a && !*b;
 }
 
 /* The name of a joint of ROBOTRAN where nothing else that names a joint has it; otherwise NULL. `single`: no other is
  * on its body, whose name it may have. */
-static const char *own_name(const importer *im, const kmp_element *body, const kmp_element *joint, bool single)
+static const char *own_name(const kmp_import *im, const kmp_element *body, const kmp_element *joint, bool single)
 {
     const char *name = kmp_element_text(joint, "jointname");
-    for (const kmp_element *b = im->bodies; name && b; b = kmp_element_again(b)) {
+    for (const kmp_element *b = first_body(im); name && b; b = kmp_element_again(b)) {
         const char *other = kmp_element_text(b, "bodyname");
         if (other && is_same(other, name) && !(b == body && single))
             return NULL;
@@ -206,17 +150,17 @@ static const char *own_name(const importer *im, const kmp_element *body, const k
 }
 
 /* The joint of a body: ROBOTRAN's where there is one, otherwise the body's name. NULL: no memory. */
-static const char *joint_name(importer *im, const kmp_element *body, const char *body_name)
+static const char *joint_name(kmp_import *im, const kmp_element *body, const char *body_name)
 {
     const kmp_element *joint = kmp_element_find(body, "joint");
     bool single = joint && !kmp_element_again(joint);
     const char *name = single ? own_name(im, body, joint, true) : NULL;
-    return name ? clean(im, name) : body_name;
+    return name ? kmp_import_clean(im, name) : body_name;
 }
 
-static bool is_cut(const importer *im, const char *name)
+static bool is_cut(const kmp_import *im, const char *name)
 {
-    for (const kmp_element *cut = im->cuts ? im->cuts->first : NULL; cut; cut = cut->next) {
+    for (const kmp_element *cut = first_cut(im); cut; cut = cut->next) {
         const char *other = kmp_element_text(cut, "name");
         if (other && is_same(other, name))
             return true;
@@ -225,45 +169,45 @@ static bool is_cut(const importer *im, const char *name)
 }
 
 /* The constraint of a driven joint: its start value, or the motion that begins with its start values. */
-static const kmp_yaml *drive(importer *im, const kmp_element *joint, const char *coordinate, const char *type)
+static const kmp_yaml *drive(kmp_import *im, const kmp_element *joint, const char *coordinate, const char *type)
 {
     const kmp_element *start = kmp_element_find(joint, "initialvalue");
     const char *q = kmp_element_text(start, "q"), *qd = kmp_element_text(start, "qd");
-    kmp_yaml *map = new_map(im, joint->place);
-    put(im, map, joint->place, "joint", kmp_yaml_word(im->arena, joint->place, coordinate));
+    kmp_yaml *map = kmp_import_map(im, joint->place);
+    kmp_import_put(im, map, joint->place, "joint", kmp_yaml_word(im->arena, joint->place, coordinate));
     if (!qd || strtod(qd, NULL) == 0) {
-        put(im, map, joint->place, "locked", kmp_yaml_word(im->arena, joint->place, "yes"));
+        kmp_import_put(im, map, joint->place, "locked", kmp_yaml_word(im->arena, joint->place, "yes"));
         return map;
     }
     const char *law = kmp_arena_printf(im->arena, "(%s) + (%s)*t", q ? q : "0", qd);
     if (law)
-        put(im, map, joint->place, type && type[0] == 'T' ? "displacement" : "angle",
-            kmp_yaml_word(im->arena, start->place, law));
+        kmp_import_put(im, map, joint->place, type && type[0] == 'T' ? "displacement" : "angle",
+                       kmp_yaml_word(im->arena, start->place, law));
     return map;
 }
 
 /* Start value and `nature`: independent coordinates keep their values while the loops are closed, driven ones always.
  */
-static void put_start(importer *im, const kmp_element *joint, const char *coordinate, const char *drive_name)
+static void put_start(kmp_import *im, const kmp_element *joint, const char *coordinate, const char *drive_name)
 {
     const kmp_element *start = kmp_element_find(joint, "initialvalue");
     const char *nature = kmp_element_text(joint, "nature");
-    kmp_yaml *begin = part(im, im->root, "start", KMP_YAML_MAP);
+    kmp_yaml *begin = kmp_import_part(im, im->root, "start", KMP_YAML_MAP);
     if (kmp_element_text(start, "q"))
-        put_number(im, part(im, begin, "q", KMP_YAML_MAP), coordinate, start, "q");
+        put_number(im, kmp_import_part(im, begin, "q", KMP_YAML_MAP), coordinate, start, "q");
     if (kmp_element_text(start, "qd"))
-        put_number(im, part(im, begin, "qd", KMP_YAML_MAP), coordinate, start, "qd");
+        put_number(im, kmp_import_part(im, begin, "qd", KMP_YAML_MAP), coordinate, start, "qd");
     if (nature && strcmp(nature, "driven") == 0)
-        add(im, "drives", joint, drive_name, drive(im, joint, coordinate, kmp_element_text(joint, "type")));
+        kmp_import_add(im, "drives", joint, drive_name, drive(im, joint, coordinate, kmp_element_text(joint, "type")));
     else if (nature && strcmp(nature, "independent") == 0)
-        kmp_yaml_append(im->arena, part(im, begin, "hold", KMP_YAML_LIST), NULL,
+        kmp_yaml_append(im->arena, kmp_import_part(im, begin, "hold", KMP_YAML_LIST), NULL,
                         kmp_yaml_word(im->arena, joint->place, coordinate));
     else if (nature && strcmp(nature, "dependent") != 0)
-        complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
+        kmp_import_complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
 }
 
 /* Coordinate and drive of joint k of a body. */
-static void put_motion(importer *im, const kmp_element *joint, const char *coordinate, int k, bool several)
+static void put_motion(kmp_import *im, const kmp_element *joint, const char *coordinate, int k, bool several)
 {
     const char *drive_name = several ? kmp_arena_printf(im->arena, "%s_%d", coordinate, k) : coordinate;
     const char *full = several ? kmp_arena_printf(im->arena, "%s.%d", coordinate, k) : coordinate;
@@ -274,7 +218,7 @@ static void put_motion(importer *im, const kmp_element *joint, const char *coord
 }
 
 /* The joints of a body in their order: motions, coordinates with the names of the joints, start and drives. */
-static void put_motions(importer *im, kmp_yaml *map, const kmp_element *body, const char *name)
+static void put_motions(kmp_import *im, kmp_yaml *map, const kmp_element *body, const char *name)
 {
     const kmp_element *joint = kmp_element_find(body, "joint");
     kmp_yaml *motions = kmp_yaml_new(im->arena, KMP_YAML_LIST, joint->place);
@@ -286,68 +230,68 @@ static void put_motions(importer *im, kmp_yaml *map, const kmp_element *body, co
         if (type)
             kmp_yaml_append(im->arena, motions, NULL, text_of(im, type));
         else
-            complain(im, joint->place, "a joint of body", name, "has no 'type'");
-        own = own ? clean(im, own) : NULL;
+            kmp_import_complain(im, joint->place, "a joint of body", name, "has no 'type'");
+        own = own ? kmp_import_clean(im, own) : NULL;
         kmp_yaml_append(im->arena, names, NULL, kmp_yaml_word(im->arena, joint->place, own ? own : "~"));
         put_motion(im, joint, own ? own : name, k, several && !own);
     }
-    put(im, map, map->place, "motions", motions);
+    kmp_import_put(im, map, map->place, "motions", motions);
     if (several)
-        put(im, map, map->place, "coordinates", names);
+        kmp_import_put(im, map, map->place, "coordinates", names);
 }
 
 /* -- bodies ---------------------------------------------------------------------------------------- */
 
-static void put_joint(importer *im, kmp_yaml *map, const kmp_element *body, const char *body_name)
+static void put_joint(kmp_import *im, kmp_yaml *map, const kmp_element *body, const char *body_name)
 {
     const kmp_element *parent = kmp_element_find(body, "parent");
     const kmp_element *joint = kmp_element_find(body, "joint");
     const char *name = joint_name(im, body, body_name);
-    kmp_yaml *own = new_map(im, joint ? joint->place : body->place);
+    kmp_yaml *own = kmp_import_map(im, joint ? joint->place : body->place);
     if (!parent) {
-        complain(im, body->place, "body", body_name, "has no 'parent'");
+        kmp_import_complain(im, body->place, "body", body_name, "has no 'parent'");
         return;
     }
     if (!name || !own)
         return;
-    put(im, own, own->place, "name", kmp_yaml_word(im->arena, own->place, name));
-    put(im, own, own->place, "at", place_on(im, parent, false));
+    kmp_import_put(im, own, own->place, "name", kmp_yaml_word(im->arena, own->place, name));
+    kmp_import_put(im, own, own->place, "at", place_on(im, parent, false));
     if (joint)
         put_motions(im, own, body, name);
     else
-        put(im, own, own->place, "weld", kmp_yaml_word(im->arena, own->place, "yes"));
-    put(im, map, own->place, "joint", own);
+        kmp_import_put(im, own, own->place, "weld", kmp_yaml_word(im->arena, own->place, "yes"));
+    kmp_import_put(im, map, own->place, "joint", own);
 }
 
 /* Inertias are accepted as given: published models contain some that no distribution of mass can have. */
-static void put_inertia(importer *im, kmp_yaml *map, const kmp_element *body)
+static void put_inertia(kmp_import *im, kmp_yaml *map, const kmp_element *body)
 {
     static const char *const names[6][2] = {{"Ixx", "xx"}, {"Iyy", "yy"}, {"Izz", "zz"},
                                             {"Ixy", "xy"}, {"Ixz", "xz"}, {"Iyz", "yz"}};
     const kmp_element *inertia = kmp_element_find(body, "inertia");
     if (!inertia)
         return;
-    kmp_yaml *own = new_map(im, inertia->place);
+    kmp_yaml *own = kmp_import_map(im, inertia->place);
     for (int k = 0; k < 6; k++)
         put_number(im, own, names[k][1], inertia, names[k][0]);
-    put(im, own, inertia->place, "as_given", kmp_yaml_word(im->arena, inertia->place, "yes"));
-    put(im, map, inertia->place, "inertia", own);
+    kmp_import_put(im, own, inertia->place, "as_given", kmp_yaml_word(im->arena, inertia->place, "yes"));
+    kmp_import_put(im, map, inertia->place, "inertia", own);
 }
 
-static void add_body(importer *im, const kmp_element *body)
+static void add_body(kmp_import *im, const kmp_element *body)
 {
     const char *name = name_of(im, body, "bodyname");
     const kmp_element *com = kmp_element_find(body, "com");
-    kmp_yaml *map = new_map(im, body->place);
+    kmp_yaml *map = kmp_import_map(im, body->place);
     if (!name || !map)
         return;
     put_joint(im, map, body, name);
     put_number(im, map, "mass", body, "mass");
     if (com)
-        put(im, map, com->place, "com", vector(im, com));
+        kmp_import_put(im, map, com->place, "com", vector(im, com));
     put_inertia(im, map, body);
     put_points(im, map, body);
-    add(im, "bodies", body, name, map);
+    kmp_import_add(im, "bodies", body, name, map);
 }
 
 /* -- cuts ------------------------------------------------------------------------------------------ */
@@ -357,24 +301,25 @@ static bool is_left_out(const kmp_element *row)
     return strcmp(row->text, "false") != 0 && strcmp(row->text, "0") != 0;
 }
 
-static void refuse_ignored(importer *im, const kmp_element *cut, const char *name)
+static void refuse_ignored(kmp_import *im, const kmp_element *cut, const char *name)
 {
     const kmp_element *ignore = kmp_element_find(cut, "ignore");
     for (const kmp_element *row = ignore ? ignore->first : NULL; row; row = row->next)
         if (is_left_out(row)) {
-            complain(im, ignore->place, "cut", name,
-                     "ignores some of its rows, which Kempe does not support: delete 'ignore', redundant rows are "
-                     "detected automatically");
+            kmp_import_complain(
+                im, ignore->place, "cut", name,
+                "ignores some of its rows, which Kempe does not support: delete 'ignore', redundant rows are "
+                "detected automatically");
             return;
         }
 }
 
 /* The second end point comes first: in ROBOTRAN h is the vector to the first one. */
-static void add_cut(importer *im, const kmp_element *cut, const char *kind)
+static void add_cut(kmp_import *im, const kmp_element *cut, const char *kind)
 {
     static const char *const ends[2] = {"endpoint2", "endpoint1"};
     const char *name = name_of(im, cut, "name");
-    kmp_yaml *map = new_map(im, cut->place), *points = kmp_yaml_new(im->arena, KMP_YAML_LIST, cut->place);
+    kmp_yaml *map = kmp_import_map(im, cut->place), *points = kmp_yaml_new(im->arena, KMP_YAML_LIST, cut->place);
     if (!name)
         return;
     for (int k = 0; k < 2; k++) {
@@ -382,18 +327,18 @@ static void add_cut(importer *im, const kmp_element *cut, const char *kind)
         if (end)
             kmp_yaml_append(im->arena, points, NULL, place_on(im, end, true));
         else
-            complain(im, cut->place, "cut", name, k == 0 ? "has no 'endpoint2'" : "has no 'endpoint1'");
+            kmp_import_complain(im, cut->place, "cut", name, k == 0 ? "has no 'endpoint2'" : "has no 'endpoint1'");
     }
-    put(im, map, cut->place, kind, points);
+    kmp_import_put(im, map, cut->place, kind, points);
     put_number(im, map, "length", cut, "length");
     refuse_ignored(im, cut, name);
-    add(im, "loops", cut, name, map);
+    kmp_import_add(im, "loops", cut, name, map);
 }
 
-static void add_cuts(importer *im)
+static void add_cuts(kmp_import *im)
 {
     static const char *const kinds[3][2] = {{"ball", "ball"}, {"rod", "rod"}, {"solid", "weld"}};
-    for (const kmp_element *cut = im->cuts ? im->cuts->first : NULL; cut; cut = cut->next)
+    for (const kmp_element *cut = first_cut(im); cut; cut = cut->next)
         for (int k = 0; k < 3; k++)
             if (strcmp(cut->name, kinds[k][0]) == 0)
                 add_cut(im, cut, kinds[k][1]);
@@ -411,20 +356,20 @@ static bool is_number(const char *text)
 
 /* A scalar of a user model becomes the parameter MODEL_NAME, for the forces that a user adds; the first one of a name
  * counts. */
-static void add_parameter(importer *im, const char *model, const kmp_element *parameter)
+static void add_parameter(kmp_import *im, const char *model, const kmp_element *parameter)
 {
     const char *type = kmp_element_text(parameter, "type"), *name = kmp_element_text(parameter, "name");
     const kmp_element *value = kmp_element_find(parameter, "value");
     if (!name || !type || strcmp(type, "scalar") != 0 || !value || !is_number(value->text))
         return;
-    kmp_yaml *parameters = part(im, im->root, "parameters", KMP_YAML_MAP);
+    kmp_yaml *parameters = kmp_import_part(im, im->root, "parameters", KMP_YAML_MAP);
     const char *full = kmp_arena_printf(im->arena, "%s_%s", model, name);
-    full = full ? clean(im, full) : NULL;
+    full = full ? kmp_import_clean(im, full) : NULL;
     if (full && !kmp_yaml_get(parameters, full))
-        put(im, parameters, parameter->place, full, text_of(im, value));
+        kmp_import_put(im, parameters, parameter->place, full, text_of(im, value));
 }
 
-static void add_parameters(importer *im)
+static void add_parameters(kmp_import *im)
 {
     const kmp_element *m = kmp_element_find(kmp_element_find(im->model, "user_models"), "user_model");
     for (; m; m = kmp_element_again(m)) {
@@ -436,51 +381,89 @@ static void add_parameters(importer *im)
 
 /* -- models ---------------------------------------------------------------------------------------- */
 
-static void add_base(importer *im)
+static void add_base(kmp_import *im)
 {
     const kmp_element *base = kmp_element_find(im->model, "base");
     const kmp_element *gravity = kmp_element_find(base, "gravity");
     if (gravity)
-        put(im, im->root, gravity->place, "gravity", vector(im, gravity));
-    put_points(im, part(im, im->root, "ground", KMP_YAML_MAP), base ? base : im->model);
+        kmp_import_put(im, im->root, gravity->place, "gravity", vector(im, gravity));
+    put_points(im, kmp_import_part(im, im->root, "ground", KMP_YAML_MAP), base ? base : im->model);
 }
 
-static void add_all(importer *im)
+/* -- notes ----------------------------------------------------------------------------------------- */
+
+/* The elements that are read or contain nothing of the mechanics, by their enclosing element. */
+static const kmp_grammar grammar[] = {
+    {"mbsDescR7", " mbsname mbsyspad_version base bodytree cuts links user_models user_variables "},
+    {"base", " gravity baseBodyName point "},
+    {"gravity", " coordinates "},
+    {"coordinates", " x y z "},
+    {"bodytree", " body "},
+    {"body", " bodyname parent joint mass com inertia point sensor extforce "},
+    {"parent", " bodyname pointname "},
+    {"joint", " jointname type nature initialvalue actuated symbols sensor extforce "},
+    {"initialvalue", " q qd qdd "},
+    {"com", " coordinates "},
+    {"inertia", " Ixx Ixy Ixz Iyy Iyz Izz "},
+    {"point", " pointname coordinates sensor extforce "},
+    {"cuts", " ball rod solid "},
+    {"ball", " name endpoint1 endpoint2 ignore "},
+    {"solid", " name endpoint1 endpoint2 ignore "},
+    {"rod", " name endpoint1 endpoint2 length "},
+    {"endpoint1", " bodyname pointname "},
+    {"endpoint2", " bodyname pointname "},
+    {"links", " link link3D "},
+    {"link", " name endpoint1 endpoint2 "},
+    {"link3D", " name endpoint1 endpoint2 "},
+};
+
+static void add_forceless(kmp_import_names *l, const char *what, const kmp_element *e)
 {
-    const kmp_element *name = kmp_element_find(im->model, "mbsname");
-    put(im, im->root, im->model->place, "kempe", kmp_yaml_word(im->arena, im->model->place, "1"));
-    if (name && name->text[0])
-        put(im, im->root, name->place, "name", text_of(im, name));
-    add_parameters(im);
-    add_base(im);
-    for (const kmp_element *body = im->bodies; body; body = kmp_element_again(body))
-        add_body(im, body);
-    add_cuts(im);
-    if (!kmp_mbs_note(im->context, im->file, im->model))
+    const char *name = kmp_element_text(e, "name");
+    if (kmp_import_begin_name(l))
+        kmp_text_printf(&l->text, "%s '%s'", what, name ? name : "");
+}
+
+static void list_force_points(kmp_import_names *l, const kmp_element *inside)
+{
+    for (const kmp_element *e = inside->first; e; e = e->next) {
+        if (strcmp(e->name, "extforce") == 0)
+            add_forceless(l, "force point", e);
+        else if (strcmp(e->name, "point") == 0 || strcmp(e->name, "joint") == 0)
+            list_force_points(l, e);
+    }
+}
+
+static void list_forceless(kmp_import_names *l, const kmp_element *model)
+{
+    const kmp_element *body = kmp_element_find(kmp_element_find(model, "bodytree"), "body");
+    const kmp_element *links = kmp_element_find(model, "links");
+    for (; body; body = kmp_element_again(body))
+        list_force_points(l, body);
+    for (const kmp_element *e = links ? links->first : NULL; e; e = e->next)
+        if (strcmp(e->name, "link") == 0 || strcmp(e->name, "link3D") == 0)
+            add_forceless(l, "link", e);
+}
+
+static void note_rest(kmp_import *im)
+{
+    kmp_import_names forceless = {.count = 0};
+    kmp_import_note_unknown(im, grammar, sizeof grammar / sizeof *grammar, KEMPE_LOG_INFO,
+                            "unknown elements are ignored");
+    list_forceless(&forceless, im->model);
+    if (!kmp_import_say_names(&forceless, im, KEMPE_LOG_WARNING, "forces whose law is in user code are omitted"))
         im->arena->failed = true;
 }
 
-kempe_status kmp_mbs_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                          size_t length, const kmp_yaml **root)
+void kmp_mbs_convert(kmp_import *im)
 {
-    static const char *const drawing[] = {"graphics", "x3D", NULL};
-    importer im = {.context = context, .arena = arena, .file = file};
-    *root = NULL;
-    kempe_status status = kmp_xml_load(context, arena, file, number, text, length, drawing, &im.model);
-    if (status != KEMPE_OK)
-        return status;
-    if (!im.model) /* its outermost element is a drawing */
-        return kmp_complain(context, file, 1, 1,
-                            "this is not a ROBOTRAN model: its outermost element is not 'mbsDescR7'");
-    if (strcmp(im.model->name, "mbsDescR7") != 0)
-        return kmp_complain(context, file, im.model->place.line, im.model->place.column,
-                            "the outermost element is '%s': a ROBOTRAN model begins with 'mbsDescR7'", im.model->name);
-    im.bodies = kmp_element_find(kmp_element_find(im.model, "bodytree"), "body");
-    im.cuts = kmp_element_find(im.model, "cuts");
-    im.root = new_map(&im, im.model->place);
-    if (im.root)
-        add_all(&im);
-    if (im.status == KEMPE_OK) /* otherwise the reader would report the error again */
-        *root = im.root;
-    return arena->failed ? kmp_fail_memory(context) : im.status;
+    const kmp_element *name = kmp_element_find(im->model, "mbsname");
+    if (name && name->text[0])
+        kmp_import_put(im, im->root, name->place, "name", text_of(im, name));
+    add_parameters(im);
+    add_base(im);
+    for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))
+        add_body(im, body);
+    add_cuts(im);
+    note_rest(im);
 }

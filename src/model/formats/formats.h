@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Foreign models, converted to the YAML document that a user would have written; its nodes have the places of the
+ * elements that they come from, so that the reader's messages point into the foreign file. */
+#pragma once
+
+#include "model/files/nodes.h"
+#include "model/files/xml.h"
+#include "model/files/yaml.h"
+
+/** A conversion at work. */
+typedef struct kmp_import {
+    kempe_context *context;
+    kmp_arena *arena; /* of the document */
+    const char *file;
+    const kmp_element *model; /* the outermost element */
+    kmp_yaml *root;           /* the document */
+    kempe_status status;      /* of the first complaint */
+} kmp_import;
+
+/** True if a file is foreign, by the ending of its name or by its first sign. */
+bool kmp_is_foreign(const char *file, const char *text, size_t length);
+
+/** The contract of kmp_yaml_load. Parts that are left out are named in the log. */
+kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
+                              size_t length, const kmp_yaml **root);
+
+/* The conversions, by their rows in formats.def. Errors are in import->status. */
+void kmp_mbs_convert(kmp_import *import);
+void kmp_urdf_convert(kmp_import *import);
+
+/* importing.c */
+
+/** "WHAT 'NAME' SENTENCE" as an error at a place. */
+void kmp_import_complain(kmp_import *im, kmp_place place, const char *what, const char *name, const char *sentence);
+
+/** An empty mapping; an entry of a mapping; a list of three numbers, printed so that they are read back exactly. */
+kmp_yaml *kmp_import_map(kmp_import *im, kmp_place place);
+void kmp_import_put(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item);
+void kmp_import_word(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, const char *word);
+kmp_yaml *kmp_import_numbers(kmp_import *im, kmp_place place, int count, const double *values);
+const char *kmp_import_number(kmp_import *im, double value);
+
+/** The mapping or list under a key, made when it is not there. */
+kmp_yaml *kmp_import_part(kmp_import *im, kmp_yaml *map, const char *key, kmp_yaml_kind kind);
+
+/** Appends an entry to a section; each name occurs once in it, otherwise that is an error at `from`. */
+void kmp_import_add(kmp_import *im, const char *section, const kmp_element *from, const char *name,
+                    const kmp_yaml *entry);
+
+/** True for characters of Kempe's names. */
+bool kmp_import_is_letter(char c);
+
+/** A name with letters, digits and _ alone, not beginning with a digit, and not `ground`. NULL: no memory. */
+const char *kmp_import_clean(kmp_import *im, const char *name);
+
+/** The elements and attributes that a conversion reads or passes over, by their enclosing element: words between
+ * blanks. */
+typedef struct kmp_grammar {
+    const char *in, *known;
+} kmp_grammar;
+
+/** A list of names for the log, the first ones of many. */
+typedef struct kmp_import_names {
+    kmp_text text;
+    int count;
+} kmp_import_names;
+
+/** True if there is room for another name, whose text the caller appends to names->text. */
+bool kmp_import_begin_name(kmp_import_names *names);
+
+/** Writes "FILE: SENTENCE: names" to the log and frees the list. False: no memory. */
+bool kmp_import_say_names(kmp_import_names *names, const kmp_import *im, kempe_level level, const char *sentence);
+
+/** Lists in the log, after a sentence, what the model has and the grammar (of so many rows) does not, with the first
+ * line of each. */
+void kmp_import_note_unknown(kmp_import *im, const kmp_grammar *grammar, size_t rows, kempe_level level,
+                             const char *sentence);

@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/formats/formats.h"
+#include <string.h>
+
+enum { MOST_NAMES = 12 };
+
+typedef struct format {
+    const char *outermost, *ending;
+    void (*convert)(kmp_import *import);
+    const char *name;
+} format;
+
+static const format formats[] = {
+#define KMP_FORMAT(outermost, ending, convert, name) {outermost, ending, convert, name},
+#include "model/formats/formats.def"
+#undef KMP_FORMAT
+};
+
+enum { FORMATS = sizeof formats / sizeof *formats };
+
+/* -- formats ------------------------------------------------------------------------------------------- */
+
+static bool ends_with(const char *name, const char *ending)
+{
+    size_t length = strlen(name), tail = strlen(ending);
+    return length > tail && strcmp(name + length - tail, ending) == 0;
+}
+
+/* No model in YAML begins with this sign. */
+static bool is_xml(const char *text, size_t length)
+{
+    static const char mark[] = "\xef\xbb\xbf"; /* of UTF-8 */
+    size_t at = length >= 3 && memcmp(text, mark, 3) == 0 ? 3 : 0;
+    while (at < length && strchr(" \t\r\n", text[at]) && text[at])
+        at++;
+    return at < length && text[at] == '<';
+}
+
+bool kmp_is_foreign(const char *file, const char *text, size_t length)
+{
+    bool foreign = is_xml(text, length);
+    for (int k = 0; k < FORMATS; k++)
+        foreign = foreign || ends_with(file, formats[k].ending);
+    return foreign;
+}
+
+/* "the outermost element is 'x': models begin with 'mbsDescR7' (ROBOTRAN) or 'robot' (URDF)" */
+static kempe_status refuse(const kmp_import *im, const kmp_element *outermost)
+{
+    kmp_text known = {0};
+    for (int k = 0; k < FORMATS; k++)
+        kmp_text_printf(&known, "%s'%s' (%s)",
+                        k == 0            ? ""
+                        : k < FORMATS - 1 ? ", "
+                                          : " or ",
+                        formats[k].outermost, formats[k].name);
+    kmp_place place = outermost ? outermost->place : (kmp_place){.line = 1, .column = 1};
+    kempe_status status =
+        known.failed ? kmp_fail_memory(im->context)
+                     : kmp_complain(im->context, im->file, place.line, place.column,
+                                    "the outermost element is %s%s%s: models begin with %s", outermost ? "'" : "",
+                                    outermost ? outermost->name : "a drawing", outermost ? "'" : "", known.s);
+    kmp_text_free(&known);
+    return status;
+}
+
+kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
+                              size_t length, const kmp_yaml **root)
+{
+    static const char *const drawing[] = {"graphics", "x3D", NULL}; /* in models of ROBOTRAN */
+    kmp_import im = {.context = context, .arena = arena, .file = file};
+    const format *found = NULL;
+    *root = NULL;
+    kempe_status status = kmp_xml_load(context, arena, file, number, text, length, drawing, &im.model);
+    if (status != KEMPE_OK)
+        return status;
+    for (int k = 0; k < FORMATS && im.model; k++)
+        if (strcmp(im.model->name, formats[k].outermost) == 0)
+            found = &formats[k];
+    if (!found)
+        return refuse(&im, im.model);
+    im.root = kmp_import_map(&im, im.model->place);
+    kmp_import_word(&im, im.root, im.model->place, "kempe", "1");
+    if (im.root)
+        found->convert(&im);
+    if (im.status == KEMPE_OK) /* otherwise the reader would report the error again */
+        *root = im.root;
+    return arena->failed ? kmp_fail_memory(context) : im.status;
+}
+
+/* -- nodes --------------------------------------------------------------------------------------------- */
+
+void kmp_import_complain(kmp_import *im, kmp_place place, const char *what, const char *name, const char *sentence)
+{
+    im->status =
+        kmp_complain(im->context, im->file, place.line, place.column, "%s '%s' %s", what, name ? name : "", sentence);
+}
+
+kmp_yaml *kmp_import_map(kmp_import *im, kmp_place place)
+{
+    return kmp_yaml_new(im->arena, KMP_YAML_MAP, place);
+}
+
+void kmp_import_put(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item)
+{
+    kmp_yaml_put(im->arena, map, place, key, item);
+}
+
+void kmp_import_word(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, const char *word)
+{
+    kmp_import_put(im, map, place, key, kmp_yaml_word(im->arena, place, word));
+}
+
+const char *kmp_import_number(kmp_import *im, double value)
+{
+    return kmp_arena_printf(im->arena, "%.17g", value);
+}
+
+kmp_yaml *kmp_import_numbers(kmp_import *im, kmp_place place, int count, const double *values)
+{
+    kmp_yaml *list = kmp_yaml_new(im->arena, KMP_YAML_LIST, place);
+    for (int k = 0; k < count; k++)
+        kmp_yaml_append(im->arena, list, NULL, kmp_yaml_word(im->arena, place, kmp_import_number(im, values[k])));
+    return list;
+}
+
+kmp_yaml *kmp_import_part(kmp_import *im, kmp_yaml *map, const char *key, kmp_yaml_kind kind)
+{
+    kmp_yaml *there = (kmp_yaml *)kmp_yaml_get(map, key);
+    if (there || !map)
+        return there;
+    there = kmp_yaml_new(im->arena, kind, map->place);
+    kmp_import_put(im, map, map->place, key, there);
+    return there;
+}
+
+void kmp_import_add(kmp_import *im, const char *section, const kmp_element *from, const char *name,
+                    const kmp_yaml *entry)
+{
+    kmp_yaml *map = kmp_import_part(im, im->root, section, KMP_YAML_MAP);
+    if (kmp_yaml_get(map, name))
+        kmp_import_complain(im, from->place, from->name, name, "exists twice in the model: names must be unique");
+    else
+        kmp_import_put(im, map, from->place, name, entry);
+}
+
+/* -- names --------------------------------------------------------------------------------------------- */
+
+bool kmp_import_is_letter(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || (c & 0x80);
+}
+
+const char *kmp_import_clean(kmp_import *im, const char *name)
+{
+    kmp_text text = {0};
+    if ((name[0] >= '0' && name[0] <= '9') || !name[0] || strcmp(name, "ground") == 0)
+        kmp_text_put(&text, "_");
+    for (const char *s = name; *s; s++)
+        kmp_text_printf(&text, "%c", kmp_import_is_letter(*s) ? *s : '_');
+    return kmp_text_keep(&text, im->arena);
+}
+
+/* -- notes --------------------------------------------------------------------------------------------- */
+
+bool kmp_import_begin_name(kmp_import_names *names)
+{
+    if (++names->count > MOST_NAMES)
+        return false;
+    kmp_text_put(&names->text, names->count > 1 ? ", " : "");
+    return true;
+}
+
+bool kmp_import_say_names(kmp_import_names *names, const kmp_import *im, kempe_level level, const char *sentence)
+{
+    int more = names->count - MOST_NAMES;
+    bool ok = !names->text.failed;
+    if (ok && more > 0)
+        kmp_text_printf(&names->text, " and %d more", more);
+    if (ok && names->count > 0)
+        kmp_log(im->context, level, "%s: %s: %s", im->file, sentence, names->text.s ? names->text.s : "");
+    kmp_text_free(&names->text);
+    return ok;
+}
+
+static bool is_word_of(const char *words, const char *name)
+{
+    size_t length = strlen(name);
+    for (const char *at = strstr(words, name); at; at = strstr(at + 1, name))
+        if (at > words && at[-1] == ' ' && at[length] == ' ')
+            return true;
+    return false;
+}
+
+/* A kind of parts that are not read: an element or attribute and the element around it. */
+typedef struct unknown {
+    const kmp_element *first;
+    const char *in;
+    int count;
+    struct unknown *next;
+} unknown;
+
+typedef struct search {
+    kmp_import *im;
+    const kmp_grammar *grammar;
+    size_t rows;
+    unknown *found, **end;
+} search;
+
+static void take(search *s, const kmp_element *e, const char *in)
+{
+    unknown *u = s->found;
+    while (u && (strcmp(u->first->name, e->name) != 0 || strcmp(u->in, in) != 0))
+        u = u->next;
+    if (u) {
+        u->count++;
+        return;
+    }
+    u = KMP_ARENA_NEW(s->im->arena, unknown, 1);
+    if (!u)
+        return;
+    *u = (unknown){.first = e, .in = in, .count = 1};
+    *s->end = u;
+    s->end = &u->next;
+}
+
+static void look(search *s, const kmp_element *element)
+{
+    const char *known = NULL;
+    for (size_t k = 0; k < s->rows; k++)
+        if (strcmp(s->grammar[k].in, element->name) == 0)
+            known = s->grammar[k].known;
+    for (const kmp_element *e = element->first; known && e; e = e->next) {
+        if (is_word_of(known, e->name))
+            look(s, e);
+        else
+            take(s, e, element->name);
+    }
+}
+
+void kmp_import_note_unknown(kmp_import *im, const kmp_grammar *grammar, size_t rows, kempe_level level,
+                             const char *sentence)
+{
+    search s = {.im = im, .grammar = grammar, .rows = rows};
+    kmp_import_names names = {.count = 0};
+    s.end = &s.found;
+    look(&s, im->model);
+    for (const unknown *u = s.found; u; u = u->next) {
+        if (!kmp_import_begin_name(&names))
+            continue;
+        kmp_text_printf(&names.text, "%s in %s (line %d", u->first->name, u->in, u->first->place.line);
+        kmp_text_printf(&names.text, u->count > 1 ? " and %d more)" : ")", u->count - 1);
+    }
+    if (!kmp_import_say_names(&names, im, level, sentence))
+        im->arena->failed = true;
+}

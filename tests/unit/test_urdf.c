@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Robots in URDF and URDF+: one file with all elements is the same model as one in Kempe's language; rotations by three
+ * angles; what is refused, and what is named because it is not used. Pinocchio's numbers: tests/oracle/robots. */
+#include "base/file.h"
+#include "base/memory.h"
+#include "testing.h"
+#include <kempe/kempe.h>
+#include <kempe/workspace.h>
+#include <math.h>
+#include <string.h>
+
+#define OWN KEMPE_ROOT "/tests/models/geared_leg"
+
+static kempe_context *context;
+
+/* The printed model; NULL: it cannot be read. */
+static char *shown(const char *path, kempe_format format)
+{
+    kempe_model *model = NULL;
+    char *text = NULL;
+    if (kempe_model_read(context, path, &model) == KEMPE_OK)
+        CHECK(kempe_model_print(model, format, &text) == KEMPE_OK);
+    else
+        printf("%s\n", kempe_context_message(context));
+    kempe_model_free(model);
+    return text;
+}
+
+static void same_in_both_languages(void)
+{
+    static const kempe_format formats[] = {KEMPE_TEXT, KEMPE_JSON};
+    for (size_t k = 0; k < sizeof formats / sizeof *formats; k++) {
+        char *read = shown(OWN ".urdf", formats[k]), *wanted = shown(OWN ".yaml", formats[k]);
+        CHECK(read && wanted);
+        if (read && wanted)
+            CHECK_TEXT(read, wanted);
+        kempe_text_free(read);
+        kempe_text_free(wanted);
+    }
+}
+
+/* -- rotations ----------------------------------------------------------------------------------------- */
+
+/* x turned by three successive rotations about the fixed axes x, y and z. */
+static void turn(const double rpy[3], const double in[3], double out[3])
+{
+    double x[3] = {in[0], in[1], in[2]};
+    for (int a = 0; a < 3; a++) {
+        int b = (a + 1) % 3, c = (a + 2) % 3;
+        double s = sin(rpy[a]), k = cos(rpy[a]), was = x[b];
+        x[b] = k * was - s * x[c];
+        x[c] = s * was + k * x[c];
+    }
+    memcpy(out, x, sizeof x);
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* A pendulum with a turned axis and a turned tensor: M = a' I a + m |a x r|^2, and gravity's moment about the axis. */
+static void turned_frames(void)
+{
+    static const char text[] =
+        "<robot name='r'><link name='base'/><link name='arm'><inertial><origin xyz='0.3 -0.2 0.5' rpy='0.4 -0.7 1.1'/>"
+        "<mass value='2'/><inertia ixx='0.3' iyy='0.4' izz='0.5' ixy='0.02' ixz='-0.03' iyz='0.01'/></inertial></link>"
+        "<joint name='pin' type='revolute'><parent link='base'/><child link='arm'/><origin xyz='1 2 3' rpy='0.5 0.3 "
+        "-0.9'/><axis xyz='0.6 0 0.8'/></joint></robot>";
+    const double joint[3] = {0.5, 0.3, -0.9}, own[3] = {0.4, -0.7, 1.1}, r[3] = {0.3, -0.2, 0.5}, a[3] = {0.6, 0, 0.8};
+    const double tensor[3][3] = {{0.3, 0.02, -0.03}, {0.02, 0.4, 0.01}, {-0.03, 0.01, 0.5}};
+    double moment = 0, column[3], arm[3], axis[3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) { /* a' R I R' a, R by its columns */
+            const double first[3] = {i == 0, i == 1, i == 2}, second[3] = {j == 0, j == 1, j == 2};
+            double x[3], y[3];
+            turn(own, first, x);
+            turn(own, second, y);
+            moment += dot(a, x) * tensor[i][j] * dot(y, a);
+        }
+    turn(joint, r, arm);
+    turn(joint, a, axis);
+    column[0] = axis[1] * arm[2] - axis[2] * arm[1];
+    column[1] = axis[2] * arm[0] - axis[0] * arm[2];
+    column[2] = axis[0] * arm[1] - axis[1] * arm[0];
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_workspace *work = NULL;
+    const double q = 0, qd = 0;
+    CHECK(kempe_model_read_text(context, text, "r.urdf", &model) == KEMPE_OK);
+    CHECK(model && kempe_system_new(model, &system) == KEMPE_OK && kempe_workspace_new(system, &work) == KEMPE_OK);
+    CHECK(work && kempe_workspace_evaluate(work, 0, &q, &qd) == KEMPE_OK);
+    if (work) {
+        CHECK_NEAR(kempe_workspace_mass(work)[0], moment + 2 * dot(column, column), 1e-14);
+        CHECK_NEAR(kempe_workspace_bias(work)[0], 2 * 9.81 * column[2], 1e-13);
+    }
+    kempe_workspace_free(work);
+    kempe_system_free(system);
+    kempe_model_free(model);
+}
+
+/* -- messages ------------------------------------------------------------------------------------------ */
+
+#define LINKS "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1'/></inertial></link>"
+#define JOINT "<joint name='j' type='prismatic'><parent link='a'/><child link='b'/></joint>"
+
+static void refuse(const char *text, const char *sentence)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, text, "r.urdf", &model) == KEMPE_E_INPUT);
+    CHECK(model == NULL);
+    CHECK_TEXT(kempe_context_message(context), sentence);
+}
+
+static void what_is_refused(void)
+{
+    refuse(LINKS "\n<joint name='j' type='hinge'><parent link='a'/><child link='b'/></joint></robot>",
+           "r.urdf:2:1: joint type 'hinge' is unknown; available: revolute, continuous, prismatic, fixed, planar, "
+           "floating, spherical");
+    refuse(LINKS "\n<joint name='j' type='fixed'><parent link='a'/><child link='c'/></joint></robot>",
+           "r.urdf:1:33: link 'b' is a second one without a joint to a parent\nr.urdf:2:1: link 'c' does not exist");
+    refuse(
+        LINKS JOINT "\n<joint name='k' type='fixed'><parent link='a'/><child link='b'/></joint></robot>",
+        "r.urdf:2:1: link 'b' has two joints to parents: URDF has trees alone; write one of them as a <loop> of URDF+");
+    refuse(LINKS
+           "\n<joint name='j' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 0 0'/></joint></robot>",
+           "r.urdf:2:68: the axis of 'j' is zero: it needs a direction");
+    refuse(LINKS
+           "\n<joint name='j' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 0'/></joint></robot>",
+           "r.urdf:2:68: xyz '0 0' are not three numbers");
+    refuse(LINKS
+           "\n<joint name='j' type='prismatic'><parent link='a'/><child link='b'/><mimic joint='k'/></joint></robot>",
+           "r.urdf:2:69: the joint 'k' does not exist");
+    refuse(LINKS JOINT "\n<loop name='l' type='screw'><predecessor link='a'/><successor link='b'/></loop></robot>",
+           "r.urdf:2:1: loop type 'screw' is unknown; available: revolute, continuous, prismatic, fixed, planar, "
+           "spherical");
+    refuse(LINKS JOINT "\n<loop name='l' type='fixed'><predecessor link='a'/></loop></robot>",
+           "r.urdf:2:1: element 'successor' is missing here");
+    refuse(
+        "<robot name='r'><link name='a'/><link name='a'/></robot>",
+        "r.urdf:1:33: link 'a' exists twice in the model: names must be unique\nr.urdf:1:33: link 'a' is a second one "
+        "without a joint to a parent");
+    refuse("<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='a'/><child "
+           "link='a'/></joint></robot>",
+           "r.urdf:1:1: robot 'r' has no link without a joint to a parent, to begin with");
+}
+
+static char lines[4000];
+
+static void on_log(void *user, kempe_level level, const char *line)
+{
+    size_t length = strlen(lines);
+    (void)user;
+    snprintf(lines + length, sizeof lines - length, "%d %s\n", (int)level, line + strlen(KEMPE_ROOT));
+}
+
+static void what_is_not_used(void)
+{
+    kempe_model *model = NULL;
+    lines[0] = '\0';
+    kempe_context_set_log(context, on_log, NULL);
+    CHECK(kempe_model_read(context, OWN ".urdf", &model) == KEMPE_OK);
+    kempe_context_set_log(context, NULL, NULL);
+    kempe_model_free(model);
+    CHECK_TEXT(lines,
+               "1 /tests/models/geared_leg.urdf: link 'trunk' has no parent: it is fixed to the ground\n"
+               "2 /tests/models/geared_leg.urdf: parts that are not used: mesh in geometry (line 8), collision in "
+               "link (line 9), limit in joint (line 30), transmission in robot (line 59)\n");
+}
+
+/* Files with one character changed or cut off: a model or a complaint. */
+static void changed_files(void)
+{
+    static const char others[] = "<>/&;!\"'=-0x. \n_?";
+    size_t length = 0;
+    char *text = NULL;
+    CHECK(kmp_file_read(context, OWN ".urdf", &text, &length) == KEMPE_OK);
+    for (size_t i = 0; text && i < length; i++) {
+        char old = text[i];
+        text[i] = i % 11 == 0 ? '\0' : others[i % (sizeof others - 1)];
+        kempe_model *model = NULL;
+        kempe_status status = kempe_model_read_text(context, text, "r.urdf", &model);
+        CHECK(status == KEMPE_OK ? model != NULL
+                                 : status == KEMPE_E_INPUT && !model && kempe_context_message(context)[0]);
+        kempe_model_free(model);
+        text[i] = old;
+    }
+    kmp_free(text);
+}
+
+int main(void)
+{
+    context = kempe_context_new();
+    TEST(same_in_both_languages);
+    TEST(turned_frames);
+    TEST(what_is_refused);
+    TEST(what_is_not_used);
+    TEST(changed_files);
+    kempe_context_free(context);
+    return check_report();
+}
