@@ -274,7 +274,7 @@ static kmp_fused_written write_new(const kmp_reduction *red, const kmp_fused_pla
 kmp_fused_written kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan)
 {
     const kempe_system *s = red->eval->system;
-    unsigned options = plan->power | plan->closes << 1 | plan->drives << 2 | plan->curvature << 3;
+    unsigned options = plan->power + 2u * plan->closes + 4u * plan->drives + 8u * plan->curvature;
     const kmp_kept_name name = kmp_written_name("fused", red->eval, red->part, plan->order, options);
     kmp_fused_layout layout;
     kmp_written_record record = {.layout = (int *)&layout, .count = sizeof layout / sizeof(int)};

@@ -395,7 +395,7 @@ static bool write_new(const kmp_evaluator *eval, const kmp_solved_plan *requeste
 bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *requested, kmp_solved_written *written)
 {
     const kmp_partition *part = requested->part;
-    unsigned options = (requested->red != NULL) | requested->closes << 1;
+    unsigned options = (requested->red != NULL) + 2u * requested->closes;
     *written = (kmp_solved_written){0};
     if (kmp_solved_obstacle(eval->system, part->n + part->r) ||
         (requested->red && !kmp_written_blocks_fit(requested->red)))
