@@ -268,6 +268,9 @@ static void add_link(kmp_import *im, const kmp_element *link)
     kmp_yaml *body = kmp_import_map(im, link->place), *shapes = kmp_yaml_new(im->arena, KMP_YAML_LIST, link->place);
     if (!name || !body || !shapes)
         return;
+    static const double zero[3] = {0};
+    kmp_import_put(im, kmp_import_part(im, body, "points", KMP_YAML_MAP), link->place, "origin",
+                   kmp_import_numbers(im, link->place, 3, zero));
     if (inertial)
         put_mass(im, body, inertial);
     for (const kmp_element *v = kmp_element_find(link, "visual"); v; v = kmp_element_again(v))
