@@ -9,9 +9,11 @@
 #include "constraints/closing/kinsol.h"
 #include "constraints/closing/least_change.h"
 #include "constraints/diagnosis/diagnosis_walk.h"
+#include "constraints/kinds/kind.h"
 #include "constraints/partition/partition.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
+#include "model/pose.h"
 #include <math.h>
 #include <string.h>
 
@@ -353,6 +355,35 @@ static void make_rates(work *w)
 
 /* -- result -------------------------------------------------------------------------------------------- */
 
+/* Finds closures whose points have axes turned by more than a right angle, where all should be parallel. The gap of
+ * such a closure is the arc of the angle. false: no memory. */
+static bool find_turns(work *w)
+{
+    kempe_assembly *a = w->a;
+    const kempe_model *model = w->s->model;
+    kmp_pose *poses = NULL;
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure *closure = &model->closures[c];
+        if (!kmp_closure_aligns(kmp_closure_kind_find(closure->kind)))
+            continue;
+        if (!poses) {
+            poses = KMP_ARENA_NEW(&w->arena, kmp_pose, model->body_count);
+            double *q = KMP_ARENA_NEW(&w->arena, double, w->n);
+            if (!poses || !q)
+                return false;
+            copy(w, q, a->q);
+            for (int k = 0; k < kmp_charts_count(w->s); k++)
+                (void)kmp_chart_show(w->s, k, w->eval->chart, w->guess->q + w->s->chart_first[k], q, NULL, NULL);
+            kmp_pose_all(model, q, poses);
+        }
+        double angle = kmp_pose_angle(model, poses, closure->point[0], closure->point[1]);
+        a->turns[c] = angle > acos(0) ? angle : 0;
+        a->gaps[c] = hypot(a->gaps[c], a->turns[c] * w->s->length);
+        a->turned = a->turned || a->turns[c] > 0;
+    }
+    return true;
+}
+
 /* Computes the pivots, and the gap of each closure as a length; sorts the open ones by size. false: no memory. */
 static bool judge(work *w)
 {
@@ -365,7 +396,9 @@ static bool judge(work *w)
         a->gaps[c] = hypot(a->gaps[c], a->open[r] * w->s->length);
         a->misfit = a->dropped[r] ? fmax(a->misfit, a->open[r]) : a->misfit;
     }
-    a->closed = a->residual <= KMP_CLOSED_ENOUGH && a->misfit * w->s->length <= w->s->closure_tolerance;
+    if (!find_turns(w))
+        return false;
+    a->closed = a->residual <= KMP_CLOSED_ENOUGH && a->misfit * w->s->length <= w->s->closure_tolerance && !a->turned;
     for (int c = 0; c < model->closure_count; c++) {
         a->gap = fmax(a->gap, a->gaps[c]);
         if (a->closed || a->gaps[c] <= KMP_CLOSED_ENOUGH * w->s->length)

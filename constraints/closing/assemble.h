@@ -30,6 +30,7 @@ struct kempe_assembly {
     double residual; /* max |h| / row scale */
     double gap;      /* widest gap of a closure, m */
     bool closed;
+    bool turned;        /* not closed, since some of `turns` is not 0 */
     bool *dropped;      /* m: if closed: rows that stay open, redundant but for rounding */
     double *open;       /* m: scaled |h| */
     double *pivots;     /* m + n: pivots of J at q */
@@ -41,6 +42,8 @@ struct kempe_assembly {
     kmp_loose_start *loose; /* by forces: start of those that are joints with clearance */
     int iterations;
     double *gaps;  /* gap of each closure, m, in the order of the model */
+    double *turns; /* angle between the axes of the points of each closure that makes them parallel, where it is more
+                    * than a right angle: rows are zero at half a turn too, and of lower rank; otherwise 0 */
     int *culprits; /* closures that remain open, largest gap first */
     int culprit_count;
     double *moved;                      /* n: displacement of each coordinate from the guess */

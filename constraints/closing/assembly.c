@@ -43,7 +43,10 @@ static kempe_status complain_open(const kempe_assembly *a)
     for (int k = 0; k < model->motion_count; k++)
         if (model->start.hold[k])
             kmp_text_printf(&why, "%s%s", held++ ? ", " : " while holding ", model->motions[k].name);
-    if (isfinite(gap)) {
+    if (a->turns[a->culprits[0]] > 0) {
+        kmp_text_printf(&why, ": the axes of its points are turned by %.4g deg against each other, and not parallel",
+                        a->turns[a->culprits[0]] * 180 / acos(-1));
+    } else if (isfinite(gap)) {
         kmp_text_printf(&why, ": the smallest gap found is %.4g m", gap);
         for (int k = 1; k < a->culprit_count && k <= MOST_NAMED; k++)
             put_open(&why, k > 1 ? ", " : "; other open loops: ", model->closures[a->culprits[k]].name,
@@ -53,7 +56,9 @@ static kempe_status complain_open(const kempe_assembly *a)
         put_tolerance(&why, a->system, gap);
     }
     kmp_text_printf(&why, "%s from a better guess",
-                    isfinite(gap) ? "; check its lengths, or start" : ": its gap is not a number there; start");
+                    a->turns[a->culprits[0]] > 0 ? "; turn the axes of one of them, or start"
+                    : isfinite(gap)              ? "; check its lengths, or start"
+                                                 : ": its gap is not a number there; start");
     (void)kmp_complain(a->system->context, model->files[worst->place.file], worst->place.line, worst->place.column,
                        "%s", why.s ? why.s : "");
     kmp_text_free(&why);
@@ -97,7 +102,7 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
     if (!a)
         return NULL;
     a->system = s;
-    KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, closures, &a->gaps), KMP_ROOM(double, s->m, &a->open),
+    KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, closures, &a->gaps, &a->turns), KMP_ROOM(double, s->m, &a->open),
                    KMP_ROOM(double, s->m + s->n, &a->pivots), KMP_ROOM(int, closures, &a->culprits),
                    KMP_ROOM(bool, s->m, &a->dropped), KMP_ROOM(kmp_loose_start, s->model->force_count, &a->loose));
     kmp_goals_init(&a->goals, s->model, &a->arena);

@@ -35,6 +35,11 @@ const kmp_closure_kind *kmp_closure_kind_find(const char *name)
     return NULL;
 }
 
+bool kmp_closure_aligns(const kmp_closure_kind *kind)
+{
+    return kind && kind->moment == &kmp_part_aligned;
+}
+
 kmp_vec kmp_part_effort(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
 {
     (void)tree, (void)closure;

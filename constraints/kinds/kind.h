@@ -42,6 +42,9 @@ void kmp_closure_residual(const kmp_closure_kind *kind, const kmp_tree *tree, co
 /** NULL if the kind does not exist. */
 const kmp_closure_kind *kmp_closure_kind_find(const char *name);
 
+/** True if the closure makes all axes of its points parallel. */
+bool kmp_closure_aligns(const kmp_closure_kind *kind);
+
 /** The load of a part that is not between points: its multiplier is the generalized force. */
 kmp_vec kmp_part_effort(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda);
 

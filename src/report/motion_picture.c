@@ -4,7 +4,7 @@
 #include "report/motion_picture.h"
 #include "report/drawing.h"
 #include "report/drawn_shapes.h"
-#include "report/pose.h"
+#include "model/pose.h"
 #include "report/railway.h"
 #include <math.h>
 #include <string.h>

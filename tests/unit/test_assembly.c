@@ -288,6 +288,38 @@ static void rows_of_rounding_alone_move_nothing(void)
     }
 }
 
+/* The rows of a weld are zero at half a turn too, where they have lower rank: that is no closed position. */
+static void a_weld_by_half_a_turn(void)
+{
+    static const char *const starts[] = {"J.4: 180 deg", "J.5: 180 deg", "J.4: 170 deg, J.6: 30 deg", "J.4: 60 deg"};
+    for (int k = 0; k < 4; k++) {
+        char text[512];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\nbodies: {b: {joint: {name: J, free: x, at: ground}, mass: 1,\n"
+                       "  inertia: {xx: 1, yy: 1, zz: 1}, points: {Q: [0.1, 0, 0]}}}\n"
+                       "ground: {points: {P: [0, 0.2, 0]}}\nloops: {W: {weld: [ground.P, b.Q]}}\nstart: {q: {%s}}\n",
+                       starts[k]);
+        loaded l = load_text(text);
+        kempe_assembly *a = NULL;
+        CHECK(kmp_assemble_start(l.system, &a) == KEMPE_OK);
+        if (a && a->closed)
+            CHECK(a->q[3] * a->q[3] + a->q[4] * a->q[4] + a->q[5] * a->q[5] < 1e-20);
+        if (k < 2) {
+            CHECK(a && !a->closed && a->turned && a->culprit_count == 1 && a->turns[0] > 3);
+            kempe_assembly_free(a);
+            a = NULL;
+            CHECK(kempe_assembly_new(l.system, &a) == KEMPE_E_FAILED);
+            CHECK_TEXT(
+                kempe_context_message(l.context),
+                "model.yaml:5:9: loop 'W' cannot be closed: the axes of its points are turned by 180 deg against "
+                "each other, and not parallel; turn the axes of one of them, or start from a better guess");
+        }
+        CHECK(k < 3 || (a && a->closed));
+        kempe_assembly_free(a);
+        unload(&l);
+    }
+}
+
 /* The curve's value is constant where the joint keeps x: it merges with the place of the ground's point. */
 static void a_curve_whose_value_is_constant(void)
 {
@@ -307,6 +339,7 @@ int main(void)
     TEST(assembles_from_a_rough_guess);
     TEST(wheels_close_from_anywhere);
     TEST(a_coupler_too_short_tells_the_gap);
+    TEST(a_weld_by_half_a_turn);
     TEST(a_straight_guess_is_left);
     TEST(held_coordinates_that_cannot_be_kept);
     TEST(redundant_closures_assemble);

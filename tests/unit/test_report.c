@@ -9,7 +9,7 @@
 #include "report/drawing.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
-#include "report/pose.h"
+#include "model/pose.h"
 #include "symbolic/program/interpreter.h"
 #include <glob.h>
 #include <kempe/compare.h>

@@ -327,8 +327,11 @@ static void show_limits(kmp_text *text, const kempe_check *check, int most)
 static void put_culprit(kmp_text *text, const kempe_check *check, int k)
 {
     const kempe_assembly *a = check->assembly;
-    kmp_text_printf(text, "'%s' by %.6g m", kmp_name_of_closure(check->system, a->culprits[k]),
-                    a->gaps[a->culprits[k]]);
+    int c = a->culprits[k];
+    bool turned = a->turns[c] > 0;
+    kmp_shown unit = kmp_shown_as(check->system->context, turned ? "rad" : "m");
+    kmp_text_printf(text, "'%s' by %.6g %s", kmp_name_of_closure(check->system, c),
+                    (turned ? a->turns[c] : a->gaps[c]) * unit.factor, unit.unit);
 }
 
 static void put_reach(kmp_text *text, const kempe_check *check, int k)
@@ -343,7 +346,10 @@ static void put_release(kmp_text *text, const kempe_check *check, int k)
 
 static void show_obstacle(kmp_text *text, const kempe_check *check)
 {
-    line(text, "does not assemble", "the smallest gap found is %.6g m", check->assembly->gap);
+    if (check->assembly->turned)
+        line(text, "does not assemble", "axes that should be parallel are turned by more than a right angle");
+    else
+        line(text, "does not assemble", "the smallest gap found is %.6g m", check->assembly->gap);
     list(text, check, "open loops", "", check->assembly->culprit_count, put_culprit);
     list(text, check, "lengths", "", check->obstacle.reach_count, put_reach);
     list(text, check, "held coordinates", "", check->obstacle.release_count, put_release);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The position of a body relative to its parent: from the parent's point over the frame along the chain of motions to
  * its own point, as in symbols in dynamics/kinematics/link_tree.c. */
-#include "report/pose.h"
+#include "model/pose.h"
 #include <math.h>
 #include <string.h>
 
@@ -79,6 +79,22 @@ void kmp_pose_all(const kempe_model *model, const double *q, kmp_pose *poses)
         poses[b] = poses[model->bodies[b].parent];
         hang(model, &model->bodies[b], q, &poses[b]);
     }
+}
+
+double kmp_pose_angle(const kempe_model *model, const kmp_pose *poses, int first, int second)
+{
+    const int point[2] = {first, second};
+    double r[2][3][3], trace = 0;
+    for (int k = 0; k < 2; k++) {
+        const kmp_point *at = &model->points[point[k]];
+        memcpy(r[k], poses[at->body].r, sizeof r[k]);
+        if (at->turned)
+            turn(r[k], &at->axes[0][0], false);
+    }
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            trace += r[0][i][j] * r[1][i][j];
+    return acos(fmax(-1, fmin(1, (trace - 1) / 2)));
 }
 
 /* Computes the quaternion from its largest component, which is at least a half (Shepperd 1978). */
