@@ -293,6 +293,37 @@ class Folders(unittest.TestCase):
         told = subprocess.run(gather, capture_output=True, text=True)
         self.assertEqual((told.returncode, "swing" in told.stdout), (1, False))
 
+    def test_page(self):
+        """The page of a gathered run has the bytes of that of a run in one piece; it needs the model of the run."""
+        studies = {"states": ["--sample", "crank=IT7,base=0.88:0.92", "--t-end", "0.3"], "quantities": ["--sample", "crank=IT7,qd.crank=15:25", "--t-end", "0.3", "--quantity",
+                   "swing = range(q(rocker)), fast = max(qd(rocker))", "--limit", "fast < 8.3"],
+                   "doubts": ["--sample", "crank=0.28:0.5,qd.coupler=1:2", "--rtol", "1e-4", "--t-end", "200"]}
+        one, other = self.place / "one.html", self.place / "other.html"
+        done = subprocess.run([KEMPE, "gather", self.place / "whole.kempe", "--report", other], capture_output=True, text=True)
+        if "kempe: three.min.js" in done.stderr or "KEMPE_JAVASCRIPT" in done.stderr:
+            self.skipTest(done.stderr)
+        for name, words in studies.items():
+            for unit in ("rad", "deg"):
+                with self.subTest(name, unit=unit):
+                    folder = self.place / f"{name}.kempe"
+                    study = ["ensemble", str(MODEL), *words, "--instances", "100", "--quiet", "--set", "coupler=1.01"]
+                    subprocess.run([KEMPE, *study, "--angle-unit", unit, "--report", one], check=True, capture_output=True)
+                    for share in ("2/2", "1/2"):
+                        self.assertEqual(run(folder, "--chunk", "16", "--shard", share, study=study).returncode, 0)
+                    gather = [KEMPE, "gather", folder, "--set", "coupler=1.01", "--angle-unit", unit, "--report", other]
+                    subprocess.run(gather, check=True, capture_output=True)
+                    self.assertTrue(one.read_bytes() == other.read_bytes())
+                    self.assertEqual(b"velocities were adjusted" in one.read_bytes() and b"do not trust" in one.read_bytes(), name == "doubts")
+                    other.unlink()
+        done = subprocess.run([KEMPE, "gather", folder, "--report", other], capture_output=True, text=True)
+        self.assertEqual((done.returncode, "the results are those of another model" in done.stderr), (2, True))
+        done = subprocess.run([KEMPE, "gather", folder, "--set", "coupler=1.01"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, "belong to a page: give --report" in done.stderr), (3, True))
+        next(folder.glob("part-*.parquet")).unlink()
+        other.unlink(missing_ok=True)
+        done = subprocess.run(gather, capture_output=True, text=True)
+        self.assertEqual((done.returncode, "1 of 7 parts is missing" in done.stderr, other.exists()), (1, True, False))
+
     def histories(self):
         return {path.name: path.read_bytes() for path in sorted((self.folder / "history").iterdir())}
 

@@ -132,8 +132,9 @@ KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format 
  * limits it has `limits` ("pass", "fail" or "") and `broken`, the limits that are not kept. Then there are steps,
  * rejected, refused, rhs, exchanges; its accuracy: h and hdot (max |h| and |hdot|, scaled), drift (of the energy,
  * relative). The convergence check has difference, for each quantity NAME.difference, and verdict ("converged", "not
- * converged", "the other run did not reach its end", "" without a repeat run). Last are single_run (why it ran by
- * itself, "": in a lane) and reason. KEMPE_E_ARGUMENT: another name. */
+ * converged", "the other run did not reach its end", "" without a repeat run). Last are start ("velocities adjusted"
+ * where the start values did not satisfy the closures), single_run (why it ran by itself, "": in a lane) and reason.
+ * KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_batch_table(const kempe_batch *batch, const char *name, kempe_table **table);
 
 typedef struct kempe_statistics kempe_statistics;
@@ -222,6 +223,11 @@ KEMPE_API kempe_status kempe_folder_write(kempe_folder *folder, const char *path
 
 /** The same for the histories of the folder (kempe_ensemble_history). KEMPE_E_ARGUMENT: it has none. */
 KEMPE_API kempe_status kempe_folder_write_history(kempe_folder *folder, const char *path, int units);
+
+/** Checks all parts likewise, and writes the page that kempe_batch_write_report writes of a run in one piece. `model`
+ * is that of the run; it has the memory of all rows. KEMPE_E_INPUT: it is another model. KEMPE_E_FAILED: parts are
+ * missing or damaged. KEMPE_E_IO: as kempe_batch_write_report. */
+KEMPE_API kempe_status kempe_folder_write_report(kempe_folder *folder, const kempe_model *model, const char *path);
 
 /** The model with the values of an instance (from 0 on), which its part has; freed before `model`, which must be that
  * of the folder. KEMPE_E_INPUT: it is another one. KEMPE_E_FAILED: the part is missing, or the model cannot have these

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from ._options import RunOptions
     from .executors import Executor
+    from .model import Model
 
 Recipe = tuple[Callable[..., Any], tuple[Any, ...]]  # for pickles: what makes an equal object
 
@@ -204,6 +205,18 @@ class Folder(Result):
         .csv are named with theirs."""
         self._context.refuse(
             *self._context.guarded(lib.guarded_kempe_folder_write, self._pointer, os.fsencode(path), units)
+        )
+
+    def write_report(self, path: str | os.PathLike[str], model: Model | None = None) -> None:
+        """Checks all parts and writes the page that `Batch.write_report` writes of a run in one piece. `model`: that of the
+        run; by default it is read from `model_file`."""
+        from .model import Model
+
+        of_run = model or Model(self.model_file)
+        self._context.refuse(
+            *self._context.guarded(
+                lib.guarded_kempe_folder_write_report, self._pointer, of_run._pointer, os.fsencode(path)
+            )
         )
 
     def write_history(self, path: str | os.PathLike[str], units: bool = False) -> None:

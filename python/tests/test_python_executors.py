@@ -139,6 +139,17 @@ def test_executors_make_the_same_folder(tmp_path):
     assert [(each.done, each.total, each.unit) for each in seen] == [(k, 5, "shards") for k in range(1, 6)]
 
 
+def test_page_of_a_folder(tmp_path):
+    ensemble, pages = bars(), [tmp_path / f"{k}.html" for k in range(3)]
+    ensemble.run(**RUN).write_report(pages[0])
+    folder = ensemble.run_folder(tmp_path / "bars.kempe", chunk=7, **RUN)
+    folder.write_report(pages[1])
+    kempe.Folder.open(tmp_path / "bars.kempe").write_report(pages[2], kempe.Model(FOUR_BAR))
+    assert pages[0].read_bytes() == pages[1].read_bytes() == pages[2].read_bytes()
+    with pytest.raises(kempe.InputError, match="those of another model"):
+        folder.write_report(pages[1], kempe.Model(FOUR_BAR, parameters={"crank": 0.31}))
+
+
 def test_executors_refuse(tmp_path):
     ensemble, place = bars(), tmp_path / "bars.kempe"
     with concurrent.futures.ThreadPoolExecutor(2) as pool:

@@ -240,16 +240,18 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
     bool equations = !command->model_alone && !j->settings->show_model;
     const char *dynamics = j->settings->algorithm ? j->settings->algorithm : command->dynamics;
     const char *angles = j->settings->angle_unit ? j->settings->angle_unit : "rad";
-    const char *file = j->settings->file;
+    const char *folder = command->gathers ? j->settings->file : j->settings->from;
+    const char *file = command->gathers ? j->settings->model : j->settings->file;
+    bool reads = !command->gathers || j->settings->report;
     kempe_status status = kempe_context_set_angle_unit(j->context, angles);
-    if (status == KEMPE_OK && j->settings->from)
-        status = kempe_folder_open(j->context, j->settings->from, &j->folder);
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK && folder)
+        status = kempe_folder_open(j->context, folder, &j->folder);
+    if (status == KEMPE_OK && reads)
         status = kempe_model_read_set(j->context, file ? file : kempe_folder_model_file(j->folder), j->settings->sets,
                                       j->settings->set_count, &j->model);
-    if (status == KEMPE_OK && j->settings->closure_tolerance >= 0)
+    if (status == KEMPE_OK && reads && j->settings->closure_tolerance >= 0)
         status = kempe_model_set_closure_tolerance(j->model, j->settings->closure_tolerance);
-    if (status == KEMPE_OK && j->folder)
+    if (status == KEMPE_OK && j->settings->from)
         status = take_instance(j);
     if (status == KEMPE_OK && equations)
         status = kempe_system_new_with_algorithm(j->model, dynamics, &j->system);

@@ -21,7 +21,8 @@ typedef struct cli_job {
     kempe_context *context;
     kempe_model *model;
     kempe_system *system;
-    /* Of --from: the folder, the model that its instances are made of, and settings with the options of its run. */
+    /* A result folder. Of --from also the model that its instances are made of, and settings with the options of its
+     * run. */
     kempe_folder *folder;
     kempe_model *base;
     cli_settings own;
@@ -50,6 +51,7 @@ typedef struct cli_command {
     const char *usage;                                  /* NULL: FILE [options] */
     const char *(*lacks)(const cli_settings *settings); /* error message about missing options; NULL: none */
     bool without_model;                                 /* FILE is not a model */
+    bool gathers;                                       /* FILE is a result folder, whose page needs its model */
     bool opens_pages;                                   /* FILE may be a page instead of a model */
     bool model_alone;                                   /* needs no equations */
     const char *dynamics;                               /* the default algorithm of the equations; NULL: the model's */

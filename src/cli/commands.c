@@ -346,24 +346,29 @@ static kempe_status print_folder(const cli_job *j, const void *object, kempe_for
     return kempe_folder_print(object, format, text);
 }
 
-/* Checks the parts, and writes one table where it is requested. */
+/* A part that is damaged, and an output that cannot be written, are no wrong input. */
+static kempe_status gathered(kempe_status status)
+{
+    return status == KEMPE_E_IO || status == KEMPE_E_INPUT ? KEMPE_E_FAILED : status;
+}
+
+/* Checks the parts, and writes the tables and the page that are requested. */
 static kempe_status run_gather(const cli_job *j)
 {
     const cli_settings *s = j->settings;
-    kempe_folder *folder = NULL;
-    kempe_status status = kempe_folder_open(j->context, s->file, &folder);
-    if (status == KEMPE_OK)
-        status = s->output ? kempe_folder_write(folder, s->output, s->units) : kempe_folder_check(folder);
+    kempe_status status = s->report ? kempe_report_check(j->context) : KEMPE_OK;
+    if (status == KEMPE_OK && s->report)
+        status = kempe_folder_write_report(j->folder, j->model, s->report);
+    bool wrong = status == KEMPE_E_INPUT;
+    if (status == KEMPE_OK && s->output)
+        status = gathered(kempe_folder_write(j->folder, s->output, s->units));
+    else if (status == KEMPE_OK && !s->report)
+        status = gathered(kempe_folder_check(j->folder));
     if (status == KEMPE_OK && s->history_output)
-        status = kempe_folder_write_history(folder, s->history_output, s->units);
-    if (folder && (status == KEMPE_E_IO || status == KEMPE_E_INPUT))
-        status = KEMPE_E_FAILED; /* an output that cannot be written, a damaged part */
-    bool ended = folder && status != KEMPE_STOPPED;
+        status = gathered(kempe_folder_write_history(j->folder, s->history_output, s->units));
+    bool ended = status != KEMPE_STOPPED && !wrong;
     cli_report_failure(j, status, ended);
-    if (ended)
-        status = cli_worse(status, cli_report(j, print_folder, folder));
-    kempe_folder_free(folder);
-    return status;
+    return ended ? cli_worse(status, cli_report(j, print_folder, j->folder)) : status;
 }
 
 static kempe_status run_ensemble(const cli_job *j)
@@ -441,7 +446,8 @@ static const char *ensemble_lacks(const cli_settings *s)
     if (!s->out && (s->folder.resume || s->folder.shard || s->folder.chunk))
         return "--resume, --shard and --chunk belong to a folder: give --out RUN.kempe";
     if (s->out && (s->output || s->plot || s->report))
-        return "--out writes parts, not one table: give --output, --plot or --report to a run without it";
+        return "--out writes parts, not one table: 'kempe gather FOLDER' writes one with --output, a page with "
+               "--report";
     if (s->out && s->history_output)
         return "--out has the histories in its folder: 'kempe gather FOLDER --history-output FILE' writes one table";
     if (s->folder.history && !s->out && !s->history_output)
@@ -449,6 +455,13 @@ static const char *ensemble_lacks(const cli_settings *s)
     if (!s->folder.history && (s->history_output || s->run.output_step > 0))
         return "--history-output and --output-step belong to chosen instances: give --history K,A:B,..";
     return NULL;
+}
+
+static const char *gather_lacks(const cli_settings *s)
+{
+    return s->report || (!s->model && s->set_count == 0)
+               ? NULL
+               : "--model, --set and --input belong to a page: give --report FILE.html";
 }
 
 static const char *fit_lacks(const cli_settings *s)
@@ -568,10 +581,11 @@ const cli_command cli_commands[] = {
      "bars.kempe\n",
      .usage = "FILE --values FILE | --sample RANGES [options]", .lacks = ensemble_lacks, .model_alone = true,
      .run = run_ensemble},
-    {CLI_GATHER, "gather", "check the parts of a result folder of an ensemble, and write them as one table",
+    {CLI_GATHER, "gather", "check the parts of a result folder of an ensemble, and write them as one table or page",
      "  kempe gather bars.kempe\n"
-     "  kempe gather bars.kempe -o bars.csv --history-output bars_history.csv\n",
-     .usage = "FOLDER [options]", .without_model = true, .run = run_gather},
+     "  kempe gather bars.kempe -o bars.csv --history-output bars_history.csv\n"
+     "  kempe gather bars.kempe --report bars.html\n",
+     .usage = "FOLDER [options]", .lacks = gather_lacks, .gathers = true, .model_alone = true, .run = run_gather},
     {CLI_COMPARE, "compare", "compare formulations, integrators and tolerances against a reference solution",
      "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"
      "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --formulations reduced,dae --csv table.csv\n"

@@ -64,17 +64,19 @@ typedef struct option {
 #define BACKENDS            "evaluator of the equations: native machine code (default), or tape, an interpreter"
 
 static const option options[] = {
-    {CLI_ALL & ~(CLI_NEW | CLI_GATHER), IN_MODEL, "set", OPTION_SETTING, 0, "NAME=VALUE",
+    {CLI_ALL & ~CLI_NEW, IN_MODEL, "set", OPTION_SETTING, 0, "NAME=VALUE",
      "set a parameter of the model to another value; may be repeated"},
-    {CLI_ALL & ~(CLI_NEW | CLI_GATHER), IN_MODEL, "input", OPTION_SETTING, 0, "NAME=VALUE",
+    {CLI_ALL & ~CLI_NEW, IN_MODEL, "input", OPTION_SETTING, 0, "NAME=VALUE",
      "value of an input of the model, or FILE:COLUMN:METHOD: samples of a CSV file over its column t, with the method "
      "hold, linear or cubic; may be repeated"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW | CLI_GATHER), IN_MODEL, "closure-tolerance",
+    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance",
      VALUE(LENGTH, closure_tolerance), "X",
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
     {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW, IN_MODEL, "algorithm", TEXT(algorithm), "NAME",
      "algorithm of the dynamics: auto (default), composite (CRBA), plain, ner (recursive Newton-Euler), articulated "
      "(ABA)"},
+    {CLI_GATHER, IN_MODEL, "model", TEXT(model), "FILE",
+     "model of the page, with the --set of its run (default: the file of the run)"},
     {CLI_ASSEMBLE, IN_RUN, "branches", FLAG(branches), "search for the other assembly modes from random starts"},
     {CLI_ASSEMBLE, IN_RUN, "seed", VALUE(WHOLE, seed), "N", "seed of the random starts of --branches (default: 1)"},
     {CLI_EQUILIBRIUM, IN_MODEL, "rates", TEXT(equilibrium.rates), "NAME=V,..",
@@ -317,8 +319,9 @@ static const option options[] = {
      "write the rows into a folder, RUN.kempe, part by part: any number of instances, --resume after an interruption"},
     {CLI_VIEW, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
      "write the page of a model to this file (default: one in the folder of temporary files)"},
-    {CLI_ASSEMBLE | CLI_KINEMATICS | CLI_EQUILIBRIUM | CLI_INVERSE | CLI_RESPONSE | CLI_ENSEMBLE, IN_OUTPUT, "report",
-     VALUE(PAGE, report), "FILE", "write an HTML page: the mechanism, and the result as curves and text"},
+    {CLI_ASSEMBLE | CLI_KINEMATICS | CLI_EQUILIBRIUM | CLI_INVERSE | CLI_RESPONSE | CLI_ENSEMBLE | CLI_GATHER,
+     IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
+     "write an HTML page: the mechanism, and the result as curves and text"},
     {CLI_FIT, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
      "write an HTML page: the mechanism moving, the fitted motion beside the data, residuals"},
     {CLI_OPTIMIZE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
@@ -337,14 +340,13 @@ static const option options[] = {
      "write an HTML page: recommendation, diagrams, animation of the mechanism"},
     {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
      "also dependent sets, removable closures, pivots, alternatives, blocks and the ranges of all coordinates"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_NEW | CLI_GATHER), IN_OUTPUT, "angle-unit",
-     TEXT(angle_unit), "UNIT",
+    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_NEW), IN_OUTPUT, "angle-unit", TEXT(angle_unit), "UNIT",
      "unit of angles, their rates and accelerations in text, tables, pictures and pages: rad (default), deg; --json "
      "stays in SI"},
     {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",
      "write one JSON object; - writes it to stdout instead of the text"},
     {CLI_ALL, IN_OUTPUT, "quiet", FLAG(quiet), "no progress and no log on stderr; warnings stay"},
-    {CLI_ALL & ~(CLI_NEW | CLI_GATHER), IN_OTHER, "no-cache", FLAG(no_cache),
+    {CLI_ALL & ~CLI_NEW, IN_OTHER, "no-cache", FLAG(no_cache),
      "derive the equations anew, and keep nothing in the cache (~/.cache/kempe)"},
     {CLI_ALL, IN_OTHER, "help", FLAG(help), "print this text"},
 };

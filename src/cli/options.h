@@ -74,6 +74,7 @@ typedef struct cli_settings {
     const char *svg, *plot, *x, *y, *values;
     const char *angle_unit;
     const char *out, *from; /* result folders */
+    const char *model;      /* of a folder that is gathered */
     int instance;           /* of `from`, from 1 on */
     kempe_folder_options folder;
     const char *history_output;

@@ -2,8 +2,10 @@
 /* Reports of the studies whose results are rows, states or instances: each says what its page has. */
 #include "constraints/closing/assemble.h"
 #include "constraints/rounding/mend.h"
+#include "output/print.h"
 #include "report/result_page.h"
 #include "studies/ensemble/batch.h"
+#include "studies/ensemble/result_folder.h"
 #include "studies/ensemble/statistics/statistics.h"
 #include "studies/equilibrium/balances.h"
 #include "studies/fit/fit_study.h"
@@ -240,17 +242,23 @@ kempe_status kempe_equilibrium_write_report(kempe_equilibrium *equilibrium, cons
 
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
+/* The instances of a run, or those gathered from its folder. */
+typedef struct instances {
+    kempe_table **table; /* which the page takes */
+    kempe_status status;
+} instances;
+
 /* Quantities are drawn in place of the states, with their statistics. */
-static kempe_status add_quantities(study_page *s, const kempe_batch *b)
+static kempe_status add_quantities(study_page *s)
 {
     double part, low, high;
-    int count = kempe_batch_quantity_count(b);
-    if (count == 0 || s->page.status != KEMPE_OK)
+    if (!kmp_statistics_has_quantities(s->table) || s->page.status != KEMPE_OK)
         return KEMPE_OK;
     KMP_TRY(kempe_statistics_new(s->table, 0, &s->statistics));
     s->page.statistics = s->statistics;
-    for (int k = 0; k < count && s->page.first_count < KMP_PAGE_FIRST / 2; k++)
-        s->first[s->page.first_count++] = kempe_batch_quantity_name(b, k);
+    for (int c = 0; c < kempe_table_column_count(s->table) && s->page.first_count < KMP_PAGE_FIRST / 2; c++)
+        if (kmp_statistics_is_quantity(s->table, c))
+            s->first[s->page.first_count++] = kempe_table_column_name(s->table, c);
     if (kmp_statistics_yield(s->statistics, &part, &low, &high))
         s->page.fact[s->page.fact_count++] =
             (kmp_page_fact){"within the limits", kmp_arena_printf(&s->arena, "%.4g %% (%.4g to %.4g %%)", 100 * part,
@@ -258,22 +266,33 @@ static kempe_status add_quantities(study_page *s, const kempe_batch *b)
     return KEMPE_OK;
 }
 
-static kempe_status fill_batch(study_page *s, const void *result)
+/* Text and warnings are those of the table: a gathered run has no others. */
+static kempe_status describe_instances(study_page *s, const kmp_instance_sums *sums)
 {
-    const kempe_batch *b = result;
+    kmp_text text = {0}, warnings = {0};
+    kmp_instances_put(&text, s->page.system->model->name, s->table, 0, "", s->statistics);
+    kmp_instances_put_warnings(&warnings, sums);
+    s->page.warnings = warnings.s ? kmp_arena_strdup(&s->arena, warnings.s) : "";
+    bool failed = warnings.failed;
+    kmp_text_free(&warnings);
+    KMP_TRY(kmp_print_finish(s->context, &text, &s->text));
+    return kmp_made(s->context, !failed);
+}
+
+static kempe_status fill_instances(study_page *s, const void *result)
+{
+    const instances *i = result;
     static const char *const first[] = {"q.", NULL};
-    int count = kempe_batch_count(b), done = 0;
-    for (int k = 0; k < count; k++)
-        done += strcmp(kempe_batch_status(b, k), "ok") == 0;
-    s->page.status = kmp_batch_outcome(b);
-    s->page.warnings = kmp_batch_warnings(b);
+    s->table = *i->table;
+    *i->table = NULL;
+    const kmp_instance_sums sums = kmp_instances_sum(s->table, 0);
+    s->page.status = i->status;
     s->page.scene = scene_of(s, "ensemble");
-    s->page.answer = kmp_arena_printf(&s->arena, "%d of %d instances reached the end", done, count);
-    KMP_TRY(kempe_batch_print(b, KEMPE_TEXT, &s->text));
-    KMP_TRY(kempe_batch_table(b, "instances", &s->table));
-    s->page.x = kempe_values_column_count(kmp_batch_values(b)) > 0 ? kempe_table_column_name(s->table, 0) : "";
+    s->page.answer = kmp_arena_printf(&s->arena, "%ld of %ld instances reached the end", sums.ok, sums.count);
+    s->page.x = kempe_table_find(s->table, "status") > 0 ? kempe_table_column_name(s->table, 0) : "";
     s->page.scattered = true;
-    KMP_TRY(add_quantities(s, b));
+    KMP_TRY(add_quantities(s));
+    KMP_TRY(describe_instances(s, &sums));
     if (s->page.first_count == 0)
         choose_first(s, first, KMP_PAGE_FIRST / 2);
     kempe_assembly *start = NULL;
@@ -284,16 +303,42 @@ static kempe_status fill_batch(study_page *s, const void *result)
     return status;
 }
 
-/* The picture is that of the model's own values. */
+/* Frees the table. The picture is that of the model's own values. */
+static kempe_status write_instances(const kempe_model *model, kempe_table *table, kempe_status outcome,
+                                    const char *path)
+{
+    const instances shown = {&table, outcome};
+    kempe_system *system = NULL;
+    kempe_status status = kempe_system_new(model, &system);
+    if (status == KEMPE_OK)
+        status = write_page(system, "ensemble", "ensemble", fill_instances, &shown, path);
+    kempe_table_free(table);
+    kempe_system_free(system);
+    return status;
+}
+
 kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path)
 {
     KMP_WANTED(NULL, batch, "batch");
     KMP_WANTED(kmp_batch_model(batch)->context, path, "path");
-    kempe_system *system = NULL;
-    KMP_TRY(kempe_system_new(kmp_batch_model(batch), &system));
-    kempe_status status = write_page(system, "ensemble", "ensemble", fill_batch, batch, path);
-    kempe_system_free(system);
-    return status;
+    kempe_table *table = NULL;
+    KMP_TRY(kempe_batch_table(batch, "instances", &table));
+    return write_instances(kmp_batch_model(batch), table, kmp_batch_outcome(batch), path);
+}
+
+/* A folder whose instances have all failed is the result of a run that has failed. */
+kempe_status kempe_folder_write_report(kempe_folder *folder, const kempe_model *model, const char *path)
+{
+    KMP_WANTED_BOTH(folder, model);
+    KMP_WANTED(folder->context, path, "path");
+    kempe_table *table = NULL;
+    kmp_context_clear(folder->context);
+    KMP_TRY(kmp_folder_check_model(folder, model));
+    kempe_status status = kmp_folder_table(folder, &table);
+    if (status != KEMPE_OK)
+        return status == KEMPE_E_INPUT || status == KEMPE_E_IO ? KEMPE_E_FAILED : status;
+    bool failed = folder->failed == folder->instances;
+    return write_instances(model, table, failed ? KEMPE_E_FAILED : KEMPE_OK, path);
 }
 
 /* -- fits -------------------------------------------------------------------------------------------- */

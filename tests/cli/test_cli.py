@@ -1787,7 +1787,7 @@ class Numpy(Case):
         self.assertEqual((self.folder / "a.mat").read_bytes(), (self.folder / "b.mat").read_bytes())
         found = self.matlab("a.mat")
         rows = list(csv.DictReader((self.folder / "a.csv").read_text().splitlines()))
-        names = [name for name in rows[0] if name not in ("status", "verdict", "single_run", "reason")]
+        names = [name for name in rows[0] if name not in ("status", "verdict", "start", "single_run", "reason")]
         self.assertEqual(found["names"], ((len(names), 1), names))
         self.assertEqual((found["units"][0], found["units"][1][:3]), ((len(names), 1), ["", "s", "rad"]))
         self.assertEqual(found["values"][0], (5, len(names)))

@@ -6,13 +6,13 @@
 #include "output/convergence.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "studies/ensemble/instance_table.h"
 #include "studies/ensemble/quantity_words.h"
+#include "studies/ensemble/statistics/statistics.h"
 #include "studies/ensemble/values.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
 #include <string.h>
-
-enum { MOST_TOLD = 5 };
 
 struct kempe_ensemble {
     const kempe_values *values;
@@ -52,7 +52,7 @@ static void put_result_columns(const kempe_ensemble *e, kempe_table *table)
     kmp_tabulate_columns(table, "steps rejected refused rhs exchanges h hdot drift difference");
     for (int k = 0; k < e->quantities.run.values; k++)
         kmp_tabulate_column(table, e->quantities.unit[k], "%s.difference", e->quantities.name[k]);
-    kmp_tabulate_columns(table, "verdict[words] single_run[words] reason[words]");
+    kmp_tabulate_columns(table, "verdict[words] start[words] single_run[words] reason[words]");
 }
 
 /* A value whose name a column of the results has is the column value.NAME: names of columns are unique. */
@@ -180,20 +180,6 @@ static int count_of(const kempe_batch *b, const char *word)
     return count;
 }
 
-/* Gives the warning that each start would have given. */
-static void warn_of_rates(const kempe_batch *b)
-{
-    int changed = 0, first = -1;
-    for (int k = 0; k < b->count; k++)
-        if (b->results[k].rates_changed && ++changed == 1)
-            first = k;
-    if (changed > 0)
-        kmp_log(b->ensemble->model->context, KEMPE_LOG_WARNING,
-                "start: initial velocities were adjusted to satisfy the closures in %d of %d instances, first in "
-                "instance %d",
-                changed, b->count, b->first + first + 1);
-}
-
 /* -- convergence ------------------------------------------------------------------------------------- */
 
 /* Complete instances as cases. */
@@ -267,17 +253,14 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     return status;
 }
 
-/* The instance with the largest difference relative to its limit, or with an incomplete repeat run; *failing: the
- * number of instances that do not converge. */
-static int worst_of(const kempe_batch *b, int *failing)
+/* The instance with the largest difference relative to its limit, or with an incomplete repeat run. */
+static int worst_of(const kempe_batch *b)
 {
     int worst = -1;
     double most = 0;
-    *failing = 0;
     for (int k = 0; k < b->count; k++) {
         const kmp_convergence *c = &b->again[k];
         double part = !c->known ? 0 : isnan(c->stopped) ? c->difference / c->limit : INFINITY;
-        *failing += !kmp_convergence_holds(c);
         if (c->known && (worst < 0 || part > most)) {
             worst = k;
             most = part;
@@ -289,16 +272,6 @@ static int worst_of(const kempe_batch *b, int *failing)
 static const char *again_name(const kempe_batch *b, int k)
 {
     return b->n > 0 ? b->ensemble->model->motions[b->again[k].index].name : "";
-}
-
-static void warn_again(const kempe_batch *b)
-{
-    int failing, worst = worst_of(b, &failing);
-    if (failing > 0)
-        kmp_log(b->ensemble->model->context, KEMPE_LOG_WARNING,
-                "do not trust %d of %d instances: at rtol %.3g '%s' of instance %d differs by %.2g; use a smaller rtol",
-                failing, b->count, b->again[worst].rtol, again_name(b, worst), b->first + worst + 1,
-                b->again[worst].difference);
 }
 
 static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const kmp_ensemble_execution *execution)
@@ -328,6 +301,17 @@ static bool is_part(const kmp_batch_range *range)
     return range->total > 0;
 }
 
+/* Gives the warnings that each instance would have given. */
+static kempe_status warn(const kempe_batch *b)
+{
+    kempe_context *context = b->ensemble->model->context;
+    kempe_table *table = NULL;
+    KMP_TRY(kempe_batch_table(b, "instances", &table));
+    const kmp_instance_sums sums = kmp_instances_sum(table, b->first);
+    kempe_table_free(table);
+    return kmp_instances_warn(context, &sums);
+}
+
 static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, const kmp_run_spec *spec, int lanes,
                               bool once)
 {
@@ -352,16 +336,14 @@ static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, cons
     if (status != KEMPE_OK)
         return status;
     b->status = kmp_interrupted(e->model->context) ? KEMPE_STOPPED : KEMPE_OK;
-    if (!is_part(range))
-        warn_of_rates(b);
-    if (!is_part(range) && b->count > 0 && count_of(b, "failed") == b->count)
+    if (b->status == KEMPE_OK && !once)
+        KMP_TRY(check_again(b, spec, &execution));
+    if (is_part(range))
+        return KEMPE_OK;
+    KMP_TRY(warn(b));
+    if (b->count > 0 && count_of(b, "failed") == b->count)
         b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance reached its end; the first one: %s",
                              kempe_batch_reason(b, 0));
-    if (b->status != KEMPE_OK || once)
-        return KEMPE_OK;
-    KMP_TRY(check_again(b, spec, &execution));
-    if (!is_part(range))
-        warn_again(b);
     return KEMPE_OK;
 }
 
@@ -506,29 +488,6 @@ static const char *apart_of(const kmp_ensemble_result *r)
 
 /* -- messages ---------------------------------------------------------------------------------------- */
 
-typedef struct totals {
-    int ok, stopped, failed;
-    long steps, rejected, refused, rhs, exchanges;
-    double h, hdot, drift;
-} totals;
-
-static totals sum_up(const kempe_batch *b)
-{
-    totals s = {.ok = count_of(b, "ok"), .stopped = count_of(b, "stopped"), .failed = count_of(b, "failed")};
-    for (int k = 0; k < b->count; k++) {
-        const kmp_ensemble_result *r = &b->results[k];
-        s.steps += r->steps;
-        s.rejected += r->rejected;
-        s.refused += r->refused;
-        s.rhs += r->rhs;
-        s.exchanges += r->exchanges;
-        s.h = fmax(s.h, r->h);
-        s.hdot = fmax(s.hdot, r->hdot);
-        s.drift = fmax(s.drift, r->drift);
-    }
-    return s;
-}
-
 /* Why instances were run by themselves, or parts of them, each reason once, in the order of the first. */
 static void put_reasons(const kempe_batch *b, const char *reason_of(const kmp_ensemble_result *r), const char *which,
                         kmp_text *text)
@@ -546,63 +505,19 @@ static void put_reasons(const kempe_batch *b, const char *reason_of(const kmp_en
     }
 }
 
+/* The instance with the largest difference, and its coordinate. */
 static void put_again(const kempe_batch *b, kmp_text *text)
 {
-    int failing, worst = worst_of(b, &failing), known = 0;
-    for (int k = 0; k < b->count; k++)
-        known += b->again[k].known;
-    if (known > 0)
-        kmp_text_printf(
-            text, "repeat    at another rtol: %d of %d converged; worst: instance %d, '%s' %s by %.2e at rtol %.3g\n",
-            known - failing, known, b->first + worst + 1, again_name(b, worst),
-            kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS", b->again[worst].difference,
-            b->again[worst].rtol);
+    int worst = worst_of(b);
+    if (worst >= 0)
+        kmp_text_printf(text, "repeat    worst: instance %d, '%s' %s by %.2e at rtol %.3g\n", b->first + worst + 1,
+                        again_name(b, worst), kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS",
+                        b->again[worst].difference, b->again[worst].rtol);
 }
 
-/* The largest difference of each quantity at another tolerance. */
-static void put_differences(const kempe_batch *b, kmp_text *text)
+/* Lines about the run that the table of instances does not have. */
+static void put_run(const kempe_batch *b, kmp_text *text)
 {
-    int count = list_of(b)->run.values;
-    for (int v = 0; v < count; v++) {
-        const char *unit = list_of(b)->unit[v];
-        int worst = -1;
-        for (int k = 0; k < b->count; k++)
-            if (!isnan(differences_of(b, k)[v]) && (worst < 0 || differences_of(b, k)[v] > differences_of(b, worst)[v]))
-                worst = k;
-        if (worst >= 0)
-            kmp_text_printf(text, "%-10s'%s' differs at most by %.2e%s%s, in instance %d\n", v == 0 ? "measured" : "",
-                            list_of(b)->name[v], differences_of(b, worst)[v], *unit ? " " : "", unit,
-                            b->first + worst + 1);
-    }
-}
-
-/* Appends the statistics of the quantities; `format`: of the text. false: there are none. */
-static bool put_statistics(const kempe_batch *b, kempe_format format, kmp_text *text)
-{
-    kempe_table *table = NULL;
-    kempe_statistics *statistics = NULL;
-    char *said = NULL;
-    if (list_of(b)->run.values == 0 || b->status != KEMPE_OK)
-        return false;
-    bool good = kempe_batch_table(b, "instances", &table) == KEMPE_OK &&
-                kempe_statistics_new(table, 0, &statistics) == KEMPE_OK &&
-                kempe_statistics_print(statistics, format, &said) == KEMPE_OK;
-    if (good)
-        kmp_text_put(text, said);
-    text->failed = text->failed || !good;
-    kempe_text_free(said);
-    kempe_statistics_free(statistics);
-    kempe_table_free(table);
-    return good;
-}
-
-static void put_text(kmp_text *text, const void *result)
-{
-    const kempe_batch *b = result;
-    totals s = sum_up(b);
-    int reported = 0;
-    kmp_text_printf(text, "%s: %d instances, %d ok, %d stopped, %d failed\n\n", b->ensemble->model->name, b->count,
-                    s.ok, s.stopped, s.failed);
     kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", b->t_end, b->rtol, b->atol);
     if (b->work.lane_steps > 0)
         kmp_text_printf(text,
@@ -615,29 +530,45 @@ static void put_text(kmp_text *text, const void *result)
         kmp_text_printf(text, "lanes     none; every instance separately\n");
     put_reasons(b, alone_of, "alone", text);
     put_reasons(b, apart_of, "in part", text);
-    kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
-                    s.h, s.hdot);
-    kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", s.drift);
-    put_again(b, text);
-    put_differences(b, text);
-    kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
-                    s.steps, s.rejected, s.refused, s.rhs, s.exchanges);
     kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance; %.3f s wall-clock time\n",
                     b->work.cpu_s, b->work.threads, b->work.threads == 1 ? "" : "s",
                     b->count > 0 ? 1e6 * b->work.cpu_s / b->count : 0.0, b->work.wall_s);
-    for (int k = 0; k < b->count && reported < MOST_TOLD; k++)
-        if (b->results[k].reason) {
-            kmp_text_printf(text, "%s %d %s: %s\n", reported ? "         " : "\ninstance ", b->first + k + 1,
-                            kempe_batch_status(b, k), b->results[k].reason);
-            reported++;
-        }
-    if (s.failed + s.stopped > reported)
-        kmp_text_printf(text, "           and %d more\n", s.failed + s.stopped - reported);
-    kmp_text statistics = {0};
-    if (put_statistics(b, KEMPE_TEXT, &statistics))
-        kmp_text_printf(text, "\n%s", statistics.s);
-    text->failed = text->failed || statistics.failed;
-    kmp_text_free(&statistics);
+    put_again(b, text);
+}
+
+/* The table of the instances, and their statistics where they have quantities; NULL otherwise. */
+typedef struct summary {
+    kempe_table *table;
+    kempe_statistics *statistics;
+} summary;
+
+static bool summarise(const kempe_batch *b, summary *s)
+{
+    *s = (summary){0};
+    if (kempe_batch_table(b, "instances", &s->table) != KEMPE_OK)
+        return false;
+    return list_of(b)->run.values == 0 || b->status != KEMPE_OK ||
+           kempe_statistics_new(s->table, 0, &s->statistics) == KEMPE_OK;
+}
+
+static void free_summary(summary *s)
+{
+    kempe_statistics_free(s->statistics);
+    kempe_table_free(s->table);
+}
+
+static void put_text(kmp_text *text, const void *result)
+{
+    const kempe_batch *b = result;
+    summary s;
+    kmp_text run = {0};
+    bool good = summarise(b, &s);
+    put_run(b, &run);
+    if (good && !run.failed)
+        kmp_instances_put(text, b->ensemble->model->name, s.table, b->first, run.s, s.statistics);
+    text->failed = text->failed || !good || run.failed;
+    kmp_text_free(&run);
+    free_summary(&s);
 }
 
 static void put_instance(const kempe_batch *b, kmp_json *json, int k)
@@ -666,17 +597,17 @@ static void put_json(kmp_text *text, const void *result)
     const kempe_batch *b = result;
     const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
     kmp_json json = kmp_json_begin(text);
-    totals s = sum_up(b);
-    int failing;
+    summary made;
+    bool good = summarise(b, &made);
+    const kmp_instance_sums s = good ? kmp_instances_sum(made.table, b->first) : (kmp_instance_sums){0};
     kmp_print_head(&json, system, b->status, b->status == KEMPE_OK ? "" : "not every instance reached its end",
                    system->build_s, b->warnings);
-    kmp_json_put(&json, "count %d ok %d stopped %d failed %d", b->count, s.ok, s.stopped, s.failed);
-    (void)worst_of(b, &failing);
+    kmp_json_put(&json, "count %ld ok %ld stopped %ld failed %ld", s.count, s.ok, s.stopped, s.failed);
     kmp_json_put(
         &json,
-        "not_converged %d lanes %d single_run %d rtol %g atol %g t_end %g threads %d cpu_s %g wall_s %g columns [",
-        failing, b->work.lane_steps > 0 ? b->work.width : 0, b->work.alone, b->rtol, b->atol, b->t_end, b->work.threads,
-        b->work.cpu_s, b->work.wall_s);
+        "not_converged %ld lanes %d single_run %d rtol %g atol %g t_end %g threads %d cpu_s %g wall_s %g columns [",
+        s.not_converged, b->work.lane_steps > 0 ? b->work.width : 0, b->work.alone, b->rtol, b->atol, b->t_end,
+        b->work.threads, b->work.cpu_s, b->work.wall_s);
     for (int k = 0; k < b->ensemble->values->columns; k++)
         kmp_json_string(&json, NULL, b->ensemble->values->name[k]);
     kmp_json_put(&json, "] coordinates [");
@@ -689,16 +620,11 @@ static void put_json(kmp_text *text, const void *result)
     for (int k = 0; k < b->count; k++)
         put_instance(b, &json, k);
     kmp_json_put(&json, "]");
-    kmp_text statistics = {0};
-    if (put_statistics(b, KEMPE_JSON, &statistics)) {
-        while (statistics.length > 0 && statistics.s[statistics.length - 1] == '\n')
-            statistics.s[--statistics.length] = '\0';
-        kmp_json_key(&json, "statistics");
-        kmp_text_put(text, statistics.s);
-    }
-    text->failed = text->failed || statistics.failed;
-    kmp_text_free(&statistics);
+    if (made.statistics)
+        kmp_statistics_put(&json, "statistics", made.statistics);
     kmp_json_put(&json, "}");
+    text->failed = text->failed || !good;
+    free_summary(&made);
 }
 
 KMP_PRINT(kempe_batch, batch, batch->ensemble->model->context, put_json, put_text)
@@ -734,7 +660,8 @@ static void put_row(const kempe_batch *b, kempe_table *table, int k)
                        r->h, r->hdot, r->drift);
     kmp_tabulate_number(table, again->known ? again->difference : NAN);
     kmp_tabulate_numbers(table, list_of(b)->run.values, differences_of(b, k));
-    kmp_tabulate_cells(table, "%s %s %s", kmp_convergence_word(again), alone_of(r), kempe_batch_reason(b, k));
+    kmp_tabulate_cells(table, "%s %s %s %s", kmp_convergence_word(again), r->rates_changed ? KMP_RATES_ADJUSTED : "",
+                       alone_of(r), kempe_batch_reason(b, k));
 }
 
 static void fill_instances(kempe_table *table, const void *result)
@@ -749,23 +676,13 @@ KMP_TABLES(kempe_batch, batch, batch->ensemble->model->context, {"instances", fi
 
 /* -- parts of a longer run --------------------------------------------------------------------------- */
 
-void kmp_batch_add(const kempe_batch *b, kmp_batch_totals *sum)
+void kmp_batch_add(const kempe_batch *b, const kempe_table *instances, kmp_batch_totals *sum)
 {
-    totals s = sum_up(b);
-    int failing;
-    (void)worst_of(b, &failing);
-    for (int k = 0; k < b->count; k++)
-        sum->rates_changed += b->results[k].rates_changed;
-    sum->ok += s.ok;
-    sum->stopped += s.stopped;
-    sum->failed += s.failed;
-    sum->not_converged += failing;
+    const kmp_instance_sums part = kmp_instances_sum(instances, b->first);
+    kmp_instances_add(&sum->sums, &part);
     sum->alone += b->work.alone;
     sum->threads = b->work.threads > sum->threads ? b->work.threads : sum->threads;
     sum->cpu_s += b->work.cpu_s;
-    sum->h = fmax(sum->h, s.h);
-    sum->hdot = fmax(sum->hdot, s.hdot);
-    sum->drift = fmax(sum->drift, s.drift);
 }
 
 kempe_status kmp_ensemble_columns(kempe_ensemble *e, kempe_table **table)
@@ -804,17 +721,12 @@ const kempe_model *kmp_batch_model(const kempe_batch *batch)
     return batch->ensemble->model;
 }
 
-const kempe_values *kmp_batch_values(const kempe_batch *batch)
-{
-    return batch->ensemble->values;
-}
-
 kempe_status kmp_batch_outcome(const kempe_batch *batch)
 {
     return batch->status;
 }
 
-const char *kmp_batch_warnings(const kempe_batch *batch)
+double kmp_batch_cpu(const kempe_batch *batch)
 {
-    return batch->warnings;
+    return batch->work.cpu_s;
 }

@@ -3,16 +3,17 @@
 #pragma once
 
 #include "dynamics/system.h"
+#include "studies/ensemble/instance_table.h"
 #include "studies/ensemble/quantity_words.h"
 #include <kempe/ensemble.h>
 
-/** The model and its varied values. */
 const kempe_model *kmp_batch_model(const kempe_batch *batch);
-const kempe_values *kmp_batch_values(const kempe_batch *batch);
 
-/** The status of the whole, and warnings, one a line. */
+/** The status of the whole. */
 kempe_status kmp_batch_outcome(const kempe_batch *batch);
-const char *kmp_batch_warnings(const kempe_batch *batch);
+
+/** Processor time of all threads, s. */
+double kmp_batch_cpu(const kempe_batch *batch);
 
 /* -- parts of a longer run --------------------------------------------------------------------------- */
 
@@ -31,13 +32,15 @@ kempe_status kmp_batch_new(kempe_ensemble *ensemble, const kempe_run_options *ru
                            const kmp_batch_range *range, kempe_batch **batch);
 kempe_status kmp_batch_check_lanes(const kempe_ensemble *ensemble, int lanes);
 
-/** Counts and worst values of several batches. */
+/** Sums of several batches, and their work. */
 typedef struct kmp_batch_totals {
-    long ok, stopped, failed, not_converged, alone, rates_changed;
+    kmp_instance_sums sums;
+    long alone;
     int threads;
-    double cpu_s, h, hdot, drift;
+    double cpu_s;
 } kmp_batch_totals;
-void kmp_batch_add(const kempe_batch *batch, kmp_batch_totals *sum);
+/** Adds a batch, whose table "instances" is given. */
+void kmp_batch_add(const kempe_batch *batch, const kempe_table *instances, kmp_batch_totals *sum);
 
 /** The table "instances" without rows: its columns are those of all batches of the ensemble. */
 kempe_status kmp_ensemble_columns(kempe_ensemble *ensemble, kempe_table **table);

@@ -144,17 +144,10 @@ static kempe_status instance_of(const kempe_folder *f, const kempe_model *model,
     return status;
 }
 
-kempe_status kempe_folder_model(const kempe_folder *f, const kempe_model *model, int instance, kempe_model **made)
+kempe_status kmp_folder_check_model(const kempe_folder *f, const kempe_model *model)
 {
-    KMP_WANTED(NULL, f, "folder");
-    KMP_WANTED(f->context, model, "model");
-    KMP_WANTED(f->context, made, "made");
     kmp_text there = {0};
     char hash[KMP_HASH_SIZE + 1];
-    kmp_context_clear(f->context);
-    if (instance < 0 || instance >= f->instances)
-        return kmp_fail(f->context, KEMPE_E_ARGUMENT, "there is no instance %d: there are %d", instance + 1,
-                        f->instances);
     KMP_TRY(kmp_manifest_hash_model(model, hash));
     bool same = kmp_manifest_text(f->manifest, "hash_model", &there) && strcmp(there.s, hash) == 0;
     bool memory = !there.failed;
@@ -165,6 +158,19 @@ kempe_status kempe_folder_model(const kempe_folder *f, const kempe_model *model,
                             "the results are those of another model than '%s' (its file, a file that it includes, or "
                             "--set)",
                             model->file);
+    return KEMPE_OK;
+}
+
+kempe_status kempe_folder_model(const kempe_folder *f, const kempe_model *model, int instance, kempe_model **made)
+{
+    KMP_WANTED(NULL, f, "folder");
+    KMP_WANTED(f->context, model, "model");
+    KMP_WANTED(f->context, made, "made");
+    kmp_context_clear(f->context);
+    if (instance < 0 || instance >= f->instances)
+        return kmp_fail(f->context, KEMPE_E_ARGUMENT, "there is no instance %d: there are %d", instance + 1,
+                        f->instances);
+    KMP_TRY(kmp_folder_check_model(f, model));
     return instance_of(f, model, instance, made);
 }
 
@@ -293,7 +299,8 @@ kempe_status kempe_folder_check(kempe_folder *f)
 
 /* -- one table --------------------------------------------------------------------------------------- */
 
-/* Rows of parts on their way into a file: written group by group in a format that allows it, else all at once. */
+/* Rows of parts on their way into a file: written group by group in a format that allows it, else all at once. Without
+ * a file they are one table. */
 typedef struct gathering {
     kempe_folder *folder;
     kmp_file_stream *stream;     /* NULL: all at once */
@@ -385,6 +392,7 @@ static kempe_status finish(gathering *g, const char *path)
     return kmp_file_stream_end(stream);
 }
 
+/* path NULL: no file. */
 static kempe_status gather(gathering *g, const char *path)
 {
     kempe_folder *f = g->folder;
@@ -395,8 +403,8 @@ static kempe_status gather(gathering *g, const char *path)
     KMP_TRY(check_complete(f));
     if (f->parts == 0)
         return kmp_fail(f->context, KEMPE_E_FAILED, "%s has no instances", f->path);
-    g->is_csv = strcmp(kmp_file_ending(path), ".csv") == 0 || !*kmp_file_ending(path);
-    if (g->is_csv || strcmp(kmp_file_ending(path), ".parquet") == 0)
+    g->is_csv = path && (strcmp(kmp_file_ending(path), ".csv") == 0 || !*kmp_file_ending(path));
+    if (g->is_csv || (path && strcmp(kmp_file_ending(path), ".parquet") == 0))
         KMP_TRY(kmp_file_stream_new(f->context, path, &g->stream));
     for (int k = 0; k < f->parts; k++) {
         if (kmp_interrupted(f->context))
@@ -405,25 +413,34 @@ static kempe_status gather(gathering *g, const char *path)
     }
     if (!g->history)
         KMP_TRY(end_statistics(f));
-    return finish(g, path);
+    return path ? finish(g, path) : KEMPE_OK;
 }
 
-static kempe_status write_all(kempe_folder *f, const char *path, bool units, bool history)
+/* Into a file, or into a table. */
+static kempe_status gather_all(gathering *g, const char *path, kempe_table **table)
 {
-    gathering g = {.folder = f, .units = units, .history = history};
-    kmp_context_begin(f->context);
-    kempe_status status = gather(&g, path);
-    kmp_file_stream_free(g.stream);
-    kmp_parquet_groups_free(&g.groups);
-    kempe_table_free(g.table);
-    kempe_table_free(g.shape);
+    kmp_context_begin(g->folder->context);
+    kempe_status status = gather(g, path);
+    if (status == KEMPE_OK && table) {
+        *table = g->table;
+        g->table = NULL;
+    }
+    kmp_file_stream_free(g->stream);
+    kmp_parquet_groups_free(&g->groups);
+    kempe_table_free(g->table);
+    kempe_table_free(g->shape);
     return status;
+}
+
+kempe_status kmp_folder_table(kempe_folder *folder, kempe_table **table)
+{
+    return gather_all(&(gathering){.folder = folder}, NULL, table);
 }
 
 kempe_status kempe_folder_write(kempe_folder *folder, const char *path, int units)
 {
     KMP_WANTED_BOTH(folder, path);
-    return write_all(folder, path, units != 0, false);
+    return gather_all(&(gathering){.folder = folder, .units = units != 0}, path, NULL);
 }
 
 kempe_status kempe_folder_write_history(kempe_folder *folder, const char *path, int units)
@@ -432,5 +449,5 @@ kempe_status kempe_folder_write_history(kempe_folder *folder, const char *path, 
     if (!folder->history)
         return kmp_fail(folder->context, KEMPE_E_ARGUMENT,
                         "%s has no histories: its run had no --history with chosen instances", folder->path);
-    return write_all(folder, path, units != 0, true);
+    return gather_all(&(gathering){.folder = folder, .units = units != 0, .history = true}, path, NULL);
 }

@@ -159,16 +159,12 @@ static kempe_status write_history(const folder_run *r, int part)
     return status;
 }
 
-static kempe_status write_part(const folder_run *r, const kempe_batch *batch, int part)
+/* Writes the table of a part, which is freed. */
+static kempe_status write_part(const folder_run *r, kempe_table *table, int part)
 {
-    kempe_table *table = NULL;
     kmp_text path = {0};
-    bool degrees = kmp_context_use_degrees(r->context, false); /* parts are in SI */
-    kempe_status status = kempe_batch_table(batch, "instances", &table);
-    (void)kmp_context_use_degrees(r->context, degrees);
     kmp_folder_put_part(&path, r->folder->path, part);
-    if (status == KEMPE_OK)
-        status = write_table(r, table, part, &path);
+    kempe_status status = write_table(r, table, part, &path);
     if (status == KEMPE_E_IO && kmp_folder_has_part(r->folder, part)) {
         kmp_context_clear(r->context); /* another process has made it, and ended the run */
         status = KEMPE_OK;
@@ -177,15 +173,30 @@ static kempe_status write_part(const folder_run *r, const kempe_batch *batch, in
     return status;
 }
 
-static void count_batch(folder_run *r, const kempe_batch *batch)
+static void note_failure(folder_run *r, const kempe_batch *batch)
 {
-    kempe_folder *f = r->folder;
-    kmp_batch_add(batch, &f->totals);
-    f->ran_parts++;
-    f->ran_instances += kempe_batch_count(batch);
     for (int k = 0; k < kempe_batch_count(batch) && !*r->first_failure; k++)
         if (strcmp(kempe_batch_status(batch, k), "failed") == 0)
             (void)snprintf(r->first_failure, sizeof r->first_failure, "%s", kempe_batch_reason(batch, k));
+}
+
+/* Histories and rows of a batch, which counts where they could be written. */
+static kempe_status keep_part(folder_run *r, const kempe_batch *batch, int part)
+{
+    kempe_table *table = NULL;
+    kmp_batch_totals totals = r->folder->totals;
+    if (kmp_folder_wants_history(r->folder, part))
+        KMP_TRY(write_history(r, part));
+    bool degrees = kmp_context_use_degrees(r->context, false); /* parts are in SI */
+    kempe_status status = kempe_batch_table(batch, "instances", &table);
+    (void)kmp_context_use_degrees(r->context, degrees);
+    KMP_TRY(status);
+    kmp_batch_add(batch, table, &totals);
+    KMP_TRY(write_part(r, table, part));
+    r->folder->totals = totals;
+    r->folder->ran_parts++;
+    note_failure(r, batch);
+    return KEMPE_OK;
 }
 
 static kempe_status run_part(folder_run *r, int part)
@@ -196,12 +207,8 @@ static kempe_status run_part(folder_run *r, int part)
                                    .before = r->before,
                                    .total = r->total};
     kempe_status status = kmp_batch_new(r->ensemble, r->run, r->lanes, &range, &batch);
-    if (status == KEMPE_OK && kmp_folder_wants_history(r->folder, part))
-        status = write_history(r, part);
     if (status == KEMPE_OK)
-        status = write_part(r, batch, part);
-    if (status == KEMPE_OK)
-        count_batch(r, batch);
+        status = keep_part(r, batch, part);
     kempe_batch_free(batch);
     return status;
 }
@@ -259,21 +266,9 @@ static void end(folder_run *r)
         kmp_claims_clear(f->path);
 }
 
-static void warn(const folder_run *r)
-{
-    const kempe_folder *f = r->folder;
-    if (f->totals.rates_changed > 0)
-        kmp_log(r->context, KEMPE_LOG_WARNING,
-                "start: initial velocities were adjusted to satisfy the closures in %ld of %ld instances",
-                f->totals.rates_changed, f->ran_instances);
-    if (f->totals.not_converged > 0)
-        kmp_log(r->context, KEMPE_LOG_WARNING,
-                "do not trust %ld of %ld instances: they differ at another rtol (column verdict); use a smaller rtol",
-                f->totals.not_converged, f->ran_instances);
-}
-
 static kempe_status run_folder(folder_run *r)
 {
+    const kmp_instance_sums *sums = &r->folder->totals.sums;
     double began = kmp_wall_now();
     r->folder->ran = true;
     r->done = KMP_NEW(bool, r->folder->parts);
@@ -285,8 +280,8 @@ static kempe_status run_folder(folder_run *r)
     r->folder->interrupted = status == KEMPE_STOPPED;
     r->folder->wall_s = kmp_wall_now() - began;
     end(r);
-    warn(r);
-    if (status == KEMPE_OK && r->folder->ran_instances > 0 && r->folder->totals.failed == r->folder->ran_instances)
+    KMP_TRY(kmp_instances_warn(r->context, sums));
+    if (status == KEMPE_OK && sums->count > 0 && sums->failed == sums->count)
         return kmp_fail(r->context, KEMPE_E_FAILED, "no instance of this run reached its end; the first one: %s",
                         r->first_failure);
     return status;

@@ -192,20 +192,21 @@ static const char *plural(long count)
 static void put_run(kmp_text *text, const kempe_folder *f)
 {
     const kmp_batch_totals *t = &f->totals;
-    double rate = f->wall_s > 0 ? (double)f->ran_instances / f->wall_s : 0;
+    double rate = f->wall_s > 0 ? (double)f->totals.sums.count / f->wall_s : 0;
     kmp_text_printf(text, "this run  %d part%s, %ld instance%s: %ld ok, %ld stopped, %ld failed\n", f->ran_parts,
-                    plural(f->ran_parts), f->ran_instances, plural(f->ran_instances), t->ok, t->stopped, t->failed);
-    if (f->ran_instances == 0)
+                    plural(f->ran_parts), f->totals.sums.count, plural(f->totals.sums.count), t->sums.ok,
+                    t->sums.stopped, t->sums.failed);
+    if (f->totals.sums.count == 0)
         return;
     kmp_text_printf(text, "lanes     %ld instance%s separately\n", t->alone, plural(t->alone));
     kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
-                    t->h, t->hdot);
-    kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", t->drift);
-    if (t->not_converged > 0)
-        kmp_text_printf(text, "repeat    %ld instance%s NOT CONVERGED at another rtol\n", t->not_converged,
-                        t->not_converged == 1 ? " HAS" : "s HAVE");
+                    t->sums.h, t->sums.hdot);
+    kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", t->sums.drift);
+    if (t->sums.not_converged > 0)
+        kmp_text_printf(text, "repeat    %ld instance%s NOT CONVERGED at another rtol\n", t->sums.not_converged,
+                        t->sums.not_converged == 1 ? " HAS" : "s HAVE");
     kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance\n", t->cpu_s, t->threads,
-                    plural(t->threads), 1e6 * t->cpu_s / (double)f->ran_instances);
+                    plural(t->threads), 1e6 * t->cpu_s / (double)f->totals.sums.count);
     kmp_text_printf(text, "time      %.3f s, %.4g instances per second\n", f->wall_s, rate);
 }
 
@@ -274,9 +275,9 @@ static void put_json(kmp_text *text, const void *result)
         kmp_json_put(&json,
                      "run { parts %d instances %ld ok %ld stopped %ld failed %ld not_converged %ld separate %ld "
                      "elsewhere %d threads %d cpu_s %g wall_s %g }",
-                     f->ran_parts, f->ran_instances, f->totals.ok, f->totals.stopped, f->totals.failed,
-                     f->totals.not_converged, f->totals.alone, f->elsewhere, f->totals.threads, f->totals.cpu_s,
-                     f->wall_s);
+                     f->ran_parts, f->totals.sums.count, f->totals.sums.ok, f->totals.sums.stopped,
+                     f->totals.sums.failed, f->totals.sums.not_converged, f->totals.alone, f->elsewhere,
+                     f->totals.threads, f->totals.cpu_s, f->wall_s);
     if (f->statistics)
         kmp_statistics_put(&json, "statistics", f->statistics);
     kmp_json_put(&json, "}");

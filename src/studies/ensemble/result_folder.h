@@ -22,7 +22,6 @@ struct kempe_folder {
     bool ran, interrupted;
     int first, step;                   /* its parts: first, first + step, .. */
     int ran_parts, missing, elsewhere; /* of its own: run, not whole; of these, those in work elsewhere */
-    long ran_instances;
     kmp_batch_totals totals;
     double wall_s;
     /* After a check: */
@@ -49,6 +48,12 @@ bool kmp_folder_wants_history(const kempe_folder *folder, int part);
 void kmp_folder_count(kempe_folder *folder);
 /** Instances of a part, and the number of its first. */
 int kmp_folder_part_size(const kempe_folder *folder, int part);
+
+/** KEMPE_E_INPUT: the results are those of another model. */
+kempe_status kmp_folder_check_model(const kempe_folder *folder, const kempe_model *model);
+
+/** All rows as one table "instances", checked as kempe_folder_write does. */
+kempe_status kmp_folder_table(kempe_folder *folder, kempe_table **table);
 
 /** Frees what a check has made. */
 void kmp_folder_clear(kempe_folder *folder);

@@ -169,13 +169,11 @@ kempe_status kmp_objective_values(kmp_objective *objective, int rows, const doub
     kempe_batch *batch = NULL;
     int width = o->list->run.values;
     kempe_run_options run = o->run;
-    kmp_batch_totals all = {0};
     double begin = kmp_cpu_now();
     run.threads = rows > 1 ? o->threads : 1;
     kempe_status status = kempe_ensemble_run_rows(o->ensemble, &run, 0, rows, x, &batch);
     if (batch)
-        kmp_batch_add(batch, &all);
-    o->helped_s += fmax(0, all.cpu_s - (kmp_cpu_now() - begin));
+        o->helped_s += fmax(0, kmp_batch_cpu(batch) - (kmp_cpu_now() - begin));
     o->simulations += rows;
     if (status == KEMPE_E_FAILED && batch)
         status = KEMPE_OK; /* each row has its reason */

@@ -83,12 +83,22 @@ static int count_taken(const kempe_table *t, bool states)
     return count;
 }
 
+bool kmp_statistics_is_quantity(const kempe_table *t, int c)
+{
+    return is_taken(t, c, false);
+}
+
+bool kmp_statistics_has_quantities(const kempe_table *t)
+{
+    return count_taken(t, false) > 0;
+}
+
 bool kmp_statistics_choose(const kempe_table *t, bool *chosen)
 {
     int last = kempe_table_find(t, "t"), limits = kempe_table_find(t, "limits"), steps = kempe_table_find(t, "steps");
     for (int c = 0; c < kempe_table_column_count(t); c++)
         chosen[c] = c <= last || c == limits || c == steps || is_taken(t, c, false);
-    return count_taken(t, false) > 0;
+    return kmp_statistics_has_quantities(t);
 }
 
 /* -- one quantity -------------------------------------------------------------------------------------- */

@@ -11,6 +11,10 @@ void kmp_statistics_put(kmp_json *json, const char *key, const kempe_statistics 
 /** The part of the instances within the limits, with its interval; false: there are no limits, or nothing is known. */
 bool kmp_statistics_yield(const kempe_statistics *statistics, double *part, double *low, double *high);
 
+/** True for the column of a quantity; for a table that has one. */
+bool kmp_statistics_is_quantity(const kempe_table *instances, int column);
+bool kmp_statistics_has_quantities(const kempe_table *instances);
+
 /** Marks the columns of a table "instances" that its statistics read; the table may have no rows. false: it has no
  * quantities. */
 bool kmp_statistics_choose(const kempe_table *instances, bool *chosen);

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The table "instances" (kempe/ensemble.h) summed up and described: of one run, or gathered from a result folder. */
+#pragma once
+
+#include "base/context.h"
+#include <kempe/ensemble.h>
+
+/** Counts, sums and worst values of all rows. */
+typedef struct kmp_instance_sums {
+    long count, ok, stopped, failed;
+    long steps, rejected, refused, rhs, exchanges;
+    double h, hdot, drift;
+    long rates_changed, first_changed; /* starts whose velocities were adjusted; the number of the first, from 0 on */
+    long repeated, not_converged;      /* with a verdict of the convergence check */
+    long worst;                        /* number of the one that differs most of those that have not converged */
+    double difference;                 /* of that one; infinite: its other run did not reach its end */
+} kmp_instance_sums;
+
+/** Sums of a table whose first row is instance number `first`, from 0 on. */
+kmp_instance_sums kmp_instances_sum(const kempe_table *instances, long first);
+
+/** Adds those of another part of the instances. */
+void kmp_instances_add(kmp_instance_sums *sums, const kmp_instance_sums *part);
+
+/** The word of the column `start` where initial velocities were adjusted. */
+#define KMP_RATES_ADJUSTED "velocities adjusted"
+
+/** Appends the sentences of warnings, one a line; logs them. */
+void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *sums);
+kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums *sums);
+
+/** Appends the description of a table whose first row is instance number `first`. `run`: lines about the run that made
+ * it, "" for none. `statistics`: printed at the end, NULL for none. */
+void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *instances, long first, const char *run,
+                       const kempe_statistics *statistics);
