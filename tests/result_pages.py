@@ -374,6 +374,42 @@ class Studies(Case):
         self.assertAlmostEqual(high / amplitude, 1, places=6)
         self.assertAlmostEqual(high_at / frequency, 1, places=6)
 
+    def test_measurements_of_a_fit(self):
+        """Data are points on the fitted motion, which goes on between them; residuals have figures of their own, with their printed
+        RMS."""
+        data, model = self.folder / "data.csv", "examples/slider_crank/slider_crank.yaml"
+        kempe("simulate", ROOT / model, "--t-end", "1", "--output-step", "0.1", "-o", data)
+        with data.open() as file:
+            rows = list(csv.DictReader(file))
+        lines = ["t,q.crank,q.slider,qd.crank"]
+        for k, row in enumerate(rows):
+            slider = "" if k == 4 else float(row["q.slider"]) - 0.003 * (-1) ** k
+            lines.append(f"{row['t']},{float(row['q.crank']) + 0.01 * (-1) ** k},{slider},{row['qd.crank']}")
+        data.write_text("\n".join(lines) + "\n")
+        page, told = self.folder / "fit.html", self.folder / "fit.json"
+        done = kempe("fit", ROOT / model, data, "--parameter", "slider_mass:0.1:10", "--report", page, "--json", told)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        check_by_itself(self, page)
+        drawn, shown = self.open(page, *DESKTOP)
+        names = ["q.crank", "q.slider", "qd.crank"]
+        self.assertEqual(shown["series"]["first"], [name + ending for name in names for ending in ("", ".measured", ".residual")])
+        for name, found in json.loads(told.read_text())["columns"].items():
+            curve, measured, residual = (column(shown, name + ending) for ending in ("", ".measured", ".residual"))
+            self.assertEqual([curve.get("look"), measured["look"], residual["look"]], [None, "points", "residuals"])
+            self.assertEqual([measured["of"], residual["of"]], [name, name])
+            self.assertAlmostEqual(residual["summary"][5] / found["rms"], 1, delta=1e-6)
+            for each in (measured, residual):
+                self.assertEqual(sum(not math.isnan(y) for y in numbers(each["values"])), found["measurements"])
+            self.assertGreater(sum(not math.isnan(y) for y in numbers(curve["values"])), 290)
+        figures = [(caption, int(drawn.by_id[f"plot-{k}"]["data-lines"])) for k, caption in enumerate(
+            ["q.crank q.crank.measured rad", "q.crank.residual rad", "q.slider q.slider.measured m", "q.slider.residual m",
+             "qd.crank qd.crank.measured rad/s", "qd.crank.residual rad/s"])]
+        self.assertEqual([(drawn.by_id[f"plot-{k}"]["aria-label"], lines) for k, (_, lines) in enumerate(figures)],
+                         [(caption, 1 + (k % 2 == 0)) for k, (caption, _) in enumerate(figures)])
+        self.assertEqual([int(drawn.by_id[f"plot-{k}"]["data-points"]) for k in (1, 3, 5)], [11, 10, 11])
+        for k in range(6):
+            self.assertGreater(int(drawn.by_id[f"plot-{k}"]["data-ink"]), 50)
+
     def test_equilibria_are_shown_one_by_one(self):
         model, options, *_ = STUDIES["equilibrium"]
         page, other = self.make("equilibrium", model, *options), self.folder / "second.html"

@@ -323,7 +323,7 @@ static const option options[] = {
      IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
      "write an HTML page: the mechanism, and the result as curves and text"},
     {CLI_FIT, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
-     "write an HTML page: the mechanism moving, the fitted motion beside the data, residuals"},
+     "write an HTML page: the mechanism moving, the data as points on the fitted motion, residuals below"},
     {CLI_OPTIMIZE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
      "write an HTML page: the mechanism moving at the optimum, its outputs over time, the searches"},
     {CLI_SIMULATE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",

@@ -258,6 +258,19 @@ kmp_table_look kmp_table_column_look(const kempe_table *table, int column)
     return table->column[column].look;
 }
 
+bool kmp_table_has_points(const kempe_table *table, int column)
+{
+    kmp_table_look look = table->column[column].look;
+    return look == KMP_LOOK_POINTS || look == KMP_LOOK_RESIDUALS;
+}
+
+int kmp_table_curve_of(const kempe_table *table, int column)
+{
+    while (column >= 0 && kmp_table_has_points(table, column))
+        column--;
+    return column;
+}
+
 bool kmp_table_rows_apart(const kempe_table *table)
 {
     return table->apart;

@@ -31,10 +31,21 @@ void kmp_tabulate_values(kempe_table *table, const kempe_system *system, kmp_qua
 /** Columns more: names with blanks between, each with its unit behind it in brackets, [words] for a column of words. */
 void kmp_tabulate_columns(kempe_table *table, const char *columns);
 
-/** The style in which pictures draw the column added last; periodic: a turn is 360. */
-typedef enum kmp_table_look { KMP_LOOK_PLAIN, KMP_LOOK_LOGARITHMIC, KMP_LOOK_PERIODIC } kmp_table_look;
+/** The style in which pictures draw the column added last; periodic: a turn is 360. Points belong to the curve of the
+ * last column before them that has none of these looks: they are drawn with it, residuals in a plot of their own. */
+typedef enum kmp_table_look {
+    KMP_LOOK_PLAIN,
+    KMP_LOOK_LOGARITHMIC,
+    KMP_LOOK_PERIODIC,
+    KMP_LOOK_POINTS,
+    KMP_LOOK_RESIDUALS
+} kmp_table_look;
 void kmp_tabulate_look(kempe_table *table, kmp_table_look look);
 kmp_table_look kmp_table_column_look(const kempe_table *table, int column);
+
+/** True for a column of points, also of residuals; the column whose curve they belong to, -1: none. */
+bool kmp_table_has_points(const kempe_table *table, int column);
+int kmp_table_curve_of(const kempe_table *table, int column);
 
 /** True for a column of words, even without rows. */
 bool kmp_table_has_words(const kempe_table *table, int column);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Columns of a table as curves, or as points where its rows are apart: a plot for each unit and look, one below the
- * other over the same horizontal axis. */
+/* Columns of a table as curves, or as points where its rows are apart or the column is one of points: a plot for each
+ * unit and look, one below the other over the same horizontal axis. */
 #include "base/memory.h"
 #include "output/formats/picture_file.h"
 #include "output/plot.h"
@@ -106,11 +106,34 @@ static kempe_status choose(drawing *d, const char *x, const char *y)
 
 /* -- the picture ------------------------------------------------------------------------------------- */
 
+/* Points are in the plot of their curve. */
+static kmp_table_look look_of(const drawing *d, int column)
+{
+    kmp_table_look look = kmp_table_column_look(d->table, column);
+    int curve = kmp_table_curve_of(d->table, column);
+    return look != KMP_LOOK_POINTS ? look : curve >= 0 ? kmp_table_column_look(d->table, curve) : KMP_LOOK_PLAIN;
+}
+
+static bool has_points(const drawing *d, int curve)
+{
+    return kmp_table_rows_apart(d->table) || kmp_table_has_points(d->table, d->curve[curve]);
+}
+
+/* Points have the colour of their curve where it is drawn. */
+static const char *colour_of(const drawing *d, int curve)
+{
+    int of = kmp_table_curve_of(d->table, d->curve[curve]);
+    for (int k = 0; k < d->count; k++)
+        if (d->curve[k] == of)
+            return kmp_plot_colour(k);
+    return kmp_plot_colour(curve);
+}
+
 static bool has_unit(const drawing *d, int curve, int plot)
 {
     int column = d->curve[curve], other = d->unit[plot];
     return strcmp(kempe_table_unit(d->table, column), kempe_table_unit(d->table, other)) == 0 &&
-           kmp_table_column_look(d->table, column) == kmp_table_column_look(d->table, other);
+           look_of(d, column) == look_of(d, other);
 }
 
 static void sort_by_unit(drawing *d)
@@ -128,7 +151,7 @@ static void sort_by_unit(drawing *d)
 static void measure(const drawing *d, kmp_plot *p, int plot)
 {
     kmp_axis *x = &p->axis[0], *y = &p->axis[1];
-    kmp_table_look look = kmp_table_column_look(d->table, d->unit[plot]);
+    kmp_table_look look = look_of(d, d->unit[plot]);
     x->logarithmic = kmp_table_column_look(d->table, d->x) == KMP_LOOK_LOGARITHMIC;
     y->logarithmic = look == KMP_LOOK_LOGARITHMIC;
     for (int k = 0; k < d->count; k++)
@@ -167,7 +190,7 @@ static void draw_points(const drawing *d, kmp_plot *p, int curve)
 {
     for (int row = 0; row < kempe_table_row_count(d->table); row++)
         kmp_plot_dot(p, kempe_table_values(d->table, d->x)[row], kempe_table_values(d->table, d->curve[curve])[row],
-                     kmp_plot_colour(curve));
+                     colour_of(d, curve));
 }
 
 static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
@@ -176,7 +199,7 @@ static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
     measure(d, &p, plot);
     kmp_plot_begin(&p, "%s", "");
     for (int k = 0; k < d->count; k++)
-        if (has_unit(d, k, plot) && kmp_table_rows_apart(d->table))
+        if (has_unit(d, k, plot) && has_points(d, k))
             draw_points(d, &p, k);
         else if (has_unit(d, k, plot))
             draw_curve(d, &p, k);
@@ -191,8 +214,8 @@ static void draw(drawing *d, kmp_text *text)
     for (int plot = 0; plot < d->plots; plot++)
         draw_plot(d, text, plot, HEIGHT * plot);
     for (int k = 0; k < d->count; k++)
-        kmp_picture_entry(text, LEFT, height + LINE * (k + 0.5), kmp_table_rows_apart(d->table) ? NULL : "curve",
-                          kmp_plot_colour(k), "%s", kempe_table_column_name(d->table, d->curve[k]));
+        kmp_picture_entry(text, LEFT, height + LINE * (k + 0.5), has_points(d, k) ? NULL : "curve", colour_of(d, k),
+                          "%s", kempe_table_column_name(d->table, d->curve[k]));
     kmp_picture_end(text);
 }
 

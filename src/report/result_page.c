@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "model/print/model_print.h"
 #include "output/print.h"
+#include "output/result_table.h"
 #include "output/series_summary.h"
 #include "report/contact_drawing.h"
 #include "report/motion_picture.h"
@@ -59,27 +60,57 @@ static int thin(int rows, int stride, const double *values, double *room)
     return count;
 }
 
-/* Of scattered rows mean and root mean square are those over the rows. */
-static kmp_series_summary summary_of(const kmp_result_page *page, const double *x, const double *y)
+/* Of points mean and root mean square are those over their number; without any all are unknown. */
+static kmp_series_summary summary_of_points(int rows, const double *x, const double *y)
 {
-    int all = kempe_table_row_count(page->table), rows = page->locked && all > 2 ? all - 1 : all;
-    double *number = page->scattered ? KMP_NEW(double, rows) : NULL;
-    for (int k = 0; number && k < rows; k++)
-        number[k] = k;
-    kmp_series_summary s = kmp_series_summarise(rows, number ? number : x, y, 1);
-    if (number && isfinite(s.low)) {
-        s.low_at = x[(int)s.low_at];
-        s.high_at = x[(int)s.high_at];
+    kmp_series_summary s = {NAN, NAN, NAN, NAN, NAN, NAN};
+    double sum = 0, squares = 0;
+    int count = 0;
+    for (int k = 0; k < rows; k++) {
+        if (!isfinite(y[k]))
+            continue;
+        if (count == 0 || y[k] < s.low) {
+            s.low = y[k];
+            s.low_at = x[k];
+        }
+        if (count == 0 || y[k] > s.high) {
+            s.high = y[k];
+            s.high_at = x[k];
+        }
+        sum += y[k];
+        squares += y[k] * y[k];
+        count++;
     }
-    kmp_free(number);
+    if (count > 0) {
+        s.mean = sum / count;
+        s.rms = sqrt(squares / count);
+    }
     return s;
 }
 
-static void put_summary(kmp_json *json, const kmp_result_page *page, const double *x, const double *y)
+static kmp_series_summary summary_of(const kmp_result_page *page, const double *x, int column)
 {
-    kmp_series_summary s = summary_of(page, x, y);
+    const double *y = kempe_table_values(page->table, column);
+    int all = kempe_table_row_count(page->table), rows = page->locked && all > 2 ? all - 1 : all;
+    bool points = page->scattered || kmp_table_has_points(page->table, column);
+    return points ? summary_of_points(rows, x, y) : kmp_series_summarise(rows, x, y, 1);
+}
+
+static void put_summary(kmp_json *json, const kmp_result_page *page, const double *x, int column)
+{
+    kmp_series_summary s = summary_of(page, x, column);
     const double numbers[] = {s.low, s.low_at, s.high, s.high_at, s.mean, s.rms};
     kmp_json_rounded_numbers(json, "summary", sizeof numbers / sizeof *numbers, numbers, 7);
+}
+
+/* Points have the name of the column whose curve they belong to. */
+static void put_look(kmp_json *json, const kempe_table *table, int column)
+{
+    int curve = kmp_table_curve_of(table, column);
+    if (kmp_table_has_points(table, column))
+        kmp_json_put(json, "look %s of %s",
+                     kmp_table_column_look(table, column) == KMP_LOOK_POINTS ? "points" : "residuals",
+                     curve >= 0 ? kempe_table_column_name(table, curve) : "");
 }
 
 static void put_columns(kmp_json *json, const kmp_result_page *page, int x, strides stride, double *room)
@@ -90,10 +121,12 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
         const double *values = kempe_table_values(table, c);
         if (!values)
             continue;
-        int every = is_first(page, c) ? stride.first : stride.other, count = thin(rows, every, values, room);
+        bool whole = is_first(page, c) || kmp_table_has_points(table, c);
+        int every = whole ? stride.first : stride.other, count = thin(rows, every, values, room);
         kmp_json_put(json, "{ name %s unit %s every %d", kempe_table_column_name(table, c), kempe_table_unit(table, c),
                      every / stride.first);
-        put_summary(json, page, kempe_table_values(table, x), values);
+        put_look(json, table, c);
+        put_summary(json, page, kempe_table_values(table, x), c);
         kmp_json_floats(json, "values", (size_t)count, room);
         kmp_json_end(json);
     }

@@ -3,6 +3,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/rounding/mend.h"
 #include "output/print.h"
+#include "output/result_table.h"
 #include "report/result_page.h"
 #include "studies/ensemble/batch.h"
 #include "studies/ensemble/result_folder.h"
@@ -53,6 +54,14 @@ static kempe_status add_frames(study_page *s, int count, const double *q, ptrdif
     return KEMPE_OK;
 }
 
+static bool is_chosen(const study_page *s, const char *name)
+{
+    for (int k = 0; k < s->page.first_count; k++)
+        if (strcmp(s->first[k], name) == 0)
+            return true;
+    return false;
+}
+
 /* Columns that are drawn at first: up to `most` whose names begin with one of the words, or after '*' contain it. */
 static void choose_first(study_page *s, const char *const *words, int most)
 {
@@ -60,7 +69,7 @@ static void choose_first(study_page *s, const char *const *words, int most)
         for (int c = 0; c < kempe_table_column_count(s->table) && s->page.first_count < most; c++) {
             const char *name = kempe_table_column_name(s->table, c);
             bool fits = **words == '*' ? strstr(name, *words + 1) != NULL : strncmp(name, *words, strlen(*words)) == 0;
-            if (fits && kempe_table_values(s->table, c) && strcmp(name, s->page.x) != 0)
+            if (fits && kempe_table_values(s->table, c) && strcmp(name, s->page.x) != 0 && !is_chosen(s, name))
                 s->first[s->page.first_count++] = name;
         }
 }
@@ -343,10 +352,56 @@ kempe_status kempe_folder_write_report(kempe_folder *folder, const kempe_model *
 
 /* -- fits -------------------------------------------------------------------------------------------- */
 
-/* The motion of a system by its own equations; as the table too, where there is none. */
-static kempe_status add_motion(study_page *s, double rtol, double t_end)
+enum { FRAMES = 300, MOST_APART = 1000 };
+
+/* The table's columns that the motion has, at the times of frames between its rows, unless these are close. `rows` and
+ * the made table are in the units that the context shows. */
+static void merge_rows(kempe_table *made, const kempe_table *rows, const kempe_table *motion)
 {
-    enum { FRAMES = 300 };
+    const double *t = kempe_table_values(rows, 0), *between = kempe_table_values(motion, 0);
+    int count = kempe_table_row_count(rows), frames = kempe_table_row_count(motion), k = 0;
+    for (int c = 0; c < kempe_table_column_count(rows); c++) {
+        kmp_tabulate_column(made, kempe_table_unit(rows, c), "%s", kempe_table_column_name(rows, c));
+        kmp_tabulate_look(made, kmp_table_column_look(rows, c));
+    }
+    for (int row = 0; row <= count; row++) {
+        for (; k < frames && (row == count || between[k] <= t[row]); k++) {
+            if (row < count && between[k] == t[row])
+                continue;
+            kmp_tabulate_row(made);
+            for (int c = 0; c < kempe_table_column_count(rows); c++)
+                kmp_tabulate_number(
+                    made, kempe_table_number(motion, k, kempe_table_find(motion, kempe_table_column_name(rows, c))));
+        }
+        if (row == count)
+            continue;
+        kmp_tabulate_row(made);
+        for (int c = 0; c < kempe_table_column_count(rows); c++)
+            kmp_tabulate_number(made, kempe_table_number(rows, row, c));
+    }
+}
+
+/* Rows of measurements become points of curves that go on between them. `words`: the outputs that are measured. */
+static kempe_status add_curves_between(study_page *s, const kempe_trajectory *motion, const char *words)
+{
+    kempe_table *outputs = NULL, *made = kmp_tabulate(s->context, kempe_table_name(s->table));
+    kempe_status status = kempe_trajectory_outputs(motion, words, &outputs);
+    if (status == KEMPE_OK)
+        merge_rows(made, s->table, outputs);
+    kempe_table_free(outputs);
+    if (status != KEMPE_OK) {
+        kempe_table_free(made);
+        return status;
+    }
+    kempe_table_free(s->table);
+    s->table = NULL;
+    return kmp_tabulate_finish(s->context, made, &s->table);
+}
+
+/* The motion of a system by its own equations; as the table too, where there is none, or between its rows where there
+ * are `measured` outputs. */
+static kempe_status add_motion(study_page *s, double rtol, double t_end, const char *measured)
+{
     const kempe_run_options run = {
         .rtol = rtol, .t_end = t_end, .output_step = t_end / FRAMES, .no_convergence_check = 1};
     kempe_trajectory *motion = NULL;
@@ -358,6 +413,8 @@ static kempe_status add_motion(study_page *s, double rtol, double t_end)
     }
     if (status == KEMPE_OK && !s->table)
         status = kempe_trajectory_table(motion, "rows", &s->table);
+    if (status == KEMPE_OK && measured && kempe_table_row_count(s->table) < MOST_APART)
+        status = add_curves_between(s, motion, measured);
     kempe_trajectory_free(motion);
     return status;
 }
@@ -382,9 +439,10 @@ static kempe_status fill_fit(study_page *s, const void *result)
     KMP_TRY(kempe_fit_print(f, KEMPE_TEXT, &s->text));
     KMP_TRY(kempe_fit_table(f, "first", &s->table));
     s->page.x = "t";
-    choose_first(s, first, KMP_PAGE_FIRST);
     const kempe_sensitivity *rows = kmp_fit_rows(f, 0);
-    return add_motion(s, rows->rtol, rows->t_end);
+    KMP_TRY(add_motion(s, rows->rtol, rows->t_end, f->run[0].measured.outputs));
+    choose_first(s, first, KMP_PAGE_FIRST);
+    return KEMPE_OK;
 }
 
 kempe_status kempe_fit_write_report(kempe_fit *fit, const char *path)
@@ -412,7 +470,7 @@ static kempe_status fill_optimum(study_page *s, const void *result)
             (kmp_page_fact){o->bounded.name[k], kmp_arena_printf(&s->arena, "%.4g", o->value[k])};
     KMP_TRY(kempe_optimum_print(o, KEMPE_TEXT, &s->text));
     s->page.x = "t";
-    KMP_TRY(add_motion(s, run->rtol, run->t_end > 0 ? run->t_end : s->page.system->model->run.t_end));
+    KMP_TRY(add_motion(s, run->rtol, run->t_end > 0 ? run->t_end : s->page.system->model->run.t_end, NULL));
     choose_first(s, first, KMP_PAGE_FIRST / 2);
     return KEMPE_OK;
 }

@@ -508,7 +508,10 @@ class Fits(Case):
         self.assertAlmostEqual(float(rows["slider_mass"]["value"]), 3, delta=1e-5)
         self.assertAlmostEqual(float(rows["guide"]["value"]), 1.5, delta=1e-5)
         self.assertIn("q.slider.measured", (self.folder / "fit.html").read_text())
-        self.assertIn("q.crank", (self.folder / "fit.svg").read_text())
+        picture = (self.folder / "fit.svg").read_text()
+        self.assertIn("q.crank", picture)
+        # A point for each measurement, one for each residual, and four in the legend; a curve for each column and one there.
+        self.assertEqual((picture.count("<circle"), picture.count('class="curve"')), (2 * 102 + 4, 4))
         found = self.object(0, "fit", self.CRANK, *self.WORDS, *far)
         self.assertEqual((found["rank"], found["search"], found["measurements"]), (2, "converged", 102))
         self.assertEqual(list(found["columns"]), ["q.crank", "q.slider"])

@@ -8,6 +8,7 @@ const series = data.series, columns = series ? series.columns.map(readColumn) : 
 const abscissa = series ? columns.find((column) => column.name === series.x) : null;
 const chosen = new Set(series ? series.first.filter((name) => columns.some((column) => column.name === name)) : []);
 const tied = abscissa !== null && !series.scattered && data.picture !== null && data.picture.frames.count > 1; /* to the animation */
+let colours = new Map(); /* of the columns that are drawn */
 let over = abscissa, range = abscissa ? wholeRange() : [0, 0], stage = null, seconds = PLAY_SECONDS;
 
 /* -- columns ------------------------------------------------------------------------------------------------ */
@@ -138,11 +139,22 @@ function zoom([low, high]) {
     if (stage && tied) stage.restart();
 }
 
-/* A figure for each unit, with the curves that have it. */
+/* A figure for each unit, with the curves that have it and their points; residuals have figures of their own below. */
 function figuresOf(list) {
-    const byUnit = new Map();
-    for (const column of list) byUnit.set(column.unit, [...(byUnit.get(column.unit) || []), column]);
-    return [...byUnit];
+    const figures = [];
+    for (const column of list) {
+        const apart = column.look === "residuals", of = figures.find((figure) => figure.unit === column.unit && figure.apart === apart);
+        if (of) of.members.push(column);
+        else figures.push({ unit: column.unit, apart, members: [column] });
+    }
+    return figures;
+}
+
+/* Points have the colour of their curve where it is drawn. */
+function colourAll(list) {
+    const drawn = new Set(list.map((column) => column.name)), ofCurve = (column) => (column.look && drawn.has(column.of) ? column.of : column.name);
+    const names = [...new Set(list.map(ofCurve))];
+    colours = new Map(list.map((column) => [column.name, curveColour(names.indexOf(ofCurve(column)))]));
 }
 
 function pointsOf(column) {
@@ -154,8 +166,9 @@ function pointsOf(column) {
     return points;
 }
 
-function curveSet(column, colour) {
-    if (series.scattered) return { data: pointsOf(column), column, borderColor: colour, backgroundColor: colour, showLine: false, pointRadius: 2.5, pointHitRadius: 4 };
+function curveSet(column) {
+    const colour = colours.get(column.name);
+    if (series.scattered || column.look) return { data: pointsOf(column), column, borderColor: colour, backgroundColor: colour, showLine: false, clip: 4, pointRadius: 2.5, pointHitRadius: 4 };
     return { data: pointsOf(column), column, borderColor: colour, backgroundColor: colour, borderWidth: 1.6, pointHitRadius: 6, pointRadius: (item) => (over !== abscissa && item.dataIndex === 0 ? 3.5 : 0) };
 }
 
@@ -194,21 +207,22 @@ function labelOf(item) {
     return [`${column.name} ${digits(item.raw.y)} ${column.unit}`, `at ${over.name} ${digits(item.raw.x)} ${over.unit}`];
 }
 
-function captionOf(list, first) {
+function captionOf(list) {
     const caption = element("figcaption");
-    list.forEach((column, k) => {
-        const name = element("span.curve", column.name);
-        name.style.color = curveColour(first + k);
+    for (const column of list) {
+        const name = element(column.look ? "span.curve.points" : "span.curve", column.name);
+        name.style.color = colours.get(column.name);
         caption.append(name, " ");
-    });
+    }
     if (list[0].unit) caption.append(element("span", list[0].unit));
     return caption;
 }
 
-function drawFigure(unit, list, number, first) {
+function drawFigure({ unit, apart, members: list }, number) {
     const canvas = byId(`plot-${number}`);
-    canvas.closest("figure").querySelector("figcaption").replaceWith(captionOf(list, first));
-    const sets = list.map((column, k) => curveSet(column, curveColour(first + k))), scales = { x: acrossAxis(), y: upAxis(list, unit) };
+    canvas.closest("figure").querySelector("figcaption").replaceWith(captionOf(list));
+    canvas.closest("figure").classList.toggle("apart", apart);
+    const sets = list.map(curveSet), scales = { x: acrossAxis(), y: upAxis(list, unit) };
     if (over === abscissa && data.shown.some((shown) => shown.log.length > 0)) {
         sets.push(eventSet());
         scales.marks = { type: "linear", axis: "y", display: false, min: 0, max: 1 };
@@ -234,16 +248,13 @@ function makeFigures(count) {
 }
 
 function drawCurves() {
-    const list = drawn().slice(0, MOST_AT_ONCE), figures = figuresOf(list);
-    let first = 0;
+    const list = drawn().slice(0, MOST_AT_ONCE), figures = figuresOf(list), inFigures = figures.flatMap((figure) => figure.members);
+    colourAll(inFigures);
     byId("choice").querySelector("summary").textContent = `Outputs: ${list.length} of ${columns.length - 1} are drawn; choose others`;
     byId("whole").disabled = range.every((x, k) => x === wholeRange()[k]);
     makeFigures(figures.length);
-    figures.forEach(([unit, members], number) => {
-        drawFigure(unit, members, number, first);
-        first += members.length;
-    });
-    tellExtremes(figures.flatMap(([, members]) => members));
+    figures.forEach(drawFigure);
+    tellExtremes(inFigures);
 }
 
 /* -- values ------------------------------------------------------------------------------------------------- */
@@ -251,12 +262,12 @@ function drawCurves() {
 function tellExtremes(list) {
     const x = abscissa.unit ? `${abscissa.name}, ${abscissa.unit}` : abscissa.name, table = byId("extremes");
     table.replaceChildren(headRow(["output", tied ? "now" : "", "minimum", `at ${x}`, "maximum", `at ${x}`, "mean", "RMS"]));
-    list.forEach((column, k) => {
+    for (const column of list) {
         const swatch = element("span.swatch"), now = element("td");
-        swatch.style.background = curveColour(k);
+        swatch.style.background = colours.get(column.name);
         now.dataset.column = column.name;
         table.append(element("tr", element("td", swatch, withUnit(column)), now, ...column.summary.map((value) => element("td", digits(value)))));
-    });
+    }
     table.parentElement.hidden = list.length === 0;
 }
 

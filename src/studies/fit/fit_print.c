@@ -287,7 +287,9 @@ static void tabulate_heads(kempe_table *table, const kempe_fit *f)
     for (int c = 0; c < f->columns; c++) {
         kmp_tabulate_column(table, f->column_unit[c], "%s", f->column_name[c]);
         kmp_tabulate_column(table, f->column_unit[c], "%s.measured", f->column_name[c]);
+        kmp_tabulate_look(table, KMP_LOOK_POINTS);
         kmp_tabulate_column(table, f->column_unit[c], "%s.residual", f->column_name[c]);
+        kmp_tabulate_look(table, KMP_LOOK_RESIDUALS);
     }
 }
 
