@@ -346,8 +346,10 @@ class Folders(unittest.TestCase):
         names, *all_ends = (line.split(",") for line in ends.read_text().splitlines())
         for k in chosen:  # the rows of simulate, and the end of the table of ends
             motion = self.place / "instance.csv"
-            subprocess.run([KEMPE, "simulate", "--from", self.folder, "--instance", str(k), "--output-step", "0.05", "-o", motion],
-                           check=True, capture_output=True)
+            replay = [KEMPE, "simulate", "--from", self.folder, "--instance", str(k), "-o", motion]
+            subprocess.run([*replay, "--output-step", "0.1"], check=True, capture_output=True)  # instead of that of the run
+            self.assertEqual([row.split(",")[0] for row in motion.read_text().splitlines()[1:]], ["0", "0.1", "0.2", "0.3"])
+            subprocess.run(replay, check=True, capture_output=True)
             mine = [row.split(",", 1)[1] for row in rows if row.startswith(f"{k},")]
             self.assertEqual([head.split(",", 1)[1], *mine], motion.read_text().splitlines())
             for name in ("q.crank", "q.rocker", "qd.crank"):

@@ -235,7 +235,8 @@ KEMPE_API kempe_status kempe_folder_write_report(kempe_folder *folder, const kem
 KEMPE_API kempe_status kempe_folder_model(const kempe_folder *folder, const kempe_model *model, int instance,
                                           kempe_model **made);
 
-/** Options of the run of the folder: tolerances, end, independent coordinates. The texts belong to the folder. */
+/** Options of the run of the folder: formulation, integrator, independent coordinates, tolerances, end, bound on steps,
+ * convergence check, time between rows of histories (0: that of the model). The texts belong to the folder. */
 KEMPE_API void kempe_folder_run_options(const kempe_folder *folder, kempe_run_options *run);
 
 /** The file of the model, as the run had it; owned by the folder. */

@@ -189,7 +189,10 @@ class Folder(Result):
         run = ffi.new("kempe_run_options *")
         lib.kempe_folder_run_options(self._pointer, run)
         texts = {name: string(getattr(run, name)) for name in ("formulation", "integrator", "independent")}
-        numbers = {name: getattr(run, name) for name in ("rtol", "atol", "t_end", "max_steps", "no_convergence_check")}
+        numbers = {
+            name: getattr(run, name)
+            for name in ("rtol", "atol", "t_end", "output_step", "max_steps", "no_convergence_check")
+        }
         return {name: value for name, value in {**texts, **numbers}.items() if value}
 
     def check(self) -> None:

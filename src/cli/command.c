@@ -217,6 +217,7 @@ static void take_run_options(kempe_run_options *run, const kempe_folder *folder)
     run->rtol = run->rtol > 0 ? run->rtol : there.rtol;
     run->atol = run->atol > 0 ? run->atol : there.atol * (run->rtol / there.rtol);
     run->t_end = run->t_end > 0 ? run->t_end : there.t_end;
+    run->output_step = run->output_step > 0 ? run->output_step : there.output_step;
     run->max_steps = run->max_steps ? run->max_steps : there.max_steps;
     run->no_convergence_check = run->no_convergence_check || there.no_convergence_check;
 }
