@@ -36,7 +36,9 @@ typedef struct kempe_fit_options {
     int most;               /* runs of the model in a search; 0: 200 */
     int starts;             /* searches: others than the first begin at places of a Sobol sequence between the bounds,
                              * which all parameters need then; 0: 1 */
-    const kempe_run_options *run; /* tolerances, independent, back end, integrator: as kempe_sensitivity_options */
+    /* Tolerances, independent, back end, integrator: as kempe_sensitivity_options. `threads` share the searches, 0: one
+     * for each processor; results have the same bits. */
+    const kempe_run_options *run;
     /* Further data files, each with a run of its own; `data` is number 1. They share the parameters, but for one named
      * NAME@K, which is that of the run of file K alone. A column has one deviation in all files. */
     const char *const *files;

@@ -240,7 +240,7 @@ static const option options[] = {
     {CLI_ENSEMBLE, IN_RUN, "threads", VALUE(AMOUNT, run.threads), "N",
      "threads that share the instances, 1 to 64, or auto (default): one for each processor; results have the same "
      "bits"},
-    {CLI_OPTIMIZE, IN_RUN, "threads", VALUE(AMOUNT, run.threads), "N",
+    {CLI_FIT | CLI_OPTIMIZE, IN_RUN, "threads", VALUE(AMOUNT, run.threads), "N",
      "threads that share the searches, 1 to 64, or auto (default): one for each processor; results have the same bits"},
     {CLI_ENSEMBLE, IN_RUN, "lanes", VALUE(AMOUNT, lanes), "N",
      "instances per vector evaluation, 1 to 8, or auto (default): the fastest"},

@@ -516,6 +516,11 @@ class Fits(Case):
         self.assertEqual((found["rank"], found["search"], found["measurements"]), (2, "converged", 102))
         self.assertEqual(list(found["columns"]), ["q.crank", "q.slider"])
         self.assertEqual(without_times(found), without_times(self.object(0, "fit", self.CRANK, *self.WORDS, *far)))
+        # Several searches have the same result by any number of threads.
+        bounded = ("--parameter", "slider_mass:0.5:20,guide:0:4", "--set", "slider_mass=6", "--starts", 5)
+        many = [self.object(0, "fit", self.CRANK, *self.WORDS[:3], *bounded, "--threads", count) for count in (1, 2, 3, "auto")]
+        for one in many:
+            self.assertEqual((one["searches"], without_times(one)), (5, without_times(many[0])))
         # The result is the start of another search, which ends at once.
         again = self.object(0, "fit", self.CRANK, *self.WORDS, *far, "--start", "found.csv")
         self.assertLess(again["runs"], found["runs"])

@@ -349,6 +349,59 @@ static void searches_from_several_starts(void)
     unload(&other);
 }
 
+/* -- threads ------------------------------------------------------------------------------------------ */
+
+/* The printed result without its times, with all digits of the numbers. */
+static void take_result(const kempe_fit *fit, char **text)
+{
+    char *from, *to;
+    CHECK(kempe_fit_print(fit, KEMPE_JSON, text) == KEMPE_OK);
+    const char *const times[] = {"\"build_s\"", "\"cpu_s\""};
+    for (int k = 0; k < 2; k++)
+        if ((from = strstr(*text, times[k])) && (to = strchr(from, '\n')))
+            memmove(from, to, strlen(to) + 1);
+}
+
+/* Searches by 1, 2 and 3 threads: two data files, starts at which the loop does not close. `rod`: its length at the
+ * first start. */
+static void search_by_threads(const char *rod, int starts)
+{
+    const kempe_setting near[] = {{"l", rod}};
+    loaded l = load(crank), other = load_set(crank, near, 1);
+    kempe_fit *fit[3] = {NULL, NULL, NULL};
+    char *text[3] = {NULL, NULL, NULL};
+    measure(&l, 1e-3);
+    const char *const again[] = {data_file};
+    for (int k = 0; k < 3; k++) {
+        const kempe_run_options run = {.threads = k + 1};
+        CHECK(kempe_fit_new(other.model,
+                            &(kempe_fit_options){.data = data_file,
+                                                 .files = again,
+                                                 .file_count = 1,
+                                                 .own = "guide@2=1.6",
+                                                 .parameters = "l:0.1:1,slider_mass:1:6",
+                                                 .starts = starts,
+                                                 .run = &run},
+                            &fit[k]) == KEMPE_OK);
+        take_result(fit[k], &text[k]);
+    }
+    CHECK(shortened(fit[0]) > 0);
+    for (int k = 1; k < 3; k++)
+        CHECK(strcmp(text[0], text[k]) == 0);
+    for (int k = 0; k < 3; k++) {
+        kempe_text_free(text[k]);
+        kempe_fit_free(fit[k]);
+    }
+    unload(&l);
+    unload(&other);
+}
+
+static void threads_change_nothing(void)
+{
+    search_by_threads("0.3", 8);
+    search_by_threads("0.11", 8); /* the model does not run at the first start */
+}
+
 /* -- interrupts -------------------------------------------------------------------------------------- */
 
 static int countdown;
@@ -410,6 +463,7 @@ int main(void)
         TEST(shortens_where_the_loop_opens);
         TEST(searches_from_several_starts);
         TEST(gives_up_long_trials);
+        TEST(threads_change_nothing);
         TEST(keeps_the_best);
     }
     (void)remove(data_file);

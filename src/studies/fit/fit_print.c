@@ -55,7 +55,8 @@ static double last_time(const kempe_fit *f)
 
 static void sum_times(const kempe_fit *f, double *cpu_s, double *build_s)
 {
-    *cpu_s = *build_s = 0;
+    *cpu_s = f->helped_s;
+    *build_s = f->helped_build_s;
     for (int k = 0; k < f->run_count; k++) {
         *cpu_s += kmp_fit_rows(f, k)->cpu_s;
         *build_s += kmp_fit_rows(f, k)->build_s;

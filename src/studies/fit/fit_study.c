@@ -2,6 +2,7 @@
 /* The search: options, weights of the columns, trials. */
 #include "studies/fit/fit_study.h"
 #include "base/memory.h"
+#include "base/thread_pool.h"
 #include "constraints/tolerances.h"
 #include "model/variant.h"
 #include "output/print.h"
@@ -11,9 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A trial fails beyond so many times the steps of the first one, and beyond a number that any short run may take: near
- * a dead centre runs become as long as one likes. */
-enum { MOST_RUNS = 200, MOST_ROUNDS = 10, MOST_TIMES = 100, SHORT_RUN = 10000 };
+enum { MOST_RUNS = 200, MOST_ROUNDS = 10 };
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
@@ -26,7 +25,7 @@ static kempe_status read_parameters(kempe_fit *f, const char *list)
     f->upper = f->bounded.upper;
     return kmp_made(f->context, KMP_ARENA_MAKE(&f->arena,
                                                KMP_ROOM(double, f->count, &f->start, &f->value, &f->error, &f->low,
-                                                        &f->high, &f->best),
+                                                        &f->high, &f->best, &f->room),
                                                KMP_ROOM(double, (ptrdiff_t)f->count * f->count, &f->correlation),
                                                KMP_ROOM(kmp_fit_state, f->count, &f->state)));
 }
@@ -98,69 +97,34 @@ static int column_of(const kempe_fit *f, const kmp_fit_cell *at)
     return f->run[at->run].among[at->column];
 }
 
-void kmp_fit_weigh(kempe_fit *fit, double *residual, double *slope)
+void kmp_fit_weigh(const kempe_fit *fit, kmp_slope_runs *const *runs, double *residual, double *slope)
 {
     int i = 0;
     for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(fit, &at); i++) {
         const kmp_fit_run *r = &fit->run[at.run];
-        const kempe_sensitivity *rows = kmp_fit_rows(fit, at.run);
+        const kempe_sensitivity *rows = runs ? kmp_slope_runs_rows(runs[at.run]) : kmp_fit_rows(fit, at.run);
+        const int column = r->column[at.column];
         double weight = 1 / fit->deviation[column_of(fit, &at)];
-        residual[i] = weight * (value_at(fit, &at) - kmp_fit_measured(fit, &at));
+        residual[i] = weight * (kmp_sensitivity_value(rows, at.row, column) - kmp_fit_measured(fit, &at));
         for (int k = 0; k < fit->count; k++)
             slope[i + (ptrdiff_t)k * fit->residuals] = 0;
         for (int k = 0; k < r->count; k++)
             slope[i + (ptrdiff_t)r->parameter[k] * fit->residuals] =
-                weight * kmp_sensitivity_slope(rows, at.row, r->column[at.column], k);
+                weight * kmp_sensitivity_slope(rows, at.row, column, k);
     }
 }
 
-/* The part of the fit's values that a run has. */
-static const double *values_of(kmp_fit_run *r, const double *x)
-{
-    for (int k = 0; k < r->count; k++)
-        r->value[k] = x[r->parameter[k]];
-    return r->value;
-}
-
-/* The runs of all data files, up to one that fails. */
-static kempe_status run_all(kempe_fit *f, const double *x)
+kempe_status kmp_fit_run_all(const kempe_fit *fit, kmp_slope_runs *const *runs, double factor, const double *x,
+                             double *value)
 {
     kempe_status status = KEMPE_OK;
-    for (int k = 0; k < f->run_count && status == KEMPE_OK; k++)
-        status = kmp_slope_runs_at(f->run[k].runs, values_of(&f->run[k], x));
+    for (int k = 0; k < fit->run_count && status == KEMPE_OK; k++) {
+        const kmp_fit_run *r = &fit->run[k];
+        for (int p = 0; p < r->count; p++)
+            value[p] = x[r->parameter[p]];
+        status = kmp_slope_runs_coarser(runs ? runs[k] : r->runs, factor, value);
+    }
     return status;
-}
-
-static double sum_of_squares(int count, const double *x)
-{
-    double sum = 0;
-    for (int k = 0; k < count; k++)
-        sum += x[k] * x[k];
-    return sum;
-}
-
-static kmp_squares_said try(void *user, const double *x, double *residual, double *slope)
-{
-    kempe_fit *f = user;
-    kmp_progress(f->context, KMP_PROGRESS_STUDY, f->evaluations, (double)f->most * f->starts, "runs");
-    f->evaluations++;
-    f->status = run_all(f, x);
-    if (f->status == KEMPE_E_FAILED) {
-        kmp_free(f->refusal);
-        f->refusal = kmp_strdup(kempe_context_message(f->context));
-        return f->refusal ? KMP_SQUARES_NOWHERE : KMP_SQUARES_END;
-    }
-    if (f->status != KEMPE_OK)
-        return KMP_SQUARES_END;
-    for (int k = 0; k < f->run_count && isinf(f->size) && f->rounds == 0; k++)
-        kmp_slope_runs_bound(f->run[k].runs, MOST_TIMES, SHORT_RUN);
-    kmp_fit_weigh(f, residual, slope);
-    double size = sum_of_squares(f->residuals, residual);
-    if (!(size >= f->size)) {
-        f->size = size;
-        memcpy(f->best, x, (size_t)f->count * sizeof *x);
-    }
-    return KMP_SQUARES_GO;
 }
 
 /* -- weights ----------------------------------------------------------------------------------------- */
@@ -212,60 +176,11 @@ static bool weigh_again(kempe_fit *f, const double *scatter)
 
 /* -- the search -------------------------------------------------------------------------------------- */
 
-static kempe_status search_once(kempe_fit *f)
-{
-    const kmp_squares squares = {.rows = f->residuals,
-                                 .count = f->count,
-                                 .lower = f->lower,
-                                 .upper = f->upper,
-                                 .tolerance = KMP_FIT_ENOUGH,
-                                 .most = f->most,
-                                 .at = try,
-                                 .user = f};
-    kmp_squares_report report = {0};
-    if (!kmp_squares_minimise(&squares, f->value, &report))
-        return kmp_fail_memory(f->context);
-    f->iterations += report.iterations;
-    f->refused += report.refused;
-    f->outcome = report.outcome;
-    if (report.outcome != KMP_SQUARES_NO_START || f->status != KEMPE_E_FAILED)
-        return f->status == KEMPE_E_FAILED ? KEMPE_OK : f->status;
-    kmp_context_clear(f->context);
-    return kmp_fail(f->context, KEMPE_E_FAILED, "the model does not run with the values of the start: %s",
-                    f->refusal ? f->refusal : "");
-}
-
-/* Searches from all starts: the first one is given, the others are places of a Sobol sequence between the bounds. Those
- * at which the model does not run are passed over unless there is no other. */
-static kempe_status search_all(kempe_fit *f)
-{
-    kmp_squares_outcome outcome = KMP_SQUARES_NO_START;
-    kempe_status status = KEMPE_OK;
-    for (int k = 0; k < f->starts; k++) {
-        const double before = f->size;
-        for (int p = 0; k > 0 && p < f->count; p++) {
-            double part = kmp_design_point(KMP_DESIGN_SOBOL, 1, (uint64_t)k - 1, 0, p, f->count);
-            f->value[p] = f->lower[p] + part * (f->upper[p] - f->lower[p]);
-        }
-        status = search_once(f);
-        if (status != KEMPE_OK && (status != KEMPE_E_FAILED || f->outcome != KMP_SQUARES_NO_START))
-            return status;
-        f->searches++;
-        outcome = f->size < before ? f->outcome : outcome;
-    }
-    if (!isfinite(f->size))
-        return status;
-    kmp_context_clear(f->context);
-    memcpy(f->value, f->best, (size_t)f->count * sizeof *f->best);
-    f->outcome = outcome;
-    return KEMPE_OK;
-}
-
 /* Rows, residuals and derivatives at the estimates. */
 static kempe_status stand_at_estimates(kempe_fit *f)
 {
-    KMP_TRY(run_all(f, f->value));
-    kmp_fit_weigh(f, f->residual, f->slope);
+    KMP_TRY(kmp_fit_run_all(f, NULL, 1, f->value, f->room));
+    kmp_fit_weigh(f, NULL, f->residual, f->slope);
     find_rms(f);
     for (int k = 0; k < f->run_count; k++) {
         const kmp_fit_run *r = &f->run[k];
@@ -288,13 +203,13 @@ static kempe_status search(kempe_fit *f)
     bool again = true;
     while (again) {
         f->size = INFINITY;
-        KMP_TRY(f->rounds == 0 ? search_all(f) : search_once(f));
+        KMP_TRY(kmp_fit_searches(f, f->rounds == 0 ? f->starts : 1));
         f->rounds++;
         KMP_TRY(stand_at_estimates(f));
         again = !f->given && weigh_again(f, scatter) && f->columns > 1 && f->outcome == KMP_SQUARES_FOUND &&
                 f->rounds < MOST_ROUNDS;
     }
-    kmp_fit_weigh(f, f->residual, f->slope);
+    kmp_fit_weigh(f, NULL, f->residual, f->slope);
     return KEMPE_OK;
 }
 
@@ -302,9 +217,7 @@ static kempe_status search(kempe_fit *f)
 static kempe_status check_tolerance(kempe_fit *f)
 {
     enum { COARSER = 100 };
-    kempe_status status = KEMPE_OK;
-    for (int k = 0; k < f->run_count && status == KEMPE_OK; k++)
-        status = kmp_slope_runs_coarser(f->run[k].runs, COARSER, values_of(&f->run[k], f->value));
+    kempe_status status = kmp_fit_run_all(f, NULL, COARSER, f->value, f->room);
     if (status != KEMPE_OK)
         return status == KEMPE_E_FAILED ? KEMPE_OK : status;
     f->coarser = 0;
@@ -413,17 +326,20 @@ static kempe_status derive_run(kempe_fit *f, int k, const kempe_fit_options *opt
     kmp_fit_run *r = &f->run[k];
     kmp_text names = {0};
     int columns = r->measured.columns;
-    KMP_TRY(kmp_made(f->context,
-                     KMP_ARENA_MAKE(&f->arena, KMP_ROOM(int, columns, &r->column, &r->among),
-                                    KMP_ROOM(int, f->count, &r->parameter), KMP_ROOM(double, f->count, &r->value))));
+    KMP_TRY(kmp_made(f->context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(int, columns, &r->column, &r->among),
+                                                KMP_ROOM(int, f->count, &r->parameter))));
     kempe_status status = choose_parameters(f, k, &names);
     if (status == KEMPE_OK)
         status = set_own(f, k, options->own);
-    const kempe_sensitivity_options ask = {.parameters = names.s, .outputs = r->measured.outputs, .run = options->run};
     if (status == KEMPE_OK)
-        status = kmp_slope_runs_new(r->own ? r->own : f->model, &ask, r->measured.rows, r->measured.t, &r->runs);
+        r->names = kmp_text_keep(&names, &f->arena);
     kmp_text_free(&names);
     KMP_TRY(status);
+    KMP_TRY(kmp_made(f->context, !f->arena.failed));
+    const kempe_sensitivity_options ask = {
+        .parameters = r->names, .outputs = r->measured.outputs, .run = &f->run_options};
+    KMP_TRY(kmp_slope_runs_new(r->own ? r->own : f->model, &ask, r->measured.rows, r->measured.t, &r->runs));
+    r->most_steps = kmp_slope_runs_most(r->runs);
     KMP_TRY(kmp_measured_read(kmp_slope_runs_rows(r->runs), r->file, &r->measured));
     match_columns(f, r);
     for (int p = 0; p < r->count; p++) {
@@ -530,6 +446,11 @@ static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
     f->most = options->most > 0 ? options->most : MOST_RUNS;
     f->coarser = NAN;
     f->starts = options->starts > 0 ? options->starts : 1;
+    const kempe_run_options *run = options->run;
+    KMP_OPTIONS(f->context, kempe_run_options, run);
+    f->run_options = *run;
+    f->run_options.threads = 1;
+    f->threads = run->threads > 0 ? run->threads : kmp_processors();
     if (!kmp_squares_available())
         return kmp_fail(f->context, KEMPE_E_FAILED,
                         "this build has no least squares: install libcminpack-dev and build Kempe again");

@@ -18,13 +18,24 @@ typedef enum kmp_fit_state {
 typedef struct kmp_fit_run {
     const char *file;
     kempe_model *own;      /* with the values of this run alone; NULL: the fit's */
+    const char *names;     /* of its parameters, separated by commas */
     kmp_slope_runs *runs;  /* their equations; the rows are those of the estimates at the end */
+    long most_steps;       /* bound on the steps of a trial; 0: none is known yet */
     kmp_measured measured; /* data column c is column[c] of the rows, and among[c] of the fit's columns */
     int *column, *among;
     int count, *parameter; /* of this run; each among those of the fit */
-    double *value;
-    double *motion; /* rows x columns: of the estimates, as fitted */
+    double *motion;        /* rows x columns: of the estimates, as fitted */
 } kmp_fit_run;
+
+/** One search. */
+typedef struct kmp_fit_search {
+    bool begun;
+    double *value, *best, size; /* its start; the best values, and the sum of squares there (infinite: none ran) */
+    long *most_steps;           /* of each data file */
+    int evaluations, iterations, refused;
+    kmp_squares_outcome outcome;
+    char *refusal; /* reason of the last refused trial; NULL: none */
+} kmp_fit_search;
 
 struct kempe_fit {
     kempe_context *context;
@@ -46,6 +57,7 @@ struct kempe_fit {
     bool given;                /* deviations are */
     int residuals, freedoms;   /* known measurements; less the free parameters */
     double *residual, *slope;  /* weighted; residuals x count, column-major */
+    double *room;              /* count: values of one run */
     double *best, size;        /* the best values so far, and the sum of squares there, with these weights */
     double *correlation;       /* count x count; NaN */
     double scatter;            /* root of the weighted sum of squares by the degrees of freedom */
@@ -53,11 +65,14 @@ struct kempe_fit {
     double condition;          /* of the scaled Jacobian */
     int rank, free;            /* parameters that are not at bounds */
     double coarser;            /* the largest change of a fitted value at another tolerance, in deviations; NaN */
-    int starts, searches;
+    int starts, searches, threads;
+    double helped_s, helped_build_s;                    /* processor time of other threads: runs, equations */
+    kempe_run_options run_options;                      /* of one thread; its texts are there while the fit is made */
+    kmp_fit_search *search;                             /* while they run */
     int most, evaluations, iterations, refused, rounds; /* of the weights */
     kmp_squares_outcome outcome;
-    kempe_status status; /* of the last run */
-    char *refusal;       /* reason of the last refused trial; NULL: none */
+    kempe_status status;
+    char *refusal; /* reason of the last refused trial; NULL: none */
     char *reason, *warnings;
 };
 
@@ -76,8 +91,19 @@ typedef struct kmp_fit_cell {
 double kmp_fit_measured(const kempe_fit *fit, const kmp_fit_cell *at);
 bool kmp_fit_next(const kempe_fit *fit, kmp_fit_cell *at);
 
-/** Weighted residuals and their derivatives at the last rows. */
-void kmp_fit_weigh(kempe_fit *fit, double *residual, double *slope);
+/** Weighted residuals and their derivatives at the last rows of runs, one for each data file; NULL: those of the fit.
+ */
+void kmp_fit_weigh(const kempe_fit *fit, kmp_slope_runs *const *runs, double *residual, double *slope);
+
+/** Searches from `count` starts by the threads of the fit. Their results are added to it, in the order of the starts;
+ * the best values change only where a better one is found. KEMPE_E_FAILED: the model runs at no start. KEMPE_STOPPED:
+ * an interrupt, with the best values so far. */
+kempe_status kmp_fit_searches(kempe_fit *fit, int count);
+
+/** Runs of all data files with these values at a multiple of the tolerance, up to one that fails; `runs` as above.
+ * `value`: room for those of one run. */
+kempe_status kmp_fit_run_all(const kempe_fit *fit, kmp_slope_runs *const *runs, double factor, const double *x,
+                             double *value);
 
 /** Standard errors, intervals, correlation and rank from the residuals and their derivatives. KEMPE_E_MEMORY. */
 kempe_status kmp_fit_judge(kempe_fit *fit);

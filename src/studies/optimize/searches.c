@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/optimize/searches.h"
 #include "base/memory.h"
-#include "base/thread_pool.h"
 #include "constraints/tolerances.h"
+#include "studies/fit/search_threads.h"
 #include <math.h>
-#include <pthread.h>
-#include <stdatomic.h>
 #include <string.h>
 
 /* The evaluator of one thread. The first one is that of the caller and has its context. */
@@ -18,15 +16,6 @@ typedef struct searcher {
     kmp_searched *search;
     kempe_status status;
 } searcher;
-
-typedef struct shared_searches {
-    kempe_optimum *o;
-    int count;
-    pthread_t caller;
-    atomic_int next, others; /* start; thread other than the caller */
-    atomic_bool ended;       /* a thread has a status */
-    searcher of[KMP_TEAM_MOST + 1];
-} shared_searches;
 
 /* -- evaluations ------------------------------------------------------------------------------------- */
 
@@ -114,16 +103,18 @@ static kmp_squares_said try(void *user, const double *cube, double *value, doubl
 /* -- one thread -------------------------------------------------------------------------------------- */
 
 /* The caller's objective exists; another thread derives its equations anew, in a context of its own. */
-static kempe_status begin_searcher(searcher *w, kempe_optimum *o, bool caller)
+static kempe_status begin_searcher(void *self, void *job, kempe_context *context, bool caller)
 {
+    searcher *w = self;
+    kempe_optimum *o = job;
     const int width = o->objective.list->run.values;
     const char *const *names = (const char *const *)o->bounded.name;
     w->o = o;
-    w->context = caller ? o->context : kmp_context_new_below(o->context);
+    w->context = context;
     w->x = KMP_NEW(double, o->count);
     w->values = KMP_NEW(double, width);
     w->slopes = KMP_NEW(double, (ptrdiff_t)width * o->count);
-    if (!w->context || !w->x || !w->values || !w->slopes)
+    if (!w->x || !w->values || !w->slopes)
         return KEMPE_E_MEMORY;
     if (caller) {
         w->objective = &o->objective;
@@ -136,25 +127,24 @@ static kempe_status begin_searcher(searcher *w, kempe_optimum *o, bool caller)
     return KEMPE_OK;
 }
 
-static void end_searcher(searcher *w)
+static void end_searcher(void *self)
 {
-    if (!w->o)
-        return;
+    searcher *w = self;
     if (w->objective == &w->own) {
         w->o->objective.simulations += w->own.simulations;
         kmp_objective_free(&w->own);
     }
     kmp_variant_free(w->copy);
-    if (w->context != w->o->context)
-        kempe_context_free(w->context);
     kmp_free(w->x);
     kmp_free(w->values);
     kmp_free(w->slopes);
 }
 
-static void search_from(searcher *w, kmp_searched *s)
+static kempe_status search_from(void *self, int number)
 {
+    searcher *w = self;
     const kempe_optimum *o = w->o;
+    kmp_searched *s = &w->o->search[number];
     const kmp_minimum minimum = {.count = o->count,
                                  .limits = o->limits,
                                  .slopes = strcmp(o->method, "slopes") == 0,
@@ -176,32 +166,7 @@ static void search_from(searcher *w, kmp_searched *s)
     s->outcome = report.outcome;
     if (s->refused > 0 && w->objective->refusal && !(s->refusal = kmp_strdup(w->objective->refusal)))
         w->status = kmp_fail_memory(w->context);
-}
-
-/* The searcher of this thread. There are as many pieces of work as threads, and a piece takes at most one new searcher:
- * so there is room for all. */
-static searcher *take_searcher(shared_searches *r)
-{
-    bool caller = pthread_equal(pthread_self(), r->caller);
-    searcher *w = &r->of[caller ? 0 : atomic_fetch_add(&r->others, 1)];
-    if (!w->o)
-        w->status = begin_searcher(w, r->o, caller);
-    return w;
-}
-
-static void search_shared(void *self, int piece)
-{
-    shared_searches *r = self;
-    searcher *w = NULL;
-    int k;
-    (void)piece;
-    while (!atomic_load(&r->ended) && (k = atomic_fetch_add(&r->next, 1)) < r->count) {
-        w = w ? w : take_searcher(r);
-        if (w->status == KEMPE_OK)
-            search_from(w, &r->o->search[k]);
-        if (w->status != KEMPE_OK)
-            atomic_store(&r->ended, true);
-    }
+    return w->status;
 }
 
 /* -- all searches ------------------------------------------------------------------------------------ */
@@ -228,32 +193,11 @@ static void gather(kempe_optimum *o, int count)
     }
 }
 
-static kempe_status status_of(const shared_searches *r)
-{
-    kempe_context *context = r->o->context;
-    for (int k = 0; k <= KMP_TEAM_MOST; k++) {
-        const searcher *w = &r->of[k];
-        if (w->status == KEMPE_E_MEMORY)
-            return kmp_fail_memory(context);
-        if (w->status != KEMPE_OK)
-            return w->context == context ? w->status
-                                         : kmp_fail(context, w->status, "%s", kempe_context_message(w->context));
-    }
-    return KEMPE_OK;
-}
-
 kempe_status kmp_searches_run(kempe_optimum *optimum, int count)
 {
+    static const kmp_searcher_kind kind = {sizeof(searcher), begin_searcher, search_from, end_searcher};
     kempe_optimum *o = optimum;
-    shared_searches r = {.o = o, .count = count, .caller = pthread_self(), .others = 1};
-    kmp_team *team = kmp_team_new(o->threads < count ? o->threads : count);
-    KMP_TRY(kmp_made(o->context, team));
-    kmp_team_run(team, kmp_team_threads(team), search_shared, &r);
+    kempe_status status = kmp_share_searches(o->context, &kind, o, o->threads, count, &o->seconds);
     gather(o, count);
-    kempe_status status = status_of(&r);
-    for (int k = 0; k <= KMP_TEAM_MOST; k++)
-        end_searcher(&r.of[k]);
-    o->seconds += kmp_team_cpu(team);
-    kmp_team_free(team);
     return status;
 }

@@ -117,6 +117,9 @@ kempe_status kmp_slope_runs_coarser(kmp_slope_runs *runs, double factor, const d
 /** From now on runs fail beyond `times` the attempted steps of the last one, and `least`; without effect where the
  * options or the model have a bound (max_steps). */
 void kmp_slope_runs_bound(kmp_slope_runs *runs, long times, long least);
+/** The bound on attempted steps, 0 for none; another one. */
+long kmp_slope_runs_most(const kmp_slope_runs *runs);
+void kmp_slope_runs_set_most(kmp_slope_runs *runs, long most);
 
 /** Columns, values and derivatives of the last run; names, sizes and given values of the parameters; sums of work. */
 const kempe_sensitivity *kmp_slope_runs_rows(const kmp_slope_runs *runs);

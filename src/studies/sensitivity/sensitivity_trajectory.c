@@ -439,6 +439,16 @@ void kmp_slope_runs_bound(kmp_slope_runs *runs, long times, long least)
         runs->w.spec.max_steps = most > least ? most : least;
 }
 
+long kmp_slope_runs_most(const kmp_slope_runs *runs)
+{
+    return runs->w.spec.max_steps;
+}
+
+void kmp_slope_runs_set_most(kmp_slope_runs *runs, long most)
+{
+    runs->w.spec.max_steps = most;
+}
+
 const kempe_sensitivity *kmp_slope_runs_rows(const kmp_slope_runs *runs)
 {
     return runs->s;
