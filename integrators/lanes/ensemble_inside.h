@@ -290,6 +290,11 @@ const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found);
  * there, e->state the closed state. false: conditions change without end. */
 bool kmp_lane_pass_event(kmp_engine *e, double t);
 
+/* ensemble_lanes.c */
+
+/** Unknowns of all lanes at a place in their steps, into the room's `stage`, and their slopes, into its k[2]. */
+void kmp_lanes_evaluate_within(kmp_engine *e, kmp_pool *pool, double place);
+
 /* ensemble_measure.c: quantities of instances */
 
 /** Makes what an engine needs for the quantities of its run, and the accounts of a chunk. false: no memory. */
@@ -322,10 +327,11 @@ void kmp_lane_measured_modes(kmp_engine *e, const kmp_pool *pool, size_t lane, c
 /** Rows of all lanes, q then qd, from the unknowns and their slopes. */
 void kmp_lanes_spread(const kmp_engine *e, const kmp_pool *pool, const double *y, const double *slope, double *rows);
 
-/** The number of points within a step whose states lanes evaluate together; 0: none. The unknowns of all lanes at a
- * point, and its place in the step, 0 to 1; then, with the slopes there, the quantities. */
+/** The number of points within a step whose states lanes evaluate together; 0: none. The place of one in the step, 0 to
+ * 1. The unknowns of all lanes at a place; then, with the slopes there, the quantities at a point. */
 int kmp_lanes_points(const kmp_engine *e, const kmp_pool *pool);
-double kmp_lanes_point(kmp_engine *e, int point, double *y);
+double kmp_lanes_place(int point);
+void kmp_lanes_within(kmp_engine *e, double place, double *y);
 void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope);
 
 /** Passes over the step of a lane that changes no quantity, after samples at every second point. false: it must be

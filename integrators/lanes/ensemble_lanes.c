@@ -558,13 +558,19 @@ static bool is_uncentred(kmp_engine *e, const kmp_pool *pool, size_t l)
     return false;
 }
 
+void kmp_lanes_evaluate_within(kmp_engine *e, kmp_pool *pool, double place)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_lanes_within(e, place, room->stage);
+    set_times(room, place);
+    evaluate(e, pool, room->stage, room->k[2]);
+}
+
 /* Samples the quantities at a point of the interpolants. */
 static void sample(kmp_engine *e, kmp_pool *pool, int point)
 {
-    kmp_lane_room *room = &e->room;
-    set_times(room, kmp_lanes_point(e, point, room->stage));
-    evaluate(e, pool, room->stage, room->k[2]);
-    kmp_lanes_sample(e, pool, point, room->stage, room->k[2]);
+    kmp_lanes_evaluate_within(e, pool, kmp_lanes_place(point));
+    kmp_lanes_sample(e, pool, point, e->room.stage, e->room.k[2]);
 }
 
 static void sample_end(kmp_engine *e, kmp_pool *pool, int point, const double *y, const double *slope)
@@ -574,18 +580,28 @@ static void sample_end(kmp_engine *e, kmp_pool *pool, int point, const double *y
     kmp_lanes_sample(e, pool, point, y, slope);
 }
 
+/* Samples every so many points of the step; at its ends the slopes are known. */
+static void sample_every(kmp_engine *e, kmp_pool *pool, int every)
+{
+    kmp_lane_room *room = &e->room;
+    int last = kmp_lanes_points(e, pool) - 1;
+    if (last < 0)
+        return;
+    sample_end(e, pool, 0, room->y, room->k[1]);
+    for (int point = every; point < last; point += every)
+        sample(e, pool, point);
+    sample_end(e, pool, last, room->y_new, room->k[13]);
+}
+
 /* Finds the accepted steps that must be measured, and passes over the others. Returns their number. */
 static int find_measured(kmp_engine *e, kmp_pool *pool, const outcome *what, bool *measured)
 {
     kmp_lane_room *room = &e->room;
     bool may_pass = kmp_lanes_may_pass(e, pool);
-    int count = 0, last = kmp_lanes_points(e, pool) - 1;
+    int count = 0;
     if (may_pass) {
         kmp_lanes_prepare(e, true);
-        sample_end(e, pool, 0, room->y, room->k[1]);
-        for (int point = 2; point < last; point += 2)
-            sample(e, pool, point);
-        sample_end(e, pool, last, room->y_new, room->k[13]);
+        sample_every(e, pool, 2);
     }
     for (size_t l = 0; l < room->w; l++) {
         measured[l] =
@@ -671,8 +687,7 @@ static void measure(kmp_engine *e, kmp_pool *pool, const bool *searched, outcome
     if (!searched)
         run_dense_stages(e, pool);
     kmp_lanes_prepare(e, false);
-    for (int point = 0; point < kmp_lanes_points(e, pool); point++)
-        sample(e, pool, point);
+    sample_every(e, pool, 1);
     for (size_t l = 0; l < room->w; l++) {
         bool bad = room->bad[l] != 0 || room->dense_bad[l];
         room->bad[l] = 0;

@@ -11,7 +11,13 @@
 #include <math.h>
 #include <string.h>
 
-enum { VECTORS = KMP_LANE_VECTORS };
+/* The last parts of a step that were sampled are kept, so many of them, for other lanes. */
+enum { VECTORS = KMP_LANE_VECTORS, MOST_PARTS = 32 };
+
+typedef struct sampled_part {
+    int halvings, index;
+    bool bad[KMP_LANES_MOST]; /* of a lane some sample is not good */
+} sampled_part;
 
 typedef struct kmp_measuring {
     const kmp_run_quantities *q;
@@ -26,12 +32,17 @@ typedef struct kmp_measuring {
     double *rows;                  /* 3 n + m: q and qd; qdd and lambda */
     bool doubtful[KMP_LANES_MOST]; /* some sample of the present step has lost digits of qdd or lambda */
     double *sampled;               /* points x channels of each lane, one lane after the other */
+    int parts;                     /* of the present step that were sampled; the last of them are kept */
+    sampled_part part[MOST_PARTS];
+    double *in_part[MOST_PARTS]; /* as `sampled` */
 } kmp_measuring;
 
 /* The source of states within a step: a lane's interpolant, or a run. */
 typedef struct within {
     kmp_engine *e;
     kmp_runner *run; /* NULL: that lane */
+    kmp_pool *pool;
+    size_t lane;
 } within;
 
 static bool make_lanes(kmp_engine *e)
@@ -48,7 +59,9 @@ static bool make_lanes(kmp_engine *e)
     for (int l = 0; m->lanes && l < (int)w; l++)
         kmp_lanes_set_one(m->lanes, KMP_IN_CHART, l, e->eval->chart);
     m->rows = kmp_arena_aligned(a, w * (3 * (size_t)e->n + (size_t)e->m));
-    m->sampled = KMP_ARENA_NEW(a, double, w *kmp_account_room(m->q));
+    m->sampled = KMP_ARENA_NEW(a, double, w *kmp_account_piece(m->q));
+    for (int k = 0; k < MOST_PARTS; k++)
+        m->in_part[k] = KMP_ARENA_NEW(a, double, w *kmp_account_piece(m->q));
     return !a->failed && (m->lanes || !m->q->computed);
 }
 
@@ -199,6 +212,7 @@ void kmp_lanes_prepare(kmp_engine *e, bool rough)
     kmp_lanes_interpolant(room->w, (size_t)e->size, &step, !rough, e->measuring->wide);
     e->measuring->vectors = rough ? 4 : VECTORS;
     memset(e->measuring->doubtful, 0, sizeof e->measuring->doubtful);
+    e->measuring->parts = 0;
 }
 
 int kmp_lanes_points(const kmp_engine *e, const kmp_pool *pool)
@@ -206,11 +220,14 @@ int kmp_lanes_points(const kmp_engine *e, const kmp_pool *pool)
     return samples(e, pool) ? KMP_PIECE_POINTS : 0;
 }
 
-double kmp_lanes_point(kmp_engine *e, int point, double *y)
+double kmp_lanes_place(int point)
 {
-    double x = 0.5 * (1 + kmp_piece_point(point));
-    kmp_lanes_interpolate(e->room.w, (size_t)e->size, e->measuring->vectors, e->measuring->wide, x, y);
-    return x;
+    return 0.5 * (1 + kmp_piece_point(point));
+}
+
+void kmp_lanes_within(kmp_engine *e, double place, double *y)
+{
+    kmp_lanes_interpolate(e->room.w, (size_t)e->size, e->measuring->vectors, e->measuring->wide, place, y);
 }
 
 void kmp_lanes_spread(const kmp_engine *e, const kmp_pool *pool, const double *y, const double *slope, double *rows)
@@ -266,11 +283,13 @@ static const double *shown_in_lanes(kmp_engine *e)
     return shown;
 }
 
-void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope)
+/* Into pieces, one of each lane after the other. */
+static void sample_into(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope,
+                        double *pieces)
 {
     kmp_measuring *m = e->measuring;
     const kmp_run_quantities *q = m->q;
-    size_t w = e->room.w, room = kmp_account_room(q);
+    size_t w = e->room.w, size = kmp_account_piece(q);
     kmp_lanes_spread(e, pool, y, slope, m->rows);
     if (q->late)
         complete_lanes(e, pool);
@@ -279,8 +298,54 @@ void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const doub
         const double *from =
             shown && q->shown[c] >= 0 ? shown + (size_t)q->shown[c] * w : m->rows + (size_t)(-1 - q->shown[c]) * w;
         for (size_t l = 0; l < w; l++)
-            m->sampled[l * room + (size_t)(point * q->channels + c)] = from[l];
+            pieces[l * size + (size_t)(point * q->channels + c)] = from[l];
     }
+}
+
+void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope)
+{
+    sample_into(e, pool, point, y, slope, e->measuring->sampled);
+}
+
+/* Samples a part of the step in all lanes: more than one may need it. Flags of the whole step stay as they are. */
+static void sample_part(kmp_engine *e, kmp_pool *pool, int halvings, int index, sampled_part *part, double *pieces)
+{
+    kmp_measuring *m = e->measuring;
+    kmp_lane_room *room = &e->room;
+    bool doubtful[KMP_LANES_MOST];
+    double bad[KMP_LANES_MOST];
+    memcpy(doubtful, m->doubtful, sizeof doubtful);
+    memcpy(bad, room->bad, room->w * sizeof *bad);
+    memset(m->doubtful, 0, sizeof m->doubtful);
+    memset(room->bad, 0, room->w * sizeof *bad);
+    for (int point = 1; point < KMP_PIECE_POINTS - 1; point++) {
+        kmp_lanes_evaluate_within(e, pool, ldexp(index + kmp_lanes_place(point), -halvings));
+        sample_into(e, pool, point, room->stage, room->k[2], pieces);
+    }
+    *part = (sampled_part){.halvings = halvings, .index = index};
+    for (size_t l = 0; l < room->w; l++)
+        part->bad[l] = m->doubtful[l] || room->bad[l] != 0;
+    memcpy(m->doubtful, doubtful, sizeof doubtful);
+    memcpy(room->bad, bad, room->w * sizeof *bad);
+}
+
+static bool lane_part(void *user, int halvings, int index, double *piece)
+{
+    const within *in = user;
+    kmp_engine *e = in->e;
+    kmp_measuring *m = e->measuring;
+    int kept = m->parts < MOST_PARTS ? m->parts : MOST_PARTS, k = 0;
+    while (k < kept && (m->part[k].halvings != halvings || m->part[k].index != index))
+        k++;
+    if (k == kept) {
+        k = m->parts++ % MOST_PARTS;
+        sample_part(e, in->pool, halvings, index, &m->part[k], m->in_part[k]);
+    }
+    size_t size = kmp_account_piece(m->q), channels = (size_t)m->q->channels;
+    if (m->part[k].bad[in->lane])
+        return false;
+    memcpy(piece + channels, m->in_part[k] + in->lane * size + channels, (size - 2 * channels) * sizeof *piece);
+    return true;
 }
 
 /* false: the interpolant of a lane is less exact than the step, where a run would integrate anew. */
@@ -302,7 +367,8 @@ static kmp_measured_step step_of(const kmp_engine *e, const kmp_pool *pool, size
     return (kmp_measured_step){.from = e->room.t[l],
                                .to = t,
                                .rtol = e->spec.rtol,
-                               .sampled = sampled ? m->sampled + l * kmp_account_room(m->q) : NULL};
+                               .sampled = sampled ? m->sampled + l * kmp_account_piece(m->q) : NULL,
+                               .parts = sampled ? lane_part : NULL};
 }
 
 bool kmp_lane_pass(kmp_engine *e, const kmp_pool *pool, size_t l)
@@ -315,7 +381,7 @@ bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l, double t)
 {
     kmp_measuring *m = e->measuring;
     int i = e->room.who[l];
-    within in = {.e = e};
+    within in = {.e = e, .pool = pool, .lane = l};
     kmp_measured_step step = step_of(e, pool, l, t);
     step.channels = lane_channels;
     step.user = &in;

@@ -27,10 +27,16 @@ size_t kmp_account_size(const kmp_run_quantities *q)
     return (size_t)NUMBERS * (size_t)q->count + (size_t)q->channels;
 }
 
-/* The values at the points of a piece, by points; of one piece for every level of halving its right half follows. */
-size_t kmp_account_room(const kmp_run_quantities *q)
+/* The values at the points of a piece, by points. */
+size_t kmp_account_piece(const kmp_run_quantities *q)
 {
     return (size_t)KMP_PIECE_POINTS * (size_t)q->channels;
+}
+
+/* A piece of every level of halving. */
+size_t kmp_account_room(const kmp_run_quantities *q)
+{
+    return (1 + MOST_HALVINGS) * kmp_account_piece(q);
 }
 
 void kmp_account_begin(const kmp_run_quantities *q, double *account)
@@ -148,7 +154,7 @@ static void take_piece(const kmp_run_quantity *q, const kmp_piece *piece, const 
 
 /* -- a step ------------------------------------------------------------------------------------------- */
 
-/* A step under way. */
+/* A step under way, and a part of it. */
 typedef struct measuring {
     const kmp_run_quantities *q;
     double *account, *room;
@@ -156,41 +162,67 @@ typedef struct measuring {
     int pieces;
 } measuring;
 
-static bool sample(const measuring *m, double from, double to, bool whole)
+typedef struct part {
+    double from, to;
+    int halvings, index; /* one of 2^halvings parts of the step */
+} part;
+
+static double *values_at(const measuring *m, const part *at, int point)
 {
-    int channels = m->q->channels;
-    if (whole && m->step->sampled) {
-        memcpy(m->room, m->step->sampled, (size_t)(KMP_PIECE_POINTS * channels) * sizeof *m->room);
-        return true;
-    }
-    for (int k = 0; k < KMP_PIECE_POINTS; k++) {
-        double x = kmp_piece_point(k), t = x <= -1 ? from : x >= 1 ? to : from + 0.5 * (1 + x) * (to - from);
-        if (!m->step->channels(m->step->user, t, m->room + (ptrdiff_t)k * channels))
+    return m->room + (size_t)at->halvings * kmp_account_piece(m->q) + (size_t)(point * m->q->channels);
+}
+
+/* The channels at points of a part, one by one. */
+static bool sample_points(const measuring *m, const part *at, int first, int last)
+{
+    for (int k = first; k <= last; k++) {
+        double x = kmp_piece_point(k);
+        double t = x <= -1 ? at->from : x >= 1 ? at->to : at->from + 0.5 * (1 + x) * (at->to - at->from);
+        if (!m->step->channels(m->step->user, t, values_at(m, at, k)))
             return false;
     }
     return true;
 }
 
+/* The ends of a half are points of the piece that it is half of. */
+static bool sample(const measuring *m, const part *at)
+{
+    enum { LAST = KMP_PIECE_POINTS - 1, MIDDLE = LAST / 2 };
+    size_t bytes = (size_t)m->q->channels * sizeof *m->room;
+    if (at->halvings == 0 && m->step->sampled) {
+        memcpy(m->room, m->step->sampled, KMP_PIECE_POINTS * bytes);
+        return true;
+    }
+    if (at->halvings == 0)
+        return sample_points(m, at, 0, LAST);
+    const part whole = {.halvings = at->halvings - 1};
+    bool right = at->index % 2 == 1;
+    memcpy(values_at(m, at, 0), values_at(m, &whole, right ? MIDDLE : 0), bytes);
+    memcpy(values_at(m, at, LAST), values_at(m, &whole, right ? LAST : MIDDLE), bytes);
+    return (m->step->parts && m->step->parts(m->step->user, at->halvings, at->index, values_at(m, at, 0))) ||
+           sample_points(m, at, 1, LAST - 1);
+}
+
 /* The values of a channel, or their squares, as a polynomial. */
-static kmp_piece piece_of(const measuring *m, int channel, bool square, double from, double to)
+static kmp_piece piece_of(const measuring *m, int channel, bool square, const part *at)
 {
     double values[KMP_PIECE_POINTS];
     for (int k = 0; k < KMP_PIECE_POINTS; k++) {
-        double x = m->room[k * m->q->channels + channel];
+        double x = values_at(m, at, k)[channel];
         values[k] = square ? x * x : x;
     }
-    return kmp_piece_of(from, to, values);
+    return kmp_piece_of(at->from, at->to, values);
 }
 
-static void note_sizes(const measuring *m)
+static void note_sizes(const measuring *m, const part *at)
 {
     double *size = m->account + (ptrdiff_t)NUMBERS * m->q->count;
-    for (int c = 0; c < m->q->channels; c++)
-        for (int k = 0; k < KMP_PIECE_POINTS; k++)
-            size[c] = fmax(size[c], fabs(m->room[k * m->q->channels + c]));
+    for (int k = 0; k < KMP_PIECE_POINTS; k++)
+        for (int c = 0; c < m->q->channels; c++)
+            size[c] = fmax(size[c], fabs(values_at(m, at, k)[c]));
 }
 
-static bool is_smooth(const measuring *m, double from, double to)
+static bool is_smooth(const measuring *m, const part *at)
 {
     const double *size = m->account + (ptrdiff_t)NUMBERS * m->q->count;
     for (int k = 0; k < m->q->count; k++) {
@@ -198,7 +230,7 @@ static bool is_smooth(const measuring *m, double from, double to)
         bool square = q->kind == KMP_TAKE_RMS;
         if (q->kind == KMP_TAKE_END || q->kind == KMP_TAKE_AT)
             continue;
-        const kmp_piece piece = piece_of(m, q->channel, square, from, to);
+        const kmp_piece piece = piece_of(m, q->channel, square, at);
         double most = size[q->channel];
         if (!(kmp_piece_error(&piece) <= m->step->rtol * (square ? most * most : most)))
             return false;
@@ -206,32 +238,34 @@ static bool is_smooth(const measuring *m, double from, double to)
     return true;
 }
 
-static void take(const measuring *m, double from, double to)
+static void take(const measuring *m, const part *at)
 {
     for (int k = 0; k < m->q->count; k++) {
         const kmp_run_quantity *q = &m->q->of[k];
         if (q->kind == KMP_TAKE_END || q->kind == KMP_TAKE_AT)
             continue;
-        const kmp_piece piece = piece_of(m, q->channel, false, from, to),
-                        square = q->kind == KMP_TAKE_RMS ? piece_of(m, q->channel, true, from, to) : piece;
+        const kmp_piece piece = piece_of(m, q->channel, false, at),
+                        square = q->kind == KMP_TAKE_RMS ? piece_of(m, q->channel, true, at) : piece;
         take_piece(q, &piece, &square, m->account + (ptrdiff_t)NUMBERS * k);
     }
 }
 
 /* Pieces in the order of time. */
-static bool measure(measuring *m, double from, double to, int halvings)
+static bool measure(measuring *m, const part *at)
 {
-    if (!sample(m, from, to, halvings == 0))
+    if (!sample(m, at))
         return false;
-    note_sizes(m);
-    double middle = from + 0.5 * (to - from);
-    bool splits = halvings < MOST_HALVINGS && m->pieces < MOST_PIECES && middle > from && middle < to;
-    if (!splits || is_smooth(m, from, to)) {
-        take(m, from, to);
+    note_sizes(m, at);
+    double middle = at->from + 0.5 * (at->to - at->from);
+    bool splits = at->halvings < MOST_HALVINGS && m->pieces < MOST_PIECES && middle > at->from && middle < at->to;
+    if (!splits || is_smooth(m, at)) {
+        take(m, at);
         return true;
     }
     m->pieces++;
-    return measure(m, from, middle, halvings + 1) && measure(m, middle, to, halvings + 1);
+    const part left = {at->from, middle, at->halvings + 1, 2 * at->index},
+               right = {middle, at->to, at->halvings + 1, 2 * at->index + 1};
+    return measure(m, &left) && measure(m, &right);
 }
 
 /* Values at given times within the step, or at the start. */
@@ -257,7 +291,7 @@ bool kmp_account_step(const kmp_run_quantities *q, double *account, double *room
     for (int k = 0; k < q->count; k++)
         pieces = pieces || (q->of[k].kind != KMP_TAKE_END && q->of[k].kind != KMP_TAKE_AT);
     return take_times(&m, step->from, step->to) &&
-           (!pieces || !(step->to > step->from) || measure(&m, step->from, step->to, 0));
+           (!pieces || !(step->to > step->from) || measure(&m, &(part){.from = step->from, .to = step->to}));
 }
 
 /* -- steps that change nothing --------------------------------------------------------------------------- */

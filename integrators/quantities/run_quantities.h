@@ -46,8 +46,10 @@ int kmp_run_quantity_width(kmp_run_quantity_kind kind);
 /** True for a kind whose value depends on states within steps. */
 bool kmp_run_quantity_inside(kmp_run_quantity_kind kind);
 
-/** Size of the account of one run, and of the room that runs can share which are measured in turn. */
+/** Size of the account of one run, of the values of a piece, and of the room that runs can share which are measured in
+ * turn. */
 size_t kmp_account_size(const kmp_run_quantities *quantities);
+size_t kmp_account_piece(const kmp_run_quantities *quantities);
 size_t kmp_account_room(const kmp_run_quantities *quantities);
 
 /** Begins an account. */
@@ -56,12 +58,17 @@ void kmp_account_begin(const kmp_run_quantities *quantities, double *account);
 /** Gives the values of all channels at a time within the present step. false: there is no state. */
 typedef bool kmp_channels_fn(void *user, double t, double *values);
 
+/** Writes the channels at the inner points of part `index` of 2^halvings equal parts of the present step, as in a piece
+ * whose first and last point are left as they are. false: they must be taken one by one. */
+typedef bool kmp_parts_fn(void *user, int halvings, int index, double *piece);
+
 /** An accepted step: its times; the error of a polynomial relative to the largest value so far; the channels at
- * kmp_piece_point 0, 1, .. of the whole step, point by point, if they are known (NULL: they are not), and at other
- * times. */
+ * kmp_piece_point 0, 1, .. of the whole step, point by point, if they are known (NULL: they are not), in its parts
+ * (NULL: one by one), and at other times. */
 typedef struct kmp_measured_step {
     double from, to, rtol;
     const double *sampled;
+    kmp_parts_fn *parts;
     kmp_channels_fn *channels;
     void *user;
 } kmp_measured_step;
