@@ -361,6 +361,9 @@
 /** Singular values of the Jacobian of a fit, columns of norm 1, times the rtol of its runs: below this part of the
  * first one they are errors of the derivatives, which are promised to a hundred tolerances. */
 #define KMP_FIT_RANK 100.0
+/** Step of differences of whole runs, relative to a parameter: with four places the derivative has errors of rtol over
+ * it, and of its fourth power. */
+#define KMP_RUN_STEP 2e-3
 /** Components of a direction that the data does not determine: smaller ones are rounding of the others. */
 #define KMP_FIT_MEMBER 0.01
 /** A parameter this near to its bound, over its range, is at it: there the search moves by the root of its tolerance.

@@ -82,14 +82,11 @@ static kempe_status check_rows(const kempe_model *model, unsigned sets)
 {
     const unsigned of_friction = kmp_sets_find("friction", strlen("friction"));
     const unsigned of_contacts = kmp_sets_find("contact", strlen("contact")) | 1u << KMP_EQ_IMPACT;
-    bool sticks = false;
-    for (int k = 0; k < model->force_count; k++)
-        sticks = sticks || kmp_force_sticks(&model->forces[k]);
     if (sets & of_contacts && !kmp_model_has_contacts(model))
         return kmp_fail(model->context, KEMPE_E_ARGUMENT,
                         "the sets 'contact' and 'impact' are empty: '%s' has no rigid contacts; omit them",
                         model->name);
-    if (sets & of_friction && !sticks)
+    if (sets & of_friction && !kmp_model_sticks(model))
         return kmp_fail(model->context, KEMPE_E_ARGUMENT,
                         "the set 'friction' is empty: '%s' has no friction that sticks; omit the set", model->name);
     if (sets & kmp_sets_find("discrete", strlen("discrete")) && !kmp_model_has_samples(model))

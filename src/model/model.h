@@ -346,6 +346,15 @@ static inline bool kmp_force_sticks(const kmp_force *force)
 }
 bool kmp_closure_is_friction(const kmp_closure *closure);
 
+/** True if some friction of the model sticks. */
+static inline bool kmp_model_sticks(const kempe_model *model)
+{
+    bool sticks = false;
+    for (int k = 0; k < model->force_count; k++)
+        sticks = sticks || kmp_force_sticks(&model->forces[k]);
+    return sticks;
+}
+
 /** The number of rows of a closure, its first ones, whose multipliers are components of its force along unit axes; 0:
  * its force is another one. */
 int kmp_closure_force_rows(const kmp_closure *closure);

@@ -349,6 +349,50 @@ static void searches_from_several_starts(void)
     unload(&other);
 }
 
+/* -- friction that sticks ------------------------------------------------------------------------------ */
+
+/* A block on the floor slides to rest, x = v t - mu g t^2 / 2 up to v / (mu g), and sticks there until a force of c t has
+ * grown to its friction: t = mu m g / c. Then x'' = c t / m - mu g. In closed form, with sticking and release at times
+ * that depend on the parameters. */
+static double block_at(double t, double v, double mu, double m, double c)
+{
+    const double g = 9.81, stop = v / (mu * g), go = mu * m * g / c;
+    double slid = fmin(t, stop), x = v * slid - mu * g * slid * slid / 2;
+    if (t > go)
+        x += c / m * (t * t * t - go * go * go) / 6 - mu * g * (t - go) * (t - go) / 2 - c / m * go * go / 2 * (t - go);
+    return x;
+}
+
+static void finds_friction_that_sticks(void)
+{
+    enum { ROWS = 60 };
+    static double cells[ROWS][2];
+    const double v = 2, mu = 0.3, c = 4;
+    for (int k = 0; k < ROWS; k++) {
+        cells[k][0] = 0.05 * (k + 1);
+        cells[k][1] = block_at(cells[k][0], v, mu, 2, c);
+    }
+    loaded l = load_text("kempe: 1\n"
+                         "gravity: [0, 0, 0]\n"
+                         "parameters: {mu: 0.4, c: 5, v: 2.2}\n"
+                         "bodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}\n"
+                         "forces:\n"
+                         "  floor: {joint: x, friction: {force: 'mu*2*9.81'}}\n"
+                         "  pull: {joint: x, force: 'if(t > 1, c*t, 0)'}\n"
+                         "start: {q: {x: 0}, qd: {x: v}}\n");
+    kempe_fit *fit = NULL;
+    write_data("t,q.x", ROWS, 2, &cells[0][0]);
+    CHECK(fit_with(&l, (kempe_fit_options){.parameters = "mu:0.1:1,c:1:20,v:1:4"}, &fit) == KEMPE_OK);
+    if (fit) {
+        CHECK(kempe_fit_rank(fit) == 3);
+        CHECK_NEAR(kempe_fit_value(fit, 0), mu, 1e-6);
+        CHECK_NEAR(kempe_fit_value(fit, 1), c, 1e-6);
+        CHECK_NEAR(kempe_fit_value(fit, 2), v, 1e-6);
+    }
+    kempe_fit_free(fit);
+    unload(&l);
+}
+
 /* -- threads ------------------------------------------------------------------------------------------ */
 
 /* The printed result without its times, with all digits of the numbers. */
@@ -463,6 +507,7 @@ int main(void)
         TEST(shortens_where_the_loop_opens);
         TEST(searches_from_several_starts);
         TEST(gives_up_long_trials);
+        TEST(finds_friction_that_sticks);
         TEST(threads_change_nothing);
         TEST(keeps_the_best);
     }

@@ -87,6 +87,10 @@ static void put_head(kmp_text *text, const kempe_fit *f)
     if (isfinite(f->coarser))
         kmp_text_printf(text, "; a hundredfold tolerance changes the motion by %.2g deviations", f->coarser);
     kmp_text_printf(text, "\ncpu       %.3f s, and %.3f s to derive the equations\n", cpu_s, build_s);
+    if (rows->differences)
+        kmp_text_printf(text,
+                        "slopes    differences of runs, as friction sticks: at twice the step they differ by %.2g\n",
+                        kmp_fit_slope_error(f));
     kmp_text_printf(text, "rank      %d of %d, condition number %.3g\n", f->rank, f->free, f->condition);
 }
 
@@ -205,6 +209,8 @@ static void put_json(kmp_text *text, const void *result)
                  f->coarser);
     kmp_json_put(&json, "confidence %g degrees_of_freedom %d rank %d free %d condition %g", f->confidence, f->freedoms,
                  f->rank, f->free, f->condition);
+    kmp_json_put(&json, "slopes %s slope_error %g", rows->differences ? "differences" : "exact",
+                 kmp_fit_slope_error(f));
     kmp_json_array(&json, "files");
     for (int k = 0; k < f->run_count; k++)
         kmp_json_put(&json, "{ file %s rows %d measurements %d }", f->run[k].file, f->run[k].measured.rows,

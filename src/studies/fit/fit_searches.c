@@ -84,7 +84,7 @@ static kempe_status derive_again(searcher *w, int k)
     const kempe_sensitivity_options ask = {
         .parameters = r->names, .outputs = r->measured.outputs, .run = &w->f->run_options};
     KMP_TRY(kmp_variant_new_in(w->context, r->own ? r->own : w->f->model, 0, NULL, &w->copy[k]));
-    return kmp_slope_runs_new(kmp_variant_model(w->copy[k]), &ask, r->measured.rows, r->measured.t, &w->runs[k]);
+    return kmp_slope_runs_new(kmp_variant_model(w->copy[k]), &ask, r->measured.rows, r->measured.t, true, &w->runs[k]);
 }
 
 static kempe_status begin_searcher(void *self, void *job, kempe_context *context, bool caller)

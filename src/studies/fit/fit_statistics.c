@@ -46,11 +46,19 @@ static void scale_columns(judge *j)
     }
 }
 
+double kmp_fit_slope_error(const kempe_fit *fit)
+{
+    double error = KMP_FIT_RANK * kmp_fit_rows(fit, 0)->rtol;
+    for (int k = 0; k < fit->run_count; k++)
+        error = fmax(error, kmp_fit_rows(fit, k)->slope_error);
+    return error;
+}
+
 /* Right vectors of zero singular values have components of these parameters. */
 static void find_open(judge *j)
 {
     kempe_fit *f = j->f;
-    const double least = KMP_FIT_RANK * kmp_fit_rows(f, 0)->rtol;
+    const double least = kmp_fit_slope_error(f);
     f->rank = 0;
     while (f->rank < j->free && j->svd.s[f->rank] > least * j->svd.s[0])
         f->rank++;

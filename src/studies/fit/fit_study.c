@@ -338,7 +338,7 @@ static kempe_status derive_run(kempe_fit *f, int k, const kempe_fit_options *opt
     KMP_TRY(kmp_made(f->context, !f->arena.failed));
     const kempe_sensitivity_options ask = {
         .parameters = r->names, .outputs = r->measured.outputs, .run = &f->run_options};
-    KMP_TRY(kmp_slope_runs_new(r->own ? r->own : f->model, &ask, r->measured.rows, r->measured.t, &r->runs));
+    KMP_TRY(kmp_slope_runs_new(r->own ? r->own : f->model, &ask, r->measured.rows, r->measured.t, true, &r->runs));
     r->most_steps = kmp_slope_runs_most(r->runs);
     KMP_TRY(kmp_measured_read(kmp_slope_runs_rows(r->runs), r->file, &r->measured));
     match_columns(f, r);

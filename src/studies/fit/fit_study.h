@@ -105,6 +105,9 @@ kempe_status kmp_fit_searches(kempe_fit *fit, int count);
 kempe_status kmp_fit_run_all(const kempe_fit *fit, kmp_slope_runs *const *runs, double factor, const double *x,
                              double *value);
 
+/** The relative error of the derivatives: of exact ones a hundred tolerances. */
+double kmp_fit_slope_error(const kempe_fit *fit);
+
 /** Standard errors, intervals, correlation and rank from the residuals and their derivatives. KEMPE_E_MEMORY. */
 kempe_status kmp_fit_judge(kempe_fit *fit);
 

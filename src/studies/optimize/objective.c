@@ -76,7 +76,7 @@ static kempe_status derive_slopes(kmp_objective *o, const char *const *names, do
     const kempe_sensitivity_options ask = {.parameters = list.s, .run = &o->run};
     kempe_status status = list.failed ? kmp_fail_memory(o->context) : add_rows(o);
     if (status == KEMPE_OK)
-        status = kmp_slope_runs_new(kmp_variant_model(o->shown), &ask, run->count + 1, o->times, &o->runs);
+        status = kmp_slope_runs_new(kmp_variant_model(o->shown), &ask, run->count + 1, o->times, false, &o->runs);
     kmp_text_free(&list);
     if (status != KEMPE_OK && status != KEMPE_E_MEMORY)
         return refuse_slopes(o, kempe_context_message(o->context));

@@ -44,7 +44,8 @@ static kempe_status check_method(const kempe_sensitivity *s)
         return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
                         s->kind->name);
     bool start = s->options->at && strcmp(s->options->at, "start") == 0;
-    KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
+    if (!s->differences)
+        KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
     if (!s->kind->rests || start) /* at an equilibrium contacts that press stay closed */
         KMP_TRY(kmp_refuse_contacts(s->model, "sensitivities"));
     if (s->run->checkpoint || s->run->resume)
@@ -169,7 +170,7 @@ static kempe_status prepare(kempe_sensitivity *s)
 /* -- the object -------------------------------------------------------------------------------------- */
 
 static kempe_status begin(const kempe_model *model, const kempe_sensitivity_options *options,
-                          const kempe_run_options *run, kempe_sensitivity **sensitivity)
+                          const kempe_run_options *run, bool differences, kempe_sensitivity **sensitivity)
 {
     KMP_MAKE(model->context, kempe_sensitivity, s);
     *s = (kempe_sensitivity){.kind = kinds[0],
@@ -178,6 +179,7 @@ static kempe_status begin(const kempe_model *model, const kempe_sensitivity_opti
                              .options = options,
                              .integral = options->integral,
                              .run = run,
+                             .differences = differences && kmp_model_sticks(model),
                              .method = "",
                              .integrator = ""};
     *sensitivity = s;
@@ -185,10 +187,10 @@ static kempe_status begin(const kempe_model *model, const kempe_sensitivity_opti
 }
 
 kempe_status kmp_sensitivity_begin(const kempe_model *model, const kempe_sensitivity_options *options,
-                                   const kempe_run_options *run, kempe_sensitivity **sensitivity)
+                                   const kempe_run_options *run, bool differences, kempe_sensitivity **sensitivity)
 {
     kempe_sensitivity *s = NULL;
-    kempe_status status = begin(model, options, run, &s);
+    kempe_status status = begin(model, options, run, differences, &s);
     return KMP_GIVE_OR_FREE(status, sensitivity, s, kempe_sensitivity_free);
 }
 
@@ -203,7 +205,7 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     kmp_context_begin(model->context);
     KMP_TRY(kmp_model_check_finished(model));
     kempe_sensitivity *s = NULL;
-    kempe_status status = begin(model, options, run, &s);
+    kempe_status status = begin(model, options, run, false, &s);
     if (!s)
         return status;
     double derived = s->build_s = kmp_cpu_now() - started;

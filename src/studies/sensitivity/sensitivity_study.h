@@ -23,6 +23,8 @@ struct kempe_sensitivity {
     kmp_variant *variant;
     kempe_system *system; /* of the variant */
     bool integral;        /* the columns are time integrals */
+    bool differences;     /* derivatives are differences of runs */
+    double slope_error;   /* of these: kmp_run_differences; otherwise 0 */
     unsigned *parts;      /* the requested ones of its outputs; NULL: all */
     kmp_arena arena;      /* of names, note and parameters */
     int count;            /* parameters */
@@ -90,18 +92,20 @@ void kmp_sensitivity_fill(const kempe_sensitivity *s, const kmp_sensitivity_sour
 /** A row, to be filled; NULL: no memory. */
 double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at);
 
-/** The object before its rows: names, equations, sizes. Both options stay those of the caller. */
+/** The object before its rows: names, equations, sizes. Both options stay those of the caller. `differences`: friction
+ * that sticks is no error, and derivatives are then differences of runs. */
 kempe_status kmp_sensitivity_begin(const kempe_model *model, const kempe_sensitivity_options *options,
-                                   const kempe_run_options *run, kempe_sensitivity **sensitivity);
+                                   const kempe_run_options *run, bool differences, kempe_sensitivity **sensitivity);
 
 /** Trajectories with their derivatives at the same times, each with other values of the parameters: the equations are
  * derived once. */
 typedef struct kmp_slope_runs kmp_slope_runs;
 
 /** `t`: times of the rows, ascending from 0 or later; they are copied. Of the options parameters, outputs and run
- * count. Errors of kempe_sensitivity_new. */
+ * count. `differences`: of runs (run_differences.h) of a model with friction that sticks; the options' texts must stay
+ * then as long as there are runs. Errors of kempe_sensitivity_new. */
 kempe_status kmp_slope_runs_new(const kempe_model *model, const kempe_sensitivity_options *options, int count,
-                                const double *t, kmp_slope_runs **runs);
+                                const double *t, bool differences, kmp_slope_runs **runs);
 void kmp_slope_runs_free(kmp_slope_runs *runs);
 
 /** Other times of the rows, no more than before; the last one is the end of the runs as before. */

@@ -7,6 +7,7 @@
 #include "integrators/steppers/solver.h"
 #include "output/times.h"
 #include "studies/sensitivity/adjoint.h"
+#include "studies/sensitivity/run_differences.h"
 #include "studies/sensitivity/sensitivity_study.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/sensitivity.h>
@@ -105,14 +106,16 @@ static kempe_status prepare(work *w)
     kempe_sensitivity *s = w->s;
     KMP_TRY(choose_run(w));
     KMP_TRY(kmp_made(s->context, kmp_sensitivity_choose(s)));
-    KMP_TRY(
-        kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, has_shown(w), &w->slopes));
-    KMP_TRY(kmp_varied_init(&w->varied, s->system, w->spec.backend, w->slopes));
-    kmp_linear_derive(&w->varied.linear);
     s->integrator = kmp_solver_find(w->spec.integrator)->name;
     s->rtol = w->spec.rtol;
     s->atol = w->spec.atol;
     s->t_end = w->spec.t_end;
+    if (s->differences)
+        return KEMPE_OK;
+    KMP_TRY(
+        kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, has_shown(w), &w->slopes));
+    KMP_TRY(kmp_varied_init(&w->varied, s->system, w->spec.backend, w->slopes));
+    kmp_linear_derive(&w->varied.linear);
     w->options = (kmp_forward){.spec = &w->spec};
     return make_room(w) ? KEMPE_OK : kmp_fail_memory(s->context);
 }
@@ -380,6 +383,8 @@ struct kmp_slope_runs {
     work w;
     int count;
     double *t;
+    bool differences;
+    const char *words, *independent; /* of differences: outputs, and independent coordinates */
 };
 
 static kempe_status prepare_runs(kmp_slope_runs *r, const kempe_model *model, const kempe_sensitivity_options *options,
@@ -389,21 +394,24 @@ static kempe_status prepare_runs(kmp_slope_runs *r, const kempe_model *model, co
     KMP_OPTIONS(model->context, kempe_run_options, given);
     kempe_run_options run = *given;
     run.t_end = t[r->count - 1];
-    KMP_TRY(kmp_sensitivity_begin(model, options, &run, &r->s));
+    KMP_TRY(kmp_sensitivity_begin(model, options, &run, r->differences, &r->s));
     r->w.s = r->s;
     kempe_status status = prepare(&r->w);
     r->s->options = NULL;
     r->s->run = NULL;
+    r->independent = given->independent;
     r->s->method = "forward";
     return status;
 }
 
 kempe_status kmp_slope_runs_new(const kempe_model *model, const kempe_sensitivity_options *options, int count,
-                                const double *t, kmp_slope_runs **runs)
+                                const double *t, bool differences, kmp_slope_runs **runs)
 {
     double begin = kmp_cpu_now();
     KMP_MAKE(model->context, kmp_slope_runs, r);
     r->count = count;
+    r->differences = differences;
+    r->words = options->outputs;
     r->t = KMP_NEW(double, count);
     kempe_status status = kmp_made(model->context, r->t);
     if (status == KEMPE_OK)
@@ -470,6 +478,22 @@ static kempe_status judge_run(kmp_slope_runs *r, kempe_status status)
     return status;
 }
 
+static kempe_status run_once(kmp_slope_runs *r)
+{
+    kmp_slopes_renew_parameters(r->w.slopes);
+    kempe_status status = find_rows(&r->w, r->count, r->t);
+    add_work(&r->w);
+    return judge_run(r, status);
+}
+
+static kempe_status differ(kmp_slope_runs *r, const double *values)
+{
+    kempe_status status = kmp_run_differences(
+        r->s, &(kmp_differing){&r->w.spec, r->words, r->independent, r->count, r->t}, values, &r->w.report.run);
+    add_work(&r->w);
+    return status;
+}
+
 kempe_status kmp_slope_runs_at(kmp_slope_runs *runs, const double *values)
 {
     kempe_sensitivity *s = runs->s;
@@ -480,11 +504,8 @@ kempe_status kmp_slope_runs_at(kmp_slope_runs *runs, const double *values)
     w->report = (kmp_forward_report){0};
     kempe_status status = kmp_linear_vary(&w->varied.linear, s->system, s->variant, values);
     if (status == KEMPE_OK) {
-        kmp_slopes_renew_parameters(w->slopes);
         memcpy(s->parameter, values, (size_t)s->count * sizeof *values);
-        status = find_rows(w, runs->count, runs->t);
-        add_work(w);
-        status = judge_run(runs, status);
+        status = s->differences ? differ(runs, values) : run_once(runs);
     }
     s->cpu_s += kmp_cpu_now() - begin;
     return status;
