@@ -270,28 +270,18 @@ void kmp_graph_mark_free(kmp_graph_mark *mark)
     *mark = (kmp_graph_mark){0};
 }
 
-/* The youngest node is in the last slot of every search that passes it, so that its slot may become free. */
-static void forget_youngest(kmp_graph *g)
+static void keep_before(uint32_t first, uint32_t size, uint32_t *table)
 {
-    uint32_t id = g->seen.count - 1;
-    uint32_t hash = hash_node(g, &g->seen.nodes[id]), last = g->table_size - 1;
-    uint32_t k = first_slot(g, &g->seen.nodes[id], hash);
-    for (int step = 1; g->table[k] != id + 1; step++)
-        k = (step == NEAR ? hash : k + 1) & last;
-    g->table[k] = 0;
-    g->seen.count--;
+    for (uint32_t k = 0; k < size; k++)
+        table[k] = table[k] > first ? 0 : table[k];
 }
 
-/* Forgets the nodes from this number on, one by one or by a new table of the others, whichever has less to enter. */
+/* Forgets the nodes from this number on. No search for an older node passes the slot of a younger one: nodes are
+ * entered in their order, also into a wider table. */
 static void forget_from(kmp_graph *g, uint32_t first)
 {
-    if (first < g->seen.count / 2) {
-        g->seen.count = first;
-        memset(g->table, 0, g->table_size * sizeof *g->table);
-        fill_table(g);
-    }
-    while (g->seen.count > first)
-        forget_youngest(g);
+    keep_before(first, g->table_size, g->table);
+    g->seen.count = first;
 }
 
 /* Averages are kept: they take the most time to make, and the next derivation mostly needs them again. */

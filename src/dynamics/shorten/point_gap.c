@@ -44,25 +44,31 @@ static bool is_requested(const kmp_gaps *s, kmp_gap_part what)
     return s->sets & sets[what];
 }
 
-static void count_part(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost, bool add)
+/* What is counted of a version: `count` references from the first one on. NULL: nothing. */
+static const kmp_ref *counted(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, int *count)
 {
-    void (*count)(kmp_cost *, int, const kmp_ref *) = add ? kmp_cost_add : kmp_cost_remove;
+    const bool hdot = s->sets & KMP_SET_RESIDUAL, jdqd = s->sets & KMP_SET_JDQD;
     const kmp_gap_version *v = is_requested(s, what) ? kmp_gap_version_of(s, p, what, p->chosen[what]) : NULL;
-    if (!v)
-        return;
-    if (what == KMP_GAP_PLACE && s->sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL))
-        count(cost, kmp_gap_place_count(s, p), v->place);
-    if (what == KMP_GAP_RATE && s->sets & KMP_SET_RESIDUAL)
-        count(cost, p->count, v->rate);
-    if (what == KMP_GAP_RATE && s->sets & KMP_SET_JDQD)
-        count(cost, p->count, v->rate + p->count);
+    if (what == KMP_GAP_PLACE) {
+        *count = kmp_gap_place_count(s, p);
+        return v ? v->place : NULL;
+    }
+    *count = hdot && jdqd ? 2 * p->count : p->count;
+    return v ? v->rate + (hdot ? 0 : p->count) : NULL;
 }
 
+/* Only references that differ are counted: most are the zeros of J. */
 static void set_variant(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, kmp_cost *cost, const kmp_gap_variant by[2])
 {
-    count_part(s, p, what, cost, false);
+    int count;
+    const kmp_ref *before = counted(s, p, what, &count);
     memcpy(p->chosen[what], by, sizeof p->chosen[what]);
-    count_part(s, p, what, cost, true);
+    const kmp_ref *now = counted(s, p, what, &count);
+    for (int k = 0; before && now && k < count; k++)
+        if (before[k] != now[k]) {
+            kmp_cost_add(cost, 1, &now[k]);
+            kmp_cost_remove(cost, 1, &before[k]);
+        }
 }
 
 static void choose_all(kmp_gaps *s, kmp_cost *cost, kmp_gap_variant w)
@@ -104,8 +110,12 @@ static bool choose(kmp_gaps *s)
     if (!kmp_cost_init(&cost, s->eq->graph, KMP_COST_ADDITION))
         return false;
     for (int i = 0; i < s->count; i++)
-        for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++)
-            count_part(s, &s->list[i], what, &cost, true);
+        for (kmp_gap_part what = KMP_GAP_PLACE; what < KMP_GAP_PARTS; what++) {
+            int count;
+            const kmp_ref *derived = counted(s, &s->list[i], what, &count);
+            if (derived)
+                kmp_cost_add(&cost, count, derived);
+        }
     long least = cost.operations;
     kmp_gap_variant best = KMP_GAP_DERIVED;
     for (kmp_gap_variant w = KMP_GAP_INWARD; w < KMP_GAP_VARIANTS; w++) {

@@ -24,7 +24,8 @@ static kmp_vec turn_rate(kmp_graph *g, kmp_ref w, int axis, kmp_vec u)
     return r;
 }
 
-kmp_gap_motion kmp_gap_move_inward(kmp_gaps *s, const kmp_gap_side *p)
+/* The motion of the point, and the arm of each joint; without `rates` the position alone. */
+static kmp_gap_motion move_inward(kmp_gaps *s, const kmp_gap_side *p, bool rates)
 {
     const kmp_tree *tree = &s->eq->tree;
     kmp_graph *g = tree->graph;
@@ -32,19 +33,27 @@ kmp_gap_motion kmp_gap_move_inward(kmp_gaps *s, const kmp_gap_side *p)
     for (int i = p->link; i != p->ancestor; i = tree->links[i].parent) {
         const kmp_link *link = &tree->links[i];
         s->arm[i] = m.x;
-        if (link->rotation) {
+        if (!link->rotation)
+            m.x = kmp_vec_add(g, m.x, kmp_link_slide(tree, i));
+        if (rates && !link->rotation)
+            m.v = kmp_vec_add(g, m.v, kmp_vec_axis(link->qd, link->axis));
+        if (rates && link->rotation) {
             kmp_vec before = m.v;
             m.v = kmp_vec_add(g, m.v, turn_rate(g, link->qd, link->axis, m.x));
             m.a = kmp_vec_add(g, m.a, turn_rate(g, link->qd, link->axis, kmp_vec_add(g, before, m.v)));
-        } else {
-            m.x = kmp_vec_add(g, m.x, kmp_link_slide(tree, i));
-            m.v = kmp_vec_add(g, m.v, kmp_vec_axis(link->qd, link->axis));
         }
         m.x = kmp_vec_add(g, kmp_link_to_parent(tree, i, m.x), link->p);
+        if (!rates)
+            continue;
         m.v = kmp_link_to_parent(tree, i, m.v);
         m.a = kmp_link_to_parent(tree, i, m.a);
     }
     return m;
+}
+
+kmp_gap_motion kmp_gap_move_inward(kmp_gaps *s, const kmp_gap_side *p)
+{
+    return move_inward(s, p, true);
 }
 
 void kmp_gap_row_inward(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref *row)
@@ -52,7 +61,7 @@ void kmp_gap_row_inward(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref *
     const kmp_tree *tree = &s->eq->tree;
     kmp_graph *g = tree->graph;
     int depth = 0;
-    (void)kmp_gap_move_inward(s, p); /* the arms */
+    (void)move_inward(s, p, false); /* the arms */
     for (int i = p->link; i != p->ancestor; i = tree->links[i].parent)
         s->path[depth++] = i;
     while (depth--) {
@@ -133,9 +142,9 @@ static void see(kmp_gaps *s, int i)
     }
 }
 
-kmp_gap_motion kmp_gap_move_outward(kmp_gaps *s, const kmp_gap_side *p)
+/* The links of the point relative to its ancestor. */
+static void look_from_ancestor(kmp_gaps *s, const kmp_gap_side *p)
 {
-    kmp_graph *g = s->eq->graph;
     if (s->view != p->ancestor) {
         memset(s->seen, 0, (size_t)s->eq->tree.count * sizeof *s->seen);
         s->view = p->ancestor;
@@ -144,6 +153,12 @@ kmp_gap_motion kmp_gap_move_outward(kmp_gaps *s, const kmp_gap_side *p)
             s->seen[s->view].axes[k] = kmp_vec_axis(KMP_ONE, k);
     }
     see(s, p->link);
+}
+
+kmp_gap_motion kmp_gap_move_outward(kmp_gaps *s, const kmp_gap_side *p)
+{
+    kmp_graph *g = s->eq->graph;
+    look_from_ancestor(s, p);
     const kmp_gap_seen *m = &s->seen[p->link];
     kmp_vec r = combine(g, m->axes, p->local);
     return (kmp_gap_motion){kmp_vec_add(g, m->origin, r), kmp_vec_add(g, m->v, kmp_vec_cross(g, m->w, r)),
@@ -179,7 +194,7 @@ void kmp_gap_row_outward(kmp_gaps *s, const kmp_gap_side *p, kmp_vec f, kmp_ref 
     const kmp_tree *tree = &s->eq->tree;
     kmp_graph *g = tree->graph;
     kmp_vec x = p->by[KMP_GAP_OUTWARD].x, moment = kmp_vec_cross(g, x, f);
-    (void)kmp_gap_move_outward(s, p); /* the links relative to this ancestor */
+    look_from_ancestor(s, p);
     for (int k = p->link; k != p->ancestor; k = tree->links[k].parent) {
         const kmp_link *link = &tree->links[k];
         const kmp_gap_seen *m = &s->seen[k];

@@ -18,7 +18,7 @@
 #define BEYOND 2e-3   /* extent of a zone beyond the last point that touches */
 #define FAR    1.0    /* below the rail's top, where there is no rail */
 #define TURN   0.3    /* rad: contacts of an elastic wheel whose normals differ by less are in one zone */
-enum { BISECTIONS = 10, FEWEST_POINTS = 40, MOST_POINTS = 4000, RUN = 16 };
+enum { BISECTIONS = 10, FEWEST_POINTS = 40, MOST_POINTS = 4000, WIDE = 32, NARROW = 4 };
 
 static const double rolls[] = {-0.01, 0, 0.01};
 
@@ -26,6 +26,14 @@ static const double rolls[] = {-0.01, 0, 0.01};
 typedef struct jump {
     int first, last;
 } jump;
+
+/* Runs of neighbouring points of the wheel. */
+typedef struct runs {
+    int points;   /* of each */
+    double *low;  /* the least of scan.below */
+    double *over; /* the point of the rail that the run begins over */
+    double *top;  /* the greatest height of the rail under a run that begins at a point of the rail */
+} runs;
 
 typedef struct scan {
     kmp_arena arena;
@@ -40,8 +48,7 @@ typedef struct scan {
     double rail_first, rail_step;
     double *rail;
     double *aside, *below; /* the wheel's points at the current roll: laterally and upwards from its centre */
-    double *low, *over;    /* by run of RUN points: the least of `below`; the point of the rail that it begins over */
-    double *top;           /* of the rail under a run that begins at a point of the rail */
+    runs wide, narrow;     /* a wide run is WIDE / NARROW narrow ones */
     bool elastic;
 } scan;
 
@@ -71,6 +78,14 @@ double kmp_zones_scale(const kmp_wheel *wheel)
     return fmin(fmax(wheel->radius.value / USUAL, width / MOST_POINTS), width / FEWEST_POINTS);
 }
 
+static bool make_runs(scan *s, runs *r, int points)
+{
+    int count = (s->count + points - 1) / points;
+    r->points = points;
+    return KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, count, &r->over, &r->low),
+                          KMP_ROOM(double, s->rail_count, &r->top));
+}
+
 static bool begin(scan *s, const kmp_track *track, const kmp_wheel *wheel)
 {
     const kmp_table *height = wheel->profile->height;
@@ -87,9 +102,8 @@ static bool begin(scan *s, const kmp_track *track, const kmp_wheel *wheel)
     s->radius = sample(&s->arena, height, s->first, s->step, s->count);
     s->rail = sample(&s->arena, track->rail, s->rail_first, s->rail_step, s->rail_count);
     s->lowest = s->count - 1;
-    if (!KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, s->count, &s->aside, &s->below),
-                        KMP_ROOM(double, (s->count + RUN - 1) / RUN, &s->over, &s->low),
-                        KMP_ROOM(double, s->rail_count, &s->top)))
+    if (!make_runs(s, &s->wide, WIDE) || !make_runs(s, &s->narrow, NARROW) ||
+        !KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, s->count, &s->aside, &s->below)))
         return false;
     for (int k = 0; k < s->count; k++)
         s->radius[k] = wheel->radius.value - s->radius[k];
@@ -107,71 +121,90 @@ static double rail_at(const scan *s, double y)
 }
 
 /* Puts the greater of a height and that `farther` points on in its place; beyond the end there is none. */
-static void raise_tops(scan *s, int farther)
+static void raise_tops(const scan *s, double *top, int farther)
 {
     for (int k = 0; k + farther < s->rail_count; k++)
-        s->top[k] = s->top[k + farther] > s->top[k] ? s->top[k + farther] : s->top[k];
+        top[k] = top[k + farther] > top[k] ? top[k + farther] : top[k];
 }
 
 /* The greatest heights of the rail under a run that is as wide, from those of spans that double. */
-static void find_tops(scan *s, double widest)
+static void find_tops(const scan *s, double widest, double *top)
 {
     int reach = (int)fmin(widest / s->rail_step, MOST_POINTS) + 5, span = 1; /* with the points around either end */
     for (int k = 0; k < s->rail_count; k++)
-        s->top[k] = fmax(s->rail[k], -FAR * s->scale);
+        top[k] = fmax(s->rail[k], -FAR * s->scale);
     for (; 2 * span <= reach; span *= 2)
-        raise_tops(s, span);
-    raise_tops(s, reach - span);
+        raise_tops(s, top, span);
+    raise_tops(s, top, reach - span);
 }
 
-/* The wheel's points at a roll, and their runs with the wheel's centre at 0. */
+/* The runs with the wheel's centre at 0. */
+static void find_runs(const scan *s, const runs *r)
+{
+    double widest = 0;
+    for (int k = 0, run = 0; k < s->count; k += r->points, run++) {
+        double from = s->aside[k], to = from, low = s->below[k];
+        for (int l = k + 1; l < k + r->points && l < s->count; l++) {
+            from = fmin(from, s->aside[l]);
+            to = fmax(to, s->aside[l]);
+            low = fmin(low, s->below[l]);
+        }
+        r->low[run] = low - 1e-9 * s->scale; /* room for rounding, as half a point is */
+        r->over[run] = (from - s->rail_first) / s->rail_step - 0.5;
+        widest = fmax(widest, to - from);
+    }
+    find_tops(s, widest, r->top);
+}
+
+/* The wheel's points at a roll. */
 static void turn(scan *s, double roll)
 {
-    double cosine = cos(roll), sine = sin(roll), widest = 0;
+    double cosine = cos(roll), sine = sin(roll);
     for (int k = 0; k < s->count; k++) {
         double along = s->first + s->step * k, r = s->radius[k];
         s->aside[k] = along * cosine + r * sine;
         s->below[k] = along * sine - r * cosine;
     }
-    for (int k = 0, run = 0; k < s->count; k += RUN, run++) {
-        double from = s->aside[k], to = from, low = s->below[k];
-        for (int l = k + 1; l < k + RUN && l < s->count; l++) {
-            from = fmin(from, s->aside[l]);
-            to = fmax(to, s->aside[l]);
-            low = fmin(low, s->below[l]);
-        }
-        s->low[run] = low - 1e-9 * s->scale; /* room for rounding, as half a point is */
-        s->over[run] = (from - s->rail_first) / s->rail_step - 0.5;
-        widest = fmax(widest, to - from);
-    }
-    find_tops(s, widest);
+    find_runs(s, &s->wide);
+    find_runs(s, &s->narrow);
 }
 
-/* An upper limit of the rail's height under a run. */
-static double top_under(const scan *s, double points, int run)
+/* A lower limit of the distance of a run from the rail. */
+static double least_gap(const scan *s, const runs *r, double points, int run)
 {
-    double x = points + s->over[run], last = s->rail_count - 1;
-    return s->top[x <= 0 ? 0 : x < last ? (int)x : (int)last];
+    double x = points + r->over[run], last = s->rail_count - 1;
+    return r->low[run] - r->top[x <= 0 ? 0 : x < last ? (int)x : (int)last];
+}
+
+/* The point that touches with the wheel's centre there, and its distance from the rail. */
+typedef struct touch {
+    int point;
+    double gap;
+} touch;
+
+static void look_at_run(const scan *s, double out, int first, touch *t)
+{
+    for (int k = first; k < first + NARROW && k < s->count; k++) {
+        double gap = s->below[k] - rail_at(s, out + s->aside[k]);
+        if (gap < t->gap || (gap == t->gap && k < t->point))
+            *t = (touch){k, gap};
+    }
 }
 
 /* The first point that touches with the wheel's centre there. `near` is tried first: runs of points that are farther
  * above all of the rail under them than it is above the rail need no look. */
 static int touching(const scan *s, double out, int near)
 {
-    int best = near;
-    double least = s->below[near] - rail_at(s, out + s->aside[near]), points = out / s->rail_step;
-    for (int first = 0, run = 0; first < s->count; first += RUN, run++) {
-        if (s->low[run] - top_under(s, points, run) > least)
+    double points = out / s->rail_step;
+    touch t = {near, s->below[near] - rail_at(s, out + s->aside[near])};
+    for (int wide = 0, first = 0; first < s->count; wide++, first += WIDE) {
+        if (least_gap(s, &s->wide, points, wide) > t.gap)
             continue;
-        for (int k = first; k < first + RUN && k < s->count; k++) {
-            double gap = s->below[k] - rail_at(s, out + s->aside[k]);
-            if (gap < least || (gap == least && k < best)) {
-                least = gap;
-                best = k;
-            }
-        }
+        for (int k = first; k < first + WIDE && k < s->count; k += NARROW)
+            if (least_gap(s, &s->narrow, points, k / NARROW) <= t.gap)
+                look_at_run(s, out, k, &t);
     }
-    return best;
+    return t.point;
 }
 
 /* Angle of the profile at a point, between its neighbours. */
@@ -404,11 +437,11 @@ static bool put_places(const scan *s, kmp_wheel *wheel, int zone, double wider, 
 static double resolved(const scan *s, const kmp_wheel *wheel, int zone, const double *curvature)
 {
     double least = LEAST * wheel->radius.value;
+    int place = zone > 0 ? wheel->nodes_end[zone - 1] : 0;
     for (int k = 0; k < s->count; k++) {
         double at = s->first + s->step * k;
         if (at < wheel->zone[zone][0] || at > wheel->zone[zone][1])
             continue;
-        int place = zone > 0 ? wheel->nodes_end[zone - 1] : 0;
         while (place + 1 < wheel->nodes_end[zone] - 1 && wheel->node[place + 1] < at)
             place++;
         double spacing = wheel->node[place + 1] - wheel->node[place];
