@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The command `kempe`: help and the choice of a command. It includes the public header alone. */
 #include "command.h"
+#include "own_process.h"
 #include "terminal.h"
 
 #include <kempe/cache.h>
@@ -8,9 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
 /* Pages and examples of an installed command are in a folder relative to it, so that its prefix may be moved. In a
  * build folder there is none: their names are relative to the sources. */
@@ -119,20 +117,9 @@ static int choose(int argc, char **argv)
     return complain_unknown(argv[1]);
 }
 
-/* Equations are derived in memory that is freed and taken again several times. The C library would return it to the
- * system, which clears each page anew. Arrays above OWN_PAGES bytes are pages of their own, and grow without a copy. */
-static void keep_memory(void)
-{
-#ifdef __GLIBC__
-    enum { MOST_KEPT = 256 << 20, OWN_PAGES = 16 << 20 };
-    (void)mallopt(M_TRIM_THRESHOLD, MOST_KEPT);
-    (void)mallopt(M_MMAP_THRESHOLD, OWN_PAGES);
-#endif
-}
-
 int main(int argc, char **argv)
 {
-    keep_memory();
+    cli_own_process();
     cli_terminal_begin(false);
     int code = choose(argc, argv);
     if ((fflush(stdout) != 0 || ferror(stdout)) && code == CLI_DONE) {
