@@ -154,7 +154,30 @@ static const kmp_yaml *copy_document(loader *l)
     for (int i = 0; i < count; i++)
         if (l->nodes[i].kind == KMP_YAML_MAP)
             check_duplicates(l, &l->nodes[i]);
-    return &l->nodes[0];
+    l->nodes->nodes = l->status == KEMPE_OK ? count : 0; /* complaints are repeated: each reading has its own */
+    return l->nodes;
+}
+
+/* References to nodes of one array, to the same ones of another. */
+static const kmp_yaml **moved(kmp_arena *arena, const kmp_yaml **list, int count, const kmp_yaml *from, kmp_yaml *to)
+{
+    const kmp_yaml **copy = list ? KMP_ARENA_NEW(arena, const kmp_yaml *, count) : NULL;
+    for (int k = 0; copy && k < count; k++)
+        copy[k] = to + (list[k] - from);
+    return copy;
+}
+
+const kmp_yaml *kmp_yaml_again(kmp_arena *arena, const kmp_yaml *root, int number)
+{
+    kmp_yaml *nodes = KMP_ARENA_NEW(arena, kmp_yaml, root->nodes);
+    for (int i = 0; nodes && i < root->nodes; i++) {
+        kmp_yaml *to = &nodes[i];
+        *to = root[i];
+        to->place.file = to->text_place.file = number;
+        to->keys = moved(arena, to->keys, to->count, root, nodes);
+        to->items = moved(arena, to->items, to->count, root, nodes);
+    }
+    return arena->failed ? NULL : nodes;
 }
 
 /* Rejects documents that libyaml would need long for. Brackets and anchors in comments count too, which is harmless at

@@ -18,12 +18,16 @@ typedef struct kmp_yaml {
     int count;                    /* items of a list or a mapping */
     const struct kmp_yaml **keys; /* mapping: scalars */
     const struct kmp_yaml **items;
+    int nodes; /* root of a file in YAML: the number of all nodes, which are one array that it begins; otherwise 0 */
 } kmp_yaml;
 
 /** Reads the one document of `text`. `*root` lives in `arena`; it is NULL when no document can be used, and may be set
  * together with KEMPE_E_INPUT. `number` is the file's number in the places of its nodes. */
 kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
                            size_t length, const kmp_yaml **root);
+
+/** The document of this root once more, with another number in its places; it shares the texts. NULL: no memory. */
+const kmp_yaml *kmp_yaml_again(kmp_arena *arena, const kmp_yaml *root, int number);
 
 /** The value of a key, NULL when it is absent or `map` is no mapping. */
 const kmp_yaml *kmp_yaml_get(const kmp_yaml *map, const char *key);

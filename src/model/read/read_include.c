@@ -84,10 +84,14 @@ static bool goes_in_circle(kmp_reader *r, const kmp_yaml *node, int parent, cons
     return false;
 }
 
+/* A file that has been read, for another prefix perhaps, is not read again. */
 static const kmp_yaml *load(kmp_reader *r, const kmp_yaml *node, const char *path, int file)
 {
     const kmp_yaml *root = NULL;
     size_t length;
+    for (int k = 0; k < r->instance_count; k++)
+        if (r->instances[k].root->nodes > 0 && strcmp(r->model->files[r->instances[k].file], path) == 0)
+            return kmp_yaml_again(&r->scratch, r->instances[k].root, file);
     char *text = kmp_read_file(r, node, "include", path, &length);
     if (text && kmp_document_load(r->context, &r->scratch, path, file, text, length, &root) != KEMPE_OK)
         r->wrong = true;
