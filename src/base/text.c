@@ -5,6 +5,7 @@
 #include <kempe/kempe.h>
 #include <locale.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,9 +31,30 @@ static bool reserve(kmp_text *text, size_t more)
     return true;
 }
 
+/* True for a format whose only conversions are %s. */
+static bool has_words_alone(const char *format)
+{
+    while ((format = strchr(format, '%')) && format[1] == 's')
+        format += 2;
+    return !format;
+}
+
+static void put_words(kmp_text *text, const char *format, va_list words)
+{
+    for (const char *at; (at = strchr(format, '%')); format = at + 2) {
+        kmp_text_append(text, format, (size_t)(at - format));
+        kmp_text_put(text, va_arg(words, const char *));
+    }
+    kmp_text_put(text, format);
+}
+
 void kmp_text_vprintf(kmp_text *text, const char *format, va_list arguments)
 {
     char brief[256]; /* most texts are written once */
+    if (has_words_alone(format)) {
+        put_words(text, format, arguments);
+        return;
+    }
     va_list again;
     va_copy(again, arguments);
     int length = vsnprintf(brief, sizeof brief, format, arguments);
@@ -116,6 +138,25 @@ static void use_point(char *digits)
     memmove(at + 1, at + length, strlen(at + length) + 1);
 }
 
+/* Writes a whole number of few digits; false for others, and for the negative zero. */
+static bool put_whole(kmp_text *text, double x)
+{
+    char digits[24];
+    size_t first = sizeof digits;
+    if (!(fabs(x) < 1e15) || (x == 0 && signbit(x)))
+        return false;
+    int64_t whole = (int64_t)x, left = whole < 0 ? -whole : whole;
+    if ((double)whole < x || (double)whole > x)
+        return false;
+    do
+        digits[--first] = (char)('0' + left % 10);
+    while ((left /= 10) > 0);
+    if (whole < 0)
+        digits[--first] = '-';
+    kmp_text_append(text, digits + first, sizeof digits - first);
+    return true;
+}
+
 void kmp_text_number(kmp_text *text, double x)
 {
     char digits[64];
@@ -123,6 +164,8 @@ void kmp_text_number(kmp_text *text, double x)
         kmp_text_put(text, "null");
         return;
     }
+    if (put_whole(text, x))
+        return;
     for (int precision = 15; precision <= 17; precision++) {
         snprintf(digits, sizeof digits, "%.*g", precision, x);
         double back = strtod(digits, NULL);
