@@ -23,6 +23,6 @@ void kmp_name_entry(kmp_graph *g, const kmp_notion *quantity, kmp_ref r, int ent
 
 void kmp_name_vector(kmp_graph *g, const kmp_notion *quantity, kmp_vec v, int link, int column)
 {
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < 3 && kmp_graph_has_labels(g); k++)
         kmp_name_entry(g, quantity, v.x[k], k + 1, link, column);
 }

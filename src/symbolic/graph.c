@@ -329,6 +329,8 @@ kmp_ref kmp_const(kmp_graph *g, double value)
 {
     if (value == 0 && g->seen.count > 0)
         return KMP_ZERO;
+    if (fabs(value) == 1 && g->seen.count > 1)
+        return value < 0 ? kmp_neg(KMP_ONE) : KMP_ONE;
     bool negative = value < 0;
     if (g->value_count == g->value_capacity) {
         uint32_t capacity = g->value_capacity ? 2 * g->value_capacity : 64;

@@ -23,6 +23,7 @@ struct kmp_rotations {
     uint32_t size;
     uint32_t *of_node; /* 1 + TURNS entry + turn, where the turned pair begins with the node; 0: none */
     uint32_t node_capacity;
+    kmp_ref angle, cosine, sine; /* of the last rotation */
     bool failed;
 };
 
@@ -254,7 +255,12 @@ void kmp_rotate(kmp_graph *g, kmp_ref angle, kmp_ref *y, kmp_ref *z)
     }
     if (angle == KMP_ZERO)
         return;
-    kmp_ref y0 = *y, z0 = *z, c = kmp_cos(g, angle), s = kmp_sin(g, angle);
+    if (angle != r->angle || !kmp_graph_has_rule(g, KMP_RULE_SHARE)) {
+        r->cosine = kmp_cos(g, angle);
+        r->sine = kmp_sin(g, angle);
+        r->angle = angle;
+    }
+    kmp_ref y0 = *y, z0 = *z, c = r->cosine, s = r->sine;
     *y = kmp_sub(g, kmp_mul(g, y0, c), kmp_mul(g, z0, s));
     *z = kmp_add(g, kmp_mul(g, y0, s), kmp_mul(g, z0, c));
     if (collapse)
