@@ -54,7 +54,7 @@ static void add_operation(void *self, int i)
 {
     lister *b = self;
     const kmp_layout *l = b->layout;
-    uint32_t operand[3];
+    uint32_t operand[3] = {0};
     int count = kmp_layout_operands(l, i, operand);
     kmp_straight *s = &b->code->operations[b->count++];
     *s = (kmp_straight){.op = (uint16_t)op_of(&l->program->instruction[i]),

@@ -202,38 +202,16 @@ static bool write_segments(kmp_layout *l)
     return first;
 }
 
-static kmp_contraction contraction_of(const kmp_layout *l, int i)
-{
-    return l->contraction ? (kmp_contraction)l->contraction[i] : KMP_ALONE;
-}
-
 void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self, const uint32_t *count, uint32_t *start)
 {
     uint32_t segments = l->frame->segment_count;
     for (uint32_t g = 0; g < segments; g++) {
         start[g] = *count;
         for (uint32_t k = l->segment_start[g]; k < l->segment_start[g + 1]; k++)
-            if (l->is_straight[l->order[k]] && contraction_of(l, l->order[k]) != KMP_CONTRACTED)
+            if (l->is_straight[l->order[k]] && kmp_layout_contraction(l, l->order[k]) != KMP_CONTRACTED)
                 write(self, l->order[k]);
     }
     start[segments] = *count;
-}
-
-int kmp_layout_operands(const kmp_layout *l, int i, uint32_t operand[3])
-{
-    const kmp_instruction *in = &l->program->instruction[i];
-    kmp_contraction with = contraction_of(l, i);
-    int count = kmp_op_arity((kmp_op)in->op);
-    if (with == KMP_CONTRACTED)
-        return 0;
-    if (with != KMP_ALONE) {
-        kmp_multiply_add m = kmp_multiply_add_of(l->program, i, with);
-        memcpy(operand, (const uint32_t[3]){m.x, m.y, m.z}, 3 * sizeof *operand);
-        return 3;
-    }
-    for (int k = 0; k < count; k++)
-        operand[k] = kmp_instruction_operand(in, k);
-    return count;
 }
 
 static uint32_t count_segments(const kmp_layout *l)

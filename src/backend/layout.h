@@ -67,9 +67,31 @@ static inline bool kmp_layout_together(const kmp_layout *l, int i, int j)
     return l->stage_of[i] == l->stage_of[j] && l->depth[i] == l->depth[j];
 }
 
+static inline kmp_contraction kmp_layout_contraction(const kmp_layout *l, int instruction)
+{
+    return l->contraction ? (kmp_contraction)l->contraction[instruction] : KMP_ALONE;
+}
+
 /** The operands that the evaluation of an instruction reads, with signs, at most three; returns their number. For a sum
  * that takes a product they are x, y, z of x * y + z. */
-int kmp_layout_operands(const kmp_layout *l, int instruction, uint32_t operand[3]);
+static inline int kmp_layout_operands(const kmp_layout *l, int instruction, uint32_t operand[3])
+{
+    const kmp_instruction *in = &l->program->instruction[instruction];
+    kmp_contraction with = kmp_layout_contraction(l, instruction);
+    if (with == KMP_CONTRACTED)
+        return 0;
+    if (with != KMP_ALONE) {
+        kmp_multiply_add m = kmp_multiply_add_of(l->program, instruction, with);
+        operand[0] = m.x;
+        operand[1] = m.y;
+        operand[2] = m.z;
+        return 3;
+    }
+    int count = kmp_op_arity((kmp_op)in->op);
+    for (int k = 0; k < count; k++)
+        operand[k] = kmp_instruction_operand(in, k);
+    return count;
+}
 
 /* program_parts.c */
 

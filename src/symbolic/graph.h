@@ -167,7 +167,7 @@ kmp_ref kmp_input(kmp_graph *g, kmp_input_kind kind, uint32_t index);
 /** Sums and products of two operands that need not be nodes of their own; for kmp_add and kmp_mul alone. */
 kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b);
 kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b);
-/* Most operands of equations are zeros, which need no call. */
+/* Most operands of equations are zeros and ones, which need no call. */
 static inline kmp_ref kmp_add(kmp_graph *g, kmp_ref a, kmp_ref b)
 {
     if (kmp_graph_has_rule(g, KMP_RULE_ZERO) && (a == KMP_ZERO || b == KMP_ZERO))
@@ -180,8 +180,14 @@ static inline kmp_ref kmp_sub(kmp_graph *g, kmp_ref a, kmp_ref b)
 }
 static inline kmp_ref kmp_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
 {
-    if (kmp_graph_has_rule(g, KMP_RULE_ZERO) && (a == KMP_ZERO || b == KMP_ZERO))
-        return KMP_ZERO;
+    if (kmp_graph_has_rule(g, KMP_RULE_ZERO)) {
+        if (a == KMP_ZERO || b == KMP_ZERO)
+            return KMP_ZERO;
+        if (kmp_id(a) == kmp_id(KMP_ONE))
+            return kmp_is_negative(a) ? kmp_neg(b) : b;
+        if (kmp_id(b) == kmp_id(KMP_ONE))
+            return kmp_is_negative(b) ? kmp_neg(a) : a;
+    }
     return kmp_graph_mul(g, a, b);
 }
 kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b);

@@ -302,7 +302,10 @@ static void put_standing(kmp_scan *s, int places, const double *place)
     for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++)
         if (s->need[leaves(p) + i] == STANDING) {
             const step made = step_of(s, i);
-            other(p, &made, &all);
+            if (p->instruction[i].op == KMP_OP_TABLE)
+                other(p, &made, &all);
+            else
+                run_steps(p, &made, &made + 1, &all);
         }
 }
 
