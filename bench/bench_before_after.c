@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Runs of one model as bench/before_after asks for them by lines on standard input; compiled once for each build.
+/* Runs of one model as bench/before_after asks for them by lines on standard input; compiled once for each build,
+ * with the settings that the command `kempe` makes for its process.
  *
  *     bench_before_after MODEL.yaml
  *
@@ -9,6 +10,8 @@
  * integration time, TOTAL_S the processor time of the program's own thread since the start of its own code, RUN_S its
  * least processor time in a call of kempe_simulate, with all that it prepares. q at all rows goes to FILE unless it is
  * "-", as doubles. The variable KEMPE_CACHE names the folder of prepared equations, in libraries that have one. */
+#include "own_process.h"
+
 #include <kempe/kempe.h>
 #include <math.h>
 #include <signal.h>
@@ -165,6 +168,7 @@ int main(int argc, char **argv)
     began = now();
     if (argc != 2)
         return 1;
+    cli_own_process();
     loaded l = load(argv[1]);
     printf("ok");
     for (int k = 0; k < kempe_model_coordinate_count(l.model); k++)
