@@ -61,7 +61,7 @@ static void scheme_init(scheme *s, const kempe_model *model, unsigned sets, bool
     kmp_sets_put(&s->eq, sets, entry);
     for (int k = 0; k < s->count; k++)
         s->out[k] = entry[k].value;
-    kmp_live_mark(s->eq.graph, s->count, s->out, s->live, 1);
+    kmp_live_mark(s->eq.graph, s->count, s->out, s->live);
     kmp_free(entry);
     kmp_savings_free(&plain);
 }

@@ -214,7 +214,7 @@ static kmp_ref *add_solved(kmp_graph *g, const kmp_ref *conditions, int counts[2
     uint8_t *needed = KMP_GRAPH_NEW(g, uint8_t, nodes);
     if (!needed)
         return NULL;
-    kmp_live_mark(g, total, conditions, needed, 1);
+    kmp_live_mark(g, total, conditions, needed);
     for (uint32_t i = 0; i < nodes; i++) {
         needed[i] = needed[i] && kmp_graph_node(g, i)->op == KMP_OP_IMPLICIT;
         solved += needed[i];

@@ -207,8 +207,9 @@ static void mark_needed(printer *p, int count, const kmp_assignment *a)
     for (int first = 0; first < count;) {
         int end = end_of_set(count, a, first);
         for (set++; first < end; first++)
-            kmp_live_mark(p->g, 1, &a[first].value, p->needed, set);
+            kmp_live_begin(1, &a[first].value, p->needed, set);
     }
+    kmp_live_spread(p->g, p->needed);
 }
 
 static void print_sets(printer *p, int count, const kmp_assignment *a)

@@ -59,7 +59,7 @@ static void bring(enclosing *e, int count, const kmp_ref *residual)
     uint32_t nodes = kmp_graph_count(e->g);
     uint8_t *live = KMP_GRAPH_NEW(e->g, uint8_t, nodes);
     if (live)
-        kmp_live_mark(e->g, count, residual, live, 1);
+        kmp_live_mark(e->g, count, residual, live);
     for (uint32_t id = 0; live && id < nodes; id++)
         if (live[id] && moves(e->g, id) && kmp_op_form_of((kmp_op)kmp_graph_node(e->g, id)->op) != KMP_FORM_LEAF) {
             e->map[id] = node(e, id);

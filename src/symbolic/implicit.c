@@ -186,7 +186,7 @@ bool kmp_local_import(const kmp_setting *s, const kmp_graph *local, int count, k
     kmp_ref *map = KMP_ARENA_NEW(&room, kmp_ref, nodes);
     bool ok = !room.failed;
     if (ok)
-        kmp_live_mark(local, count, refs, live, 1);
+        kmp_live_mark(local, count, refs, live);
     for (uint32_t id = 0; ok && id < nodes; id++)
         if (live[id])
             map[id] = kmp_op_form_of((kmp_op)kmp_graph_node(local, id)->op) == KMP_FORM_LEAF

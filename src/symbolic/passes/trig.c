@@ -119,7 +119,7 @@ bool kmp_trig_sums(kmp_graph *g, int count, kmp_ref *outputs)
     uint8_t *live = KMP_NEW(uint8_t, nodes);
     bool changed, ok = live;
     if (ok) {
-        kmp_live_mark(g, count, outputs, live, 1);
+        kmp_live_mark(g, count, outputs, live);
         ok = kmp_trig_sums_of(g, nodes, live, count, outputs, &changed);
     }
     kmp_free(live);

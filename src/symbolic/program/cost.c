@@ -99,7 +99,7 @@ bool kmp_cost_total(kmp_cost *cost, int count, const kmp_ref *outputs)
     uint8_t *live = KMP_NEW(uint8_t, id);
     if (!live)
         return false;
-    kmp_live_mark(g, count, outputs, live, 1);
+    kmp_live_mark(g, count, outputs, live);
     while ((id = kmp_live_before(live, id)) != UINT32_MAX) {
         const kmp_node *n = kmp_graph_node(g, id);
         long own = price(g, cost->sum_price, n);

@@ -6,9 +6,14 @@
 #include "symbolic/graph.h"
 #include <string.h>
 
-/** Sets mark[id] = value for every node that the outputs reach and that is not marked yet; marked nodes are not
- * searched again. mark has kmp_graph_count entries. */
-void kmp_live_mark(const kmp_graph *g, int count, const kmp_ref *outputs, uint8_t *mark, uint8_t value);
+/** Sets mark[id] = value for the nodes of outputs that are not marked yet. mark has kmp_graph_count entries. */
+void kmp_live_begin(int count, const kmp_ref *outputs, uint8_t *mark, uint8_t value);
+
+/** Marks every node that marked nodes need, with the least mark of these. */
+void kmp_live_spread(const kmp_graph *g, uint8_t *mark);
+
+/** Marks every node that these outputs need with 1. */
+void kmp_live_mark(const kmp_graph *g, int count, const kmp_ref *outputs, uint8_t *mark);
 
 /** The last marked node before `id`; UINT32_MAX: there is none. Most nodes of a graph are not marked, and are passed
  * eight at a time. */

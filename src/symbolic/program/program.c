@@ -209,7 +209,9 @@ static uint8_t *mark_groups(const kmp_graph *g, kmp_arena *room, int groups, con
 {
     uint8_t *mark = KMP_ARENA_NEW(room, uint8_t, kmp_graph_count(g));
     for (int k = 0; mark && k < groups; outputs += count[k], k++)
-        kmp_live_mark(g, count[k], outputs, mark, (uint8_t)(PARAMETER_STAGE + 1 + k));
+        kmp_live_begin(count[k], outputs, mark, (uint8_t)(PARAMETER_STAGE + 1 + k));
+    if (mark)
+        kmp_live_spread(g, mark);
     return mark;
 }
 
