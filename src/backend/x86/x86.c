@@ -65,7 +65,7 @@ static bool has_source(kmp_x86_form form, kmp_x86_op op)
 
 /* Prefix for registers d (ModRM.reg), x (vvvv) and y (ModRM.rm), followed by the opcode. Bits of registers are
  * inverted. Operations of three sources are in the second table of opcodes, 0f 38, with W = 1. */
-static uint8_t *put_prefix(uint8_t *at, kmp_x86_form form, kmp_x86_op op, int d, int x, int y)
+static inline uint8_t *put_prefix(uint8_t *at, kmp_x86_form form, kmp_x86_op op, int d, int x, int y)
 {
     int r = !(d & 8), b = !(y & 8), source = has_source(form, op) ? ~x & 31 : 31, v = source & 15;
     bool three = kmp_x86_has_three(op);
@@ -91,7 +91,7 @@ static uint8_t *put_bits(uint8_t *at, kmp_x86_op op)
     return op >> 12 ? put(at, (int)op >> 12) : at;
 }
 
-static void put_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
+static inline void put_registers(kmp_x86 *c, kmp_x86_form form, kmp_x86_op op, int d, int x, int y)
 {
     uint8_t *at = room(c);
     if (!at)
@@ -101,16 +101,21 @@ static void put_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
         x = y;
         y = z;
     }
-    at = put_prefix(at, c->form, op, d, x, y);
+    at = put_prefix(at, form, op, d, x, y);
     at = put(at, 3 << 6 | (d & 7) << 3 | (y & 7));
     finish(c, put_bits(at, op));
 }
 
+/* Most code is of the form of one double. */
 void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
 {
-    put_registers(c, op, d, x, y);
+    if (c->form == KMP_X86_ONE) {
+        put_registers(c, KMP_X86_ONE, op, d, x, y);
+        return;
+    }
+    put_registers(c, c->form, op, d, x, y);
     if (c->form == KMP_X86_TWO_FOURS)
-        put_registers(c, op, d + SECOND, x + SECOND, y + SECOND);
+        put_registers(c, c->form, op, d + SECOND, x + SECOND, y + SECOND);
 }
 
 /* Opcodes 98, a8 and b8 to 9d, ad and bd, odd for a single double; 96 and 97, a6 .. for pairs that differ in sign. */
@@ -136,14 +141,14 @@ static int32_t unit_of(kmp_x86_form form)
     return form == KMP_X86_EIGHT ? 64 : 1;
 }
 
-static void put_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y)
+static inline void put_memory(kmp_x86 *c, kmp_x86_form form, kmp_x86_op op, int d, int x, int base, int32_t y)
 {
-    int32_t unit = unit_of(c->form);
+    int32_t unit = unit_of(form);
     bool is_short = y % unit == 0 && y / unit >= -SHORT && y / unit < SHORT;
     uint8_t *at = room(c);
     if (!at)
         return;
-    at = put_prefix(at, c->form, op, d, x, 0);
+    at = put_prefix(at, form, op, d, x, 0);
     at = put(at, (is_short ? 1 : 2) << 6 | (d & 7) << 3 | base_register[base]);
     at = is_short ? put(at, (int)(y / unit) & 255) : put_32(at, y);
     finish(c, put_bits(at, op));
@@ -151,9 +156,13 @@ static void put_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_
 
 void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y)
 {
-    put_memory(c, op, d, x, base, y);
+    if (c->form == KMP_X86_ONE) {
+        put_memory(c, KMP_X86_ONE, op, d, x, base, y);
+        return;
+    }
+    put_memory(c, c->form, op, d, x, base, y);
     if (c->form == KMP_X86_TWO_FOURS)
-        put_memory(c, op, d + SECOND, x + SECOND, base, y + SECOND_BYTES);
+        put_memory(c, c->form, op, d + SECOND, x + SECOND, base, y + SECOND_BYTES);
 }
 
 void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance)

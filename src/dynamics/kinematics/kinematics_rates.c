@@ -35,9 +35,9 @@ static kmp_derivative *along_time(const kmp_tree *tree, bool rates)
     if (!leaf)
         return NULL;
     kmp_ref *direction = leaf + room;
-    for (int k = 0; k < n; k++) {
-        leaf[k] = kmp_input(g, KMP_IN_Q, (uint32_t)k);
-        direction[k] = kmp_input(g, KMP_IN_QD, (uint32_t)k);
+    for (int k = 0; k < n; k++) { /* the inputs themselves, whatever the sign of both in the joint */
+        leaf[k] = tree->links[k + 1].q & ~(kmp_ref)1;
+        direction[k] = tree->links[k + 1].qd & ~(kmp_ref)1;
         if (rates) {
             leaf[n + k] = direction[k];
             direction[n + k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);

@@ -154,14 +154,30 @@ static void say_left_out(const reading *w, int zones)
             w->r->model->files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
 }
 
+static bool has_same_shape(const kmp_wheel *a, const kmp_wheel *b)
+{
+    return a->track == b->track && a->profile == b->profile && a->radius.value == b->radius.value;
+}
+
+/* Sets the neutral position: that of an earlier wheel of the same shape, or finds it. */
+static void find_stand(const reading *w)
+{
+    const kempe_model *model = w->r->model;
+    kmp_wheel *wheel = w->wheel;
+    const kmp_wheel *other = model->wheels;
+    while (other < wheel && !(other->scale > 0 && has_same_shape(other, wheel)))
+        other++;
+    wheel->stands = other < wheel ? other->stands : kmp_zones_stand(&model->tracks[wheel->track], wheel);
+}
+
 /* Copies the zones of an equal earlier wheel, or finds them. */
 static void find_zones(const reading *w)
 {
     const kempe_model *model = w->r->model;
     kmp_wheel *wheel = w->wheel;
     for (const kmp_wheel *other = model->wheels; other < wheel; other++)
-        if (other->track == wheel->track && other->profile == wheel->profile && other->zone_count > 0 &&
-            other->radius.value == wheel->radius.value && other->form == wheel->form && !other->zones_given) {
+        if (has_same_shape(other, wheel) && other->zone_count > 0 && other->form == wheel->form &&
+            !other->zones_given) {
             wheel->zone_count = other->zone_count;
             memcpy(wheel->zone, other->zone, sizeof wheel->zone);
             return;
@@ -217,7 +233,7 @@ static void read_wheel(const reading *w)
     if (!good || !r->model->tracks[wheel->track].rail)
         return;
     wheel->scale = kmp_zones_scale(wheel);
-    wheel->stands = kmp_zones_stand(&r->model->tracks[wheel->track], wheel);
+    find_stand(w);
     if (!wheel->zones_given)
         find_zones(w);
     if (wheel->form == KMP_CONTACT_ELASTIC)

@@ -377,8 +377,10 @@ double kmp_program_value(const kmp_program *p, int i, double x, double y, double
 static int count_signs(const kmp_instruction *in)
 {
     int signs = 0, arity = kmp_op_arity((kmp_op)in->op);
+    if (in->op == KMP_OP_ADD || in->op == KMP_OP_MUL) /* most instructions */
+        return (int)(in->a & 1) + (in->op == KMP_OP_MUL && in->b & 1);
     for (int k = 0; k < arity; k++)
-        signs += (int)(kmp_instruction_operand(in, k) & 1) && !(in->op == KMP_OP_ADD && k == 1);
+        signs += (int)(kmp_instruction_operand(in, k) & 1);
     return in->op == KMP_OP_LIST ? 0 : signs;
 }
 
