@@ -162,7 +162,7 @@ kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
 }
 
 /* kmp_graph_intern of a sum, product or quotient, which most nodes are. */
-static kmp_ref intern_pair(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b)
+static inline kmp_ref intern_pair(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b)
 {
     const kmp_node n = {.op = (uint8_t)op, .a = a, .b = b};
     if (g->seen.count == g->room_for || !(g->seen.rules & KMP_RULE_SHARE))
@@ -377,12 +377,13 @@ static bool is_square(const kmp_graph *g, kmp_ref r)
     return n->op == KMP_OP_MUL && n->a == n->b;
 }
 
-/* The rules that may have a shorter form of a sum; each looks further. */
-static unsigned rules_of_sum(const kmp_graph *g, kmp_ref a, kmp_ref b)
+/* The rules that may have a shorter form of a sum; each looks further. `same`: the terms differ by a number. */
+static inline unsigned rules_of_sum(const kmp_graph *g, kmp_ref a, kmp_ref b, bool *same)
 {
     const kmp_node *x = &g->seen.nodes[kmp_id(a)], *y = &g->seen.nodes[kmp_id(b)];
     double coefficient;
     kmp_ref p = kmp_split_coefficient(g, a, &coefficient), q = kmp_split_coefficient(g, b, &coefficient);
+    *same = p == q;
     bool numbers = x->op == KMP_OP_CONST && y->op == KMP_OP_CONST, sums = x->op == KMP_OP_ADD || y->op == KMP_OP_ADD;
     return g->seen.rules &
            ((a == KMP_ZERO || b == KMP_ZERO || numbers ? KMP_RULE_ZERO : 0u) | (p == q || sums ? KMP_RULE_CANCEL : 0u) |
@@ -392,9 +393,10 @@ static unsigned rules_of_sum(const kmp_graph *g, kmp_ref a, kmp_ref b)
 kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b)
 {
     kmp_ref r;
-    unsigned rules = rules_of_sum(g, a, b);
+    bool same;
+    unsigned rules = rules_of_sum(g, a, b, &same);
     if (rules && ((rules & KMP_RULE_ZERO && kmp_zeros_add(g, a, b, &r)) ||
-                  (rules & KMP_RULE_CANCEL && kmp_cancel_same(g, a, b, &r)) ||
+                  (rules & KMP_RULE_CANCEL && same && kmp_cancel_same(g, a, b, &r)) ||
                   (rules & KMP_RULE_TRIG && kmp_pythagoras(g, a, b, &r)) ||
                   (rules & KMP_RULE_CANCEL && kmp_cancel_in_sums(g, a, b, &r))))
         return r;
