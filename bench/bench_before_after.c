@@ -152,9 +152,10 @@ static void answer(loaded *l, const char *model, const char *line)
     for (int k = 0; k < repeats && (k == 0 || strcmp(status, "ok") == 0); k++)
         status = run_once(l, &options, limit_s, path, &cpu, &all, &json);
     const char *text = json ? json : "";
-    printf("%s %.9g %.9g %.0f %.0f %.0f %.0f %.0f %.0f %.3g %.9g\n", status, cpu, now() - began, number(text, "\"steps\": "),
-           number(text, "\"rejected\": "), number(text, "\"refused\": "), number(text, "\"rhs\": "),
-           number(text, "\"jacobians\": "), number(text, "\"factorizations\": "), number(text, "\"h_max\": "), all);
+    printf("%s %.9g %.9g %.0f %.0f %.0f %.0f %.0f %.0f %.3g %.9g\n", status, cpu, now() - began,
+           number(text, "\"steps\": "), number(text, "\"rejected\": "), number(text, "\"refused\": "),
+           number(text, "\"rhs\": "), number(text, "\"jacobians\": "), number(text, "\"factorizations\": "),
+           number(text, "\"h_max\": "), all);
     kempe_text_free(json);
     if (strcmp(status, "stopped") == 0) { /* an interrupt of older libraries ends all later runs of its context */
         unload(l);
