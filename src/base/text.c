@@ -16,7 +16,7 @@ static bool reserve(kmp_text *text, size_t more)
     if (text->failed)
         return false;
     size_t need = text->length + more + 1;
-    if (need <= text->capacity)
+    if (text->s && need <= text->capacity)
         return true;
     size_t capacity = text->capacity < 64 ? 64 : 2 * text->capacity;
     if (capacity < need)

@@ -44,7 +44,7 @@ static bool is_requested(const kmp_gaps *s, kmp_gap_part what)
     return s->sets & sets[what];
 }
 
-/* What is counted of a version: `count` references from the first one on. NULL: nothing. */
+/* The references of the chosen version that count, and their number. NULL: none. */
 static const kmp_ref *counted(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, int *count)
 {
     const bool hdot = s->sets & KMP_SET_RESIDUAL, jdqd = s->sets & KMP_SET_JDQD;
