@@ -51,7 +51,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     *none = count == 0;
     if (!x || *none)
         return NULL;
-    x->t = x->since = -INFINITY;
+    x->past.t = x->past.since = -INFINITY;
     if (!KMP_ARENA_MAKE(
             a, KMP_ROOM(kmp_friction_element, count, &x->element),
             KMP_ROOM(int, count, &x->which, &x->side, &x->partner), KMP_ROOM(double, events->count, &x->change),
@@ -66,6 +66,15 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
         x->element[i].twin = twin_of(x, x->element[i].force);
     }
     return x;
+}
+
+int kmp_friction_memory(kmp_friction_run *x, kmp_memory_piece *piece)
+{
+    if (!x)
+        return 0;
+    piece[0] = (kmp_memory_piece){x->element, (size_t)x->count * sizeof *x->element};
+    piece[1] = (kmp_memory_piece){&x->past, sizeof x->past};
+    return 2;
 }
 
 bool kmp_friction_is_loaded(const kempe_model *model)

@@ -44,6 +44,16 @@ typedef struct kmp_friction_element {
     int changes;   /* of its mode since the count began */
 } kmp_friction_element;
 
+/* The decisions so far. */
+typedef struct kmp_friction_past {
+    double t; /* of the last one */
+    int repeats;
+    double since; /* of the count of changes */
+    int changes;  /* decisions since then in which modes change */
+    long total;   /* changes of modes of all elements in the run */
+    bool known;   /* a decision has been made */
+} kmp_friction_past;
+
 struct kmp_friction_run {
     int count;
     kmp_friction_element *element;
@@ -56,16 +66,11 @@ struct kmp_friction_run {
     double *aside;                         /* rest: forces put aside */
     double *room;
     int *side;
-    double t; /* of the last decision */
-    int repeats;
-    double since; /* of the count of changes */
-    int changes;  /* decisions since then in which modes change */
-    long total;   /* changes of modes of all elements in the run */
-    bool spares;  /* elements whose level depends on multipliers take no load */
-    bool open;    /* levels do not settle: modes are tried */
-    bool again;   /* an element is regularised from now on: the others are decided again */
-    bool known;   /* a decision has been made */
-    bool pins;    /* contacts are open or closed as a study has set them: only friction is decided */
+    kmp_friction_past past;
+    bool spares; /* elements whose level depends on multipliers take no load */
+    bool open;   /* levels do not settle: modes are tried */
+    bool again;  /* an element is regularised from now on: the others are decided again */
+    bool pins;   /* contacts are open or closed as a study has set them: only friction is decided */
 };
 
 /** The value of a role at the last measurement. */

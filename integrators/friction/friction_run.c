@@ -170,8 +170,8 @@ static bool count_changes(kmp_friction_run *x)
 
 static void begin_count(kmp_friction_run *x, double t)
 {
-    x->since = t;
-    x->changes = 0;
+    x->past.since = t;
+    x->past.changes = 0;
     for (int i = 0; i < x->count; i++)
         x->element[i].changes = 0;
 }
@@ -185,22 +185,23 @@ static kempe_status complain_of_changes(const kmp_runner *run, double t)
     const kmp_friction_element *contact = most->base >= 0 ? &x->element[most->base] : most;
     const char *help = contact->contact ? "A 'law' makes this contact compliant, and its forces unique"
                                         : "Regularise this friction with a 'speed'";
-    bool at_once = x->repeats >= MOST_REPEATS;
+    bool at_once = x->past.repeats >= MOST_REPEATS;
     return kmp_fail(run->s->context, KEMPE_E_FAILED,
                     "modes are decided %d times between t = %.9g and %.9g without an end, most often by '%s'. %s",
-                    at_once ? x->repeats : x->changes, at_once ? t : x->since, t, most->name, help);
+                    at_once ? x->past.repeats : x->past.changes, at_once ? t : x->past.since, t, most->name, help);
 }
 
 /* Fails where modes change without progress of time: at one instant, or too often within a short part of the motion. */
 static kempe_status watch(kmp_runner *run, double t, double rate)
 {
     kmp_friction_run *x = run->friction;
-    x->repeats = t - x->t <= KMP_FRICTION_INSTANT * (run->spec.t_end - run->spec.t_start) ? x->repeats + 1 : 0;
-    x->t = t;
-    if (!((t - x->since) * rate <= KMP_FRICTION_CROWD))
+    x->past.repeats =
+        t - x->past.t <= KMP_FRICTION_INSTANT * (run->spec.t_end - run->spec.t_start) ? x->past.repeats + 1 : 0;
+    x->past.t = t;
+    if (!((t - x->past.since) * rate <= KMP_FRICTION_CROWD))
         begin_count(x, t);
-    x->changes += count_changes(x);
-    bool goes_on = x->repeats < MOST_REPEATS && x->changes < KMP_FRICTION_CROWDED;
+    x->past.changes += count_changes(x);
+    bool goes_on = x->past.repeats < MOST_REPEATS && x->past.changes < KMP_FRICTION_CROWDED;
     return goes_on ? KEMPE_OK : complain_of_changes(run, t);
 }
 
@@ -224,7 +225,7 @@ static kempe_status tell_growth(kmp_runner *run, double t, const double *q, cons
 
 long kmp_friction_count(const kmp_friction_run *x)
 {
-    return x->total;
+    return x->past.total;
 }
 
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)
@@ -234,16 +235,16 @@ kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *q
         x->element[i].was = x->element[i].stance;
         x->element[i].before_sense = x->element[i].sense;
     }
-    KMP_TRY(x->known || !run->loaded_friction ? KEMPE_OK : tell_growth(run, t, q, qd));
+    KMP_TRY(x->past.known || !run->loaded_friction ? KEMPE_OK : tell_growth(run, t, q, qd));
     kempe_status status = settle(run, t, q, qd);
     if (status == KEMPE_E_FAILED && kmp_is_unsettled(run->eval))
         return kmp_friction_complain(run, t, q, qd);
     KMP_TRY(status);
-    x->known = true;
+    x->past.known = true;
     status = watch(run, t, kmp_friction_pace(run, qd));
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
-        x->total += !is_as_before(e);
+        x->past.total += !is_as_before(e);
         tell_left(run, e, t);
         if (!is_as_before(e))
             kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s%s' %s",

@@ -35,6 +35,9 @@ void kmp_friction_release(kmp_runner *run);
  * possible. */
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd);
 
+/** Lists what friction knows of its past; returns the number of pieces. */
+int kmp_friction_memory(kmp_friction_run *x, kmp_memory_piece *piece);
+
 /** The number of changes of modes so far. */
 long kmp_friction_count(const kmp_friction_run *x);
 

@@ -212,7 +212,7 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
     KMP_TRY(check_contacts(state, t, run->state + run->s->n));
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, run->state, -1, NULL, 0));
-    run->friction->repeats = run->friction->changes = 0;
+    run->friction->past.repeats = run->friction->past.changes = 0;
     for (int i = 0; i < state->count; i++)
         run->friction->element[i].smooth = false;
     KMP_TRY(kmp_friction_settle(run, t, run->state, run->state + run->s->n));

@@ -52,6 +52,15 @@ kmp_impact_run *kmp_impact_new(kmp_runner *run, bool *none)
     return p;
 }
 
+int kmp_impact_memory(kmp_impact_run *p, kmp_memory_piece *piece)
+{
+    if (!p)
+        return 0;
+    piece[0] = (kmp_memory_piece){p->last, (size_t)p->most * sizeof *p->last};
+    piece[1] = (kmp_memory_piece){&p->total, sizeof p->total};
+    return 2;
+}
+
 double kmp_impact_since(const kmp_impact_run *impacts)
 {
     return impacts && impacts->since > 0 ? impacts->since : INFINITY;

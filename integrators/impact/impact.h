@@ -28,5 +28,8 @@ kempe_status kmp_impact_pass(kmp_runner *run, double t, double *q, double *qd, d
  * none does. */
 double kmp_impact_since(const kmp_impact_run *impacts);
 
+/** Lists what impacts know of their past; returns the number of pieces. */
+int kmp_impact_memory(kmp_impact_run *impacts, kmp_memory_piece *piece);
+
 /** The number of impacts so far. */
 long kmp_impact_count(const kmp_impact_run *impacts);

@@ -116,8 +116,10 @@ static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_s
     kmp_instance *x = &e->instances[i];
     double t = kmp_runner_t(run), before = part->margin;
     *returns = false;
-    if (run->near_singular || run->walks || run->at_event)
+    if (run->near_singular || run->walks || run->at_event || kmp_friction_is_smooth(run->friction) ||
+        kmp_runner_sample_is_due(run, t))
         return KEMPE_OK;
+    rank = e->s->switches ? run->margin.r : rank;
     KMP_TRY(kmp_runner_row(run, t, part->row, &part->work));
     if (!has_regular_angles(e, part->row))
         return KEMPE_OK;
@@ -162,6 +164,11 @@ static kempe_status come_back(kmp_engine *e, int i, kmp_runner *run, part_state 
         memcpy(x->mode, kmp_runner_modes(run), (size_t)e->s->events.count * sizeof *x->mode);
         memcpy(x->past, run->crossing->past, (size_t)e->s->events.count * sizeof *x->past);
     }
+    if (e->site) {
+        kmp_runner_keep_memory(run, x->memory);
+        x->next_sample = kmp_runner_next_sample(run);
+        x->stood = true;
+    }
     kmp_present_inputs_copy(&x->inputs, kmp_runner_inputs(run));
     if (e->s->dissipative)
         x->y[e->n + part->found.p] = part->work;
@@ -186,6 +193,7 @@ static kempe_status begin(kmp_engine *e, int i, double margin, kmp_run_spec *spe
     spec->inputs_start = &x->inputs;
     spec->u_count = margin > 0 ? 0 : e->spec.u_count;
     spec->mode_start = e->conditions ? x->mode : NULL;
+    spec->memory_start = x->stood ? x->memory : NULL;
     kempe_status status = kmp_runner_new(e->s, spec, a, run);
     kempe_assembly_free(a);
     if (status == KEMPE_OK && margin > 0) /* as in the steps before */
@@ -250,10 +258,10 @@ kempe_status kmp_instance_apart(kmp_engine *e, kmp_pool *from, int i, double mar
     return status;
 }
 
-kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, const double *q, const double *qd,
+kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, const double *q, const double *qd, double work,
                                       const char *why)
 {
-    part_state part = {.margin = -1, .row = KMP_NEW(double, 3 * e->n + e->m)};
+    part_state part = {.margin = -1, .work = work, .row = KMP_NEW(double, 3 * e->n + e->m)};
     KMP_TRY(kmp_made(e->context, part.row));
     memcpy(part.row, q, (size_t)e->n * sizeof *q);
     memcpy(part.row + e->n, qd, (size_t)e->n * sizeof *qd);

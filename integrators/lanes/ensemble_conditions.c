@@ -3,37 +3,42 @@
  * between them decide most steps. The search of a run decides the others one by one, and locates the event. */
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/run/events.h"
+#include "integrators/steppers/dop853.h"
 #include <string.h>
 
-/* An end of the present steps, by lanes. */
-typedef struct step_end {
-    double *rows;   /* 3 n: q, qd, qdd */
-    double *change; /* of each condition */
-} step_end;
+enum { PLACES = 3 }; /* of the present steps: both ends, and the middle */
+
+/* A place of the present steps, by lanes. */
+typedef struct step_place {
+    double *rows;                  /* 3 n + m: q, qd, qdd, lambda */
+    double *change;                /* of each condition */
+    bool doubtful[KMP_LANES_MOST]; /* qdd or lambda have lost digits */
+} step_place;
 
 struct kmp_lane_conditions {
     kmp_lanes *lanes; /* the program of conditions */
     double *mode;     /* of all lanes */
-    step_end end[2];
-    kmp_look look[2];                       /* of one lane */
+    step_place place[PLACES];
+    bool late;                              /* some depend on accelerations or multipliers */
+    double *wide[KMP_LANE_VECTORS];         /* size: the interpolants, if some are late */
+    kmp_look look[PLACES];                  /* of one lane */
     kmp_crossing *watching[KMP_LANES_MOST]; /* of each lane, with the numbers of its instance */
     kmp_crossing *passing;                  /* of the current instance */
 };
 
 const char *kmp_conditions_no_lanes(const kempe_system *s)
 {
-    for (int k = 0; k < s->events.count; k++) {
-        const kmp_condition *condition = &s->events.condition[k];
-        if (condition->role != KMP_ROLE_NONE)
-            return "friction that sticks, or rigid contacts";
-        if (condition->late)
-            return "conditions of accelerations or multipliers";
-    }
-    if (s->switches)
-        return "closures that switch";
     if (s->changes && s->changes->outputs[2] > s->changes->outputs[1] + s->events.count)
         return "conditions of solved equations";
     return NULL;
+}
+
+bool kmp_has_late_conditions(const kempe_system *s)
+{
+    bool any = false;
+    for (int k = 0; k < s->events.count; k++)
+        any = any || s->events.condition[k].late;
+    return any;
 }
 
 static kempe_status state_within(void *user, double t, bool rates, bool again, double *q, double *qd, double *qdd,
@@ -63,9 +68,12 @@ bool kmp_conditions_init(kmp_engine *e)
         return false;
     e->conditions = c;
     c->mode = kmp_arena_aligned(a, w * count);
-    for (int i = 0; i < 2; i++) {
-        c->end[i].rows = kmp_arena_aligned(a, w * 3 * n);
-        (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, w *count, &c->end[i].change),
+    c->late = kmp_has_late_conditions(e->s);
+    for (int k = 0; c->late && k < KMP_LANE_VECTORS; k++)
+        c->wide[k] = kmp_arena_aligned(a, w * (size_t)kmp_lane_most(e));
+    for (int i = 0; i < PLACES; i++) {
+        c->place[i].rows = kmp_arena_aligned(a, w * (3 * n + (size_t)e->m));
+        (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, w *count, &c->place[i].change),
                              KMP_ROOM(double, count, &c->look[i].change),
                              KMP_ROOM(double, 3 * e->n + e->m, &c->look[i].state));
     }
@@ -92,22 +100,26 @@ void kmp_instance_keep_modes(const kmp_engine *e, kmp_instance *x)
     memcpy(x->mode, e->eval->mode, (size_t)e->s->events.count * sizeof *x->mode);
 }
 
-/* The crossing of an instance that is current. */
-static kmp_crossing *take(kmp_engine *e, kmp_instance *x)
+kmp_crossing *kmp_instance_crossing(kmp_engine *e, kmp_instance *x)
 {
-    kmp_crossing *c = e->conditions->passing;
-    kmp_crossing_take(c, e->eval->mode, e->s->parameters, &e->eval->inputs, x->past);
+    kmp_crossing *c = e->conditions ? e->conditions->passing : NULL;
+    if (c)
+        kmp_crossing_take(c, e->eval->mode, e->s->parameters, &e->eval->inputs, x->past);
     return c;
 }
 
 bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double *q, const double *qd)
 {
-    if (!e->conditions)
+    kmp_crossing *c = kmp_instance_crossing(e, x);
+    if (!c)
         return true;
     kmp_crossing_begin_past(e->s, x->past);
-    kmp_crossing *c = take(e, x);
-    kmp_eval_freeze(e->eval, 0, q, qd);
-    memcpy(c->change, kmp_eval_changes(e->eval, 0, q, qd), (size_t)e->s->events.count * sizeof *c->change);
+    if (x->stood) { /* with modes, and accelerations */
+        kmp_eval_all_changes(e->eval, 0, q, qd, e->site->qdd, e->site->lambda, c->change);
+    } else {
+        kmp_eval_freeze(e->eval, 0, q, qd);
+        memcpy(c->change, kmp_eval_changes(e->eval, 0, q, qd), (size_t)e->s->events.count * sizeof *c->change);
+    }
     kmp_crossing_hold_free(c, c->change);
     kmp_instance_keep_modes(e, x);
     return kmp_crossing_first_end(c) < 0;
@@ -150,49 +162,90 @@ static void spread_accelerations(const kmp_engine *e, const kmp_pool *pool, cons
         memcpy(qdd + (size_t)pool->part.v[k] * w, vdd + k * w, w * sizeof *qdd);
 }
 
-void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int end, const double *y, const double *slope,
-                          const double *vdd)
+/* The values of late conditions, after those of the others. */
+static void add_late(kmp_engine *e, const kmp_pool *pool, step_place *at)
 {
     kmp_lane_conditions *c = e->conditions;
     size_t w = e->room.w, n = (size_t)e->n;
-    kmp_lanes_spread(e, pool, y, slope, c->end[end].rows);
-    if (e->s->changes_by_rates)
-        spread_accelerations(e, pool, slope, vdd, c->end[end].rows + 2 * n * w);
-    kmp_lanes_set(c->lanes, KMP_IN_TIME, e->room.at);
-    kmp_lanes_set(c->lanes, KMP_IN_Q, c->end[end].rows);
-    kmp_lanes_set(c->lanes, KMP_IN_QD, c->end[end].rows + n * w);
-    memcpy(c->end[end].change, kmp_lanes_run(c->lanes, 1), w * (size_t)e->s->events.count * sizeof(double));
+    const double *late = NULL;
+    memset(at->doubtful, pool->complete_lanes ? 0 : 1, sizeof at->doubtful);
+    if (!pool->complete_lanes)
+        return;
+    kmp_lanes_complete(e, pool, at->rows, at->doubtful);
+    kmp_lanes_set(c->lanes, KMP_IN_QDD, at->rows + 2 * n * w);
+    kmp_lanes_set(c->lanes, KMP_IN_LAMBDA, at->rows + 3 * n * w);
+    late = kmp_lanes_run(c->lanes, 2);
+    for (size_t k = 0; k < (size_t)e->s->events.count; k++)
+        if (e->s->events.condition[k].late) {
+            memcpy(at->change + k * w, late, w * sizeof *late);
+            late += w;
+        }
 }
 
-/* The values of a lane. */
-static const kmp_look *look_of(const kmp_engine *e, int end, size_t l, double t)
+void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int place, const double *y, const double *slope,
+                          const double *vdd)
 {
     kmp_lane_conditions *c = e->conditions;
-    kmp_look *look = &c->look[end];
-    size_t w = e->room.w, rows = (e->s->changes_by_rates ? 3 : 2) * (size_t)e->n;
+    step_place *at = &c->place[place];
+    size_t w = e->room.w, n = (size_t)e->n;
+    kmp_lanes_spread(e, pool, y, slope, at->rows);
+    if (e->s->changes_by_rates && !c->late)
+        spread_accelerations(e, pool, slope, vdd, at->rows + 2 * n * w);
+    kmp_lanes_set(c->lanes, KMP_IN_TIME, e->room.at);
+    kmp_lanes_set(c->lanes, KMP_IN_Q, at->rows);
+    kmp_lanes_set(c->lanes, KMP_IN_QD, at->rows + n * w);
+    memcpy(at->change, kmp_lanes_run(c->lanes, 1), w * (size_t)e->s->events.count * sizeof(double));
+    if (c->late)
+        add_late(e, pool, at);
+}
+
+bool kmp_lanes_have_middle(const kmp_engine *e, const kmp_pool *pool)
+{
+    return e->conditions->late && pool->complete_lanes;
+}
+
+void kmp_lanes_middle(kmp_engine *e, double *y)
+{
+    const kmp_lane_room *room = &e->room;
+    const kmp_dop853_step step = {.y = room->y, .h = room->step, .k = room->k, .y_new = room->y_new};
+    double *const *wide = e->conditions->wide;
+    kmp_lanes_interpolant(room->w, (size_t)e->size, &step, true, wide);
+    kmp_lanes_interpolate(room->w, (size_t)e->size, KMP_LANE_VECTORS, wide, 0.5, y);
+}
+
+/* The values of a lane; NULL: they have lost digits. */
+static const kmp_look *look_of(const kmp_engine *e, int place, size_t l, double t)
+{
+    kmp_lane_conditions *c = e->conditions;
+    kmp_look *look = &c->look[place];
+    size_t w = e->room.w, n = (size_t)e->n,
+           rows = c->late ? 3 * n + (size_t)e->m : (e->s->changes_by_rates ? 3 : 2) * n;
+    if (c->late && c->place[place].doubtful[l])
+        return NULL;
     look->t = t;
     for (size_t k = 0; k < (size_t)e->s->events.count; k++)
-        look->change[k] = c->end[end].change[k * w + l];
+        look->change[k] = c->place[place].change[k * w + l];
     for (size_t k = 0; k < rows; k++)
-        look->state[k] = c->end[end].rows[k * w + l];
+        look->state[k] = c->place[place].rows[k * w + l];
     return look;
 }
 
-bool kmp_lane_is_clear(kmp_engine *e, size_t l)
+bool kmp_lane_is_clear(kmp_engine *e, size_t l, bool middle)
 {
     const kmp_lane_room *room = &e->room;
     const kmp_look *from = look_of(e, 0, l, room->t[l]), *to = look_of(e, 1, l, room->t_new[l]);
-    return kmp_crossing_is_clear(e->conditions->watching[l], from, to);
+    const kmp_look *between = middle ? look_of(e, 2, l, room->t[l] + 0.5 * room->step[l]) : NULL;
+    return from && to && kmp_crossing_is_clear(e->conditions->watching[l], from, between, to);
 }
 
 /* Makes the lane's instance the one whose conditions the evaluator has. */
 static kmp_crossing *stand(kmp_engine *e)
 {
     kmp_within_stand(e);
-    return take(e, &e->instances[e->room.who[e->within.lane]]);
+    return kmp_instance_crossing(e, &e->instances[e->room.who[e->within.lane]]);
 }
 
-const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found)
+const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found, double *shorter)
 {
     const kmp_lane_room *room = &e->room;
     size_t l = e->within.lane;
@@ -201,24 +254,38 @@ const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found)
     if (kmp_crossing_find(c, room->t[l], room->t_new[l], t, found) != KEMPE_OK)
         return KMP_LANE_NO_STATES;
     kmp_instance_keep_modes(e, x);
-    return !*found                                      ? NULL
+    *shorter = *found ? kmp_crossing_shortens(c, room->t[l], *t, room->t_new[l]) : 0;
+    return !*found || *shorter > 0                      ? NULL
            : c->end >= 0                                ? "a condition that ends the run"
            : *t >= kmp_present_inputs_until(&x->inputs) ? "a condition that changes at a sample of an input"
+           : kmp_sample_is_due(x->next_sample, *t)      ? "a condition that changes at a sample of a state"
                                                         : NULL;
 }
 
-bool kmp_lane_pass_event(kmp_engine *e, double t)
+/* Passes the event, or looks at it alone. */
+static bool visit_event(kmp_engine *e, double t, bool pass)
 {
     kmp_instance *x = &e->instances[e->room.who[e->within.lane]];
     const kmp_partition *part = &e->within.pool->part;
     kmp_crossing *c = stand(e);
-    if (kmp_crossing_pass(c, t, false) != KEMPE_OK)
+    if ((pass ? kmp_crossing_pass(c, t, false) : kmp_crossing_look(c, t)) != KEMPE_OK)
         return false;
-    kmp_instance_keep_modes(e, x);
+    if (pass)
+        kmp_instance_keep_modes(e, x);
     x->t = t;
     memcpy(e->state, c->q, (size_t)e->n * sizeof *c->q);
     memcpy(e->state + e->n, c->qd, (size_t)e->n * sizeof *c->qd);
     if (e->s->dissipative)
         x->y[e->n + part->p] = e->within.y[e->n + part->p];
     return true;
+}
+
+bool kmp_lane_pass_event(kmp_engine *e, double t)
+{
+    return visit_event(e, t, true);
+}
+
+bool kmp_lane_look_at_event(kmp_engine *e, double t)
+{
+    return visit_event(e, t, false);
 }

@@ -87,8 +87,9 @@ kempe_status kmp_engine_begin(kmp_engine *e, const kmp_run_spec *spec, const kmp
     e->work = (kmp_ensemble_work){.width = width};
     e->eval = kmp_eval_new(e->s, "tape");
     e->state = KMP_ARENA_NEW(&e->run_arena, double, 4 * e->n);
-    bool ok = e->eval && e->state && (kmp_engine_no_lanes(e) || make_lanes(e, width)) && kmp_measuring_init(e);
-    return kmp_made(e->context, ok);
+    bool lanes = !kmp_engine_no_lanes(e), ok = e->eval && e->state && (!lanes || make_lanes(e, width));
+    KMP_TRY(kmp_made(e->context, ok && kmp_measuring_init(e)));
+    return lanes ? kmp_site_init(e) : KEMPE_OK;
 }
 
 void kmp_engine_end(kmp_engine *e)
@@ -100,6 +101,7 @@ void kmp_engine_end(kmp_engine *e)
     e->pool_count = 0;
     kmp_measuring_free(e);
     kmp_conditions_free(e);
+    kmp_site_free(e);
     kmp_eval_free(e->eval);
     kmp_arena_free(&e->run_arena);
     e->eval = NULL;
@@ -119,6 +121,7 @@ static kempe_status prepare(kmp_engine *e)
 {
     kmp_arena *a = &e->arena;
     int size = kmp_lane_most(e), events = e->s->events.count;
+    size_t memory = e->site ? kmp_runner_memory_size(e->site) : 0;
     e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
     for (int i = 0; i < e->count && !a->failed; i++) {
         kmp_instance *x = &e->instances[i];
@@ -128,6 +131,8 @@ static kempe_status prepare(kmp_engine *e)
                              KMP_ROOM(double, e->parameters + e->n + e->m, &x->constants.numbers));
         (void)kmp_present_inputs_init(&x->inputs, a, e->s->model);
         x->inputs.held = true;
+        x->memory = KMP_ARENA_NEW(a, double, (memory + sizeof(double) - 1) / sizeof(double) + 1);
+        x->next_sample = INFINITY;
     }
     return kmp_made(e->context, !a->failed && kmp_measuring_chunk(e));
 }

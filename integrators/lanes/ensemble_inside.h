@@ -12,6 +12,7 @@
 #include "constraints/written/solved.h"
 #include "integrators/lanes/ensemble_run.h"
 #include "integrators/run/events.h"
+#include "integrators/run/runner.h"
 #include "integrators/run/work_bound.h"
 #include "integrators/steppers/rk.h"
 #include "model/variant.h"
@@ -45,6 +46,7 @@ typedef struct kmp_instance {
     int next;             /* in the queue of its pool; -1: the last one */
     bool has_slope;       /* dy is f(t, y) */
     bool has_step;        /* h is the next step, otherwise it is chosen */
+    bool again;           /* the present step is made again up to an event */
     bool rejected;        /* members as in struct kmp_rk */
     kmp_lane_signs signs; /* of the blocks of Jv since the start or the last exchange */
     int hopeless;
@@ -62,6 +64,9 @@ typedef struct kmp_instance {
     double *vdd;                /* r: accelerations of v there, where conditions need them */
     double *mode;               /* of each condition */
     kmp_condition_past *past;   /* the same */
+    void *memory;               /* of its past at the site (kmp_runner_keep_memory) */
+    bool stood;                 /* it has begun there */
+    double next_sample;         /* of its states; INFINITY: none */
     kmp_system_constants constants;
 } kmp_instance;
 
@@ -153,6 +158,8 @@ typedef struct kmp_engine {
     struct kmp_measuring *measuring; /* of quantities; NULL: there are none */
     kmp_lane_within within;
     kmp_lane_conditions *conditions; /* NULL: there are none */
+    kmp_runner *site;                /* where instances stand between steps; NULL: nothing happens to them there */
+    void *fresh;                     /* the memory of a motion that begins */
 
     /* of a chunk */
     int count;
@@ -266,6 +273,12 @@ void kmp_conditions_free(kmp_engine *e);
 /** Sets the conditions of the current instance by its start. false: one ends the run there. */
 bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double *q, const double *qd);
 
+/** The crossing for the current instance; NULL: there are no conditions. */
+kmp_crossing *kmp_instance_crossing(kmp_engine *e, kmp_instance *x);
+
+/** True if some condition depends on accelerations or multipliers. */
+bool kmp_has_late_conditions(const kempe_system *system);
+
 /** Keeps the evaluator's conditions as those of the current instance. */
 void kmp_instance_keep_modes(const kmp_engine *e, kmp_instance *x);
 
@@ -275,16 +288,22 @@ void kmp_lane_conditions_load(kmp_engine *e, kmp_pool *pool, size_t lane);
 void kmp_conditions_constants(kmp_engine *e);
 void kmp_lane_set_modes(kmp_engine *e, kmp_pool *pool, size_t lane);
 
-/** Evaluates the conditions at one end of the steps of all lanes, 0 or 1, whose times are in the room. */
-void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int end, const double *y, const double *slope,
+/** Evaluates the conditions at one end of the steps of all lanes, 0 or 1, or in their middle, 2, whose times are in the
+ * room. */
+void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int place, const double *y, const double *slope,
                           const double *vdd);
 
-/** True if the ends of a lane's step decide that no condition changes within it. */
-bool kmp_lane_is_clear(kmp_engine *e, size_t lane);
+/** True if some conditions may need the middle of steps, and lanes evaluate it. The unknowns there, after the stages of
+ * the dense output. */
+bool kmp_lanes_have_middle(const kmp_engine *e, const kmp_pool *pool);
+void kmp_lanes_middle(kmp_engine *e, double *y);
 
-/** Searches the step of the lane of kmp_within_begin: *found, at *t. Returns the reason why lanes do not pass the
- * event, or cannot search; NULL: they can. */
-const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found);
+/** True if the ends of a lane's step, and its `middle`, decide that no condition changes within it. */
+bool kmp_lane_is_clear(kmp_engine *e, size_t lane, bool middle);
+
+/** Searches the step of the lane of kmp_within_begin: *found, at *t; *shorter: the step is made again with this length,
+ * 0: it is not. Returns the reason why lanes do not pass the event, or cannot search; NULL: they can. */
+const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found, double *shorter);
 
 /** Changes the conditions of that lane at its event: the instance then has the time, the conditions and the work
  * there, e->state the closed state. false: conditions change without end. */
@@ -294,6 +313,28 @@ bool kmp_lane_pass_event(kmp_engine *e, double t);
 
 /** Unknowns of all lanes at a place in their steps, into the room's `stage`, and their slopes, into its k[2]. */
 void kmp_lanes_evaluate_within(kmp_engine *e, kmp_pool *pool, double place);
+
+/** Looks at the event of that lane: the instance has the time and the work there, e->state the closed state before the
+ * conditions change. false: it is not available. */
+bool kmp_lane_look_at_event(kmp_engine *e, double t);
+
+/* ensemble_site.c: what happens to one instance between its steps, as in a run */
+
+/** Makes the site of an engine if its system needs one. */
+kempe_status kmp_site_init(kmp_engine *e);
+void kmp_site_free(kmp_engine *e);
+
+/** Begins the current instance at the site: e->site has the state, its accelerations and rows. KEMPE_E_FAILED: a run
+ * would fail as well. */
+kempe_status kmp_instance_stand(kmp_engine *e, kmp_instance *x, const kempe_assembly *a);
+
+/** Passes the `event` that was looked at, or samples and jumps of inputs, of an instance in the unknowns of a pool, at
+ * x->t, `since` the beginning of its step, and the closed state in e->state; the evaluator has its conditions and
+ * inputs. Then puts it into a pool, or leaves it to a separate run. */
+kempe_status kmp_instance_pass(kmp_engine *e, kmp_pool *from, int i, bool event, double since);
+
+/** The same of samples and jumps of inputs, from x->y. */
+kempe_status kmp_instance_meet(kmp_engine *e, kmp_pool *from, int i);
 
 /* ensemble_measure.c: quantities of instances */
 
@@ -308,8 +349,13 @@ void kmp_instance_begin_account(kmp_engine *e, int i);
 /** True if the dense output of steps is needed. */
 bool kmp_measures_steps(const kmp_engine *e);
 
-/** Makes the program of a pool that quantities of accelerations and multipliers need. false: no memory. */
+/** Makes the program of a pool that quantities and conditions of accelerations and multipliers need. false: no memory.
+ */
 bool kmp_pool_complete(kmp_engine *e, kmp_pool *pool);
+
+/** qdd and lambda of all lanes from q and qd, rows of 3 n + m, at the times and inputs in the room; the dropped rows
+ * have no load. `doubtful` lanes have lost digits. */
+void kmp_lanes_complete(kmp_engine *e, const kmp_pool *pool, double *rows, bool *doubtful);
 
 /** Gives the programs of the quantities the values of the instance in a lane; evaluates what depends on them alone. */
 void kmp_lane_constants(kmp_engine *e, const kmp_pool *pool, size_t lane);
@@ -355,9 +401,9 @@ void kmp_instance_measured(kmp_engine *e, kmp_pool *pool, int i, double t, const
 kempe_status kmp_instance_alone(kmp_engine *e, int i);
 /** Continues an instance from t and y in a separate run, until lanes can take it back or to its end. `margin`: that of
  * the closures over its usual size. If such a run fails, the instance is left to one from its start. The second
- * begins such a run at a start with closures of this rank. */
+ * begins such a run at a state with closures of this rank. */
 kempe_status kmp_instance_apart(kmp_engine *e, kmp_pool *from, int i, double margin, const char *why);
-kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, const double *q, const double *qd,
+kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, const double *q, const double *qd, double work,
                                       const char *why);
 
 /* ensemble_pool.c */

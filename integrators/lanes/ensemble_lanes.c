@@ -13,8 +13,8 @@
 enum { MOST_TRIES = 1000, MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
 
 /* Result of an attempt in a lane. */
-/* EVENT: taken up to an event within it. */
-typedef enum outcome { EMPTY, TAKEN, EVENT, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
+/* EVENT: taken up to an event within it. AGAIN: up to an event, with the step in the room. */
+typedef enum outcome { EMPTY, TAKEN, EVENT, AGAIN, BAD_ERROR, BAD_STAGE, BAD_STEP } outcome;
 
 /* -- room -------------------------------------------------------------------------------------------- */
 
@@ -57,10 +57,11 @@ static void put_inputs(kmp_engine *e)
     }
 }
 
-/* Time that the next steps of an instance do not go beyond: the end of the run, or the next jump of an input. */
+/* Time that the next steps of an instance do not go beyond: the end of the run, the next jump of an input, or the next
+ * sample of a state. */
 static double limit_of(const kmp_engine *e, const kmp_instance *x)
 {
-    return fmin(e->spec.t_end, kmp_present_inputs_until(&x->inputs));
+    return kmp_first_limit(x->next_sample, kmp_present_inputs_until(&x->inputs), e->spec.t_end);
 }
 
 /* k = f(at, y) in all lanes; failed evaluations are marked in `bad`. */
@@ -518,23 +519,28 @@ static bool moves_closure(const kempe_model *model, const kmp_present_inputs *in
     return false;
 }
 
-/* Goes on beyond a sample at which the step has ended: restarts where a value jumps (runner_inputs.c). Returns the
- * reason why it cannot. */
-static const char *pass_sample(kmp_engine *e, size_t l)
+/* Goes on beyond a sample at which the step has ended: restarts where a value jumps (runner_inputs.c), at the site if
+ * there is one (*meets). Returns the reason why it cannot. */
+static const char *pass_sample(kmp_engine *e, size_t l, bool *meets)
 {
     kmp_lane_room *room = &e->room;
     kmp_instance *x = &e->instances[room->who[l]];
-    int input;
-    if (room->t[l] < kmp_present_inputs_until(&x->inputs)) {
+    bool sampled = kmp_sample_is_due(x->next_sample, room->t[l]);
+    int input, jump = KMP_SIGNAL_SMOOTH;
+    *meets = sampled;
+    if (!sampled && room->t[l] < kmp_present_inputs_until(&x->inputs)) {
         x->pace = 0;
         return NULL;
     }
-    int jump = kmp_present_inputs_enter(&x->inputs, room->t[l], &input);
+    if (room->t[l] >= kmp_present_inputs_until(&x->inputs))
+        jump = kmp_present_inputs_enter(&x->inputs, room->t[l], &input);
     if (jump < 2 && moves_closure(e->s->model, &x->inputs, room->t[l])) /* a separate run names it */
         return "an input of a closure that jumps";
-    if (jump > 0)
+    if (jump > 0 && !sampled)
         return NULL;
     room->h[l] = x->pace = fmax(room->h[l], x->pace);
+    if ((*meets = e->site != NULL))
+        return NULL;
     x->error_old = KMP_RK_ERROR_FLOOR;
     x->has_slope = false;
     x->signs.known = false;
@@ -624,24 +630,46 @@ static void run_dense_stages(kmp_engine *e, kmp_pool *pool)
     }
 }
 
-/* Searches the step of a lane for an event. */
+/* The conditions in the middle of the steps, for lanes that both ends do not decide. */
+static void look_at_middle(kmp_engine *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_lanes_middle(e, room->stage);
+    set_times(room, 0.5);
+    evaluate(e, pool, room->stage, room->k[2]);
+    for (size_t l = 0; l < room->w; l++) {
+        room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
+        room->bad[l] = 0;
+    }
+    kmp_lanes_conditions(e, pool, 2, room->stage, room->k[2], NULL);
+}
+
+/* Searches the step of a lane for an event. It is made again, with half its length, where the dense output is less
+ * exact. */
 static outcome find_event(kmp_engine *e, kmp_pool *pool, size_t l)
 {
     kmp_lane_room *room = &e->room;
-    const char *why = KMP_LANE_NO_STATES;
+    kmp_instance *x = &e->instances[room->who[l]];
     bool found = false;
+    double shorter = 0;
     kmp_within_begin(e, pool, l);
-    if (!room->dense_bad[l] && kmp_within_is_exact(e))
-        why = kmp_lane_find_event(e, &room->event[l], &found);
+    if (room->dense_bad[l] || !kmp_within_is_exact(e))
+        return BAD_STEP;
+    const char *why = kmp_lane_find_event(e, &room->event[l], &found, &shorter);
     kmp_within_end(e);
     if (why) {
+        x->again = false;
         room->h[l] = room->step[l];
         expel(e, l, why);
         return EMPTY;
     }
-    if (!found)
-        kmp_lane_set_modes(e, pool, l);
-    return found ? EVENT : TAKEN;
+    bool again = found && shorter > 0 && !x->again;
+    x->again = again;
+    if (found && !again)
+        return EVENT;
+    kmp_lane_set_modes(e, pool, l);
+    room->h[l] = again ? shorter : room->h[l];
+    return again ? AGAIN : TAKEN;
 }
 
 /* Finds the steps within which conditions change; `searched`: lanes whose stages of the dense output are counted.
@@ -661,17 +689,21 @@ static bool watch_conditions(kmp_engine *e, kmp_pool *pool, const watched *seen,
     put_inputs(e);
     kmp_lanes_conditions(e, pool, 0, room->y, k[1], room->vdd);
     for (size_t l = 0; l < room->w; l++) {
-        searched[l] = what[l] == TAKEN && !kmp_lane_is_clear(e, l);
+        searched[l] = what[l] == TAKEN && !kmp_lane_is_clear(e, l, false);
         dense = dense || searched[l];
     }
     if (!dense)
         return false;
     run_dense_stages(e, pool);
+    bool middle = kmp_lanes_have_middle(e, pool);
+    if (middle)
+        look_at_middle(e, pool);
     for (size_t l = 0; l < room->w; l++) {
         if (!searched[l])
             continue;
         e->results[room->who[l]].rhs += 3;
-        what[l] = find_event(e, pool, l);
+        if (!middle || room->dense_bad[l] || !kmp_lane_is_clear(e, l, true))
+            what[l] = find_event(e, pool, l);
     }
     return true;
 }
@@ -715,11 +747,11 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, siz
     result->steps++;
     room->h[l] = x->rejected ? fmin(room->next[l], h) : room->next[l];
     x->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
-    x->rejected = false;
+    x->rejected = x->again = false;
     x->tries = 0;
     room->t[l] = room->t_new[l];
-    bool through = !(room->t[l] < e->spec.t_end);
-    const char *jump = through ? NULL : pass_sample(e, l);
+    bool through = !(room->t[l] < e->spec.t_end), meets = false;
+    const char *jump = through ? NULL : pass_sample(e, l, &meets);
     bool slow = kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, room->t[l],
                                       e->spec.t_end, NULL);
     bool reorders = !through && has_bad_order(e, pool, seen, l);
@@ -733,7 +765,7 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, siz
                                                                                     : NULL;
     bool changes = !through && !why && e->m > e->r && seen->rows[l] > KMP_ROWS_OUT;
     bool exchanges = !through && !why && !changes && e->r > 0 && seen->growth[l] > x->limit;
-    if (!through && !why && !changes && !exchanges && !reorders)
+    if (!through && !why && !changes && !exchanges && !reorders && !meets)
         return KEMPE_OK;
     store(e, l);
     empty(room, l);
@@ -745,7 +777,8 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, siz
         kmp_instance_leave(e, i, why);
         return KEMPE_OK;
     }
-    return changes     ? kmp_instance_change_rows(e, pool, i)
+    return meets       ? kmp_instance_meet(e, pool, i)
+           : changes   ? kmp_instance_change_rows(e, pool, i)
            : exchanges ? kmp_instance_exchange(e, pool, i)
                        : kmp_instance_reorder(e, pool, i);
 }
@@ -763,16 +796,18 @@ static kempe_status pass_event(kmp_engine *e, kmp_pool *pool, size_t l)
     x->h = room->step[l];
     x->pace = 0;
     kmp_within_begin(e, pool, l);
-    bool known = kmp_lane_pass_event(e, room->event[l]);
+    bool known = e->site ? kmp_lane_look_at_event(e, room->event[l]) : kmp_lane_pass_event(e, room->event[l]);
+    bool slow = known && kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, x->t,
+                                               e->spec.t_end, NULL);
+    kempe_status status = KEMPE_OK;
+    if (!known || slow)
+        kmp_instance_leave(e, i, known ? "too much work" : "conditions that change back and forth");
+    else if (e->site)
+        status = kmp_instance_pass(e, pool, i, true, x->t - room->t[l]);
     kmp_within_end(e);
     empty(room, l);
     kmp_context_clear(e->context);
-    bool slow =
-        kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, x->t, e->spec.t_end, NULL);
-    if (known && !slow)
-        return kmp_instance_resume(e, pool, i);
-    kmp_instance_leave(e, i, known ? "too much work" : "conditions that change back and forth");
-    return KEMPE_OK;
+    return known && !slow && !e->site ? kmp_instance_resume(e, pool, i) : status;
 }
 
 /* Makes one attempt in all lanes. */
@@ -823,7 +858,7 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
             status = take(e, pool, &seen, l);
         else if (what[l] == EVENT)
             status = pass_event(e, pool, l);
-        else if (what[l] != EMPTY)
+        else if (what[l] != EMPTY && what[l] != AGAIN)
             refuse(e, l, what[l]);
     }
     return status;

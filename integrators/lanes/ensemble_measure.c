@@ -114,6 +114,13 @@ void kmp_instance_begin_account(kmp_engine *e, int i)
         kmp_account_begin(e->measuring->q, account_of(e, i));
 }
 
+/* Puts the friction of elements that slip in place of their multipliers. */
+static void show_friction(kmp_engine *e, double t, double *row)
+{
+    if (e->site && e->site->friction && e->measuring->q->late)
+        kmp_friction_show(e->site, t, row);
+}
+
 /* The channels at a row. */
 static void channels_at(kmp_engine *e, double t, const double *row, double *values)
 {
@@ -132,6 +139,7 @@ static bool lane_channels(void *user, double t, double *values)
     int n = e->n;
     if (!kmp_within_state(e, t, m->q->late, row, row + n, row + 2 * n, row + 3 * n))
         return false;
+    show_friction(e, t, row);
     channels_at(e, t, row, values);
     return true;
 }
@@ -154,7 +162,8 @@ bool kmp_pool_complete(kmp_engine *e, kmp_pool *pool)
 {
     const kmp_solved_plan plan = {.part = &pool->part};
     kmp_solved_written written;
-    if (!e->measuring || !e->measuring->q->inside || !e->measuring->q->late)
+    bool measured = e->measuring && e->measuring->q->inside && e->measuring->q->late;
+    if (!measured && !kmp_has_late_conditions(e->s))
         return true;
     if (!kmp_solved_write(e->eval, &plan, &written))
         return false;
@@ -197,7 +206,8 @@ void kmp_lane_measured_modes(kmp_engine *e, const kmp_pool *pool, size_t l, cons
 /* True if quantities are sampled in all lanes together. */
 static bool samples(const kmp_engine *e, const kmp_pool *pool)
 {
-    return e->measuring->sampled && (!e->measuring->q->late || pool->complete_lanes);
+    bool shows = e->site && e->site->friction; /* in place of multipliers */
+    return e->measuring->sampled && (!e->measuring->q->late || (pool->complete_lanes && !shows));
 }
 
 bool kmp_lanes_may_pass(const kmp_engine *e, const kmp_pool *pool)
@@ -245,23 +255,21 @@ void kmp_lanes_spread(const kmp_engine *e, const kmp_pool *pool, const double *y
     }
 }
 
-/* qdd and lambda of all lanes from q and qd; the dropped rows have no load. */
-static void complete_lanes(kmp_engine *e, const kmp_pool *pool)
+void kmp_lanes_complete(kmp_engine *e, const kmp_pool *pool, double *rows, bool *doubtful)
 {
-    kmp_measuring *m = e->measuring;
     const kmp_solved_layout *layout = &pool->completing;
     size_t w = e->room.w, n = (size_t)e->n;
-    double *lambda = m->rows + 3 * n * w;
+    double *lambda = rows + 3 * n * w;
     kmp_lanes_set(pool->complete_lanes, KMP_IN_TIME, e->room.at);
-    kmp_lanes_set(pool->complete_lanes, KMP_IN_Q, m->rows);
-    kmp_lanes_set(pool->complete_lanes, KMP_IN_QD, m->rows + n * w);
+    kmp_lanes_set(pool->complete_lanes, KMP_IN_Q, rows);
+    kmp_lanes_set(pool->complete_lanes, KMP_IN_QD, rows + n * w);
     const double *out = kmp_lanes_run(pool->complete_lanes, KMP_SOLVED_RUN);
-    memcpy(m->rows + 2 * n * w, out + (size_t)layout->qdd * w, n * w * sizeof *out);
+    memcpy(rows + 2 * n * w, out + (size_t)layout->qdd * w, n * w * sizeof *out);
     memset(lambda, 0, (size_t)e->m * w * sizeof *lambda);
     for (int i = 0; i < layout->r; i++)
         memcpy(lambda + (size_t)pool->part.rows[i] * w, out + (size_t)(layout->lambda + i) * w, w * sizeof *out);
     for (size_t l = 0; l < w; l++)
-        m->doubtful[l] = m->doubtful[l] || !kmp_solved_is_good(layout, out + l, (int)w);
+        doubtful[l] = doubtful[l] || !kmp_solved_is_good(layout, out + l, (int)w);
 }
 
 /* The stages of outputs build on each other. */
@@ -292,7 +300,7 @@ static void sample_into(kmp_engine *e, const kmp_pool *pool, int point, const do
     size_t w = e->room.w, size = kmp_account_piece(q);
     kmp_lanes_spread(e, pool, y, slope, m->rows);
     if (q->late)
-        complete_lanes(e, pool);
+        kmp_lanes_complete(e, pool, m->rows, m->doubtful);
     const double *shown = shown_in_lanes(e);
     for (int c = 0; c < q->channels; c++) {
         const double *from =
@@ -424,6 +432,8 @@ void kmp_instance_measured(kmp_engine *e, kmp_pool *pool, int i, double t, const
         memcpy(m->row, e->state, (size_t)(2 * e->n) * sizeof *row);
     if (!row && m->q->late)
         known = kmp_instance_complete(e, pool, m->row + e->n, m->row + 2 * e->n, m->row + 3 * e->n);
+    if (!row)
+        show_friction(e, t, m->row);
     channels_at(e, t, m->row, m->end);
     e->eval->inputs.before = false;
     for (int c = 0; c < m->q->channels && !known; c++)

@@ -7,6 +7,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
 #include "integrators/formulations/reduced.h"
+#include "integrators/friction/friction_state.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/run/runner.h"
 #include <kempe/check.h>
@@ -31,7 +32,6 @@ const char *kmp_engine_no_lanes(const kmp_engine *e)
         {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
         {spec->keep_independent, "fixed independent coordinates"},
         {s->force != NULL, "user-defined forces"},
-        {kmp_model_has_samples(s->model), "sampled states"},
         {s->model->delay_count > 0, "delays"},
         {s->load_row_count > 0, "forces that depend on multipliers"},
         {kmp_motion_known(s)->block_count > 0, "points on curves"},
@@ -111,7 +111,7 @@ static const char *obstacle_at(const kmp_engine *e, const kmp_partition *part, c
 {
     if (part->p > most_freedoms(e->s))
         return "a large system";
-    if (part->p == 0 && !e->s->rheonomic)
+    if (part->p == 0 && !e->s->rheonomic && !e->s->switches)
         return "no degree of freedom";
     return demands_too_much(e, qd) ? "rates that the closures do not allow" : NULL;
 }
@@ -135,7 +135,31 @@ static void begin_numbers(const kmp_engine *e, kmp_instance *x, const kmp_partit
     x->limit = part->user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
     x->error_old = KMP_RK_ERROR_FLOOR;
     x->seen_t = x->corrected_t = -1;
+}
+
+/* True if the angles of all spherical joints may stay. */
+static bool has_good_angles(const kmp_engine *e, const kempe_assembly *a)
+{
+    for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
+        if (kmp_chart_regular(e->s, c, a->q) < KMP_AXES_CENTRED)
+            return false;
+    return !a->inner_q;
+}
+
+/* Chooses rows and coordinates at a start, at the site if there is one; *q and *qd are then the state there. */
+static kempe_status choose(kmp_engine *e, kmp_instance *x, const kempe_assembly *a, const double **q, const double **qd,
+                           kmp_partition *part)
+{
     kmp_present_inputs_stand(&x->inputs, 0);
+    if (e->site && has_good_angles(e, a)) {
+        KMP_TRY(kmp_instance_stand(e, x, a));
+        *q = e->site->state;
+        *qd = *q + e->n;
+        kmp_eval_closure(e->eval, 0, *q);
+        return kmp_made(e->context, kmp_partition_copy(part, &e->site->part));
+    }
+    kmp_eval_closure(e->eval, 0, *q);
+    return kmp_partition_init(part, e->s, e->eval->jacobian, e->spec.u_count > 0 ? e->spec.u : NULL, e->spec.u_count);
 }
 
 /* Enters the lanes at a closed start, or leaves the instance to a separate run. */
@@ -145,11 +169,9 @@ static kempe_status enter(kmp_engine *e, int i, const kempe_assembly *a)
     const double *q = a->q, *qd = a->qd;
     kmp_partition part;
     kmp_pool *pool = NULL;
-    kmp_eval_closure(e->eval, 0, q);
-    kempe_status status =
-        kmp_partition_init(&part, e->s, e->eval->jacobian, e->spec.u_count > 0 ? e->spec.u : NULL, e->spec.u_count);
+    kempe_status status = choose(e, x, a, &q, &qd, &part);
     if (status == KEMPE_E_FAILED) { /* a separate run reports coordinates that are not possible */
-        kmp_instance_leave(e, i, "given independent coordinates");
+        kmp_instance_leave(e, i, e->site ? "a start that a lane cannot make" : "given independent coordinates");
         kmp_context_clear(e->context);
         return KEMPE_OK;
     }
@@ -164,7 +186,7 @@ static kempe_status enter(kmp_engine *e, int i, const kempe_assembly *a)
         status = kmp_pool_find(e, &part, &pool);
     if (status == KEMPE_OK && !why && detour) {
         kmp_instance_begin_account(e, i);
-        status = kmp_instance_start_apart(e, i, part.r, q, qd, detour);
+        status = kmp_instance_start_apart(e, i, part.r, q, qd, 0, detour);
     } else if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, qd)) {
         kmp_reduced_pack(&part, true, q, qd, x->y);
         kmp_instance_begin_account(e, i);
@@ -183,6 +205,7 @@ kempe_status kmp_instance_assemble(kmp_engine *e, int i, kempe_assembly **a)
     KMP_TRY(kempe_assembly_new(e->s, a));
     const double *q = kempe_assembly_q(*a), *qd = kempe_assembly_qd(*a);
     e->results[i].rates_changed = (*a)->rates_changed;
+    kmp_friction_state_open(e->eval);
     kmp_eval_freeze(e->eval, 0, q, qd);
     kmp_eval_closure(e->eval, 0, q);
     kmp_eval_mass(e->eval);

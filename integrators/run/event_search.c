@@ -432,11 +432,14 @@ static kempe_status search(kmp_crossing *c, int depth, const kmp_look *a, const 
     return deeper ? search(c, depth + 1, m, b, t, found) : end_piece(c, m, b, t, found);
 }
 
-bool kmp_crossing_is_clear(kmp_crossing *c, const kmp_look *a, const kmp_look *b)
+bool kmp_crossing_is_clear(kmp_crossing *c, const kmp_look *a, const kmp_look *m, const kmp_look *b)
 {
     begin_piece(c, 0);
-    if (kmp_crossing_would_hold(c, b->change) || find_open(c, 0, &(piece){a, NULL, b}) || any_differs(c, b))
+    if (kmp_crossing_would_hold(c, b->change) || any_differs(c, b) || (m && any_differs(c, m)) ||
+        (find_open(c, 0, &(piece){a, NULL, b}) && (!m || find_open(c, 0, &(piece){a, m, b}))))
         return false;
+    if (m)
+        note_sizes(c, m->t, m->change);
     note_sizes(c, b->t, b->change);
     return true;
 }

@@ -12,6 +12,8 @@ enum { MOST_REPEATS = 20 }; /* changes of one condition without time between the
 #define INSTANT 1e-11
 /* Changes of a condition with a lag count as simultaneous within this multiple of its lag. */
 #define LAGS 100
+/* Part of a step up to an event by which the step that is made again is longer: its end is surely beyond the event. */
+#define BEYOND 1e-3
 /* A kink is fixed beyond this many tolerances of its largest value: within them the errors of steps exceed its
  * effect. */
 #define KINK 100
@@ -56,12 +58,19 @@ int kmp_crossing_first_end(const kmp_crossing *c)
     return -1;
 }
 
-bool kmp_crossing_meets_kink(const kmp_crossing *c)
+/* True where the event is the end of a compliant contact. */
+static bool meets_kink(const kmp_crossing *c)
 {
     for (int k = 0; k < c->s->events.count; k++)
         if (c->s->events.condition[k].measured && c->mode[k] > 0 && kmp_crossing_changed(c, k))
             return true;
     return false;
+}
+
+double kmp_crossing_shortens(const kmp_crossing *c, double from, double event, double to)
+{
+    double h = (1 + BEYOND) * (event - from);
+    return h > 0 && h < to - from && meets_kink(c) ? h : 0;
 }
 
 /* True if condition k has changed and switches the equations. */

@@ -105,14 +105,15 @@ void kmp_crossing_begin_past(const kempe_system *system, kmp_condition_past *pas
  * is none. */
 kempe_status kmp_crossing_find(kmp_crossing *crossing, double from, double to, double *t, bool *found);
 
-/** True if the values at the ends of a step decide that no condition changes within it; the crossing then takes them
- * into account, as kmp_crossing_find does. Their `solved` may be NULL where no condition has an implicit block, and no
- * kink is to be fixed. */
-bool kmp_crossing_is_clear(kmp_crossing *crossing, const kmp_look *from, const kmp_look *to);
+/** True if the values at the ends of a step, and in its middle if that is given, decide that no condition changes
+ * within it; the crossing then takes them into account, as kmp_crossing_find does. Their `solved` may be NULL where no
+ * condition has an implicit block, and no kink is to be fixed. */
+bool kmp_crossing_is_clear(kmp_crossing *crossing, const kmp_look *from, const kmp_look *middle, const kmp_look *to);
 
-/** True where the event is the end of a compliant contact. Its law is continued beyond by the modulus of the depth,
- * with a kink, which the step up to there has met. */
-bool kmp_crossing_meets_kink(const kmp_crossing *crossing);
+/** The length with which a step between two times is made again up to the event that kmp_crossing_find has found; 0: it
+ * is not. At the end of a compliant contact the law is continued beyond by the modulus of the depth, with a kink: the
+ * polynomial of a step that meets it is wrong before it too. */
+double kmp_crossing_shortens(const kmp_crossing *crossing, double from, double event, double to);
 
 /** Watches the motion of another instance of the mechanism: its conditions, parameters, inputs and pasts. To
  * find and pass events, the evaluator must have the same. */

@@ -195,17 +195,13 @@ static kempe_status integrate_work(kmp_runner *run, double t)
 
 /* -- steps and rows ------------------------------------------------------------------------------------ */
 
-/* Part of a step up to an event by which the step that is made again is longer: its end is surely beyond the event. */
-#define BEYOND 1e-3
-
-/* Finds the event of the last step. A step with a kink beyond the event is made again, up to the event: its polynomial
- * is wrong before the kink too. */
+/* Finds the event of the last step. A step with a kink beyond the event is made again, up to the event. */
 static kempe_status find_event(kmp_runner *run)
 {
     kmp_solver *solver = run->solver;
     KMP_TRY(kmp_crossing_find(run->crossing, solver->t_old, solver->t, &run->event_t, &run->at_event));
-    double h = run->at_event ? (1 + BEYOND) * (run->event_t - solver->t_old) : 0;
-    if (!(h > 0 && h < solver->t - solver->t_old) || !run->kind->undo || !kmp_crossing_meets_kink(run->crossing))
+    double h = run->at_event ? kmp_crossing_shortens(run->crossing, solver->t_old, run->event_t, solver->t) : 0;
+    if (!(h > 0) || !run->kind->undo)
         return KEMPE_OK;
     run->at_event = false;
     run->kind->undo(solver, h);

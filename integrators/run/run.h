@@ -31,6 +31,12 @@ typedef struct kmp_integrator_reason {
  * with a next value, in order, and `condition` the one that has become true; -1: a sample. */
 typedef void kmp_sample_fn(void *user, int count, const bool *taken, const int *condition);
 
+/** A part of what a run knows of its past, where it lies in the run. */
+typedef struct kmp_memory_piece {
+    void *at;
+    size_t size;
+} kmp_memory_piece;
+
 typedef struct kmp_run_spec {
     const char *formulation, *form, *integrator, *linear, *backend; /* names; all given, see kmp_run_resolve */
     double rtol, atol;                                              /* atol: of an angle */
@@ -56,6 +62,7 @@ typedef struct kmp_run_spec {
     bool slopes;                             /* the unknowns have derivatives of the motion */
     bool own_angles;                         /* spherical joints are not centred */
     const double *mode_start;                /* conditions at the start; NULL: by the state */
+    const void *memory_start;                /* of a run that continues (kmp_runner_keep_memory); NULL: none */
     const kmp_present_inputs *inputs_start;  /* NULL: those of the model */
     double rate_scale;                       /* 0: by the start */
     double first_step;                       /* of a one-step method; 0: of its own choice */

@@ -90,6 +90,13 @@ struct kmp_runner {
 /** Makes everything that a run needs before its integrator starts. */
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start);
 
+/** Makes the room of a run's state, and what states that take next values, friction and contacts need. */
+kempe_status kmp_runner_make_parts(kmp_runner *run);
+
+/** Begins at spec.t_start: inputs, sampled states, conditions, rows, impacts and modes. The state is in run->state, the
+ * rows in run->part. */
+kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start);
+
 /** Chooses rows and coordinates at (t, q); rank < 0: by the pivots. */
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count);
 
@@ -113,6 +120,18 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
 /** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: of its own choice). */
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h);
 
+/* runner_site.c: a run that makes no steps. It stands at states of other motions of its system in turn. */
+
+/** Makes one with the evaluator of the caller, which has the numbers and conditions of the present motion. */
+kempe_status kmp_runner_site_new(kmp_evaluator *eval, const kmp_run_spec *spec, kmp_runner **site);
+void kmp_runner_site_free(kmp_runner *site);
+
+/** The size in bytes of what a run knows of its past beside state, conditions and inputs: samples, modes, impacts. It
+ * is written to a memory, and taken from one, of any run of the system. */
+size_t kmp_runner_memory_size(kmp_runner *run);
+void kmp_runner_keep_memory(kmp_runner *run, void *memory);
+void kmp_runner_take_memory(kmp_runner *run, const void *memory);
+
 /* runner_inputs.c */
 
 /** Goes on beyond a sample of an input where the last step has ended at it: restarts the integrator where the value
@@ -130,6 +149,9 @@ kempe_status kmp_runner_take_conditions(kmp_runner *run, double t);
 kempe_status kmp_runner_make_sampler(kmp_runner *run, double t);
 void kmp_runner_free_sampler(kmp_runner *run);
 
+/** Lists what the sampler knows of its past; returns the number of pieces. */
+int kmp_runner_sampler_memory(kmp_runner *run, kmp_memory_piece *piece);
+
 /** The end of the integrator's steps: the caller's, or the next sample of an input or a state. Times that are equal up
  * to rounding are one. */
 double kmp_runner_limit(const kmp_runner *run);
@@ -137,6 +159,12 @@ double kmp_runner_limit(const kmp_runner *run);
 /** The last time whose row belongs to a step that ends at t: beyond t by rounding where a sample is due, so that the
  * row has the values before it. */
 double kmp_runner_reach(const kmp_runner *run, double t);
+
+/** The end of steps before a sample of states, the end of a piece of inputs and a stop. */
+double kmp_first_limit(double sample, double piece, double stop);
+
+/** True if a sample at `sample` is due at t. */
+bool kmp_sample_is_due(double sample, double t);
 
 /** The time of the next sample that has not been taken; INFINITY: there is none. */
 double kmp_runner_next_sample(const kmp_runner *run);
@@ -203,6 +231,10 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t);
 
 /** Ends the run at t with the sentence of a condition: KEMPE_STOPPED. */
 kempe_status kmp_runner_end(kmp_runner *run, double t, int condition);
+
+/** Passes what happens at t, at the closed state in run->state: the `event` that the crossing has looked at, samples,
+ * states that change at events, jumps of inputs, and the impacts and modes that follow. *work: of impacts, J. */
+kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double *work);
 
 /** Continues with another formulation from a state in the present charts (q, qd, qdd in run->state) with a first
  * step. */

@@ -288,6 +288,14 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     return KEMPE_OK;
 }
 
+/* Meets the closures at t from the state before it in run->state. */
+static kempe_status switch_here(kmp_runner *run, double t, double *energy, double *gain)
+{
+    KMP_TRY(kmp_runner_take_inputs(run, t));
+    kmp_runner_take_samples(run, t);
+    return meet_closures(run, t, energy, gain);
+}
+
 /* The step size after an event at t: that of the step across it, of which any part may lie before the event. 0, to be
  * chosen anew, where it follows another event at once: steps of rounding size count as a motion that cannot go on. */
 static double step_after_event(const kmp_runner *run, double t)
@@ -312,9 +320,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
 {
     double *q = run->state, h = step_after_event(run, t), work, energy, gain;
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
-    KMP_TRY(kmp_runner_take_inputs(run, t));
-    kmp_runner_take_samples(run, t);
-    KMP_TRY(meet_closures(run, t, &energy, &gain));
+    KMP_TRY(switch_here(run, t, &energy, &gain));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
         kmp_run_log_add(run->log, "impact", t, before, after,
@@ -394,19 +400,50 @@ static kempe_status take_discrete(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
-kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
+/* True if inputs and states may change closures. */
+static bool gives_switches(const kmp_runner *run)
 {
-    double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
-    bool given = run->eval->inputs.count > 0 || run->sampler, relieved = kmp_runner_relieve(run, t);
-    if (given && run->crossing && run->s->switches)
-        return restart_with_switches(run, t);
-    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    return (run->eval->inputs.count > 0 || run->sampler) && run->crossing && run->s->switches;
+}
+
+/* Takes inputs and states from t on, at the state in run->state. */
+static kempe_status renew_here(kmp_runner *run, double t)
+{
     if (run->crossing && run->sampler)
-        kmp_crossing_note(run->crossing, t, q, qd);
+        kmp_crossing_note(run->crossing, t, run->state, run->state + run->s->n);
     KMP_TRY(kmp_runner_take_inputs(run, t));
     KMP_TRY(take_discrete(run, t));
     if (run->crossing)
         run->crossing->noted = false;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double *work)
+{
+    double energy = 0, gain = 0;
+    *work = 0;
+    if (event && run->s->switches)
+        KMP_TRY(switch_here(run, t, &energy, &gain));
+    else if (event)
+        KMP_TRY(kmp_crossing_pass(run->crossing, t, false));
+    *work = energy + gain;
+    if (!kmp_runner_meets_events(run) && event)
+        return KEMPE_OK;
+    if (!gives_switches(run))
+        return renew_here(run, t);
+    KMP_TRY(switch_here(run, t, &energy, &gain));
+    *work += energy + gain;
+    return kmp_runner_take_conditions(run, t);
+}
+
+kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
+{
+    double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
+    bool relieved = kmp_runner_relieve(run, t);
+    if (gives_switches(run))
+        return restart_with_switches(run, t);
+    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    KMP_TRY(renew_here(run, t));
     if (relieved) {
         run->anew = false;
         return kmp_runner_take_up(run, t, false, work, 0);

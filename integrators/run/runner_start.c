@@ -312,11 +312,12 @@ static void begin_inputs(kmp_runner *run)
     run->eval->inputs.held = true;
 }
 
-/* Conditions of a run that continues may depend on its past. */
+/* Conditions of a run that continues may depend on its past. Modes of friction are decided anew. */
 static void take_modes(kmp_runner *run)
 {
+    const kmp_condition *condition = run->s->events.condition;
     for (int k = 0; run->spec.mode_start && k < run->s->events.count; k++)
-        if (!run->s->events.condition[k].kink)
+        if (!condition[k].kink && condition[k].role == KMP_ROLE_NONE)
             kmp_eval_set_mode(run->eval, k, run->spec.mode_start[k] > 0);
     run->spec.mode_start = NULL;
 }
@@ -332,7 +333,7 @@ static void settle_states(kmp_runner *run, double t)
 }
 
 /* Makes the workspace of friction that sticks. */
-static kempe_status begin_friction(kmp_runner *run)
+static kempe_status make_friction(kmp_runner *run)
 {
     bool none;
     run->friction = kmp_friction_new(run, &none);
@@ -356,9 +357,52 @@ static kempe_status begin_modes(kmp_runner *run, double t, double *q, double *qd
     return kmp_friction_settle(run, t, q, qd);
 }
 
-kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
+kempe_status kmp_runner_make_parts(kmp_runner *run)
 {
     int n = run->s->n, m = run->s->m;
+    bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->seen, &run->next_seen),
+                               KMP_ROOM(double, 3 * n + m, &run->moved, &run->state));
+    KMP_TRY(kmp_made(run->s->context, made));
+    run->qdd = run->state + 2 * n;
+    run->lambda = run->state + 3 * n;
+    KMP_TRY(kmp_runner_make_sampler(run, run->spec.t_start));
+    return make_friction(run);
+}
+
+/* Takes the past of a run that continues, or begins one. */
+static void begin_past(kmp_runner *run, double t)
+{
+    if (run->spec.memory_start)
+        kmp_runner_take_memory(run, run->spec.memory_start);
+    kmp_runner_take_samples(run, t);
+    kmp_eval_freeze(run->eval, t, run->state, run->state + run->s->n);
+    if (!run->spec.memory_start)
+        settle_states(run, t);
+}
+
+kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
+{
+    double t = run->spec.t_start, *q = run->state, *qd = q + run->s->n;
+    begin_inputs(run);
+    kmp_runner_center_start(run, start);
+    begin_past(run, t);
+    KMP_TRY(kmp_delays_begin(run, t));
+    if (run->delays)
+        kmp_eval_freeze(run->eval, t, q, qd);
+    take_modes(run);
+    if (!run->spec.memory_start)
+        kmp_runner_note_events(run);
+    run->spec.memory_start = NULL; /* the caller's, until here */
+    kmp_partition_free(&run->part);
+    KMP_TRY(kmp_runner_choose(run, t, q, -1, run->spec.u, run->spec.u_count));
+    if (kmp_runner_is_off(run, t, q))
+        KMP_TRY(kmp_runner_project(run, t, q, qd));
+    KMP_TRY(check_rates(run, qd));
+    return begin_modes(run, t, q, qd);
+}
+
+kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
+{
     double t = run->spec.t_start;
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
@@ -367,29 +411,10 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
                                      : kmp_eval_new_shared(run->s, run->spec.backend, run->team, false);
     if (run->eval && run->eval->weighs_only)
         KMP_TRY(kmp_eval_add_articulated(run->eval));
-    if (!run->eval || !KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->seen, &run->next_seen),
-                                      KMP_ROOM(double, 3 * n + m, &run->moved, &run->state)))
-        return kmp_fail_memory(run->s->context);
-    double *q = run->state, *qd = q + n;
-    begin_inputs(run);
-    run->qdd = q + 2 * n;
-    run->lambda = q + 3 * n;
-    kmp_runner_center_start(run, start);
-    KMP_TRY(kmp_runner_make_sampler(run, t));
-    kmp_runner_take_samples(run, t);
-    kmp_eval_freeze(run->eval, t, q, qd);
-    settle_states(run, t);
-    KMP_TRY(kmp_delays_begin(run, t));
-    if (run->delays)
-        kmp_eval_freeze(run->eval, t, q, qd);
-    take_modes(run);
-    kmp_runner_note_events(run);
-    KMP_TRY(kmp_runner_choose(run, t, q, -1, run->spec.u, run->spec.u_count));
-    if (kmp_runner_is_off(run, t, q))
-        KMP_TRY(kmp_runner_project(run, t, q, qd));
-    KMP_TRY(check_rates(run, qd));
-    KMP_TRY(begin_friction(run));
-    KMP_TRY(begin_modes(run, t, q, qd));
+    KMP_TRY(kmp_made(run->s->context, run->eval));
+    KMP_TRY(kmp_runner_make_parts(run));
+    KMP_TRY(kmp_runner_begin_at(run, start));
+    const double *q = run->state, *qd = q + run->s->n;
     KMP_TRY(note_other_solution(run));
     KMP_TRY(kmp_runner_look_at_margin(run, t, q));
     if (run->part.p == 0 && !run->s->rheonomic && !run->friction)

@@ -41,18 +41,27 @@ double kmp_runner_next_sample(const kmp_runner *run)
     return next;
 }
 
+bool kmp_sample_is_due(double sample, double t)
+{
+    return sample <= last_equal(t);
+}
+
 bool kmp_runner_sample_is_due(const kmp_runner *run, double t)
 {
-    return run->sampler && kmp_runner_next_sample(run) <= last_equal(t);
+    return kmp_sample_is_due(kmp_runner_next_sample(run), t);
+}
+
+double kmp_first_limit(double sample, double piece, double stop)
+{
+    double limit = fmin(sample, piece);
+    if (fmax(sample, piece) <= last_equal(limit))
+        limit = fmax(sample, piece);
+    return stop <= last_equal(limit) ? stop : limit;
 }
 
 double kmp_runner_limit(const kmp_runner *run)
 {
-    double sample = kmp_runner_next_sample(run), piece = kmp_present_inputs_until(&run->eval->inputs);
-    double limit = fmin(sample, piece);
-    if (fmax(sample, piece) <= last_equal(limit))
-        limit = fmax(sample, piece);
-    return run->stop <= last_equal(limit) ? run->stop : limit;
+    return kmp_first_limit(kmp_runner_next_sample(run), kmp_present_inputs_until(&run->eval->inputs), run->stop);
 }
 
 double kmp_runner_reach(const kmp_runner *run, double t)
@@ -178,6 +187,18 @@ kempe_status kmp_runner_make_sampler(kmp_runner *run, double t)
     KMP_TRY(kmp_made(model->context, x->machine));
     begin(run, t);
     return KEMPE_OK;
+}
+
+int kmp_runner_sampler_memory(kmp_runner *run, kmp_memory_piece *piece)
+{
+    kmp_sampler *x = run->sampler;
+    size_t count = x ? (size_t)x->count : 0;
+    if (!x)
+        return 0;
+    piece[0] = (kmp_memory_piece){x->number, count * sizeof *x->number};
+    piece[1] = (kmp_memory_piece){x->was, count * sizeof *x->was};
+    piece[2] = (kmp_memory_piece){x->due, count * sizeof *x->due};
+    return 3;
 }
 
 void kmp_runner_free_sampler(kmp_runner *run)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Conditions and kinks of instances in lanes: the same bits whatever the number of lanes and threads, the motions of
+/* Conditions and kinks of instances in lanes, and what they decide at the site of an engine: friction that sticks,
+ * rigid contacts, states that take next values. The same bits whatever the number of lanes and threads, the motions of
  * separate runs and of closed forms, ends by conditions, and conditions that change back and forth. */
 #include "varied_models.h"
 
@@ -64,6 +65,16 @@ static const motion motions[] = {
     {"pendulum_stops", NULL, {"q.A", NULL}, 0.1, 2, 1e-6, 0},
     {"slider_stop", NULL, {"qd.A", NULL}, 0.05, 1, 1e-6, 0},
     {"parallelogram_switch", NULL, {"qd.A", NULL}, 0.01, 1, 1e-5, 1},
+    {"friction_belt", NULL, {"qd.s", NULL}, 0.1, 12, 1e-6, 0},
+    {"friction_falling", NULL, {"q.s", "qd.s", NULL}, 0.1, 12, 1e-6, 0},
+    {"friction_incline", NULL, {"mu", "g", NULL}, 0.05, 3, 1e-6, 0},
+    {"friction_pair", NULL, {"th0", NULL}, 0.1, 1, 1e-6, 0},
+    {"friction_pendulum", NULL, {"q.th", NULL}, 0.1, 7, 1e-6, 0},
+    {"friction_stack", NULL, {"g", NULL}, 0.05, 10, 1e-6, 0},
+    {"contact_bounce", NULL, {"q.z", NULL}, 0.1, 5, 1e-6, 0},
+    {"contact_corners", NULL, {"q.b.2", "qd.b.2", NULL}, 0.05, 1.25, 1e-6, 0},
+    {"contact_slider_crank", NULL, {"crank_mass", "rod_mass", NULL}, 0.05, 1, 1e-6, 0},
+    {"sampled_slide", NULL, {"q.x", NULL}, 0.1, 2.03, 1e-6, 0},
     {"kink", BALL("-k*min(q(S), 0)"), {"k", "m", NULL}, 0.1, 3, 1e-6, 0},
     {"drag", BALL("-k*q(S) - 3*qd(S)*abs(qd(S))"), {"k", "m", NULL}, 0.1, 3, 1e-6, 0},
     {"window", window, {"place", "rocker", NULL}, 0.01, 3, 1e-6, 0},
@@ -140,6 +151,42 @@ static void balls_bounce(void)
     }
 }
 
+/* The height of a ball that falls from h, rebounds with e of its rate, and rests once rebounds have accumulated. */
+static double rebound(double h, double e, double t)
+{
+    const double g = 9.81;
+    double v = sqrt(2 * g * h), s = t - v / g;
+    if (s < 0)
+        return h - 0.5 * g * t * t;
+    if (s >= 2 * v * e / (g * (1 - e)))
+        return 0;
+    for (v *= e; s > 2 * v / g; v *= e)
+        s -= 2 * v / g;
+    return v * s - 0.5 * g * s * s;
+}
+
+static void balls_rebound(void)
+{
+    static const double times[] = {0.3, 2.2, 3.6, 5};
+    static outcome out;
+    const motion m = {.name = "contact_bounce", .varied = {"q.z", NULL}, .spread = 0.2};
+    random_seed(14);
+    for (size_t k = 0; k < sizeof times / sizeof *times; k++) {
+        const kmp_run_spec spec = {.rtol = 1e-12, .t_end = times[k]};
+        many x = gather_motion(&m);
+        double worst = 0;
+        run(&x, &spec, (kmp_ensemble_execution){0}, &out);
+        for (int i = 0; i < COUNT; i++) {
+            worst = check_max(worst, fabs(out.q[i] - rebound(x.values[i], 0.8, times[k])));
+            CHECK(!out.result[i].alone && out.result[i].parts == 0);
+        }
+        printf("  distance from the closed form at %.3g s %.2g\n", times[k], worst);
+        CHECK(worst < 1e-9);
+        drop(&out);
+        scatter(&x);
+    }
+}
+
 /* -- ends and mistakes --------------------------------------------------------------------------------- */
 
 /* An end by a condition is that of a separate run: its time, its reason, its state. */
@@ -186,6 +233,7 @@ int main(void)
 {
     TEST(lanes_do_not_matter);
     TEST(balls_bounce);
+    TEST(balls_rebound);
     TEST(runs_end);
     return check_report();
 }
