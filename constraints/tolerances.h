@@ -42,6 +42,11 @@
  * some thousand roundings. */
 #define KMP_OTHER_LOAD 1e-8
 
+/** Relative residual of multipliers that forces depend on that is rounding, and one that is rounding if Newton's method
+ * no longer reduces it: for a slider-crank with Jv at a thousandth of its usual size it stops at 14 epsilon. */
+#define KMP_LOAD_ROUNDING (8 * DBL_EPSILON)
+#define KMP_LOAD_ROUNDED  (4096 * DBL_EPSILON)
+
 /** Closed states at a smaller distance are equal: near a singular position states are closed to the root of
  * rounding. */
 #define KMP_SAME_STATE 1e-5

@@ -11,10 +11,6 @@
 #include <string.h>
 
 enum { MAX_NEWTON = 30, MAX_HALVINGS = 12 };
-/* Relative residual that is rounding, and one that is rounding if Newton's method no longer reduces it: for a
- * slider-crank with Jv at a thousandth of its usual size it stops at 14 epsilon. */
-#define ROUNDING       (8 * DBL_EPSILON)
-#define MOSTLY_ROUNDED (4096 * DBL_EPSILON)
 /* Least relative decrease of the residual; otherwise the step is halved. */
 #define DESCENT 0.1
 
@@ -153,7 +149,7 @@ static bool go(kmp_evaluator *eval, const kmp_answer *answer, distance *now)
             w->changed[s->load_rows[k]] = w->from[s->load_rows[k]] + part * w->step[k];
         kmp_eval_bias_with(eval, w->changed);
         *now = look(eval, answer);
-        if (now->energy <= (1 - DESCENT * part) * before || (half == 0 && now->part <= MOSTLY_ROUNDED))
+        if (now->energy <= (1 - DESCENT * part) * before || (half == 0 && now->part <= KMP_LOAD_ROUNDED))
             return true;
     }
     return false;
@@ -164,12 +160,12 @@ static bool settle(kmp_evaluator *eval, const kmp_answer *answer)
 {
     distance now = look(eval, answer);
     for (int k = 0; k < MAX_NEWTON; k++) {
-        if (now.part <= ROUNDING)
+        if (now.part <= KMP_LOAD_ROUNDING)
             return true;
         double before = now.energy;
         if (!(before < INFINITY) || !find_step(eval, answer) || !go(eval, answer, &now))
             return false;
-        if (now.part <= MOSTLY_ROUNDED && !(now.energy < 0.5 * before))
+        if (now.part <= KMP_LOAD_ROUNDED && !(now.energy < 0.5 * before))
             return true;
     }
     return false;

@@ -7,6 +7,7 @@
 #include "constraints/written/written.h"
 #include "constraints/written/written_blocks.h"
 #include "constraints/written/written_kept.h"
+#include "dynamics/load_dependent.h"
 
 /* State of the writer. */
 typedef struct maker {
@@ -22,7 +23,18 @@ typedef struct maker {
     kmp_ref *first;          /* r: the one before, with which v is closed */
     kmp_ref *rate;           /* r: qd of v */
     kmp_ref *mx;             /* n x p, row by row */
+    int loads, *load;        /* load rows in the partition: positions among its rows */
+    kmp_ref *nu;             /* of these: the multipliers that C has, */
+    kmp_ref *residual;       /* those that follow from C less these, */
+    kmp_ref *newton;         /* and the step to their solution */
+    kmp_ref *column;         /* r x r: of Jv^-1, by independent rows, where they are needed */
+    kmp_ref *lambda;         /* r */
 } maker;
+
+/* Factors of the reduced mass, L D L'. */
+typedef struct reduced {
+    kmp_ref m[KMP_FUSED_MOST][KMP_FUSED_MOST], inverse[KMP_FUSED_MOST];
+} reduced;
 
 static void negate(int count, kmp_ref *x)
 {
@@ -101,29 +113,34 @@ static void make_reduced(maker *k, kmp_ref mr[KMP_FUSED_MOST][KMP_FUSED_MOST], k
     }
 }
 
-/* Factors Mr = L D L' in place and solves for udd in `force`. The pivots D are returned, too. */
-static void solve_reduced(maker *k, kmp_ref mr[KMP_FUSED_MOST][KMP_FUSED_MOST], kmp_ref *force, kmp_ref *pivot)
+/* Factors Mr = L D L' in place. The pivots D are returned, too. */
+static void factor_reduced(maker *k, reduced *mr, kmp_ref *pivot)
 {
     kmp_graph *g = k->g;
-    kmp_ref inverse[KMP_FUSED_MOST] = {0};
     for (int j = 0; j < k->p; j++) {
-        pivot[j] = mr[j][j];
-        inverse[j] = kmp_div(g, KMP_ONE, pivot[j]);
+        pivot[j] = mr->m[j][j];
+        mr->inverse[j] = kmp_div(g, KMP_ONE, pivot[j]);
         for (int i = j + 1; i < k->p; i++) {
-            kmp_ref l = kmp_mul(g, mr[i][j], inverse[j]);
+            kmp_ref l = kmp_mul(g, mr->m[i][j], mr->inverse[j]);
             for (int c = j + 1; c <= i; c++)
-                mr[i][c] = kmp_sub(g, mr[i][c], kmp_mul(g, l, mr[c][j]));
+                mr->m[i][c] = kmp_sub(g, mr->m[i][c], kmp_mul(g, l, mr->m[c][j]));
         }
         for (int i = j + 1; i < k->p; i++)
-            mr[i][j] = kmp_mul(g, mr[i][j], inverse[j]);
+            mr->m[i][j] = kmp_mul(g, mr->m[i][j], mr->inverse[j]);
     }
+}
+
+/* x = Mr^-1 x */
+static void solve_reduced(const maker *k, const reduced *mr, kmp_ref *x)
+{
+    kmp_graph *g = k->g;
     for (int i = 0; i < k->p; i++)
         for (int j = 0; j < i; j++)
-            force[i] = kmp_sub(g, force[i], kmp_mul(g, mr[i][j], force[j]));
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, mr->m[i][j], x[j]));
     for (int i = k->p - 1; i >= 0; i--) {
-        force[i] = kmp_mul(g, force[i], inverse[i]);
+        x[i] = kmp_mul(g, x[i], mr->inverse[i]);
         for (int j = i + 1; j < k->p; j++)
-            force[i] = kmp_sub(g, force[i], kmp_mul(g, mr[j][i], force[j]));
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, mr->m[j][i], x[j]));
     }
 }
 
@@ -138,24 +155,158 @@ static void make_rates(const maker *k)
     }
 }
 
+/* Adds to a force of coordinate i that of the accelerations a0. */
+static void add_curvature(const maker *k, int i, kmp_ref *force)
+{
+    const kmp_pattern *m = &k->w.s->mass;
+    for (int e = 0; e < m->count; e++) {
+        int other = m->row[e] == i ? m->col[e] : m->col[e] == i ? m->row[e] : -1;
+        if (other >= 0 && k->red->place[other] >= 0)
+            kmp_written_add_product(k->g, force, k->w.mass[e], k->a0[k->red->place[other]]);
+    }
+}
+
+/* The force of coordinate i, among v, that M qdd + C leaves to the closures. */
+static kmp_ref force_of(const maker *k, int i, const kmp_ref *udd)
+{
+    kmp_ref force = k->w.bias[i];
+    for (int c = 0; c < k->p; c++)
+        kmp_written_add_product(k->g, &force, k->mx[i * k->p + c], udd[c]);
+    add_curvature(k, i, &force);
+    return force;
+}
+
 /* Adds the power of closures that move in time, -lambda' h_t. The multipliers are Jv'^-1 f with the forces f of v that
  * M qdd + C leaves to the closures, so that the power is f' x_t. */
 static void add_drives(maker *k, const kmp_ref *udd)
 {
-    const kmp_pattern *m = &k->w.s->mass;
     for (int i = 0; k->plan->drives && k->h_t && i < k->n; i++) {
         int place = k->red->place[i];
-        if (place < 0 || k->x_t[place] == KMP_ZERO)
-            continue;
-        kmp_ref force = k->w.bias[i];
-        for (int c = 0; c < k->p; c++)
-            kmp_written_add_product(k->g, &force, k->mx[i * k->p + c], udd[c]);
-        for (int e = 0; e < m->count; e++) {
-            int other = m->row[e] == i ? m->col[e] : m->col[e] == i ? m->row[e] : -1;
-            if (other >= 0 && k->red->place[other] >= 0)
-                kmp_written_add_product(k->g, &force, k->w.mass[e], k->a0[k->red->place[other]]);
+        if (place >= 0 && k->x_t[place] != KMP_ZERO)
+            kmp_written_add_product(k->g, &k->w.power, force_of(k, i, udd), k->x_t[place]);
+    }
+}
+
+/* -- multipliers -------------------------------------------------------------------------------------- */
+
+/* The column of Jv^-1 of an independent row: the multiplier of this row is its product with the forces of v. */
+static const kmp_ref *column_of(maker *k, int row)
+{
+    kmp_ref *column = k->column + row * k->r, *unit = k->lambda; /* which is written later */
+    for (int i = 0; i < k->r; i++)
+        unit[i] = i == row ? KMP_ONE : KMP_ZERO;
+    for (int number = kmp_block_count(k->red->block); number-- > 0;)
+        kmp_written_blocks_solve(&k->jv, number, 1, unit, column);
+    return column;
+}
+
+/* The multiplier of load row j as it follows from C: influence' C + the value returned. udd = -Mr^-1 (X' C + (M X)' a0)
+ * is left out. */
+static kmp_ref find_influence(maker *k, const reduced *mr, int j, kmp_ref *influence)
+{
+    const kmp_ref *column = column_of(k, k->load[j]);
+    kmp_ref z[KMP_FUSED_MOST] = {0}, constant = KMP_ZERO;
+    for (int i = 0; i < k->n; i++) {
+        int place = k->red->place[i];
+        kmp_ref force = KMP_ZERO;
+        influence[i] = place >= 0 ? column[place] : KMP_ZERO;
+        for (int c = 0; place >= 0 && c < k->p; c++)
+            kmp_written_add_product(k->g, &z[c], column[place], k->mx[i * k->p + c]);
+        if (place >= 0)
+            add_curvature(k, i, &force);
+        if (place >= 0)
+            kmp_written_add_product(k->g, &constant, column[place], force);
+    }
+    solve_reduced(k, mr, z);
+    for (int i = 0; i < k->n; i++)
+        for (int c = 0; c < k->p; c++) {
+            kmp_ref less = kmp_neg(z[c]);
+            kmp_written_add_product(k->g, &influence[i], less, x_entry(k, i, c));
+            if (k->red->place[i] >= 0)
+                kmp_written_add_product(k->g, &constant, less,
+                                        kmp_mul(k->g, k->mx[i * k->p + c], k->a0[k->red->place[i]]));
         }
-        kmp_written_add_product(k->g, &k->w.power, force, k->x_t[place]);
+    return constant;
+}
+
+/* Solves a x = b in place, in the order of the rows: the diagonal of dLambda/dnu - 1 is far from zero wherever the
+ * multipliers are determined. */
+static void eliminate(kmp_graph *g, int count, kmp_ref *a, kmp_ref *b)
+{
+    for (int j = 0; j < count; j++) {
+        kmp_ref inverse = kmp_div(g, KMP_ONE, a[j * count + j]);
+        for (int i = j + 1; i < count; i++) {
+            kmp_ref l = kmp_neg(kmp_mul(g, a[i * count + j], inverse));
+            for (int c = j + 1; c < count; c++)
+                kmp_written_add_product(g, &a[i * count + c], l, a[j * count + c]);
+            kmp_written_add_product(g, &b[i], l, b[j]);
+        }
+    }
+    for (int i = count; i-- > 0;) {
+        for (int c = i + 1; c < count; c++)
+            b[i] = kmp_sub(g, b[i], kmp_mul(g, a[i * count + c], b[c]));
+        b[i] = kmp_div(g, b[i], a[i * count + i]);
+    }
+}
+
+/* The residual of the multipliers in C, and Newton's step. False: no memory. */
+static bool make_loads(maker *k, const reduced *mr)
+{
+    const kmp_pattern *load = &k->w.s->load_jacobian;
+    kmp_ref *influence = KMP_ARENA_NEW(&k->w.arena, kmp_ref, k->n);
+    kmp_ref *a = KMP_ARENA_NEW(&k->w.arena, kmp_ref, k->loads * k->loads);
+    if (!influence || !a)
+        return false;
+    for (int j = 0; j < k->loads; j++) {
+        kmp_ref value = find_influence(k, mr, j, influence);
+        for (int i = 0; i < k->n; i++)
+            kmp_written_add_product(k->g, &value, influence[i], k->w.bias[i]);
+        k->residual[j] = kmp_sub(k->g, value, k->nu[j]);
+        k->newton[j] = kmp_neg(k->residual[j]);
+        for (int l = 0; l < k->loads; l++) {
+            a[j * k->loads + l] = j == l ? kmp_neg(KMP_ONE) : KMP_ZERO;
+            for (int e = 0; e < load->count; e++)
+                if (load->col[e] == k->red->part->rows[k->load[l]])
+                    kmp_written_add_product(k->g, &a[j * k->loads + l], influence[load->row[e]], k->w.load[e]);
+        }
+    }
+    eliminate(k->g, k->loads, a, k->newton);
+    return true;
+}
+
+/* The multipliers of all independent rows. False: no memory. */
+static bool make_multipliers(maker *k, const kmp_ref *udd)
+{
+    kmp_ref *force = KMP_ARENA_NEW(&k->w.arena, kmp_ref, k->r);
+    if (!force)
+        return false;
+    for (int i = 0; i < k->n; i++)
+        if (k->red->place[i] >= 0)
+            force[k->red->place[i]] = force_of(k, i, udd);
+    for (int row = 0; row < k->r; row++)
+        (void)column_of(k, row);
+    for (int row = 0; row < k->r; row++) {
+        k->lambda[row] = KMP_ZERO;
+        for (int i = 0; i < k->r; i++)
+            kmp_written_add_product(k->g, &k->lambda[row], k->column[row * k->r + i], force[i]);
+    }
+    return true;
+}
+
+/* Lists the load rows of the partition, whose multipliers are inputs; those of the others are zero. */
+static void take_loads(maker *k)
+{
+    const kempe_system *s = k->w.s;
+    for (int j = 0; j < s->load_row_count; j++) {
+        int at = -1, row = s->load_rows[j];
+        for (int i = 0; i < k->r; i++)
+            at = k->red->part->rows[i] == row ? i : at;
+        if (at < 0) {
+            kmp_written_replace(&k->w, KMP_IN_LAMBDA, row, KMP_ZERO);
+            continue;
+        }
+        k->nu[k->loads] = kmp_input(k->g, KMP_IN_LAMBDA, (uint32_t)row);
+        k->load[k->loads++] = at;
     }
 }
 
@@ -168,7 +319,11 @@ static bool allocate(maker *k)
     k->mx = KMP_ARENA_NEW(a, kmp_ref, k->n * k->p);
     k->h_t = k->w.s->rheonomic ? KMP_ARENA_NEW(a, kmp_ref, r) : NULL;
     k->b = KMP_ARENA_NEW(a, kmp_ref, r * k->p);
-    return KMP_ARENA_EACH(a, kmp_ref, r, &k->h, &k->jdqd, &k->x_t, &k->a0, &k->dv, &k->first, &k->rate);
+    k->column = KMP_ARENA_NEW(a, kmp_ref, r * r);
+    k->load = KMP_ARENA_NEW(a, int, r);
+    return KMP_ARENA_EACH(a, kmp_ref, r, &k->h, &k->jdqd, &k->x_t, &k->a0, &k->dv, &k->first, &k->rate, &k->nu,
+                          &k->residual, &k->newton, &k->lambda) &&
+           k->column && k->load;
 }
 
 /* Outputs of the motion program for qd. Without user-defined forces, which are functions of qd, the rates of v are
@@ -182,14 +337,78 @@ static bool take_motion(maker *k)
     return true;
 }
 
+/* Writes the last stage. */
+static kmp_program *finish(maker *k)
+{
+    kmp_written *w = &k->w;
+    kmp_written_stage(w);
+    kmp_written_put(w, k->jv.multipliers, k->jv.multiplier);
+    kmp_written_put(w, k->jv.pivots, k->jv.pivot);
+    kmp_written_put(w, kmp_written_closure_count(w->s), w->closure);
+    for (int c = 0; c < k->p; c++)
+        for (int i = 0; i < k->r; i++)
+            kmp_written_put(w, 1, &k->b[i * k->p + c]);
+    kmp_written_put(w, k->r, k->dv);
+    if (k->plan->closes)
+        kmp_written_put(w, k->r, k->x_t);
+    if (k->plan->closes || k->plan->curvature)
+        kmp_written_put(w, k->r, k->a0);
+    if (k->plan->forces)
+        kmp_written_put(w, k->r, k->lambda);
+    return kmp_written_program(w);
+}
+
+/* Puts C, the residual and Newton's step. */
+static void put_loads(maker *k)
+{
+    kmp_written_put(&k->w, k->n, k->w.bias);
+    kmp_written_put(&k->w, k->loads, k->residual);
+    kmp_written_put(&k->w, k->loads, k->newton);
+}
+
+/* Puts the right-hand side. */
+static void put_slopes(maker *k, const kmp_ref *end)
+{
+    kmp_written_put(&k->w, k->p, end);
+    kmp_written_put(&k->w, k->r, k->rate);
+    kmp_written_put(&k->w, k->p, end + k->p);
+    kmp_written_put(&k->w, k->plan->power, &k->w.power);
+}
+
+/* The stages before the last one, where C depends on multipliers. False: no memory. */
+static bool schedule_loads(maker *k, const kmp_ref *end)
+{
+    kmp_written *w = &k->w;
+    kmp_ref *unloaded = KMP_ARENA_NEW(&w->arena, kmp_ref, kmp_graph_count(k->g)), *from = w->to;
+    int found, stages = w->stages;
+    kmp_written_stage(w);
+    put_loads(k);
+    put_slopes(k, end);
+    if (!unloaded || !kmp_list_unloaded(k->g, (int)(w->to - from), from, unloaded, &found))
+        return false;
+    w->stages = stages; /* they were put to be listed */
+    w->count[stages] = 0;
+    w->to = from;
+    kmp_written_stage(w);
+    kmp_written_put(w, found, unloaded);
+    kmp_written_stage(w);
+    put_loads(k);
+    kmp_written_stage(w);
+    put_slopes(k, end);
+    return true;
+}
+
 /* Writes the outputs of all stages; `end`: udd, then the pivots of the reduced mass. */
 static kmp_program *schedule(maker *k, const kmp_ref *end)
 {
     kmp_written *w = &k->w;
     int closures = kmp_written_closure_count(w->s);
-    if (!kmp_written_room(w, 6 * k->r + 2 * k->p + 1 + w->turns.count + k->jv.multipliers + k->jv.pivots + closures +
-                                 k->r * k->p))
+    int loaded = w->load ? k->n + 2 * k->loads + (int)kmp_graph_count(k->g) : 0;
+    if (!kmp_written_room(w, 7 * k->r + 2 * k->p + 1 + w->turns.count + k->jv.multipliers + k->jv.pivots + closures +
+                                 k->r * k->p + loaded))
         return NULL;
+    if (w->load)
+        return schedule_loads(k, end) ? finish(k) : NULL;
     kmp_written_stage(w);
     if (k->plan->closes) {
         kmp_written_put(w, k->r, k->first);
@@ -210,24 +429,13 @@ static kmp_program *schedule(maker *k, const kmp_ref *end)
         kmp_written_put(w, 2 * k->p, end);
         kmp_written_put(w, k->plan->power, &w->power);
     }
-    kmp_written_stage(w);
-    kmp_written_put(w, k->jv.multipliers, k->jv.multiplier);
-    kmp_written_put(w, k->jv.pivots, k->jv.pivot);
-    kmp_written_put(w, closures, w->closure);
-    for (int c = 0; c < k->p; c++)
-        for (int i = 0; i < k->r; i++)
-            kmp_written_put(w, 1, &k->b[i * k->p + c]);
-    kmp_written_put(w, k->r, k->dv);
-    if (k->plan->closes)
-        kmp_written_put(w, k->r, k->x_t);
-    if (k->plan->closes || k->plan->curvature)
-        kmp_written_put(w, k->r, k->a0);
-    return kmp_written_program(w);
+    return finish(k);
 }
 
 static kmp_program *write_program(maker *k)
 {
-    kmp_ref mr[KMP_FUSED_MOST][KMP_FUSED_MOST], end[2 * KMP_FUSED_MOST];
+    reduced mr;
+    kmp_ref end[2 * KMP_FUSED_MOST];
     select_rows(k, k->w.h, k->h);
     if (k->h_t)
         select_rows(k, k->w.h_t, k->h_t);
@@ -239,18 +447,22 @@ static kmp_program *write_program(maker *k)
         return NULL;
     make_curvature(k);
     make_mx(k);
-    make_reduced(k, mr, end);
-    solve_reduced(k, mr, end, end + k->p);
+    make_reduced(k, mr.m, end);
+    factor_reduced(k, &mr, end + k->p);
+    solve_reduced(k, &mr, end);
     add_drives(k, end);
+    if ((k->w.load && !make_loads(k, &mr)) || (k->plan->forces && !make_multipliers(k, end)))
+        return NULL;
     return schedule(k, end);
 }
 
 static kmp_program *make_program(maker *k)
 {
-    bool begun = kmp_written_init(&k->w, k->red->eval, false, 2 * k->n);
+    bool begun = kmp_written_init(&k->w, k->red->eval, false, 2 * k->n + k->red->eval->system->load_row_count);
     k->g = k->w.g;
     if (!begun || !allocate(k))
         return NULL;
+    take_loads(k);
     kmp_written_take_state(&k->w, k->red->part);
     if (k->plan->closes && !kmp_written_close(&k->w, k->jv, k->first))
         return NULL;
@@ -263,7 +475,7 @@ static kmp_fused_written write_new(const kmp_reduction *red, const kmp_fused_pla
         .red = red, .plan = plan, .jv = {.red = red, .order = plan->order}, .n = red->n, .p = red->p, .r = red->r};
     kmp_fused_written written = {.program = make_program(&k)};
     written.row = written.program ? kmp_written_rows(&k.jv) : NULL;
-    written.layout = (kmp_fused_layout){k.jv.multipliers, k.jv.pivots, k.w.turns.count};
+    written.layout = (kmp_fused_layout){k.jv.multipliers, k.jv.pivots, k.w.turns.count, k.loads};
     kmp_written_free(&k.w);
     if (written.row)
         return written;
@@ -274,7 +486,8 @@ static kmp_fused_written write_new(const kmp_reduction *red, const kmp_fused_pla
 kmp_fused_written kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan)
 {
     const kempe_system *s = red->eval->system;
-    unsigned options = plan->power + 2u * plan->closes + 4u * plan->drives + 8u * plan->curvature;
+    unsigned options =
+        plan->power + 2u * plan->closes + 4u * plan->drives + 8u * plan->curvature + 16u * plan->forces;
     const kmp_kept_name name = kmp_written_name("fused", red->eval, red->part, plan->order, options);
     kmp_fused_layout layout;
     kmp_written_record record = {.layout = (int *)&layout, .count = sizeof layout / sizeof(int)};

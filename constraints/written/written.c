@@ -132,8 +132,10 @@ bool kmp_written_import(kmp_written *w)
     w->mass = by_bodies ? NULL : mass;
     w->compliance = by_bodies ? mass : NULL;
     w->mobility = by_bodies ? mass + s->bodies->compliance.count : NULL;
-    w->bias = w->out + first[KMP_STAGE_BIAS];
-    w->jdqd = w->bias + s->n;
+    bool loaded = !by_bodies && s->load_row_count > 0;
+    w->bias = w->out + first[loaded ? KMP_STAGE_LOAD : KMP_STAGE_BIAS];
+    w->load = loaded ? w->bias + s->n : NULL;
+    w->jdqd = loaded ? w->out + first[KMP_STAGE_BIAS] : w->bias + s->n;
     w->power = w->source->stages > KMP_STAGE_WORKING ? w->out[first[KMP_STAGE_WORKING]] : KMP_ZERO;
     return true;
 }

@@ -26,6 +26,7 @@ typedef struct kmp_written {
     const kmp_ref *compliance, *mobility; /* of articulated bodies, instead of the mass */
     kmp_ref *bias;                        /* n: C; of articulated bodies: accelerations without closure forces */
     const kmp_ref *jdqd;                  /* m; of articulated bodies: the drift */
+    const kmp_ref *load;                  /* load_jacobian.count: dC/dlambda; NULL: C does not depend on it */
     kmp_ref power;                        /* of the non-conservative forces in the source */
     kmp_ref *all, *to;                    /* outputs of the new program */
     int exact;                            /* the first of `closure` in `all` */

@@ -6,7 +6,7 @@
 #include "constraints/partition/reduction.h"
 #include "constraints/written/written.h"
 
-enum { KMP_WRITTEN_BLOCK = 24 }; /* bound: rows of a block */
+enum { KMP_WRITTEN_BLOCK = 32 }; /* bound: rows of a block */
 
 /** Rows of h that a multiplier of the elimination belongs to: the one that it changes, and the one that it takes. */
 typedef struct kmp_eliminated {

@@ -123,6 +123,8 @@ static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_s
     KMP_TRY(kmp_runner_row(run, t, part->row, &part->work));
     if (!has_regular_angles(e, part->row))
         return KEMPE_OK;
+    if (e->conditions)
+        kmp_eval_set_modes(e->eval, kmp_runner_modes(run));
     kmp_eval_closure(e->eval, t, part->row);
     kmp_partition_free(&part->found);
     KMP_TRY(kmp_partition_of_rank(&part->found, e->s, e->eval->jacobian, rank, NULL, 0));
@@ -164,6 +166,8 @@ static kempe_status come_back(kmp_engine *e, int i, kmp_runner *run, part_state 
         memcpy(x->mode, kmp_runner_modes(run), (size_t)e->s->events.count * sizeof *x->mode);
         memcpy(x->past, run->crossing->past, (size_t)e->s->events.count * sizeof *x->past);
     }
+    if (e->eval->nu)
+        memcpy(x->nu, part->row + 3 * e->n, (size_t)e->m * sizeof *x->nu);
     if (e->site) {
         kmp_runner_keep_memory(run, x->memory);
         x->next_sample = kmp_runner_next_sample(run);

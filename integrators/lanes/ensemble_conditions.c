@@ -12,7 +12,6 @@ enum { PLACES = 3 }; /* of the present steps: both ends, and the middle */
 typedef struct step_place {
     double *rows;                  /* 3 n + m: q, qd, qdd, lambda */
     double *change;                /* of each condition */
-    bool doubtful[KMP_LANES_MOST]; /* qdd or lambda have lost digits */
 } step_place;
 
 struct kmp_lane_conditions {
@@ -163,18 +162,14 @@ static void spread_accelerations(const kmp_engine *e, const kmp_pool *pool, cons
 }
 
 /* The values of late conditions, after those of the others. */
-static void add_late(kmp_engine *e, const kmp_pool *pool, step_place *at)
+static void add_late(kmp_engine *e, step_place *at, const double *vdd)
 {
     kmp_lane_conditions *c = e->conditions;
     size_t w = e->room.w, n = (size_t)e->n;
-    const double *late = NULL;
-    memset(at->doubtful, pool->complete_lanes ? 0 : 1, sizeof at->doubtful);
-    if (!pool->complete_lanes)
-        return;
-    kmp_lanes_complete(e, pool, at->rows, at->doubtful);
+    memcpy(at->rows + 3 * n * w, vdd + n * w, (size_t)e->m * w * sizeof *vdd);
     kmp_lanes_set(c->lanes, KMP_IN_QDD, at->rows + 2 * n * w);
     kmp_lanes_set(c->lanes, KMP_IN_LAMBDA, at->rows + 3 * n * w);
-    late = kmp_lanes_run(c->lanes, 2);
+    const double *late = kmp_lanes_run(c->lanes, 2);
     for (size_t k = 0; k < (size_t)e->s->events.count; k++)
         if (e->s->events.condition[k].late) {
             memcpy(at->change + k * w, late, w * sizeof *late);
@@ -189,19 +184,19 @@ void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int place, const 
     step_place *at = &c->place[place];
     size_t w = e->room.w, n = (size_t)e->n;
     kmp_lanes_spread(e, pool, y, slope, at->rows);
-    if (e->s->changes_by_rates && !c->late)
+    if (vdd)
         spread_accelerations(e, pool, slope, vdd, at->rows + 2 * n * w);
     kmp_lanes_set(c->lanes, KMP_IN_TIME, e->room.at);
     kmp_lanes_set(c->lanes, KMP_IN_Q, at->rows);
     kmp_lanes_set(c->lanes, KMP_IN_QD, at->rows + n * w);
     memcpy(at->change, kmp_lanes_run(c->lanes, 1), w * (size_t)e->s->events.count * sizeof(double));
     if (c->late)
-        add_late(e, pool, at);
+        add_late(e, at, vdd);
 }
 
-bool kmp_lanes_have_middle(const kmp_engine *e, const kmp_pool *pool)
+bool kmp_lanes_have_middle(const kmp_engine *e)
 {
-    return e->conditions->late && pool->complete_lanes;
+    return e->conditions->late;
 }
 
 void kmp_lanes_middle(kmp_engine *e, double *y)
@@ -213,15 +208,13 @@ void kmp_lanes_middle(kmp_engine *e, double *y)
     kmp_lanes_interpolate(room->w, (size_t)e->size, KMP_LANE_VECTORS, wide, 0.5, y);
 }
 
-/* The values of a lane; NULL: they have lost digits. */
+/* The values of a lane. */
 static const kmp_look *look_of(const kmp_engine *e, int place, size_t l, double t)
 {
     kmp_lane_conditions *c = e->conditions;
     kmp_look *look = &c->look[place];
     size_t w = e->room.w, n = (size_t)e->n,
            rows = c->late ? 3 * n + (size_t)e->m : (e->s->changes_by_rates ? 3 : 2) * n;
-    if (c->late && c->place[place].doubtful[l])
-        return NULL;
     look->t = t;
     for (size_t k = 0; k < (size_t)e->s->events.count; k++)
         look->change[k] = c->place[place].change[k * w + l];
@@ -235,7 +228,7 @@ bool kmp_lane_is_clear(kmp_engine *e, size_t l, bool middle)
     const kmp_lane_room *room = &e->room;
     const kmp_look *from = look_of(e, 0, l, room->t[l]), *to = look_of(e, 1, l, room->t_new[l]);
     const kmp_look *between = middle ? look_of(e, 2, l, room->t[l] + 0.5 * room->step[l]) : NULL;
-    return from && to && kmp_crossing_is_clear(e->conditions->watching[l], from, between, to);
+    return kmp_crossing_is_clear(e->conditions->watching[l], from, between, to);
 }
 
 /* Makes the lane's instance the one whose conditions the evaluator has. */

@@ -127,7 +127,8 @@ static kempe_status prepare(kmp_engine *e)
         kmp_instance *x = &e->instances[i];
         (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, size, &x->y, &x->dy), KMP_ROOM(double, events, &x->mode),
                              KMP_ROOM(kmp_condition_past, events, &x->past),
-                             KMP_ROOM(double, e->s->changes_by_rates ? e->n : 0, &x->vdd),
+                             KMP_ROOM(double, e->s->changes_by_rates ? e->n + e->m : 0, &x->vdd),
+                             KMP_ROOM(double, e->s->load_row_count > 0 ? e->m : 0, &x->nu),
                              KMP_ROOM(double, e->parameters + e->n + e->m, &x->constants.numbers));
         (void)kmp_present_inputs_init(&x->inputs, a, e->s->model);
         x->inputs.held = true;

@@ -61,7 +61,8 @@ typedef struct kmp_instance {
     double pace;                /* the proposed step, if steps that end at samples are shorter; 0: they are not */
     kmp_present_inputs inputs;  /* during its present step */
     double *y, *dy;             /* size */
-    double *vdd;                /* r: accelerations of v there, where conditions need them */
+    double *vdd;                /* n + m: accelerations of v there and multipliers, where conditions need them */
+    double *nu;                 /* m: multipliers there, where forces depend on them */
     double *mode;               /* of each condition */
     kmp_condition_past *past;   /* the same */
     void *memory;               /* of its past at the site (kmp_runner_keep_memory) */
@@ -80,6 +81,7 @@ typedef struct kmp_pool {
     kmp_fused_layout layout;
     kmp_eliminated *row;        /* of multipliers */
     unsigned char *pivot_block; /* block of each pivot of Jv */
+    int *load_row;              /* layout.loads: rows whose multipliers forces depend on */
     kmp_solved_layout completing;
     kmp_program *complete; /* accelerations and multipliers of q and qd, for quantities of them (kmp_solved_write) */
     kmp_lanes *complete_lanes; /* NULL: it is not needed, or there is none */
@@ -106,7 +108,10 @@ typedef struct kmp_lane_room {
     double *scale;                                          /* n */
     double *row_scale;                                      /* m */
     double *square;                                         /* m x n, of one lane */
-    double *vdd, *vdd_new;                                  /* n, where conditions need them */
+    double *vdd, *vdd_new, *vdd_middle;                     /* n + m, where conditions need them */
+    bool late;                    /* conditions depend on accelerations or multipliers */
+    double *nu, *nu_now, *nu_end; /* m, where forces depend on multipliers: from which they are solved for, at the last
+                                   * evaluation, at the end of the step */
     double event[KMP_LANES_MOST];                           /* time of one within the step */
     bool dense_bad[KMP_LANES_MOST];                         /* the dense output of the present step is not available */
     double *at;                                             /* time of an evaluation, then the inputs there */
@@ -293,9 +298,8 @@ void kmp_lane_set_modes(kmp_engine *e, kmp_pool *pool, size_t lane);
 void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int place, const double *y, const double *slope,
                           const double *vdd);
 
-/** True if some conditions may need the middle of steps, and lanes evaluate it. The unknowns there, after the stages of
- * the dense output. */
-bool kmp_lanes_have_middle(const kmp_engine *e, const kmp_pool *pool);
+/** True if some conditions may need the middle of steps. The unknowns there, after the stages of the dense output. */
+bool kmp_lanes_have_middle(const kmp_engine *e);
 void kmp_lanes_middle(kmp_engine *e, double *y);
 
 /** True if the ends of a lane's step, and its `middle`, decide that no condition changes within it. */
@@ -349,13 +353,9 @@ void kmp_instance_begin_account(kmp_engine *e, int i);
 /** True if the dense output of steps is needed. */
 bool kmp_measures_steps(const kmp_engine *e);
 
-/** Makes the program of a pool that quantities and conditions of accelerations and multipliers need. false: no memory.
- */
+/** Makes the program of a pool that quantities of accelerations and multipliers need. false: no memory. */
 bool kmp_pool_complete(kmp_engine *e, kmp_pool *pool);
 
-/** qdd and lambda of all lanes from q and qd, rows of 3 n + m, at the times and inputs in the room; the dropped rows
- * have no load. `doubtful` lanes have lost digits. */
-void kmp_lanes_complete(kmp_engine *e, const kmp_pool *pool, double *rows, bool *doubtful);
 
 /** Gives the programs of the quantities the values of the instance in a lane; evaluates what depends on them alone. */
 void kmp_lane_constants(kmp_engine *e, const kmp_pool *pool, size_t lane);

@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_TRIES = 1000, MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
+enum { MOST_TRIES = 1000, MOST_NEWTON = 12, MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
 
 /* Result of an attempt in a lane. */
 /* EVENT: taken up to an event within it. AGAIN: up to an event, with the step in the room. */
@@ -32,10 +32,18 @@ bool kmp_lane_room_init(kmp_engine *e, int width)
     for (size_t k = 1; k <= (kmp_measures_steps(e) || e->s->events.count > 0 ? 16 : 13); k++)
         room->k[k] = kmp_arena_aligned(a, w * size);
     room->scale = kmp_arena_aligned(a, w * n);
+    room->late = kmp_has_late_conditions(e->s);
     room->vdd = room->vdd_new = NULL;
     if (e->s->changes_by_rates) {
-        room->vdd = kmp_arena_aligned(a, w * n);
-        room->vdd_new = kmp_arena_aligned(a, w * n);
+        room->vdd = kmp_arena_aligned(a, w * (n + m));
+        room->vdd_new = kmp_arena_aligned(a, w * (n + m));
+        room->vdd_middle = kmp_arena_aligned(a, w * (n + m));
+    }
+    room->nu = room->nu_now = room->nu_end = NULL;
+    if (e->s->load_row_count > 0) {
+        room->nu = kmp_arena_aligned(a, w * m);
+        room->nu_now = kmp_arena_aligned(a, w * m);
+        room->nu_end = kmp_arena_aligned(a, w * m);
     }
     room->row_scale = kmp_arena_aligned(a, w * m);
     room->square = KMP_ARENA_NEW(a, double, m *n);
@@ -64,6 +72,52 @@ static double limit_of(const kmp_engine *e, const kmp_instance *x)
     return kmp_first_limit(x->next_sample, kmp_present_inputs_until(&x->inputs), e->spec.t_end);
 }
 
+/* True if the multipliers of a lane satisfy the equations up to rounding (settle of load_multipliers.c). *energy: the
+ * largest residual times the scale of its row, and before that of the pass before. */
+static bool is_settled(const kmp_engine *e, const kmp_pool *pool, const double *out, size_t l, double *energy)
+{
+    const kmp_lane_room *room = &e->room;
+    size_t w = room->w, n = (size_t)e->n;
+    double size = 0, most = 0, before = *energy;
+    for (size_t i = 0; i < n; i++)
+        size = fmax(size, fabs(out[i * w + l]) * room->scale[i * w + l]);
+    for (size_t j = 0; j < (size_t)pool->layout.loads; j++) {
+        size_t row = (size_t)pool->load_row[j] * w + l;
+        double residual = out[(n + j) * w + l], nu = room->nu_now[row];
+        size = fmax(size, fmax(fabs(nu), fabs(nu + residual)) * room->row_scale[row]);
+        most = fabs(residual) <= DBL_MAX ? fmax(most, fabs(residual) * room->row_scale[row]) : INFINITY;
+    }
+    *energy = most;
+    return most <= KMP_LOAD_ROUNDING * size || (most <= KMP_LOAD_ROUNDED * size && !(most < 0.5 * before));
+}
+
+/* Solves for the multipliers that forces depend on, in each lane from those in the room. Lanes without a solution are
+ * marked in `bad`. */
+static void settle_loads(kmp_engine *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    size_t w = room->w, loads = (size_t)pool->layout.loads;
+    double energy[KMP_LANES_MOST];
+    bool settled[KMP_LANES_MOST] = {false}, all = false;
+    memcpy(room->nu_now, room->nu, w * (size_t)e->m * sizeof *room->nu);
+    for (size_t l = 0; l < w; l++)
+        energy[l] = INFINITY;
+    (void)kmp_lanes_run(pool->lanes, KMP_FUSED_CLOSE);
+    for (int pass = 0; !all && pass <= MOST_NEWTON; pass++) {
+        kmp_lanes_set(pool->lanes, KMP_IN_LAMBDA, room->nu_now);
+        const double *out = kmp_lanes_run(pool->lanes, KMP_FUSED_RATES);
+        all = true;
+        for (size_t l = 0; l < w; l++) {
+            settled[l] = settled[l] || room->who[l] < 0 || is_settled(e, pool, out, l, &energy[l]);
+            all = all && settled[l];
+            for (size_t j = 0; j < loads && !settled[l] && pass < MOST_NEWTON; j++)
+                room->nu_now[(size_t)pool->load_row[j] * w + l] += out[((size_t)e->n + loads + j) * w + l];
+        }
+    }
+    for (size_t l = 0; l < w; l++)
+        room->bad[l] += !settled[l];
+}
+
 /* k = f(at, y) in all lanes; failed evaluations are marked in `bad`. */
 static void evaluate(kmp_engine *e, kmp_pool *pool, const double *y, double *k)
 {
@@ -71,7 +125,9 @@ static void evaluate(kmp_engine *e, kmp_pool *pool, const double *y, double *k)
     put_inputs(e);
     kmp_lanes_set(pool->lanes, KMP_IN_TIME, room->at);
     kmp_lanes_set(pool->lanes, KMP_IN_Q, y);
-    const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_RATES);
+    if (room->nu)
+        settle_loads(e, pool);
+    const double *end = kmp_lanes_run(pool->lanes, room->nu ? KMP_FUSED_ACCELERATIONS : KMP_FUSED_RATES);
     const kmp_lanes_slopes slopes = {(size_t)e->p, (size_t)e->r, e->s->dissipative, y, end, k, room->bad};
     kmp_lanes_publish(room->w, &slopes);
 }
@@ -110,8 +166,10 @@ static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     if (e->s->dissipative)
         atol[(size_t)(2 * e->p + e->r) * w] = KMP_UNCONTROLLED;
     kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants.numbers);
-    for (int k = 0; room->vdd && k < e->r; k++)
+    for (int k = 0; room->vdd && k < e->n + e->m; k++)
         room->vdd[(size_t)k * w + l] = x->vdd[k];
+    for (int k = 0; room->nu && k < e->m; k++)
+        room->nu[(size_t)k * w + l] = x->nu[k];
     kmp_lane_constants(e, pool, l);
     kmp_lane_conditions_load(e, pool, l);
 }
@@ -127,8 +185,10 @@ static void store(kmp_engine *e, size_t l)
         x->y[k] = room->y[(size_t)k * room->w + l];
         x->dy[k] = room->k[1][(size_t)k * room->w + l];
     }
-    for (int k = 0; room->vdd && k < e->r; k++)
+    for (int k = 0; room->vdd && k < e->n + e->m; k++)
         x->vdd[k] = room->vdd[(size_t)k * room->w + l];
+    for (int k = 0; room->nu && k < e->m; k++)
+        x->nu[k] = room->nu[(size_t)k * room->w + l];
 }
 
 static void empty(kmp_lane_room *room, size_t l)
@@ -229,7 +289,7 @@ static const double *pivots_of(const kmp_engine *e, const kmp_pool *pool, const 
 }
 
 /* Accelerations of v from the slopes and the values of the last stage there: Bvu udd and the part that does not depend
- * on udd. */
+ * on udd. Then, after n numbers, the multipliers where conditions need them; dropped rows have none. */
 static void find_accelerations(const kmp_engine *e, const kmp_pool *pool, const double *end, const double *slope,
                                double *vdd)
 {
@@ -241,6 +301,12 @@ static void find_accelerations(const kmp_engine *e, const kmp_pool *pool, const 
     for (size_t c = 0; c < p; c++)
         for (size_t k = 0; k < r * w; k++)
             vdd[k] += b[c * r * w + k] * udd[c * w + k % w];
+    if (!e->room.late)
+        return;
+    double *lambda = vdd + (size_t)e->n * w;
+    memset(lambda, 0, (size_t)e->m * w * sizeof *lambda);
+    for (size_t i = 0; i < r; i++)
+        memcpy(lambda + (size_t)pool->part.rows[i] * w, a0 + (r + i) * w, w * sizeof *lambda);
 }
 
 /* Computes slopes, signs and first steps of new lanes. */
@@ -268,8 +334,10 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
         }
         x->signs = signs_of(e, pool, pivot, l);
         x->pivot = 0;
-        for (size_t k = l; room->vdd && k < (size_t)e->r * room->w; k += room->w)
+        for (size_t k = l; room->vdd && k < (size_t)(e->n + e->m) * room->w; k += room->w)
             room->vdd[k] = room->vdd_new[k];
+        for (size_t k = l; room->nu && k < (size_t)e->m * room->w; k += room->w)
+            room->nu[k] = room->nu_now[k];
         if (x->has_slope)
             continue;
         for (size_t k = l; k < (size_t)e->size * room->w; k += room->w)
@@ -641,7 +709,8 @@ static void look_at_middle(kmp_engine *e, kmp_pool *pool)
         room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
         room->bad[l] = 0;
     }
-    kmp_lanes_conditions(e, pool, 2, room->stage, room->k[2], NULL);
+    find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END), room->k[2], room->vdd_middle);
+    kmp_lanes_conditions(e, pool, 2, room->stage, room->k[2], room->vdd_middle);
 }
 
 /* Searches the step of a lane for an event. It is made again, with half its length, where the dense output is less
@@ -695,7 +764,7 @@ static bool watch_conditions(kmp_engine *e, kmp_pool *pool, const watched *seen,
     if (!dense)
         return false;
     run_dense_stages(e, pool);
-    bool middle = kmp_lanes_have_middle(e, pool);
+    bool middle = kmp_lanes_have_middle(e);
     if (middle)
         look_at_middle(e, pool);
     for (size_t l = 0; l < room->w; l++) {
@@ -837,6 +906,8 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
         }
     }
     evaluate(e, pool, room->y_new, room->k[13]);
+    if (room->nu)
+        memcpy(room->nu_end, room->nu_now, room->w * (size_t)e->m * sizeof *room->nu);
     watch(e, pool, &seen);
     for (size_t l = 0; l < room->w; l++) {
         if (what[l] == TAKEN)
@@ -852,7 +923,9 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     kmp_lanes_take(room->w, (size_t)e->size, taken, room->y_new, room->y);
     kmp_lanes_take(room->w, (size_t)e->size, taken, room->k[13], room->k[1]);
     if (room->vdd)
-        kmp_lanes_take(room->w, (size_t)e->r, taken, room->vdd_new, room->vdd);
+        kmp_lanes_take(room->w, (size_t)(e->n + e->m), taken, room->vdd_new, room->vdd);
+    if (room->nu)
+        kmp_lanes_take(room->w, (size_t)e->m, taken, room->nu_end, room->nu);
     for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
         if (what[l] == TAKEN)
             status = take(e, pool, &seen, l);

@@ -162,8 +162,7 @@ bool kmp_pool_complete(kmp_engine *e, kmp_pool *pool)
 {
     const kmp_solved_plan plan = {.part = &pool->part};
     kmp_solved_written written;
-    bool measured = e->measuring && e->measuring->q->inside && e->measuring->q->late;
-    if (!measured && !kmp_has_late_conditions(e->s))
+    if (!e->measuring || !e->measuring->q->inside || !e->measuring->q->late)
         return true;
     if (!kmp_solved_write(e->eval, &plan, &written))
         return false;
@@ -255,21 +254,23 @@ void kmp_lanes_spread(const kmp_engine *e, const kmp_pool *pool, const double *y
     }
 }
 
-void kmp_lanes_complete(kmp_engine *e, const kmp_pool *pool, double *rows, bool *doubtful)
+/* qdd and lambda of all lanes from q and qd; the dropped rows have no load. */
+static void complete_lanes(kmp_engine *e, const kmp_pool *pool)
 {
+    kmp_measuring *m = e->measuring;
     const kmp_solved_layout *layout = &pool->completing;
     size_t w = e->room.w, n = (size_t)e->n;
-    double *lambda = rows + 3 * n * w;
+    double *lambda = m->rows + 3 * n * w;
     kmp_lanes_set(pool->complete_lanes, KMP_IN_TIME, e->room.at);
-    kmp_lanes_set(pool->complete_lanes, KMP_IN_Q, rows);
-    kmp_lanes_set(pool->complete_lanes, KMP_IN_QD, rows + n * w);
+    kmp_lanes_set(pool->complete_lanes, KMP_IN_Q, m->rows);
+    kmp_lanes_set(pool->complete_lanes, KMP_IN_QD, m->rows + n * w);
     const double *out = kmp_lanes_run(pool->complete_lanes, KMP_SOLVED_RUN);
-    memcpy(rows + 2 * n * w, out + (size_t)layout->qdd * w, n * w * sizeof *out);
+    memcpy(m->rows + 2 * n * w, out + (size_t)layout->qdd * w, n * w * sizeof *out);
     memset(lambda, 0, (size_t)e->m * w * sizeof *lambda);
     for (int i = 0; i < layout->r; i++)
         memcpy(lambda + (size_t)pool->part.rows[i] * w, out + (size_t)(layout->lambda + i) * w, w * sizeof *out);
     for (size_t l = 0; l < w; l++)
-        doubtful[l] = doubtful[l] || !kmp_solved_is_good(layout, out + l, (int)w);
+        m->doubtful[l] = m->doubtful[l] || !kmp_solved_is_good(layout, out + l, (int)w);
 }
 
 /* The stages of outputs build on each other. */
@@ -300,7 +301,7 @@ static void sample_into(kmp_engine *e, const kmp_pool *pool, int point, const do
     size_t w = e->room.w, size = kmp_account_piece(q);
     kmp_lanes_spread(e, pool, y, slope, m->rows);
     if (q->late)
-        kmp_lanes_complete(e, pool, m->rows, m->doubtful);
+        complete_lanes(e, pool);
     const double *shown = shown_in_lanes(e);
     for (int c = 0; c < q->channels; c++) {
         const double *from =

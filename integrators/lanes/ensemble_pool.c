@@ -18,6 +18,7 @@ void kmp_pool_free(kmp_pool *pool)
     kmp_free(pool->order);
     kmp_free(pool->pivot_block);
     kmp_free(pool->row);
+    kmp_free(pool->load_row);
     kmp_free(pool);
 }
 
@@ -62,6 +63,18 @@ static unsigned char *blocks_of_pivots(const kmp_pool *pool)
     return block;
 }
 
+/* The load rows of the partition, in their order (take_loads of fused_write.c). NULL: no memory. */
+static int *load_rows_of(const kmp_engine *e, const kmp_pool *pool)
+{
+    const kmp_partition *part = &pool->part;
+    int *row = KMP_NEW(int, e->s->load_row_count + 1), count = 0;
+    for (int j = 0; row && j < e->s->load_row_count; j++)
+        for (int i = 0; i < part->r; i++)
+            if (part->rows[i] == e->s->load_rows[j])
+                row[count++] = part->rows[i];
+    return row;
+}
+
 /* Makes a pool. KEMPE_E_FAILED: its program cannot be written. */
 static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *pool)
 {
@@ -73,14 +86,18 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *poo
     if (!kmp_written_blocks_fit(&pool->red))
         return KEMPE_E_FAILED;
     kmp_written_order(&pool->red, pool->order);
-    const kmp_fused_plan plan = {
-        .order = pool->order, .power = true, .drives = true, .curvature = e->s->changes_by_rates};
+    const kmp_fused_plan plan = {.order = pool->order,
+                                 .power = true,
+                                 .drives = true,
+                                 .curvature = e->s->changes_by_rates,
+                                 .forces = kmp_has_late_conditions(e->s)};
     const kmp_fused_written written = kmp_fused_write(&pool->red, &plan);
     pool->program = written.program;
     pool->layout = written.layout;
     pool->row = written.row;
     pool->pivot_block = blocks_of_pivots(pool);
-    if (pool->program && pool->pivot_block)
+    pool->load_row = load_rows_of(e, pool);
+    if (pool->program && pool->pivot_block && pool->load_row)
         pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->execution.plain);
     if (pool->lanes && kmp_pool_complete(e, pool))
         return KEMPE_OK;

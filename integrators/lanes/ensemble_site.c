@@ -10,7 +10,7 @@
 
 static bool needs_site(const kempe_system *s)
 {
-    bool any = s->switches || kmp_model_has_samples(s->model) || kmp_has_late_conditions(s);
+    bool any = s->switches || s->load_row_count > 0 || kmp_model_has_samples(s->model) || kmp_has_late_conditions(s);
     for (int k = 0; k < s->events.count; k++)
         any = any || s->events.condition[k].role != KMP_ROLE_NONE;
     return any;
@@ -40,6 +40,8 @@ static void depart(kmp_engine *e, kmp_instance *x)
     x->next_sample = kmp_runner_next_sample(e->site);
     if (e->conditions)
         kmp_instance_keep_modes(e, x);
+    if (e->eval->nu)
+        memcpy(x->nu, e->eval->nu, (size_t)e->m * sizeof *x->nu);
     kmp_present_inputs_copy(&x->inputs, &e->eval->inputs);
     e->site->crossing = NULL;
 }
@@ -110,7 +112,10 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_pool *from, int i, bool event,
     site->crossing = kmp_instance_crossing(e, x);
     site->rate_scale = x->rate_scale;
     kmp_runner_take_memory(site, x->memory);
-    kempe_status status = take_rows(e, from, x->t);
+    kempe_status status = kmp_instance_take_values(e, i); /* impacts have those of the model */
+    kmp_constants_take(e->s, &x->constants);
+    if (status == KEMPE_OK)
+        status = take_rows(e, from, x->t);
     if (status == KEMPE_OK)
         status = kmp_runner_pass_here(site, x->t, event, &work);
     if (status == KEMPE_OK)

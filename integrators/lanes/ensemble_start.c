@@ -3,6 +3,7 @@
  * system are those of the current instance. */
 #include "base/memory.h"
 #include "constraints/closing/charts.h"
+#include "constraints/evaluation/load_multipliers.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
@@ -28,12 +29,11 @@ const char *kmp_engine_no_lanes(const kmp_engine *e)
         const char *why;
     } reasons[] = {
         {e->execution.alone, "a request for separate runs"},
-        {strcmp(spec->formulation, "reduced") != 0 || strcmp(spec->form, "integrated") != 0, "another formulation"},
         {strcmp(spec->integrator, "dop853") != 0, "another integrator"},
+        {strcmp(spec->formulation, "reduced") != 0 || strcmp(spec->form, "integrated") != 0, "another formulation"},
         {spec->keep_independent, "fixed independent coordinates"},
         {s->force != NULL, "user-defined forces"},
         {s->model->delay_count > 0, "delays"},
-        {s->load_row_count > 0, "forces that depend on multipliers"},
         {kmp_motion_known(s)->block_count > 0, "points on curves"},
         {kmp_rounding_of(s) != NULL, "closures that are redundant up to rounding"},
         {s->m > KMP_LANE_ROWS || s->n - s->m > most_freedoms(s), "a large system"}};
@@ -70,6 +70,8 @@ void kmp_instance_current(kmp_engine *e, const kmp_instance *x)
     kmp_eval_renew_parameters(e->eval);
     if (e->conditions)
         kmp_eval_set_modes(e->eval, x->mode);
+    if (e->eval->nu)
+        memcpy(e->eval->nu, x->nu, (size_t)e->m * sizeof *x->nu);
 }
 
 void kmp_instance_leave(kmp_engine *e, int i, const char *why)
@@ -206,6 +208,7 @@ kempe_status kmp_instance_assemble(kmp_engine *e, int i, kempe_assembly **a)
     const double *q = kempe_assembly_q(*a), *qd = kempe_assembly_qd(*a);
     e->results[i].rates_changed = (*a)->rates_changed;
     kmp_friction_state_open(e->eval);
+    kmp_load_forget(e->eval);
     kmp_eval_freeze(e->eval, 0, q, qd);
     kmp_eval_closure(e->eval, 0, q);
     kmp_eval_mass(e->eval);

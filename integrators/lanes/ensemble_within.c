@@ -68,6 +68,8 @@ void kmp_within_stand(kmp_engine *e)
     if (in->current)
         return;
     kmp_instance_current(e, x);
+    for (int r = 0; e->eval->nu && r < e->m; r++)
+        e->eval->nu[r] = e->room.nu[(size_t)r * e->room.w + in->lane];
     kmp_engine_hold_inputs(e, &x->inputs);
     in->current = true;
 }

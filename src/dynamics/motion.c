@@ -105,9 +105,7 @@ static kmp_ref *find_load_jacobian(kempe_system *s, const kmp_equations *eq)
     return kmp_graph_failed(eq->graph) ? NULL : entry;
 }
 
-/* Operands of expressions of multipliers that do not depend on multipliers, in the order of the graph: they are
- * evaluated once, while the multipliers are solved for. `to` has room for one reference per node. False: no memory. */
-static bool list_unloaded(const kmp_graph *g, int count, const kmp_ref *of, kmp_ref *to, int *found)
+bool kmp_list_unloaded(const kmp_graph *g, int count, const kmp_ref *of, kmp_ref *to, int *found)
 {
     enum { NEEDED = 1, LISTED = 2 };
     uint32_t nodes = kmp_graph_count(g);
@@ -139,7 +137,7 @@ static bool put_load_dependent(groups *g, kempe_system *s, const kmp_equations *
     memcpy(last, eq->bias, (size_t)n * sizeof *last);
     kmp_pattern_init(&s->load_jacobian, &s->arena, n, m, entry, last + n);
     put(g, m, eq->jdqd);
-    if (!list_unloaded(eq->graph, n + s->load_jacobian.count, last, g->out + g->total, &found))
+    if (!kmp_list_unloaded(eq->graph, n + s->load_jacobian.count, last, g->out + g->total, &found))
         return false;
     g->total += found;
     g->count[g->last++] += found;

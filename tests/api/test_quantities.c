@@ -439,6 +439,40 @@ static void test_multipliers(void)
     end(&s);
 }
 
+/* A sledge that friction brings to rest, where it sticks: the friction takes the place of the multiplier of its row. */
+static void test_friction(void)
+{
+    static const char *const text = "kempe: 1\nparameters: {m: 2, v: 3, f: 4}\n"
+                                    "bodies: {sledge: {joint: {name: x, prismatic: x, at: ground}, mass: m}}\n"
+                                    "forces: {rub: {joint: x, friction: {force: f, static: 2*f}}}\n"
+                                    "start: {qd: {x: v}}\n";
+    static const char *const names[] = {"m", "v"},
+                             *const words = "way = max(q(x)), stop = duration(qd(x) > 1e-9), turn = integral(qdd(x)), "
+                                            "push = integral(abs(lambda(rub)))";
+    double rows[COUNT][2];
+    for (int i = 0; i < COUNT; i++) {
+        rows[i][0] = 1 + 0.2 * i;
+        rows[i][1] = 2 + 0.1 * i;
+    }
+    study s = begin(text, 2, names, COUNT, rows[0], words, NULL);
+    kempe_batch *lanes = run(&s, 4, 0, 2), *one = run(&s, 4, 1, 1), *alone = run(&s, 4, -1, 1);
+    for (int i = 0; i < COUNT; i++) {
+        double m = rows[i][0], v = rows[i][1], stop = m * v / 4;
+        for (int k = 0; k < 2; k++) {
+            const kempe_batch *batch = k == 0 ? lanes : alone;
+            CHECK_NEAR(value(batch, i, "way"), 0.5 * v * stop, 1e-9);
+            CHECK_NEAR(value(batch, i, "stop"), stop, 1e-8);
+            CHECK_NEAR(value(batch, i, "turn"), -v, 1e-8);
+            CHECK_NEAR(value(batch, i, "push"), m * v, 1e-8);
+        }
+        CHECK(value(lanes, i, "push") == value(one, i, "push") && value(lanes, i, "stop") == value(one, i, "stop"));
+    }
+    kempe_batch_free(lanes);
+    kempe_batch_free(one);
+    kempe_batch_free(alone);
+    end(&s);
+}
+
 int main(void)
 {
     TEST(test_oscillator);
@@ -450,5 +484,6 @@ int main(void)
     TEST(test_late);
     TEST(test_passed);
     TEST(test_multipliers);
+    TEST(test_friction);
     return check_report();
 }

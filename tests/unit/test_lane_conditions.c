@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Conditions and kinks of instances in lanes, and what they decide at the site of an engine: friction that sticks,
- * rigid contacts, states that take next values. The same bits whatever the number of lanes and threads, the motions of
- * separate runs and of closed forms, ends by conditions, and conditions that change back and forth. */
+ * rigid contacts, states that take next values, forces that depend on multipliers. The same bits whatever the number of
+ * lanes and threads, the motions of separate runs and of closed forms, ends by conditions, and conditions that change
+ * back and forth. */
 #include "varied_models.h"
 
 static const kmp_ensemble_execution ways[] = {{.width = 1},
@@ -75,6 +76,16 @@ static const motion motions[] = {
     {"contact_corners", NULL, {"q.b.2", "qd.b.2", NULL}, 0.05, 1.25, 1e-6, 0},
     {"contact_slider_crank", NULL, {"crank_mass", "rod_mass", NULL}, 0.05, 1, 1e-6, 0},
     {"sampled_slide", NULL, {"q.x", NULL}, 0.1, 2.03, 1e-6, 0},
+    {"guide_friction", NULL, {"r", "mu", NULL}, 0.01, 1, 1e-5, 0},
+    {"friction_guide", NULL, {"mu", "w", NULL}, 0.05, 1, 1e-6, 0},
+    {"friction_rod", NULL, {"mu", "v", NULL}, 0.02, 0.01, 1e-6, 0},
+    {"friction_pin", NULL, {"qd.A", NULL}, 0.05, 3, 1e-6, 0},
+    {"contact_incline", NULL, {"mu", "slope", NULL}, 0.05, 2, 1e-6, 0},
+    {"contact_oblique", NULL, {"mu", "h", NULL}, 0.02, 0.6, 1e-6, 0},
+    {"contact_rolling", NULL, {"slope", "qd.b.1", NULL}, 0.05, 2, 1e-6, 0},
+    {"contact_spin", NULL, {"qd.s.4", NULL}, 0.05, 1, 1e-6, 0},
+    {"contact_turntable", NULL, {"qd.b.1", NULL}, 0.02, 2, 1e-6, 0},
+    {"contact_wall", NULL, {"qd.b.2", NULL}, 0.02, 1, 1e-6, 1},
     {"kink", BALL("-k*min(q(S), 0)"), {"k", "m", NULL}, 0.1, 3, 1e-6, 0},
     {"drag", BALL("-k*q(S) - 3*qd(S)*abs(qd(S))"), {"k", "m", NULL}, 0.1, 3, 1e-6, 0},
     {"window", window, {"place", "rocker", NULL}, 0.01, 3, 1e-6, 0},
