@@ -8,7 +8,7 @@
  *
  * Lanes make the decisions of a run of one mechanism. If a lane cannot decide, a separate run continues that instance
  * until lanes can take it back: across change points, where steps become too small. A separate run makes an instance
- * from its start where lanes do not support the mechanism: points on curves, large systems. */
+ * from its start where lanes do not support the mechanism: other integrators, large systems. */
 #pragma once
 
 #include "integrators/quantities/run_quantities.h"

@@ -34,7 +34,6 @@ const char *kmp_engine_no_lanes(const kmp_engine *e)
         {spec->keep_independent, "fixed independent coordinates"},
         {s->force != NULL, "user-defined forces"},
         {s->model->delay_count > 0, "delays"},
-        {kmp_motion_known(s)->block_count > 0, "points on curves"},
         {kmp_rounding_of(s) != NULL, "closures that are redundant up to rounding"},
         {s->m > KMP_LANE_ROWS || s->n - s->m > most_freedoms(s), "a large system"}};
     for (size_t k = 0; k < sizeof reasons / sizeof *reasons; k++)

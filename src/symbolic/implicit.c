@@ -132,6 +132,20 @@ const kmp_program_block *kmp_implicit_block(const kmp_implicit *b)
     return &b->block;
 }
 
+int kmp_graph_add_block(kmp_graph *g, const kmp_program_block *block)
+{
+    kmp_implicit *b = KMP_NEW(kmp_implicit, 1);
+    if (b) {
+        b->block = *block;
+        b->local = kmp_graph_new();
+        b->block.program = kmp_program_copy(block->program);
+    }
+    bool made = b && b->local && b->block.program && kmp_block_candidates(b, block->candidates, block->candidate);
+    if (!made && b)
+        kmp_implicit_free(b);
+    return kmp_graph_add_implicit(g, made ? b : NULL);
+}
+
 /* -- in the graph ------------------------------------------------------------------------------------ */
 
 static kmp_ref list_of(kmp_graph *g, int count, const kmp_ref *items)

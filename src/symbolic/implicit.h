@@ -37,6 +37,8 @@ const kmp_program_block *kmp_implicit_block(const kmp_implicit *block);
 /** Number of the block in the graph, which owns it from now on; the number of an equal block if the graph has one. -1:
  * no memory, or no block: the graph has then failed. */
 int kmp_graph_add_implicit(kmp_graph *g, kmp_implicit *block);
+/** The same for a block as a program has it, for evaluation alone: it has no derivatives. */
+int kmp_graph_add_block(kmp_graph *g, const kmp_program_block *block);
 /** NULL when there is no such number. */
 const kmp_implicit *kmp_graph_implicit(const kmp_graph *g, int block);
 

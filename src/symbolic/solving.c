@@ -13,7 +13,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST = KMP_IMPLICIT_MOST, MOST_STEPS = 60, MOST_HALVINGS = 12 };
+/* KEPT: solutions, of the lists of arguments that are evaluated in turn: those of the lanes of a vector register. */
+enum { MOST = KMP_IMPLICIT_MOST, MOST_STEPS = 60, MOST_HALVINGS = 12, KEPT = 8 };
 
 struct kmp_solving {
     const kmp_program_block *block;
@@ -22,10 +23,10 @@ struct kmp_solving {
     void *code;     /* the runner's */
     kmp_scan *scan; /* of candidates, if there are some */
     kmp_average *average;
-    double *p, *solved; /* arguments: the current ones, and those of the solution */
-    double *component;  /* the solution */
+    double *p;                  /* the current arguments */
+    double *solved, *component; /* KEPT: arguments, and their solutions */
+    int known, next;            /* of these: their number, the one that the next solution replaces */
     double y[MOST], merit;
-    bool known;
 };
 
 /* The interpreter as a runner. */
@@ -87,13 +88,13 @@ static kmp_solving *begin(const kmp_program_block *block, const kmp_block_runner
         return NULL;
     s->block = block;
     s->runner = runner ? runner : &interpreted;
-    s->p = KMP_NEW(double, 2 * block->arguments + block->unknowns);
+    s->p = KMP_NEW(double, (1 + KEPT) * block->arguments + KEPT * block->unknowns);
     if (!s->p) {
         kmp_free(s);
         return NULL;
     }
     s->solved = s->p + block->arguments;
-    s->component = s->solved + block->arguments;
+    s->component = s->solved + KEPT * block->arguments;
     return s;
 }
 
@@ -449,7 +450,7 @@ static bool solve(kmp_solving *s)
 }
 
 /* Solves for the current arguments; NaN where there is no solution. */
-static void solve_anew(kmp_solving *s)
+static void solve_anew(kmp_solving *s, double *component)
 {
     int n = s->block->unknowns;
     if (s->average)
@@ -457,16 +458,22 @@ static void solve_anew(kmp_solving *s)
     else if (!solve(s))
         for (int i = 0; i < n; i++)
             s->y[i] = NAN;
-    memcpy(s->component, s->average ? kmp_average_values(s->average) : s->y, (size_t)n * sizeof(double));
+    memcpy(component, s->average ? kmp_average_values(s->average) : s->y, (size_t)n * sizeof(double));
 }
 
 double kmp_solving_value(kmp_solving *s, int component)
 {
-    size_t bytes = (size_t)s->block->arguments * sizeof(double);
-    if (!s->known || memcmp(s->p, s->solved, bytes) != 0) {
-        solve_anew(s);
-        memcpy(s->solved, s->p, bytes);
-        s->known = true;
+    size_t arguments = (size_t)s->block->arguments, unknowns = (size_t)s->block->unknowns,
+           bytes = arguments * sizeof(double);
+    size_t k = 0, known = (size_t)s->known;
+    while (k < known && memcmp(s->p, s->solved + k * arguments, bytes) != 0)
+        k++;
+    if (k == known) {
+        k = (size_t)s->next;
+        solve_anew(s, s->component + k * unknowns);
+        memcpy(s->solved + k * arguments, s->p, bytes);
+        s->known = s->known < KEPT ? s->known + 1 : KEPT;
+        s->next = (s->next + 1) % KEPT;
     }
-    return s->component[component];
+    return s->component[k * unknowns + (size_t)component];
 }

@@ -258,16 +258,16 @@ static void test_models_of_their_own(void)
 static void test_what_lanes_cannot(void)
 {
     static const struct {
-        const char *example, *name;
+        const char *example, *name, *formulation;
         double t_end;
         const char *why;
-    } cases[] = {{"wheelset/wheelset", "cx", 0.001, "points on curves"},
-                 {"governor/governor", "K", 0.002, "another integrator"}};
+    } cases[] = {{"four_bar/four_bar", "crank", "projected", 0.01, "another formulation"},
+                 {"governor/governor", "K", NULL, 0.002, "another integrator"}};
     static outcome some, all;
     random_seed(5);
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         many x = gather(cases[k].example, (const char *const[]){cases[k].name, NULL}, 0.01);
-        const kmp_run_spec spec = {.rtol = 1e-6, .t_end = cases[k].t_end};
+        const kmp_run_spec spec = {.formulation = cases[k].formulation, .rtol = 1e-6, .t_end = cases[k].t_end};
         run(&x, &spec, (kmp_ensemble_execution){0}, &some);
         run(&x, &spec, (kmp_ensemble_execution){.alone = true, .threads = 3}, &all);
         CHECK(some.work.alone == COUNT && differ(&x, &some, &all) == 0);

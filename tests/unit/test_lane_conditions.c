@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Conditions and kinks of instances in lanes, and what they decide at the site of an engine: friction that sticks,
- * rigid contacts, states that take next values, forces that depend on multipliers. The same bits whatever the number of
- * lanes and threads, the motions of separate runs and of closed forms, ends by conditions, and conditions that change
- * back and forth. */
+ * rigid contacts, states that take next values, forces that depend on multipliers, points on curves. The same bits
+ * whatever the number of lanes and threads, the motions of separate runs and of closed forms, ends by conditions, and
+ * conditions that change back and forth. */
 #include "varied_models.h"
 
 static const kmp_ensemble_execution ways[] = {{.width = 1},
@@ -44,6 +44,7 @@ static many gather_motion(const motion *m)
     return gather_from(context, model, m->varied, m->spread);
 }
 
+#define EXAMPLES "../../examples/"
 #define BALL(law)                                                                                                      \
     "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {k: 4000, m: 2}\n"                                                  \
     "bodies: {ball: {joint: {name: S, prismatic: y, at: ground}, mass: m}}\n"                                          \
@@ -86,6 +87,13 @@ static const motion motions[] = {
     {"contact_spin", NULL, {"qd.s.4", NULL}, 0.05, 1, 1e-6, 0},
     {"contact_turntable", NULL, {"qd.b.1", NULL}, 0.02, 2, 1e-6, 0},
     {"contact_wall", NULL, {"qd.b.2", NULL}, 0.02, 1, 1e-6, 1},
+    {EXAMPLES "stick_slip/stick_slip", NULL, {"U", NULL}, 0.05, 0.5, 1e-6, 0},
+    {EXAMPLES "toggle_press/toggle_press", NULL, {"knee_force", NULL}, 0.05, 0.5, 1e-6, 0},
+    {EXAMPLES "loose_pin/loose_pin", NULL, {"speed", NULL}, 0.05, 1e-3, 1e-5, 0},
+    {EXAMPLES "hydraulic_excavator/hydraulic_excavator", NULL, {"supply", NULL}, 0.01, 0.05, 1e-6, 0},
+    {EXAMPLES "jansen_walker/jansen_walker", NULL, {"mu", NULL}, 0.01, 0.2, 1e-6, 0},
+    {EXAMPLES "wheelset/wheelset", NULL, {"mu", NULL}, 0.01, 0.004, 1e-6, 0},
+    {EXAMPLES "manchester/manchester_wheelset", NULL, {"speed", NULL}, 0.01, 0.002, 1e-6, 0},
     {"kink", BALL("-k*min(q(S), 0)"), {"k", "m", NULL}, 0.1, 3, 1e-6, 0},
     {"drag", BALL("-k*q(S) - 3*qd(S)*abs(qd(S))"), {"k", "m", NULL}, 0.1, 3, 1e-6, 0},
     {"window", window, {"place", "rocker", NULL}, 0.01, 3, 1e-6, 0},

@@ -92,7 +92,9 @@ typedef struct kmp_importing {
                            * value is |d|^5 / 120 */
 } kmp_importing;
 
-/** The program's outputs as references in a graph. False: no memory, or it has implicit blocks. */
+/** The program's outputs as references in a graph; its implicit blocks there are for evaluation alone. False: no
+ * memory.
+ */
 bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing *how, kmp_ref *outputs);
 
 /** An empty program with room in all arrays for so many stages, instructions, outputs, constants and inputs. NULL: no

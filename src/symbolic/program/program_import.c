@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "base/memory.h"
+#include "symbolic/implicit.h"
 #include "symbolic/program/program.h"
 #include "symbolic/table_function.h"
 
@@ -13,6 +14,8 @@ static kmp_ref import(const kmp_program *p, kmp_graph *g, const kmp_instruction 
     kmp_ref x[3] = {0};
     for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
         x[k] = operand(value, kmp_instruction_operand(in, k));
+    if (in->op == KMP_OP_IMPLICIT)
+        return kmp_implicit_component(g, kmp_graph_add_block(g, &p->block[in->b]), (int)in->c, x[0]);
     if (in->op != KMP_OP_TABLE)
         return kmp_operate(g, (kmp_op)in->op, x);
     int table = kmp_graph_add_table(g, p->table[in->b]);
@@ -106,8 +109,6 @@ bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing 
 {
     int leaves = p->constant_count + p->input_count, code = p->code[p->stages], stages = how->stages;
     stages = stages > 0 ? stages : p->stages;
-    if (p->block_count > 0)
-        return false;
     kmp_ref *value = KMP_NEW(kmp_ref, leaves + code), *at = how->at ? KMP_NEW(kmp_ref, leaves + code) : NULL;
     bool *needed = how->at ? KMP_NEW(bool, code) : NULL;
     bool made = value && (!how->at || (at && needed)) && import_leaves(p, g, how->count, how->input, how->by, value) &&
