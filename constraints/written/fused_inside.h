@@ -13,9 +13,10 @@ enum { KMP_FUSED_FREEDOMS = 8, KMP_FUSED_MOST = 48 };
  * power. With KMP_FUSED_CLOSE it ends with the next correction. */
 enum { KMP_FUSED_CLOSE = 1, KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS, KMP_FUSED_END, KMP_FUSED_STAGES };
 
-/* Where forces depend on multipliers, the first stage has what these do not change. With multipliers nu of the load rows
- * of the partition as KMP_IN_LAMBDA the second one has C (n), Lambda(nu) - nu of these rows, and the step of Newton's
- * method to their solution. The third one has all of the right-hand side (constraints/evaluation/load_multipliers.h). */
+/* If forces depend on multipliers, the first stage has all values that these do not change. With multipliers nu of the
+ * load rows of the partition as KMP_IN_LAMBDA the second one has C (n), Lambda(nu) - nu of these rows, and the step of
+ * Newton's method to their solution. The third one has all of the right-hand side
+ * (constraints/evaluation/load_multipliers.h). */
 
 /* Outputs of the last stage: the multipliers of the elimination in the blocks, a pivot or determinant for each factor
  * of det Jv, h, J, h_t if there is one, Bvu, the correction of v; with KMP_FUSED_CLOSE also the parts of qd and qdd of

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What happens to an instance between two of its steps: impacts, changes of modes and of closures, samples of states.
- * It stands at the site of its engine, a run that makes no steps, where all this is decided as in any run. It goes on
+/* Impacts, changes of modes and of closures, and samples of states happen to an instance between two of its steps. It
+ * stands at the site of its engine, a run that makes no steps, where all this is decided as in any run. It goes on
  * in lanes, with other conditions and perhaps other rows. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
