@@ -434,7 +434,7 @@ static kmp_program *schedule(maker *k, const kmp_ref *end)
 
 static kmp_program *write_program(maker *k)
 {
-    reduced mr;
+    reduced mr = {0};
     kmp_ref end[2 * KMP_FUSED_MOST];
     select_rows(k, k->w.h, k->h);
     if (k->h_t)
@@ -486,8 +486,7 @@ static kmp_fused_written write_new(const kmp_reduction *red, const kmp_fused_pla
 kmp_fused_written kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan)
 {
     const kempe_system *s = red->eval->system;
-    unsigned options =
-        plan->power + 2u * plan->closes + 4u * plan->drives + 8u * plan->curvature + 16u * plan->forces;
+    unsigned options = plan->power + 2u * plan->closes + 4u * plan->drives + 8u * plan->curvature + 16u * plan->forces;
     const kmp_kept_name name = kmp_written_name("fused", red->eval, red->part, plan->order, options);
     kmp_fused_layout layout;
     kmp_written_record record = {.layout = (int *)&layout, .count = sizeof layout / sizeof(int)};

@@ -10,8 +10,8 @@ enum { PLACES = 3 }; /* of the present steps: both ends, and the middle */
 
 /* A place of the present steps, by lanes. */
 typedef struct step_place {
-    double *rows;                  /* 3 n + m: q, qd, qdd, lambda */
-    double *change;                /* of each condition */
+    double *rows;   /* 3 n + m: q, qd, qdd, lambda */
+    double *change; /* of each condition */
 } step_place;
 
 struct kmp_lane_conditions {
@@ -190,7 +190,7 @@ void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int place, const 
     kmp_lanes_set(c->lanes, KMP_IN_Q, at->rows);
     kmp_lanes_set(c->lanes, KMP_IN_QD, at->rows + n * w);
     memcpy(at->change, kmp_lanes_run(c->lanes, 1), w * (size_t)e->s->events.count * sizeof(double));
-    if (c->late)
+    if (vdd && c->late)
         add_late(e, at, vdd);
 }
 

@@ -334,7 +334,7 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
         }
         x->signs = signs_of(e, pool, pivot, l);
         x->pivot = 0;
-        for (size_t k = l; room->vdd && k < (size_t)(e->n + e->m) * room->w; k += room->w)
+        for (size_t k = l; room->vdd && k < ((size_t)e->n + (size_t)e->m) * room->w; k += room->w)
             room->vdd[k] = room->vdd_new[k];
         for (size_t k = l; room->nu && k < (size_t)e->m * room->w; k += room->w)
             room->nu[k] = room->nu_now[k];
@@ -923,7 +923,7 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     kmp_lanes_take(room->w, (size_t)e->size, taken, room->y_new, room->y);
     kmp_lanes_take(room->w, (size_t)e->size, taken, room->k[13], room->k[1]);
     if (room->vdd)
-        kmp_lanes_take(room->w, (size_t)(e->n + e->m), taken, room->vdd_new, room->vdd);
+        kmp_lanes_take(room->w, ((size_t)e->n + (size_t)e->m), taken, room->vdd_new, room->vdd);
     if (room->nu)
         kmp_lanes_take(room->w, (size_t)e->m, taken, room->nu_end, room->nu);
     for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
