@@ -109,14 +109,14 @@ typedef struct kmp_lane_room {
     double *row_scale;                                      /* m */
     double *square;                                         /* m x n, of one lane */
     double *vdd, *vdd_new, *vdd_middle;                     /* n + m, where conditions need them */
-    bool late;                    /* conditions depend on accelerations or multipliers */
+    bool late;                                              /* conditions depend on accelerations or multipliers */
     double *nu, *nu_now, *nu_end; /* m, where forces depend on multipliers: from which they are solved for, at the last
                                    * evaluation, at the end of the step */
-    double event[KMP_LANES_MOST];                           /* time of one within the step */
-    bool dense_bad[KMP_LANES_MOST];                         /* the dense output of the present step is not available */
-    double *at;                                             /* time of an evaluation, then the inputs there */
-    bool anew;                                              /* the slope of some lane is to be evaluated again */
-    int out[KMP_LANES_MOST], out_count;                     /* instances that have left for a separate run */
+    double event[KMP_LANES_MOST]; /* time of one within the step */
+    bool dense_bad[KMP_LANES_MOST];     /* the dense output of the present step is not available */
+    double *at;                         /* time of an evaluation, then the inputs there */
+    bool anew;                          /* the slope of some lane is to be evaluated again */
+    int out[KMP_LANES_MOST], out_count; /* instances that have left for a separate run */
 } kmp_lane_room;
 
 enum { KMP_LANE_VECTORS = 8 }; /* of the interpolant */
@@ -324,6 +324,8 @@ bool kmp_lane_look_at_event(kmp_engine *e, double t);
 
 /* ensemble_site.c: what happens to one instance between its steps, as in a run */
 
+#define KMP_LANE_SMOOTH "friction that is regularised for a time"
+
 /** Makes the site of an engine if its system needs one. */
 kempe_status kmp_site_init(kmp_engine *e);
 void kmp_site_free(kmp_engine *e);
@@ -355,7 +357,6 @@ bool kmp_measures_steps(const kmp_engine *e);
 
 /** Makes the program of a pool that quantities of accelerations and multipliers need. false: no memory. */
 bool kmp_pool_complete(kmp_engine *e, kmp_pool *pool);
-
 
 /** Gives the programs of the quantities the values of the instance in a lane; evaluates what depends on them alone. */
 void kmp_lane_constants(kmp_engine *e, const kmp_pool *pool, size_t lane);

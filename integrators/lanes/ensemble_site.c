@@ -89,8 +89,7 @@ static kempe_status go_on(kmp_engine *e, const kmp_pool *from, int i, double wor
     double limit = x->limit;
     memcpy(e->state, site->state, 2 * (size_t)e->n * sizeof *e->state);
     if (kmp_friction_is_smooth(site->friction))
-        return kmp_instance_start_apart(e, i, site->part.r, e->state, e->state + e->n, work,
-                                        "friction that is regularised for a time");
+        return kmp_instance_start_apart(e, i, site->part.r, e->state, e->state + e->n, work, KMP_LANE_SMOOTH);
     KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, e->s->switches ? &site->part : &from->part)));
     if (e->s->switches)
         x->usual = part.r > 0 ? part.pivots[part.r - 1] : 1;

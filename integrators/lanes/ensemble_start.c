@@ -125,7 +125,7 @@ static const char *detour_at(const kmp_engine *e, const kmp_partition *part, con
     for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
         if (kmp_chart_regular(e->s, c, q) < KMP_AXES_CENTRED)
             return KMP_LANE_SINGULAR_ANGLES;
-    return NULL;
+    return e->site && kmp_friction_is_smooth(e->site->friction) ? KMP_LANE_SMOOTH : NULL;
 }
 
 /* Sets the numbers of an instance at its start. */

@@ -61,6 +61,16 @@ static const char window[] =
     " - if(qd(c) > 0.5, qd(c), 0.5)\"}}\n"
     "start: {q: {a: 1.5, b: -1, c: 1.6}, hold: [a], qd: {a: 3}}\n";
 
+/* Painleve's rod from rest: its friction is regularised, and slips from 2 ms on. */
+static const char rod[] =
+    "kempe: 1\nname: rod\ngravity: [0, -9.81, 0]\nparameters: {push: 60}\nground: {points: {O: {at: [0, 0, 0]}}}\n"
+    "bodies:\n  rod: {joint: {name: j, planar: z, at: ground}, mass: 1, inertia: {zz: 1/12}, "
+    "points: {O: [0, 0, 0], P: [-0.5, 0, 0]}}\n"
+    "loops: {tip: {point_on_plane: [ground.O, rod.P], axis: y}}\n"
+    "forces:\n  rub: {sliding: position(rod.P).x, friction: {mu: 10/3, reaction: tip, regularise: 1 mm/s}}\n"
+    "  push: {at: rod.O, force: [push, 0, 0]}\n"
+    "start: {q: {j.3: 45 deg, j.2: 0.5 m*sin(45 deg)}, hold: [j.3]}\n";
+
 static const motion motions[] = {
     {"bounce", NULL, {"k", "m", NULL}, 0.1, 3, 1e-6, 0},
     {"braked", NULL, {"q.S", NULL}, 0.1, 4, 1e-6, 0},
@@ -96,6 +106,7 @@ static const motion motions[] = {
     {EXAMPLES "manchester/manchester_wheelset", NULL, {"speed", NULL}, 0.01, 0.002, 1e-6, 0},
     {"kink", BALL("-k*min(q(S), 0)"), {"k", "m", NULL}, 0.1, 3, 1e-6, 0},
     {"drag", BALL("-k*q(S) - 3*qd(S)*abs(qd(S))"), {"k", "m", NULL}, 0.1, 3, 1e-6, 0},
+    {"rod", rod, {"push", NULL}, 0.02, 0.2, 1e-6, 1},
     {"window", window, {"place", "rocker", NULL}, 0.01, 3, 1e-6, 0},
 };
 
