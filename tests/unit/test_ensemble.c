@@ -267,7 +267,10 @@ static void test_what_lanes_cannot(void)
     random_seed(5);
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         many x = gather(cases[k].example, (const char *const[]){cases[k].name, NULL}, 0.01);
-        const kmp_run_spec spec = {.formulation = cases[k].formulation, .rtol = 1e-6, .t_end = cases[k].t_end};
+        const kmp_run_spec spec = {.formulation = cases[k].formulation,
+                                   .integrator = cases[k].formulation ? "dop853" : NULL,
+                                   .rtol = 1e-6,
+                                   .t_end = cases[k].t_end};
         run(&x, &spec, (kmp_ensemble_execution){0}, &some);
         run(&x, &spec, (kmp_ensemble_execution){.alone = true, .threads = 3}, &all);
         CHECK(some.work.alone == COUNT && differ(&x, &some, &all) == 0);
