@@ -313,14 +313,14 @@ const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found, double *s
  * there, e->state the closed state. false: conditions change without end. */
 bool kmp_lane_pass_event(kmp_engine *e, double t);
 
+/** Looks at the event of that lane: the instance has the time and the work there, e->state the closed state before the
+ * conditions change. false: it is not available. */
+bool kmp_lane_look_at_event(kmp_engine *e, double t);
+
 /* ensemble_lanes.c */
 
 /** Unknowns of all lanes at a place in their steps, into the room's `stage`, and their slopes, into its k[2]. */
 void kmp_lanes_evaluate_within(kmp_engine *e, kmp_pool *pool, double place);
-
-/** Looks at the event of that lane: the instance has the time and the work there, e->state the closed state before the
- * conditions change. false: it is not available. */
-bool kmp_lane_look_at_event(kmp_engine *e, double t);
 
 /* ensemble_site.c: what happens to one instance between its steps, as in a run */
 
