@@ -2,9 +2,9 @@
 /* Frames are 16-bit integers: positions within the box of all of them, and unit quaternions. A large mechanism has
  * fewer frames, the largest ones are drawn in part. */
 #include "report/motion_picture.h"
+#include "model/pose.h"
 #include "report/drawing.h"
 #include "report/drawn_shapes.h"
-#include "model/pose.h"
 #include "report/railway.h"
 #include <math.h>
 #include <string.h>

@@ -351,9 +351,9 @@ static void searches_from_several_starts(void)
 
 /* -- friction that sticks ------------------------------------------------------------------------------ */
 
-/* A block on the floor slides to rest, x = v t - mu g t^2 / 2 up to v / (mu g), and sticks there until a force of c t has
- * grown to its friction: t = mu m g / c. Then x'' = c t / m - mu g. In closed form, with sticking and release at times
- * that depend on the parameters. */
+/* A block on the floor slides to rest, x = v t - mu g t^2 / 2 up to v / (mu g), and sticks there until a force of c t
+ * has grown to its friction: t = mu m g / c. Then x'' = c t / m - mu g. In closed form, with sticking and release at
+ * times that depend on the parameters. */
 static double block_at(double t, double v, double mu, double m, double c)
 {
     const double g = 9.81, stop = v / (mu * g), go = mu * m * g / c;

@@ -2,8 +2,8 @@
 /* The reduced right-hand side as one program against the same by parts, on the examples: at the start, and at states
  * along the motion for which the order of elimination was not chosen. */
 #include "base/memory.h"
-#include "constraints/written/fused.h"
 #include "constraints/tolerances.h"
+#include "constraints/written/fused.h"
 #include "random.h"
 #include "states.h"
 #include "testing.h"

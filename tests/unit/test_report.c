@@ -5,11 +5,11 @@
 #include "base/memory.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "loaded.h"
+#include "model/pose.h"
 #include "random.h"
 #include "report/drawing.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
-#include "model/pose.h"
 #include "symbolic/program/interpreter.h"
 #include <glob.h>
 #include <kempe/compare.h>

@@ -2,8 +2,8 @@
 /* Accelerations and multipliers of the solved program against the dense saddle system, at states along the motion of
  * examples; its lanes against its scalar code, to the last bit. */
 #include "constraints/closing/saddle.h"
-#include "constraints/written/solved_inside.h"
 #include "constraints/tolerances.h"
+#include "constraints/written/solved_inside.h"
 #include "random.h"
 #include "states.h"
 #include "testing.h"
