@@ -82,7 +82,7 @@ def test_progress_of_a_run_and_of_studies(four_bar, at_every_step):
         "runs": lambda: system.compare(t_end=0.05, rtols=[1e-4, 1e-6], formulations="reduced", progress=seen.append),
         "starts": lambda: system.branches(progress=seen.append),
         "instances": lambda: four_bar.ensemble({"crank": np.linspace(0.28, 0.3, 4)}).run(
-            t_end=0.1, lanes=-1, no_convergence_check=1, progress=seen.append
+            t_end=0.1, lanes=-1, threads=1, no_convergence_check=1, progress=seen.append
         ),
     }
     for unit, study in studies.items():
