@@ -141,6 +141,8 @@ bool kmp_written_recall(const kempe_system *s, kmp_kept_name name, kmp_written_r
 
 void kmp_written_keep(const kempe_system *s, kmp_kept_name name, const kmp_written_record *record)
 {
+    if (!kmp_kept_has_room(s)) /* a motion of many choices fills no folder */
+        return;
     if (s->has_key)
         write(s, name, record);
     kmp_kept_name_program(s, name, record->program);

@@ -23,5 +23,5 @@ kmp_kept_name kmp_written_name(const char *what, const kmp_evaluator *eval, cons
  * or there is no memory. */
 bool kmp_written_recall(const kempe_system *system, kmp_kept_name name, kmp_written_record *record);
 
-/** Keeps a record, with another holder of its program. */
+/** Keeps a record, with another holder of its program: the first KMP_KEPT_CHOICES, and these in the cache too. */
 void kmp_written_keep(const kempe_system *system, kmp_kept_name name, const kmp_written_record *record);

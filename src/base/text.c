@@ -39,8 +39,17 @@ static bool has_words_alone(const char *format)
     return !format;
 }
 
+/* All or nothing: a text without its end could be taken for another one. */
 static void put_words(kmp_text *text, const char *format, va_list words)
 {
+    size_t length = strlen(format);
+    va_list again;
+    va_copy(again, words);
+    for (const char *at = format; (at = strchr(at, '%')); at += 2)
+        length += strlen(va_arg(again, const char *));
+    va_end(again);
+    if (!reserve(text, length))
+        return;
     for (const char *at; (at = strchr(format, '%')); format = at + 2) {
         kmp_text_append(text, format, (size_t)(at - format));
         kmp_text_put(text, va_arg(words, const char *));

@@ -143,6 +143,14 @@ const void *kmp_kept_find(const kempe_system *s, kmp_kept_name name)
     return x ? x->made : NULL;
 }
 
+bool kmp_kept_has_room(const kempe_system *s)
+{
+    pthread_mutex_lock(&s->kept->lock);
+    bool room = s->kept->choices < KMP_KEPT_CHOICES;
+    pthread_mutex_unlock(&s->kept->lock);
+    return room;
+}
+
 const void *kmp_kept_add(const kempe_system *s, kmp_kept_name name, void *made, void (*release)(void *made))
 {
     kmp_kept *kept = s->kept;

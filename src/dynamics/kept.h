@@ -32,6 +32,9 @@ const void *kmp_kept_find(const kempe_system *system, kmp_kept_name name);
  * NULL: no memory or too many choices, and it is freed. */
 const void *kmp_kept_add(const kempe_system *system, kmp_kept_name name, void *made, void (*release)(void *made));
 
+/** True if the system may keep what is made for another choice. */
+bool kmp_kept_has_room(const kempe_system *system);
+
 /** kmp_kept_recall: the bytes that the cache of the system's context has for its key, in room for the caller to free
  * with kmp_free. kmp_kept_write: writes such bytes. The system needs a key. */
 kmp_cached kmp_kept_recall(const kempe_system *system, kmp_kept_name name);

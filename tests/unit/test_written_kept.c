@@ -146,25 +146,6 @@ static void names(void)
     unload(&l);
 }
 
-/* More choices than a system keeps: the programs are written, and the last ones end with their users. */
-static void many_choices(void)
-{
-    loaded l = load("examples/four_bar/four_bar.yaml");
-    chosen c;
-    if (!choose(&c, &l, -1))
-        return;
-    for (int k = 0; k < KMP_KEPT_CHOICES + 4; k++) {
-        kmp_program *one = NULL, *two = NULL;
-        double run = 1e6 + k;
-        CHECK(kmp_solved_write_near(c.eval, &c.part, run, &one) && kmp_solved_write_near(c.eval, &c.part, run, &two));
-        CHECK(one && two && kmp_program_equal(one, two) && (one == two) == (k < KMP_KEPT_CHOICES));
-        kmp_program_free(one);
-        kmp_program_free(two);
-    }
-    leave(&c);
-    unload(&l);
-}
-
 static char folder[] = "/tmp/kempe_test_written_XXXXXX";
 
 static loaded load_cached(const char *path)
@@ -175,6 +156,39 @@ static loaded load_cached(const char *path)
     (void)snprintf(full, sizeof full, "%s/%s", KEMPE_ROOT, path);
     (void)kempe_model_read(l.context, full, &l.model);
     return load_finish(l);
+}
+
+static bool is_in_cache(const loaded *l, const chosen *c, unsigned run)
+{
+    kmp_written_record record = {0};
+    bool found = kmp_written_recall(l->system, kmp_written_name("nearby", c->eval, &c->part, NULL, run), &record);
+    kmp_program_free(record.program);
+    kmp_free(record.row);
+    return found;
+}
+
+/* More choices than a system keeps: the programs are written, but the last ones end with their users, and have no file.
+ */
+static void many_choices(void)
+{
+    loaded l = load_cached("examples/four_bar/four_bar.yaml"), later = load_cached("examples/four_bar/four_bar.yaml");
+    chosen c, same;
+    if (!choose(&c, &l, -1) || !choose(&same, &later, -1))
+        return;
+    for (int k = 0; k < KMP_KEPT_CHOICES + 4; k++) {
+        kmp_program *one = NULL, *two = NULL;
+        double run = 1e6 + k;
+        CHECK(kmp_solved_write_near(c.eval, &c.part, run, &one) && kmp_solved_write_near(c.eval, &c.part, run, &two));
+        CHECK(one && two && kmp_program_equal(one, two) && (one == two) == (k < KMP_KEPT_CHOICES));
+        kmp_program_free(one);
+        kmp_program_free(two);
+    }
+    CHECK(is_in_cache(&later, &same, 1000000 + KMP_KEPT_CHOICES - 1));
+    CHECK(!is_in_cache(&later, &same, 1000000 + KMP_KEPT_CHOICES));
+    leave(&c);
+    leave(&same);
+    unload(&l);
+    unload(&later);
 }
 
 /* Another process takes the files. */
