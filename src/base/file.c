@@ -285,8 +285,21 @@ kempe_status kmp_file_make(kempe_context *context, const char *path, const char 
 
 kempe_status kmp_folder_make(kempe_context *context, const char *path)
 {
+    enum { MOST_TRIES = 1000 };
     struct stat here;
-    if (mkdir(path, 0777) == 0 || (errno == EEXIST && stat(path, &here) == 0 && S_ISDIR(here.st_mode)))
-        return KEMPE_OK;
+    for (int k = 0; k < MOST_TRIES; k++) {
+        if (mkdir(path, 0777) == 0)
+            return KEMPE_OK;
+        if (errno != EEXIST)
+            break;
+        if (stat(path, &here) == 0) {
+            if (S_ISDIR(here.st_mode))
+                return KEMPE_OK;
+            errno = EEXIST;
+            break;
+        }
+        if (errno != ENOENT) /* otherwise another process has removed it between the two calls */
+            break;
+    }
     return kmp_fail(context, KEMPE_E_IO, "cannot make the folder '%s': %s", path, strerror(errno));
 }
