@@ -127,7 +127,7 @@ static void what_is_refused(void)
            "r.urdf:2:68: the axis of 'j' is zero: it needs a direction");
     refuse(LINKS
            "\n<joint name='j' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 0'/></joint></robot>",
-           "r.urdf:2:68: xyz '0 0' are not three numbers");
+           "r.urdf:2:68: xyz '0 0' are not 3 numbers");
     refuse(LINKS
            "\n<joint name='j' type='prismatic'><parent link='a'/><child link='b'/><mimic joint='k'/></joint></robot>",
            "r.urdf:2:69: the joint 'k' does not exist");

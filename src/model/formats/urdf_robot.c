@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A robot in URDF, with the loops and couplings of URDF+ (docs/urdf.md): links are bodies, joints are joints, and what
  * a file says in numbers of a rotated frame is turned into body axes here. */
-#include "model/formats/formats.h"
-#include <math.h>
+#include "model/formats/foreign_parts.h"
+#include <stdlib.h>
 #include <string.h>
 
 /* An element with the names that Kempe gives to it and to what it connects. */
@@ -15,23 +15,11 @@ typedef struct robot {
     kmp_import *im;
     int count;
     joint *joints;
+    joint **by_child, **by_name; /* sorted, of those with a name; equal ones in the order of the file */
+    int children, names;
 } robot;
 
-/* -- values -------------------------------------------------------------------------------------------- */
-
-static const char *attribute(kmp_import *im, const kmp_element *e, const char *key)
-{
-    const char *text = kmp_element_text(e, key);
-    if (!text)
-        kmp_import_complain(im, e->place, "attribute", key, "is missing here");
-    return text;
-}
-
-static const char *cleaned(kmp_import *im, const kmp_element *e, const char *key)
-{
-    const char *text = attribute(im, e, key);
-    return text ? kmp_import_clean(im, text) : NULL;
-}
+/* -- elements ------------------------------------------------------------------------------------------ */
 
 /* The link that a child element names: <parent link="a"/>. */
 static const char *link_of(kmp_import *im, const kmp_element *e, const char *key)
@@ -39,121 +27,21 @@ static const char *link_of(kmp_import *im, const kmp_element *e, const char *key
     const kmp_element *inside = kmp_element_find(e, key);
     if (!inside)
         kmp_import_complain(im, e->place, "element", key, "is missing here");
-    return inside ? cleaned(im, inside, "link") : NULL;
-}
-
-/* Reads a number; returns the text behind it, NULL: it is none. */
-static const char *read_number(const char *text, double *value)
-{
-    text += strspn(text, " \t\r\n");
-    bool negative = *text == '-';
-    text += *text == '-' || *text == '+';
-    size_t length = kmp_text_to_number(text, value);
-    *value = negative ? -*value : *value;
-    return length > 0 && isfinite(*value) ? text + length : NULL;
-}
-
-/* Numbers in a text, which must be all of it. An attribute that is absent leaves them as they are. */
-static void read_numbers(kmp_import *im, const kmp_element *e, const char *key, int count, double *values)
-{
-    const char *text = kmp_element_text(e, key), *at = text;
-    double read[4];
-    for (int k = 0; at && k < count; k++)
-        at = read_number(at, &read[k]);
-    if (text && (!at || at[strspn(at, " \t\r\n")]))
-        kmp_import_complain(im, e->place, key, text,
-                            count == 1   ? "is not one number"
-                            : count == 3 ? "are not three numbers"
-                                         : "are not four numbers");
-    else if (text)
-        memcpy(values, read, (size_t)count * sizeof *values);
-}
-
-static double number_of(kmp_import *im, const kmp_element *e, const char *key, double absent)
-{
-    read_numbers(im, e, key, 1, &absent);
-    return absent;
-}
-
-/* -- frames -------------------------------------------------------------------------------------------- */
-
-typedef struct frame {
-    double at[3], r[3][3]; /* r: columns are its axes */
-    bool turned;
-} frame;
-
-/* Entries of rotations by multiples of a right angle are exact. */
-static double without_rounding(double x)
-{
-    return fabs(x) < 1e-15 ? 0 : fabs(fabs(x) - 1) < 1e-15 ? copysign(1, x) : x;
-}
-
-/* R = Rz(yaw) Ry(pitch) Rx(roll). */
-static void rotate(const double rpy[3], double r[3][3])
-{
-    double c[3], s[3];
-    for (int k = 0; k < 3; k++) {
-        c[k] = without_rounding(cos(rpy[k]));
-        s[k] = without_rounding(sin(rpy[k]));
-    }
-    const double of[3][3] = {{c[2] * c[1], c[2] * s[1] * s[0] - s[2] * c[0], c[2] * s[1] * c[0] + s[2] * s[0]},
-                             {s[2] * c[1], s[2] * s[1] * s[0] + c[2] * c[0], s[2] * s[1] * c[0] - c[2] * s[0]},
-                             {-s[1], c[1] * s[0], c[1] * c[0]}};
-    memcpy(r, of, sizeof of);
+    return inside ? kmp_import_name(im, inside, "link") : NULL;
 }
 
 /* The frame of the element `origin` inside; without one it is that of the link. */
-static frame origin_of(kmp_import *im, const kmp_element *e)
+static kmp_pose origin_of(kmp_import *im, const kmp_element *e)
 {
-    frame f = {.at = {0}};
+    kmp_pose f = kmp_frame_none();
     double rpy[3] = {0};
     const kmp_element *origin = kmp_element_find(e, "origin");
     if (origin) {
-        read_numbers(im, origin, "xyz", 3, f.at);
-        read_numbers(im, origin, "rpy", 3, rpy);
+        kmp_import_read_numbers(im, origin, "xyz", 3, 3, f.p);
+        kmp_import_read_numbers(im, origin, "rpy", 3, 3, rpy);
     }
-    rotate(rpy, f.r);
-    for (int i = 0; i < 3; i++)
-        f.turned = f.turned || f.r[i][i] != 1;
+    kmp_frame_rotate(rpy, f.r);
     return f;
-}
-
-static kmp_yaml *axes_of(kmp_import *im, kmp_place place, const frame *f)
-{
-    kmp_yaml *axes = kmp_import_map(im, place);
-    for (int k = 0; k < 2; k++) {
-        const double column[3] = {f->r[0][k], f->r[1][k], f->r[2][k]};
-        kmp_import_put(im, axes, place, k == 0 ? "x" : "y", kmp_import_numbers(im, place, 3, column));
-    }
-    return axes;
-}
-
-/* The mapping of a link, or of the ground. */
-static kmp_yaml *body_of(kmp_import *im, const char *name)
-{
-    return (kmp_yaml *)kmp_yaml_get(kmp_yaml_get(im->root, "bodies"), name);
-}
-
-/* A point of a link at a frame; the name is one that the link does not have yet. Returns LINK.POINT. */
-static const char *add_point(kmp_import *im, const kmp_element *from, const char *link, const char *name,
-                             const frame *f)
-{
-    kmp_yaml *body = body_of(im, link);
-    if (!body || !name)
-        return NULL;
-    kmp_yaml *points = kmp_import_part(im, body, "points", KMP_YAML_MAP);
-    while (name && kmp_yaml_get(points, name))
-        name = kmp_arena_printf(im->arena, "%s_", name);
-    if (!name)
-        return NULL;
-    kmp_yaml *at = kmp_import_numbers(im, from->place, 3, f->at), *point = at;
-    if (f->turned) {
-        point = kmp_import_map(im, from->place);
-        kmp_import_put(im, point, from->place, "at", at);
-        kmp_import_put(im, point, from->place, "axes", axes_of(im, from->place, f));
-    }
-    kmp_import_put(im, points, from->place, name, point);
-    return kmp_arena_printf(im->arena, "%s.%s", link, name);
 }
 
 /* The axis inside an element, x when absent. */
@@ -162,53 +50,26 @@ static kmp_yaml *axis_of(kmp_import *im, const kmp_element *e, const char *name)
     double axis[3] = {1, 0, 0};
     const kmp_element *inside = kmp_element_find(e, "axis");
     if (inside)
-        read_numbers(im, inside, "xyz", 3, axis);
-    double length = hypot(hypot(axis[0], axis[1]), axis[2]);
-    if (!(length > 0))
-        kmp_import_complain(im, inside ? inside->place : e->place, "the axis of", name,
-                            "is zero: it needs a direction");
-    return kmp_import_numbers(im, inside ? inside->place : e->place, 3, axis);
+        kmp_import_read_numbers(im, inside, "xyz", 3, 3, axis);
+    return kmp_import_direction(im, inside ? inside->place : e->place, name, axis);
 }
 
 /* -- links --------------------------------------------------------------------------------------------- */
 
-/* The tensor about the centre of mass, turned into the axes of the link. Published models have tensors that no
- * distribution of mass can have, which are accepted with a warning. */
-static void put_inertia(kmp_import *im, kmp_yaml *body, const kmp_element *inertia, const frame *f)
-{
-    static const char *const keys[3][3] = {{"ixx", "ixy", "ixz"}, {"ixy", "iyy", "iyz"}, {"ixz", "iyz", "izz"}};
-    static const char *const names[3][3] = {{"xx", "xy", "xz"}, {"", "yy", "yz"}, {"", "", "zz"}};
-    double given[3][3], half[3][3], tensor[3][3];
-    kmp_yaml *map = kmp_import_map(im, inertia->place);
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            given[i][j] = number_of(im, inertia, keys[i][j], 0);
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            half[i][j] = f->r[i][0] * given[0][j] + f->r[i][1] * given[1][j] + f->r[i][2] * given[2][j];
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            tensor[i][j] = half[i][0] * f->r[j][0] + half[i][1] * f->r[j][1] + half[i][2] * f->r[j][2];
-    for (int i = 0; i < 3; i++)
-        for (int j = i; j < 3; j++)
-            kmp_import_word(im, map, inertia->place, names[i][j],
-                            kmp_import_number(im, f->turned ? tensor[i][j] : given[i][j]));
-    kmp_import_word(im, map, inertia->place, "as_given", "yes");
-    kmp_import_put(im, body, inertia->place, "inertia", map);
-}
-
 static void put_mass(kmp_import *im, kmp_yaml *body, const kmp_element *inertial)
 {
+    static const char *const keys[3][3] = {{"ixx", "ixy", "ixz"}, {"ixy", "iyy", "iyz"}, {"ixz", "iyz", "izz"}};
     const kmp_element *mass = kmp_element_find(inertial, "mass"), *inertia = kmp_element_find(inertial, "inertia");
-    frame f = origin_of(im, inertial);
-    if (mass)
-        kmp_import_word(im, body, mass->place, "mass", kmp_import_number(im, number_of(im, mass, "value", 0)));
-    kmp_import_put(im, body, inertial->place, "com", kmp_import_numbers(im, inertial->place, 3, f.at));
-    if (inertia)
-        put_inertia(im, body, inertia, &f);
+    kmp_pose centre = origin_of(im, inertial);
+    double tensor[3][3] = {{0}};
+    for (int i = 0; inertia && i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            tensor[i][j] = kmp_import_read_number(im, inertia, keys[i][j], 0);
+    kmp_import_mass(im, body, inertial->place, mass ? kmp_import_read_number(im, mass, "value", 0) : 0, &centre,
+                    inertia ? (const double(*)[3])tensor : NULL);
 }
 
-/* "#rrggbb" of a material, which may stand outside with its name; NULL: none. */
+/* The colour of a material, which may stand outside with its name; NULL: none. */
 static const char *colour_of(kmp_import *im, const kmp_element *visual)
 {
     const kmp_element *own = kmp_element_find(visual, "material"), *colour = kmp_element_find(own, "color");
@@ -221,63 +82,42 @@ static const char *colour_of(kmp_import *im, const kmp_element *visual)
     double rgba[4] = {0.5, 0.5, 0.5, 1};
     if (!colour)
         return NULL;
-    read_numbers(im, colour, "rgba", 4, rgba);
-    int rgb[3];
-    for (int k = 0; k < 3; k++)
-        rgb[k] = (int)lround(255 * fmin(1, fmax(0, rgba[k])));
-    return kmp_arena_printf(im->arena, "#%02x%02x%02x", (unsigned)rgb[0], (unsigned)rgb[1], (unsigned)rgb[2]);
+    kmp_import_read_numbers(im, colour, "rgba", 4, 4, rgba);
+    return kmp_import_colour(im, rgba);
 }
 
-/* A picture without mass; NULL: a mesh, or nothing. Cylinders and capsules have the axis z of their frame. */
-static kmp_yaml *shape_of(kmp_import *im, const kmp_element *visual)
+/* A mesh is no picture yet. */
+static void add_shape(kmp_import *im, kmp_yaml *body, const kmp_element *visual)
 {
+    static const char *const words[] = {"box", "sphere", "cylinder", "capsule"};
     const kmp_element *geometry = kmp_element_find(visual, "geometry"), *e = geometry ? geometry->first : NULL;
-    bool box = e && strcmp(e->name, "box") == 0, ball = e && strcmp(e->name, "sphere") == 0;
-    bool round = e && (strcmp(e->name, "cylinder") == 0 || strcmp(e->name, "capsule") == 0);
-    if (!box && !ball && !round)
-        return NULL;
-    kmp_yaml *map = kmp_import_map(im, e->place);
-    frame f = origin_of(im, visual);
+    kmp_pose at = origin_of(im, visual);
     double size[3] = {0};
-    if (box) {
-        read_numbers(im, e, "size", 3, size);
-        kmp_import_put(im, map, e->place, "box", kmp_import_numbers(im, e->place, 3, size));
-    } else {
-        const char *radius = kmp_import_number(im, number_of(im, e, "radius", 0));
-        const char *length = round ? kmp_import_number(im, number_of(im, e, "length", 0)) : radius;
-        kmp_import_word(im, map, e->place, e->name, length);
-        if (round)
-            kmp_import_word(im, map, e->place, "radius", radius);
+    int solid = 0;
+    while (e && solid < 4 && strcmp(e->name, words[solid]) != 0)
+        solid++;
+    if (!e || solid == 4)
+        return;
+    if (solid == KMP_SOLID_BOX)
+        kmp_import_read_numbers(im, e, "size", 3, 3, size);
+    else {
+        size[0] = kmp_import_read_number(im, e, "radius", 0);
+        size[1] = kmp_import_read_number(im, e, "length", 0);
     }
-    kmp_import_put(im, map, e->place, "at", kmp_import_numbers(im, e->place, 3, f.at));
-    if (f.turned && box)
-        kmp_import_put(im, map, e->place, "axes", axes_of(im, e->place, &f));
-    const double axis[3] = {f.r[0][2], f.r[1][2], f.r[2][2]};
-    if (f.turned && round)
-        kmp_import_put(im, map, e->place, "axis", kmp_import_numbers(im, e->place, 3, axis));
-    const char *colour = colour_of(im, visual);
-    if (colour)
-        kmp_import_word(im, map, e->place, "colour", colour);
-    return map;
+    kmp_import_shape(im, body, e->place, (kmp_import_solid)solid, size, &at, colour_of(im, visual));
 }
 
 static void add_link(kmp_import *im, const kmp_element *link)
 {
-    const char *name = cleaned(im, link, "name");
+    const char *name = kmp_import_name(im, link, "name");
     const kmp_element *inertial = kmp_element_find(link, "inertial");
-    kmp_yaml *body = kmp_import_map(im, link->place), *shapes = kmp_yaml_new(im->arena, KMP_YAML_LIST, link->place);
-    if (!name || !body || !shapes)
+    kmp_yaml *body = name ? kmp_import_add_body(im, link, name) : NULL;
+    if (!body)
         return;
-    static const double zero[3] = {0};
-    kmp_import_put(im, kmp_import_part(im, body, "points", KMP_YAML_MAP), link->place, "origin",
-                   kmp_import_numbers(im, link->place, 3, zero));
     if (inertial)
         put_mass(im, body, inertial);
     for (const kmp_element *v = kmp_element_find(link, "visual"); v; v = kmp_element_again(v))
-        kmp_yaml_append(im->arena, shapes, NULL, shape_of(im, v));
-    if (shapes->count > 0)
-        kmp_import_put(im, body, link->place, "shape", shapes);
-    kmp_import_add(im, "bodies", link, name, body);
+        add_shape(im, body, v);
 }
 
 /* -- joints -------------------------------------------------------------------------------------------- */
@@ -313,28 +153,70 @@ static void read_joints(robot *r)
     int k = 0;
     for (const kmp_element *e = r->joints ? first : NULL; e; e = kmp_element_again(e))
         r->joints[k++] = (joint){.element = e,
-                                 .name = cleaned(im, e, "name"),
-                                 .type = attribute(im, e, "type"),
+                                 .name = kmp_import_name(im, e, "name"),
+                                 .type = kmp_import_attribute(im, e, "type"),
                                  .parent = link_of(im, e, "parent"),
                                  .child = link_of(im, e, "child")};
+    r->count = k;
 }
 
-static joint *joint_to(const robot *r, const char *link)
+static int by_child(const void *a, const void *b)
 {
-    for (int k = 0; k < r->count; k++)
-        if (r->joints[k].child && strcmp(r->joints[k].child, link) == 0)
-            return &r->joints[k];
-    return NULL;
+    const joint *x = *(joint *const *)a, *y = *(joint *const *)b;
+    int order = strcmp(x->child, y->child);
+    return order ? order : x < y ? -1 : 1;
+}
+
+static int by_name(const void *a, const void *b)
+{
+    const joint *x = *(joint *const *)a, *y = *(joint *const *)b;
+    int order = strcmp(x->name, y->name);
+    return order ? order : x < y ? -1 : 1;
+}
+
+static void sort_joints(robot *r)
+{
+    r->by_child = KMP_ARENA_NEW(r->im->arena, joint *, r->count);
+    r->by_name = KMP_ARENA_NEW(r->im->arena, joint *, r->count);
+    for (int k = 0; r->by_child && r->by_name && k < r->count; k++) {
+        if (r->joints[k].child)
+            r->by_child[r->children++] = &r->joints[k];
+        if (r->joints[k].name)
+            r->by_name[r->names++] = &r->joints[k];
+    }
+    if (r->children > 0)
+        qsort(r->by_child, (size_t)r->children, sizeof *r->by_child, by_child);
+    if (r->names > 0)
+        qsort(r->by_name, (size_t)r->names, sizeof *r->by_name, by_name);
+}
+
+/* The first joint of the file to a link; NULL: none. */
+static const joint *joint_to(const robot *r, const char *link)
+{
+    int low = 0, high = r->children;
+    while (low < high) {
+        int middle = (low + high) / 2;
+        if (strcmp(r->by_child[middle]->child, link) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < r->children && strcmp(r->by_child[low]->child, link) == 0 ? r->by_child[low] : NULL;
 }
 
 /* The joint of this name in the file, which is not cleaned yet. */
-static joint *joint_named(const robot *r, const char *name)
+static const joint *joint_named(const robot *r, const char *name)
 {
     const char *clean = kmp_import_clean(r->im, name);
-    for (int k = 0; clean && k < r->count; k++)
-        if (r->joints[k].name && strcmp(r->joints[k].name, clean) == 0)
-            return &r->joints[k];
-    return NULL;
+    int low = 0, high = clean ? r->names : 0;
+    while (low < high) {
+        int middle = (low + high) / 2;
+        if (strcmp(r->by_name[middle]->name, clean) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return clean && low < r->names && strcmp(r->by_name[low]->name, clean) == 0 ? r->by_name[low] : NULL;
 }
 
 static bool is_single(const joint *j)
@@ -343,45 +225,19 @@ static bool is_single(const joint *j)
     return k < KINDS && kinds[k].single;
 }
 
-static void attach(kmp_import *im, kmp_yaml *body, kmp_place place, const char *name, const char *at, const char *kind,
-                   kmp_yaml *axis)
-{
-    kmp_yaml *map = kmp_import_map(im, place);
-    kmp_import_word(im, map, place, "name", name);
-    kmp_import_word(im, map, place, "at", at);
-    if (axis)
-        kmp_import_put(im, map, place, kind, axis);
-    else
-        kmp_import_word(im, map, place, kind, strcmp(kind, "weld") == 0 ? "yes" : "x");
-    kmp_import_put(im, body, place, "joint", map);
-}
-
 /* Damping and dry friction of a joint with one coordinate. */
 static void add_losses(kmp_import *im, const joint *j)
 {
     const kmp_element *dynamics = kmp_element_find(j->element, "dynamics");
-    double damping = number_of(im, dynamics, "damping", 0), friction = number_of(im, dynamics, "friction", 0);
-    bool slides = strcmp(j->type, "prismatic") == 0;
+    double damping = kmp_import_read_number(im, dynamics, "damping", 0),
+           friction = kmp_import_read_number(im, dynamics, "friction", 0);
     if ((damping != 0 || friction != 0) && !is_single(j)) {
         kmp_import_complain(im, dynamics->place, "the dynamics of", j->name,
                             "are those of a joint with several coordinates, for which URDF does not define them");
         return;
     }
-    if (damping != 0) {
-        kmp_yaml *map = kmp_import_map(im, dynamics->place), *spring = kmp_import_map(im, dynamics->place);
-        kmp_import_word(im, map, dynamics->place, "joint", j->name);
-        kmp_import_word(im, spring, dynamics->place, "stiffness", "0");
-        kmp_import_word(im, spring, dynamics->place, "damping", kmp_import_number(im, damping));
-        kmp_import_put(im, map, dynamics->place, "spring", spring);
-        kmp_import_add(im, "forces", dynamics, kmp_arena_printf(im->arena, "%s_damping", j->name), map);
-    }
-    if (friction != 0) {
-        kmp_yaml *map = kmp_import_map(im, dynamics->place), *law = kmp_import_map(im, dynamics->place);
-        kmp_import_word(im, map, dynamics->place, "joint", j->name);
-        kmp_import_word(im, law, dynamics->place, slides ? "force" : "torque", kmp_import_number(im, friction));
-        kmp_import_put(im, map, dynamics->place, "friction", law);
-        kmp_import_add(im, "forces", dynamics, kmp_arena_printf(im->arena, "%s_friction", j->name), map);
-    }
+    kmp_import_spring(im, dynamics, j->name, "damping", 0, 0, damping);
+    kmp_import_friction(im, dynamics, j->name, strcmp(j->type, "prismatic") == 0, friction);
 }
 
 /* q = multiplier q(other) + offset. */
@@ -389,7 +245,7 @@ static void add_mimic(const robot *r, const joint *j)
 {
     kmp_import *im = r->im;
     const kmp_element *mimic = kmp_element_find(j->element, "mimic");
-    const char *name = mimic ? attribute(im, mimic, "joint") : NULL;
+    const char *name = mimic ? kmp_import_attribute(im, mimic, "joint") : NULL;
     const joint *other = name ? joint_named(r, name) : NULL;
     if (!name)
         return;
@@ -398,13 +254,10 @@ static void add_mimic(const robot *r, const joint *j)
                             other ? "and the one that mimics it need one coordinate each" : "does not exist");
         return;
     }
-    kmp_yaml *map = kmp_import_map(im, mimic->place), *factors = kmp_import_map(im, mimic->place);
-    kmp_import_word(im, factors, mimic->place, j->name, "1");
-    kmp_import_word(im, factors, mimic->place, other->name,
-                    kmp_import_number(im, -number_of(im, mimic, "multiplier", 1)));
-    kmp_import_put(im, map, mimic->place, "coupler", factors);
-    kmp_import_word(im, map, mimic->place, "equals", kmp_import_number(im, number_of(im, mimic, "offset", 0)));
-    kmp_import_add(im, "loops", mimic, kmp_arena_printf(im->arena, "%s_mimic", j->name), map);
+    const char *const joints[2] = {j->name, other->name};
+    const double factors[2] = {1, -kmp_import_read_number(im, mimic, "multiplier", 1)};
+    kmp_import_coupler(im, mimic, kmp_arena_printf(im->arena, "%s_mimic", j->name), 2, joints, factors,
+                       kmp_import_read_number(im, mimic, "offset", 0));
 }
 
 static void add_joint(const robot *r, const joint *j)
@@ -413,31 +266,28 @@ static void add_joint(const robot *r, const joint *j)
     if (!j->name || !j->type || !j->parent || !j->child)
         return;
     int k = kind_of(j->type);
-    kmp_yaml *body = body_of(im, j->child);
+    kmp_yaml *body = kmp_import_body(im, j->child);
     if (k == KINDS)
         kmp_import_complain(
             im, j->element->place, "joint type", j->type,
             "is unknown; available: revolute, continuous, prismatic, fixed, planar, floating, spherical");
     else if (!body)
         kmp_import_complain(im, j->element->place, "link", j->child, "does not exist");
-    else if (!body_of(im, j->parent))
+    else if (!kmp_import_body(im, j->parent))
         kmp_import_complain(im, j->element->place, "link", j->parent, "does not exist");
     else if (joint_to(r, j->child) != j)
         kmp_import_complain(im, j->element->place, "link", j->child,
                             "has two joints to parents: URDF has trees alone; write one of them as a <loop> of URDF+");
     else {
-        frame f = origin_of(im, j->element);
-        const char *at = add_point(im, j->element, j->parent, j->name, &f),
+        kmp_pose f = origin_of(im, j->element);
+        const char *at = kmp_import_point(im, j->element->place, j->parent, j->name, &f),
                    *hold = kmp_element_text(j->element, "independent");
-        attach(im, body, j->element->place, j->name, at, kinds[k].joint,
-               kinds[k].has_axis ? axis_of(im, j->element, j->name) : NULL);
+        kmp_import_joint(im, body, j->element->place, j->name, at, kinds[k].joint,
+                         kinds[k].has_axis ? axis_of(im, j->element, j->name) : NULL);
         add_losses(im, j);
         add_mimic(r, j);
         if (hold && strcmp(hold, "true") == 0 && kinds[k].single)
-            kmp_yaml_append(
-                im->arena,
-                kmp_import_part(im, kmp_import_part(im, im->root, "start", KMP_YAML_MAP), "hold", KMP_YAML_LIST), NULL,
-                kmp_yaml_word(im->arena, j->element->place, j->name));
+            kmp_import_hold(im, j->element->place, j->name);
     }
 }
 
@@ -447,12 +297,12 @@ static void add_roots(const robot *r)
     kmp_import *im = r->im;
     int roots = 0;
     for (const kmp_element *e = kmp_element_find(im->model, "link"); e; e = kmp_element_again(e)) {
-        const char *name = cleaned(im, e, "name");
-        kmp_yaml *body = name && !joint_to(r, name) ? body_of(im, name) : NULL;
+        const char *name = kmp_import_name(im, e, "name");
+        kmp_yaml *body = name && !joint_to(r, name) ? kmp_import_body(im, name) : NULL;
         if (!body)
             continue;
         const char *own = joint_named(r, name) ? kmp_arena_printf(im->arena, "%s_base", name) : name;
-        attach(im, body, e->place, own, "ground", "weld", NULL);
+        kmp_import_joint(im, body, e->place, own, "ground", "weld", NULL);
         if (++roots == 1)
             kmp_log(im->context, KEMPE_LOG_INFO, "%s: link '%s' has no parent: it is fixed to the ground", im->file,
                     name);
@@ -469,10 +319,10 @@ static void add_roots(const robot *r)
 static void add_loop(kmp_import *im, const kmp_element *loop)
 {
     static const char *const ends[2] = {"predecessor", "successor"};
-    const char *name = cleaned(im, loop, "name"), *type = attribute(im, loop, "type");
+    const char *name = kmp_import_name(im, loop, "name"), *type = kmp_import_attribute(im, loop, "type");
     int k = type ? kind_of(type) : KINDS;
-    kmp_yaml *map = kmp_import_map(im, loop->place), *points = kmp_yaml_new(im->arena, KMP_YAML_LIST, loop->place);
-    if (!name || !type || !map)
+    const char *points[2];
+    if (!name || !type)
         return;
     if (k == KINDS || !kinds[k].closure) {
         kmp_import_complain(im, loop->place, "loop type", type,
@@ -481,19 +331,15 @@ static void add_loop(kmp_import *im, const kmp_element *loop)
     }
     for (int end = 0; end < 2; end++) {
         const char *link = link_of(im, loop, ends[end]);
-        if (link && !body_of(im, link))
+        if (link && !kmp_import_body(im, link))
             kmp_import_complain(im, loop->place, "link", link, "does not exist");
-        if (!link || !body_of(im, link))
+        if (!link || !kmp_import_body(im, link))
             return;
         const kmp_element *side = kmp_element_find(loop, ends[end]);
-        frame f = origin_of(im, side);
-        const char *point = add_point(im, side, link, name, &f);
-        kmp_yaml_append(im->arena, points, NULL, kmp_yaml_word(im->arena, side->place, point ? point : ""));
+        kmp_pose f = origin_of(im, side);
+        points[end] = kmp_import_point(im, side->place, link, name, &f);
     }
-    kmp_import_put(im, map, loop->place, kinds[k].closure, points);
-    if (kinds[k].has_axis)
-        kmp_import_put(im, map, loop->place, "axis", axis_of(im, loop, name));
-    kmp_import_add(im, "loops", loop, name, map);
+    kmp_import_loop(im, loop, name, kinds[k].closure, points, kinds[k].has_axis ? axis_of(im, loop, name) : NULL);
 }
 
 /* The number of joints from a link to the root. */
@@ -509,29 +355,30 @@ static int depth_of(const robot *r, const char *link)
 static void add_coupling(const robot *r, const kmp_element *coupling)
 {
     kmp_import *im = r->im;
-    const char *name = cleaned(im, coupling, "name"),
+    const char *name = kmp_import_name(im, coupling, "name"),
                *link[2] = {link_of(im, coupling, "predecessor"), link_of(im, coupling, "successor")};
     const kmp_element *ratio = kmp_element_find(coupling, "ratio");
-    kmp_yaml *map = kmp_import_map(im, coupling->place), *factors = kmp_import_map(im, coupling->place);
-    const double factor[2] = {number_of(im, ratio, "value", 1), -1};
-    if (!name || !link[0] || !link[1] || !factors)
+    const char **joints = KMP_ARENA_NEW(im->arena, const char *, r->count + 1);
+    double *factors = KMP_ARENA_NEW(im->arena, double, r->count + 1);
+    int count = 0;
+    const double factor[2] = {kmp_import_read_number(im, ratio, "value", 1), -1};
+    if (!name || !link[0] || !link[1] || !joints || !factors)
         return;
-    for (int steps = 2 * r->count; strcmp(link[0], link[1]) != 0 && steps > 0; steps--) {
+    for (int steps = r->count; strcmp(link[0], link[1]) != 0 && steps > 0; steps--) {
         int side = depth_of(r, link[0]) >= depth_of(r, link[1]) ? 0 : 1;
         const joint *j = joint_to(r, link[side]);
         if (!j || !j->name || !j->parent || !j->type)
             break;
-        if (is_single(j))
-            kmp_import_word(im, factors, coupling->place, j->name, kmp_import_number(im, factor[side]));
-        else if (strcmp(j->type, "fixed") != 0)
+        if (is_single(j)) {
+            joints[count] = j->name;
+            factors[count++] = factor[side];
+        } else if (strcmp(j->type, "fixed") != 0)
             kmp_import_complain(im, coupling->place, "coupling", name, "passes a joint with several coordinates");
         link[side] = j->parent;
     }
     if (strcmp(link[0], link[1]) != 0)
         kmp_import_complain(im, coupling->place, "coupling", name, "has links without a common ancestor");
-    kmp_import_put(im, map, coupling->place, "coupler", factors);
-    kmp_import_word(im, map, coupling->place, "equals", "0");
-    kmp_import_add(im, "loops", coupling, name, map);
+    kmp_import_coupler(im, coupling, name, count, joints, factors, 0);
 }
 
 /* -- models -------------------------------------------------------------------------------------------- */
@@ -575,6 +422,7 @@ void kmp_urdf_convert(kmp_import *im)
     for (const kmp_element *e = kmp_element_find(im->model, "link"); e; e = kmp_element_again(e))
         add_link(im, e);
     read_joints(&r);
+    sort_joints(&r);
     for (int k = 0; r.joints && k < r.count; k++)
         add_joint(&r, &r.joints[k]);
     add_roots(&r);
