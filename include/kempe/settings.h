@@ -22,6 +22,15 @@ KEMPE_API kempe_status kempe_model_read_set(kempe_context *context, const char *
 KEMPE_API kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,
                                                  const kempe_setting *settings, int count, kempe_model **model);
 
+/** Support of the root of robots that this context reads from now on from files in another format (URDF, ..):
+ * "fixed": the ground; "free": nothing, it has six coordinates; NULL: as the format says. The `base` of an included
+ * file comes first. KEMPE_E_ARGUMENT: another word. */
+KEMPE_API kempe_status kempe_context_set_base(kempe_context *context, const char *base);
+
+/** Makes parts of files in other formats that Kempe does not use errors (1) or warnings (0, the default), each with its
+ * line and column. */
+KEMPE_API kempe_status kempe_context_set_strict(kempe_context *context, int strict);
+
 /* Inputs of a model: functions of time that are given to a run (docs/model/inputs.md). A stepper (kempe/stepper.h) or a
  * workspace (kempe/workspace.h) takes other values. Values here are in SI. */
 

@@ -7,7 +7,7 @@ import json
 import os
 import uuid
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
 from .context import Context, Fixed, string
@@ -31,6 +31,16 @@ if TYPE_CHECKING:
 Values_ = Mapping[str, Any]
 
 
+class Reading(NamedTuple):
+    """The settings of a reading."""
+
+    closure_tolerance: float | None
+    cache: str | os.PathLike[str] | None
+    base: str | None
+    strict: bool
+
+
+
 class Model(Fixed):
     """A model file, read and checked, with values of parameters and inputs as keywords.
 
@@ -40,6 +50,7 @@ class Model(Fixed):
 
     A value is a text as in the file, or a number in the parameter's unit. `parameters` has values whose names are no keywords.
     `closure_tolerance` (m) is the gap that redundant closures may keep; `cache` a folder that keeps derived equations.
+    Of a robot in another format, `base` is "fixed" or "free"; with `strict` its parts that Kempe does not use are errors.
 
     A model is frozen. Pickled, it is its path or text and these values, and is read again. A copy is the model itself."""
 
@@ -52,11 +63,14 @@ class Model(Fixed):
         *,
         closure_tolerance: float | None = None,
         cache: str | os.PathLike[str] | None = None,
+        base: str | None = None,
+        strict: bool = False,
         **more: Any,
     ) -> None:
         values = {**(parameters or {}), **more}
-        self._recipe: Recipe = _read_again, (os.path.abspath(path), None, values, closure_tolerance, cache)
-        self._read(lib.guarded_kempe_model_read_set, (os.fsencode(path),), values, closure_tolerance, cache)
+        reading = Reading(closure_tolerance, cache, base, strict)
+        self._recipe: Recipe = _read_again, (os.path.abspath(path), None, values, reading)
+        self._read(lib.guarded_kempe_model_read_set, (os.fsencode(path),), values, reading)
 
     @classmethod
     def from_text(
@@ -67,6 +81,8 @@ class Model(Fixed):
         label: str = "model",
         closure_tolerance: float | None = None,
         cache: str | os.PathLike[str] | None = None,
+        base: str | None = None,
+        strict: bool = False,
         **more: Any,
     ) -> Model:
         """Reads a model from text; `label` replaces the file name in messages.
@@ -78,9 +94,10 @@ class Model(Fixed):
         """
         model = cls.__new__(cls)
         values = {**(parameters or {}), **more}
-        model._recipe = _read_again, (label, text, values, closure_tolerance, cache)
+        reading = Reading(closure_tolerance, cache, base, strict)
+        model._recipe = _read_again, (label, text, values, reading)
         source = (utf8(text), utf8(label))
-        model._read(lib.guarded_kempe_model_read_text_set, source, values, closure_tolerance, cache)
+        model._read(lib.guarded_kempe_model_read_text_set, source, values, reading)
         return model
 
     @classmethod
@@ -93,12 +110,13 @@ class Model(Fixed):
         """
         return cls.from_text(entry_of(document), parameters, label="dict", **more)
 
-    def _read(
-        self, function: Any, source: tuple[bytes, ...], values: Values_, tolerance: float | None, cache: Any
-    ) -> None:
+    def _read(self, function: Any, source: tuple[bytes, ...], values: Values_, reading: Reading) -> None:
         self._context = Context()
-        if cache is not None:
-            self._context.check(lib.kempe_context_set_cache, self._context.pointer, os.fsencode(cache))
+        if reading.cache is not None:
+            self._context.check(lib.kempe_context_set_cache, self._context.pointer, os.fsencode(reading.cache))
+        if reading.base is not None:
+            self._context.check(lib.kempe_context_set_base, self._context.pointer, utf8(reading.base))
+        self._context.check(lib.kempe_context_set_strict, self._context.pointer, int(reading.strict))
         keep: list[Any] = []
         settings = ffi.new(
             "kempe_setting[]",
@@ -106,8 +124,8 @@ class Model(Fixed):
         )
         made = self._context.make(Model, function, self._context.pointer, *source, settings, len(values))
         self._take(made._pointer)
-        if tolerance is not None:
-            self._context.check(lib.kempe_model_set_closure_tolerance, self._pointer, tolerance)
+        if reading.closure_tolerance is not None:
+            self._context.check(lib.kempe_model_set_closure_tolerance, self._pointer, reading.closure_tolerance)
 
     def _take(self, pointer: Any) -> None:
         """Takes the library's model over."""
@@ -407,10 +425,10 @@ def _instance_again(recipe: Recipe, folder: str, k: int) -> Model:
     return made.instance(folder, k)
 
 
-def _read_again(label: str, text: str | None, values: Values_, tolerance: float | None, cache: Any) -> Model:
+def _read_again(label: str, text: str | None, values: Values_, reading: Reading) -> Model:
     if text is None:
-        return Model(label, values, closure_tolerance=tolerance, cache=cache)
-    return Model.from_text(text, values, label=label, closure_tolerance=tolerance, cache=cache)
+        return Model(label, values, **reading._asdict())
+    return Model.from_text(text, values, label=label, **reading._asdict())
 
 
 def _derive_again(recipe: Recipe, dynamics: str | None, force: Force | None) -> System:

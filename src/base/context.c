@@ -5,6 +5,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include <kempe/cache.h>
+#include <kempe/settings.h>
 #include <limits.h>
 #include <stdarg.h>
 #include <stdatomic.h>
@@ -23,7 +24,8 @@ struct kempe_context {
     kmp_text message;
     kempe_log_fn *log;
     void *user;
-    bool quiet, degrees;
+    bool quiet, degrees, strict;
+    kmp_base base;
     int complaints;    /* since the message was cleared */
     kmp_text warnings; /* of the current computation, one per line */
     int warning_count;
@@ -157,6 +159,39 @@ kempe_status kempe_context_set_angle_unit(kempe_context *context, const char *un
     context->degrees = degrees;
     return KEMPE_OK;
 }
+
+/* -- files in other formats --------------------------------------------------------------------------- */
+
+kempe_status kempe_context_set_base(kempe_context *context, const char *base)
+{
+    KMP_WANTED(NULL, context, "context");
+    kmp_context_clear(context);
+    bool fixed = base && strcmp(base, "fixed") == 0;
+    if (base && !fixed && strcmp(base, "free") != 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown base '%s' of robots; there are fixed and free", base);
+    context->base = !base ? KMP_BASE_OF_FORMAT : fixed ? KMP_BASE_FIXED : KMP_BASE_FREE;
+    return KEMPE_OK;
+}
+
+kempe_status kempe_context_set_strict(kempe_context *context, int strict)
+{
+    KMP_WANTED(NULL, context, "context");
+    kmp_context_clear(context);
+    context->strict = strict != 0;
+    return KEMPE_OK;
+}
+
+kmp_base kmp_context_base(const kempe_context *context)
+{
+    return context->base;
+}
+
+bool kmp_context_is_strict(const kempe_context *context)
+{
+    return context->strict;
+}
+
+/* -- units in texts ----------------------------------------------------------------------------------- */
 
 kmp_shown kmp_shown_as(const kempe_context *context, const char *unit)
 {

@@ -9,6 +9,13 @@
 /** The folder of cached results, NULL: none is used. */
 const char *kmp_context_cache(const kempe_context *context);
 
+/** Support of the root of a robot in another format. */
+typedef enum kmp_base { KMP_BASE_OF_FORMAT, KMP_BASE_FIXED, KMP_BASE_FREE } kmp_base;
+kmp_base kmp_context_base(const kempe_context *context);
+
+/** True if parts of foreign models that are not used are errors. */
+bool kmp_context_is_strict(const kempe_context *context);
+
 /** A context for a thread of a computation: an interrupt of the context above ends it, too. It logs nothing, reports no
  * progress and uses no cache. NULL: no memory. The context above must outlive it. */
 kempe_context *kmp_context_new_below(kempe_context *above);

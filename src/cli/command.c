@@ -245,6 +245,10 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
     const char *file = command->gathers ? j->settings->model : j->settings->file;
     bool reads = !command->gathers || j->settings->report;
     kempe_status status = kempe_context_set_angle_unit(j->context, angles);
+    if (status == KEMPE_OK)
+        status = kempe_context_set_base(j->context, j->settings->base);
+    if (status == KEMPE_OK)
+        status = kempe_context_set_strict(j->context, j->settings->strict);
     if (status == KEMPE_OK && folder)
         status = kempe_folder_open(j->context, folder, &j->folder);
     if (status == KEMPE_OK && reads)

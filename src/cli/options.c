@@ -72,6 +72,10 @@ static const option options[] = {
     {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance",
      VALUE(LENGTH, closure_tolerance), "X",
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
+    {CLI_ALL & ~CLI_NEW, IN_MODEL, "base", TEXT(base), "NAME",
+     "root of a robot in another format: fixed (to the ground) or free (default: as the format has it)"},
+    {CLI_ALL & ~CLI_NEW, IN_MODEL, "strict", FLAG(strict),
+     "a part of a file in another format that is not used is an error"},
     {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW, IN_MODEL, "algorithm", TEXT(algorithm), "NAME",
      "algorithm of the dynamics: auto (default), composite (CRBA), plain, ner (recursive Newton-Euler), articulated "
      "(ABA)"},

@@ -72,14 +72,14 @@ typedef struct cli_settings {
     kempe_modes_options modes;
     kempe_response_options response; /* and of state spaces */
     const char *svg, *plot, *x, *y, *values;
-    const char *angle_unit;
+    const char *angle_unit, *base;
     const char *out, *from; /* result folders */
     const char *model;      /* of a folder that is gathered */
     int instance;           /* of `from`, from 1 on */
     kempe_folder_options folder;
     const char *history_output;
     int seed, lanes;
-    int count, branches, alone, all, no_cache, units, quiet, help; /* flags: 0 or 1 */
+    int count, branches, alone, all, no_cache, strict, units, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
 } cli_settings;
 

@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Robots in URDF and URDF+: one file with all elements is the same model as one in Kempe's language; rotations by three
  * angles; what is refused, and what is named because it is not used. Pinocchio's numbers: tests/oracle/robots. */
-#include "base/file.h"
-#include "base/memory.h"
-#include "testing.h"
-#include <kempe/kempe.h>
+#include "foreign_models.h"
 #include <kempe/workspace.h>
 #include <math.h>
 #include <string.h>
@@ -13,30 +10,9 @@
 
 static kempe_context *context;
 
-/* The printed model; NULL: it cannot be read. */
-static char *shown(const char *path, kempe_format format)
-{
-    kempe_model *model = NULL;
-    char *text = NULL;
-    if (kempe_model_read(context, path, &model) == KEMPE_OK)
-        CHECK(kempe_model_print(model, format, &text) == KEMPE_OK);
-    else
-        printf("%s\n", kempe_context_message(context));
-    kempe_model_free(model);
-    return text;
-}
-
 static void same_in_both_languages(void)
 {
-    static const kempe_format formats[] = {KEMPE_TEXT, KEMPE_JSON};
-    for (size_t k = 0; k < sizeof formats / sizeof *formats; k++) {
-        char *read = shown(OWN ".urdf", formats[k]), *wanted = shown(OWN ".yaml", formats[k]);
-        CHECK(read && wanted);
-        if (read && wanted)
-            CHECK_TEXT(read, wanted);
-        kempe_text_free(read);
-        kempe_text_free(wanted);
-    }
+    foreign_same(context, OWN ".urdf", OWN ".yaml");
 }
 
 /* -- rotations ----------------------------------------------------------------------------------------- */
@@ -106,10 +82,7 @@ static void turned_frames(void)
 
 static void refuse(const char *text, const char *sentence)
 {
-    kempe_model *model = NULL;
-    CHECK(kempe_model_read_text(context, text, "r.urdf", &model) == KEMPE_E_INPUT);
-    CHECK(model == NULL);
-    CHECK_TEXT(kempe_context_message(context), sentence);
+    foreign_refuse(context, "r.urdf", text, sentence);
 }
 
 static void what_is_refused(void)
@@ -145,47 +118,77 @@ static void what_is_refused(void)
            "r.urdf:1:1: robot 'r' has no link without a joint to a parent, to begin with");
 }
 
-static char lines[4000];
-
-static void on_log(void *user, kempe_level level, const char *line)
-{
-    size_t length = strlen(lines);
-    (void)user;
-    snprintf(lines + length, sizeof lines - length, "%d %s\n", (int)level, line + strlen(KEMPE_ROOT));
-}
-
 static void what_is_not_used(void)
 {
-    kempe_model *model = NULL;
-    lines[0] = '\0';
-    kempe_context_set_log(context, on_log, NULL);
-    CHECK(kempe_model_read(context, OWN ".urdf", &model) == KEMPE_OK);
-    kempe_context_set_log(context, NULL, NULL);
-    kempe_model_free(model);
-    CHECK_TEXT(lines,
+    CHECK_TEXT(foreign_log(context, NULL, OWN ".urdf"),
                "1 /tests/models/geared_leg.urdf: link 'trunk' has no parent: it is fixed to the ground\n"
-               "2 /tests/models/geared_leg.urdf: parts that are not used: mesh in geometry (line 8), collision in "
-               "link (line 9), limit in joint (line 30), transmission in robot (line 59)\n");
+               "2 /tests/models/geared_leg.urdf:8:23: 'mesh' in 'geometry' is not used: the picture shows joints and "
+               "points alone\n"
+               "2 /tests/models/geared_leg.urdf:9:5: 'collision' in 'link' is not used: surfaces that touch are "
+               "entries of contacts\n"
+               "2 /tests/models/geared_leg.urdf:30:5: 'limit' in 'joint' is not used: a stop is an entry of contacts, "
+               "as {joint: NAME, lower: -1, upper: 1}\n"
+               "2 /tests/models/geared_leg.urdf:59:3: 'transmission' in 'robot' is not used: a drive or a force of a "
+               "joint moves it\n");
+    foreign_strict(context, OWN ".urdf", 4);
 }
 
-/* Files with one character changed or cut off: a model or a complaint. */
+/* Forty kinds of parts are named, the others counted. */
+static void many_are_not_used(void)
+{
+    kmp_text text = {0};
+    kmp_text_put(&text, "<robot name='r'><link name='a'>");
+    for (int k = 0; k < 60; k++)
+        kmp_text_printf(&text, "\n<part%d/><again/>", k);
+    kmp_text_put(&text, "</link></robot>");
+    const char *lines = foreign_log(context, text.s, "r.urdf");
+    CHECK(strstr(lines, "\n2 r.urdf:2:9: 'again' in 'link' is not used (60 times)\n") != NULL);
+    CHECK(strstr(lines, "\n2 r.urdf:40:1: 'part38' in 'link' is not used\n2 r.urdf:1:1: 21 parts of further kinds are "
+                        "not used\n") != NULL);
+    CHECK(strstr(lines, "part39") == NULL);
+    kmp_text_free(&text);
+}
+
+/* The coordinates of a model with a base from the context or from the file that includes the robot. */
+static int coordinates_of(const char *file, const char *text)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, text, file, &model) == KEMPE_OK);
+    int count = model ? kempe_model_coordinate_count(model) : -1;
+    kempe_model_free(model);
+    return count;
+}
+
+static void free_base(void)
+{
+    static const char robot[] = LINKS JOINT "</robot>";
+    static const char inside[] = "kempe: 1\ninclude: [{file: geared_leg.urdf%s}]\n";
+    const char *const keys[] = {"", ", base: free", ", base: fixed"};
+    int fixed = 0;
+    CHECK(coordinates_of("r.urdf", robot) == 1);
+    for (int base = 0; base < 2; base++) {
+        CHECK(kempe_context_set_base(context, base ? "free" : "fixed") == KEMPE_OK);
+        CHECK(coordinates_of("r.urdf", robot) == (base ? 7 : 1));
+        for (int k = 0; k < 3; k++) {
+            char text[200];
+            snprintf(text, sizeof text, inside, keys[k]);
+            int count = coordinates_of(KEMPE_ROOT "/tests/models/outer.yaml", text);
+            fixed = base == 0 && k == 0 ? count : fixed;
+            CHECK(count == fixed + ((k == 0 ? base : k == 1) ? 6 : 0));
+        }
+    }
+    CHECK(kempe_context_set_base(context, "loose") == KEMPE_E_ARGUMENT);
+    CHECK_TEXT(kempe_context_message(context), "unknown base 'loose' of robots; there are fixed and free");
+    CHECK(kempe_context_set_base(context, NULL) == KEMPE_OK);
+    foreign_refuse(context, "o.yaml", "kempe: 1\ninclude: [{file: r.urdf, base: loose}]\n",
+                   "o.yaml:1:1: the model has no key 'bodies'\n"
+                   "o.yaml:2:18: include: cannot read 'r.urdf': No such file or directory\n"
+                   "o.yaml:2:32: an include: the base is fixed or free, not 'loose'");
+}
+
 static void changed_files(void)
 {
-    static const char others[] = "<>/&;!\"'=-0x. \n_?";
-    size_t length = 0;
-    char *text = NULL;
-    CHECK(kmp_file_read(context, OWN ".urdf", &text, &length) == KEMPE_OK);
-    for (size_t i = 0; text && i < length; i++) {
-        char old = text[i];
-        text[i] = i % 11 == 0 ? '\0' : others[i % (sizeof others - 1)];
-        kempe_model *model = NULL;
-        kempe_status status = kempe_model_read_text(context, text, "r.urdf", &model);
-        CHECK(status == KEMPE_OK ? model != NULL
-                                 : status == KEMPE_E_INPUT && !model && kempe_context_message(context)[0]);
-        kempe_model_free(model);
-        text[i] = old;
-    }
-    kmp_free(text);
+    foreign_changed(context, "r.urdf", OWN ".urdf");
 }
 
 int main(void)
@@ -195,6 +198,8 @@ int main(void)
     TEST(turned_frames);
     TEST(what_is_refused);
     TEST(what_is_not_used);
+    TEST(many_are_not_used);
+    TEST(free_base);
     TEST(changed_files);
     kempe_context_free(context);
     return check_report();

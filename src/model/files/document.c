@@ -3,8 +3,8 @@
 #include "model/formats/formats.h"
 
 kempe_status kmp_document_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                               size_t length, const kmp_yaml **root)
+                               size_t length, kmp_base base, const kmp_yaml **root)
 {
-    bool foreign = kmp_is_foreign(file, text, length);
-    return (foreign ? kmp_foreign_load : kmp_yaml_load)(context, arena, file, number, text, length, root);
+    return kmp_is_foreign(file, text, length) ? kmp_foreign_load(context, arena, file, number, text, length, base, root)
+                                              : kmp_yaml_load(context, arena, file, number, text, length, root);
 }

@@ -12,6 +12,7 @@ typedef struct kmp_import {
     kempe_context *context;
     kmp_arena *arena; /* of the document */
     const char *file;
+    kmp_base base;
     const kmp_element *model; /* the outermost element */
     kmp_yaml *root;           /* the document */
     kempe_status status;      /* of the first complaint */
@@ -20,9 +21,9 @@ typedef struct kmp_import {
 /** True if a file is foreign, by the ending of its name or by its first sign. */
 bool kmp_is_foreign(const char *file, const char *text, size_t length);
 
-/** The contract of kmp_yaml_load. Parts that are left out are named in the log. */
+/** The contract of kmp_yaml_load. Parts that are not used are named in the log. */
 kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                              size_t length, const kmp_yaml **root);
+                              size_t length, kmp_base base, const kmp_yaml **root);
 
 /* The conversions, by their rows in formats.def. Errors are in import->status. */
 void kmp_mbs_convert(kmp_import *import);
@@ -59,19 +60,15 @@ typedef struct kmp_grammar {
     const char *in, *known;
 } kmp_grammar;
 
-/** A list of names for the log, the first ones of many. */
-typedef struct kmp_import_names {
-    kmp_text text;
-    int count;
-} kmp_import_names;
+/** The equivalent of a part that is not used in a model of Kempe, by the name of its element or attribute. */
+typedef struct kmp_remedy {
+    const char *part, *words;
+} kmp_remedy;
 
-/** True if there is room for another name, whose text the caller appends to names->text. */
-bool kmp_import_begin_name(kmp_import_names *names);
+/** Names something that is not used, as a warning with its place; in a strict context it is an error. */
+void kmp_import_leave_out(kmp_import *im, kmp_place place, const char *sentence, ...)
+    __attribute__((format(printf, 3, 4)));
 
-/** Writes "FILE: SENTENCE: names" to the log and frees the list. False: no memory. */
-bool kmp_import_say_names(kmp_import_names *names, const kmp_import *im, kempe_level level, const char *sentence);
-
-/** Lists in the log, after a sentence, what the model has and the grammar (of so many rows) does not, with the first
- * line of each. */
-void kmp_import_note_unknown(kmp_import *im, const kmp_grammar *grammar, size_t rows, kempe_level level,
-                             const char *sentence);
+/** Names what the model has and the grammar (of so many rows) does not, each kind at its first place. */
+void kmp_import_note_unknown(kmp_import *im, const kmp_grammar *grammar, size_t rows, const kmp_remedy *remedies,
+                             size_t remedy_count);

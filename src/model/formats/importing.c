@@ -2,7 +2,8 @@
 #include "model/formats/formats.h"
 #include <string.h>
 
-enum { MOST_NAMES = 12 };
+/* Kinds of parts that are named; further ones are counted. */
+enum { MOST_KINDS = 40 };
 
 typedef struct format {
     const char *outermost, *ending;
@@ -65,10 +66,10 @@ static kempe_status refuse(const kmp_import *im, const kmp_element *outermost)
 }
 
 kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                              size_t length, const kmp_yaml **root)
+                              size_t length, kmp_base base, const kmp_yaml **root)
 {
     static const char *const drawing[] = {"graphics", "x3D", NULL}; /* in models of ROBOTRAN */
-    kmp_import im = {.context = context, .arena = arena, .file = file};
+    kmp_import im = {.context = context, .arena = arena, .file = file, .base = base};
     const format *found = NULL;
     *root = NULL;
     kempe_status status = kmp_xml_load(context, arena, file, number, text, length, drawing, &im.model);
@@ -163,24 +164,17 @@ const char *kmp_import_clean(kmp_import *im, const char *name)
 
 /* -- notes --------------------------------------------------------------------------------------------- */
 
-bool kmp_import_begin_name(kmp_import_names *names)
+void kmp_import_leave_out(kmp_import *im, kmp_place place, const char *sentence, ...)
 {
-    if (++names->count > MOST_NAMES)
-        return false;
-    kmp_text_put(&names->text, names->count > 1 ? ", " : "");
-    return true;
-}
-
-bool kmp_import_say_names(kmp_import_names *names, const kmp_import *im, kempe_level level, const char *sentence)
-{
-    int more = names->count - MOST_NAMES;
-    bool ok = !names->text.failed;
-    if (ok && more > 0)
-        kmp_text_printf(&names->text, " and %d more", more);
-    if (ok && names->count > 0)
-        kmp_log(im->context, level, "%s: %s: %s", im->file, sentence, names->text.s ? names->text.s : "");
-    kmp_text_free(&names->text);
-    return ok;
+    kmp_text words = {0};
+    KMP_TEXT_ARGUMENTS(&words, sentence);
+    if (words.failed)
+        im->arena->failed = true;
+    else if (kmp_context_is_strict(im->context))
+        im->status = kmp_complain(im->context, im->file, place.line, place.column, "%s", words.s);
+    else
+        kmp_log(im->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s", im->file, place.line, place.column, words.s);
+    kmp_text_free(&words);
 }
 
 static bool is_word_of(const char *words, const char *name)
@@ -205,6 +199,7 @@ typedef struct search {
     const kmp_grammar *grammar;
     size_t rows;
     unknown *found, **end;
+    int kinds, rest;
 } search;
 
 static void take(search *s, const kmp_element *e, const char *in)
@@ -216,9 +211,12 @@ static void take(search *s, const kmp_element *e, const char *in)
         u->count++;
         return;
     }
-    u = KMP_ARENA_NEW(s->im->arena, unknown, 1);
-    if (!u)
+    u = s->kinds < MOST_KINDS ? KMP_ARENA_NEW(s->im->arena, unknown, 1) : NULL;
+    if (!u) {
+        s->rest++;
         return;
+    }
+    s->kinds++;
     *u = (unknown){.first = e, .in = in, .count = 1};
     *s->end = u;
     s->end = &u->next;
@@ -238,19 +236,26 @@ static void look(search *s, const kmp_element *element)
     }
 }
 
-void kmp_import_note_unknown(kmp_import *im, const kmp_grammar *grammar, size_t rows, kempe_level level,
-                             const char *sentence)
+static const char *remedy_of(const kmp_element *e, const kmp_remedy *remedies, size_t count)
+{
+    for (size_t k = 0; k < count; k++)
+        if (strcmp(remedies[k].part, e->name) == 0)
+            return remedies[k].words;
+    return NULL;
+}
+
+void kmp_import_note_unknown(kmp_import *im, const kmp_grammar *grammar, size_t rows, const kmp_remedy *remedies,
+                             size_t remedy_count)
 {
     search s = {.im = im, .grammar = grammar, .rows = rows};
-    kmp_import_names names = {.count = 0};
     s.end = &s.found;
     look(&s, im->model);
     for (const unknown *u = s.found; u; u = u->next) {
-        if (!kmp_import_begin_name(&names))
-            continue;
-        kmp_text_printf(&names.text, "%s in %s (line %d", u->first->name, u->in, u->first->place.line);
-        kmp_text_printf(&names.text, u->count > 1 ? " and %d more)" : ")", u->count - 1);
+        const char *remedy = remedy_of(u->first, remedies, remedy_count);
+        const char *times = u->count > 1 ? kmp_arena_printf(im->arena, " (%d times)", u->count) : "";
+        kmp_import_leave_out(im, u->first->place, "'%s' in '%s' is not used%s%s%s", u->first->name, u->in,
+                             times ? times : "", remedy ? ": " : "", remedy ? remedy : "");
     }
-    if (!kmp_import_say_names(&names, im, level, sentence))
-        im->arena->failed = true;
+    if (s.rest > 0)
+        kmp_import_leave_out(im, im->model->place, "%d parts of further kinds are not used", s.rest);
 }

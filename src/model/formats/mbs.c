@@ -417,42 +417,32 @@ static const kmp_grammar grammar[] = {
     {"link3D", " name endpoint1 endpoint2 "},
 };
 
-static void add_forceless(kmp_import_names *l, const char *what, const kmp_element *e)
+static void omit(kmp_import *im, const char *what, const kmp_element *e)
 {
     const char *name = kmp_element_text(e, "name");
-    if (kmp_import_begin_name(l))
-        kmp_text_printf(&l->text, "%s '%s'", what, name ? name : "");
+    kmp_import_leave_out(im, e->place, "%s '%s' is not used: its law is in user code; write a force of Kempe", what,
+                         name ? name : "");
 }
 
-static void list_force_points(kmp_import_names *l, const kmp_element *inside)
+static void omit_force_points(kmp_import *im, const kmp_element *inside)
 {
     for (const kmp_element *e = inside->first; e; e = e->next) {
         if (strcmp(e->name, "extforce") == 0)
-            add_forceless(l, "force point", e);
+            omit(im, "force point", e);
         else if (strcmp(e->name, "point") == 0 || strcmp(e->name, "joint") == 0)
-            list_force_points(l, e);
+            omit_force_points(im, e);
     }
-}
-
-static void list_forceless(kmp_import_names *l, const kmp_element *model)
-{
-    const kmp_element *body = kmp_element_find(kmp_element_find(model, "bodytree"), "body");
-    const kmp_element *links = kmp_element_find(model, "links");
-    for (; body; body = kmp_element_again(body))
-        list_force_points(l, body);
-    for (const kmp_element *e = links ? links->first : NULL; e; e = e->next)
-        if (strcmp(e->name, "link") == 0 || strcmp(e->name, "link3D") == 0)
-            add_forceless(l, "link", e);
 }
 
 static void note_rest(kmp_import *im)
 {
-    kmp_import_names forceless = {.count = 0};
-    kmp_import_note_unknown(im, grammar, sizeof grammar / sizeof *grammar, KEMPE_LOG_INFO,
-                            "unknown elements are ignored");
-    list_forceless(&forceless, im->model);
-    if (!kmp_import_say_names(&forceless, im, KEMPE_LOG_WARNING, "forces whose law is in user code are omitted"))
-        im->arena->failed = true;
+    const kmp_element *links = kmp_element_find(im->model, "links");
+    kmp_import_note_unknown(im, grammar, sizeof grammar / sizeof *grammar, NULL, 0);
+    for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))
+        omit_force_points(im, body);
+    for (const kmp_element *e = links ? links->first : NULL; e; e = e->next)
+        if (strcmp(e->name, "link") == 0 || strcmp(e->name, "link3D") == 0)
+            omit(im, "link", e);
 }
 
 void kmp_mbs_convert(kmp_import *im)
@@ -460,6 +450,9 @@ void kmp_mbs_convert(kmp_import *im)
     const kmp_element *name = kmp_element_find(im->model, "mbsname");
     if (name && name->text[0])
         kmp_import_put(im, im->root, name->place, "name", text_of(im, name));
+    if (im->base == KMP_BASE_FREE)
+        kmp_import_complain(im, im->model->place, "base", "free",
+                            "is for robots: a ROBOTRAN model has the joints of its first body instead");
     add_parameters(im);
     add_base(im);
     for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))

@@ -291,7 +291,7 @@ static void add_joint(const robot *r, const joint *j)
     }
 }
 
-/* The links without a joint to a parent are fixed to the ground. */
+/* The link without a joint to a parent is fixed to the ground, or free. */
 static void add_roots(const robot *r)
 {
     kmp_import *im = r->im;
@@ -302,10 +302,11 @@ static void add_roots(const robot *r)
         if (!body)
             continue;
         const char *own = joint_named(r, name) ? kmp_arena_printf(im->arena, "%s_base", name) : name;
-        kmp_import_joint(im, body, e->place, own, "ground", "weld", NULL);
+        bool is_free = im->base == KMP_BASE_FREE;
+        kmp_import_joint(im, body, e->place, own, "ground", is_free ? "free" : "weld", NULL);
         if (++roots == 1)
-            kmp_log(im->context, KEMPE_LOG_INFO, "%s: link '%s' has no parent: it is fixed to the ground", im->file,
-                    name);
+            kmp_log(im->context, KEMPE_LOG_INFO, "%s: link '%s' has no parent: it is %s", im->file, name,
+                    is_free ? "free to move" : "fixed to the ground");
         else
             kmp_import_complain(im, e->place, "link", name, "is a second one without a joint to a parent");
     }
@@ -411,6 +412,17 @@ static const kmp_grammar grammar[] = {
     {"ratio", " value "},
 };
 
+static const kmp_remedy remedies[] = {
+    {"limit", "a stop is an entry of contacts, as {joint: NAME, lower: -1, upper: 1}"},
+    {"collision", "surfaces that touch are entries of contacts"},
+    {"mesh", "the picture shows joints and points alone"},
+    {"transmission", "a drive or a force of a joint moves it"},
+    {"safety_controller", "a controller is a force of its inputs and states"},
+    {"calibration", "it has no effect on the motion"},
+    {"gazebo", "it has settings of another program"},
+    {"sensor", "outputs of a run are measures of points"},
+};
+
 void kmp_urdf_convert(kmp_import *im)
 {
     static const double gravity[3] = {0, 0, -9.81};
@@ -430,6 +442,6 @@ void kmp_urdf_convert(kmp_import *im)
         add_loop(im, e);
     for (const kmp_element *e = kmp_element_find(im->model, "coupling"); e; e = kmp_element_again(e))
         add_coupling(&r, e);
-    kmp_import_note_unknown(im, grammar, sizeof grammar / sizeof *grammar, KEMPE_LOG_WARNING,
-                            "parts that are not used");
+    kmp_import_note_unknown(im, grammar, sizeof grammar / sizeof *grammar, remedies,
+                            sizeof remedies / sizeof *remedies);
 }

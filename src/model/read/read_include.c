@@ -85,15 +85,16 @@ static bool goes_in_circle(kmp_reader *r, const kmp_yaml *node, int parent, cons
 }
 
 /* A file that has been read, for another prefix perhaps, is not read again. */
-static const kmp_yaml *load(kmp_reader *r, const kmp_yaml *node, const char *path, int file)
+static const kmp_yaml *load(kmp_reader *r, const kmp_yaml *node, const char *path, int file, kmp_base base)
 {
     const kmp_yaml *root = NULL;
     size_t length;
     for (int k = 0; k < r->instance_count; k++)
-        if (r->instances[k].root->nodes > 0 && strcmp(r->model->files[r->instances[k].file], path) == 0)
+        if (r->instances[k].root->nodes > 0 && r->instances[k].base == base &&
+            strcmp(r->model->files[r->instances[k].file], path) == 0)
             return kmp_yaml_again(&r->scratch, r->instances[k].root, file);
     char *text = kmp_read_file(r, node, "include", path, &length);
-    if (text && kmp_document_load(r->context, &r->scratch, path, file, text, length, &root) != KEMPE_OK)
+    if (text && kmp_document_load(r->context, &r->scratch, path, file, text, length, base, &root) != KEMPE_OK)
         r->wrong = true;
     kmp_free(text);
     return root;
@@ -224,6 +225,13 @@ static void join(kmp_reader *r, const kmp_yaml *root, int file)
 
 static void include_all(kmp_reader *r, const kmp_yaml *root, int parent);
 
+static kmp_base base_of(kmp_reader *r, const kmp_yaml *node)
+{
+    static const char *const words[] = {"fixed", "free"};
+    int word = node ? kmp_read_choice(r, node, "an include", KMP_NAMES_OF(words), "the base is", " or ") : -1;
+    return word < 0 ? kmp_context_base(r->context) : word == 0 ? KMP_BASE_FIXED : KMP_BASE_FREE;
+}
+
 static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
 {
     if (node->kind != KMP_YAML_MAP) {
@@ -238,13 +246,14 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
     if (!path || !own || goes_in_circle(r, name, parent, path))
         return;
     int file = kmp_reader_add_file(r, path);
-    const kmp_yaml *root = file < 0 ? NULL : load(r, name, path, file);
+    kmp_base base = base_of(r, kmp_yaml_get(node, "base"));
+    const kmp_yaml *root = file < 0 ? NULL : load(r, name, path, file, base);
     const char *whole = kmp_reader_name(r, parent, own);
     kmp_include_instance *instance = root && check_root(r, root) ? add_instance(r) : NULL;
     if (!instance)
         return;
-    *instance =
-        (kmp_include_instance){file, parent, whole, kmp_yaml_get(node, "at"), kmp_yaml_get(node, "offset"), root, -1};
+    *instance = (kmp_include_instance){file, parent, whole, kmp_yaml_get(node, "at"), kmp_yaml_get(node, "offset"),
+                                       root, base,   -1};
     join(r, set_parameters(r, root, kmp_yaml_get(node, "set")), file);
     include_all(r, root, file);
 }

@@ -148,6 +148,8 @@ static void begin_digest(kmp_reader *r, const char *text, size_t length)
     r->digests = true;
     kmp_digest_begin(&r->digest);
     kmp_reader_digest(r, r->file, text, length);
+    if (kmp_context_base(r->context) != KMP_BASE_OF_FORMAT)
+        kmp_digest_add_text(&r->digest, kmp_context_base(r->context) == KMP_BASE_FREE ? "free" : "fixed");
     for (int k = 0; k < r->setting_count; k++) {
         kmp_digest_add_text(&r->digest, r->settings[k].name);
         kmp_digest_add_text(&r->digest, r->settings[k].value);
@@ -162,9 +164,10 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
         kempe_model_free(r.model);
         return kmp_fail_memory(context);
     }
+    kmp_base base = kmp_context_base(context);
     r.file = r.model->file;
     begin_digest(&r, text, length);
-    return finish_reading(&r, kmp_document_load(context, &r.scratch, r.file, 0, text, length, &r.root), model);
+    return finish_reading(&r, kmp_document_load(context, &r.scratch, r.file, 0, text, length, base, &r.root), model);
 }
 
 kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,
