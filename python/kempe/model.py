@@ -36,7 +36,7 @@ class Reading(NamedTuple):
 
     closure_tolerance: float | None
     cache: str | os.PathLike[str] | None
-    base: str | None
+    robot_base: str | None
     strict: bool
 
 
@@ -50,7 +50,7 @@ class Model(Fixed):
 
     A value is a text as in the file, or a number in the parameter's unit. `parameters` has values whose names are no keywords.
     `closure_tolerance` (m) is the gap that redundant closures may keep; `cache` a folder that keeps derived equations.
-    Of a robot in another format, `base` is "fixed" or "free"; with `strict` its parts that Kempe does not use are errors.
+    Of a robot in another format, `robot_base` is "fixed" or "free"; with `strict` its parts that Kempe does not use are errors.
 
     A model is frozen. Pickled, it is its path or text and these values, and is read again. A copy is the model itself."""
 
@@ -63,12 +63,12 @@ class Model(Fixed):
         *,
         closure_tolerance: float | None = None,
         cache: str | os.PathLike[str] | None = None,
-        base: str | None = None,
+        robot_base: str | None = None,
         strict: bool = False,
         **more: Any,
     ) -> None:
         values = {**(parameters or {}), **more}
-        reading = Reading(closure_tolerance, cache, base, strict)
+        reading = Reading(closure_tolerance, cache, robot_base, strict)
         self._recipe: Recipe = _read_again, (os.path.abspath(path), None, values, reading)
         self._read(lib.guarded_kempe_model_read_set, (os.fsencode(path),), values, reading)
 
@@ -81,7 +81,7 @@ class Model(Fixed):
         label: str = "model",
         closure_tolerance: float | None = None,
         cache: str | os.PathLike[str] | None = None,
-        base: str | None = None,
+        robot_base: str | None = None,
         strict: bool = False,
         **more: Any,
     ) -> Model:
@@ -94,7 +94,7 @@ class Model(Fixed):
         """
         model = cls.__new__(cls)
         values = {**(parameters or {}), **more}
-        reading = Reading(closure_tolerance, cache, base, strict)
+        reading = Reading(closure_tolerance, cache, robot_base, strict)
         model._recipe = _read_again, (label, text, values, reading)
         source = (utf8(text), utf8(label))
         model._read(lib.guarded_kempe_model_read_text_set, source, values, reading)
@@ -114,8 +114,8 @@ class Model(Fixed):
         self._context = Context()
         if reading.cache is not None:
             self._context.check(lib.kempe_context_set_cache, self._context.pointer, os.fsencode(reading.cache))
-        if reading.base is not None:
-            self._context.check(lib.kempe_context_set_base, self._context.pointer, utf8(reading.base))
+        if reading.robot_base is not None:
+            self._context.check(lib.kempe_context_set_base, self._context.pointer, utf8(reading.robot_base))
         self._context.check(lib.kempe_context_set_strict, self._context.pointer, int(reading.strict))
         keep: list[Any] = []
         settings = ffi.new(

@@ -192,13 +192,13 @@ def test_closure_tolerance_and_cache(tmp_path):
 
 def test_base_and_strict_reading():
     path = ROOT / "tests/models/geared_leg.urdf"
-    free = kempe.Model(path, base="free")
+    free = kempe.Model(path, robot_base="free")
     assert len(free.coordinates) == len(kempe.Model(path).coordinates) + 6
     assert pickle.loads(pickle.dumps(free)).coordinates == free.coordinates
     with pytest.raises(kempe.InputError, match=r"geared_leg\.urdf:30:5: 'limit' in 'joint' is not used"):
         kempe.Model(path, strict=True)
     with pytest.raises(kempe.ArgumentError, match="unknown base 'loose'"):
-        kempe.Model(path, base="loose")
+        kempe.Model(path, robot_base="loose")
 
 
 def test_builder_gives_the_model_of_a_file():
