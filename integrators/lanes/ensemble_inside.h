@@ -322,6 +322,36 @@ bool kmp_lane_look_at_event(kmp_engine *e, double t);
 /** Unknowns of all lanes at a place in their steps, into the room's `stage`, and their slopes, into its k[2]. */
 void kmp_lanes_evaluate_within(kmp_engine *e, kmp_pool *pool, double place);
 
+/* ensemble_watch.c: tests at the end of steps */
+
+/** Values of a pool's last stage at the end of the present steps, by lanes. */
+typedef struct kmp_lane_watched {
+    const double *multiplier, *pivot, *h, *jacobian, *b, *dv;
+    double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST], least[KMP_LANES_MOST];
+    double margin[KMP_LANES_MOST]; /* over its usual size; infinite: far from any change point */
+    double rows[KMP_LANES_MOST];   /* largest dependence of a dropped row on the kept ones; 0: small */
+} kmp_lane_watched;
+
+/** Runs the last stage of a pool, and measures it. */
+void kmp_lanes_watch(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *x);
+
+/** The pivots of Jv among the outputs of the last stage; their signs in a lane. */
+const double *kmp_lanes_pivots(const kmp_engine *e, const kmp_pool *pool, const double *end);
+kmp_lane_signs kmp_lane_signs_of(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l);
+
+/** True if the formulation accepts a step (accept of reduced.c): the closures corrected, the choice of u and the margin
+ * good. */
+bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x, size_t l);
+
+/** True if the dropped rows are closed as well (kmp_redundant_check). */
+bool kmp_lane_dropped_close(const kmp_engine *e, const kmp_pool *pool, const kmp_lane_watched *x, size_t l);
+
+/** True if another order of elimination is due. */
+bool kmp_lane_order_is_bad(const kmp_engine *e, const kmp_pool *pool, const kmp_lane_watched *x, size_t l);
+
+/** True if a run would step across a change point here (watch_margin of runner_change.c). */
+bool kmp_instance_nears_change(kmp_instance *x, double t, double h, double margin);
+
 /* ensemble_site.c: what happens to one instance between its steps, as in a run */
 
 #define KMP_LANE_SMOOTH "friction that is regularised for a time"

@@ -6,11 +6,10 @@
 #include "integrators/formulations/formulation.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/steppers/dop853.h"
-#include "linalg/dense/dense.h"
 #include <math.h>
 #include <string.h>
 
-enum { MOST_TRIES = 1000, MOST_NEWTON = 12, MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
+enum { MOST_TRIES = 1000, MOST_NEWTON = 12 };
 
 /* Result of an attempt in a lane. */
 /* EVENT: taken up to an event within it. AGAIN: up to an event, with the step in the room. */
@@ -269,25 +268,6 @@ static void choose_steps(kmp_engine *e, kmp_pool *pool)
     }
 }
 
-static kmp_lane_signs signs_of(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l)
-{
-    kmp_lane_signs signs = {.known = true};
-    for (int k = 0; k < pool->layout.pivots; k++)
-        signs.negative[pool->pivot_block[k] / 64] ^= (uint64_t)(pivot[(size_t)k * e->room.w + l] < 0)
-                                                     << pool->pivot_block[k] % 64;
-    return signs;
-}
-
-static bool same_signs(const kmp_lane_signs *a, const kmp_lane_signs *b)
-{
-    return a->known == b->known && memcmp(a->negative, b->negative, sizeof a->negative) == 0;
-}
-
-static const double *pivots_of(const kmp_engine *e, const kmp_pool *pool, const double *end)
-{
-    return end + (size_t)pool->layout.multipliers * e->room.w;
-}
-
 /* Accelerations of v from the slopes and the values of the last stage there: Bvu udd and the part that does not depend
  * on udd. Then, after n numbers, the multipliers where conditions need them; dropped rows have none. */
 static void find_accelerations(const kmp_engine *e, const kmp_pool *pool, const double *end, const double *slope,
@@ -321,7 +301,7 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
     kmp_conditions_constants(e);
     set_times(room, 0);
     evaluate(e, pool, room->y, room->k[2]);
-    const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_END), *pivot = pivots_of(e, pool, end);
+    const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_END), *pivot = kmp_lanes_pivots(e, pool, end);
     if (room->vdd)
         find_accelerations(e, pool, end, room->k[2], room->vdd_new);
     for (size_t l = 0; l < room->w; l++) {
@@ -332,7 +312,7 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
             expel(e, l, "a right-hand side that cannot be evaluated");
             continue;
         }
-        x->signs = signs_of(e, pool, pivot, l);
+        x->signs = kmp_lane_signs_of(e, pool, pivot, l);
         x->pivot = 0;
         for (size_t k = l; room->vdd && k < ((size_t)e->n + (size_t)e->m) * room->w; k += room->w)
             room->vdd[k] = room->vdd_new[k];
@@ -384,178 +364,6 @@ static void choose_tries(kmp_engine *e)
         else
             expel(e, l, "a step size that becomes too small");
     }
-}
-
-/* -- the step's end ---------------------------------------------------------------------------------- */
-
-/* Values of the program's last stage, by lanes. */
-typedef struct watched {
-    const double *multiplier, *pivot, *h, *jacobian, *b, *dv;
-    double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST], least[KMP_LANES_MOST];
-    double margin[KMP_LANES_MOST]; /* over its usual size; infinite: far from any change point */
-    double rows[KMP_LANES_MOST];   /* largest dependence of a dropped row on the kept ones; 0: small */
-} watched;
-
-static void watch(kmp_engine *e, kmp_pool *pool, watched *x)
-{
-    kmp_lane_room *room = &e->room;
-    size_t w = room->w;
-    x->multiplier = kmp_lanes_run(pool->lanes, KMP_FUSED_END);
-    x->pivot = pivots_of(e, pool, x->multiplier);
-    x->h = x->pivot + (size_t)pool->layout.pivots * w;
-    x->jacobian = x->h + (size_t)e->m * w;
-    x->b = x->jacobian + (size_t)(e->s->jacobian.count + (e->s->rheonomic ? e->m : 0)) * w;
-    x->dv = x->b + (size_t)(e->r * e->p) * w;
-    const kmp_lanes_end end = {.p = e->p,
-                               .r = e->r,
-                               .m = e->m,
-                               .u = pool->part.u,
-                               .v = pool->part.v,
-                               .h = x->h,
-                               .dv = x->dv,
-                               .b = x->b,
-                               .weight = room->weight + (size_t)(2 * e->p) * w,
-                               .scale = room->scale,
-                               .row_scale = room->row_scale,
-                               .residual = x->residual,
-                               .correction = x->correction,
-                               .growth = x->growth,
-                               .pivots = pool->layout.pivots,
-                               .pivot = x->pivot,
-                               .least = x->least};
-    kmp_lanes_measure(w, &end);
-}
-
-/* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */
-static bool looks_well(kmp_engine *e, const watched *x, size_t l)
-{
-    kmp_instance *y = &e->instances[e->room.who[l]];
-    double least = x->least[l], before = y->pivot;
-    y->pivot = fmax(y->pivot, least);
-    return before > 0 && least > KMP_MARGIN_CALLS * y->pivot;
-}
-
-/* The last pivot of the scaled J under complete pivoting, over the largest so far. */
-static double margin_of(kmp_engine *e, const watched *x, size_t l)
-{
-    const kmp_lane_room *room = &e->room;
-    const kmp_pattern *pattern = &e->s->jacobian;
-    kmp_instance *y = &e->instances[room->who[l]];
-    double *a = room->square, largest[MOST_COLUMNS], pivots[KMP_LANE_ROWS];
-    int rows[KMP_LANE_ROWS], columns[MOST_COLUMNS];
-    memset(a, 0, (size_t)(e->m * e->n) * sizeof *a);
-    for (int k = 0; k < pattern->count; k++) {
-        size_t row = (size_t)pattern->row[k], col = (size_t)pattern->col[k];
-        a[row + col * (size_t)e->m] =
-            x->jacobian[(size_t)k * room->w + l] * room->scale[col * room->w + l] / room->row_scale[row * room->w + l];
-    }
-    kmp_pivots_complete(e->m, e->n, a, largest, rows, columns, pivots);
-    y->usual = fmax(y->usual, pivots[e->r - 1]);
-    return pivots[e->r - 1] / y->usual;
-}
-
-/* An entry of the scaled J, 0 outside its pattern. */
-static double entry_of(const kmp_engine *e, const watched *x, size_t l, int row, int col)
-{
-    const kmp_pattern *pattern = &e->s->jacobian;
-    const kmp_lane_room *room = &e->room;
-    for (int k = 0; k < pattern->count; k++)
-        if (pattern->row[k] == row && pattern->col[k] == col)
-            return x->jacobian[(size_t)k * room->w + l] * room->scale[(size_t)col * room->w + l] /
-                   room->row_scale[(size_t)row * room->w + l];
-    return 0;
-}
-
-/* The largest coefficient of a dropped row in the kept ones, J_dropped = T J_kept (constraints/partition/margin.h);
- * infinite: these are dependent. */
-static double dependence_of(const kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
-{
-    const kmp_partition *part = &pool->part;
-    double *a = e->room.square, t[KMP_LANE_ROWS], most = 0;
-    int pivot[KMP_LANE_ROWS], r = part->r;
-    for (int i = 0; i < r; i++)
-        for (int j = 0; j < r; j++) /* transposed */
-            a[j + i * r] = entry_of(e, x, l, part->rows[i], part->v[j]);
-    if (kmp_lu_factor(r, a, pivot))
-        return INFINITY;
-    for (int d = 0; d < part->m - r; d++) {
-        for (int j = 0; j < r; j++)
-            t[j] = entry_of(e, x, l, part->redundant[d], part->v[j]);
-        kmp_lu_solve(r, a, pivot, 1, t);
-        for (int j = 0; j < r; j++)
-            most = fabs(t[j]) <= DBL_MAX ? fmax(most, fabs(t[j])) : INFINITY;
-    }
-    return most;
-}
-
-/* True if the dropped rows are closed as well (kmp_redundant_check). */
-static bool dropped_close(const kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
-{
-    const kmp_lane_room *room = &e->room;
-    const kmp_partition *part = &pool->part;
-    double allowed = KMP_DROPPED_WEIGHTS * (e->spec.atol + e->spec.rtol);
-    for (int k = 0; k < part->r; k++) {
-        size_t at = (size_t)part->rows[k] * room->w + l;
-        allowed = fmax(allowed, KMP_DROPPED_OVER_KEPT * fabs(x->h[at]) / room->row_scale[at]);
-    }
-    for (int k = 0; k < part->m - part->r; k++) {
-        size_t at = (size_t)part->redundant[k] * room->w + l;
-        if (!(fabs(x->h[at]) / room->row_scale[at] <= allowed))
-            return false;
-    }
-    return true;
-}
-
-/* True if the correction of v is small enough (correct of reduced.c). */
-static bool corrects_little(const kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
-{
-    kmp_instance *y = &e->instances[e->room.who[l]];
-    double worst = x->correction[l],
-           limit = pool->part.m > pool->part.r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
-    bool rounding = y->corrected_t == e->room.t[l] && worst > 0.5 * y->corrected && worst <= KMP_CORRECTION_LIMIT;
-    y->corrected = worst;
-    y->corrected_t = e->room.t[l];
-    return worst <= limit || rounding;
-}
-
-/* True if the formulation accepts (accept of reduced.c): the closures corrected, the choice of u and the margin
- * good. */
-static bool consents(kmp_engine *e, const kmp_pool *pool, watched *x, size_t l)
-{
-    kmp_lane_room *room = &e->room;
-    kmp_instance *y = &e->instances[room->who[l]];
-    size_t w = room->w;
-    if (e->r == 0)
-        return true;
-    if (!(x->residual[l] < KMP_CLOSED)) {
-        if (!corrects_little(e, pool, x, l))
-            return false;
-        for (int i = 0; i < e->r; i++)
-            room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
-    }
-    kmp_lane_signs signs = signs_of(e, pool, x->pivot, l);
-    if (!same_signs(&signs, &y->signs))
-        return false;
-    bool well = looks_well(e, x, l);
-    x->margin[l] = well ? INFINITY : margin_of(e, x, l);
-    x->rows[l] = well || e->m == e->r ? 0 : dependence_of(e, pool, x, l);
-    return x->margin[l] >= KMP_MARGIN_DEEP && x->rows[l] <= KMP_ROWS_LOST;
-}
-
-static bool has_bad_order(const kmp_engine *e, const kmp_pool *pool, const watched *x, size_t l)
-{
-    return !kmp_written_order_is_good(pool->layout.multipliers, pool->row, x->multiplier + l, e->room.row_scale + l,
-                                      e->room.w);
-}
-
-/* True if a run would step across a change point here (watch_margin of runner_change.c). */
-static bool nears_change(kmp_instance *x, double t, double h, double margin)
-{
-    double since = t - x->seen_t;
-    double fall = since > 0 && x->seen_t >= 0 ? (x->seen_margin - margin) / since : 0;
-    x->seen_margin = margin;
-    x->seen_t = isfinite(margin) ? t : -1;
-    return margin < fall * KMP_GROWING * h || margin < KMP_NEAR_SINGULAR_IN;
 }
 
 /* -- control ----------------------------------------------------------------------------------------- */
@@ -743,7 +551,7 @@ static outcome find_event(kmp_engine *e, kmp_pool *pool, size_t l)
 
 /* Finds the steps within which conditions change; `searched`: lanes whose stages of the dense output are counted.
  * Returns true if these stages are known. */
-static bool watch_conditions(kmp_engine *e, kmp_pool *pool, const watched *seen, outcome *what, bool *searched)
+static bool watch_conditions(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *seen, outcome *what, bool *searched)
 {
     kmp_lane_room *room = &e->room;
     double **k = room->k;
@@ -805,7 +613,7 @@ static void measure(kmp_engine *e, kmp_pool *pool, const bool *searched, outcome
 }
 
 /* Continues a lane, finishes its instance, or leaves it to another pool or a separate run. */
-static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, size_t l)
+static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *seen, size_t l)
 {
     kmp_lane_room *room = &e->room;
     int i = room->who[l];
@@ -823,15 +631,16 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const watched *seen, siz
     const char *jump = through ? NULL : pass_sample(e, l, &meets);
     bool slow = kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, room->t[l],
                                       e->spec.t_end, NULL);
-    bool reorders = !through && has_bad_order(e, pool, seen, l);
-    const char *why = through                                           ? NULL
-                      : jump                                            ? jump
-                      : collapsed                                       ? "a step size that becomes too small"
-                      : slow                                            ? "too much work"
-                      : e->m > e->r && !dropped_close(e, pool, seen, l) ? "redundant closure rows that do not close"
-                      : is_uncentred(e, pool, l)                        ? KMP_LANE_SINGULAR_ANGLES
-                      : e->r > 0 && nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point during the run"
-                                                                                    : NULL;
+    bool reorders = !through && kmp_lane_order_is_bad(e, pool, seen, l);
+    const char *why =
+        through                                                    ? NULL
+        : jump                                                     ? jump
+        : collapsed                                                ? "a step size that becomes too small"
+        : slow                                                     ? "too much work"
+        : e->m > e->r && !kmp_lane_dropped_close(e, pool, seen, l) ? "redundant closure rows that do not close"
+        : is_uncentred(e, pool, l)                                 ? KMP_LANE_SINGULAR_ANGLES
+        : e->r > 0 && kmp_instance_nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point during the run"
+                                                                                   : NULL;
     bool changes = !through && !why && e->m > e->r && seen->rows[l] > KMP_ROWS_OUT;
     bool exchanges = !through && !why && !changes && e->r > 0 && seen->growth[l] > x->limit;
     if (!through && !why && !changes && !exchanges && !reorders && !meets)
@@ -885,7 +694,7 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     kmp_lane_room *room = &e->room;
     outcome what[KMP_LANES_MOST] = {EMPTY};
     double taken[KMP_LANES_MOST];
-    watched seen;
+    kmp_lane_watched seen;
     kempe_status status = KEMPE_OK;
     choose_tries(e);
     run_stages(e, pool);
@@ -908,10 +717,10 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     evaluate(e, pool, room->y_new, room->k[13]);
     if (room->nu)
         memcpy(room->nu_end, room->nu_now, room->w * (size_t)e->m * sizeof *room->nu);
-    watch(e, pool, &seen);
+    kmp_lanes_watch(e, pool, &seen);
     for (size_t l = 0; l < room->w; l++) {
         if (what[l] == TAKEN)
-            what[l] = room->bad[l] != 0 ? BAD_STAGE : consents(e, pool, &seen, l) ? TAKEN : BAD_STEP;
+            what[l] = room->bad[l] != 0 ? BAD_STAGE : kmp_lane_consents(e, pool, &seen, l) ? TAKEN : BAD_STEP;
         room->bad[l] = 0;
     }
     bool searched[KMP_LANES_MOST] = {false};

@@ -54,7 +54,7 @@ static double worst_of(const kempe_table *t, const char *name)
     return fmax(largest_of(t, kempe_table_find(t, name), &at), 0);
 }
 
-/* Of the instances that have not converged. */
+/* The lists name instances that have not converged. */
 static void sum_verdicts(const kempe_table *t, long first, kmp_instance_sums *s)
 {
     int verdict = kempe_table_find(t, "verdict"), difference = kempe_table_find(t, "difference");

@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tests of the lanes at the end of their steps, as those of reduced.c, margin.c and runner_change.c for one run. */
+#include "constraints/tolerances.h"
+#include "integrators/lanes/ensemble_inside.h"
+#include "linalg/dense/dense.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
+
+kmp_lane_signs kmp_lane_signs_of(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l)
+{
+    kmp_lane_signs signs = {.known = true};
+    for (int k = 0; k < pool->layout.pivots; k++)
+        signs.negative[pool->pivot_block[k] / 64] ^= (uint64_t)(pivot[(size_t)k * e->room.w + l] < 0)
+                                                     << pool->pivot_block[k] % 64;
+    return signs;
+}
+
+static bool same_signs(const kmp_lane_signs *a, const kmp_lane_signs *b)
+{
+    return a->known == b->known && memcmp(a->negative, b->negative, sizeof a->negative) == 0;
+}
+
+const double *kmp_lanes_pivots(const kmp_engine *e, const kmp_pool *pool, const double *end)
+{
+    return end + (size_t)pool->layout.multipliers * e->room.w;
+}
+
+void kmp_lanes_watch(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *x)
+{
+    kmp_lane_room *room = &e->room;
+    size_t w = room->w;
+    x->multiplier = kmp_lanes_run(pool->lanes, KMP_FUSED_END);
+    x->pivot = kmp_lanes_pivots(e, pool, x->multiplier);
+    x->h = x->pivot + (size_t)pool->layout.pivots * w;
+    x->jacobian = x->h + (size_t)e->m * w;
+    x->b = x->jacobian + (size_t)(e->s->jacobian.count + (e->s->rheonomic ? e->m : 0)) * w;
+    x->dv = x->b + (size_t)(e->r * e->p) * w;
+    const kmp_lanes_end end = {.p = e->p,
+                               .r = e->r,
+                               .m = e->m,
+                               .u = pool->part.u,
+                               .v = pool->part.v,
+                               .h = x->h,
+                               .dv = x->dv,
+                               .b = x->b,
+                               .weight = room->weight + (size_t)(2 * e->p) * w,
+                               .scale = room->scale,
+                               .row_scale = room->row_scale,
+                               .residual = x->residual,
+                               .correction = x->correction,
+                               .growth = x->growth,
+                               .pivots = pool->layout.pivots,
+                               .pivot = x->pivot,
+                               .least = x->least};
+    kmp_lanes_measure(w, &end);
+}
+
+/* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */
+static bool looks_well(kmp_engine *e, const kmp_lane_watched *x, size_t l)
+{
+    kmp_instance *y = &e->instances[e->room.who[l]];
+    double least = x->least[l], before = y->pivot;
+    y->pivot = fmax(y->pivot, least);
+    return before > 0 && least > KMP_MARGIN_CALLS * y->pivot;
+}
+
+/* The last pivot of the scaled J under complete pivoting, over the largest so far. */
+static double margin_of(kmp_engine *e, const kmp_lane_watched *x, size_t l)
+{
+    const kmp_lane_room *room = &e->room;
+    const kmp_pattern *pattern = &e->s->jacobian;
+    kmp_instance *y = &e->instances[room->who[l]];
+    double *a = room->square, largest[MOST_COLUMNS], pivots[KMP_LANE_ROWS];
+    int rows[KMP_LANE_ROWS], columns[MOST_COLUMNS];
+    memset(a, 0, (size_t)(e->m * e->n) * sizeof *a);
+    for (int k = 0; k < pattern->count; k++) {
+        size_t row = (size_t)pattern->row[k], col = (size_t)pattern->col[k];
+        a[row + col * (size_t)e->m] =
+            x->jacobian[(size_t)k * room->w + l] * room->scale[col * room->w + l] / room->row_scale[row * room->w + l];
+    }
+    kmp_pivots_complete(e->m, e->n, a, largest, rows, columns, pivots);
+    y->usual = fmax(y->usual, pivots[e->r - 1]);
+    return pivots[e->r - 1] / y->usual;
+}
+
+/* An entry of the scaled J, 0 outside its pattern. */
+static double entry_of(const kmp_engine *e, const kmp_lane_watched *x, size_t l, int row, int col)
+{
+    const kmp_pattern *pattern = &e->s->jacobian;
+    const kmp_lane_room *room = &e->room;
+    for (int k = 0; k < pattern->count; k++)
+        if (pattern->row[k] == row && pattern->col[k] == col)
+            return x->jacobian[(size_t)k * room->w + l] * room->scale[(size_t)col * room->w + l] /
+                   room->row_scale[(size_t)row * room->w + l];
+    return 0;
+}
+
+/* The largest coefficient of a dropped row in the kept ones, J_dropped = T J_kept (constraints/partition/margin.h);
+ * infinite: these are dependent. */
+static double dependence_of(const kmp_engine *e, const kmp_pool *pool, const kmp_lane_watched *x, size_t l)
+{
+    const kmp_partition *part = &pool->part;
+    double *a = e->room.square, t[KMP_LANE_ROWS], most = 0;
+    int pivot[KMP_LANE_ROWS], r = part->r;
+    for (int i = 0; i < r; i++)
+        for (int j = 0; j < r; j++) /* transposed */
+            a[j + i * r] = entry_of(e, x, l, part->rows[i], part->v[j]);
+    if (kmp_lu_factor(r, a, pivot))
+        return INFINITY;
+    for (int d = 0; d < part->m - r; d++) {
+        for (int j = 0; j < r; j++)
+            t[j] = entry_of(e, x, l, part->redundant[d], part->v[j]);
+        kmp_lu_solve(r, a, pivot, 1, t);
+        for (int j = 0; j < r; j++)
+            most = fabs(t[j]) <= DBL_MAX ? fmax(most, fabs(t[j])) : INFINITY;
+    }
+    return most;
+}
+
+bool kmp_lane_dropped_close(const kmp_engine *e, const kmp_pool *pool, const kmp_lane_watched *x, size_t l)
+{
+    const kmp_lane_room *room = &e->room;
+    const kmp_partition *part = &pool->part;
+    double allowed = KMP_DROPPED_WEIGHTS * (e->spec.atol + e->spec.rtol);
+    for (int k = 0; k < part->r; k++) {
+        size_t at = (size_t)part->rows[k] * room->w + l;
+        allowed = fmax(allowed, KMP_DROPPED_OVER_KEPT * fabs(x->h[at]) / room->row_scale[at]);
+    }
+    for (int k = 0; k < part->m - part->r; k++) {
+        size_t at = (size_t)part->redundant[k] * room->w + l;
+        if (!(fabs(x->h[at]) / room->row_scale[at] <= allowed))
+            return false;
+    }
+    return true;
+}
+
+/* True if the correction of v is small enough (correct of reduced.c). */
+static bool corrects_little(const kmp_engine *e, const kmp_pool *pool, const kmp_lane_watched *x, size_t l)
+{
+    kmp_instance *y = &e->instances[e->room.who[l]];
+    double worst = x->correction[l],
+           limit = pool->part.m > pool->part.r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
+    bool rounding = y->corrected_t == e->room.t[l] && worst > 0.5 * y->corrected && worst <= KMP_CORRECTION_LIMIT;
+    y->corrected = worst;
+    y->corrected_t = e->room.t[l];
+    return worst <= limit || rounding;
+}
+
+bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_instance *y = &e->instances[room->who[l]];
+    size_t w = room->w;
+    if (e->r == 0)
+        return true;
+    if (!(x->residual[l] < KMP_CLOSED)) {
+        if (!corrects_little(e, pool, x, l))
+            return false;
+        for (int i = 0; i < e->r; i++)
+            room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
+    }
+    kmp_lane_signs signs = kmp_lane_signs_of(e, pool, x->pivot, l);
+    if (!same_signs(&signs, &y->signs))
+        return false;
+    bool well = looks_well(e, x, l);
+    x->margin[l] = well ? INFINITY : margin_of(e, x, l);
+    x->rows[l] = well || e->m == e->r ? 0 : dependence_of(e, pool, x, l);
+    return x->margin[l] >= KMP_MARGIN_DEEP && x->rows[l] <= KMP_ROWS_LOST;
+}
+
+bool kmp_lane_order_is_bad(const kmp_engine *e, const kmp_pool *pool, const kmp_lane_watched *x, size_t l)
+{
+    return !kmp_written_order_is_good(pool->layout.multipliers, pool->row, x->multiplier + l, e->room.row_scale + l,
+                                      e->room.w);
+}
+
+bool kmp_instance_nears_change(kmp_instance *x, double t, double h, double margin)
+{
+    double since = t - x->seen_t;
+    double fall = since > 0 && x->seen_t >= 0 ? (x->seen_margin - margin) / since : 0;
+    x->seen_margin = margin;
+    x->seen_t = isfinite(margin) ? t : -1;
+    return margin < fall * KMP_GROWING * h || margin < KMP_NEAR_SINGULAR_IN;
+}
