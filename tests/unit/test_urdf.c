@@ -121,9 +121,9 @@ static void what_is_refused(void)
 static void what_is_not_used(void)
 {
     CHECK_TEXT(foreign_log(context, NULL, OWN ".urdf"),
+               "2 /tests/models/geared_leg.urdf:8:179: mesh 'trunk.dae' is not in the picture: a mesh is a file .stl "
+               "or .obj\n"
                "1 /tests/models/geared_leg.urdf: link 'trunk' has no parent: it is fixed to the ground\n"
-               "2 /tests/models/geared_leg.urdf:8:23: 'mesh' in 'geometry' is not used: the picture shows joints and "
-               "points alone\n"
                "2 /tests/models/geared_leg.urdf:9:5: 'collision' in 'link' is not used: surfaces that touch are "
                "entries of contacts\n"
                "2 /tests/models/geared_leg.urdf:30:5: 'limit' in 'joint' is not used: a stop is an entry of contacts, "
@@ -186,6 +186,51 @@ static void free_base(void)
                    "o.yaml:2:32: an include: the base is fixed or free, not 'loose'");
 }
 
+/* A model that includes a robot has its gravity, unless it gives another. */
+static void gravity_of_included_robot(void)
+{
+    static const char *const own[] = {"", "gravity: [0, 0, -1.62]\n"};
+    for (int k = 0; k < 2; k++) {
+        kempe_model *model = NULL;
+        char text[200], *shown = NULL;
+        snprintf(text, sizeof text, "kempe: 1\n%sinclude: [{file: geared_leg.urdf}]\n", own[k]);
+        CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/outer.yaml", &model) == KEMPE_OK);
+        CHECK(model && kempe_model_print(model, KEMPE_TEXT, &shown) == KEMPE_OK);
+        CHECK(shown && strstr(shown, k ? "gravity [0, 0, -1.62]\n" : "gravity [0, 0, -9.81]\n"));
+        kempe_text_free(shown);
+        kempe_model_free(model);
+    }
+}
+
+/* Meshes beside the model, in a package above it, with one scale; others are named. */
+static void meshes_that_are_found(void)
+{
+    static const char lost[] = "it is not found beside the model or in a folder around it";
+    static const char uneven[] = "a mesh has one positive scale";
+    static const struct {
+        const char *mesh, *scale, *why;
+    } cases[] = {{"leg/trunk.stl", "1 1 1", NULL},
+                 {"package://models/leg/trunk.stl", "2 2 2", NULL},
+                 {"package://elsewhere/leg/trunk.stl", "1 1 1", NULL},
+                 {"file://" KEMPE_ROOT "/tests/models/leg/trunk.stl", "1 1 1", NULL},
+                 {"package://leg/hip.stl", "1 1 1", lost},
+                 {"../../nowhere/trunk.stl", "1 1 1", lost},
+                 {"leg/trunk.stl", "1 2 1", uneven},
+                 {"leg/trunk.stl", "-1 -1 -1", uneven}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char text[400], wanted[400] = "";
+        snprintf(text, sizeof text,
+                 "<robot name='r'><link name='a'><visual><geometry><mesh filename='%s' scale='%s'/></geometry>"
+                 "</visual></link></robot>",
+                 cases[k].mesh, cases[k].scale);
+        if (cases[k].why)
+            snprintf(wanted, sizeof wanted, "2 /tests/models/r.urdf:1:50: mesh '%s' is not in the picture: %s\n",
+                     cases[k].mesh, cases[k].why);
+        strcat(wanted, "1 /tests/models/r.urdf: link 'a' has no parent: it is fixed to the ground\n");
+        CHECK_TEXT(foreign_log(context, text, KEMPE_ROOT "/tests/models/r.urdf"), wanted);
+    }
+}
+
 static void changed_files(void)
 {
     foreign_changed(context, "r.urdf", OWN ".urdf");
@@ -200,6 +245,8 @@ int main(void)
     TEST(what_is_not_used);
     TEST(many_are_not_used);
     TEST(free_base);
+    TEST(gravity_of_included_robot);
+    TEST(meshes_that_are_found);
     TEST(changed_files);
     kempe_context_free(context);
     return check_report();

@@ -106,3 +106,10 @@ typedef enum kmp_import_solid {
  * a capsule's ends. The colour is NULL where it has none. */
 kmp_yaml *kmp_import_shape(kmp_import *im, kmp_yaml *body, kmp_place place, kmp_import_solid solid,
                            const double size[3], const kmp_pose *at, const char *colour);
+
+/* foreign_meshes.c */
+
+/** Adds the picture of a mesh to a body: a path from the model's file, or in a package of ROS, "package://NAME/PATH".
+ * It is named as left out where there is no such file, or it cannot be drawn. */
+void kmp_import_mesh(kmp_import *im, kmp_yaml *body, kmp_place place, const char *uri, const double scale[3],
+                     const kmp_pose *at, const char *colour);

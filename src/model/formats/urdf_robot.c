@@ -86,7 +86,6 @@ static const char *colour_of(kmp_import *im, const kmp_element *visual)
     return kmp_import_colour(im, rgba);
 }
 
-/* A mesh is no picture yet. */
 static void add_shape(kmp_import *im, kmp_yaml *body, const kmp_element *visual)
 {
     static const char *const words[] = {"box", "sphere", "cylinder", "capsule"};
@@ -96,6 +95,13 @@ static void add_shape(kmp_import *im, kmp_yaml *body, const kmp_element *visual)
     int solid = 0;
     while (e && solid < 4 && strcmp(e->name, words[solid]) != 0)
         solid++;
+    if (e && strcmp(e->name, "mesh") == 0) {
+        const char *uri = kmp_import_attribute(im, e, "filename");
+        double scale[3] = {1, 1, 1};
+        kmp_import_read_numbers(im, e, "scale", 3, 3, scale);
+        if (uri)
+            kmp_import_mesh(im, body, e->place, uri, scale, &at, colour_of(im, visual));
+    }
     if (!e || solid == 4)
         return;
     if (solid == KMP_SOLID_BOX)
@@ -392,11 +398,12 @@ static const kmp_grammar grammar[] = {
     {"inertia", " ixx ixy ixz iyy iyz izz "},
     {"origin", " xyz rpy "},
     {"visual", " name origin geometry material "},
-    {"geometry", " box cylinder sphere capsule "},
+    {"geometry", " box cylinder sphere capsule mesh "},
     {"box", " size "},
     {"cylinder", " radius length "},
     {"capsule", " radius length "},
     {"sphere", " radius "},
+    {"mesh", " filename scale "},
     {"material", " name color "},
     {"color", " rgba "},
     {"joint", " name type origin parent child axis dynamics mimic independent "},
@@ -415,7 +422,6 @@ static const kmp_grammar grammar[] = {
 static const kmp_remedy remedies[] = {
     {"limit", "a stop is an entry of contacts, as {joint: NAME, lower: -1, upper: 1}"},
     {"collision", "surfaces that touch are entries of contacts"},
-    {"mesh", "the picture shows joints and points alone"},
     {"transmission", "a drive or a force of a joint moves it"},
     {"safety_controller", "a controller is a force of its inputs and states"},
     {"calibration", "it has no effect on the motion"},

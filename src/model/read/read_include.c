@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "model/files/document.h"
 #include "model/files/nodes.h"
+#include "model/formats/formats.h"
 #include "model/limits.h"
 #include "model/read/reading.h"
 #include <string.h>
@@ -84,20 +85,23 @@ static bool goes_in_circle(kmp_reader *r, const kmp_yaml *node, int parent, cons
     return false;
 }
 
-/* A file that has been read, for another prefix perhaps, is not read again. */
-static const kmp_yaml *load(kmp_reader *r, const kmp_yaml *node, const char *path, int file, kmp_base base)
+/* Loads the file of an instance, once only if it is read for another prefix, too. */
+static void load(kmp_reader *r, const kmp_yaml *node, const char *path, kmp_include_instance *x)
 {
-    const kmp_yaml *root = NULL;
     size_t length;
-    for (int k = 0; k < r->instance_count; k++)
-        if (r->instances[k].root->nodes > 0 && r->instances[k].base == base &&
-            strcmp(r->model->files[r->instances[k].file], path) == 0)
-            return kmp_yaml_again(&r->scratch, r->instances[k].root, file);
+    for (int k = 0; k < r->instance_count; k++) {
+        const kmp_include_instance *other = &r->instances[k];
+        if (other->root->nodes > 0 && other->base == x->base && strcmp(r->model->files[other->file], path) == 0) {
+            x->root = kmp_yaml_again(&r->scratch, other->root, x->file);
+            x->foreign = other->foreign;
+            return;
+        }
+    }
     char *text = kmp_read_file(r, node, "include", path, &length);
-    if (text && kmp_document_load(r->context, &r->scratch, path, file, text, length, base, &root) != KEMPE_OK)
+    x->foreign = text && kmp_is_foreign(path, text, length);
+    if (text && kmp_document_load(r->context, &r->scratch, path, x->file, text, length, x->base, &x->root) != KEMPE_OK)
         r->wrong = true;
     kmp_free(text);
-    return root;
 }
 
 static bool check_root(kmp_reader *r, const kmp_yaml *root)
@@ -210,15 +214,17 @@ static const kmp_yaml *join_start(kmp_reader *r, const kmp_yaml *start, const km
     return with_item(r, start, "hold", join_lists(r, kmp_yaml_get(start, "hold"), kmp_yaml_get(more, "hold")));
 }
 
-static void join(kmp_reader *r, const kmp_yaml *root, int file)
+static void join(kmp_reader *r, const kmp_yaml *root, const kmp_include_instance *x)
 {
     for (int k = 0; k < JOINED_PARTS; k++) {
         const char *part = joined_parts[k];
         r->root =
-            with_item(r, r->root, part, join_maps(r, kmp_yaml_get(r->root, part), kmp_yaml_get(root, part), file));
+            with_item(r, r->root, part, join_maps(r, kmp_yaml_get(r->root, part), kmp_yaml_get(root, part), x->file));
     }
     r->root =
         with_item(r, r->root, "start", join_start(r, kmp_yaml_get(r->root, "start"), kmp_yaml_get(root, "start")));
+    if (x->foreign && !kmp_yaml_get(r->root, "gravity")) /* robots have it without writing it */
+        r->root = with_item(r, r->root, "gravity", kmp_yaml_get(root, "gravity"));
 }
 
 /* -- includes ------------------------------------------------------------------------------------ */
@@ -245,17 +251,21 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
     const char *path = word ? kmp_path_beside(r, parent, word) : NULL;
     if (!path || !own || goes_in_circle(r, name, parent, path))
         return;
-    int file = kmp_reader_add_file(r, path);
-    kmp_base base = base_of(r, kmp_yaml_get(node, "base"));
-    const kmp_yaml *root = file < 0 ? NULL : load(r, name, path, file, base);
-    const char *whole = kmp_reader_name(r, parent, own);
-    kmp_include_instance *instance = root && check_root(r, root) ? add_instance(r) : NULL;
+    kmp_include_instance x = {.file = kmp_reader_add_file(r, path),
+                              .parent = parent,
+                              .prefix = kmp_reader_name(r, parent, own),
+                              .at = kmp_yaml_get(node, "at"),
+                              .offset = kmp_yaml_get(node, "offset"),
+                              .base = base_of(r, kmp_yaml_get(node, "base")),
+                              .ground = -1};
+    if (x.file >= 0)
+        load(r, name, path, &x);
+    kmp_include_instance *instance = x.root && check_root(r, x.root) ? add_instance(r) : NULL;
     if (!instance)
         return;
-    *instance = (kmp_include_instance){file, parent, whole, kmp_yaml_get(node, "at"), kmp_yaml_get(node, "offset"),
-                                       root, base,   -1};
-    join(r, set_parameters(r, root, kmp_yaml_get(node, "set")), file);
-    include_all(r, root, file);
+    *instance = x;
+    join(r, set_parameters(r, x.root, kmp_yaml_get(node, "set")), &x);
+    include_all(r, x.root, x.file);
 }
 
 static void include_all(kmp_reader *r, const kmp_yaml *root, int parent)

@@ -29,8 +29,10 @@ function stageNote(picture) {
 
 /* A note, and what of large meshes is drawn. */
 function tellNote(picture, note) {
-    const thinned = (picture.meshes || []).filter((mesh) => mesh.drawn < mesh.triangles).map((mesh) => `${mesh.file} is drawn by ${mesh.drawn} triangles for ${mesh.triangles}.`);
-    byId("stage-note").textContent = [note, ...thinned].filter(Boolean).join(" ");
+    const thinned = (picture.meshes || []).filter((mesh) => mesh.drawn < mesh.triangles);
+    const sum = (key) => thinned.reduce((all, mesh) => all + mesh[key], 0);
+    const meshes = thinned.length === 0 ? "" : `${thinned.length === 1 ? `${thinned[0].file} is` : `${thinned.length} meshes are`} drawn by ${sum("drawn")} triangles for ${sum("triangles")}.`;
+    byId("stage-note").textContent = [note, meshes].filter(Boolean).join(" ");
 }
 
 /* A legend of the bodies' colours, whose names switch them off and on, unless there are too many. */
