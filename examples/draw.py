@@ -811,10 +811,32 @@ def jansen_walker():
     return p
 
 
+def robot_leg():
+    """In the middle of its motion, half crouched."""
+    front, rear = math.radians(-50), math.radians(-130)
+    hips = ((0.03, 0), (-0.03, 0))
+    knees = [at(hip, angle, (0.1, 0)) for hip, angle in zip(hips, (front, rear))]
+    foot = circles(knees[0], 0.2, knees[1], 0.2, 1)
+    foot = foot if foot[1] < -0.1 else circles(knees[0], 0.2, knees[1], 0.2, -1)
+    p = Picture("A leg of a robot: a five-bar linkage with a motor at each hip")
+    p.see((-0.2, 0.03))
+    p.see((0.2, -0.3))
+    p.body("trunk", (-0.08, 0.02), (0.08, 0.02), other_side=True, colour=6)
+    for name, hip, knee in zip(("front", "rear"), hips, knees):
+        p.body(f"thigh_{name}", hip, knee, other_side=name == "rear")
+        p.body(f"shank_{name}", knee, foot, other_side=name == "rear")
+    for point in knees:
+        p.pivot(point)
+    p.pivot(hips[0], None, True)
+    p.pivot(hips[1], None, True)
+    p.pivot(foot, "foot", shift=(10, 4))
+    return p
+
+
 PICTURES = (andrews, four_bar, slider_crank, driven_slider_crank, n_four_bar, bricard, governor, spatial_slider_crank, stewart, bennett,
             peaucellier, chebyshev, jansen_leg, stephenson, double_four_bar, double_wishbone, slider_crank_spatial, n_four_bar_spatial,
             parallel_robot, car_axis, suspension, ride, crank_rocker, limousine, bogie, quarter_car, restrained_wheelset,
-            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker)
+            rolling_wheel, wheelset, hydraulic_excavator, toggle_press, loose_pin, loose_slider, jansen_walker, robot_leg)
 
 if __name__ == "__main__":
     for make in PICTURES:

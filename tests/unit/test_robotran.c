@@ -248,6 +248,17 @@ static void odd_texts(void)
     refuse("<!DOCTYPE a [<!ENTITY b 'c'>]>\n<a>&b;</a>", "x.mbs:1:13: XML: a model cannot have a document type");
     refuse("<mbsDescR7>&lt;\xff</mbsDescR7>", "x.mbs:1:16: XML: not well-formed (invalid token)");
     refuse(deep, "x.mbs:1:301: XML: the elements are nested too deeply");
+    char *huge = calloc(1000100, 1);
+    if (huge) {
+        memset(huge, 'x', 1000050);
+        memcpy(huge, "<a b='", 6);
+        strcpy(huge + 1000008, "'/>");
+        refuse(huge, "x.mbs:1:1: XML: an attribute has more than a million characters");
+        strcpy(huge + 1000006, "'/>");
+        refuse(huge,
+               "x.mbs:1:1: the outermost element is 'a': models begin with 'mbsDescR7' (ROBOTRAN) or 'robot' (URDF)");
+    }
+    free(huge);
 }
 
 static void changed_files(void)

@@ -106,6 +106,10 @@ static void XMLCALL on_start(void *user, const char *name, const char **attribut
     l->open[l->depth++] = e;
     for (; attributes[0]; attributes += 2) {
         kmp_element *attribute = new_element(l, attributes[0]);
+        if (strlen(attributes[1]) > KMP_MOST_ATTRIBUTE) {
+            refuse(l, "an attribute has more than a million characters");
+            return;
+        }
         if (attribute)
             set_text(l, attribute, attributes[1]);
     }

@@ -157,8 +157,9 @@ const char *kmp_import_clean(kmp_import *im, const char *name)
     kmp_text text = {0};
     if ((name[0] >= '0' && name[0] <= '9') || !name[0] || strcmp(name, "ground") == 0)
         kmp_text_put(&text, "_");
-    for (const char *s = name; *s; s++)
-        kmp_text_printf(&text, "%c", kmp_import_is_letter(*s) ? *s : '_');
+    kmp_text_put(&text, name);
+    for (char *s = text.failed ? NULL : text.s; s && *s; s++)
+        *s = kmp_import_is_letter(*s) ? *s : '_';
     return kmp_text_keep(&text, im->arena);
 }
 
