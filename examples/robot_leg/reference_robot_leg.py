@@ -87,7 +87,7 @@ def rates(t, state):
 
 def main():
     start = State([52 * DEGREE, 152 * DEGREE, mpf(0), mpf(0)])
-    print("# A five-bar in 30 digits by reference_robot_leg.py; a run with half the step agrees on all digits.")
+    print("# A five-bar in 30 digits by reference_robot_leg.py; a run with half the step agrees to 1e-17.")
     print("t," + ",".join(f"q.{name},qd.{name}" for name in ("hip_front", "knee_front", "hip_rear", "knee_rear")))
     ends = [mpf("0.1"), mpf("0.25"), mpf("0.5"), mpf(1), mpf(2)]
     for t, state in extrapolation.run(rates, start, ends, mpf(1) / int(sys.argv[1] if len(sys.argv) > 1 else 100), 13):

@@ -114,6 +114,16 @@ static void test_hydraulics(void)
     follow(model, digits, "dae", NULL, 1e-9, 1e-6, 1e-4);
 }
 
+static void test_robot_leg(void)
+{
+    static const char model[] = "examples/robot_leg/robot_leg.yaml", digits[] = "examples/robot_leg/reference.csv";
+    follow(model, digits, "reduced", "dop853", 1e-12, 1e-12, 1e-10);
+    follow(model, digits, "reduced", NULL, 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "projected", NULL, 1e-12, 1e-11, 1e-9);
+    follow(model, digits, "dae", "ida", 1e-9, 1e-6, 1e-4);
+    follow(model, digits, "dae", NULL, 1e-9, 1e-6, 1e-4);
+}
+
 int main(void)
 {
     TEST(test_car_axis);
@@ -121,5 +131,6 @@ int main(void)
     TEST(test_limousine);
     TEST(test_bogie);
     TEST(test_hydraulics);
+    TEST(test_robot_leg);
     return check_report();
 }
