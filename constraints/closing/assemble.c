@@ -13,7 +13,6 @@
 #include "constraints/partition/partition.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
-#include "model/pose.h"
 #include <math.h>
 #include <string.h>
 
@@ -27,6 +26,7 @@ typedef struct work {
     kempe_assembly *a;
     kmp_evaluator *eval;
     kmp_least_change least;
+    kmp_rotation_vectors vectors;
     kmp_closer closer;
     const kmp_guess *guess;
     int n, m;
@@ -66,6 +66,18 @@ static void push_aside(work *w, unsigned *state)
     for (int k = 0; k < w->n; k++)
         if (!w->guess->hold[k])
             w->a->q[k] = w->from[k] + PUSH * kmp_walk_random(state) * w->s->scale[k];
+}
+
+/* True if a closure that aligns axes has them turned by more than a right angle. */
+static bool is_turned(work *w)
+{
+    bool turned = false;
+    if (w->vectors.count > 0)
+        evaluate(w);
+    kmp_rotation_vectors_measure(&w->vectors, w->eval);
+    for (int i = 0; i < w->vectors.count; i++)
+        turned = turned || w->vectors.angle[i] > acos(0);
+    return turned;
 }
 
 static void from_afar(work *w)
@@ -355,56 +367,42 @@ static void make_rates(work *w)
 
 /* -- result -------------------------------------------------------------------------------------------- */
 
-/* Finds closures whose points have axes turned by more than a right angle, where all should be parallel. The gap of
- * such a closure is the arc of the angle. false: no memory. */
-static bool find_turns(work *w)
+/* Finds the gap of each closure, from its rows of lengths, and its angle, from its other rows; where they align axes,
+ * the angle of the rotation between these. */
+static void measure(work *w)
 {
     kempe_assembly *a = w->a;
-    const kempe_model *model = w->s->model;
-    kmp_pose *poses = NULL;
-    for (int c = 0; c < model->closure_count; c++) {
-        const kmp_closure *closure = &model->closures[c];
-        if (!kmp_closure_aligns(kmp_closure_kind_find(closure->kind)))
-            continue;
-        if (!poses) {
-            poses = KMP_ARENA_NEW(&w->arena, kmp_pose, model->body_count);
-            double *q = KMP_ARENA_NEW(&w->arena, double, w->n);
-            if (!poses || !q)
-                return false;
-            copy(w, q, a->q);
-            for (int k = 0; k < kmp_charts_count(w->s); k++)
-                (void)kmp_chart_show(w->s, k, w->eval->chart, w->guess->q + w->s->chart_first[k], q, NULL, NULL);
-            kmp_pose_all(model, q, poses);
-        }
-        double angle = kmp_pose_angle(model, poses, closure->point[0], closure->point[1]);
-        a->turns[c] = angle > acos(0) ? angle : 0;
-        a->gaps[c] = hypot(a->gaps[c], a->turns[c] * w->s->length);
-        a->turned = a->turned || a->turns[c] > 0;
+    a->turned = is_turned(w);
+    for (int r = 0; r < w->m; r++) {
+        const kmp_row *row = &w->s->rows[r];
+        a->open[r] = kmp_eval_opening(w->eval, r);
+        a->misfit = a->dropped[r] ? fmax(a->misfit, a->open[r]) : a->misfit;
+        if (row->length_power != 0)
+            a->gaps[row->closure] = hypot(a->gaps[row->closure], a->open[r] * w->s->length);
+        else
+            a->turns[row->closure] = hypot(a->turns[row->closure], a->open[r]);
     }
-    return true;
+    for (int i = 0; i < w->vectors.count; i++)
+        a->turns[w->vectors.closure[i]] = w->vectors.angle[i];
+    for (int c = 0; c < w->s->model->closure_count; c++) {
+        a->gap = fmax(a->gap, a->gaps[c]);
+        a->turn = fmax(a->turn, a->turns[c]);
+    }
 }
 
-/* Computes the pivots, and the gap of each closure as a length; sorts the open ones by size. false: no memory. */
+/* Computes the pivots and the openings of the closures; sorts the open ones by size. false: no memory. */
 static bool judge(work *w)
 {
     kempe_assembly *a = w->a;
-    const kempe_model *model = w->s->model;
     a->residual = w->m > 0 ? residual(w) : 0;
-    for (int r = 0; r < w->m; r++) {
-        int c = w->s->rows[r].closure;
-        a->open[r] = kmp_eval_opening(w->eval, r);
-        a->gaps[c] = hypot(a->gaps[c], a->open[r] * w->s->length);
-        a->misfit = a->dropped[r] ? fmax(a->misfit, a->open[r]) : a->misfit;
-    }
-    if (!find_turns(w))
-        return false;
+    measure(w);
     a->closed = a->residual <= KMP_CLOSED_ENOUGH && a->misfit * w->s->length <= w->s->closure_tolerance && !a->turned;
-    for (int c = 0; c < model->closure_count; c++) {
-        a->gap = fmax(a->gap, a->gaps[c]);
-        if (a->closed || a->gaps[c] <= KMP_CLOSED_ENOUGH * w->s->length)
+    for (int c = 0; !a->closed && c < w->s->model->closure_count; c++) {
+        double extent = kmp_assembly_extent(a, c);
+        if (extent <= KMP_CLOSED_ENOUGH * w->s->length)
             continue;
         int k = a->culprit_count++;
-        for (; k > 0 && a->gaps[a->culprits[k - 1]] < a->gaps[c]; k--)
+        for (; k > 0 && kmp_assembly_extent(a, a->culprits[k - 1]) < extent; k--)
             a->culprits[k] = a->culprits[k - 1];
         a->culprits[k] = c;
     }
@@ -421,7 +419,8 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
     w->near = w->rank < 0 ? KMP_CLOSED_NEAR : fmax(KMP_CLOSED_NEAR, 2 * s->closure_tolerance / s->length);
     KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, s->n + s->m, &w->trial), KMP_ROOM(double, s->n, &w->from, &w->best),
                    KMP_ROOM(double, s->m, &w->rate), KMP_ROOM(bool, s->n, &w->fixed), KMP_ROOM(int, s->n, &w->held));
-    if (!w->eval || w->arena.failed || !kmp_least_change_init(&w->least, w->eval))
+    if (!w->eval || w->arena.failed || !kmp_least_change_init(&w->least, w->eval) ||
+        !kmp_rotation_vectors_init(&w->vectors, s, &w->arena))
         return false;
     w->least.hold = guess->hold;
     w->closer = kmp_least_change_closer(&w->least);
@@ -454,6 +453,43 @@ static void close_near(work *w)
     polish(w);
 }
 
+static bool is_closed(work *w)
+{
+    return residual(w) <= KMP_CLOSED_ENOUGH && !is_turned(w);
+}
+
+/* Searches again from the guess by rotation vectors (constraints/closing/rotation_vectors.h), whose search does not end
+ * at half a turn, if axes that should be parallel were turned by more than a right angle, or are. The last steps are by
+ * the closures' rows. Keeps the state found before if it does not close. False: no memory. */
+static bool search_by_vectors(work *w)
+{
+    size_t bytes = (size_t)w->m * sizeof *w->a->dropped;
+    const bool *left_out = w->eval->left_out;
+    double *q = KMP_ARENA_NEW(&w->arena, double, w->n);
+    bool *dropped = KMP_ARENA_NEW(&w->arena, bool, w->m), turned = is_turned(w);
+    if (!q || !dropped)
+        return false;
+    copy(w, q, w->a->q);
+    memcpy(dropped, w->a->dropped, bytes);
+    copy(w, w->a->q, w->from);
+    memset(w->a->dropped, 0, bytes);
+    w->eval->left_out = NULL;
+    if (turned || is_turned(w)) {
+        w->least.vectors = &w->vectors;
+        from_afar(w);
+        w->least.vectors = NULL;
+        evaluate(w);
+        close_near(w);
+    }
+    if (!is_closed(w)) {
+        copy(w, w->a->q, q);
+        memcpy(w->a->dropped, dropped, bytes);
+        w->eval->left_out = left_out;
+        evaluate(w);
+    }
+    return true;
+}
+
 /* Moves a closed state along its branch to the point nearest to the goals. false: no memory. */
 static bool seek_goals(work *w)
 {
@@ -475,13 +511,16 @@ static bool seek_goals(work *w)
 /* Runs one assembly. false: no memory. */
 static bool assemble(work *w)
 {
+    bool ok = true;
     if (w->m > 0) {
         from_afar(w);
         close_near(w);
+        if (w->vectors.count > 0 && !is_closed(w))
+            ok = search_by_vectors(w);
     }
     if (w->s->model->start.goal_count == 0)
         w->a->centred = kmp_loosening_center(&w->loose, w->guess->hold, w->a->q);
-    if (!seek_goals(w) || !judge(w))
+    if (!ok || !seek_goals(w) || !judge(w))
         return false;
     if (w->a->closed)
         make_rates(w);

@@ -29,8 +29,9 @@ struct kempe_assembly {
     double *q, *qd;  /* n */
     double residual; /* max |h| / row scale */
     double gap;      /* widest gap of a closure, m */
+    double turn;     /* widest angle of one, rad */
     bool closed;
-    bool turned;        /* not closed, since some of `turns` is not 0 */
+    bool turned;        /* not closed: axes that should be parallel are turned by more than a right angle */
     bool *dropped;      /* m: if closed: rows that stay open, redundant but for rounding */
     double *open;       /* m: scaled |h| */
     double *pivots;     /* m + n: pivots of J at q */
@@ -42,9 +43,9 @@ struct kempe_assembly {
     kmp_loose_start *loose; /* by forces: start of those that are joints with clearance */
     int iterations;
     double *gaps;  /* gap of each closure, m, in the order of the model */
-    double *turns; /* angle between the axes of the points of each closure that makes them parallel, where it is more
-                    * than a right angle: rows are zero at half a turn too, and of lower rank; otherwise 0 */
-    int *culprits; /* closures that remain open, largest gap first */
+    double *turns; /* its angle, rad: where it aligns axes, of the rotation between them; otherwise of its rows without
+                    * a length */
+    int *culprits; /* closures that remain open, the largest extent first */
     int culprit_count;
     double *moved;                      /* n: displacement of each coordinate from the guess */
     double *inner_q, *inner_qd, *chart; /* the state in the charts in which it was found; NULL: in the user's own */
@@ -67,6 +68,12 @@ kempe_status kmp_assemble_from(const kempe_system *system, const kmp_guess *gues
 
 /** Assembles as kempe_assembly_new, without a message; the assembly says if it closed. */
 kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly);
+
+/** The gap of a closure with the arc of its angle, m. */
+double kmp_assembly_extent(const kempe_assembly *assembly, int closure);
+
+/** "'C' by 0.01 m", "'C' by 180 deg", "'C' by 0.01 m and 3 deg". */
+void kmp_assembly_put_open(kmp_text *text, const kempe_assembly *assembly, int closure);
 
 /** True if the rate of coordinate k was given and could not be kept. */
 bool kmp_assembly_changed_rate(const kempe_assembly *assembly, int k);

@@ -10,20 +10,45 @@
 #include <string.h>
 
 enum { PUSHES = 4, MOST_NAMED = 5 };
+#define SMALL_PART 1e-3 /* of an opening: not printed */
 
-static void put_open(kmp_text *text, const char *before, const char *name, double gap)
+/* -- open loops -------------------------------------------------------------------------------------- */
+
+double kmp_assembly_extent(const kempe_assembly *a, int c)
 {
-    kmp_text_printf(text, "%s'%s'", before, name);
-    if (isfinite(gap))
-        kmp_text_printf(text, " (%.3g m)", gap);
+    return hypot(a->gaps[c], a->turns[c] * a->system->length);
 }
 
-/* Appends the closure tolerance to the message about a gap, if it was set or could be the cause. */
-static void put_tolerance(kmp_text *text, const kempe_system *s, double gap)
+/* "0.01 m and 3 deg"; a part that is small beside the other is left out. */
+static void put_opening(kmp_text *text, const kempe_assembly *a, int c)
 {
-    if (!s->model->closure_tolerance_given && !(gap <= KMP_ROUNDING_WIDEST * s->closure_tolerance))
+    double arc = a->turns[c] * a->system->length;
+    bool gap = !(a->gaps[c] < SMALL_PART * arc), turn = arc > 0 && !(arc < SMALL_PART * a->gaps[c]);
+    if (gap)
+        kmp_text_printf(text, "%.4g m", a->gaps[c]);
+    if (turn)
+        kmp_text_printf(text, "%s%.4g deg", gap ? " and " : "", a->turns[c] * 180 / acos(-1));
+}
+
+void kmp_assembly_put_open(kmp_text *text, const kempe_assembly *a, int c)
+{
+    kmp_text_printf(text, "'%s'", a->system->model->closures[c].name);
+    if (isfinite(kmp_assembly_extent(a, c))) {
+        kmp_text_put(text, " by ");
+        put_opening(text, a, c);
+    }
+}
+
+/* Appends the closure tolerance to the message about a closure, if it was set or could be the cause. */
+static void put_tolerance(kmp_text *text, const kempe_assembly *a, int c)
+{
+    const kempe_system *s = a->system;
+    double extent = kmp_assembly_extent(a, c);
+    if (!s->model->closure_tolerance_given && !(extent <= KMP_ROUNDING_WIDEST * s->closure_tolerance))
         return;
-    if (gap > s->closure_tolerance)
+    if (a->turns[c] * s->length > SMALL_PART * a->gaps[c])
+        kmp_text_printf(text, ", with its arc %.4g m", extent);
+    if (extent > s->closure_tolerance)
         kmp_text_printf(text, ", more than the closure_tolerance of %.3g m", s->closure_tolerance);
     else
         kmp_text_printf(text, ", within the closure_tolerance of %.3g m, but %s", s->closure_tolerance,
@@ -35,30 +60,33 @@ static void put_tolerance(kmp_text *text, const kempe_system *s, double gap)
 static kempe_status complain_open(const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
-    const kmp_closure *worst = &model->closures[a->culprits[0]];
-    double gap = a->gaps[a->culprits[0]];
-    int held = 0;
+    int first = a->culprits[0], held = 0;
+    const kmp_closure *worst = &model->closures[first];
+    bool turned = a->turned && a->turns[first] > acos(0), measured = isfinite(kmp_assembly_extent(a, first));
     kmp_text why = {0};
     kmp_text_printf(&why, "loop '%s' cannot be closed", worst->name);
     for (int k = 0; k < model->motion_count; k++)
         if (model->start.hold[k])
             kmp_text_printf(&why, "%s%s", held++ ? ", " : " while holding ", model->motions[k].name);
-    if (a->turns[a->culprits[0]] > 0) {
+    if (turned)
         kmp_text_printf(&why, ": the axes of its points are turned by %.4g deg against each other, and not parallel",
-                        a->turns[a->culprits[0]] * 180 / acos(-1));
-    } else if (isfinite(gap)) {
-        kmp_text_printf(&why, ": the smallest gap found is %.4g m", gap);
-        for (int k = 1; k < a->culprit_count && k <= MOST_NAMED; k++)
-            put_open(&why, k > 1 ? ", " : "; other open loops: ", model->closures[a->culprits[k]].name,
-                     a->gaps[a->culprits[k]]);
-        if (a->culprit_count > MOST_NAMED + 1)
-            kmp_text_printf(&why, " and %d more", a->culprit_count - MOST_NAMED - 1);
-        put_tolerance(&why, a->system, gap);
+                        a->turns[first] * 180 / acos(-1));
+    else if (measured) {
+        kmp_text_put(&why, ": the smallest gap found is ");
+        put_opening(&why, a, first);
     }
+    for (int k = 1; measured && k < a->culprit_count && k <= MOST_NAMED; k++) {
+        kmp_text_put(&why, k > 1 ? ", " : "; other open loops: ");
+        kmp_assembly_put_open(&why, a, a->culprits[k]);
+    }
+    if (measured && a->culprit_count > MOST_NAMED + 1)
+        kmp_text_printf(&why, " and %d more", a->culprit_count - MOST_NAMED - 1);
+    if (measured && !turned)
+        put_tolerance(&why, a, first);
     kmp_text_printf(&why, "%s from a better guess",
-                    a->turns[a->culprits[0]] > 0 ? "; turn the axes of one of them, or start"
-                    : isfinite(gap)              ? "; check its lengths, or start"
-                                                 : ": its gap is not a number there; start");
+                    turned     ? "; turn the axes of one of them, or start"
+                    : measured ? "; check its lengths, or start"
+                               : ": its gap is not a number there; start");
     (void)kmp_complain(a->system->context, model->files[worst->place.file], worst->place.line, worst->place.column,
                        "%s", why.s ? why.s : "");
     kmp_text_free(&why);

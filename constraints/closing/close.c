@@ -88,6 +88,14 @@ double kmp_close_length(const kmp_evaluator *eval)
     return isnan(sum) ? INFINITY : sqrt(sum);
 }
 
+static void evaluate(const kmp_closer *c, double t, const double *x)
+{
+    if (c->evaluate)
+        c->evaluate(c->self, t, x);
+    else
+        kmp_eval_closure(c->eval, t, x);
+}
+
 /* Computes a correction no longer than `bound`; returns the |h| that it predicts, infinite if there is none. */
 static double bounded_correction(const kmp_closer *c, double h, double bound)
 {
@@ -115,7 +123,7 @@ static double step_down(const kmp_closer *c, double t, double *x, double *trial,
             return 0;
         memcpy(trial, x, bytes);
         add(c, 1, trial);
-        kmp_eval_closure(c->eval, t, trial);
+        evaluate(c, t, trial);
         double gained = before - kmp_close_length(c->eval);
         if (gained > 0.1 * promised) {
             memcpy(x, trial, bytes);
@@ -131,10 +139,10 @@ int kmp_close_from_afar(const kmp_closer *c, double near, double worth, double t
     double bound = KMP_LONGEST_CORRECTION;
     int steps = 0;
     bool worthwhile = true;
-    kmp_eval_closure(c->eval, t, x);
+    evaluate(c, t, x);
     while (worthwhile && steps < MOST_FROM_AFAR && !(kmp_eval_residual(c->eval) <= near)) {
         double gained = step_down(c, t, x, trial, &bound);
-        kmp_eval_closure(c->eval, t, x);
+        evaluate(c, t, x);
         worthwhile = gained > worth * kmp_close_length(c->eval);
         steps++;
     }

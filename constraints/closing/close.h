@@ -17,6 +17,9 @@ typedef struct kmp_closer {
     double *dx;          /* count: work space */
     const int *rows;     /* rows to be solved, whose |h| counts; NULL: all rows that are to be met */
     int row_count;
+    /** Evaluates the evaluator's closure at (t, x), as `place` does, for kmp_close_from_afar; NULL: kmp_eval_closure.
+     */
+    void (*evaluate)(void *self, double t, const double *x);
     /** Evaluates the evaluator's closure at (t, x) and prepares corrections. Returns 0, or nonzero if there are none.
      */
     int (*place)(void *self, double t, const double *x);

@@ -102,12 +102,20 @@ static int damp(void *self, double damping)
     return !(c->sparse ? factor_sparse(c, square) : factor_dense(c, square));
 }
 
+static void evaluate(void *self, double t, const double *q)
+{
+    kmp_least_change *c = self;
+    kmp_eval_closure(c->eval, t, q);
+    if (c->vectors)
+        kmp_rotation_vectors_lend(c->vectors, c->eval);
+}
+
 static int place(void *self, double t, const double *q)
 {
     kmp_least_change *c = self;
     const kempe_system *s = c->eval->system;
     const kmp_pattern *jac = &s->jacobian;
-    kmp_eval_closure(c->eval, t, q);
+    evaluate(c, t, q);
     for (int e = 0; e < jac->count; e++) {
         bool none = (c->hold && c->hold[jac->col[e]]) || !kmp_eval_counts(c->eval, jac->row[e]);
         c->entry[e] = none ? 0 : c->eval->jacobian[e] * s->scale[jac->col[e]] / s->row_scale[jac->row[e]];
@@ -155,6 +163,7 @@ kmp_closer kmp_least_change_closer(kmp_least_change *c)
                         .scale = c->eval->system->scale,
                         .count = c->eval->n,
                         .dx = c->dx,
+                        .evaluate = evaluate,
                         .place = place,
                         .correct = correct,
                         .damp = damp,

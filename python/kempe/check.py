@@ -19,7 +19,7 @@ class Check(Result):
     coordinates: TableOf = TableOf(
         "A row for each coordinate: role, instead_of, max_B, low, high, turns, dead centres (rad or m)."
     )
-    closures: TableOf = TableOf("A row for each closure: kind, rows, redundant, may_lose, gap (m).")
+    closures: TableOf = TableOf("A row for each closure: kind, rows, redundant, may_lose, gap (m), turn (rad).")
 
     @property
     def dof(self) -> int:

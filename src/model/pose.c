@@ -3,6 +3,7 @@
  * its own point, as in symbols in dynamics/kinematics/link_tree.c. */
 #include "model/pose.h"
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 /* r m, or r m' when transposed; m row by row. */
@@ -45,7 +46,30 @@ static void rotate(kmp_pose *pose, const double e[3], double angle)
     turn(pose->r, &m[0][0], false);
 }
 
-static void hang(const kempe_model *model, const kmp_body *body, const double *q, kmp_pose *pose)
+/* More than poses at the user's coordinates. */
+typedef struct further {
+    const kmp_pose_charts *charts;
+    double (*axes)[3];
+} further;
+
+/* Turns by the chart that is before (0) or after (2) rotation k. */
+static void turn_chart(const further *also, int k, int after, kmp_pose *pose)
+{
+    for (int c = 0; also && c < also->charts->count; c++)
+        if (also->charts->first[c] == k - after && also->charts->before[c] == (after == 0))
+            turn(pose->r, also->charts->chart + 9 * (ptrdiff_t)c, false);
+}
+
+static void keep_axis(const kmp_motion *motion, const kmp_pose *pose, double axis[3])
+{
+    for (int i = 0; i < 3; i++) {
+        axis[i] = 0;
+        for (int k = 0; motion->rotation && k < 3; k++)
+            axis[i] += pose->r[i][k] * motion->axis[k];
+    }
+}
+
+static void hang(const kempe_model *model, const kmp_body *body, const further *also, const double *q, kmp_pose *pose)
 {
     if (body->at >= 0) {
         const kmp_point *at = &model->points[body->at];
@@ -57,10 +81,14 @@ static void hang(const kempe_model *model, const kmp_body *body, const double *q
         turn(pose->r, &body->frame[0][0], false);
     for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++) {
         const kmp_motion *motion = &model->motions[k];
+        turn_chart(also, k, 0, pose);
+        if (also)
+            keep_axis(motion, pose, also->axes[k]);
         if (motion->rotation)
             rotate(pose, motion->axis, q[k]);
         else
             move(pose, motion->axis, q[k]);
+        turn_chart(also, k, 2, pose);
     }
     if (body->turned && body->reversed)
         turn(pose->r, &body->frame[0][0], true);
@@ -72,29 +100,33 @@ static void hang(const kempe_model *model, const kmp_body *body, const double *q
     move_to(pose, to->at, -1);
 }
 
-void kmp_pose_all(const kempe_model *model, const double *q, kmp_pose *poses)
+static void place_all(const kempe_model *model, const further *also, const double *q, kmp_pose *poses)
 {
     poses[0] = (kmp_pose){.r = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     for (int b = 1; b < model->body_count; b++) {
         poses[b] = poses[model->bodies[b].parent];
-        hang(model, &model->bodies[b], q, &poses[b]);
+        hang(model, &model->bodies[b], also, q, &poses[b]);
     }
 }
 
-double kmp_pose_angle(const kempe_model *model, const kmp_pose *poses, int first, int second)
+void kmp_pose_all(const kempe_model *model, const double *q, kmp_pose *poses)
 {
-    const int point[2] = {first, second};
-    double r[2][3][3], trace = 0;
-    for (int k = 0; k < 2; k++) {
-        const kmp_point *at = &model->points[point[k]];
-        memcpy(r[k], poses[at->body].r, sizeof r[k]);
-        if (at->turned)
-            turn(r[k], &at->axes[0][0], false);
-    }
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            trace += r[0][i][j] * r[1][i][j];
-    return acos(fmax(-1, fmin(1, (trace - 1) / 2)));
+    place_all(model, NULL, q, poses);
+}
+
+void kmp_pose_of_charts(const kempe_model *model, const kmp_pose_charts *charts, const double *q, kmp_pose *poses,
+                        double (*axes)[3])
+{
+    const further also = {charts, axes};
+    place_all(model, &also, q, poses);
+}
+
+void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, int point, double r[3][3])
+{
+    const kmp_point *at = &model->points[point];
+    memcpy(r, poses[at->body].r, sizeof poses->r);
+    if (at->turned)
+        turn(r, &at->axes[0][0], false);
 }
 
 /* Computes the quaternion from its largest component, which is at least a half (Shepperd 1978). */

@@ -491,14 +491,15 @@ kempe_status kempe_optimum_write_report(kempe_optimum *optimum, const char *path
 static kempe_status fill_assembly(study_page *s, const void *result)
 {
     const kempe_assembly *a = result;
-    const kempe_system *system = a->system;
     s->page.status = a->closed ? KEMPE_OK : KEMPE_E_FAILED;
     s->page.scene = scene_of(s, "start");
     s->page.answer = a->closed ? "Assembled" : "The loops cannot be closed";
-    for (int k = 0; !a->closed && k < a->culprit_count; k++)
-        s->page.reason =
-            kmp_arena_printf(&s->arena, "%s%s'%s' stays open by %.3g m", k ? s->page.reason : "", k ? ", " : "",
-                             system->model->closures[a->culprits[k]].name, a->gaps[a->culprits[k]]);
+    kmp_text open = {0};
+    for (int k = 0; !a->closed && k < a->culprit_count; k++) {
+        kmp_text_put(&open, k ? ", " : "loops stay open: ");
+        kmp_assembly_put_open(&open, a, a->culprits[k]);
+    }
+    s->page.reason = a->closed || a->culprit_count == 0 ? s->page.reason : kmp_text_keep(&open, &s->arena);
     KMP_TRY(kempe_assembly_print(a, KEMPE_TEXT, &s->text));
     return add_frames(s, 1, a->q, 0, NULL);
 }

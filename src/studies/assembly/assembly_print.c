@@ -9,11 +9,10 @@
 /* "" when closed; else the loops that stay open, widest first. */
 static void write_reason(kmp_text *reason, const kempe_assembly *a)
 {
-    const kempe_model *model = a->system->model;
     kmp_text_put(reason, "");
     for (int k = 0; !a->closed && k < a->culprit_count; k++) {
-        int c = a->culprits[k];
-        kmp_text_printf(reason, "%sloop '%s' remains open by %.3g", k ? ", " : "", model->closures[c].name, a->gaps[c]);
+        kmp_text_put(reason, k ? ", " : "loops remain open: ");
+        kmp_assembly_put_open(reason, a, a->culprits[k]);
     }
     if (!a->closed && a->culprit_count == 0)
         kmp_text_printf(reason, "the loops do not close to the required precision: |h| = %.3g", a->residual);
@@ -105,6 +104,7 @@ static void show_assembly(kmp_text *text, const void *result)
 {
     const kempe_assembly *a = result;
     const kempe_model *model = a->system->model;
+    kmp_shown turn = kmp_shown_as(a->system->context, "rad");
     kmp_text_printf(text, "%s: %s after %d iteration%s\n\n", model->name, is_done(a) ? "assembled" : "not assembled",
                     a->iterations, a->iterations == 1 ? "" : "s");
     show_coordinates(text, a);
@@ -113,10 +113,14 @@ static void show_assembly(kmp_text *text, const void *result)
     kmp_print_cell(text, 0, 2, a->residual);
     kmp_text_put(text, " scaled, largest gap ");
     kmp_print_cell(text, 0, 2, a->gap);
-    kmp_text_put(text, "\n");
-    for (int k = 0; !a->closed && k < a->culprit_count; k++)
-        kmp_text_printf(text, "open      loop '%s', gap %.6g\n", model->closures[a->culprits[k]].name,
-                        a->gaps[a->culprits[k]]);
+    kmp_text_put(text, " m, largest angle ");
+    kmp_print_cell(text, 0, 2, a->turn * turn.factor);
+    kmp_text_printf(text, " %s\n", turn.unit);
+    for (int k = 0; !a->closed && k < a->culprit_count; k++) {
+        kmp_text_put(text, "open      loop ");
+        kmp_assembly_put_open(text, a, a->culprits[k]);
+        kmp_text_put(text, "\n");
+    }
     if (a->goals.end != KMP_GOALS_NONE) {
         kmp_text_put(text, "goals     distance ");
         kmp_print_cell(text, 0, 6, a->goals.distance);
@@ -203,7 +207,7 @@ static void json_assembly(kmp_text *text, const void *result)
     kmp_print_entries(&j, "qd", a->system, KMP_QUANTITY_QD, a->qd);
     json_rates(&j, a);
     json_loose(&j, a);
-    kmp_json_put(&j, "residual %g gap %g", a->residual, a->gap);
+    kmp_json_put(&j, "residual %g gap %g turn %g", a->residual, a->gap, a->turn);
     kmp_print_names(&j, "culprits", a->system, kmp_name_of_closure, a->culprit_count, a->culprits);
     kmp_json_whole(&j, "iterations", a->iterations);
     if (model->start.goal_count > 0)

@@ -160,8 +160,8 @@ static void json_obstacle(kmp_json *json, const kempe_check *check)
     const kempe_assembly *a = check->assembly;
     kmp_json_put(json, "nbody %d nq %d nh %d loops %d", check->body_count, check->system->n, check->system->m,
                  check->loop_count);
-    kmp_json_put(json, "rank %g dof %g cond_Jv %g max_B %g redundant [ ] u [ ] v [ ] blocks [ ] gap %g", NAN, NAN, NAN,
-                 NAN, a->gap);
+    kmp_json_put(json, "rank %g dof %g cond_Jv %g max_B %g redundant [ ] u [ ] v [ ] blocks [ ] gap %g turn %g", NAN,
+                 NAN, NAN, NAN, a->gap, a->turn);
     kmp_print_names(json, "culprits", check->system, kmp_name_of_closure, a->culprit_count, a->culprits);
     json_releases(json, check);
     kmp_json_array(json, "too_short");

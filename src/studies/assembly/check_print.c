@@ -326,12 +326,7 @@ static void show_limits(kmp_text *text, const kempe_check *check, int most)
 
 static void put_culprit(kmp_text *text, const kempe_check *check, int k)
 {
-    const kempe_assembly *a = check->assembly;
-    int c = a->culprits[k];
-    bool turned = a->turns[c] > 0;
-    kmp_shown unit = kmp_shown_as(check->system->context, turned ? "rad" : "m");
-    kmp_text_printf(text, "'%s' by %.6g %s", kmp_name_of_closure(check->system, c),
-                    (turned ? a->turns[c] : a->gaps[c]) * unit.factor, unit.unit);
+    kmp_assembly_put_open(text, check->assembly, check->assembly->culprits[k]);
 }
 
 static void put_reach(kmp_text *text, const kempe_check *check, int k)
@@ -348,8 +343,10 @@ static void show_obstacle(kmp_text *text, const kempe_check *check)
 {
     if (check->assembly->turned)
         line(text, "does not assemble", "axes that should be parallel are turned by more than a right angle");
-    else
+    else if (check->assembly->gap > 0)
         line(text, "does not assemble", "the smallest gap found is %.6g m", check->assembly->gap);
+    else
+        line(text, "does not assemble", "the smallest angle found is %.4g deg", check->assembly->turn * 180 / acos(-1));
     list(text, check, "open loops", "", check->assembly->culprit_count, put_culprit);
     list(text, check, "lengths", "", check->obstacle.reach_count, put_reach);
     list(text, check, "held coordinates", "", check->obstacle.release_count, put_release);

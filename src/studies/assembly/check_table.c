@@ -69,17 +69,18 @@ static int count_rows(const kempe_check *check, int closure, bool redundant)
 static void fill_closures(kempe_table *table, const void *result)
 {
     const kempe_check *check = result;
-    kmp_tabulate_columns(table, "closure[words] kind[words] rows redundant may_lose gap");
+    kmp_tabulate_columns(table, "closure[words] kind[words] rows redundant may_lose gap turn");
     for (int c = 0; c < check->loop_count; c++) {
         const kmp_diagnosis *d = &check->diagnosis;
         int may_lose = 0;
         for (int k = 0; check->assembled && k < d->repair_count; k++)
             may_lose = d->repairs[k].closure == c ? d->repairs[k].count : may_lose;
         kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %s %d %g %g %g", kmp_name_of_closure(check->system, c),
+        kmp_tabulate_cells(table, "%s %s %d %g %g %g %g", kmp_name_of_closure(check->system, c),
                            check->system->model->closures[c].kind, count_rows(check, c, false),
                            check->assembled ? (double)count_rows(check, c, true) : (double)NAN,
-                           check->assembled ? (double)may_lose : (double)NAN, check->assembly->gaps[c]);
+                           check->assembled ? (double)may_lose : (double)NAN, check->assembly->gaps[c],
+                           check->assembly->turns[c]);
     }
 }
 
