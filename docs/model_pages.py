@@ -71,7 +71,7 @@ def table(head, lines):
     return "\n".join([f"| {' | '.join(head)} |", "|" + "---|" * len(head), *(f"| {' | '.join(line)} |" for line in lines)]) + "\n"
 
 
-SHOWN = {"coordinates": "list of names", "motions": "list", **dict.fromkeys(("values", "parameters", "points", "joint", "inertia"), "mapping"), "shape or list": "mapping or list"}
+SHOWN = {"coordinates": "list of names", "motions": "list", **dict.fromkeys(("values", "parameters", "joints", "points", "joint", "inertia"), "mapping"), "shape or list": "mapping or list"}
 
 
 def value(word, unit):

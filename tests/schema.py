@@ -86,6 +86,8 @@ class Schema(unittest.TestCase):
         self.assertGreater(len(models), 5)
         for path in models:
             model = yaml.load(path.read_text(), yaml.BaseLoader)
+            if "closed_loop" in model:  # a foreign format in YAML
+                continue
             with self.subTest(path.name):
                 self.assertEqual(faults(SCHEMA, model), [])
 

@@ -7,12 +7,14 @@
 #include <string.h>
 
 #define OWN KEMPE_ROOT "/tests/models/geared_leg"
+#define ARM KEMPE_ROOT "/tests/models/closed_arm"
 
 static kempe_context *context;
 
 static void same_in_both_languages(void)
 {
     foreign_same(context, OWN ".urdf", OWN ".yaml");
+    foreign_same(context, ARM ".yaml", ARM "_own.yaml");
 }
 
 /* -- rotations ----------------------------------------------------------------------------------------- */
@@ -231,6 +233,58 @@ static void meshes_that_are_found(void)
     }
 }
 
+/* Files of loops beside closed_arm.urdf. */
+static void loops_that_are_refused(void)
+{
+    static const struct {
+        const char *text, *said;
+    } cases[] = {
+        {"closed_loop: [[tip, eye], [end_A, nowhere]]",
+         ":1:35: the frame 'nowhere' is neither a link nor a joint of the robot"},
+        {"closed_loop: [[tip, eye, end_A]]", ":1:15: an entry of 'closed_loop' is a pair of frames, [A, B]"},
+        {"closed_loop: 5", ":1:14: the value of 'closed_loop' is a list of pairs of frames"},
+        {"closed_loop: [[tip, eye]]\ntype: [5d]", ":2:8: type '5d' is unknown; available: 3d, 6d"},
+        {"closed_loop: [[tip, eye]]\ntype: [3d, 6d]", ":2:7: the list 'type' must have one entry for each"},
+        {"closed_loop: [[tip, eye]]\njoint_name: [B]", ":2:13: the list 'joint_type' is missing"},
+        {"closed_loop: [[tip, eye]]\njoint_name: [B]\njoint_type: []", ":3:13: the list 'joint_type' must have one"},
+        {"closed_loop: [[tip, eye]]\njoint_name: [B]\njoint_type: [UJOINT_XX]",
+         ":3:14: joint_type 'UJOINT_XX' is unknown; available: FIXED, SPHERICAL, UJOINT_XY"},
+        {"closed_loop: [[tip, eye]]\njoint_name: [B, B]\njoint_type: [FIXED, FIXED]",
+         ":2:17: the joint 'B' is given twice"},
+        {"kempe: 1\ninclude: [{file: closed_arm.urdf, joints: {C: {weld: yes}}}]",
+         ":2:44: include joints: no body of '"},
+    };
+    kempe_model *model = NULL;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        CHECK(kempe_model_read_text(context, cases[k].text, ARM ".yaml", &model) == KEMPE_E_INPUT && !model);
+        if (!strstr(kempe_context_message(context), cases[k].said))
+            CHECK_TEXT(kempe_context_message(context), cases[k].said);
+    }
+    CHECK(kempe_model_read_text(context, "closed_loop: []", "r.yaml", &model) == KEMPE_E_INPUT && !model);
+    CHECK_TEXT(kempe_context_message(context), "r.yaml:1:1: the robot 'r.urdf' of these loops cannot be read");
+}
+
+static void loops_not_used(void)
+{
+    CHECK_TEXT(foreign_log(context, NULL, ARM ".yaml"),
+               "2 /tests/models/closed_arm.yaml:5:33: the joint 'absent' of joint_name is not used: the robot does not "
+               "have it\n"
+               "1 /tests/models/closed_arm.yaml: motors, which are not held while the loops are closed: A\n"
+               "2 /tests/models/closed_arm.yaml:14:1: 'colour' is not used\n"
+               "1 /tests/models/closed_arm.urdf: link 'base' has no parent: it is fixed to the ground\n");
+    foreign_strict(context, ARM ".yaml", 2);
+}
+
+/* A free base of the loops is that of the robot. */
+static void base_of_loops(void)
+{
+    kempe_model *model = NULL;
+    CHECK(kempe_context_set_base(context, "free") == KEMPE_OK);
+    CHECK(kempe_model_read(context, ARM ".yaml", &model) == KEMPE_OK && kempe_model_coordinate_count(model) == 18);
+    kempe_model_free(model);
+    CHECK(kempe_context_set_base(context, NULL) == KEMPE_OK);
+}
+
 static void changed_files(void)
 {
     foreign_changed(context, "r.urdf", OWN ".urdf");
@@ -247,6 +301,9 @@ int main(void)
     TEST(free_base);
     TEST(gravity_of_included_robot);
     TEST(meshes_that_are_found);
+    TEST(loops_that_are_refused);
+    TEST(loops_not_used);
+    TEST(base_of_loops);
     TEST(changed_files);
     kempe_context_free(context);
     return check_report();

@@ -13,7 +13,8 @@ typedef struct kmp_import {
     kmp_arena *arena; /* of the document */
     const char *file;
     kmp_base base;
-    const kmp_element *model; /* the outermost element */
+    const kmp_element *model; /* the outermost element; NULL: the file is in YAML */
+    const kmp_yaml *source;   /* then its outermost mapping */
     kmp_yaml *root;           /* the document */
     kempe_status status;      /* of the first complaint */
 } kmp_import;
@@ -25,9 +26,14 @@ bool kmp_is_foreign(const char *file, const char *text, size_t length);
 kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
                               size_t length, kmp_base base, const kmp_yaml **root);
 
+/** Converts a document of YAML that is in a foreign format; otherwise `*root` is unchanged. */
+kempe_status kmp_foreign_convert(kempe_context *context, kmp_arena *arena, const char *file, kmp_base base,
+                                 const kmp_yaml **root);
+
 /* The conversions, by their rows in formats.def. Errors are in import->status. */
 void kmp_mbs_convert(kmp_import *import);
 void kmp_urdf_convert(kmp_import *import);
+void kmp_laas_convert(kmp_import *import);
 
 /* importing.c */
 

@@ -14,7 +14,14 @@ typedef struct format {
 static const format formats[] = {
 #define KMP_FORMAT(outermost, ending, convert, name) {outermost, ending, convert, name},
 #include "model/formats/formats.def"
-#undef KMP_FORMAT
+};
+
+static const struct {
+    const char *key;
+    void (*convert)(kmp_import *import);
+} keyed[] = {
+#define KMP_FORMAT_OF_KEY(key, convert) {key, convert},
+#include "model/formats/formats.def"
 };
 
 enum { FORMATS = sizeof formats / sizeof *formats };
@@ -86,6 +93,22 @@ kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const ch
         found->convert(&im);
     if (im.status == KEMPE_OK) /* otherwise the reader would report the error again */
         *root = im.root;
+    return arena->failed ? kmp_fail_memory(context) : im.status;
+}
+
+kempe_status kmp_foreign_convert(kempe_context *context, kmp_arena *arena, const char *file, kmp_base base,
+                                 const kmp_yaml **root)
+{
+    kmp_import im = {.context = context, .arena = arena, .file = file, .base = base, .source = *root};
+    for (size_t k = 0; k < sizeof keyed / sizeof *keyed; k++) {
+        if (kmp_yaml_get(im.source, "kempe") || !kmp_yaml_get(im.source, keyed[k].key))
+            continue;
+        im.root = kmp_import_map(&im, im.source->place);
+        kmp_import_word(&im, im.root, im.source->place, "kempe", "1");
+        if (im.root)
+            keyed[k].convert(&im);
+        *root = im.status == KEMPE_OK ? im.root : NULL;
+    }
     return arena->failed ? kmp_fail_memory(context) : im.status;
 }
 

@@ -203,6 +203,50 @@ static const kmp_yaml *set_parameters(kmp_reader *r, const kmp_yaml *root, const
     return with_item(r, root, "parameters", parameters);
 }
 
+/* The joint of a body: its name, and its place. */
+static const kmp_yaml *other_kind(kmp_reader *r, const kmp_yaml *joint, const kmp_yaml *kind)
+{
+    static const char *const kept[] = {"name", "at", "to", "frame"};
+    kmp_yaml *other = kmp_yaml_copy(&r->scratch, kind);
+    for (size_t k = 0; other && k < sizeof kept / sizeof *kept; k++)
+        if (kmp_yaml_get(joint, kept[k]))
+            kmp_yaml_put(&r->scratch, other, joint->place, kept[k], kmp_yaml_get(joint, kept[k]));
+    return other;
+}
+
+static const char *joint_name(const kmp_yaml *bodies, int i)
+{
+    const kmp_yaml *joint = kmp_yaml_get(bodies->items[i], "joint"), *name = kmp_yaml_get(joint, "name");
+    return name ? name->text : joint ? bodies->keys[i]->text : "";
+}
+
+/* The bodies of an included file, some joints of which the including file makes joints of another kind. */
+static const kmp_yaml *set_joints(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
+{
+    const kmp_yaml *bodies = kmp_yaml_get(root, "bodies");
+    if (!set || !kmp_read_map(r, set, "include joints", NULL))
+        return root;
+    for (int k = 0; k < set->count; k++) {
+        kmp_nearest nearest = kmp_nearest_begin(set->keys[k]->text);
+        int of = -1;
+        for (int i = 0; bodies && i < bodies->count; i++) {
+            const char *name = joint_name(bodies, i);
+            kmp_nearest_offer(&nearest, name);
+            of = strcmp(name, set->keys[k]->text) == 0 ? i : of;
+        }
+        if (of < 0)
+            kmp_reader_complain_near(r, set->keys[k]->place, &nearest,
+                                     "include joints: no body of '%s' has a joint '%s'",
+                                     r->model->files[root->place.file], set->keys[k]->text);
+        else if (kmp_read_map(r, set->items[k], "include joints", NULL)) {
+            const kmp_yaml *body = bodies->items[of],
+                           *joint = other_kind(r, kmp_yaml_get(body, "joint"), set->items[k]);
+            bodies = with_item(r, bodies, bodies->keys[of]->text, with_item(r, body, "joint", joint));
+        }
+    }
+    return with_item(r, root, "bodies", bodies);
+}
+
 static const kmp_yaml *join_start(kmp_reader *r, const kmp_yaml *start, const kmp_yaml *more)
 {
     static const char *const maps[] = {"q", "qd", "goals"};
@@ -264,7 +308,8 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
     if (!instance)
         return;
     *instance = x;
-    join(r, set_parameters(r, x.root, kmp_yaml_get(node, "set")), &x);
+    const kmp_yaml *set = set_parameters(r, x.root, kmp_yaml_get(node, "set"));
+    join(r, set_joints(r, set, kmp_yaml_get(node, "joints")), &x);
     include_all(r, x.root, x.file);
 }
 
