@@ -31,6 +31,10 @@ KEMPE_API kempe_status kempe_context_set_base(kempe_context *context, const char
  * line and column. */
 KEMPE_API kempe_status kempe_context_set_strict(kempe_context *context, int strict);
 
+/** Makes limits of joints in files in other formats stops of their coordinates, without rebound (1), or leaves them out
+ * (0, the default). The `joint_limits` of an included file comes first. */
+KEMPE_API kempe_status kempe_context_set_joint_limits(kempe_context *context, int limits);
+
 /* Inputs of a model: functions of time that are given to a run (docs/model/inputs.md). A stepper (kempe/stepper.h) or a
  * workspace (kempe/workspace.h) takes other values. Values here are in SI. */
 

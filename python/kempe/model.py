@@ -37,6 +37,7 @@ class Reading(NamedTuple):
     closure_tolerance: float | None
     cache: str | os.PathLike[str] | None
     robot_base: str | None
+    joint_limits: bool
     strict: bool
 
 
@@ -50,7 +51,7 @@ class Model(Fixed):
 
     A value is a text as in the file, or a number in the parameter's unit. `parameters` has values whose names are no keywords.
     `closure_tolerance` (m) is the gap that redundant closures may keep; `cache` a folder that keeps derived equations.
-    Of a robot in another format, `robot_base` is "fixed" or "free"; with `strict` its parts that Kempe does not use are errors.
+    Of a robot in another format, `robot_base` is "fixed" or "free"; with `joint_limits` its limits are stops; with `strict` its parts that Kempe does not use are errors.
 
     A model is frozen. Pickled, it is its path or text and these values, and is read again. A copy is the model itself."""
 
@@ -64,11 +65,12 @@ class Model(Fixed):
         closure_tolerance: float | None = None,
         cache: str | os.PathLike[str] | None = None,
         robot_base: str | None = None,
+        joint_limits: bool = False,
         strict: bool = False,
         **more: Any,
     ) -> None:
         values = {**(parameters or {}), **more}
-        reading = Reading(closure_tolerance, cache, robot_base, strict)
+        reading = Reading(closure_tolerance, cache, robot_base, joint_limits, strict)
         self._recipe: Recipe = _read_again, (os.path.abspath(path), None, values, reading)
         self._read(lib.guarded_kempe_model_read_set, (os.fsencode(path),), values, reading)
 
@@ -82,6 +84,7 @@ class Model(Fixed):
         closure_tolerance: float | None = None,
         cache: str | os.PathLike[str] | None = None,
         robot_base: str | None = None,
+        joint_limits: bool = False,
         strict: bool = False,
         **more: Any,
     ) -> Model:
@@ -94,7 +97,7 @@ class Model(Fixed):
         """
         model = cls.__new__(cls)
         values = {**(parameters or {}), **more}
-        reading = Reading(closure_tolerance, cache, robot_base, strict)
+        reading = Reading(closure_tolerance, cache, robot_base, joint_limits, strict)
         model._recipe = _read_again, (label, text, values, reading)
         source = (utf8(text), utf8(label))
         model._read(lib.guarded_kempe_model_read_text_set, source, values, reading)
@@ -116,6 +119,7 @@ class Model(Fixed):
             self._context.check(lib.kempe_context_set_cache, self._context.pointer, os.fsencode(reading.cache))
         if reading.robot_base is not None:
             self._context.check(lib.kempe_context_set_base, self._context.pointer, utf8(reading.robot_base))
+        self._context.check(lib.kempe_context_set_joint_limits, self._context.pointer, int(reading.joint_limits))
         self._context.check(lib.kempe_context_set_strict, self._context.pointer, int(reading.strict))
         keep: list[Any] = []
         settings = ffi.new(

@@ -195,7 +195,8 @@ def test_base_and_strict_reading():
     free = kempe.Model(path, robot_base="free")
     assert len(free.coordinates) == len(kempe.Model(path).coordinates) + 6
     assert pickle.loads(pickle.dumps(free)).coordinates == free.coordinates
-    with pytest.raises(kempe.InputError, match=r"geared_leg\.urdf:30:5: 'limit' in 'joint' is not used"):
+    assert "hip_upper" in str(kempe.Model(path, joint_limits=True)) and "hip_upper" not in str(kempe.Model(path))
+    with pytest.raises(kempe.InputError, match=r"geared_leg\.urdf:30:5: limits of motion are not used"):
         kempe.Model(path, strict=True)
     with pytest.raises(kempe.ArgumentError, match="unknown base 'loose'"):
         kempe.Model(path, robot_base="loose")

@@ -24,7 +24,7 @@ struct kempe_context {
     kmp_text message;
     kempe_log_fn *log;
     void *user;
-    bool quiet, degrees, strict;
+    bool quiet, degrees, strict, limits;
     kmp_base base;
     int complaints;    /* since the message was cleared */
     kmp_text warnings; /* of the current computation, one per line */
@@ -179,6 +179,26 @@ kempe_status kempe_context_set_strict(kempe_context *context, int strict)
     kmp_context_clear(context);
     context->strict = strict != 0;
     return KEMPE_OK;
+}
+
+kempe_status kempe_context_set_joint_limits(kempe_context *context, int limits)
+{
+    KMP_WANTED(NULL, context, "context");
+    kmp_context_clear(context);
+    context->limits = limits != 0;
+    return KEMPE_OK;
+}
+
+bool kmp_context_use_limits(kempe_context *context, bool limits)
+{
+    bool before = context->limits;
+    context->limits = limits;
+    return before;
+}
+
+bool kmp_context_has_limits(const kempe_context *context)
+{
+    return context->limits;
 }
 
 kmp_base kmp_context_base(const kempe_context *context)

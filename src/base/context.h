@@ -13,6 +13,10 @@ const char *kmp_context_cache(const kempe_context *context);
 typedef enum kmp_base { KMP_BASE_OF_FORMAT, KMP_BASE_FIXED, KMP_BASE_FREE } kmp_base;
 kmp_base kmp_context_base(const kempe_context *context);
 
+/** True if limits of joints in foreign models are stops. Sets that and returns what it was. */
+bool kmp_context_has_limits(const kempe_context *context);
+bool kmp_context_use_limits(kempe_context *context, bool limits);
+
 /** True if parts of foreign models that are not used are errors. */
 bool kmp_context_is_strict(const kempe_context *context);
 

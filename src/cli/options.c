@@ -74,6 +74,8 @@ static const option options[] = {
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
     {CLI_ALL & ~CLI_NEW, IN_MODEL, "base", TEXT(base), "NAME",
      "root of a robot in another format: fixed (to the ground) or free (default: as the format has it)"},
+    {CLI_ALL & ~CLI_NEW, IN_MODEL, "joint-limits", FLAG(joint_limits),
+     "limits of joints in a file in another format are stops, without rebound (default: they are left out)"},
     {CLI_ALL & ~CLI_NEW, IN_MODEL, "strict", FLAG(strict),
      "a part of a file in another format that is not used is an error"},
     {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW, IN_MODEL, "algorithm", TEXT(algorithm), "NAME",

@@ -79,7 +79,7 @@ typedef struct cli_settings {
     kempe_folder_options folder;
     const char *history_output;
     int seed, lanes;
-    int count, branches, alone, all, no_cache, strict, units, quiet, help; /* flags: 0 or 1 */
+    int count, branches, alone, all, no_cache, joint_limits, strict, units, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
 } cli_settings;
 

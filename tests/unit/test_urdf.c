@@ -128,11 +128,15 @@ static void what_is_not_used(void)
                "1 /tests/models/geared_leg.urdf: link 'trunk' has no parent: it is fixed to the ground\n"
                "2 /tests/models/geared_leg.urdf:9:5: 'collision' in 'link' is not used: surfaces that touch are "
                "entries of contacts\n"
-               "2 /tests/models/geared_leg.urdf:30:5: 'limit' in 'joint' is not used: a stop is an entry of contacts, "
-               "as {joint: NAME, lower: -1, upper: 1}\n"
+               "2 /tests/models/geared_leg.urdf:30:5: 'effort' in 'limit' is not used: the torque or force of a motor "
+               "is an expression\n"
+               "2 /tests/models/geared_leg.urdf:30:5: 'velocity' in 'limit' is not used: the rate of a motor is an "
+               "expression\n"
                "2 /tests/models/geared_leg.urdf:59:3: 'transmission' in 'robot' is not used: a drive or a force of a "
-               "joint moves it\n");
-    foreign_strict(context, OWN ".urdf", 4);
+               "joint moves it\n"
+               "2 /tests/models/geared_leg.urdf:30:5: limits of motion are not used: --joint-limits makes them "
+               "stops\n");
+    foreign_strict(context, OWN ".urdf", 6);
 }
 
 /* Forty kinds of parts are named, the others counted. */
@@ -202,6 +206,40 @@ static void gravity_of_included_robot(void)
         kempe_text_free(shown);
         kempe_model_free(model);
     }
+}
+
+/* Limits are stops on request, of the command or of the file that includes the robot; ranges without width are none. */
+static void limits_as_stops(void)
+{
+    static const char slide[] = LINKS
+        "<joint name='j' type='prismatic'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/><limit lower='-0.5' "
+        "upper='1e400'/></joint></robot>";
+    static const char shut[] =
+        LINKS "<joint name='j' type='prismatic'><parent link='a'/><child link='b'/><limit/></joint>"
+              "</robot>";
+    static const char *const included[] = {"", ", joint_limits: yes", ", joint_limits: no"};
+    for (int asked = 0; asked < 2; asked++) {
+        CHECK(kempe_context_set_joint_limits(context, asked) == KEMPE_OK);
+        for (int k = 0; k < 3; k++) {
+            kempe_model *model = NULL;
+            char text[200], *shown = NULL;
+            snprintf(text, sizeof text, "kempe: 1\ninclude: [{file: geared_leg.urdf%s}]\n", included[k]);
+            CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/outer.yaml", &model) == KEMPE_OK);
+            CHECK(model && kempe_model_print(model, KEMPE_TEXT, &shown) == KEMPE_OK);
+            bool stops = k == 1 || (k == 0 && asked);
+            CHECK(shown &&
+                  stops == (strstr(shown, "  hip_lower: lower limit of hip, limit -1, restitution 0\n"
+                                          "  hip_upper: upper limit of hip, limit 1, restitution 0\n") != NULL));
+            CHECK(shown && stops == (strstr(shown, "hip_upper") != NULL));
+            kempe_text_free(shown);
+            kempe_model_free(model);
+        }
+    }
+    foreign_refuse(context, "r.urdf", slide, "r.urdf:1:180: upper '1e400' is not one number");
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, shut, "r.urdf", &model) == KEMPE_OK);
+    kempe_model_free(model);
+    CHECK(kempe_context_set_joint_limits(context, 0) == KEMPE_OK);
 }
 
 /* Meshes beside the model, in a package above it, with one scale; others are named. */
@@ -300,6 +338,7 @@ int main(void)
     TEST(many_are_not_used);
     TEST(free_base);
     TEST(gravity_of_included_robot);
+    TEST(limits_as_stops);
     TEST(meshes_that_are_found);
     TEST(loops_that_are_refused);
     TEST(loops_not_used);

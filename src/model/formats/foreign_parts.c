@@ -218,6 +218,28 @@ void kmp_import_friction(kmp_import *im, const kmp_element *from, const char *jo
                         slides ? "force" : "torque", kmp_import_number(im, level));
 }
 
+void kmp_import_limits(kmp_import *im, const kmp_element *from, const char *joint, double lower, double upper)
+{
+    static const char *const words[2] = {"lower", "upper"};
+    const double limit[2] = {lower, upper};
+    if (!(lower < upper) || (isinf(lower) && isinf(upper)))
+        return;
+    if (!kmp_context_has_limits(im->context)) {
+        if (im->limited++ == 0)
+            im->first_limit = from->place;
+        return;
+    }
+    for (int k = 0; k < 2; k++) {
+        if (isinf(limit[k]))
+            continue;
+        kmp_yaml *map = kmp_import_map(im, from->place);
+        kmp_import_word(im, map, from->place, "joint", joint);
+        kmp_import_word(im, map, from->place, words[k], kmp_import_number(im, limit[k]));
+        kmp_import_word(im, map, from->place, "restitution", "0");
+        kmp_import_add(im, "contacts", from, kmp_arena_printf(im->arena, "%s_%s", joint, words[k]), map);
+    }
+}
+
 void kmp_import_coupler(kmp_import *im, const kmp_element *from, const char *name, int count, const char *const *joint,
                         const double *factor, double equals)
 {

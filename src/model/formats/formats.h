@@ -17,6 +17,8 @@ typedef struct kmp_import {
     const kmp_yaml *source;   /* then its outermost mapping */
     kmp_yaml *root;           /* the document */
     kempe_status status;      /* of the first complaint */
+    int limited;              /* joints whose limits are not used */
+    kmp_place first_limit;    /* of the first one */
 } kmp_import;
 
 /** True if a file is foreign, by the ending of its name or by its first sign. */

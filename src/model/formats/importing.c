@@ -268,6 +268,12 @@ static const char *remedy_of(const kmp_element *e, const kmp_remedy *remedies, s
     return NULL;
 }
 
+static const char *times_of(kmp_import *im, int count)
+{
+    const char *words = count > 1 ? kmp_arena_printf(im->arena, " (%d times)", count) : "";
+    return words ? words : "";
+}
+
 void kmp_import_note_unknown(kmp_import *im, const kmp_grammar *grammar, size_t rows, const kmp_remedy *remedies,
                              size_t remedy_count)
 {
@@ -276,10 +282,12 @@ void kmp_import_note_unknown(kmp_import *im, const kmp_grammar *grammar, size_t 
     look(&s, im->model);
     for (const unknown *u = s.found; u; u = u->next) {
         const char *remedy = remedy_of(u->first, remedies, remedy_count);
-        const char *times = u->count > 1 ? kmp_arena_printf(im->arena, " (%d times)", u->count) : "";
         kmp_import_leave_out(im, u->first->place, "'%s' in '%s' is not used%s%s%s", u->first->name, u->in,
-                             times ? times : "", remedy ? ": " : "", remedy ? remedy : "");
+                             times_of(im, u->count), remedy ? ": " : "", remedy ? remedy : "");
     }
+    if (im->limited > 0)
+        kmp_import_leave_out(im, im->first_limit, "limits of motion are not used%s: --joint-limits makes them stops",
+                             times_of(im, im->limited));
     if (s.rest > 0)
         kmp_import_leave_out(im, im->model->place, "%d parts of further kinds are not used", s.rest);
 }

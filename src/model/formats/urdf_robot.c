@@ -246,6 +246,15 @@ static void add_losses(kmp_import *im, const joint *j)
     kmp_import_friction(im, dynamics, j->name, strcmp(j->type, "prismatic") == 0, friction);
 }
 
+/* The range of a joint with one coordinate, but for continuous ones. Limits of effort and rate are those of a drive. */
+static void add_limits(kmp_import *im, const joint *j)
+{
+    const kmp_element *limit = kmp_element_find(j->element, "limit");
+    if (limit && is_single(j) && strcmp(j->type, "continuous") != 0)
+        kmp_import_limits(im, limit, j->name, kmp_import_read_number(im, limit, "lower", 0),
+                          kmp_import_read_number(im, limit, "upper", 0));
+}
+
 /* q = multiplier q(other) + offset. */
 static void add_mimic(const robot *r, const joint *j)
 {
@@ -291,6 +300,7 @@ static void add_joint(const robot *r, const joint *j)
         kmp_import_joint(im, body, j->element->place, j->name, at, kinds[k].joint,
                          kinds[k].has_axis ? axis_of(im, j->element, j->name) : NULL);
         add_losses(im, j);
+        add_limits(im, j);
         add_mimic(r, j);
         if (hold && strcmp(hold, "true") == 0 && kinds[k].single)
             kmp_import_hold(im, j->element->place, j->name);
@@ -406,11 +416,12 @@ static const kmp_grammar grammar[] = {
     {"mesh", " filename scale "},
     {"material", " name color "},
     {"color", " rgba "},
-    {"joint", " name type origin parent child axis dynamics mimic independent "},
+    {"joint", " name type origin parent child axis dynamics limit mimic independent "},
     {"parent", " link "},
     {"child", " link "},
     {"axis", " xyz "},
     {"dynamics", " damping friction "},
+    {"limit", " lower upper "},
     {"mimic", " joint multiplier offset "},
     {"loop", " name type predecessor successor axis "},
     {"coupling", " name type predecessor successor ratio "},
@@ -420,7 +431,8 @@ static const kmp_grammar grammar[] = {
 };
 
 static const kmp_remedy remedies[] = {
-    {"limit", "a stop is an entry of contacts, as {joint: NAME, lower: -1, upper: 1}"},
+    {"effort", "the torque or force of a motor is an expression"},
+    {"velocity", "the rate of a motor is an expression"},
     {"collision", "surfaces that touch are entries of contacts"},
     {"transmission", "a drive or a force of a joint moves it"},
     {"safety_controller", "a controller is a force of its inputs and states"},

@@ -91,16 +91,19 @@ static void load(kmp_reader *r, const kmp_yaml *node, const char *path, kmp_incl
     size_t length;
     for (int k = 0; k < r->instance_count; k++) {
         const kmp_include_instance *other = &r->instances[k];
-        if (other->root->nodes > 0 && other->base == x->base && strcmp(r->model->files[other->file], path) == 0) {
+        if (other->root->nodes > 0 && other->base == x->base && other->limits == x->limits &&
+            strcmp(r->model->files[other->file], path) == 0) {
             x->root = kmp_yaml_again(&r->scratch, other->root, x->file);
             x->foreign = other->foreign;
             return;
         }
     }
     char *text = kmp_read_file(r, node, "include", path, &length);
+    bool before = kmp_context_use_limits(r->context, x->limits);
     x->foreign = text && kmp_is_foreign(path, text, length);
     if (text && kmp_document_load(r->context, &r->scratch, path, x->file, text, length, x->base, &x->root) != KEMPE_OK)
         r->wrong = true;
+    (void)kmp_context_use_limits(r->context, before);
     kmp_free(text);
 }
 
@@ -282,6 +285,13 @@ static kmp_base base_of(kmp_reader *r, const kmp_yaml *node)
     return word < 0 ? kmp_context_base(r->context) : word == 0 ? KMP_BASE_FIXED : KMP_BASE_FREE;
 }
 
+static bool are_stops(kmp_reader *r, const kmp_yaml *node)
+{
+    static const char *const words[] = {"no", "yes"};
+    int word = node ? kmp_read_choice(r, node, "an include", KMP_NAMES_OF(words), "joint_limits is", " or ") : -1;
+    return word < 0 ? kmp_context_has_limits(r->context) : word == 1;
+}
+
 static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
 {
     if (node->kind != KMP_YAML_MAP) {
@@ -301,6 +311,7 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
                               .at = kmp_yaml_get(node, "at"),
                               .offset = kmp_yaml_get(node, "offset"),
                               .base = base_of(r, kmp_yaml_get(node, "base")),
+                              .limits = are_stops(r, kmp_yaml_get(node, "joint_limits")),
                               .ground = -1};
     if (x.file >= 0)
         load(r, name, path, &x);

@@ -148,6 +148,8 @@ static void begin_digest(kmp_reader *r, const char *text, size_t length)
     r->digests = true;
     kmp_digest_begin(&r->digest);
     kmp_reader_digest(r, r->file, text, length);
+    if (kmp_context_has_limits(r->context))
+        kmp_digest_add_text(&r->digest, "limits");
     if (kmp_context_base(r->context) != KMP_BASE_OF_FORMAT)
         kmp_digest_add_text(&r->digest, kmp_context_base(r->context) == KMP_BASE_FREE ? "free" : "fixed");
     for (int k = 0; k < r->setting_count; k++) {

@@ -23,6 +23,7 @@ typedef struct kmp_include_instance {
     const kmp_yaml *at, *offset; /* its ground: a body or a point, NULL the ground; the distance from it */
     const kmp_yaml *root;
     kmp_base base; /* of a robot in another format */
+    bool limits;   /* its limits of joints are stops */
     bool foreign;  /* it is in another format */
     int ground;    /* the point that represents its ground, once bodies are read */
 } kmp_include_instance;
