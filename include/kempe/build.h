@@ -91,8 +91,9 @@ typedef struct kempe_force_def {
  * inertia, which the body then does not have as well. Members that are 0 or NULL are left out. */
 typedef struct kempe_shape_def {
     const char *body;           /* or "ground" */
-    const char *kind;           /* "box", "sphere", "cylinder", "capsule", "mesh" */
-    kempe_number dimensions[3]; /* m: edges of a box; else the first: radius of a sphere, length of a cylinder */
+    const char *kind;           /* "box", "sphere", "ellipsoid", "cylinder", "capsule", "mesh" */
+    kempe_number dimensions[3]; /* m: edges of a box; radii of an ellipsoid; else the first: radius of a sphere, length
+                                   of a cylinder */
     const char *between[2];     /* in place of a length: points of the body at the centres of both ends */
     const char *file;           /* of a mesh, in the working folder unless it is a whole path */
     kempe_number scale;         /* m: the length that 1 means in it; 0: 1 m */

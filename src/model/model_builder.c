@@ -318,7 +318,8 @@ static const kmp_yaml *shape_size(kmp_builder *b, const kempe_shape_def *def)
         return word(b, def->file);
     if (def->between[0] || def->between[1])
         return two_words(b, def->between);
-    return strcmp(def->kind, "box") == 0 ? vector(b, def->dimensions) : number(b, def->dimensions[0]);
+    bool three = strcmp(def->kind, "box") == 0 || strcmp(def->kind, "ellipsoid") == 0;
+    return three ? vector(b, def->dimensions) : number(b, def->dimensions[0]);
 }
 
 static const kmp_yaml *shape(kmp_builder *b, const kempe_shape_def *def)

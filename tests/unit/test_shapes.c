@@ -50,14 +50,19 @@ static void put_box(double mass, double a, double b, double c)
         put(mass / 8, (k & 1 ? s : -s) * a, (k & 2 ? s : -s) * b, (k & 4 ? s : -s) * c);
 }
 
-/* A ball has those of six points at sqrt(3/5) of its radius. */
-static void put_ball(double mass, double r)
+/* An ellipsoid has those of six points at sqrt(3/5) of its radii. */
+static void put_ellipsoid(double mass, const double r[3])
 {
     for (int k = 0; k < 6; k++) {
         double at[3] = {0};
-        at[k / 2] = (k % 2 ? 1 : -1) * sqrt(0.6) * r;
+        at[k / 2] = (k % 2 ? 1 : -1) * sqrt(0.6) * r[k / 2];
         put(mass / 6, at[0], at[1], at[2]);
     }
+}
+
+static void put_ball(double mass, double r)
+{
+    put_ellipsoid(mass, (const double[3]){r, r, r});
 }
 
 /* A disc has those of four points at r / sqrt(2); z: its height, of a slice. */
@@ -177,6 +182,11 @@ static void test_single(void)
     put_ball(v * 4 / 3 * pi * 0.001, 0.1);
     move(0, level, there);
     expect("", "{sphere: 10 cm, density: rho, at: [0.2, -0.1, 0.3]}", 1e-14);
+    put_ellipsoid(v * 4 / 3 * pi * 0.1 * 0.2 * 0.05, (const double[3]){0.1, 0.2, 0.05});
+    move(0, skew, there);
+    expect("",
+           "{ellipsoid: [0.1, l/2, 0.05], density: rho, at: [0.2, -0.1, 0.3], axes: {x: [1, 2, 2], y: [-2, -1, 2]}}",
+           1e-14);
 }
 
 static void test_round(void)

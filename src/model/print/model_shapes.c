@@ -48,8 +48,8 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
     double axes[3][3];
     for (int k = 0; k < 9; k++)
         axes[k / 3][k % 3] = s->axes[k / 3][k % 3];
-    if (s->kind == KMP_SHAPE_BOX)
-        put_vector(json, "size", 3, s->edge);
+    if (s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID)
+        put_vector(json, s->kind == KMP_SHAPE_BOX ? "size" : "radii", 3, s->edge);
     if (s->kind == KMP_SHAPE_MESH) {
         kmp_json_put(json, "file %s triangles %d scale %g", s->mesh->path, s->mesh->triangle_count, s->scale.value);
     }
@@ -61,7 +61,7 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
         put_through(json, s);
     else
         put_vector(json, "at", 3, s->at);
-    if (s->turned && (s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_MESH))
+    if (s->turned && (s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID || s->kind == KMP_SHAPE_MESH))
         put_axes(json, axes);
     if (s->heavy)
         kmp_json_number(json, s->by_density ? "density" : "mass", s->matter.value);

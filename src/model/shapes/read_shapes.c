@@ -164,9 +164,10 @@ static bool read_along(const reading *s, const kmp_yaml *node, const char *key)
 
 /* -- kinds ------------------------------------------------------------------------------------------- */
 
-static bool read_box(const reading *s, const kmp_yaml *node)
+/* Three lengths along its axes: edges of a box, radii of an ellipsoid. */
+static bool read_lengths(const reading *s, const kmp_yaml *node)
 {
-    const char *what = say_key(s, "box");
+    const char *what = say_key(s, kmp_shape_words[s->shape->kind]);
     if (!kmp_read_vector(s->r, node, what, KMP_DIM_LENGTH, s->shape->edge) || !read_frame(s))
         return false;
     drop_symbols(3, s->shape->edge);
@@ -268,8 +269,9 @@ static void enclose(const reading *s)
 static bool read_kind(const reading *s)
 {
     static bool (*const read[])(const reading *, const kmp_yaml *) = {
-        [KMP_SHAPE_BOX] = read_box,       [KMP_SHAPE_SPHERE] = read_sphere, [KMP_SHAPE_CYLINDER] = read_round,
-        [KMP_SHAPE_CAPSULE] = read_round, [KMP_SHAPE_LINE] = read_line,     [KMP_SHAPE_MESH] = read_mesh};
+        [KMP_SHAPE_BOX] = read_lengths,    [KMP_SHAPE_ELLIPSOID] = read_lengths, [KMP_SHAPE_SPHERE] = read_sphere,
+        [KMP_SHAPE_CYLINDER] = read_round, [KMP_SHAPE_CAPSULE] = read_round,     [KMP_SHAPE_LINE] = read_line,
+        [KMP_SHAPE_MESH] = read_mesh};
     return read[s->shape->kind](s, kmp_yaml_get(s->map, kmp_shape_words[s->shape->kind]));
 }
 

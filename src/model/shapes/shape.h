@@ -21,9 +21,9 @@ typedef struct kmp_shape {
     kmp_shape_kind kind;
     int body;
     kmp_number at[3];               /* the centre; of a mesh its origin, of a line zero */
-    bool turned;                    /* the axes of a box or mesh are not those of the body: */
+    bool turned;                    /* the axes of a box, ellipsoid or mesh are not those of the body: */
     double axes[3][3];              /* v_body = axes v_shape */
-    kmp_number edge[3];             /* of a box */
+    kmp_number edge[3];             /* of a box; of an ellipsoid its radii */
     kmp_number radius, length;      /* length: between the centres of both ends */
     kmp_number along[3];            /* unit vector of a cylinder or capsule */
     const kmp_number (*through)[3]; /* the places of a line */

@@ -59,6 +59,15 @@ static gyration of_box(kmp_arena *a, const kmp_shape *s)
     return g;
 }
 
+static gyration of_ellipsoid(kmp_arena *a, const kmp_shape *s)
+{
+    const kmp_number *r = s->edge;
+    gyration g = {.volume = kmp_number_scale(a, 4 * pi / 3, times(a, times(a, r[0], r[1]), r[2]))};
+    for (int k = 0; k < 3; k++)
+        g.entry[k] = kmp_number_scale(a, 0.2, spread(a, r, k));
+    return g;
+}
+
 static gyration of_sphere(kmp_arena *a, const kmp_shape *s)
 {
     kmp_number r2 = square(a, s->radius), k2 = kmp_number_scale(a, 0.4, r2);
@@ -120,11 +129,9 @@ static kmp_number turned_by_axes(kmp_arena *a, const kmp_number entry[6], double
 
 static void of_solid(kmp_arena *a, const kmp_shape *s, kmp_mass_part *part)
 {
-    static gyration (*const of[])(kmp_arena *, const kmp_shape *) = {[KMP_SHAPE_BOX] = of_box,
-                                                                     [KMP_SHAPE_SPHERE] = of_sphere,
-                                                                     [KMP_SHAPE_CYLINDER] = of_cylinder,
-                                                                     [KMP_SHAPE_CAPSULE] = of_capsule,
-                                                                     [KMP_SHAPE_MESH] = of_mesh};
+    static gyration (*const of[])(kmp_arena *, const kmp_shape *) = {
+        [KMP_SHAPE_BOX] = of_box,           [KMP_SHAPE_SPHERE] = of_sphere,   [KMP_SHAPE_ELLIPSOID] = of_ellipsoid,
+        [KMP_SHAPE_CYLINDER] = of_cylinder, [KMP_SHAPE_CAPSULE] = of_capsule, [KMP_SHAPE_MESH] = of_mesh};
     gyration g = of[s->kind](a, s);
     double axes[3][3];
     memcpy(axes, s->axes, sizeof axes);

@@ -61,6 +61,10 @@ function placed(surface, frame, at) {
     return { points: surface.points.map((p) => add(at, combined(frame, p))), triangles: surface.triangles };
 }
 
+function stretched(surface, factors) {
+    return { points: surface.points.map((p) => p.map((x, i) => factors[i] * x)), triangles: surface.triangles };
+}
+
 function joined(surfaces) {
     const whole = { points: [], triangles: [] };
     for (const { points, triangles } of surfaces) {
@@ -92,6 +96,7 @@ function surfaceOf(solid, thin, meshes) {
     const round = { cylinder: cylinderProfile, capsule: rounded }[solid.kind];
     if (round) return placed(revolved(round(solid.radius, solid.length / 2)), axesAlong(solid.along), solid.at);
     if (solid.kind === "sphere") return placed(revolved(rounded(solid.radius, 0)), flat, solid.at);
+    if (solid.kind === "ellipsoid") return placed(stretched(revolved(rounded(1, 0)), solid.radii), solid.axes || flat, solid.at);
     if (solid.kind === "mesh") return placed(meshSurface(meshes.find((mesh) => mesh.file === solid.file), solid.scale), solid.axes || flat, solid.at);
     if (solid.kind === "line") return joined(solid.through.slice(1).map((p, k) => strut(solid.through[k], p, solid.radius || thin)));
     return placed(cuboid(solid.size), solid.axes || flat, solid.at);
