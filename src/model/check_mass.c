@@ -68,6 +68,8 @@ static bool complain(const kempe_model *model, const kmp_body *body, const branc
     int last = body->first_motion + body->motion_count - 1;
     if (at->closed || at->reported || !has_free_motion(model, body))
         return at->reported;
+    if (body->motion_count == 1 && body->armature.value > 0)
+        return false;
     if (!at->heavy) {
         complain_of(model, body, "joint", body->joint, "its body has neither mass nor inertia");
         return true;

@@ -92,11 +92,18 @@ typedef struct kmp_body {
     int load_closure; /* the first one of their locks */
     const kmp_joint_row *coupling; /* its row if that couples the two motions by a number; NULL: it does not */
     kmp_number number;             /* of the coupling */
+    kmp_number armature;           /* of a joint with one motion: a mass of this coordinate alone */
     kmp_number mass;
     kmp_number com[3];
     kmp_number inertia[6]; /* xx yy zz xy xz yz about the com, body axes; xy is the tensor's entry, -sum m x y */
     bool by_shape;         /* these three follow from its shapes */
 } kmp_body;
+
+/** Not a constant zero. */
+static inline bool kmp_body_has_armature(const kmp_body *body)
+{
+    return body->armature.value != 0 || body->armature.expr;
+}
 
 /** A coordinate times a factor. */
 typedef struct kmp_term {

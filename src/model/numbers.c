@@ -31,6 +31,8 @@ static void visit_body(walk *w, const kmp_body *body)
     visit(w, body->name, "com", 3, body->com);
     if (body->coupling)
         visit(w, body->name, kmp_joint_key(body->coupling), 1, &body->number);
+    if (kmp_body_has_armature(body))
+        visit(w, body->name, "armature", 1, &body->armature);
     visit(w, body->name, "inertia", 6, body->inertia);
 }
 

@@ -288,6 +288,8 @@ static void check_bodies(const kempe_model *m, const kempe_model *base, kmp_text
         const kmp_body *b = &m->bodies[k];
         if (b->mass.value < 0 && !why->length)
             kmp_text_printf(why, "the mass of body '%s' is negative: %.6g", b->name, b->mass.value);
+        if (b->armature.value < 0 && !why->length)
+            kmp_text_printf(why, "the armature of joint '%s' is negative: %.6g", b->joint, b->armature.value);
         for (int i = 0; i < 3; i++)
             if (b->inertia[i].value < 0 && !(base->bodies[k].inertia[i].value < 0) && !why->length) /* as given, then */
                 kmp_text_printf(why, "the inertia of body '%s' is impossible: %s = %.6g is negative", b->name,

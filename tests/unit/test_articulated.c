@@ -187,6 +187,11 @@ static void driven_and_overconstrained(void)
     compare_file("tests/models/bricard_balls.yaml", 1e-11, 0.5, 1e-8, false);
 }
 
+static void armatures(void)
+{
+    compare_file("tests/models/armed_linkage.yaml", 1e-11, 0.5, 1e-10, true);
+}
+
 static void exchanges_and_change_points(void)
 {
     scene s = read_file("examples/four_bar/four_bar_spatial.yaml");
@@ -672,6 +677,7 @@ int main(void)
 {
     TEST(examples_come_out_the_same);
     TEST(driven_and_overconstrained);
+    TEST(armatures);
     TEST(exchanges_and_change_points);
     TEST(conditions_and_charts);
     TEST(by_the_references);

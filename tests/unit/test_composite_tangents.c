@@ -250,7 +250,7 @@ static const char forces[] =
     "kempe: 1\nname: forces\ngravity: [0, 1, -9.81]\nground: {points: {P: [1, 2, 0.5]}}\nbodies:\n"
     "  a: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 2, 0.1], inertia: {xx: 1.5, yy: 2, zz: 2}, "
     "points: {P: [3, 1, 0.2]}}\n"
-    "  b: {joint: {revolute: -z, at: a.P}, mass: 1, com: [1, 2, 0], inertia: {xx: 1.5, yy: 1, zz: 2}, "
+    "  b: {joint: {revolute: -z, at: a.P, armature: 0.4}, mass: 1, com: [1, 2, 0], inertia: {xx: 1.5, yy: 1, zz: 2}, "
     "points: {P: [3, 2, 0.3]}}\n"
     "  w: {joint: {weld: yes, at: b.P, frame: {x: y}}, mass: 1, com: [1, 0, 0], points: {P: [1, 0, 1]}}\n"
     "  c: {joint: {revolute: z, at: w.P}, mass: 1, com: [0, 2, 0], inertia: {xx: 2, yy: 1.5, zz: 2}, "

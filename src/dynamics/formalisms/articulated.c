@@ -7,7 +7,9 @@
  * Unlike for a rigid body A is no multiple of 1 and H is not skew. With U = its column along the joint, I - U U' / S.U
  * is passed on to the parent; the row along the joint is then exactly zero. Velocities and gravity enter through the
  * wrenches that the links need at qdd = 0 (Newton/Euler forward), so that the second sweep computes the accelerations
- * relative to that state. */
+ * relative to that state.
+ *
+ * An armature r of the joint makes it I - U U' / (S.U + r), whose row along the joint is not zero. */
 #include "dynamics/formalisms/articulated.h"
 #include "base/context.h"
 
@@ -54,20 +56,25 @@ static kmp_ref release(const kmp_tree *tree, int i, inertia *r, kmp_wrench *pass
     u.moment = link->rotation ? tensor_column(r->k, e) : kmp_vec_of_column(&r->h, e);
     u.force = link->rotation ? kmp_vec_of_row(&r->h, e) : tensor_column(r->a, e);
     kmp_ref along = *kmp_wrench_along(link, &u);
+    bool geared = link->armature != KMP_ZERO;
+    int turn = link->rotation && !geared ? e : -1, slide = link->rotation || geared ? -1 : e;
+    if (geared)
+        along = kmp_add(g, along, link->armature);
     if (along == KMP_ZERO)
         return along;
     kmp_ref inverse = kmp_div(g, KMP_ONE, along);
     passed->moment = kmp_vec_scale(g, inverse, u.moment);
     passed->force = kmp_vec_scale(g, inverse, u.force);
-    reduce_tensor(g, &r->k, u.moment, passed->moment, link->rotation ? e : -1);
-    reduce_tensor(g, &r->a, u.force, passed->force, link->rotation ? -1 : e);
+    reduce_tensor(g, &r->k, u.moment, passed->moment, turn);
+    reduce_tensor(g, &r->a, u.force, passed->force, slide);
     for (int p = 0; p < 3; p++)
         for (int q = 0; q < 3; q++) {
-            bool gone = link->rotation ? p == e : q == e;
+            bool gone = p == turn || q == slide;
             kmp_ref uv = kmp_mul(g, u.moment.x[p], passed->force.x[q]);
             r->h.x[p][q] = gone ? KMP_ZERO : kmp_sub(g, r->h.x[p][q], uv);
         }
-    *kmp_wrench_along(link, passed) = KMP_ZERO;
+    if (!geared)
+        *kmp_wrench_along(link, passed) = KMP_ZERO;
     return inverse;
 }
 
@@ -153,7 +160,8 @@ static void solve_inwards(kmp_articulated *a, const kmp_ref *effort, kmp_ref *le
         left[i - 1] = kmp_sub(g, own, *along);
         w.moment = kmp_vec_add(g, w.moment, kmp_vec_scale(g, left[i - 1], passed->moment));
         w.force = kmp_vec_add(g, w.force, kmp_vec_scale(g, left[i - 1], passed->force));
-        *along = own;
+        if (link->armature == KMP_ZERO)
+            *along = own;
         if (link->parent > 0)
             kmp_wrench_to_parent(tree, i, w, &a->down[link->parent]);
     }
@@ -187,8 +195,9 @@ static void solve_outwards(kmp_articulated *a, kmp_ref *qdd)
         kmp_ref along =
             kmp_add(g, kmp_vec_dot(g, passed->moment, m[i].moment), kmp_vec_dot(g, passed->force, m[i].force));
         kmp_ref total = kmp_sub(g, kmp_mul(g, a->inverse[i], qdd[i - 1]), along), *x = kmp_wrench_along(link, &m[i]);
-        qdd[i - 1] = kmp_sub(g, total, *x);
-        *x = total;
+        bool geared = link->armature != KMP_ZERO; /* its own acceleration is a part of `along` then */
+        qdd[i - 1] = geared ? total : kmp_sub(g, total, *x);
+        *x = geared ? kmp_add(g, *x, total) : total;
         if (link->reversed)
             qdd[i - 1] = kmp_neg(qdd[i - 1]);
     }

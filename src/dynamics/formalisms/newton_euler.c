@@ -117,6 +117,13 @@ static kmp_ref project(const kmp_link *link, kmp_wrench *w)
     return signed_for(link, *kmp_wrench_along(link, w));
 }
 
+/* x of link i's coordinate, with the armature's part for an acceleration. */
+static kmp_ref with_armature(const kmp_tree *tree, int i, kmp_ref x, kmp_ref qdd)
+{
+    kmp_ref armature = tree->links[i].armature;
+    return armature == KMP_ZERO ? x : kmp_add(tree->graph, x, kmp_mul(tree->graph, armature, qdd));
+}
+
 void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share)
 {
     kmp_movement *m = KMP_GRAPH_NEW(tree->graph, kmp_movement, tree->count);
@@ -143,7 +150,7 @@ void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
     for (int i = 1; i < tree->count; i++)
         body_wrench(tree, i, &m[i], &applied[i], &w[i]);
     for (int i = tree->count - 1; i > 0; i--) {
-        effort[i - 1] = project(&tree->links[i], &w[i]);
+        effort[i - 1] = with_armature(tree, i, project(&tree->links[i], &w[i]), qdd[i - 1]);
         kmp_name_vector(tree->graph, &kmp_name_force, w[i].force, i, 0);
         kmp_name_vector(tree->graph, &kmp_name_moment, w[i].moment, i, 0);
         kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
@@ -223,6 +230,7 @@ static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, k
         if (i > k)
             kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
     }
+    m[(k - 1) * n + k - 1] = with_armature(tree, k, m[(k - 1) * n + k - 1], KMP_ONE);
 }
 
 static void clear(kmp_ref *m, int count)
@@ -308,7 +316,7 @@ void kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
     for (int i = tree->count - 1; c && i > 0; i--) {
         name_composite(tree->graph, i, &c[i]);
         kmp_wrench w = unit_wrench(tree, i, &c[i]);
-        m[(i - 1) * n + i - 1] = project(&tree->links[i], &w);
+        m[(i - 1) * n + i - 1] = with_armature(tree, i, project(&tree->links[i], &w), KMP_ONE);
         for (int k = i; tree->links[k].parent > 0; k = tree->links[k].parent) {
             kmp_wrench below = {kmp_vec_zero(), kmp_vec_zero()};
             int h = tree->links[k].parent;

@@ -309,6 +309,8 @@ static void set_body(kmp_tree *tree, int b)
     kmp_mount base = find_base(tree, b);
     for (int k = 0; k < body->motion_count; k++)
         set_motion(tree, body->first_motion + k, &base);
+    if (kmp_body_has_armature(body))
+        tree->links[body->first_motion + 1].armature = kmp_tree_number(tree, &body->armature);
     hang(tree, b, &base);
     add_body(tree, b);
 }

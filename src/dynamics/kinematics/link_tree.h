@@ -25,6 +25,7 @@ typedef struct kmp_link {
     int before, after;   /* charts: rotations in model axes before its motion and after it, -1 for none */
     kmp_ref chart[3][3]; /* g with the chart before it and the one after its parent, when there are any */
     kmp_vec p;           /* from the parent's origin to this joint's, parent's link axes (p_z without the motion) */
+    kmp_ref armature;    /* a mass of its coordinate alone */
     kmp_ref mass;
     kmp_vec com;        /* l^i, link axes */
     kmp_tensor inertia; /* I^i about the com, link axes */

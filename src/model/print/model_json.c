@@ -227,6 +227,8 @@ static void put_body(kmp_json *json, const kempe_model *model, int i)
         put_axes(json, "frame", body->frame);
     if (body->coupling)
         kmp_json_number(json, kmp_joint_key(body->coupling), body->number.value);
+    if (kmp_body_has_armature(body))
+        kmp_json_number(json, "armature", body->armature.value);
     kmp_model_json_mass(json, body);
     put_points(json, model, i);
     kmp_json_end(json);

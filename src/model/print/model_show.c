@@ -201,6 +201,10 @@ static void show_body(kmp_text *text, const kempe_model *model, int i)
         kmp_text_printf(text, ", %s", kmp_joint_key(body->coupling));
         put_number(text, " ", body->number.value);
     }
+    if (kmp_body_has_armature(body)) {
+        kmp_text_put(text, ", armature");
+        put_number(text, " ", body->armature.value);
+    }
     if (body->turned)
         put_axes(text, ", frame ", body->frame);
     kmp_text_put(text, "\n");

@@ -158,6 +158,21 @@ static void read_number(kmp_reader *r, const kmp_joint_row *row, const kmp_yaml 
                         &body->number);
 }
 
+static void read_armature(kmp_reader *r, const kmp_yaml *joint, const char *what, kmp_body *body)
+{
+    const kmp_yaml *node = kmp_yaml_get(joint, "armature");
+    if (!node)
+        return;
+    if (body->motion_count != 1) {
+        kmp_reader_complain(r, node->place, "%s: only a joint with one coordinate has an armature", what);
+        return;
+    }
+    kmp_dimension unit = r->model->motions[body->first_motion].rotation ? KMP_DIM(2, 1, 0) : KMP_DIM(0, 1, 0);
+    const char *name = kmp_reader_say(r, "the armature of %s", what);
+    if (kmp_read_number(r, node, name, unit, &body->armature))
+        kmp_check_rule(r, node, name, KMP_FIELD_NOT_NEGATIVE, body->armature.value, "");
+}
+
 /* The one key that determines the kind of joint. */
 static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, int body)
 {
@@ -168,6 +183,7 @@ static void read_kind(kmp_reader *r, const kmp_yaml *joint, const char *what, in
     else if (count > 0)
         read_motions(r, kmp_yaml_get(joint, "motions"), what, body);
     read_number(r, row, joint, what, &r->model->bodies[body]);
+    read_armature(r, joint, what, &r->model->bodies[body]);
     if (count != 1)
         kmp_complain_keys(r, joint->place, what, KMP_NAMES_OF(kinds), count);
     if (count == 0)
