@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The files of a model, and errors in their order: each message is `label:line:column: sentence`, which is parsed again
  * for sorting. */
+#include "model/files/document.h"
 #include "model/read/reading.h"
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +17,28 @@ int kmp_reader_add_file(kmp_reader *r, const char *label)
     files[count] = kept;
     model->files = files;
     return model->file_count++;
+}
+
+static char *read_beside(void *user, kmp_place place, int from, const char *name, int *number, size_t *length)
+{
+    kmp_reader *r = user;
+    const char *path = kmp_path_beside(r, from, name);
+    *number = path ? kmp_reader_add_file(r, path) : -1;
+    return *number < 0 ? NULL : kmp_read_file(r, &(kmp_yaml){.place = place}, "include", path, length);
+}
+
+static const char *name_of(void *user, int number)
+{
+    const kmp_reader *r = user;
+    return r->model->files[number];
+}
+
+kempe_status kmp_reader_load(kmp_reader *r, int number, const char *text, size_t length, kmp_base base,
+                             const kmp_yaml **root)
+{
+    const kmp_beside beside = {.user = r, .read = read_beside, .name = name_of};
+    return kmp_document_load(r->context, &r->scratch, r->model->files[number], number, text, length, base, &beside,
+                             root);
 }
 
 void kmp_reader_digest(kmp_reader *r, const char *path, const char *text, size_t length)

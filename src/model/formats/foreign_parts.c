@@ -72,7 +72,7 @@ kmp_yaml *kmp_import_add_body(kmp_import *im, const kmp_element *from, const cha
     kmp_import_put(im, kmp_import_part(im, body, "points", KMP_YAML_MAP), from->place, "origin",
                    kmp_import_numbers(im, from->place, 3, zero));
     kmp_import_add(im, "bodies", from, name, body);
-    return im->status == KEMPE_OK ? body : NULL;
+    return kmp_import_body(im, name) == body ? body : NULL;
 }
 
 kmp_yaml *kmp_import_axes(kmp_import *im, kmp_place place, const kmp_pose *f)
@@ -151,17 +151,18 @@ const char *kmp_import_colour(kmp_import *im, const double rgb[3])
 kmp_yaml *kmp_import_shape(kmp_import *im, kmp_yaml *body, kmp_place place, kmp_import_solid solid,
                            const double size[3], const kmp_pose *at, const char *colour)
 {
-    static const char *const words[] = {"box", "sphere", "cylinder", "capsule"};
+    static const char *const words[] = {"box", "sphere", "cylinder", "capsule", "ellipsoid"};
     kmp_yaml *map = kmp_import_map(im, place);
     bool round = solid == KMP_SOLID_CYLINDER || solid == KMP_SOLID_CAPSULE;
-    if (solid == KMP_SOLID_BOX)
-        kmp_import_put(im, map, place, "box", kmp_import_numbers(im, place, 3, size));
+    bool three = solid == KMP_SOLID_BOX || solid == KMP_SOLID_ELLIPSOID;
+    if (three)
+        kmp_import_put(im, map, place, words[solid], kmp_import_numbers(im, place, 3, size));
     else
         kmp_import_word(im, map, place, words[solid], kmp_import_number(im, size[round ? 1 : 0]));
     if (round)
         kmp_import_word(im, map, place, "radius", kmp_import_number(im, size[0]));
     kmp_import_put(im, map, place, "at", kmp_import_numbers(im, place, 3, at->p));
-    if (kmp_frame_is_turned(at) && solid == KMP_SOLID_BOX)
+    if (kmp_frame_is_turned(at) && three)
         kmp_import_put(im, map, place, "axes", kmp_import_axes(im, place, at));
     const double axis[3] = {at->r[0][2], at->r[1][2], at->r[2][2]};
     if (kmp_frame_is_turned(at) && round)

@@ -3,6 +3,7 @@
  * elements that they come from, so that the reader's messages point into the foreign file. */
 #pragma once
 
+#include "model/files/document.h"
 #include "model/files/nodes.h"
 #include "model/files/xml.h"
 #include "model/files/yaml.h"
@@ -13,6 +14,7 @@ typedef struct kmp_import {
     kmp_arena *arena; /* of the document */
     const char *file;
     kmp_base base;
+    const kmp_beside *beside; /* for files that it includes */
     const kmp_element *model; /* the outermost element; NULL: the file is in YAML */
     const kmp_yaml *source;   /* then its outermost mapping */
     kmp_yaml *root;           /* the document */
@@ -26,16 +28,17 @@ bool kmp_is_foreign(const char *file, const char *text, size_t length);
 
 /** The contract of kmp_yaml_load. Parts that are not used are named in the log. */
 kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                              size_t length, kmp_base base, const kmp_yaml **root);
+                              size_t length, kmp_base base, const kmp_beside *beside, const kmp_yaml **root);
 
 /** Converts a document of YAML that is in a foreign format; otherwise `*root` is unchanged. */
 kempe_status kmp_foreign_convert(kempe_context *context, kmp_arena *arena, const char *file, kmp_base base,
-                                 const kmp_yaml **root);
+                                 const kmp_beside *beside, const kmp_yaml **root);
 
 /* The conversions, by their rows in formats.def. Errors are in import->status. */
 void kmp_mbs_convert(kmp_import *import);
 void kmp_urdf_convert(kmp_import *import);
 void kmp_laas_convert(kmp_import *import);
+void kmp_mjcf_convert(kmp_import *import);
 
 /* importing.c */
 

@@ -52,7 +52,7 @@ bool kmp_is_foreign(const char *file, const char *text, size_t length)
     return foreign;
 }
 
-/* "the outermost element is 'x': models begin with 'mbsDescR7' (ROBOTRAN) or 'robot' (URDF)" */
+/* "the outermost element is 'x': models begin with 'mbsDescR7' (ROBOTRAN), 'mujoco' (MJCF) or 'robot' (URDF)" */
 static kempe_status refuse(const kmp_import *im, const kmp_element *outermost)
 {
     kmp_text known = {0};
@@ -73,10 +73,10 @@ static kempe_status refuse(const kmp_import *im, const kmp_element *outermost)
 }
 
 kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                              size_t length, kmp_base base, const kmp_yaml **root)
+                              size_t length, kmp_base base, const kmp_beside *beside, const kmp_yaml **root)
 {
     static const char *const drawing[] = {"graphics", "x3D", NULL}; /* in models of ROBOTRAN */
-    kmp_import im = {.context = context, .arena = arena, .file = file, .base = base};
+    kmp_import im = {.context = context, .arena = arena, .file = file, .base = base, .beside = beside};
     const format *found = NULL;
     *root = NULL;
     kempe_status status = kmp_xml_load(context, arena, file, number, text, length, drawing, &im.model);
@@ -97,9 +97,9 @@ kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const ch
 }
 
 kempe_status kmp_foreign_convert(kempe_context *context, kmp_arena *arena, const char *file, kmp_base base,
-                                 const kmp_yaml **root)
+                                 const kmp_beside *beside, const kmp_yaml **root)
 {
-    kmp_import im = {.context = context, .arena = arena, .file = file, .base = base, .source = *root};
+    kmp_import im = {.context = context, .arena = arena, .file = file, .base = base, .beside = beside, .source = *root};
     for (size_t k = 0; k < sizeof keyed / sizeof *keyed; k++) {
         if (kmp_yaml_get(im.source, "kempe") || !kmp_yaml_get(im.source, keyed[k].key))
             continue;
@@ -114,10 +114,16 @@ kempe_status kmp_foreign_convert(kempe_context *context, kmp_arena *arena, const
 
 /* -- nodes --------------------------------------------------------------------------------------------- */
 
+/* A model may include other files. */
+static const char *file_of(const kmp_import *im, kmp_place place)
+{
+    return im->beside->name(im->beside->user, place.file);
+}
+
 void kmp_import_complain(kmp_import *im, kmp_place place, const char *what, const char *name, const char *sentence)
 {
-    im->status =
-        kmp_complain(im->context, im->file, place.line, place.column, "%s '%s' %s", what, name ? name : "", sentence);
+    im->status = kmp_complain(im->context, file_of(im, place), place.line, place.column, "%s '%s' %s", what,
+                              name ? name : "", sentence);
 }
 
 kmp_yaml *kmp_import_map(kmp_import *im, kmp_place place)
@@ -195,9 +201,9 @@ void kmp_import_leave_out(kmp_import *im, kmp_place place, const char *sentence,
     if (words.failed)
         im->arena->failed = true;
     else if (kmp_context_is_strict(im->context))
-        im->status = kmp_complain(im->context, im->file, place.line, place.column, "%s", words.s);
+        im->status = kmp_complain(im->context, file_of(im, place), place.line, place.column, "%s", words.s);
     else
-        kmp_log(im->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s", im->file, place.line, place.column, words.s);
+        kmp_log(im->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s", file_of(im, place), place.line, place.column, words.s);
     kmp_text_free(&words);
 }
 

@@ -3,7 +3,6 @@
  * read. Names that its keys define are prefixed here. Names that it refers to are prefixed at look-up
  * (kmp_reader_name), by the file of the referring node. Its ground is a point of the body that it is put on. */
 #include "base/memory.h"
-#include "model/files/document.h"
 #include "model/files/nodes.h"
 #include "model/formats/formats.h"
 #include "model/limits.h"
@@ -101,7 +100,7 @@ static void load(kmp_reader *r, const kmp_yaml *node, const char *path, kmp_incl
     char *text = kmp_read_file(r, node, "include", path, &length);
     bool before = kmp_context_use_limits(r->context, x->limits);
     x->foreign = text && kmp_is_foreign(path, text, length);
-    if (text && kmp_document_load(r->context, &r->scratch, path, x->file, text, length, x->base, &x->root) != KEMPE_OK)
+    if (text && kmp_reader_load(r, x->file, text, length, x->base, &x->root) != KEMPE_OK)
         r->wrong = true;
     (void)kmp_context_use_limits(r->context, before);
     kmp_free(text);

@@ -169,7 +169,7 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
     kmp_base base = kmp_context_base(context);
     r.file = r.model->file;
     begin_digest(&r, text, length);
-    return finish_reading(&r, kmp_document_load(context, &r.scratch, r.file, 0, text, length, base, &r.root), model);
+    return finish_reading(&r, kmp_reader_load(&r, 0, text, length, base, &r.root), model);
 }
 
 kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,

@@ -61,6 +61,10 @@ typedef struct kmp_reader {
 /** Appends a row to the model's files, whose label precedes line and column of messages; -1: no memory. */
 int kmp_reader_add_file(kmp_reader *r, const char *label);
 
+/** kmp_document_load for file `number` of the model. */
+kempe_status kmp_reader_load(kmp_reader *r, int number, const char *text, size_t length, kmp_base base,
+                             const kmp_yaml **root);
+
 /** Adds a text that is read to the digest, with the ending of its file's name, which decides on its format. */
 void kmp_reader_digest(kmp_reader *r, const char *path, const char *text, size_t length);
 

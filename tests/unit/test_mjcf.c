@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Models in MJCF: one file with all elements is the same model as one in Kempe's language; ways to write one
+ * orientation; included files; what is refused, and what is named because it is not used. MuJoCo's numbers:
+ * tests/oracle/robots. */
+#include "foreign_models.h"
+
+#define OWN KEMPE_ROOT "/tests/models/tied_gripper"
+
+static kempe_context *context;
+
+static void same_in_both_languages(void)
+{
+    foreign_same(context, OWN ".mjcf", OWN ".yaml");
+}
+
+#define HEAD  "<mujoco><worldbody>"
+#define HINGE "<joint name='j'/><inertial mass='1' pos='0.1 0 0' diaginertia='1 2 3'/></body></worldbody></mujoco>"
+
+static char *shown(const char *text)
+{
+    kempe_model *model = NULL;
+    char *out = NULL;
+    if (kempe_model_read_text(context, text, "m.mjcf", &model) == KEMPE_OK)
+        CHECK(kempe_model_print(model, KEMPE_TEXT, &out) == KEMPE_OK);
+    else
+        printf("%s\n", kempe_context_message(context));
+    kempe_model_free(model);
+    return out;
+}
+
+static void all_the_same(int count, const char *const *texts)
+{
+    char *first = shown(texts[0]);
+    for (int k = 1; k < count; k++) {
+        char *other = shown(texts[k]);
+        CHECK(first && other);
+        if (first && other)
+            CHECK_TEXT(other, first);
+        kempe_text_free(other);
+    }
+    kempe_text_free(first);
+}
+
+/* x to y, y to z, z to x: a third of a turn about (1, 1, 1). Rz(90) Rx(90), turned axes, is that. */
+static void ways_to_write_an_orientation(void)
+{
+    static const char *const texts[] = {
+        HEAD "<body name='b' quat='1 1 1 1'>" HINGE,
+        HEAD "<body name='b' quat='-5 -5 -5 -5'>" HINGE,
+        HEAD "<body name='b' axisangle='2 2 2 120'>" HINGE,
+        HEAD "<body name='b' xyaxes='0 3 0 0 1 1'>" HINGE,
+        HEAD "<body name='b' euler='90 0 90'>" HINGE, /* replaced below */
+        "<mujoco><compiler eulerseq='zyx'/><worldbody><body name='b' euler='90 0 90'>" HINGE,
+        "<mujoco><compiler eulerseq='XYZ'/><worldbody><body name='b' euler='90 0 90'>" HINGE,
+        "<mujoco><compiler angle='radian' eulerseq='zxz'/><worldbody>"
+        "<body name='b' euler='1.5707963267948966 1.5707963267948966 0'>" HINGE,
+        HEAD "<frame euler='0 0 90'><frame euler='90 0 0'><body name='b'>"
+             "<joint name='j'/><inertial mass='1' pos='0.1 0 0' diaginertia='1 2 3'/></body></frame></frame>"
+             "</worldbody></mujoco>",
+    };
+    static const char *const others[] = {HEAD "<body name='b' zaxis='0 -3 0'>" HINGE,
+                                         HEAD "<body name='b' euler='90 0 0'>" HINGE,
+                                         HEAD "<body name='b' axisangle='1 0 0 90'>" HINGE};
+    const char *used[9];
+    memcpy(used, texts, sizeof used);
+    used[4] = texts[0];
+    all_the_same(9, used);
+    all_the_same(3, others);
+}
+
+/* Attributes come from the nearest class; of a list of numbers those that are given. */
+static void classes_of_defaults(void)
+{
+    static const char *const texts[] = {
+        "<mujoco><worldbody><body name='b'><joint name='j' damping='2' axis='1 0 0'/>"
+        "<geom type='box' size='0.1 0.2 0.3' density='5'/></body></worldbody></mujoco>",
+        "<mujoco><default><joint damping='2'/><geom density='5' size='1 0.2 0.3'/><default class='c'>"
+        "<joint axis='1 0 0'/><geom type='box'/></default></default><worldbody><body name='b' childclass='c'>"
+        "<joint name='j'/><geom size='0.1'/></body></worldbody></mujoco>",
+        "<mujoco><default class='all'><joint damping='7'/><default class='c'><joint damping='2'/></default></default>"
+        "<worldbody><body name='b' childclass='all'><frame childclass='c'><joint name='j' axis='1 0 0'/>"
+        "<geom type='box' size='0.1 0.2 0.3' density='5' class='all'/></frame></body></worldbody></mujoco>",
+    };
+    all_the_same(3, texts);
+}
+
+static void included_files(void)
+{
+    CHECK_TEXT(foreign_log(context, NULL, KEMPE_ROOT "/tests/models/gantry.mjcf"),
+               "2 /tests/models/gantry_trolley.mjcf:2:73: 'friction' in 'geom' is not used\n");
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read(context, KEMPE_ROOT "/tests/models/gantry_circle.mjcf", &model) == KEMPE_E_INPUT);
+    CHECK_TEXT(kempe_context_message(context) + strlen(KEMPE_ROOT),
+               "/tests/models/gantry_circle.mjcf:2:3: the file 'gantry_circle.mjcf' is included twice");
+}
+
+#define BODY "<body name='b'>\n<joint name='j'/><geom size='0.1'/></body>"
+
+static void refuse(const char *text, const char *sentence)
+{
+    foreign_refuse(context, "m.mjcf", text, sentence);
+}
+
+static void what_is_refused(void)
+{
+    refuse(HEAD "<body name='b'>\n<joint type='screw'/><geom size='0.1'/></body></worldbody></mujoco>",
+           "m.mjcf:2:1: joint type 'screw' is unknown; available: hinge, slide, ball, free");
+    refuse(HEAD "<body name='b'>\n<geom type='cone'/></body></worldbody></mujoco>",
+           "m.mjcf:2:1: geom type 'cone' is unknown; available: plane, hfield, sphere, capsule, ellipsoid, cylinder, "
+           "box, mesh, sdf");
+    refuse(HEAD "<body name='b'><joint/>\n<geom type='mesh' mesh='hull'/></body></worldbody></mujoco>",
+           "m.mjcf:2:1: the body 'b' has its mass from a mesh: give it an element 'inertial'");
+    refuse(HEAD "<body name='b'><joint/>\n<geom size='0.1' shellinertia='true'/></body></worldbody></mujoco>",
+           "m.mjcf:2:1: the body 'b' has its mass from a shell: give it an element 'inertial'");
+    refuse(HEAD "<body name='b'><joint/>\n<geom type='capsule' size='0.1'/></body></worldbody></mujoco>",
+           "m.mjcf:2:1: geom type 'capsule' needs more numbers in its size");
+    refuse(HEAD "<body name='b'><joint/>\n<freejoint/><geom size='0.1'/></body></worldbody></mujoco>",
+           "m.mjcf:2:1: the free joint of 'b' must be the only joint of a body of the world");
+    refuse(HEAD "<body name='b'\nquat='1 0 0 0' euler='0 0 0'><geom size='0.1'/></body></worldbody></mujoco>",
+           "m.mjcf:1:20: attribute 'quat' is a second orientation: give one");
+    refuse(HEAD "<body name='b'\nquat='0 0 0 0'><geom size='0.1'/></body></worldbody></mujoco>",
+           "m.mjcf:1:20: quat '0 0 0 0' gives no orientation: its length is zero, or its axes are parallel");
+    refuse(HEAD "<body name='b' childclass='c'><joint/></body></worldbody></mujoco>",
+           "m.mjcf:1:20: the class of defaults 'c' does not exist");
+    refuse(
+        HEAD BODY "\n<replicate count='3'/></worldbody></mujoco>",
+        "m.mjcf:3:1: the element 'replicate' adds bodies and is not read: write them out (MuJoCo saves such a file)");
+    refuse("<mujoco><compiler coordinate='global'/></mujoco>",
+           "m.mjcf:1:9: coordinate 'global' is not read: MuJoCo 2.3.3 saves with 'local'");
+    refuse("<mujoco><compiler eulerseq='xyw'/></mujoco>",
+           "m.mjcf:1:9: eulerseq 'xyw' is not three letters of x, y, z, X, Y, Z");
+    refuse(HEAD BODY "</worldbody><equality>\n<connect body1='b' body2='c' anchor='0 0 0'/></equality></mujoco>",
+           "m.mjcf:3:1: the body 'c' does not exist");
+    refuse(HEAD BODY "</worldbody><equality>\n<connect body1='b'/></equality></mujoco>",
+           "m.mjcf:3:1: attribute 'anchor' is missing here");
+    refuse(HEAD BODY "</worldbody><equality>\n<weld site1='s' site2='s'/></equality></mujoco>",
+           "m.mjcf:3:1: the site 's' does not exist");
+    refuse(HEAD BODY "</worldbody><equality>\n<joint joint1='k'/></equality></mujoco>",
+           "m.mjcf:3:1: the joint 'k' does not exist");
+    refuse(HEAD "<body name='b'><joint name='j' type='ball'/><geom size='0.1'/></body></worldbody><equality>\n"
+                "<joint joint1='j'/></equality></mujoco>",
+           "m.mjcf:2:1: the joint 'j' has several coordinates: one is needed here");
+    refuse(HEAD BODY "</worldbody><tendon><spatial name='t'/></tendon><equality>\n<tendon tendon1='t'/></equality>"
+                     "</mujoco>",
+           "m.mjcf:3:1: the tendon 't' is spatial: equalities of fixed tendons are read");
+}
+
+static void what_is_not_used(void)
+{
+    CHECK_TEXT(
+        foreign_log(context, NULL, OWN ".mjcf"),
+        "2 /tests/models/tied_gripper.mjcf:22:7: the mass of a mesh of body 'mount' is not used: the body is fixed\n"
+        "2 /tests/models/tied_gripper.mjcf:33:13: the armature of joint 'pad' with several coordinates is not used\n"
+        "2 /tests/models/tied_gripper.mjcf:4:3: 'timestep' in 'option' is not used\n"
+        "2 /tests/models/tied_gripper.mjcf:4:47: 'contact' in 'flag' is not used: surfaces that touch are entries of "
+        "contacts\n"
+        "2 /tests/models/tied_gripper.mjcf:6:5: 'contype' in 'geom' is not used\n"
+        "2 /tests/models/tied_gripper.mjcf:15:3: 'asset' in 'mujoco' is not used: meshes and colours have no effect on "
+        "the motion\n"
+        "2 /tests/models/tied_gripper.mjcf:17:5: 'light' in 'worldbody' is not used\n"
+        "2 /tests/models/tied_gripper.mjcf:22:7: 'mesh' in 'geom' is not used\n"
+        "2 /tests/models/tied_gripper.mjcf:27:11: 'range' in 'joint' is not used: a stop is an entry of contacts, as "
+        "{joint: NAME, lower: -1, upper: 1}\n"
+        "2 /tests/models/tied_gripper.mjcf:58:5: 'spatial' in 'tendon' is not used: a rope is a force of the kind "
+        "line\n"
+        "2 /tests/models/tied_gripper.mjcf:74:5: 'position' in 'actuator' is not used: a controller is a force of its "
+        "inputs and states\n"
+        "2 /tests/models/tied_gripper.mjcf:76:3: 'sensor' in 'mujoco' is not used: outputs of a run are measures of "
+        "points\n");
+    foreign_strict(context, OWN ".mjcf", 12);
+}
+
+static void changed_files(void)
+{
+    foreign_changed(context, "m.mjcf", OWN ".mjcf");
+}
+
+int main(void)
+{
+    context = kempe_context_new();
+    TEST(same_in_both_languages);
+    TEST(ways_to_write_an_orientation);
+    TEST(classes_of_defaults);
+    TEST(included_files);
+    TEST(what_is_refused);
+    TEST(what_is_not_used);
+    TEST(changed_files);
+    kempe_context_free(context);
+    return check_report();
+}
