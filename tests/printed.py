@@ -33,7 +33,7 @@ def points(owner):
 def joint(body):
     """The joint of a body; the chain of one that is reversed is printed as it is gone through."""
     made = {"at": f"{body['parent']}.{body['at']}" if body["at"] else body["parent"], "name": body["joint"]}
-    made.update({key: body[key] for key in ("to", "frame") if key in body})
+    made.update({key: body[key] for key in ("to", "frame", "armature") if key in body})
     motions = body["motions"]
     if body.get("reversed"):
         made["reversed"] = "yes"

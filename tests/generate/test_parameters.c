@@ -199,6 +199,7 @@ static void change_model(const kmp_code_source *kept, const kempe_model *model)
 {
     change_vector(kept, model, model->gravity);
     for (int b = 1; b < model->body_count; b++) {
+        change(kept, model, &model->bodies[b].armature);
         change(kept, model, &model->bodies[b].mass);
         change_vector(kept, model, model->bodies[b].com);
         for (int k = 0; k < 6; k++)
