@@ -96,6 +96,11 @@ static void read_compiler(kmp_mjcf *m, const kmp_element *e)
     if (coordinate && strcmp(coordinate, "local") != 0)
         kmp_import_complain(im, e->place, "coordinate", coordinate, "is not read: MuJoCo 2.3.3 saves with 'local'");
     kmp_import_read_numbers(im, e, "inertiagrouprange", 2, 2, m->groups);
+    m->ranges_count = kmp_mjcf_flag(m, &item, "autolimits", m->ranges_count);
+    static const char *const folders[] = {"assetdir", "meshdir"}; /* the second one comes first */
+    for (int k = 0; k < 2; k++)
+        if (kmp_element_text(e, folders[k]))
+            m->meshes = kmp_element_text(e, folders[k]);
 }
 
 static void read_flags(const kmp_element *flag, const char *key, bool *value)
@@ -130,20 +135,23 @@ static void read_settings(kmp_mjcf *m)
 #define FRAME "pos quat axisangle euler xyaxes zaxis "
 
 static const kmp_grammar grammar[] = {
-    {"mujoco", " model compiler option default worldbody equality tendon actuator "},
-    {"compiler", " angle eulerseq inertiafromgeom inertiagrouprange coordinate autolimits "},
+    {"mujoco", " model compiler option asset default worldbody equality tendon actuator "},
+    {"compiler", " angle eulerseq inertiafromgeom inertiagrouprange coordinate autolimits assetdir meshdir "},
     {"option", " gravity flag "},
     {"flag", " gravity spring damper frictionloss equality "},
-    {"default", " class default joint geom site equality motor "},
+    {"asset", " mesh material "},
+    {"mesh", " name class file scale "},
+    {"material", " name class rgba "},
+    {"default", " class default joint geom site mesh material equality motor "},
     {"worldbody", " body frame geom site "},
     {"body", " name childclass " FRAME "inertial joint freejoint geom site body frame "},
     {"frame", " name childclass " FRAME "joint freejoint geom site body frame "},
     {"inertial", " mass diaginertia fullinertia " FRAME},
-    {"joint",
-     " name class type pos axis ref stiffness springref damping frictionloss armature joint1 joint2 polycoef active "
-     "joint coef "},
+    {"joint", " name class type pos axis ref stiffness springref damping frictionloss armature range limited joint1 "
+              "joint2 polycoef active "
+              "joint coef "},
     {"freejoint", " name "},
-    {"geom", " name class type size fromto mass density shellinertia group rgba " FRAME},
+    {"geom", " name class type size fromto mass density shellinertia group rgba mesh material " FRAME},
     {"site", " name class fromto " FRAME},
     {"equality", " class active connect weld joint tendon "},
     {"connect", " name class active body1 body2 anchor site1 site2 "},
@@ -164,7 +172,8 @@ static const kmp_remedy remedies[] = {
     {"velocity", "a controller is a force of its inputs and states"},
     {"general", "a controller is a force of its inputs and states"},
     {"gravcomp", "it is a force against the weight at the centre of mass"},
-    {"asset", "meshes and colours have no effect on the motion"},
+    {"texture", "it has no effect on the motion"},
+    {"hfield", "surfaces that touch are entries of contacts"},
     {"visual", "it has no effect on the motion"},
     {"statistic", "it has no effect on the motion"},
 };
@@ -176,6 +185,7 @@ void kmp_mjcf_convert(kmp_import *im)
                   .order = "xyz",
                   .inertia_from_geoms = KMP_MJCF_WHERE_ABSENT,
                   .groups = {0, 5},
+                  .ranges_count = true,
                   .has_equalities = true,
                   .has_springs = true,
                   .has_dampers = true,

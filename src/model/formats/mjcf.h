@@ -57,7 +57,9 @@ typedef struct kmp_mjcf {
     double angle; /* rad: unit of angles */
     char order[4];
     enum { KMP_MJCF_NEVER, KMP_MJCF_ALWAYS, KMP_MJCF_WHERE_ABSENT } inertia_from_geoms;
-    double groups[2]; /* of geoms with mass: the first and the last one */
+    double groups[2];   /* of geoms with mass: the first and the last one */
+    bool ranges_count;  /* without the attribute `limited` */
+    const char *meshes; /* folder of mesh files, from that of the file; NULL: its own */
     bool has_equalities, has_springs, has_dampers, has_friction, has_gravity;
 } kmp_mjcf;
 

@@ -172,6 +172,16 @@ static void put_armature(kmp_mjcf *m, const kmp_mjcf_item *item, kmp_yaml *map, 
                         kmp_import_number(m->im, armature));
 }
 
+static void add_range(kmp_mjcf *m, const kmp_mjcf_item *item, const kmp_mjcf_joint *j)
+{
+    const char *limited = kmp_mjcf_text(item, "limited");
+    double range[2] = {0}, unit = j->slides ? 1 : m->angle;
+    bool given = kmp_mjcf_numbers(m, item, "range", 2, 2, range) > 0;
+    bool counts = limited && strcmp(limited, "auto") != 0 ? kmp_mjcf_flag(m, item, "limited", false) : m->ranges_count;
+    if (j->single && given && counts)
+        kmp_import_limits(m->im, item->own, j->own, unit * range[0], unit * range[1]);
+}
+
 static void put_start(kmp_import *im, kmp_place place, const char *joint, double reference)
 {
     kmp_yaml *start = kmp_import_part(im, im->root, "start", KMP_YAML_MAP);
@@ -219,6 +229,7 @@ static int add_joint(kmp_mjcf *m, const part *p, const char *parent, const kmp_p
     if (dot && strcmp(dot, ".origin") != 0)
         kmp_import_word(im, (kmp_yaml *)kmp_yaml_get(map, "joint"), e->place, "to", dot + 1);
     put_armature(m, &item, map, name, type);
+    add_range(m, &item, j);
     put_start(im, e->place, name, j->reference);
     const char *const points[2] = {point, to};
     add_losses(m, &item, name, points, type);
@@ -292,7 +303,7 @@ static const struct {
              {"mesh", -2, 0},
              {"sdf", -2, 0}};
 
-enum { GEOMS = sizeof geoms / sizeof *geoms };
+enum { GEOMS = sizeof geoms / sizeof *geoms, GROUPS_DRAWN = 3 /* MuJoCo shows the first ones */ };
 
 /* Between two places: the centre, the axis z, and half the length as the second size, of a box or ellipsoid the third
  * one. */
@@ -332,12 +343,55 @@ static bool has_mass(kmp_mjcf *m, const kmp_mjcf_item *item)
     return group >= m->groups[0] && group <= m->groups[1] && matter != 0;
 }
 
+/* The element of `asset` with a word and a name, which a mesh may have from its file; NULL: none. */
+static const kmp_element *asset_of(kmp_mjcf *m, const char *word, const char *name)
+{
+    const kmp_element *asset = name ? kmp_element_find(m->im->model, "asset") : NULL;
+    for (; asset; asset = kmp_element_again(asset))
+        for (const kmp_element *e = kmp_element_find(asset, word); e; e = kmp_element_again(e)) {
+            const char *own = kmp_element_text(e, "name"), *file = kmp_element_text(e, "file");
+            const char *last = file ? strrchr(file, '/') : NULL;
+            size_t length = strlen(name);
+            last = last ? last + 1 : file;
+            if (own ? strcmp(own, name) == 0 : last && strncmp(last, name, length) == 0 && last[length] == '.')
+                return e;
+        }
+    return NULL;
+}
+
+/* The colour of a geom or of its material; NULL: none. */
+static const char *colour_of(kmp_mjcf *m, const kmp_mjcf_item *item)
+{
+    double rgba[4] = {0.5, 0.5, 0.5, 1};
+    const kmp_element *e = asset_of(m, "material", kmp_mjcf_text(item, "material"));
+    const kmp_mjcf_item material = e ? kmp_mjcf_take(m, e, "material", NULL) : (kmp_mjcf_item){.own = NULL};
+    bool given = kmp_mjcf_numbers(m, item, "rgba", 4, 4, rgba) > 0;
+    if (!given && e)
+        given = kmp_mjcf_numbers(m, &material, "rgba", 4, 4, rgba) > 0;
+    return given ? kmp_import_colour(m->im, rgba) : NULL;
+}
+
+/* The picture of a mesh from its file, which need not have one. */
+static void add_mesh(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_mjcf_item *item, const kmp_pose *at)
+{
+    const kmp_element *e = asset_of(m, "mesh", kmp_mjcf_text(item, "mesh"));
+    const char *file = e ? kmp_element_text(e, "file") : NULL;
+    double scale[3] = {1, 1, 1};
+    if (!file)
+        return;
+    const kmp_mjcf_item mesh = kmp_mjcf_take(m, e, "mesh", NULL);
+    kmp_mjcf_numbers(m, &mesh, "scale", 3, 3, scale);
+    const char *path = m->meshes && file[0] != '/' ? kmp_arena_printf(m->im->arena, "%s/%s", m->meshes, file) : file;
+    if (path)
+        kmp_import_mesh(m->im, body->map, item->own->place, path, scale, at, colour_of(m, item));
+}
+
 static void add_geom(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const part *p)
 {
     kmp_import *im = m->im;
     kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "geom", p->around);
-    const char *type = kmp_mjcf_text(&item, "type"), *rgba = kmp_mjcf_text(&item, "rgba");
-    double size[3] = {0}, colour[4] = {0.5, 0.5, 0.5, 1};
+    const char *type = kmp_mjcf_text(&item, "type");
+    double size[3] = {0};
     int k = 0;
     while (type && k < GEOMS && strcmp(geoms[k].type, type) != 0)
         k++;
@@ -361,9 +415,14 @@ static void add_geom(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const p
                 kmp_arena_printf(im->arena, "has its mass from a %s: give it an element 'inertial'", what));
         heavy = false;
     }
-    if (geoms[k].solid < 0 || fitted)
-        return;
+    bool drawn = kmp_mjcf_number(m, &item, "group", 0) < GROUPS_DRAWN;
     kmp_pose f = kmp_mjcf_pose(m, &item);
+    if (drawn && type && strcmp(type, "mesh") == 0) {
+        f = kmp_frame_in(&p->frame, &f);
+        add_mesh(m, body, &item, &f);
+    }
+    if (geoms[k].solid < 0 || fitted || !(drawn || heavy))
+        return;
     int sizes = kmp_mjcf_numbers(m, &item, "size", 1, 3, size);
     if (kmp_mjcf_text(&item, "fromto"))
         put_between(m, &item, geoms[k].solid, &f, size);
@@ -373,9 +432,8 @@ static void add_geom(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const p
     bool three = geoms[k].sizes == 3;
     for (int i = 0; i < 3; i++)
         size[i] *= geoms[k].solid == KMP_SOLID_BOX || (!three && i == 1) ? 2 : 1;
-    kmp_mjcf_numbers(m, &item, "rgba", 4, 4, colour);
     kmp_yaml *shape = kmp_import_shape(im, body->map, p->element->place, (kmp_import_solid)geoms[k].solid, size, &f,
-                                       rgba ? kmp_import_colour(im, colour) : NULL);
+                                       colour_of(m, &item));
     if (heavy)
         put_matter(m, &item, shape);
 }
