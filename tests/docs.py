@@ -77,7 +77,7 @@ def commands(page):
         for line in block.split("\n"):
             if line.startswith("cd "):
                 folder = line[3:]
-            if re.match(r"kempe (new \w|\w+ \S+\.(yaml|urdf|mjcf|kempe)\b)", line):
+            if re.match(r"kempe (new \w|\w+ \S+\.(yaml|urdf|mjcf|sdf|kempe)\b)", line):
                 yield folder, shlex.split(line)[1:]
 
 
@@ -138,7 +138,7 @@ def missing(quoted, printed):
 
 def files(page):
     """Models and tables that a page names before it shows them: `NAME.yaml` ends a paragraph, the block follows."""
-    return dict(re.findall(r"`(\w+\.(?:yaml|csv|urdf|mjcf))`[^`\n]*:\n\n```(?:yaml|text|xml)\n(.*?)^```", page.read_text(), re.M | re.S))
+    return dict(re.findall(r"`(\w+\.(?:yaml|csv|urdf|mjcf|sdf))`[^`\n]*:\n\n```(?:yaml|text|xml)\n(.*?)^```", page.read_text(), re.M | re.S))
 
 
 class Tables(unittest.TestCase):
@@ -441,7 +441,7 @@ class Commands(unittest.TestCase):
             subprocess.run([KEMPE, "new", name], cwd=folder, capture_output=True, check=True)
         lines = list(commands(page))
         outputs = {}
-        read = {name for _, line in lines for word in line for name in re.findall(r"\w+\.(?:yaml|csv|urdf|mjcf)", word)}
+        read = {name for _, line in lines for word in line for name in re.findall(r"\w+\.(?:yaml|csv|urdf|mjcf|sdf)", word)}
         self.assertEqual(set(files(page)) - read, set(), "models and tables that no command reads")
         for place, line in lines:
             if not FULL and any(words in " ".join(line) for words in LONG):

@@ -7,7 +7,7 @@
 
 - Two programs of one stem are files of one folder: X.c, X.h, X.def, X.py, ... Programs are sources in any language and
   commands without an ending. CONVENTIONS lists what each folder calls the same, with the reason.
-- Two models of one stem are X.yaml and X.mbs, X.urdf or X.mjcf of one folder. A model is named for its mechanism; programs may be, too.
+- Two models of one stem are X.yaml and X.mbs, X.urdf, X.mjcf or X.sdf of one folder. A model is named for its mechanism; programs may be, too.
 - No type name `kmp_...` or `kempe_...` is defined twice. Types of one file alone have bare names.
 - A folder of the library has at most MOST_FILES files.
 - A public function that returns a whole number is a count, `..._count`, or one of WHOLE.
@@ -23,7 +23,7 @@ import tempfile
 LIBRARY = ("include", "src", "constraints", "integrators")
 MOST_FILES = 25
 PROGRAMS = {"", ".c", ".h", ".def", ".cpp", ".hpp", ".py", ".sh", ".js", ".html", ".css"}
-MODELS = {".yaml", ".mbs", ".urdf", ".mjcf"}
+MODELS = {".yaml", ".mbs", ".urdf", ".mjcf", ".sdf"}
 GENERATED = {".c", ".h", ".cpp", ".m", ".py"}
 CONVENTIONS = {
     r"(?:.*/)?run": "the command of a folder that is a set of cases",

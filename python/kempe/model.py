@@ -196,6 +196,14 @@ class Model(Fixed):
         made: dict[str, Any] = json.loads(self._context.text(lib.kempe_model_print, self._pointer, lib.KEMPE_JSON))
         return made
 
+    def export(self, format: str) -> str:
+        """The model in another format, "urdf+", "sdf" or "mjcf". A warning names each part that the format cannot say.
+
+        >>> print(Model("four_bar.yaml").export("sdf").splitlines()[0])
+        <?xml version="1.0"?>
+        """
+        return self._context.text(lib.kempe_model_export, self._pointer, utf8(format))
+
     def __str__(self) -> str:
         return self._context.text(lib.kempe_model_print, self._pointer, lib.KEMPE_TEXT)
 

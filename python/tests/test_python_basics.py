@@ -193,6 +193,9 @@ def test_closure_tolerance_and_cache(tmp_path):
 def test_base_and_strict_reading():
     path = ROOT / "tests/models/geared_leg.urdf"
     free = kempe.Model(path, robot_base="free")
+    assert len(kempe.Model.from_text(free.export("urdf+")).coordinates) == len(free.coordinates)
+    with pytest.raises(kempe.Error, match="unknown format 'obj'; there are urdf\\+, sdf, mjcf"):
+        free.export("obj")
     assert len(free.coordinates) == len(kempe.Model(path).coordinates) + 6
     assert pickle.loads(pickle.dumps(free)).coordinates == free.coordinates
     assert "hip_upper" in str(kempe.Model(path, joint_limits=True)) and "hip_upper" not in str(kempe.Model(path))

@@ -238,7 +238,7 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
 {
     if (command->without_model || (command->opens_pages && cli_is_page(j->settings->file)))
         return KEMPE_OK;
-    bool equations = !command->model_alone && !j->settings->show_model;
+    bool equations = !command->model_alone && !j->settings->show_model && !j->settings->show_as;
     const char *dynamics = j->settings->algorithm ? j->settings->algorithm : command->dynamics;
     const char *angles = j->settings->angle_unit ? j->settings->angle_unit : "rad";
     const char *folder = command->gathers ? j->settings->file : j->settings->from;

@@ -387,6 +387,8 @@ static kempe_status print_view(const cli_job *j, const void *object, kempe_forma
 {
     const cli_settings *s = j->settings;
     (void)object;
+    if (s->show_as)
+        return kempe_model_export(j->model, s->show_as, text);
     if (s->show_model)
         return kempe_model_print(j->model, format, text);
     kempe_view view = s->show_program      ? KEMPE_VIEW_PROGRAM
@@ -491,9 +493,9 @@ static const char *generate_lacks(const cli_settings *s)
 /* `show` prints one view at a time; equations and stats together are the passes. */
 static const char *show_lacks(const cli_settings *s)
 {
-    bool passes = s->show_equations && s->show_stats && !s->show_model && !s->show_program;
-    bool one = passes || s->show_model + s->show_equations + s->show_program + s->show_stats == 1;
-    return one ? NULL : "show needs one of --model, --equations, --program, --stats";
+    bool passes = s->show_equations && s->show_stats && !s->show_model && !s->show_program && !s->show_as;
+    bool one = passes || s->show_model + s->show_equations + s->show_program + s->show_stats + !!s->show_as == 1;
+    return one ? NULL : "show needs one of --model, --as, --equations, --program, --stats";
 }
 
 /* -- the commands ------------------------------------------------------------------------------------ */
@@ -595,7 +597,7 @@ const cli_command cli_commands[] = {
      "  kempe show examples/andrews/andrews.yaml --stats\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations --stats\n",
-     .usage = "FILE --model | --equations | --program | --stats", .lacks = show_lacks, .run = run_show},
+     .usage = "FILE --model | --as NAME | --equations | --program | --stats", .lacks = show_lacks, .run = run_show},
     {CLI_GENERATE, "generate", "generate equations in C, Octave or Python; operation counts",
      "  kempe generate examples/andrews/andrews.yaml --lang c -o andrews\n"
      "  kempe generate examples/andrews/andrews.yaml --count\n"

@@ -44,7 +44,9 @@ static void print_help(FILE *out)
         fprintf(out, "  %-12s%s\n", c->name, c->summary);
     fputs("\n'kempe COMMAND --help' prints the options and examples of a command, 'kempe --version' the version.\nFILE "
           "is a model in YAML (docs/model/README.md), a robot in URDF, .urdf\n"
-          "(docs/urdf.md), a model of MuJoCo, .xml or .mjcf (docs/mjcf.md), or a ROBOTRAN model, .mbs\n"
+          "(docs/urdf.md), a model of MuJoCo, .xml or .mjcf (docs/mjcf.md), a model in SDFormat,\n.sdf (docs/sdf.md), "
+          "or a "
+          "ROBOTRAN model, .mbs "
           "(docs/robotran.md).\n",
           out);
     print_folder(out);

@@ -290,6 +290,8 @@ static const option options[] = {
      "minimise the number of operations, joint by joint; generation takes longer"},
     {CLI_SHOW, IN_OUTPUT, "model", FLAG(show_model),
      "the model: bodies, joints, closures, forces, numbers in SI units"},
+    {CLI_SHOW, IN_OUTPUT, "as", TEXT(show_as), "NAME",
+     "the model in another format: urdf+, sdf, mjcf; a warning names each part that the format cannot say"},
     {CLI_SHOW, IN_OUTPUT, "equations", FLAG(show_equations), "M, C, h, J, jdqd (Jdot qd) as assignments"},
     {CLI_SHOW, IN_OUTPUT, "program", FLAG(show_program), "the staged program of the reduced formulation"},
     {CLI_SHOW, IN_OUTPUT, "stats", FLAG(show_stats), "operation counts; with --equations also after each pass"},

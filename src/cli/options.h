@@ -81,6 +81,7 @@ typedef struct cli_settings {
     int seed, lanes;
     int count, branches, alone, all, no_cache, joint_limits, strict, units, quiet, help; /* flags: 0 or 1 */
     int show_model, show_equations, show_program, show_stats;
+    const char *show_as;
 } cli_settings;
 
 /** Reads the words after the command's name. False after an error message on stderr. */

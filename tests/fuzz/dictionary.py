@@ -70,7 +70,7 @@ def mesh():
     return stl + ["v 0 0 1\n", "f 1 2 3\n", "f -1 -2 -3 -4\n", "f 1/1/1 2//2 3/3\n", "vn 0 0 1\n", "# "]
 
 
-FORMATS = {"mesh": mesh, "expression": expression, "model": model, "mbs": lambda: xml("src/model/formats/mbs.c"), "urdf": lambda: xml("src/model/formats/urdf_robot.c"), "mjcf": lambda: xml("src/model/formats/mjcf.c"), "reference": columns,
+FORMATS = {"mesh": mesh, "expression": expression, "model": model, "mbs": lambda: xml("src/model/formats/mbs.c"), "urdf": lambda: xml("src/model/formats/urdf_robot.c"), "mjcf": lambda: xml("src/model/formats/mjcf.c"), "sdf": lambda: xml("src/model/formats/sdf_model.c"), "reference": columns,
            "checkpoint": lambda: ["# kempe checkpoint 2, model ", "\n", ",", ",0", "\n0.2,"], "program": list, "values": values}
 
 

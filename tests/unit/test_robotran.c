@@ -243,8 +243,8 @@ static void odd_texts(void)
     refuse("", "x.mbs:1:1: XML: no element found");
     refuse("kempe: 1", "x.mbs:1:1: XML: syntax error");
     refuse("<mbsDescR7>\n<base>\n</bse>", "x.mbs:3:3: XML: mismatched tag");
-    refuse("<a/>",
-           "x.mbs:1:1: the outermost element is 'a': models begin with 'mbsDescR7' (ROBOTRAN), 'mujoco' (MJCF) or 'robot' (URDF)");
+    refuse("<a/>", "x.mbs:1:1: the outermost element is 'a': models begin with 'mbsDescR7' (ROBOTRAN), 'mujoco' "
+                   "(MJCF), 'robot' (URDF) or 'sdf' (SDFormat)");
     refuse("<!DOCTYPE a [<!ENTITY b 'c'>]>\n<a>&b;</a>", "x.mbs:1:13: XML: a model cannot have a document type");
     refuse("<mbsDescR7>&lt;\xff</mbsDescR7>", "x.mbs:1:16: XML: not well-formed (invalid token)");
     refuse(deep, "x.mbs:1:301: XML: the elements are nested too deeply");
@@ -255,8 +255,8 @@ static void odd_texts(void)
         strcpy(huge + 1000008, "'/>");
         refuse(huge, "x.mbs:1:1: XML: an attribute has more than a million characters");
         strcpy(huge + 1000006, "'/>");
-        refuse(huge,
-               "x.mbs:1:1: the outermost element is 'a': models begin with 'mbsDescR7' (ROBOTRAN), 'mujoco' (MJCF) or 'robot' (URDF)");
+        refuse(huge, "x.mbs:1:1: the outermost element is 'a': models begin with 'mbsDescR7' (ROBOTRAN), 'mujoco' "
+                     "(MJCF), 'robot' (URDF) or 'sdf' (SDFormat)");
     }
     free(huge);
 }

@@ -188,14 +188,16 @@ void kmp_import_joint(kmp_import *im, kmp_yaml *body, kmp_place place, const cha
     kmp_import_put(im, body, place, "joint", map);
 }
 
-/* The force JOINT_WORD: {joint: JOINT, LAW: {..}}; returns the inner mapping. */
+/* The force JOINT_WORD: {joint: JOINT, LAW: {..}}; returns the inner mapping. JOINT may be JOINT.1, then it is
+ * JOINT_1_WORD. */
 static kmp_yaml *add_force(kmp_import *im, const kmp_element *from, const char *joint, const char *word,
                            const char *law)
 {
     kmp_yaml *map = kmp_import_map(im, from->place), *inside = kmp_import_map(im, from->place);
     kmp_import_word(im, map, from->place, "joint", joint);
     kmp_import_put(im, map, from->place, law, inside);
-    kmp_import_add(im, "forces", from, kmp_arena_printf(im->arena, "%s_%s", joint, word), map);
+    const char *name = kmp_arena_printf(im->arena, "%s_%s", joint, word);
+    kmp_import_add(im, "forces", from, name ? kmp_import_clean(im, name) : NULL, map);
     return inside;
 }
 
@@ -259,14 +261,21 @@ void kmp_import_hold(kmp_import *im, kmp_place place, const char *coordinate)
                     kmp_yaml_word(im->arena, place, coordinate));
 }
 
-void kmp_import_loop(kmp_import *im, const kmp_element *from, const char *name, const char *kind,
-                     const char *const points[2], const kmp_yaml *axis)
+kmp_yaml *kmp_import_between(kmp_import *im, const kmp_element *from, const char *section, const char *name,
+                             const char *kind, const char *const points[2])
 {
     kmp_yaml *map = kmp_import_map(im, from->place), *list = kmp_yaml_new(im->arena, KMP_YAML_LIST, from->place);
     for (int end = 0; end < 2; end++)
         kmp_yaml_append(im->arena, list, NULL, kmp_yaml_word(im->arena, from->place, points[end]));
     kmp_import_put(im, map, from->place, kind, list);
+    kmp_import_add(im, section, from, name, map);
+    return map;
+}
+
+void kmp_import_loop(kmp_import *im, const kmp_element *from, const char *name, const char *kind,
+                     const char *const points[2], const kmp_yaml *axis)
+{
+    kmp_yaml *map = kmp_import_between(im, from, "loops", name, kind, points);
     if (axis)
         kmp_import_put(im, map, from->place, "axis", axis);
-    kmp_import_add(im, "loops", from, name, map);
 }

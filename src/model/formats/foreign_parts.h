@@ -90,6 +90,10 @@ void kmp_import_coupler(kmp_import *im, const kmp_element *from, const char *nam
 /** A coordinate that is held while the loops are closed. */
 void kmp_import_hold(kmp_import *im, kmp_place place, const char *coordinate);
 
+/** The entry {KIND: [POINT, POINT]} of a section, to which the caller adds keys. */
+kmp_yaml *kmp_import_between(kmp_import *im, const kmp_element *from, const char *section, const char *name,
+                             const char *kind, const char *const points[2]);
+
 /** A loop between two points, by a word of Kempe's closures; the axis is in the first point's frame, NULL: none. */
 void kmp_import_loop(kmp_import *im, const kmp_element *from, const char *name, const char *kind,
                      const char *const points[2], const kmp_yaml *axis);

@@ -39,6 +39,7 @@ void kmp_mbs_convert(kmp_import *import);
 void kmp_urdf_convert(kmp_import *import);
 void kmp_laas_convert(kmp_import *import);
 void kmp_mjcf_convert(kmp_import *import);
+void kmp_sdf_convert(kmp_import *import);
 
 /* importing.c */
 

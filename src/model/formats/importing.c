@@ -52,7 +52,7 @@ bool kmp_is_foreign(const char *file, const char *text, size_t length)
     return foreign;
 }
 
-/* "the outermost element is 'x': models begin with 'mbsDescR7' (ROBOTRAN), 'mujoco' (MJCF) or 'robot' (URDF)" */
+/* "the outermost element is 'x': models begin with 'mbsDescR7' (ROBOTRAN), .. or 'sdf' (SDFormat)" */
 static kempe_status refuse(const kmp_import *im, const kmp_element *outermost)
 {
     kmp_text known = {0};

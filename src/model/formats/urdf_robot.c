@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A robot in URDF, with the loops and couplings of URDF+ (docs/urdf.md): links are bodies, joints are joints, and what
  * a file says in numbers of a rotated frame is turned into body axes here. */
-#include "model/formats/foreign_parts.h"
+#include "model/formats/drake_tags.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -398,10 +398,48 @@ static void add_coupling(const robot *r, const kmp_element *coupling)
     kmp_import_coupler(im, coupling, name, count, joints, factors, 0);
 }
 
+/* -- constraints of Drake ------------------------------------------------------------------------------ */
+
+/* The frame of this name that Drake adds to a robot; NULL: there is none. */
+static const kmp_element *frame_named(const kmp_import *im, const char *name)
+{
+    for (const kmp_element *e = kmp_element_find(im->model, "frame"); e; e = kmp_element_again(e)) {
+        const char *own = kmp_element_text(e, "name");
+        if (own && strcmp(own, name) == 0)
+            return e;
+    }
+    return NULL;
+}
+
+/* A point of a link, of a frame, or of the world. */
+static const char *point_of(void *reader, const kmp_element *e, const char *name, const double at[3], const char *shown)
+{
+    kmp_import *im = reader;
+    const kmp_element *frame = frame_named(im, name);
+    const char *link = frame ? kmp_import_name(im, frame, "link") : kmp_import_clean(im, name);
+    kmp_pose f = kmp_frame_none();
+    double rpy[3] = {0};
+    if (frame) {
+        kmp_import_read_numbers(im, frame, "xyz", 3, 3, f.p);
+        kmp_import_read_numbers(im, frame, "rpy", 3, 3, rpy);
+        kmp_frame_rotate(rpy, f.r);
+    }
+    if (link && !kmp_import_body(im, link))
+        link = strcmp(link, "world") == 0 ? "ground" : NULL;
+    if (!link) {
+        kmp_import_complain(im, e->place, "link", name, "does not exist");
+        return NULL;
+    }
+    kmp_pose offset = kmp_frame_none();
+    memcpy(offset.p, at, sizeof offset.p);
+    offset = kmp_frame_in(&f, &offset);
+    return kmp_import_point(im, e->place, link, shown, &offset);
+}
+
 /* -- models -------------------------------------------------------------------------------------------- */
 
 static const kmp_grammar grammar[] = {
-    {"robot", " name version xmlns:xacro link joint loop coupling material "},
+    {"robot", " name version xmlns:xacro xmlns:drake link joint loop coupling material frame" KMP_DRAKE_TAGS},
     {"link", " name inertial visual "},
     {"inertial", " origin mass inertia "},
     {"mass", " value "},
@@ -428,6 +466,8 @@ static const kmp_grammar grammar[] = {
     {"predecessor", " link origin "},
     {"successor", " link origin "},
     {"ratio", " value "},
+    {"frame", " name link xyz rpy "},
+    KMP_DRAKE_GRAMMAR,
 };
 
 static const kmp_remedy remedies[] = {
@@ -460,6 +500,7 @@ void kmp_urdf_convert(kmp_import *im)
         add_loop(im, e);
     for (const kmp_element *e = kmp_element_find(im->model, "coupling"); e; e = kmp_element_again(e))
         add_coupling(&r, e);
+    kmp_drake_add(im, im->model, "", point_of, im);
     kmp_import_note_unknown(im, grammar, sizeof grammar / sizeof *grammar, remedies,
                             sizeof remedies / sizeof *remedies);
 }

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A model as a robot in URDF, with the loops of URDF+ (docs/urdf.md). The ground is the root, a link without mass. */
+#include "model/formats/written/written_tree.h"
+#include "model/read/reading.h"
+#include <string.h>
+
+static void put_origin(kmp_text *text, const char *indent, const kmp_pose *f)
+{
+    double rpy[3];
+    kmp_export_angles(f, rpy);
+    kmp_text_printf(text, "%s<origin xyz=\"", indent);
+    kmp_export_numbers(text, 3, f->p);
+    if (kmp_frame_is_turned(f)) {
+        kmp_text_put(text, "\" rpy=\"");
+        kmp_export_numbers(text, 3, rpy);
+    }
+    kmp_text_put(text, "\"/>\n");
+}
+
+static void put_axis(kmp_text *text, const double axis[3])
+{
+    kmp_text_put(text, "    <axis xyz=\"");
+    kmp_export_numbers(text, 3, axis);
+    kmp_text_put(text, "\"/>\n");
+}
+
+static void put_value(kmp_text *text, const char *key, double value)
+{
+    kmp_text_printf(text, " %s=\"", key);
+    kmp_text_number(text, value);
+    kmp_text_put(text, "\"");
+}
+
+static void put_link(const kmp_export *w, int link)
+{
+    static const char *const keys[6] = {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"};
+    kmp_pose centre = kmp_frame_none();
+    double mass, inertia[6];
+    if (!kmp_export_mass(w, link, &mass, centre.p, inertia)) {
+        kmp_text_printf(w->text, "  <link name=\"%s\"/>\n", w->links[link].name);
+        return;
+    }
+    kmp_text_printf(w->text, "  <link name=\"%s\">\n    <inertial>\n", w->links[link].name);
+    put_origin(w->text, "      ", &centre);
+    kmp_text_put(w->text, "      <mass");
+    put_value(w->text, "value", mass);
+    kmp_text_put(w->text, "/>\n      <inertia");
+    for (int k = 0; k < 6; k++)
+        put_value(w->text, keys[k], inertia[k]);
+    kmp_text_put(w->text, "/>\n    </inertial>\n  </link>\n");
+}
+
+/* The coupler by which a coordinate follows another; a joint has one. */
+static void put_mimic(kmp_export *w, int link)
+{
+    for (int k = 0; k < w->model->closure_count; k++) {
+        int own, leader;
+        double multiplier, offset;
+        if (w->said[k] || !kmp_export_follower(w, &w->model->closures[k], &own, &leader, &multiplier, &offset) ||
+            own != link)
+            continue;
+        kmp_text_printf(w->text, "    <mimic joint=\"%s\"", w->links[leader].joint);
+        put_value(w->text, "multiplier", multiplier);
+        put_value(w->text, "offset", offset);
+        kmp_text_put(w->text, "/>\n");
+        w->said[k] = true;
+        return;
+    }
+}
+
+static void put_joint(kmp_export *w, int link)
+{
+    static const char *const types[] = {[KMP_WRITTEN_FIXED] = "fixed",
+                                        [KMP_WRITTEN_TURNS] = "continuous",
+                                        [KMP_WRITTEN_SLIDES] = "prismatic",
+                                        [KMP_WRITTEN_FREE] = "floating"};
+    const kmp_written_link *l = &w->links[link];
+    kmp_text_printf(w->text, "  <joint name=\"%s\" type=\"%s\">\n    <parent link=\"%s\"/>\n    <child link=\"%s\"/>\n",
+                    l->joint, types[l->kind], w->links[l->parent].name, l->name);
+    put_origin(w->text, "    ", &l->at);
+    if (l->kind == KMP_WRITTEN_TURNS || l->kind == KMP_WRITTEN_SLIDES)
+        put_axis(w->text, l->axis);
+    if (l->damping != 0 || l->friction != 0) {
+        kmp_text_put(w->text, "    <dynamics");
+        put_value(w->text, "damping", l->damping);
+        put_value(w->text, "friction", l->friction);
+        kmp_text_put(w->text, "/>\n");
+    }
+    if (l->stiffness != 0)
+        kmp_export_leave_out(w, "the spring of joint '%s' is not written: URDF+ has no springs", l->joint);
+    put_mimic(w, link);
+    kmp_text_put(w->text, "  </joint>\n");
+}
+
+static void put_loop(kmp_export *w, int k)
+{
+    static const struct {
+        const char *kind, *type;
+        bool has_axis, turns; /* the axis is the same in both frames; its frames may turn about it */
+    } types[] = {{"revolute", "continuous", true, true},
+                 {"prismatic", "prismatic", true, false},
+                 {"weld", "fixed", false, false},
+                 {"planar", "planar", true, true},
+                 {"ball", "spherical", false, false}};
+    static const char *const sides[2] = {"predecessor", "successor"};
+    const kmp_closure *c = &w->model->closures[k];
+    size_t t = 0;
+    while (t < sizeof types / sizeof *types && strcmp(types[t].kind, c->kind) != 0)
+        t++;
+    if (t == sizeof types / sizeof *types)
+        return;
+    const double *axis = c->axis[0], z[3] = {0, 0, 1};
+    bool same = memcmp(c->axis[0], c->axis[1], sizeof c->axis[0]) == 0 || !types[t].turns;
+    kmp_text_printf(w->text, "  <loop name=\"%s\" type=\"%s\">\n", c->name, types[t].type);
+    for (int end = 0; end < 2; end++) {
+        kmp_pose f = kmp_export_point(w, c->point[end]), own = kmp_frame_none();
+        if (!same) {
+            kmp_complete_axes(2, c->axis[end], own.r);
+            f = kmp_frame_in(&f, &own);
+        }
+        kmp_text_printf(w->text, "    <%s link=\"%s\">\n", sides[end],
+                        w->links[w->of_body[w->model->points[c->point[end]].body]].name);
+        put_origin(w->text, "      ", &f);
+        kmp_text_printf(w->text, "    </%s>\n", sides[end]);
+    }
+    if (types[t].has_axis)
+        put_axis(w->text, same ? axis : z);
+    kmp_text_put(w->text, "  </loop>\n");
+    w->said[k] = true;
+}
+
+void kmp_urdf_write(kmp_export *w)
+{
+    const double usual[3] = {0, 0, -9.81};
+    const kmp_number *g = w->model->gravity;
+    kmp_text_put(w->text, "<?xml version=\"1.0\"?>\n<robot name=\"");
+    kmp_export_name(w->text, w->model->name);
+    kmp_text_put(w->text, "\">\n");
+    for (int k = 0; k < w->count; k++)
+        put_link(w, k);
+    for (int k = 1; k < w->count; k++)
+        put_joint(w, k);
+    for (int k = 0; k < w->model->closure_count; k++)
+        put_loop(w, k);
+    kmp_text_put(w->text, "</robot>\n");
+    if (g[0].value != usual[0] || g[1].value != usual[1] || g[2].value != usual[2])
+        kmp_export_leave_out(w, "gravity [%g, %g, %g] is not written: readers of URDF+ take [0, 0, -9.81]", g[0].value,
+                             g[1].value, g[2].value);
+}

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A model as the links and joints of a robot, for the writers of foreign formats: each joint has one motion at most, so
+ * that further links without mass stand between the motions of a chain. A link has the frame in which its joint ends.
+ */
+#pragma once
+
+#include "base/text.h"
+#include "model/formats/foreign_parts.h"
+
+typedef enum kmp_written_joint {
+    KMP_WRITTEN_ROOT,
+    KMP_WRITTEN_FIXED,
+    KMP_WRITTEN_TURNS,
+    KMP_WRITTEN_SLIDES,
+    KMP_WRITTEN_FREE
+} kmp_written_joint;
+
+typedef struct kmp_written_link {
+    const char *name, *joint; /* joint: its name, that of its coordinate but for characters */
+    int body;                 /* -1: without mass, between motions */
+    int parent;               /* link, before it; -1: none */
+    kmp_written_joint kind;
+    kmp_pose at;    /* its frame with coordinates zero, in that of its parent */
+    double axis[3]; /* in its frame */
+    double damping; /* of springs without stiffness */
+    double stiffness, rest;
+    double friction; /* a constant level */
+} kmp_written_link;
+
+/** Work on a text. Parts that the format cannot say are named, each by its name, as warnings; in a strict context they
+ * are errors. */
+typedef struct kmp_export {
+    const kempe_model *model;
+    const char *format; /* its name */
+    kmp_arena arena;
+    kmp_text *text;
+    kmp_written_link *links; /* the ground is the first one */
+    int count;
+    int *of_body;      /* the link of a body */
+    kmp_pose *in_link; /* the frame of a body in that of its link */
+    int *of_motion;    /* the link that a coordinate moves, -1: that of a free body */
+    bool *said;        /* of a closure: it is written */
+    kempe_status status;
+} kmp_export;
+
+/* The writers of writers.def. */
+void kmp_urdf_write(kmp_export *w);
+void kmp_sdf_write(kmp_export *w);
+void kmp_mjcf_write(kmp_export *w);
+
+/* written_tree.c */
+
+/** "FILE: WORDS" as a warning or error. */
+void kmp_export_leave_out(kmp_export *w, const char *sentence, ...) __attribute__((format(printf, 2, 3)));
+
+/** The pose of a point in the frame of its link. */
+kmp_pose kmp_export_point(const kmp_export *w, int point);
+
+/** Mass, and if there is one, the place of its centre in the link and the tensor about it. False: no mass, no inertia.
+ */
+bool kmp_export_mass(const kmp_export *w, int link, double *mass, double com[3], double inertia[6]);
+
+/** Numbers between blanks; a pose as its place and angles about the fixed axes x, y, z. */
+void kmp_export_numbers(kmp_text *text, int count, const double *values);
+void kmp_export_angles(const kmp_pose *pose, double rpy[3]);
+
+/** A name of the file for attributes: letters, digits, blanks, - and _. */
+void kmp_export_name(kmp_text *text, const char *name);
+
+/** Writes a coordinate as the only one that follows another: q = multiplier other + offset. False: a closure of another
+ * kind, with more terms, or one whose coordinates have no joint of their own. */
+bool kmp_export_follower(const kmp_export *w, const kmp_closure *closure, int *link, int *leader, double *multiplier,
+                         double *offset);

@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Models written in other formats: read again they have the same mass matrix and bias at a hundred random states, and
+ * the same accelerations where their loops are closed. Parts that cannot be written are named. */
+#include "foreign_models.h"
+#include <kempe/workspace.h>
+#include <math.h>
+
+enum { STATES = 100, MOST = 64 };
+
+static kempe_context *context;
+
+/* -- evaluation ---------------------------------------------------------------------------------------- */
+
+typedef struct reading {
+    kempe_model *model;
+    kempe_system *system;
+    kempe_workspace *work;
+    int n;
+} reading;
+
+static bool begin(reading *r)
+{
+    bool good = r->model && kempe_system_new(r->model, &r->system) == KEMPE_OK &&
+                kempe_workspace_new(r->system, &r->work) == KEMPE_OK;
+    r->n = good ? kempe_model_coordinate_count(r->model) : 0;
+    if (!good)
+        printf("%s\n", kempe_context_message(context));
+    return good;
+}
+
+static void end(reading *r)
+{
+    kempe_workspace_free(r->work);
+    kempe_system_free(r->system);
+    kempe_model_free(r->model);
+}
+
+/* The coordinate of a name J or J.k, which is J, J.k, J_k, J_joint or J_k_joint in the file that was written; -1: none.
+ */
+static int find(const reading *r, const char *name)
+{
+    char other[2][200];
+    snprintf(other[0], sizeof other[0], "%s", name);
+    for (char *s = other[0]; *s; s++)
+        *s = *s == '.' ? '_' : *s;
+    snprintf(other[1], sizeof other[1], "%.190s_joint", other[0]);
+    for (int k = 0; k < r->n; k++) {
+        const char *own = kempe_model_coordinate_name(r->model, k);
+        if (strcmp(own, name) == 0 || strcmp(own, other[0]) == 0 || strcmp(own, other[1]) == 0)
+            return k;
+    }
+    return -1;
+}
+
+static double random_number(unsigned *seed)
+{
+    *seed = *seed * 1664525u + 1013904223u;
+    return (double)(*seed >> 8) / (1 << 23) - 1;
+}
+
+/* -- round trips --------------------------------------------------------------------------------------- */
+
+typedef struct trip {
+    const char *file, *format;
+    bool forces; /* its bias is the same */
+    bool loops;  /* its loops are written */
+} trip;
+
+static void compare(const trip *t, const reading *own, const reading *other, const int *map)
+{
+    unsigned seed = 1;
+    double worst = 0, most = 0, bias = 0, off = 0;
+    for (int state = 0; state < STATES; state++) {
+        double q[2][MOST], qd[2][MOST], qdd[2][MOST];
+        for (int k = 0; k < own->n; k++) {
+            q[1][map[k]] = q[0][k] = random_number(&seed);
+            qd[1][map[k]] = qd[0][k] = random_number(&seed);
+        }
+        bool good = kempe_workspace_evaluate(own->work, 0, q[0], qd[0]) == KEMPE_OK &&
+                    kempe_workspace_evaluate(other->work, 0, q[1], qd[1]) == KEMPE_OK;
+        CHECK(good);
+        for (int i = 0; good && i < own->n; i++) {
+            for (int j = 0; j < own->n; j++) {
+                double m = kempe_workspace_mass(own->work)[i * own->n + j];
+                most = fmax(most, fabs(m));
+                worst = fmax(worst, fabs(m - kempe_workspace_mass(other->work)[map[i] * own->n + map[j]]));
+            }
+            double c = kempe_workspace_bias(own->work)[i];
+            most = fmax(most, fabs(c));
+            bias = fmax(bias, fabs(c - kempe_workspace_bias(other->work)[map[i]]));
+        }
+        if (!t->loops || !t->forces || kempe_workspace_close(own->work, 0, q[0], qd[0], NULL) != KEMPE_OK)
+            continue;
+        for (int k = 0; k < own->n; k++) {
+            q[1][map[k]] = q[0][k];
+            qd[1][map[k]] = qd[0][k];
+        }
+        good = kempe_workspace_forward_dynamics(own->work, 0, q[0], qd[0], NULL, qdd[0], NULL) == KEMPE_OK &&
+               kempe_workspace_forward_dynamics(other->work, 0, q[1], qd[1], NULL, qdd[1], NULL) == KEMPE_OK;
+        for (int k = 0; good && k < own->n; k++)
+            off = fmax(off, fabs(qdd[0][k] - qdd[1][map[k]]) / (1 + fabs(qdd[0][k])));
+    }
+    printf("   %s as %s: M %.1e, C %.1e, accelerations %.1e\n", strrchr(t->file, '/') + 1, t->format, worst / most,
+           bias / most, off);
+    CHECK(worst <= 1e-12 * most);
+    CHECK(!t->forces || bias <= 1e-12 * most);
+    CHECK(off <= 1e-8);
+}
+
+static void go(const trip *t)
+{
+    reading own = {0}, other = {0};
+    char *text = NULL;
+    int map[MOST], found = 0;
+    CHECK(kempe_model_read(context, t->file, &own.model) == KEMPE_OK);
+    CHECK(own.model && kempe_model_export(own.model, t->format, &text) == KEMPE_OK);
+    if (text && kempe_model_read_text(context, text, "r.xml", &other.model) != KEMPE_OK)
+        printf("%s as %s: %s\n", t->file, t->format, kempe_context_message(context));
+    bool good = text && begin(&own) && begin(&other);
+    CHECK(good && own.n == other.n && own.n <= MOST);
+    for (int k = 0; good && own.n == other.n && k < own.n; k++) {
+        map[k] = find(&other, kempe_model_coordinate_name(own.model, k));
+        found += map[k] >= 0;
+    }
+    CHECK(found == own.n);
+    if (good && found == own.n)
+        compare(t, &own, &other, map);
+    kempe_text_free(text);
+    end(&own);
+    end(&other);
+}
+
+#define MODEL(name)   KEMPE_ROOT "/tests/models/" name
+#define EXAMPLE(name) KEMPE_ROOT "/examples/" name "/" name ".yaml"
+
+static void there_and_back(void)
+{
+    static const trip trips[] = {
+        {MODEL("folding_arm.yaml"), "urdf+", false, false}, {MODEL("folding_arm.yaml"), "sdf", false, false},
+        {MODEL("geared_leg.yaml"), "urdf+", true, false},   {MODEL("geared_leg.yaml"), "sdf", true, false},
+        {EXAMPLE("four_bar"), "urdf+", false, true},        {EXAMPLE("four_bar"), "sdf", true, true},
+        {EXAMPLE("stewart"), "urdf+", false, true},         {EXAMPLE("stewart"), "sdf", false, true},
+    };
+    for (size_t k = 0; k < sizeof trips / sizeof *trips; k++)
+        go(&trips[k]);
+}
+
+/* -- messages ------------------------------------------------------------------------------------------ */
+
+static void what_is_left_out(void)
+{
+    static const char text[] =
+        "kempe: 1\nbodies:\n  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}, points: {P: "
+        "[1, 0, "
+        "0]}}\nground: {points: {Q: [2, 0, 0]}}\nloops: {L: {point_on_line: [ground.Q, a.P], axis: x}}\nforces: {s: "
+        "{spring: [ground.Q, a.P], stiffness: 1}, k: {joint: A, spring: {stiffness: 2, damping: 3}}}\nstart: {q: {A: "
+        "1}}\n";
+    kempe_model *model = NULL;
+    char *written = NULL;
+    CHECK(kempe_model_read_text(context, text, "m.yaml", &model) == KEMPE_OK);
+    foreign_lines[0] = '\0';
+    kempe_context_set_log(context, foreign_on_log, NULL);
+    CHECK(model && kempe_model_export(model, "urdf+", &written) == KEMPE_OK);
+    kempe_context_set_log(context, NULL, NULL);
+    CHECK_TEXT(foreign_lines,
+               "2 m.yaml: the spring of joint 'A' is not written: URDF+ has no springs\n"
+               "2 m.yaml: gravity [0, 0, 0] is not written: readers of URDF+ take [0, 0, -9.81]\n"
+               "2 m.yaml: loop 'L' is not written: URDF+ has no closure of kind 'point_on_line' as it is here\n"
+               "2 m.yaml: force 's' is not written: URDF+ has no such force\n"
+               "2 m.yaml: the start of coordinate 'A' is not written: URDF+ has no start values\n");
+    kempe_text_free(written);
+    written = NULL;
+    CHECK(kempe_context_set_strict(context, 1) == KEMPE_OK);
+    CHECK(kempe_model_export(model, "sdf", &written) == KEMPE_E_INPUT && !written);
+    CHECK_TEXT(kempe_context_message(context),
+               "m.yaml: loop 'L' is not written: SDFormat has no closure of kind 'point_on_line' as it is here\n"
+               "m.yaml: force 's' is not written: SDFormat has no such force\n"
+               "m.yaml: the start of coordinate 'A' is not written: SDFormat has no start values");
+    CHECK(kempe_context_set_strict(context, 0) == KEMPE_OK);
+    CHECK(kempe_model_export(model, "obj", &written) == KEMPE_E_ARGUMENT && !written);
+    CHECK_TEXT(kempe_context_message(context), "unknown format 'obj'; there are urdf+, sdf, mjcf");
+    kempe_model_free(model);
+}
+
+int main(void)
+{
+    context = kempe_context_new();
+    TEST(there_and_back);
+    TEST(what_is_left_out);
+    kempe_context_free(context);
+    return check_report();
+}
