@@ -140,6 +140,9 @@ static void there_and_back(void)
         {MODEL("geared_leg.yaml"), "urdf+", true, false},   {MODEL("geared_leg.yaml"), "sdf", true, false},
         {EXAMPLE("four_bar"), "urdf+", false, true},        {EXAMPLE("four_bar"), "sdf", true, true},
         {EXAMPLE("stewart"), "urdf+", false, true},         {EXAMPLE("stewart"), "sdf", false, true},
+        {MODEL("folding_arm.yaml"), "mjcf", false, false},  {MODEL("geared_leg.yaml"), "mjcf", true, false},
+        {EXAMPLE("four_bar"), "mjcf", true, true},          {EXAMPLE("stewart"), "mjcf", false, true},
+        {MODEL("armed_linkage.yaml"), "mjcf", true, true},
     };
     for (size_t k = 0; k < sizeof trips / sizeof *trips; k++)
         go(&trips[k]);

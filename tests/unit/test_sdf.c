@@ -160,10 +160,10 @@ static void what_is_not_used(void)
                "2 /tests/models/folding_arm.sdf:6:5: 'light' in 'world' is not used\n"
                "2 /tests/models/folding_arm.sdf:21:9: 'collision' in 'link' is not used: surfaces that touch are "
                "entries of contacts\n"
-               "2 /tests/models/folding_arm.sdf:35:11: 'limit' in 'axis' is not used: a stop is an entry of contacts, "
-               "as {joint: NAME, lower: -1, upper: 1}\n"
                "2 /tests/models/folding_arm.sdf:83:7: 'plugin' in 'model' is not used: a drive or a force of a joint "
-               "moves it\n");
+               "moves it\n"
+               "2 /tests/models/folding_arm.sdf:35:11: limits of motion are not used: --joint-limits makes them "
+               "stops\n");
     foreign_strict(context, OWN ".sdf", 5);
 }
 

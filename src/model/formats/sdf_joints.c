@@ -6,6 +6,8 @@
 #include <math.h>
 #include <string.h>
 
+#define UNLIMITED 1e16 /* rad or m */
+
 typedef struct joint {
     const kmp_sdf_frame *frame;
     int kind;          /* of `kinds` */
@@ -150,6 +152,24 @@ static void add_dynamics(kmp_sdf *s, joint *j, int k)
     const char *coordinate = coordinate_of(s, j, motion_of(j, k));
     kmp_import_spring(im, dynamics, coordinate, stiffness != 0 ? "spring" : "damping", stiffness, rest, damping);
     kmp_import_friction(im, dynamics, coordinate, kinds[j->kind].slides, friction);
+}
+
+/* The limits of SDFormat are infinite unless they are given; some programs write 1e16 for that. */
+static void add_limits(kmp_sdf *s, joint *j, int k)
+{
+    const kmp_element *limit = kmp_element_find(axis_element(j, k), "limit");
+    const char *coordinate = coordinate_of(s, j, k);
+    double bound[2] = {-INFINITY, INFINITY};
+    if (!limit || !coordinate || k >= kinds[j->kind].coordinates)
+        return;
+    for (int side = 0; side < 2; side++) {
+        const char *key = side == 0 ? "lower" : "upper", *text = kmp_element_text(limit, key);
+        if (text && !strstr(text, "inf"))
+            kmp_import_read_numbers(s->im, limit, key, 1, 1, &bound[side]);
+        if (fabs(bound[side]) >= UNLIMITED)
+            bound[side] = side == 0 ? -INFINITY : INFINITY;
+    }
+    kmp_import_limits(s->im, limit, coordinate, bound[0], bound[1]);
 }
 
 /* The damper of a ball acts against the angular velocity, in the manner of a bushing. */
@@ -418,8 +438,10 @@ void kmp_sdf_add_joints(kmp_sdf *s)
         return;
     for (int i = 0; i < g.count; i++)
         for (int k = 0; k < 2; k++) {
-            if (g.joints[i].kind != BALL)
+            if (g.joints[i].kind != BALL) {
                 add_dynamics(s, &g.joints[i], k);
+                add_limits(s, &g.joints[i], k);
+            }
             add_mimic(&g, &g.joints[i], k);
         }
     for (int i = 0; i < g.count; i++) {

@@ -140,8 +140,9 @@ static const kmp_grammar grammar[] = {
     {"material", " ambient diffuse "},
     {"joint", " name type pose parent child axis axis2 gearbox_ratio gearbox_reference_body thread_pitch "
               "screw_thread_pitch physics drake:mimic "},
-    {"axis", " xyz dynamics mimic initial_position use_parent_model_frame "},
-    {"axis2", " xyz dynamics mimic use_parent_model_frame "},
+    {"axis", " xyz dynamics limit mimic initial_position use_parent_model_frame "},
+    {"axis2", " xyz dynamics limit mimic use_parent_model_frame "},
+    {"limit", " lower upper "},
     {"xyz", " expressed_in "},
     {"dynamics", " damping friction spring_stiffness spring_reference "},
     {"mimic", " joint axis multiplier offset reference "},
@@ -151,7 +152,8 @@ static const kmp_grammar grammar[] = {
 };
 
 static const kmp_remedy remedies[] = {
-    {"limit", "a stop is an entry of contacts, as {joint: NAME, lower: -1, upper: 1}"},
+    {"effort", "the torque or force of a motor is an expression"},
+    {"velocity", "the rate of a motor is an expression"},
     {"collision", "surfaces that touch are entries of contacts"},
     {"ellipsoid", "the picture shows joints and points alone"},
     {"plane", "the picture shows joints and points alone"},

@@ -73,6 +73,8 @@ static void put_joint(const kmp_export *w, const char *name, bool turns, const d
     }
     if (l && l->friction != 0)
         put_value(w->text, "frictionloss", 1, &l->friction);
+    if (l && l->armature != 0)
+        put_value(w->text, "armature", 1, &l->armature);
     kmp_text_put(w->text, "/>\n");
 }
 
@@ -80,9 +82,11 @@ static void put_joints(const kmp_export *w, int first, int link, int depth)
 {
     const kmp_written_link *l = &w->links[link];
     for (int k = first; k <= link; k++)
-        if (w->links[k].kind == KMP_WRITTEN_TURNS || w->links[k].kind == KMP_WRITTEN_SLIDES)
+        if (w->links[k].kind == KMP_WRITTEN_TURNS || w->links[k].kind == KMP_WRITTEN_SLIDES) {
             put_joint(w, w->links[k].joint, w->links[k].kind == KMP_WRITTEN_TURNS, w->links[k].axis, &w->links[k],
                       depth);
+            w->links[k].armature = 0;
+        }
     for (int k = 0; l->kind == KMP_WRITTEN_FREE && k < 6; k++) {
         const double axis[3] = {k % 3 == 0, k % 3 == 1, k % 3 == 2};
         kmp_text name = {0};

@@ -118,6 +118,7 @@ static void add_chain(kmp_export *w, int b)
             add_link(w, last ? body->name : clean(w, kmp_arena_printf(&w->arena, "%s.link", m->name)), parent);
         l->at = k == 0 ? at : kmp_frame_none();
         l->joint = m ? clean(w, m->name) : body->joint;
+        l->armature = steps == 1 ? body->armature.value : 0;
         if (m) {
             l->kind = m->rotation ? KMP_WRITTEN_TURNS : KMP_WRITTEN_SLIDES;
             memcpy(l->axis, m->axis, sizeof l->axis);
@@ -232,6 +233,17 @@ static void leave_out_parts(kmp_export *w)
     for (int k = 0; k < model->state_count; k++)
         kmp_export_leave_out(w, "state '%s' is not written: %s has no differential equations", model->states[k].name,
                              w->format);
+    for (int k = 0; k < w->count; k++)
+        if (w->links[k].armature != 0)
+            kmp_export_leave_out(w, "the armature of joint '%s' is not written: %s has none", w->links[k].joint,
+                                 w->format);
+    for (int k = 0; k < model->sensor_count; k++)
+        kmp_export_leave_out(w, "sensor '%s' is not written: %s has no expressions", model->sensors[k].name, w->format);
+    for (int k = 0; k < kmp_model_given_inputs(model); k++)
+        kmp_export_leave_out(w, "input '%s' is not written: %s has no functions of time", model->inputs[k].name,
+                             w->format);
+    if (model->shape_count > 0)
+        kmp_export_leave_out(w, "%d shapes are not written: masses alone are", model->shape_count);
     for (int k = 0; k < kmp_model_coordinates(model); k++)
         if (model->start.q[k].value != 0 || model->start.qd[k].value != 0)
             kmp_export_leave_out(w, "the start of coordinate '%s' is not written: %s has no start values",

@@ -25,6 +25,7 @@ typedef struct kmp_written_link {
     double damping; /* of springs without stiffness */
     double stiffness, rest;
     double friction; /* a constant level */
+    double armature; /* of the only motion of its body; a writer that has it sets it to zero */
 } kmp_written_link;
 
 /** Work on a text. Parts that the format cannot say are named, each by its name, as warnings; in a strict context they
