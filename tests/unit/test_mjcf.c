@@ -150,7 +150,8 @@ static void what_is_not_used(void)
     CHECK_TEXT(
         foreign_log(context, NULL, OWN ".mjcf"),
         "2 /tests/models/tied_gripper.mjcf:22:7: the mass of a mesh of body 'mount' is not used: the body is fixed\n"
-        "2 /tests/models/tied_gripper.mjcf:22:7: mesh 'hull.stl' is not in the picture: it is not found beside the model "
+        "2 /tests/models/tied_gripper.mjcf:22:7: mesh 'hull.stl' is not in the picture: it is not found beside the "
+        "model "
         "or in a folder around it\n"
         "2 /tests/models/tied_gripper.mjcf:33:13: the armature of joint 'pad' with several coordinates is not used\n"
         "2 /tests/models/tied_gripper.mjcf:4:3: 'timestep' in 'option' is not used\n"

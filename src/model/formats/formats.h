@@ -19,6 +19,7 @@ typedef struct kmp_import {
     const kmp_yaml *source;   /* then its outermost mapping */
     kmp_yaml *root;           /* the document */
     kempe_status status;      /* of the first complaint */
+    bool refused;             /* something is not used, in a strict context: an error at the end */
     int limited;              /* joints whose limits are not used */
     kmp_place first_limit;    /* of the first one */
 } kmp_import;

@@ -72,6 +72,15 @@ static kempe_status refuse(const kmp_import *im, const kmp_element *outermost)
     return status;
 }
 
+/* A document with errors is none: the reader would report them again. */
+static kempe_status end_conversion(kmp_import *im, const kmp_yaml **root)
+{
+    if (im->status == KEMPE_OK && im->refused)
+        im->status = KEMPE_E_INPUT;
+    *root = im->status == KEMPE_OK ? im->root : NULL;
+    return im->arena->failed ? kmp_fail_memory(im->context) : im->status;
+}
+
 kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
                               size_t length, kmp_base base, const kmp_beside *beside, const kmp_yaml **root)
 {
@@ -91,9 +100,7 @@ kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const ch
     kmp_import_word(&im, im.root, im.model->place, "kempe", "1");
     if (im.root)
         found->convert(&im);
-    if (im.status == KEMPE_OK) /* otherwise the reader would report the error again */
-        *root = im.root;
-    return arena->failed ? kmp_fail_memory(context) : im.status;
+    return end_conversion(&im, root);
 }
 
 kempe_status kmp_foreign_convert(kempe_context *context, kmp_arena *arena, const char *file, kmp_base base,
@@ -107,9 +114,9 @@ kempe_status kmp_foreign_convert(kempe_context *context, kmp_arena *arena, const
         kmp_import_word(&im, im.root, im.source->place, "kempe", "1");
         if (im.root)
             keyed[k].convert(&im);
-        *root = im.status == KEMPE_OK ? im.root : NULL;
+        return end_conversion(&im, root);
     }
-    return arena->failed ? kmp_fail_memory(context) : im.status;
+    return arena->failed ? kmp_fail_memory(context) : KEMPE_OK;
 }
 
 /* -- nodes --------------------------------------------------------------------------------------------- */
@@ -201,7 +208,8 @@ void kmp_import_leave_out(kmp_import *im, kmp_place place, const char *sentence,
     if (words.failed)
         im->arena->failed = true;
     else if (kmp_context_is_strict(im->context))
-        im->status = kmp_complain(im->context, file_of(im, place), place.line, place.column, "%s", words.s);
+        im->refused =
+            kmp_complain(im->context, file_of(im, place), place.line, place.column, "%s", words.s) != KEMPE_OK;
     else
         kmp_log(im->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s", file_of(im, place), place.line, place.column, words.s);
     kmp_text_free(&words);

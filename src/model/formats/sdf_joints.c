@@ -158,9 +158,8 @@ static void add_dynamics(kmp_sdf *s, joint *j, int k)
 static void add_limits(kmp_sdf *s, joint *j, int k)
 {
     const kmp_element *limit = kmp_element_find(axis_element(j, k), "limit");
-    const char *coordinate = coordinate_of(s, j, k);
     double bound[2] = {-INFINITY, INFINITY};
-    if (!limit || !coordinate || k >= kinds[j->kind].coordinates)
+    if (!limit || k >= kinds[j->kind].coordinates)
         return;
     for (int side = 0; side < 2; side++) {
         const char *key = side == 0 ? "lower" : "upper", *text = kmp_element_text(limit, key);
@@ -169,7 +168,9 @@ static void add_limits(kmp_sdf *s, joint *j, int k)
         if (fabs(bound[side]) >= UNLIMITED)
             bound[side] = side == 0 ? -INFINITY : INFINITY;
     }
-    kmp_import_limits(s->im, limit, coordinate, bound[0], bound[1]);
+    bool needed = j->needed || kmp_context_has_limits(s->im->context); /* then it is not cut */
+    kmp_import_limits(s->im, limit, coordinate_of(s, j, motion_of(j, k)), bound[0], bound[1]);
+    j->needed = needed;
 }
 
 /* The damper of a ball acts against the angular velocity, in the manner of a bushing. */
