@@ -132,6 +132,7 @@ static bool choose_dependent(work *w)
     for (int k = 0; k < w->n; k++)
         if (w->guess->hold[k])
             w->held[held++] = k;
+    kmp_partition_free(&w->part); /* of a search before */
     bool chosen = kmp_partition_init(&w->part, w->s, w->eval->jacobian, w->held, held) == KEMPE_OK ||
                   kmp_partition_init(&w->part, w->s, w->eval->jacobian, NULL, 0) == KEMPE_OK;
     kmp_context_clear(w->s->context);

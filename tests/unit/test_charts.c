@@ -781,9 +781,40 @@ static void test_users_force(void)
     kmp_text_free(&text);
 }
 
+/* Two bodies that are welded twice, on a free root: rows of its chart alone, which rounding opens, or which never
+ * close. */
+static void test_rows_of_charts_alone(void)
+{
+    static const char *const places[] = {"[-9, 4.4e-11, 1]", "[-9, 0.5, 1]"};
+    for (int k = 0; k < 2; k++) {
+        char text[900];
+        kempe_context *context = kempe_context_new();
+        kempe_model *model = NULL;
+        kempe_system *system = NULL;
+        snprintf(
+            text, sizeof text,
+            "kempe: 1\nbodies:\n  a: {joint: {free: x, at: ground}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}, points: "
+            "{P: {at: [0, 0, 10], axes: {x: [4.8965888601467475e-12, 0, -1], y: [0, 1, 0]}}, Q: [1, 0, 1]}}\n"
+            "  b: {joint: {name: B, weld: yes, at: a.P}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}, points: {Q: "
+            "{at: [9, 0, 1], axes: {x: [0, 0, 1], y: [0, 1, 0]}}, R: %s}}\n"
+            "loops: {W: {weld: [a.Q, b.Q]}}\n",
+            places[k]);
+        if (k == 1)
+            memcpy(strstr(text, "b.Q"), "b.R", 3);
+        CHECK(kempe_model_read_text(context, text, "m.yaml", &model) == KEMPE_OK);
+        kempe_status status = model ? kempe_system_new(model, &system) : KEMPE_E_BUG;
+        CHECK(status == (k == 0 ? KEMPE_OK : KEMPE_E_INPUT));
+        CHECK(k == 0 || strstr(kempe_context_message(context), "closure 'W' cannot be satisfied: its component"));
+        kempe_system_free(system);
+        kempe_model_free(model);
+        kempe_context_free(context);
+    }
+}
+
 int main(void)
 {
     TEST(test_maps);
+    TEST(test_rows_of_charts_alone);
     TEST(test_singular_map);
     TEST(test_who_is_centred);
     TEST(test_tumbling);
