@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/formats/foreign_parts.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* -- attributes ---------------------------------------------------------------------------------------- */
@@ -56,6 +57,40 @@ double kmp_import_read_number(kmp_import *im, const kmp_element *e, const char *
 {
     kmp_import_read_numbers(im, e, key, 1, 1, &absent);
     return absent;
+}
+
+/* -- names --------------------------------------------------------------------------------------------- */
+
+static int in_order(const void *a, const void *b)
+{
+    const struct kmp_import_entry *x = a, *y = b;
+    int order = strcmp(x->name, y->name);
+    return order ? order : (x->number > y->number) - (x->number < y->number);
+}
+
+kmp_import_index kmp_import_index_of(kmp_import *im, int count, const char *(*name)(const void *list, int k),
+                                     const void *list)
+{
+    kmp_import_index index = {.entry = kmp_arena_alloc(im->arena, (size_t)count + 1, sizeof *index.entry)};
+    for (int k = 0; index.entry && k < count; k++)
+        if (name(list, k))
+            index.entry[index.count++] = (struct kmp_import_entry){name(list, k), k};
+    if (index.count > 0)
+        qsort(index.entry, (size_t)index.count, sizeof *index.entry, in_order);
+    return index;
+}
+
+int kmp_import_index_find(const kmp_import_index *index, const char *name)
+{
+    int low = 0, high = index->count;
+    while (low < high) {
+        int middle = (low + high) / 2;
+        if (strcmp(index->entry[middle].name, name) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < index->count && strcmp(index->entry[low].name, name) == 0 ? index->entry[low].number : -1;
 }
 
 /* -- bodies -------------------------------------------------------------------------------------------- */

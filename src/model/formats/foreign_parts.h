@@ -116,6 +116,22 @@ typedef enum kmp_import_solid {
 kmp_yaml *kmp_import_shape(kmp_import *im, kmp_yaml *body, kmp_place place, kmp_import_solid solid,
                            const double size[3], const kmp_pose *at, const char *colour);
 
+/** An index of names: in alphabetical order, equal ones in the order of their numbers. */
+typedef struct kmp_import_index {
+    struct kmp_import_entry {
+        const char *name;
+        int number;
+    } * entry;
+    int count;
+} kmp_import_index;
+
+/** Makes the index of names 0 to count - 1 of a list; NULL is none. Without memory it is empty. */
+kmp_import_index kmp_import_index_of(kmp_import *im, int count, const char *(*name)(const void *list, int k),
+                                     const void *list);
+
+/** The first number of a name; -1: there is none. */
+int kmp_import_index_find(const kmp_import_index *index, const char *name);
+
 /* foreign_meshes.c */
 
 /** Adds the picture of a mesh to a body: a path from the model's file, or in a package of ROS, "package://NAME/PATH".

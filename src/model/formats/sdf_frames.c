@@ -208,55 +208,49 @@ static void collect(kmp_sdf *s, const kmp_element *from, int model, int version,
 
 /* -- names --------------------------------------------------------------------------------------------- */
 
-static int by_name(const void *a, const void *b)
+static const char *scoped_of(const void *frames, int k)
 {
-    const kmp_sdf_frame *x = *(const kmp_sdf_frame *const *)a, *y = *(const kmp_sdf_frame *const *)b;
-    int order = strcmp(x->scoped, y->scoped);
-    return order ? order : x < y ? -1 : 1;
+    return ((const kmp_sdf_frame *)frames)[k].scoped;
+}
+
+/* The frames of entries k - 1 and k; true: they have one name. */
+static bool are_equal(const kmp_sdf *s, int k, kmp_sdf_frame *pair[2])
+{
+    const struct kmp_import_entry *entry = &s->by_name.entry[k];
+    pair[0] = &s->frames[entry[-1].number];
+    pair[1] = &s->frames[entry[0].number];
+    return strcmp(entry[-1].name, entry[0].name) == 0;
 }
 
 /* Before 1.7 a joint may have the name of a link; nothing refers to it then. */
 static void rename_joints(kmp_sdf *s)
 {
-    for (int k = 1; k < s->count; k++)
-        for (int i = k - 1; i <= k; i++) {
-            kmp_sdf_frame *f = &s->frames[s->by_name[i] - s->frames];
-            if (strcmp(s->by_name[k - 1]->scoped, s->by_name[k]->scoped) == 0 && f->version < 107 &&
-                f->kind == KMP_SDF_JOINT && s->by_name[2 * k - 1 - i]->kind != KMP_SDF_JOINT) {
-                const char *other = kmp_arena_printf(s->im->arena, "%s joint", f->scoped);
-                f->scoped = other ? other : f->scoped;
+    kmp_sdf_frame *pair[2];
+    for (int k = 1; k < s->by_name.count; k++)
+        for (int i = 0; i < 2; i++)
+            if (are_equal(s, k, pair) && pair[i]->version < 107 && pair[i]->kind == KMP_SDF_JOINT &&
+                pair[1 - i]->kind != KMP_SDF_JOINT) {
+                const char *other = kmp_arena_printf(s->im->arena, "%s joint", pair[i]->scoped);
+                pair[i]->scoped = other ? other : pair[i]->scoped;
             }
-        }
-    qsort(s->by_name, (size_t)s->count, sizeof *s->by_name, by_name);
+    s->by_name = kmp_import_index_of(s->im, s->count, scoped_of, s->frames);
 }
 
 static void sort_names(kmp_sdf *s)
 {
-    s->by_name = KMP_ARENA_NEW(s->im->arena, const kmp_sdf_frame *, s->count);
-    for (int k = 0; s->by_name && k < s->count; k++)
-        s->by_name[k] = &s->frames[k];
-    if (!s->by_name || s->count == 0)
-        return;
-    qsort(s->by_name, (size_t)s->count, sizeof *s->by_name, by_name);
+    kmp_sdf_frame *pair[2];
+    s->by_name = kmp_import_index_of(s->im, s->count, scoped_of, s->frames);
     rename_joints(s);
-    for (int k = 1; k < s->count; k++)
-        if (strcmp(s->by_name[k - 1]->scoped, s->by_name[k]->scoped) == 0)
-            kmp_import_complain(s->im, s->by_name[k]->element->place, "the name", s->by_name[k]->scoped,
+    for (int k = 1; k < s->by_name.count; k++)
+        if (are_equal(s, k, pair))
+            kmp_import_complain(s->im, pair[1]->element->place, "the name", pair[1]->scoped,
                                 "exists twice: links, joints, frames and models share their names");
 }
 
 static int find(const kmp_sdf *s, const char *scoped)
 {
-    int low = 0, high = s->count;
-    while (low < high) {
-        int middle = (low + high) / 2;
-        if (strcmp(s->by_name[middle]->scoped, scoped) < 0)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low < s->count && strcmp(s->by_name[low]->scoped, scoped) == 0 ? (int)(s->by_name[low] - s->frames)
-                                                                          : KMP_SDF_NONE;
+    int k = kmp_import_index_find(&s->by_name, scoped);
+    return k >= 0 ? k : KMP_SDF_NONE;
 }
 
 int kmp_sdf_frame_named(kmp_sdf *s, int model, const char *name, const kmp_element *at)
@@ -362,11 +356,11 @@ void kmp_sdf_find_frames(kmp_sdf *s)
         collect(s, world, KMP_SDF_WORLD, version, 0);
     if (im->status == KEMPE_OK)
         sort_names(s);
-    for (int k = 0; im->status == KEMPE_OK && s->by_name && k < s->count; k++)
+    for (int k = 0; im->status == KEMPE_OK && k < s->by_name.count; k++)
         find_up(s, &s->frames[k]);
-    if (im->status == KEMPE_OK && s->by_name)
+    if (im->status == KEMPE_OK && s->by_name.entry)
         find_depths(s);
-    for (int k = s->count - 1; k >= 0 && im->status == KEMPE_OK && s->by_name; k--)
+    for (int k = s->count - 1; k >= 0 && im->status == KEMPE_OK && s->by_name.entry; k--)
         if (s->frames[k].kind == KMP_SDF_MODEL)
             place_model(s, k);
 }

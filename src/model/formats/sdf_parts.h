@@ -31,9 +31,9 @@ typedef struct kmp_sdf {
     kmp_import *im;
     kmp_sdf_frame *frames;
     int count;
-    const kmp_sdf_frame **by_name; /* sorted */
-    int includes;                  /* files included so far */
-    size_t hidden; /* characters of scoped names that Kempe's names do not have: those of the only model */
+    kmp_import_index by_name; /* scoped */
+    int includes;             /* files included so far */
+    size_t hidden;            /* characters of scoped names that Kempe's names do not have: those of the only model */
 } kmp_sdf;
 
 /** An element that says yes. */

@@ -2,7 +2,6 @@
 /* A robot in URDF, with the loops and couplings of URDF+ (docs/urdf.md): links are bodies, joints are joints, and what
  * a file says in numbers of a rotated frame is turned into body axes here. */
 #include "model/formats/drake_tags.h"
-#include <stdlib.h>
 #include <string.h>
 
 /* An element with the names that Kempe gives to it and to what it connects. */
@@ -15,8 +14,7 @@ typedef struct robot {
     kmp_import *im;
     int count;
     joint *joints;
-    joint **by_child, **by_name; /* sorted, of those with a name; equal ones in the order of the file */
-    int children, names;
+    kmp_import_index by_child, by_name;
 } robot;
 
 /* -- elements ------------------------------------------------------------------------------------------ */
@@ -149,6 +147,16 @@ static int kind_of(const char *type)
     return k;
 }
 
+static const char *child_of(const void *joints, int k)
+{
+    return ((const joint *)joints)[k].child;
+}
+
+static const char *name_of(const void *joints, int k)
+{
+    return ((const joint *)joints)[k].name;
+}
+
 static void read_joints(robot *r)
 {
     kmp_import *im = r->im;
@@ -164,65 +172,23 @@ static void read_joints(robot *r)
                                  .parent = link_of(im, e, "parent"),
                                  .child = link_of(im, e, "child")};
     r->count = k;
-}
-
-static int by_child(const void *a, const void *b)
-{
-    const joint *x = *(joint *const *)a, *y = *(joint *const *)b;
-    int order = strcmp(x->child, y->child);
-    return order ? order : x < y ? -1 : 1;
-}
-
-static int by_name(const void *a, const void *b)
-{
-    const joint *x = *(joint *const *)a, *y = *(joint *const *)b;
-    int order = strcmp(x->name, y->name);
-    return order ? order : x < y ? -1 : 1;
-}
-
-static void sort_joints(robot *r)
-{
-    r->by_child = KMP_ARENA_NEW(r->im->arena, joint *, r->count);
-    r->by_name = KMP_ARENA_NEW(r->im->arena, joint *, r->count);
-    for (int k = 0; r->by_child && r->by_name && k < r->count; k++) {
-        if (r->joints[k].child)
-            r->by_child[r->children++] = &r->joints[k];
-        if (r->joints[k].name)
-            r->by_name[r->names++] = &r->joints[k];
-    }
-    if (r->children > 0)
-        qsort(r->by_child, (size_t)r->children, sizeof *r->by_child, by_child);
-    if (r->names > 0)
-        qsort(r->by_name, (size_t)r->names, sizeof *r->by_name, by_name);
+    r->by_child = kmp_import_index_of(im, r->count, child_of, r->joints);
+    r->by_name = kmp_import_index_of(im, r->count, name_of, r->joints);
 }
 
 /* The first joint of the file to a link; NULL: none. */
 static const joint *joint_to(const robot *r, const char *link)
 {
-    int low = 0, high = r->children;
-    while (low < high) {
-        int middle = (low + high) / 2;
-        if (strcmp(r->by_child[middle]->child, link) < 0)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low < r->children && strcmp(r->by_child[low]->child, link) == 0 ? r->by_child[low] : NULL;
+    int k = kmp_import_index_find(&r->by_child, link);
+    return k >= 0 ? &r->joints[k] : NULL;
 }
 
 /* The joint of this name in the file, which is not cleaned yet. */
 static const joint *joint_named(const robot *r, const char *name)
 {
     const char *clean = kmp_import_clean(r->im, name);
-    int low = 0, high = clean ? r->names : 0;
-    while (low < high) {
-        int middle = (low + high) / 2;
-        if (strcmp(r->by_name[middle]->name, clean) < 0)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return clean && low < r->names && strcmp(r->by_name[low]->name, clean) == 0 ? r->by_name[low] : NULL;
+    int k = clean ? kmp_import_index_find(&r->by_name, clean) : -1;
+    return k >= 0 ? &r->joints[k] : NULL;
 }
 
 static bool is_single(const joint *j)
@@ -492,7 +458,6 @@ void kmp_urdf_convert(kmp_import *im)
     for (const kmp_element *e = kmp_element_find(im->model, "link"); e; e = kmp_element_again(e))
         add_link(im, e);
     read_joints(&r);
-    sort_joints(&r);
     for (int k = 0; r.joints && k < r.count; k++)
         add_joint(&r, &r.joints[k]);
     add_roots(&r);

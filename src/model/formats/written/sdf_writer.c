@@ -61,20 +61,15 @@ static void put_link(kmp_export *w, int link)
 
 static void put_mimic(kmp_export *w, int link)
 {
-    for (int k = 0; k < w->model->closure_count; k++) {
-        int own, leader;
-        double multiplier, offset;
-        if (w->said[k] || !kmp_export_follower(w, &w->model->closures[k], &own, &leader, &multiplier, &offset) ||
-            own != link)
-            continue;
-        kmp_text_printf(w->text, "        <mimic joint=\"%s\" axis=\"axis\">", w->links[leader].joint);
-        put_number(w->text, "multiplier", multiplier);
-        put_number(w->text, "offset", offset);
-        put_number(w->text, "reference", 0);
-        kmp_text_put(w->text, "</mimic>\n");
-        w->said[k] = true;
+    int leader;
+    double multiplier, offset;
+    if (!kmp_export_mimic(w, link, &leader, &multiplier, &offset))
         return;
-    }
+    kmp_text_printf(w->text, "        <mimic joint=\"%s\" axis=\"axis\">", w->links[leader].joint);
+    put_number(w->text, "multiplier", multiplier);
+    put_number(w->text, "offset", offset);
+    put_number(w->text, "reference", 0);
+    kmp_text_put(w->text, "</mimic>\n");
 }
 
 static void begin_joint(kmp_export *w, const char *name, const char *type, int parent, const char *child)

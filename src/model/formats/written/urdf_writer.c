@@ -53,19 +53,14 @@ static void put_link(const kmp_export *w, int link)
 /* The coupler by which a coordinate follows another; a joint has one. */
 static void put_mimic(kmp_export *w, int link)
 {
-    for (int k = 0; k < w->model->closure_count; k++) {
-        int own, leader;
-        double multiplier, offset;
-        if (w->said[k] || !kmp_export_follower(w, &w->model->closures[k], &own, &leader, &multiplier, &offset) ||
-            own != link)
-            continue;
-        kmp_text_printf(w->text, "    <mimic joint=\"%s\"", w->links[leader].joint);
-        put_value(w->text, "multiplier", multiplier);
-        put_value(w->text, "offset", offset);
-        kmp_text_put(w->text, "/>\n");
-        w->said[k] = true;
+    int leader;
+    double multiplier, offset;
+    if (!kmp_export_mimic(w, link, &leader, &multiplier, &offset))
         return;
-    }
+    kmp_text_printf(w->text, "    <mimic joint=\"%s\"", w->links[leader].joint);
+    put_value(w->text, "multiplier", multiplier);
+    put_value(w->text, "offset", offset);
+    kmp_text_put(w->text, "/>\n");
 }
 
 static void put_joint(kmp_export *w, int link)

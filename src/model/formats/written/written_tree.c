@@ -201,6 +201,17 @@ bool kmp_export_follower(const kmp_export *w, const kmp_closure *c, int *link, i
     return *link >= 0 && *leader >= 0 && strcmp(c->kind, "coupler") == 0;
 }
 
+bool kmp_export_mimic(kmp_export *w, int link, int *leader, double *multiplier, double *offset)
+{
+    for (int k = 0; k < w->model->closure_count; k++) {
+        int own;
+        if (!w->said[k] && kmp_export_follower(w, &w->model->closures[k], &own, leader, multiplier, offset) &&
+            own == link)
+            return w->said[k] = true;
+    }
+    return false;
+}
+
 /* -- the whole ----------------------------------------------------------------------------------------- */
 
 static const struct {

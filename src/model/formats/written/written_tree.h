@@ -68,6 +68,10 @@ void kmp_export_angles(const kmp_pose *pose, double rpy[3]);
 /** A name of the file for attributes: letters, digits, blanks, - and _. */
 void kmp_export_name(kmp_text *text, const char *name);
 
+/** The coupler by which the coordinate of a link follows that of another, which is written now: a joint has one. False:
+ * there is none that is not written. */
+bool kmp_export_mimic(kmp_export *w, int link, int *leader, double *multiplier, double *offset);
+
 /** Writes a coordinate as the only one that follows another: q = multiplier other + offset. False: a closure of another
  * kind, with more terms, or one whose coordinates have no joint of their own. */
 bool kmp_export_follower(const kmp_export *w, const kmp_closure *closure, int *link, int *leader, double *multiplier,
