@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/**
+ * A simulator of one mechanism, made of generated equations: C99, no library but libm, no allocation, no static data
+ * that changes. Several simulators may run in several threads, each in memory of its own.
+ *
+ *     #include "crane_simulator.h"
+ *
+ *     static double memory[crane_memory];
+ *     kempe_simulator crane;
+ *     kempe_simulator_init(&crane, &crane_equations, memory);
+ *     if (kempe_simulator_start(&crane, 0) == KEMPE_SIMULATOR_GOES)
+ *         while (kempe_simulator_advance(&crane, crane.t + 0.01) == KEMPE_SIMULATOR_GOES)
+ *             show(crane.t, crane.q);
+ *
+ * The equations:  M qdd + C = J' lambda,  h = 0,  J qd + h_t = 0,  J qdd + jdqd = 0. States are f independent
+ * coordinates and their rates (coordinate partitioning: Wehage and Haug 1982). Newton's method closes the loops for the
+ * others. The choice is exchanged where it becomes bad. SI units: m, rad, kg, s, N, N m.
+ */
+#ifndef KEMPE_SIMULATOR_H
+#define KEMPE_SIMULATOR_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Meaning of a condition. It holds where its value is negative. */
+enum {
+    KEMPE_CONDITION_SWITCHES, /* its change is an event; the equations read it in `modes` */
+    KEMPE_CONDITION_ENDS,     /* the motion ends where it holds */
+    KEMPE_CONDITION_KINK      /* of min, max, abs: the equations follow it by themselves */
+};
+
+/** Kind of a coordinate: of `q`, and its rate. A state of the model is in `qd`; its integral is in `q`. */
+enum { KEMPE_COORDINATE_TRANSLATION, KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_STATE };
+
+/** Arguments of the equations. Arrays of a simulator; matrices are stored row by row, M whole. */
+typedef struct kempe_arguments {
+    double t;
+    const double *k;      /* prepared values of the parameters */
+    const double *q;      /* coordinates */
+    const double *qd;     /* their rates */
+    const double *qdd;    /* accelerations */
+    const double *lambda; /* rows: multipliers of h */
+    const double *modes;  /* conditions: 1 where one holds, otherwise 0; of kinks 0 */
+    const double *u;      /* three an input: value, first and second derivative */
+} kempe_arguments;
+
+/** A direction in the space of the arguments; `p` has an entry for each parameter. */
+typedef struct kempe_direction {
+    double t;
+    const double *p, *q, *qd, *qdd, *lambda, *u;
+} kempe_direction;
+
+/** The equations of a mechanism, generated; all names and pointers are constant. */
+typedef struct kempe_equations {
+    const char *name, *hash; /* of the model */
+    int coordinates, rows;   /* n, m */
+    int freedom;             /* f: n less the rank of J; 2 f states */
+    int inputs, parameters, conditions, outputs;
+    int kept; /* values of k */
+    const char *const *coordinate_names, *const *row_names, *const *input_names, *const *parameter_names;
+    const char *const *condition_names, *const *output_names;
+    const char *const *advice;        /* conditions: where one ends the motion, the remedy; may be NULL */
+    const int *coordinate_kind;       /* n */
+    const int *condition_kind;        /* conditions */
+    const double *lag;                /* conditions: one changes where its value has passed zero by this amount */
+    const double *scale;              /* n: size of a coordinate */
+    const double *row_scale;          /* m: size of a row of h */
+    const double *parameter_values;   /* of the model */
+    const int *parameter_fixed;       /* parameters: 1 where h depends on it: loops must be closed again */
+    const double *input_values;       /* 3 inputs: at the start */
+    double rank_tolerance;            /* a pivot of the scaled J below this part of the largest one is zero */
+    const double *start_q, *start_qd; /* n: a closed start */
+    const int *independent;           /* f coordinates, the choice at the start; NULL: the simulator chooses */
+
+    void (*prepare)(const double *p, double *k);
+    /** h[m], J[m n] at t, q, modes, u. */
+    void (*closures)(const kempe_arguments *at, double *h, double *J);
+    /** M[n n], C[n], J[m n], h_t[m], jdqd[m] at t, q, qd, modes, u; C at lambda too where `loaded`. */
+    void (*motion)(const kempe_arguments *at, double *M, double *C, double *J, double *h_t, double *jdqd);
+    int loaded; /* C depends on lambda, linearly */
+    /** Values of the conditions, all arguments. */
+    void (*changes)(const kempe_arguments *at, double *value);
+    /** Outputs of the model, all arguments. */
+    void (*show)(const kempe_arguments *at, double *y);
+    /** Changes along a direction of dynamics[n] = M qdd + C - J' lambda, h[m], of the rates J qd + h_t [m], of the
+     * accelerations J qdd + jdqd [m], of the outputs and of the values of conditions. NULL: not generated. */
+    void (*along)(const kempe_arguments *at, const kempe_direction *direction, double *dynamics, double *h,
+                  double *rates, double *accelerations, double *y, double *value);
+} kempe_equations;
+
+typedef enum kempe_simulator_status {
+    KEMPE_SIMULATOR_GOES,
+    KEMPE_SIMULATOR_ENDED, /* a condition of the model ends the motion: see the message */
+    KEMPE_SIMULATOR_FAILED /* see the message; the state is that before the call */
+} kempe_simulator_status;
+
+typedef enum kempe_simulator_method { KEMPE_METHOD_DOP853, KEMPE_METHOD_DOPRI5, KEMPE_METHODS } kempe_simulator_method;
+
+typedef struct kempe_simulator_work {
+    double steps, rejected, evaluations, closings, exchanges, events;
+} kempe_simulator_work;
+
+/** Settings: may be changed between calls. kempe_simulator_init sets DOP853, rtol 1e-8, atol 1e-8 and no bounds. */
+typedef struct kempe_simulator_settings {
+    kempe_simulator_method method;
+    double rtol, atol; /* atol: in scaled units, times the size of each coordinate */
+    double fixed_step; /* s; 0: by the estimated error */
+    double longest;    /* step, s; 0: any */
+    double end;        /* s: no step goes beyond it; INFINITY: none */
+    double most_steps; /* of one kempe_simulator_advance; 0: 1e6 */
+} kempe_simulator_settings;
+
+/** A simulator. The arrays are in the memory of the caller and are to be read alone, except p and u. */
+typedef struct kempe_simulator {
+    const kempe_equations *equations;
+    kempe_simulator_settings settings;
+    double t;
+    double *p;                         /* parameters: then kempe_simulator_set_parameters */
+    double *u;                         /* three an input: then kempe_simulator_set_inputs */
+    double *q, *qd, *qdd, *lambda, *y; /* at t */
+    char message[320];                 /* the last failure or end as a sentence; "" */
+    kempe_simulator_work work;
+    double *memory;                /* all numbers of the simulator */
+    int numbers;                   /* of it */
+    struct kempe_simulator_parts { /* places in the memory */
+        double *modes, *k, *value, *x, *rates;
+        double *state; /* what kempe_simulator_save copies: the first numbers of the memory */
+        double *scratch;
+    } part;
+} kempe_simulator;
+
+/** The number of doubles in the memory of a simulator. */
+int kempe_simulator_memory(const kempe_equations *equations);
+
+/** Places a simulator in the memory, with parameters and inputs of the model. */
+void kempe_simulator_init(kempe_simulator *s, const kempe_equations *equations, double *memory);
+
+/** Starts at t from the model's start, with the present parameters and inputs: closes the loops, chooses coordinates,
+ * decides conditions. FAILED: the loops cannot be closed. */
+kempe_simulator_status kempe_simulator_start(kempe_simulator *s, double t);
+/** The same from q and qd (n each) near which the loops are closed. */
+kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, const double *q, const double *qd);
+
+/** After a change of p between kempe_simulator_init and start, or later of parameters that are not fixed. */
+void kempe_simulator_set_parameters(kempe_simulator *s);
+/** After a change of u: the values act from t on. Steps that were made beyond t are made again. */
+kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s);
+
+/** Advances to t and sets q, qd, qdd, lambda, y there. Steps do not depend on the times that are requested. */
+kempe_simulator_status kempe_simulator_advance(kempe_simulator *s, double t);
+/** Advances to the end of the next step. */
+kempe_simulator_status kempe_simulator_step(kempe_simulator *s);
+
+/** Saving and restoring: numbers of a state, copied as they are. What follows has the same bits, here and in another
+ * simulator of the same equations. */
+int kempe_simulator_saved_numbers(const kempe_simulator *s);
+void kempe_simulator_save(const kempe_simulator *s, double *to);
+void kempe_simulator_restore(kempe_simulator *s, const double *from);
+
+/* -- for an integrator of the caller: x has the f independent coordinates, then their f rates -----------------------
+ */
+
+void kempe_simulator_get_states(const kempe_simulator *s, double *x);
+/** Sets t and x, then closes the loops and evaluates accelerations, multipliers and outputs, with the conditions as
+ * they are. FAILED: the loops cannot be closed there; the simulator is as before. */
+kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, const double *x);
+/** Derivatives of x at the present state. */
+void kempe_simulator_get_rates(const kempe_simulator *s, double *dx);
+/** Values of the conditions: an event is a change of sign. */
+void kempe_simulator_get_changes(const kempe_simulator *s, double *value);
+/** 1 where the choice of independent coordinates is bad here: kempe_simulator_update exchanges it. */
+int kempe_simulator_wants_exchange(const kempe_simulator *s);
+/** Decides the conditions anew at the present state and exchanges the choice where it is bad; *changed: 1 where x has
+ * other values or meanings, or its rates jump. ENDED: a condition ends the motion. */
+kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed);
+/** The independent coordinates: f numbers. */
+void kempe_simulator_get_choice(const kempe_simulator *s, int *independent);
+
+/** Exact changes of the derivatives dx and outputs y (and of q, qd, qdd, lambda; each may be NULL) along a change of t,
+ * states x (2 f), parameters, inputs u (3 each; each of these may be NULL: 0), at the present state. FAILED: equations
+ * without `along`. */
+typedef struct kempe_simulator_change {
+    double t;
+    const double *x, *p, *u;
+    double *dx, *q, *qd, *qdd, *lambda, *y, *value;
+} kempe_simulator_change;
+kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_simulator_change *change);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
