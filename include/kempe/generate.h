@@ -28,6 +28,7 @@ typedef struct kempe_generate_options {
     const char *language; /* c (default), octave, python */
     const char *form;     /* names of variables: legible (default), compact */
     int vectorised;       /* array languages: operations that can be done at once are one statement */
+    int simulator;        /* the files of a simulator in C99 (docs/simulator.md), in place of `sets` */
 } kempe_generate_options;
 
 typedef struct kempe_count kempe_count;

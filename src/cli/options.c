@@ -300,6 +300,8 @@ static const option options[] = {
     {CLI_GENERATE, IN_OUTPUT, "lang", TEXT(generation.language), "NAME",
      "language of the generated files: c, octave, python"},
     {CLI_GENERATE, IN_OUTPUT, "form", TEXT(generation.form), "NAME", "names of variables: legible (default), compact"},
+    {CLI_GENERATE, IN_OUTPUT, "simulator", FLAG(generation.simulator),
+     "a simulator in C99: closing of loops, integration and events, beside the equations"},
     {CLI_GENERATE, IN_OUTPUT, "vectorised", FLAG(generation.vectorised),
      "array languages: one statement for all operations that are possible at once"},
     {CLI_GENERATE, IN_OUTPUT, "output", TEXT(output), "DIR", "folder of the files (default: the current one)"},

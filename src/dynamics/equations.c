@@ -11,6 +11,7 @@
 #include "dynamics/kinematics/pressing.h"
 #include "dynamics/outputs.h"
 #include "model/tables/output_table.h"
+#include "symbolic/derivative.h"
 #include "symbolic/label.h"
 #include "symbolic/passes/shorten.h"
 
@@ -283,6 +284,72 @@ static void derive_delayed(kmp_equations *eq)
     }
 }
 
+/* -- conditions and directions ------------------------------------------------------------------------- */
+
+static kempe_status derive_changes(kmp_equations *eq, const kmp_events *events)
+{
+    const int count = events ? events->count : 0;
+    eq->changes = KMP_GRAPH_NEW(eq->graph, kmp_ref, count);
+    for (int k = 0; eq->changes && k < count; k++)
+        if (!kmp_tree_event(&eq->tree, k, &eq->changes[k]))
+            return kmp_fail(eq->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
+    eq->change_count = count;
+    return kmp_made(eq->context, eq->changes);
+}
+
+kmp_directions kmp_equations_directions(const kempe_model *model, int rows)
+{
+    const int n = model->motion_count, parameters = 1 + KMP_TIME_NUMBERS * kmp_model_given_inputs(model);
+    const int q = parameters + model->parameter_count;
+    return (kmp_directions){parameters, q, q + n, q + 2 * n, q + 3 * n, q + 3 * n + rows};
+}
+
+/* Every input of the graph moves along an entry of KMP_IN_ALONG. */
+static kmp_derivative *along_all(const kmp_equations *eq)
+{
+    const kmp_directions at = kmp_equations_directions(eq->model, eq->m);
+    const struct {
+        kmp_input_kind kind;
+        int from, to;
+    } list[] = {{KMP_IN_TIME, 0, at.parameters}, {KMP_IN_PARAMETER, at.parameters, at.q},
+                {KMP_IN_Q, at.q, at.qd},         {KMP_IN_QD, at.qd, at.qdd},
+                {KMP_IN_QDD, at.qdd, at.lambda}, {KMP_IN_LAMBDA, at.lambda, at.count}};
+    kmp_graph *g = eq->graph;
+    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, at.count), *way = KMP_GRAPH_NEW(g, kmp_ref, at.count);
+    for (size_t k = 0; leaf && way && k < sizeof list / sizeof *list; k++)
+        for (int i = list[k].from; i < list[k].to; i++) {
+            leaf[i] = kmp_input(g, list[k].kind, (uint32_t)(i - list[k].from));
+            way[i] = kmp_input(g, KMP_IN_ALONG, (uint32_t)i);
+        }
+    return leaf && way ? kmp_derivative_new(g, at.count, leaf, way) : NULL;
+}
+
+static void put_along(kmp_equations *eq, kmp_derivative *d, int count, const kmp_ref *of)
+{
+    for (int k = 0; k < count; k++)
+        eq->along[eq->along_count++] = kmp_derivative_of(d, of[k]);
+}
+
+static void derive_along(kmp_equations *eq)
+{
+    const int m = eq->m;
+    kmp_ref *curve = KMP_GRAPH_NEW(eq->graph, kmp_ref, m);
+    for (int r = 0; curve && r < m; r++)
+        curve[r] = kmp_equations_curve(eq, r);
+    kmp_derivative *d = along_all(eq);
+    eq->along_count = 0;
+    eq->along = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n + 3 * m + eq->shown_count + eq->change_count);
+    if (!curve || !d || !eq->along)
+        return;
+    put_along(eq, d, eq->n, eq->closed);
+    put_along(eq, d, m, eq->h);
+    put_along(eq, d, m, eq->hdot);
+    put_along(eq, d, m, curve);
+    put_along(eq, d, eq->shown_count, eq->shown);
+    put_along(eq, d, eq->change_count, eq->changes);
+    kmp_derivative_free(d);
+}
+
 static void set_rules(const kmp_equations *eq, const kmp_scene *scene, bool apart)
 {
     kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~(scene->without | (apart ? KMP_RULE_RUNS : 0)));
@@ -314,6 +381,11 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     eq->delayed_count = 0;
     if (sets & KMP_SET_DELAYED)
         derive_delayed(eq);
+    eq->change_count = 0;
+    if (sets & KMP_SET_CONDITIONS)
+        KMP_TRY(derive_changes(eq, scene->events));
+    if (sets & KMP_SET_ALONG)
+        derive_along(eq);
     return kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : KEMPE_OK;
 }
 

@@ -31,7 +31,9 @@ enum {
     KMP_SET_CONTACT = 131072, /* distances of rigid contacts, their rates and forces */
     KMP_SET_IMPACT = 262144,  /* rates of all rows after an impact; with KMP_SET_CLOSURE */
     KMP_SET_POWER_SLOPES = 524288, /* of the power by q and qd, with derivatives by composite bodies: they share most */
-    KMP_SET_DELAYED = 1048576      /* signals of continuous delays, those before the start, and the delays */
+    KMP_SET_DELAYED = 1048576,     /* signals of continuous delays, those before the start, and the delays */
+    KMP_SET_CONDITIONS = 2097152,  /* values of the scene's conditions, of which all laws have been derived */
+    KMP_SET_ALONG = 4194304        /* changes along a direction; with the sets that it differentiates */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
@@ -124,6 +126,10 @@ typedef struct kmp_equations {
     int next_count;
     kmp_ref *delayed, *before, *delay; /* of each continuous delay: the signal, that before the start or 0, seconds */
     int delayed_count;
+    kmp_ref *changes; /* of each condition: it holds where this is negative */
+    int change_count;
+    kmp_ref *along; /* changes of `closed`, h, rates and accelerations of the closures, `shown` and `changes` */
+    int along_count;
 } kmp_equations;
 
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves). KEMPE_E_FAILED when accelerations
@@ -144,6 +150,13 @@ void kmp_equations_free(kmp_equations *eq);
 
 /** True of a mechanism with so many coordinates that few variants are tried, and trials have no force elements. */
 bool kmp_equations_are_large(const kempe_model *model);
+
+/** Entries of KMP_IN_ALONG, one after the other: t and the numbers of given inputs as in KMP_IN_TIME, the parameters,
+ * q, qd, qdd and lambda: the place where each begins, and their number. */
+typedef struct kmp_directions {
+    int parameters, q, qd, qdd, lambda, count;
+} kmp_directions;
+kmp_directions kmp_equations_directions(const kempe_model *model, int rows);
 
 /** J qdd + jdqd of a row. */
 kmp_ref kmp_equations_curve(const kmp_equations *eq, int row);

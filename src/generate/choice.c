@@ -2,6 +2,7 @@
 #include "generate/choice.h"
 #include "base/context.h"
 #include "dynamics/load_dependent.h"
+#include "generate/simulator/simulated.h"
 #include "model/tables/output_table.h"
 #include <string.h>
 
@@ -113,15 +114,22 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
 {
     kempe_context *context = model->context;
     *choice = (kmp_set_choice){.scene = {.scheme = KMP_SCHEME_COMPOSITE,
-                                         .keep = g->keep_parameters ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING,
+                                         .keep = g->simulator         ? KMP_KEEP_PARAMETERS
+                                                 : g->keep_parameters ? KMP_KEEP_NUMBERS
+                                                                      : KMP_KEEP_NOTHING,
                                          .body_inputs = g->body_inputs,
                                          .no_inputs = g->no_inputs,
                                          .optimize = g->optimize,
-                                         .loops_alone = !g->drives && !kmp_uses_drives(model),
+                                         .loops_alone = !g->drives && !g->simulator && !kmp_uses_drives(model),
                                          .events = &choice->modes,
                                          .given_delays = true,
-                                         .modes_alone = true}};
+                                         .modes_alone = !g->simulator}};
     KMP_TRY(read_scheme(context, g->scheme, choice));
+    if (g->simulator) {
+        KMP_TRY(kmp_simulated_check(model));
+        kmp_simulated_choose(model, choice);
+        return KEMPE_OK;
+    }
     for (const char *s = g->sets ? g->sets : "M_C,invdyn,h_J,jdqd"; s; s = strchr(s, ',')) {
         s += *s == ',';
         KMP_TRY(add(context, choice, s, strcspn(s, ",")));

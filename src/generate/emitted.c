@@ -5,6 +5,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "generate/languages/language.h"
+#include "generate/simulator/simulated.h"
 #include "model/model.h"
 #include "output/print.h"
 #include <kempe/generate.h>
@@ -45,6 +46,8 @@ static kempe_status read_language(kempe_code *code, const kempe_generate_options
             code->language = languages[k];
     if (!code->language)
         return refuse_language(code->context, name);
+    if (g->simulator && strcmp(name, "c") != 0)
+        return kmp_fail(code->context, KEMPE_E_ARGUMENT, "simulators are written in C: use --lang c");
     if (g->vectorised && !code->language->arrays.function)
         return kmp_fail(code->context, KEMPE_E_ARGUMENT,
                         "%s has no vectorised form: omit --vectorised, or use an array language", name);
@@ -101,6 +104,8 @@ static kempe_status make(kempe_code *code, const kempe_model *model, const kempe
     KMP_TRY(kmp_source_init(&code->source, model, g));
     KMP_TRY(check_operations(code));
     bool ok = kmp_language_write(code->language, &code->source, &code->files);
+    if (ok && g->simulator)
+        ok = kmp_simulator_pages(&code->source, &code->files);
     for (int k = 0; k < code->files.count; k++)
         ok = ok && !code->files.file[k].text.failed && code->files.file[k].text.s;
     return ok ? KEMPE_OK : kmp_fail_memory(code->context);

@@ -18,12 +18,18 @@ enum { GROUPS = sizeof groups / sizeof *groups };
 
 kmp_set kmp_set_of(const kmp_equations *eq, int set)
 {
-    enum { QD = 1 << KMP_IN_QD, QDD = 1 << KMP_IN_QDD, LAMBDA = 1 << KMP_IN_LAMBDA, MODES = 1 << KMP_IN_MODE };
+    enum {
+        QD = 1 << KMP_IN_QD,
+        QDD = 1 << KMP_IN_QDD,
+        LAMBDA = 1 << KMP_IN_LAMBDA,
+        MODES = 1 << KMP_IN_MODE,
+        ALONG = 1 << KMP_IN_ALONG
+    };
     enum { LOADS = 1 << KMP_IN_FORCE | 1 << KMP_IN_TORQUE };
     static const kmp_equations none;
     const kmp_equations *of = eq ? eq : &none;
     const int n = of->n, m = of->m, w = of->shown_count, f = of->friction_count, d = of->next_count;
-    const int c = of->contact_count, e = of->delayed_count;
+    const int c = of->contact_count, e = of->delayed_count, g = of->change_count, s = of->along_count;
     const kmp_set sets[] = {
 #define KMP_EQUATIONS(id, name, derive, rows, columns, lower, entries, inputs, array, meaning)                         \
     {name, derive, rows, columns, lower, of->entries, inputs, array, meaning},
@@ -52,7 +58,7 @@ unsigned kmp_sets_find(const char *name, size_t length)
     for (int k = 0; k < GROUPS; k++)
         if (is_called(groups[k].name, name, length))
             return groups[k].sets;
-    for (int k = 0; k < KMP_EQ_SETS; k++)
+    for (int k = 0; k < KMP_EQ_CONDITIONS; k++)
         if (is_called(kmp_set_of(NULL, k).name, name, length))
             return 1u << k;
     return 0;
@@ -62,7 +68,7 @@ void kmp_sets_list(kmp_text *text)
 {
     for (int k = 0; k < GROUPS; k++)
         kmp_text_printf(text, "%s%s", k ? ", " : "", groups[k].name);
-    for (int k = 0; k < KMP_EQ_SETS; k++)
+    for (int k = 0; k < KMP_EQ_CONDITIONS; k++)
         kmp_text_printf(text, ", %s", kmp_set_of(NULL, k).name);
 }
 

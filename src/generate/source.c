@@ -6,15 +6,16 @@
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
 #include "dynamics/load_dependent.h"
+#include "generate/simulator/simulated.h"
 #include "model/print/model_print.h"
 #include "model/tables/output_table.h"
 #include <ctype.h>
 #include <string.h>
 
 const char *const kmp_argument_names[KMP_ARGUMENTS] = {
-    [KMP_IN_PARAMETER] = "k",   [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",        [KMP_IN_QD] = "qd",
-    [KMP_IN_QDD] = "qdd",       [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_MODE] = "modes", [KMP_IN_FORCE] = "force",
-    [KMP_IN_TORQUE] = "torque", [KMP_ARGUMENT_INPUTS] = "u"};
+    [KMP_IN_PARAMETER] = "k",   [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",           [KMP_IN_QD] = "qd",
+    [KMP_IN_QDD] = "qdd",       [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_MODE] = "modes",    [KMP_IN_FORCE] = "force",
+    [KMP_IN_TORQUE] = "torque", [KMP_IN_ALONG] = "way",      [KMP_ARGUMENT_INPUTS] = "u"};
 
 int kmp_argument_of(const kmp_program_input *input)
 {
@@ -24,7 +25,7 @@ int kmp_argument_of(const kmp_program_input *input)
 int kmp_place_in_argument(const kmp_code_source *source, const kmp_program_input *input)
 {
     const int roles = KMP_ROLE_END - KMP_ROLE_SENSE, index = (int)input->index;
-    if (input->kind == KMP_IN_MODE)
+    if (input->kind == KMP_IN_MODE && !source->simulator)
         return source->mode_entries * (index / roles) + index % roles;
     return index - (kmp_argument_of(input) == KMP_ARGUMENT_INPUTS);
 }
@@ -171,12 +172,20 @@ static unsigned arguments_of(const kmp_equations *eq, const kmp_set *set)
            (loaded && set->derive & forced ? 1u << KMP_IN_LAMBDA : 0);
 }
 
-static void shape_arrays(kmp_code_routine *r, const kmp_equations *eq, unsigned sets, bool inputs)
+/* All routines of a simulator have the same arguments, but for the direction. */
+enum {
+    SIMULATOR_ARGUMENTS = 1 << KMP_IN_TIME | 1 << KMP_IN_Q | 1 << KMP_IN_QD | 1 << KMP_IN_QDD | 1 << KMP_IN_LAMBDA |
+                          1 << KMP_IN_MODE | 1 << KMP_ARGUMENT_INPUTS
+};
+
+static void shape_arrays(const kmp_code_source *source, kmp_code_routine *r, const kmp_equations *eq, unsigned sets)
 {
+    const bool inputs = source->inputs;
     const unsigned loads = 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
     int first = 0;
     r->arguments = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
     r->arguments |= kmp_model_given_inputs(eq->model) > 0 ? 1u << KMP_ARGUMENT_INPUTS : 0;
+    r->arguments |= source->simulator ? SIMULATOR_ARGUMENTS : 0;
     for (int k = 0; k < KMP_EQ_SETS; k++) {
         if (!(sets & 1u << k))
             continue;
@@ -263,7 +272,7 @@ static bool take_routine(kmp_code_source *source, kmp_code_routine *r, const kmp
     take_values(source, &eq->tree);
     if (eq->links.symbols)
         take_values(source, &eq->links);
-    shape_arrays(r, eq, chosen->sets, source->inputs);
+    shape_arrays(source, r, eq, chosen->sets);
     r->tally = kmp_tally_program(r->program, 0, 1);
     mark_symbols(source, r->program);
     return find_kept(&source->arena, r) && !source->arena.failed;
@@ -350,7 +359,8 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
         KMP_TRY(kmp_refuse_load_dependent_model(model, "set 'R_q'"));
     KMP_TRY(find_meant(source));
     source->vectorised = g->vectorised;
-    source->parameters = g->keep_parameters;
+    source->parameters = g->keep_parameters || g->simulator;
+    source->simulator = g->simulator;
     source->inputs = g->body_inputs;
     source->body_count = model->body_count - 1;
     source->scheme = choice->scheme;
@@ -369,7 +379,8 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     name_discrete(source);
     name_delays(source);
     KMP_TRY(kmp_made(model->context, !arena->failed && hash_model(model, source->hash)));
-    return derive_all(source, choice);
+    KMP_TRY(derive_all(source, choice));
+    return source->simulator ? kmp_simulated_find(source, &choice->modes) : KEMPE_OK;
 }
 
 kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g)

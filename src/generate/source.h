@@ -45,6 +45,7 @@ typedef struct kmp_code_source {
     const char *scheme;
     bool parameters; /* numbers are kept as symbols: there are p and k */
     bool inputs, legible, vectorised;
+    bool simulator;       /* all conditions are inputs: entries of `modes` */
     int n, m, body_count; /* bodies with inputs: 3 entries of force and torque each, ground not counted */
     char **coordinate_names, **row_names, **input_names, **output_names;
     int input_count;                                 /* of the model */
@@ -62,6 +63,7 @@ typedef struct kmp_code_source {
     char **parameter_name; /* by position, like value */
     kmp_code_routine *routines;
     int count;
+    struct kmp_simulated *simulated; /* of a simulator: what it has beside its equations; otherwise NULL */
 } kmp_code_source;
 
 kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model,

@@ -109,6 +109,9 @@ bool kmp_language_write(const kmp_language *language, const kmp_code_source *sou
 /** Appends a number that reads back to the same double, with a point or an exponent. */
 void kmp_language_number(kmp_text *text, const kmp_language *language, double x);
 
+/** Appends a string in the language's quotes. */
+void kmp_language_string(kmp_text *text, const kmp_language *language, const char *s);
+
 /** The beginning of item k of a list; the end of a list with `count` items. */
 void kmp_list_item(kmp_text *text, const kmp_list_spelling *list, int k);
 void kmp_list_end(kmp_text *text, const kmp_list_spelling *list, int count);

@@ -44,23 +44,23 @@ static void put_numbers(const kmp_writer *w, const kmp_list_spelling *list, int 
 }
 
 /* In double quotes a quote and a backslash get a backslash, in single ones a quote is doubled. */
-static void put_string(const kmp_writer *w, const char *s)
+void kmp_language_string(kmp_text *text, const kmp_language *language, const char *s)
 {
-    char quote = w->language->quote;
-    kmp_text_printf(w->text, "%c", quote);
+    char quote = language->quote;
+    kmp_text_printf(text, "%c", quote);
     for (; *s; s++) {
         if (*s == quote || (quote == '"' && *s == '\\'))
-            kmp_text_printf(w->text, "%c", quote == '"' ? '\\' : quote);
-        kmp_text_printf(w->text, "%c", (unsigned char)*s < 0x20 ? ' ' : *s);
+            kmp_text_printf(text, "%c", quote == '"' ? '\\' : quote);
+        kmp_text_printf(text, "%c", (unsigned char)*s < 0x20 ? ' ' : *s);
     }
-    kmp_text_printf(w->text, "%c", quote);
+    kmp_text_printf(text, "%c", quote);
 }
 
 static void put_names(const kmp_writer *w, int count, char *const *names)
 {
     for (int k = 0; names && k < count; k++) {
         kmp_list_item(w->text, &w->language->names, k);
-        put_string(w, names[k]);
+        kmp_language_string(w->text, w->language, names[k]);
     }
     kmp_list_end(w->text, &w->language->names, count);
 }
@@ -463,7 +463,7 @@ static void put_number(const kmp_writer *w, const char *word, size_t length)
                    {"begins", source->mode_entries > KMP_MODE_ENTRIES},
                    {"discrete", source->discrete_count}, /* states with samples or events */
                    {"delays", source->delay_count},      /* continuous ones */
-                   {"modes", r->arguments & 1u << KMP_IN_MODE},
+                   {"modes", source->simulated ? 0 : r->arguments & 1u << KMP_IN_MODE},
                    {"qd", r->arguments & 1u << KMP_IN_QD}, /* it is an argument */
                    {"qdd", r->arguments & 1u << KMP_IN_QDD},
                    {"lambda", r->arguments & 1u << KMP_IN_LAMBDA},

@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "generate/simulator/simulated.h"
+#include "base/context.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/partition/partition.h"
+#include "constraints/rounding/rounding.h"
+#include "constraints/tolerances.h"
+#include "dynamics/load_dependent.h"
+#include "generate/simulator/kempe_simulator.h"
+#include "model/tables/output_table.h"
+#include <string.h>
+
+/* -- routines ------------------------------------------------------------------------------------------ */
+
+/* The conditions after all that have some; directions after the conditions, which they differentiate. */
+static const kmp_chosen routines[] = {
+    {"closures", 1u << KMP_EQ_H | 1u << KMP_EQ_J},
+    {"motion", 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_J | 1u << KMP_EQ_H_T | 1u << KMP_EQ_JDQD},
+    {"show", 1u << KMP_EQ_OUTPUTS},
+    {"changes", 1u << KMP_EQ_CONDITIONS},
+    {"along", 1u << KMP_EQ_ALONG}};
+
+void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice)
+{
+    for (size_t k = 0; k < sizeof routines / sizeof *routines; k++)
+        if (routines[k].sets != 1u << KMP_EQ_OUTPUTS || kmp_outputs_width(model) > 0) {
+            choice->chosen[choice->count++] = routines[k];
+            choice->all |= routines[k].sets;
+        }
+}
+
+/* -- parts that simulators lack ------------------------------------------------------------------------ */
+
+kempe_status kmp_simulated_check(const kempe_model *model)
+{
+    static const char what[] = "generated simulators";
+    KMP_TRY(kmp_refuse_friction(model, what));
+    KMP_TRY(kmp_refuse_contacts(model, what));
+    KMP_TRY(kmp_refuse_samples(model, what, false));
+    return kmp_refuse_delays(model, what, KMP_INSTEAD_OF_DELAY);
+}
+
+static kempe_status check_rows(const kmp_code_source *source, const kempe_system *system)
+{
+    bool equal = system->m == source->m;
+    for (int r = 0; equal && r < source->m; r++)
+        equal = strcmp(system->row_names[r], source->row_names[r]) == 0;
+    if (!equal)
+        return kmp_fail(source->context, KEMPE_E_BUG, "the rows of the closures differ from those of the system");
+    for (int r = 0; r < system->m; r++)
+        if (system->rows[r].of_rates)
+            return kmp_fail(source->context, KEMPE_E_ARGUMENT,
+                            "generated simulators: the closure '%s' constrains rates alone, which is not supported "
+                            "there; use kempe simulate",
+                            source->model->closures[system->rows[r].closure].name);
+    return KEMPE_OK;
+}
+
+/* -- the start ----------------------------------------------------------------------------------------- */
+
+static void *copy(kmp_arena *arena, const void *from, int count, size_t size)
+{
+    void *to = kmp_arena_alloc(arena, (size_t)count, size);
+    if (to && count > 0)
+        memcpy(to, from, (size_t)count * size);
+    return to;
+}
+
+static kempe_status choose_coordinates(struct kmp_simulated *x, kmp_arena *arena, const kempe_system *system,
+                                       kmp_evaluator *eval)
+{
+    kmp_partition part;
+    kmp_eval_closure(eval, 0, x->q);
+    KMP_TRY(kmp_partition_init(&part, system, eval->jacobian, NULL, 0));
+    x->freedom = part.p;
+    x->independent = copy(arena, part.u, part.p, sizeof *part.u);
+    x->inputs = copy(arena, kmp_present_inputs_at(&eval->inputs, 0) + 1,
+                     KMP_TIME_NUMBERS * kmp_model_given_inputs(system->model), sizeof *x->inputs);
+    kmp_partition_free(&part);
+    return kmp_made(system->context, !arena->failed);
+}
+
+static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, const kempe_system *system)
+{
+    kempe_assembly *assembly = NULL;
+    KMP_TRY(kempe_assembly_new(system, &assembly));
+    x->q = copy(arena, assembly->q, system->n, sizeof *x->q);
+    x->qd = copy(arena, assembly->qd, system->n, sizeof *x->qd);
+    kempe_assembly_free(assembly);
+    return kmp_made(system->context, !arena->failed);
+}
+
+static kempe_status take_start(kmp_code_source *source, const kempe_system *system)
+{
+    struct kmp_simulated *x = source->simulated;
+    kmp_arena *arena = &source->arena;
+    KMP_TRY(check_rows(source, system));
+    KMP_TRY(take_assembly(x, arena, system));
+    x->scale = copy(arena, system->scale, system->n, sizeof *x->scale);
+    x->row_scale = copy(arena, system->row_scale, system->m, sizeof *x->row_scale);
+    x->rank_tolerance = kmp_rounding_zero(system, KMP_RANK);
+    kmp_evaluator *eval = kmp_eval_new_of_closures(system);
+    kempe_status status = kmp_made(system->context, eval);
+    if (status == KEMPE_OK)
+        status = choose_coordinates(x, arena, system, eval);
+    kmp_eval_free(eval);
+    return status;
+}
+
+/* -- conditions and parameters ------------------------------------------------------------------------- */
+
+static kempe_status take_conditions(kmp_code_source *source, kempe_system *system, const kmp_events *events)
+{
+    struct kmp_simulated *x = source->simulated;
+    const int count = x->condition_count = events->count;
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(char *, count, &x->condition_name, &x->advice),
+                        KMP_ROOM(int, count, &x->condition_kind), KMP_ROOM(double, count, &x->lag)))
+        return kmp_fail_memory(source->context);
+    for (int k = 0; k < count; k++) {
+        const kmp_condition *c = &events->condition[k];
+        const char *text = kmp_system_event_text(system, c);
+        x->condition_name[k] = kmp_arena_strdup(&source->arena, text ? text : "");
+        x->advice[k] = kmp_arena_strdup(&source->arena, c->advice ? c->advice : "");
+        x->condition_kind[k] = c->ends   ? KEMPE_CONDITION_ENDS
+                               : c->kink ? KEMPE_CONDITION_KINK
+                                         : KEMPE_CONDITION_SWITCHES;
+        x->lag[k] = c->lag;
+    }
+    return kmp_made(source->context, !source->arena.failed);
+}
+
+static bool reads(const kmp_code_routine *r, kmp_input_kind kind, int index)
+{
+    for (int k = 0; k < r->program->input_count; k++)
+        if (r->program->input[k].kind == kind && (index < 0 || (int)r->program->input[k].index == index))
+            return true;
+    return false;
+}
+
+static const kmp_code_routine *routine_of(const kmp_code_source *source, const char *name)
+{
+    for (int k = 0; k < source->count; k++)
+        if (strcmp(source->routines[k].name, name) == 0)
+            return &source->routines[k];
+    return NULL;
+}
+
+static kempe_status take_parameters(kmp_code_source *source)
+{
+    struct kmp_simulated *x = source->simulated;
+    const kmp_code_routine *closures = routine_of(source, "closures"), *motion = routine_of(source, "motion");
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, source->parameter_count, &x->symbol, &x->fixed),
+                        KMP_ROOM(int, source->n, &x->coordinate_kind)))
+        return kmp_fail_memory(source->context);
+    for (int k = 0; k < source->symbol_count; k++)
+        if (source->place[k] >= 0) {
+            x->symbol[source->place[k]] = k;
+            x->fixed[source->place[k]] = reads(closures, KMP_IN_PARAMETER, k);
+        }
+    for (int k = 0; k < source->n; k++)
+        x->coordinate_kind[k] = kmp_state_of(source->model, k)       ? KEMPE_COORDINATE_STATE
+                                : source->model->motions[k].rotation ? KEMPE_COORDINATE_ROTATION
+                                                                     : KEMPE_COORDINATE_TRANSLATION;
+    x->loaded = reads(motion, KMP_IN_LAMBDA, -1);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_events *conditions)
+{
+    kempe_system *system = NULL;
+    source->simulated = KMP_ARENA_NEW(&source->arena, struct kmp_simulated, 1);
+    KMP_TRY(kmp_made(source->context, source->simulated));
+    KMP_TRY(kmp_system_new_by(source->model, NULL, &system));
+    kempe_status status = take_start(source, system);
+    if (status == KEMPE_OK)
+        status = take_conditions(source, system, conditions);
+    kempe_system_free(system);
+    return status == KEMPE_OK ? take_parameters(source) : status;
+}

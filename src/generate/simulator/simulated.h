@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Data of a generated simulator beside its equations: a closed start, the choice of coordinates there, sizes, and the
+ * conditions. */
+#pragma once
+
+#include "generate/source.h"
+
+struct kmp_simulated {
+    int freedom;                     /* n less the rank of J */
+    double *q, *qd;                  /* n: a closed start */
+    int *independent;                /* freedom */
+    double *scale, *row_scale;       /* n; m */
+    double rank_tolerance;           /* of a pivot over the largest one */
+    double *inputs;                  /* three an input: at the start */
+    int condition_count;             /* in the order of `modes` */
+    char **condition_name, **advice; /* advice: "" without one */
+    int *condition_kind;             /* of kempe_simulator.h */
+    double *lag;
+    int *coordinate_kind; /* n */
+    int *symbol;          /* by position in p: the parameter of the model */
+    int *fixed;           /* by position in p: 1 where the closures depend on it */
+    int loaded;           /* C depends on multipliers */
+};
+
+/** Prepends the routines of a simulator to a choice. */
+void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice);
+
+/** KEMPE_E_ARGUMENT, with its name: the model has a part that simulators lack. */
+kempe_status kmp_simulated_check(const kempe_model *model);
+
+/** Sets source->simulated, when all routines have been derived with these conditions. KEMPE_E_FAILED: the loops do not
+ * close at the start. */
+kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_events *conditions);
+
+/** Adds NAME_simulator.h, NAME_simulator.c and the files of the runtime. False: no memory. */
+bool kmp_simulator_pages(const kmp_code_source *source, kmp_code_files *files);

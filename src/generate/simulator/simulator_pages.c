@@ -1,0 +1,234 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The C file with the table of equations that kempe_simulator.c reads: names, sizes, a start, and functions of one
+ * form for all models. */
+#include "generate/languages/language.h"
+#include "generate/simulator/simulated.h"
+#include "generate/simulator/simulator_files.h"
+#include "model/model.h"
+#include <string.h>
+
+/* -- lists --------------------------------------------------------------------------------------------- */
+
+static void put_ints(kmp_text *text, const char *name, int count, const int *x)
+{
+    kmp_text_printf(text, "static const int %s[] = ", name);
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(text, "%s%d", k == 0 ? "{" : k % 20 == 0 ? ",\n    " : ", ", x[k]);
+    kmp_text_printf(text, "%s};\n", count ? "" : "{0");
+}
+
+static void put_doubles(kmp_text *text, const char *name, int count, const double *x)
+{
+    kmp_text_printf(text, "static const double %s[] = ", name);
+    for (int k = 0; k < count; k++) {
+        kmp_list_item(text, &kmp_language_c.numbers, k);
+        kmp_language_number(text, &kmp_language_c, x[k]);
+    }
+    kmp_text_printf(text, "%s};\n", count ? "" : "{0");
+}
+
+static void put_names(kmp_text *text, const char *name, int count, char *const *names)
+{
+    kmp_text_printf(text, "static const char *const %s[] = ", name);
+    for (int k = 0; k < count; k++) {
+        kmp_list_item(text, &kmp_language_c.names, k);
+        kmp_language_string(text, &kmp_language_c, names[k]);
+    }
+    kmp_text_printf(text, "%s};\n", count ? "" : "{\"\"");
+}
+
+/* -- functions ----------------------------------------------------------------------------------------- */
+
+static const kmp_code_routine *routine_of(const kmp_code_source *s, const char *name)
+{
+    for (int k = 0; k < s->count; k++)
+        if (strcmp(s->routines[k].name, name) == 0)
+            return &s->routines[k];
+    return NULL;
+}
+
+/* The place in k where the values of a routine begin; of NULL: their number. */
+static int place_in_k(const kmp_code_source *s, const char *name)
+{
+    int at = 0;
+    for (int k = 0; k < s->count && !(name && strcmp(s->routines[k].name, name) == 0); k++)
+        at += s->routines[k].kept_count ? s->routines[k].kept_count : 1;
+    return at;
+}
+
+static void put_prepare(kmp_text *text, const kmp_code_source *s)
+{
+    kmp_text_put(text, "static void prepare(const double *p, double *k)\n{\n");
+    for (int k = 0; k < s->count; k++)
+        kmp_text_printf(text, "    %s_%s_prepare(p, k + %d);\n", s->name, s->routines[k].name,
+                        place_in_k(s, s->routines[k].name));
+    kmp_text_put(text, "}\n\n");
+}
+
+/* A function that passes the arguments on; `way`: after the modes. */
+static void put_call(kmp_text *text, const kmp_code_source *s, const char *name, const char *way, const char *results)
+{
+    if (!routine_of(s, name))
+        return;
+    kmp_text_printf(text, "    %s_%s(at->k + %d, at->t, at->q, at->qd, at->qdd, at->lambda, at->modes%s, at->u, %s);\n",
+                    s->name, name, place_in_k(s, name), way, results);
+}
+
+static void put_function(kmp_text *text, const kmp_code_source *s, const char *name, const char *parameters,
+                         const char *results)
+{
+    kmp_text_printf(text, "static void %s(const kempe_arguments *at, %s)\n{\n", name, parameters);
+    put_call(text, s, name, "", results);
+    if (!routine_of(s, name))
+        kmp_text_printf(text, "    (void)at, (void)%s;\n", results);
+    kmp_text_put(text, "}\n\n");
+}
+
+/* The direction as one array, and the changes apart. */
+static void put_along(kmp_text *text, const kmp_code_source *s)
+{
+    const kmp_directions at = kmp_equations_directions(s->model, s->m);
+    const int n = s->n, m = s->m, w = s->output_count, c = s->simulated->condition_count;
+    const struct {
+        const char *name;
+        int count;
+    } parts[] = {{"dynamics", n}, {"h", m}, {"rates", m}, {"accelerations", m}, {"y", w}, {"value", c}};
+    kmp_text_put(text, "static void take(double *to, const double *from, int count)\n{\n"
+                       "    for (int i = 0; i < count; i++)\n        to[i] = from ? from[i] : 0;\n}\n\n");
+    kmp_text_put(text,
+                 "static void along(const kempe_arguments *at, const kempe_direction *direction, double *dynamics, "
+                 "double *h,\n                  double *rates, double *accelerations, double *y, double *value)\n{\n");
+    kmp_text_printf(text, "    double way[%d] = {0}, slope[%d];\n    way[0] = direction->t;\n", at.count,
+                    n + 3 * m + w + c + 1);
+    kmp_text_printf(text, "    take(way + 1, direction->u, %d);\n", at.parameters - 1);
+    kmp_text_printf(
+        text, "    for (int i = 0; direction->p && i < %d; i++)\n        way[%d + symbol[i]] = direction->p[i];\n",
+        s->parameter_count, at.parameters);
+    kmp_text_printf(text, "    take(way + %d, direction->q, %d);\n    take(way + %d, direction->qd, %d);\n", at.q, n,
+                    at.qd, n);
+    kmp_text_printf(text, "    take(way + %d, direction->qdd, %d);\n    take(way + %d, direction->lambda, %d);\n",
+                    at.qdd, n, at.lambda, m);
+    put_call(text, s, "along", ", way", "slope");
+    for (int k = 0, first = 0; k < (int)(sizeof parts / sizeof *parts); first += parts[k++].count)
+        kmp_text_printf(text, "    if (%s)\n        take(%s, slope + %d, %d);\n", parts[k].name, parts[k].name, first,
+                        parts[k].count);
+    kmp_text_put(text, "}\n\n");
+}
+
+/* -- pages --------------------------------------------------------------------------------------------- */
+
+static void put_tables(kmp_text *text, const kmp_code_source *s)
+{
+    const struct kmp_simulated *x = s->simulated;
+    put_names(text, "coordinate_names", s->n, s->coordinate_names);
+    put_names(text, "row_names", s->m, s->row_names);
+    put_names(text, "input_names", s->input_count, s->input_names);
+    put_names(text, "parameter_names", s->parameter_count, s->parameter_name);
+    put_names(text, "condition_names", x->condition_count, x->condition_name);
+    put_names(text, "output_names", s->output_count, s->output_names);
+    put_names(text, "advice", x->condition_count, x->advice);
+    put_ints(text, "coordinate_kind", s->n, x->coordinate_kind);
+    put_ints(text, "condition_kind", x->condition_count, x->condition_kind);
+    put_ints(text, "parameter_fixed", s->parameter_count, x->fixed);
+    put_ints(text, "symbol", s->parameter_count, x->symbol);
+    put_ints(text, "independent", x->freedom, x->independent);
+    put_doubles(text, "lag", x->condition_count, x->lag);
+    put_doubles(text, "scale", s->n, x->scale);
+    put_doubles(text, "row_scale", s->m, x->row_scale);
+    put_doubles(text, "parameter_values", s->parameter_count, s->value);
+    put_doubles(text, "input_values", KMP_TIME_NUMBERS * s->input_count, x->inputs);
+    put_doubles(text, "start_q", s->n, x->q);
+    put_doubles(text, "start_qd", s->n, x->qd);
+    kmp_text_put(text, "\n");
+}
+
+static void put_number(kmp_text *text, const char *name, double x)
+{
+    kmp_text_printf(text, "    .%s = ", name);
+    kmp_language_number(text, &kmp_language_c, x);
+    kmp_text_put(text, ",\n");
+}
+
+static void put_equations(kmp_text *text, const kmp_code_source *s)
+{
+    static const char *const same[] = {"coordinate_names", "row_names",       "input_names",  "parameter_names",
+                                       "condition_names",  "output_names",    "advice",       "lag",
+                                       "coordinate_kind",  "condition_kind",  "scale",        "row_scale",
+                                       "parameter_values", "parameter_fixed", "input_values", "start_q",
+                                       "start_qd",         "independent",     "prepare",      "closures",
+                                       "motion",           "changes",         "show",         "along"};
+    const struct kmp_simulated *x = s->simulated;
+    kmp_text_printf(text, "const kempe_equations %s_equations = {\n    .name = ", s->name);
+    kmp_language_string(text, &kmp_language_c, s->title);
+    kmp_text_printf(text, ",\n    .hash = \"%s\",\n    .coordinates = %d,\n    .rows = %d,\n    .freedom = %d,\n",
+                    s->hash, s->n, s->m, x->freedom);
+    kmp_text_printf(
+        text, "    .inputs = %d,\n    .parameters = %d,\n    .conditions = %d,\n    .outputs = %d,\n    .kept = %d,\n",
+        s->input_count, s->parameter_count, x->condition_count, s->output_count, place_in_k(s, NULL));
+    put_number(text, "rank_tolerance", x->rank_tolerance);
+    kmp_text_printf(text, "    .loaded = %d,\n", x->loaded);
+    for (size_t k = 0; k < sizeof same / sizeof *same; k++)
+        kmp_text_printf(text, "    .%s = %s%s\n", same[k], same[k], k + 1 < sizeof same / sizeof *same ? "," : "};");
+}
+
+static void put_header(kmp_text *text, const kmp_code_source *s)
+{
+    const struct kmp_simulated *x = s->simulated;
+    const char *name = s->name;
+    kmp_text_printf(text,
+                    "/* Simulator of the model %s, written by Kempe " KEMPE_VERSION
+                    ". The interface: kempe_simulator.h */\n"
+                    "#ifndef KEMPE_%s_SIMULATOR_H\n#define KEMPE_%s_SIMULATOR_H\n\n#include \"kempe_simulator.h\"\n\n"
+                    "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n/** Doubles in the memory of a simulator. */\n",
+                    s->hash, name, name);
+    kmp_text_printf(text, "enum { %s_memory = KEMPE_SIMULATOR_MEMORY(%d, %d, %d, %d, %d, %d, %d, %d) };\n\n", name,
+                    s->n, s->m, x->freedom, s->input_count, s->parameter_count, place_in_k(s, NULL), x->condition_count,
+                    s->output_count);
+    kmp_text_printf(text, "extern const kempe_equations %s_equations;\n\n#ifdef __cplusplus\n}\n#endif\n#endif\n",
+                    name);
+}
+
+static void put_source(kmp_text *text, const kmp_code_source *s)
+{
+    kmp_text_printf(
+        text,
+        "/* Simulator of the model %s, written by Kempe " KEMPE_VERSION ".\n *\n"
+        " * To compile: cc -std=c99 -O2 -ffp-contract=off -c %s_simulator.c %s.c kempe_simulator.c (libm to link). */\n"
+        "#include \"%s_simulator.h\"\n#include \"%s.h\"\n#include <stddef.h>\n\n",
+        s->hash, s->name, s->name, s->name, s->name);
+    put_tables(text, s);
+    put_prepare(text, s);
+    put_function(text, s, "closures", "double *h, double *J", "h, J");
+    put_function(text, s, "motion", "double *M, double *C, double *J, double *h_t, double *jdqd", "M, C, J, h_t, jdqd");
+    put_function(text, s, "show", "double *y", "y");
+    put_function(text, s, "changes", "double *value", "value");
+    put_along(text, s);
+    put_equations(text, s);
+}
+
+static kmp_text *add(kmp_code_files *files, const char *name, const char *ending)
+{
+    kmp_text whole = {0};
+    kmp_text_printf(&whole, "%s%s", name, ending);
+    kmp_text *text = kmp_code_add(files, &whole);
+    kmp_text_free(&whole);
+    return text;
+}
+
+bool kmp_simulator_pages(const kmp_code_source *s, kmp_code_files *files)
+{
+    kmp_text *header = add(files, s->name, "_simulator.h");
+    if (header)
+        put_header(header, s);
+    kmp_text *source = header ? add(files, s->name, "_simulator.c") : NULL;
+    if (source)
+        put_source(source, s);
+    bool ok = source;
+    for (const kmp_simulator_file *file = kmp_simulator_files; ok && file->name; file++) {
+        kmp_text *text = add(files, file->name, "");
+        for (int k = 0; text && file->lines[k]; k++)
+            kmp_text_put(text, file->lines[k]);
+        ok = text;
+    }
+    return ok;
+}
