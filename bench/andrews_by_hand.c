@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "andrews_by_hand.h"
-#include "integrators/steppers/dop853.h"
+#include "integrators/steppers/rk.h"
 #include <kempe/runtime.h>
 
 enum { N = BY_HAND_SIZE };
@@ -192,28 +192,30 @@ typedef struct state {
 static void stages(state *x, double h)
 {
     double(*k)[N] = x->k;
-    STAGE(2, A2, k[1]);
-    STAGE(3, A3, k[1], k[2]);
-    STAGE(4, A4, k[1], k[3]);
-    STAGE(5, A5, k[1], k[3], k[4]);
-    STAGE(6, A6, k[1], k[4], k[5]);
-    STAGE(7, A7, k[1], k[4], k[5], k[6]);
-    STAGE(8, A8, k[1], k[4], k[5], k[6], k[7]);
-    STAGE(9, A9, k[1], k[4], k[5], k[6], k[7], k[8]);
-    STAGE(10, A10, k[1], k[4], k[5], k[6], k[7], k[8], k[9]);
-    STAGE(11, A11, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10]);
-    STAGE(12, A12, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10], k[11]);
+    STAGE(2, kmp_dop853_a2, k[1]);
+    STAGE(3, kmp_dop853_a3, k[1], k[2]);
+    STAGE(4, kmp_dop853_a4, k[1], k[3]);
+    STAGE(5, kmp_dop853_a5, k[1], k[3], k[4]);
+    STAGE(6, kmp_dop853_a6, k[1], k[4], k[5]);
+    STAGE(7, kmp_dop853_a7, k[1], k[4], k[5], k[6]);
+    STAGE(8, kmp_dop853_a8, k[1], k[4], k[5], k[6], k[7]);
+    STAGE(9, kmp_dop853_a9, k[1], k[4], k[5], k[6], k[7], k[8]);
+    STAGE(10, kmp_dop853_a10, k[1], k[4], k[5], k[6], k[7], k[8], k[9]);
+    STAGE(11, kmp_dop853_a11, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10]);
+    STAGE(12, kmp_dop853_a12, k[1], k[4], k[5], k[6], k[7], k[8], k[9], k[10], k[11]);
 }
 
 static double error_of(state *x, double h)
 {
     double e5 = 0, e3 = 0, (*k)[N] = x->k;
     for (int i = 0; i < N; i++) {
-        double slope = B[0] * k[1][i] + B[1] * k[6][i] + B[2] * k[7][i] + B[3] * k[8][i] + B[4] * k[9][i] +
-                       B[5] * k[10][i] + B[6] * k[11][i] + B[7] * k[12][i];
-        double five = E5[0] * k[1][i] + E5[1] * k[6][i] + E5[2] * k[7][i] + E5[3] * k[8][i] + E5[4] * k[9][i] +
-                      E5[5] * k[10][i] + E5[6] * k[11][i] + E5[7] * k[12][i];
-        double three = slope - B3[0] * k[1][i] - B3[1] * k[9][i] - B3[2] * k[12][i];
+        double slope = kmp_dop853_b[0] * k[1][i] + kmp_dop853_b[1] * k[6][i] + kmp_dop853_b[2] * k[7][i] +
+                       kmp_dop853_b[3] * k[8][i] + kmp_dop853_b[4] * k[9][i] + kmp_dop853_b[5] * k[10][i] +
+                       kmp_dop853_b[6] * k[11][i] + kmp_dop853_b[7] * k[12][i];
+        double five = kmp_dop853_e5[0] * k[1][i] + kmp_dop853_e5[1] * k[6][i] + kmp_dop853_e5[2] * k[7][i] +
+                      kmp_dop853_e5[3] * k[8][i] + kmp_dop853_e5[4] * k[9][i] + kmp_dop853_e5[5] * k[10][i] +
+                      kmp_dop853_e5[6] * k[11][i] + kmp_dop853_e5[7] * k[12][i];
+        double three = slope - kmp_dop853_b3[0] * k[1][i] - kmp_dop853_b3[1] * k[9][i] - kmp_dop853_b3[2] * k[12][i];
         x->next[i] = x->y[i] + h * slope;
         x->w[i] = x->atol[i] + x->tolerance * fmax(fabs(x->y[i]), fabs(x->next[i]));
         e5 += five / x->w[i] * (five / x->w[i]);

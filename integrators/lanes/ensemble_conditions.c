@@ -3,7 +3,7 @@
  * between them decide most steps. The search of a run decides the others one by one, and locates the event. */
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/run/events.h"
-#include "integrators/steppers/dop853.h"
+#include "integrators/steppers/rk.h"
 #include <string.h>
 
 enum { PLACES = 3 }; /* of the present steps: both ends, and the middle */

@@ -2,7 +2,7 @@
 #include "base/clones.h"
 #include "base/simd4.h"
 #include "integrators/lanes/ensemble_inside.h"
-#include "integrators/steppers/dop853.h"
+#include "integrators/steppers/rk.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -211,11 +211,11 @@ KMP_CLONES static void next_steps_8(double exponent, const kmp_lanes_control *co
 void kmp_lanes_next_steps(size_t width, const kmp_rk_method *method, const double *h, const double *error,
                           const double *error_old, double *next)
 {
-    const kmp_lanes_control control = {h, error, error_old, method->shrink, method->grow, next};
+    const kmp_lanes_control control = {h, error, error_old, method->numbers.shrink, method->numbers.grow, next};
     if (width == 8)
-        next_steps_8(method->exponent, &control);
+        next_steps_8(method->numbers.exponent, &control);
     else
-        next_steps(width, method->exponent, &control);
+        next_steps(width, method->numbers.exponent, &control);
 }
 
 /* -- the right-hand side ----------------------------------------------------------------------------- */

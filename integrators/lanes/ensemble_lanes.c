@@ -5,7 +5,7 @@
 #include "constraints/tolerances.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/lanes/ensemble_inside.h"
-#include "integrators/steppers/dop853.h"
+#include "integrators/steppers/rk.h"
 #include <math.h>
 #include <string.h>
 
@@ -261,7 +261,7 @@ static void choose_steps(kmp_engine *e, kmp_pool *pool)
         e->results[room->who[l]].rhs++;
         double h = room->step[l], curvature = sqrt(weighted_square(e, l, room->k[2], room->k[1])) / h;
         double most = fmax(curvature, sqrt(slope[l]));
-        double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / kmp_dop853.order);
+        double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / kmp_dop853.numbers.order);
         room->h[l] = fmin(fmin(100 * h, h1), limit_of(e, x) - room->t[l]);
         if (room->bad[l] != 0)
             expel(e, l, "a right-hand side that cannot be evaluated");
@@ -338,7 +338,7 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
     do {                                                                                                               \
         kmp_lanes_combine(room->w, (size_t)e->size, room->y, room->step, TERMS(a), a,                                  \
                           (const double *const[]){__VA_ARGS__}, room->stage);                                          \
-        set_times(room, C[number]);                                                                                    \
+        set_times(room, kmp_dop853_c[number]);                                                                         \
         evaluate(e, pool, room->stage, k[number]);                                                                     \
     } while (0)
 
@@ -378,7 +378,7 @@ static void refuse(kmp_engine *e, size_t l, outcome what)
         result->rejected++;
     else
         result->refused++;
-    room->h[l] = what == BAD_ERROR   ? kmp_rk_after_rejected(&kmp_dop853, h, room->error[l])
+    room->h[l] = what == BAD_ERROR   ? kmp_rk_after_rejected(&kmp_dop853.numbers, h, room->error[l])
                  : what == BAD_STAGE ? h / 4
                                      : h / 2;
     x->rejected = true;

@@ -7,7 +7,7 @@
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/quantities/smooth_piece.h"
 #include "integrators/run/runner.h"
-#include "integrators/steppers/dop853.h"
+#include "integrators/steppers/rk.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* States within the present step of a lane: those of its interpolant, on closed loops. */
 #include "integrators/lanes/ensemble_inside.h"
-#include "integrators/steppers/dop853.h"
+#include "integrators/steppers/rk.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* DOP853: order 8, combined error estimate of orders 5 and 3, dense output of order 7. Coefficients and estimators
- * after Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.5 (method), II.6 (dense
- * output), II.10 (error), and the authors' published code. */
-#include "integrators/steppers/dop853.h"
-
-enum { STAGES = 16 };
+/* DOP853: order 8, combined error estimate of orders 5 and 3, dense output of order 7 (explicit_methods.h). */
+#include "integrators/steppers/rk.h"
 
 /* -- stages ---------------------------------------------------------------------------------------- */
 
@@ -12,6 +8,7 @@ static int run(kmp_rk *s, double h, double t_new)
 {
     int n = s->base.ode.n;
     double t = s->base.t, *y = s->y, **k = s->k;
+    const double *const C = kmp_dop853_c;
     (void)t_new;
     KMP_DOP853_STAGES(KMP_STAGE, k);
     return KMP_GO;
@@ -32,6 +29,7 @@ static int extra_stages(kmp_rk *s)
 {
     int n = s->base.ode.n;
     double t = s->base.t_old, h = s->taken, *y = s->y_old, **k = s->k;
+    const double *const C = kmp_dop853_c;
     KMP_DOP853_DENSE_STAGES(KMP_STAGE, k);
     return KMP_GO;
 }
@@ -49,15 +47,7 @@ static int prepare_dense(kmp_rk *s)
     return KMP_GO;
 }
 
-const kmp_rk_method kmp_dop853 = {.stages = STAGES,
-                                  .end = 13,
-                                  .interpolants = 8,
-                                  .order = 8,
-                                  .exponent = 1.0 / 8.0 - 0.2 * KMP_RK_BETA,
-                                  .shrink = 3.0,
-                                  .grow = 6.0,
-                                  .run = run,
-                                  .error = solution_and_error,
-                                  .prepare_dense = prepare_dense};
+const kmp_rk_method kmp_dop853 = {
+    .numbers = KMP_DOP853_NUMBERS, .run = run, .error = solution_and_error, .prepare_dense = prepare_dense};
 
 KMP_RK_SOLVER(dop853, true);

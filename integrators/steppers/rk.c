@@ -14,12 +14,12 @@ static void make_room(kmp_rk *s, const kmp_rk_method *method, kmp_arena *a)
 {
     int n = s->base.ode.n;
     (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &s->y, &s->y_old, &s->stage, &s->w));
-    for (int i = 1; i <= method->stages; i++)
+    for (int i = 1; i <= method->numbers.stages; i++)
         s->k[i] = KMP_ARENA_NEW(a, double, n);
-    for (int i = 0; i < method->interpolants; i++)
+    for (int i = 0; i < method->numbers.interpolants; i++)
         s->interpolant[i] = KMP_ARENA_NEW(a, double, n);
     s->method = method;
-    s->dy = s->k[method->end];
+    s->dy = s->k[method->numbers.end];
 }
 
 /* A solver of the same problem, whose steps the formulation neither corrects nor rejects. */
@@ -48,32 +48,17 @@ void *kmp_rk_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 
 /* -- start ----------------------------------------------------------------------------------------- */
 
-/* sum of ((a - b) / w)^2; b NULL: 0 */
-static double weighted_square(int n, const double *a, const double *b, const double *w)
-{
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) {
-        double e = (b ? a[i] - b[i] : a[i]) / w[i];
-        sum += e * e;
-    }
-    return sum;
-}
-
-/* Hairer's hinit (II.4): a step for which an explicit Euler step has an error of 1e-2 of the solution's size, then one
- * from the second derivative over it. */
 static int choose_first_step(kmp_rk *s)
 {
     int n = s->base.ode.n;
     double longest = s->base.t_end - s->base.t;
     for (int i = 0; i < n; i++)
         s->w[i] = s->base.tolerance.atol[i] + s->base.tolerance.rtol * fabs(s->y[i]);
-    double slope = weighted_square(n, s->dy, NULL, s->w), size = weighted_square(n, s->y, NULL, s->w);
-    double h = slope <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope);
-    h = fmin(h, longest);
+    double slope = kmp_rk_weighted_square(n, s->dy, NULL, s->w), size = kmp_rk_weighted_square(n, s->y, NULL, s->w);
+    double h = kmp_rk_euler_step(slope, size, longest);
     int said = kmp_solver_euler(&s->base, &h, s->y, s->dy, s->stage, s->k[2]);
-    double curvature = sqrt(weighted_square(n, s->k[2], s->dy, s->w)) / h, most = fmax(curvature, sqrt(slope));
-    double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / s->method->order);
-    s->base.h = fmin(fmin(100 * h, h1), longest);
+    double change = kmp_rk_weighted_square(n, s->k[2], s->dy, s->w);
+    s->base.h = kmp_rk_first_step(h, slope, change, s->method->numbers.order, longest);
     return said == KMP_HALT ? KMP_HALT : KMP_GO;
 }
 
@@ -84,7 +69,7 @@ kempe_status kmp_rk_start(void *solver, double t, const double *y, const double 
     kmp_solver_begin(&s->base, t, t_end, h0);
     s->error_old = KMP_RK_ERROR_FLOOR;
     s->rejected = s->dense_ready = s->collapsed = false;
-    s->dy = s->k[s->method->end];
+    s->dy = s->k[s->method->numbers.end];
     memcpy(s->y, y, (size_t)s->base.ode.n * sizeof *y);
     int said = kmp_solver_call(&s->base, t, s->y, s->dy);
     if (said == KMP_GO && h0 == 0.0 && t_end > t)
@@ -108,10 +93,11 @@ static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
     if (!(*error <= (s->base.fixed > 0 ? DBL_MAX : 1.0)))
         return BAD_ERROR;
     if (!method->ends_with_derivative)
-        said = kmp_solver_call(&s->base, t_new, s->y_old, s->k[method->end]);
+        said = kmp_solver_call(&s->base, t_new, s->y_old, s->k[method->numbers.end]);
     if (said != KMP_GO)
         return said == KMP_RETRY ? BAD_STAGE : HALTED;
-    said = s->base.ode.accept ? s->base.ode.accept(s->base.ode.self, t_new, s->y_old, s->k[method->end], s->w) : KMP_GO;
+    said = s->base.ode.accept ? s->base.ode.accept(s->base.ode.self, t_new, s->y_old, s->k[method->numbers.end], s->w)
+                              : KMP_GO;
     if (said != KMP_GO)
         return said == KMP_RETRY ? BAD_STEP : HALTED;
     return TAKEN;
@@ -122,12 +108,12 @@ static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
 static void take(kmp_rk *s, double h, double t_new, double error)
 {
     s->base.work.steps++;
-    s->base.h = kmp_rk_after_accepted(s->method, h, error, s->error_old, s->rejected);
+    s->base.h = kmp_rk_after_accepted(&s->method->numbers, h, error, s->error_old, s->rejected);
     s->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
     s->rejected = false;
     s->taken = h;
     s->base.t = t_new;
-    s->dy = s->k[s->method->end];
+    s->dy = s->k[s->method->numbers.end];
     kmp_solver_swap(&s->y, &s->y_old);
 }
 
@@ -137,19 +123,19 @@ static void refuse(kmp_rk *s, outcome what, double h, double error)
         s->base.work.rejected++;
     else
         s->base.work.refused++;
-    s->base.h = what == BAD_ERROR ? kmp_rk_after_rejected(s->method, h, error) : what == BAD_STAGE ? h / 4 : h / 2;
+    s->base.h = what == BAD_ERROR   ? kmp_rk_after_rejected(&s->method->numbers, h, error)
+                : what == BAD_STAGE ? h / 4
+                                    : h / 2;
     s->rejected = true;
 }
 
 /* The end of the next step and its length, 0 when it has become too short. A step of constant length is tried once. */
 static double next_step(const kmp_rk *s, int tries, double *t_new)
 {
-    double t = s->base.t, end = s->base.t_end, left = end - t;
+    double t = s->base.t, end = s->base.t_end;
     if (!(s->base.fixed > 0))
-        return kmp_solver_next_step(t, end, s->base.h, t_new);
-    bool last = left < 1.01 * s->base.fixed;
-    *t_new = last ? end : t + s->base.fixed;
-    return tries == 0 ? *t_new - t : 0;
+        return kmp_step_next(t, end, s->base.h, t_new);
+    return tries == 0 ? kmp_step_constant(t, end, s->base.fixed, t_new) : 0;
 }
 
 kempe_status kmp_rk_step(void *solver)
@@ -159,8 +145,8 @@ kempe_status kmp_rk_step(void *solver)
     s->dense_ready = false;
     if (!(s->base.t < s->base.t_end))
         return KEMPE_OK;
-    if (s->dy == s->k[s->method->end]) {
-        kmp_solver_swap(&s->k[1], &s->k[s->method->end]);
+    if (s->dy == s->k[s->method->numbers.end]) {
+        kmp_solver_swap(&s->k[1], &s->k[s->method->numbers.end]);
         s->dy = s->k[1];
     }
     for (int tries = 0; tries < MAX_REJECT; tries++) {
@@ -185,7 +171,7 @@ kempe_status kmp_rk_step(void *solver)
 void kmp_rk_begin_dense(kmp_rk *s)
 {
     double h = s->taken, **r = s->interpolant;
-    const double *begin = s->k[1], *end = s->k[s->method->end];
+    const double *begin = s->k[1], *end = s->k[s->method->numbers.end];
     for (int i = 0; i < s->base.ode.n; i++) {
         double cubic[4];
         kmp_rk_cubic(h, s->y_old[i], s->y[i], begin[i], end[i], cubic);
@@ -197,7 +183,7 @@ void kmp_rk_begin_dense(kmp_rk *s)
 /* The largest term of highest order of the interpolant, in tolerances. */
 static double last_term(const kmp_rk *s)
 {
-    int last = s->method->interpolants - 1;
+    int last = s->method->numbers.interpolants - 1;
     double most = 0;
     for (int i = 0; i < s->base.ode.n; i++)
         most = fmax(most, fabs(s->interpolant[last][i]) / s->w[i]);
@@ -243,7 +229,8 @@ kempe_status kmp_rk_dense(void *solver, double t, double *y, double *yp)
         return KEMPE_E_FAILED;
     if (s->coarse && !s->received && integrate(s, t, y))
         return KEMPE_OK;
-    kmp_rk_interpolate(s->base.ode.n, s->method->interpolants, s->interpolant, (t - s->base.t_old) / s->taken, y);
+    kmp_rk_interpolate(s->base.ode.n, s->method->numbers.interpolants, s->interpolant, (t - s->base.t_old) / s->taken,
+                       y);
     return KEMPE_OK;
 }
 
@@ -259,6 +246,6 @@ void kmp_rk_transfer(void *solver, kmp_number_stream *stream)
     kmp_stream_numbers(stream, 1, &s->taken);
     kmp_stream_numbers(stream, n, s->y);
     kmp_stream_numbers(stream, n, s->y_old);
-    for (int j = 0; s->dense_ready && j < s->method->interpolants; j++)
+    for (int j = 0; s->dense_ready && j < s->method->numbers.interpolants; j++)
         kmp_stream_numbers(stream, n, s->interpolant[j]);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/steppers/solver.h"
 #include "base/memory.h"
+#include "integrators/steppers/explicit_methods.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -123,25 +124,17 @@ const char *kmp_solver_family(const char *name)
     return kind && kind->family ? kind->family : name;
 }
 
-/* Parts of t, in units of rounding: LEAST bounds a step; repeated steps below COLLAPSED are a collapse. */
-static const double LEAST = 16, COLLAPSED = 64;
-enum { MAX_HOPELESS = 100 };
-
 double kmp_solver_least_step(double t)
 {
-    return LEAST * DBL_EPSILON * fabs(t);
+    return KMP_STEP_LEAST * DBL_EPSILON * fabs(t);
 }
 
 double kmp_solver_next_step(double t, double t_end, double next, double *t_new)
 {
-    double left = t_end - t;
-    double h = left < 1.01 * next ? left : left < 2.0 * next ? 0.5 * left : next;
-    *t_new = h == left ? t_end : t + h;
-    return h >= kmp_solver_least_step(t) && *t_new > t ? h : 0;
+    return kmp_step_next(t, t_end, next, t_new);
 }
 
 bool kmp_solver_collapsed(int *hopeless, double h, double t)
 {
-    *hopeless = h < COLLAPSED * DBL_EPSILON * fabs(t) ? *hopeless + 1 : 0;
-    return *hopeless > MAX_HOPELESS;
+    return kmp_step_collapsed(hopeless, h, t);
 }

@@ -79,11 +79,12 @@ static void test_orders(void)
 {
     double end[3], within[3];
     for (int i = 0; i < 3; i++)
-        equal_steps((method->order > 5 ? 6 : 96) << i, &end[i], &within[i]);
+        equal_steps((method->numbers.order > 5 ? 6 : 96) << i, &end[i], &within[i]);
     double order = log2(end[0] / end[1]), dense = log2(within[0] / within[1]);
     printf("  order %.2f, %.2f; dense %.2f, %.2f\n", order, log2(end[1] / end[2]), dense, log2(within[1] / within[2]));
-    CHECK(order > method->order - 0.5 && order < method->order + 1.5);
-    CHECK(dense > method->order - 1.2 && dense < method->order + 1.2); /* one order less, one more locally */
+    CHECK(order > method->numbers.order - 0.5 && order < method->numbers.order + 1.5);
+    CHECK(dense > method->numbers.order - 1.2 &&
+          dense < method->numbers.order + 1.2); /* one order less, one more locally */
     CHECK(end[1] < coarse_error);
 }
 
@@ -106,7 +107,7 @@ static void test_rows_sum_to_the_nodes(void)
     CHECK(kmp_rk_dense(s, 0.8125, &y, NULL) == KEMPE_OK);
     CHECK_NEAR(y, 0.8125, 1e-15);
     CHECK(worst < 2e-14);
-    CHECK(s->base.work.rhs == method->end + extra_stages);
+    CHECK(s->base.work.rhs == method->numbers.end + extra_stages);
     kind->release(s);
 }
 
@@ -237,7 +238,7 @@ static void test_refused_steps_are_halved(void)
     kmp_rk *s = start_decay(&r, 0.001);
     CHECK(kmp_rk_step(s) == KEMPE_OK && s->base.t == 0.001);
     CHECK(kmp_rk_step(s) == KEMPE_OK);
-    double grown = 0.001 * method->grow;
+    double grown = 0.001 * method->numbers.grow;
     CHECK_NEAR(s->base.t, 0.001 + grown / 2, 1e-14); /* full growth, then half */
     CHECK(kmp_rk_step(s) == KEMPE_OK);
     CHECK_NEAR(s->base.t - s->base.t_old, grown / 2, 1e-14); /* none right after */
