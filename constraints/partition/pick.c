@@ -107,20 +107,11 @@ static int worst_column(const tableau *t)
 /* Exchanges v_i and u_k: v = B u solved for u_k and inserted into the other rows. */
 static void exchange(tableau *t, kmp_pick *c, int i, int k)
 {
-    double *b = column_of(t, k), pivot = b[i];
-    memcpy(t->moved, b, (size_t)t->r * sizeof *b);
-    for (int j = 0; j < t->p; j++) {
-        double *other = column_of(t, j), part = other[i] / pivot;
-        if (j == k || !(fabs(part) > 0))
-            continue;
-        for (int l = 0; l < t->r; l++)
-            other[l] -= t->moved[l] * part;
-        other[i] = -part;
-        look_through(t, j);
-    }
-    for (int l = 0; l < t->r; l++)
-        b[l] = t->moved[l] / pivot;
-    b[i] = 1 / pivot;
+    double *b = column_of(t, k);
+    for (int j = 0; j < t->p; j++)
+        if (j != k && kmp_exchange_column(t->r, i, b, column_of(t, j)))
+            look_through(t, j);
+    kmp_exchange_pivot(t->r, i, b);
     look_through(t, k);
     int moved = c->col[i];
     c->col[i] = c->col[t->r + k];

@@ -4,7 +4,7 @@
 
 enum { MOST_POINTS = 200 };
 
-kmp_bracket kmp_bracket_of(double near, double f_near, double far, double f_far)
+KMP_LOCAL kmp_bracket kmp_bracket_of(double near, double f_near, double far, double f_far)
 {
     return (kmp_bracket){.near = near, .f_near = f_near, .far = far, .f_far = f_far};
 }
@@ -30,7 +30,7 @@ static double part_of(const kmp_bracket *b)
     return fa / (fb - fa) * (fc / (fb - fc)) + (xc - xa) / (xb - xa) * (fa / (fc - fa)) * (fb / (fc - fb));
 }
 
-bool kmp_bracket_next(const kmp_bracket *b, double tolerance, double *x)
+KMP_LOCAL bool kmp_bracket_next(const kmp_bracket *b, double tolerance, double *x)
 {
     double from = b->last_is_far ? b->far : b->near, width = b->last_is_far ? b->near - b->far : b->far - b->near;
     if (!(fabs(width) > tolerance) || b->points >= MOST_POINTS)
@@ -41,7 +41,7 @@ bool kmp_bracket_next(const kmp_bracket *b, double tolerance, double *x)
     return true;
 }
 
-void kmp_bracket_take(kmp_bracket *b, double x, double f, bool beyond)
+KMP_LOCAL void kmp_bracket_take(kmp_bracket *b, double x, double f, bool beyond)
 {
     b->before = beyond ? b->far : b->near;
     b->f_before = beyond ? b->f_far : b->f_near;
@@ -56,7 +56,8 @@ void kmp_bracket_take(kmp_bracket *b, double x, double f, bool beyond)
     }
 }
 
-double kmp_bracket_least(double (*of)(void *self, double x), void *self, double low, double high, double width)
+KMP_LOCAL double kmp_bracket_least(double (*of)(void *self, double x), void *self, double low, double high,
+                                   double width)
 {
     const double golden = 0.38196601125010515;
     double x = low + golden * (high - low), y = high - golden * (high - low), at_x = of(self, x), at_y = of(self, y);
