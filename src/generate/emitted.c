@@ -66,15 +66,15 @@ static kempe_status refuse_iterations(const kempe_code *code, const char *set)
     const kempe_model *model = code->source.model;
     kmp_text sentence = {0};
     int wheels = 0, unknowns = 0;
-    kmp_text_printf(&sentence, "set '%s' contains values that are found by iterations and cannot be generated: ", set);
+    kmp_text_printf(&sentence,
+                    "set '%s' contains values that are found by iterations, which are generated in C alone: ", set);
     for (int k = 0; k < model->wheel_count; k++)
         put_name(&sentence, "contacts of wheels ", &wheels, model->wheels[k].name);
     for (int k = 0; k < model->unknowns_count; k++)
         if (model->unknowns[k].count > 0)
             put_name(&sentence, wheels > 0 ? "; algebraic unknowns " : "algebraic unknowns ", &unknowns,
                      model->unknowns[k].name);
-    kmp_text_put(&sentence, "; request sets without them, such as 'M', by --sets, or evaluate this set with the "
-                            "library");
+    kmp_text_put(&sentence, "; request sets without them, such as 'M', by --sets, or use --lang c");
     return kmp_fail_text(code->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
@@ -85,8 +85,12 @@ static kempe_status check_operations(const kempe_code *code)
         const kmp_code_routine *r = &code->source.routines[k];
         for (int i = 0; i < r->program->code[r->program->stages]; i++) {
             kmp_op op = (kmp_op)r->program->instruction[i].op;
-            if (op == KMP_OP_IMPLICIT || op == KMP_OP_LIST)
+            if (op == KMP_OP_LIST)
+                continue;
+            if (op == KMP_OP_IMPLICIT && !code->language->block)
                 return refuse_iterations(code, r->name);
+            if (op == KMP_OP_IMPLICIT)
+                continue;
             if (!kmp_language_has(code->language, op))
                 return kmp_fail(code->context, KEMPE_E_ARGUMENT,
                                 "set '%s' needs the function '%s', which %s does not have; omit the set with --sets",

@@ -2,6 +2,7 @@
 /* Text of expressions with the fewest brackets that keep the order of operations. Values used more than once, or too
  * long for a line, become variables; long routines are cut into chunks. */
 #include "generate/scalar.h"
+#include "generate/block_parts.h"
 
 enum { LONGEST = 90, LEAF_LENGTH = 8 };
 
@@ -108,6 +109,10 @@ static void choose_variables(kmp_scalar *s)
         for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
             s->length[i] += length_of(s, kmp_instruction_operand(&p->instruction[i], k));
         s->variable[i] = s->uses[i] > 1 || s->length[i] > LONGEST || is_angle_function(p, i);
+        if (p->instruction[i].op == KMP_OP_LIST)
+            s->variable[i] = 0;
+        if (p->instruction[i].op == KMP_OP_IMPLICIT)
+            s->variable[i] = 1;
     }
 }
 
@@ -341,6 +346,10 @@ static void put_call(kmp_scalar *s, kmp_text *text, const kmp_instruction *in)
 static void put_expression(kmp_scalar *s, kmp_text *text, int i)
 {
     const kmp_instruction *in = &s->p->instruction[i];
+    if (in->op == KMP_OP_IMPLICIT) {
+        kmp_text_printf(text, "y%d[%u]", s->variable[s->solved], in->c);
+        return;
+    }
     bool infix = kmp_op_form_of((kmp_op)in->op) == KMP_FORM_INFIX;
     if (infix && !(in->op == KMP_OP_DIV && s->language->divides_by_call))
         put_infix(s, text, in);
@@ -450,9 +459,39 @@ static void put_pair(kmp_scalar *s, kmp_text *text, const kmp_statement *st)
     kmp_text_free_part(text, &name[1]);
 }
 
+/* The call that solves a block; its unknowns are next to each other. */
+static void put_solution(kmp_scalar *s, kmp_text *text, int i)
+{
+    const kmp_instruction *in = &s->p->instruction[i], *last = s->solved >= 0 ? &s->p->instruction[s->solved] : NULL;
+    const kmp_program_block *block = &s->p->block[in->b];
+    if (last && last->a == in->a && last->b == in->b)
+        return;
+    kmp_text list = {0}, what = {0};
+    for (int k = 0; k < block->arguments; k++) {
+        const uint32_t item = kmp_code_block_item(s->p, in->a, k);
+        kmp_text_put(&list, k ? ", " : "");
+        if (item == UINT32_MAX)
+            kmp_text_put(&list, "0.0");
+        else
+            put_operand(s, &list, item, PLACE_TOP);
+    }
+    s->solved = i;
+    kmp_text_printf(&what, "y%d", s->variable[i]);
+    kmp_writer w = writer_of(s, text);
+    w.argument = list.s;
+    w.what = what.s;
+    w.count = block->unknowns;
+    w.number = (int)in->b;
+    kmp_fill(&w, s->language->solve);
+    kmp_text_free_part(text, &list);
+    kmp_text_free_part(text, &what);
+}
+
 static unsigned put_statement(kmp_scalar *s, kmp_text *text, const kmp_statement *st)
 {
     put_heading(s, text, st->value);
+    if (s->p->instruction[st->value].op == KMP_OP_IMPLICIT)
+        put_solution(s, text, st->value);
     if (s->language->pair && is_angle_function(s->p, st->value)) {
         put_pair(s, text, st);
     } else if (s->variable[st->value]) {
@@ -474,6 +513,7 @@ unsigned kmp_scalar_chunk(kmp_scalar *s, kmp_text *text, int chunk, int *at)
     unsigned arrays = 0;
     s->used = 0;
     s->slots_used = false;
+    s->solved = -1;
     for (; *at < s->count && s->statements[*at].chunk == chunk; ++*at)
         arrays |= put_statement(s, text, &s->statements[*at]);
     for (int k = 0; chunk == s->chunks - 1 && k < s->sink_count; k++)

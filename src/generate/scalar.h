@@ -38,6 +38,7 @@ typedef struct kmp_scalar {
     unsigned used; /* arguments met while writing, as bits; k has the bit of KMP_IN_PARAMETER */
     bool slots_used;
     const kmp_label *label; /* of the value written last */
+    int solved;             /* instruction whose block was solved last in this chunk; -1: none was */
 } kmp_scalar;
 
 /** false: no memory. */

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
 #include "dynamics/load_dependent.h"
+#include "generate/block_parts.h"
 #include "generate/simulator/simulated.h"
 #include "model/print/model_print.h"
 #include "model/tables/output_table.h"
@@ -202,17 +203,24 @@ static void shape_arrays(const kmp_code_source *source, kmp_code_routine *r, con
     }
 }
 
+/* Of a list its items. */
 static void keep(kmp_code_routine *r, uint32_t operand)
 {
     const kmp_program *p = r->program;
     int value = (int)(operand >> 1), input = value - p->constant_count, instruction = input - p->input_count;
+    if (instruction >= 0 && p->instruction[instruction].op == KMP_OP_LIST) {
+        if (instruction < p->code[1]) {
+            keep(r, p->instruction[instruction].a);
+            keep(r, p->instruction[instruction].b);
+        }
+        return;
+    }
     bool parameter = input >= 0 && instruction < 0 && p->input[input].kind == KMP_IN_PARAMETER;
     if ((parameter || (instruction >= 0 && instruction < p->code[1])) && !r->kept[value])
         r->kept[value] = ++r->kept_count;
 }
 
-/* Finds the values of the parameters that stage 1 needs. */
-static bool find_kept(kmp_arena *arena, kmp_code_routine *r)
+bool kmp_code_find_kept(kmp_arena *arena, kmp_code_routine *r)
 {
     const kmp_program *p = r->program;
     r->kept = KMP_ARENA_NEW(arena, int, p->constant_count + p->input_count + p->code[p->stages]);
@@ -273,9 +281,12 @@ static bool take_routine(kmp_code_source *source, kmp_code_routine *r, const kmp
     if (eq->links.symbols)
         take_values(source, &eq->links);
     shape_arrays(source, r, eq, chosen->sets);
+    for (int k = 0; k < r->program->input_count; k++) /* also of contacts of wheels */
+        r->arguments |= r->program->input[k].kind == KMP_IN_LAMBDA ? 1u << KMP_IN_LAMBDA : 0;
     r->tally = kmp_tally_program(r->program, 0, 1);
     mark_symbols(source, r->program);
-    return find_kept(&source->arena, r) && !source->arena.failed;
+    return kmp_code_find_kept(&source->arena, r) && kmp_code_blocks_make(source, r) == KEMPE_OK &&
+           !source->arena.failed;
 }
 
 static kempe_status derive(kmp_code_source *source, kmp_code_routine *r, const kmp_set_choice *choice,
@@ -396,8 +407,10 @@ kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model, 
 
 void kmp_source_free(kmp_code_source *source)
 {
-    for (int k = 0; k < source->count; k++)
+    for (int k = 0; k < source->count; k++) {
+        kmp_code_blocks_free(&source->routines[k]);
         kmp_program_free(source->routines[k].program);
+    }
     kmp_arena_free(&source->arena);
     kmp_variant_free(source->meant);
     *source = (kmp_code_source){0};

@@ -25,6 +25,8 @@ typedef struct kmp_code_routine {
                          * that sticks, and forces that depend on multipliers */
     int *kept; /* by value of stage 0 and parameter: 1 + its position in k, which stage 1 reads; 0: not needed */
     int kept_count;
+    struct kmp_code_block *blocks; /* of its program's implicit blocks; NULL: it has none */
+    const char *inner;             /* of a block's routine: its name; otherwise NULL */
 } kmp_code_routine;
 
 /** Elements with modes: their rows of h, and where each begins in the argument modes. */
@@ -73,6 +75,9 @@ void kmp_source_free(kmp_code_source *source);
 /** The name of symbol k (parameters first, then numbers in the order of reading): a parameter's name, "crank.mass",
  * "coupler.B.x". In the arena; NULL: no memory. */
 char *kmp_symbol_name(kmp_arena *arena, const kempe_model *model, int k);
+
+/** Finds the values of the parameters that stage 1 of a routine needs. False: no memory. */
+bool kmp_code_find_kept(kmp_arena *arena, kmp_code_routine *routine);
 
 /** Arguments of routines: a kind of input of the graph each, and the inputs of the model, which follow t there. */
 enum { KMP_ARGUMENT_INPUTS = KMP_IN_COUNT, KMP_ARGUMENTS };

@@ -8,7 +8,7 @@
 
 #include "symbolic/program/program.h"
 
-enum { KMP_IMPLICIT_MOST = 6 }; /* unknowns */
+enum { KMP_IMPLICIT_MOST = 6 }; /* unknowns: KMP_NEWTON_MOST */
 
 typedef struct kmp_implicit kmp_implicit;
 

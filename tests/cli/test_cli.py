@@ -2198,15 +2198,17 @@ class Generate(Case):
             self.assertEqual(file.read_text(), "")
 
     def test_wheels(self):
-        """Sets with values that are found by iterations are refused, with the names of wheels and unknowns."""
+        """Values that are found by iterations are written in C; elsewhere they are refused, with names."""
         model = ROOT / "examples/rolling_wheel/rolling_wheel.yaml"
         for sets in (["--sets", "M,jdqd"], []):
-            refused = self.expect(3, "generate", model, "--lang", "c", *sets).stderr
+            self.expect(0, "generate", model, "--lang", "c", "-o", str(self.folder), *sets)
+            refused = self.expect(3, "generate", model, "--lang", "octave", *sets).stderr
             self.assertIn(f"set '{'jdqd' if sets else 'M_C'}' contains values that are found by iterations", refused)
             self.assertIn("contacts of wheels 'L', 'R'; request sets", refused)
             self.assertIn("such as 'M', by --sets", refused)
-        self.expect(0, "generate", model, "--lang", "c", "--sets", "M", "-o", str(self.folder))
-        refused = self.expect(3, "generate", ROOT / "examples/wheelset/wheelset.yaml", "--lang", "c").stderr
+        self.assertTrue((self.folder / "kempe_newton.h").exists())
+        self.expect(0, "generate", model, "--lang", "python", "--sets", "M", "-o", str(self.folder))
+        refused = self.expect(3, "generate", ROOT / "examples/wheelset/wheelset.yaml", "--lang", "python").stderr
         self.assertIn("algebraic unknowns 'touch_L', 'touch_R'; request sets", refused)
 
     def test_robotran(self):

@@ -3,6 +3,7 @@
  * computes the bits of the tape. A long routine is a sequence of functions of CHUNK statements. Compile time grows
  * faster than length (gcc -O1, 84 000 operations: 4.6 s by 250, 6.2 s by 1000). Calls are as fast. Values that several
  * functions read are in an array of their caller. */
+#include "generate/block_parts.h"
 #include "generate/languages/language.h"
 #include <stdio.h>
 #include <string.h>
@@ -44,6 +45,135 @@ static void define(const kmp_writer *w, kmp_op op)
     if (kmp_op_form_of(op) == KMP_FORM_FUNCTION && op != KMP_OP_SIN && op != KMP_OP_COS && !is_in_libm(op))
         kmp_text_printf(w->text, "static double %s_%s(%s)\n{\n    return %s;\n}\n\n", w->source->name, kmp_op_text(op),
                         parameters[kmp_op_arity(op)], values[op]);
+}
+
+/* -- implicit blocks ----------------------------------------------------------------------------------- */
+
+static int kept_of(const kmp_code_routine *part)
+{
+    return part->kept_count > 0 ? part->kept_count : 1;
+}
+
+static int larger(int a, int b)
+{
+    return a > b ? a : b;
+}
+
+/* "NAME_ROUTINE_block0" */
+static void put_block_name(kmp_text *text, const kmp_writer *w, int number)
+{
+    kmp_text_printf(text, "%s_%s_block%d", w->source->name, w->routine->name, number);
+}
+
+static void put_candidates(kmp_text *text, const kmp_program_block *block, const char *name)
+{
+    if (block->candidates == 0)
+        return;
+    kmp_text_printf(text, "static const double %s_candidates[] = ", name);
+    for (int k = 0; k < block->candidates; k++) {
+        kmp_list_item(text, &kmp_language_c.numbers, k);
+        kmp_language_number(text, &kmp_language_c, block->candidate[k]);
+    }
+    kmp_text_put(text, "};\n\n");
+}
+
+/* The functions that Newton's method calls. */
+static void put_callbacks(kmp_text *text, const kmp_program_block *block, const char *name)
+{
+    const int n = block->unknowns, among = block->candidates > 0;
+    const char *type = "_room *r = self;\n";
+    kmp_text_printf(text, "static void %s_begin(void *self, double *y)\n{\n    %s%s", name, name, type);
+    kmp_text_printf(text, "    %s_guess(r->guess, y, r->f);\n", name);
+    kmp_text_printf(text, "    memcpy(y + %d, r->f + %d, %d * sizeof *y);\n}\n\n", among, among, n - among);
+    kmp_text_printf(text, "static const double *%s_at(void *self, const double *y, double *merit)\n{\n    %s%s", name,
+                    name, type);
+    if (among)
+        kmp_text_printf(text, "    %s_merit(r->merit, y, merit);\n", name);
+    else
+        kmp_text_put(text, "    (void)merit;\n");
+    kmp_text_printf(text, "    %s_equations(r->equations, y, r->f);\n    return r->f;\n}\n\n", name);
+    if (!among)
+        return;
+    kmp_text_printf(text, "static const double *%s_scan(void *self)\n{\n    %s%s", name, name, type);
+    kmp_text_printf(text, "    for (int k = 0; k < %d; k++) {\n        double y[%d] = {%s_candidates[k]};\n",
+                    block->candidates, n, name);
+    if (n > 1)
+        kmp_text_printf(text, "        %s_begin(self, y);\n", name);
+    kmp_text_printf(text, "        %s_merit(r->merit, y, &r->merits[k]);\n    }\n    return r->merits;\n}\n\n", name);
+}
+
+/* Sums over places. */
+static void put_average(kmp_text *text, const struct kmp_code_block *b, const char *name)
+{
+    const kmp_program_block *block = b->block;
+    const int n = block->unknowns, places = block->candidates, groups = (places + 7) / 8;
+    kmp_text_printf(text, "typedef struct %s_room {\n    double guess[%d], equations[%d];\n} %s_room;\n\n", name,
+                    kept_of(&b->guess), kept_of(&b->equations), name);
+    kmp_text_printf(text,
+                    "static void %s_exponent(void *self, const double *place, double e[2])\n{\n    %s_room *r = self;\n"
+                    "    %s_guess(r->guess, place, e);\n}\n\n",
+                    name, name, name);
+    kmp_text_printf(
+        text,
+        "static void %s_averaged(void *self, const double *place, double *value)\n{\n    %s_room *r = self;\n"
+        "    %s_equations(r->equations, place, value);\n}\n\n",
+        name, name, name);
+    kmp_text_printf(text,
+                    "/* The logarithm of the sum, and the averages, for the arguments p. */\n"
+                    "static void %s(const double *p, double *y)\n{\n    %s_room r;\n    size_t first[%d];\n"
+                    "    double middle[%d], weight[%d], value[%d], lanes[%d];\n",
+                    name, name, groups, groups, 8 * groups, n, 4 * n);
+    kmp_text_printf(
+        text,
+        "    const kmp_places s = {%d, %d, %s_candidates, &r, %s_exponent, %s_averaged, first, middle, weight, "
+        "value, lanes};\n",
+        places, n, name, name, name);
+    kmp_text_printf(text,
+                    "    %s_guess_prepare(p, r.guess);\n    %s_equations_prepare(p, r.equations);\n"
+                    "    kmp_places_run(&s, y);\n}\n\n",
+                    name, name);
+}
+
+/* Newton's method. */
+static void put_solver(kmp_text *text, const struct kmp_code_block *b, const char *name)
+{
+    const kmp_program_block *block = b->block;
+    const int n = block->unknowns, among = block->candidates > 0, f = b->equations.arrays[0].count;
+    kmp_text_printf(text, "typedef struct %s_room {\n    double guess[%d], equations[%d], f[%d];\n", name,
+                    kept_of(&b->guess), kept_of(&b->equations), larger(f, n));
+    if (among)
+        kmp_text_printf(text, "    double merit[%d], merits[%d];\n", kept_of(&b->merit), block->candidates);
+    kmp_text_printf(text, "} %s_room;\n\n", name);
+    put_callbacks(text, block, name);
+    kmp_text_printf(text,
+                    "/* The unknowns for the arguments p; NAN without a solution. */\n"
+                    "static void %s(const double *p, double *y)\n{\n    %s_room r;\n",
+                    name, name);
+    kmp_text_printf(text, "    kmp_newton s = {.unknowns = %d, .self = &r, .equations = %s_at, .guess = %s_begin};\n",
+                    n, name, name);
+    if (among)
+        kmp_text_printf(text,
+                        "    s.candidates = %d;\n    s.candidate = %s_candidates;\n    s.merits = %s_scan;\n"
+                        "    %s_merit_prepare(p, r.merit);\n",
+                        block->candidates, name, name, name);
+    kmp_text_printf(text, "    %s_guess_prepare(p, r.guess);\n    %s_equations_prepare(p, r.equations);\n", name, name);
+    kmp_text_printf(text,
+                    "    bool solved = kmp_newton_solve(&s);\n    for (int i = 0; i < %d; i++)\n"
+                    "        y[i] = solved ? s.y[i] : (double)NAN;\n}\n\n",
+                    n);
+}
+
+static void put_block(const kmp_writer *w, const struct kmp_code_block *b, int number)
+{
+    kmp_text name = {0};
+    put_block_name(&name, w, number);
+    if (name.failed || !name.s) {
+        w->text->failed = true;
+        return;
+    }
+    put_candidates(w->text, b->block, name.s);
+    (b->block->averages ? put_average : put_solver)(w->text, b, name.s);
+    kmp_text_free(&name);
 }
 
 /* -- files ------------------------------------------------------------------------------------------- */
@@ -94,7 +224,7 @@ static const char body[] =
     "/*\n$(banner) *\n"
     " * To compile: cc -std=c99 -O2 -ffp-contract=off -c $(name).c (kempe_runtime.h beside it, libm to link). With\n"
     " * contraction, or with -ffast-math, the results differ from those of Kempe by rounding.\n */\n"
-    "#include \"$(name).h\"\n#include \"kempe_runtime.h\"\n\n"
+    "#include \"$(name).h\"\n#include \"kempe_runtime.h\"\n$(if solves)#include \"kempe_newton.h\"\n$(end)\n"
     "const char $(name)_hash[17] = \"$(hash)\";\n"
     "const char *const $(name)_coordinate_names[] = $(coordinate names);\n"
     "$(if rows)const char *const $(name)_row_names[] = $(row names);\n$(end)"
@@ -120,7 +250,7 @@ static const char body[] =
     "static const double $(name)_$(routine)_x$(table)[$(points)] = $(x);\n"
     "static const double $(name)_$(routine)_y$(table)[$(points)] = $(y);\n"
     "static const double $(name)_$(routine)_c$(table)[$(polynomials)][4] = $(pieces);\n\n$(end)"
-    "$(prepare)$(function)$(end)";
+    "$(blocks)$(prepare)$(function)$(end)";
 
 #define UNUSED "    (void)$(argument);\n$(end)"
 #define ROOM   "$(if slots)    double w[$(slots)];\n$(end)"
@@ -150,12 +280,18 @@ const kmp_language kmp_language_c = {
                   "$(name)_$(routine)_c$(table), $(derivative), ",
     .call = call,
     .define = define,
-    .prepare = "void $(name)_$(routine)_prepare(const double *p, double *k)\n{\n" ROOM "$(each unread parameter)" UNUSED
-               "$(statements)}\n\n",
-    .function =
-        "void $(name)_$(routine)(" PARAMETERS ")\n{\n" ROOM "$(each empty array)" UNUSED "$(each unread input)" UNUSED
-        "$(each array)$(if has zeros)    memset($(array), 0, $(entries) * sizeof(double));\n$(end)$(end)"
-        "$(statements)}\n\n",
+    .table = "static const double $(name)_$(routine)_x$(table)[$(points)] = $(x);\n"
+             "static const double $(name)_$(routine)_y$(table)[$(points)] = $(y);\n"
+             "static const double $(name)_$(routine)_c$(table)[$(polynomials)][4] = $(pieces);\n\n",
+    .block = put_block,
+    .solve = "    double $(what)[$(count)];\n"
+             "    $(name)_$(routine)_block$(number)((const double[]){$(argument)}, $(what));\n",
+    .prepare = "$(static)void $(name)_$(routine)_prepare(const double *p, double *k)\n{\n" ROOM
+               "$(each unread parameter)" UNUSED "$(statements)}\n\n",
+    .function = "$(static)void $(name)_$(routine)(" PARAMETERS ")\n{\n" ROOM "$(each empty array)" UNUSED
+                "$(each unread input)" UNUSED
+                "$(each array)$(if has zeros)    memset($(array), 0, $(entries) * sizeof(double));\n$(end)$(end)"
+                "$(statements)}\n\n",
     .part =
         "static void $(name)_$(routine)$(_prepare)_$(part)("
         "$(if _prepare)const double *p, double *k$(end)$(if not _prepare)$(each read input)$(comma)" TYPED
@@ -164,4 +300,7 @@ const kmp_language kmp_language_c = {
     .part_call = "    $(name)_$(routine)$(_prepare)_$(part)("
                  "$(if _prepare)p, k$(end)$(if not _prepare)$(each read input)$(comma)$(argument)$(end)$(end)"
                  "$(if slots used)$(comma)w$(end)$(each written array)$(comma)$(array)$(end));\n",
-    .pages = {{"$(name).h", header}, {"$(name).c", body}, {"kempe_runtime.h", "$(runtime)"}}};
+    .pages = {{"$(name).h", header},
+              {"$(name).c", body},
+              {"kempe_runtime.h", "$(runtime)"},
+              {"$(if solves)kempe_newton.h$(end)", "$(newton)"}}};

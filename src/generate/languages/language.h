@@ -11,6 +11,7 @@
 #include "generate/source.h"
 
 typedef struct kmp_writer kmp_writer;
+struct kmp_code_block;
 
 /** Brackets of a list, the text between items, and the one after each `a_line` of them (0: none). */
 typedef struct kmp_list_spelling {
@@ -62,9 +63,13 @@ typedef struct kmp_language {
     void (*call)(const kmp_writer *writer, kmp_op op);
     void (*define)(const kmp_writer *writer, kmp_op op);
     const char *prepare, *function; /* of the parameters; of a routine */
-    const char *part, *part_call;   /* of a split function */
+    /* Implicit blocks: the function that solves one, after the functions of its parts; the data of a table; a call of
+     * it for $(argument), which sets the array $(what). NULL: the language lacks them. */
+    void (*block)(const kmp_writer *writer, const struct kmp_code_block *block, int number);
+    const char *table, *solve;
+    const char *part, *part_call; /* of a split function */
     kmp_array_spelling arrays;
-    kmp_page pages[4], routine_pages[3]; /* up to the first without a text; the others for each routine */
+    kmp_page pages[5], routine_pages[3]; /* up to the first without a text; the others for each routine */
 } kmp_language;
 
 #define KMP_LANGUAGE(name) extern const kmp_language kmp_language_##name;

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes the files of any language: fills in its templates. */
+#include "generate/block_parts.h"
 #include "generate/languages/language.h"
 #include "generate/languages/levels.h"
-#include "generate/languages/runtime_lines.h"
+#include "generate/runtime_files.h"
 #include "generate/scalar.h"
 #include "symbolic/table_function.h"
 #include <math.h>
@@ -90,12 +91,25 @@ bool kmp_language_has(const kmp_language *language, kmp_op op)
     return !language->functions || kmp_op_form_of(op) != KMP_FORM_FUNCTION || language->functions[op].call;
 }
 
+static bool has(const kmp_program *p, kmp_op op)
+{
+    for (int i = 0; p && i < p->code[p->stages]; i++)
+        if (p->instruction[i].op == op)
+            return true;
+    return false;
+}
+
 static bool is_used(const kmp_writer *w, kmp_op op)
 {
     for (int k = 0; k < w->source->count; k++) {
-        const kmp_program *p = w->source->routines[k].program;
-        for (int i = 0; (!w->routine || w->routine->program == p) && i < p->code[p->stages]; i++)
-            if (p->instruction[i].op == op)
+        const kmp_code_routine *r = &w->source->routines[k];
+        if (w->routine && w->routine->program != r->program)
+            continue;
+        if (has(r->program, op))
+            return true;
+        for (int b = 0; r->blocks && b < r->program->block_count; b++)
+            if (has(r->blocks[b].guess.program, op) || has(r->blocks[b].merit.program, op) ||
+                has(r->blocks[b].equations.program, op))
                 return true;
     }
     return false;
@@ -106,7 +120,7 @@ static void put_functions(const kmp_writer *w)
 {
     const kmp_function_spelling *functions = w->language->functions;
     for (int op = 0; op < KMP_OP_COUNT; op++) {
-        if (!is_used(w, (kmp_op)op))
+        if (op == KMP_OP_LIST || !is_used(w, (kmp_op)op))
             continue;
         if (w->language->define)
             w->language->define(w, (kmp_op)op);
@@ -164,6 +178,38 @@ static void put_prepare(const kmp_writer *w)
 {
     if (w->source->parameters)
         write_stage(w, 0, w->language->prepare);
+}
+
+/* Functions of the parts of a block, with their tables. */
+static void put_part(const kmp_writer *w, const kmp_code_routine *part)
+{
+    kmp_writer in = *w;
+    in.routine = part;
+    if (!part->program)
+        return;
+    for (in.table = 0; in.table < part->program->table_count; in.table++)
+        kmp_fill(&in, w->language->table);
+    write_stage(&in, 0, w->language->prepare);
+    write_stage(&in, 1, w->language->function);
+}
+
+static void put_blocks(const kmp_writer *w)
+{
+    kmp_arena arena = {0};
+    kmp_code_source source;
+    kmp_writer in = *w;
+    in.source = &source;
+    const int count = w->routine->blocks ? w->routine->program->block_count : 0;
+    if (count > 0 && !kmp_code_block_source(w->source, &arena, &source))
+        w->text->failed = true;
+    for (int k = 0; k < count && !w->text->failed; k++) {
+        const struct kmp_code_block *b = &w->routine->blocks[k];
+        put_part(&in, &b->guess);
+        put_part(&in, &b->merit);
+        put_part(&in, &b->equations);
+        w->language->block(w, b, k);
+    }
+    kmp_arena_free(&arena);
 }
 
 static void put_function(const kmp_writer *w)
@@ -327,8 +373,12 @@ static void put_about(const kmp_writer *w)
 
 static void put_runtime(const kmp_writer *w)
 {
-    for (int k = 0; kmp_runtime_lines[k]; k++)
-        kmp_text_put(w->text, kmp_runtime_lines[k]);
+    kmp_runtime_put(w->text, KMP_RUNTIME_FUNCTIONS);
+}
+
+static void put_newton(const kmp_writer *w)
+{
+    kmp_runtime_put(w->text, KMP_RUNTIME_NEWTON);
 }
 
 /* Between items of a list: nothing after a bracket or a blank. */
@@ -361,8 +411,10 @@ static const struct {
              {"delay places", put_delay_places},
              {"delay given", put_delay_given},
              {"runtime", put_runtime},     /* kempe/runtime.h */
+             {"newton", put_newton},       /* solution of implicit blocks */
              {"functions", put_functions}, /* definitions */
              {"pieces", put_pieces},       /* of a table */
+             {"blocks", put_blocks},       /* that its program solves */
              {"prepare", put_prepare},     /* functions of the routine */
              {"function", put_function},
              {"statements", put_statements},
@@ -385,7 +437,10 @@ static bool put_name(const kmp_writer *w, const char *word, size_t length)
     } names[] = {{"name", w->source->name},
                  {"hash", w->source->hash},
                  {"scheme", w->source->scheme},
-                 {"routine", w->routine ? w->routine->name : NULL},
+                 {"routine", !w->routine         ? NULL
+                             : w->routine->inner ? w->routine->inner
+                                                 : w->routine->name},
+                 {"static", w->routine && w->routine->inner ? "static " : NULL},
                  {"_prepare", w->scalar && w->scalar->stage == 0 ? "_prepare" : NULL},
                  {"array", w->array ? w->array->name : NULL},
                  {"meaning", w->array ? w->array->meaning : NULL},
@@ -451,6 +506,7 @@ static void put_number(const kmp_writer *w, const char *word, size_t length)
     } numbers[] = {{"motions", source->n},
                    {"rows", source->m},
                    {"parameters", source->parameter_count},
+                   {"solves", is_used(w, KMP_OP_IMPLICIT)},
                    {"bodies", source->body_count},
                    {"prepared", source->parameters}, /* there are p and k */
                    {"inputs", source->inputs},
@@ -487,7 +543,8 @@ static void put_number(const kmp_writer *w, const char *word, size_t length)
                    {"slots", w->scalar ? w->scalar->slots : 0},
                    {"slots used", w->scalar && w->scalar->slots_used},
                    {"part", w->part},
-                   {"number", w->number}, /* of a list of places or signs */
+                   {"number", w->number}, /* of a list of places or signs, of a block */
+                   {"count", w->count},
                    {"first", w->first},
                    {"last", w->last},
                    {"size", l->size},            /* of v */

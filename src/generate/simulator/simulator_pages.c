@@ -2,8 +2,8 @@
 /* The C file with the table of equations that kempe_simulator.c reads: names, sizes, a start, and functions of one
  * form for all models. */
 #include "generate/languages/language.h"
+#include "generate/runtime_files.h"
 #include "generate/simulator/simulated.h"
-#include "generate/simulator/simulator_files.h"
 #include "model/model.h"
 #include <string.h>
 
@@ -224,10 +224,10 @@ bool kmp_simulator_pages(const kmp_code_source *s, kmp_code_files *files)
     if (source)
         put_source(source, s);
     bool ok = source;
-    for (const kmp_simulator_file *file = kmp_simulator_files; ok && file->name; file++) {
-        kmp_text *text = add(files, file->name, "");
-        for (int k = 0; text && file->lines[k]; k++)
-            kmp_text_put(text, file->lines[k]);
+    for (int k = KMP_RUNTIME_SIMULATOR_HEADER; ok && k <= KMP_RUNTIME_SIMULATOR; k++) {
+        kmp_text *text = add(files, kmp_runtime_name((kmp_runtime_file)k), "");
+        if (text)
+            kmp_runtime_put(text, (kmp_runtime_file)k);
         ok = text;
     }
     return ok;

@@ -9,6 +9,7 @@
 #include "base/simd4.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
+#include "symbolic/sums/places.h"
 #include "symbolic/sums/scan.h"
 #include <math.h>
 #include <stdint.h>
@@ -161,14 +162,6 @@ kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref l
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
-/* LOST: without exponents this far below the largest a sum keeps 1e-10. RISING: the most that exponents may rise within
- * a group, beyond the line to the next group's middle. With places 1.2 standard deviations of the weights from each
- * other, that is as far as four of them reach. An edge of a profile, which its places do not resolve
- * (model/rail/zones.c), may rise by twice that, if it has 70 degrees. If another place counts too, a sum then keeps
- * 1e-5. */
-#define LOST   24.0
-#define RISING 12.0
-
 struct kmp_average {
     const kmp_program_block *block;
     kmp_arena arena; /* of all arrays */
@@ -183,26 +176,17 @@ struct kmp_average {
     size_t count;
 };
 
-/* The place that represents a group. */
-static size_t middle_of(const kmp_average *a, size_t group)
-{
-    size_t first = group * LANES, last = first + LANES - 1, end = (size_t)a->block->candidates - 1;
-    return (first + (last < end ? last : end)) / 2;
-}
-
 /* The weights of places, and the places in the middle of groups. */
 static void measure(kmp_average *a)
 {
     const kmp_program_block *b = a->block;
-    size_t width = a->groups * LANES;
+    size_t width = a->groups * LANES, places = (size_t)b->candidates;
     for (size_t k = 0; k < width; k++)
-        a->place[k] = b->candidate[k < (size_t)b->candidates ? k : 0];
-    for (int k = 0, last = b->candidates - 1; k <= last; k++) {
-        double before = b->candidate[k > 0 ? k - 1 : 0], after = b->candidate[k < last ? k + 1 : last];
-        a->spacing[k] = (after - before) / 2;
-    }
+        a->place[k] = b->candidate[k < places ? k : 0];
+    for (size_t k = 0; k < places; k++)
+        a->spacing[k] = kmp_places_spacing(places, b->candidate, k);
     for (size_t k = 0; k < a->groups; k++)
-        a->place[width + k] = b->candidate[middle_of(a, k)];
+        a->place[width + k] = b->candidate[kmp_places_middle(places, k)];
     for (size_t k = 0; k * LANES < a->groups; k++)
         a->first[a->groups + k] = width + k * LANES;
 }
@@ -302,11 +286,6 @@ KMP_CLONES static double weighed(const kmp_average *a, const kmp_scan_row *row)
     return row->sign * sum_of(&sum);
 }
 
-static inline double larger(double x, double y)
-{
-    return y <= x || isnan(x) ? x : y; /* NaN stays */
-}
-
 /* The largest exponent of the groups that count; NaN, where one is NaN. */
 KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *exponent)
 {
@@ -316,41 +295,18 @@ KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *expon
         const kmp_four x = exponent->sign * KMP_FOUR_CONST(kmp_scan_at(exponent, at));
         most = KMP_FOUR_SELECT((x <= most) | (most != most), most, x);
     }
-    return larger(larger(most[0], most[1]), larger(most[2], most[3]));
+    return kmp_places_larger(kmp_places_larger(most[0], most[1]), kmp_places_larger(most[2], most[3]));
 }
 
-/* The largest exponent in the middle of a group, and in which. */
-static double look_around(kmp_average *a, size_t *best)
-{
-    kmp_scan_groups(a->scan, EXPONENT, (a->groups + LANES - 1) / LANES, a->first + a->groups);
-    const kmp_scan_row e = kmp_scan_output(a->scan, EXPONENT, 0);
-    const size_t from = a->groups * LANES;
-    double most = e.sign * *kmp_scan_at(&e, from);
-    *best = 0;
-    for (size_t k = 0; k < a->groups; k++) {
-        a->middle[k] = e.sign * *kmp_scan_at(&e, from + k);
-        *best = a->middle[k] > most ? k : *best;
-        most = larger(most, a->middle[k]);
-    }
-    return most;
-}
-
-/* Chooses the groups that may count; all where exponents are NaN. None where the sum is below the needed value: `best`
- * is then the group with the largest exponent in its middle. */
+/* Finds the groups that may count by the exponents in their middle; `best` as kmp_places_choose has it. */
 static void choose(kmp_average *a, size_t *best)
 {
-    const double *x = a->middle;
-    double most = look_around(a, best);
-    const kmp_scan_row needed = kmp_scan_output(a->scan, EXPONENT, 1);
-    a->count = 0;
-    if (most + 2 * RISING < needed.sign * *kmp_scan_at(&needed, a->groups * LANES))
-        return;
-    for (size_t k = 0; k < a->groups; k++) {
-        double before = k > 0 ? x[k - 1] - x[k] : 0, after = k + 1 < a->groups ? x[k + 1] - x[k] : 0;
-        double rising = larger(larger(before, after), 0) / 2 + RISING;
-        if (!(x[k] + rising < most - LOST))
-            a->first[a->count++] = k * LANES;
-    }
+    kmp_scan_groups(a->scan, EXPONENT, (a->groups + LANES - 1) / LANES, a->first + a->groups);
+    const kmp_scan_row e = kmp_scan_output(a->scan, EXPONENT, 0), needed = kmp_scan_output(a->scan, EXPONENT, 1);
+    const size_t from = a->groups * LANES;
+    for (size_t k = 0; k < a->groups; k++)
+        a->middle[k] = e.sign * *kmp_scan_at(&e, from + k);
+    a->count = kmp_places_choose(a->groups, a->middle, needed.sign * *kmp_scan_at(&needed, from), a->first, best);
 }
 
 /* The values in the middle of a group. */
@@ -358,7 +314,7 @@ static void take_one(kmp_average *a, size_t group)
 {
     size_t at = a->groups * LANES + group;
     kmp_scan_groups(a->scan, AVERAGED, 1, &a->first[a->groups + group / LANES]);
-    a->value[0] = a->middle[group] + log(a->spacing[middle_of(a, group)]);
+    a->value[0] = a->middle[group] + log(a->spacing[kmp_places_middle((size_t)a->block->candidates, group)]);
     for (int k = 1; k < a->block->unknowns; k++) {
         const kmp_scan_row x = kmp_scan_output(a->scan, AVERAGED, k - 1);
         a->value[k] = x.sign * *kmp_scan_at(&x, at);
