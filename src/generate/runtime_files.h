@@ -4,7 +4,6 @@
 
 #include "base/text.h"
 
-/** One file of one or several sources, whose includes of each other are left out. */
 typedef enum kmp_runtime_file {
     KMP_RUNTIME_FUNCTIONS, /* kempe_runtime.h: sine, cosine, functions given by points */
     KMP_RUNTIME_NEWTON,    /* kempe_newton.h: implicit blocks */
@@ -16,12 +15,6 @@ typedef enum kmp_runtime_file {
 const char *kmp_runtime_name(kmp_runtime_file file);
 void kmp_runtime_put(kmp_text *text, kmp_runtime_file file);
 
-/** Lines of the sources; NULL ends each. */
-extern const char *const kmp_runtime_lines[],
-    *const kmp_factors_h[], *const kmp_factors_c[], *const kmp_newton_h[],
-                                                        *const kmp_places_h[],
-                                                            *const kmp_bracket_h[],
-                                                                *const kmp_bracket_c[],
-                                                                    *const kmp_explicit_methods_h[],
-                                                                        *const kmp_kempe_simulator_h[],
-                                                                            *const kmp_kempe_simulator_c[];
+/** Lines of the files; NULL ends each. */
+extern const char *const kmp_runtime_lines[], *const kmp_kempe_newton_h[], *const kmp_kempe_simulator_h[],
+    *const kmp_kempe_simulator_c[];

@@ -74,10 +74,10 @@ typedef struct kempe_equations {
     const int *independent;           /* f coordinates, the choice at the start; NULL: the simulator chooses */
 
     void (*prepare)(const double *p, double *k);
-    /** h[m], J[m n] at t, q, modes, u. */
-    void (*closures)(const kempe_arguments *at, double *h, double *J);
-    /** M[n n], C[n], J[m n], h_t[m], jdqd[m] at t, q, qd, modes, u; C at lambda too where `loaded`. */
-    void (*motion)(const kempe_arguments *at, double *M, double *C, double *J, double *h_t, double *jdqd);
+    /** h[m], J[m n], h_t[m] at t, q, modes, u. */
+    void (*closures)(const kempe_arguments *at, double *h, double *J, double *h_t);
+    /** M[n n], C[n], jdqd[m] at t, q, qd, modes, u; C at lambda too where `loaded`. */
+    void (*motion)(const kempe_arguments *at, double *M, double *C, double *jdqd);
     int loaded; /* C depends on lambda, linearly */
     /** Values of the conditions, all arguments. */
     void (*changes)(const kempe_arguments *at, double *value);
@@ -87,6 +87,7 @@ typedef struct kempe_equations {
      * accelerations J qdd + jdqd [m], of the outputs and of the values of conditions. NULL: not generated. */
     void (*along)(const kempe_arguments *at, const kempe_direction *direction, double *dynamics, double *h,
                   double *rates, double *accelerations, double *y, double *value);
+    int early; /* values of conditions are functions of t, q, qd, modes, u alone */
 } kempe_equations;
 
 typedef enum kempe_simulator_status {
@@ -127,10 +128,30 @@ typedef struct kempe_simulator {
         double *modes, *k, *value, *x, *rates;
         double *state; /* what kempe_simulator_save copies: the first numbers of the memory */
         double *scratch;
+        /* of the state, after it the room of one more */
+        double *held, *flip, *last, *repeats, *begin, *end, *y_old, *y_new, *weight, *atol, *stages, *vectors;
+        int *row, *column;
+        /* scratch */
+        double *backup, *stage, *candidate, *probe, *q, *qd, *qdd, *lambda, *changes;
+        double *h, *h_t, *jdqd, *jacobian, *mass, *bias, *loop, *tangent, *constant, *correction;
+        double *moved, *reduced, *diagonal, *udd, *load, *pick, *pivots, *loads, *joint, *right, *inverse_row;
+        double *dq, *dqd, *dqdd, *dlambda, *dynamics, *dh, *drates, *daccelerations, *dy, *dvalue, *zero;
+        int *pivot, *joint_pivot, *new_row, *new_column, *fixed;
     } part;
 } kempe_simulator;
 
-/** The number of doubles in the memory of a simulator. */
+/* Numbers of a state: the header, the arrays of a place and of a step, n + f numbers long, and the choice. */
+#define KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs)                                  \
+    (48 + (parameters) + 6 * (inputs) + (kept) + (outputs) + 5 * (conditions) + 10 * (n) + 4 * (m) + 28 * ((n) + (f)))
+
+/** The number of doubles in the memory of a simulator, as a constant where the arguments are constants. */
+#define KEMPE_SIMULATOR_MEMORY(n, m, f, inputs, parameters, kept, conditions, outputs)                                 \
+    (2 * KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs) + 1 + 4 * (f) +                 \
+     3 * ((n) + (f)) + 2 * (outputs) + 8 * (conditions) + 3 * (inputs) + (parameters) + 15 * (n) + 12 * (m) +          \
+     2 * (m) * (n) + 2 * (n) * (n) + (n) * (f) + (f) * (f) + 2 * (f) + (n) * ((n) - (f)) + ((n) - (f)) * ((n) - (f)) + \
+     ((n) - (f)) * ((f) + 3))
+
+/** The same of equations: the number of doubles in the memory of a simulator. */
 int kempe_simulator_memory(const kempe_equations *equations);
 
 /** Places a simulator in the memory, with parameters and inputs of the model. */
