@@ -102,4 +102,230 @@ static const kempe_equations pendulum = {.name = "pendulum",
                                          .show = pendulum_show,
                                          .along = pendulum_along};
 
+/* -- a slider-crank: phi, theta, x; the rod has its mass at its middle; driven: phi follows a spin ------------- */
+
+#define CRANK       0.3
+#define ROD         1.0
+#define CRANK_MASS  0.4
+#define ROD_MASS    1.5
+#define SLIDER_MASS 2.5
+#define SPIN        7.0
+
+static void crank_loop(const kempe_arguments *at, double *h, double *J)
+{
+    double s = sin(at->q[0]), c = cos(at->q[0]), sr = sin(at->q[1]), cr = cos(at->q[1]);
+    h[0] = CRANK * c + ROD * cr - at->q[2];
+    h[1] = CRANK * s + ROD * sr;
+    J[0] = -CRANK * s;
+    J[1] = -ROD * sr;
+    J[2] = -1;
+    J[3] = CRANK * c;
+    J[4] = ROD * cr;
+    J[5] = 0;
+}
+
+static void crank_closures(const kempe_arguments *at, double *h, double *J, double *h_t)
+{
+    crank_loop(at, h, J);
+    h_t[0] = h_t[1] = 0;
+}
+
+static void driven_closures(const kempe_arguments *at, double *h, double *J, double *h_t)
+{
+    crank_loop(at, h, J);
+    h[2] = at->q[0] - 0.4 - SPIN * at->t;
+    J[6] = 1;
+    J[7] = J[8] = h_t[0] = h_t[1] = 0;
+    h_t[2] = -SPIN;
+}
+
+static void crank_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    double s = sin(at->q[0]), c = cos(at->q[0]), sr = sin(at->q[1]), cr = cos(at->q[1]);
+    double w = at->qd[0] * at->qd[0], wr = at->qd[1] * at->qd[1], between = ROD_MASS * CRANK * ROD / 2;
+    for (int i = 0; i < 9; i++)
+        M[i] = 0;
+    M[0] = CRANK_MASS * CRANK * CRANK / 3 + ROD_MASS * CRANK * CRANK;
+    M[4] = ROD_MASS * ROD * ROD / 4;
+    M[1] = M[3] = between * cos(at->q[0] - at->q[1]);
+    M[8] = SLIDER_MASS;
+    C[0] = between * sin(at->q[0] - at->q[1]) * wr + (CRANK_MASS / 2 + ROD_MASS) * GRAVITY * CRANK * c;
+    C[1] = -between * sin(at->q[0] - at->q[1]) * w + ROD_MASS * GRAVITY * ROD / 2 * cr;
+    C[2] = 0;
+    jdqd[0] = -CRANK * c * w - ROD * cr * wr;
+    jdqd[1] = -CRANK * s * w - ROD * sr * wr;
+}
+
+static void driven_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    crank_motion(at, M, C, jdqd);
+    jdqd[2] = 0;
+}
+
+static const char *const crank_coordinates[] = {"phi", "theta", "x"}, *const crank_rows[] = {"loop x", "loop y",
+                                                                                             "drive"};
+static const int crank_kinds[] = {KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_TRANSLATION};
+static const double ones[12] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+static const double crank_start[] = {0.4, -0.1, 1.2}, crank_rates[] = {SPIN, 0, 0};
+
+#define CRANK_EQUATIONS                                                                                                \
+    .hash = "", .coordinates = 3, .coordinate_names = crank_coordinates, .row_names = crank_rows,                      \
+    .coordinate_kind = crank_kinds, .scale = ones, .row_scale = ones, .rank_tolerance = 1e-10, .start_q = crank_start, \
+    .start_qd = crank_rates
+
+static const kempe_equations slider_crank = {CRANK_EQUATIONS, .name = "slider crank",     .rows = 2,
+                                             .freedom = 1,    .closures = crank_closures, .motion = crank_motion};
+static const kempe_equations driven_crank = {CRANK_EQUATIONS, .name = "driven crank",      .rows = 3,
+                                             .freedom = 0,    .closures = driven_closures, .motion = driven_motion};
+
+/* -- a parallelogram of three rockers (phi, psi, chi) on a coupler (theta): one of four rows is redundant --------- */
+
+#define ROCKER  0.5
+#define COUPLER 0.8
+
+static void parallelogram_closures(const kempe_arguments *at, double *h, double *J, double *h_t)
+{
+    const double *q = at->q, share[2] = {1, 0.5};
+    for (int i = 0; i < 2; i++) {
+        double *rows = J + 8 * i, a = COUPLER * share[i];
+        int other = i + 2;
+        h[2 * i] = ROCKER * cos(q[0]) + a * cos(q[1]) - ROCKER * cos(q[other]) - a;
+        h[2 * i + 1] = ROCKER * sin(q[0]) + a * sin(q[1]) - ROCKER * sin(q[other]);
+        for (int j = 0; j < 8; j++)
+            rows[j] = 0;
+        rows[0] = -ROCKER * sin(q[0]);
+        rows[1] = -a * sin(q[1]);
+        rows[other] = ROCKER * sin(q[other]);
+        rows[4] = ROCKER * cos(q[0]);
+        rows[5] = a * cos(q[1]);
+        rows[4 + other] = -ROCKER * cos(q[other]);
+        h_t[2 * i] = h_t[2 * i + 1] = 0;
+    }
+}
+
+/* A point mass of 1 kg at the end of each rocker. */
+static void parallelogram_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    const double *q = at->q, *qd = at->qd, share[2] = {1, 0.5};
+    for (int i = 0; i < 4; i++) {
+        for (int j = 0; j < 4; j++)
+            M[4 * i + j] = i == j && i != 1 ? ROCKER * ROCKER : 0;
+        C[i] = i != 1 ? GRAVITY * ROCKER * cos(q[i]) : 0;
+    }
+    for (int i = 0; i < 2; i++) {
+        double a = COUPLER * share[i];
+        int other = i + 2;
+        jdqd[2 * i] = -ROCKER * cos(q[0]) * qd[0] * qd[0] - a * cos(q[1]) * qd[1] * qd[1] +
+                      ROCKER * cos(q[other]) * qd[other] * qd[other];
+        jdqd[2 * i + 1] = -ROCKER * sin(q[0]) * qd[0] * qd[0] - a * sin(q[1]) * qd[1] * qd[1] +
+                          ROCKER * sin(q[other]) * qd[other] * qd[other];
+    }
+}
+
+static const char *const parallelogram_coordinates[] = {"phi", "theta", "psi", "chi"}, *const parallelogram_rows[] = {
+                                                                                           "first x", "first y",
+                                                                                           "second x", "second y"};
+static const int rotations[] = {KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_ROTATION,
+                                KEMPE_COORDINATE_ROTATION};
+static const double parallelogram_start[] = {-0.6, 0, -0.6, -0.6};
+static const kempe_equations parallelogram = {.name = "parallelogram",
+                                              .hash = "",
+                                              .coordinates = 4,
+                                              .rows = 4,
+                                              .freedom = 1,
+                                              .coordinate_names = parallelogram_coordinates,
+                                              .row_names = parallelogram_rows,
+                                              .coordinate_kind = rotations,
+                                              .scale = ones,
+                                              .row_scale = ones,
+                                              .rank_tolerance = 1e-10,
+                                              .start_q = parallelogram_start,
+                                              .start_qd = nothing,
+                                              .closures = parallelogram_closures,
+                                              .motion = parallelogram_motion};
+
+/* -- a mass on a spring, which is stiffer where x < 0; it ends beyond a parameter; an input pushes -------------- */
+
+#define SOFT  4.0
+#define STIFF 400.0
+
+static void spring_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    (void)jdqd;
+    M[0] = 1;
+    C[0] = (at->modes[0] > 0 ? STIFF : SOFT) * at->q[0] - at->u[0];
+}
+
+static void spring_changes(const kempe_arguments *at, double *value)
+{
+    value[0] = at->q[0];
+    value[1] = at->k[0] - at->q[0];
+    value[2] = at->q[0];
+}
+
+static void spring_prepare(const double *p, double *k)
+{
+    k[0] = p[0];
+}
+
+static const char *const spring_coordinates[] = {"x"}, *const spring_conditions[] = {"x < 0", "x > limit", "abs"},
+                         *const spring_parameters[] = {"limit"}, *const spring_advice[] = {NULL, "raise limit", NULL};
+static const int spring_kinds[] = {KEMPE_CONDITION_SWITCHES, KEMPE_CONDITION_ENDS, KEMPE_CONDITION_KINK};
+static const double spring_values[] = {1e3};
+static const kempe_equations spring = {.name = "spring",
+                                       .hash = "",
+                                       .coordinates = 1,
+                                       .freedom = 1,
+                                       .inputs = 1,
+                                       .parameters = 1,
+                                       .conditions = 3,
+                                       .kept = 1,
+                                       .coordinate_names = spring_coordinates,
+                                       .input_names = pendulum_inputs,
+                                       .parameter_names = spring_parameters,
+                                       .condition_names = spring_conditions,
+                                       .advice = spring_advice,
+                                       .coordinate_kind = translations,
+                                       .condition_kind = spring_kinds,
+                                       .scale = ones,
+                                       .parameter_values = spring_values,
+                                       .input_values = nothing,
+                                       .rank_tolerance = 1e-10,
+                                       .start_q = ones,
+                                       .start_qd = nothing,
+                                       .prepare = spring_prepare,
+                                       .motion = spring_motion,
+                                       .changes = spring_changes};
+
+/* -- a force that pushes against its own condition: it changes back and forth ------------------------------------ */
+
+static void chatter_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    (void)jdqd;
+    M[0] = 1;
+    C[0] = at->modes[0] > 0 ? -1 : 1;
+}
+
+static void chatter_changes(const kempe_arguments *at, double *value)
+{
+    value[0] = at->qd[0];
+}
+
+static const char *const chatter_conditions[] = {"rate < 0"};
+static const kempe_equations chatter = {.name = "chatter",
+                                        .hash = "",
+                                        .coordinates = 1,
+                                        .freedom = 1,
+                                        .conditions = 1,
+                                        .coordinate_names = spring_coordinates,
+                                        .condition_names = chatter_conditions,
+                                        .coordinate_kind = translations,
+                                        .condition_kind = spring_kinds,
+                                        .scale = ones,
+                                        .rank_tolerance = 1e-10,
+                                        .start_q = ones,
+                                        .start_qd = ones,
+                                        .motion = chatter_motion,
+                                        .changes = chatter_changes};
+
 #endif

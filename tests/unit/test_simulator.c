@@ -63,8 +63,391 @@ static void pendulum_has_its_period(void)
     }
 }
 
+/* -- other mechanisms -------------------------------------------------------------------------------------- */
+
+/* theta, x and the reduced mass and potential of the slider-crank at phi. */
+static double crank_energy(double phi, double rate, double *x)
+{
+    double theta = -asin(CRANK * sin(phi) / ROD), turn = -CRANK * cos(phi) / (ROD * cos(theta));
+    double slide = -CRANK * sin(phi) - ROD * sin(theta) * turn, between = ROD_MASS * CRANK * ROD / 2;
+    double mass = CRANK_MASS * CRANK * CRANK / 3 + ROD_MASS * CRANK * CRANK + ROD_MASS * ROD * ROD / 4 * turn * turn +
+                  2 * between * cos(phi - theta) * turn + SLIDER_MASS * slide * slide;
+    double height = (CRANK_MASS / 2 + ROD_MASS) * CRANK * sin(phi) + ROD_MASS * ROD / 2 * sin(theta);
+    *x = CRANK * cos(phi) + ROD * cos(theta);
+    return rate > 0 ? mass / 2 * rate * rate + GRAVITY * height
+                    : sqrt(mass / 2 / (-rate - GRAVITY * height)); /* -rate: the energy; 1 over the rate */
+}
+
+/* Full turns: the time of one is an integral of a periodic function, which the trapezoidal rule finds to rounding. */
+static void crank_turns_in_its_time(void)
+{
+    double x, energy = crank_energy(0.4, SPIN, &x), turn = 0;
+    enum { POINTS = 400 };
+    for (int i = 0; i < POINTS; i++)
+        turn += crank_energy(2 * acos(-1) * i / POINTS, -energy, &x) * 2 * acos(-1) / POINTS;
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &slider_crank, 0);
+    s->settings.rtol = 1e-14;
+    GOES(kempe_simulator_start(s, 0));
+    CHECK(s->qd[0] == SPIN);
+    GOES(kempe_simulator_advance(s, 5 * turn));
+    CHECK_NEAR(s->q[0], 0.4 + 10 * acos(-1), 1e-10);
+    CHECK_NEAR(s->qd[0], SPIN, 1e-10);
+    (void)crank_energy(0.4, 1, &x);
+    CHECK_NEAR(s->q[2], x, 1e-10);
+    printf("  %g steps, %g exchanges\n", s->work.steps, s->work.exchanges);
+}
+
+/* A pendulum: rockers of a parallelogram swing as one does. */
+static void redundant_rows_are_left_out(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &parallelogram, 0);
+    GOES(kempe_simulator_start(s, 0));
+    double swing = acos(-1) / 2 - 0.6, period = 4 * sqrt(ROCKER / GRAVITY) * elliptic(sin(swing / 2));
+    GOES(kempe_simulator_advance(s, 7 * period));
+    for (int i = 0; i < 4; i++)
+        CHECK_NEAR(s->q[i], parallelogram_start[i], 1e-10);
+    int zero = 0;
+    for (int i = 0; i < 4; i++)
+        zero += s->lambda[i] == 0;
+    CHECK(zero >= 1);
+    printf("  %g steps, %g rejected\n", s->work.steps, s->work.rejected);
+}
+
+static void driven_crank_follows_its_drive(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &driven_crank, 0);
+    GOES(kempe_simulator_start(s, 0));
+    for (double t = 0.1; t < 3; t += 0.1) {
+        double phi = 0.4 + SPIN * t, theta = -asin(CRANK * sin(phi) / ROD);
+        GOES(kempe_simulator_advance(s, t));
+        CHECK_NEAR(s->q[0], phi, 1e-15);
+        CHECK_NEAR(s->q[1], theta, 1e-14);
+        CHECK_NEAR(s->qd[2], -CRANK * SPIN * sin(phi) + CRANK * SPIN * cos(phi) * tan(theta), 1e-13);
+    }
+    CHECK(s->work.steps < 500);
+    printf("  %g steps, %g rejected\n", s->work.steps, s->work.rejected);
+}
+
+/* -- events ------------------------------------------------------------------------------------------------ */
+
+static void spring_switches(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    for (int i = 0; i < 2; i++) {
+        begin_at(s, &spring, 0);
+        s->settings.method = both[i];
+        GOES(kempe_simulator_start(s, 0));
+        double period = acos(-1) / sqrt(SOFT) + acos(-1) / sqrt(STIFF);
+        GOES(kempe_simulator_advance(s, 10 * period));
+        CHECK_NEAR(s->q[0], 1, 1e-10);
+        CHECK_NEAR(s->qd[0], 0, 1e-10);
+        CHECK(s->work.events == 20);
+        GOES(kempe_simulator_advance(s, 10 * period + acos(-1) / sqrt(SOFT) / 2 + acos(-1) / sqrt(STIFF) / 2));
+        CHECK_NEAR(s->q[0], -sqrt(SOFT / STIFF), 1e-10);
+        printf("  %g steps, %g evaluations\n", s->work.steps, s->work.evaluations);
+    }
+}
+
+static void motion_ends(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &spring, 0);
+    s->p[0] = 0.9;
+    kempe_simulator_set_parameters(s);
+    CHECK_STATUS(s, kempe_simulator_start(s, 0), KEMPE_SIMULATOR_ENDED);
+    CHECK_TEXT(s->message, "spring: the motion ends at t = 0: x > limit; raise limit");
+    const double q = 0.5, qd = 3;
+    s->p[0] = 1.25;
+    GOES(kempe_simulator_start_from(s, 1, &q, &qd));
+    CHECK_STATUS(s, kempe_simulator_advance(s, 5), KEMPE_SIMULATOR_ENDED);
+    double size = hypot(0.5, 1.5);
+    CHECK_NEAR(s->q[0], 1.25, 1e-13);
+    CHECK_NEAR(s->t, 1 + (asin(1.25 / size) - asin(0.5 / size)) / 2, 1e-11);
+    CHECK_STATUS(s, kempe_simulator_advance(s, 6), KEMPE_SIMULATOR_ENDED);
+}
+
+/* Steps are long: the mass passes the limit and comes back within one. */
+static void short_changes_are_found(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    const double q = 0, qd = 2;
+    for (int i = 1; i < 40; i++) {
+        begin_at(s, &spring, 0);
+        s->settings.rtol = s->settings.atol = 1e-4;
+        s->p[0] = 1 - 1e-3;
+        GOES(kempe_simulator_start_from(s, -0.01 * i, &q, &qd));
+        CHECK_STATUS(s, kempe_simulator_advance(s, 5), KEMPE_SIMULATOR_ENDED);
+        CHECK_NEAR(s->t, -0.01 * i + asin(1 - 1e-3) / 2, 2e-3);
+    }
+}
+
+static void endless_changes_fail(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &chatter, 0);
+    GOES(kempe_simulator_start(s, 0));
+    GOES(kempe_simulator_advance(s, 0.5));
+    CHECK_STATUS(s, kempe_simulator_advance(s, 2), KEMPE_SIMULATOR_FAILED);
+    CHECK(s->t == 0.5);
+    CHECK_NEAR(s->qd[0], 0.5, 1e-14);
+    CHECK_TEXT(s->message, "chatter: rate < 0 changes back and forth at t = 1: the motion slides along this condition; "
+                           "make the law continuous there, for instance with tanh");
+    GOES(kempe_simulator_advance(s, 0.75));
+    CHECK_NEAR(s->qd[0], 0.25, 1e-12);
+}
+
+/* -- bits --------------------------------------------------------------------------------------------------- */
+
+static bool is_same(const kempe_simulator *a, const kempe_simulator *b)
+{
+    size_t n = (size_t)a->equations->coordinates * sizeof(double), m = (size_t)a->equations->rows * sizeof(double);
+    return a->t == b->t && memcmp(a->q, b->q, n) == 0 && memcmp(a->qd, b->qd, n) == 0 &&
+           memcmp(a->qdd, b->qdd, n) == 0 && memcmp(a->lambda, b->lambda, m) == 0;
+}
+
+static const kempe_equations *const all[] = {&pendulum, &slider_crank, &driven_crank, &parallelogram, &spring};
+enum { ALL = sizeof all / sizeof *all };
+
+static double random_part(void)
+{
+    static unsigned long long state = 12345;
+    state = state * 6364136223846793005ull + 1442695040888963407ull;
+    return (double)(state >> 33) / 2147483648.0;
+}
+
+static void requests_do_not_change_bits(void)
+{
+    const double end = 3.5;
+    for (int k = 0; k < ALL * 4; k++) {
+        kempe_simulator simulators[2], *s = &simulators[0], *other = &simulators[1];
+        for (int i = 0; i < 2; i++) {
+            begin_at(&simulators[i], all[k / 4], i);
+            simulators[i].settings.method = both[k % 2];
+            simulators[i].settings.rtol = simulators[i].settings.atol = 1e-7;
+            simulators[i].settings.fixed_step = k % 4 < 2 ? 0 : 0.003;
+            CHECK_STATUS(&simulators[i], kempe_simulator_start(&simulators[i], 0), KEMPE_SIMULATOR_GOES);
+        }
+        GOES(kempe_simulator_advance(s, end));
+        for (int i = 1; i <= 1000; i++)
+            CHECK_STATUS(other, kempe_simulator_advance(other, i == 1000 ? end : end * i / 1000), KEMPE_SIMULATOR_GOES);
+        CHECK(is_same(s, other));
+        for (int trial = 0; trial < 5; trial++) {
+            CHECK_STATUS(other, kempe_simulator_start(other, 0), KEMPE_SIMULATOR_GOES);
+            for (int i = 0; other->t < end && i < 10000; i++) {
+                double t = other->t + 0.3 * pow(random_part(), 3);
+                CHECK_STATUS(other, kempe_simulator_advance(other, fmin(t, end)), KEMPE_SIMULATOR_GOES);
+            }
+            CHECK(is_same(s, other));
+        }
+    }
+}
+
+static void restored_simulators_have_the_same_bits(void)
+{
+    for (int k = 0; k < ALL; k++) {
+        kempe_simulator simulators[3], *s = &simulators[0], *other = &simulators[1], *third = &simulators[2];
+        for (int i = 0; i < 3; i++) {
+            begin_at(&simulators[i], all[k], i);
+            CHECK_STATUS(&simulators[i], kempe_simulator_start(&simulators[i], 0), KEMPE_SIMULATOR_GOES);
+        }
+        s->settings.rtol = 1e-6;
+        double *saved = memory[3];
+        CHECK(kempe_simulator_saved_numbers(s) <= 8192);
+        for (int i = 0; i < 40; i++) {
+            GOES(kempe_simulator_advance(s, s->t + 0.037));
+            kempe_simulator_save(s, saved);
+            GOES(kempe_simulator_advance(s, s->t + 0.5));
+            kempe_simulator_restore(third, saved);
+            CHECK_STATUS(third, kempe_simulator_advance(third, third->t + 0.1), KEMPE_SIMULATOR_GOES);
+            CHECK_STATUS(third, kempe_simulator_advance(third, s->t), KEMPE_SIMULATOR_GOES);
+            CHECK(is_same(s, third));
+            kempe_simulator_restore(s, saved);
+        }
+        CHECK_STATUS(other, kempe_simulator_advance(other, 0), KEMPE_SIMULATOR_GOES);
+    }
+}
+
+static void inputs_act_from_their_time(void)
+{
+    kempe_simulator simulators[2], *s = &simulators[0], *other = &simulators[1];
+    for (int i = 0; i < 2; i++) {
+        begin_at(&simulators[i], &spring, i);
+        CHECK_STATUS(&simulators[i], kempe_simulator_start(&simulators[i], 0), KEMPE_SIMULATOR_GOES);
+    }
+    GOES(kempe_simulator_advance(s, 0.6));
+    for (int i = 1; i <= 60; i++) {
+        CHECK_STATUS(other, kempe_simulator_advance(other, i == 60 ? 0.6 : 0.01 * i), KEMPE_SIMULATOR_GOES);
+        CHECK_STATUS(other, kempe_simulator_set_inputs(other), KEMPE_SIMULATOR_GOES);
+    }
+    CHECK(is_same(s, other));
+    s->u[0] = 3;
+    GOES(kempe_simulator_set_inputs(s));
+    CHECK_NEAR(s->qdd[0], 3 - SOFT * cos(1.2), 1e-10);
+    GOES(kempe_simulator_advance(s, 0.75)); /* before the event */
+    double x = cos(1.2) - 3 / SOFT, v = -2 * sin(1.2), w = 2 * 0.15;
+    CHECK_NEAR(s->q[0], 3 / SOFT + x * cos(w) + v / 2 * sin(w), 1e-10);
+    s->u[0] = NAN;
+    CHECK_STATUS(s, kempe_simulator_set_inputs(s), KEMPE_SIMULATOR_FAILED);
+    CHECK_TEXT(s->message, "spring: input 'push' is not finite at t = 0.75");
+    CHECK(s->u[0] == 3);
+    GOES(kempe_simulator_advance(s, 0.8));
+}
+
+/* -- an integrator of the caller ------------------------------------------------------------------------------- */
+
+static void caller_integrates(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &pendulum, 0);
+    GOES(kempe_simulator_start(s, 0));
+    double period = 4 * sqrt(PENDULUM_LENGTH / GRAVITY) * elliptic(sqrt(0.5)), h = period / 4000;
+    int exchanges = 0;
+    for (int i = 0; i < 4000; i++) {
+        double x[2], y[2], k[4][2];
+        const double at[4] = {0, 0.5, 0.5, 1};
+        kempe_simulator_get_states(s, x);
+        for (int j = 0; j < 4; j++) {
+            for (int l = 0; l < 2; l++)
+                y[l] = x[l] + (j > 0 ? at[j] * h * k[j - 1][l] : 0);
+            GOES(kempe_simulator_set_states(s, h * (i + at[j]), y));
+            kempe_simulator_get_rates(s, k[j]);
+        }
+        for (int l = 0; l < 2; l++)
+            y[l] = x[l] + h / 6 * (k[0][l] + 2 * k[1][l] + 2 * k[2][l] + k[3][l]);
+        GOES(kempe_simulator_set_states(s, h * (i + 1), y));
+        int changed = 0;
+        if (kempe_simulator_wants_exchange(s))
+            GOES(kempe_simulator_update(s, &changed));
+        exchanges += changed;
+    }
+    CHECK(exchanges >= 2);
+    CHECK_NEAR(s->q[0], PENDULUM_LENGTH, 1e-8);
+    CHECK_NEAR(s->q[1], 0, 1e-8);
+    GOES(kempe_simulator_advance(s, 2 * period)); /* its own steps go on from there */
+    CHECK_NEAR(s->q[0], PENDULUM_LENGTH, 1e-7);
+}
+
+/* -- derivatives -------------------------------------------------------------------------------------------------- */
+
+static void place_varied(kempe_simulator *s, double by, const double *x, double u, double length, double mass)
+{
+    s->p[0] = PENDULUM_LENGTH + by * length;
+    s->p[1] = PENDULUM_MASS + by * mass;
+    s->u[0] = 0.3 + by * u;
+    const double angle = -0.7, q[2] = {PENDULUM_LENGTH * cos(angle), PENDULUM_LENGTH * sin(angle)},
+                 qd[2] = {-2 * q[1], 2 * q[0]};
+    GOES(kempe_simulator_start_from(s, 0, q, qd));
+    int c;
+    kempe_simulator_get_choice(s, &c);
+    double moved[2] = {q[c] + by * x[0], qd[c] + by * x[1]};
+    GOES(kempe_simulator_set_states(s, 0, moved));
+}
+
+static void derivatives_are_exact(void)
+{
+    const double x[2] = {0.7, -0.4}, p[2] = {0.3, 0.9}, u[3] = {1.1, 0, 0};
+    double exact[9], at[2][9], error[2];
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &pendulum, 0);
+    place_varied(s, 0, x, u[0], p[0], p[1]);
+    const kempe_simulator_change change = {
+        .x = x, .p = p, .u = u, .dx = exact, .y = exact + 2, .q = exact + 4, .qdd = exact + 6, .lambda = exact + 8};
+    GOES(kempe_simulator_along(s, &change));
+    for (int i = 0; i < 2; i++) {
+        double by = i == 0 ? 1e-3 : 1e-4;
+        for (int side = 0; side < 2; side++) {
+            place_varied(s, side ? by : -by, x, u[0], p[0], p[1]);
+            kempe_simulator_get_rates(s, at[side]);
+            memcpy(at[side] + 2, s->y, 2 * sizeof(double));
+            memcpy(at[side] + 4, s->q, 2 * sizeof(double));
+            memcpy(at[side] + 6, s->qdd, 2 * sizeof(double));
+            at[side][8] = s->lambda[0];
+        }
+        error[i] = 0;
+        for (int k = 0; k < 9; k++)
+            error[i] = fmax(error[i], fabs((at[1][k] - at[0][k]) / (2 * by) - exact[k]));
+    }
+    CHECK_NEAR(log10(error[0] / error[1]), 2, 0.02);
+    CHECK(error[1] < 1e-5);
+    kempe_simulator_init(s, &slider_crank, memory[0]);
+    GOES(kempe_simulator_start(s, 0));
+    CHECK_STATUS(s, kempe_simulator_along(s, &change), KEMPE_SIMULATOR_FAILED);
+    CHECK_TEXT(s->message, "slider crank: derivatives were not generated");
+}
+
+/* -- failures ------------------------------------------------------------------------------------------------------ */
+
+static void failures_say_why(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &slider_crank, 0);
+    CHECK_STATUS(s, kempe_simulator_advance(s, 1), KEMPE_SIMULATOR_FAILED);
+    CHECK_TEXT(s->message, "slider crank: the simulator has not been started: call kempe_simulator_start");
+    GOES(kempe_simulator_start(s, 0));
+    GOES(kempe_simulator_advance(s, 1));
+    CHECK_STATUS(s, kempe_simulator_advance(s, 0.5), KEMPE_SIMULATOR_FAILED);
+    CHECK_STATUS(s, kempe_simulator_advance(s, NAN), KEMPE_SIMULATOR_FAILED);
+    s->settings.most_steps = 3;
+    CHECK_STATUS(s, kempe_simulator_advance(s, 9), KEMPE_SIMULATOR_FAILED);
+    CHECK(strstr(s->message, "3 steps end at t = ") && s->t == 1);
+    double x[2] = {3, 0};
+    int c;
+    kempe_simulator_get_choice(s, &c);
+    x[0] = c == 2 ? 3 : c == 1 ? 1 : 0;
+    if (c > 0) {
+        CHECK_STATUS(s, kempe_simulator_set_states(s, 1, x), KEMPE_SIMULATOR_FAILED);
+        CHECK(strstr(s->message, "slider crank: the loops ") && s->t == 1);
+    }
+    s->settings.most_steps = 0;
+    GOES(kempe_simulator_advance(s, 1.5));
+    s->settings.end = 2;
+    CHECK_STATUS(s, kempe_simulator_advance(s, 2.5), KEMPE_SIMULATOR_FAILED);
+    GOES(kempe_simulator_advance(s, 2));
+    CHECK_STATUS(s, kempe_simulator_step(s), KEMPE_SIMULATOR_FAILED);
+    begin_at(s, &pendulum, 0);
+    s->p[1] = 0;
+    kempe_simulator_set_parameters(s);
+    CHECK_STATUS(s, kempe_simulator_start(s, 0), KEMPE_SIMULATOR_FAILED);
+    CHECK(strstr(s->message, "moves no mass at t = 0: give a body that it moves mass or inertia"));
+    s->p[0] = NAN;
+    CHECK_STATUS(s, kempe_simulator_start(s, 0), KEMPE_SIMULATOR_FAILED);
+    CHECK(strstr(s->message, "row 'rod' has the residual nan"));
+}
+
+static void memory_is_counted(void)
+{
+    for (int k = 0; k < ALL; k++) {
+        kempe_simulator s;
+        for (int i = 0; i < 8192; i++)
+            memory[0][i] = memory[1][i] = 77;
+        kempe_simulator_init(&s, all[k], memory[0]);
+        CHECK(s.part.end_of_memory == memory[0] + kempe_simulator_memory(all[k]));
+        CHECK(s.part.backup == memory[0] + kempe_simulator_saved_numbers(&s));
+        CHECK(memory[0][kempe_simulator_memory(all[k])] == 77);
+    }
+    static double room[KEMPE_SIMULATOR_MEMORY(2, 1, 1, 1, 2, 2, 0, 2)];
+    CHECK(sizeof room / sizeof *room == (size_t)kempe_simulator_memory(&pendulum));
+}
+
 int main(void)
 {
     TEST(pendulum_has_its_period);
+    TEST(crank_turns_in_its_time);
+    TEST(redundant_rows_are_left_out);
+    TEST(driven_crank_follows_its_drive);
+    TEST(spring_switches);
+    TEST(motion_ends);
+    TEST(short_changes_are_found);
+    TEST(endless_changes_fail);
+    TEST(requests_do_not_change_bits);
+    TEST(restored_simulators_have_the_same_bits);
+    TEST(inputs_act_from_their_time);
+    TEST(caller_integrates);
+    TEST(derivatives_are_exact);
+    TEST(failures_say_why);
+    TEST(memory_is_counted);
     return check_report();
 }

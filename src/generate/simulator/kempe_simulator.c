@@ -184,7 +184,7 @@ static void place_directions(kempe_simulator *s, double **at)
     part->dh = take(at, m);
     part->drates = take(at, m);
     part->daccelerations = take(at, m);
-    part->dy = take(at, 2 * e->outputs);
+    part->dy = take(at, e->outputs);
     part->dvalue = take(at, e->conditions);
     part->zero = take(at, e->parameters + 3 * e->inputs);
 }
@@ -232,6 +232,7 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     s->part.probe = take(&at, size_of_y(e));
     place_equations(s, &at);
     place_directions(s, &at);
+    s->part.end_of_memory = at;
     s->settings.method = KEMPE_METHOD_DOP853;
     s->settings.rtol = s->settings.atol = 1e-8;
     s->settings.end = INFINITY;
@@ -1152,21 +1153,20 @@ static double estimated_distance(void *self, double x)
     return -beyond(g->s, g->condition, value[g->condition]);
 }
 
-/* A part of the step, about `at` sample lengths, where a condition changes for a short time alone; 0: none. */
+/* A part of the step within a sample length of sample `at` where a condition changes for a short time alone; 0: none.
+ * The top of a parabola through three samples tells where to look closer. */
 static double find_peak(kempe_simulator *s, int at)
 {
     int count = s->equations->conditions;
-    const double *value = s->part.changes + (ptrdiff_t)at * count;
+    const double *value = s->part.changes + (ptrdiff_t)at * count, step = 1.0 / SAMPLES;
     for (int k = 0; k < count; k++) {
-        double before = beyond(s, k, value[k - count]), here = beyond(s, k, value[k]),
-               after = beyond(s, k, value[k + count]);
-        double bend = before - 2 * here + after, rise = 0.5 * (after - before);
-        if (!(here <= 0 && here >= before && here >= after && bend < 0) ||
-            here - 0.5 * rise * rise / bend - 0.25 * bend <= 0)
+        double before = beyond(s, k, value[k - count]), here = beyond(s, k, value[k]);
+        double after = beyond(s, k, value[k + count]), bend = before - 2 * here + after, rise = 0.5 * (after - before);
+        bool none = !(fmax(here, fmax(before, after)) <= 0) || !(bend < 0 && fabs(rise) <= -bend);
+        if (none || here - 0.5 * rise * rise / bend - 0.25 * bend <= 0)
             continue;
         glance g = {s, k};
-        double step = 1.0 / SAMPLES,
-               x = kmp_bracket_least(estimated_distance, &g, (at - 1) * step, (at + 1) * step, 1e-4);
+        double x = kmp_bracket_least(estimated_distance, &g, (at - 1) * step, (at + 1) * step, 1e-4);
         if (estimated_distance(&g, x) < 0)
             return x;
     }
@@ -1248,15 +1248,13 @@ static outcome find_event(kempe_simulator *s)
     outcome said = GOOD;
     for (int j = 0; j <= SAMPLES; j++)
         estimate_changes(s, (double)j / SAMPLES, part->changes + (ptrdiff_t)j * count);
-    double from = 0;
     for (int j = 1; j <= SAMPLES && !found && said == GOOD; j++) {
-        double peak = j < SAMPLES ? find_peak(s, j) : 0, here = (double)j / SAMPLES;
+        double peak = j < SAMPLES ? find_peak(s, j) : 0, here = (double)j / SAMPLES, from = here - 1.0 / SAMPLES;
         bool changed = most_beyond(s, part->changes + (ptrdiff_t)j * count) > 0;
-        if (peak > 0 && (!changed || peak < here))
-            said = try_window(s, from, peak, &found);
+        if (peak > 0)
+            said = try_window(s, fmin(from, 0.5 * peak), peak, &found);
         if (changed && !found && said == GOOD)
             said = try_window(s, from, here, &found);
-        from = here;
     }
     return said;
 }

@@ -137,6 +137,7 @@ typedef struct kempe_simulator {
         double *moved, *reduced, *diagonal, *udd, *load, *pick, *pivots, *loads, *joint, *right, *inverse_row;
         double *dq, *dqd, *dqdd, *dlambda, *dynamics, *dh, *drates, *daccelerations, *dy, *dvalue, *zero;
         int *pivot, *joint_pivot, *new_row, *new_column, *fixed;
+        double *end_of_memory;
     } part;
 } kempe_simulator;
 
@@ -147,7 +148,7 @@ typedef struct kempe_simulator {
 /** The number of doubles in the memory of a simulator, as a constant where the arguments are constants. */
 #define KEMPE_SIMULATOR_MEMORY(n, m, f, inputs, parameters, kept, conditions, outputs)                                 \
     (2 * KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs) + 1 + 4 * (f) +                 \
-     3 * ((n) + (f)) + 2 * (outputs) + 8 * (conditions) + 3 * (inputs) + (parameters) + 15 * (n) + 12 * (m) +          \
+     3 * ((n) + (f)) + (outputs) + 8 * (conditions) + 3 * (inputs) + (parameters) + 14 * (n) + 11 * (m) +              \
      2 * (m) * (n) + 2 * (n) * (n) + (n) * (f) + (f) * (f) + 2 * (f) + (n) * ((n) - (f)) + ((n) - (f)) * ((n) - (f)) + \
      ((n) - (f)) * ((f) + 3))
 
