@@ -150,7 +150,7 @@ kempe_status kmp_rk_step(void *solver)
         s->dy = s->k[1];
     }
     for (int tries = 0; tries < MAX_REJECT; tries++) {
-        double t_new, error = 0.0, h = next_step(s, tries, &t_new);
+        double t_new = s->base.t, error = 0.0, h = next_step(s, tries, &t_new);
         if (!(h > 0) || s->collapsed)
             break;
         outcome what = attempt(s, h, t_new, &error);

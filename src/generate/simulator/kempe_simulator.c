@@ -5,8 +5,8 @@
  * weights rejects the step.
  *
  * A step is a function of the state at its beginning alone. Outputs within it are its dense output with loops closed.
- * What a step has found out for the next one (an event, a bad choice of coordinates) is done at the beginning of that
- * one, so that the step's own coordinates and modes are those of its dense output. */
+ * Changes at the end of a step, of modes or of the choice of coordinates, are made at the beginning of the next one. So
+ * the coordinates and modes of a step are those of its dense output. */
 #include "kempe_simulator.h"
 #include "base/bracket.h"
 #include "integrators/steppers/explicit_methods.h"
@@ -913,7 +913,7 @@ static kempe_simulator_status report_open_row(kempe_simulator *s, int row, doubl
 
 /* -- conditions ------------------------------------------------------------------------------------------ */
 
-/* How far condition k is beyond its change: above 0 it has changed. */
+/* The distance of condition k beyond its change: above 0 it has changed. */
 static double beyond(const kempe_simulator *s, int k, double value)
 {
     const kempe_equations *e = s->equations;
@@ -1470,7 +1470,7 @@ static kempe_simulator_status make_step(kempe_simulator *s)
     attempt_result what = BAD_ERROR;
     bool fixed = s->settings.fixed_step > 0;
     for (int tries = 0; tries < MOST_ATTEMPTS; tries++) {
-        double t_new, error = 0, t = state[AT_END], next = state[AT_NEXT];
+        double t = state[AT_END], t_new = t, error = 0, next = state[AT_NEXT];
         int hopeless = (int)state[AT_HOPELESS];
         if (s->settings.longest > 0)
             next = fmin(next, s->settings.longest);

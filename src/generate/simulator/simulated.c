@@ -14,8 +14,8 @@
 
 /* The conditions after all that have some; directions after the conditions, which they differentiate. */
 static const kmp_chosen routines[] = {
-    {"closures", 1u << KMP_EQ_H | 1u << KMP_EQ_J},
-    {"motion", 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_J | 1u << KMP_EQ_H_T | 1u << KMP_EQ_JDQD},
+    {"closures", 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_H_T},
+    {"motion", 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_JDQD},
     {"show", 1u << KMP_EQ_OUTPUTS},
     {"changes", 1u << KMP_EQ_CONDITIONS},
     {"along", 1u << KMP_EQ_ALONG}};

@@ -198,8 +198,8 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
         s->hash, s->name, s->name, s->name, s->name);
     put_tables(text, s);
     put_prepare(text, s);
-    put_function(text, s, "closures", "double *h, double *J", "h, J");
-    put_function(text, s, "motion", "double *M, double *C, double *J, double *h_t, double *jdqd", "M, C, J, h_t, jdqd");
+    put_function(text, s, "closures", "double *h, double *J, double *h_t", "h, J, h_t");
+    put_function(text, s, "motion", "double *M, double *C, double *jdqd", "M, C, jdqd");
     put_function(text, s, "show", "double *y", "y");
     put_function(text, s, "changes", "double *value", "value");
     put_along(text, s);
