@@ -17,4 +17,4 @@ void kmp_runtime_put(kmp_text *text, kmp_runtime_file file);
 
 /** Lines of the files; NULL ends each. */
 extern const char *const kmp_runtime_lines[], *const kmp_kempe_newton_h[], *const kmp_kempe_simulator_h[],
-    *const kmp_kempe_simulator_c[];
+                                                                               *const kmp_kempe_simulator_c[];

@@ -13,12 +13,11 @@
 /* -- routines ------------------------------------------------------------------------------------------ */
 
 /* The conditions after all that have some; directions after the conditions, which they differentiate. */
-static const kmp_chosen routines[] = {
-    {"closures", 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_H_T},
-    {"motion", 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_JDQD},
-    {"show", 1u << KMP_EQ_OUTPUTS},
-    {"changes", 1u << KMP_EQ_CONDITIONS},
-    {"along", 1u << KMP_EQ_ALONG}};
+static const kmp_chosen routines[] = {{"closures", 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_H_T},
+                                      {"motion", 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_JDQD},
+                                      {"show", 1u << KMP_EQ_OUTPUTS},
+                                      {"changes", 1u << KMP_EQ_CONDITIONS},
+                                      {"along", 1u << KMP_EQ_ALONG}};
 
 void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice)
 {
