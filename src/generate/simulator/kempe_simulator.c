@@ -324,7 +324,7 @@ static kempe_arguments arguments_at(const kempe_simulator *s, double t)
     return at;
 }
 
-/* Evaluates h, J and h_t at the placed q and factors Jv, scaled. */
+/* Evaluates h, J and h_t at the placed q and factors Jv, whose rows are scaled: scaled columns have the same pivots. */
 static outcome evaluate_loops(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
@@ -336,16 +336,16 @@ static outcome evaluate_loops(kempe_simulator *s, double t)
     kempe_arguments at = arguments_at(s, t);
     e->closures(&at, part->h, part->jacobian, part->h_t);
     s->work.closings++;
-    for (int k = 0; k < r; k++) {
-        const double *column = part->jacobian + part->column[k];
-        double *restrict loop = part->loop + (ptrdiff_t)k * r, size = e->scale[part->column[k]];
-        for (int i = 0; i < r; i++)
-            loop[i] = column[(ptrdiff_t)part->row[i] * n] * (size * part->inverse_row[part->row[i]]);
+    for (int i = 0; i < r; i++) {
+        const double *row = part->jacobian + (ptrdiff_t)part->row[i] * n;
+        double *restrict loop = part->loop + i, size = part->inverse_row[part->row[i]];
+        for (int k = 0; k < r; k++)
+            loop[k * r] = row[part->column[k]] * size;
     }
     return kmp_lu_factor(r, part->loop, part->pivot) ? SINGULAR_LOOPS : GOOD;
 }
 
-/* x = -Jv^-1 of rows, scaled; `rows` has all m. */
+/* x = -Jv^-1 of rows; `rows` has all m. */
 static void solve_rows(const kempe_simulator *s, const double *rows, double *x)
 {
     const struct kempe_simulator_parts *part = &s->part;
@@ -376,7 +376,7 @@ static double correction_size(const kempe_simulator *s)
 {
     double size = 0;
     for (int i = 0; i < rank_of(s->equations); i++) {
-        double d = fabs(s->part.correction[i]);
+        double d = fabs(s->part.correction[i]) / s->equations->scale[s->part.column[i]];
         size = d <= size ? size : d <= DBL_MAX ? d : INFINITY;
     }
     return size;
@@ -394,7 +394,7 @@ static void correct(kempe_simulator *s, double part_of_it)
 {
     const struct kempe_simulator_parts *part = &s->part;
     for (int i = 0; i < rank_of(s->equations); i++)
-        part->q[part->column[i]] += part_of_it * part->correction[i] * s->equations->scale[part->column[i]];
+        part->q[part->column[i]] += part_of_it * part->correction[i];
 }
 
 /* Closes the loops by Newton's method on v at the placed q; leaves J and its factors there. *first: the size of the
@@ -428,25 +428,24 @@ static void evaluate_rates(kempe_simulator *s)
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     int n = e->coordinates, f = e->freedom, r = rank_of(e);
-    for (int k = 0; k < f; k++) {
-        const double *column = part->jacobian + part->column[r + k];
-        double *restrict b = part->tangent + (ptrdiff_t)k * r;
-        for (int i = 0; i < r; i++)
-            b[i] = -column[(ptrdiff_t)part->row[i] * n] * part->inverse_row[part->row[i]];
-    }
-    double *b_t = part->tangent + (ptrdiff_t)f * r;
-    for (int i = 0; i < r; i++)
-        b_t[i] = -part->h_t[part->row[i]] * part->inverse_row[part->row[i]];
-    kmp_lu_solve(r, part->loop, part->pivot, f + 1, part->tangent);
+    double *restrict b = part->tangent, *restrict b_t = part->tangent + (ptrdiff_t)f * r;
+    bool moves = false;
     for (int i = 0; i < r; i++) {
-        double size = e->scale[part->column[i]], rate = b_t[i] * size;
-        for (int k = 0; k < f; k++) {
-            double *b = part->tangent + (ptrdiff_t)k * r + i;
-            *b *= size;
-            rate += *b * part->qd[part->column[r + k]];
-        }
-        part->qd[part->column[i]] = rate;
+        const double *row = part->jacobian + (ptrdiff_t)part->row[i] * n;
+        double size = -part->inverse_row[part->row[i]];
+        for (int k = 0; k < f; k++)
+            b[i + k * r] = row[part->column[r + k]] * size;
+        b_t[i] = part->h_t[part->row[i]] * size;
+        moves = moves || b_t[i] != 0;
     }
+    kmp_lu_solve(r, part->loop, part->pivot, moves ? f + 1 : f, part->tangent);
+    for (int k = 0; k < f; k++) {
+        double rate = part->qd[part->column[r + k]];
+        for (int i = 0; i < r; i++)
+            b_t[i] += b[i + k * r] * rate;
+    }
+    for (int i = 0; i < r; i++)
+        part->qd[part->column[i]] = b_t[i];
 }
 
 /* The largest |B| in scaled coordinates. */
@@ -474,9 +473,10 @@ static double share_of_rows(const kempe_simulator *s)
     for (int i = r; i < e->rows; i++) {
         const double *row = part->jacobian + (ptrdiff_t)part->row[i] * n;
         for (int k = 0; k < r; k++)
-            part->correction[k] = row[part->column[k]] * e->scale[part->column[k]] * part->inverse_row[part->row[i]];
+            part->correction[k] = row[part->column[k]] * part->inverse_row[part->row[i]];
         kmp_lu_solve_transposed(r, part->loop, part->pivot, part->correction);
-        most = fmax(most, correction_size(s));
+        for (int k = 0; k < r; k++)
+            most = fmax(most, fabs(part->correction[k]));
     }
     return most;
 }
@@ -491,47 +491,56 @@ static double sign_of_loops(const kempe_simulator *s)
 
 /* -- dynamics ------------------------------------------------------------------------------------------ */
 
-/* M T, in the order of the choice, and T' M T. */
-static void reduce_mass(kempe_simulator *s)
+/* x += sum over v of b M, for a column b of r numbers. */
+static void add_moved(const kempe_simulator *s, const double *b, double *restrict x)
 {
-    const kempe_equations *e = s->equations;
-    struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, f = e->freedom, r = rank_of(e);
-    for (int k = 0; k < f; k++) {
-        const double *b = part->tangent + (ptrdiff_t)k * r;
-        double *restrict moved = part->moved + (ptrdiff_t)k * n;
-        for (int j = 0; j < n; j++) {
-            const double *row = part->mass + (ptrdiff_t)part->column[j] * n;
-            double sum = row[part->column[r + k]];
-            for (int i = 0; i < r; i++)
-                sum += row[part->column[i]] * b[i];
-            moved[j] = sum;
-        }
+    const struct kempe_simulator_parts *part = &s->part;
+    int n = s->equations->coordinates, r = rank_of(s->equations);
+    for (int i = 0; i < r; i++) {
+        const double *row = part->mass + (ptrdiff_t)part->column[i] * n;
+        double factor = b[i];
+        if (factor == 0) /* loops without that coordinate */
+            continue;
+        for (int j = 0; j < n; j++)
+            x[j] += factor * row[j];
     }
-    for (int l = 0; l < f; l++)
-        for (int k = l; k < f; k++) {
-            const double *b = part->tangent + (ptrdiff_t)k * r, *moved = part->moved + (ptrdiff_t)l * n;
-            double sum = moved[r + k];
-            for (int i = 0; i < r; i++)
-                sum += b[i] * moved[i];
-            part->reduced[k + l * f] = sum;
-        }
+}
+
+/* Row k of T' c. */
+static double project_on(const kempe_simulator *s, int k, const double *c)
+{
+    int r = rank_of(s->equations);
+    const double *b = s->part.tangent + (ptrdiff_t)k * r;
+    const int *column = s->part.column;
+    double sum = c[column[r + k]];
+    for (int i = 0; i < r; i++)
+        sum += b[i] * c[column[i]];
+    return sum;
 }
 
 /* T' c. */
 static void project(const kempe_simulator *s, const double *c, double *out)
 {
-    int r = rank_of(s->equations);
-    for (int k = 0; k < s->equations->freedom; k++) {
-        const double *b = s->part.tangent + (ptrdiff_t)k * r;
-        double sum = c[r + k];
-        for (int i = 0; i < r; i++)
-            sum += b[i] * c[i];
-        out[k] = sum;
+    for (int k = 0; k < s->equations->freedom; k++)
+        out[k] = project_on(s, k, c);
+}
+
+/* M T and T' M T. */
+static void reduce_mass(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, f = e->freedom, r = rank_of(e);
+    for (int l = 0; l < f; l++) {
+        double *moved = part->moved + (ptrdiff_t)l * n;
+        copy(n, part->mass + (ptrdiff_t)part->column[r + l] * n, moved);
+        add_moved(s, part->tangent + (ptrdiff_t)l * r, moved);
+        for (int k = l; k < f; k++)
+            part->reduced[k + l * f] = project_on(s, k, moved);
     }
 }
 
-/* Column j: what C gains by a unit of multiplier j, in the order of the choice. */
+/* Column j: the change of C by a unit of multiplier j. */
 static void evaluate_loads(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
@@ -544,7 +553,7 @@ static void evaluate_loads(kempe_simulator *s, double t)
         s->work.evaluations++;
         part->lambda[part->row[j]] = 0;
         for (int i = 0; i < n; i++)
-            part->loads[i + j * n] = part->right[part->column[i]] - part->bias[part->column[i]];
+            part->loads[i + j * n] = part->right[i] - part->bias[i];
     }
 }
 
@@ -557,13 +566,15 @@ static outcome factor_joint(kempe_simulator *s)
     for (int l = 0; l < f; l++) {
         for (int k = 0; k < f; k++)
             part->joint[k + l * n] = part->reduced[k > l ? k + l * f : l + k * f];
-        copy(r, part->moved + (ptrdiff_t)l * n, part->joint + f + (ptrdiff_t)l * n);
+        for (int i = 0; i < r; i++)
+            part->joint[f + i + l * n] = part->moved[part->column[i] + l * n];
     }
     for (int j = 0; j < r; j++) {
         double *column = part->joint + (ptrdiff_t)(f + j) * n;
         project(s, part->loads + (ptrdiff_t)j * n, column);
         for (int i = 0; i < r; i++)
-            column[f + i] = part->loads[i + j * n] - part->jacobian[(ptrdiff_t)part->row[j] * n + part->column[i]];
+            column[f + i] =
+                part->loads[part->column[i] + j * n] - part->jacobian[(ptrdiff_t)part->row[j] * n + part->column[i]];
     }
     return kmp_lu_factor(n, part->joint, part->joint_pivot) ? SINGULAR_MASS : GOOD;
 }
@@ -582,8 +593,7 @@ static outcome factor_mass(kempe_simulator *s)
     return bad ? SINGULAR_MASS : GOOD;
 }
 
-/* M qdd - J' lambda + c = 0 for qdd = T udd: udd, and the multipliers (r; NULL: not wanted), from c in the order of the
- * choice. */
+/* M qdd - J' lambda + c = 0 for qdd = T udd: udd, and the multipliers (r; NULL: not wanted). */
 static void solve_motion(kempe_simulator *s, const double *c, double *udd, double *lambda)
 {
     const kempe_equations *e = s->equations;
@@ -591,7 +601,8 @@ static void solve_motion(kempe_simulator *s, const double *c, double *udd, doubl
     int n = e->coordinates, f = e->freedom, r = rank_of(e);
     if (e->loaded && r > 0) {
         project(s, c, part->right);
-        copy(r, c, part->right + f);
+        for (int i = 0; i < r; i++)
+            part->right[f + i] = c[part->column[i]];
         for (int i = 0; i < n; i++)
             part->right[i] = -part->right[i];
         kmp_lu_solve(n, part->joint, part->joint_pivot, 1, part->right);
@@ -605,10 +616,10 @@ static void solve_motion(kempe_simulator *s, const double *c, double *udd, doubl
         udd[k] = -udd[k];
     kmp_cholesky_solve(f, part->reduced, udd);
     for (int i = 0; lambda && i < r; i++) {
-        double effort = c[i];
+        int at = part->column[i];
+        lambda[i] = c[at];
         for (int k = 0; k < f; k++)
-            effort += part->moved[i + k * n] * udd[k];
-        lambda[i] = effort * e->scale[part->column[i]];
+            lambda[i] += part->moved[at + k * n] * udd[k];
     }
     if (lambda) {
         kmp_lu_solve_transposed(r, part->loop, part->pivot, lambda);
@@ -617,28 +628,12 @@ static void solve_motion(kempe_simulator *s, const double *c, double *udd, doubl
     }
 }
 
-/* c = C + M a for the accelerations a of v at udd = 0. */
-static void add_constant(kempe_simulator *s, const double *bias, const double *a, double *c)
+/* c = C + M a for the accelerations a of v at udd = 0, -Jv^-1 of `rows`. */
+static void add_constant(kempe_simulator *s, const double *bias, const double *rows, double *c)
 {
-    const kempe_equations *e = s->equations;
-    const struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, r = rank_of(e);
-    for (int j = 0; j < n; j++) {
-        const double *row = part->mass + (ptrdiff_t)part->column[j] * n;
-        double sum = bias[part->column[j]];
-        for (int i = 0; i < r; i++)
-            sum += row[part->column[i]] * a[i];
-        c[j] = sum;
-    }
-}
-
-/* The accelerations of v at udd = 0, from jdqd. */
-static void solve_constant(kempe_simulator *s, const double *rows)
-{
-    const struct kempe_simulator_parts *part = &s->part;
-    solve_rows(s, rows, part->constant);
-    for (int i = 0; i < rank_of(s->equations); i++)
-        part->constant[i] *= s->equations->scale[part->column[i]];
+    solve_rows(s, rows, s->part.constant);
+    copy(s->equations->coordinates, bias, c);
+    add_moved(s, s->part.constant, c);
 }
 
 /* udd at the placed q and qd. */
@@ -653,12 +648,11 @@ static outcome accelerate(kempe_simulator *s, double t)
     bool joint = e->loaded && rank_of(e) > 0;
     if (joint)
         evaluate_loads(s, t);
-    solve_constant(s, part->jdqd);
     reduce_mass(s);
     outcome said = joint ? factor_joint(s) : factor_mass(s);
     if (said != GOOD)
         return said;
-    add_constant(s, part->bias, part->constant, part->load);
+    add_constant(s, part->bias, part->jdqd, part->load);
     solve_motion(s, part->load, part->udd, NULL);
     for (int k = 0; k < e->freedom; k++)
         if (!(fabs(part->udd[k]) <= DBL_MAX))
@@ -758,14 +752,20 @@ static int widest_row(const kempe_simulator *s)
     return worst;
 }
 
-/* The row of Jv without a pivot: the last one where none is zero. */
-static int lost_row(const kempe_simulator *s)
+/* The dependent coordinate whose pivot of Jv is least. */
+static int lost_column(const kempe_simulator *s)
 {
+    const int *column = s->part.column;
     int r = rank_of(s->equations), least = 0;
-    for (int i = 1; i < r; i++)
-        if (!(fabs(s->part.loop[i + i * r]) >= fabs(s->part.loop[least + least * r])))
+    double size = INFINITY;
+    for (int i = 0; i < r; i++) {
+        double pivot = fabs(s->part.loop[i + i * r]) * s->equations->scale[column[i]];
+        if (!(pivot >= size)) {
             least = i;
-    return least;
+            size = pivot;
+        }
+    }
+    return column[least];
 }
 
 static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t)
@@ -782,7 +782,7 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
             e->name, t, e->row_names[row], opening(s, row));
         break;
     case SINGULAR_LOOPS:
-        row = s->part.column[lost_row(s)];
+        row = lost_column(s);
         snprintf(s->message, sizeof s->message,
                  "%s: the loops do not determine coordinate '%s' at t = %.9g: the mechanism is at a singular "
                  "configuration, where its closures lose a row",
@@ -1959,7 +1959,7 @@ static void add_dependent(kempe_simulator *s, const double *rows, double *dx)
     const struct kempe_simulator_parts *part = &s->part;
     solve_rows(s, rows, part->correction);
     for (int i = 0; i < rank_of(s->equations); i++)
-        dx[part->column[i]] = part->correction[i] * s->equations->scale[part->column[i]];
+        dx[part->column[i]] = part->correction[i];
 }
 
 /* The changes of accelerations and multipliers, by the factors of the motion. */
@@ -1968,8 +1968,7 @@ static void solve_along(kempe_simulator *s)
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     int f = e->freedom, r = rank_of(e);
-    solve_constant(s, part->daccelerations);
-    add_constant(s, part->dynamics, part->constant, part->load);
+    add_constant(s, part->dynamics, part->daccelerations, part->load);
     solve_motion(s, part->load, part->udd, part->correction);
     for (int k = 0; k < f; k++)
         part->dqdd[part->column[r + k]] = part->udd[k];

@@ -71,6 +71,8 @@ static void eliminate(int m, int n, int k, double *a)
     for (int j = k + 1; j < n; j++) {
         double *restrict aj = a + (ptrdiff_t)j * m;
         double f = aj[k];
+        if (f == 0) /* loops that are apart */
+            continue;
         for (int i = k + 1; i < m; i++)
             aj[i] -= ak[i] * f;
     }
@@ -120,11 +122,15 @@ static void solve_n(int n, const double *lu, const int *pivot, double *b)
             kmp_swap(&b[k], &b[pivot[k]]);
     for (int k = 0; k < n; k++) {
         const double *l = lu + (ptrdiff_t)k * n;
+        if (b[k] == 0)
+            continue;
         for (int i = k + 1; i < n; i++)
             b[i] -= l[i] * b[k];
     }
     for (int k = n - 1; k >= 0; k--) {
         const double *u = lu + (ptrdiff_t)k * n;
+        if (b[k] == 0)
+            continue;
         b[k] /= u[k];
         for (int i = 0; i < k; i++)
             b[i] -= u[i] * b[k];
