@@ -284,6 +284,17 @@ static void derive_delayed(kmp_equations *eq)
     }
 }
 
+static void derive_loads(kmp_equations *eq)
+{
+    kmp_ref *column = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+    eq->loads = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n * eq->m);
+    for (int r = 0; column && eq->loads && r < eq->m; r++) {
+        kmp_derivatives_by(eq->graph, kmp_input(eq->graph, KMP_IN_LAMBDA, (uint32_t)r), eq->n, eq->bias, column);
+        for (int k = 0; k < eq->n; k++)
+            eq->loads[k * eq->m + r] = column[k];
+    }
+}
+
 /* -- conditions and directions ------------------------------------------------------------------------- */
 
 static kempe_status derive_changes(kmp_equations *eq, const kmp_events *events)
@@ -381,6 +392,8 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     eq->delayed_count = 0;
     if (sets & KMP_SET_DELAYED)
         derive_delayed(eq);
+    if (sets & KMP_SET_LOADS)
+        derive_loads(eq);
     eq->change_count = 0;
     if (sets & KMP_SET_CONDITIONS)
         KMP_TRY(derive_changes(eq, scene->events));

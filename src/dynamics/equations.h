@@ -33,6 +33,7 @@ enum {
     KMP_SET_POWER_SLOPES = 524288, /* of the power by q and qd, with derivatives by composite bodies: they share most */
     KMP_SET_DELAYED = 1048576,     /* signals of continuous delays, those before the start, and the delays */
     KMP_SET_CONDITIONS = 2097152,  /* values of the scene's conditions, of which all laws have been derived */
+    KMP_SET_LOADS = 8388608,       /* derivatives of C by the multipliers; with C and the closures */
     KMP_SET_ALONG = 4194304        /* changes along a direction; with the sets that it differentiates */
 };
 
@@ -126,6 +127,7 @@ typedef struct kmp_equations {
     int next_count;
     kmp_ref *delayed, *before, *delay; /* of each continuous delay: the signal, that before the start or 0, seconds */
     int delayed_count;
+    kmp_ref *loads;   /* dC/dlambda, n x m; NULL unless requested */
     kmp_ref *changes; /* of each condition: it holds where this is negative */
     int change_count;
     kmp_ref *along; /* changes of `closed`, h, rates and accelerations of the closures, `shown` and `changes` */

@@ -58,7 +58,7 @@ unsigned kmp_sets_find(const char *name, size_t length)
     for (int k = 0; k < GROUPS; k++)
         if (is_called(groups[k].name, name, length))
             return groups[k].sets;
-    for (int k = 0; k < KMP_EQ_CONDITIONS; k++)
+    for (int k = 0; k < KMP_EQ_LOADS; k++)
         if (is_called(kmp_set_of(NULL, k).name, name, length))
             return 1u << k;
     return 0;
@@ -68,7 +68,7 @@ void kmp_sets_list(kmp_text *text)
 {
     for (int k = 0; k < GROUPS; k++)
         kmp_text_printf(text, "%s%s", k ? ", " : "", groups[k].name);
-    for (int k = 0; k < KMP_EQ_CONDITIONS; k++)
+    for (int k = 0; k < KMP_EQ_LOADS; k++)
         kmp_text_printf(text, ", %s", kmp_set_of(NULL, k).name);
 }
 

@@ -15,7 +15,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_CLOSINGS = 12, MOST_ATTEMPTS = 1000, MOST_PASSES = 20, MOST_PARTS = 256, SAMPLES = 4 };
+enum { MOST_CLOSINGS = 12, MOST_LOADS = 50, MOST_ATTEMPTS = 1000, MOST_PASSES = 20, MOST_PARTS = 256, SAMPLES = 4 };
 
 /* Scaled numbers; each means the same as in the library. */
 #define CLOSED_ENOUGH        1e-11 /* largest h where rounding stops the corrections */
@@ -31,6 +31,8 @@ enum { MOST_CLOSINGS = 12, MOST_ATTEMPTS = 1000, MOST_PASSES = 20, MOST_PARTS = 
 #define DROPPED_START        1e-4
 #define DROPPED_OVER         30.0
 #define UNCONTROLLED         1e300
+#define LOADS_SETTLED        1e-14 /* relative change of multipliers at which C is at them; where rounding stops it */
+#define LOADS_ROUNDED        1e-9
 #define NO_MASS              1e-13 /* pivot of the reduced mass over its diagonal */
 #define INSTANT              1e-11 /* of the time of the motion: events within it are at one time */
 
@@ -72,7 +74,7 @@ enum {
 };
 
 /* Results of an evaluation. */
-typedef enum outcome { GOOD, OPEN, SINGULAR_LOOPS, SINGULAR_MASS, NOT_FINITE } outcome;
+typedef enum outcome { GOOD, OPEN, SINGULAR_LOOPS, SINGULAR_MASS, NOT_FINITE, UNSETTLED } outcome;
 
 static const kmp_rk_numbers methods[] = {KMP_DOP853_NUMBERS, KMP_DOPRI5_NUMBERS};
 
@@ -540,21 +542,37 @@ static void reduce_mass(kempe_simulator *s)
     }
 }
 
-/* Column j: the change of C by a unit of multiplier j. */
+/* Column j: the change of C by multiplier j at the placed multipliers. Subtracts these changes from C: `bias` is that
+ * of the tangent at zero multipliers. */
 static void evaluate_loads(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     int n = e->coordinates, r = rank_of(e);
     kempe_arguments at = arguments_at(s, t);
-    for (int j = 0; j < r; j++) {
-        part->lambda[part->row[j]] = 1;
-        e->motion(&at, part->mass, part->right, part->jdqd);
-        s->work.evaluations++;
-        part->lambda[part->row[j]] = 0;
-        for (int i = 0; i < n; i++)
-            part->loads[i + j * n] = part->right[i] - part->bias[i];
+    e->loads(&at, part->pick);
+    for (int j = 0; j < r; j++)
+        for (int i = 0; i < n; i++) {
+            double slope = part->pick[i * e->rows + part->row[j]];
+            part->loads[i + j * n] = slope;
+            part->bias[i] -= slope * part->lambda[part->row[j]];
+        }
+}
+
+/* The largest change of the placed multipliers by those of the last solution, which take their place, relative to the
+ * largest one. */
+static double take_multipliers(kempe_simulator *s, const double *found)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    double change = 0, size = 0;
+    for (int j = 0; j < rank_of(s->equations); j++) {
+        double *lambda = &part->lambda[part->row[j]];
+        double size_of_row = s->equations->row_scale[part->row[j]];
+        change = fmax(change, fabs(found[j] - *lambda) * size_of_row);
+        size = fmax(size, fabs(found[j]) * size_of_row);
+        *lambda = found[j];
     }
+    return size > 0 ? change / size : change;
 }
 
 /* [T'MT, T'L; Mv T, Lv - Jv'] of (udd, lambda). */
@@ -599,7 +617,7 @@ static void solve_motion(kempe_simulator *s, const double *c, double *udd, doubl
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     int n = e->coordinates, f = e->freedom, r = rank_of(e);
-    if (e->loaded && r > 0) {
+    if (e->loads && r > 0) {
         project(s, c, part->right);
         for (int i = 0; i < r; i++)
             part->right[f + i] = c[part->column[i]];
@@ -636,24 +654,56 @@ static void add_constant(kempe_simulator *s, const double *bias, const double *r
     add_moved(s, s->part.constant, c);
 }
 
+/* By M and C alone. */
+static outcome accelerate_once(kempe_simulator *s, double t)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    kempe_arguments at = arguments_at(s, t);
+    s->equations->motion(&at, part->mass, part->bias, part->jdqd);
+    s->work.evaluations++;
+    reduce_mass(s);
+    outcome said = factor_mass(s);
+    if (said != GOOD)
+        return said;
+    add_constant(s, part->bias, part->jdqd, part->load);
+    solve_motion(s, part->load, part->udd, NULL);
+    return GOOD;
+}
+
+/* C depends on the multipliers: Newton's method from zero, of which one step is exact where C is linear in them. */
+static outcome accelerate_loaded(kempe_simulator *s, double t)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    kempe_arguments at = arguments_at(s, t);
+    double before = INFINITY;
+    for (int k = 0; k < MOST_LOADS; k++) {
+        s->equations->motion(&at, part->mass, part->bias, part->jdqd);
+        s->work.evaluations++;
+        evaluate_loads(s, t);
+        if (k == 0)
+            reduce_mass(s);
+        outcome said = factor_joint(s);
+        if (said != GOOD)
+            return said;
+        add_constant(s, part->bias, part->jdqd, part->load);
+        solve_motion(s, part->load, part->udd, part->correction);
+        double change = take_multipliers(s, part->correction);
+        if (change <= LOADS_SETTLED || (change <= LOADS_ROUNDED && change >= before / 2))
+            return GOOD;
+        before = change;
+    }
+    return UNSETTLED;
+}
+
 /* udd at the placed q and qd. */
 static outcome accelerate(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    kempe_arguments at = arguments_at(s, t);
     clear(e->rows, part->lambda);
-    e->motion(&at, part->mass, part->bias, part->jdqd);
-    s->work.evaluations++;
-    bool joint = e->loaded && rank_of(e) > 0;
-    if (joint)
-        evaluate_loads(s, t);
-    reduce_mass(s);
-    outcome said = joint ? factor_joint(s) : factor_mass(s);
+    outcome said = e->loads && rank_of(e) > 0 ? accelerate_loaded(s, t) : accelerate_once(s, t);
     if (said != GOOD)
         return said;
-    add_constant(s, part->bias, part->jdqd, part->load);
-    solve_motion(s, part->load, part->udd, NULL);
     for (int k = 0; k < e->freedom; k++)
         if (!(fabs(part->udd[k]) <= DBL_MAX))
             return NOT_FINITE;
@@ -789,11 +839,16 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
                  e->name, e->coordinate_names[row], t);
         break;
     case SINGULAR_MASS:
-        bad = e->loaded ? 0 : (int)s->part.diagonal[0] - 1;
+        bad = e->loads ? 0 : (int)s->part.diagonal[0] - 1;
         snprintf(
             s->message, sizeof s->message,
             "%s: the motion of coordinate '%s' moves no mass at t = %.9g: give a body that it moves mass or inertia",
             e->name, e->coordinate_names[s->part.column[rank_of(e) + bad]], t);
+        break;
+    case UNSETTLED:
+        snprintf(s->message, sizeof s->message,
+                 "%s: forces that depend on reactions have no solution that is found from zero reactions at t = %.9g",
+                 e->name, t);
         break;
     default:
         snprintf(s->message, sizeof s->message,

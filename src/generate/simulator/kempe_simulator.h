@@ -76,9 +76,8 @@ typedef struct kempe_equations {
     void (*prepare)(const double *p, double *k);
     /** h[m], J[m n], h_t[m] at t, q, modes, u. */
     void (*closures)(const kempe_arguments *at, double *h, double *J, double *h_t);
-    /** M[n n], C[n], jdqd[m] at t, q, qd, modes, u; C at lambda too where `loaded`. */
+    /** M[n n], C[n], jdqd[m] at t, q, qd, modes, u; C at lambda too where there is `loads`. */
     void (*motion)(const kempe_arguments *at, double *M, double *C, double *jdqd);
-    int loaded; /* C depends on lambda, linearly */
     /** Values of the conditions, all arguments. */
     void (*changes)(const kempe_arguments *at, double *value);
     /** Outputs of the model, all arguments. */
@@ -87,6 +86,8 @@ typedef struct kempe_equations {
      * accelerations J qdd + jdqd [m], of the outputs and of the values of conditions. NULL: not generated. */
     void (*along)(const kempe_arguments *at, const kempe_direction *direction, double *dynamics, double *h,
                   double *rates, double *accelerations, double *y, double *value);
+    /** dC/dlambda [n m]. NULL: C does not depend on lambda. */
+    void (*loads)(const kempe_arguments *at, double *slopes);
     int early; /* values of conditions are functions of t, q, qd, modes, u alone */
 } kempe_equations;
 

@@ -15,6 +15,7 @@
 /* The conditions after all that have some; directions after the conditions, which they differentiate. */
 static const kmp_chosen routines[] = {{"closures", 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_H_T},
                                       {"motion", 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_JDQD},
+                                      {"loads", 1u << KMP_EQ_LOADS},
                                       {"show", 1u << KMP_EQ_OUTPUTS},
                                       {"changes", 1u << KMP_EQ_CONDITIONS},
                                       {"along", 1u << KMP_EQ_ALONG}};
@@ -148,6 +149,7 @@ static kempe_status take_parameters(kmp_code_source *source)
 {
     struct kmp_simulated *x = source->simulated;
     const kmp_code_routine *closures = routine_of(source, "closures"), *motion = routine_of(source, "motion");
+    const kmp_code_routine *changes = routine_of(source, "changes");
     if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, source->parameter_count, &x->symbol, &x->fixed),
                         KMP_ROOM(int, source->n, &x->coordinate_kind)))
         return kmp_fail_memory(source->context);
@@ -161,6 +163,7 @@ static kempe_status take_parameters(kmp_code_source *source)
                                 : source->model->motions[k].rotation ? KEMPE_COORDINATE_ROTATION
                                                                      : KEMPE_COORDINATE_TRANSLATION;
     x->loaded = reads(motion, KMP_IN_LAMBDA, -1);
+    x->early = !reads(changes, KMP_IN_LAMBDA, -1) && !reads(changes, KMP_IN_QDD, -1);
     return KEMPE_OK;
 }
 

@@ -19,7 +19,8 @@ struct kmp_simulated {
     int *coordinate_kind; /* n */
     int *symbol;          /* by position in p: the parameter of the model */
     int *fixed;           /* by position in p: 1 where the closures depend on it */
-    int loaded;           /* C depends on multipliers */
+    bool loaded;          /* C depends on multipliers */
+    bool early;           /* conditions depend on neither accelerations nor multipliers */
 };
 
 /** Prepends the routines of a simulator to a choice. */

@@ -166,7 +166,9 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
         text, "    .inputs = %d,\n    .parameters = %d,\n    .conditions = %d,\n    .outputs = %d,\n    .kept = %d,\n",
         s->input_count, s->parameter_count, x->condition_count, s->output_count, place_in_k(s, NULL));
     put_number(text, "rank_tolerance", x->rank_tolerance);
-    kmp_text_printf(text, "    .loaded = %d,\n", x->loaded);
+    kmp_text_printf(text, "    .early = %d,\n", x->early);
+    if (x->loaded)
+        kmp_text_put(text, "    .loads = loads,\n");
     for (size_t k = 0; k < sizeof same / sizeof *same; k++)
         kmp_text_printf(text, "    .%s = %s%s\n", same[k], same[k], k + 1 < sizeof same / sizeof *same ? "," : "};");
 }
@@ -200,6 +202,8 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
     put_prepare(text, s);
     put_function(text, s, "closures", "double *h, double *J, double *h_t", "h, J, h_t");
     put_function(text, s, "motion", "double *M, double *C, double *jdqd", "M, C, jdqd");
+    if (s->simulated->loaded)
+        put_function(text, s, "loads", "double *slopes", "slopes");
     put_function(text, s, "show", "double *y", "y");
     put_function(text, s, "changes", "double *value", "value");
     put_along(text, s);
