@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A program with a generated simulator, which needs nothing of Kempe:
+ *
+ *     kempe generate examples/four_bar/four_bar.yaml --lang c --simulator -o folder
+ *     cc -std=c99 -Ifolder -DMODEL=four_bar -DMODEL_HEADER='"four_bar_simulator.h"' simulated_run.c folder/four_bar.c
+ *        folder/four_bar_simulator.c folder/kempe_simulator.c -lm
+ *     ./a.out 5 1e-9 7
+ *
+ * It runs to 5 s with a relative tolerance of 1e-9, in 7 parts, and prints time, coordinates, rates, accelerations,
+ * multipliers and outputs; to stderr the work and, at a failure, the reason. With a fourth argument it saves its state
+ * after each part, and another simulator goes on from there. */
+#include MODEL_HEADER
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#define JOIN(a, b)     a##b
+#define IN(name, part) JOIN(name, part)
+
+static double memory[2][IN(MODEL, _memory)], saved[IN(MODEL, _memory)];
+
+static void show(int count, const double *x)
+{
+    for (int k = 0; k < count; k++)
+        printf(" %.17g", x[k]);
+}
+
+int main(int argc, char **argv)
+{
+    const kempe_equations *e = &IN(MODEL, _equations);
+    const double end = atof(argv[1]), tolerance = atof(argv[2]);
+    const int parts = atoi(argv[3]), exchange = argc > 4;
+    kempe_simulator s[2];
+    for (int k = 0; k < 2; k++) {
+        kempe_simulator_init(&s[k], e, memory[k]);
+        s[k].settings.rtol = s[k].settings.atol = tolerance;
+    }
+    kempe_simulator_status status = kempe_simulator_start(&s[0], 0);
+    const clock_t begin = clock();
+    int at = 0;
+    for (int k = 1; k <= parts && status == KEMPE_SIMULATOR_GOES; k++) {
+        status = kempe_simulator_advance(&s[at], k < parts ? end * k / parts : end);
+        if (exchange) {
+            kempe_simulator_save(&s[at], saved);
+            at = !at;
+            kempe_simulator_restore(&s[at], saved);
+        }
+    }
+    const double seconds = (double)(clock() - begin) / (double)CLOCKS_PER_SEC;
+    printf("%.17g", s[at].t);
+    show(e->coordinates, s[at].q);
+    show(e->coordinates, s[at].qd);
+    show(e->coordinates, s[at].qdd);
+    show(e->rows, s[at].lambda);
+    show(e->outputs, s[at].y);
+    printf("\n");
+    fprintf(stderr, "%.0f steps, %.0f evaluations, %.0f exchanges, %.0f events, %.7f s\n%s\n", s[at].work.steps,
+            s[at].work.evaluations, s[at].work.exchanges, s[at].work.events, seconds, s[at].message);
+    return status == KEMPE_SIMULATOR_FAILED;
+}

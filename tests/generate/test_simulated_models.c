@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Generated simulators of models of the examples, as programs of their own: their motions are those of the library, and
+ * the bits do not depend on the times at which a caller looks, nor on saving and restoring. */
+#include "generate/compiled_equations.h"
+#include <kempe/stepper.h>
+#include <math.h>
+
+/* Both integrate with a tolerance of 1e-10; the motions multiply its errors. */
+#define TOLERANCE "1e-10"
+#define ALLOWED   1e-6
+
+/* Name, time in s: redundant rows, exchanges of coordinates, conditions, drives and locks, spatial loops, states,
+ * forces that depend on reactions, wheels on rails, algebraic unknowns, several loops, a robot's links. */
+static const struct {
+    const char *folder, *name;
+    double time;
+} models[] = {{"four_bar", "four_bar", 5},
+              {"andrews", "andrews", 0.03},
+              {"slider_crank", "slider_crank", 3},
+              {"bricard", "bricard", 10},
+              {"delta_robot", "delta_robot", 1},
+              {"parallel_robot", "parallel_robot_spatial", 2},
+              {"excavator", "excavator", 1},
+              {"driven_slider_crank", "driven_slider_crank", 2},
+              {"loose_slider", "loose_slider", 0.01},
+              {"quarter_car", "quarter_car", 3},
+              {"cart_pole", "cart_pole", 3},
+              {"robot_leg", "robot_leg", 0.5},
+              {"restrained_wheelset", "wheelset_on_rails", 0.2},
+              {"wheelset", "wheelset", 1}};
+
+static bool exists(const char *path)
+{
+    FILE *file = fopen(path, "r");
+    return file && fclose(file) == 0;
+}
+
+static kempe_model *model_of(const char *in, const char *name)
+{
+    kempe_model *model = NULL;
+    char path[1024];
+    snprintf(path, sizeof path, "%s/examples/%s/%s.yaml", KEMPE_ROOT, in, name);
+    CHECK(exists(path) && kempe_model_read(context, path, &model) == KEMPE_OK);
+    return model;
+}
+
+/* The simulator's program; the name of the model as an identifier. */
+static bool build(const kempe_model *model, char name[256])
+{
+    const kempe_generate_options g = {.simulator = 1, .language = "c"};
+    kempe_code *code = NULL;
+    char command[4096];
+    if (kempe_code_new(model, &g, &code) != KEMPE_OK || kempe_code_write(code, folder) != KEMPE_OK) {
+        printf("%s\n", kempe_context_message(context));
+        kempe_code_free(code);
+        return false;
+    }
+    snprintf(name, 256, "%.*s", (int)strcspn(kempe_code_file_name(code, 0), "."), kempe_code_file_name(code, 0));
+    kempe_code_free(code);
+    snprintf(
+        command, sizeof command,
+        "cd %s && %s -std=c99 -O1 -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I. "
+        "-DMODEL=%s -DMODEL_HEADER='\"%s_simulator.h\"' -o run %s/tests/generate/simulated_run.c %s.c %s_simulator.c "
+        "kempe_simulator.c -lm",
+        folder, KEMPE_CC, name, name, KEMPE_ROOT, name, name);
+    return runs(command);
+}
+
+/* Lines of a run; the numbers of it. */
+static int run_it(double time, int parts, const char *more, char line[MOST_OUT], double *x)
+{
+    char command[2048];
+    int count = 0;
+    snprintf(command, sizeof command, "%s/run %.17g " TOLERANCE " %d %s 2>%s/said", folder, time, parts, more, folder);
+    FILE *pipe = popen(command, "r");
+    bool told = pipe && fgets(line, MOST_OUT, pipe);
+    CHECK(told && pclose(pipe) == 0);
+    for (char *at = line; told && *at && *at != '\n' && count < MOST; at += strspn(at, " "))
+        x[count++] = strtod(at, &at);
+    return count;
+}
+
+static void compare(const kempe_model *model, const char *name, double time, const double *x)
+{
+    const kempe_run_options run = {.t_end = time, .rtol = 1e-10, .atol = 1e-10};
+    kempe_system *system = NULL;
+    kempe_stepper *stepper = NULL;
+    double most = 0;
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK && kempe_stepper_new(system, &run, &stepper) == KEMPE_OK &&
+          kempe_stepper_advance(stepper, time) == KEMPE_OK);
+    const int n = kempe_model_coordinate_count(model);
+    for (int k = 0; stepper && k < n; k++) {
+        const double q = kempe_stepper_q(stepper)[k], qd = kempe_stepper_qd(stepper)[k];
+        most = fmax(most, fabs(x[1 + k] - q) / (1 + fabs(q)));
+        most = fmax(most, fabs(x[1 + n + k] - qd) / (10 + fabs(qd)));
+    }
+    printf("  %-26s %.1e off the library\n", name, most);
+    CHECK(x[0] == time && most <= ALLOWED);
+    kempe_stepper_free(stepper);
+    kempe_system_free(system);
+}
+
+static void simulate(const char *in, const char *model_name, double time)
+{
+    static char whole[MOST_OUT], parts[MOST_OUT];
+    static double x[MOST], y[MOST];
+    char name[256];
+    kempe_model *model = model_of(in, model_name);
+    bool built = model && build(model, name);
+    CHECK(built);
+    if (built && run_it(time, 1, "", whole, x) > 1) {
+        compare(model, model_name, time, x);
+        CHECK(run_it(time, 10, "", parts, y) > 1 && strcmp(whole, parts) == 0);
+        CHECK(run_it(time, 317, "exchange", parts, y) > 1 && strcmp(whole, parts) == 0);
+    }
+    kempe_model_free(model);
+}
+
+static void motions_are_those_of_the_library(void)
+{
+    for (size_t k = 0; k < sizeof models / sizeof *models; k++)
+        simulate(models[k].folder, models[k].name, models[k].time);
+}
+
+/* Models with parts that simulators lack are refused with the name of the part. */
+static void refusals(void)
+{
+    static const char *const refused[][2] = {{"stick_slip", "guide"}, {"toggle_press", "anvil"}};
+    const kempe_generate_options g = {.simulator = 1, .language = "c"};
+    for (size_t k = 0; k < sizeof refused / sizeof *refused; k++) {
+        kempe_code *code = NULL;
+        kempe_model *model = model_of(refused[k][0], refused[k][0]);
+        CHECK(kempe_code_new(model, &g, &code) == KEMPE_E_ARGUMENT &&
+              strstr(kempe_context_message(context), refused[k][1]));
+        kempe_code_free(code);
+        kempe_model_free(model);
+    }
+}
+
+int main(void)
+{
+    context = kempe_context_new();
+    if (!mkdtemp(folder))
+        return 1;
+    TEST(motions_are_those_of_the_library);
+    TEST(refusals);
+    char command[128];
+    snprintf(command, sizeof command, "rm -r %s", folder);
+    CHECK(runs(command));
+    kempe_context_free(context);
+    return check_report();
+}
