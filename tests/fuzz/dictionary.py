@@ -48,8 +48,8 @@ def model():
     return words + syntax + expression()
 
 
-def xml(source):
-    tags = sorted(set(texts(source)))
+def xml(*sources):
+    tags = sorted({word for pattern in sources for source in ROOT.glob(f"src/model/formats/{pattern}") for word in texts(source)})
     syntax = ["<![CDATA[", "]]>", "<!--", "-->", "&#65;", "&lt;", "<!DOCTYPE a [<!ENTITY b 'c'>]>", "<?xml version='1.0'?>",
               " a='b'", "encoding='utf-16'"]
     return [f"<{tag}>" for tag in tags] + [f"</{tag}>" for tag in tags] + tags + syntax
@@ -70,7 +70,7 @@ def mesh():
     return stl + ["v 0 0 1\n", "f 1 2 3\n", "f -1 -2 -3 -4\n", "f 1/1/1 2//2 3/3\n", "vn 0 0 1\n", "# "]
 
 
-FORMATS = {"mesh": mesh, "expression": expression, "model": model, "mbs": lambda: xml("src/model/formats/mbs.c"), "urdf": lambda: xml("src/model/formats/urdf_robot.c"), "mjcf": lambda: xml("src/model/formats/mjcf.c"), "sdf": lambda: xml("src/model/formats/sdf_model.c"), "reference": columns,
+FORMATS = {"mesh": mesh, "expression": expression, "model": model, "mbs": lambda: xml("mbs.c"), "urdf": lambda: xml("urdf*.c", "drake*.c"), "mjcf": lambda: xml("mjcf*.c"), "sdf": lambda: xml("sdf*.c", "drake*.c"), "reference": columns,
            "checkpoint": lambda: ["# kempe checkpoint 2, model ", "\n", ",", ",0", "\n0.2,"], "program": list, "values": values}
 
 

@@ -30,8 +30,9 @@ kempe_context *fuzz_context_new(void);
 /** A status that may be, with a message that goes with it: complaints of inputs have a file, a line and a column. */
 void fuzz_check_status(const kempe_context *context, kempe_status status);
 
-/** Reads the file and does with the model what the command does, as far as that is quick. */
-void fuzz_walk_file(const char *path);
+/** Reads the file and prints the model; does with one of `share` models what the command does, as far as that is quick.
+ *  Equations take most of the time where most inputs are models, and a reader writes none. */
+void fuzz_walk_file(const char *path, unsigned share);
 
 /** Works with a model that was read, and frees it. `choice` selects one of several computations, always the same one.
  */

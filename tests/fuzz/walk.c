@@ -218,7 +218,7 @@ void fuzz_walk_model(kempe_context *context, kempe_model *model, unsigned choice
     kempe_model_free(model);
 }
 
-void fuzz_walk_file(const char *path)
+void fuzz_walk_file(const char *path, unsigned share)
 {
     kempe_context *context = fuzz_context_new();
     kempe_model *model = NULL;
@@ -228,7 +228,11 @@ void fuzz_walk_file(const char *path)
     if (model) {
         char *text = NULL;
         fuzz_check_status(context, kempe_model_print(model, KEMPE_JSON, &text));
-        fuzz_walk_model(context, model, fuzz_hash((const uint8_t *)text, strlen(text)));
+        unsigned choice = text ? fuzz_hash((const uint8_t *)text, strlen(text)) : 0;
+        if (choice % share == 0)
+            fuzz_walk_model(context, model, choice / share);
+        else
+            kempe_model_free(model);
         kempe_text_free(text);
     }
     kempe_context_free(context);
