@@ -3,6 +3,7 @@
  * or a pipe cannot be replaced and is written to directly. */
 #include "base/file.h"
 #include "base/memory.h"
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -53,6 +54,25 @@ kempe_status kmp_file_read(kempe_context *context, const char *path, char **text
     kempe_status status = read_stream(context, stream, path, text, length);
     fclose(stream);
     return status;
+}
+
+char *kmp_folder_find(const char *folder, const char *ending, int *count)
+{
+    DIR *stream = opendir(folder);
+    char *first = NULL;
+    *count = 0;
+    for (const struct dirent *d = stream ? readdir(stream) : NULL; d; d = readdir(stream)) {
+        if (d->d_name[0] == '.' || strcmp(kmp_file_ending(d->d_name), ending) != 0)
+            continue;
+        *count += 1;
+        if (first && strcmp(d->d_name, first) > 0)
+            continue;
+        kmp_free(first);
+        first = kmp_strdup(d->d_name);
+    }
+    if (stream)
+        closedir(stream);
+    return first;
 }
 
 /* Writes `left` bytes; 0 or an errno. */

@@ -23,6 +23,10 @@ kempe_status kmp_file_make(kempe_context *context, const char *path, const char 
 /** The ending of a file's name with its point, ".csv"; "": it has none. */
 const char *kmp_file_ending(const char *path);
 
+/** The file of a folder with this ending, ".urdf", the first one by name; NULL: none, or no memory. Free with kmp_free.
+ *  `*count`: how many files have it. */
+char *kmp_folder_find(const char *folder, const char *ending, int *count);
+
 /** A file that is written piece by piece and has its name when it is whole. */
 typedef struct kmp_file_stream kmp_file_stream;
 kempe_status kmp_file_stream_new(kempe_context *context, const char *path, kmp_file_stream **stream);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Files in memory: the linker gives calls of fopen to the function below (--wrap=fopen). */
+/* Files in memory: the linker gives calls of fopen and opendir to the functions below (--wrap=fopen). */
 #include "fuzz.h"
+#include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
 
@@ -68,6 +69,17 @@ FILE *__wrap_fopen(const char *path, const char *mode)
                 (void)fgetc(stream);
             return stream;
         }
+    errno = ENOENT;
+    return NULL;
+}
+
+DIR *__real_opendir(const char *path);
+DIR *__wrap_opendir(const char *path);
+
+DIR *__wrap_opendir(const char *path)
+{
+    if (count == 0)
+        return __real_opendir(path);
     errno = ENOENT;
     return NULL;
 }

@@ -4,6 +4,8 @@
 #include "foreign_models.h"
 #include <kempe/workspace.h>
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define OWN KEMPE_ROOT "/tests/models/geared_leg"
@@ -298,8 +300,38 @@ static void loops_that_are_refused(void)
         if (!strstr(kempe_context_message(context), cases[k].said))
             CHECK_TEXT(kempe_context_message(context), cases[k].said);
     }
-    CHECK(kempe_model_read_text(context, "closed_loop: []", "r.yaml", &model) == KEMPE_E_INPUT && !model);
-    CHECK_TEXT(kempe_context_message(context), "r.yaml:1:1: the robot 'r.urdf' of these loops cannot be read");
+}
+
+/* A robot whose file has another name than that of its loops is the only one in the folder. */
+static void robots_of_other_names(void)
+{
+    static const char robot[] =
+        "<robot name='r'><link name='a'><inertial><mass value='1'/></inertial></link><link name='b'/>"
+        "<joint name='A' type='floating'><parent link='b'/><child link='a'/></joint></robot>";
+    char folder[] = "/tmp/kempe_robots_XXXXXX", loops[80], one[80], two[80], wanted[400];
+    kempe_model *model = NULL;
+    CHECK(mkdtemp(folder));
+    snprintf(loops, sizeof loops, "%s/robot.yaml", folder);
+    snprintf(one, sizeof one, "%s/full.urdf", folder);
+    snprintf(two, sizeof two, "%s/half.urdf", folder);
+    for (int count = 0; count < 3; count++) {
+        if (count > 0)
+            CHECK(kempe_write_file(context, count > 1 ? two : one, robot) == KEMPE_OK);
+        kempe_status status = kempe_model_read_text(context, "closed_loop: [[a, b]]\ntype: [3d]", loops, &model);
+        CHECK((status == KEMPE_OK) == (count == 1) && (count == 1 || status == KEMPE_E_INPUT));
+        if (count == 1) {
+            CHECK(kempe_model_coordinate_count(model) == 6);
+            kempe_model_free(model);
+            continue;
+        }
+        snprintf(
+            wanted, sizeof wanted,
+            "%s:1:1: the robot '%s/robot.urdf' of these loops cannot be read, and the folder has %s file%s with the "
+            "ending .urdf",
+            loops, folder, count ? "several other" : "no other", count ? "s" : "");
+        CHECK_TEXT(kempe_context_message(context), wanted);
+    }
+    CHECK(remove(one) == 0 && remove(two) == 0 && remove(folder) == 0);
 }
 
 static void loops_not_used(void)
@@ -341,6 +373,7 @@ int main(void)
     TEST(limits_as_stops);
     TEST(meshes_that_are_found);
     TEST(loops_that_are_refused);
+    TEST(robots_of_other_names);
     TEST(loops_not_used);
     TEST(base_of_loops);
     TEST(changed_files);

@@ -10,19 +10,43 @@
 typedef struct pairs {
     kmp_import *im;
     const kmp_element *robot; /* of the URDF file */
-    const char *path;
+    const char *file, *path;  /* its name, and with the folder */
 } pairs;
 
 static const char *const known[] = {"closed_loop", "type", "joint_name", "joint_type", "name_mot"};
 
 /* -- the robot ----------------------------------------------------------------------------------------- */
 
-/* The name of the file with the ending .urdf, without its folder or with it. */
-static const char *robot_file(kmp_import *im, bool folder)
+/* The name of the file with the ending .urdf, in the folder of the loops. */
+static const char *robot_file(kmp_import *im)
 {
-    const char *slash = strrchr(im->file, '/'), *from = slash && !folder ? slash + 1 : im->file;
-    size_t length = strlen(from) - strlen(kmp_file_ending(im->file));
+    const char *slash = strrchr(im->file, '/'), *from = slash ? slash + 1 : im->file;
+    size_t length = strlen(from) - strlen(kmp_file_ending(from));
     return kmp_arena_printf(im->arena, "%.*s.urdf", (int)length, from);
+}
+
+static const char *beside(kmp_import *im, const char *name)
+{
+    const char *slash = strrchr(im->file, '/');
+    return kmp_arena_printf(im->arena, "%.*s%s", slash ? (int)(slash + 1 - im->file) : 0, im->file, name);
+}
+
+/* A robot of another name is taken if it is the only one in the folder. */
+static bool other_robot(pairs *p)
+{
+    const char *folder = beside(p->im, "");
+    int count = 0;
+    char *found = kmp_folder_find(folder && folder[0] ? folder : ".", ".urdf", &count);
+    if (count == 1 && found) {
+        p->file = kmp_arena_strdup(p->im->arena, found);
+        p->path = p->file ? beside(p->im, p->file) : NULL;
+    } else
+        kmp_import_complain(
+            p->im, p->im->root->place, "the robot", p->path,
+            count > 1 ? "of these loops cannot be read, and the folder has several other files with the ending .urdf"
+                      : "of these loops cannot be read, and the folder has no other file with the ending .urdf");
+    kmp_free(found);
+    return count == 1 && p->path;
 }
 
 /* Reads the robot for the names of its frames alone: whoever includes it reports its errors. */
@@ -31,11 +55,16 @@ static bool read_robot(pairs *p)
     kempe_context *aside = kempe_context_new();
     char *text = NULL;
     size_t length;
-    p->path = robot_file(p->im, true);
-    if (!aside || !p->path || kmp_file_read(aside, p->path, &text, &length) != KEMPE_OK)
-        kmp_import_complain(p->im, p->im->root->place, "the robot", p->path, "of these loops cannot be read");
-    else if (kmp_xml_load(aside, p->im->arena, p->path, 0, text, length, (const char *const[]){NULL}, &p->robot) !=
-             KEMPE_OK)
+    p->file = robot_file(p->im);
+    p->path = p->file ? beside(p->im, p->file) : NULL;
+    bool read = aside && p->path && kmp_file_read(aside, p->path, &text, &length) == KEMPE_OK;
+    if (!read && aside && p->path && other_robot(p)) {
+        read = kmp_file_read(aside, p->path, &text, &length) == KEMPE_OK;
+        if (!read)
+            kmp_import_complain(p->im, p->im->root->place, "the robot", p->path, "of these loops cannot be read");
+    }
+    if (read &&
+        kmp_xml_load(aside, p->im->arena, p->path, 0, text, length, (const char *const[]){NULL}, &p->robot) != KEMPE_OK)
         p->im->status = kmp_fail(p->im->context, KEMPE_E_INPUT, "%s", kempe_context_message(aside));
     kmp_free(text);
     kempe_context_free(aside);
@@ -208,10 +237,10 @@ void kmp_laas_convert(kmp_import *im)
         return;
     kmp_yaml *list = kmp_import_part(im, im->root, "include", KMP_YAML_LIST),
              *entry = kmp_import_map(im, source->place);
-    const char *file = robot_file(im, false), *name = kmp_element_text(p.robot, "name");
+    const char *name = kmp_element_text(p.robot, "name");
     if (name)
         kmp_import_word(im, im->root, source->place, "name", name);
-    kmp_import_word(im, entry, source->place, "file", file ? file : "");
+    kmp_import_word(im, entry, source->place, "file", p.file);
     if (im->base != KMP_BASE_OF_FORMAT)
         kmp_import_word(im, entry, source->place, "base", im->base == KMP_BASE_FREE ? "free" : "fixed");
     kmp_yaml *joints = other_joints(&p, source);
