@@ -212,15 +212,18 @@ static void note_unknown(kmp_import *im, const kmp_yaml *source)
     }
 }
 
-/* The motors are coordinates that a model may hold, or take as independent ones. */
-static void note_motors(kmp_import *im, const kmp_yaml *motors)
+/* A run takes independent coordinates by name only if they are as many as the degrees of freedom. */
+static void note_motors(kmp_import *im, const kmp_yaml *source)
 {
     kmp_text names = {0};
+    const kmp_yaml *motors = kmp_yaml_get(source, "name_mot");
     for (int i = 0; motors && i < motors->count; i++)
         kmp_text_printf(&names, "%s%s", i > 0 ? ", " : "", motors->items[i]->text);
     if (names.length > 0)
-        kmp_log(im->context, KEMPE_LOG_INFO, "%s: motors, which are not held while the loops are closed: %s", im->file,
-                names.s);
+        kmp_import_leave_out(im, motors->place,
+                             "the motors of 'name_mot' are not used: 'hold' of a start keeps them while the loops are "
+                             "closed, 'independent' of a run takes as many as there are degrees of freedom: %s",
+                             names.s);
     kmp_text_free(&names);
 }
 
@@ -249,6 +252,6 @@ void kmp_laas_convert(kmp_import *im)
     kmp_yaml_append(im->arena, list, NULL, entry);
     for (int k = 0; k < loops->count && im->status == KEMPE_OK; k++)
         add_pair(&p, loops->items[k], types ? types->items[k] : NULL);
-    note_motors(im, kmp_yaml_get(source, "name_mot"));
+    note_motors(im, source);
     note_unknown(im, source);
 }
