@@ -130,6 +130,14 @@ class Tree:
                 T[first:first + 3, own[:3]] = R
         return qpos, T @ qd, T, drift
 
+    def read(self):
+        """Kempe's coordinates of the position in the file."""
+        q = np.zeros(sum(size for _, size, _ in self.joints))
+        for k, size, own in self.joints:
+            if size == 1:
+                q[own[0]] = self.model.qpos0[self.model.jnt_qposadr[k]]
+        return q
+
     def place(self, q, qd):
         qpos, v, T, drift = self.state(q, qd)
         self.data.qpos[:], self.data.qvel[:] = qpos, v
@@ -229,6 +237,16 @@ class Loops:
         total = row - slope * other
         return (np.array([y - sum(a[i] * x ** i for i in range(5))]), (total @ T)[None],
                 np.array([total @ drift - bend * (other @ v) ** 2]))
+
+    def largest(self):
+        """The largest residual at MuJoCo's present positions: distances of anchors, values of relations."""
+        v, T = np.zeros(self.tree.model.nv), np.eye(self.tree.model.nv)
+        worst = 0.0
+        for k in self.rows:
+            pair = self.tree.model.eq_type[k] in (CONNECT, WELD)
+            h = (self.pair if pair else self.relation)(k, v, T, v)[0]
+            worst = max(worst, np.linalg.norm(h[:3]))
+        return worst
 
     def values(self, q, qd):
         v, T, drift = self.tree.place(q, qd)
