@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Files in memory: the linker gives calls of fopen and opendir to the functions below (--wrap=fopen). */
+/* Files in memory: the linker gives calls of fopen, access and opendir to the functions below (--wrap). */
 #include "fuzz.h"
 #include <dirent.h>
 #include <errno.h>
@@ -53,6 +53,16 @@ void fuzz_files_clear(void)
     count = 0;
 }
 
+/* The file of a path; NULL: there is none. */
+static const file *find_file(const char *path)
+{
+    for (int k = 0; k < count; k++)
+        if (strlen(path) == files[k].name_length && memcmp(path, files[k].name, files[k].name_length) == 0)
+            return &files[k];
+    errno = ENOENT;
+    return NULL;
+}
+
 FILE *__real_fopen(const char *path, const char *mode);
 FILE *__wrap_fopen(const char *path, const char *mode);
 
@@ -61,16 +71,20 @@ FILE *__wrap_fopen(const char *path, const char *mode)
     static char nothing[1];
     if (count == 0 || mode[0] != 'r')
         return __real_fopen(path, mode);
-    for (int k = 0; k < count; k++)
-        if (strlen(path) == files[k].name_length && memcmp(path, files[k].name, files[k].name_length) == 0) {
-            FILE *stream = fmemopen(files[k].length ? (void *)(uintptr_t)files[k].text : nothing,
-                                    files[k].length ? files[k].length : 1, "rb");
-            if (stream && files[k].length == 0)
-                (void)fgetc(stream);
-            return stream;
-        }
-    errno = ENOENT;
-    return NULL;
+    const file *f = find_file(path);
+    FILE *stream =
+        f ? fmemopen(f->length ? (void *)(uintptr_t)f->text : nothing, f->length ? f->length : 1, "rb") : NULL;
+    if (stream && f->length == 0)
+        (void)fgetc(stream);
+    return stream;
+}
+
+int __real_access(const char *path, int how);
+int __wrap_access(const char *path, int how);
+
+int __wrap_access(const char *path, int how)
+{
+    return count == 0 ? __real_access(path, how) : find_file(path) ? 0 : -1;
 }
 
 DIR *__real_opendir(const char *path);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """MuJoCo's model of a file in MJCF beside Kempe's (docs/mjcf.md): the coordinate map, M and C of the open tree, and its
-equalities as closures. Meshes and textures are replaced by small ones: no mass of a moving body may depend on them."""
+equalities as closures. Textures are left out, and meshes whose files are absent are replaced by a small one."""
 import pathlib
 import re
 import xml.etree.ElementTree as xml
@@ -37,9 +37,10 @@ def load(path):
     for tag in ("visual", "keyframe", "sensor", "contact"):
         for e in root.findall(tag):
             root.remove(e)
+    folder = pathlib.Path(path).parent
     for compiler in root.findall("compiler"):
-        for key in ("meshdir", "assetdir", "texturedir"):
-            compiler.attrib.pop(key, None)
+        given = {key: compiler.attrib.pop(key, None) for key in ("meshdir", "assetdir", "texturedir")}
+        folder /= given["meshdir"] or given["assetdir"] or ""
     assets = {}
     for asset in root.findall("asset"):
         for e in list(asset):
@@ -51,8 +52,10 @@ def load(path):
                     e.remove(layer)
             if e.tag == "mesh" and e.get("file"):
                 e.set("name", e.get("name", pathlib.Path(e.get("file")).stem))
-                e.set("file", f"{len(assets)}.obj")
-                assets[e.get("file")] = MESH
+                file = folder / e.get("file")
+                there = file.exists()
+                e.set("file", f"{len(assets)}{file.suffix.lower() if there else '.obj'}")
+                assets[e.get("file")] = file.read_bytes() if there else MESH
     model = mujoco.MjModel.from_xml_string(xml.tostring(root, encoding="unicode"), assets)
     return root, model
 

@@ -109,7 +109,7 @@ static void what_is_refused(void)
            "m.mjcf:2:1: geom type 'cone' is unknown; available: plane, hfield, sphere, capsule, ellipsoid, cylinder, "
            "box, mesh, sdf");
     refuse(HEAD "<body name='b'><joint/>\n<geom type='mesh' mesh='hull'/></body></worldbody></mujoco>",
-           "m.mjcf:2:1: the body 'b' has its mass from a mesh: give it an element 'inertial'");
+           "m.mjcf:2:1: the body 'b' has its mass from a mesh, and it has no file: give it an element 'inertial'");
     refuse(HEAD "<body name='b'><joint/>\n<geom size='0.1' shellinertia='true'/></body></worldbody></mujoco>",
            "m.mjcf:2:1: the body 'b' has its mass from a shell: give it an element 'inertial'");
     refuse(HEAD "<body name='b'><joint/>\n<geom type='capsule' size='0.1'/></body></worldbody></mujoco>",

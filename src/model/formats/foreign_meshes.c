@@ -2,6 +2,7 @@
 /* Meshes of foreign models, which are pictures alone. A package of ROS is a folder: its path is not in the file, so
  * that it is looked for beside the model and in the folders around it. */
 #include "base/file.h"
+#include "base/memory.h"
 #include "model/formats/foreign_parts.h"
 #include <string.h>
 #include <strings.h>
@@ -34,6 +35,26 @@ static const char *find_mesh(const kmp_import *im, const char *uri)
             found = try_path(im, up, inside + 1);
     }
     return found;
+}
+
+bool kmp_import_read_mesh(kmp_import *im, const char *uri, kmp_mesh *mesh, kmp_text *why)
+{
+    const char *found = find_mesh(im, uri), *slash = strrchr(im->file, '/');
+    int folder = slash && found && found[0] != '/' ? (int)(slash - im->file) + 1 : 0;
+    const char *path = found ? kmp_arena_printf(im->arena, "%.*s%s", folder, im->file, found) : NULL;
+    kempe_context *aside = path ? kempe_context_new() : NULL;
+    char *text = NULL;
+    size_t length;
+    bool good = false;
+    if (!found)
+        kmp_text_printf(why, "the file '%s' is not found", uri);
+    else if (!aside || kmp_file_read(aside, path, &text, &length) != KEMPE_OK)
+        kmp_text_printf(why, "the file '%s' cannot be read", uri);
+    else
+        good = kmp_mesh_read(im->arena, path, text, length, mesh, why);
+    kmp_free(text);
+    kempe_context_free(aside);
+    return good;
 }
 
 void kmp_import_mesh(kmp_import *im, kmp_yaml *body, kmp_place place, const char *uri, const double scale[3],

@@ -5,6 +5,7 @@
 
 #include "model/formats/formats.h"
 #include "model/pose.h"
+#include "model/shapes/mesh.h"
 
 /* foreign_frames.c */
 
@@ -138,3 +139,7 @@ int kmp_import_index_find(const kmp_import_index *index, const char *name);
  * It is named as left out where there is no such file, or it cannot be drawn. */
 void kmp_import_mesh(kmp_import *im, kmp_yaml *body, kmp_place place, const char *uri, const double scale[3],
                      const kmp_pose *at, const char *colour);
+
+/** Reads a mesh whose path is found in the same way, into the arena. False: `why` (empty before) has the reason, or the
+ * arena has failed. */
+bool kmp_import_read_mesh(kmp_import *im, const char *uri, kmp_mesh *mesh, kmp_text *why);

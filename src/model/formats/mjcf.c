@@ -140,7 +140,7 @@ static const kmp_grammar grammar[] = {
     {"option", " gravity flag "},
     {"flag", " gravity spring damper frictionloss equality "},
     {"asset", " mesh material "},
-    {"mesh", " name class file scale "},
+    {"mesh", " name class file scale refpos refquat inertia "},
     {"material", " name class rgba "},
     {"default", " class default joint geom site mesh material equality motor "},
     {"worldbody", " body frame geom site "},

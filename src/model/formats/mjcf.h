@@ -105,6 +105,23 @@ const kmp_mjcf_joint *kmp_mjcf_joint_of(kmp_mjcf *m, const kmp_element *from, co
 /** A name that no other part has: with `_` at its end while it is taken. */
 const char *kmp_mjcf_new_name(kmp_mjcf *m, kmp_mjcf_names **taken, const char *name);
 
+/* mjcf_geoms.c */
+
+/** An element of a body, or of a frame inside, with what applies to it. */
+typedef struct kmp_mjcf_part {
+    const kmp_element *element;
+    kmp_pose frame; /* around it, in the body */
+    const kmp_mjcf_class *around;
+    struct kmp_mjcf_part *next;
+} kmp_mjcf_part;
+
+/** Between two places, `fromto`: the centre, the axis z, and half the length as the second size, of a box or ellipsoid
+ * the third one. */
+void kmp_mjcf_put_between(kmp_mjcf *m, const kmp_mjcf_item *item, int solid, kmp_pose *f, double size[3]);
+
+/** Adds the shapes of geoms; `heavy`: they give the body its mass. */
+void kmp_mjcf_add_geoms(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const kmp_mjcf_part *geoms);
+
 /* mjcf_equality.c */
 
 /** Adds the closures of all elements `equality`, and motors as inputs. */

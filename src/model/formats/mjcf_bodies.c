@@ -4,16 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-/* An element of a body, or of a frame inside, with what applies to it. */
-typedef struct part {
-    const kmp_element *element;
-    kmp_pose frame; /* around it, in the body */
-    const kmp_mjcf_class *around;
-    struct part *next;
-} part;
-
 typedef struct parts {
-    part *joints, *geoms, *sites, *bodies;
+    kmp_mjcf_part *joints, *geoms, *sites, *bodies;
     const kmp_element *inertial;
 } parts;
 
@@ -191,7 +183,7 @@ static void put_start(kmp_import *im, kmp_place place, const char *joint, double
 }
 
 /* From the parent, whose frame `at` has the joint's body at the reference, to `body`. Returns its type. */
-static int add_joint(kmp_mjcf *m, const part *p, const char *parent, const kmp_pose *at, const char *name,
+static int add_joint(kmp_mjcf *m, const kmp_mjcf_part *p, const char *parent, const kmp_pose *at, const char *name,
                      const char *body, kmp_yaml *map)
 {
     kmp_import *im = m->im;
@@ -238,12 +230,12 @@ static int add_joint(kmp_mjcf *m, const part *p, const char *parent, const kmp_p
 
 /* The chain of joints from the parent to the body; `at`: the body's frame in the parent. */
 static void add_joints(kmp_mjcf *m, const kmp_mjcf_body *parent, kmp_mjcf_body *body, const kmp_element *e,
-                       const part *joints, kmp_pose at)
+                       const kmp_mjcf_part *joints, kmp_pose at)
 {
     kmp_import *im = m->im;
     const char *from = parent->own;
     int number = 0;
-    for (const part *p = joints; p && body->own; p = p->next) {
+    for (const kmp_mjcf_part *p = joints; p && body->own; p = p->next) {
         const char *name = kmp_element_text(p->element, "name"), *moved = body->own;
         number++;
         name = name ? kmp_import_clean(im, name)
@@ -288,164 +280,15 @@ static void put_mass(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_element *
                         count ? tensor : NULL);
 }
 
-/* -- geoms --------------------------------------------------------------------------------------------- */
-
-static const struct {
-    const char *type;
-    int solid, sizes; /* -1: no mass, and no picture; -2: mass that is not computed here */
-} geoms[] = {{"sphere", KMP_SOLID_SPHERE, 1},
-             {"capsule", KMP_SOLID_CAPSULE, 2},
-             {"cylinder", KMP_SOLID_CYLINDER, 2},
-             {"box", KMP_SOLID_BOX, 3},
-             {"ellipsoid", KMP_SOLID_ELLIPSOID, 3},
-             {"plane", -1, 0},
-             {"hfield", -1, 0},
-             {"mesh", -2, 0},
-             {"sdf", -2, 0}};
-
-enum { GEOMS = sizeof geoms / sizeof *geoms, GROUPS_DRAWN = 3 /* MuJoCo shows the first ones */ };
-
-/* Between two places: the centre, the axis z, and half the length as the second size, of a box or ellipsoid the third
- * one. */
-static void put_between(kmp_mjcf *m, const kmp_mjcf_item *item, int solid, kmp_pose *f, double size[3])
-{
-    double ends[6], z[3], half = 0;
-    if (kmp_mjcf_numbers(m, item, "fromto", 6, 6, ends) == 0)
-        return;
-    for (int k = 0; k < 3; k++) {
-        z[k] = ends[k] - ends[k + 3];
-        f->p[k] = (ends[k] + ends[k + 3]) / 2;
-        half = hypot(half, z[k] / 2);
-    }
-    if (!kmp_mjcf_along(z, f->r))
-        kmp_import_complain(m->im, item->own->place, "fromto", kmp_mjcf_text(item, "fromto"), "has two equal ends");
-    if (solid == KMP_SOLID_BOX || solid == KMP_SOLID_ELLIPSOID) {
-        size[1] = size[0];
-        size[2] = half;
-    } else
-        size[1] = half;
-}
-
-/* Writes the mass or density of a shape that gives its body a mass. */
-static void put_matter(kmp_mjcf *m, const kmp_mjcf_item *item, kmp_yaml *shape)
-{
-    kmp_place place = item->own->place;
-    bool massive = kmp_mjcf_text(item, "mass");
-    double matter = kmp_mjcf_number(m, item, massive ? "mass" : "density", 1000);
-    if (matter != 0)
-        kmp_import_word(m->im, shape, place, massive ? "mass" : "density", kmp_import_number(m->im, matter));
-}
-
-static bool has_mass(kmp_mjcf *m, const kmp_mjcf_item *item)
-{
-    double group = kmp_mjcf_number(m, item, "group", 0);
-    double matter = kmp_mjcf_number(m, item, kmp_mjcf_text(item, "mass") ? "mass" : "density", 1000);
-    return group >= m->groups[0] && group <= m->groups[1] && matter != 0;
-}
-
-/* The element of `asset` with a word and a name, which a mesh may have from its file; NULL: none. */
-static const kmp_element *asset_of(kmp_mjcf *m, const char *word, const char *name)
-{
-    const kmp_element *asset = name ? kmp_element_find(m->im->model, "asset") : NULL;
-    for (; asset; asset = kmp_element_again(asset))
-        for (const kmp_element *e = kmp_element_find(asset, word); e; e = kmp_element_again(e)) {
-            const char *own = kmp_element_text(e, "name"), *file = kmp_element_text(e, "file");
-            const char *last = file ? strrchr(file, '/') : NULL;
-            size_t length = strlen(name);
-            last = last ? last + 1 : file;
-            if (own ? strcmp(own, name) == 0 : last && strncmp(last, name, length) == 0 && last[length] == '.')
-                return e;
-        }
-    return NULL;
-}
-
-/* The colour of a geom or of its material; NULL: none. */
-static const char *colour_of(kmp_mjcf *m, const kmp_mjcf_item *item)
-{
-    double rgba[4] = {0.5, 0.5, 0.5, 1};
-    const kmp_element *e = asset_of(m, "material", kmp_mjcf_text(item, "material"));
-    const kmp_mjcf_item material = e ? kmp_mjcf_take(m, e, "material", NULL) : (kmp_mjcf_item){.own = NULL};
-    bool given = kmp_mjcf_numbers(m, item, "rgba", 4, 4, rgba) > 0;
-    if (!given && e)
-        given = kmp_mjcf_numbers(m, &material, "rgba", 4, 4, rgba) > 0;
-    return given ? kmp_import_colour(m->im, rgba) : NULL;
-}
-
-/* The picture of a mesh from its file, which need not have one. */
-static void add_mesh(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_mjcf_item *item, const kmp_pose *at)
-{
-    const kmp_element *e = asset_of(m, "mesh", kmp_mjcf_text(item, "mesh"));
-    const char *file = e ? kmp_element_text(e, "file") : NULL;
-    double scale[3] = {1, 1, 1};
-    if (!file)
-        return;
-    const kmp_mjcf_item mesh = kmp_mjcf_take(m, e, "mesh", NULL);
-    kmp_mjcf_numbers(m, &mesh, "scale", 3, 3, scale);
-    const char *path = m->meshes && file[0] != '/' ? kmp_arena_printf(m->im->arena, "%s/%s", m->meshes, file) : file;
-    if (path)
-        kmp_import_mesh(m->im, body->map, item->own->place, path, scale, at, colour_of(m, item));
-}
-
-static void add_geom(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, const part *p)
-{
-    kmp_import *im = m->im;
-    kmp_mjcf_item item = kmp_mjcf_take(m, p->element, "geom", p->around);
-    const char *type = kmp_mjcf_text(&item, "type");
-    double size[3] = {0};
-    int k = 0;
-    while (type && k < GEOMS && strcmp(geoms[k].type, type) != 0)
-        k++;
-    if (k == GEOMS) {
-        kmp_import_complain(
-            im, p->element->place, "geom type", type,
-            "is unknown; available: plane, hfield, sphere, capsule, ellipsoid, cylinder, box, mesh, sdf");
-        return;
-    }
-    bool fitted = kmp_mjcf_text(&item, "mesh");
-    heavy = heavy && geoms[k].solid != -1 && has_mass(m, &item);
-    bool shell = heavy && kmp_mjcf_flag(m, &item, "shellinertia", false);
-    if (heavy && (geoms[k].solid == -2 || fitted || shell)) {
-        const char *what = shell ? "shell" : "mesh";
-        if (body->fixed)
-            kmp_import_leave_out(im, p->element->place, "the mass of a %s of body '%s' is not used: the body is fixed",
-                                 what, body->own);
-        else
-            kmp_import_complain(
-                im, p->element->place, "the body", body->own,
-                kmp_arena_printf(im->arena, "has its mass from a %s: give it an element 'inertial'", what));
-        heavy = false;
-    }
-    bool drawn = kmp_mjcf_number(m, &item, "group", 0) < GROUPS_DRAWN;
-    kmp_pose f = kmp_mjcf_pose(m, &item);
-    if (drawn && type && strcmp(type, "mesh") == 0) {
-        f = kmp_frame_in(&p->frame, &f);
-        add_mesh(m, body, &item, &f);
-    }
-    if (geoms[k].solid < 0 || fitted || !(drawn || heavy))
-        return;
-    int sizes = kmp_mjcf_numbers(m, &item, "size", 1, 3, size);
-    if (kmp_mjcf_text(&item, "fromto"))
-        put_between(m, &item, geoms[k].solid, &f, size);
-    else if (sizes < geoms[k].sizes)
-        kmp_import_complain(im, p->element->place, "geom type", geoms[k].type, "needs more numbers in its size");
-    f = kmp_frame_in(&p->frame, &f);
-    bool three = geoms[k].sizes == 3;
-    for (int i = 0; i < 3; i++)
-        size[i] *= geoms[k].solid == KMP_SOLID_BOX || (!three && i == 1) ? 2 : 1;
-    kmp_yaml *shape = kmp_import_shape(im, body->map, p->element->place, (kmp_import_solid)geoms[k].solid, size, &f,
-                                       colour_of(m, &item));
-    if (heavy)
-        put_matter(m, &item, shape);
-}
-
 /* -- bodies -------------------------------------------------------------------------------------------- */
 
-static void append(kmp_mjcf *m, part **list, const kmp_element *e, const kmp_pose *frame, const kmp_mjcf_class *around)
+static void append(kmp_mjcf *m, kmp_mjcf_part **list, const kmp_element *e, const kmp_pose *frame,
+                   const kmp_mjcf_class *around)
 {
-    part *p = KMP_ARENA_NEW(m->im->arena, part, 1);
+    kmp_mjcf_part *p = KMP_ARENA_NEW(m->im->arena, kmp_mjcf_part, 1);
     if (!p)
         return;
-    *p = (part){.element = e, .frame = *frame, .around = around};
+    *p = (kmp_mjcf_part){.element = e, .frame = *frame, .around = around};
     while (*list)
         list = &(*list)->next;
     *list = p;
@@ -462,11 +305,11 @@ static void collect(kmp_mjcf *m, const kmp_element *in, const kmp_pose *frame, c
 {
     static const char *const refused[] = {"replicate", "attach", "composite", "flexcomp"};
     for (const kmp_element *e = in->first; e; e = e->next) {
-        part **list = strcmp(e->name, "joint") == 0 || strcmp(e->name, "freejoint") == 0 ? &to->joints
-                      : strcmp(e->name, "geom") == 0                                     ? &to->geoms
-                      : strcmp(e->name, "site") == 0                                     ? &to->sites
-                      : strcmp(e->name, "body") == 0                                     ? &to->bodies
-                                                                                         : NULL;
+        kmp_mjcf_part **list = strcmp(e->name, "joint") == 0 || strcmp(e->name, "freejoint") == 0 ? &to->joints
+                               : strcmp(e->name, "geom") == 0                                     ? &to->geoms
+                               : strcmp(e->name, "site") == 0                                     ? &to->sites
+                               : strcmp(e->name, "body") == 0                                     ? &to->bodies
+                                                                                                  : NULL;
         if (list)
             append(m, list, e, frame, around);
         if (strcmp(e->name, "inertial") == 0)
@@ -483,7 +326,7 @@ static void collect(kmp_mjcf *m, const kmp_element *in, const kmp_pose *frame, c
     }
 }
 
-static void add_site(kmp_mjcf *m, const kmp_mjcf_body *body, const part *p)
+static void add_site(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_mjcf_part *p)
 {
     const char *name = kmp_element_text(p->element, "name");
     kmp_mjcf_site *s = name ? KMP_ARENA_NEW(m->im->arena, kmp_mjcf_site, 1) : NULL;
@@ -493,7 +336,7 @@ static void add_site(kmp_mjcf *m, const kmp_mjcf_body *body, const part *p)
     double size[3];
     kmp_pose f = kmp_mjcf_pose(m, &item);
     if (kmp_mjcf_text(&item, "fromto"))
-        put_between(m, &item, KMP_SOLID_CAPSULE, &f, size);
+        kmp_mjcf_put_between(m, &item, KMP_SOLID_CAPSULE, &f, size);
     f = kmp_frame_in(&p->frame, &f);
     *s = (kmp_mjcf_site){.name = name,
                          .point =
@@ -509,21 +352,20 @@ static void put_contents(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in
     bool heavy = body != &m->world && !given && m->inertia_from_geoms != KMP_MJCF_NEVER;
     if (given)
         put_mass(m, body, in->inertial);
-    for (const part *p = in->geoms; p; p = p->next)
-        add_geom(m, body, heavy, p);
-    for (const part *p = in->sites; p; p = p->next)
+    kmp_mjcf_add_geoms(m, body, heavy, in->geoms);
+    for (const kmp_mjcf_part *p = in->sites; p; p = p->next)
         add_site(m, body, p);
 }
 
-static void add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const part *p);
+static void add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const kmp_mjcf_part *p);
 
 static void add_children(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in)
 {
-    for (const part *p = in->bodies; p; p = p->next)
+    for (const kmp_mjcf_part *p = in->bodies; p; p = p->next)
         add_body(m, body, p);
 }
 
-static void add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const part *p)
+static void add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const kmp_mjcf_part *p)
 {
     kmp_import *im = m->im;
     kmp_mjcf_body *body = KMP_ARENA_NEW(im->arena, kmp_mjcf_body, 1), **end = &m->bodies;

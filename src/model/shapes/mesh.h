@@ -29,6 +29,14 @@ typedef struct kmp_mesh_volume {
 /** False: the mesh is not closed, or its triangles do not all face one way; `why` (empty before) has the sentence. */
 bool kmp_mesh_enclose(const kmp_mesh *mesh, kmp_mesh_volume *volume, kmp_text *why);
 
+/** Where the mass of a mesh is: in the volume that it encloses, on its triangles, or in pyramids from the centroid of
+ * its triangles to each of them, which count positive on both sides: of a convex mesh that is its volume, too. */
+typedef enum kmp_mesh_matter { KMP_MESH_SOLID, KMP_MESH_SURFACE, KMP_MESH_PYRAMIDS } kmp_mesh_matter;
+
+/** The same for a choice of these; of triangles `volume` is their area. The inertia of pyramids is that of pyramids
+ * from their own centre. False: as above, or nothing has an extent. */
+bool kmp_mesh_weigh(const kmp_mesh *mesh, kmp_mesh_matter matter, kmp_mesh_volume *volume, kmp_text *why);
+
 /* -- readers (mesh_stl.c, mesh_obj.c) ---------------------------------------------------------------- */
 
 typedef struct kmp_mesh_maker kmp_mesh_maker;

@@ -89,34 +89,81 @@ typedef struct moments {
     double volume, first[3], second[6]; /* second: integrals of x x, y y, z z, x y, x z, y z */
 } moments;
 
-static void add_tetrahedron(moments *m, double corner[3][3])
+/* The signed volume of the tetrahedron from the origin to a triangle. */
+static double tetrahedron(const double a[3], const double b[3], const double c[3])
+{
+    return (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+            a[2] * (b[0] * c[1] - b[1] * c[0])) /
+           6;
+}
+
+static double area_of(const double a[3], const double b[3], const double c[3])
+{
+    double n[3];
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        n[i] = (b[j] - a[j]) * (c[k] - a[k]) - (b[k] - a[k]) * (c[j] - a[j]);
+    }
+    return hypot(hypot(n[0], n[1]), n[2]) / 2;
+}
+
+/* The tetrahedron of a triangle, or the triangle itself. */
+static void add_triangle(moments *m, kmp_mesh_matter matter, double corner[3][3])
 {
     const double *a = corner[0], *b = corner[1], *c = corner[2];
-    double v =
-        (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])) /
-        6;
-    double sum[3];
+    bool thin = matter == KMP_MESH_SURFACE;
+    double v = thin ? area_of(a, b, c) : tetrahedron(a, b, c), sum[3];
+    v = matter == KMP_MESH_PYRAMIDS ? fabs(v) : v;
     m->volume += v;
     for (int i = 0; i < 3; i++) {
         sum[i] = a[i] + b[i] + c[i];
-        m->first[i] += v / 4 * sum[i];
+        m->first[i] += v / (thin ? 3 : 4) * sum[i];
     }
     for (int k = 0; k < 6; k++) {
         int i = row[k], j = column[k];
-        m->second[k] += v / 20 * (sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + c[i] * c[j]);
+        m->second[k] += v / (thin ? 12 : 20) * (sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + c[i] * c[j]);
     }
 }
 
-static moments integrate(const kmp_mesh *mesh, const double origin[3])
+static moments integrate(const kmp_mesh *mesh, kmp_mesh_matter matter, const double origin[3])
 {
     moments m = {.volume = 0};
     for (int k = 0; k < mesh->triangle_count; k++) {
         double corner[3][3];
         for (int i = 0; i < 9; i++)
             corner[i / 3][i % 3] = mesh->vertex[mesh->triangle[k][i / 3]][i % 3] - origin[i % 3];
-        add_tetrahedron(&m, corner);
+        add_triangle(&m, matter, corner);
     }
     return m;
+}
+
+static void put_inertia(const double second[6], double inertia[6])
+{
+    for (int k = 0; k < 6; k++)
+        inertia[k] = k < 3 ? second[(k + 1) % 3] + second[(k + 2) % 3] : -second[k];
+}
+
+bool kmp_mesh_weigh(const kmp_mesh *mesh, kmp_mesh_matter matter, kmp_mesh_volume *volume, kmp_text *why)
+{
+    double low[3], high[3], centre[3];
+    if (matter == KMP_MESH_SOLID)
+        return kmp_mesh_enclose(mesh, volume, why);
+    kmp_mesh_box(mesh, low, high);
+    memcpy(centre, low, sizeof centre);
+    for (int pass = KMP_MESH_SURFACE; pass <= (int)matter; pass++) { /* of the surface, then of its pyramids */
+        moments m = integrate(mesh, (kmp_mesh_matter)pass, centre);
+        if (!(m.volume > 0) || !isfinite(m.volume)) {
+            kmp_text_put(why, "the mesh has no extent");
+            return false;
+        }
+        for (int i = 0; i < 3; i++)
+            centre[i] += m.first[i] / m.volume;
+    }
+    moments m = integrate(mesh, matter, centre);
+    *volume = (kmp_mesh_volume){.volume = m.volume};
+    memcpy(volume->centre, centre, sizeof centre);
+    put_inertia(m.second, volume->inertia);
+    return true;
 }
 
 bool kmp_mesh_enclose(const kmp_mesh *mesh, kmp_mesh_volume *volume, kmp_text *why)
@@ -127,7 +174,7 @@ bool kmp_mesh_enclose(const kmp_mesh *mesh, kmp_mesh_volume *volume, kmp_text *w
     kmp_mesh_box(mesh, low, high);
     for (int i = 0; i < 3; i++) /* near the mesh, so that a distant origin costs no digits */
         origin[i] = low[i] + (high[i] - low[i]) / 2;
-    moments m = integrate(mesh, origin);
+    moments m = integrate(mesh, KMP_MESH_SOLID, origin);
     double sign = m.volume < 0 ? -1 : 1;
     if (m.volume == 0 || !isfinite(m.volume)) {
         kmp_text_put(why, "the mesh encloses no volume");
@@ -140,7 +187,6 @@ bool kmp_mesh_enclose(const kmp_mesh *mesh, kmp_mesh_volume *volume, kmp_text *w
     }
     for (int k = 0; k < 6; k++)
         central[k] = sign * (m.second[k] - m.volume * d[row[k]] * d[column[k]]);
-    for (int k = 0; k < 6; k++)
-        volume->inertia[k] = k < 3 ? central[(k + 1) % 3] + central[(k + 2) % 3] : -central[k];
+    put_inertia(central, volume->inertia);
     return true;
 }
