@@ -142,10 +142,81 @@ static void there_and_back(void)
         {EXAMPLE("stewart"), "urdf+", false, true},         {EXAMPLE("stewart"), "sdf", false, true},
         {MODEL("folding_arm.yaml"), "mjcf", false, false},  {MODEL("geared_leg.yaml"), "mjcf", true, false},
         {EXAMPLE("four_bar"), "mjcf", true, true},          {EXAMPLE("stewart"), "mjcf", false, true},
-        {MODEL("armed_linkage.yaml"), "mjcf", true, true},
+        {MODEL("armed_linkage.yaml"), "mjcf", true, true},  {EXAMPLE("stephenson"), "sdf", true, true},
+        {EXAMPLE("parallel_robot"), "sdf", true, true},
     };
     for (size_t k = 0; k < sizeof trips / sizeof *trips; k++)
         go(&trips[k]);
+}
+
+/* -- pictures ------------------------------------------------------------------------------------------ */
+
+/* The lines of shapes of a printed model, without those of kinds that a format does not have. */
+static char *shape_lines(const kempe_model *model, const char *without)
+{
+    char *text = NULL, *out = calloc(1, 10000);
+    CHECK(model && kempe_model_print(model, KEMPE_TEXT, &text) == KEMPE_OK);
+    for (const char *line = text; out && line && *line; line += strcspn(line, "\n"), line += *line == '\n') {
+        size_t length = strcspn(line, "\n") + 1, indent = strspn(line, " ");
+        if (strncmp(line + indent, "shape ", 6) == 0 && strncmp(line + indent + 6, "line", 4) != 0 &&
+            strncmp(line + indent + 6, without, strlen(without)) != 0)
+            strncat(out, line, length);
+    }
+    kempe_text_free(text);
+    return out;
+}
+
+/* Checks that two texts are the same but for the rounding of their numbers. */
+static void check_alike(const char *a, const char *b)
+{
+    const char *first[2] = {a, b};
+    while (*a && *b) {
+        char *ends[2];
+        double x = strtod(a, &ends[0]), y = strtod(b, &ends[1]);
+        bool numbers = ends[0] > a && ends[1] > b;
+        if (numbers ? fabs(x - y) > 1e-14 : *a != *b)
+            break;
+        a = numbers ? ends[0] : a + 1;
+        b = numbers ? ends[1] : b + 1;
+    }
+    if (*a || *b)
+        CHECK_TEXT(first[1], first[0]);
+}
+
+static void pictures_and_points(void)
+{
+    static const char text[] =
+        "kempe: 1\ngravity: [0, 0, -9.81]\nbodies:\n  a:\n    joint: {revolute: y, at: ground}\n    mass: 1\n"
+        "    inertia: {xx: 1, yy: 1, zz: 1}\n    points: {tip: {at: [0.4, 0.1, 0], axes: {x: [1, 2, 3]}}}\n    shape:\n"
+        "      - {box: [0.1, 0.2, 0.3], at: [1, 2, 3], axes: {z: [1, 1, 0]}, colour: red}\n"
+        "      - {cylinder: 0.5, radius: 0.1, axis: [1, 2, 2]}\n"
+        "      - {capsule: 0.5, radius: 0.1, axis: x, at: [0, 0, 1], colour: '#123456'}\n"
+        "      - {sphere: 0.3, at: [4, 3, 2]}\n      - {ellipsoid: [0.1, 0.2, 0.3], axes: {x: [0, 1, 1]}}\n"
+        "      - {mesh: leg/trunk.stl, scale: 0.001, at: [0, 1, 0], axes: {z: [1, 0, 1]}}\n"
+        "      - {line: [[0, 0, 0], [1, 0, 0]]}\n";
+    static const struct {
+        const char *format, *without, *point;
+    } cases[] = {{"urdf+", "ellipsoid", NULL}, {"sdf", "none", "a_tip"}, {"mjcf", "none", "a_tip"}};
+    static const char *const place = KEMPE_ROOT "/tests/models/m.xml";
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        kempe_model *own = NULL, *other = NULL;
+        char *written = NULL, *shown = NULL, *lines[2];
+        CHECK(kempe_model_read_text(context, text, place, &own) == KEMPE_OK);
+        CHECK(own && kempe_model_export(own, cases[k].format, &written) == KEMPE_OK);
+        CHECK(written && kempe_model_read_text(context, written, place, &other) == KEMPE_OK);
+        lines[0] = shape_lines(own, cases[k].without);
+        lines[1] = shape_lines(other, cases[k].without);
+        if (lines[0] && lines[1])
+            check_alike(lines[0], lines[1]);
+        CHECK(other && kempe_model_print(other, KEMPE_TEXT, &shown) == KEMPE_OK);
+        CHECK(shown && (!cases[k].point || strstr(shown, "point a_tip [0.4, 0.1, 0], axes")));
+        free(lines[0]);
+        free(lines[1]);
+        kempe_text_free(shown);
+        kempe_text_free(written);
+        kempe_model_free(own);
+        kempe_model_free(other);
+    }
 }
 
 /* -- messages ------------------------------------------------------------------------------------------ */
@@ -189,6 +260,7 @@ int main(void)
 {
     context = kempe_context_new();
     TEST(there_and_back);
+    TEST(pictures_and_points);
     TEST(what_is_left_out);
     kempe_context_free(context);
     return check_report();

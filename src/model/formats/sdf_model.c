@@ -47,10 +47,11 @@ static const char *colour_of(kmp_import *im, const kmp_element *visual)
     return kmp_import_read_numbers(im, material, key, 3, 4, rgba) ? kmp_import_colour(im, rgba) : NULL;
 }
 
-/* Ellipsoids and planes are no pictures. */
+/* Planes are no pictures. */
 static void add_shape(kmp_sdf *s, const kmp_sdf_frame *link, kmp_yaml *body, const kmp_element *visual)
 {
-    static const char *const words[] = {"box", "sphere", "cylinder", "capsule"};
+    static const char *const words[] = {"box", "sphere", "cylinder", "capsule", "ellipsoid"};
+    enum { WORDS = sizeof words / sizeof *words };
     kmp_import *im = s->im;
     const kmp_element *geometry = kmp_element_find(visual, "geometry"), *mesh = kmp_element_find(geometry, "mesh"),
                       *e = NULL;
@@ -58,7 +59,7 @@ static void add_shape(kmp_sdf *s, const kmp_sdf_frame *link, kmp_yaml *body, con
     kmp_pose at = kmp_sdf_pose(im, visual);
     double size[3] = {1, 1, 1};
     int solid = 0;
-    for (; solid < 4 && !(e = kmp_element_find(geometry, words[solid]));)
+    for (; solid < WORDS && !(e = kmp_element_find(geometry, words[solid]));)
         solid++;
     if (!e && !mesh)
         return;
@@ -77,6 +78,8 @@ static void add_shape(kmp_sdf *s, const kmp_sdf_frame *link, kmp_yaml *body, con
     }
     if (solid == KMP_SOLID_BOX)
         kmp_import_read_numbers(im, e, "size", 3, 3, size);
+    else if (solid == KMP_SOLID_ELLIPSOID)
+        kmp_import_read_numbers(im, e, "radii", 3, 3, size);
     else {
         size[0] = kmp_import_read_number(im, e, "radius", solid == KMP_SOLID_CAPSULE ? 0.5 : 1);
         size[1] = kmp_import_read_number(im, e, "length", 1);
@@ -131,12 +134,13 @@ static const kmp_grammar grammar[] = {
     {"inertial", " auto pose mass inertia "},
     {"inertia", " ixx ixy ixz iyy iyz izz "},
     {"visual", " name pose geometry material "},
-    {"geometry", " box cylinder sphere capsule mesh "},
+    {"geometry", " box cylinder sphere capsule ellipsoid mesh "},
     {"mesh", " uri scale "},
     {"box", " size "},
     {"cylinder", " radius length "},
     {"capsule", " radius length "},
     {"sphere", " radius "},
+    {"ellipsoid", " radii "},
     {"material", " ambient diffuse "},
     {"joint", " name type pose parent child axis axis2 gearbox_ratio gearbox_reference_body thread_pitch "
               "screw_thread_pitch physics drake:mimic "},

@@ -111,8 +111,79 @@ static void put_mass(const kmp_export *w, int link, int depth)
     kmp_text_put(w->text, "/>\n");
 }
 
+static const int shapes_known[] = {
+    KMP_SHAPE_BOX, KMP_SHAPE_SPHERE, KMP_SHAPE_CYLINDER, KMP_SHAPE_CAPSULE, KMP_SHAPE_ELLIPSOID, KMP_SHAPE_MESH, -1};
+
+/* Half lengths; pictures touch nothing. */
+static void put_pictures(kmp_export *w, int link, int depth)
+{
+    kmp_written_shape s;
+    for (int k = 0; k < w->model->shape_count; k++) {
+        if (!kmp_export_shape(w, k, link, shapes_known, &s))
+            continue;
+        double half[3] = {s.size[0], s.size[1] / 2, s.size[2]};
+        for (int i = 0; i < 3 && s.kind == KMP_SHAPE_BOX; i++)
+            half[i] = s.size[i] / 2;
+        bool three = s.kind == KMP_SHAPE_BOX || s.kind == KMP_SHAPE_ELLIPSOID;
+        indent(w->text, depth);
+        kmp_text_printf(w->text, "<geom type=\"%s\" contype=\"0\" conaffinity=\"0\"", kmp_shape_words[s.kind]);
+        put_place(w->text, &s.at);
+        if (s.mesh)
+            kmp_text_printf(w->text, " mesh=\"shape_%d\"", k + 1);
+        else
+            put_value(w->text, "size",
+                      three                        ? 3
+                      : s.kind == KMP_SHAPE_SPHERE ? 1
+                                                   : 2,
+                      s.kind == KMP_SHAPE_ELLIPSOID ? s.size : half);
+        if (s.coloured)
+            put_value(w->text, "rgba", 4, s.rgba);
+        kmp_text_put(w->text, "/>\n");
+    }
+}
+
+static void put_meshes(const kmp_export *w)
+{
+    bool any = false;
+    for (int k = 0; k < w->model->shape_count; k++) {
+        const kmp_shape *s = &w->model->shapes[k];
+        if (!s->mesh)
+            continue;
+        const double scale[3] = {s->scale.value, s->scale.value, s->scale.value};
+        kmp_text_printf(w->text, "%s    <mesh name=\"shape_%d\" file=\"", any ? "" : "  <asset>\n", k + 1);
+        kmp_export_text(w->text, s->mesh->path);
+        kmp_text_put(w->text, "\"");
+        put_value(w->text, "scale", 3, scale);
+        kmp_text_put(w->text, "/>\n");
+        any = true;
+    }
+    kmp_text_put(w->text, any ? "  </asset>\n" : "");
+}
+
+/* Points that no joint and no loop ends at. */
+static void put_points(kmp_export *w, int link, int depth)
+{
+    for (int k = 0; k < w->model->point_count; k++) {
+        const char *name = w->of_body[w->model->points[k].body] == link ? kmp_export_point_name(w, k) : NULL;
+        if (!name)
+            continue;
+        kmp_pose f = kmp_export_point(w, k);
+        indent(w->text, depth);
+        kmp_text_printf(w->text, "<site name=\"%s\"", name);
+        put_place(w->text, &f);
+        kmp_text_put(w->text, "/>\n");
+    }
+}
+
+static void put_parts(kmp_export *w, int link, int depth)
+{
+    put_pictures(w, link, depth);
+    put_sites(w, link, depth);
+    put_points(w, link, depth);
+}
+
 /* Begins a body, which ends after the bodies that it carries. `first`: of the links of its chain. */
-static void begin_body(const kmp_export *w, int first, int link, int depth)
+static void begin_body(kmp_export *w, int first, int link, int depth)
 {
     indent(w->text, depth);
     kmp_text_printf(w->text, "<body name=\"%s\"", w->links[link].name);
@@ -120,7 +191,7 @@ static void begin_body(const kmp_export *w, int first, int link, int depth)
     kmp_text_put(w->text, ">\n");
     put_joints(w, first, link, depth + 1);
     put_mass(w, link, depth + 1);
-    put_sites(w, link, depth + 1);
+    put_parts(w, link, depth + 1);
 }
 
 /* All bodies, each inside the one that carries it. */
@@ -182,8 +253,10 @@ void kmp_mjcf_write(kmp_export *w)
     kmp_export_name(w->text, w->model->name);
     kmp_text_put(w->text, "\">\n  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n  <option");
     put_value(w->text, "gravity", 3, gravity);
-    kmp_text_put(w->text, "/>\n  <worldbody>\n");
-    put_sites(w, 0, 0);
+    kmp_text_put(w->text, "/>\n");
+    put_meshes(w);
+    kmp_text_put(w->text, "  <worldbody>\n");
+    put_parts(w, 0, 0);
     put_bodies(w);
     kmp_text_put(w->text, "  </worldbody>\n  <equality>\n");
     put_equalities(w);

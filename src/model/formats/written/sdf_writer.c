@@ -37,6 +37,59 @@ static void put_axis(kmp_text *text, const char *word, const double axis[3])
 
 /* -- links and joints ---------------------------------------------------------------------------------- */
 
+static void put_solid(kmp_text *text, const kmp_written_shape *s)
+{
+    bool three = s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID;
+    if (s->mesh) {
+        kmp_text_put(text, "<uri>");
+        kmp_export_text(text, s->mesh);
+        kmp_text_put(text, "</uri><scale>");
+        kmp_export_numbers(text, 3, s->size);
+        kmp_text_put(text, "</scale>");
+    } else if (three) {
+        const char *key = s->kind == KMP_SHAPE_BOX ? "size" : "radii";
+        kmp_text_printf(text, "<%s>", key);
+        kmp_export_numbers(text, 3, s->size);
+        kmp_text_printf(text, "</%s>", key);
+    } else
+        put_number(text, "radius", s->size[0]);
+    if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE)
+        put_number(text, "length", s->size[1]);
+}
+
+static void put_picture(kmp_text *text, int number, const kmp_written_shape *s)
+{
+    double place[6];
+    memcpy(place, s->at.p, sizeof s->at.p);
+    kmp_export_angles(&s->at, place + 3);
+    kmp_text_printf(text, "      <visual name=\"shape_%d\">\n        <pose>", number);
+    kmp_export_numbers(text, 6, place);
+    kmp_text_printf(text, "</pose>\n        <geometry><%s>", kmp_shape_words[s->kind]);
+    put_solid(text, s);
+    kmp_text_printf(text, "</%s></geometry>\n", kmp_shape_words[s->kind]);
+    if (s->coloured) {
+        kmp_text_put(text, "        <material><diffuse>");
+        kmp_export_numbers(text, 4, s->rgba);
+        kmp_text_put(text, "</diffuse></material>\n");
+    }
+    kmp_text_put(text, "      </visual>\n");
+}
+
+static void put_pictures(kmp_export *w, int link)
+{
+    static const int known[] = {KMP_SHAPE_BOX,
+                                KMP_SHAPE_SPHERE,
+                                KMP_SHAPE_CYLINDER,
+                                KMP_SHAPE_CAPSULE,
+                                KMP_SHAPE_ELLIPSOID,
+                                KMP_SHAPE_MESH,
+                                -1};
+    kmp_written_shape shape;
+    for (int k = 0; k < w->model->shape_count; k++)
+        if (kmp_export_shape(w, k, link, known, &shape))
+            put_picture(w->text, k + 1, &shape);
+}
+
 static void put_link(kmp_export *w, int link)
 {
     static const char *const keys[6] = {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"};
@@ -56,7 +109,9 @@ static void put_link(kmp_export *w, int link)
     kmp_text_put(w->text, "\n        <inertia>");
     for (int k = 0; k < 6; k++)
         put_number(w->text, keys[k], inertia[k]);
-    kmp_text_put(w->text, "</inertia>\n      </inertial>\n    </link>\n");
+    kmp_text_put(w->text, "</inertia>\n      </inertial>\n");
+    put_pictures(w, link);
+    kmp_text_put(w->text, "    </link>\n");
 }
 
 static void put_mimic(kmp_export *w, int link)
@@ -143,13 +198,18 @@ static bool coincide(const kmp_export *w, const kmp_closure *c, bool places_alon
     return apart <= 4 * COINCIDENT;
 }
 
-static void put_drake(kmp_export *w, const kmp_closure *c, const char *tag)
+/* A constraint of the points that are `along` from those of the closure, in the frame of each. */
+static void put_drake(kmp_export *w, const kmp_closure *c, const char *tag, double along[2][3])
 {
     static const char *const words[2][2] = {{"body_A", "p_AP"}, {"body_B", "p_BQ"}};
     kmp_text_printf(w->text, "    <drake:%s>\n", tag);
     for (int end = 0; end < 2; end++) {
         int link = link_of(w, c, end);
         kmp_pose f = kmp_export_point(w, c->point[end]);
+        double shift[3];
+        kmp_frame_vector(&f, along[end], shift);
+        for (int i = 0; i < 3; i++)
+            f.p[i] += shift[i];
         kmp_text_printf(w->text, "      <drake:%s_%s>%s</drake:%s_%s>\n      <drake:%s_%s>", tag, words[end][0],
                         link > 0 ? w->links[link].name : "world", tag, words[end][0], tag, words[end][1]);
         kmp_export_numbers(w->text, 3, f.p);
@@ -161,6 +221,19 @@ static void put_drake(kmp_export *w, const kmp_closure *c, const char *tag)
         kmp_text_printf(w->text, "</drake:%s_distance>\n", tag);
     }
     kmp_text_printf(w->text, "    </drake:%s>\n", tag);
+}
+
+/* A hinge is two ball constraints at its axis, a weld is three of them. */
+static void put_balls(kmp_export *w, const kmp_closure *c)
+{
+    bool weld = strcmp(c->kind, "weld") == 0;
+    for (int k = 0; k < (weld ? 3 : 2); k++) {
+        double along[2][3] = {{0}};
+        for (int end = 0; end < 2 && k > 0; end++)
+            for (int i = 0; i < 3; i++)
+                along[end][i] = weld ? i == k : c->axis[end][i];
+        put_drake(w, c, "ball_constraint", along);
+    }
 }
 
 /* The name of a loop that no link and no joint has. */
@@ -200,8 +273,27 @@ static void put_loop(kmp_export *w, int k)
                      "    </joint>\n");
         w->said[k] = true;
     } else if (ball || rod) {
-        put_drake(w, c, ball ? "ball_constraint" : "distance_constraint");
+        double none[2][3] = {{0}};
+        put_drake(w, c, rod ? "distance_constraint" : "ball_constraint", none);
         w->said[k] = true;
+    } else if (joint && types[t].type[0] != 'p') {
+        put_balls(w, c);
+        w->said[k] = true;
+    }
+}
+
+/* Points that have a link of their own. */
+static void put_points(kmp_export *w)
+{
+    for (int k = 0; k < w->model->point_count; k++) {
+        int link = w->of_body[w->model->points[k].body];
+        const char *name = link > 0 ? kmp_export_point_name(w, k) : NULL;
+        if (!name)
+            continue;
+        kmp_pose f = kmp_export_point(w, k);
+        kmp_text_printf(w->text, "    <frame name=\"%s\" attached_to=\"%s\">\n", name, w->links[link].name);
+        put_pose(w->text, w->links[link].name, &f);
+        kmp_text_put(w->text, "    </frame>\n");
     }
 }
 
@@ -236,5 +328,6 @@ void kmp_sdf_write(kmp_export *w)
         put_joint(w, k);
     for (int k = 0; k < w->model->closure_count; k++)
         put_loop(w, k);
+    put_points(w);
     kmp_text_put(w->text, "  </model>\n </world>\n</sdf>\n");
 }

@@ -31,23 +31,61 @@ static void put_value(kmp_text *text, const char *key, double value)
     kmp_text_put(text, "\"");
 }
 
-static void put_link(const kmp_export *w, int link)
+static void put_picture(kmp_text *text, const kmp_written_shape *s)
+{
+    kmp_text_put(text, "    <visual>\n");
+    put_origin(text, "      ", &s->at);
+    kmp_text_printf(text, "      <geometry>\n        <%s", kmp_shape_words[s->kind]);
+    if (s->mesh) {
+        kmp_text_put(text, " filename=\"");
+        kmp_export_text(text, s->mesh);
+        kmp_text_put(text, "\" scale=\"");
+        kmp_export_numbers(text, 3, s->size);
+        kmp_text_put(text, "\"");
+    } else if (s->kind == KMP_SHAPE_BOX) {
+        kmp_text_put(text, " size=\"");
+        kmp_export_numbers(text, 3, s->size);
+        kmp_text_put(text, "\"");
+    } else
+        put_value(text, "radius", s->size[0]);
+    if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE)
+        put_value(text, "length", s->size[1]);
+    kmp_text_put(text, "/>\n      </geometry>\n");
+    if (s->coloured) {
+        kmp_text_put(text, "      <material name=\"\">\n        <color rgba=\"");
+        kmp_export_numbers(text, 4, s->rgba);
+        kmp_text_put(text, "\"/>\n      </material>\n");
+    }
+    kmp_text_put(text, "    </visual>\n");
+}
+
+static void put_inertial(kmp_text *text, const kmp_pose *centre, double mass, const double inertia[6])
 {
     static const char *const keys[6] = {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"};
-    kmp_pose centre = kmp_frame_none();
-    double mass, inertia[6];
-    if (!kmp_export_mass(w, link, &mass, centre.p, inertia)) {
-        kmp_text_printf(w->text, "  <link name=\"%s\"/>\n", w->links[link].name);
-        return;
-    }
-    kmp_text_printf(w->text, "  <link name=\"%s\">\n    <inertial>\n", w->links[link].name);
-    put_origin(w->text, "      ", &centre);
-    kmp_text_put(w->text, "      <mass");
-    put_value(w->text, "value", mass);
-    kmp_text_put(w->text, "/>\n      <inertia");
+    kmp_text_put(text, "    <inertial>\n");
+    put_origin(text, "      ", centre);
+    kmp_text_put(text, "      <mass");
+    put_value(text, "value", mass);
+    kmp_text_put(text, "/>\n      <inertia");
     for (int k = 0; k < 6; k++)
-        put_value(w->text, keys[k], inertia[k]);
-    kmp_text_put(w->text, "/>\n    </inertial>\n  </link>\n");
+        put_value(text, keys[k], inertia[k]);
+    kmp_text_put(text, "/>\n    </inertial>\n");
+}
+
+static void put_link(kmp_export *w, int link)
+{
+    static const int known[] = {KMP_SHAPE_BOX,     KMP_SHAPE_SPHERE, KMP_SHAPE_CYLINDER,
+                                KMP_SHAPE_CAPSULE, KMP_SHAPE_MESH,   -1};
+    kmp_pose centre = kmp_frame_none();
+    kmp_written_shape shape;
+    double mass, inertia[6];
+    kmp_text_printf(w->text, "  <link name=\"%s\">\n", w->links[link].name);
+    if (kmp_export_mass(w, link, &mass, centre.p, inertia))
+        put_inertial(w->text, &centre, mass, inertia);
+    for (int k = 0; k < w->model->shape_count; k++)
+        if (kmp_export_shape(w, k, link, known, &shape))
+            put_picture(w->text, &shape);
+    kmp_text_put(w->text, "  </link>\n");
 }
 
 /* The coupler by which a coordinate follows another; a joint has one. */

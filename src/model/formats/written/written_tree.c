@@ -253,8 +253,9 @@ static void leave_out_parts(kmp_export *w)
     for (int k = 0; k < kmp_model_given_inputs(model); k++)
         kmp_export_leave_out(w, "input '%s' is not written: %s has no functions of time", model->inputs[k].name,
                              w->format);
-    if (model->shape_count > 0)
-        kmp_export_leave_out(w, "%d shapes are not written: masses alone are", model->shape_count);
+    if (model->shape_count > w->drawn)
+        kmp_export_leave_out(w, "%d of %d shapes are not written: %s has no such pictures there",
+                             model->shape_count - w->drawn, model->shape_count, w->format);
     for (int k = 0; k < kmp_model_coordinates(model); k++)
         if (model->start.q[k].value != 0 || model->start.qd[k].value != 0)
             kmp_export_leave_out(w, "the start of coordinate '%s' is not written: %s has no start values",
@@ -268,7 +269,8 @@ static kempe_status write(kmp_export *w, void (*function)(kmp_export *w))
     if (!KMP_ARENA_MAKE(
             &w->arena, KMP_ROOM(kmp_written_link, room, &w->links), KMP_ROOM(int, model->body_count, &w->of_body),
             KMP_ROOM(kmp_pose, model->body_count, &w->in_link), KMP_ROOM(int, model->motion_count + 1, &w->of_motion),
-            KMP_ROOM(bool, model->closure_count + 1, &w->said)))
+            KMP_ROOM(bool, model->closure_count + 1, &w->said),
+            KMP_ROOM(const char *, model->point_count + 1, &w->point_name)))
         return kmp_fail_memory(model->context);
     for (int k = 0; k < model->motion_count; k++)
         w->of_motion[k] = -1;

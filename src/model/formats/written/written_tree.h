@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "model/formats/foreign_parts.h"
+#include "model/shapes/shape.h"
 
 typedef enum kmp_written_joint {
     KMP_WRITTEN_ROOT,
@@ -41,6 +42,8 @@ typedef struct kmp_export {
     kmp_pose *in_link; /* the frame of a body in that of its link */
     int *of_motion;    /* the link that a coordinate moves, -1: that of a free body */
     bool *said;        /* of a closure: it is written */
+    const char **point_name;
+    int drawn; /* shapes that are written */
     kempe_status status;
 } kmp_export;
 
@@ -76,3 +79,25 @@ bool kmp_export_mimic(kmp_export *w, int link, int *leader, double *multiplier, 
  * kind, with more terms, or one whose coordinates have no joint of their own. */
 bool kmp_export_follower(const kmp_export *w, const kmp_closure *closure, int *link, int *leader, double *multiplier,
                          double *offset);
+
+/* written_pictures.c */
+
+/** The picture of a shape in the frame of its link. Cylinders and capsules are along z. */
+typedef struct kmp_written_shape {
+    kmp_shape_kind kind;
+    kmp_pose at;
+    double size[3]; /* edges, radii of an ellipsoid, radius and length; of a mesh the scale */
+    const char *mesh;
+    double rgba[4];
+    bool coloured;
+} kmp_written_shape;
+
+/** True for a shape of a link that the format has: `known` ends with a negative kind. It counts as written. */
+bool kmp_export_shape(kmp_export *w, int shape, int link, const int *known, kmp_written_shape *out);
+
+/** A text between quotes or tags of XML. */
+void kmp_export_text(kmp_text *text, const char *s);
+
+/** The name of a point that no joint and no closure ends at, BODY_POINT, which no link, joint, loop and other point
+ * has; NULL: it has one of these ends, or no name. */
+const char *kmp_export_point_name(kmp_export *w, int point);
