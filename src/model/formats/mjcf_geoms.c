@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Geoms of MJCF: pictures, and masses. Where a mesh gives a body a part of its mass, the masses of all its geoms are
+/* Geoms of MJCF: pictures, and masses. If a mesh gives a body a part of its mass, the masses of all its geoms are
  * added here; otherwise they are those of the shapes in the document. */
 #include "model/formats/mjcf.h"
 #include "model/shapes/shape.h"

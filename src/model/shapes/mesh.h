@@ -29,7 +29,7 @@ typedef struct kmp_mesh_volume {
 /** False: the mesh is not closed, or its triangles do not all face one way; `why` (empty before) has the sentence. */
 bool kmp_mesh_enclose(const kmp_mesh *mesh, kmp_mesh_volume *volume, kmp_text *why);
 
-/** Where the mass of a mesh is: in the volume that it encloses, on its triangles, or in pyramids from the centroid of
+/** The mass of a mesh is in the volume that it encloses, on its triangles, or in pyramids from the centroid of
  * its triangles to each of them, which count positive on both sides: of a convex mesh that is its volume, too. */
 typedef enum kmp_mesh_matter { KMP_MESH_SOLID, KMP_MESH_SURFACE, KMP_MESH_PYRAMIDS } kmp_mesh_matter;
 
