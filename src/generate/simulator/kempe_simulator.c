@@ -52,7 +52,7 @@ enum {
     AT_EVENT,    /* modes change at the end, by `flip` */
     AT_EXCHANGE, /* the choice is bad at the end */
     AT_ENDED,    /* 1 + the condition that ends the motion at the end; 0 */
-    AT_SIGN,     /* of det Jv */
+    AT_SIGN,     /* of det Jv, block by block */
     AT_RATE,     /* of the motion at the start, 1/s */
     AT_LOOSE,    /* largest h of a redundant row at the start */
     AT_STARTED,
@@ -171,6 +171,13 @@ static void place_equations(kempe_simulator *s, double **at)
     part->new_row = take_indices(at, m);
     part->new_column = take_indices(at, n);
     part->fixed = take_indices(at, n);
+    part->block = take_indices(at, n + 1);
+    part->touch_begin = take_indices(at, f + 1);
+    part->touch = take_indices(at, f * r);
+    part->mass_begin = take_indices(at, n + 1);
+    part->mass_at = take_indices(at, n * n);
+    part->row_mark = take_indices(at, m);
+    part->column_mark = take_indices(at, n);
 }
 
 static void place_directions(kempe_simulator *s, double **at)
@@ -216,6 +223,9 @@ static void clear(int count, double *x)
         x[i] = 0;
 }
 
+static void list_mass(kempe_simulator *s);
+static void find_structure(kempe_simulator *s);
+
 void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *memory)
 {
     memset(s, 0, sizeof *s);
@@ -245,6 +255,12 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
         s->part.inverse_row[i] = 1 / e->row_scale[i];
     if (e->prepare)
         e->prepare(s->p, s->part.k);
+    for (int i = 0; i < e->rows; i++)
+        s->part.row[i] = i;
+    for (int j = 0; j < e->coordinates; j++)
+        s->part.column[j] = j;
+    list_mass(s);
+    find_structure(s);
 }
 
 /* Settings, time and work, which are members, as numbers of the state. */
@@ -302,6 +318,7 @@ static void put_back(kempe_simulator *s, const double *from)
     copy(kempe_simulator_saved_numbers(s), from, s->part.state);
     unpack(s, s->part.state);
     *factors_are_present(s) = 0;
+    find_structure(s);
 }
 
 void kempe_simulator_restore(kempe_simulator *s, const double *from)
@@ -315,6 +332,100 @@ void kempe_simulator_restore(kempe_simulator *s, const double *from)
         s->part.x[e->freedom + k] = s->part.rates[k] = s->qd[c];
         s->part.rates[e->freedom + k] = s->qdd[c];
     }
+}
+
+/* -- structure ----------------------------------------------------------------------------------------- */
+
+static bool can_be_nonzero(const char *const *zeros, int row, int column)
+{
+    return !zeros || zeros[row][column] != '0';
+}
+
+static void list_mass(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int count = 0;
+    for (int i = 0; i < e->coordinates; i++) {
+        part->mass_begin[i] = count;
+        for (int j = 0; j < e->coordinates; j++)
+            if (can_be_nonzero(e->mass_zeros, i, j))
+                part->mass_at[count++] = j;
+    }
+    part->mass_begin[e->coordinates] = count;
+}
+
+/* Marks rows and columns of Jv that are connected by entries with the least index of their rows. */
+static void mark_loops(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int r = rank_of(e);
+    for (int i = 0; i < r; i++) {
+        part->row_mark[i] = i;
+        part->column_mark[i] = r;
+    }
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (int i = 0; i < r; i++)
+            for (int k = 0; k < r; k++) {
+                int *row = &part->row_mark[i], *column = &part->column_mark[k];
+                if (*row == *column || !can_be_nonzero(e->jacobian_zeros, part->row[i], part->column[k]))
+                    continue;
+                *row = *column = *row < *column ? *row : *column;
+                changed = true;
+            }
+    }
+}
+
+/* Sorts indices by their marks, equal ones in their order. */
+static void sort_by_marks(int count, int *mark, int *index)
+{
+    for (int i = 1; i < count; i++)
+        for (int j = i; j > 0 && mark[j - 1] > mark[j]; j--) {
+            kmp_swap_int(&mark[j - 1], &mark[j]);
+            kmp_swap_int(&index[j - 1], &index[j]);
+        }
+}
+
+/* Blocks of the sorted choice; 1 where rows and columns of a block differ in number. */
+static int count_blocks(struct kempe_simulator_parts *part, int r)
+{
+    int blocks = 0;
+    for (int i = 0; i < r; i++) {
+        if (part->row_mark[i] != part->column_mark[i])
+            return 1;
+        if (i == 0 || part->row_mark[i] != part->row_mark[i - 1])
+            part->block[blocks++] = i;
+    }
+    return blocks;
+}
+
+/* Orders the choice by loops that have no coordinate in common: blocks of Jv, one after another. Lists the blocks that
+ * move with each independent coordinate. The order depends on the choice alone. */
+static void find_structure(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int f = e->freedom, r = rank_of(e), count = 0;
+    mark_loops(s);
+    sort_by_marks(r, part->row_mark, part->row);
+    sort_by_marks(r, part->column_mark, part->column);
+    part->block[0] = 0;
+    part->blocks = count_blocks(part, r);
+    part->block[part->blocks] = r;
+    clear(r * (f + 1), part->tangent);
+    for (int k = 0; k < f; k++) {
+        part->touch_begin[k] = count;
+        for (int b = 0; b < part->blocks; b++) {
+            bool touches = false;
+            for (int i = part->block[b]; i < part->block[b + 1]; i++)
+                touches = touches || can_be_nonzero(e->jacobian_zeros, part->row[i], part->column[r + k]);
+            if (touches)
+                part->touch[count++] = b;
+        }
+    }
+    part->touch_begin[f] = count;
 }
 
 /* -- loops --------------------------------------------------------------------------------------------- */
@@ -331,30 +442,60 @@ static outcome evaluate_loops(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, r = rank_of(e);
+    int n = e->coordinates;
     *factors_are_present(s) = 0;
     if (e->rows == 0)
         return GOOD;
     kempe_arguments at = arguments_at(s, t);
     e->closures(&at, part->h, part->jacobian, part->h_t);
     s->work.closings++;
-    for (int i = 0; i < r; i++) {
-        const double *row = part->jacobian + (ptrdiff_t)part->row[i] * n;
-        double *restrict loop = part->loop + i, size = part->inverse_row[part->row[i]];
-        for (int k = 0; k < r; k++)
-            loop[k * r] = row[part->column[k]] * size;
+    double *loop = part->loop;
+    for (int b = 0; b < part->blocks; b++) {
+        int from = part->block[b], count = part->block[b + 1] - from;
+        const int *column = part->column + from;
+        for (int i = 0; i < count; i++) {
+            const double *row = part->jacobian + (ptrdiff_t)part->row[from + i] * n;
+            double size = part->inverse_row[part->row[from + i]];
+            for (int k = 0; k < count; k++)
+                loop[i + k * count] = row[column[k]] * size;
+        }
+        if (kmp_lu_factor(count, loop, part->pivot + from))
+            return SINGULAR_LOOPS;
+        loop += (ptrdiff_t)count * count;
     }
-    return kmp_lu_factor(r, part->loop, part->pivot) ? SINGULAR_LOOPS : GOOD;
+    return GOOD;
+}
+
+/* x <- Jv^-1 x and x <- Jv^-T x, by the factors, whose rows are scaled. */
+static void solve_loops(const kempe_simulator *s, double *x)
+{
+    const struct kempe_simulator_parts *part = &s->part;
+    const double *loop = part->loop;
+    for (int b = 0; b < part->blocks; b++) {
+        int from = part->block[b], count = part->block[b + 1] - from;
+        kmp_lu_solve(count, loop, part->pivot + from, 1, x + from);
+        loop += (ptrdiff_t)count * count;
+    }
+}
+
+static void solve_loops_transposed(const kempe_simulator *s, double *x)
+{
+    const struct kempe_simulator_parts *part = &s->part;
+    const double *loop = part->loop;
+    for (int b = 0; b < part->blocks; b++) {
+        int from = part->block[b], count = part->block[b + 1] - from;
+        kmp_lu_solve_transposed(count, loop, part->pivot + from, x + from);
+        loop += (ptrdiff_t)count * count;
+    }
 }
 
 /* x = -Jv^-1 of rows; `rows` has all m. */
 static void solve_rows(const kempe_simulator *s, const double *rows, double *x)
 {
     const struct kempe_simulator_parts *part = &s->part;
-    int r = rank_of(s->equations);
-    for (int i = 0; i < r; i++)
+    for (int i = 0; i < rank_of(s->equations); i++)
         x[i] = -rows[part->row[i]] * part->inverse_row[part->row[i]];
-    kmp_lu_solve(r, part->loop, part->pivot, 1, x);
+    solve_loops(s, x);
 }
 
 static double opening(const kempe_simulator *s, int row)
@@ -424,30 +565,45 @@ static outcome close_loops(kempe_simulator *s, double t, double *first)
     return OPEN;
 }
 
-/* B = -Jv^-1 Ju; vd = B ud - Jv^-1 h_t into the placed qd, which has ud. */
+/* Column k of B = -Jv^-1 Ju, of the loops that move with its coordinate; adds what they gain by its rate to vd. */
+static void evaluate_tangent(kempe_simulator *s, int k, double *restrict vd)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, r = rank_of(e), at = part->column[r + k], block = 0;
+    double *restrict x = part->tangent + (ptrdiff_t)k * r, rate = part->qd[at];
+    const double *loop = part->loop;
+    for (int t = part->touch_begin[k]; t < part->touch_begin[k + 1]; t++) {
+        for (; block < part->touch[t]; block++)
+            loop += (ptrdiff_t)(part->block[block + 1] - part->block[block]) *
+                    (part->block[block + 1] - part->block[block]);
+        int from = part->block[block], end = part->block[block + 1];
+        for (int i = from; i < end; i++)
+            x[i] = -part->jacobian[(ptrdiff_t)part->row[i] * n + at] * part->inverse_row[part->row[i]];
+        kmp_lu_solve(end - from, loop, part->pivot + from, 1, x + from);
+        for (int i = from; i < end; i++)
+            vd[i] += x[i] * rate;
+    }
+}
+
+/* B, and vd = B ud - Jv^-1 h_t into the placed qd, which has ud. */
 static void evaluate_rates(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, f = e->freedom, r = rank_of(e);
-    double *restrict b = part->tangent, *restrict b_t = part->tangent + (ptrdiff_t)f * r;
+    int f = e->freedom, r = rank_of(e);
+    double *vd = part->tangent + (ptrdiff_t)f * r;
     bool moves = false;
     for (int i = 0; i < r; i++) {
-        const double *row = part->jacobian + (ptrdiff_t)part->row[i] * n;
-        double size = -part->inverse_row[part->row[i]];
-        for (int k = 0; k < f; k++)
-            b[i + k * r] = row[part->column[r + k]] * size;
-        b_t[i] = part->h_t[part->row[i]] * size;
-        moves = moves || b_t[i] != 0;
+        vd[i] = -part->h_t[part->row[i]] * part->inverse_row[part->row[i]];
+        moves = moves || vd[i] != 0;
     }
-    kmp_lu_solve(r, part->loop, part->pivot, moves ? f + 1 : f, part->tangent);
-    for (int k = 0; k < f; k++) {
-        double rate = part->qd[part->column[r + k]];
-        for (int i = 0; i < r; i++)
-            b_t[i] += b[i + k * r] * rate;
-    }
+    if (moves)
+        solve_loops(s, vd);
+    for (int k = 0; k < f; k++)
+        evaluate_tangent(s, k, vd);
     for (int i = 0; i < r; i++)
-        part->qd[part->column[i]] = b_t[i];
+        part->qd[part->column[i]] = vd[i];
 }
 
 /* The largest |B| in scaled coordinates. */
@@ -476,35 +632,42 @@ static double share_of_rows(const kempe_simulator *s)
         const double *row = part->jacobian + (ptrdiff_t)part->row[i] * n;
         for (int k = 0; k < r; k++)
             part->correction[k] = row[part->column[k]] * part->inverse_row[part->row[i]];
-        kmp_lu_solve_transposed(r, part->loop, part->pivot, part->correction);
+        solve_loops_transposed(s, part->correction);
         for (int k = 0; k < r; k++)
             most = fmax(most, fabs(part->correction[k]));
     }
     return most;
 }
 
-static double sign_of_loops(const kempe_simulator *s)
+/* The signs of the determinants of the blocks of Jv, as bits of a number; where there are many, of the last ones. */
+static double signs_of_loops(const kempe_simulator *s)
 {
-    int r = rank_of(s->equations), negative = 0;
-    for (int i = 0; i < r; i++)
-        negative ^= (s->part.loop[i + i * r] < 0) ^ (s->part.pivot[i] != i);
-    return negative ? -1 : 1;
+    const struct kempe_simulator_parts *part = &s->part;
+    const double *loop = part->loop;
+    double signs = 1;
+    for (int b = 0; b < part->blocks; b++) {
+        int from = part->block[b], count = part->block[b + 1] - from;
+        int negative = 0;
+        for (int i = 0; i < count; i++)
+            negative ^= (loop[i + i * count] < 0) ^ (part->pivot[from + i] != i);
+        signs = fmod(2 * signs + negative, 0x1p50);
+        loop += (ptrdiff_t)count * count;
+    }
+    return signs;
 }
 
 /* -- dynamics ------------------------------------------------------------------------------------------ */
 
-/* x += sum over v of b M, for a column b of r numbers. */
-static void add_moved(const kempe_simulator *s, const double *b, double *restrict x)
+/* x += sum over v of b M, for b of dependent coordinates from `from` to `end`. */
+static void add_moved(const kempe_simulator *s, int from, int end, const double *b, double *restrict x)
 {
     const struct kempe_simulator_parts *part = &s->part;
-    int n = s->equations->coordinates, r = rank_of(s->equations);
-    for (int i = 0; i < r; i++) {
+    int n = s->equations->coordinates;
+    for (int i = from; i < end; i++) {
         const double *row = part->mass + (ptrdiff_t)part->column[i] * n;
         double factor = b[i];
-        if (factor == 0) /* loops without that coordinate */
-            continue;
-        for (int j = 0; j < n; j++)
-            x[j] += factor * row[j];
+        for (int at = part->mass_begin[part->column[i]]; at < part->mass_begin[part->column[i] + 1]; at++)
+            x[part->mass_at[at]] += factor * row[part->mass_at[at]];
     }
 }
 
@@ -513,10 +676,11 @@ static double project_on(const kempe_simulator *s, int k, const double *c)
 {
     int r = rank_of(s->equations);
     const double *b = s->part.tangent + (ptrdiff_t)k * r;
-    const int *column = s->part.column;
+    const int *column = s->part.column, *block = s->part.block;
     double sum = c[column[r + k]];
-    for (int i = 0; i < r; i++)
-        sum += b[i] * c[column[i]];
+    for (int t = s->part.touch_begin[k]; t < s->part.touch_begin[k + 1]; t++)
+        for (int i = block[s->part.touch[t]]; i < block[s->part.touch[t] + 1]; i++)
+            sum += b[i] * c[column[i]];
     return sum;
 }
 
@@ -536,7 +700,9 @@ static void reduce_mass(kempe_simulator *s)
     for (int l = 0; l < f; l++) {
         double *moved = part->moved + (ptrdiff_t)l * n;
         copy(n, part->mass + (ptrdiff_t)part->column[r + l] * n, moved);
-        add_moved(s, part->tangent + (ptrdiff_t)l * r, moved);
+        for (int t = part->touch_begin[l]; t < part->touch_begin[l + 1]; t++)
+            add_moved(s, part->block[part->touch[t]], part->block[part->touch[t] + 1], part->tangent + (ptrdiff_t)l * r,
+                      moved);
         for (int k = l; k < f; k++)
             part->reduced[k + l * f] = project_on(s, k, moved);
     }
@@ -640,7 +806,7 @@ static void solve_motion(kempe_simulator *s, const double *c, double *udd, doubl
             lambda[i] += part->moved[at + k * n] * udd[k];
     }
     if (lambda) {
-        kmp_lu_solve_transposed(r, part->loop, part->pivot, lambda);
+        solve_loops_transposed(s, lambda);
         for (int i = 0; i < r; i++)
             lambda[i] *= part->inverse_row[part->row[i]];
     }
@@ -651,7 +817,7 @@ static void add_constant(kempe_simulator *s, const double *bias, const double *r
 {
     solve_rows(s, rows, s->part.constant);
     copy(s->equations->coordinates, bias, c);
-    add_moved(s, s->part.constant, c);
+    add_moved(s, 0, rank_of(s->equations), s->part.constant, c);
 }
 
 /* By M and C alone. */
@@ -806,14 +972,19 @@ static int widest_row(const kempe_simulator *s)
 static int lost_column(const kempe_simulator *s)
 {
     const int *column = s->part.column;
-    int r = rank_of(s->equations), least = 0;
+    const double *loop = s->part.loop;
+    int least = 0;
     double size = INFINITY;
-    for (int i = 0; i < r; i++) {
-        double pivot = fabs(s->part.loop[i + i * r]) * s->equations->scale[column[i]];
-        if (!(pivot >= size)) {
-            least = i;
-            size = pivot;
+    for (int b = 0; b < s->part.blocks; b++) {
+        int from = s->part.block[b], count = s->part.block[b + 1] - from;
+        for (int i = 0; i < count; i++) {
+            double pivot = fabs(loop[i + i * count]) * s->equations->scale[column[from + i]];
+            if (!(pivot >= size)) {
+                least = from + i;
+                size = pivot;
+            }
         }
+        loop += (ptrdiff_t)count * count;
     }
     return column[least];
 }
@@ -891,6 +1062,7 @@ static void choose(kempe_simulator *s, const int *fixed)
         part->row[i] = part->new_row[i];
     for (int j = 0; j < n; j++)
         part->column[j] = part->new_column[j];
+    find_structure(s);
 }
 
 /* Exchanges dependent and independent coordinates, largest entry of the scaled B first, until none exceeds GROWTH. J is
@@ -922,6 +1094,7 @@ static outcome improve_choice(kempe_simulator *s, double t)
         kmp_swap_int(&part->column[i], &part->column[r + k]);
         s->work.exchanges++;
     }
+    find_structure(s);
     return GOOD;
 }
 
@@ -934,7 +1107,7 @@ static outcome exchange_choice(kempe_simulator *s, double t)
     if (said == GOOD)
         said = evaluate_loops(s, t);
     if (said == GOOD)
-        s->part.state[AT_SIGN] = sign_of_loops(s);
+        s->part.state[AT_SIGN] = signs_of_loops(s);
     set_weights(s);
     return said;
 }
@@ -1376,7 +1549,7 @@ static attempt_result attempt(kempe_simulator *s, double h, double t_new, double
     if (*said != GOOD)
         return BAD_STAGE;
     double limit = e->rows > rank_of(e) ? CORRECTION_REDUNDANT : CORRECTION_LIMIT;
-    if (sign_of_loops(s) != part->state[AT_SIGN] || (!fixed && closing_of(s) > limit))
+    if (signs_of_loops(s) != part->state[AT_SIGN] || (!fixed && closing_of(s) > limit))
         return BAD_STEP;
     for (int i = 0; i < rank_of(e); i++)
         part->candidate[2 * e->freedom + i] = part->q[part->column[i]];
@@ -1458,7 +1631,7 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
         return explain(s, said, t);
     complete(s);
     put_place(s, part->begin);
-    state[AT_SIGN] = sign_of_loops(s);
+    state[AT_SIGN] = signs_of_loops(s);
     state[AT_FRESH] = 0;
     if (!(state[AT_NEXT] > 0) && !(s->settings.fixed_step > 0))
         said = choose_first_step(s);
@@ -1624,6 +1797,7 @@ static outcome close_start(kempe_simulator *s, double t, const int *fixed)
         part->row[i] = i;
     for (int j = 0; j < e->coordinates; j++)
         part->column[j] = j;
+    find_structure(s);
     (void)evaluate_loops(s, t);
     choose(s, fixed);
     outcome said = close_loops(s, t, NULL);

@@ -89,6 +89,8 @@ typedef struct kempe_equations {
     /** dC/dlambda [n m]. NULL: C does not depend on lambda. */
     void (*loads)(const kempe_arguments *at, double *slopes);
     int early; /* values of conditions are functions of t, q, qd, modes, u alone */
+    /* m and n strings of n characters: '0' where an entry of J or M is zero at all states; NULL: none is known. */
+    const char *const *jacobian_zeros, *const *mass_zeros;
 } kempe_equations;
 
 typedef enum kempe_simulator_status {
@@ -138,6 +140,8 @@ typedef struct kempe_simulator {
         double *moved, *reduced, *diagonal, *udd, *load, *pick, *pivots, *loads, *joint, *right, *inverse_row;
         double *dq, *dqd, *dqdd, *dlambda, *dynamics, *dh, *drates, *daccelerations, *dy, *dvalue, *zero;
         int *pivot, *joint_pivot, *new_row, *new_column, *fixed;
+        int *block, *touch_begin, *touch, *mass_begin, *mass_at, *row_mark, *column_mark;
+        int blocks; /* of the loops of the choice */
         double *end_of_memory;
     } part;
 } kempe_simulator;
@@ -149,9 +153,9 @@ typedef struct kempe_simulator {
 /** The number of doubles in the memory of a simulator, as a constant where the arguments are constants. */
 #define KEMPE_SIMULATOR_MEMORY(n, m, f, inputs, parameters, kept, conditions, outputs)                                 \
     (2 * KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs) + 1 + 4 * (f) +                 \
-     3 * ((n) + (f)) + (outputs) + 8 * (conditions) + 3 * (inputs) + (parameters) + 14 * (n) + 11 * (m) +              \
-     2 * (m) * (n) + 2 * (n) * (n) + (n) * (f) + (f) * (f) + 2 * (f) + (n) * ((n) - (f)) + ((n) - (f)) * ((n) - (f)) + \
-     ((n) - (f)) * ((f) + 3))
+     3 * ((n) + (f)) + (outputs) + 8 * (conditions) + 3 * (inputs) + (parameters) + 17 * (n) + 12 * (m) + 2 +          \
+     2 * (m) * (n) + 3 * (n) * (n) + (n) * (f) + (f) * (f) + 3 * (f) + 1 + (n) * ((n) - (f)) +                         \
+     ((n) - (f)) * ((n) - (f)) + ((n) - (f)) * (2 * (f) + 3))
 
 /** The same of equations: the number of doubles in the memory of a simulator. */
 int kempe_simulator_memory(const kempe_equations *equations);

@@ -145,6 +145,31 @@ static const kmp_code_routine *routine_of(const kmp_code_source *source, const c
     return NULL;
 }
 
+/* Rows of a matrix of a routine: '0' where an entry is zero, otherwise 'x'. */
+static char **zeros_of(kmp_arena *arena, const kmp_code_routine *r, const char *name, int rows, int cols)
+{
+    char **zeros = KMP_ARENA_NEW(arena, char *, rows);
+    for (int i = 0; zeros && i < rows; i++) {
+        zeros[i] = KMP_ARENA_NEW(arena, char, cols + 1);
+        for (int j = 0; zeros[i] && j < cols; j++)
+            zeros[i][j] = '0';
+    }
+    for (int a = 0; !arena->failed && a < r->array_count; a++) {
+        const kmp_array *array = &r->arrays[a];
+        const uint32_t *output = r->program->output + r->program->outputs[1] + array->first;
+        for (int i = 0; strcmp(array->name, name) == 0 && i < rows; i++)
+            for (int j = 0; j < (array->symmetric ? i + 1 : cols); j++) {
+                int value = (int)(*output++ >> 1);
+                if (value < r->program->constant_count && r->program->constant[value] == 0)
+                    continue;
+                zeros[i][j] = 'x';
+                if (array->symmetric)
+                    zeros[j][i] = 'x';
+            }
+    }
+    return zeros;
+}
+
 static kempe_status take_parameters(kmp_code_source *source)
 {
     struct kmp_simulated *x = source->simulated;
@@ -164,7 +189,9 @@ static kempe_status take_parameters(kmp_code_source *source)
                                                                      : KEMPE_COORDINATE_TRANSLATION;
     x->loaded = reads(motion, KMP_IN_LAMBDA, -1);
     x->early = !reads(changes, KMP_IN_LAMBDA, -1) && !reads(changes, KMP_IN_QDD, -1);
-    return KEMPE_OK;
+    x->jacobian_zeros = zeros_of(&source->arena, closures, "J", source->m, source->n);
+    x->mass_zeros = zeros_of(&source->arena, motion, "M", source->n, source->n);
+    return kmp_made(source->context, !source->arena.failed);
 }
 
 kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_events *conditions)

@@ -133,6 +133,8 @@ static void put_tables(kmp_text *text, const kmp_code_source *s)
     put_ints(text, "symbol", s->parameter_count, x->symbol);
     put_ints(text, "independent", x->freedom, x->independent);
     put_doubles(text, "lag", x->condition_count, x->lag);
+    put_names(text, "jacobian_zeros", s->m, x->jacobian_zeros);
+    put_names(text, "mass_zeros", s->n, x->mass_zeros);
     put_doubles(text, "scale", s->n, x->scale);
     put_doubles(text, "row_scale", s->m, x->row_scale);
     put_doubles(text, "parameter_values", s->parameter_count, s->value);
@@ -156,7 +158,8 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
                                        "coordinate_kind",  "condition_kind",  "scale",        "row_scale",
                                        "parameter_values", "parameter_fixed", "input_values", "start_q",
                                        "start_qd",         "independent",     "prepare",      "closures",
-                                       "motion",           "changes",         "show",         "along"};
+                                       "motion",           "changes",         "show",         "along",
+                                       "jacobian_zeros",   "mass_zeros"};
     const struct kmp_simulated *x = s->simulated;
     kmp_text_printf(text, "const kempe_equations %s_equations = {\n    .name = ", s->name);
     kmp_language_string(text, &kmp_language_c, s->title);
