@@ -328,4 +328,96 @@ static const kempe_equations chatter = {.name = "chatter",
                                         .motion = chatter_motion,
                                         .changes = chatter_changes};
 
+/* -- a block slides down a slope with friction, a part of the multiplier's size; it is negative ------------------- */
+
+#define SLOPE 0.6
+#define RUB   0.25
+
+static void block_closures(const kempe_arguments *at, double *h, double *J, double *h_t)
+{
+    J[0] = -sin(SLOPE);
+    J[1] = -cos(SLOPE);
+    h[0] = J[0] * at->q[0] + J[1] * at->q[1];
+    h_t[0] = 0;
+}
+
+static void block_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    double rub = RUB * fabs(at->lambda[0]);
+    M[0] = M[3] = 2;
+    M[1] = M[2] = 0;
+    C[0] = rub * cos(SLOPE);
+    C[1] = 2 * GRAVITY - rub * sin(SLOPE);
+    jdqd[0] = 0;
+}
+
+static void block_loads(const kempe_arguments *at, double *slopes)
+{
+    double sense = at->lambda[0] < 0 ? -1 : 1;
+    slopes[0] = RUB * sense * cos(SLOPE);
+    slopes[1] = -RUB * sense * sin(SLOPE);
+}
+
+static const kempe_equations block = {.name = "block",
+                                      .hash = "",
+                                      .coordinates = 2,
+                                      .rows = 1,
+                                      .freedom = 1,
+                                      .coordinate_names = pendulum_coordinates,
+                                      .row_names = pendulum_rows,
+                                      .coordinate_kind = translations,
+                                      .scale = ones,
+                                      .row_scale = ones,
+                                      .rank_tolerance = 1e-10,
+                                      .start_q = nothing,
+                                      .start_qd = nothing,
+                                      .closures = block_closures,
+                                      .motion = block_motion,
+                                      .loads = block_loads};
+
+/* -- a bead slides along a floor onto a ramp, where its rates jump --------------------------------------------------
+ */
+
+static void ramp_closures(const kempe_arguments *at, double *h, double *J, double *h_t)
+{
+    double slope = at->modes[0] > 0 ? 0 : 0.5;
+    h[0] = at->q[1] - slope * at->q[0];
+    J[0] = -slope;
+    J[1] = 1;
+    h_t[0] = 0;
+}
+
+static void ramp_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    (void)at;
+    M[0] = M[3] = 2;
+    M[1] = M[2] = C[0] = C[1] = jdqd[0] = 0;
+}
+
+static void ramp_changes(const kempe_arguments *at, double *value)
+{
+    value[0] = at->q[0];
+}
+
+static const double ramp_start[] = {-1, 0}, ramp_rates[] = {3, 0};
+static const kempe_equations ramp = {.name = "ramp",
+                                     .hash = "",
+                                     .coordinates = 2,
+                                     .rows = 1,
+                                     .freedom = 1,
+                                     .conditions = 1,
+                                     .coordinate_names = pendulum_coordinates,
+                                     .row_names = pendulum_rows,
+                                     .condition_names = spring_conditions,
+                                     .coordinate_kind = translations,
+                                     .condition_kind = spring_kinds,
+                                     .scale = ones,
+                                     .row_scale = ones,
+                                     .rank_tolerance = 1e-10,
+                                     .start_q = ramp_start,
+                                     .start_qd = ramp_rates,
+                                     .closures = ramp_closures,
+                                     .motion = ramp_motion,
+                                     .changes = ramp_changes};
+
 #endif

@@ -132,6 +132,18 @@ static void driven_crank_follows_its_drive(void)
     printf("  %g steps, %g rejected\n", s->work.steps, s->work.rejected);
 }
 
+static void forces_depend_on_multipliers(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &block, 0);
+    GOES(kempe_simulator_start(s, 0));
+    GOES(kempe_simulator_advance(s, 1.5));
+    double along = GRAVITY * (sin(SLOPE) - RUB * cos(SLOPE)) * 1.5 * 1.5 / 2;
+    CHECK_NEAR(s->q[0], along * cos(SLOPE), 1e-13);
+    CHECK_NEAR(s->q[1], -along * sin(SLOPE), 1e-13);
+    CHECK_NEAR(s->lambda[0], -2 * GRAVITY * cos(SLOPE), 1e-13);
+}
+
 /* -- events ------------------------------------------------------------------------------------------------ */
 
 static void spring_switches(void)
@@ -150,6 +162,18 @@ static void spring_switches(void)
         CHECK_NEAR(s->q[0], -sqrt(SOFT / STIFF), 1e-10);
         printf("  %g steps, %g evaluations\n", s->work.steps, s->work.evaluations);
     }
+}
+
+/* The momentum along the ramp is kept. */
+static void rates_jump_where_closures_switch(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &ramp, 0);
+    GOES(kempe_simulator_start(s, 0));
+    GOES(kempe_simulator_advance(s, 1));
+    CHECK_NEAR(s->qd[0], 3 / 1.25, 1e-14);
+    CHECK_NEAR(s->q[0], 3 / 1.25 * (1 - 1.0 / 3), 1e-14);
+    CHECK_NEAR(s->q[1], 0.5 * s->q[0], 1e-15);
 }
 
 static void motion_ends(void)
@@ -209,7 +233,8 @@ static bool is_same(const kempe_simulator *a, const kempe_simulator *b)
            memcmp(a->qdd, b->qdd, n) == 0 && memcmp(a->lambda, b->lambda, m) == 0;
 }
 
-static const kempe_equations *const all[] = {&pendulum, &slider_crank, &driven_crank, &parallelogram, &spring};
+static const kempe_equations *const all[] = {&pendulum, &slider_crank, &driven_crank, &parallelogram,
+                                             &spring,   &block,        &ramp};
 enum { ALL = sizeof all / sizeof *all };
 
 static double random_part(void)
@@ -439,6 +464,8 @@ int main(void)
     TEST(crank_turns_in_its_time);
     TEST(redundant_rows_are_left_out);
     TEST(driven_crank_follows_its_drive);
+    TEST(forces_depend_on_multipliers);
+    TEST(rates_jump_where_closures_switch);
     TEST(spring_switches);
     TEST(motion_ends);
     TEST(short_changes_are_found);

@@ -27,13 +27,14 @@ enum { MOST_CLOSINGS = 12, MOST_LOADS = 50, MOST_ATTEMPTS = 1000, MOST_PASSES = 
 #define GROWTH               1.5 /* of dependent coordinates over independent ones: above it both are exchanged */
 #define GROWTH_OF_CALLERS    3.0 /* the same where each exchange restarts an integrator of the caller */
 #define ROWS_OUT             2.0 /* share of a row in a redundant one above which rows are chosen anew */
-#define DROPPED              1e-9 /* a redundant row stays open by this: it is not redundant; or by OVER times the start */
+#define DROPPED_WEIGHTS      1e3 /* tolerances by which a redundant row may open; or OVER times its opening at the start */
 #define DROPPED_START        1e-4
 #define DROPPED_OVER         30.0
 #define UNCONTROLLED         1e300
 #define LOADS_SETTLED        1e-14 /* relative change of multipliers at which C is at them; where rounding stops it */
 #define LOADS_ROUNDED        1e-9
 #define NO_MASS              1e-13 /* pivot of the reduced mass over its diagonal */
+#define JUMP                 1e-9  /* of rates where modes change, over the fastest one */
 #define INSTANT              1e-11 /* of the time of the motion: events within it are at one time */
 
 /* Places in the header of the state. */
@@ -873,7 +874,7 @@ static outcome accelerate(kempe_simulator *s, double t)
     for (int k = 0; k < e->freedom; k++)
         if (!(fabs(part->udd[k]) <= DBL_MAX))
             return NOT_FINITE;
-    return GOOD;
+    return said;
 }
 
 /* qdd and lambda at the place of the last evaluation. */
@@ -1018,7 +1019,8 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
         break;
     case UNSETTLED:
         snprintf(s->message, sizeof s->message,
-                 "%s: forces that depend on reactions have no solution that is found from zero reactions at t = %.9g",
+                 "%s: forces that depend on reactions have no solution that is found from zero reactions at t = %.9g: "
+                 "such friction locks or has several solutions; reduce the force",
                  e->name, t);
         break;
     default:
@@ -1121,7 +1123,8 @@ static bool is_choice_bad(const kempe_simulator *s, double limit)
 /* The first redundant row that does not close with the others; -1: none. */
 static int open_row(const kempe_simulator *s)
 {
-    double allowed = fmax(DROPPED, DROPPED_OVER * s->part.state[AT_LOOSE]);
+    double allowed =
+        fmax(DROPPED_WEIGHTS * (s->settings.atol + s->settings.rtol), DROPPED_OVER * s->part.state[AT_LOOSE]);
     for (int i = rank_of(s->equations); i < s->equations->rows; i++)
         if (!(opening(s, s->part.row[i]) <= allowed))
             return s->part.row[i];
@@ -1188,7 +1191,7 @@ static kempe_simulator_status end_motion(kempe_simulator *s)
     int k = (int)s->part.state[AT_ENDED] - 1;
     const char *advice = e->advice ? e->advice[k] : NULL;
     snprintf(s->message, sizeof s->message, "%s: the motion ends at t = %.9g: %s%s%s", e->name, s->t,
-             e->condition_names[k], advice ? "; " : "", advice ? advice : "");
+             e->condition_names[k], advice && *advice ? "; " : "", advice ? advice : "");
     return KEMPE_SIMULATOR_ENDED;
 }
 
@@ -1207,20 +1210,60 @@ static bool change_mode(kempe_simulator *s, int k, double t)
     const char *advice = e->advice ? e->advice[k] : NULL;
     snprintf(s->message, sizeof s->message, "%s: %s changes back and forth at t = %.9g: %s", e->name,
              e->condition_names[k], t,
-             advice ? advice
-                    : "the motion slides along this condition; make the law continuous there, for instance with tanh");
+             advice && *advice
+                 ? advice
+                 : "the motion slides along this condition; make the law continuous there, for instance with tanh");
     return false;
+}
+
+/* Rates after an impact, where modes have changed the closures: M (qd - before) = J' p, J qd + h_t = 0. The placed qd
+ * is that before; loops and motion are evaluated. */
+static outcome jump(kempe_simulator *s, double t, const double *before, double *y)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, f = e->freedom, r = rank_of(e);
+    double worst = 0, fastest = 0;
+    for (int j = 0; j < n; j++) {
+        worst = fmax(worst, fabs(part->qd[j] - before[j]) / e->scale[j]);
+        fastest = fmax(fastest, fabs(before[j]) / e->scale[j]);
+    }
+    if (!(worst > JUMP * fastest))
+        return GOOD;
+    for (int k = 0; k < f; k++)
+        part->qd[part->column[r + k]] = 0;
+    evaluate_rates(s);
+    reduce_mass(s);
+    if (factor_mass(s) != GOOD)
+        return SINGULAR_MASS;
+    for (int i = 0; i < n; i++) {
+        part->right[i] = 0;
+        for (int j = 0; j < n; j++)
+            part->right[i] += part->mass[(ptrdiff_t)i * n + j] * (before[j] - part->qd[j]);
+    }
+    project(s, part->right, part->udd);
+    kmp_cholesky_solve(f, part->reduced, part->udd);
+    copy(f, part->udd, y + f);
+    for (int k = 0; k < f; k++)
+        y[k] = part->q[part->column[r + k]];
+    for (int i = 0; i < r; i++)
+        y[2 * f + i] = part->q[part->column[i]];
+    return slopes_closed(s, t, y, NULL);
 }
 
 /* Changes modes at the state y until all conditions agree with them; *changed: some have. At the start lags do not
  * count. The state is placed and complete. */
-static kempe_simulator_status settle_modes(kempe_simulator *s, double t, const double *y, bool lags, bool *changed)
+static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double *y, bool lags, bool *changed)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     int last = -1;
     for (int pass = 0; pass < MOST_PASSES; pass++) {
+        if (pass > 0)
+            copy(e->coordinates, part->qd, part->dqd);
         outcome said = slopes_closed(s, t, y, NULL);
+        if (said == GOOD && *changed)
+            said = jump(s, t, part->dqd, y);
         if (said != GOOD)
             return explain(s, said, t);
         complete(s);
@@ -1599,6 +1642,11 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
     bool changed = false;
     list_stages(s, k);
     if (state[AT_EVENT] > 0) {
+        place_y(s, part->y_new);
+        if (evaluate_loops(s, t) == GOOD)
+            evaluate_rates(s);
+        copy(e->coordinates, part->qd, part->dqd);
+        changed = true;
         if (!flip_modes(s, t))
             return KEMPE_SIMULATOR_FAILED;
         kempe_simulator_status status = settle_modes(s, t, part->y_new, true, &changed);
@@ -1838,6 +1886,7 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t)
     for (int k = 0; fixed && k < e->freedom; k++)
         fixed[e->independent[k]] = 1;
     clear(HEADER, state);
+    clear(3 * e->coordinates + e->rows, part->begin);
     state[AT_RATE] = 1;
     state[AT_END] = t;
     clear(e->conditions, part->modes);
@@ -1968,7 +2017,9 @@ static kempe_simulator_status continue_here(kempe_simulator *s)
     double t = s->t;
     copy(s->equations->coordinates, s->q, part->q);
     copy(s->equations->coordinates, s->qd, part->qd);
-    if (part->state[AT_EVENT] > 0 && !(t < part->state[AT_END]) && !flip_modes(s, t))
+    copy(s->equations->coordinates, s->qd, part->dqd);
+    changed = part->state[AT_EVENT] > 0 && !(t < part->state[AT_END]);
+    if (changed && !flip_modes(s, t))
         return KEMPE_SIMULATOR_FAILED;
     restart(s, t);
     kempe_simulator_status status = settle_modes(s, t, part->y_new, true, &changed);
