@@ -420,4 +420,63 @@ static const kempe_equations ramp = {.name = "ramp",
                                      .motion = ramp_motion,
                                      .changes = ramp_changes};
 
+/* -- two slider-cranks that are apart: J and M have blocks ------------------------------------------------------------
+ */
+
+static void pair_at(const kempe_arguments *at, int first, kempe_arguments *half)
+{
+    *half = *at;
+    half->q += first;
+    half->qd += first;
+}
+
+static void pair_closures(const kempe_arguments *at, double *h, double *J, double *h_t)
+{
+    for (int i = 0; i < 24; i++)
+        J[i] = 0;
+    for (int k = 0; k < 2; k++) {
+        kempe_arguments half;
+        double rows[6];
+        pair_at(at, 3 * k, &half);
+        crank_closures(&half, h + 2 * k, rows, h_t + 2 * k);
+        for (int i = 0; i < 2; i++)
+            for (int j = 0; j < 3; j++)
+                J[6 * (2 * k + i) + 3 * k + j] = rows[3 * i + j];
+    }
+}
+
+static void pair_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    for (int i = 0; i < 36; i++)
+        M[i] = 0;
+    for (int k = 0; k < 2; k++) {
+        kempe_arguments half;
+        double mass[9];
+        pair_at(at, 3 * k, &half);
+        crank_motion(&half, mass, C + 3 * k, jdqd + 2 * k);
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++)
+                M[6 * (3 * k + i) + 3 * k + j] = mass[3 * i + j];
+    }
+}
+
+static const char *const pair_names[] = {"phi", "theta", "x", "other phi", "other theta", "other x"};
+static const int pair_kinds[] = {KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_TRANSLATION,
+                                 KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_TRANSLATION};
+static const double pair_start[] = {0.4, -0.1, 1.2, 2, -0.3, 0.9}, pair_rates[] = {SPIN, 0, 0, -3, 0, 0};
+static const char *const pair_jacobian_zeros[] = {"xxx000", "xx0000", "000xxx", "000xx0"}, *const pair_mass_zeros[] = {
+                                                                                               "xx0000", "xx0000",
+                                                                                               "00x000", "000xx0",
+                                                                                               "000xx0", "00000x"};
+
+#define PAIR_EQUATIONS                                                                                                 \
+    .name = "pair", .hash = "", .coordinates = 6, .rows = 4, .freedom = 2, .coordinate_names = pair_names,             \
+    .row_names = parallelogram_rows, .coordinate_kind = pair_kinds, .scale = ones, .row_scale = ones,                  \
+    .rank_tolerance = 1e-10, .start_q = pair_start, .start_qd = pair_rates, .closures = pair_closures,                 \
+    .motion = pair_motion
+
+static const kempe_equations pair = {PAIR_EQUATIONS};
+static const kempe_equations structured_pair = {PAIR_EQUATIONS, .jacobian_zeros = pair_jacobian_zeros,
+                                                .mass_zeros = pair_mass_zeros};
+
 #endif

@@ -115,6 +115,23 @@ static void redundant_rows_are_left_out(void)
     printf("  %g steps, %g rejected\n", s->work.steps, s->work.rejected);
 }
 
+/* Where the zeros of J and M are known, loops that are apart are solved apart: the same motion. */
+static void structure_does_not_change_the_motion(void)
+{
+    kempe_simulator simulators[2], *s = &simulators[0], *other = &simulators[1];
+    begin_at(s, &pair, 0);
+    begin_at(other, &structured_pair, 1);
+    for (int i = 0; i < 2; i++) {
+        CHECK_STATUS(&simulators[i], kempe_simulator_start(&simulators[i], 0), KEMPE_SIMULATOR_GOES);
+        CHECK_STATUS(&simulators[i], kempe_simulator_advance(&simulators[i], 4), KEMPE_SIMULATOR_GOES);
+    }
+    CHECK(s->part.blocks == 1 && other->part.blocks == 2);
+    for (int i = 0; i < 6; i++) {
+        CHECK_NEAR(other->q[i], s->q[i], 1e-9);
+        CHECK_NEAR(other->qdd[i], s->qdd[i], 1e-8);
+    }
+}
+
 static void driven_crank_follows_its_drive(void)
 {
     kempe_simulator simulator, *s = &simulator;
@@ -463,6 +480,7 @@ int main(void)
     TEST(pendulum_has_its_period);
     TEST(crank_turns_in_its_time);
     TEST(redundant_rows_are_left_out);
+    TEST(structure_does_not_change_the_motion);
     TEST(driven_crank_follows_its_drive);
     TEST(forces_depend_on_multipliers);
     TEST(rates_jump_where_closures_switch);

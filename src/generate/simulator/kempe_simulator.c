@@ -1262,7 +1262,7 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
         if (pass > 0)
             copy(e->coordinates, part->qd, part->dqd);
         outcome said = slopes_closed(s, t, y, NULL);
-        if (said == GOOD && *changed)
+        if (said == GOOD && lags && *changed)
             said = jump(s, t, part->dqd, y);
         if (said != GOOD)
             return explain(s, said, t);
@@ -1880,7 +1880,7 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t)
     struct kempe_simulator_parts *part = &s->part;
     double *state = part->state;
     int *fixed = e->independent ? part->fixed : NULL;
-    bool changed;
+    bool changed = false;
     for (int j = 0; j < e->coordinates; j++)
         part->fixed[j] = 0;
     for (int k = 0; fixed && k < e->freedom; k++)
