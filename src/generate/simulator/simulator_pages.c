@@ -51,8 +51,12 @@ static const kmp_code_routine *routine_of(const kmp_code_source *s, const char *
 static int place_in_k(const kmp_code_source *s, const char *name)
 {
     int at = 0;
-    for (int k = 0; k < s->count && !(name && strcmp(s->routines[k].name, name) == 0); k++)
-        at += s->routines[k].kept_count ? s->routines[k].kept_count : 1;
+    for (int k = 0; s->routines && k < s->count; k++) {
+        const kmp_code_routine *r = &s->routines[k];
+        if (name && strcmp(r->name, name) == 0)
+            break;
+        at += r->kept_count ? r->kept_count : 1;
+    }
     return at;
 }
 
