@@ -41,7 +41,7 @@ static void put_names(kmp_text *text, const char *name, int count, char *const *
 
 static const kmp_code_routine *routine_of(const kmp_code_source *s, const char *name)
 {
-    for (int k = 0; k < s->count; k++)
+    for (int k = 0; s->routines && k < s->count; k++)
         if (strcmp(s->routines[k].name, name) == 0)
             return &s->routines[k];
     return NULL;
