@@ -137,9 +137,9 @@ static bool reads(const kmp_code_routine *r, kmp_input_kind kind, int index)
     return false;
 }
 
-static const kmp_code_routine *routine_of(const kmp_code_source *source, const char *name)
+const kmp_code_routine *kmp_simulated_routine(const kmp_code_source *source, const char *name)
 {
-    for (int k = 0; k < source->count; k++)
+    for (int k = 0; source->routines && k < source->count; k++)
         if (strcmp(source->routines[k].name, name) == 0)
             return &source->routines[k];
     return NULL;
@@ -173,8 +173,9 @@ static char **zeros_of(kmp_arena *arena, const kmp_code_routine *r, const char *
 static kempe_status take_parameters(kmp_code_source *source)
 {
     struct kmp_simulated *x = source->simulated;
-    const kmp_code_routine *closures = routine_of(source, "closures"), *motion = routine_of(source, "motion");
-    const kmp_code_routine *changes = routine_of(source, "changes");
+    const kmp_code_routine *closures = kmp_simulated_routine(source, "closures"),
+                           *motion = kmp_simulated_routine(source, "motion");
+    const kmp_code_routine *changes = kmp_simulated_routine(source, "changes");
     if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, source->parameter_count, &x->symbol, &x->fixed),
                         KMP_ROOM(int, source->n, &x->coordinate_kind)))
         return kmp_fail_memory(source->context);

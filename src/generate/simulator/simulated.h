@@ -34,5 +34,8 @@ kempe_status kmp_simulated_check(const kempe_model *model);
  * close at the start. */
 kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_events *conditions);
 
+/** A routine by name; NULL: there is none. */
+const kmp_code_routine *kmp_simulated_routine(const kmp_code_source *source, const char *name);
+
 /** Adds NAME_simulator.h, NAME_simulator.c and the files of the runtime. False: no memory. */
 bool kmp_simulator_pages(const kmp_code_source *source, kmp_code_files *files);

@@ -39,14 +39,6 @@ static void put_names(kmp_text *text, const char *name, int count, char *const *
 
 /* -- functions ----------------------------------------------------------------------------------------- */
 
-static const kmp_code_routine *routine_of(const kmp_code_source *s, const char *name)
-{
-    for (int k = 0; s->routines && k < s->count; k++)
-        if (strcmp(s->routines[k].name, name) == 0)
-            return &s->routines[k];
-    return NULL;
-}
-
 /* The place in k where the values of a routine begin; of NULL: their number. */
 static int place_in_k(const kmp_code_source *s, const char *name)
 {
@@ -72,7 +64,7 @@ static void put_prepare(kmp_text *text, const kmp_code_source *s)
 /* A function that passes the arguments on; `way`: after the modes. */
 static void put_call(kmp_text *text, const kmp_code_source *s, const char *name, const char *way, const char *results)
 {
-    if (!routine_of(s, name))
+    if (!kmp_simulated_routine(s, name))
         return;
     kmp_text_printf(text, "    %s_%s(at->k + %d, at->t, at->q, at->qd, at->qdd, at->lambda, at->modes%s, at->u, %s);\n",
                     s->name, name, place_in_k(s, name), way, results);
@@ -83,7 +75,7 @@ static void put_function(kmp_text *text, const kmp_code_source *s, const char *n
 {
     kmp_text_printf(text, "static void %s(const kempe_arguments *at, %s)\n{\n", name, parameters);
     put_call(text, s, name, "", results);
-    if (!routine_of(s, name))
+    if (!kmp_simulated_routine(s, name))
         kmp_text_printf(text, "    (void)at, (void)%s;\n", results);
     kmp_text_put(text, "}\n\n");
 }
