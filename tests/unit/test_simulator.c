@@ -115,7 +115,7 @@ static void redundant_rows_are_left_out(void)
     printf("  %g steps, %g rejected\n", s->work.steps, s->work.rejected);
 }
 
-/* Where the zeros of J and M are known, loops that are apart are solved apart: the same motion. */
+/* Loops that are apart are solved apart if the zeros of J and M are known. The motion is the same. */
 static void structure_does_not_change_the_motion(void)
 {
     kempe_simulator simulators[2], *s = &simulators[0], *other = &simulators[1];
