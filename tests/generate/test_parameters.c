@@ -106,16 +106,22 @@ static const char *name_of(const kmp_code_source *source, int symbol)
     return place >= 0 ? source->parameter_name[place] : NULL;
 }
 
+/* The value of an expression of parameters alone. */
+static double value_of(const kempe_model *model, const kmp_expr *e)
+{
+    static double values[MOST];
+    for (int k = 0; k < model->parameter_count; k++)
+        values[k] = model->parameters[k].number.value;
+    return kmp_expr_value(e, values);
+}
+
 /* An included model stands off from its ground: a sum, whose numbers keep their names. */
 static double changed_sum(const kmp_code_source *kept, const kempe_model *model, const kmp_expr *e)
 {
-    static double values[MOST];
     const char *name = name_of(kept, e->symbol);
     if (e->kind == KMP_EXPR_ADD)
         return changed_sum(kept, model, e->a) + changed_sum(kept, model, e->b);
-    for (int k = 0; k < model->parameter_count; k++)
-        values[k] = model->parameters[k].number.value;
-    return kmp_expr_value(e, values) * (e->kind == KMP_EXPR_NUMBER && name ? factor(name) : 1);
+    return value_of(model, e) * (e->kind == KMP_EXPR_NUMBER && name ? factor(name) : 1);
 }
 
 /* One that follows from parameters has changed with them; one that no routine needs may change as it likes. */
@@ -144,7 +150,7 @@ static void change_law(const kmp_code_source *kept, const kmp_expr *law)
     const char *name = law ? name_of(kept, law->symbol) : NULL;
     if (!law || !kmp_expr_is_constant(law) || follows(kept, law))
         return;
-    const double value = name ? kept->value[place_of(kept, law->symbol)] : kmp_expr_value(law, NULL);
+    const double value = name ? kept->value[place_of(kept, law->symbol)] : value_of(kept->model, law);
     *own = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value * (name ? factor(name) : 1.0625)};
 }
 
