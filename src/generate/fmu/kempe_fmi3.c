@@ -1,0 +1,505 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The functions of the Functional Mock-up Interface 3.0. Those of clocks, of structural parameters and of scheduled
+ * execution are present, because importers look for all, and answer with an error. */
+#include "kempe_fmi3.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* An instance; its numbers follow in the same memory. */
+typedef struct kempe_fmi3_instance {
+    kempe_fmu fmu;
+    fmi3InstanceEnvironment environment;
+    fmi3LogMessageCallback log;
+    fmi3IntermediateUpdateCallback update;
+    int has_events, returns_early;
+} kempe_fmi3_instance;
+
+#define ALLOWED(modes)                                                                                                 \
+    kempe_fmu *fmu = c;                                                                                                \
+    if (!kempe_fmu_allows(fmu, modes, __func__))                                                                       \
+    return fmi3Error
+#define ANSWER(call) return (fmi3Status)(call)
+#define FAIL(...)    ANSWER(kempe_fmu_say(fmu, KEMPE_FMU_ERROR, KEMPE_FMU_LOG_ERROR, __VA_ARGS__))
+#define COUNTS(given, expected)                                                                                        \
+    if ((given) != (expected))                                                                                         \
+    FAIL("%s needs as many values as value references: all variables are scalars. Given are %lu and %lu.", __func__,   \
+         (unsigned long)(given), (unsigned long)(expected))
+#define SAME_KIND(wanted)                                                                                              \
+    if (fmu->kind != (wanted))                                                                                         \
+    FAIL("%s belongs to the other kind of unit than this instance.", __func__)
+
+enum { BEFORE_RUN = KEMPE_FMU_INSTANTIATED | KEMPE_FMU_INITIALIZATION };
+
+/* -- instances --------------------------------------------------------------------------------------- */
+
+static void send(kempe_fmu *fmu, kempe_fmu_status status, const char *category, const char *sentence)
+{
+    const kempe_fmi3_instance *instance = (const kempe_fmi3_instance *)(const void *)fmu;
+    if (instance->log)
+        instance->log(instance->environment, (fmi3Status)status, category, sentence);
+}
+
+static kempe_fmi3_instance *refuse(fmi3LogMessageCallback log, fmi3InstanceEnvironment environment,
+                                   const char *sentence)
+{
+    if (log)
+        log(environment, fmi3Error, kempe_fmu_categories[KEMPE_FMU_LOG_ERROR], sentence);
+    return NULL;
+}
+
+static kempe_fmi3_instance *instantiate(int kind, fmi3String name, fmi3String token, fmi3Boolean logs,
+                                        fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
+{
+    const kempe_fmu_model *model = &kempe_fmu_exported;
+    if (!name || !name[0])
+        return refuse(log, environment, "The name of the instance is missing.");
+    if (!token || strcmp(token, model->token) != 0)
+        return refuse(log, environment,
+                      "The instantiation token is not that of this unit: it differs from modelDescription.xml.");
+    if (!(model->kinds & (unsigned)kind))
+        return refuse(log, environment, "The unit was exported without this kind of simulation.");
+    kempe_fmi3_instance *instance = malloc(sizeof *instance + (size_t)kempe_fmu_memory(model) * sizeof(double));
+    if (!instance)
+        return refuse(log, environment, "There is no memory for the instance.");
+    memset(instance, 0, sizeof *instance);
+    instance->environment = environment;
+    instance->log = log;
+    instance->fmu.log = send;
+    kempe_fmu_init(&instance->fmu, model, kind, (double *)(void *)(instance + 1));
+    (void)kempe_fmu_choose_categories(&instance->fmu, logs, 0, NULL);
+    return instance;
+}
+
+FMI3_RESULT(const char *, fmi3GetVersion, void)
+{
+    return "3.0";
+}
+
+FMI3_RESULT(fmi3Instance, fmi3InstantiateModelExchange, fmi3String name, fmi3String token, fmi3String resources,
+            fmi3Boolean visible, fmi3Boolean logs, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
+{
+    (void)resources, (void)visible;
+    return instantiate(KEMPE_FMU_MODEL_EXCHANGE, name, token, logs, environment, log);
+}
+
+FMI3_RESULT(fmi3Instance, fmi3InstantiateCoSimulation, fmi3String name, fmi3String token, fmi3String resources,
+            fmi3Boolean visible, fmi3Boolean logs, fmi3Boolean has_events, fmi3Boolean returns_early,
+            const fmi3ValueReference intermediate[], size_t intermediate_count, fmi3InstanceEnvironment environment,
+            fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update)
+{
+    kempe_fmi3_instance *instance = instantiate(KEMPE_FMU_CO_SIMULATION, name, token, logs, environment, log);
+    (void)resources, (void)visible, (void)intermediate, (void)intermediate_count;
+    if (instance) {
+        instance->update = update;
+        instance->has_events = has_events;
+        instance->returns_early = returns_early;
+    }
+    return instance;
+}
+
+FMI3_RESULT(fmi3Instance, fmi3InstantiateScheduledExecution, fmi3String name, fmi3String token, fmi3String resources,
+            fmi3Boolean visible, fmi3Boolean logs, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+            fmi3ClockUpdateCallback clock, fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock)
+{
+    (void)name, (void)token, (void)resources, (void)visible, (void)logs, (void)clock, (void)lock, (void)unlock;
+    return refuse(log, environment, "The unit has no scheduled execution: use model exchange or co-simulation.");
+}
+
+FMI3_RESULT(void, fmi3FreeInstance, fmi3Instance c)
+{
+    free(c);
+}
+
+FMI3(fmi3SetDebugLogging, fmi3Boolean on, size_t count, const fmi3String categories[])
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    ANSWER(kempe_fmu_choose_categories(fmu, on, count, categories));
+}
+
+FMI3(fmi3EnterInitializationMode, fmi3Boolean tolerance_given, fmi3Float64 tolerance, fmi3Float64 start,
+     fmi3Boolean stop_given, fmi3Float64 stop)
+{
+    ALLOWED(KEMPE_FMU_INSTANTIATED);
+    kempe_fmu_status status = kempe_fmu_set_up(fmu, tolerance_given, tolerance, start, stop_given, stop);
+    ANSWER(status == KEMPE_FMU_OK ? kempe_fmu_enter_initialization(fmu) : status);
+}
+
+FMI3_ALONE(fmi3ExitInitializationMode)
+{
+    ALLOWED(KEMPE_FMU_INITIALIZATION);
+    const int events = fmu->kind == KEMPE_FMU_MODEL_EXCHANGE || ((kempe_fmi3_instance *)c)->has_events;
+    ANSWER(kempe_fmu_exit_initialization(fmu, events ? KEMPE_FMU_EVENT : KEMPE_FMU_STEP));
+}
+
+FMI3_ALONE(fmi3Terminate)
+{
+    ALLOWED(KEMPE_FMU_RUNS);
+    fmu->now.mode = KEMPE_FMU_TERMINATED;
+    return fmi3OK;
+}
+
+FMI3_ALONE(fmi3Reset)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    kempe_fmu_reset(fmu);
+    return fmi3OK;
+}
+
+/* -- variables --------------------------------------------------------------------------------------- */
+
+FMI3_GET(Float64)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    COUNTS(value_count, count);
+    ANSWER(kempe_fmu_get(fmu, references, count, values));
+}
+
+FMI3_SET(Float64)
+{
+    ALLOWED(BEFORE_RUN | KEMPE_FMU_RUNS);
+    COUNTS(value_count, count);
+    ANSWER(kempe_fmu_set(fmu, references, count, values));
+}
+
+FMI3_GET(Int32)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    COUNTS(value_count, count);
+    ANSWER(kempe_fmu_get_integers(fmu, references, count, values));
+}
+
+FMI3_SET(Int32)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    (void)values, (void)value_count;
+    ANSWER(kempe_fmu_no_variables(fmu, count, references, "Int32 that can be set"));
+}
+
+/* Types without variables. */
+#define NONE(type)                                                                                                     \
+    FMI3_GET(type)                                                                                                     \
+    {                                                                                                                  \
+        ALLOWED(KEMPE_FMU_ANY);                                                                                        \
+        (void)values, (void)value_count;                                                                               \
+        ANSWER(kempe_fmu_no_variables(fmu, count, references, #type));                                                 \
+    }                                                                                                                  \
+    FMI3_SET(type)                                                                                                     \
+    {                                                                                                                  \
+        ALLOWED(KEMPE_FMU_ANY);                                                                                        \
+        (void)values, (void)value_count;                                                                               \
+        ANSWER(kempe_fmu_no_variables(fmu, count, references, #type));                                                 \
+    }
+FMI3_TYPES(NONE)
+
+FMI3(fmi3GetBinary, FMI3_SOME, size_t sizes[], fmi3Binary values[], size_t value_count)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    (void)sizes, (void)values, (void)value_count;
+    ANSWER(kempe_fmu_no_variables(fmu, count, references, "Binary"));
+}
+
+FMI3(fmi3SetBinary, FMI3_SOME, const size_t sizes[], const fmi3Binary values[], size_t value_count)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    (void)sizes, (void)values, (void)value_count;
+    ANSWER(kempe_fmu_no_variables(fmu, count, references, "Binary"));
+}
+
+FMI3(fmi3GetClock, FMI3_SOME, fmi3Clock values[])
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    (void)values;
+    ANSWER(kempe_fmu_no_variables(fmu, count, references, "Clock"));
+}
+
+FMI3(fmi3SetClock, FMI3_SOME, const fmi3Clock values[])
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    (void)values;
+    ANSWER(kempe_fmu_no_variables(fmu, count, references, "Clock"));
+}
+
+/* -- states of the unit ------------------------------------------------------------------------------ */
+
+static int make_room(kempe_fmu *fmu, fmi3FMUState *state)
+{
+    if (state && !*state)
+        *state = malloc(kempe_fmu_state_bytes(fmu));
+    return state && *state;
+}
+
+FMI3(fmi3GetFMUState, fmi3FMUState *state)
+{
+    ALLOWED(KEMPE_FMU_ANY & ~KEMPE_FMU_INTERMEDIATE);
+    if (!make_room(fmu, state))
+        FAIL("There is no memory for the state.");
+    kempe_fmu_save(fmu, *state);
+    return fmi3OK;
+}
+
+FMI3(fmi3SetFMUState, fmi3FMUState state)
+{
+    ALLOWED(KEMPE_FMU_ANY & ~KEMPE_FMU_INTERMEDIATE);
+    if (!state)
+        FAIL("The state is NULL.");
+    ANSWER(kempe_fmu_restore(fmu, state));
+}
+
+FMI3(fmi3FreeFMUState, fmi3FMUState *state)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    if (state) {
+        free(*state);
+        *state = NULL;
+    }
+    return fmi3OK;
+}
+
+FMI3(fmi3SerializedFMUStateSize, fmi3FMUState state, size_t *size)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    if (!state || !size)
+        FAIL("The state is NULL.");
+    *size = kempe_fmu_state_bytes(fmu);
+    return fmi3OK;
+}
+
+FMI3(fmi3SerializeFMUState, fmi3FMUState state, fmi3Byte bytes[], size_t size)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    if (!state || !bytes || size < kempe_fmu_state_bytes(fmu))
+        FAIL("The room for the bytes of the state is too small: fmi3SerializedFMUStateSize gives their number.");
+    memcpy(bytes, state, kempe_fmu_state_bytes(fmu));
+    return fmi3OK;
+}
+
+FMI3(fmi3DeserializeFMUState, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    kempe_fmu_status status = kempe_fmu_check_state(fmu, bytes, size);
+    if (status != KEMPE_FMU_OK)
+        ANSWER(status);
+    if (!make_room(fmu, state))
+        FAIL("There is no memory for the state.");
+    memcpy(*state, bytes, size);
+    return fmi3OK;
+}
+
+/* -- derivatives ------------------------------------------------------------------------------------- */
+
+FMI3(fmi3GetDirectionalDerivative, const fmi3ValueReference unknowns[], size_t unknown_count,
+     const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[], size_t seed_count,
+     fmi3Float64 sensitivity[], size_t sensitivity_count)
+{
+    ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_RUNS | KEMPE_FMU_TERMINATED);
+    if (!unknowns || !knowns || !seed || !sensitivity)
+        FAIL("An array of the directional derivative is NULL.");
+    COUNTS(seed_count, known_count);
+    COUNTS(sensitivity_count, unknown_count);
+    ANSWER(kempe_fmu_directional(fmu, unknowns, unknown_count, knowns, known_count, seed, sensitivity));
+}
+
+FMI3(fmi3GetAdjointDerivative, const fmi3ValueReference unknowns[], size_t unknown_count,
+     const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[], size_t seed_count,
+     fmi3Float64 sensitivity[], size_t sensitivity_count)
+{
+    ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_RUNS | KEMPE_FMU_TERMINATED);
+    if (!unknowns || !knowns || !seed || !sensitivity)
+        FAIL("An array of the adjoint derivative is NULL.");
+    COUNTS(seed_count, unknown_count);
+    COUNTS(sensitivity_count, known_count);
+    ANSWER(kempe_fmu_adjoint(fmu, unknowns, unknown_count, knowns, known_count, seed, sensitivity));
+}
+
+FMI3(fmi3GetOutputDerivatives, FMI3_SOME, const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count)
+{
+    ALLOWED(KEMPE_FMU_STEP | KEMPE_FMU_INTERMEDIATE | KEMPE_FMU_TERMINATED);
+    COUNTS(value_count, count);
+    ANSWER(kempe_fmu_output_rates(fmu, references, count, orders, values));
+}
+
+/* -- functions that the unit does without ------------------------------------------------------------ */
+
+#define WITHOUT(name, arguments, unused, sentence)                                                                     \
+    FMI3_RESULT(fmi3Status, name, fmi3Instance c KEMPE_FMI3_LIST arguments)                                            \
+    {                                                                                                                  \
+        ALLOWED(KEMPE_FMU_ANY);                                                                                        \
+        KEMPE_FMI3_LIST unused;                                                                                        \
+        FAIL(sentence);                                                                                                \
+    }
+#define KEMPE_FMI3_LIST(...) __VA_ARGS__
+#define NO_CLOCKS            "The unit has no clocks."
+#define NO_STRUCTURE         "The unit has no structural parameters, and so no Configuration Mode."
+#define NO_ELEMENTS          "Dependencies are in modelDescription.xml: the unit does not list them by elements."
+
+WITHOUT(fmi3GetNumberOfVariableDependencies, (, fmi3ValueReference reference, size_t *count),
+        ((void)reference, (void)count), NO_ELEMENTS)
+WITHOUT(fmi3GetVariableDependencies,
+        (, fmi3ValueReference dependent, size_t dependent_elements[], fmi3ValueReference independents[],
+         size_t independent_elements[], fmi3DependencyKind kinds[], size_t count),
+        ((void)dependent, (void)dependent_elements, (void)independents, (void)independent_elements, (void)kinds,
+         (void)count),
+        NO_ELEMENTS)
+WITHOUT(fmi3EnterConfigurationMode, (), ((void)0), NO_STRUCTURE)
+WITHOUT(fmi3ExitConfigurationMode, (), ((void)0), NO_STRUCTURE)
+WITHOUT(fmi3GetIntervalDecimal, (, FMI3_SOME, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]),
+        ((void)references, (void)count, (void)intervals, (void)qualifiers), NO_CLOCKS)
+WITHOUT(fmi3GetIntervalFraction,
+        (, FMI3_SOME, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[]),
+        ((void)references, (void)count, (void)counters, (void)resolutions, (void)qualifiers), NO_CLOCKS)
+WITHOUT(fmi3GetShiftDecimal, (, FMI3_SOME, fmi3Float64 shifts[]), ((void)references, (void)count, (void)shifts),
+        NO_CLOCKS)
+WITHOUT(fmi3GetShiftFraction, (, FMI3_SOME, fmi3UInt64 counters[], fmi3UInt64 resolutions[]),
+        ((void)references, (void)count, (void)counters, (void)resolutions), NO_CLOCKS)
+WITHOUT(fmi3SetIntervalDecimal, (, FMI3_SOME, const fmi3Float64 intervals[]),
+        ((void)references, (void)count, (void)intervals), NO_CLOCKS)
+WITHOUT(fmi3SetIntervalFraction, (, FMI3_SOME, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]),
+        ((void)references, (void)count, (void)counters, (void)resolutions), NO_CLOCKS)
+WITHOUT(fmi3SetShiftDecimal, (, FMI3_SOME, const fmi3Float64 shifts[]), ((void)references, (void)count, (void)shifts),
+        NO_CLOCKS)
+WITHOUT(fmi3SetShiftFraction, (, FMI3_SOME, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]),
+        ((void)references, (void)count, (void)counters, (void)resolutions), NO_CLOCKS)
+WITHOUT(fmi3ActivateModelPartition, (, fmi3ValueReference clock, fmi3Float64 t), ((void)clock, (void)t),
+        "The unit has no scheduled execution: use model exchange or co-simulation.")
+
+/* -- events ------------------------------------------------------------------------------------------ */
+
+FMI3_ALONE(fmi3EnterEventMode)
+{
+    ALLOWED(KEMPE_FMU_EVENT | KEMPE_FMU_CONTINUOUS | KEMPE_FMU_STEP);
+    if (fmu->kind == KEMPE_FMU_CO_SIMULATION && !((kempe_fmi3_instance *)c)->has_events)
+        FAIL("Event Mode needs an instance that was made with eventModeUsed.");
+    fmu->now.mode = KEMPE_FMU_EVENT;
+    return fmi3OK;
+}
+
+FMI3_ALONE(fmi3EvaluateDiscreteStates)
+{
+    ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_EVENT);
+    ANSWER(kempe_fmu_refresh(fmu));
+}
+
+FMI3(fmi3UpdateDiscreteStates, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals_changed,
+     fmi3Boolean *values_changed, fmi3Boolean *next_given, fmi3Float64 *next)
+{
+    ALLOWED(KEMPE_FMU_EVENT);
+    int changed = 0, exchanged = 0, ended = fmu->now.ended;
+    if (!again || !terminate || !nominals_changed || !values_changed || !next_given || !next)
+        FAIL("A place for the results of the event is NULL.");
+    kempe_fmu_status status = fmu->kind == KEMPE_FMU_MODEL_EXCHANGE
+                                  ? kempe_fmu_update(fmu, &changed, &exchanged, &ended)
+                                  : kempe_fmu_refresh(fmu); /* which has decided events during the step */
+    *again = *next_given = false;
+    *terminate = ended;
+    *nominals_changed = exchanged;
+    *values_changed = changed;
+    *next = 0;
+    ANSWER(status);
+}
+
+/* -- model exchange ---------------------------------------------------------------------------------- */
+
+FMI3_ALONE(fmi3EnterContinuousTimeMode)
+{
+    ALLOWED(KEMPE_FMU_EVENT);
+    SAME_KIND(KEMPE_FMU_MODEL_EXCHANGE);
+    fmu->now.mode = KEMPE_FMU_CONTINUOUS;
+    return fmi3OK;
+}
+
+FMI3(fmi3CompletedIntegratorStep, fmi3Boolean no_return, fmi3Boolean *event, fmi3Boolean *terminate)
+{
+    ALLOWED(KEMPE_FMU_CONTINUOUS);
+    int wants_event = 0, ended = 0;
+    (void)no_return;
+    if (!event || !terminate)
+        FAIL("A place for the results of the step is NULL.");
+    kempe_fmu_status status = kempe_fmu_completed_step(fmu, &wants_event, &ended);
+    *event = wants_event;
+    *terminate = ended;
+    ANSWER(status);
+}
+
+FMI3(fmi3SetTime, fmi3Float64 t)
+{
+    ALLOWED(KEMPE_FMU_EVENT | KEMPE_FMU_CONTINUOUS);
+    SAME_KIND(KEMPE_FMU_MODEL_EXCHANGE);
+    ANSWER(kempe_fmu_set_time(fmu, t));
+}
+
+FMI3(fmi3SetContinuousStates, const fmi3Float64 x[], size_t count)
+{
+    ALLOWED(KEMPE_FMU_CONTINUOUS | KEMPE_FMU_EVENT);
+    SAME_KIND(KEMPE_FMU_MODEL_EXCHANGE);
+    ANSWER(kempe_fmu_set_states(fmu, x, count));
+}
+
+/* Arrays of the model that are read; of model exchange. */
+#define ARRAY(name, call)                                                                                              \
+    FMI3(name, fmi3Float64 values[], size_t count)                                                                     \
+    {                                                                                                                  \
+        ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_EVENT | KEMPE_FMU_CONTINUOUS | KEMPE_FMU_TERMINATED);             \
+        SAME_KIND(KEMPE_FMU_MODEL_EXCHANGE);                                                                           \
+        ANSWER(call(fmu, values, count));                                                                              \
+    }
+ARRAY(fmi3GetContinuousStateDerivatives, kempe_fmu_get_rates)
+ARRAY(fmi3GetEventIndicators, kempe_fmu_get_indicators)
+ARRAY(fmi3GetContinuousStates, kempe_fmu_get_states)
+ARRAY(fmi3GetNominalsOfContinuousStates, kempe_fmu_get_nominals)
+
+FMI3(fmi3GetNumberOfEventIndicators, size_t *count)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    if (!count)
+        FAIL("The place for the number of event indicators is NULL.");
+    *count = (size_t)fmu->model->equations->conditions;
+    return fmi3OK;
+}
+
+FMI3(fmi3GetNumberOfContinuousStates, size_t *count)
+{
+    ALLOWED(KEMPE_FMU_ANY);
+    if (!count)
+        FAIL("The place for the number of continuous states is NULL.");
+    *count = 2 * (size_t)fmu->model->equations->freedom;
+    return fmi3OK;
+}
+
+/* -- co-simulation ----------------------------------------------------------------------------------- */
+
+FMI3_ALONE(fmi3EnterStepMode)
+{
+    ALLOWED(KEMPE_FMU_EVENT);
+    SAME_KIND(KEMPE_FMU_CO_SIMULATION);
+    fmu->now.mode = KEMPE_FMU_STEP;
+    return fmi3OK;
+}
+
+static int observe(kempe_fmu *fmu, double t, double *until)
+{
+    const kempe_fmi3_instance *instance = (const kempe_fmi3_instance *)(const void *)fmu;
+    fmi3Boolean wanted = false;
+    instance->update(instance->environment, t, false, true, true, instance->returns_early, &wanted, until);
+    return wanted && instance->returns_early;
+}
+
+FMI3(fmi3DoStep, fmi3Float64 from, fmi3Float64 step, fmi3Boolean no_return, fmi3Boolean *event, fmi3Boolean *terminate,
+     fmi3Boolean *early, fmi3Float64 *reached)
+{
+    ALLOWED(KEMPE_FMU_STEP);
+    const kempe_fmi3_instance *instance = c;
+    kempe_fmu_stride stride;
+    (void)no_return;
+    if (!event || !terminate || !early || !reached)
+        FAIL("A place for the results of the step is NULL.");
+    memset(&stride, 0, sizeof stride);
+    stride.stops_at_events = instance->has_events && instance->returns_early;
+    stride.observer = instance->update ? observe : NULL;
+    kempe_fmu_status status = kempe_fmu_do_step(fmu, from, step, &stride);
+    *event = stride.event;
+    *terminate = stride.ended;
+    *early = stride.early;
+    *reached = stride.reached;
+    ANSWER(status);
+}
