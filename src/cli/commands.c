@@ -99,6 +99,7 @@ WRITER(kempe_inverse_write_report)
 WRITER(kempe_kinematics_write_report)
 WRITER(kempe_fit_write_report)
 WRITER(kempe_optimum_write_report)
+WRITER(kempe_fmu_export_write)
 
 static int seed_of(const cli_settings *s)
 {
@@ -420,6 +421,9 @@ static kempe_status run_generate(const cli_job *j)
     return status;
 }
 
+STUDY(fmu, kempe_fmu_export, kempe_fmu_export_new(j->model, &s->fmu, result),
+      .files = {{AT(output), any_kempe_fmu_export_write}})
+
 /* -- missing and contradicting options --------------------------------------------------------------- */
 
 static const char *kinematics_lacks(const cli_settings *s)
@@ -488,6 +492,11 @@ static const char *simulate_lacks(const cli_settings *s)
 static const char *generate_lacks(const cli_settings *s)
 {
     return s->count || s->generation.language ? NULL : "generate needs --lang NAME, or --count";
+}
+
+static const char *fmu_lacks(const cli_settings *s)
+{
+    return s->output ? NULL : "the file of the unit is missing: --output NAME.fmu";
 }
 
 /* `show` prints one view at a time; equations and stats together are the passes. */
@@ -604,5 +613,9 @@ const cli_command cli_commands[] = {
      "  kempe generate examples/andrews/andrews.yaml --count --sets M_C,invdyn --keep-parameters --body-inputs\n",
      .usage = "FILE --lang NAME | --count [options]", .lacks = generate_lacks, .model_alone = true,
      .run = run_generate},
+    {CLI_FMU, "fmu", "export as a functional mock-up unit (FMI 2.0 or 3.0) for other simulation programs",
+     "  kempe fmu examples/four_bar/four_bar.yaml -o four_bar.fmu\n"
+     "  kempe fmu examples/four_bar/four_bar.yaml -o four_bar.fmu --fmi 2 --kind cs\n",
+     .usage = "FILE -o NAME.fmu [options]", .lacks = fmu_lacks, .model_alone = true, .study = &fmu_study},
     {0},
 };

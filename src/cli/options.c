@@ -29,6 +29,7 @@ typedef enum option_kind {
     OPTION_ARRAYS,
     OPTION_PICTURE,
     OPTION_PAGE,
+    OPTION_UNIT,
     OPTION_KINDS
 } option_kind;
 
@@ -41,7 +42,8 @@ static const struct {
                          [OPTION_TABLE] = {.ending = ".csv, .parquet, .npz, .mat, .json"},
                          [OPTION_ARRAYS] = {.ending = ".npz, .mat"},
                          [OPTION_PICTURE] = {.ending = ".svg, .png"},
-                         [OPTION_PAGE] = {.ending = ".html, .htm"}};
+                         [OPTION_PAGE] = {.ending = ".html, .htm"},
+                         [OPTION_UNIT] = {.ending = ".fmu"}};
 
 /* The help prints the options of a command group by group. */
 typedef enum option_group { IN_MODEL, IN_RUN, IN_OUTPUT, IN_OTHER, OPTION_GROUPS } option_group;
@@ -305,6 +307,13 @@ static const option options[] = {
     {CLI_GENERATE, IN_OUTPUT, "vectorised", FLAG(generation.vectorised),
      "array languages: one statement for all operations that are possible at once"},
     {CLI_GENERATE, IN_OUTPUT, "output", TEXT(output), "DIR", "folder of the files (default: the current one)"},
+    {CLI_FMU, IN_OUTPUT, "output", VALUE(UNIT, output), "FILE", "file of the unit"},
+    {CLI_FMU, IN_OUTPUT, "fmi", VALUE(WHOLE, fmu.fmi), "N", "version of the FMI: 2 or 3 (default)"},
+    {CLI_FMU, IN_OUTPUT, "kind", TEXT(fmu.kind), "NAME,..",
+     "me (model exchange), cs (co-simulation), or me,cs (default)"},
+    {CLI_FMU, IN_OUTPUT, "compiler", TEXT(fmu.compiler), "NAME",
+     "C compiler of the binary of this platform (default: cc)"},
+    {CLI_FMU, IN_OUTPUT, "no-binary", FLAG(fmu.no_binary), "sources alone, which importers can compile"},
     {CLI_SIMULATE | CLI_SENSITIVITY, IN_OUTPUT, "output-step", VALUE(TIME, run.output_step), "T",
      "time between rows of the table, s (default: that of the model, or a fraction of the time)"},
     {CLI_SIMULATE, IN_OUTPUT, "checkpoint", TEXT(run.checkpoint), "FILE",
@@ -350,7 +359,8 @@ static const option options[] = {
      "write an HTML page: recommendation, diagrams, animation of the mechanism"},
     {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
      "also dependent sets, removable closures, pivots, alternatives, blocks and the ranges of all coordinates"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_NEW), IN_OUTPUT, "angle-unit", TEXT(angle_unit), "UNIT",
+    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_NEW | CLI_FMU), IN_OUTPUT, "angle-unit", TEXT(angle_unit),
+     "UNIT",
      "unit of angles, their rates and accelerations in text, tables, pictures and pages: rad (default), deg; --json "
      "stays in SI"},
     {CLI_ALL, IN_OUTPUT, "json", TEXT(json), "PATH|-",

@@ -7,6 +7,7 @@
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/fit.h>
+#include <kempe/fmu.h>
 #include <kempe/generate.h>
 #include <kempe/inverse.h>
 #include <kempe/kempe.h>
@@ -40,7 +41,8 @@ enum {
     CLI_GATHER = 131072,
     CLI_FIT = 262144,
     CLI_OPTIMIZE = 524288,
-    CLI_ALL = 1048575,
+    CLI_FMU = 1048576,
+    CLI_ALL = 2097151,
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
                  CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE /* with a table of results */
 };
@@ -58,6 +60,7 @@ typedef struct cli_settings {
     kempe_run_options run;
     kempe_compare_options compare;
     kempe_generate_options generation;
+    kempe_fmu_options fmu;
     kempe_equilibrium_options equilibrium;
     kempe_kinematics_options kinematics;
     kempe_contact_options contact;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Equations written in a language: all texts are made before the first file is written. */
+#include "generate/emitted.h"
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/file.h"
@@ -144,6 +145,11 @@ KMP_GETTER_AT(const char *kempe_code_file_name(const kempe_code *code, int k), c
               code->files.file[k].name, "")
 KMP_GETTER_AT(const char *kempe_code_file_text(const kempe_code *code, int k), code, k, code->files.count,
               code->files.file[k].text.s, "")
+
+const kmp_code_source *kmp_code_source_of(const kempe_code *code)
+{
+    return &code->source;
+}
 
 kempe_status kempe_code_write(const kempe_code *code, const char *folder)
 {

@@ -159,7 +159,9 @@ void kmp_read_parameters(kmp_reader *r)
         }
     for (int i = 0; i < v.map->count; i++) {
         r->parameter_known[i] = v.states[i] == KNOWN;
-        if (v.states[i] == KNOWN)
-            r->model->parameters[i].number = kmp_number_of(v.exprs[i], r->parameter_values[i]);
+        if (v.states[i] != KNOWN)
+            continue;
+        r->model->parameters[i].number = kmp_number_of(v.exprs[i], r->parameter_values[i]);
+        r->model->parameters[i].dimension = r->parameter_dimensions[i];
     }
 }

@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Functional mock-up units: all files are made in memory, then the archive is written at once. */
+#include "base/context.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "generate/emitted.h"
+#include "generate/fmu/unit_lines.h"
+#include "generate/fmu/unit_parts.h"
+#include "model/model.h"
+#include "output/formats/zip_archive.h"
+#include "output/print.h"
+#include <kempe/fmu.h>
+#include <kempe/generate.h>
+#include <stdio.h>
+#include <string.h>
+
+struct kempe_fmu_export {
+    kempe_context *context;
+    kempe_code *code;
+    kmp_unit_plan plan;
+    kmp_code_files sources; /* beside those of the simulator */
+    kmp_code_files files;   /* as they are in the archive; NULL-terminated texts, and the binary */
+    kmp_arena arena;
+};
+
+/* -- request ----------------------------------------------------------------------------------------- */
+
+static kempe_status read_options(kempe_fmu_export *made, const kempe_fmu_options *o)
+{
+    const char *kind = o->kind ? o->kind : "me,cs";
+    char **words = NULL;
+    kmp_unit_plan *plan = &made->plan;
+    plan->fmi = o->fmi ? o->fmi : 3;
+    if (plan->fmi != 2 && plan->fmi != 3)
+        return kmp_fail(made->context, KEMPE_E_ARGUMENT, "the FMI version %d does not exist; versions are 2 and 3",
+                        plan->fmi);
+    int count = kmp_text_words(&made->arena, kind, &words);
+    for (int k = 0; k < count; k++)
+        if (strcmp(words[k], "me") == 0)
+            plan->exchange = true;
+        else if (strcmp(words[k], "cs") == 0)
+            plan->simulation = true;
+        else
+            return kmp_fail(made->context, KEMPE_E_ARGUMENT,
+                            "unknown kind of unit '%s'; kinds are me (model exchange) and cs (co-simulation)",
+                            words[k]);
+    if (!plan->exchange && !plan->simulation)
+        return kmp_fail(made->context, KEMPE_E_ARGUMENT, "the kind of unit is missing: me, cs or me,cs");
+    return KEMPE_OK;
+}
+
+/* -- files ------------------------------------------------------------------------------------------- */
+
+static kmp_text *add_file(kmp_code_files *files, const char *folder, const char *name)
+{
+    kmp_text path = {0};
+    kmp_text_printf(&path, "%s%s", folder, name);
+    kmp_text *text = kmp_code_add(files, &path);
+    kmp_text_free(&path);
+    return text;
+}
+
+static bool add_lines(kmp_code_files *files, const char *folder, const char *name, const char *const *lines)
+{
+    kmp_text *text = add_file(files, folder, name);
+    for (int k = 0; text && lines[k]; k++)
+        kmp_text_put(text, lines[k]);
+    return text;
+}
+
+static bool add_copy(kmp_code_files *files, const char *folder, const char *name, const char *text)
+{
+    kmp_text *copy = add_file(files, folder, name);
+    if (copy)
+        kmp_text_put(copy, text);
+    return copy;
+}
+
+static bool is_source(const char *name)
+{
+    size_t length = strlen(name);
+    return length > 2 && strcmp(name + length - 2, ".c") == 0;
+}
+
+/* The C files: those of the simulator, the layers of this version, the table of the unit. */
+static bool add_sources(kempe_fmu_export *made)
+{
+    kmp_unit_plan *plan = &made->plan;
+    kmp_code_files *files = &made->sources;
+    bool ok = true;
+    for (int k = 0; ok && k < kempe_code_file_count(made->code); k++)
+        ok = add_copy(files, "", kempe_code_file_name(made->code, k), kempe_code_file_text(made->code, k));
+    ok = ok && add_lines(files, "", "kempe_fmu.h", kmp_kempe_fmu_h) &&
+         add_lines(files, "", "kempe_fmu.c", kmp_kempe_fmu_c);
+    if (plan->fmi == 2)
+        ok = ok && add_lines(files, "", "kempe_fmi2.h", kmp_kempe_fmi2_h) &&
+             add_lines(files, "", "kempe_fmi2.c", kmp_kempe_fmi2_c);
+    else
+        ok = ok && add_lines(files, "", "kempe_fmi3.h", kmp_kempe_fmi3_h) &&
+             add_lines(files, "", "kempe_fmi3.c", kmp_kempe_fmi3_c);
+    char *table = ok ? kmp_arena_printf(&made->arena, "%s_fmu.c", plan->source->name) : NULL;
+    kmp_text *text = table ? add_file(files, "", table) : NULL;
+    if (text)
+        kmp_unit_table(text, plan);
+    plan->sources = text ? KMP_ARENA_NEW(&made->arena, char *, files->count) : NULL;
+    for (int k = 0; plan->sources && k < files->count; k++)
+        if (is_source(files->file[k].name))
+            plan->sources[plan->source_count++] = files->file[k].name;
+    return plan->sources;
+}
+
+static bool add_texts(kempe_fmu_export *made)
+{
+    const kmp_unit_plan *plan = &made->plan;
+    kmp_code_files *files = &made->files;
+    kmp_text *text = add_file(files, "", "modelDescription.xml");
+    bool ok = text && kmp_unit_describe(text, plan);
+    for (int k = 0; ok && k < made->sources.count; k++)
+        ok = add_copy(files, "sources/", made->sources.file[k].name, made->sources.file[k].text.s);
+    if (ok && plan->fmi == 3) {
+        text = add_file(files, "", "sources/buildDescription.xml");
+        ok = text;
+        if (ok)
+            kmp_unit_build_description(text, plan);
+    }
+    text = ok ? add_file(files, "", "documentation/index.html") : NULL;
+    if (text)
+        kmp_unit_page(text, plan);
+    return text && add_lines(files, "", "documentation/licenses/license.txt", kmp_license_lines);
+}
+
+static kempe_status add_binary(kempe_fmu_export *made, const kempe_fmu_options *o)
+{
+    const char *folder = kmp_unit_binary_folder(made->plan.fmi);
+    if (!*folder)
+        return kmp_fail(made->context, KEMPE_E_ARGUMENT,
+                        "binaries of units are not made on this platform: use --no-binary");
+    char *name = kmp_arena_printf(&made->arena, "binaries/%s/%s.so", folder, made->plan.source->name);
+    kmp_text *bytes = name ? add_file(&made->files, "", name) : NULL;
+    return bytes ? kmp_unit_compile(made->context, &made->sources, &made->plan, o->compiler ? o->compiler : "cc", bytes)
+                 : kmp_fail_memory(made->context);
+}
+
+/* -- construction ------------------------------------------------------------------------------------ */
+
+static kempe_status make(kempe_fmu_export *made, const kempe_model *model, const kempe_fmu_options *o)
+{
+    const kempe_generate_options generation = {.size = sizeof generation, .language = "c", .simulator = 1};
+    kmp_unit_plan *plan = &made->plan;
+    KMP_TRY(read_options(made, o));
+    KMP_TRY(kempe_code_new(model, &generation, &made->code));
+    plan->source = kmp_code_source_of(made->code);
+    (void)snprintf(plan->token, sizeof plan->token, "kempe-" KEMPE_VERSION "-%s-fmi%d%s%s", plan->source->hash,
+                   plan->fmi, plan->exchange ? "-me" : "", plan->simulation ? "-cs" : "");
+    KMP_TRY(kmp_made(made->context, add_sources(made) && add_texts(made)));
+    for (int k = 0; k < made->files.count; k++)
+        KMP_TRY(kmp_made(made->context, made->files.file[k].text.s && !made->files.file[k].text.failed));
+    return o->no_binary ? KEMPE_OK : add_binary(made, o);
+}
+
+kempe_status kempe_fmu_export_new(const kempe_model *model, const kempe_fmu_options *options, kempe_fmu_export **out)
+{
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, out, "made");
+    KMP_OPTIONS(model->context, kempe_fmu_options, options);
+    kmp_context_clear(model->context);
+    KMP_TRY(kmp_model_check_finished(model));
+    KMP_MAKE(model->context, kempe_fmu_export, made);
+    made->context = model->context;
+    kempe_status status = make(made, model, options);
+    return KMP_GIVE_OR_FREE(status, out, made, kempe_fmu_export_free);
+}
+
+void kempe_fmu_export_free(kempe_fmu_export *made)
+{
+    if (!made)
+        return;
+    kmp_code_files_free(&made->files);
+    kmp_code_files_free(&made->sources);
+    kempe_code_free(made->code);
+    kmp_arena_free(&made->arena);
+    kmp_free(made);
+}
+
+KMP_GETTER(int kempe_fmu_export_file_count(const kempe_fmu_export *made), made, made->files.count, 0)
+KMP_GETTER_AT(const char *kempe_fmu_export_file_name(const kempe_fmu_export *made, int k), made, k, made->files.count,
+              made->files.file[k].name, "")
+
+kempe_status kempe_fmu_export_write(const kempe_fmu_export *made, const char *path)
+{
+    KMP_WANTED_BOTH(made, path);
+    kmp_context_clear(made->context);
+    kmp_zip zip = {0};
+    for (int k = 0; k < made->files.count; k++)
+        kmp_zip_add(&zip, made->files.file[k].name, made->files.file[k].text.s, made->files.file[k].text.length);
+    kmp_text text = kmp_zip_end(&zip);
+    return kmp_file_write(made->context, path, &text);
+}
+
+/* -- printing ---------------------------------------------------------------------------------------- */
+
+static void show(kmp_text *text, const void *result)
+{
+    const kempe_fmu_export *made = result;
+    const kmp_code_source *s = made->plan.source;
+    kmp_text_printf(
+        text,
+        "%s as a functional mock-up unit, FMI %d.0%s%s\n\n  token       %s\n  states      %d\n  inputs      "
+        "%d\n  outputs     %d\n  parameters  %d\n  conditions  %d\n\n",
+        s->title, made->plan.fmi, made->plan.exchange ? ", model exchange" : "",
+        made->plan.simulation ? ", co-simulation" : "", made->plan.token, 2 * s->simulated->freedom, s->input_count,
+        s->output_count, s->parameter_count, s->simulated->condition_count);
+    for (int k = 0; k < made->files.count; k++)
+        kmp_text_printf(text, "  %-36s %8zu bytes\n", made->files.file[k].name, made->files.file[k].text.length);
+}
+
+static void write_json(kmp_text *text, const void *result)
+{
+    const kempe_fmu_export *made = result;
+    const kmp_code_source *s = made->plan.source;
+    kmp_json json = kmp_json_begin(text);
+    kmp_json_put(&json, "{ model %s status %s reason %s fmi %d token %s states %d inputs %d outputs %d", s->title,
+                 kmp_status_word(KEMPE_OK), "", made->plan.fmi, made->plan.token, 2 * s->simulated->freedom,
+                 s->input_count, s->output_count);
+    kmp_json_put(&json, "parameters %d conditions %d files [", s->parameter_count, s->simulated->condition_count);
+    for (int k = 0; k < made->files.count; k++)
+        kmp_json_string(&json, NULL, made->files.file[k].name);
+    kmp_json_put(&json, "] }");
+}
+
+kempe_status kempe_fmu_export_print(const kempe_fmu_export *made, kempe_format format, char **text)
+{
+    KMP_WANTED_BOTH(made, text);
+    return kmp_print_result(made->context, format == KEMPE_JSON ? write_json : show, made, text);
+}

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The parts of a functional mock-up unit: variables, texts, binary. */
+#pragma once
+
+#include "generate/simulator/simulated.h"
+#include <kempe/fmu.h>
+
+/** The request, and what all parts say of the unit. */
+typedef struct kmp_unit_plan {
+    const kmp_code_source *source;
+    int fmi; /* 2, 3 */
+    bool exchange, simulation;
+    char token[128]; /* guid, instantiation token */
+    char **sources;  /* names of C files */
+    int source_count;
+} kmp_unit_plan;
+
+/** Tolerances of co-simulation: those of the model's runs, otherwise 1e-8. */
+double kmp_unit_rtol(const kempe_model *model);
+double kmp_unit_atol(const kempe_model *model);
+
+/** A variable as modelDescription.xml has it. */
+typedef struct kmp_unit_variable {
+    const char *name, *description;
+    unsigned reference;
+    const char *causality, *variability, *initial; /* initial NULL: none */
+    bool whole, has_start;                         /* an integer */
+    double start;
+    int unit;       /* 1 + its place in the units; 0: none */
+    unsigned state; /* of a derivative: the reference of its state; 0: none */
+} kmp_unit_variable;
+
+/** False: no memory. */
+bool kmp_unit_describe(kmp_text *xml, const kmp_unit_plan *plan);
+
+/** sources/buildDescription.xml (FMI 3), NAME_fmu.c, documentation/index.html. */
+void kmp_unit_build_description(kmp_text *xml, const kmp_unit_plan *plan);
+void kmp_unit_table(kmp_text *text, const kmp_unit_plan *plan);
+void kmp_unit_page(kmp_text *html, const kmp_unit_plan *plan);
+
+/** The name of the binary in the archive, "" on a platform without one. */
+const char *kmp_unit_binary_folder(int fmi);
+/** Compiles the files with `compiler`; the bytes of the shared library are appended. */
+kempe_status kmp_unit_compile(kempe_context *context, const kmp_code_files *files, const kmp_unit_plan *plan,
+                              const char *compiler, kmp_text *bytes);
