@@ -345,9 +345,10 @@ static void add_parameters(description *d)
 static void add_conditions(description *d)
 {
     const struct kmp_simulated *x = d->source->simulated;
-    for (int k = 0; k < x->condition_count; k++)
-        add(d, computed(KEMPE_FMU_CONDITIONS, k, "local", kmp_arena_printf(&d->arena, "condition[%d]", k + 1),
-                        kmp_arena_printf(&d->arena, "an event is its change of sign: %s", x->condition_name[k])));
+    for (int k = 0, number = 1; k < x->condition_count; k++)
+        if (x->condition_kind[k] != KEMPE_CONDITION_KINK)
+            add(d, computed(KEMPE_FMU_CONDITIONS, k, "local", kmp_arena_printf(&d->arena, "condition[%d]", number++),
+                            kmp_arena_printf(&d->arena, "an event is its change of sign: %s", x->condition_name[k])));
 }
 
 static bool list_variables(description *d)
@@ -609,6 +610,14 @@ static void put_structure(kmp_text *xml, const description *d)
     kmp_text_put(xml, "  </ModelStructure>\n");
 }
 
+static int indicators(const struct kmp_simulated *x)
+{
+    int count = 0;
+    for (int k = 0; k < x->condition_count; k++)
+        count += x->condition_kind[k] != KEMPE_CONDITION_KINK;
+    return count;
+}
+
 static void put_head(kmp_text *xml, const kmp_unit_plan *plan)
 {
     kmp_text_printf(xml, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"%s\"",
@@ -620,7 +629,7 @@ static void put_head(kmp_text *xml, const kmp_unit_plan *plan)
     put_attribute(xml, "generationTool", "Kempe " KEMPE_VERSION);
     kmp_text_put(xml, " variableNamingConvention=\"structured\"");
     if (plan->fmi == 2)
-        kmp_text_printf(xml, " numberOfEventIndicators=\"%d\"", plan->source->simulated->condition_count);
+        kmp_text_printf(xml, " numberOfEventIndicators=\"%d\"", indicators(plan->source->simulated));
     kmp_text_put(xml, ">\n");
 }
 

@@ -387,9 +387,9 @@ FMI3(fmi3UpdateDiscreteStates, fmi3Boolean *again, fmi3Boolean *terminate, fmi3B
     int changed = 0, exchanged = 0, ended = fmu->now.ended;
     if (!again || !terminate || !nominals_changed || !values_changed || !next_given || !next)
         FAIL("A place for the results of the event is NULL.");
-    kempe_fmu_status status = fmu->kind == KEMPE_FMU_MODEL_EXCHANGE
+    kempe_fmu_status status = fmu->kind == KEMPE_FMU_MODEL_EXCHANGE || fmu->now.event
                                   ? kempe_fmu_update(fmu, &changed, &exchanged, &ended)
-                                  : kempe_fmu_refresh(fmu); /* which has decided events during the step */
+                                  : kempe_fmu_refresh(fmu); /* without a break of the integration */
     *again = *next_given = false;
     *terminate = ended;
     *nominals_changed = exchanged;
@@ -453,7 +453,7 @@ FMI3(fmi3GetNumberOfEventIndicators, size_t *count)
     ALLOWED(KEMPE_FMU_ANY);
     if (!count)
         FAIL("The place for the number of event indicators is NULL.");
-    *count = (size_t)fmu->model->equations->conditions;
+    *count = (size_t)kempe_fmu_indicators(fmu);
     return fmi3OK;
 }
 

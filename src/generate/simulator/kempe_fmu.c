@@ -83,6 +83,12 @@ void kempe_fmu_init(kempe_fmu *fmu, const kempe_fmu_model *model, int kind, doub
     kempe_fmu_reset(fmu);
 }
 
+static void copy(double *to, const double *from, int count)
+{
+    for (int i = 0; i < count; i++)
+        to[i] = from[i];
+}
+
 /* -- messages ---------------------------------------------------------------------------------------- */
 
 kempe_fmu_status kempe_fmu_say(kempe_fmu *fmu, kempe_fmu_status status, int category, const char *format, ...)
@@ -160,16 +166,25 @@ kempe_fmu_status kempe_fmu_set_up(kempe_fmu *fmu, int tolerance_given, double to
     return KEMPE_FMU_OK;
 }
 
-/* Computes the start; parameters and inputs as they are. */
+/* Computes the start anew, with the parameters, inputs and settings as they are. */
 static kempe_fmu_status start(kempe_fmu *fmu)
 {
+    const kempe_equations *e = fmu->model->equations;
     kempe_simulator *s = &fmu->simulator;
-    const double *q = fmu->part.start;
-    kempe_simulator_set_parameters(s);
+    const kempe_simulator_settings settings = s->settings;
+    copy(fmu->part.along_p, s->p, e->parameters);
+    copy(fmu->part.along_u, s->u, 3 * e->inputs);
+    kempe_simulator_init(s, e, s->memory);
+    copy(s->p, fmu->part.along_p, e->parameters);
+    copy(s->u, fmu->part.along_u, 3 * e->inputs);
+    s->settings = settings;
     s->settings.end = fmu->now.stop;
-    kempe_simulator_status status =
-        fmu->now.placed ? kempe_simulator_start_from(s, fmu->now.t, q, q + fmu->model->equations->coordinates)
-                        : kempe_simulator_start(s, fmu->now.t);
+    kempe_simulator_set_parameters(s);
+    kempe_simulator_status status = kempe_simulator_set_inputs(s);
+    if (status == KEMPE_SIMULATOR_GOES)
+        status = fmu->now.placed
+                     ? kempe_simulator_start_from(s, fmu->now.t, fmu->part.start, fmu->part.start + e->coordinates)
+                     : kempe_simulator_start(s, fmu->now.t);
     if (status == KEMPE_SIMULATOR_FAILED)
         return FAIL("%s", s->message);
     fmu->now.ended = status == KEMPE_SIMULATOR_ENDED;
@@ -201,13 +216,15 @@ kempe_fmu_status kempe_fmu_refresh(kempe_fmu *fmu)
     kempe_simulator *s = &fmu->simulator;
     if (!fmu->now.started)
         return start(fmu);
-    if (fmu->now.tuned)
+    if (fmu->now.tuned) {
         kempe_simulator_set_parameters(s);
-    const int pressed = fmu->now.pressed || fmu->now.tuned;
-    if (fmu->kind == KEMPE_FMU_CO_SIMULATION && pressed) {
-        if (kempe_simulator_set_inputs(s) == KEMPE_SIMULATOR_FAILED)
+        if (s->message[0])
             return DISCARD("%s", s->message);
-    } else if (pressed || fmu->now.moved) {
+    }
+    if (fmu->kind == KEMPE_FMU_CO_SIMULATION) {
+        if (fmu->now.pressed && kempe_simulator_set_inputs(s) == KEMPE_SIMULATOR_FAILED)
+            return DISCARD("%s", s->message);
+    } else if (fmu->now.moved || fmu->now.pressed || fmu->now.tuned) {
         if (kempe_simulator_set_states(s, fmu->now.t, fmu->part.x) == KEMPE_SIMULATOR_FAILED)
             return DISCARD("%s", s->message);
     }
@@ -772,9 +789,28 @@ kempe_fmu_status kempe_fmu_get_rates(kempe_fmu *fmu, double *dx, size_t count)
     return give(fmu, KEMPE_FMU_RATES, dx, count, "derivatives of states");
 }
 
+int kempe_fmu_indicators(const kempe_fmu *fmu)
+{
+    const kempe_equations *e = fmu->model->equations;
+    int count = 0;
+    for (int i = 0; i < e->conditions; i++)
+        count += e->condition_kind[i] != KEMPE_CONDITION_KINK;
+    return count;
+}
+
 kempe_fmu_status kempe_fmu_get_indicators(kempe_fmu *fmu, double *value, size_t count)
 {
-    return give(fmu, KEMPE_FMU_CONDITIONS, value, count, "event indicators");
+    const kempe_equations *e = fmu->model->equations;
+    kempe_fmu_status status = check_count(fmu, value, count, kempe_fmu_indicators(fmu), "event indicators");
+    if (status == KEMPE_FMU_OK)
+        status = kempe_fmu_refresh(fmu);
+    if (status != KEMPE_FMU_OK)
+        return status;
+    const double *all = values_of(fmu, KEMPE_FMU_CONDITIONS);
+    for (int i = 0; i < e->conditions; i++)
+        if (e->condition_kind[i] != KEMPE_CONDITION_KINK)
+            *value++ = all[i];
+    return KEMPE_FMU_OK;
 }
 
 kempe_fmu_status kempe_fmu_get_nominals(kempe_fmu *fmu, double *nominal, size_t count)
@@ -826,6 +862,7 @@ kempe_fmu_status kempe_fmu_update(kempe_fmu *fmu, int *changed, int *exchanged, 
         (void)kempe_fmu_say(fmu, KEMPE_FMU_WARNING, KEMPE_FMU_LOG_WARNING, "%s", s->message);
     }
     *ended = fmu->now.ended;
+    fmu->now.event = 0;
     kempe_simulator_get_states(s, fmu->part.x);
     tell_events(fmu, *exchanged);
     return KEMPE_FMU_OK;
@@ -841,27 +878,28 @@ kempe_fmu_status kempe_fmu_completed_step(kempe_fmu *fmu, int *wants_event, int 
 
 /* -- co-simulation ----------------------------------------------------------------------------------- */
 
-/* Advances to the end of the integrator's next step, or to `until` where that comes first. */
-static kempe_simulator_status next_step(kempe_fmu *fmu, double until)
-{
-    kempe_simulator *s = &fmu->simulator;
-    kempe_simulator_save(s, fmu->part.kept);
-    const kempe_simulator_status status = kempe_simulator_step(s);
-    if (status != KEMPE_SIMULATOR_FAILED && s->t <= until)
-        return status;
-    kempe_simulator_restore(s, fmu->part.kept);
-    return kempe_simulator_advance(s, until);
-}
-
+/* A step of the integrator at a time. The simulator changes its conditions at the beginning of the step after an event:
+ * where it does so later than at the beginning, the event is at that time, and the step is undone. */
 static kempe_simulator_status step_by_step(kempe_fmu *fmu, double until, kempe_fmu_stride *stride)
 {
     kempe_simulator *s = &fmu->simulator;
     kempe_simulator_status status = KEMPE_SIMULATOR_GOES;
+    const double from = s->t;
     double back = until;
-    while (status == KEMPE_SIMULATOR_GOES && s->t < back && !stride->event) {
-        const double events = s->work.events;
-        status = next_step(fmu, back);
-        stride->event = stride->stops_at_events && s->work.events > events;
+    while (status == KEMPE_SIMULATOR_GOES && s->t < back) {
+        const double events = s->work.events, begin = s->t;
+        kempe_simulator_save(s, fmu->part.kept);
+        status = kempe_simulator_step(s);
+        if (status == KEMPE_SIMULATOR_FAILED || s->t > back) {
+            kempe_simulator_restore(s, fmu->part.kept);
+            status = kempe_simulator_advance(s, back);
+        }
+        if (stride->stops_at_events && s->work.events > events && begin > from) {
+            kempe_simulator_restore(s, fmu->part.kept);
+            stride->event = fmu->now.event = 1;
+            status = KEMPE_SIMULATOR_GOES;
+            break;
+        }
         if (status == KEMPE_SIMULATOR_GOES && stride->observer) {
             double wanted = until;
             const int mode = fmu->now.mode;

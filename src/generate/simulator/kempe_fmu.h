@@ -126,6 +126,7 @@ struct kempe_fmu {
         int pressed; /* inputs are newer than the simulator */
         int tuned;   /* parameters are newer than the simulator */
         int ended;   /* a condition ended the motion */
+        int event;   /* co-simulation has stopped at an event, which is not decided yet */
     } now;
     struct kempe_fmu_numbers {
         double *x, *start;                                     /* 2 f; 2 n */
@@ -184,6 +185,8 @@ kempe_fmu_status kempe_fmu_set_time(kempe_fmu *fmu, double t);
 kempe_fmu_status kempe_fmu_set_states(kempe_fmu *fmu, const double *x, size_t count);
 kempe_fmu_status kempe_fmu_get_states(kempe_fmu *fmu, double *x, size_t count);
 kempe_fmu_status kempe_fmu_get_rates(kempe_fmu *fmu, double *dx, size_t count);
+/** Conditions that are events; the others only bend the motion. */
+int kempe_fmu_indicators(const kempe_fmu *fmu);
 kempe_fmu_status kempe_fmu_get_indicators(kempe_fmu *fmu, double *value, size_t count);
 kempe_fmu_status kempe_fmu_get_nominals(kempe_fmu *fmu, double *nominal, size_t count);
 /** Decides events. *changed: states have new values or meanings; *exchanged: they belong to other coordinates. */

@@ -189,8 +189,8 @@ void kempe_simulator_restore(kempe_simulator *s, const double *from);
  */
 
 void kempe_simulator_get_states(const kempe_simulator *s, double *x);
-/** Sets t and x, then closes the loops and evaluates accelerations, multipliers and outputs, with the conditions as
- * they are. FAILED: the loops cannot be closed there; the simulator is as before. */
+/** Sets t and x, takes the present u, then closes the loops and evaluates accelerations, multipliers and outputs, with
+ * the conditions as they are. FAILED: the loops cannot be closed there; the simulator is as before. */
 kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, const double *x);
 /** Derivatives of x at the present state. */
 void kempe_simulator_get_rates(const kempe_simulator *s, double *dx);
