@@ -40,19 +40,31 @@ static void give_back(const fmi2CallbackFunctions *functions, void *memory)
         free(memory);
 }
 
+/* The sentence as the format, because some importers show that alone. */
+static void tell(const fmi2CallbackFunctions *functions, const char *name, fmi2Status status, const char *category,
+                 const char *sentence)
+{
+    char format[1300];
+    size_t used = 0;
+    for (; *sentence && used + 3 < sizeof format; sentence++) {
+        if (*sentence == '%')
+            format[used++] = '%';
+        format[used++] = *sentence;
+    }
+    format[used] = 0;
+    if (functions && functions->logger)
+        functions->logger(functions->componentEnvironment, name, status, category, format);
+}
+
 static void send(kempe_fmu *fmu, kempe_fmu_status status, const char *category, const char *sentence)
 {
     const kempe_fmi2_instance *instance = (const kempe_fmi2_instance *)(const void *)fmu;
-    if (instance->functions.logger)
-        instance->functions.logger(instance->functions.componentEnvironment, instance->name, (fmi2Status)status,
-                                   category, "%s", sentence);
+    tell(&instance->functions, instance->name, (fmi2Status)status, category, sentence);
 }
 
 static fmi2Component refuse(const fmi2CallbackFunctions *functions, const char *name, const char *sentence)
 {
-    if (functions && functions->logger)
-        functions->logger(functions->componentEnvironment, name ? name : "", fmi2Error,
-                          kempe_fmu_categories[KEMPE_FMU_LOG_ERROR], "%s", sentence);
+    tell(functions, name ? name : "", fmi2Error, kempe_fmu_categories[KEMPE_FMU_LOG_ERROR], sentence);
     return NULL;
 }
 

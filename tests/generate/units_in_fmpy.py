@@ -1,0 +1,402 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Functional mock-up units of models in FMPy, an importer: descriptions, simulations, states, derivatives, misuse.
+
+    python3 tests/generate/units_in_fmpy.py build/dev/kempe
+
+The exit code is 77 where FMPy is absent: pip install fmpy (another Python than the first one: KEMPE_FMPY_PYTHON)."""
+
+import csv
+import ctypes
+import os
+import pathlib
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+try:
+    import fmpy
+    from fmpy.build import build_platform_binary
+    from fmpy.fmi2 import FMU2Model, FMU2Slave
+    from fmpy.fmi3 import FMU3Model, FMU3Slave
+    from fmpy.validation import validate_fmu
+except ImportError:
+    other = os.environ.get("KEMPE_FMPY_PYTHON")
+    if other and os.path.realpath(other) != os.path.realpath(sys.executable):
+        os.execv(other, [other, *sys.argv])
+    print("skipped: FMPy is not installed (pip install fmpy, or KEMPE_FMPY_PYTHON)")
+    sys.exit(77)
+
+# Model and end of the simulation: exchanges of states, events, inputs, spatial loops, drives.
+MODELS = {"four_bar": 0.5, "slider_crank": 1.0, "delta_robot": 1.0, "loose_slider": 0.01, "cart_pole": 1.0,
+          "driven_slider_crank": 1.0}
+failures = []
+
+
+def check(true, *words):
+    if not true:
+        failures.append(" ".join(str(word) for word in words))
+        print("FAIL", failures[-1], flush=True)
+
+
+class Unit:
+    """An unpacked unit, and instances of it."""
+
+    def __init__(self, kempe, folder, model, fmi, *options, build=False):
+        self.fmi, self.file = fmi, folder / f"{model}{fmi}{len(options)}.fmu"
+        path = ROOT / f"examples/{model}/{model}.yaml"
+        subprocess.run([kempe, "fmu", path, "-o", self.file, "--fmi", str(fmi), "--quiet", *options], check=True,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.folder = fmpy.extract(str(self.file), str(folder / self.file.stem))
+        if build:
+            build_platform_binary(self.folder)
+        self.about = fmpy.read_model_description(self.folder)
+        self.reference = {v.name: v.valueReference for v in self.about.modelVariables}
+        self.outputs = [v.name for v in self.about.modelVariables if v.name.startswith("q.")]
+        self.said = []
+
+    def named(self, start):
+        return [r for name, r in self.reference.items() if name.startswith(start)]
+
+    def made(self, kind, guid=None, **options):
+        """An instance before its initialisation."""
+        classes = {(2, "me"): FMU2Model, (2, "cs"): FMU2Slave, (3, "me"): FMU3Model, (3, "cs"): FMU3Slave}
+        about = self.about.modelExchange if kind == "me" else self.about.coSimulation
+        instance = classes[self.fmi, kind](guid=guid or self.about.guid, unzipDirectory=self.folder,
+                                           modelIdentifier=about.modelIdentifier, instanceName="one")
+        if self.fmi == 3:
+            instance.instantiate(logMessage=lambda e, status, category, text: self.said.append(text.decode()), **options)
+        else:
+            instance.instantiate(callbacks=self.callbacks())
+        return instance
+
+    def callbacks(self):
+        from fmpy.fmi2 import (fmi2CallbackAllocateMemoryTYPE, fmi2CallbackFreeMemoryTYPE, fmi2CallbackFunctions,
+                               fmi2CallbackLoggerTYPE)
+        from fmpy.fmi1 import calloc, free
+        self.kept = fmi2CallbackFunctions()
+        self.kept.logger = fmi2CallbackLoggerTYPE(lambda e, name, status, category, text: self.said.append(text.decode()))
+        self.kept.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
+        self.kept.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+        return self.kept
+
+    def begin(self, instance, tolerance=None, stop=None):
+        if self.fmi == 2:
+            instance.setupExperiment(tolerance=tolerance, startTime=0.0, stopTime=stop)
+            instance.enterInitializationMode()
+        else:
+            instance.enterInitializationMode(tolerance=tolerance, startTime=0.0, stopTime=stop)
+
+    def started(self, kind, **options):
+        instance = self.made(kind, **options)
+        self.begin(instance)
+        instance.exitInitializationMode()
+        return instance
+
+    def get(self, instance, references):
+        return instance.getReal(references) if self.fmi == 2 else instance.getFloat64(references)
+
+    def set(self, instance, references, values):
+        (instance.setReal if self.fmi == 2 else instance.setFloat64)(references, values)
+
+    def place(self, instance):
+        return tuple(self.get(instance, self.named("q.") + self.named("qd.") + self.named("qdd.")))
+
+    def refused(self, what, word, call):
+        """The call is an error or is discarded, with a sentence that has the word."""
+        self.said.clear()
+        try:
+            call()
+            check(False, self.file.name, what, "is not refused")
+        except Exception:  # FMPy's own kinds of error
+            pass
+        check(any(word in text for text in self.said), self.file.name, what, self.said)
+
+
+# -- the description and simulations ---------------------------------------------------------------------------------
+
+def check_description(unit):
+    problems = validate_fmu(str(unit.file))
+    check(not problems, unit.file.name, problems)
+    schema = pathlib.Path(fmpy.__file__).parent / f"schema/fmi{unit.fmi}"
+    pairs = [("modelDescription.xml", f"fmi{unit.fmi}ModelDescription.xsd")]
+    if unit.fmi == 3:
+        pairs.append(("sources/buildDescription.xml", "fmi3BuildDescription.xsd"))
+        pairs += [(f"terminalsAndIcons/{p.name}", "fmi3TerminalsAndIcons.xsd")
+                  for p in (pathlib.Path(unit.folder) / "terminalsAndIcons").glob("*.xml")]
+    for document, name in pairs:
+        done = subprocess.run(["xmllint", "--noout", "--schema", schema / name, pathlib.Path(unit.folder) / document],
+                              capture_output=True, text=True)
+        check(done.returncode == 0, unit.file.name, document, done.stderr[:300])
+
+
+def check_exports(unit):
+    binary = next(pathlib.Path(unit.folder).glob("binaries/*/*.so"))
+    names = subprocess.run(["nm", "-D", "--defined-only", binary], capture_output=True, text=True).stdout.split()
+    functions = [name for name in names if name.startswith(f"fmi{unit.fmi}")]
+    check(len(functions) == {2: 44, 3: 75}[unit.fmi], unit.file.name, "exports", len(functions), "functions")
+
+
+def reference(kempe, folder, model, end):
+    rows = folder / "rows.csv"
+    subprocess.run([kempe, "simulate", ROOT / f"examples/{model}/{model}.yaml", "--t-end", str(end), "--rtol", "1e-11",
+                    "-o", rows, "--quiet"], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    with open(rows) as lines:
+        table = list(csv.reader(lines))
+    return {name: float(x) for name, x in zip(table[0], table[-1])}
+
+
+def check_motions(unit, expected, end):
+    for kind, allowed in (("CoSimulation", 1e-7), ("ModelExchange", 1e-6)):
+        rows = fmpy.simulate_fmu(unit.folder, fmi_type=kind, stop_time=end, output=unit.outputs, output_interval=end / 20,
+                                 relative_tolerance=1e-11, model_description=unit.about)
+        error = max(abs(rows[-1][k + 1] - expected[name.replace("'", "")]) for k, name in enumerate(unit.outputs))
+        check(error < allowed, unit.file.name, kind, "differs from kempe simulate by", error)
+
+
+# -- communication steps, states, threads ----------------------------------------------------------------------------
+
+def end_place(unit, times, **options):
+    instance = unit.started("cs", **options)
+    t = 0.0
+    for later in times:
+        instance.doStep(t, later - t)
+        t = later
+    place = unit.place(instance)
+    instance.freeInstance()
+    return place
+
+
+def check_steps(unit, end):
+    chance = random.Random(1)
+    lists = [[end * k / 10 for k in range(1, 11)], [end * k / 1000 for k in range(1, 1001)],
+             sorted(chance.uniform(0, end) for _ in range(37)) + [end]]
+    places = {end_place(unit, times) for times in lists}
+    if unit.fmi == 3:
+        calls = []
+        places.add(end_place(unit, lists[0], intermediateUpdate=lambda *words: calls.append(words[1])))
+        check(calls == sorted(calls) and len(calls) >= 10, unit.file.name, "intermediate updates", len(calls))
+    check(len(places) == 1, unit.file.name, "communication steps change bits", len(places))
+
+
+def check_saved(unit, end):
+    step, n = end / 20, 10
+    instance = unit.started("cs")
+    for k in range(n):
+        instance.doStep(k * step, step)
+    save = instance.getFMUState if unit.fmi == 3 else instance.getFMUstate
+    restore = instance.setFMUState if unit.fmi == 3 else instance.setFMUstate
+    state = save()
+    pack = instance.serializeFMUState if unit.fmi == 3 else instance.serializeFMUstate
+    bytes_of_it, before = pack(state), unit.place(instance)
+
+    def go(which):
+        for k in range(n, 2 * n):
+            which.doStep(k * step, step)
+        return unit.place(which)
+
+    first = go(instance)
+    restore(state)
+    check(unit.place(instance) == before, unit.file.name, "a restored state has other bits")
+    check(go(instance) == first, unit.file.name, "the motion after a restored state has other bits")
+    other = unit.made("cs")
+    loaded = other.deserializeFMUState(bytes_of_it) if unit.fmi == 3 else other.deSerializeFMUstate(bytes_of_it)
+    (other.setFMUState if unit.fmi == 3 else other.setFMUstate)(loaded)
+    check(go(other) == first, unit.file.name, "the motion of another instance after a restored state has other bits")
+    unit.refused("a damaged state", "not a state", lambda: (
+        other.deserializeFMUState(b"x" * len(bytes_of_it)) if unit.fmi == 3 else
+        other.deSerializeFMUstate(b"x" * len(bytes_of_it))))
+    (instance.freeFMUState if unit.fmi == 3 else instance.freeFMUstate)(state)
+    (other.freeFMUState if unit.fmi == 3 else other.freeFMUstate)(loaded)
+    instance.freeInstance()
+    other.freeInstance()
+
+
+def check_threads(unit, end):
+    places = [None] * 8
+
+    def run(k):
+        places[k] = end_place(unit, [end * i / 50 for i in range(1, 51)])
+
+    threads = [threading.Thread(target=run, args=(k,)) for k in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    check(len(set(places)) == 1 and places[0], unit.file.name, "threads differ")
+
+
+# -- derivatives -----------------------------------------------------------------------------------------------------
+
+def evaluate(unit, instance, count, t, x, inputs, u, unknowns):
+    numbers = (ctypes.c_double * count)(*x)
+    instance.setTime(t)
+    instance.setContinuousStates(numbers, count)
+    if inputs:
+        unit.set(instance, inputs, u)
+    return unit.get(instance, unknowns)
+
+
+def check_derivatives(unit):
+    instance = unit.started("me")
+    count = len(unit.named("x["))
+    x = (ctypes.c_double * count)()
+    instance.getContinuousStates(x, count)
+    (instance.newDiscreteStates if unit.fmi == 2 else instance.updateDiscreteStates)()
+    instance.enterContinuousTimeMode()
+    states, inputs = unit.named("x["), [v.valueReference for v in unit.about.modelVariables if v.causality == "input"]
+    unknowns = unit.named("der(") + unit.named("q.") + unit.named("qd.") + unit.named("lambda.")
+    knowns, base, u = states + inputs, list(x), unit.get(instance, inputs) if inputs else []
+    chance = random.Random(2)
+    way = [chance.uniform(-1, 1) for _ in knowns]
+    evaluate(unit, instance, count, 0.0, base, inputs, u, unknowns)
+    exact = instance.getDirectionalDerivative(unknowns, knowns, way)
+    errors = []
+    for h in (1e-3, 5e-4, 1e-5):
+        far = [evaluate(unit, instance, count, 0.0, [a + s * h * w for a, w in zip(base, way)], inputs,
+                        [a + s * h * w for a, w in zip(u, way[count:])], unknowns) for s in (1, -1)]
+        size = 1 + max(abs(e) for e in exact)
+        errors.append(max(abs((a - b) / (2 * h) - e) for a, b, e in zip(*far, exact)) / size)
+    check(errors[2] < 1e-7, unit.file.name, "directional derivatives differ from differences by", errors)
+    check(errors[0] < 1e-9 or 3.3 < errors[0] / errors[1] < 4.7, unit.file.name, "slope of differences", errors)
+    if unit.fmi == 3:
+        evaluate(unit, instance, count, 0.0, base, inputs, u, unknowns)
+        seed = [chance.uniform(-1, 1) for _ in unknowns]
+        back = instance.getAdjointDerivative(unknowns, knowns, seed, len(knowns))
+        left, right = sum(a * b for a, b in zip(seed, exact)), sum(a * b for a, b in zip(back, way))
+        check(abs(left - right) <= 1e-12 * (1 + abs(left)), unit.file.name, "adjoint", left, right)
+    instance.terminate()
+    instance.freeInstance()
+
+
+# -- misuse ----------------------------------------------------------------------------------------------------------
+
+def parameters(unit, variability):
+    return [v.valueReference for v in unit.about.modelVariables
+            if v.causality == "parameter" and v.variability == variability and not v.name.startswith("solver.")]
+
+
+def check_misuse(unit, loops_break=True):
+    unit.refused("a wrong token", "differs from modelDescription", lambda: check_made(unit))
+    instance = unit.made("cs")
+    unit.refused("a step before the start", "is not allowed", lambda: instance.doStep(0.0, 0.1))
+    unit.refused("an unknown reference", "99999999", lambda: unit.get(instance, [99999999]))
+    unit.refused("a value before the start", "no value yet", lambda: unit.get(instance, unit.named("qdd.")))
+    unit.begin(instance, stop=1.0)
+    instance.exitInitializationMode()
+    fixed, tunable = parameters(unit, "fixed"), parameters(unit, "tunable")
+    if fixed:
+        unit.refused("a fixed parameter", "is fixed", lambda: unit.set(instance, fixed[:1], [1.0]))
+    if tunable:
+        unit.refused("a parameter that is no number", "not a finite", lambda: unit.set(instance, tunable[:1], [float("nan")]))
+        unit.set(instance, tunable[:1], [1.25 * unit.get(instance, tunable[:1])[0]])
+    unit.refused("an output that is set", "is computed", lambda: unit.set(instance, unit.named("qdd.")[:1], [0.0]))
+    unit.refused("a step from elsewhere", "the unit is at", lambda: instance.doStep(0.5, 0.1))
+    unit.refused("a step backwards", "not positive", lambda: instance.doStep(0.0, -0.1))
+    unit.refused("a step beyond the end", "after the stop time", lambda: instance.doStep(0.0, 1.5))
+    instance.doStep(0.0, 0.001)
+    unit.refused("initialisation again", "is not allowed", lambda: unit.begin(instance))
+    instance.reset()
+    unit.begin(instance)
+    instance.exitInitializationMode()
+    instance.freeInstance()
+    if fixed and loops_break:
+        instance = unit.made("cs")
+        unit.set(instance, fixed[:1], [100 * unit.get(instance, fixed[:1])[0]])
+        unit.begin(instance)
+        unit.refused("a loop that cannot close", "", instance.exitInitializationMode)
+        check(any(len(text) > 30 for text in unit.said), unit.file.name, "no sentence on the loop", unit.said)
+        instance.freeInstance()
+
+
+def check_made(unit):
+    instance = unit.made("cs", guid="another")
+    if not instance.component:
+        raise ValueError("no instance")
+
+
+def check_input(unit):
+    """NaN is refused; a value acts from its time on."""
+    instance = unit.started("cs")
+    inputs = [v.valueReference for v in unit.about.modelVariables if v.causality == "input"]
+    unit.refused("an input that is no number", "not a finite", lambda: unit.set(instance, inputs[:1], [float("nan")]))
+    instance.doStep(0.0, 0.1)
+    before = unit.get(instance, unit.named("qdd."))
+    unit.set(instance, inputs[:1], [1 + unit.get(instance, inputs[:1])[0]])
+    check(unit.get(instance, unit.named("qdd.")) != before, unit.file.name, "an input has no effect")
+    instance.doStep(0.1, 0.1)
+    instance.freeInstance()
+
+
+def check_event_mode(unit, end):
+    """Events end communication steps early; the motion is the same to the tolerance."""
+    instance = unit.started("cs", eventModeUsed=True, earlyReturnAllowed=True)
+    instance.enterStepMode()
+    t, events = 0.0, 0
+    while t < end * (1 - 1e-12):
+        event, over, early, t = instance.doStep(t, min(end / 10, end - t))
+        if event:
+            events += 1
+            check(early, unit.file.name, "an event without an early return")
+            instance.enterEventMode()
+            instance.updateDiscreteStates()
+            instance.enterStepMode()
+    plain = end_place(unit, [end])
+    q = len(unit.named("q."))
+    error = max(abs(a - b) for a, b in zip(unit.place(instance)[:q], plain[:q]))
+    counted = instance.getInt32([unit.reference["solver.events"]])[0]
+    check(events > 5 and counted >= events, unit.file.name, "events", events, counted)
+    check(error < 1e-6, unit.file.name, "event mode changes the motion by", error)
+    instance.freeInstance()
+
+
+# -- all -------------------------------------------------------------------------------------------------------------
+
+def check_model(kempe, folder, model, end):
+    expected = reference(kempe, folder, model, end)
+    for fmi in (2, 3):
+        unit = Unit(kempe, folder, model, fmi)
+        check_description(unit)
+        check_exports(unit)
+        check_motions(unit, expected, end)
+        check_steps(unit, end)
+        check_saved(unit, end)
+        if unit.named("x["):
+            check_derivatives(unit)
+        if model == "four_bar":
+            check_misuse(unit)
+            check_threads(unit, end)
+            check_motions(Unit(kempe, folder, model, fmi, "--no-binary", build=True), expected, end)
+        if model == "cart_pole":
+            check_input(unit)
+        if model == "loose_slider" and fmi == 3:
+            check_event_mode(unit, end)
+    print(model, flush=True)
+
+
+def check_bytes(kempe, folder):
+    """The same model gives the same bytes."""
+    for fmi in (2, 3):
+        files = [Unit(kempe, folder, "slider_crank", fmi, *["--no-binary", "--no-cache"][:count]).file for count in (1, 2)]
+        check(files[0].read_bytes() == files[1].read_bytes(), "bytes of units differ", fmi)
+
+
+def main():
+    kempe = os.path.realpath(sys.argv[1])
+    folder = pathlib.Path(tempfile.mkdtemp())
+    try:
+        for model in sys.argv[2:] or MODELS:
+            check_model(kempe, folder, model, MODELS[model])
+        check_bytes(kempe, folder)
+    finally:
+        shutil.rmtree(folder)
+    print(f"{len(failures)} failures")
+    return bool(failures)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
