@@ -10,6 +10,7 @@ import ctypes
 import os
 import pathlib
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -20,7 +21,6 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 try:
     import fmpy
-    from fmpy.build import build_platform_binary
     from fmpy.fmi2 import FMU2Model, FMU2Slave
     from fmpy.fmi3 import FMU3Model, FMU3Slave
     from fmpy.validation import validate_fmu
@@ -32,7 +32,7 @@ except ImportError:
     sys.exit(77)
 
 # Model and end of the simulation: exchanges of states, events, inputs, spatial loops, drives.
-MODELS = {"four_bar": 0.5, "slider_crank": 1.0, "delta_robot": 1.0, "loose_slider": 0.01, "cart_pole": 1.0,
+MODELS = {"four_bar": 0.5, "slider_crank": 1.0, "delta_robot": 0.5, "loose_slider": 0.01, "cart_pole": 1.0,
           "driven_slider_crank": 1.0}
 failures = []
 
@@ -51,9 +51,9 @@ class Unit:
         path = ROOT / f"examples/{model}/{model}.yaml"
         subprocess.run([kempe, "fmu", path, "-o", self.file, "--fmi", str(fmi), "--quiet", *options], check=True,
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.folder = fmpy.extract(str(self.file), str(folder / self.file.stem))
         if build:
-            build_platform_binary(self.folder)
+            subprocess.run([sys.executable, "-m", "fmpy", "compile", self.file], check=True, capture_output=True)
+        self.folder = fmpy.extract(str(self.file), str(folder / self.file.stem))
         self.about = fmpy.read_model_description(self.folder)
         self.reference = {v.name: v.valueReference for v in self.about.modelVariables}
         self.outputs = [v.name for v in self.about.modelVariables if v.name.startswith("q.")]
@@ -152,9 +152,9 @@ def reference(kempe, folder, model, end):
 
 def check_motions(unit, expected, end):
     for kind, allowed in (("CoSimulation", 1e-7), ("ModelExchange", 1e-6)):
-        rows = fmpy.simulate_fmu(unit.folder, fmi_type=kind, stop_time=end, output=unit.outputs, output_interval=end / 20,
+        rows = fmpy.simulate_fmu(unit.folder, fmi_type=kind, stop_time=end, output=unit.outputs, output_interval=end / 50,
                                  relative_tolerance=1e-11, model_description=unit.about)
-        error = max(abs(rows[-1][k + 1] - expected[name.replace("'", "")]) for k, name in enumerate(unit.outputs))
+        error = max(abs(rows[-1][k + 1] - expected[re.sub(r"\[(\d+)\]", r".\1", name).replace("'", "")]) for k, name in enumerate(unit.outputs))
         check(error < allowed, unit.file.name, kind, "differs from kempe simulate by", error)
 
 
