@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
  * Sets of equations of a model: their operation counts, each derived alone, and their text in other languages.
+ * Functional mock-up units.
  */
 #ifndef KEMPE_GENERATE_H
 #define KEMPE_GENERATE_H
@@ -62,6 +63,35 @@ KEMPE_API kempe_status kempe_code_write(const kempe_code *code, const char *fold
 
 /** Prints a summary: routines with their operations, and files. */
 KEMPE_API kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text);
+
+/** Options of functional mock-up units: models as parts of other simulation programs, by the Functional Mock-up
+ * Interface (docs/fmu.md). NULL and 0 take the default. */
+typedef struct kempe_fmu_options {
+    size_t size;          /* sizeof this struct, or 0: that of version 0.1 */
+    int fmi;              /* version: 2 or 3 (default) */
+    const char *kind;     /* me (model exchange), cs (co-simulation), me,cs (default: both) */
+    int no_binary;        /* sources alone, which importers can compile */
+    const char *compiler; /* C compiler of the binary (default: cc) */
+} kempe_fmu_options;
+
+typedef struct kempe_fmu_export kempe_fmu_export;
+
+/** Derives the equations, describes the variables, and compiles the binary of this platform. KEMPE_E_ARGUMENT: an
+ * option that does not exist, or a model with a part that generated simulators lack; KEMPE_E_FAILED: loops that do not
+ * close at the start, or a compiler that fails. Without the binary the same model gives the same bytes. */
+KEMPE_API kempe_status kempe_fmu_export_new(const kempe_model *model, const kempe_fmu_options *options,
+                                            kempe_fmu_export **made);
+KEMPE_API void kempe_fmu_export_free(kempe_fmu_export *made);
+
+/** The files inside: their names. */
+KEMPE_API int kempe_fmu_export_file_count(const kempe_fmu_export *made);
+KEMPE_API const char *kempe_fmu_export_file_name(const kempe_fmu_export *made, int k);
+
+/** Writes the unit, whole or not at all. */
+KEMPE_API kempe_status kempe_fmu_export_write(const kempe_fmu_export *made, const char *path);
+
+/** Prints a summary: identity, numbers of variables, files. */
+KEMPE_API kempe_status kempe_fmu_export_print(const kempe_fmu_export *made, kempe_format format, char **text);
 
 KEMPE_END
 #endif

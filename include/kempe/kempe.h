@@ -27,7 +27,7 @@
  *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
  *     fit.h           parameters from measured motions
  *     contacts.h wheels on their rails over a range; contact.h: rolling contact without a model
- *     generate.h      operation counts, and equations in other languages
+ *     generate.h      operation counts, equations in other languages, functional mock-up units
  *     cache.h         a folder that keeps derived equations for the next time
  *
  * The equations of motion are M(q) qdd + C(q, qd, t) = Q + J(q, t)' lambda, h(q, t) = 0. q are the relative joint

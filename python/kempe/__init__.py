@@ -37,7 +37,7 @@ from .errors import (
     StoppedError,
 )
 from .fit import Fit, Optimum
-from .generate import Code, Count
+from .generate import Code, Count, FmuExport
 from .gradient import Gradient
 from .inverse import Inverse
 from .kinematics import Kinematics
@@ -75,6 +75,7 @@ __all__ = [
     "Error",
     "FailedError",
     "Fit",
+    "FmuExport",
     "FileError",
     "Folder",
     "FrozenTable",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Operation counts, and equations in other languages."""
+"""Operation counts, equations in other languages, functional mock-up units."""
 
 from __future__ import annotations
 
@@ -36,3 +36,21 @@ class Code(Result):
     def write(self, folder: str | os.PathLike[str]) -> None:
         """Writes all files into a folder, which is made if it does not exist."""
         self._context.check(lib.kempe_code_write, self._pointer, os.fsencode(folder))
+
+
+class FmuExport(Result):
+    """A functional mock-up unit: its files, in memory."""
+
+    _noun = "fmu_export"
+    _options = "kempe_fmu_options"
+    _kept = ("files",)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Names of the files inside."""
+        count = lib.kempe_fmu_export_file_count(self._pointer)
+        return tuple(string(lib.kempe_fmu_export_file_name(self._pointer, k)) for k in range(count))
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes the unit, whole or not at all."""
+        self._context.check(lib.kempe_fmu_export_write, self._pointer, os.fsencode(path))

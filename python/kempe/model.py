@@ -14,7 +14,7 @@ from .context import Context, Fixed, string
 from .display import details, model_html
 from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
 from .fit import Fit, Optimum
-from .generate import Code, Count
+from .generate import Code, Count, FmuExport
 from .gradient import Gradient
 from .options import characters, entry_of, text_of, utf8, words
 from .options import options as struct_of
@@ -25,7 +25,7 @@ from .system import Force, System
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from ._options import EnsembleOptions, FitOptions, GenerateOptions, GradientOptions, OptimumOptions, RunOptions, SampleOptions, SensitivityOptions
+    from ._options import EnsembleOptions, FitOptions, FmuOptions, GenerateOptions, GradientOptions, OptimumOptions, RunOptions, SampleOptions, SensitivityOptions
     from .trajectory import Trajectory
 
 Values_ = Mapping[str, Any]
@@ -313,6 +313,18 @@ class Model(Fixed):
         ['four_bar.py']
         """
         return study(Code, self, options)
+
+    def fmu(self, path: str | os.PathLike[str] | None = None, **options: Unpack[FmuOptions]) -> FmuExport:
+        """The model as a functional mock-up unit (FMI 2.0 or 3.0), written to the path where one is given.
+
+        >>> unit = Model("four_bar.yaml").fmu(fmi=2, kind="cs", no_binary=True)
+        >>> unit.files[0]
+        'modelDescription.xml'
+        """
+        made = study(FmuExport, self, options)
+        if path is not None:
+            made.write(path)
+        return made
 
     # -- many instances ----------------------------------------------------------------------------------
 

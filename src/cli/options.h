@@ -7,7 +7,6 @@
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/fit.h>
-#include <kempe/fmu.h>
 #include <kempe/generate.h>
 #include <kempe/inverse.h>
 #include <kempe/kempe.h>

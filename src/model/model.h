@@ -19,11 +19,11 @@ typedef struct kmp_parameter {
     const char *name;
     kmp_number number;
     kmp_dimension dimension; /* of its value, as far as it is known */
-    bool fixed;  /* a value outside the equations depends on it */
-    bool shapes; /* and such a value is part of them: axes, tables, sections of the model */
-    bool used;   /* something other than parameters depends on it */
-    bool unused; /* nothing of the model depends on it, and the user was warned */
-    bool varies; /* of a variant (model/variant.h): an input of its equations */
+    bool fixed;              /* a value outside the equations depends on it */
+    bool shapes;             /* and such a value is part of them: axes, tables, sections of the model */
+    bool used;               /* something other than parameters depends on it */
+    bool unused;             /* nothing of the model depends on it, and the user was warned */
+    bool varies;             /* of a variant (model/variant.h): an input of its equations */
 } kmp_parameter;
 
 /** A function of time that is given to a run: a constant, or samples. Expressions use it by its name. */

@@ -9,7 +9,6 @@
 #include "model/model.h"
 #include "output/formats/zip_archive.h"
 #include "output/print.h"
-#include <kempe/fmu.h>
 #include <kempe/generate.h>
 #include <stdio.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "generate/simulator/simulated.h"
-#include <kempe/fmu.h>
+#include <kempe/generate.h>
 
 /** The request, and what all parts say of the unit. */
 typedef struct kmp_unit_plan {

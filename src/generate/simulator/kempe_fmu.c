@@ -942,6 +942,9 @@ kempe_fmu_status kempe_fmu_do_step(kempe_fmu *fmu, double from, double step, kem
                                               ? step_by_step(fmu, until, stride)
                                               : kempe_simulator_advance(s, until);
     stride->reached = fmu->now.t = s->t;
+    (void)kempe_fmu_say(fmu, KEMPE_FMU_OK, KEMPE_FMU_LOG_STEPS,
+                        "The communication step ends at t = %.9g s, after %.0f steps and %.0f evaluations in all.",
+                        s->t, s->work.steps, s->work.evaluations);
     if (s->work.events > events || s->work.exchanges > exchanges)
         (void)kempe_fmu_say(fmu, KEMPE_FMU_OK, KEMPE_FMU_LOG_EVENTS,
                             "Between t = %.9g s and t = %.9g s were %.0f events and %.0f exchanges of states.", began,
