@@ -3,5 +3,5 @@
 
 #include "generate/source.h"
 
-/** What the files of a generation were made of. */
+/** The data from which the files of a generation are made. */
 const kmp_code_source *kmp_code_source_of(const kempe_code *code);

@@ -79,7 +79,7 @@ void kmp_unit_page(kmp_text *html, const kmp_unit_plan *plan)
     kmp_text_put(
         html,
         "</table>\n<h2>States</h2>\n<p>The states x are independent coordinates and their rates. The output choice has "
-        "the numbers of these coordinates. Where others become better, the unit asks for an event and exchanges them: "
+        "the numbers of these coordinates. Where others become better, the unit requests an event and exchanges them: "
         "the number of states stays the same, and solver.exchanges counts.</p>\n"
         "<h2>Start</h2>\n<p>The start values of q and qd may be set before initialisation: the loops are closed near "
         "them. Parameters on which the loops depend are fixed after initialisation.</p>\n"

@@ -420,7 +420,7 @@ static int same_bits(double a, double b)
     return !memcmp(&a, &b, sizeof a);
 }
 
-/* What may be set in the present mode; a sentence is sent otherwise. */
+/* Checks that a variable may be set in the present mode. */
 static kempe_fmu_status check_set(kempe_fmu *fmu, int block, int at, double value)
 {
     const int early = fmu->now.mode & (KEMPE_FMU_INSTANTIATED | KEMPE_FMU_INITIALIZATION);
@@ -635,7 +635,7 @@ static kempe_fmu_status add_known(kempe_fmu *fmu, kempe_simulator_change *change
     return KEMPE_FMU_OK;
 }
 
-/* Where the change of an unknown is; NULL with a sentence: none. */
+/* The place of the change of an unknown; NULL after a sentence: none. */
 static const double *change_of(kempe_fmu *fmu, const kempe_simulator_change *change, unsigned reference)
 {
     int at = 0;
