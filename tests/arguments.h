@@ -104,6 +104,7 @@ static const kempe_modes_options from_start = {.at = "start"};
 static const char *const some_parameters[1] = {"base"};
 static const kempe_gradient_options of_base = {.parameter_count = 1, .parameters = some_parameters, .driven = "crank"};
 
+static const kempe_fmu_options sources_alone = {.no_binary = 1};
 static const kempe_sample_options two_cranks = {.ranges = "crank=0.29:0.31", .count = 2};
 
 SOME(kempe_system, kempe_system_new, some_kempe_model(0))
@@ -129,6 +130,7 @@ SOME(kempe_table, kempe_inverse_table, some_kempe_inverse(0), "rows")
 SOME(kempe_workspace, kempe_workspace_new, some_kempe_system(0))
 SOME(kempe_count, kempe_count_new, some_kempe_model(0), NULL)
 SOME(kempe_code, kempe_code_new, some_kempe_model(0), NULL)
+SOME(kempe_fmu_export, kempe_fmu_export_new, some_kempe_model(0), &sources_alone)
 SOME(kempe_values, kempe_values_sample, some_kempe_model(0), &two_cranks)
 ZERO(kempe_run_options)
 ZERO(kempe_sample_options)
@@ -136,6 +138,7 @@ ZERO(kempe_folder_options)
 ZERO(kempe_ensemble_options)
 ZERO(kempe_compare_options)
 ZERO(kempe_generate_options)
+ZERO(kempe_fmu_options)
 ZERO(kempe_kinematics_options)
 ZERO(kempe_equilibrium_options)
 ZERO(kempe_inverse_options)

@@ -71,7 +71,7 @@ static const option options[] = {
     {CLI_ALL & ~CLI_NEW, IN_MODEL, "input", OPTION_SETTING, 0, "NAME=VALUE",
      "value of an input of the model, or FILE:COLUMN:METHOD: samples of a CSV file over its column t, with the method "
      "hold, linear or cubic; may be repeated"},
-    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance",
+    {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_FMU | CLI_CONTACT | CLI_NEW), IN_MODEL, "closure-tolerance",
      VALUE(LENGTH, closure_tolerance), "X",
      "largest gap of a redundant closure that is accepted as rounding of the model, m (0: none)"},
     {CLI_ALL & ~CLI_NEW, IN_MODEL, "base", TEXT(base), "NAME",

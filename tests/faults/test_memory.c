@@ -258,6 +258,16 @@ static kempe_status write_python(scene *s)
     return write_language(s, "python", 0);
 }
 
+static kempe_status write_unit(scene *s)
+{
+    kempe_fmu_export *made = NULL;
+    const kempe_fmu_options sources = {.no_binary = 1};
+    kempe_status status = kempe_fmu_export_new(s->model, &sources, &made);
+    untouched(status, made);
+    kempe_fmu_export_free(made);
+    return status;
+}
+
 static kempe_status print_system(scene *s)
 {
     kempe_status status = KEMPE_OK;
@@ -816,6 +826,7 @@ static const struct {
               {"C", write_c},
               {"Octave", write_octave},
               {"Python", write_python},
+              {"unit", write_unit},
               {"check", check_model},
               {"assemble", assemble},
               {"equilibria", find_equilibria},

@@ -135,7 +135,7 @@ kempe_fmu_status kempe_fmu_choose_categories(kempe_fmu *fmu, int on, size_t coun
     unsigned chosen = count ? 0 : all;
     for (size_t i = 0; i < count; i++) {
         int c = 0;
-        while (c <= KEMPE_FMU_LOG_CATEGORIES && (!names || !names[i] || strcmp(kempe_fmu_categories[c], names[i])))
+        while (c <= KEMPE_FMU_LOG_CATEGORIES && (!names || !names[i] || strcmp(kempe_fmu_categories[c], names[i]) != 0))
             c++;
         if (c > KEMPE_FMU_LOG_CATEGORIES)
             return FAIL("The category '%s' of messages does not exist: modelDescription.xml lists the categories.",
@@ -572,8 +572,8 @@ kempe_fmu_status kempe_fmu_restore(kempe_fmu *fmu, const unsigned char *from)
 {
     kempe_fmu_piece piece[KEMPE_FMU_PIECES];
     const kempe_fmu_status status = kempe_fmu_check_state(fmu, from, kempe_fmu_state_bytes(fmu));
-    if (status != KEMPE_FMU_OK)
-        return status;
+    if (!from || status != KEMPE_FMU_OK)
+        return KEMPE_FMU_ERROR;
     list_pieces(fmu, piece);
     from += sizeof(kempe_fmu_head);
     memcpy(fmu->part.kept, from, simulator_bytes(fmu));

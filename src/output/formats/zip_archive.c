@@ -70,7 +70,7 @@ void kmp_zip_begin(kmp_zip *zip, const char *name)
         zip->text.failed = true;
         return;
     }
-    memcpy(own, name, length);
+    memcpy(own, name, length + 1);
     members[zip->count] = (kmp_zip_member){.name = own, .at = zip->text.length};
     put_local_header(zip, &members[zip->count++]);
 }
