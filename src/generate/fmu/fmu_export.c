@@ -34,6 +34,7 @@ static kempe_status read_options(kempe_fmu_export *made, const kempe_fmu_options
         return kmp_fail(made->context, KEMPE_E_ARGUMENT, "the FMI version %d does not exist; versions are 2 and 3",
                         plan->fmi);
     int count = kmp_text_words(&made->arena, kind, &words);
+    KMP_TRY(kmp_made(made->context, !made->arena.failed));
     for (int k = 0; k < count; k++)
         if (strcmp(words[k], "me") == 0)
             plan->exchange = true;
@@ -70,9 +71,9 @@ static bool add_lines(kmp_code_files *files, const char *folder, const char *nam
 static bool add_copy(kmp_code_files *files, const char *folder, const char *name, const char *text)
 {
     kmp_text *copy = add_file(files, folder, name);
-    if (copy)
+    if (copy && text)
         kmp_text_put(copy, text);
-    return copy;
+    return copy && text;
 }
 
 static bool is_source(const char *name)
