@@ -8,6 +8,7 @@ import pickle
 import re
 import threading
 import time
+import zipfile
 
 import kempe
 import numpy as np
@@ -595,6 +596,15 @@ def test_ensemble(four_bar, tmp_path):
         read[2]
     with pytest.raises(kempe.ArgumentError):
         four_bar.values({"nonsense": [1, 2]})
+
+
+def test_fmu(four_bar, tmp_path):
+    unit = four_bar.fmu(tmp_path / "unit.fmu", fmi=2, kind="cs", no_binary=True)
+    assert "CoSimulation" in zipfile.ZipFile(tmp_path / "unit.fmu").read("modelDescription.xml").decode()
+    assert zipfile.ZipFile(tmp_path / "unit.fmu").namelist() == list(unit.files)
+    assert "co-simulation" in str(unit) and "model exchange" not in str(unit)
+    with pytest.raises(kempe.ArgumentError, match="versions are 2 and 3"):
+        four_bar.fmu(fmi=4)
 
 
 def test_generate(four_bar, tmp_path):
