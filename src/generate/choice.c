@@ -105,6 +105,15 @@ static kempe_status check_rows(const kempe_model *model, unsigned sets)
     return KEMPE_OK;
 }
 
+/* True if the equations have values that are found by iterations. Places and guesses where these begin are numbers. */
+static bool is_solved(const kempe_model *model)
+{
+    bool found = model->wheel_count > 0;
+    for (int k = 0; k < model->unknowns_count; k++)
+        found = found || model->unknowns[k].count > 0;
+    return found;
+}
+
 void kmp_choice_free(kmp_set_choice *choice)
 {
     kmp_events_free(&choice->modes);
@@ -114,9 +123,10 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
 {
     kempe_context *context = model->context;
     *choice = (kmp_set_choice){.scene = {.scheme = KMP_SCHEME_COMPOSITE,
-                                         .keep = g->simulator         ? KMP_KEEP_PARAMETERS
-                                                 : g->keep_parameters ? KMP_KEEP_NUMBERS
-                                                                      : KMP_KEEP_NOTHING,
+                                         .keep = g->simulator && is_solved(model) ? KMP_KEEP_NOTHING
+                                                 : g->simulator                   ? KMP_KEEP_PARAMETERS
+                                                 : g->keep_parameters             ? KMP_KEEP_NUMBERS
+                                                                                  : KMP_KEEP_NOTHING,
                                          .body_inputs = g->body_inputs,
                                          .no_inputs = g->no_inputs,
                                          .optimize = g->optimize,

@@ -259,7 +259,8 @@ static void compare(const kmp_code_source *kept, const kmp_code_source *made, co
 static bool can_be_written(const kempe_model *model)
 {
     kempe_code *code = NULL;
-    bool can = kempe_code_new(model, &(kempe_generate_options){.sets = SETS, .language = "c"}, &code) == KEMPE_OK;
+    bool can = kempe_code_new(model, &(kempe_generate_options){.sets = SETS, .language = "c", .keep_parameters = 1},
+                              &code) == KEMPE_OK;
     kempe_code_free(code);
     return can;
 }
