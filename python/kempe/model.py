@@ -197,7 +197,7 @@ class Model(Fixed):
         return made
 
     def export(self, format: str) -> str:
-        """The model in another format, "urdf+", "sdf" or "mjcf". A warning names each part that the format cannot say.
+        """The model in another format, "urdf+", "sdf", "mjcf" or "yaml". A warning names each part that the format cannot say.
 
         >>> print(Model("four_bar.yaml").export("sdf").splitlines()[0])
         <?xml version="1.0"?>

@@ -293,7 +293,7 @@ static const option options[] = {
     {CLI_SHOW, IN_OUTPUT, "model", FLAG(show_model),
      "the model: bodies, joints, closures, forces, numbers in SI units"},
     {CLI_SHOW, IN_OUTPUT, "as", TEXT(show_as), "NAME",
-     "the model in another format: urdf+, sdf, mjcf; a warning names each part that the format cannot say"},
+     "the model in another format: urdf+, sdf, mjcf, yaml; a warning names each part that the format cannot say"},
     {CLI_SHOW, IN_OUTPUT, "equations", FLAG(show_equations), "M, C, h, J, jdqd (Jdot qd) as assignments"},
     {CLI_SHOW, IN_OUTPUT, "program", FLAG(show_program), "the staged program of the reduced formulation"},
     {CLI_SHOW, IN_OUTPUT, "stats", FLAG(show_stats), "operation counts; with --equations also after each pass"},

@@ -252,7 +252,8 @@ struct kempe_model {
     const char *file, *name;
     bool has_digest; /* all that was read to make it is known: */
     unsigned char digest[KMP_DIGEST_SIZE];
-    const char **files; /* the file itself, then settings and included files */
+    const char *document; /* of a model in another format or built in code: in Kempe's language; otherwise NULL */
+    const char **files;   /* the file itself, then settings and included files */
     int file_count;
     int symbol_count; /* of numbers */
     kmp_number gravity[3];

@@ -252,8 +252,49 @@ static void what_is_left_out(void)
                "m.yaml: the start of coordinate 'A' is not written: SDFormat has no start values");
     CHECK(kempe_context_set_strict(context, 0) == KEMPE_OK);
     CHECK(kempe_model_export(model, "obj", &written) == KEMPE_E_ARGUMENT && !written);
-    CHECK_TEXT(kempe_context_message(context), "unknown format 'obj'; there are urdf+, sdf, mjcf");
+    CHECK_TEXT(kempe_context_message(context), "unknown format 'obj'; there are urdf+, sdf, mjcf, yaml");
     kempe_model_free(model);
+}
+
+/* The model as JSON, which has all of it but the name of its file. */
+static char *whole(const kempe_model *model)
+{
+    char *text = NULL;
+    CHECK(kempe_model_print(model, KEMPE_JSON, &text) == KEMPE_OK);
+    return text;
+}
+
+/* Files in other formats as documents of Kempe's language, which give the same model. */
+static void own_language(void)
+{
+    static const char *const paths[] = {"examples/robot_leg/robot_leg.urdf", "tests/models/closed_arm.urdf",
+                                        "tests/models/geared_leg.urdf",      "tests/models/gantry.mjcf",
+                                        "tests/models/tied_gripper.mjcf",    "tests/models/folding_arm.sdf"};
+    for (size_t k = 0; k < sizeof paths / sizeof *paths; k++) {
+        kempe_model *model = NULL, *again = NULL;
+        char *text = NULL, *a = NULL, *b = NULL, label[256];
+        CHECK(kempe_model_read(context, paths[k], &model) == KEMPE_OK &&
+              kempe_model_export(model, "yaml", &text) == KEMPE_OK);
+        CHECK(text && strncmp(text, "kempe: 1\n", 9) == 0);
+        CHECK(text && kempe_model_read_text(context, text, paths[k], &again) != KEMPE_OK); /* its ending is foreign */
+        snprintf(label, sizeof label, "%s.yaml", paths[k]);
+        CHECK(text && kempe_model_read_text(context, text, label, &again) == KEMPE_OK);
+        a = model ? whole(model) : NULL;
+        b = again ? whole(again) : NULL;
+        CHECK(a && b && strcmp(a, b) == 0);
+        kempe_text_free(a);
+        kempe_text_free(b);
+        kempe_text_free(text);
+        kempe_model_free(again);
+        kempe_model_free(model);
+    }
+    kempe_model *own = NULL;
+    char *text = NULL;
+    CHECK(kempe_model_read(context, "examples/four_bar/four_bar.yaml", &own) == KEMPE_OK);
+    CHECK(kempe_model_export(own, "yaml", &text) == KEMPE_E_ARGUMENT && !text);
+    CHECK_TEXT(kempe_context_message(context),
+               "'examples/four_bar/four_bar.yaml' is in Kempe's language already: copy the file");
+    kempe_model_free(own);
 }
 
 int main(void)
@@ -262,6 +303,7 @@ int main(void)
     TEST(there_and_back);
     TEST(pictures_and_points);
     TEST(what_is_left_out);
+    TEST(own_language);
     kempe_context_free(context);
     return check_report();
 }

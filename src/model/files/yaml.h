@@ -5,6 +5,7 @@
 
 #include "base/arena.h"
 #include "base/context.h"
+#include "base/text.h"
 #include "model/model.h"
 
 typedef enum kmp_yaml_kind { KMP_YAML_SCALAR, KMP_YAML_LIST, KMP_YAML_MAP } kmp_yaml_kind;
@@ -28,6 +29,9 @@ kempe_status kmp_yaml_load(kempe_context *context, kmp_arena *arena, const char 
 
 /** The document of this root once more, with another number in its places; it shares the texts. NULL: no memory. */
 const kmp_yaml *kmp_yaml_again(kmp_arena *arena, const kmp_yaml *root, int number);
+
+/** Appends a document that can be read again as the same nodes. */
+void kmp_yaml_print(kmp_text *text, const kmp_yaml *root);
 
 /** The value of a key, NULL when it is absent or `map` is no mapping. */
 const kmp_yaml *kmp_yaml_get(const kmp_yaml *map, const char *key);
