@@ -150,7 +150,7 @@ KMP_INLINE double kmp_step_next(double t, double t_end, double next, double *t_n
     return h >= KMP_STEP_LEAST * DBL_EPSILON * fabs(t) && *t_new > t ? h : 0;
 }
 
-/* The same of constant steps; the last one may be longer or shorter. */
+/* The length of the next of constant steps, and its end; the last step may be longer or shorter. */
 KMP_INLINE double kmp_step_constant(double t, double t_end, double fixed, double *t_new)
 {
     *t_new = t_end - t < 1.01 * fixed ? t_end : t + fixed;

@@ -280,7 +280,62 @@ static unsigned any_reference(void)
     return AT(any(KEMPE_FMU_BLOCKS + 1), any(5));
 }
 
-/* Calls with any arguments, in any order: a status each time, and no access outside of memory. */
+/* One call of any function with any arguments. */
+static fmi3Status any_call(fmi3Instance c, fmi3FMUState *state)
+{
+    const unsigned time = 0;
+    unsigned r[2] = {any_reference(), any_reference()}, s[2] = {any_reference(), any_reference()};
+    fmi3Float64 x[2] = {any_number(), any_number()}, t = 0, out[2], now;
+    fmi3Int32 whole[2], orders[2] = {1, any(3)};
+    fmi3Boolean b[4];
+    (void)fmi3GetFloat64(c, &time, 1, &now, 1);
+    switch (any(22)) {
+    case 0:
+    case 1:
+        return fmi3EnterInitializationMode(c, any(2), 1e-6, 0, any(2), x[0]);
+    case 2:
+    case 3:
+        return fmi3ExitInitializationMode(c);
+    case 4:
+        return fmi3EnterEventMode(c);
+    case 5:
+        return fmi3UpdateDiscreteStates(c, b, b + 1, b + 2, b + 3, b, &t);
+    case 6:
+        return fmi3EnterContinuousTimeMode(c);
+    case 7:
+        return fmi3EnterStepMode(c);
+    case 8:
+        return fmi3SetFloat64(c, r, 2, x, 2);
+    case 9:
+        return fmi3SetFloat64(c, r, 1, x, 1);
+    case 10:
+        return fmi3GetFloat64(c, r, 1, x, 1);
+    case 11:
+        return fmi3GetInt32(c, r, 1, whole, 1);
+    case 12:
+        return fmi3SetContinuousStates(c, x, 2);
+    case 13:
+        return fmi3GetContinuousStateDerivatives(c, x, 2);
+    case 14:
+        return fmi3CompletedIntegratorStep(c, true, b, b + 1);
+    case 15:
+        return fmi3DoStep(c, now, fabs(x[0]) < 10 ? x[0] : 0.01, true, b, b + 1, b + 2, &t);
+    case 16:
+        return fmi3GetFMUState(c, state);
+    case 17:
+        return *state ? fmi3SetFMUState(c, *state) : fmi3OK;
+    case 18:
+        return fmi3GetDirectionalDerivative(c, r, 2, s, 2, x, 2, out, 2);
+    case 19:
+        return fmi3GetAdjointDerivative(c, r, 2, s, 2, x, 2, out, 2);
+    case 20:
+        return fmi3GetOutputDerivatives(c, r, 2, orders, out, 2);
+    default:
+        return any(7) == 0 ? fmi3Reset(c) : fmi3SetTime(c, x[0]);
+    }
+}
+
+/* Calls in any order: a status each time, and no access outside of memory. */
 static void any_order_of_calls_has_a_status(void)
 {
     for (int k = 0; k < 300; k++) {
@@ -288,81 +343,8 @@ static void any_order_of_calls_has_a_status(void)
                                : fmi3InstantiateCoSimulation("one", "token", NULL, false, k % 3, k % 4 < 2, k % 8 < 4,
                                                              NULL, 0, NULL, note, NULL);
         fmi3FMUState state = NULL;
-        for (int i = 0; i < 60; i++) {
-            unsigned r[2] = {any_reference(), any_reference()}, s[2] = {any_reference(), any_reference()};
-            fmi3Float64 x[2] = {any_number(), any_number()}, t = 0, out[2];
-            fmi3Int32 whole[2], orders[2] = {1, any(3)};
-            fmi3Boolean b[4];
-            fmi3Status status = fmi3OK;
-            fmi3Float64 now;
-            const unsigned time = 0;
-            (void)fmi3GetFloat64(c, &time, 1, &now, 1);
-            switch (any(22)) {
-            case 0:
-            case 1:
-                status = fmi3EnterInitializationMode(c, any(2), 1e-6, 0, any(2), x[0]);
-                break;
-            case 2:
-            case 3:
-                status = fmi3ExitInitializationMode(c);
-                break;
-            case 4:
-                status = fmi3EnterEventMode(c);
-                break;
-            case 5:
-                status = fmi3UpdateDiscreteStates(c, b, b + 1, b + 2, b + 3, b, &t);
-                break;
-            case 6:
-                status = fmi3EnterContinuousTimeMode(c);
-                break;
-            case 7:
-                status = fmi3EnterStepMode(c);
-                break;
-            case 8:
-                status = fmi3SetFloat64(c, r, 2, x, 2);
-                break;
-            case 9:
-                status = fmi3SetFloat64(c, r, 1, x, 1);
-                break;
-            case 10:
-                status = fmi3GetFloat64(c, r, 1, x, 1);
-                break;
-            case 11:
-                status = fmi3GetInt32(c, r, 1, whole, 1);
-                break;
-            case 12:
-                status = fmi3SetContinuousStates(c, x, 2);
-                break;
-            case 13:
-                status = fmi3GetContinuousStateDerivatives(c, x, 2);
-                break;
-            case 14:
-                status = fmi3CompletedIntegratorStep(c, true, b, b + 1);
-                break;
-            case 15:
-                status = fmi3DoStep(c, now, fabs(x[0]) < 10 ? x[0] : 0.01, true, b, b + 1, b + 2, &t);
-                break;
-            case 16:
-                status = fmi3GetFMUState(c, &state);
-                break;
-            case 17:
-                status = state ? fmi3SetFMUState(c, state) : fmi3OK;
-                break;
-            case 18:
-                status = fmi3GetDirectionalDerivative(c, r, 2, s, 2, x, 2, out, 2);
-                break;
-            case 19:
-                status = fmi3GetAdjointDerivative(c, r, 2, s, 2, x, 2, out, 2);
-                break;
-            case 20:
-                status = fmi3GetOutputDerivatives(c, r, 2, orders, out, 2);
-                break;
-            default:
-                status = i % 7 == 0 ? fmi3Reset(c) : fmi3SetTime(c, x[0]);
-                break;
-            }
-            CHECK(status <= fmi3Error);
-        }
+        for (int i = 0; i < 60; i++)
+            CHECK(any_call(c, &state) <= fmi3Error);
         FINE(fmi3FreeFMUState(c, &state));
         fmi3FreeInstance(c);
     }
