@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The layers of functional mock-up units on a pendulum written by hand: modes, misuse, states, derivatives. */
-#include "generate/simulator/kempe_fmi2.h"
-#include "generate/simulator/kempe_fmi3.h"
+#include "generate/runtime/kempe_fmi2.h"
+#include "generate/runtime/kempe_fmi3.h"
 #include "testing.h"
 #include "unit/simulated_mechanisms.h"
 

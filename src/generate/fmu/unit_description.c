@@ -2,7 +2,7 @@
 /* modelDescription.xml. The order of variables and their value references are those of kempe_fmu.h. */
 #include "base/memory.h"
 #include "generate/fmu/unit_parts.h"
-#include "generate/simulator/kempe_fmu.h"
+#include "generate/runtime/kempe_fmu.h"
 #include "model/model.h"
 #include "model/tables/output_table.h"
 #include <ctype.h>

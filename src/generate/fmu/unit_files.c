@@ -2,7 +2,7 @@
 /* The table of the unit in C, and its page. */
 #include "generate/fmu/unit_parts.h"
 #include "generate/languages/language.h"
-#include "generate/simulator/kempe_fmu.h"
+#include "generate/runtime/kempe_fmu.h"
 #include "model/model.h"
 
 double kmp_unit_rtol(const kempe_model *model)

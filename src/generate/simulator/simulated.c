@@ -6,7 +6,7 @@
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
-#include "generate/simulator/kempe_simulator.h"
+#include "generate/runtime/kempe_simulator.h"
 #include "model/tables/output_table.h"
 #include <string.h>
 

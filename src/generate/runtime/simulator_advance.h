@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Advance to a time, and changes of inputs and parameters on the way. A part of kempe_simulator.c. */
+#ifndef SIMULATOR_ADVANCE_H
+#define SIMULATOR_ADVANCE_H
+
+#include "generate/runtime/simulator_start.h"
+
+static kempe_simulator_status step_to(kempe_simulator *s, double t)
+{
+    double *state = s->part.state, most = s->settings.most_steps > 0 ? s->settings.most_steps : 1e6;
+    for (double steps = 0; state[AT_END] < t && !(state[AT_ENDED] > 0); steps++) {
+        if (steps >= most) {
+            snprintf(s->message, sizeof s->message,
+                     "%s: %.0f steps end at t = %.9g, before t = %.9g: loosen the tolerances, or raise most_steps",
+                     s->equations->name, most, state[AT_END], t);
+            return KEMPE_SIMULATOR_FAILED;
+        }
+        kempe_simulator_status status = make_step(s);
+        if (status != KEMPE_SIMULATOR_GOES)
+            return status;
+    }
+    if (!(state[AT_ENDED] > 0) || t < state[AT_END])
+        return show_at(s, t);
+    kempe_simulator_status status = show_at(s, state[AT_END]);
+    return status == KEMPE_SIMULATOR_GOES ? end_motion(s) : status;
+}
+
+/* Calls step_to, and takes back what it did where it fails. */
+static kempe_simulator_status step_or_return(kempe_simulator *s, double t)
+{
+    s->message[0] = 0;
+    kempe_simulator_save(s, s->part.backup);
+    kempe_simulator_status status = step_to(s, t);
+    if (status == KEMPE_SIMULATOR_FAILED)
+        put_back(s, s->part.backup);
+    return status;
+}
+
+kempe_simulator_status kempe_simulator_advance(kempe_simulator *s, double t)
+{
+    if (!(s->part.state[AT_STARTED] > 0))
+        return refuse_before_start(s);
+    if (t >= s->t && t <= s->settings.end)
+        return step_or_return(s, t);
+    snprintf(s->message, sizeof s->message, "%s: t = %.9g lies outside of the times from %.9g to the end %.9g",
+             s->equations->name, t, s->t, s->settings.end);
+    return KEMPE_SIMULATOR_FAILED;
+}
+
+kempe_simulator_status kempe_simulator_step(kempe_simulator *s)
+{
+    double *state = s->part.state;
+    if (!(state[AT_STARTED] > 0))
+        return refuse_before_start(s);
+    if (state[AT_END] > s->t || state[AT_ENDED] > 0)
+        return step_or_return(s, state[AT_END]);
+    if (!(s->t < s->settings.end)) {
+        snprintf(s->message, sizeof s->message, "%s: t = %.9g is the end of the motion", s->equations->name, s->t);
+        return KEMPE_SIMULATOR_FAILED;
+    }
+    s->message[0] = 0;
+    kempe_simulator_save(s, s->part.backup);
+    kempe_simulator_status status = make_step(s);
+    if (status == KEMPE_SIMULATOR_GOES)
+        status = step_to(s, state[AT_END]);
+    if (status == KEMPE_SIMULATOR_FAILED)
+        put_back(s, s->part.backup);
+    return status;
+}
+
+/* -- changes by the caller ----------------------------------------------------------------------------------- */
+
+/* Starts again from the present state: with other inputs or parameters, loops are closed and conditions decided anew.
+ */
+static kempe_simulator_status continue_here(kempe_simulator *s)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    bool changed = false;
+    double t = s->t;
+    copy(s->equations->coordinates, s->q, part->q);
+    copy(s->equations->coordinates, s->qd, part->qd);
+    copy(s->equations->coordinates, s->qd, part->dqd);
+    changed = part->state[AT_EVENT] > 0 && !(t < part->state[AT_END]);
+    if (changed && !flip_modes(s, t))
+        return KEMPE_SIMULATOR_FAILED;
+    restart(s, t);
+    kempe_simulator_status status = settle_modes(s, t, part->y_new, true, &changed);
+    if (status != KEMPE_SIMULATOR_GOES)
+        return status;
+    pack_y(s, part->q, part->qd, part->y_new);
+    part->state[AT_EXCHANGE] = is_choice_bad(s, GROWTH);
+    show_place(s, t);
+    return part->state[AT_ENDED] > 0 ? end_motion(s) : KEMPE_SIMULATOR_GOES;
+}
+
+kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    int count = 3 * s->equations->inputs;
+    bool same = true;
+    for (int i = 0; i < count; i++) {
+        if (!(fabs(s->u[i]) <= DBL_MAX)) {
+            snprintf(s->message, sizeof s->message, "%s: input '%s' is not finite at t = %.9g", s->equations->name,
+                     s->equations->input_names[i / 3], s->t);
+            copy(count, part->held, s->u);
+            return KEMPE_SIMULATOR_FAILED;
+        }
+        same = same && memcmp(&s->u[i], &part->held[i], sizeof s->u[i]) == 0;
+    }
+    s->message[0] = 0;
+    if (same)
+        return KEMPE_SIMULATOR_GOES;
+    if (!(part->state[AT_STARTED] > 0)) {
+        copy(count, s->u, part->held);
+        return KEMPE_SIMULATOR_GOES;
+    }
+    kempe_simulator_save(s, part->backup);
+    copy(count, s->u, part->held);
+    kempe_simulator_status status = continue_here(s);
+    if (status == KEMPE_SIMULATOR_FAILED) {
+        put_back(s, part->backup);
+        copy(count, part->held, s->u);
+    }
+    return status;
+}
+
+void kempe_simulator_set_parameters(kempe_simulator *s)
+{
+    s->message[0] = 0;
+    if (s->equations->prepare)
+        s->equations->prepare(s->p, s->part.k);
+    if (!(s->part.state[AT_STARTED] > 0))
+        return;
+    kempe_simulator_save(s, s->part.backup);
+    if (continue_here(s) == KEMPE_SIMULATOR_FAILED)
+        put_back(s, s->part.backup);
+}
+
+#endif

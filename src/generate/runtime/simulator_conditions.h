@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Conditions: their values, changes of modes, ends of the motion. A part of kempe_simulator.c. */
+#ifndef SIMULATOR_CONDITIONS_H
+#define SIMULATOR_CONDITIONS_H
+
+#include "generate/runtime/simulator_choice.h"
+
+/* The distance of condition k beyond its change: above 0 it has changed. */
+static double beyond(const kempe_simulator *s, int k, double value)
+{
+    const kempe_equations *e = s->equations;
+    if (e->condition_kind[k] == KEMPE_CONDITION_KINK)
+        return -INFINITY;
+    return (s->part.modes[k] > 0 ? value : -value) - (e->lag ? e->lag[k] : 0);
+}
+
+static double most_beyond(const kempe_simulator *s, const double *value)
+{
+    double most = -INFINITY;
+    for (int k = 0; k < s->equations->conditions; k++)
+        most = fmax(most, beyond(s, k, value[k]));
+    return most;
+}
+
+static bool has_changes(const kempe_simulator *s)
+{
+    for (int k = 0; k < s->equations->conditions; k++)
+        if (s->equations->condition_kind[k] != KEMPE_CONDITION_KINK)
+            return true;
+    return false;
+}
+
+static void put_place(const kempe_simulator *s, double *place)
+{
+    const struct kempe_simulator_parts *part = &s->part;
+    int n = s->equations->coordinates;
+    copy(n, part->q, place);
+    copy(n, part->qd, place + n);
+    copy(n, part->qdd, place + 2 * n);
+    copy(s->equations->rows, part->lambda, place + 3 * n);
+}
+
+static void evaluate_changes(kempe_simulator *s, double t, double *value)
+{
+    kempe_arguments at = arguments_at(s, t);
+    s->equations->changes(&at, value);
+}
+
+static kempe_simulator_status end_motion(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    int k = (int)s->part.state[AT_ENDED] - 1;
+    const char *advice = e->advice ? e->advice[k] : NULL;
+    snprintf(s->message, sizeof s->message, "%s: the motion ends at t = %.9g: %s%s%s", e->name, s->t,
+             e->condition_names[k], advice && *advice ? "; " : "", advice ? advice : "");
+    return KEMPE_SIMULATOR_ENDED;
+}
+
+/* Changes the mode of condition k at t. False after a message: it changes back and forth. */
+static bool change_mode(kempe_simulator *s, int k, double t)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    double instant = fmax(64 * DBL_EPSILON * fabs(t), INSTANT / part->state[AT_RATE]);
+    part->modes[k] = part->modes[k] > 0 ? 0 : 1;
+    part->repeats[k] = t - part->last[k] <= instant ? part->repeats[k] + 1 : 0;
+    part->last[k] = t;
+    s->work.events++;
+    if (part->repeats[k] < MOST_PASSES)
+        return true;
+    const char *advice = e->advice ? e->advice[k] : NULL;
+    snprintf(s->message, sizeof s->message, "%s: %s changes back and forth at t = %.9g: %s", e->name,
+             e->condition_names[k], t,
+             advice && *advice
+                 ? advice
+                 : "the motion slides along this condition; make the law continuous there, for instance with tanh");
+    return false;
+}
+
+/* Rates after an impact, where modes have changed the closures: M (qd - before) = J' p, J qd + h_t = 0. The placed qd
+ * is that before; loops and motion are evaluated. */
+static outcome jump(kempe_simulator *s, double t, const double *before, double *y)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, f = e->freedom, r = rank_of(e);
+    double worst = 0, fastest = 0;
+    for (int j = 0; j < n; j++) {
+        worst = fmax(worst, fabs(part->qd[j] - before[j]) / e->scale[j]);
+        fastest = fmax(fastest, fabs(before[j]) / e->scale[j]);
+    }
+    if (!(worst > JUMP * fastest))
+        return GOOD;
+    for (int k = 0; k < f; k++)
+        part->qd[part->column[r + k]] = 0;
+    evaluate_rates(s);
+    reduce_mass(s);
+    if (factor_mass(s) != GOOD)
+        return SINGULAR_MASS;
+    for (int i = 0; i < n; i++) {
+        part->right[i] = 0;
+        for (int j = 0; j < n; j++)
+            part->right[i] += part->mass[(ptrdiff_t)i * n + j] * (before[j] - part->qd[j]);
+    }
+    project(s, part->right, part->udd);
+    kmp_cholesky_solve(f, part->reduced, part->udd);
+    copy(f, part->udd, y + f);
+    for (int k = 0; k < f; k++)
+        y[k] = part->q[part->column[r + k]];
+    for (int i = 0; i < r; i++)
+        y[2 * f + i] = part->q[part->column[i]];
+    return slopes_closed(s, t, y, NULL);
+}
+
+/* Changes modes at the state y until all conditions agree with them; *changed: some have. At the start lags do not
+ * count. The state is placed and complete. */
+static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double *y, bool lags, bool *changed)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int last = -1;
+    for (int pass = 0; pass < MOST_PASSES; pass++) {
+        if (pass > 0)
+            copy(e->coordinates, part->qd, part->dqd);
+        outcome said = slopes_closed(s, t, y, NULL);
+        if (said == GOOD && lags && *changed)
+            said = jump(s, t, part->dqd, y);
+        if (said != GOOD)
+            return explain(s, said, t);
+        complete(s);
+        if (!has_changes(s))
+            return KEMPE_SIMULATOR_GOES;
+        evaluate_changes(s, t, part->value);
+        last = -1;
+        for (int k = 0; k < e->conditions; k++) {
+            double lag = e->lag && !lags ? e->lag[k] : 0;
+            if (!(beyond(s, k, part->value[k]) + lag > 0))
+                continue;
+            if (e->condition_kind[k] == KEMPE_CONDITION_ENDS) {
+                part->state[AT_ENDED] = k + 1;
+                continue;
+            }
+            if (!change_mode(s, k, t))
+                return KEMPE_SIMULATOR_FAILED;
+            *changed = true;
+            last = k;
+        }
+        if (last < 0)
+            return KEMPE_SIMULATOR_GOES;
+    }
+    snprintf(s->message, sizeof s->message, "%s: %s contradicts another condition at t = %.9g", e->name,
+             e->condition_names[last], t);
+    return KEMPE_SIMULATOR_FAILED;
+}
+
+#endif

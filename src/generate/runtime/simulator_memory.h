@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Memory of a simulator: places of its arrays, saving and restoring. A part of kempe_simulator.c. */
+#ifndef SIMULATOR_MEMORY_H
+#define SIMULATOR_MEMORY_H
+
+#include "generate/runtime/simulator_numbers.h"
+
+static double *take(double **at, int count)
+{
+    double *array = *at;
+    *at += count;
+    return array;
+}
+
+/* Indices lie in places of doubles that nothing else uses. */
+static int *take_indices(double **at, int count)
+{
+    return (int *)(void *)take(at, count);
+}
+
+static int rank_of(const kempe_equations *e)
+{
+    return e->coordinates - e->freedom;
+}
+
+static int size_of_y(const kempe_equations *e)
+{
+    return e->coordinates + e->freedom;
+}
+
+static void place_state(kempe_simulator *s, double **at)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, m = e->rows, size = size_of_y(e);
+    part->state = take(at, HEADER);
+    s->p = take(at, e->parameters);
+    s->u = take(at, 3 * e->inputs);
+    part->held = take(at, 3 * e->inputs);
+    part->k = take(at, e->kept);
+    s->q = take(at, n);
+    s->qd = take(at, n);
+    s->qdd = take(at, n);
+    s->lambda = take(at, m);
+    s->y = take(at, e->outputs);
+    part->modes = take(at, e->conditions);
+    part->value = take(at, e->conditions);
+    part->flip = take(at, e->conditions);
+    part->last = take(at, e->conditions);
+    part->repeats = take(at, e->conditions);
+    part->begin = take(at, 3 * n + m);
+    part->end = take(at, 3 * n + m);
+    part->y_old = take(at, size);
+    part->y_new = take(at, size);
+    part->weight = take(at, size);
+    part->atol = take(at, size);
+    part->stages = take(at, KMP_RK_MAX_STAGES * size);
+    part->vectors = take(at, KMP_RK_MAX_INTERPOLANTS * size);
+    part->row = take_indices(at, m);
+    part->column = take_indices(at, n);
+}
+
+static void place_equations(kempe_simulator *s, double **at)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, m = e->rows, f = e->freedom, r = rank_of(e);
+    part->q = take(at, n);
+    part->qd = take(at, n);
+    part->qdd = take(at, n);
+    part->lambda = take(at, m);
+    part->changes = take(at, (SAMPLES + 3) * e->conditions);
+    part->h = take(at, m);
+    part->h_t = take(at, m);
+    part->jdqd = take(at, m);
+    part->jacobian = take(at, m * n);
+    part->mass = take(at, n * n);
+    part->bias = take(at, n);
+    part->loop = take(at, r * r);
+    part->tangent = take(at, r * (f + 1));
+    part->constant = take(at, r);
+    part->correction = take(at, r);
+    part->moved = take(at, n * f);
+    part->reduced = take(at, f * f);
+    part->diagonal = take(at, f);
+    part->udd = take(at, f);
+    part->load = take(at, n);
+    part->pick = take(at, m * n);
+    part->pivots = take(at, m);
+    part->loads = take(at, n * r);
+    part->joint = take(at, n * n);
+    part->right = take(at, n);
+    part->inverse_row = take(at, m);
+    part->pivot = take_indices(at, n);
+    part->joint_pivot = take_indices(at, n);
+    part->new_row = take_indices(at, m);
+    part->new_column = take_indices(at, n);
+    part->fixed = take_indices(at, n);
+    part->block = take_indices(at, n + 1);
+    part->touch_begin = take_indices(at, f + 1);
+    part->touch = take_indices(at, f * r);
+    part->mass_begin = take_indices(at, n + 1);
+    part->mass_at = take_indices(at, n * n);
+    part->row_mark = take_indices(at, m);
+    part->column_mark = take_indices(at, n);
+}
+
+static void place_directions(kempe_simulator *s, double **at)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, m = e->rows;
+    part->dq = take(at, n);
+    part->dqd = take(at, n);
+    part->dqdd = take(at, n);
+    part->dlambda = take(at, m);
+    part->dynamics = take(at, n);
+    part->dh = take(at, m);
+    part->drates = take(at, m);
+    part->daccelerations = take(at, m);
+    part->dy = take(at, e->outputs);
+    part->dvalue = take(at, e->conditions);
+    part->zero = take(at, e->parameters + 3 * e->inputs);
+}
+
+int kempe_simulator_memory(const kempe_equations *e)
+{
+    return KEMPE_SIMULATOR_MEMORY(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept, e->conditions,
+                                  e->outputs);
+}
+
+int kempe_simulator_saved_numbers(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    return KEMPE_SIMULATOR_STATE(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept, e->conditions,
+                                 e->outputs);
+}
+
+static void copy(int count, const double *from, double *to)
+{
+    if (count > 0)
+        memcpy(to, from, (size_t)count * sizeof *to);
+}
+
+static void clear(int count, double *x)
+{
+    for (int i = 0; i < count; i++)
+        x[i] = 0;
+}
+
+static void list_mass(kempe_simulator *s);
+static void find_structure(kempe_simulator *s);
+
+void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *memory)
+{
+    memset(s, 0, sizeof *s);
+    s->equations = e;
+    s->memory = memory;
+    s->numbers = kempe_simulator_memory(e);
+    memset(memory, 0, (size_t)s->numbers * sizeof *memory);
+    double *at = memory;
+    place_state(s, &at);
+    s->part.backup = take(&at, kempe_simulator_saved_numbers(s));
+    s->part.scratch = take(&at, 1);
+    s->part.x = take(&at, 2 * e->freedom);
+    s->part.rates = take(&at, 2 * e->freedom);
+    s->part.stage = take(&at, size_of_y(e));
+    s->part.candidate = take(&at, size_of_y(e));
+    s->part.probe = take(&at, size_of_y(e));
+    place_equations(s, &at);
+    place_directions(s, &at);
+    s->part.end_of_memory = at;
+    s->settings.method = KEMPE_METHOD_DOP853;
+    s->settings.rtol = s->settings.atol = 1e-8;
+    s->settings.end = INFINITY;
+    copy(e->parameters, e->parameter_values, s->p);
+    copy(3 * e->inputs, e->input_values, s->u);
+    copy(3 * e->inputs, s->u, s->part.held);
+    for (int i = 0; i < e->rows; i++)
+        s->part.inverse_row[i] = 1 / e->row_scale[i];
+    if (e->prepare)
+        e->prepare(s->p, s->part.k);
+    for (int i = 0; i < e->rows; i++)
+        s->part.row[i] = i;
+    for (int j = 0; j < e->coordinates; j++)
+        s->part.column[j] = j;
+    list_mass(s);
+    find_structure(s);
+}
+
+/* Settings, time and work, which are members, as numbers of the state. */
+static void pack(const kempe_simulator *s, double *state)
+{
+    state[AT_T] = s->t;
+    state[AT_METHOD] = (double)s->settings.method;
+    state[AT_RTOL] = s->settings.rtol;
+    state[AT_ATOL] = s->settings.atol;
+    state[AT_FIXED] = s->settings.fixed_step;
+    state[AT_LONGEST] = s->settings.longest;
+    state[AT_LAST] = s->settings.end;
+    state[AT_MOST] = s->settings.most_steps;
+    state[AT_STEPS] = s->work.steps;
+    state[AT_REFUSED] = s->work.rejected;
+    state[AT_EVALUATIONS] = s->work.evaluations;
+    state[AT_CLOSINGS] = s->work.closings;
+    state[AT_EXCHANGES] = s->work.exchanges;
+    state[AT_EVENTS] = s->work.events;
+}
+
+static void unpack(kempe_simulator *s, const double *state)
+{
+    s->t = state[AT_T];
+    s->settings.method = (kempe_simulator_method)(int)state[AT_METHOD];
+    s->settings.rtol = state[AT_RTOL];
+    s->settings.atol = state[AT_ATOL];
+    s->settings.fixed_step = state[AT_FIXED];
+    s->settings.longest = state[AT_LONGEST];
+    s->settings.end = state[AT_LAST];
+    s->settings.most_steps = state[AT_MOST];
+    s->work.steps = state[AT_STEPS];
+    s->work.rejected = state[AT_REFUSED];
+    s->work.evaluations = state[AT_EVALUATIONS];
+    s->work.closings = state[AT_CLOSINGS];
+    s->work.exchanges = state[AT_EXCHANGES];
+    s->work.events = state[AT_EVENTS];
+}
+
+/* The factors in the scratch are those of the present state. */
+static double *factors_are_present(kempe_simulator *s)
+{
+    return s->part.scratch;
+}
+
+void kempe_simulator_save(const kempe_simulator *s, double *to)
+{
+    copy(kempe_simulator_saved_numbers(s), s->part.state, to);
+    pack(s, to);
+}
+
+/* Except for the message. */
+static void put_back(kempe_simulator *s, const double *from)
+{
+    copy(kempe_simulator_saved_numbers(s), from, s->part.state);
+    unpack(s, s->part.state);
+    *factors_are_present(s) = 0;
+    find_structure(s);
+}
+
+void kempe_simulator_restore(kempe_simulator *s, const double *from)
+{
+    put_back(s, from);
+    s->message[0] = 0;
+    const kempe_equations *e = s->equations;
+    for (int k = 0; k < e->freedom; k++) {
+        int c = s->part.column[rank_of(e) + k];
+        s->part.x[k] = s->q[c];
+        s->part.x[e->freedom + k] = s->part.rates[k] = s->qd[c];
+        s->part.rates[e->freedom + k] = s->qdd[c];
+    }
+}
+
+#endif

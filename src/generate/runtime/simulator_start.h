@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Outputs at a time, and the start of a motion. A part of kempe_simulator.c. */
+#ifndef SIMULATOR_START_H
+#define SIMULATOR_START_H
+
+#include "generate/runtime/simulator_steps.h"
+
+/* Makes the placed, complete state the present one, with its conditions and outputs. */
+static void show_place(kempe_simulator *s, double t)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, f = e->freedom;
+    copy(n, part->q, s->q);
+    copy(n, part->qd, s->qd);
+    copy(n, part->qdd, s->qdd);
+    copy(e->rows, part->lambda, s->lambda);
+    kempe_arguments at = arguments_at(s, t);
+    if (e->conditions > 0)
+        e->changes(&at, part->value);
+    if (e->outputs > 0)
+        e->show(&at, s->y);
+    for (int k = 0; k < f; k++) {
+        int c = part->column[rank_of(e) + k];
+        part->x[k] = s->q[c];
+        part->x[f + k] = part->rates[k] = s->qd[c];
+        part->rates[f + k] = s->qdd[c];
+    }
+    s->t = t;
+    part->state[AT_BAD] = is_choice_bad(s, GROWTH_OF_CALLERS);
+    *factors_are_present(s) = 1;
+}
+
+/* Shows the state y at t with its loops closed. */
+static outcome show_state(kempe_simulator *s, double t, const double *y)
+{
+    outcome said = slopes_closed(s, t, y, NULL);
+    if (said == GOOD) {
+        complete(s);
+        show_place(s, t);
+    }
+    return said;
+}
+
+static kempe_simulator_status show_at(kempe_simulator *s, double t)
+{
+    outcome said = interpolate(s, t, s->part.probe);
+    if (said == GOOD)
+        said = show_state(s, t, s->part.probe);
+    return said == GOOD ? KEMPE_SIMULATOR_GOES : explain(s, said, t);
+}
+
+/* -- start -------------------------------------------------------------------------------------------------- */
+
+/* The end of the last step is t, at the placed, closed q and ud; the next step starts there. */
+static void restart(kempe_simulator *s, double t)
+{
+    double *state = s->part.state;
+    if (state[AT_TAKEN] > 0 && t < state[AT_END])
+        state[AT_NEXT] = state[AT_TAKEN];
+    pack_y(s, s->part.q, s->part.qd, s->part.y_new);
+    state[AT_BEGIN] = state[AT_END] = t;
+    state[AT_TAKEN] = 0;
+    state[AT_DENSE] = state[AT_EVENT] = state[AT_EXCHANGE] = state[AT_ENDED] = 0;
+    state[AT_ERROR] = KMP_RK_ERROR_FLOOR;
+    state[AT_REJECTED] = state[AT_HOPELESS] = 0;
+    state[AT_FRESH] = 1;
+    clear(s->equations->conditions, s->part.flip);
+}
+
+/* Makes the first choice at the placed q, before and after the loops are closed. */
+static outcome close_start(kempe_simulator *s, double t, const int *fixed)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int r = rank_of(e);
+    for (int i = 0; i < e->rows; i++)
+        part->row[i] = i;
+    for (int j = 0; j < e->coordinates; j++)
+        part->column[j] = j;
+    find_structure(s);
+    (void)evaluate_loops(s, t);
+    choose(s, fixed);
+    outcome said = close_loops(s, t, NULL);
+    if (said != GOOD)
+        return said;
+    (void)evaluate_loops(s, t);
+    choose(s, fixed);
+    if (r > 0 && !(part->pivots[r - 1] > e->rank_tolerance * part->pivots[0])) {
+        (void)evaluate_loops(s, t);
+        return SINGULAR_LOOPS;
+    }
+    said = close_loops(s, t, NULL);
+    return said == GOOD && !fixed ? improve_choice(s, t) : said;
+}
+
+/* The rate of the motion, 1/s: of the tolerances of rates. */
+static double rate_of_motion(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    const struct kempe_simulator_parts *part = &s->part;
+    double left = s->settings.end - part->state[AT_END], rate = left > 0 && left <= DBL_MAX ? 1 / left : 0;
+    for (int i = 0; i < e->coordinates; i++) {
+        rate = fmax(rate, fabs(part->qd[i]) / e->scale[i]);
+        rate = fmax(rate, sqrt(fabs(part->qdd[i]) / e->scale[i]));
+    }
+    return rate > 0 && rate <= DBL_MAX ? rate : 1;
+}
+
+static kempe_simulator_status start_here(kempe_simulator *s, double t)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    double *state = part->state;
+    int *fixed = e->independent ? part->fixed : NULL;
+    bool changed = false;
+    for (int j = 0; j < e->coordinates; j++)
+        part->fixed[j] = 0;
+    for (int k = 0; fixed && k < e->freedom; k++)
+        fixed[e->independent[k]] = 1;
+    clear(HEADER, state);
+    clear(3 * e->coordinates + e->rows, part->begin);
+    state[AT_RATE] = 1;
+    state[AT_END] = t;
+    clear(e->conditions, part->modes);
+    clear(e->conditions, part->repeats);
+    for (int k = 0; k < e->conditions; k++)
+        part->last[k] = -DBL_MAX;
+    copy(3 * e->inputs, s->u, part->held);
+    if (e->prepare)
+        e->prepare(s->p, part->k);
+    outcome said = close_start(s, t, fixed);
+    if (said != GOOD)
+        return explain(s, said, t);
+    for (int i = rank_of(e); i < e->rows; i++)
+        state[AT_LOOSE] = fmax(state[AT_LOOSE], opening(s, part->row[i]));
+    if (state[AT_LOOSE] > DROPPED_START)
+        return explain(s, OPEN, t);
+    pack_y(s, part->q, part->qd, part->y_new);
+    kempe_simulator_status status = settle_modes(s, t, part->y_new, false, &changed);
+    if (status != KEMPE_SIMULATOR_GOES)
+        return status;
+    state[AT_RATE] = rate_of_motion(s);
+    set_weights(s);
+    double ended = state[AT_ENDED];
+    restart(s, t);
+    state[AT_ENDED] = ended;
+    state[AT_STARTED] = 1;
+    show_place(s, t);
+    return ended > 0 ? end_motion(s) : KEMPE_SIMULATOR_GOES;
+}
+
+kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, const double *q, const double *qd)
+{
+    s->message[0] = 0;
+    kempe_simulator_save(s, s->part.backup);
+    copy(s->equations->coordinates, q, s->part.q);
+    copy(s->equations->coordinates, qd, s->part.qd);
+    kempe_simulator_status status = start_here(s, t);
+    if (status == KEMPE_SIMULATOR_FAILED)
+        put_back(s, s->part.backup);
+    return status;
+}
+
+kempe_simulator_status kempe_simulator_start(kempe_simulator *s, double t)
+{
+    return kempe_simulator_start_from(s, t, s->equations->start_q, s->equations->start_qd);
+}
+
+static kempe_simulator_status refuse_before_start(kempe_simulator *s)
+{
+    snprintf(s->message, sizeof s->message, "%s: the simulator has not been started: call kempe_simulator_start",
+             s->equations->name);
+    return KEMPE_SIMULATOR_FAILED;
+}
+
+#endif

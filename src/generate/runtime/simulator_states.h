@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Functions for an integrator of the caller. A part of kempe_simulator.c. */
+#ifndef SIMULATOR_STATES_H
+#define SIMULATOR_STATES_H
+
+#include "generate/runtime/simulator_advance.h"
+
+void kempe_simulator_get_states(const kempe_simulator *s, double *x)
+{
+    copy(2 * s->equations->freedom, s->part.x, x);
+}
+
+void kempe_simulator_get_rates(const kempe_simulator *s, double *dx)
+{
+    copy(2 * s->equations->freedom, s->part.rates, dx);
+}
+
+void kempe_simulator_get_choice(const kempe_simulator *s, int *independent)
+{
+    for (int k = 0; k < s->equations->freedom; k++)
+        independent[k] = s->part.column[rank_of(s->equations) + k];
+}
+
+void kempe_simulator_get_changes(const kempe_simulator *s, double *value)
+{
+    const kempe_equations *e = s->equations;
+    for (int k = 0; k < e->conditions; k++) {
+        double lag = e->lag ? e->lag[k] : 0;
+        value[k] =
+            e->condition_kind[k] == KEMPE_CONDITION_KINK ? 1 : s->part.value[k] + (s->part.modes[k] > 0 ? -lag : lag);
+    }
+}
+
+/* Moves the placed, closed q to the independent coordinates u and time t1 in equal parts, each along the tangent of the
+ * one before. */
+static outcome follow(kempe_simulator *s, double t0, double t1, const double *u, int parts, double *first)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int f = e->freedom, r = rank_of(e);
+    double *from = part->probe;
+    for (int k = 0; k < f; k++)
+        from[k] = part->q[part->column[r + k]];
+    for (int i = 1; i <= parts; i++) {
+        double share = (double)i / parts, dt = (t1 - t0) / parts;
+        outcome said = evaluate_loops(s, t0 + (share - 1.0 / parts) * (t1 - t0));
+        if (said != GOOD)
+            return said;
+        for (int k = 0; k < f; k++)
+            part->qd[part->column[r + k]] = dt != 0 ? (u[k] - from[k]) / parts / dt : (u[k] - from[k]) / parts;
+        if (!(dt != 0))
+            clear(e->rows, part->h_t);
+        evaluate_rates(s);
+        for (int j = 0; j < r; j++)
+            part->q[part->column[j]] += part->qd[part->column[j]] * (dt != 0 ? dt : 1);
+        for (int k = 0; k < f; k++)
+            part->q[part->column[r + k]] = i == parts ? u[k] : from[k] + share * (u[k] - from[k]);
+        double size = 0;
+        said = close_loops(s, i == parts ? t1 : t0 + share * (t1 - t0), &size);
+        *first = fmax(*first, size);
+        if (said != GOOD)
+            return said;
+    }
+    return GOOD;
+}
+
+kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, const double *x)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, f = e->freedom, r = rank_of(e);
+    if (!(part->state[AT_STARTED] > 0))
+        return refuse_before_start(s);
+    s->message[0] = 0;
+    kempe_simulator_save(s, part->backup);
+    copy(3 * e->inputs, s->u, part->held);
+    outcome said = OPEN;
+    double first = INFINITY;
+    for (int parts = 1; parts <= MOST_PARTS && (said != GOOD || first > TRUSTED_CORRECTION); parts *= 4) {
+        first = 0;
+        copy(n, s->q, part->q);
+        said = follow(s, s->t, t, x, parts, &first);
+    }
+    for (int k = 0; k < f; k++)
+        part->qd[part->column[r + k]] = x[f + k];
+    if (said == GOOD)
+        said = slopes_here(s, t, NULL);
+    if (said != GOOD) {
+        kempe_simulator_status status = explain(s, said, t);
+        put_back(s, part->backup);
+        return status;
+    }
+    complete(s);
+    restart(s, t);
+    part->state[AT_EXCHANGE] = is_choice_bad(s, GROWTH);
+    show_place(s, t);
+    return KEMPE_SIMULATOR_GOES;
+}
+
+/* Evaluates the present state again where the scratch has another one. */
+static outcome refresh(kempe_simulator *s)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    if (*factors_are_present(s) > 0)
+        return GOOD;
+    copy(s->equations->coordinates, s->q, part->q);
+    copy(s->equations->coordinates, s->qd, part->qd);
+    outcome said = evaluate_loops(s, s->t);
+    if (said == GOOD)
+        said = slopes_here(s, s->t, NULL);
+    if (said == GOOD) {
+        complete(s);
+        *factors_are_present(s) = 1;
+    }
+    return said;
+}
+
+int kempe_simulator_wants_exchange(const kempe_simulator *s)
+{
+    return s->part.state[AT_BAD] > 0;
+}
+
+kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    bool any = false;
+    *changed = 0;
+    if (!(part->state[AT_STARTED] > 0))
+        return refuse_before_start(s);
+    s->message[0] = 0;
+    kempe_simulator_save(s, part->backup);
+    copy(s->equations->coordinates, s->q, part->q);
+    copy(s->equations->coordinates, s->qd, part->qd);
+    restart(s, s->t);
+    kempe_simulator_status status = settle_modes(s, s->t, part->y_new, true, &any);
+    if (status == KEMPE_SIMULATOR_GOES && is_choice_bad(s, GROWTH_OF_CALLERS)) {
+        outcome said = exchange_choice(s, s->t);
+        if (said == GOOD)
+            said = slopes_here(s, s->t, NULL);
+        if (said == GOOD)
+            complete(s);
+        else
+            status = explain(s, said, s->t);
+        any = true;
+    }
+    if (status == KEMPE_SIMULATOR_FAILED) {
+        put_back(s, part->backup);
+        return status;
+    }
+    pack_y(s, part->q, part->qd, part->y_new);
+    show_place(s, s->t);
+    *changed = any;
+    return part->state[AT_ENDED] > 0 ? end_motion(s) : KEMPE_SIMULATOR_GOES;
+}
+
+#endif

@@ -1,0 +1,246 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Steps and their errors. A part of kempe_simulator.c. */
+#ifndef SIMULATOR_STEPS_H
+#define SIMULATOR_STEPS_H
+
+#include "generate/runtime/simulator_events.h"
+
+/* Stages, solution, weights and error of a step h from y_new to `candidate`, whose loops are closed. */
+static outcome run_stages(kempe_simulator *s, double h, double *error)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    int size = size_of_y(s->equations);
+    double *k[KMP_RK_MAX_STAGES + 1], t = part->state[AT_END];
+    const double *y = part->y_new, *C;
+    list_stages(s, k);
+    if (s->settings.method == KEMPE_METHOD_DOP853) {
+        const kmp_dop853_step step = {y, &h, part->atol, k, s->settings.rtol, part->candidate, part->weight, error};
+        C = kmp_dop853_c;
+        KMP_DOP853_STAGES(STAGE, k);
+        kmp_dop853_solution(1, (size_t)size, &step);
+    } else {
+        C = kmp_dopri5_c;
+        KMP_DOPRI5_STAGES(STAGE, k);
+        kmp_dopri5_solution(size, y, h, k, part->candidate);
+        outcome said = slopes(s, t + h, part->candidate, k[7]);
+        if (said != GOOD)
+            return said;
+        *error = kmp_dopri5_error(size, h, k, y, part->candidate, part->atol, s->settings.rtol, part->weight);
+    }
+    return GOOD;
+}
+
+/* The correction that closes the loops at the end, in error weights; within rounding 0. */
+static double closing_of(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    const struct kempe_simulator_parts *part = &s->part;
+    double worst = 0;
+    for (int i = 0; i < rank_of(e); i++) {
+        int at = 2 * e->freedom + i, c = part->column[i];
+        double dv = fabs(part->q[c] - part->candidate[at]);
+        if (!(dv <= fmin(part->weight[at], CORRECTION_ROUNDING * e->scale[c])))
+            worst = fmax(worst, dv / part->weight[at]);
+    }
+    return worst;
+}
+
+/* Result of an attempt. */
+typedef enum attempt_result { TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } attempt_result;
+
+static attempt_result attempt(kempe_simulator *s, double h, double t_new, double *error, outcome *said)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    bool fixed = s->settings.fixed_step > 0;
+    double *k[KMP_RK_MAX_STAGES + 1];
+    list_stages(s, k);
+    *said = run_stages(s, h, error);
+    if (*said != GOOD)
+        return BAD_STAGE;
+    if (!(*error <= (fixed ? DBL_MAX : 1.0)))
+        return BAD_ERROR;
+    place_y(s, part->candidate);
+    *said = close_loops(s, t_new, NULL);
+    if (*said != GOOD)
+        return BAD_STAGE;
+    double limit = e->rows > rank_of(e) ? CORRECTION_REDUNDANT : CORRECTION_LIMIT;
+    if (signs_of_loops(s) != part->state[AT_SIGN] || (!fixed && closing_of(s) > limit))
+        return BAD_STEP;
+    for (int i = 0; i < rank_of(e); i++)
+        part->candidate[2 * e->freedom + i] = part->q[part->column[i]];
+    *said = slopes_here(s, t_new, k[methods[s->settings.method].end]);
+    return *said == GOOD ? TAKEN : BAD_STAGE;
+}
+
+/* Hairer's first step. */
+static outcome choose_first_step(kempe_simulator *s)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    int size = size_of_y(s->equations);
+    double *k[KMP_RK_MAX_STAGES + 1], t = part->state[AT_END], longest = s->settings.end - t;
+    list_stages(s, k);
+    for (int i = 0; i < size; i++)
+        part->weight[i] = part->atol[i] + s->settings.rtol * fabs(part->y_new[i]);
+    double slope = kmp_rk_weighted_square(size, k[1], NULL, part->weight);
+    double h = kmp_rk_euler_step(slope, kmp_rk_weighted_square(size, part->y_new, NULL, part->weight), longest);
+    outcome said = OPEN;
+    for (int pass = 0; pass < MOST_CLOSINGS && said != GOOD; pass++) {
+        h = pass ? h / 4 : h;
+        for (int i = 0; i < size; i++)
+            part->stage[i] = part->y_new[i] + h * k[1][i];
+        said = slopes(s, t + h, part->stage, k[2]);
+    }
+    double change = kmp_rk_weighted_square(size, k[2], k[1], part->weight);
+    part->state[AT_NEXT] = kmp_rk_first_step(h, slope, change, methods[s->settings.method].order, longest);
+    return said;
+}
+
+/* Changes the modes that change at the end of the last step. False after a message. */
+static bool flip_modes(kempe_simulator *s, double t)
+{
+    for (int k = 0; k < s->equations->conditions; k++)
+        if (s->part.flip[k] > 0 && !change_mode(s, k, t))
+            return false;
+    clear(s->equations->conditions, s->part.flip);
+    return true;
+}
+
+/* Does what the last step has left: changes modes, exchanges the choice, evaluates the derivative. */
+static kempe_simulator_status begin_step(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    double *state = part->state, t = state[AT_END], *k[KMP_RK_MAX_STAGES + 1];
+    bool changed = false;
+    list_stages(s, k);
+    if (state[AT_EVENT] > 0) {
+        place_y(s, part->y_new);
+        if (evaluate_loops(s, t) == GOOD)
+            evaluate_rates(s);
+        copy(e->coordinates, part->qd, part->dqd);
+        changed = true;
+        if (!flip_modes(s, t))
+            return KEMPE_SIMULATOR_FAILED;
+        kempe_simulator_status status = settle_modes(s, t, part->y_new, true, &changed);
+        if (status != KEMPE_SIMULATOR_GOES)
+            return status;
+        pack_y(s, part->q, part->qd, part->y_new);
+        state[AT_EVENT] = 0;
+        state[AT_FRESH] = 1;
+    }
+    if (state[AT_EXCHANGE] > 0) {
+        place_y(s, part->y_new);
+        outcome said = evaluate_loops(s, t);
+        if (said == GOOD)
+            evaluate_rates(s);
+        said = said == GOOD ? exchange_choice(s, t) : said;
+        if (said != GOOD)
+            return explain(s, said, t);
+        pack_y(s, part->q, part->qd, part->y_new);
+        state[AT_EXCHANGE] = 0;
+        state[AT_FRESH] = 1;
+    }
+    set_weights(s);
+    if (!(state[AT_FRESH] > 0)) {
+        copy(size_of_y(e), k[methods[(int)state[AT_METHOD_TAKEN]].end], k[1]);
+        copy(3 * e->coordinates + e->rows, part->end, part->begin);
+        return KEMPE_SIMULATOR_GOES;
+    }
+    outcome said = slopes(s, t, part->y_new, k[1]);
+    if (said != GOOD)
+        return explain(s, said, t);
+    complete(s);
+    put_place(s, part->begin);
+    state[AT_SIGN] = signs_of_loops(s);
+    state[AT_FRESH] = 0;
+    if (!(state[AT_NEXT] > 0) && !(s->settings.fixed_step > 0))
+        said = choose_first_step(s);
+    return said == GOOD ? KEMPE_SIMULATOR_GOES : explain(s, said, t);
+}
+
+/* Takes an attempt: the state at its end and what is to be done there. */
+static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_new, double error)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    double *state = part->state;
+    int size = size_of_y(e);
+    state[AT_NEXT] =
+        kmp_rk_after_accepted(&methods[s->settings.method], h, error, state[AT_ERROR], state[AT_REJECTED] > 0);
+    state[AT_ERROR] = fmax(error, KMP_RK_ERROR_FLOOR);
+    state[AT_REJECTED] = 0;
+    state[AT_BEGIN] = state[AT_END];
+    state[AT_END] = t_new;
+    state[AT_TAKEN] = h;
+    state[AT_METHOD_TAKEN] = (double)s->settings.method;
+    state[AT_DENSE] = 0;
+    copy(size, part->y_new, part->y_old);
+    copy(size, part->candidate, part->y_new);
+    s->work.steps++;
+    int row = open_row(s);
+    if (row >= 0)
+        return report_open_row(s, row, t_new);
+    state[AT_EXCHANGE] = is_choice_bad(s, GROWTH);
+    if (!has_changes(s))
+        return KEMPE_SIMULATOR_GOES;
+    complete(s);
+    put_place(s, part->end);
+    outcome said = find_event(s);
+    return said == GOOD ? KEMPE_SIMULATOR_GOES : explain(s, said, t_new);
+}
+
+static kempe_simulator_status give_up(kempe_simulator *s, outcome said, attempt_result what)
+{
+    double t = s->part.state[AT_END];
+    if (what == BAD_STAGE)
+        return explain(s, said, t);
+    const char *reason = what == BAD_STEP
+                             ? "it passes a place where the loops do not determine the dependent coordinates"
+                             : "the motion is singular there, or too fast";
+    if (s->settings.fixed_step > 0)
+        snprintf(s->message, sizeof s->message,
+                 "%s: no step of the constant length %.6g s can be made at t = %.9g: %s; shorten it",
+                 s->equations->name, s->settings.fixed_step, t, reason);
+    else
+        snprintf(s->message, sizeof s->message,
+                 "%s: the step size is close to the resolution of double precision at t = %.9g: %s", s->equations->name,
+                 t, reason);
+    return KEMPE_SIMULATOR_FAILED;
+}
+
+static kempe_simulator_status make_step(kempe_simulator *s)
+{
+    double *state = s->part.state;
+    kempe_simulator_status status = begin_step(s);
+    if (status != KEMPE_SIMULATOR_GOES || state[AT_ENDED] > 0)
+        return status;
+    outcome said = GOOD;
+    attempt_result what = BAD_ERROR;
+    bool fixed = s->settings.fixed_step > 0;
+    for (int tries = 0; tries < MOST_ATTEMPTS; tries++) {
+        double t = state[AT_END], t_new = t, error = 0, next = state[AT_NEXT];
+        int hopeless = (int)state[AT_HOPELESS];
+        if (s->settings.longest > 0)
+            next = fmin(next, s->settings.longest);
+        double h = !fixed       ? kmp_step_next(t, s->settings.end, next, &t_new)
+                   : tries == 0 ? kmp_step_constant(t, s->settings.end, s->settings.fixed_step, &t_new)
+                                : 0;
+        if (!(h > 0))
+            break;
+        what = attempt(s, h, t_new, &error, &said);
+        if (what == TAKEN) {
+            bool collapsed = kmp_step_collapsed(&hopeless, h, t_new);
+            state[AT_HOPELESS] = hopeless;
+            return collapsed ? give_up(s, GOOD, BAD_ERROR) : take_step(s, h, t_new, error);
+        }
+        s->work.rejected++;
+        state[AT_NEXT] = what == BAD_ERROR   ? kmp_rk_after_rejected(&methods[s->settings.method], h, error)
+                         : what == BAD_STAGE ? h / 4
+                                             : h / 2;
+        state[AT_REJECTED] = 1;
+    }
+    return give_up(s, said, what);
+}
+
+#endif
