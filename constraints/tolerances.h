@@ -238,6 +238,9 @@
 #define KMP_EXCHANGE_CLOSED 1.3
 #define KMP_EXCHANGE_VARIED 1.1
 #define KMP_EXCHANGE_WISH   10.0
+/** Tolerance of the run that finds the choices for which the right-hand side of a simulator is written out: it follows
+ * the motion of a model for some seconds, and only the order of the choices counts. */
+#define KMP_TRIAL_TOLERANCE 1e-6
 /** Growth limits without integration, where digits alone matter. Equilibria take few steps, so that a good choice costs
  * little; sweeps and prescribed motions take many. */
 #define KMP_EXCHANGE_STILL 2.0

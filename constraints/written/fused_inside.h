@@ -35,13 +35,19 @@ typedef struct kmp_fused_written {
 
 /** Options of the program. */
 typedef struct kmp_fused_plan {
-    const int *order; /* of rows in the elimination: r positions among the independent rows, block by block */
-    bool power;       /* power of non-conservative forces, after the pivots of the reduced mass */
-    bool closes;      /* with KMP_FUSED_CLOSE */
-    bool drives;      /* the power has that of closures that move in time */
-    bool curvature;   /* the last stage ends with the part of qdd of v that does not depend on udd */
-    bool forces;      /* and then with the multipliers of the independent rows */
+    const int *order;          /* of rows in the elimination: r positions among the independent rows, block by block */
+    const kmp_program *motion; /* with the system's patterns; NULL: that of the system */
+    bool power;                /* power of non-conservative forces, after the pivots of the reduced mass */
+    bool closes;               /* with KMP_FUSED_CLOSE */
+    bool drives;               /* the power has that of closures that move in time */
+    bool curvature;            /* the last stage ends with the part of qdd of v that does not depend on udd */
+    bool forces;               /* and then with the multipliers of the independent rows */
 } kmp_fused_plan;
+
+/** The right-hand side alone, in one stage, with the power left out, as a function of t, q and qd of the coordinates:
+ * udd (p); qd of v (r); the least pivot of the reduced mass; kmp_written_blocks_excess. Without contraction. NULL: no
+ * memory, or forces that depend on multipliers. */
+kmp_program *kmp_fused_write_slopes(const kmp_reduction *red, const kmp_fused_plan *plan);
 
 /** Writes the program, or takes the one that the system keeps for this choice. */
 kmp_fused_written kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan);

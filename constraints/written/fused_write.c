@@ -432,6 +432,23 @@ static kmp_program *schedule(maker *k, const kmp_ref *end)
     return finish(k);
 }
 
+/* The right-hand side in one stage. */
+static kmp_program *schedule_slopes(maker *k, const kmp_ref *end)
+{
+    kmp_written *w = &k->w;
+    kmp_ref least = k->p > 0 ? end[k->p] : KMP_ONE, excess = kmp_written_blocks_excess(&k->jv);
+    if (w->load || !kmp_written_room(w, k->p + k->r + 2))
+        return NULL;
+    for (int c = 1; c < k->p; c++)
+        least = kmp_binary(k->g, KMP_OP_MIN, least, end[k->p + c]);
+    kmp_written_stage(w);
+    kmp_written_put(w, k->p, end);
+    kmp_written_put(w, k->r, k->rate);
+    kmp_written_put(w, 1, &least);
+    kmp_written_put(w, 1, &excess);
+    return kmp_graph_failed(k->g) ? NULL : kmp_program_new(k->g, 1, w->count, w->group);
+}
+
 static kmp_program *write_program(maker *k)
 {
     reduced mr = {0};
@@ -450,16 +467,20 @@ static kmp_program *write_program(maker *k)
     make_reduced(k, mr.m, end);
     factor_reduced(k, &mr, end + k->p);
     solve_reduced(k, &mr, end);
+    if (k->w.by_coordinate)
+        return schedule_slopes(k, end);
     add_drives(k, end);
     if ((k->w.load && !make_loads(k, &mr)) || (k->plan->forces && !make_multipliers(k, end)))
         return NULL;
     return schedule(k, end);
 }
 
-static kmp_program *make_program(maker *k)
+static kmp_program *make_program(maker *k, bool by_coordinate)
 {
-    bool begun = kmp_written_init(&k->w, k->red->eval, false, 2 * k->n + k->red->eval->system->load_row_count);
+    const kempe_system *s = k->red->eval->system;
+    bool begun = kmp_written_init(&k->w, k->red->eval, k->plan->motion, false, 2 * k->n + s->load_row_count);
     k->g = k->w.g;
+    k->w.by_coordinate = by_coordinate;
     if (!begun || !allocate(k))
         return NULL;
     take_loads(k);
@@ -469,11 +490,24 @@ static kmp_program *make_program(maker *k)
     return kmp_written_import(&k->w) ? write_program(k) : NULL;
 }
 
+static maker maker_of(const kmp_reduction *red, const kmp_fused_plan *plan)
+{
+    return (maker){
+        .red = red, .plan = plan, .jv = {.red = red, .order = plan->order}, .n = red->n, .p = red->p, .r = red->r};
+}
+
+kmp_program *kmp_fused_write_slopes(const kmp_reduction *red, const kmp_fused_plan *plan)
+{
+    maker k = maker_of(red, plan);
+    kmp_program *program = make_program(&k, true);
+    kmp_written_free(&k.w);
+    return program;
+}
+
 static kmp_fused_written write_new(const kmp_reduction *red, const kmp_fused_plan *plan)
 {
-    maker k = {
-        .red = red, .plan = plan, .jv = {.red = red, .order = plan->order}, .n = red->n, .p = red->p, .r = red->r};
-    kmp_fused_written written = {.program = make_program(&k)};
+    maker k = maker_of(red, plan);
+    kmp_fused_written written = {.program = make_program(&k, false)};
     written.row = written.program ? kmp_written_rows(&k.jv) : NULL;
     written.layout = (kmp_fused_layout){k.jv.multipliers, k.jv.pivots, k.w.turns.count, k.loads};
     kmp_written_free(&k.w);

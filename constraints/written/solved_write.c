@@ -260,7 +260,7 @@ static kmp_program *schedule(maker *k)
 static bool begin(maker *k)
 {
     int efforts = k->plan.by_bodies && !k->s->force ? k->n : 0;
-    if (!kmp_written_init(&k->w, k->eval, k->plan.by_bodies, efforts + (k->red ? 2 * k->n : 0)))
+    if (!kmp_written_init(&k->w, k->eval, NULL, k->plan.by_bodies, efforts + (k->red ? 2 * k->n : 0)))
         return false;
     k->g = k->w.g;
     for (int i = 0; i < efforts; i++)

@@ -18,12 +18,13 @@ static int chart_entries(const kempe_system *s)
     return KMP_CHART_SIZE * s->chart_count;
 }
 
-bool kmp_written_init(kmp_written *w, const kmp_evaluator *eval, bool by_bodies, int inputs)
+bool kmp_written_init(kmp_written *w, const kmp_evaluator *eval, const kmp_program *motion, bool by_bodies, int inputs)
 {
     const kempe_system *s = eval->system;
-    if (!by_bodies && kmp_motion_need(s) != KEMPE_OK)
+    if (!motion && !by_bodies && kmp_motion_need(s) != KEMPE_OK)
         return false;
-    *w = (kmp_written){.s = s, .source = by_bodies ? s->bodies->program : s->motion, .g = kmp_graph_new()};
+    motion = motion ? motion : by_bodies ? s->bodies->program : s->motion;
+    *w = (kmp_written){.s = s, .source = motion, .g = kmp_graph_new()};
     w->out = KMP_ARENA_NEW(&w->arena, kmp_ref, w->source->outputs[w->source->stages]);
     if (!KMP_ARENA_EACH(&w->arena, kmp_ref, inputs + chart_entries(s), &w->input, &w->by) || !w->g)
         return false;
@@ -54,23 +55,29 @@ void kmp_written_replace(kmp_written *w, kmp_input_kind kind, int index, kmp_ref
     w->by[w->inputs++] = by;
 }
 
+/* The value of a coordinate, which has a position in the state. */
+static kmp_ref place_of(const kmp_written *w, int coordinate, uint32_t position)
+{
+    return kmp_input(w->g, KMP_IN_Q, w->by_coordinate ? (uint32_t)coordinate : position);
+}
+
 void kmp_written_take_state(kmp_written *w, const kmp_partition *part)
 {
     uint32_t p = (uint32_t)part->p, r = (uint32_t)part->r;
     w->named = w->inputs;
     for (uint32_t c = 0; c < p; c++) {
-        kmp_written_replace(w, KMP_IN_Q, part->u[c], kmp_input(w->g, KMP_IN_Q, c));
+        kmp_written_replace(w, KMP_IN_Q, part->u[c], place_of(w, part->u[c], c));
         kmp_written_replace(w, KMP_IN_QD, part->u[c], kmp_written_rate(w, part, part->u[c]));
     }
     for (uint32_t i = 0; i < r; i++) {
-        kmp_written_replace(w, KMP_IN_Q, part->v[i], kmp_input(w->g, KMP_IN_Q, 2 * p + i));
+        kmp_written_replace(w, KMP_IN_Q, part->v[i], place_of(w, part->v[i], 2 * p + i));
         kmp_written_replace(w, KMP_IN_QD, part->v[i], kmp_written_rate(w, part, part->v[i]));
     }
 }
 
 kmp_ref kmp_written_rate(const kmp_written *w, const kmp_partition *part, int coordinate)
 {
-    if (!part)
+    if (!part || w->by_coordinate)
         return kmp_input(w->g, KMP_IN_QD, (uint32_t)coordinate);
     for (int c = 0; c < part->p; c++)
         if (part->u[c] == coordinate)

@@ -17,8 +17,9 @@ typedef struct kmp_written {
     kmp_ref *input, *by; /* inputs of the source, and their replacements */
     kmp_ref *at;     /* replacements at a place nearby, from which sines and cosines are turned; NULL: there is none */
     kmp_turns turns; /* by these angles */
-    int inputs, named; /* number; the first of those of kmp_written_take_state */
-    kmp_ref *out;      /* outputs of the source */
+    int inputs, named;  /* number; the first of those of kmp_written_take_state */
+    bool by_coordinate; /* states are given as q and qd of the coordinates, not in the order (u, ud, v) */
+    kmp_ref *out;       /* outputs of the source */
     /* in `out`: */
     const kmp_ref *closure;               /* h, J and h_t, one after the other */
     const kmp_ref *h, *jacobian, *h_t;    /* m, jacobian.count, m; h_t is NULL if there is none */
@@ -34,10 +35,11 @@ typedef struct kmp_written {
     int stages, count[KMP_WRITTEN_STAGES];
 } kmp_written;
 
-/** Begins with the source of an evaluator and room for so many replaced inputs. Charts that are C = 1, as they are
- * until a joint comes near a singular position of its angles, are numbers: that saves up to two fifths of the
- * operations of a vehicle. False: no memory; kmp_written_free in any case. */
-bool kmp_written_init(kmp_written *w, const kmp_evaluator *eval, bool by_bodies, int inputs);
+/** Begins with the motion program (NULL: that of the system), or articulated bodies, of an evaluator, and room for so
+ * many replaced inputs. Charts that are C = 1, as they are until a joint comes near a singular position of its angles,
+ * are numbers: that saves up to two fifths of the operations of a vehicle. False: no memory; kmp_written_free in any
+ * case. */
+bool kmp_written_init(kmp_written *w, const kmp_evaluator *eval, const kmp_program *motion, bool by_bodies, int inputs);
 void kmp_written_free(kmp_written *w);
 
 /** Lists the charts that are numbers, and these; returns how many. Room for all entries. */

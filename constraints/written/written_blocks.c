@@ -197,6 +197,18 @@ bool kmp_written_close(kmp_written *w, kmp_written_blocks k, kmp_ref *dv)
     return kmp_written_correct(w, k.red->part, dv);
 }
 
+kmp_ref kmp_written_blocks_excess(const kmp_written_blocks *k)
+{
+    const double *row_scale = k->red->eval->system->row_scale;
+    kmp_ref most = KMP_ZERO;
+    for (int i = 0; i < k->multipliers; i++) {
+        double bound = MULTIPLIER * row_scale[k->row[i].row] / row_scale[k->row[i].by];
+        kmp_ref part = kmp_mul(k->g, kmp_unary(k->g, KMP_OP_ABS, k->multiplier[i]), kmp_const(k->g, 1 / bound));
+        most = i > 0 ? kmp_binary(k->g, KMP_OP_MAX, most, part) : part;
+    }
+    return most;
+}
+
 kmp_eliminated *kmp_written_rows(const kmp_written_blocks *k)
 {
     kmp_eliminated *row = KMP_NEW(kmp_eliminated, 1 + k->multipliers);

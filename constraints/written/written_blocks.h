@@ -49,6 +49,9 @@ void kmp_written_blocks_solve(const kmp_written_blocks *k, int number, int colum
 /** x = -Jv^-1 of all rows (m) of h, in the order of the partition; `room`: r. */
 void kmp_written_blocks_correct(const kmp_written_blocks *k, const kmp_ref *h, kmp_ref *room, kmp_ref *x);
 
+/** The largest multiplier over its bound: the order of the elimination is good where it is at most 1. */
+kmp_ref kmp_written_blocks_excess(const kmp_written_blocks *k);
+
 /** A copy of `row`, which the caller frees; NULL: no memory. */
 kmp_eliminated *kmp_written_rows(const kmp_written_blocks *k);
 

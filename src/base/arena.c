@@ -88,6 +88,14 @@ bool kmp_arena_make(kmp_arena *arena, size_t count, kmp_arena_arrays *arrays)
     return !arena->failed;
 }
 
+void *kmp_arena_copy(kmp_arena *arena, const void *from, int count, size_t size)
+{
+    void *copy = kmp_arena_alloc(arena, (size_t)count, size);
+    if (copy && count > 0)
+        memcpy(copy, from, (size_t)count * size);
+    return copy;
+}
+
 char *kmp_arena_strdup(kmp_arena *arena, const char *s)
 {
     size_t size = strlen(s) + 1;

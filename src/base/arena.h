@@ -18,6 +18,9 @@ void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size);
 double *kmp_arena_aligned(kmp_arena *arena, size_t n);
 char *kmp_arena_strdup(kmp_arena *arena, const char *s);
 
+/** A copy of `count` entries of a size. NULL: no memory. */
+void *kmp_arena_copy(kmp_arena *arena, const void *from, int count, size_t size);
+
 /** The place of an object in its arena, the same for every arena that is filled by the same calls. */
 typedef struct kmp_arena_spot {
     int block;

@@ -8,6 +8,7 @@
 #include "dynamics/load_dependent.h"
 #include "generate/block_parts.h"
 #include "generate/simulator/simulated.h"
+#include "generate/simulator/slopes.h"
 #include "model/print/model_print.h"
 #include "model/tables/output_table.h"
 #include <ctype.h>
@@ -173,12 +174,6 @@ static unsigned arguments_of(const kmp_equations *eq, const kmp_set *set)
            (loaded && set->derive & forced ? 1u << KMP_IN_LAMBDA : 0);
 }
 
-/* All routines of a simulator have the same arguments, but for the direction. */
-enum {
-    SIMULATOR_ARGUMENTS = 1 << KMP_IN_TIME | 1 << KMP_IN_Q | 1 << KMP_IN_QD | 1 << KMP_IN_QDD | 1 << KMP_IN_LAMBDA |
-                          1 << KMP_IN_MODE | 1 << KMP_ARGUMENT_INPUTS
-};
-
 static void shape_arrays(const kmp_code_source *source, kmp_code_routine *r, const kmp_equations *eq, unsigned sets)
 {
     const bool inputs = source->inputs;
@@ -186,7 +181,7 @@ static void shape_arrays(const kmp_code_source *source, kmp_code_routine *r, con
     int first = 0;
     r->arguments = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
     r->arguments |= kmp_model_given_inputs(eq->model) > 0 ? 1u << KMP_ARGUMENT_INPUTS : 0;
-    r->arguments |= source->simulator ? SIMULATOR_ARGUMENTS : 0;
+    r->arguments |= source->simulator ? KMP_SIMULATOR_ARGUMENTS : 0;
     for (int k = 0; k < KMP_EQ_SETS; k++) {
         if (!(sets & 1u << k))
             continue;
@@ -267,6 +262,16 @@ static void take_values(kmp_code_source *source, const kmp_tree *tree)
             source->value[k] = value[k];
 }
 
+bool kmp_code_take_program(kmp_code_source *source, kmp_code_routine *r)
+{
+    for (int k = 0; k < r->program->input_count; k++) /* also of contacts of wheels */
+        r->arguments |= r->program->input[k].kind == KMP_IN_LAMBDA ? 1u << KMP_IN_LAMBDA : 0;
+    r->tally = kmp_tally_program(r->program, 0, 1);
+    mark_symbols(source, r->program);
+    return kmp_code_find_kept(&source->arena, r) && kmp_code_blocks_make(source, r) == KEMPE_OK &&
+           !source->arena.failed;
+}
+
 static bool take_routine(kmp_code_source *source, kmp_code_routine *r, const kmp_chosen *chosen,
                          const kmp_equations *eq)
 {
@@ -281,12 +286,7 @@ static bool take_routine(kmp_code_source *source, kmp_code_routine *r, const kmp
     if (eq->links.symbols)
         take_values(source, &eq->links);
     shape_arrays(source, r, eq, chosen->sets);
-    for (int k = 0; k < r->program->input_count; k++) /* also of contacts of wheels */
-        r->arguments |= r->program->input[k].kind == KMP_IN_LAMBDA ? 1u << KMP_IN_LAMBDA : 0;
-    r->tally = kmp_tally_program(r->program, 0, 1);
-    mark_symbols(source, r->program);
-    return kmp_code_find_kept(&source->arena, r) && kmp_code_blocks_make(source, r) == KEMPE_OK &&
-           !source->arena.failed;
+    return kmp_code_take_program(source, r);
 }
 
 static kempe_status derive(kmp_code_source *source, kmp_code_routine *r, const kmp_set_choice *choice,
@@ -355,9 +355,10 @@ static kempe_status derive_all(kmp_code_source *source, const kmp_set_choice *ch
 {
     for (int k = 0; k < choice->count; k++)
         KMP_TRY(derive(source, &source->routines[source->count++], choice, &choice->chosen[k]));
-    return place_symbols(source) && (!source->parameters || warn_of_shapes(source->model))
-               ? KEMPE_OK
-               : kmp_fail_memory(source->context);
+    if (source->simulator)
+        KMP_TRY(kmp_simulated_find(source, choice));
+    KMP_TRY(kmp_made(source->context, place_symbols(source) && (!source->parameters || warn_of_shapes(source->model))));
+    return source->simulator ? kmp_simulated_place(source) : KEMPE_OK;
 }
 
 static kempe_status make(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g,
@@ -377,7 +378,7 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     source->scheme = choice->scheme;
     source->title = kmp_arena_strdup(arena, model->name);
     source->name = identifier_of(arena, model->name);
-    source->routines = KMP_ARENA_NEW(arena, kmp_code_routine, choice->count);
+    source->routines = KMP_ARENA_NEW(arena, kmp_code_routine, choice->count + (g->simulator ? KMP_SLOPES_MOST : 0));
     source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
     for (int k = 0; source->coordinate_names && k < source->n; k++)
         source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);
@@ -390,8 +391,7 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     name_discrete(source);
     name_delays(source);
     KMP_TRY(kmp_made(model->context, !arena->failed && hash_model(model, source->hash)));
-    KMP_TRY(derive_all(source, choice));
-    return source->simulator ? kmp_simulated_find(source, &choice->modes) : KEMPE_OK;
+    return derive_all(source, choice);
 }
 
 kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g)

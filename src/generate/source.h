@@ -76,11 +76,20 @@ void kmp_source_free(kmp_code_source *source);
  * "coupler.B.x". In the arena; NULL: no memory. */
 char *kmp_symbol_name(kmp_arena *arena, const kempe_model *model, int k);
 
+/** Sets members of a routine that follow from its program; arrays and arguments are set before. False: no memory. */
+bool kmp_code_take_program(kmp_code_source *source, kmp_code_routine *routine);
+
 /** Finds the values of the parameters that stage 1 of a routine needs. False: no memory. */
 bool kmp_code_find_kept(kmp_arena *arena, kmp_code_routine *routine);
 
 /** Arguments of routines: a kind of input of the graph each, and the inputs of the model, which follow t there. */
 enum { KMP_ARGUMENT_INPUTS = KMP_IN_COUNT, KMP_ARGUMENTS };
+
+/** All routines of a simulator have the same arguments, but for the direction. */
+enum {
+    KMP_SIMULATOR_ARGUMENTS = 1 << KMP_IN_TIME | 1 << KMP_IN_Q | 1 << KMP_IN_QD | 1 << KMP_IN_QDD | 1 << KMP_IN_LAMBDA |
+                              1 << KMP_IN_MODE | 1 << KMP_ARGUMENT_INPUTS
+};
 
 /** The names of arguments: k, t, q .. u */
 extern const char *const kmp_argument_names[KMP_ARGUMENTS];

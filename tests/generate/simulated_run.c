@@ -7,9 +7,11 @@
  *     ./a.out 5 1e-9 7
  *
  * It runs to 5 s with a relative tolerance of 1e-9, in 7 parts, and prints time, coordinates, rates, accelerations,
- * multipliers and outputs; to stderr the work and, at a failure, the reason. With a fourth argument it saves its state
+ * multipliers and outputs; to stderr the largest difference of slopes from these accelerations and
+ * rates, the work and, at a failure, the reason. With a fourth argument it saves its state
  * after each part, and another simulator goes on from there. */
 #include MODEL_HEADER
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
@@ -23,6 +25,29 @@ static void show(int count, const double *x)
 {
     for (int k = 0; k < count; k++)
         printf(" %.17g", x[k]);
+}
+
+/* The largest relative difference of the slopes for each choice from the accelerations and rates, which are solved for.
+ */
+static double slopes_off(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    const kempe_arguments at = {s->t, s->part.k, s->q, s->qd, s->qdd, s->lambda, s->part.modes, s->part.held};
+    const int r = e->coordinates - e->freedom;
+    static double udd[IN(MODEL, _memory)], vd[IN(MODEL, _memory)];
+    double most = 0, checks[2], size = 0;
+    for (int k = 0; k < e->coordinates; k++)
+        size = fmax(size, fmax(fabs(s->qdd[k]), fabs(s->qd[k])));
+    for (int k = 0; k < e->slopes_count; k++) {
+        e->slopes[k].evaluate(&at, udd, vd, checks);
+        if (!(checks[0] > 0 && checks[1] <= 1))
+            continue;
+        for (int i = 0; i < e->freedom; i++)
+            most = fmax(most, fabs(udd[i] - s->qdd[e->slopes[k].independent[i]]));
+        for (int i = 0; i < r; i++)
+            most = fmax(most, fabs(vd[i] - s->qd[e->slopes[k].dependent[i]]));
+    }
+    return size > 0 ? most / size : most;
 }
 
 int main(int argc, char **argv)
@@ -54,6 +79,7 @@ int main(int argc, char **argv)
     show(e->rows, s[at].lambda);
     show(e->outputs, s[at].y);
     printf("\n");
+    fprintf(stderr, "%d slopes, %.3g off\n", e->slopes_count, slopes_off(&s[at]));
     fprintf(stderr, "%.0f steps, %.0f evaluations, %.0f exchanges, %.0f events, %.7f s\n%s\n", s[at].work.steps,
             s[at].work.evaluations, s[at].work.exchanges, s[at].work.events, seconds, s[at].message);
     return status == KEMPE_SIMULATOR_FAILED;

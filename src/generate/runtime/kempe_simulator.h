@@ -51,6 +51,15 @@ typedef struct kempe_direction {
     const double *p, *q, *qd, *qdd, *lambda, *u;
 } kempe_direction;
 
+/** The right-hand side for a choice of coordinates and rows, with its linear algebra written out. */
+typedef struct kempe_slopes {
+    const int *independent, *dependent, *rows; /* f, n - f, n - f */
+    /** Accelerations udd[f] of the independent and rates vd[n - f] of the dependent coordinates, at t, q, modes, u and
+     * qd of the independent ones. checks[2]: the least pivot of the reduced mass, and an excess of the elimination. The
+     * results are good where the first is positive and the second at most 1. */
+    void (*evaluate)(const kempe_arguments *at, double *udd, double *vd, double *checks);
+} kempe_slopes;
+
 /** The equations of a mechanism, generated; all names and pointers are constant. */
 typedef struct kempe_equations {
     const char *name, *hash; /* of the model */
@@ -88,6 +97,8 @@ typedef struct kempe_equations {
                   double *rates, double *accelerations, double *y, double *value);
     /** dC/dlambda [n m]. NULL: C does not depend on lambda. */
     void (*loads)(const kempe_arguments *at, double *slopes);
+    const kempe_slopes *slopes; /* of some choices of coordinates; for others they follow from M, C, J */
+    int slopes_count;
     int early; /* values of conditions are functions of t, q, qd, modes, u alone */
     /* m and n strings of n characters: '0' where an entry of J or M is zero at all states; NULL: none is known. */
     const char *const *jacobian_zeros, *const *mass_zeros;
@@ -141,7 +152,8 @@ typedef struct kempe_simulator {
         double *dq, *dqd, *dqdd, *dlambda, *dynamics, *dh, *drates, *daccelerations, *dy, *dvalue, *zero;
         int *pivot, *joint_pivot, *new_row, *new_column, *fixed;
         int *block, *touch_begin, *touch, *mass_begin, *mass_at, *row_mark, *column_mark;
-        int blocks; /* of the loops of the choice */
+        int blocks;                 /* of the loops of the choice */
+        const kempe_slopes *slopes; /* for the choice; NULL: the equations have none */
         double *end_of_memory;
     } part;
 } kempe_simulator;

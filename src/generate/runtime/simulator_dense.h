@@ -22,7 +22,7 @@ static void list_vectors(const kempe_simulator *s, double **r)
 #define STAGE(number, a, ...)                                                                                          \
     do {                                                                                                               \
         kmp_rk_combine(size, y, h, KMP_TERMS(a), a, (const double *const[]){__VA_ARGS__}, s->part.stage);              \
-        outcome at_stage = slopes(s, t + C[number] * h, s->part.stage, k[number]);                                     \
+        outcome at_stage = slopes_alone(s, t + C[number] * h, s->part.stage, k[number]);                               \
         if (at_stage != GOOD)                                                                                          \
             return at_stage;                                                                                           \
     } while (0)

@@ -293,6 +293,43 @@ static outcome slopes(kempe_simulator *s, double t, const double *y, double *dy)
     return said == GOOD ? slopes_here(s, t, dy) : said;
 }
 
+/* dy at the placed q and ud by `slopes` of the equations. False: these are not good there. */
+static bool written_slopes(kempe_simulator *s, double t, double *dy)
+{
+    const kempe_equations *e = s->equations;
+    const struct kempe_simulator_parts *part = &s->part;
+    const int f = e->freedom, r = rank_of(e);
+    const kempe_arguments at = arguments_at(s, t);
+    double *udd = part->dynamics, *vd = udd + f, *by_coordinate = part->dqdd, checks[2];
+    *factors_are_present(s) = 0;
+    part->slopes->evaluate(&at, udd, vd, checks);
+    s->work.evaluations++;
+    if (!(checks[0] > 0 && checks[1] <= 1))
+        return false;
+    for (int k = 0; k < f; k++)
+        by_coordinate[part->slopes->independent[k]] = udd[k];
+    for (int i = 0; i < r; i++)
+        by_coordinate[part->slopes->dependent[i]] = vd[i];
+    for (int k = 0; k < f; k++) {
+        dy[k] = part->qd[part->column[r + k]];
+        dy[f + k] = by_coordinate[part->column[r + k]];
+        if (!(fabs(dy[f + k]) <= DBL_MAX))
+            return false;
+    }
+    for (int i = 0; i < r; i++)
+        dy[2 * f + i] = by_coordinate[part->column[i]];
+    return true;
+}
+
+/* The same as `slopes`, without anything else of the place: by `slopes` of the equations where these are good. */
+static outcome slopes_alone(kempe_simulator *s, double t, const double *y, double *dy)
+{
+    if (!s->part.slopes)
+        return slopes(s, t, y, dy);
+    place_y(s, y);
+    return written_slopes(s, t, dy) ? GOOD : slopes(s, t, y, dy);
+}
+
 /* The same with loops closed; dy may be NULL. */
 static outcome slopes_closed(kempe_simulator *s, double t, const double *y, double *dy)
 {

@@ -22,7 +22,7 @@ static outcome run_stages(kempe_simulator *s, double h, double *error)
         C = kmp_dopri5_c;
         KMP_DOPRI5_STAGES(STAGE, k);
         kmp_dopri5_solution(size, y, h, k, part->candidate);
-        outcome said = slopes(s, t + h, part->candidate, k[7]);
+        outcome said = slopes_alone(s, t + h, part->candidate, k[7]);
         if (said != GOOD)
             return said;
         *error = kmp_dopri5_error(size, h, k, y, part->candidate, part->atol, s->settings.rtol, part->weight);
@@ -89,7 +89,7 @@ static outcome choose_first_step(kempe_simulator *s)
         h = pass ? h / 4 : h;
         for (int i = 0; i < size; i++)
             part->stage[i] = part->y_new[i] + h * k[1][i];
-        said = slopes(s, t + h, part->stage, k[2]);
+        said = slopes_alone(s, t + h, part->stage, k[2]);
     }
     double change = kmp_rk_weighted_square(size, k[2], k[1], part->weight);
     part->state[AT_NEXT] = kmp_rk_first_step(h, slope, change, methods[s->settings.method].order, longest);

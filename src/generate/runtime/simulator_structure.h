@@ -70,6 +70,29 @@ static int count_blocks(struct kempe_simulator_parts *part, int r)
     return blocks;
 }
 
+static bool contains(int count, const int *list, int entry)
+{
+    for (int i = 0; i < count; i++)
+        if (list[i] == entry)
+            return true;
+    return false;
+}
+
+/* The slopes of the equations for the choice; NULL: there are none. */
+static const kempe_slopes *find_slopes(const kempe_simulator *s)
+{
+    const int r = rank_of(s->equations);
+    for (int k = 0; k < s->equations->slopes_count; k++) {
+        const kempe_slopes *slopes = &s->equations->slopes[k];
+        bool fits = true;
+        for (int i = 0; i < r && fits; i++)
+            fits = contains(r, slopes->dependent, s->part.column[i]) && contains(r, slopes->rows, s->part.row[i]);
+        if (fits)
+            return slopes;
+    }
+    return NULL;
+}
+
 /* Orders the choice by loops that have no coordinate in common: blocks of Jv, one after another. Lists the blocks that
  * move with each independent coordinate. The order depends on the choice alone. */
 static void find_structure(kempe_simulator *s)
@@ -95,6 +118,7 @@ static void find_structure(kempe_simulator *s)
         }
     }
     part->touch_begin[f] = count;
+    part->slopes = find_slopes(s);
 }
 
 #endif

@@ -7,6 +7,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "generate/runtime/kempe_simulator.h"
+#include "generate/simulator/slopes.h"
 #include "model/tables/output_table.h"
 #include <string.h>
 
@@ -58,51 +59,48 @@ static kempe_status check_rows(const kmp_code_source *source, const kempe_system
 
 /* -- the start ----------------------------------------------------------------------------------------- */
 
-static void *copy(kmp_arena *arena, const void *from, int count, size_t size)
+static kempe_status choose_coordinates(kmp_code_source *source, const kmp_set_choice *choice, kmp_evaluator *eval)
 {
-    void *to = kmp_arena_alloc(arena, (size_t)count, size);
-    if (to && count > 0)
-        memcpy(to, from, (size_t)count * size);
-    return to;
-}
-
-static kempe_status choose_coordinates(struct kmp_simulated *x, kmp_arena *arena, const kempe_system *system,
-                                       kmp_evaluator *eval)
-{
+    struct kmp_simulated *x = source->simulated;
+    kmp_arena *arena = &source->arena;
+    const kempe_system *system = eval->system;
     kmp_partition part;
     kmp_eval_closure(eval, 0, x->q);
     KMP_TRY(kmp_partition_init(&part, system, eval->jacobian, NULL, 0));
     x->freedom = part.p;
-    x->independent = copy(arena, part.u, part.p, sizeof *part.u);
-    x->inputs = copy(arena, kmp_present_inputs_at(&eval->inputs, 0) + 1,
-                     KMP_TIME_NUMBERS * kmp_model_given_inputs(system->model), sizeof *x->inputs);
+    x->independent = kmp_arena_copy(arena, part.u, part.p, sizeof *part.u);
+    x->inputs = kmp_arena_copy(arena, kmp_present_inputs_at(&eval->inputs, 0) + 1,
+                               KMP_TIME_NUMBERS * kmp_model_given_inputs(system->model), sizeof *x->inputs);
+    kempe_status status = kmp_made(system->context, !arena->failed);
+    if (status == KEMPE_OK)
+        status = kmp_slopes_add(source, choice, eval, &part);
     kmp_partition_free(&part);
-    return kmp_made(system->context, !arena->failed);
+    return status;
 }
 
 static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, const kempe_system *system)
 {
     kempe_assembly *assembly = NULL;
     KMP_TRY(kempe_assembly_new(system, &assembly));
-    x->q = copy(arena, assembly->q, system->n, sizeof *x->q);
-    x->qd = copy(arena, assembly->qd, system->n, sizeof *x->qd);
+    x->q = kmp_arena_copy(arena, assembly->q, system->n, sizeof *x->q);
+    x->qd = kmp_arena_copy(arena, assembly->qd, system->n, sizeof *x->qd);
     kempe_assembly_free(assembly);
     return kmp_made(system->context, !arena->failed);
 }
 
-static kempe_status take_start(kmp_code_source *source, const kempe_system *system)
+static kempe_status take_start(kmp_code_source *source, const kmp_set_choice *choice, const kempe_system *system)
 {
     struct kmp_simulated *x = source->simulated;
     kmp_arena *arena = &source->arena;
     KMP_TRY(check_rows(source, system));
     KMP_TRY(take_assembly(x, arena, system));
-    x->scale = copy(arena, system->scale, system->n, sizeof *x->scale);
-    x->row_scale = copy(arena, system->row_scale, system->m, sizeof *x->row_scale);
+    x->scale = kmp_arena_copy(arena, system->scale, system->n, sizeof *x->scale);
+    x->row_scale = kmp_arena_copy(arena, system->row_scale, system->m, sizeof *x->row_scale);
     x->rank_tolerance = kmp_rounding_zero(system, KMP_RANK);
     kmp_evaluator *eval = kmp_eval_new_of_closures(system);
     kempe_status status = kmp_made(system->context, eval);
     if (status == KEMPE_OK)
-        status = choose_coordinates(x, arena, system, eval);
+        status = choose_coordinates(source, choice, eval);
     kmp_eval_free(eval);
     return status;
 }
@@ -170,7 +168,7 @@ static char **zeros_of(kmp_arena *arena, const kmp_code_routine *r, const char *
     return zeros;
 }
 
-static kempe_status take_parameters(kmp_code_source *source)
+kempe_status kmp_simulated_place(kmp_code_source *source)
 {
     struct kmp_simulated *x = source->simulated;
     const kmp_code_routine *closures = kmp_simulated_routine(source, "closures"),
@@ -195,15 +193,15 @@ static kempe_status take_parameters(kmp_code_source *source)
     return kmp_made(source->context, !source->arena.failed);
 }
 
-kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_events *conditions)
+kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_set_choice *choice)
 {
     kempe_system *system = NULL;
     source->simulated = KMP_ARENA_NEW(&source->arena, struct kmp_simulated, 1);
     KMP_TRY(kmp_made(source->context, source->simulated));
     KMP_TRY(kmp_system_new_by(source->model, NULL, &system));
-    kempe_status status = take_start(source, system);
+    kempe_status status = take_start(source, choice, system);
     if (status == KEMPE_OK)
-        status = take_conditions(source, system, conditions);
+        status = take_conditions(source, system, &choice->modes);
     kempe_system_free(system);
-    return status == KEMPE_OK ? take_parameters(source) : status;
+    return status;
 }

@@ -6,9 +6,13 @@
 #include "generate/source.h"
 
 struct kmp_simulated {
-    int freedom;                     /* n less the rank of J */
-    double *q, *qd;                  /* n: a closed start */
-    int *independent;                /* freedom */
+    int freedom;      /* n less the rank of J */
+    double *q, *qd;   /* n: a closed start */
+    int *independent; /* freedom */
+    int slopes_count; /* routines of slopes, the last ones of the source */
+    struct kmp_slopes_choice {
+        int *independent, *dependent, *rows; /* freedom; n - freedom each */
+    } * slopes;
     double *scale, *row_scale;       /* n; m */
     double rank_tolerance;           /* of a pivot over the largest one */
     double *inputs;                  /* three an input: at the start */
@@ -30,9 +34,11 @@ void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice);
 /** KEMPE_E_ARGUMENT, with its name: the model has a part that simulators lack. */
 kempe_status kmp_simulated_check(const kempe_model *model);
 
-/** Sets source->simulated, when all routines have been derived with these conditions. KEMPE_E_FAILED: the loops do not
- * close at the start. */
-kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_events *conditions);
+/** Sets source->simulated, when all routines of a choice have been derived, and adds the routine of slopes where there
+ * is one. KEMPE_E_FAILED: the loops do not close at the start. */
+kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_set_choice *choice);
+/** Sets members that depend on the places of the parameters in p. */
+kempe_status kmp_simulated_place(kmp_code_source *source);
 
 /** A routine by name; NULL: there is none. */
 const kmp_code_routine *kmp_simulated_routine(const kmp_code_source *source, const char *name);

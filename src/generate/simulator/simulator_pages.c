@@ -5,6 +5,7 @@
 #include "generate/runtime_files.h"
 #include "generate/simulator/simulated.h"
 #include "model/model.h"
+#include <stdio.h>
 #include <string.h>
 
 /* -- lists --------------------------------------------------------------------------------------------- */
@@ -168,6 +169,8 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
     kmp_text_printf(text, "    .early = %d,\n", x->early);
     if (x->loaded)
         kmp_text_put(text, "    .loads = loads,\n");
+    if (x->slopes_count > 0)
+        kmp_text_printf(text, "    .slopes_count = %d,\n    .slopes = slopes,\n", x->slopes_count);
     for (size_t k = 0; k < sizeof same / sizeof *same; k++)
         kmp_text_printf(text, "    .%s = %s%s\n", same[k], same[k], k + 1 < sizeof same / sizeof *same ? "," : "};");
 }
@@ -189,6 +192,28 @@ static void put_header(kmp_text *text, const kmp_code_source *s)
                     name);
 }
 
+/* Routines of slopes, with their choices as a list. */
+static void put_slopes(kmp_text *text, const kmp_code_source *s)
+{
+    const struct kmp_simulated *x = s->simulated;
+    char name[KMP_CHOICE_NAME];
+    for (int k = 0; k < x->slopes_count; k++) {
+        snprintf(name, sizeof name, "slopes%d", k + 1);
+        put_function(text, s, name, "double *udd, double *vd, double *checks", "udd, vd, checks");
+        snprintf(name, sizeof name, "independent%d", k + 1);
+        put_ints(text, name, x->freedom, x->slopes[k].independent);
+        snprintf(name, sizeof name, "dependent%d", k + 1);
+        put_ints(text, name, s->n - x->freedom, x->slopes[k].dependent);
+        snprintf(name, sizeof name, "rows%d", k + 1);
+        put_ints(text, name, s->n - x->freedom, x->slopes[k].rows);
+        kmp_text_put(text, "\n");
+    }
+    for (int k = 0; k < x->slopes_count; k++)
+        kmp_text_printf(text, "%s{independent%d, dependent%d, rows%d, slopes%d}%s",
+                        k ? ", " : "static const kempe_slopes slopes[] = {", k + 1, k + 1, k + 1, k + 1,
+                        k + 1 < x->slopes_count ? "" : "};\n\n");
+}
+
 static void put_source(kmp_text *text, const kmp_code_source *s)
 {
     kmp_text_printf(
@@ -203,6 +228,7 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
     put_function(text, s, "motion", "double *M, double *C, double *jdqd", "M, C, jdqd");
     if (s->simulated->loaded)
         put_function(text, s, "loads", "double *slopes", "slopes");
+    put_slopes(text, s);
     put_function(text, s, "show", "double *y", "y");
     put_function(text, s, "changes", "double *value", "value");
     put_along(text, s);
