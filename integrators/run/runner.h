@@ -11,6 +11,7 @@
 #include "integrators/run/events.h"
 #include "integrators/run/run.h"
 #include "integrators/run/work_bound.h"
+#include "integrators/steppers/sample_times.h"
 #include "integrators/steppers/solver.h"
 #include <kempe/check.h>
 
@@ -159,12 +160,6 @@ double kmp_runner_limit(const kmp_runner *run);
 /** The last time whose row belongs to a step that ends at t: beyond t by rounding where a sample is due, so that the
  * row has the values before it. */
 double kmp_runner_reach(const kmp_runner *run, double t);
-
-/** The end of steps before a sample of states, the end of a piece of inputs and a stop. */
-double kmp_first_limit(double sample, double piece, double stop);
-
-/** True if a sample at `sample` is due at t. */
-bool kmp_sample_is_due(double sample, double t);
 
 /** The time of the next sample that has not been taken; INFINITY: there is none. */
 double kmp_runner_next_sample(const kmp_runner *run);

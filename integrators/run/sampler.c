@@ -2,7 +2,6 @@
 /* Sampled states of the model during a run. Each takes its next value at a sample or an event, from the state of the
  * motion before any of them has changed. A sample is taken once, when the run goes on from its time. */
 #include "backend/x86/machine.h"
-#include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/pressing.h"
 #include "integrators/delays/delays.h"
@@ -26,12 +25,6 @@ static double time_of(const kmp_runner *run, int k)
     return x->number[k] * run->s->model->states[x->state[k]].period;
 }
 
-/* The last time that is equal to t up to rounding: multiples of different sample times meet there. */
-static double last_equal(double t)
-{
-    return t > 0 ? t * (1 + KMP_SAME_TIME) : t;
-}
-
 /* INFINITY of a state without samples. */
 double kmp_runner_next_sample(const kmp_runner *run)
 {
@@ -41,22 +34,9 @@ double kmp_runner_next_sample(const kmp_runner *run)
     return next;
 }
 
-bool kmp_sample_is_due(double sample, double t)
-{
-    return sample <= last_equal(t);
-}
-
 bool kmp_runner_sample_is_due(const kmp_runner *run, double t)
 {
     return kmp_sample_is_due(kmp_runner_next_sample(run), t);
-}
-
-double kmp_first_limit(double sample, double piece, double stop)
-{
-    double limit = fmin(sample, piece);
-    if (fmax(sample, piece) <= last_equal(limit))
-        limit = fmax(sample, piece);
-    return stop <= last_equal(limit) ? stop : limit;
 }
 
 double kmp_runner_limit(const kmp_runner *run)
@@ -66,7 +46,7 @@ double kmp_runner_limit(const kmp_runner *run)
 
 double kmp_runner_reach(const kmp_runner *run, double t)
 {
-    return kmp_runner_sample_is_due(run, t) ? last_equal(t) : t;
+    return kmp_runner_sample_is_due(run, t) ? kmp_last_equal(t) : t;
 }
 
 static int contact_of(const kmp_runner *run, int k)
@@ -132,18 +112,12 @@ bool kmp_runner_meets_events(kmp_runner *run)
     return any;
 }
 
-/* The first sample at t or after. */
 static void begin(kmp_runner *run, double t)
 {
     kmp_sampler *x = run->sampler;
     for (int k = 0; k < x->count; k++) {
-        if (comparison_of(run, k) || contact_of(run, k) >= 0) {
-            x->number[k] = 1;
-            continue;
-        }
-        x->number[k] = fmax(ceil(t / run->s->model->states[x->state[k]].period) - 1, 0);
-        while (last_equal(time_of(run, k)) < t)
-            x->number[k]++;
+        bool sampled = !comparison_of(run, k) && contact_of(run, k) < 0;
+        x->number[k] = sampled ? kmp_first_sample(t, run->s->model->states[x->state[k]].period) : 1;
     }
 }
 
@@ -232,13 +206,13 @@ void kmp_runner_take_samples(kmp_runner *run, double t)
     kmp_machine_set(x->machine, KMP_IN_QD, qd);
     const double *next = kmp_machine_run(x->machine, 1);
     for (int k = 0; k < x->count; k++)
-        x->taken[k] = x->due[k] || time_of(run, k) <= last_equal(t);
+        x->taken[k] = x->due[k] || time_of(run, k) <= kmp_last_equal(t);
     if (run->spec.sample)
         run->spec.sample(run->spec.user, x->count, x->taken, x->condition);
     for (int k = 0; k < x->count; k++)
         if (x->taken[k]) {
             qd[kmp_model_coordinates(run->s->model) + x->state[k]] = next[k];
-            x->number[k] += time_of(run, k) <= last_equal(t);
+            x->number[k] += time_of(run, k) <= kmp_last_equal(t);
             x->due[k] = false;
         }
 }

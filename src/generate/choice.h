@@ -10,6 +10,7 @@ enum { KMP_MOST_CHOSEN = 32, KMP_CHOICE_NAME = 40 };
 typedef struct kmp_chosen {
     char name[KMP_CHOICE_NAME]; /* as written in the request: "M_C", "M_C+h_J" */
     unsigned sets;
+    bool in_place; /* conditions have the values of the state, not of modes */
 } kmp_chosen;
 
 typedef struct kmp_set_choice {

@@ -295,6 +295,7 @@ static kempe_status derive(kmp_code_source *source, kmp_code_routine *r, const k
     kmp_equations eq;
     kmp_scene scene = choice->scene;
     scene.sets = kmp_sets_derive(chosen->sets);
+    scene.events = chosen->in_place ? NULL : scene.events;
     scene.labels = source->legible && !source->vectorised;
     kempe_status status = kmp_equations_derive(&eq, source->model, &scene);
     if (status != KEMPE_OK)

@@ -11,9 +11,10 @@
 /* Slopes and accelerations at one place, by two ways of the linear algebra. */
 #define SLOPES_ALLOWED 1e-12
 
-/* Folder, name, time in s, slopes: redundant rows, exchanges of coordinates, conditions, drives and locks, spatial
- * loops, states, forces that depend on reactions, wheels on rails, algebraic unknowns, several loops, a robot's links.
- */
+/* Folder of the examples (NULL: the models of tests), name, time in s, slopes: redundant rows, exchanges of coordinates,
+ * conditions, drives and locks, spatial loops, states, forces that depend on reactions, wheels on rails, algebraic
+ * unknowns, several loops, a robot's links, samples of states, events of states, both with events that follow others at
+ * one time. */
 static const struct {
     const char *folder, *name;
     double time;
@@ -31,7 +32,10 @@ static const struct {
               {"cart_pole", "cart_pole", 3, 1},
               {"robot_leg", "robot_leg", 0.5, 1},
               {"restrained_wheelset", "wheelset_on_rails", 0.2, 0},
-              {"wheelset", "wheelset", 1, 0}};
+              {"wheelset", "wheelset", 1, 0},
+              {"hydraulic_excavator", "hydraulic_excavator", 0.4, 1},
+              {"loose_pin", "loose_pin", 0.002, 1},
+              {NULL, "discrete_slide", 3, 1}};
 
 static bool exists(const char *path)
 {
@@ -43,7 +47,10 @@ static kempe_model *model_of(const char *in, const char *name)
 {
     kempe_model *model = NULL;
     char path[1024];
-    snprintf(path, sizeof path, "%s/examples/%s/%s.yaml", KEMPE_ROOT, in, name);
+    if (in)
+        snprintf(path, sizeof path, "%s/examples/%s/%s.yaml", KEMPE_ROOT, in, name);
+    else
+        snprintf(path, sizeof path, "%s/tests/models/%s.yaml", KEMPE_ROOT, name);
     CHECK(exists(path) && kempe_model_read(context, path, &model) == KEMPE_OK);
     return model;
 }

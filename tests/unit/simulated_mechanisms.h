@@ -328,6 +328,58 @@ static const kempe_equations chatter = {.name = "chatter",
                                         .motion = chatter_motion,
                                         .changes = chatter_changes};
 
+/* -- a mass under a force that is sampled; a counter of the passes of x < 0 ------------------------------------- */
+
+#define SAMPLE 0.05
+
+static void sampled_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    (void)jdqd;
+    for (int i = 0; i < 9; i++)
+        M[i] = i % 4 == 0;
+    C[0] = -at->qd[1];
+    C[1] = C[2] = 0;
+}
+
+static void sampled_changes(const kempe_arguments *at, double *value)
+{
+    value[0] = at->q[0];
+}
+
+static void sampled_next(const kempe_arguments *at, double *value)
+{
+    value[0] = -30 * at->q[0] - 4 * at->qd[0];
+    value[1] = at->qd[2] + 1;
+}
+
+static const char *const sampled_coordinates[] = {"x", "force", "passes"};
+static const int sampled_kinds[] = {KEMPE_COORDINATE_TRANSLATION, KEMPE_COORDINATE_STATE, KEMPE_COORDINATE_STATE};
+static const int sampled_at[] = {1, 2}, sampled_condition[] = {-1, 0}, sampled_sense[] = {0, 1};
+static const int sampled_settles[] = {0, 0};
+static const double sampled_period[] = {SAMPLE, INFINITY}, sampled_start[] = {1, 0, 0};
+static const kempe_equations sampled = {.name = "sampled",
+                                        .hash = "",
+                                        .coordinates = 3,
+                                        .freedom = 3,
+                                        .conditions = 1,
+                                        .coordinate_names = sampled_coordinates,
+                                        .condition_names = spring_conditions,
+                                        .coordinate_kind = sampled_kinds,
+                                        .condition_kind = spring_kinds,
+                                        .scale = ones,
+                                        .rank_tolerance = 1e-10,
+                                        .start_q = sampled_start,
+                                        .start_qd = nothing,
+                                        .motion = sampled_motion,
+                                        .changes = sampled_changes,
+                                        .discrete = 2,
+                                        .discrete_at = sampled_at,
+                                        .discrete_period = sampled_period,
+                                        .discrete_condition = sampled_condition,
+                                        .discrete_sense = sampled_sense,
+                                        .discrete_settles = sampled_settles,
+                                        .next = sampled_next};
+
 /* -- a block slides down a slope with friction, a part of the multiplier's size; it is negative ------------------- */
 
 #define SLOPE 0.6

@@ -251,7 +251,7 @@ static bool is_same(const kempe_simulator *a, const kempe_simulator *b)
 }
 
 static const kempe_equations *const all[] = {&pendulum, &slider_crank, &driven_crank, &parallelogram,
-                                             &spring,   &block,        &ramp};
+                                             &spring,   &block,        &ramp,         &sampled};
 enum { ALL = sizeof all / sizeof *all };
 
 static double random_part(void)
@@ -373,6 +373,73 @@ static void caller_integrates(void)
     CHECK_NEAR(s->q[0], PENDULUM_LENGTH, 1e-7);
 }
 
+/* -- samples ------------------------------------------------------------------------------------------------------ */
+
+/* Between samples the force is constant: x and its rate at sample k. */
+static void sampled_motion_at(int samples, double *x, double *v)
+{
+    *x = 1;
+    *v = 0;
+    for (int k = 0; k < samples; k++) {
+        double force = -30 * *x - 4 * *v;
+        *x += SAMPLE * (*v + SAMPLE / 2 * force);
+        *v += SAMPLE * force;
+    }
+}
+
+/* At the time of a sample the state is that before it. */
+static void samples_are_taken(void)
+{
+    double x, v;
+    for (int way = 0; way < 3; way++) {
+        kempe_simulator simulator, *s = &simulator;
+        begin_at(s, &sampled, 0);
+        s->settings.method = both[way == 1];
+        s->settings.fixed_step = way == 2 ? 0.02 : 0;
+        GOES(kempe_simulator_start(s, 0));
+        CHECK_NEAR(s->qd[1], -30, 1e-14);
+        CHECK(kempe_simulator_next_time(s) == SAMPLE);
+        for (int k = 1; k <= 60; k++) {
+            double before = s->qd[1];
+            GOES(kempe_simulator_advance(s, 0.1 * k / 2));
+            sampled_motion_at(k, &x, &v);
+            CHECK_NEAR(s->q[0], x, 1e-13);
+            CHECK_NEAR(s->qd[0], v, 1e-13);
+            CHECK(s->qd[1] != before || k == 1);
+        }
+        CHECK(s->qd[2] == 3);
+        CHECK(s->work.steps <= (way == 2 ? 240 : 130));
+    }
+}
+
+/* An integrator of the caller, exact for a constant force, that ends its steps at samples. */
+static void caller_stops_at_samples(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    double x[6], dx[6], v;
+    begin_at(s, &sampled, 0);
+    GOES(kempe_simulator_start(s, 0));
+    for (int k = 1; k <= 40; k++) {
+        double t = kempe_simulator_next_time(s), h = t - s->t;
+        int changed = 0, choice[3];
+        kempe_simulator_get_choice(s, choice);
+        kempe_simulator_get_states(s, x);
+        kempe_simulator_get_rates(s, dx);
+        for (int i = 0; i < 3; i++) {
+            x[i] += h * (dx[i] + h / 2 * dx[3 + i]);
+            x[3 + i] += h * dx[3 + i];
+        }
+        CHECK_NEAR(t, k * SAMPLE, 1e-15);
+        GOES(kempe_simulator_set_states(s, t, x));
+        sampled_motion_at(k, &x[0], &v);
+        CHECK_NEAR(s->q[0], x[0], 1e-13);
+        GOES(kempe_simulator_update(s, &changed));
+        CHECK(changed && choice[0] >= 0);
+    }
+    sampled_motion_at(40, &x[0], &v);
+    CHECK_NEAR(s->qd[1], -30 * x[0] - 4 * v, 1e-12);
+}
+
 /* -- derivatives -------------------------------------------------------------------------------------------------- */
 
 static void place_varied(kempe_simulator *s, double by, const double *x, double u, double length, double mass)
@@ -471,7 +538,7 @@ static void memory_is_counted(void)
         CHECK(s.part.backup == memory[0] + kempe_simulator_saved_numbers(&s));
         CHECK(memory[0][kempe_simulator_memory(all[k])] == 77);
     }
-    static double room[KEMPE_SIMULATOR_MEMORY(2, 1, 1, 1, 2, 2, 0, 2)];
+    static double room[KEMPE_SIMULATOR_MEMORY(2, 1, 1, 1, 2, 2, 0, 2, 0)];
     CHECK(sizeof room / sizeof *room == (size_t)kempe_simulator_memory(&pendulum));
 }
 
@@ -492,6 +559,8 @@ int main(void)
     TEST(restored_simulators_have_the_same_bits);
     TEST(inputs_act_from_their_time);
     TEST(caller_integrates);
+    TEST(samples_are_taken);
+    TEST(caller_stops_at_samples);
     TEST(derivatives_are_exact);
     TEST(failures_say_why);
     TEST(memory_is_counted);

@@ -2,6 +2,7 @@
 /* The functions of the Functional Mock-up Interface 2.0. */
 #include "kempe_fmi2.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -300,13 +301,16 @@ FMI2(fmi2Status, fmi2NewDiscreteStates, fmi2Component c, fmi2EventInfo *info)
 {
     ALLOWED(KEMPE_FMU_EVENT);
     int changed = 0, exchanged = 0, ended = 0;
+    double next = INFINITY;
     if (!info)
         FAIL("The place for the results of the event is NULL.");
-    kempe_fmu_status status = kempe_fmu_update(fmu, &changed, &exchanged, &ended);
+    kempe_fmu_status status = kempe_fmu_update(fmu, &changed, &exchanged, &ended, &next);
     memset(info, 0, sizeof *info);
     info->terminateSimulation = ended;
     info->valuesOfContinuousStatesChanged = changed;
     info->nominalsOfContinuousStatesChanged = exchanged;
+    info->nextEventTimeDefined = next < INFINITY;
+    info->nextEventTime = next < INFINITY ? next : 0;
     ANSWER(status);
 }
 

@@ -3,6 +3,7 @@
  * execution are present, because importers look for all, and answer with an error. */
 #include "kempe_fmi3.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -385,16 +386,18 @@ FMI3(fmi3UpdateDiscreteStates, fmi3Boolean *again, fmi3Boolean *terminate, fmi3B
 {
     ALLOWED(KEMPE_FMU_EVENT);
     int changed = 0, exchanged = 0, ended = fmu->now.ended;
+    double time = INFINITY;
     if (!again || !terminate || !nominals_changed || !values_changed || !next_given || !next)
         FAIL("A place for the results of the event is NULL.");
     kempe_fmu_status status = fmu->kind == KEMPE_FMU_MODEL_EXCHANGE || fmu->now.event
-                                  ? kempe_fmu_update(fmu, &changed, &exchanged, &ended)
+                                  ? kempe_fmu_update(fmu, &changed, &exchanged, &ended, &time)
                                   : kempe_fmu_refresh(fmu); /* without a break of the integration */
-    *again = *next_given = false;
+    *again = false;
+    *next_given = time < INFINITY && fmu->kind == KEMPE_FMU_MODEL_EXCHANGE;
     *terminate = ended;
     *nominals_changed = exchanged;
     *values_changed = changed;
-    *next = 0;
+    *next = *next_given ? time : 0;
     ANSWER(status);
 }
 

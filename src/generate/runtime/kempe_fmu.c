@@ -843,12 +843,13 @@ static void tell_events(kempe_fmu *fmu, int exchanged)
                             e->freedom + i + 1, e->coordinate_names[fmu->part.choice[i]], s->t);
 }
 
-kempe_fmu_status kempe_fmu_update(kempe_fmu *fmu, int *changed, int *exchanged, int *ended)
+kempe_fmu_status kempe_fmu_update(kempe_fmu *fmu, int *changed, int *exchanged, int *ended, double *next)
 {
     kempe_simulator *s = &fmu->simulator;
     kempe_fmu_status status = kempe_fmu_refresh(fmu);
     const double exchanges = s->work.exchanges;
     *changed = *exchanged = *ended = 0;
+    *next = kempe_simulator_next_time(s);
     if (status != KEMPE_FMU_OK)
         return status;
     if (fmu->model->equations->conditions)
@@ -862,6 +863,7 @@ kempe_fmu_status kempe_fmu_update(kempe_fmu *fmu, int *changed, int *exchanged, 
         (void)kempe_fmu_say(fmu, KEMPE_FMU_WARNING, KEMPE_FMU_LOG_WARNING, "%s", s->message);
     }
     *ended = fmu->now.ended;
+    *next = kempe_simulator_next_time(s);
     fmu->now.event = 0;
     kempe_simulator_get_states(s, fmu->part.x);
     tell_events(fmu, *exchanged);

@@ -189,8 +189,9 @@ kempe_fmu_status kempe_fmu_get_rates(kempe_fmu *fmu, double *dx, size_t count);
 int kempe_fmu_indicators(const kempe_fmu *fmu);
 kempe_fmu_status kempe_fmu_get_indicators(kempe_fmu *fmu, double *value, size_t count);
 kempe_fmu_status kempe_fmu_get_nominals(kempe_fmu *fmu, double *nominal, size_t count);
-/** Decides events. *changed: states have new values or meanings; *exchanged: they belong to other coordinates. */
-kempe_fmu_status kempe_fmu_update(kempe_fmu *fmu, int *changed, int *exchanged, int *ended);
+/** Decides events. *changed: states have new values or meanings; *exchanged: they belong to other coordinates; *next:
+ * the time of the next sample, INFINITY where there is none. */
+kempe_fmu_status kempe_fmu_update(kempe_fmu *fmu, int *changed, int *exchanged, int *ended, double *next);
 kempe_fmu_status kempe_fmu_completed_step(kempe_fmu *fmu, int *wants_event, int *ended);
 
 /* -- co-simulation -- */

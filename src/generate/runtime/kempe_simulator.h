@@ -102,6 +102,17 @@ typedef struct kempe_equations {
     int early; /* values of conditions are functions of t, q, qd, modes, u alone */
     /* m and n strings of n characters: '0' where an entry of J or M is zero at all states; NULL: none is known. */
     const char *const *jacobian_zeros, *const *mass_zeros;
+    int switches; /* closures read modes */
+
+    /* States that keep their value between samples or events. */
+    int discrete;                  /* their number */
+    const int *discrete_at;        /* the place in qd */
+    const double *discrete_period; /* s, between samples, the first at t = 0; INFINITY: without samples */
+    const int *discrete_condition; /* whose change is the event; -1: none */
+    const int *discrete_sense;     /* 1: the event is that the condition begins to hold, 0: that it ends */
+    const int *discrete_settles;   /* 1: a state changes at the start too, where its condition holds there */
+    /** Their next values at t, q, qd, u. NULL: there are none. */
+    void (*next)(const kempe_arguments *at, double *value);
 } kempe_equations;
 
 typedef enum kempe_simulator_status {
@@ -143,10 +154,11 @@ typedef struct kempe_simulator {
         double *state; /* what kempe_simulator_save copies: the first numbers of the memory */
         double *scratch;
         /* of the state, after it the room of one more */
-        double *held, *flip, *last, *repeats, *begin, *end, *y_old, *y_new, *weight, *atol, *stages, *vectors;
+        double *held, *flip, *last, *repeats, *number, *was, *due, *begin, *end, *y_old, *y_new, *weight, *atol,
+            *stages, *vectors;
         int *row, *column;
         /* scratch */
-        double *backup, *stage, *candidate, *probe, *q, *qd, *qdd, *lambda, *changes;
+        double *backup, *stage, *candidate, *probe, *q, *qd, *qdd, *lambda, *changes, *next;
         double *h, *h_t, *jdqd, *jacobian, *mass, *bias, *loop, *tangent, *constant, *correction;
         double *moved, *reduced, *diagonal, *udd, *load, *pick, *pivots, *loads, *joint, *right, *inverse_row;
         double *dq, *dqd, *dqdd, *dlambda, *dynamics, *dh, *drates, *daccelerations, *dy, *dvalue, *zero;
@@ -159,14 +171,15 @@ typedef struct kempe_simulator {
 } kempe_simulator;
 
 /* Numbers of a state: the header, the arrays of a place and of a step, n + f numbers long, and the choice. */
-#define KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs)                                  \
-    (48 + (parameters) + 6 * (inputs) + (kept) + (outputs) + 5 * (conditions) + 10 * (n) + 4 * (m) + 28 * ((n) + (f)))
+#define KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs, discrete)                        \
+    (48 + (parameters) + 6 * (inputs) + (kept) + (outputs) + 5 * (conditions) + 3 * (discrete) + 10 * (n) + 4 * (m) +  \
+     28 * ((n) + (f)))
 
 /** The number of doubles in the memory of a simulator, as a constant where the arguments are constants. */
-#define KEMPE_SIMULATOR_MEMORY(n, m, f, inputs, parameters, kept, conditions, outputs)                                 \
-    (2 * KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs) + 1 + 4 * (f) +                 \
-     3 * ((n) + (f)) + (outputs) + 8 * (conditions) + 3 * (inputs) + (parameters) + 17 * (n) + 12 * (m) + 2 +          \
-     2 * (m) * (n) + 3 * (n) * (n) + (n) * (f) + (f) * (f) + 3 * (f) + 1 + (n) * ((n) - (f)) +                         \
+#define KEMPE_SIMULATOR_MEMORY(n, m, f, inputs, parameters, kept, conditions, outputs, discrete)                       \
+    (2 * KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs, discrete) + 1 + 4 * (f) +       \
+     (discrete) + 3 * ((n) + (f)) + (outputs) + 8 * (conditions) + 3 * (inputs) + (parameters) + 17 * (n) + 12 * (m) + \
+     2 + 2 * (m) * (n) + 3 * (n) * (n) + (n) * (f) + (f) * (f) + 3 * (f) + 1 + (n) * ((n) - (f)) +                     \
      ((n) - (f)) * ((n) - (f)) + ((n) - (f)) * (2 * (f) + 3))
 
 /** The same of equations: the number of doubles in the memory of a simulator. */
@@ -208,10 +221,12 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
 void kempe_simulator_get_rates(const kempe_simulator *s, double *dx);
 /** Values of the conditions: an event is a change of sign. */
 void kempe_simulator_get_changes(const kempe_simulator *s, double *value);
+/** The time of the next sample of a state, at which kempe_simulator_update is to be called; INFINITY: there is none. */
+double kempe_simulator_next_time(const kempe_simulator *s);
 /** 1 where the choice of independent coordinates is bad here: kempe_simulator_update exchanges it. */
 int kempe_simulator_wants_exchange(const kempe_simulator *s);
-/** Decides the conditions anew at the present state and exchanges the choice where it is bad; *changed: 1 where x has
- * other values or meanings, or its rates jump. ENDED: a condition ends the motion. */
+/** Decides the conditions anew at the present state, takes samples of states, and exchanges the choice where it is bad;
+ * *changed: 1 where x has other values or meanings, or its rates jump. ENDED: a condition ends the motion. */
 kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed);
 /** The independent coordinates: f numbers. */
 void kempe_simulator_get_choice(const kempe_simulator *s, int *independent);

@@ -8,7 +8,7 @@
 static kempe_simulator_status step_to(kempe_simulator *s, double t)
 {
     double *state = s->part.state, most = s->settings.most_steps > 0 ? s->settings.most_steps : 1e6;
-    for (double steps = 0; state[AT_END] < t && !(state[AT_ENDED] > 0); steps++) {
+    for (double steps = 0; reach(s) < t && !(state[AT_ENDED] > 0); steps++) {
         if (steps >= most) {
             snprintf(s->message, sizeof s->message,
                      "%s: %.0f steps end at t = %.9g, before t = %.9g: loosen the tolerances, or raise most_steps",
@@ -79,15 +79,11 @@ static kempe_simulator_status continue_here(kempe_simulator *s)
     double t = s->t;
     copy(s->equations->coordinates, s->q, part->q);
     copy(s->equations->coordinates, s->qd, part->qd);
-    copy(s->equations->coordinates, s->qd, part->dqd);
-    changed = part->state[AT_EVENT] > 0 && !(t < part->state[AT_END]);
-    if (changed && !flip_modes(s, t))
-        return KEMPE_SIMULATOR_FAILED;
+    bool event = part->state[AT_EVENT] > 0 && !(t < part->state[AT_END]);
     restart(s, t);
-    kempe_simulator_status status = settle_modes(s, t, part->y_new, true, &changed);
+    kempe_simulator_status status = pass_instant(s, t, part->y_new, event, &changed);
     if (status != KEMPE_SIMULATOR_GOES)
         return status;
-    pack_y(s, part->q, part->qd, part->y_new);
     part->state[AT_EXCHANGE] = is_choice_bad(s, GROWTH);
     show_place(s, t);
     return part->state[AT_ENDED] > 0 ? end_motion(s) : KEMPE_SIMULATOR_GOES;

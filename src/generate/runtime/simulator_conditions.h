@@ -134,7 +134,8 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
         last = -1;
         for (int k = 0; k < e->conditions; k++) {
             double lag = e->lag && !lags ? e->lag[k] : 0;
-            if (!(beyond(s, k, part->value[k]) + lag > 0))
+            double past = beyond(s, k, part->value[k]) + lag;
+            if (!(past > 0 || (past == 0 && part->modes[k] > 0))) /* a value of zero is not negative */
                 continue;
             if (e->condition_kind[k] == KEMPE_CONDITION_ENDS) {
                 part->state[AT_ENDED] = k + 1;

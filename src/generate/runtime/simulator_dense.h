@@ -3,7 +3,7 @@
 #ifndef SIMULATOR_DENSE_H
 #define SIMULATOR_DENSE_H
 
-#include "generate/runtime/simulator_conditions.h"
+#include "generate/runtime/simulator_samples.h"
 
 static void list_stages(const kempe_simulator *s, double **k)
 {
@@ -65,8 +65,9 @@ static outcome interpolate(kempe_simulator *s, double t, double *y)
     const double *state = part->state;
     int size = size_of_y(s->equations);
     double *r[KMP_RK_MAX_INTERPOLANTS];
-    if (t == state[AT_END] || !(state[AT_TAKEN] > 0) || !(t > state[AT_BEGIN])) {
-        copy(size, t == state[AT_END] || !(state[AT_TAKEN] > 0) ? part->y_new : part->y_old, y);
+    bool ends = !(t < state[AT_END]) || !(state[AT_TAKEN] > 0);
+    if (ends || !(t > state[AT_BEGIN])) {
+        copy(size, ends ? part->y_new : part->y_old, y);
         return GOOD;
     }
     outcome said = prepare_dense(s);

@@ -48,6 +48,9 @@ static void place_state(kempe_simulator *s, double **at)
     part->flip = take(at, e->conditions);
     part->last = take(at, e->conditions);
     part->repeats = take(at, e->conditions);
+    part->number = take(at, e->discrete);
+    part->was = take(at, e->discrete);
+    part->due = take(at, e->discrete);
     part->begin = take(at, 3 * n + m);
     part->end = take(at, 3 * n + m);
     part->y_old = take(at, size);
@@ -70,6 +73,7 @@ static void place_equations(kempe_simulator *s, double **at)
     part->qdd = take(at, n);
     part->lambda = take(at, m);
     part->changes = take(at, (SAMPLES + 3) * e->conditions);
+    part->next = take(at, e->discrete);
     part->h = take(at, m);
     part->h_t = take(at, m);
     part->jdqd = take(at, m);
@@ -126,14 +130,14 @@ static void place_directions(kempe_simulator *s, double **at)
 int kempe_simulator_memory(const kempe_equations *e)
 {
     return KEMPE_SIMULATOR_MEMORY(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept, e->conditions,
-                                  e->outputs);
+                                  e->outputs, e->discrete);
 }
 
 int kempe_simulator_saved_numbers(const kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     return KEMPE_SIMULATOR_STATE(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept, e->conditions,
-                                 e->outputs);
+                                 e->outputs, e->discrete);
 }
 
 static void copy(int count, const double *from, double *to)

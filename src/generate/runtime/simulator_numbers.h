@@ -6,6 +6,7 @@
 #include "base/bracket.h"
 #include "generate/runtime/kempe_simulator.h"
 #include "integrators/steppers/explicit_methods.h"
+#include "integrators/steppers/sample_times.h"
 #include "linalg/dense/factors.h"
 
 #include <stdio.h>

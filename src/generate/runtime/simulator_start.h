@@ -65,7 +65,6 @@ static void restart(kempe_simulator *s, double t)
     state[AT_ERROR] = KMP_RK_ERROR_FLOOR;
     state[AT_REJECTED] = state[AT_HOPELESS] = 0;
     state[AT_FRESH] = 1;
-    clear(s->equations->conditions, s->part.flip);
 }
 
 /* Makes the first choice at the placed q, before and after the loops are closed. */
@@ -113,7 +112,6 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t)
     struct kempe_simulator_parts *part = &s->part;
     double *state = part->state;
     int *fixed = e->independent ? part->fixed : NULL;
-    bool changed = false;
     for (int j = 0; j < e->coordinates; j++)
         part->fixed[j] = 0;
     for (int k = 0; fixed && k < e->freedom; k++)
@@ -136,8 +134,7 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t)
         state[AT_LOOSE] = fmax(state[AT_LOOSE], opening(s, part->row[i]));
     if (state[AT_LOOSE] > DROPPED_START)
         return explain(s, OPEN, t);
-    pack_y(s, part->q, part->qd, part->y_new);
-    kempe_simulator_status status = settle_modes(s, t, part->y_new, false, &changed);
+    kempe_simulator_status status = pass_start(s, t, part->y_new);
     if (status != KEMPE_SIMULATOR_GOES)
         return status;
     state[AT_RATE] = rate_of_motion(s);

@@ -115,6 +115,11 @@ static outcome refresh(kempe_simulator *s)
     return said;
 }
 
+double kempe_simulator_next_time(const kempe_simulator *s)
+{
+    return next_sample(s);
+}
+
 int kempe_simulator_wants_exchange(const kempe_simulator *s)
 {
     return s->part.state[AT_BAD] > 0;
@@ -132,7 +137,7 @@ kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed)
     copy(s->equations->coordinates, s->q, part->q);
     copy(s->equations->coordinates, s->qd, part->qd);
     restart(s, s->t);
-    kempe_simulator_status status = settle_modes(s, s->t, part->y_new, true, &any);
+    kempe_simulator_status status = pass_instant(s, s->t, part->y_new, false, &any);
     if (status == KEMPE_SIMULATOR_GOES && is_choice_bad(s, GROWTH_OF_CALLERS)) {
         outcome said = exchange_choice(s, s->t);
         if (said == GOOD)

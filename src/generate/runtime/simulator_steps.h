@@ -78,7 +78,7 @@ static outcome choose_first_step(kempe_simulator *s)
 {
     struct kempe_simulator_parts *part = &s->part;
     int size = size_of_y(s->equations);
-    double *k[KMP_RK_MAX_STAGES + 1], t = part->state[AT_END], longest = s->settings.end - t;
+    double *k[KMP_RK_MAX_STAGES + 1], t = part->state[AT_END], longest = last_time(s) - t;
     list_stages(s, k);
     for (int i = 0; i < size; i++)
         part->weight[i] = part->atol[i] + s->settings.rtol * fabs(part->y_new[i]);
@@ -96,17 +96,7 @@ static outcome choose_first_step(kempe_simulator *s)
     return said;
 }
 
-/* Changes the modes that change at the end of the last step. False after a message. */
-static bool flip_modes(kempe_simulator *s, double t)
-{
-    for (int k = 0; k < s->equations->conditions; k++)
-        if (s->part.flip[k] > 0 && !change_mode(s, k, t))
-            return false;
-    clear(s->equations->conditions, s->part.flip);
-    return true;
-}
-
-/* Does what the last step has left: changes modes, exchanges the choice, evaluates the derivative. */
+/* Does what the last step has left: decides at its end, exchanges the choice, evaluates the derivative. */
 static kempe_simulator_status begin_step(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
@@ -114,18 +104,13 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
     double *state = part->state, t = state[AT_END], *k[KMP_RK_MAX_STAGES + 1];
     bool changed = false;
     list_stages(s, k);
-    if (state[AT_EVENT] > 0) {
+    if (state[AT_EVENT] > 0 || kmp_sample_is_due(next_sample(s), t)) {
         place_y(s, part->y_new);
         if (evaluate_loops(s, t) == GOOD)
             evaluate_rates(s);
-        copy(e->coordinates, part->qd, part->dqd);
-        changed = true;
-        if (!flip_modes(s, t))
-            return KEMPE_SIMULATOR_FAILED;
-        kempe_simulator_status status = settle_modes(s, t, part->y_new, true, &changed);
+        kempe_simulator_status status = pass_instant(s, t, part->y_new, state[AT_EVENT] > 0, &changed);
         if (status != KEMPE_SIMULATOR_GOES)
             return status;
-        pack_y(s, part->q, part->qd, part->y_new);
         state[AT_EVENT] = 0;
         state[AT_FRESH] = 1;
     }
@@ -218,13 +203,14 @@ static kempe_simulator_status make_step(kempe_simulator *s)
     outcome said = GOOD;
     attempt_result what = BAD_ERROR;
     bool fixed = s->settings.fixed_step > 0;
+    double end = last_time(s);
     for (int tries = 0; tries < MOST_ATTEMPTS; tries++) {
         double t = state[AT_END], t_new = t, error = 0, next = state[AT_NEXT];
         int hopeless = (int)state[AT_HOPELESS];
         if (s->settings.longest > 0)
             next = fmin(next, s->settings.longest);
-        double h = !fixed       ? kmp_step_next(t, s->settings.end, next, &t_new)
-                   : tries == 0 ? kmp_step_constant(t, s->settings.end, s->settings.fixed_step, &t_new)
+        double h = !fixed       ? kmp_step_next(t, end, next, &t_new)
+                   : tries == 0 ? kmp_step_constant(t, end, s->settings.fixed_step, &t_new)
                                 : 0;
         if (!(h > 0))
             break;
@@ -232,7 +218,10 @@ static kempe_simulator_status make_step(kempe_simulator *s)
         if (what == TAKEN) {
             bool collapsed = kmp_step_collapsed(&hopeless, h, t_new);
             state[AT_HOPELESS] = hopeless;
-            return collapsed ? give_up(s, GOOD, BAD_ERROR) : take_step(s, h, t_new, error);
+            status = collapsed ? give_up(s, GOOD, BAD_ERROR) : take_step(s, h, t_new, error);
+            if (end < s->settings.end)
+                state[AT_NEXT] = fmax(state[AT_NEXT], next); /* h may be cut by a sample */
+            return status;
         }
         s->work.rejected++;
         state[AT_NEXT] = what == BAD_ERROR   ? kmp_rk_after_rejected(&methods[s->settings.method], h, error)

@@ -5,6 +5,7 @@
 #include "constraints/partition/partition.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
+#include "dynamics/kinematics/pressing.h"
 #include "dynamics/load_dependent.h"
 #include "generate/runtime/kempe_simulator.h"
 #include "generate/simulator/slopes.h"
@@ -14,17 +15,20 @@
 /* -- routines ------------------------------------------------------------------------------------------ */
 
 /* The conditions after all that have some; directions after the conditions, which they differentiate. */
-static const kmp_chosen routines[] = {{"closures", 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_H_T},
-                                      {"motion", 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_JDQD},
-                                      {"loads", 1u << KMP_EQ_LOADS},
-                                      {"show", 1u << KMP_EQ_OUTPUTS},
-                                      {"changes", 1u << KMP_EQ_CONDITIONS},
-                                      {"along", 1u << KMP_EQ_ALONG}};
+static const kmp_chosen routines[] = {{.name = "closures", .sets = 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_H_T},
+                                      {.name = "motion", .sets = 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_JDQD},
+                                      {.name = "loads", .sets = 1u << KMP_EQ_LOADS},
+                                      {.name = "show", .sets = 1u << KMP_EQ_OUTPUTS},
+                                      {.name = "changes", .sets = 1u << KMP_EQ_CONDITIONS},
+                                      {.name = "along", .sets = 1u << KMP_EQ_ALONG},
+                                      {.name = "next", .sets = 1u << KMP_EQ_NEXT, .in_place = true}};
 
 void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice)
 {
+    const unsigned empty = (kmp_outputs_width(model) > 0 ? 0 : 1u << KMP_EQ_OUTPUTS) |
+                           (kmp_model_has_samples(model) ? 0 : 1u << KMP_EQ_NEXT);
     for (size_t k = 0; k < sizeof routines / sizeof *routines; k++)
-        if (routines[k].sets != 1u << KMP_EQ_OUTPUTS || kmp_outputs_width(model) > 0) {
+        if (!(routines[k].sets & empty)) {
             choice->chosen[choice->count++] = routines[k];
             choice->all |= routines[k].sets;
         }
@@ -37,7 +41,6 @@ kempe_status kmp_simulated_check(const kempe_model *model)
     static const char what[] = "generated simulators";
     KMP_TRY(kmp_refuse_friction(model, what));
     KMP_TRY(kmp_refuse_contacts(model, what));
-    KMP_TRY(kmp_refuse_samples(model, what, false));
     return kmp_refuse_delays(model, what, KMP_INSTEAD_OF_DELAY);
 }
 
@@ -127,6 +130,29 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
     return kmp_made(source->context, !source->arena.failed);
 }
 
+/* The condition whose change is the event of a state: the comparison of its rate, or the contact that changes it. */
+static void find_event(struct kmp_simulated *x, const kempe_model *model, const kmp_events *events, int k, int place)
+{
+    const kmp_state *state = &model->states[place - kmp_model_coordinates(model)];
+    const kmp_expr *comparison = kmp_state_rate(model, place - kmp_model_coordinates(model))->a;
+    x->event[k] = state->contact > 0 ? kmp_events_find(events, &model->forces[state->contact - 1], KMP_PRESSING) : -1;
+    for (int i = 0; comparison && i < events->count; i++)
+        if (events->condition[i].expr == comparison)
+            x->event[k] = i;
+    x->sense[k] = !comparison || (comparison->kind != KMP_EXPR_AT_MOST && comparison->kind != KMP_EXPR_AT_LEAST);
+    x->settles[k] = state->settles;
+}
+
+static kempe_status take_discrete(kmp_code_source *source, const kmp_events *events)
+{
+    struct kmp_simulated *x = source->simulated;
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, source->discrete_count, &x->event, &x->sense, &x->settles)))
+        return kmp_fail_memory(source->context);
+    for (int k = 0; k < source->discrete_count; k++)
+        find_event(x, source->model, events, k, source->discrete_place[k]);
+    return KEMPE_OK;
+}
+
 static bool reads(const kmp_code_routine *r, kmp_input_kind kind, int index)
 {
     for (int k = 0; k < r->program->input_count; k++)
@@ -186,6 +212,7 @@ kempe_status kmp_simulated_place(kmp_code_source *source)
         x->coordinate_kind[k] = kmp_state_of(source->model, k)       ? KEMPE_COORDINATE_STATE
                                 : source->model->motions[k].rotation ? KEMPE_COORDINATE_ROTATION
                                                                      : KEMPE_COORDINATE_TRANSLATION;
+    x->switches = reads(closures, KMP_IN_MODE, -1);
     x->loaded = reads(motion, KMP_IN_LAMBDA, -1);
     x->early = !reads(changes, KMP_IN_LAMBDA, -1) && !reads(changes, KMP_IN_QDD, -1);
     x->jacobian_zeros = zeros_of(&source->arena, closures, "J", source->m, source->n);
@@ -202,6 +229,8 @@ kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_set_choice *c
     kempe_status status = take_start(source, choice, system);
     if (status == KEMPE_OK)
         status = take_conditions(source, system, &choice->modes);
+    if (status == KEMPE_OK)
+        status = take_discrete(source, &choice->modes);
     kempe_system_free(system);
     return status;
 }

@@ -130,6 +130,11 @@ static void put_tables(kmp_text *text, const kmp_code_source *s)
     put_ints(text, "symbol", s->parameter_count, x->symbol);
     put_ints(text, "independent", x->freedom, x->independent);
     put_doubles(text, "lag", x->condition_count, x->lag);
+    put_ints(text, "discrete_at", s->discrete_count, s->discrete_place);
+    put_doubles(text, "discrete_period", s->discrete_count, s->discrete_time);
+    put_ints(text, "discrete_condition", s->discrete_count, x->event);
+    put_ints(text, "discrete_sense", s->discrete_count, x->sense);
+    put_ints(text, "discrete_settles", s->discrete_count, x->settles);
     put_names(text, "jacobian_zeros", s->m, x->jacobian_zeros);
     put_names(text, "mass_zeros", s->n, x->mass_zeros);
     put_doubles(text, "scale", s->n, x->scale);
@@ -150,13 +155,38 @@ static void put_number(kmp_text *text, const char *name, double x)
 
 static void put_equations(kmp_text *text, const kmp_code_source *s)
 {
-    static const char *const same[] = {"coordinate_names", "row_names",       "input_names",  "parameter_names",
-                                       "condition_names",  "output_names",    "advice",       "lag",
-                                       "coordinate_kind",  "condition_kind",  "scale",        "row_scale",
-                                       "parameter_values", "parameter_fixed", "input_values", "start_q",
-                                       "start_qd",         "independent",     "prepare",      "closures",
-                                       "motion",           "changes",         "show",         "along",
-                                       "jacobian_zeros",   "mass_zeros"};
+    static const char *const same[] = {"coordinate_names",
+                                       "row_names",
+                                       "input_names",
+                                       "parameter_names",
+                                       "condition_names",
+                                       "output_names",
+                                       "advice",
+                                       "lag",
+                                       "coordinate_kind",
+                                       "condition_kind",
+                                       "scale",
+                                       "row_scale",
+                                       "parameter_values",
+                                       "parameter_fixed",
+                                       "input_values",
+                                       "start_q",
+                                       "start_qd",
+                                       "independent",
+                                       "prepare",
+                                       "closures",
+                                       "motion",
+                                       "changes",
+                                       "show",
+                                       "along",
+                                       "jacobian_zeros",
+                                       "mass_zeros",
+                                       "discrete_at",
+                                       "discrete_period",
+                                       "discrete_condition",
+                                       "discrete_sense",
+                                       "discrete_settles",
+                                       "next"};
     const struct kmp_simulated *x = s->simulated;
     kmp_text_printf(text, "const kempe_equations %s_equations = {\n    .name = ", s->name);
     kmp_language_string(text, &kmp_language_c, s->title);
@@ -166,7 +196,8 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
         text, "    .inputs = %d,\n    .parameters = %d,\n    .conditions = %d,\n    .outputs = %d,\n    .kept = %d,\n",
         s->input_count, s->parameter_count, x->condition_count, s->output_count, place_in_k(s, NULL));
     put_number(text, "rank_tolerance", x->rank_tolerance);
-    kmp_text_printf(text, "    .early = %d,\n", x->early);
+    kmp_text_printf(text, "    .early = %d,\n    .switches = %d,\n    .discrete = %d,\n", x->early, x->switches,
+                    s->discrete_count);
     if (x->loaded)
         kmp_text_put(text, "    .loads = loads,\n");
     if (x->slopes_count > 0)
@@ -185,9 +216,9 @@ static void put_header(kmp_text *text, const kmp_code_source *s)
                     "#ifndef KEMPE_%s_SIMULATOR_H\n#define KEMPE_%s_SIMULATOR_H\n\n#include \"kempe_simulator.h\"\n\n"
                     "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n/** Doubles in the memory of a simulator. */\n",
                     s->hash, name, name);
-    kmp_text_printf(text, "enum { %s_memory = KEMPE_SIMULATOR_MEMORY(%d, %d, %d, %d, %d, %d, %d, %d) };\n\n", name,
+    kmp_text_printf(text, "enum { %s_memory = KEMPE_SIMULATOR_MEMORY(%d, %d, %d, %d, %d, %d, %d, %d, %d) };\n\n", name,
                     s->n, s->m, x->freedom, s->input_count, s->parameter_count, place_in_k(s, NULL), x->condition_count,
-                    s->output_count);
+                    s->output_count, s->discrete_count);
     kmp_text_printf(text, "extern const kempe_equations %s_equations;\n\n#ifdef __cplusplus\n}\n#endif\n#endif\n",
                     name);
 }
@@ -220,7 +251,7 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
         text,
         "/* Simulator of the model %s, written by Kempe " KEMPE_VERSION ".\n *\n"
         " * To compile: cc -std=c99 -O2 -ffp-contract=off -c %s_simulator.c %s.c kempe_simulator.c (libm to link). */\n"
-        "#include \"%s_simulator.h\"\n#include \"%s.h\"\n#include <stddef.h>\n\n",
+        "#include \"%s_simulator.h\"\n#include \"%s.h\"\n#include <math.h>\n#include <stddef.h>\n\n",
         s->hash, s->name, s->name, s->name, s->name);
     put_tables(text, s);
     put_prepare(text, s);
@@ -231,6 +262,7 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
     put_slopes(text, s);
     put_function(text, s, "show", "double *y", "y");
     put_function(text, s, "changes", "double *value", "value");
+    put_function(text, s, "next", "double *value", "value");
     put_along(text, s);
     put_equations(text, s);
 }
