@@ -514,9 +514,13 @@ static void failures_say_why(void)
     s->settings.most_steps = 0;
     GOES(kempe_simulator_advance(s, 1.5));
     s->settings.end = 2;
-    CHECK_STATUS(s, kempe_simulator_advance(s, 2.5), KEMPE_SIMULATOR_FAILED);
+    CHECK_STATUS(s, kempe_simulator_advance(s, 2.5), KEMPE_SIMULATOR_ENDED);
+    CHECK(s->t == 2 && strstr(s->message, "reached the end of its settings, t = 2: raise 'end'"));
+    CHECK_STATUS(s, kempe_simulator_step(s), KEMPE_SIMULATOR_ENDED);
     GOES(kempe_simulator_advance(s, 2));
-    CHECK_STATUS(s, kempe_simulator_step(s), KEMPE_SIMULATOR_FAILED);
+    CHECK_STATUS(s, kempe_simulator_advance(s, 1.5), KEMPE_SIMULATOR_FAILED);
+    s->settings.end = 3;
+    GOES(kempe_simulator_advance(s, 2.5));
     begin_at(s, &pendulum, 0);
     s->p[1] = 0;
     kempe_simulator_set_parameters(s);

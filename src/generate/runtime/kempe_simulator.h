@@ -117,7 +117,7 @@ typedef struct kempe_equations {
 
 typedef enum kempe_simulator_status {
     KEMPE_SIMULATOR_GOES,
-    KEMPE_SIMULATOR_ENDED, /* a condition of the model ends the motion: see the message */
+    KEMPE_SIMULATOR_ENDED, /* a condition of the model, or `end` of the settings, ends the motion: see the message */
     KEMPE_SIMULATOR_FAILED /* see the message; the state is that before the call */
 } kempe_simulator_status;
 
@@ -133,7 +133,7 @@ typedef struct kempe_simulator_settings {
     double rtol, atol; /* atol: in scaled units, times the size of each coordinate */
     double fixed_step; /* s; 0: by the estimated error */
     double longest;    /* step, s; 0: any */
-    double end;        /* s: no step goes beyond it; INFINITY: none */
+    double end;        /* s: no step goes beyond it, where the motion ends; INFINITY: none */
     double most_steps; /* of one kempe_simulator_advance; 0: 1e6 */
 } kempe_simulator_settings;
 
@@ -199,7 +199,8 @@ void kempe_simulator_set_parameters(kempe_simulator *s);
 /** After a change of u: the values act from t on. Steps that were made beyond t are made again. */
 kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s);
 
-/** Advances to t and sets q, qd, qdd, lambda, y there. Steps do not depend on the times that are requested. */
+/** Advances to t and sets q, qd, qdd, lambda, y there. Steps do not depend on the times that are requested. ENDED: they
+ * are those of an earlier end. FAILED: t lies before the present time. */
 kempe_simulator_status kempe_simulator_advance(kempe_simulator *s, double t);
 /** Advances to the end of the next step. */
 kempe_simulator_status kempe_simulator_step(kempe_simulator *s);

@@ -36,15 +36,25 @@ static kempe_simulator_status step_or_return(kempe_simulator *s, double t)
     return status;
 }
 
+static kempe_simulator_status stop_here(kempe_simulator *s)
+{
+    snprintf(s->message, sizeof s->message, "%s: the motion has reached the end of its settings, t = %.9g: raise 'end'",
+             s->equations->name, s->t);
+    return KEMPE_SIMULATOR_ENDED;
+}
+
 kempe_simulator_status kempe_simulator_advance(kempe_simulator *s, double t)
 {
     if (!(s->part.state[AT_STARTED] > 0))
         return refuse_before_start(s);
-    if (t >= s->t && t <= s->settings.end)
-        return step_or_return(s, t);
-    snprintf(s->message, sizeof s->message, "%s: t = %.9g lies outside of the times from %.9g to the end %.9g",
-             s->equations->name, t, s->t, s->settings.end);
-    return KEMPE_SIMULATOR_FAILED;
+    if (!(t >= s->t)) {
+        snprintf(s->message, sizeof s->message, "%s: t = %.9g lies before the present time %.9g", s->equations->name, t,
+                 s->t);
+        return KEMPE_SIMULATOR_FAILED;
+    }
+    kempe_simulator_status status =
+        s->settings.end < s->t ? KEMPE_SIMULATOR_GOES : step_or_return(s, fmin(t, s->settings.end));
+    return status == KEMPE_SIMULATOR_GOES && t > s->settings.end ? stop_here(s) : status;
 }
 
 kempe_simulator_status kempe_simulator_step(kempe_simulator *s)
@@ -54,10 +64,8 @@ kempe_simulator_status kempe_simulator_step(kempe_simulator *s)
         return refuse_before_start(s);
     if (state[AT_END] > s->t || state[AT_ENDED] > 0)
         return step_or_return(s, state[AT_END]);
-    if (!(s->t < s->settings.end)) {
-        snprintf(s->message, sizeof s->message, "%s: t = %.9g is the end of the motion", s->equations->name, s->t);
-        return KEMPE_SIMULATOR_FAILED;
-    }
+    if (!(s->t < s->settings.end))
+        return stop_here(s);
     s->message[0] = 0;
     kempe_simulator_save(s, s->part.backup);
     kempe_simulator_status status = make_step(s);
