@@ -149,6 +149,7 @@ static bool allocate(kmp_equations *eq)
                 {&eq->push, model->force_count},
                 {&eq->after, rows},
                 {&eq->next, model->state_count},
+                {&eq->start, 2 * n},
                 {&eq->when, model->state_count},
                 {&eq->delayed, model->delay_count},
                 {&eq->before, model->delay_count},
@@ -266,6 +267,14 @@ static void derive_next(kmp_equations *eq)
             eq->when[eq->next_count] = when_of(eq, k);
             eq->next[eq->next_count++] = kmp_tree_expression(&eq->tree, eq->model->states[k].next);
         }
+}
+
+static void derive_start(kmp_equations *eq)
+{
+    for (int k = 0; k < eq->n; k++) {
+        eq->start[2 * k] = kmp_tree_number(&eq->tree, &eq->model->start.q[k]);
+        eq->start[2 * k + 1] = kmp_tree_number(&eq->tree, &eq->model->start.qd[k]);
+    }
 }
 
 /* Signals before the start are functions of the time; those that keep their value at the start have none. */
@@ -389,6 +398,8 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     eq->next_count = 0;
     if (sets & KMP_SET_NEXT)
         derive_next(eq);
+    if (sets & KMP_SET_START)
+        derive_start(eq);
     eq->delayed_count = 0;
     if (sets & KMP_SET_DELAYED)
         derive_delayed(eq);

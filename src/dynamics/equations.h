@@ -34,7 +34,8 @@ enum {
     KMP_SET_DELAYED = 1048576,     /* signals of continuous delays, those before the start, and the delays */
     KMP_SET_CONDITIONS = 2097152,  /* values of the scene's conditions, of which all laws have been derived */
     KMP_SET_LOADS = 8388608,       /* derivatives of C by the multipliers; with C and the closures */
-    KMP_SET_ALONG = 4194304        /* changes along a direction; with the sets that it differentiates */
+    KMP_SET_ALONG = 4194304,       /* changes along a direction; with the sets that it differentiates */
+    KMP_SET_START = 16777216       /* start values of the coordinates and rates, as given */
 };
 
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
@@ -125,6 +126,7 @@ typedef struct kmp_equations {
     kmp_ref *after;       /* m: J qd after an impact of the contacts that are held */
     kmp_ref *next, *when; /* of each state with a next value: it; 1 where the condition of its event holds */
     int next_count;
+    kmp_ref *start;                    /* n x 2: start values of q and qd, as given; 0 where none is */
     kmp_ref *delayed, *before, *delay; /* of each continuous delay: the signal, that before the start or 0, seconds */
     int delayed_count;
     kmp_ref *loads;   /* dC/dlambda, n x m; NULL unless requested */

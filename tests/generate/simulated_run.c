@@ -8,12 +8,13 @@
  *
  * It runs to 5 s with a relative tolerance of 1e-9, in 7 parts, and prints time, coordinates, rates, accelerations,
  * multipliers and outputs; to stderr the largest difference of slopes from these accelerations and
- * rates, the work and, at a failure, the reason. With a fourth argument it saves its state
- * after each part, and another simulator goes on from there. */
+ * rates, the work and, at a failure, the reason. With the further argument "exchange" it saves its state
+ * after each part, and another simulator goes on from there; NAME=VALUE sets a parameter. */
 #include MODEL_HEADER
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #define JOIN(a, b)     a##b
@@ -50,15 +51,27 @@ static double slopes_off(const kempe_simulator *s)
     return size > 0 ? most / size : most;
 }
 
+static void set(kempe_simulator *s, const char *word)
+{
+    const size_t length = strcspn(word, "=");
+    for (int k = 0; word[length] && k < s->equations->parameters; k++)
+        if (strlen(s->equations->parameter_names[k]) == length &&
+            strncmp(s->equations->parameter_names[k], word, length) == 0)
+            s->p[k] = atof(word + length + 1);
+    kempe_simulator_set_parameters(s);
+}
+
 int main(int argc, char **argv)
 {
     const kempe_equations *e = &IN(MODEL, _equations);
     const double end = atof(argv[1]), tolerance = atof(argv[2]);
-    const int parts = atoi(argv[3]), exchange = argc > 4;
+    const int parts = atoi(argv[3]), exchange = argc > 4 && strcmp(argv[4], "exchange") == 0;
     kempe_simulator s[2];
     for (int k = 0; k < 2; k++) {
         kempe_simulator_init(&s[k], e, memory[k]);
         s[k].settings.rtol = s[k].settings.atol = tolerance;
+        for (int i = 4; i < argc; i++)
+            set(&s[k], argv[i]);
     }
     kempe_simulator_status status = kempe_simulator_start(&s[0], 0);
     const clock_t begin = clock();

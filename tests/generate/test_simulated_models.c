@@ -2,6 +2,7 @@
 /* Generated simulators of models of the examples, as programs of their own: their motions are those of the library, and
  * the bits do not depend on the times at which a caller looks, nor on saving and restoring. */
 #include "generate/compiled_equations.h"
+#include "model/variant.h"
 #include <kempe/stepper.h>
 #include <math.h>
 
@@ -11,10 +12,10 @@
 /* Slopes and accelerations at one place, by two ways of the linear algebra. */
 #define SLOPES_ALLOWED 1e-12
 
-/* Folder of the examples (NULL: the models of tests), name, time in s, slopes: redundant rows, exchanges of coordinates,
- * conditions, drives and locks, spatial loops, states, forces that depend on reactions, wheels on rails, algebraic
- * unknowns, several loops, a robot's links, samples of states, events of states, both with events that follow others at
- * one time. */
+/* Folder of the examples (NULL: the models of tests), name, time in s, slopes: redundant rows, exchanges of
+ * coordinates, conditions, drives and locks, spatial loops, states, forces that depend on reactions, wheels on rails,
+ * algebraic unknowns, several loops, a robot's links, samples of states, events of states, both with events that follow
+ * others at one time. */
 static const struct {
     const char *folder, *name;
     double time;
@@ -149,6 +150,23 @@ static void motions_are_those_of_the_library(void)
         simulate(models[k].folder, models[k].name, models[k].time, models[k].slopes);
 }
 
+/* With other parameters a simulator starts as the library does: coordinates that the model keeps, and given rates, move
+ * with them. */
+static void starts_move(void)
+{
+    static const char *const names[] = {"angle", "spin", "swing", "reach"};
+    static const double values[] = {1.1, -2, 0.5, 0.25};
+    static char line[MOST_OUT];
+    static double x[MOST];
+    char name[256];
+    kempe_model *model = model_of(NULL, "moved_start"), *moved = NULL;
+    CHECK(model && kmp_variant_instance(model, 4, names, values, &moved) == KEMPE_OK && build(model, name));
+    if (moved && run_it(1, 1, "angle=1.1 spin=-2 swing=0.5 reach=0.25", line, x) > 1)
+        compare(moved, "moved_start", 1, x);
+    kempe_model_free(moved);
+    kempe_model_free(model);
+}
+
 /* Models with parts that simulators lack are refused with the name of the part. */
 static void refusals(void)
 {
@@ -170,6 +188,7 @@ int main(void)
     if (!mkdtemp(folder))
         return 1;
     TEST(motions_are_those_of_the_library);
+    TEST(starts_move);
     TEST(refusals);
     char command[128];
     snprintf(command, sizeof command, "rm -r %s", folder);

@@ -30,6 +30,9 @@ enum {
     KEMPE_CONDITION_KINK      /* of min, max, abs: the equations follow it by themselves */
 };
 
+/** Parts of its given start that a coordinate keeps when loops are closed. */
+enum { KEMPE_START_KEEPS_PLACE = 1, KEMPE_START_KEEPS_RATE = 2 };
+
 /** Kind of a coordinate: of `q`, and its rate. A state of the model is in `qd`; its integral is in `q`. */
 enum { KEMPE_COORDINATE_TRANSLATION, KEMPE_COORDINATE_ROTATION, KEMPE_COORDINATE_STATE };
 
@@ -76,7 +79,7 @@ typedef struct kempe_equations {
     const double *scale;              /* n: size of a coordinate */
     const double *row_scale;          /* m: size of a row of h */
     const double *parameter_values;   /* of the model */
-    const int *parameter_fixed;       /* parameters: 1 where h depends on it: loops must be closed again */
+    const int *parameter_fixed;       /* parameters: 1 where h depends on it, or the start alone: a start must follow */
     const double *input_values;       /* 3 inputs: at the start */
     double rank_tolerance;            /* a pivot of the scaled J below this part of the largest one is zero */
     const double *start_q, *start_qd; /* n: a closed start */
@@ -103,6 +106,11 @@ typedef struct kempe_equations {
     /* m and n strings of n characters: '0' where an entry of J or M is zero at all states; NULL: none is known. */
     const char *const *jacobian_zeros, *const *mass_zeros;
     int switches; /* closures read modes */
+
+    /** Start values of q and qd as the model gives them, n x 2, at the parameters. NULL: they depend on none. */
+    void (*start)(const kempe_arguments *at, double *values);
+    const double *start_given; /* n x 2: at the parameters of the model; NULL with start_keeps: none move */
+    const int *start_keeps;    /* n: KEMPE_START_KEEPS_PLACE | KEMPE_START_KEEPS_RATE */
 
     /* States that keep their value between samples or events. */
     int discrete;                  /* their number */
@@ -188,8 +196,8 @@ int kempe_simulator_memory(const kempe_equations *equations);
 /** Places a simulator in the memory, with parameters and inputs of the model. */
 void kempe_simulator_init(kempe_simulator *s, const kempe_equations *equations, double *memory);
 
-/** Starts at t from the model's start, with the present parameters and inputs: closes the loops, chooses coordinates,
- * decides conditions. FAILED: the loops cannot be closed. */
+/** Starts at t from the model's start, which moves with the parameters, at the present parameters and inputs: closes
+ * the loops, chooses coordinates, decides conditions. FAILED: the loops cannot be closed. */
 kempe_simulator_status kempe_simulator_start(kempe_simulator *s, double t);
 /** The same from q and qd (n each) near which the loops are closed. */
 kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, const double *q, const double *qd);

@@ -106,16 +106,68 @@ static double rate_of_motion(const kempe_simulator *s)
     return rate > 0 && rate <= DBL_MAX ? rate : 1;
 }
 
-static kempe_simulator_status start_here(kempe_simulator *s, double t)
+/* -- a start that moves with parameters ---------------------------------------------------------------------- */
+
+/* Moves the placed start of the model by what the parameters change of its given values. True: they, or the closures,
+ * are others. */
+static bool move_start(kempe_simulator *s, double t)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    double *given = part->dq; /* dqd follows */
+    bool moved = false, changed = false;
+    for (int k = 0; k < e->parameters; k++) {
+        bool other = s->p[k] != e->parameter_values[k];
+        changed = changed || other;
+        moved = moved || (other && e->parameter_fixed && e->parameter_fixed[k]);
+    }
+    if (!changed || !e->start)
+        return moved;
+    kempe_arguments at = arguments_at(s, t);
+    e->start(&at, given);
+    for (int j = 0; j < e->coordinates; j++) {
+        double dq = given[2 * j] - e->start_given[2 * j], dqd = given[2 * j + 1] - e->start_given[2 * j + 1];
+        part->q[j] += dq;
+        part->qd[j] += dqd;
+        moved = moved || dq != 0 || dqd != 0;
+    }
+    return moved;
+}
+
+/* Marks the coordinates that keep their place, or their rate; the number of these. */
+static int mark_kept(kempe_simulator *s, int what)
+{
+    int count = 0;
+    for (int j = 0; j < s->equations->coordinates; j++) {
+        s->part.fixed[j] = (s->equations->start_keeps[j] & what) != 0;
+        count += s->part.fixed[j];
+    }
+    return count;
+}
+
+/* Closes the loops at the moved start: coordinates and rates that the model keeps move the others. */
+static outcome close_moved(kempe_simulator *s, double t)
+{
+    const kempe_equations *e = s->equations;
+    int kept = mark_kept(s, KEMPE_START_KEEPS_PLACE);
+    for (int k = 0; kept == 0 && e->independent && k < e->freedom; k++)
+        s->part.fixed[e->independent[k]] = 1;
+    outcome said = close_start(s, t, s->part.fixed);
+    if (said == GOOD && mark_kept(s, KEMPE_START_KEEPS_RATE) > 0)
+        said = close_start(s, t, s->part.fixed);
+    if (said == GOOD)
+        said = evaluate_loops(s, t);
+    if (said == GOOD)
+        evaluate_rates(s);
+    return said;
+}
+
+static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_model)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     double *state = part->state;
     int *fixed = e->independent ? part->fixed : NULL;
-    for (int j = 0; j < e->coordinates; j++)
-        part->fixed[j] = 0;
-    for (int k = 0; fixed && k < e->freedom; k++)
-        fixed[e->independent[k]] = 1;
     clear(HEADER, state);
     clear(3 * e->coordinates + e->rows, part->begin);
     state[AT_RATE] = 1;
@@ -127,7 +179,15 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t)
     copy(3 * e->inputs, s->u, part->held);
     if (e->prepare)
         e->prepare(s->p, part->k);
-    outcome said = close_start(s, t, fixed);
+    outcome said = GOOD;
+    if (of_model && e->start_keeps && move_start(s, t))
+        said = close_moved(s, t);
+    for (int j = 0; j < e->coordinates; j++)
+        part->fixed[j] = 0;
+    for (int k = 0; fixed && k < e->freedom; k++)
+        fixed[e->independent[k]] = 1;
+    if (said == GOOD)
+        said = close_start(s, t, fixed);
     if (said != GOOD)
         return explain(s, said, t);
     for (int i = rank_of(e); i < e->rows; i++)
@@ -147,13 +207,13 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t)
     return ended > 0 ? end_motion(s) : KEMPE_SIMULATOR_GOES;
 }
 
-kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, const double *q, const double *qd)
+static kempe_simulator_status start_at(kempe_simulator *s, double t, const double *q, const double *qd, bool of_model)
 {
     s->message[0] = 0;
     kempe_simulator_save(s, s->part.backup);
     copy(s->equations->coordinates, q, s->part.q);
     copy(s->equations->coordinates, qd, s->part.qd);
-    kempe_simulator_status status = start_here(s, t);
+    kempe_simulator_status status = start_here(s, t, of_model);
     if (status == KEMPE_SIMULATOR_FAILED)
         put_back(s, s->part.backup);
     return status;
@@ -161,7 +221,12 @@ kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, 
 
 kempe_simulator_status kempe_simulator_start(kempe_simulator *s, double t)
 {
-    return kempe_simulator_start_from(s, t, s->equations->start_q, s->equations->start_qd);
+    return start_at(s, t, s->equations->start_q, s->equations->start_qd, true);
+}
+
+kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, const double *q, const double *qd)
+{
+    return start_at(s, t, q, qd, false);
 }
 
 static kempe_simulator_status refuse_before_start(kempe_simulator *s)

@@ -21,12 +21,23 @@ static const kmp_chosen routines[] = {{.name = "closures", .sets = 1u << KMP_EQ_
                                       {.name = "show", .sets = 1u << KMP_EQ_OUTPUTS},
                                       {.name = "changes", .sets = 1u << KMP_EQ_CONDITIONS},
                                       {.name = "along", .sets = 1u << KMP_EQ_ALONG},
-                                      {.name = "next", .sets = 1u << KMP_EQ_NEXT, .in_place = true}};
+                                      {.name = "next", .sets = 1u << KMP_EQ_NEXT, .in_place = true},
+                                      {.name = "start", .sets = 1u << KMP_EQ_START}};
+
+/* True if a start value is an expression, which may depend on parameters. */
+static bool has_expressions(const kempe_model *model)
+{
+    bool any = false;
+    for (int k = 0; k < model->motion_count; k++)
+        any = any || model->start.q[k].expr || model->start.qd[k].expr;
+    return any;
+}
 
 void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice)
 {
     const unsigned empty = (kmp_outputs_width(model) > 0 ? 0 : 1u << KMP_EQ_OUTPUTS) |
-                           (kmp_model_has_samples(model) ? 0 : 1u << KMP_EQ_NEXT);
+                           (kmp_model_has_samples(model) ? 0 : 1u << KMP_EQ_NEXT) |
+                           (has_expressions(model) ? 0 : 1u << KMP_EQ_START);
     for (size_t k = 0; k < sizeof routines / sizeof *routines; k++)
         if (!(routines[k].sets & empty)) {
             choice->chosen[choice->count++] = routines[k];
@@ -88,6 +99,15 @@ static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, con
     x->q = kmp_arena_copy(arena, assembly->q, system->n, sizeof *x->q);
     x->qd = kmp_arena_copy(arena, assembly->qd, system->n, sizeof *x->qd);
     kempe_assembly_free(assembly);
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, 2 * system->n, &x->given), KMP_ROOM(int, system->n, &x->keeps)))
+        return kmp_fail_memory(system->context);
+    const kmp_start *start = &system->model->start;
+    for (int k = 0; k < system->n; k++) {
+        x->given[2 * k] = start->q[k].value;
+        x->given[2 * k + 1] = start->qd[k].value;
+        x->keeps[k] =
+            (start->hold[k] ? KEMPE_START_KEEPS_PLACE : 0) | (start->qd_given[k] ? KEMPE_START_KEEPS_RATE : 0);
+    }
     return kmp_made(system->context, !arena->failed);
 }
 
@@ -194,19 +214,31 @@ static char **zeros_of(kmp_arena *arena, const kmp_code_routine *r, const char *
     return zeros;
 }
 
+/* True if the start alone depends on a parameter. */
+static bool is_of_start(const kmp_code_source *source, int symbol)
+{
+    bool alone = true;
+    for (int k = 0; k < source->count; k++)
+        if (strcmp(source->routines[k].name, "start") != 0)
+            alone = alone && !reads(&source->routines[k], KMP_IN_PARAMETER, symbol);
+    return alone;
+}
+
 kempe_status kmp_simulated_place(kmp_code_source *source)
 {
     struct kmp_simulated *x = source->simulated;
     const kmp_code_routine *closures = kmp_simulated_routine(source, "closures"),
                            *motion = kmp_simulated_routine(source, "motion");
     const kmp_code_routine *changes = kmp_simulated_routine(source, "changes");
+    const kmp_code_routine *start = kmp_simulated_routine(source, "start");
     if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, source->parameter_count, &x->symbol, &x->fixed),
                         KMP_ROOM(int, source->n, &x->coordinate_kind)))
         return kmp_fail_memory(source->context);
+    x->starts = start && reads(start, KMP_IN_PARAMETER, -1);
     for (int k = 0; k < source->symbol_count; k++)
         if (source->place[k] >= 0) {
             x->symbol[source->place[k]] = k;
-            x->fixed[source->place[k]] = reads(closures, KMP_IN_PARAMETER, k);
+            x->fixed[source->place[k]] = reads(closures, KMP_IN_PARAMETER, k) || is_of_start(source, k);
         }
     for (int k = 0; k < source->n; k++)
         x->coordinate_kind[k] = kmp_state_of(source->model, k)       ? KEMPE_COORDINATE_STATE

@@ -8,6 +8,9 @@
 struct kmp_simulated {
     int freedom;      /* n less the rank of J */
     double *q, *qd;   /* n: a closed start */
+    double *given;    /* n x 2: start values of q and qd, as given */
+    int *keeps;       /* n: which of these the start keeps: kempe_simulator.h */
+    bool starts;      /* they depend on parameters */
     int *independent; /* freedom */
     int slopes_count; /* routines of slopes, the last ones of the source */
     struct kmp_slopes_choice {

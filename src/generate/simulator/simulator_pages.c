@@ -143,6 +143,8 @@ static void put_tables(kmp_text *text, const kmp_code_source *s)
     put_doubles(text, "input_values", KMP_TIME_NUMBERS * s->input_count, x->inputs);
     put_doubles(text, "start_q", s->n, x->q);
     put_doubles(text, "start_qd", s->n, x->qd);
+    put_doubles(text, "start_given", 2 * s->n, x->given);
+    put_ints(text, "start_keeps", s->n, x->keeps);
     kmp_text_put(text, "\n");
 }
 
@@ -172,6 +174,8 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
                                        "input_values",
                                        "start_q",
                                        "start_qd",
+                                       "start_given",
+                                       "start_keeps",
                                        "independent",
                                        "prepare",
                                        "closures",
@@ -202,6 +206,8 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
         kmp_text_put(text, "    .loads = loads,\n");
     if (x->slopes_count > 0)
         kmp_text_printf(text, "    .slopes_count = %d,\n    .slopes = slopes,\n", x->slopes_count);
+    if (x->starts)
+        kmp_text_put(text, "    .start = start,\n");
     for (size_t k = 0; k < sizeof same / sizeof *same; k++)
         kmp_text_printf(text, "    .%s = %s%s\n", same[k], same[k], k + 1 < sizeof same / sizeof *same ? "," : "};");
 }
@@ -260,6 +266,8 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
     if (s->simulated->loaded)
         put_function(text, s, "loads", "double *slopes", "slopes");
     put_slopes(text, s);
+    if (s->simulated->starts)
+        put_function(text, s, "start", "double *values", "values");
     put_function(text, s, "show", "double *y", "y");
     put_function(text, s, "changes", "double *value", "value");
     put_function(text, s, "next", "double *value", "value");
