@@ -15,7 +15,7 @@
 /* Folder of the examples (NULL: the models of tests), name, time in s, slopes: redundant rows, exchanges of
  * coordinates, conditions, drives and locks, spatial loops, states, forces that depend on reactions, wheels on rails,
  * algebraic unknowns, several loops, a robot's links, samples of states, events of states, both with events that follow
- * others at one time. */
+ * others at one time, kinks. */
 static const struct {
     const char *folder, *name;
     double time;
@@ -36,7 +36,8 @@ static const struct {
               {"wheelset", "wheelset", 1, 0},
               {"hydraulic_excavator", "hydraulic_excavator", 0.4, 1},
               {"loose_pin", "loose_pin", 0.002, 1},
-              {NULL, "discrete_slide", 3, 1}};
+              {NULL, "discrete_slide", 3, 1},
+              {NULL, "kinks", 10, 1}};
 
 static bool exists(const char *path)
 {

@@ -297,6 +297,39 @@ static const kempe_equations spring = {.name = "spring",
                                        .motion = spring_motion,
                                        .changes = spring_changes};
 
+/* -- the same spring as a kink of |x| ------------------------------------------------------------------------------ */
+
+static void kinked_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    (void)jdqd;
+    double x = at->q[0], side = at->modes[0];
+    M[0] = 1;
+    C[0] = (STIFF + SOFT) / 2 * x - (STIFF - SOFT) / 2 * (side != 0 ? -side * x : fabs(x));
+}
+
+static void kinked_changes(const kempe_arguments *at, double *value)
+{
+    value[0] = at->q[0];
+}
+
+static const char *const kinked_conditions[] = {"abs"};
+static const int kinked_kinds[] = {KEMPE_CONDITION_KINK};
+static const kempe_equations kinked = {.name = "kinked",
+                                       .hash = "",
+                                       .coordinates = 1,
+                                       .freedom = 1,
+                                       .conditions = 1,
+                                       .coordinate_names = spring_coordinates,
+                                       .condition_names = kinked_conditions,
+                                       .coordinate_kind = translations,
+                                       .condition_kind = kinked_kinds,
+                                       .scale = ones,
+                                       .rank_tolerance = 1e-10,
+                                       .start_q = ones,
+                                       .start_qd = nothing,
+                                       .motion = kinked_motion,
+                                       .changes = kinked_changes};
+
 /* -- a force that pushes against its own condition: it changes back and forth ------------------------------------ */
 
 static void chatter_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)

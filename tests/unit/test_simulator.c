@@ -181,6 +181,28 @@ static void spring_switches(void)
     }
 }
 
+/* Kinks are located like events, without being some: as many steps as with a condition. An integrator of the caller has
+ * the equations follow them. */
+static void kinks_are_located(void)
+{
+    kempe_simulator simulators[2], *s = &simulators[0], *other = &simulators[1];
+    double period = acos(-1) / sqrt(SOFT) + acos(-1) / sqrt(STIFF);
+    const double beyond[2] = {-0.1, 0};
+    double dx[2];
+    begin_at(s, &kinked, 0);
+    begin_at(other, &spring, 1);
+    GOES(kempe_simulator_start(s, 0));
+    CHECK_STATUS(other, kempe_simulator_start(other, 0), KEMPE_SIMULATOR_GOES);
+    GOES(kempe_simulator_advance(s, 10 * period));
+    CHECK_STATUS(other, kempe_simulator_advance(other, 10 * period), KEMPE_SIMULATOR_GOES);
+    CHECK_NEAR(s->q[0], 1, 1e-10);
+    CHECK_NEAR(s->qd[0], 0, 1e-10);
+    CHECK(s->work.events == 0 && s->work.steps <= 1.05 * other->work.steps);
+    GOES(kempe_simulator_set_states(s, s->t, beyond));
+    kempe_simulator_get_rates(s, dx);
+    CHECK_NEAR(dx[1], 0.1 * STIFF, 1e-12);
+}
+
 /* The momentum along the ramp is kept. */
 static void rates_jump_where_closures_switch(void)
 {
@@ -250,8 +272,8 @@ static bool is_same(const kempe_simulator *a, const kempe_simulator *b)
            memcmp(a->qdd, b->qdd, n) == 0 && memcmp(a->lambda, b->lambda, m) == 0;
 }
 
-static const kempe_equations *const all[] = {&pendulum, &slider_crank, &driven_crank, &parallelogram,
-                                             &spring,   &block,        &ramp,         &sampled};
+static const kempe_equations *const all[] = {&pendulum, &slider_crank, &driven_crank, &parallelogram, &spring,
+                                             &block,    &ramp,         &sampled,      &kinked};
 enum { ALL = sizeof all / sizeof *all };
 
 static double random_part(void)
@@ -556,6 +578,7 @@ int main(void)
     TEST(forces_depend_on_multipliers);
     TEST(rates_jump_where_closures_switch);
     TEST(spring_switches);
+    TEST(kinks_are_located);
     TEST(motion_ends);
     TEST(short_changes_are_found);
     TEST(endless_changes_fail);

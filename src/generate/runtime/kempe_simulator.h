@@ -27,7 +27,7 @@ extern "C" {
 enum {
     KEMPE_CONDITION_SWITCHES, /* its change is an event; the equations read it in `modes` */
     KEMPE_CONDITION_ENDS,     /* the motion ends where it holds */
-    KEMPE_CONDITION_KINK      /* of min, max, abs: the equations follow it by themselves */
+    KEMPE_CONDITION_KINK      /* of min, max, abs: where its mode is 0 the equations follow it by themselves */
 };
 
 /** Parts of its given start that a coordinate keeps when loops are closed. */
@@ -44,7 +44,7 @@ typedef struct kempe_arguments {
     const double *qd;     /* their rates */
     const double *qdd;    /* accelerations */
     const double *lambda; /* rows: multipliers of h */
-    const double *modes;  /* conditions: 1 where one holds, otherwise 0; of kinks 0 */
+    const double *modes;  /* conditions: 1 where one holds, otherwise 0; of kinks 1, -1, or 0: not fixed */
     const double *u;      /* three an input: value, first and second derivative */
 } kempe_arguments;
 
@@ -162,8 +162,8 @@ typedef struct kempe_simulator {
         double *state; /* what kempe_simulator_save copies: the first numbers of the memory */
         double *scratch;
         /* of the state, after it the room of one more */
-        double *held, *flip, *last, *repeats, *number, *was, *due, *begin, *end, *y_old, *y_new, *weight, *atol,
-            *stages, *vectors;
+        double *held, *flip, *last, *repeats, *largest, *most, *number, *was, *due, *begin, *end, *y_old, *y_new,
+            *weight, *atol, *stages, *vectors;
         int *row, *column;
         /* scratch */
         double *backup, *stage, *candidate, *probe, *q, *qd, *qdd, *lambda, *changes, *next;
@@ -180,7 +180,7 @@ typedef struct kempe_simulator {
 
 /* Numbers of a state: the header, the arrays of a place and of a step, n + f numbers long, and the choice. */
 #define KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs, discrete)                        \
-    (48 + (parameters) + 6 * (inputs) + (kept) + (outputs) + 5 * (conditions) + 3 * (discrete) + 10 * (n) + 4 * (m) +  \
+    (48 + (parameters) + 6 * (inputs) + (kept) + (outputs) + 7 * (conditions) + 3 * (discrete) + 10 * (n) + 4 * (m) +  \
      28 * ((n) + (f)))
 
 /** The number of doubles in the memory of a simulator, as a constant where the arguments are constants. */

@@ -9,7 +9,7 @@
 static double beyond(const kempe_simulator *s, int k, double value)
 {
     const kempe_equations *e = s->equations;
-    if (e->condition_kind[k] == KEMPE_CONDITION_KINK)
+    if (e->condition_kind[k] == KEMPE_CONDITION_KINK && s->part.modes[k] == 0)
         return -INFINITY;
     return (s->part.modes[k] > 0 ? value : -value) - (e->lag ? e->lag[k] : 0);
 }
@@ -24,10 +24,63 @@ static double most_beyond(const kempe_simulator *s, const double *value)
 
 static bool has_changes(const kempe_simulator *s)
 {
+    return s->equations->conditions > 0;
+}
+
+/* -- kinks ------------------------------------------------------------------------------------------------- */
+
+/* The branch on which a kink that is not fixed is to be fixed; 0: it is near to it, or no kink. Beyond the kink the
+ * equations are smooth, as high orders need. */
+static double branch_of(kempe_simulator *s, int k, double value)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    if (s->equations->condition_kind[k] != KEMPE_CONDITION_KINK)
+        return 0;
+    part->largest[k] = fmax(part->largest[k], fabs(value));
+    bool away = part->modes[k] == 0 && fabs(value) > 2 * KINK * s->settings.rtol * part->largest[k];
+    return !away ? 0 : value < 0 ? 1 : -1;
+}
+
+/* Notes the branches of kinks at the end of a step, which the next step takes. */
+static void note_branches(kempe_simulator *s, const double *value)
+{
     for (int k = 0; k < s->equations->conditions; k++)
-        if (s->equations->condition_kind[k] != KEMPE_CONDITION_KINK)
-            return true;
-    return false;
+        s->part.flip[k] = 2 * branch_of(s, k, value[k]);
+}
+
+static void take_branches(kempe_simulator *s)
+{
+    for (int k = 0; k < s->equations->conditions; k++) {
+        if (fabs(s->part.flip[k]) > 1)
+            s->part.modes[k] = s->part.flip[k] / 2;
+        s->part.flip[k] = 0;
+    }
+}
+
+/* An integrator of the caller does not locate kinks. */
+static void release_branches(kempe_simulator *s)
+{
+    for (int k = 0; k < s->equations->conditions; k++)
+        if (s->equations->condition_kind[k] == KEMPE_CONDITION_KINK)
+            s->part.modes[k] = 0;
+    clear(s->equations->conditions, s->part.flip);
+}
+
+/* Largest values since the last change. */
+static void note_sizes(kempe_simulator *s, const double *value)
+{
+    for (int k = 0; k < s->equations->conditions; k++)
+        s->part.most[k] = fmax(s->part.most[k], fabs(value[k]));
+}
+
+/* The other branch of a kink. It is not fixed where it is passed within the errors of steps, as at rest, or repeatedly.
+ */
+static void change_branch(kempe_simulator *s, int k)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    bool idle = part->most[k] <= KINK * s->settings.rtol * part->largest[k] || part->repeats[k] >= MOST_PASSES;
+    part->modes[k] = idle ? 0 : part->modes[k] > 0 ? -1 : 1;
+    part->most[k] = 0;
 }
 
 static void put_place(const kempe_simulator *s, double *place)
@@ -62,9 +115,13 @@ static bool change_mode(kempe_simulator *s, int k, double t)
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     double instant = fmax(64 * DBL_EPSILON * fabs(t), INSTANT / part->state[AT_RATE]);
-    part->modes[k] = part->modes[k] > 0 ? 0 : 1;
     part->repeats[k] = t - part->last[k] <= instant ? part->repeats[k] + 1 : 0;
     part->last[k] = t;
+    if (e->condition_kind[k] == KEMPE_CONDITION_KINK) {
+        change_branch(s, k);
+        return true;
+    }
+    part->modes[k] = part->modes[k] > 0 ? 0 : 1;
     s->work.events++;
     if (part->repeats[k] < MOST_PASSES)
         return true;

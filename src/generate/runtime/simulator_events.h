@@ -107,7 +107,7 @@ static void cut_step(kempe_simulator *s, double t, const double *value)
     struct kempe_simulator_parts *part = &s->part;
     for (int k = 0; k < e->conditions; k++) {
         bool changes = beyond(s, k, value[k]) > 0;
-        part->flip[k] = changes && e->condition_kind[k] == KEMPE_CONDITION_SWITCHES;
+        part->flip[k] = changes && e->condition_kind[k] != KEMPE_CONDITION_ENDS;
         if (changes && e->condition_kind[k] == KEMPE_CONDITION_ENDS && !(part->state[AT_ENDED] > 0))
             part->state[AT_ENDED] = k + 1;
     }
@@ -163,7 +163,11 @@ static outcome find_event(kempe_simulator *s)
             said = try_window(s, fmin(from, 0.5 * peak), peak, &found);
         if (changed && !found && said == GOOD)
             said = try_window(s, from, here, &found);
+        if (!found)
+            note_sizes(s, part->changes + (ptrdiff_t)j * count);
     }
+    if (!found && said == GOOD)
+        note_branches(s, part->changes + (ptrdiff_t)SAMPLES * count);
     return said;
 }
 

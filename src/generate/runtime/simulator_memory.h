@@ -48,6 +48,8 @@ static void place_state(kempe_simulator *s, double **at)
     part->flip = take(at, e->conditions);
     part->last = take(at, e->conditions);
     part->repeats = take(at, e->conditions);
+    part->largest = take(at, e->conditions);
+    part->most = take(at, e->conditions);
     part->number = take(at, e->discrete);
     part->was = take(at, e->discrete);
     part->due = take(at, e->discrete);

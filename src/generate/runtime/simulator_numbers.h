@@ -32,6 +32,7 @@ enum { MOST_CLOSINGS = 12, MOST_LOADS = 50, MOST_ATTEMPTS = 1000, MOST_PASSES = 
 #define LOADS_ROUNDED        1e-9
 #define NO_MASS              1e-13 /* pivot of the reduced mass over its diagonal */
 #define JUMP                 1e-9  /* of rates where modes change, over the fastest one */
+#define KINK                 100.0 /* tolerances of its largest value beyond which a kink is fixed */
 #define INSTANT              1e-11 /* of the time of the motion: events within it are at one time */
 
 /* Places in the header of the state. */

@@ -101,6 +101,8 @@ static kempe_simulator_status pass_instant(kempe_simulator *s, double t, double 
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     *changed = event;
+    if (!event)
+        clear(e->conditions, part->flip);
     if (e->switches && take_samples(s, t)) {
         *changed = true;
         pack_y(s, part->q, part->qd, y);
@@ -144,6 +146,8 @@ static kempe_simulator_status pass_start(kempe_simulator *s, double t, double *y
         status = settle_modes(s, t, y, false, &changed);
     }
     note_events(s);
+    note_branches(s, part->value);
+    take_branches(s);
     return status;
 }
 

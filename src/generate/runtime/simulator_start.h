@@ -174,6 +174,9 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_m
     state[AT_END] = t;
     clear(e->conditions, part->modes);
     clear(e->conditions, part->repeats);
+    clear(e->conditions, part->flip);
+    clear(e->conditions, part->largest);
+    clear(e->conditions, part->most);
     for (int k = 0; k < e->conditions; k++)
         part->last[k] = -DBL_MAX;
     copy(3 * e->inputs, s->u, part->held);

@@ -74,6 +74,7 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
     s->message[0] = 0;
     kempe_simulator_save(s, part->backup);
     copy(3 * e->inputs, s->u, part->held);
+    release_branches(s);
     outcome said = OPEN;
     double first = INFINITY;
     for (int parts = 1; parts <= MOST_PARTS && (said != GOOD || first > TRUSTED_CORRECTION); parts *= 4) {

@@ -104,6 +104,8 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
     double *state = part->state, t = state[AT_END], *k[KMP_RK_MAX_STAGES + 1];
     bool changed = false;
     list_stages(s, k);
+    if (!(state[AT_EVENT] > 0))
+        take_branches(s);
     if (state[AT_EVENT] > 0 || kmp_sample_is_due(next_sample(s), t)) {
         place_y(s, part->y_new);
         if (evaluate_loops(s, t) == GOOD)
