@@ -89,6 +89,15 @@ KMP_INLINE void kmp_rk_interpolate(int n, int vectors, double *const *r, double 
     }
 }
 
+/* The largest term of highest order of an interpolant of n components, in tolerances w. */
+KMP_INLINE double kmp_rk_last_term(int n, int vectors, double *const *r, const double *w)
+{
+    double most = 0;
+    for (int i = 0; i < n; i++)
+        most = fmax(most, fabs(r[vectors - 1][i]) / w[i]);
+    return ldexp(most, 1 - vectors);
+}
+
 /* -- stages ------------------------------------------------------------------------------------------ */
 
 /* out = y + h sum a[j] k[j]; unrolled over the terms, whose number is constant at each call. */

@@ -180,22 +180,13 @@ void kmp_rk_begin_dense(kmp_rk *s)
     }
 }
 
-/* The largest term of highest order of the interpolant, in tolerances. */
-static double last_term(const kmp_rk *s)
-{
-    int last = s->method->numbers.interpolants - 1;
-    double most = 0;
-    for (int i = 0; i < s->base.ode.n; i++)
-        most = fmax(most, fabs(s->interpolant[last][i]) / s->w[i]);
-    return ldexp(most, -last);
-}
-
 static bool prepare(kmp_rk *s)
 {
     if (s->dense_ready || s->received || s->method->prepare_dense(s) != KMP_GO)
         return s->dense_ready;
     s->dense_ready = true;
-    s->coarse = !(s->base.fixed > 0) && last_term(s) > KMP_RK_COARSE;
+    s->coarse = !(s->base.fixed > 0) &&
+                kmp_rk_last_term(s->base.ode.n, s->method->numbers.interpolants, s->interpolant, s->w) > KMP_RK_COARSE;
     return true;
 }
 

@@ -330,6 +330,31 @@ static const kempe_equations kinked = {.name = "kinked",
                                        .motion = kinked_motion,
                                        .changes = kinked_changes};
 
+/* -- a mass on a stiff spring and damper whose other end moves as sin(t), with a force that makes its motion the same
+ * --- */
+
+#define FAST   1e3
+#define DAMPED 3.0
+
+static void relaxing_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    (void)jdqd;
+    M[0] = 1;
+    C[0] = FAST * FAST * (at->q[0] - sin(at->t)) + 2 * DAMPED * FAST * (at->qd[0] - cos(at->t)) + sin(at->t);
+}
+
+static const kempe_equations relaxing = {.name = "relaxing",
+                                         .hash = "",
+                                         .coordinates = 1,
+                                         .freedom = 1,
+                                         .coordinate_names = spring_coordinates,
+                                         .coordinate_kind = translations,
+                                         .scale = ones,
+                                         .rank_tolerance = 1e-10,
+                                         .start_q = nothing,
+                                         .start_qd = ones,
+                                         .motion = relaxing_motion};
+
 /* -- a force that pushes against its own condition: it changes back and forth ------------------------------------ */
 
 static void chatter_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)

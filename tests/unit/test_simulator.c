@@ -395,6 +395,26 @@ static void caller_integrates(void)
     CHECK_NEAR(s->q[0], PENDULUM_LENGTH, 1e-7);
 }
 
+/* -- between the ends of steps ------------------------------------------------------------------------------------ */
+
+/* At the bound of its stability a method damps a fast motion at the ends of steps alone: between them the interpolant
+ * is wrong by many tolerances. */
+static void coarse_interpolants_are_not_taken(void)
+{
+    const double tolerance = 1e-3;
+    kempe_simulator simulator, *s = &simulator;
+    double worst = 0;
+    begin_at(s, &relaxing, 0);
+    s->settings.rtol = s->settings.atol = tolerance;
+    GOES(kempe_simulator_start(s, 0));
+    for (int k = 1; k <= 3000; k++) {
+        GOES(kempe_simulator_advance(s, 1e-3 * k));
+        worst = fmax(worst, fabs(s->qd[0] - cos(1e-3 * k)));
+    }
+    printf("  %g steps, %.1e off\n", s->work.steps, worst);
+    CHECK(worst <= 100 * tolerance); /* by interpolants 2900 tolerances */
+}
+
 /* -- samples ------------------------------------------------------------------------------------------------------ */
 
 /* Between samples the force is constant: x and its rate at sample k. */
@@ -586,6 +606,7 @@ int main(void)
     TEST(restored_simulators_have_the_same_bits);
     TEST(inputs_act_from_their_time);
     TEST(caller_integrates);
+    TEST(coarse_interpolants_are_not_taken);
     TEST(samples_are_taken);
     TEST(caller_stops_at_samples);
     TEST(derivatives_are_exact);

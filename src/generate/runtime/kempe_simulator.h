@@ -166,7 +166,7 @@ typedef struct kempe_simulator {
             *weight, *atol, *stages, *vectors;
         int *row, *column;
         /* scratch */
-        double *backup, *stage, *candidate, *probe, *q, *qd, *qdd, *lambda, *changes, *next;
+        double *backup, *stage, *candidate, *probe, *aside, *q, *qd, *qdd, *lambda, *changes, *next;
         double *h, *h_t, *jdqd, *jacobian, *mass, *bias, *loop, *tangent, *constant, *correction;
         double *moved, *reduced, *diagonal, *udd, *load, *pick, *pivots, *loads, *joint, *right, *inverse_row;
         double *dq, *dqd, *dqdd, *dlambda, *dynamics, *dh, *drates, *daccelerations, *dy, *dvalue, *zero;
@@ -185,10 +185,10 @@ typedef struct kempe_simulator {
 
 /** The number of doubles in the memory of a simulator, as a constant where the arguments are constants. */
 #define KEMPE_SIMULATOR_MEMORY(n, m, f, inputs, parameters, kept, conditions, outputs, discrete)                       \
-    (2 * KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs, discrete) + 1 + 4 * (f) +       \
-     (discrete) + 3 * ((n) + (f)) + (outputs) + 8 * (conditions) + 3 * (inputs) + (parameters) + 17 * (n) + 12 * (m) + \
-     2 + 2 * (m) * (n) + 3 * (n) * (n) + (n) * (f) + (f) * (f) + 3 * (f) + 1 + (n) * ((n) - (f)) +                     \
-     ((n) - (f)) * ((n) - (f)) + ((n) - (f)) * (2 * (f) + 3))
+    (2 * KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs, discrete) + 49 +                \
+     20 * ((n) + (f)) + 4 * (f) + (discrete) + 3 * ((n) + (f)) + (outputs) + 8 * (conditions) + 3 * (inputs) +         \
+     (parameters) + 17 * (n) + 12 * (m) + 2 + 2 * (m) * (n) + 3 * (n) * (n) + (n) * (f) + (f) * (f) + 3 * (f) + 1 +    \
+     (n) * ((n) - (f)) + ((n) - (f)) * ((n) - (f)) + ((n) - (f)) * (2 * (f) + 3))
 
 /** The same of equations: the number of doubles in the memory of a simulator. */
 int kempe_simulator_memory(const kempe_equations *equations);

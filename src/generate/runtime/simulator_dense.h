@@ -54,9 +54,14 @@ static outcome prepare_dense(kempe_simulator *s)
         if (!long_one)
             r[4][i] = kmp_dopri5_dense(h, k, i);
     }
+    int vectors = methods[(int)state[AT_METHOD_TAKEN]].interpolants;
     state[AT_DENSE] = 1;
+    state[AT_COARSE] =
+        !(s->settings.fixed_step > 0) && kmp_rk_last_term(size, vectors, r, part->weight) > KMP_RK_COARSE;
     return GOOD;
 }
+
+static bool step_within(kempe_simulator *s, double t, double *y);
 
 /* y at t within the last step. */
 static outcome interpolate(kempe_simulator *s, double t, double *y)
@@ -72,6 +77,8 @@ static outcome interpolate(kempe_simulator *s, double t, double *y)
     }
     outcome said = prepare_dense(s);
     list_vectors(s, r);
+    if (said == GOOD && state[AT_COARSE] > 0 && step_within(s, t, y))
+        return GOOD;
     if (said == GOOD)
         kmp_rk_interpolate(size, methods[(int)state[AT_METHOD_TAKEN]].interpolants, r,
                            (t - state[AT_BEGIN]) / state[AT_TAKEN], y);

@@ -65,6 +65,12 @@ static void place_state(kempe_simulator *s, double **at)
     part->column = take_indices(at, n);
 }
 
+/* The arrays of a step from y_old to the stages. */
+static int numbers_of_step(const kempe_equations *e)
+{
+    return (4 + KMP_RK_MAX_STAGES) * size_of_y(e);
+}
+
 static void place_equations(kempe_simulator *s, double **at)
 {
     const kempe_equations *e = s->equations;
@@ -173,6 +179,7 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     s->part.stage = take(&at, size_of_y(e));
     s->part.candidate = take(&at, size_of_y(e));
     s->part.probe = take(&at, size_of_y(e));
+    s->part.aside = take(&at, HEADER + numbers_of_step(e));
     place_equations(s, &at);
     place_directions(s, &at);
     s->part.end_of_memory = at;

@@ -12,7 +12,15 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_CLOSINGS = 12, MOST_LOADS = 50, MOST_ATTEMPTS = 1000, MOST_PASSES = 20, MOST_PARTS = 256, SAMPLES = 4 };
+enum {
+    MOST_CLOSINGS = 12,
+    MOST_LOADS = 50,
+    MOST_ATTEMPTS = 1000,
+    MOST_PASSES = 20,
+    MOST_PARTS = 256,
+    MOST_FINER = 100,
+    SAMPLES = 4
+};
 
 /* Scaled numbers; each means the same as in the library. */
 #define CLOSED_ENOUGH        1e-11 /* largest h where rounding stops the corrections */
@@ -47,6 +55,7 @@ enum {
     AT_REJECTED,
     AT_HOPELESS,
     AT_DENSE,    /* vectors of the dense output are there */
+    AT_COARSE,   /* they are too inexact: further steps take their place */
     AT_FRESH,    /* the derivative at the end is not there */
     AT_EVENT,    /* modes change at the end, by `flip` */
     AT_EXCHANGE, /* the choice is bad at the end */

@@ -73,6 +73,58 @@ static attempt_result attempt(kempe_simulator *s, double h, double t_new, double
     return *said == GOOD ? TAKEN : BAD_STAGE;
 }
 
+/* The step after one that was not taken. */
+static double shorter(const kempe_simulator *s, attempt_result what, double h, double error)
+{
+    return what == BAD_ERROR   ? kmp_rk_after_rejected(&methods[s->settings.method], h, error)
+           : what == BAD_STAGE ? h / 4
+                               : h / 2;
+}
+
+static double longer(const kempe_simulator *s, double h, double error)
+{
+    const double *state = s->part.state;
+    return kmp_rk_after_accepted(&methods[s->settings.method], h, error, state[AT_ERROR], state[AT_REJECTED] > 0);
+}
+
+/* The solution at t within the last step by further steps from its beginning, which leave no trace. False: these cannot
+ * be made. */
+static bool step_within(kempe_simulator *s, double t, double *y)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    double *state = part->state, *k[KMP_RK_MAX_STAGES + 1];
+    int size = size_of_y(e), count = numbers_of_step(e);
+    const kempe_simulator_work work = s->work;
+    copy(HEADER, state, part->aside);
+    copy(count, part->y_old, part->aside + HEADER);
+    copy(size, part->y_old, part->y_new);
+    list_stages(s, k);
+    state[AT_END] = state[AT_BEGIN];
+    state[AT_NEXT] = t - state[AT_BEGIN];
+    for (int tries = 0; tries < MOST_FINER && state[AT_END] < t; tries++) {
+        double t_new = t, error = 0, h = kmp_step_next(state[AT_END], t, state[AT_NEXT], &t_new);
+        outcome said = GOOD;
+        if (!(h > 0))
+            break;
+        attempt_result what = attempt(s, h, t_new, &error, &said);
+        state[AT_NEXT] = what == TAKEN ? longer(s, h, error) : shorter(s, what, h, error);
+        state[AT_REJECTED] = what != TAKEN;
+        if (what != TAKEN)
+            continue;
+        state[AT_END] = t_new;
+        copy(size, part->candidate, part->y_new);
+        copy(size, k[methods[s->settings.method].end], k[1]);
+    }
+    bool reached = state[AT_END] == t;
+    if (reached)
+        copy(size, part->y_new, y);
+    copy(HEADER, part->aside, state);
+    copy(count, part->aside + HEADER, part->y_old);
+    s->work = work;
+    return reached;
+}
+
 /* Hairer's first step. */
 static outcome choose_first_step(kempe_simulator *s)
 {
@@ -153,8 +205,7 @@ static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_n
     struct kempe_simulator_parts *part = &s->part;
     double *state = part->state;
     int size = size_of_y(e);
-    state[AT_NEXT] =
-        kmp_rk_after_accepted(&methods[s->settings.method], h, error, state[AT_ERROR], state[AT_REJECTED] > 0);
+    state[AT_NEXT] = longer(s, h, error);
     state[AT_ERROR] = fmax(error, KMP_RK_ERROR_FLOOR);
     state[AT_REJECTED] = 0;
     state[AT_BEGIN] = state[AT_END];
@@ -226,9 +277,7 @@ static kempe_simulator_status make_step(kempe_simulator *s)
             return status;
         }
         s->work.rejected++;
-        state[AT_NEXT] = what == BAD_ERROR   ? kmp_rk_after_rejected(&methods[s->settings.method], h, error)
-                         : what == BAD_STAGE ? h / 4
-                                             : h / 2;
+        state[AT_NEXT] = shorter(s, what, h, error);
         state[AT_REJECTED] = 1;
     }
     return give_up(s, said, what);
