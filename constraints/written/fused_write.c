@@ -452,7 +452,7 @@ static kmp_program *schedule_slopes(maker *k, const kmp_ref *end)
 static kmp_program *write_program(maker *k)
 {
     reduced mr = {0};
-    kmp_ref end[2 * KMP_FUSED_MOST];
+    kmp_ref end[2 * KMP_FUSED_MOST] = {0};
     select_rows(k, k->w.h, k->h);
     if (k->h_t)
         select_rows(k, k->w.h_t, k->h_t);
