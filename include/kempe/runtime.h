@@ -80,17 +80,21 @@ KEMPE_RUNTIME_INLINE double kempe_cosine_(double r, double y, double z)
     return head + (((1.0 - head) - half) + (z * p - r * y));
 }
 
+/* Puts the sine and cosine of r + y into the quadrant q of x: odd ones exchange the two. */
+KEMPE_RUNTIME_INLINE void kempe_place_(double x, uint64_t q, double sine, double cosine, double *s, double *c)
+{
+    uint64_t sign = kempe_bits_(x) & ((uint64_t)1 << 63), a = kempe_bits_(sine), b = kempe_bits_(cosine);
+    uint64_t swap = (a ^ b) & (0 - (q & 1));
+    *s = kempe_unbits_((a ^ swap) ^ ((q & 2) << 62) ^ sign);
+    *c = kempe_unbits_((b ^ swap) ^ (((q + 1) & 2) << 62));
+}
+
 /* Sine and cosine in the lane form: without a branch. */
 KEMPE_RUNTIME_INLINE void kempe_sincos_core_(double x, double *s, double *c)
 {
-    uint64_t bits = kempe_bits_(x), sign = bits & ((uint64_t)1 << 63);
     double r, y;
-    uint64_t q = kempe_reduce_(kempe_unbits_(bits ^ sign), &r, &y);
-    double z = r * r;
-    uint64_t sine = kempe_bits_(kempe_sine_(r, y, z)), cosine = kempe_bits_(kempe_cosine_(r, y, z));
-    uint64_t swap = (sine ^ cosine) & (0 - (q & 1)); /* odd quadrants exchange the two */
-    *s = kempe_unbits_((sine ^ swap) ^ ((q & 2) << 62) ^ sign);
-    *c = kempe_unbits_((cosine ^ swap) ^ (((q + 1) & 2) << 62));
+    uint64_t q = kempe_reduce_(kempe_unbits_(kempe_bits_(x) & ~((uint64_t)1 << 63)), &r, &y);
+    kempe_place_(x, q, kempe_sine_(r, y, r * r), kempe_cosine_(r, y, r * r), s, c);
 }
 
 KEMPE_RUNTIME_INLINE void kempe_sincos8_core_(const double *KEMPE_RUNTIME_RESTRICT x, double *KEMPE_RUNTIME_RESTRICT s,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/cycles.h"
-#include "backend/lanes.h"
 #include "backend/x86/x86.h"
+#include "constraints/evaluation/stage_lanes.h"
 #include "integrators/steppers/collocation.h"
 #include "integrators/steppers/solver.h"
 
@@ -26,7 +26,7 @@ double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies)
     double operations = (double)count.paper, each = EACH_LANES + EACH_MORE * fmin(1, operations / MORE);
     double cycles = CALL_LANES + (by_bodies ? BODIES : 1) * each * operations + DIV_LANES * (double)count.div +
                     TRIG_LANES * (double)count.trig;
-    return kmp_x86_runs(KMP_X86_FOUR) ? cycles : KMP_LANES_MOST * kmp_cycles_of_one(count);
+    return kmp_x86_runs(KMP_X86_FOUR) ? cycles : KMP_STAGE_LANES * kmp_cycles_of_one(count);
 }
 
 double kmp_cycles_by_parts(double operations, bool by_bodies)

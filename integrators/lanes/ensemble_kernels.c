@@ -17,60 +17,60 @@ typedef struct kmp_lanes_control {
 /* Eight doubles, in memory of any alignment. */
 typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
 
-#define COMBINE(name, vector, w)                                                                                       \
-    KMP_INLINE void name##_terms(size_t size, const double *y, const double *h, int terms, const double *a,            \
+#define COMBINE(name, vector, lanes)                                                                                   \
+    KMP_INLINE void name##_terms(size_t w, size_t size, const double *y, const double *h, int terms, const double *a,  \
                                  const double *const *k, double *out)                                                  \
     {                                                                                                                  \
-        for (size_t i = 0; i < size * (w); i += (w)) {                                                                 \
+        for (size_t i = 0; i < size * w; i += (lanes)) {                                                               \
             vector sum = a[0] * *(const vector *)(k[0] + i);                                                           \
             for (int j = 1; j < terms; j++)                                                                            \
                 sum += a[j] * *(const vector *)(k[j] + i);                                                             \
-            *(vector *)(out + i) = *(const vector *)(y + i) + *(const vector *)h * sum;                                \
+            *(vector *)(out + i) = *(const vector *)(y + i) + *(const vector *)(h + (i & (w - 1))) * sum;              \
         }                                                                                                              \
     }                                                                                                                  \
-    KMP_CLONES static void name(size_t size, const double *y, const double *h, int terms, const double *a,             \
+    KMP_CLONES static void name(size_t w, size_t size, const double *y, const double *h, int terms, const double *a,   \
                                 const double *const *k, double *out)                                                   \
     {                                                                                                                  \
         switch (terms) { /* those of DOP853: loops over a constant number are unrolled */                              \
         case 3:                                                                                                        \
-            name##_terms(size, y, h, 3, a, k, out);                                                                    \
+            name##_terms(w, size, y, h, 3, a, k, out);                                                                 \
             break;                                                                                                     \
         case 4:                                                                                                        \
-            name##_terms(size, y, h, 4, a, k, out);                                                                    \
+            name##_terms(w, size, y, h, 4, a, k, out);                                                                 \
             break;                                                                                                     \
         case 5:                                                                                                        \
-            name##_terms(size, y, h, 5, a, k, out);                                                                    \
+            name##_terms(w, size, y, h, 5, a, k, out);                                                                 \
             break;                                                                                                     \
         case 6:                                                                                                        \
-            name##_terms(size, y, h, 6, a, k, out);                                                                    \
+            name##_terms(w, size, y, h, 6, a, k, out);                                                                 \
             break;                                                                                                     \
         case 7:                                                                                                        \
-            name##_terms(size, y, h, 7, a, k, out);                                                                    \
+            name##_terms(w, size, y, h, 7, a, k, out);                                                                 \
             break;                                                                                                     \
         case 8:                                                                                                        \
-            name##_terms(size, y, h, 8, a, k, out);                                                                    \
+            name##_terms(w, size, y, h, 8, a, k, out);                                                                 \
             break;                                                                                                     \
         case 9:                                                                                                        \
-            name##_terms(size, y, h, 9, a, k, out);                                                                    \
+            name##_terms(w, size, y, h, 9, a, k, out);                                                                 \
             break;                                                                                                     \
         default:                                                                                                       \
-            name##_terms(size, y, h, terms, a, k, out);                                                                \
+            name##_terms(w, size, y, h, terms, a, k, out);                                                             \
             break;                                                                                                     \
         }                                                                                                              \
     }
 
-COMBINE(combine_8, eight, 8)
-COMBINE(combine_4, kmp_four, 4)
+COMBINE(combine_eights, eight, 8)
+COMBINE(combine_fours, kmp_four, 4)
 
 void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
                        const double *const *k, double *out)
 {
-    if (width == 8) {
-        combine_8(size, y, h, terms, a, k, out);
+    if (width % 8 == 0) {
+        combine_eights(width, size, y, h, terms, a, k, out);
         return;
     }
     if (width == 4) {
-        combine_4(size, y, h, terms, a, k, out);
+        combine_fours(width, size, y, h, terms, a, k, out);
         return;
     }
     for (size_t i = 0; i < size * width; i++) {
@@ -86,6 +86,11 @@ KMP_CLONES static void solution_8(size_t size, const kmp_dop853_step *step)
     kmp_dop853_solution(8, size, step);
 }
 
+KMP_CLONES static void solution_16(size_t size, const kmp_dop853_step *step)
+{
+    kmp_dop853_solution(16, size, step);
+}
+
 KMP_CLONES static void solution_4(size_t size, const kmp_dop853_step *step)
 {
     kmp_dop853_solution(4, size, step);
@@ -95,6 +100,8 @@ void kmp_lanes_solution(size_t width, size_t size, const kmp_dop853_step *step)
 {
     if (width == 8)
         solution_8(size, step);
+    else if (width == 16)
+        solution_16(size, step);
     else if (width == 4)
         solution_4(size, step);
     else
@@ -123,10 +130,17 @@ KMP_CLONES static void interpolant_8(size_t size, const kmp_dop853_step *step, b
     interpolant(8, size, step, dense, vector);
 }
 
+KMP_CLONES static void interpolant_16(size_t size, const kmp_dop853_step *step, bool dense, double *const *vector)
+{
+    interpolant(16, size, step, dense, vector);
+}
+
 void kmp_lanes_interpolant(size_t width, size_t size, const kmp_dop853_step *step, bool dense, double *const *vector)
 {
     if (width == 8)
         interpolant_8(size, step, dense, vector);
+    else if (width == 16)
+        interpolant_16(size, step, dense, vector);
     else
         interpolant(width, size, step, dense, vector);
 }
@@ -208,12 +222,19 @@ KMP_CLONES static void next_steps_8(double exponent, const kmp_lanes_control *co
     next_steps(8, exponent, control);
 }
 
+KMP_CLONES static void next_steps_16(double exponent, const kmp_lanes_control *control)
+{
+    next_steps(16, exponent, control);
+}
+
 void kmp_lanes_next_steps(size_t width, const kmp_rk_method *method, const double *h, const double *error,
                           const double *error_old, double *next)
 {
     const kmp_lanes_control control = {h, error, error_old, method->numbers.shrink, method->numbers.grow, next};
     if (width == 8)
         next_steps_8(method->numbers.exponent, &control);
+    else if (width == 16)
+        next_steps_16(method->numbers.exponent, &control);
     else
         next_steps(width, method->numbers.exponent, &control);
 }
@@ -243,10 +264,17 @@ KMP_CLONES static void publish_8(const kmp_lanes_slopes *slopes)
     publish(8, slopes);
 }
 
+KMP_CLONES static void publish_16(const kmp_lanes_slopes *slopes)
+{
+    publish(16, slopes);
+}
+
 void kmp_lanes_publish(size_t width, const kmp_lanes_slopes *slopes)
 {
     if (width == 8)
         publish_8(slopes);
+    else if (width == 16)
+        publish_16(slopes);
     else
         publish(width, slopes);
 }
@@ -299,31 +327,39 @@ KMP_CLONES static void measure_8(const kmp_lanes_end *end)
     measure_closures(8, end);
 }
 
+KMP_CLONES static void measure_16(const kmp_lanes_end *end)
+{
+    measure_closures(16, end);
+}
+
 void kmp_lanes_measure(size_t width, const kmp_lanes_end *end)
 {
     if (width == 8)
         measure_8(end);
+    else if (width == 16)
+        measure_16(end);
     else
         measure_closures(width, end);
 }
 
-KMP_INLINE void take_lanes(size_t w, size_t size, const double *restrict which, const double *restrict from,
-                           double *restrict to)
+/* In parts of so many lanes. */
+KMP_INLINE void take_lanes(size_t w, size_t lanes, size_t size, const double *restrict which,
+                           const double *restrict from, double *restrict to)
 {
-    for (size_t i = 0; i < size * w; i += w)
-        for (size_t l = 0; l < w; l++)
-            to[i + l] = which[l] > 0 ? from[i + l] : to[i + l];
+    for (size_t i = 0; i < size * w; i += lanes)
+        for (size_t l = 0; l < lanes; l++)
+            to[i + l] = which[(lanes < w ? i & (w - 1) : 0) + l] > 0 ? from[i + l] : to[i + l];
 }
 
-KMP_CLONES static void take_8(size_t size, const double *which, const double *from, double *to)
+KMP_CLONES static void take_eights(size_t w, size_t size, const double *which, const double *from, double *to)
 {
-    take_lanes(8, size, which, from, to);
+    take_lanes(w, 8, size, which, from, to);
 }
 
 void kmp_lanes_take(size_t width, size_t size, const double *which, const double *from, double *to)
 {
-    if (width == 8)
-        take_8(size, which, from, to);
+    if (width % 8 == 0)
+        take_eights(width, size, which, from, to);
     else
-        take_lanes(width, size, which, from, to);
+        take_lanes(width, width, size, which, from, to);
 }

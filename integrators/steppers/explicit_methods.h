@@ -373,7 +373,7 @@ typedef struct kmp_dop853_step {
     double *y_new, *weight, *error; /* error: one per lane */
 } kmp_dop853_step;
 
-enum { KMP_DOP853_WIDEST = 8 };
+enum { KMP_DOP853_WIDEST = 16 };
 
 /* Adds the squares of both errors of the component that begins at i. */
 KMP_INLINE void kmp_dop853_add_errors(size_t w, size_t i, const kmp_dop853_step *s, double *restrict e5,

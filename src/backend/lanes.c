@@ -18,7 +18,7 @@ struct kmp_lanes {
 
 int kmp_lanes_best(void)
 {
-    return kmp_x86_runs(KMP_X86_EIGHT) ? 8 : kmp_x86_runs(KMP_X86_FOUR) ? 4 : 8;
+    return kmp_x86_runs(KMP_X86_TWO_EIGHTS) ? 16 : kmp_x86_runs(KMP_X86_FOUR) ? 4 : 8;
 }
 
 /* -- construction ------------------------------------------------------------------------------------ */
@@ -26,7 +26,8 @@ int kmp_lanes_best(void)
 /* The form of machine code of so many lanes that runs best here; 0: there is none. */
 static kmp_x86_form form_of(int width)
 {
-    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS};
+    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS,
+                                         KMP_X86_TWO_EIGHTS};
     for (size_t k = 0; k < sizeof forms / sizeof *forms; k++)
         if (kmp_x86_lanes(forms[k]) == width && kmp_x86_runs(forms[k]))
             return forms[k];
@@ -101,10 +102,11 @@ bool kmp_lanes_native(const kmp_lanes *lanes)
 }
 
 /* Whole registers: machine code that loads one would wait for the stores of its parts. */
-static KMP_CLONES void feed_eights(const kmp_feed *feed, int count, const double *values, double *v)
+static KMP_CLONES void feed_eights(size_t w, const kmp_feed *feed, int count, const double *values, double *v)
 {
     for (int k = 0; k < count; k++)
-        KMP_EIGHT_AT(v + 8 * (size_t)feed[k].slot) = KMP_EIGHT_CONST(values + 8 * (size_t)feed[k].index);
+        for (size_t l = 0; l < w; l += 8)
+            KMP_EIGHT_AT(v + w * feed[k].slot + l) = KMP_EIGHT_CONST(values + w * (size_t)feed[k].index + l);
 }
 
 void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values)
@@ -112,9 +114,9 @@ void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values)
     const kmp_frame *f = &lanes->frame;
     size_t w = (size_t)lanes->width;
     int first = f->feed_start[kind], end = f->feed_start[kind + 1];
-    if (w == 8 && end > first)
-        feed_eights(f->feeds + first, end - first, values, lanes->v);
-    for (int k = first; k < end && w != 8; k++)
+    if (w % 8 == 0 && end > first)
+        feed_eights(w, f->feeds + first, end - first, values, lanes->v);
+    for (int k = first; k < end && w % 8 != 0; k++)
         kmp_lanes_copy(w, lanes->v + f->feeds[k].slot * w, values + f->feeds[k].index * w);
 }
 
@@ -199,8 +201,8 @@ static void run_angles(kmp_lanes *lanes, uint32_t first, uint32_t end)
 {
     const kmp_frame *f = &lanes->frame;
     size_t w = (size_t)lanes->width, n = (end - first) * w;
-    if (w == 8) {
-        kmp_sincos_lanes((int)(end - first), lanes->v, f->angle + first, f->sine + first, f->cosine + first);
+    if (w % 8 == 0) {
+        kmp_sincos_lanes((int)(end - first), (int)w, lanes->v, f->angle + first, f->sine + first, f->cosine + first);
         return;
     }
     double *x = lanes->lane, *s = x + n, *c = s + n, *v = lanes->v;
@@ -213,20 +215,21 @@ static void run_angles(kmp_lanes *lanes, uint32_t first, uint32_t end)
     }
 }
 
-static KMP_CLONES void copy_eights(const kmp_frame *f, uint32_t first, uint32_t end, double *v)
+static KMP_CLONES void copy_eights(size_t w, const kmp_frame *f, uint32_t first, uint32_t end, double *v)
 {
     for (uint32_t k = first; k < end; k++)
-        KMP_EIGHT_AT(v + 8 * (size_t)f->copies[k].to) =
-            KMP_EIGHT_CONST(v + 8 * (size_t)f->copies[k].from) * f->copies[k].factor;
+        for (size_t l = 0; l < w; l += 8)
+            KMP_EIGHT_AT(v + w * f->copies[k].to + l) =
+                KMP_EIGHT_CONST(v + w * f->copies[k].from + l) * f->copies[k].factor;
 }
 
 static void run_copies(kmp_lanes *lanes, int stage)
 {
     const kmp_frame *f = &lanes->frame;
     size_t w = (size_t)lanes->width;
-    if (w == 8) {
+    if (w % 8 == 0) {
         if (f->copy_start[stage] < f->copy_start[stage + 1])
-            copy_eights(f, f->copy_start[stage], f->copy_start[stage + 1], lanes->v);
+            copy_eights(w, f, f->copy_start[stage], f->copy_start[stage + 1], lanes->v);
         return;
     }
     for (uint32_t k = f->copy_start[stage]; k < f->copy_start[stage + 1]; k++)

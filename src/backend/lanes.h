@@ -9,15 +9,16 @@
 
 typedef struct kmp_lanes kmp_lanes;
 
-enum { KMP_LANES_MOST = 8 };
+enum { KMP_LANES_MOST = 16 };
 
-/** The number of lanes in which this machine runs independent instances best: 8 with AVX-512, 4 with AVX, otherwise 8
+/** The number of lanes in which this machine runs independent instances best: 16 with AVX-512, 4 with AVX, otherwise 8
  * without machine code. */
 int kmp_lanes_best(void);
 
-/** `width` lanes, 1 to KMP_LANES_MOST. Of 1, 4 and 8 the arithmetic is machine code where that runs and `plain` does
- * not forbid it, of 8 in two registers of four where there are none of eight; otherwise loops over the lanes. The
- * program must outlive it. NULL: no memory. Stage 0 must be run after parameters are set. */
+/** `width` lanes, 1 to KMP_LANES_MOST. Of 1, 4, 8 and 16 the arithmetic is machine code where that runs and `plain`
+ * does not forbid it: of 16 in two registers of eight, of 8 in two of four where there are none of eight. Otherwise
+ * there are loops over the lanes. The program must outlive it. NULL: no memory. Stage 0 must be run after parameters
+ * are set. */
 kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain);
 void kmp_lanes_free(kmp_lanes *lanes);
 
@@ -37,6 +38,8 @@ static inline void kmp_lanes_copy(size_t width, double *to, const double *from)
 {
     if (width == 8) /* a constant for the compiler: no call */
         memcpy(to, from, 8 * sizeof *to);
+    else if (width == 16)
+        memcpy(to, from, 16 * sizeof *to);
     else
         memcpy(to, from, width * sizeof *to);
 }

@@ -5,6 +5,7 @@
 #include "base/simd4.h"
 
 #include <kempe/runtime.h>
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -56,15 +57,16 @@ void kmp_sincos_many(int n, const double *x, double *s, double *c)
 /* True if all lanes of all angles are within the limit; false for NaN. For registers of one type: compilers take
  * comparisons of eight apart where there are none of eight. */
 #define ARE_WITHIN(name, lanes, mask)                                                                                  \
-    static KMP_INTO_CLONES bool name(int n, const double *v, const uint32_t *x)                                        \
+    static KMP_INTO_CLONES bool name(int n, int width, const double *v, const uint32_t *x)                             \
     {                                                                                                                  \
-        enum { W = sizeof(lanes) / sizeof(double), V = 8 / W };                                                        \
+        enum { W = sizeof(lanes) / sizeof(double) };                                                                   \
         mask beyond = {0};                                                                                             \
         int64_t any = 0;                                                                                               \
-        for (int k = 0; k < n * V; k++) {                                                                              \
-            const lanes *at = (const lanes *)(v + 8 * (size_t)x[k / V] + W * (k % V));                                 \
-            beyond |= ~((lanes)(*(const mask *)at & INT64_MAX) <= KEMPE_SINCOS_LIMIT);                                 \
-        }                                                                                                              \
+        for (int k = 0; k < n; k++)                                                                                    \
+            for (int l = 0; l < width; l += W) {                                                                       \
+                const lanes *at = (const lanes *)(v + (size_t)width * x[k] + l);                                       \
+                beyond |= ~((lanes)(*(const mask *)at & INT64_MAX) <= KEMPE_SINCOS_LIMIT);                             \
+            }                                                                                                          \
         for (int l = 0; l < W; l++)                                                                                    \
             any |= beyond[l];                                                                                          \
         return !any;                                                                                                   \
@@ -81,22 +83,42 @@ static KMP_INTO_CLONES void angle_of_8(bool within, const double *restrict x, do
         kempe_sincos8_core_(x, s, c);
 }
 
+/* Each part of kempe_sincos_core_ for two registers before the next part: their chains overlap. */
+static KMP_INTO_CLONES void angle_of_16(const double *restrict x, double *restrict s, double *restrict c)
+{
+    enum { W = 16 };
+    double r[W], y[W], sine[W], cosine[W];
+    uint64_t quadrant[W];
+    for (int l = 0; l < W; l++)
+        quadrant[l] = kempe_reduce_(fabs(x[l]), &r[l], &y[l]);
+    for (int l = 0; l < W; l++)
+        sine[l] = kempe_sine_(r[l], y[l], r[l] * r[l]);
+    for (int l = 0; l < W; l++)
+        cosine[l] = kempe_cosine_(r[l], y[l], r[l] * r[l]);
+    for (int l = 0; l < W; l++)
+        kempe_place_(x[l], quadrant[l], sine[l], cosine[l], &s[l], &c[l]);
+}
+
 /* The limit is tested once for all angles: their computations then overlap. */
 #define LANES_OF_8(name, are_within)                                                                                   \
-    KMP_CLONES static void name(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)             \
+    KMP_CLONES static void name(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)  \
     {                                                                                                                  \
-        bool within = are_within(n, v, x);                                                                             \
-        for (int k = 0; k < n; k++)                                                                                    \
-            angle_of_8(within, v + 8 * (size_t)x[k], v + 8 * (size_t)s[k], v + 8 * (size_t)c[k]);                      \
+        bool within = are_within(n, width, v, x);                                                                      \
+        size_t w = (size_t)width;                                                                                      \
+        for (int k = 0; k < n && within && w == 16; k++)                                                               \
+            angle_of_16(v + w * x[k], v + w * s[k], v + w * c[k]);                                                     \
+        for (int k = 0; k < n && !(within && w == 16); k++)                                                            \
+            for (size_t l = 0; l < w; l += 8)                                                                          \
+                angle_of_8(within, v + w * x[k] + l, v + w * s[k] + l, v + w * c[k] + l);                              \
     }
 
 LANES_OF_8(lanes_in_fours, fours_are_within)
 LANES_OF_8(lanes_in_eights, eights_are_within)
 
-void kmp_sincos_lanes(int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
+void kmp_sincos_lanes(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
 {
     if (kmp_has_eight())
-        lanes_in_eights(n, v, x, s, c);
+        lanes_in_eights(n, width, v, x, s, c);
     else
-        lanes_in_fours(n, v, x, s, c);
+        lanes_in_fours(n, width, v, x, s, c);
 }

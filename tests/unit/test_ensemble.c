@@ -167,7 +167,7 @@ static void test_large_mechanisms(void)
 /* The largest of each measure, wherever it stands. */
 static void test_measures(void)
 {
-    enum { R = 3, P = 2, N = R + P, W = 8 };
+    enum { R = 3, P = 2, N = R + P, W = 16 };
     static const int u[] = {1, 3}, v[] = {0, 2, 4};
     double h[R * W], dv[R * W], b[R * P * W], weight[R * W], scale[N * W], row_scale[R * W];
     random_seed(9);

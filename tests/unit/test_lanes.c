@@ -86,7 +86,7 @@ static int mismatches(const kmp_program *p, const double *x, int width, bool pla
 
 static void test_each_lane_is_a_machine(void)
 {
-    static const int widths[] = {1, 2, 3, 4, 5, 8};
+    static const int widths[] = {1, 2, 3, 4, 5, 8, 16};
     random_seed(11);
     for (int trial = 0; trial < 40; trial++) {
         double x[GRAPH_INPUTS];

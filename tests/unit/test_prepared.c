@@ -208,7 +208,8 @@ static bool take(const kmp_bytes *b, const kmp_program *p, kmp_x86_form form, km
 
 static void bytes_are_the_same(void)
 {
-    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS};
+    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS,
+                                         KMP_X86_TWO_EIGHTS};
     loaded l = load(path);
     for (size_t k = 0; k < sizeof forms / sizeof *forms; k++) {
         kmp_program *p = fresh(&l), *other = fresh(&l);

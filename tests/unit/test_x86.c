@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { LEAVES = 24, MOST = 400, SLOTS = LEAVES + MOST, WIDEST = 8 };
+enum { LEAVES = 24, MOST = 400, SLOTS = LEAVES + MOST, WIDEST = 16 };
 
 typedef void routine(double *v);
 
@@ -115,7 +115,8 @@ static void one_program(kmp_x86_form form, int count, int reach)
 
 static void every_form(void)
 {
-    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS};
+    static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS,
+                                         KMP_X86_TWO_EIGHTS};
     for (size_t f = 0; f < sizeof forms / sizeof *forms; f++) {
         if (!kmp_x86_runs(forms[f])) {
             printf("skipped: form %d does not run here\n", (int)forms[f]);

@@ -11,8 +11,15 @@ enum { LONGEST = 16, SHORT = 128 /* least and, but one, greatest distance in a b
  * from SAVED on, which it has to restore. */
 static const int base_register[KMP_X86_BASES] = {7, 6, 2, 1, 0, 3, 5};
 enum { SAVED = 5 };
-/* Second register of eight doubles in two registers of four, and its place in memory. */
-enum { SECOND = 8, SECOND_BYTES = 4 * sizeof(double) };
+/* The second of two registers: its number after that of the first one; its place in memory. */
+static int second_register(kmp_x86_form form)
+{
+    return kmp_x86_has_eights(form) ? 16 : 8;
+}
+static int32_t second_place(kmp_x86_form form)
+{
+    return kmp_x86_lanes(form) / 2 * (int32_t)sizeof(double);
+}
 
 /* Room for one more instruction. */
 static uint8_t *room(kmp_x86 *c)
@@ -70,7 +77,7 @@ static inline uint8_t *put_prefix(uint8_t *at, kmp_x86_form form, kmp_x86_op op,
     int r = !(d & 8), b = !(y & 8), source = has_source(form, op) ? ~x & 31 : 31, v = source & 15;
     bool three = kmp_x86_has_three(op);
     int wide = form != KMP_X86_ONE, pp = three || is_packed(form, op) ? 1 : 3, table = three ? 2 : 1;
-    if (form == KMP_X86_EIGHT) {
+    if (kmp_x86_has_eights(form)) {
         at = put(at, 0x62);
         at = put(at, r << 7 | (y < 16) << 6 | b << 5 | (d < 16) << 4 | table);
         at = put(at, 1 << 7 | v << 3 | 1 << 2 | pp);
@@ -114,8 +121,9 @@ void kmp_x86_registers(kmp_x86 *c, kmp_x86_op op, int d, int x, int y)
         return;
     }
     put_registers(c, c->form, op, d, x, y);
-    if (c->form == KMP_X86_TWO_FOURS)
-        put_registers(c, c->form, op, d + SECOND, x + SECOND, y + SECOND);
+    int second = second_register(c->form);
+    if (c->form & KMP_X86_TWO)
+        put_registers(c, c->form, op, d + second, x + second, y + second);
 }
 
 /* Opcodes 98, a8 and b8 to 9d, ad and bd, odd for a single double; 96 and 97, a6 .. for pairs that differ in sign. */
@@ -138,7 +146,7 @@ void kmp_x86_three_memory(kmp_x86 *c, kmp_x86_op op, kmp_x86_order order, int d,
 /* Bytes by which short distances count. */
 static int32_t unit_of(kmp_x86_form form)
 {
-    return form == KMP_X86_EIGHT ? 64 : 1;
+    return kmp_x86_has_eights(form) ? 64 : 1;
 }
 
 static inline void put_memory(kmp_x86 *c, kmp_x86_form form, kmp_x86_op op, int d, int x, int base, int32_t y)
@@ -161,8 +169,9 @@ void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y
         return;
     }
     put_memory(c, c->form, op, d, x, base, y);
-    if (c->form == KMP_X86_TWO_FOURS)
-        put_memory(c, c->form, op, d + SECOND, x + SECOND, base, y + SECOND_BYTES);
+    int second = second_register(c->form);
+    if (c->form & KMP_X86_TWO)
+        put_memory(c, c->form, op, d + second, x + second, base, y + second_place(c->form));
 }
 
 void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance)
@@ -181,7 +190,8 @@ void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance)
 
 int kmp_x86_register_count(kmp_x86_form form)
 {
-    return form == KMP_X86_EIGHT ? 32 : form == KMP_X86_TWO_FOURS ? SECOND : 16;
+    int registers = kmp_x86_has_eights(form) ? 32 : 16;
+    return form & KMP_X86_TWO ? registers / 2 : registers;
 }
 
 int kmp_x86_reach(kmp_x86_form form)
@@ -208,7 +218,7 @@ void kmp_x86_return(kmp_x86 *c)
 bool kmp_x86_runs(kmp_x86_form form)
 {
 #if defined(__x86_64__) && defined(__GNUC__) && defined(__unix__)
-    bool wide = form == KMP_X86_EIGHT ? kmp_has_eight() : __builtin_cpu_supports("avx");
+    bool wide = kmp_x86_has_eights(form) ? kmp_has_eight() : __builtin_cpu_supports("avx");
     return wide && __builtin_cpu_supports("fma");
 #else
     (void)form;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Machine code of x86-64 processors with AVX and FMA: arithmetic on doubles in registers and in memory. Addresses are
  * relative to base 0 (rdi, the first argument of a function), or to further bases, which serve to keep distances short:
- * these fit in a byte within 128 bytes, of eight doubles within 128 of them. Four forms: one double, four (ymm), eight
- * (zmm, AVX-512), and eight as two registers of four, whose chains of operations overlap. The first two have the
- * registers 0 to 15, the third 0 to 31, the last one 0 to 7: register k is k and k + 8 of four doubles. Encodings:
+ * these fit in a byte within 128 bytes, of eight doubles within 128 of them. Forms: one double, four (ymm), eight (zmm,
+ * AVX-512), and two registers of four or of eight, whose chains of operations overlap. The first two have the registers
+ * 0 to 15, the third 0 to 31. Of two registers of four, register k is k and k + 8; of eight, k and k + 16. Encodings:
  * Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2, sections 2.3 (VEX) and 2.7 (EVEX). */
 #pragma once
 
@@ -13,17 +13,25 @@
 
 enum { KMP_X86_REGISTERS = 32, KMP_X86_BASES = 7 }; /* bounds */
 
-/** A form is its number of doubles, and for eight in registers of four another bit. */
+/** A form is its number of doubles, and for two registers another bit. */
 typedef enum kmp_x86_form {
     KMP_X86_ONE = 1,
     KMP_X86_FOUR = 4,
     KMP_X86_EIGHT = 8,
-    KMP_X86_TWO_FOURS = 16 + 8
+    KMP_X86_TWO = 32,
+    KMP_X86_TWO_FOURS = KMP_X86_TWO + 8,
+    KMP_X86_TWO_EIGHTS = KMP_X86_TWO + 16
 } kmp_x86_form;
 
 static inline int kmp_x86_lanes(kmp_x86_form form)
 {
-    return (int)form & 15;
+    return (int)form & (KMP_X86_TWO - 1);
+}
+
+/** True for registers of eight doubles. */
+static inline bool kmp_x86_has_eights(kmp_x86_form form)
+{
+    return form == KMP_X86_EIGHT || form == KMP_X86_TWO_EIGHTS;
 }
 
 /** An operation is its opcode; then a bit for operations on pairs of doubles, in the form of one double; a bit for
