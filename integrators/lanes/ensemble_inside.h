@@ -36,9 +36,10 @@ typedef struct kmp_system_constants {
 } kmp_system_constants;
 
 /** Signs of the blocks of Jv: one bit for each. */
+enum { KMP_SIGN_WORDS = (KMP_LANE_ROWS + 64) / 64 };
 typedef struct kmp_lane_signs {
     bool known;
-    uint64_t negative[(KMP_LANE_ROWS + 64) / 64];
+    uint64_t negative[KMP_SIGN_WORDS];
 } kmp_lane_signs;
 
 /** An instance between its steps, outside the lanes. */
@@ -101,6 +102,8 @@ typedef struct kmp_lane_room {
     int who[KMP_LANES_MOST]; /* instance, -1: none */
     double t[KMP_LANES_MOST], h[KMP_LANES_MOST], t_new[KMP_LANES_MOST], error[KMP_LANES_MOST];
     double step[KMP_LANES_MOST];
+    double until[KMP_LANES_MOST],
+        limit[KMP_LANES_MOST]; /* ends of the inputs' pieces; times that no step goes beyond */
     double error_old[KMP_LANES_MOST], next[KMP_LANES_MOST]; /* of the last accepted step; the step after this one */
     double bad[KMP_LANES_MOST];                             /* not 0: the right-hand side cannot be evaluated */
     double *y, *y_new, *stage, *weight, *atol;              /* size: room for the largest */

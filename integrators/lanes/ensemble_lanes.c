@@ -64,11 +64,13 @@ static void put_inputs(kmp_engine *e)
     }
 }
 
-/* Time that the next steps of an instance do not go beyond: the end of the run, the next jump of an input, or the next
- * sample of a state. */
-static double limit_of(const kmp_engine *e, const kmp_instance *x)
+/* Finds the time that the next steps of a lane do not go beyond: the end of the run, the next jump of an input, or the
+ * next sample of a state. */
+static void find_limit(kmp_engine *e, size_t l)
 {
-    return kmp_first_limit(x->next_sample, kmp_present_inputs_until(&x->inputs), e->spec.t_end);
+    const kmp_instance *x = &e->instances[e->room.who[l]];
+    e->room.until[l] = kmp_present_inputs_until(&x->inputs);
+    e->room.limit[l] = kmp_first_limit(x->next_sample, e->room.until[l], e->spec.t_end);
 }
 
 /* True if the multipliers of a lane satisfy the equations up to rounding (settle of load_multipliers.c). *energy: the
@@ -148,6 +150,8 @@ static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     room->who[l] = i;
     room->t[l] = x->t;
     room->h[l] = x->h;
+    room->error_old[l] = x->error_old;
+    find_limit(e, l);
     for (int k = 0; k < e->size; k++) {
         room->y[(size_t)k * w + l] = x->y[k];
         room->k[1][(size_t)k * w + l] = x->dy[k];
@@ -180,6 +184,7 @@ static void store(kmp_engine *e, size_t l)
     kmp_instance *x = &e->instances[room->who[l]];
     x->t = room->t[l];
     x->h = room->h[l];
+    x->error_old = room->error_old[l];
     for (int k = 0; k < e->size; k++) {
         x->y[k] = room->y[(size_t)k * room->w + l];
         x->dy[k] = room->k[1][(size_t)k * room->w + l];
@@ -194,6 +199,7 @@ static void empty(kmp_lane_room *room, size_t l)
 {
     room->who[l] = -1;
     room->step[l] = 0;
+    room->error_old[l] = 1;
 }
 
 /* Leaves the instance of a lane to a separate run, from its last accepted step on. */
@@ -247,7 +253,7 @@ static void choose_steps(kmp_engine *e, kmp_pool *pool)
         slope[l] = weighted_square(e, l, room->k[1], NULL);
         double size = weighted_square(e, l, room->y, NULL);
         double h = slope[l] <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope[l]);
-        room->step[l] = fmin(h, limit_of(e, x) - room->t[l]);
+        room->step[l] = fmin(h, room->limit[l] - room->t[l]);
     }
     for (size_t k = 0; k < (size_t)e->size * room->w; k++)
         room->stage[k] = room->y[k] + room->step[k % room->w] * room->k[1][k];
@@ -262,7 +268,7 @@ static void choose_steps(kmp_engine *e, kmp_pool *pool)
         double h = room->step[l], curvature = sqrt(weighted_square(e, l, room->k[2], room->k[1])) / h;
         double most = fmax(curvature, sqrt(slope[l]));
         double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / kmp_dop853.numbers.order);
-        room->h[l] = fmin(fmin(100 * h, h1), limit_of(e, x) - room->t[l]);
+        room->h[l] = fmin(fmin(100 * h, h1), room->limit[l] - room->t[l]);
         if (room->bad[l] != 0)
             expel(e, l, "a right-hand side that cannot be evaluated");
     }
@@ -357,8 +363,7 @@ static void choose_tries(kmp_engine *e)
         room->step[l] = room->bad[l] = 0;
         if (room->who[l] < 0)
             continue;
-        double limit = limit_of(e, &e->instances[room->who[l]]);
-        double h = kmp_solver_next_step(room->t[l], limit, room->h[l], &room->t_new[l]);
+        double h = kmp_step_next(room->t[l], room->limit[l], room->h[l], &room->t_new[l]);
         if (h > 0)
             room->step[l] = h;
         else
@@ -401,15 +406,16 @@ static const char *pass_sample(kmp_engine *e, size_t l, bool *meets)
 {
     kmp_lane_room *room = &e->room;
     kmp_instance *x = &e->instances[room->who[l]];
-    bool sampled = kmp_sample_is_due(x->next_sample, room->t[l]);
+    bool sampled = x->next_sample < INFINITY && kmp_sample_is_due(x->next_sample, room->t[l]);
     int input, jump = KMP_SIGNAL_SMOOTH;
     *meets = sampled;
-    if (!sampled && room->t[l] < kmp_present_inputs_until(&x->inputs)) {
+    if (!sampled && room->t[l] < room->until[l]) {
         x->pace = 0;
         return NULL;
     }
-    if (room->t[l] >= kmp_present_inputs_until(&x->inputs))
+    if (room->t[l] >= room->until[l])
         jump = kmp_present_inputs_enter(&x->inputs, room->t[l], &input);
+    find_limit(e, l);
     if (jump < 2 && moves_closure(e->s->model, &x->inputs, room->t[l])) /* a separate run names it */
         return "an input of a closure that jumps";
     if (jump > 0 && !sampled)
@@ -417,7 +423,7 @@ static const char *pass_sample(kmp_engine *e, size_t l, bool *meets)
     room->h[l] = x->pace = fmax(room->h[l], x->pace);
     if ((*meets = e->site != NULL))
         return NULL;
-    x->error_old = KMP_RK_ERROR_FLOOR;
+    room->error_old[l] = KMP_RK_ERROR_FLOOR;
     x->has_slope = false;
     x->signs.known = false;
     room->anew = true;
@@ -622,8 +628,8 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *
     bool collapsed = kmp_solver_collapsed(&x->hopeless, h, room->t_new[l]);
     kmp_ensemble_result *result = &e->results[i];
     result->steps++;
-    room->h[l] = x->rejected ? fmin(room->next[l], h) : room->next[l];
-    x->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
+    room->h[l] = x->rejected && h < room->next[l] ? h : room->next[l];
+    room->error_old[l] = error > KMP_RK_ERROR_FLOOR ? error : KMP_RK_ERROR_FLOOR;
     x->rejected = x->again = false;
     x->tries = 0;
     room->t[l] = room->t_new[l];
@@ -672,6 +678,7 @@ static kempe_status pass_event(kmp_engine *e, kmp_pool *pool, size_t l)
     x->tries = 0;
     x->has_step = true;
     x->h = room->step[l];
+    x->error_old = room->error_old[l];
     x->pace = 0;
     kmp_within_begin(e, pool, l);
     bool known = e->site ? kmp_lane_look_at_event(e, room->event[l]) : kmp_lane_pass_event(e, room->event[l]);
@@ -701,8 +708,6 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     const kmp_dop853_step solution = {room->y,      room->step,  room->atol,   room->k,
                                       e->spec.rtol, room->y_new, room->weight, room->error};
     kmp_lanes_solution(room->w, (size_t)e->size, &solution);
-    for (size_t l = 0; l < room->w; l++)
-        room->error_old[l] = room->who[l] >= 0 ? e->instances[room->who[l]].error_old : 1;
     kmp_lanes_next_steps(room->w, &kmp_dop853, room->step, room->error, room->error_old, room->next);
     e->work.sweeps++;
     for (size_t l = 0; l < room->w; l++) {

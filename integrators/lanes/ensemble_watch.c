@@ -9,18 +9,32 @@
 
 enum { MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
 
+/* The signs of 64 blocks. */
+static uint64_t signs_of_word(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l, int word)
+{
+    uint64_t negative = 0;
+    for (int k = 0; k < pool->layout.pivots; k++)
+        if (pool->pivot_block[k] / 64 == word)
+            negative ^= (uint64_t)(pivot[(size_t)k * e->room.w + l] < 0) << pool->pivot_block[k] % 64;
+    return negative;
+}
+
 kmp_lane_signs kmp_lane_signs_of(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l)
 {
     kmp_lane_signs signs = {.known = true};
-    for (int k = 0; k < pool->layout.pivots; k++)
-        signs.negative[pool->pivot_block[k] / 64] ^= (uint64_t)(pivot[(size_t)k * e->room.w + l] < 0)
-                                                     << pool->pivot_block[k] % 64;
+    for (int word = 0; word < KMP_SIGN_WORDS; word++)
+        signs.negative[word] = signs_of_word(e, pool, pivot, l, word);
     return signs;
 }
 
-static bool same_signs(const kmp_lane_signs *a, const kmp_lane_signs *b)
+/* Compared word by word in registers. */
+static bool keeps_signs(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l,
+                        const kmp_lane_signs *before)
 {
-    return a->known == b->known && memcmp(a->negative, b->negative, sizeof a->negative) == 0;
+    bool same = before->known;
+    for (int word = 0; same && 64 * word < e->r; word++)
+        same = signs_of_word(e, pool, pivot, l, word) == before->negative[word];
+    return same;
 }
 
 const double *kmp_lanes_pivots(const kmp_engine *e, const kmp_pool *pool, const double *end)
@@ -63,7 +77,7 @@ static bool looks_well(kmp_engine *e, const kmp_lane_watched *x, size_t l)
 {
     kmp_instance *y = &e->instances[e->room.who[l]];
     double least = x->least[l], before = y->pivot;
-    y->pivot = fmax(y->pivot, least);
+    y->pivot = least > before ? least : before;
     return before > 0 && least > KMP_MARGIN_CALLS * y->pivot;
 }
 
@@ -162,8 +176,7 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x,
         for (int i = 0; i < e->r; i++)
             room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
     }
-    kmp_lane_signs signs = kmp_lane_signs_of(e, pool, x->pivot, l);
-    if (!same_signs(&signs, &y->signs))
+    if (!keeps_signs(e, pool, x->pivot, l, &y->signs))
         return false;
     bool well = looks_well(e, x, l);
     x->margin[l] = well ? INFINITY : margin_of(e, x, l);
@@ -179,9 +192,14 @@ bool kmp_lane_order_is_bad(const kmp_engine *e, const kmp_pool *pool, const kmp_
 
 bool kmp_instance_nears_change(kmp_instance *x, double t, double h, double margin)
 {
+    if (isinf(margin)) { /* far from any change point */
+        x->seen_margin = margin;
+        x->seen_t = -1;
+        return false;
+    }
     double since = t - x->seen_t;
     double fall = since > 0 && x->seen_t >= 0 ? (x->seen_margin - margin) / since : 0;
     x->seen_margin = margin;
-    x->seen_t = isfinite(margin) ? t : -1;
+    x->seen_t = isnan(margin) ? -1 : t;
     return margin < fall * KMP_GROWING * h || margin < KMP_NEAR_SINGULAR_IN;
 }
