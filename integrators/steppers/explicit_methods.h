@@ -381,27 +381,26 @@ KMP_INLINE void kmp_dop853_add_errors(size_t w, size_t i, const kmp_dop853_step 
 {
     double *const *k = s->k;
     const double *g[] = {k[1] + i, k[6] + i, k[7] + i, k[8] + i, k[9] + i, k[10] + i, k[11] + i, k[12] + i};
-    double slope[KMP_DOP853_WIDEST], error5[KMP_DOP853_WIDEST];
-    for (size_t l = 0; l < w; l++) {
-        slope[l] = kmp_dop853_b[0] * g[0][l];
-        error5[l] = kmp_dop853_e5[0] * g[0][l];
-    }
-    for (int j = 1; j < 8; j++)
-        for (size_t l = 0; l < w; l++) {
-            slope[l] += kmp_dop853_b[j] * g[j][l];
-            error5[l] += kmp_dop853_e5[j] * g[j][l];
+    double y1[KMP_DOP853_WIDEST], weight[KMP_DOP853_WIDEST];
+    for (size_t l = 0; l < w; l++) { /* without stores to vectors, which might be those that are read */
+        double slope = kmp_dop853_b[0] * g[0][l], five = kmp_dop853_e5[0] * g[0][l];
+        for (int j = 1; j < 8; j++) {
+            slope += kmp_dop853_b[j] * g[j][l];
+            five += kmp_dop853_e5[j] * g[j][l];
         }
-    for (size_t l = 0; l < w; l++) {
-        double error3 = slope[l] - kmp_dop853_b3[0] * g[0][l] - kmp_dop853_b3[1] * g[4][l] - kmp_dop853_b3[2] * g[7][l];
-        double y0 = s->y[i + l], y1 = y0 + s->h[l] * slope[l], larger = fabs(y0) > fabs(y1) ? fabs(y0) : fabs(y1);
-        double weight = s->atol[i + l] + s->rtol * larger;
-        s->y_new[i + l] = y1;
-        s->weight[i + l] = weight;
-        double five = error5[l] / weight;
-        error3 /= weight;
+        double three = slope - kmp_dop853_b3[0] * g[0][l] - kmp_dop853_b3[1] * g[4][l] - kmp_dop853_b3[2] * g[7][l];
+        double y0 = s->y[i + l], y = y0 + s->h[l] * slope, larger = fabs(y0) > fabs(y) ? fabs(y0) : fabs(y);
+        y1[l] = y;
+        weight[l] = s->atol[i + l] + s->rtol * larger;
+        five /= weight[l];
+        three /= weight[l];
         e5[l] += five * five;
-        e3[l] += error3 * error3;
+        e3[l] += three * three;
     }
+    for (size_t l = 0; l < w; l++)
+        s->y_new[i + l] = y1[l];
+    for (size_t l = 0; l < w; l++)
+        s->weight[i + l] = weight[l];
 }
 
 /* The solution of order 8, the error weights, and the combined error estimate |h| e5^2 / sqrt((e5^2 + 0.01 e3^2) n)
