@@ -79,7 +79,7 @@ static bool make_lanes(kmp_engine *e, int width)
 kempe_status kmp_engine_begin(kmp_engine *e, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
                               kmp_ensemble_done *all)
 {
-    int width = execution->width > 0 ? execution->width : kmp_lanes_best();
+    int width = execution->width;
     KMP_TRY(kmp_motion_need_bodies(e->s));
     e->spec = *spec;
     e->execution = *execution;

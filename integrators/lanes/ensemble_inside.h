@@ -186,7 +186,7 @@ kempe_status kmp_engine_new(const kempe_model *model, int count, const char *con
                             kmp_engine **engine);
 void kmp_engine_free(kmp_engine *engine);
 
-/** Begins a run with a resolved spec, and ends it. */
+/** Begins a run with a resolved spec and a given number of lanes, and ends it. */
 kempe_status kmp_engine_begin(kmp_engine *engine, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
                               kmp_ensemble_done *all);
 void kmp_engine_end(kmp_engine *engine);

@@ -13,7 +13,9 @@
 enum {
     MOST_CHUNK = 1024, /* instances: little memory, and few lanes that are empty at its end */
     LEAST_ROUNDS = 2,  /* a chunk fills all lanes so many times */
-    PARTS = 2          /* and is a part of what each thread still has to do: the last chunks are small */
+    PARTS = 2,         /* and is a part of what each thread still has to do: the last chunks are small */
+    ONE_REGISTER = 8,  /* lanes */
+    MOST_WIDE = 20     /* coordinates: two registers take as long as one with 19 to 25, 1.6 times as long with 63 */
 };
 
 struct kmp_ensemble {
@@ -134,11 +136,15 @@ static void run_chunks(void *self, int thread)
     atomic_store(&r->busy[k], false);
 }
 
-/* Least number of instances of a chunk. */
-static int least_of(const kmp_ensemble_execution *execution)
+/* The number of lanes: of two registers only where the vectors of both remain in the first cache, and chunks of that
+ * size leave no thread without instances. Results do not depend on it. */
+static int width_of(const kmp_ensemble *e, const kmp_ensemble_execution *execution, int instances, int threads)
 {
-    int width = execution->width > 0 ? execution->width : kmp_lanes_best();
-    return execution->alone ? 1 : LEAST_ROUNDS * width;
+    int best = kmp_lanes_best();
+    if (execution->width > 0)
+        return execution->width;
+    bool large = e->n > MOST_WIDE, few = instances < LEAST_ROUNDS * best * threads;
+    return best > ONE_REGISTER && (large || few) ? ONE_REGISTER : best;
 }
 
 /* Ends the engines, and adds up their work. */
@@ -214,18 +220,21 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     kmp_context_clear(context);
     resolved.threads = 0; /* one thread per instance */
     KMP_TRY(kmp_run_resolve(e->engine[0]->s, &resolved));
+    kmp_ensemble_execution chosen = *execution;
+    int threads = execution->threads > 0 ? execution->threads : kmp_processors();
+    chosen.width = width_of(e, execution, instances, threads);
     resolved.open_integrator = false; /* an instance in lanes and one by itself have the same integrator */
     shared_run r = {.e = e,
                     .spec = &resolved,
-                    .execution = execution,
+                    .execution = &chosen,
                     .count = instances,
-                    .threads = execution->threads > 0 ? execution->threads : kmp_processors(),
+                    .threads = threads,
                     .values = values,
                     .results = results,
                     .q = q,
                     .qd = qd,
                     .caller = pthread_self(),
-                    .least = least_of(execution),
+                    .least = execution->alone ? 1 : LEAST_ROUNDS * chosen.width,
                     .done = {.done = execution->before, .total = execution->total != 0 ? execution->total : instances}};
     kmp_context_quiet(context, true);
     kempe_status status = run_all(&r);

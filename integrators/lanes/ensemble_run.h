@@ -19,7 +19,7 @@ typedef struct kmp_ensemble kmp_ensemble;
 /** Options of the execution. */
 typedef struct kmp_ensemble_execution {
     int threads; /* that share the instances: 0 one for each processor, else 1 to KMP_TEAM_MOST */
-    int width;   /* number of lanes: 0 the best for this machine, else 1 to KMP_LANES_MOST */
+    int width;   /* number of lanes: 0 the best for this machine and model, else 1 to KMP_LANES_MOST */
     int pools;   /* choices of coordinates that stay while no instance waits for them: 0 KMP_POOLS_KEPT */
     bool plain;  /* no machine code in lanes */
     bool alone;  /* no lanes: a separate run for each instance */

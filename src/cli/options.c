@@ -251,7 +251,7 @@ static const option options[] = {
     {CLI_FIT | CLI_OPTIMIZE, IN_RUN, "threads", VALUE(AMOUNT, run.threads), "N",
      "threads that share the searches, 1 to 64, or auto (default): one for each processor; results have the same bits"},
     {CLI_ENSEMBLE, IN_RUN, "lanes", VALUE(AMOUNT, lanes), "N",
-     "instances per vector evaluation, 1 to 8, or auto (default): the fastest"},
+     "instances per vector evaluation, 1 to 16, or auto (default): the fastest"},
     {CLI_ENSEMBLE, IN_RUN, "resume", FLAG(folder.resume), "run the parts that --out does not have yet"},
     {CLI_ENSEMBLE, IN_RUN, "shard", TEXT(folder.shard), "I/N",
      "run every N-th part of --out from the I-th on, or auto: I and N from Slurm, Open MPI, PMI or GNU parallel"},

@@ -880,7 +880,7 @@ class Ensembles(Case):
         for ranges in ("crank", "crank=1", "crank=1:", "crank=:2", "=1:2", "crank=1:2,", "crank=1:2;base=1:2", "crank=a:b"):
             self.assertIn("NAME=A:B", self.expect(3, "ensemble", FOUR_BAR, "--sample", ranges).stderr)
         self.assertIn("did you mean 'crank'?", self.expect(3, "ensemble", FOUR_BAR, "--sample", "crnk=1:2").stderr)
-        self.assertIn("9 lanes", self.expect(3, "ensemble", FOUR_BAR, "--sample", "crank=1:2", "--lanes", 9).stderr)
+        self.assertIn("17 lanes", self.expect(3, "ensemble", FOUR_BAR, "--sample", "crank=1:2", "--lanes", 17).stderr)
         self.assertIn("no instance reached its end",
                       self.expect(1, "ensemble", FOUR_BAR, "--sample", "base=5:6", "--instances", 3).stderr)
         self.assertIn("setting of the run",

@@ -24,6 +24,8 @@ static void one_mechanism(many x, double t_end, double near, int least_exchanges
                                                   {.width = 3},
                                                   {.width = 4, .plain = true},
                                                   {.threads = 1},
+                                                  {.threads = 1, .width = 16},
+                                                  {.width = 16, .plain = true},
                                                   {.threads = 2, .width = 4},
                                                   {.threads = 3, .width = 1},
                                                   {.threads = 9, .width = 1},
@@ -299,8 +301,11 @@ static double attempts_in_lanes(const outcome *out)
 static void one_with_parts(many x, double t_end, double near, const char *why)
 {
     static outcome first, other;
-    static const kmp_ensemble_execution ways[] = {
-        {.width = 1}, {.width = 8, .plain = true}, {.threads = 2, .width = 4}, {.threads = 3, .width = 1, .pools = 1}};
+    static const kmp_ensemble_execution ways[] = {{.width = 1},
+                                                  {.width = 16},
+                                                  {.width = 8, .plain = true},
+                                                  {.threads = 2, .width = 4},
+                                                  {.threads = 3, .width = 1, .pools = 1}};
     const kmp_run_spec spec = {.rtol = 1e-9, .t_end = t_end};
     if (!x.ensemble) {
         scatter(&x);

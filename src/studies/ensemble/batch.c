@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of an ensemble: the state of each instance, as a summary, as JSON and as a table. */
 #include "studies/ensemble/batch.h"
+#include "backend/lanes.h"
 #include "base/memory.h"
 #include "integrators/lanes/ensemble_run.h"
 #include "output/convergence.h"
@@ -349,10 +350,10 @@ static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, cons
 
 kempe_status kmp_batch_check_lanes(const kempe_ensemble *e, int lanes)
 {
-    if (lanes >= -1 && lanes <= 8)
+    if (lanes >= -1 && lanes <= KMP_LANES_MOST)
         return KEMPE_OK;
     return kmp_fail(e->model->context, KEMPE_E_ARGUMENT,
-                    "%d lanes are not possible: 1 to 8, 0 for the best, -1 for none", lanes);
+                    "%d lanes are not possible: 1 to %d, 0 for the best, -1 for none", lanes, KMP_LANES_MOST);
 }
 
 kempe_status kmp_batch_new(kempe_ensemble *e, const kempe_run_options *run, int lanes, const kmp_batch_range *range,
