@@ -87,7 +87,7 @@ static void test_mistakes(void)
     CHECK(kempe_values_read(model, "/nowhere/values.csv", &values) == KEMPE_E_IO && !values);
     CHECK(kempe_values_new(model, 2, names, 1, row, &values) == KEMPE_OK);
     CHECK(kempe_ensemble_new(model, values, &ensemble) == KEMPE_OK);
-    CHECK(kempe_ensemble_run(ensemble, &run, 9, &batch) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_ensemble_run(ensemble, &run, 17, &batch) == KEMPE_E_ARGUMENT);
     for (int k = 0; k < 4; k++) {
         static const char *const quantities[] = {"steps = max(q(A))", "x = q(A); q.A = qd(A)", "value.q.A = q(A)", "t"};
         const kempe_ensemble_options measured = {.quantities = quantities[k]};
