@@ -304,7 +304,7 @@ static void test_refusals(void)
     CHECK(kempe_folder_part_count(folder) == PARTS && kempe_folder_instance_count(folder) == COUNT);
     kempe_folder_free(folder);
     folder = NULL;
-    CHECK(kempe_ensemble_run_folder(s.ensemble, &run, 9, path_of(&s, "b"), &options, &folder) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_ensemble_run_folder(s.ensemble, &run, 17, path_of(&s, "b"), &options, &folder) == KEMPE_E_ARGUMENT);
     CHECK(kempe_ensemble_run_folder(s.ensemble, &run, 0, path_of(&s, "b/c"), &options, &folder) == KEMPE_E_IO);
     CHECK(kempe_folder_open(s.context, path_of(&s, "b"), &folder) == KEMPE_E_INPUT && !folder);
     CHECK(kempe_write_file(s.context, path_of(&s, "a/manifest.json"), "{}\n") == KEMPE_OK);
