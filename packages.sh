@@ -6,6 +6,8 @@ BUILD_PACKAGES="gcc libc6-dev cmake ninja-build libsundials-dev libsuitesparse-d
 REPORT_PACKAGES="libjs-three libjs-chart.js"
 PYTHON_PACKAGES="python3-dev python3-cffi python3-numpy python3-pytest"
 NOTEBOOK_PACKAGES="python3-nbclient python3-nbformat python3-ipykernel python3-matplotlib python3-scipy python3-tqdm python3-pandas python3-xarray"
+UNIT_PACKAGES="python3-venv libxml2-utils"
+UNIT_PYPI="fmpy==0.3.32"
 SITE_PACKAGES="python3 python3-sphinx python3-myst-parser furo libjs-katex nodejs"
 
 say() {
@@ -50,4 +52,15 @@ need() {
     quietly build/packages.log apt_get update
     # shellcheck disable=SC2086 # a list of words
     quietly build/packages.log apt_get install --no-install-recommends $missing
+}
+
+# need_pypi FOLDER PACKAGE...: a virtual environment with packages of the Python Package Index, made where it lacks one.
+need_pypi() {
+    local folder=$1
+    shift
+    [ "$(cat "$folder/has" 2>/dev/null)" != "$*" ] || return 0
+    say "installing $* into $folder"
+    quietly build/packages.log python3 -m venv --clear "$folder" &&
+        quietly build/packages.log "$folder/bin/pip" install -q --disable-pip-version-check "$@" &&
+        printf '%s' "$*" >"$folder/has"
 }
