@@ -55,6 +55,7 @@ for study, others in STUDIES.items():
     LAYERS[f"studies/{study}"] = " ".join([CORE, "output derivatives contact", *(f"studies/{name}" for name in others.split())])
 LAYERS["report"] = " ".join([CORE, "output", *(f"studies/{study}" for study in STUDIES)])
 LAYERS["generate"] = f"{CORE} output"
+LAYERS["unit"] = f"{CORE} output generate studies/simulate"
 FOLDERS = [  # first match wins
     ("src/dynamics/kinematics/", "kinematics"),
     ("constraints/kinds/", "kinds"),

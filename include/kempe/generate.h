@@ -72,6 +72,8 @@ typedef struct kempe_fmu_options {
     const char *kind;     /* me (model exchange), cs (co-simulation), me,cs (default: both) */
     int no_binary;        /* sources alone, which importers can compile */
     const char *compiler; /* C compiler of the binary (default: cc) */
+    const char *library;  /* the file kempe_unit.so: a unit of co-simulation on the library, with all formulations and
+                           * integrators and the files of the model; without sources (default: a unit of sources) */
 } kempe_fmu_options;
 
 typedef struct kempe_fmu_export kempe_fmu_export;

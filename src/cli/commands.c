@@ -2,6 +2,7 @@
 /* The commands, in the order of the help. A study is the functions of its result and the files that options ask for;
  * cli_run_study runs any of them. */
 #include "command.h"
+#include "command_place.h"
 
 #include <kempe/check.h>
 #include <kempe/ensemble.h>
@@ -10,6 +11,7 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* -- studies ----------------------------------------------------------------------------------------- */
 
@@ -421,8 +423,28 @@ static kempe_status run_generate(const cli_job *j)
     return status;
 }
 
-STUDY(fmu, kempe_fmu_export, kempe_fmu_export_new(j->model, &s->fmu, result),
-      .files = {{AT(output), any_kempe_fmu_export_write}})
+/* Beside the command where it was built, otherwise where it was installed. */
+static char *find_library(void)
+{
+    char *built = cli_from_command(CLI_UNITS);
+    if (built && access(built, R_OK) == 0)
+        return built;
+    free(built);
+    return cli_from_command(CLI_TO_LIBRARIES "/" CLI_UNITS);
+}
+
+/* With the library of units that belongs to this command. */
+static kempe_status export_unit(const kempe_model *model, const cli_settings *s, kempe_fmu_export **made)
+{
+    kempe_fmu_options options = s->fmu;
+    char *library = s->unit_on_library ? find_library() : NULL;
+    options.library = library;
+    kempe_status status = kempe_fmu_export_new(model, &options, made);
+    free(library);
+    return status;
+}
+
+STUDY(fmu, kempe_fmu_export, export_unit(j->model, s, result), .files = {{AT(output), any_kempe_fmu_export_write}})
 
 /* -- missing and contradicting options --------------------------------------------------------------- */
 

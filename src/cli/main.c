@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The command `kempe`: help and the choice of a command. It includes the public header alone. */
 #include "command.h"
+#include "command_place.h"
 #include "own_process.h"
 #include "terminal.h"
 
@@ -14,17 +15,11 @@
  * build folder there is none: their names are relative to the sources. */
 static void print_folder(FILE *out)
 {
-    char command[PATH_MAX - 64], path[PATH_MAX];
-    ssize_t length = readlink("/proc/self/exe", command, sizeof command - 1);
-    if (length <= 0)
-        return;
-    command[length] = '\0';
-    *strrchr(command, '/') = '\0';
-    snprintf(path, sizeof path, "%s/%s/docs/..", command, CLI_TO_PAGES);
-    char *folder = realpath(path, NULL);
+    char *path = cli_from_command(CLI_TO_PAGES "/docs/.."), *folder = path ? realpath(path, NULL) : NULL;
     if (folder)
         fprintf(out, "Pages and examples are in %s.\n", folder);
     free(folder);
+    free(path);
 }
 
 static void print_cache(FILE *out)

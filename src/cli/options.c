@@ -311,6 +311,8 @@ static const option options[] = {
     {CLI_FMU, IN_OUTPUT, "fmi", VALUE(WHOLE, fmu.fmi), "N", "version of the FMI: 2 or 3 (default)"},
     {CLI_FMU, IN_OUTPUT, "kind", TEXT(fmu.kind), "NAME,..",
      "me (model exchange), cs (co-simulation), or me,cs (default)"},
+    {CLI_FMU, IN_OUTPUT, "binary", FLAG(unit_on_library),
+     "co-simulation by the library, which is inside, in place of sources: for all models"},
     {CLI_FMU, IN_OUTPUT, "compiler", TEXT(fmu.compiler), "NAME",
      "C compiler of the binary of this platform (default: cc)"},
     {CLI_FMU, IN_OUTPUT, "no-binary", FLAG(fmu.no_binary), "sources alone, which importers can compile"},

@@ -60,6 +60,7 @@ typedef struct cli_settings {
     kempe_compare_options compare;
     kempe_generate_options generation;
     kempe_fmu_options fmu;
+    int unit_on_library;
     kempe_equilibrium_options equilibrium;
     kempe_kinematics_options kinematics;
     kempe_contact_options contact;

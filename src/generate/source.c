@@ -362,6 +362,65 @@ static kempe_status derive_all(kmp_code_source *source, const kmp_set_choice *ch
     return source->simulator ? kmp_simulated_place(source) : KEMPE_OK;
 }
 
+static void name_all(kmp_code_source *source, const kempe_model *model)
+{
+    kmp_arena *arena = &source->arena;
+    source->title = kmp_arena_strdup(arena, model->name);
+    source->name = identifier_of(arena, model->name);
+    source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
+    for (int k = 0; source->coordinate_names && k < source->n; k++)
+        source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);
+    source->input_count = kmp_model_given_inputs(model);
+    source->input_names = KMP_ARENA_NEW(arena, char *, source->input_count);
+    for (int k = 0; source->input_names && k < source->input_count; k++)
+        source->input_names[k] = kmp_arena_strdup(arena, model->inputs[k].name);
+    name_outputs(source);
+}
+
+static void name_system(kmp_code_source *source, const kempe_system *system)
+{
+    kmp_arena *arena = &source->arena;
+    source->m = system->m;
+    source->row_names = KMP_ARENA_NEW(arena, char *, system->m);
+    for (int r = 0; source->row_names && r < system->m; r++)
+        source->row_names[r] = kmp_arena_strdup(arena, system->row_names[r]);
+}
+
+/* Parameters of which something depends; their place is that in the model. */
+static void take_set_parameters(kmp_code_source *source, const kempe_model *model)
+{
+    const int room = model->parameter_count;
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(double, room, &source->value),
+                        KMP_ROOM(char *, room, &source->parameter_name)))
+        return;
+    for (int k = 0; k < room; k++)
+        if (!model->parameters[k].unused) {
+            source->simulated->symbol[source->parameter_count] = k;
+            source->simulated->fixed[source->parameter_count] = 1;
+            source->value[source->parameter_count] = model->parameters[k].number.value;
+            source->parameter_name[source->parameter_count++] =
+                kmp_arena_strdup(&source->arena, model->parameters[k].name);
+        }
+}
+
+kempe_status kmp_source_describe(kmp_code_source *source, const kempe_model *model, const kempe_system *system)
+{
+    *source = (kmp_code_source){.context = model->context, .model = model, .n = model->motion_count};
+    kmp_arena *arena = &source->arena;
+    name_all(source, model);
+    name_system(source, system);
+    struct kmp_simulated *x = source->simulated = KMP_ARENA_NEW(arena, struct kmp_simulated, 1);
+    if (x && KMP_ARENA_MAKE(arena, KMP_ROOM(int, model->parameter_count, &x->symbol, &x->fixed),
+                            KMP_ROOM(int, source->n, &x->coordinate_kind)))
+        take_set_parameters(source, model);
+    kempe_status status = kmp_made(model->context, !arena->failed && hash_model(model, source->hash));
+    if (status == KEMPE_OK)
+        status = kmp_simulated_start(source, system);
+    if (status != KEMPE_OK)
+        kmp_source_free(source);
+    return status;
+}
+
 static kempe_status make(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g,
                          kmp_set_choice *choice)
 {
@@ -377,17 +436,8 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     source->inputs = g->body_inputs;
     source->body_count = model->body_count - 1;
     source->scheme = choice->scheme;
-    source->title = kmp_arena_strdup(arena, model->name);
-    source->name = identifier_of(arena, model->name);
     source->routines = KMP_ARENA_NEW(arena, kmp_code_routine, choice->count + (g->simulator ? KMP_SLOPES_MOST : 0));
-    source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
-    for (int k = 0; source->coordinate_names && k < source->n; k++)
-        source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);
-    source->input_count = kmp_model_given_inputs(model);
-    source->input_names = KMP_ARENA_NEW(arena, char *, source->input_count);
-    for (int k = 0; source->input_names && k < source->input_count; k++)
-        source->input_names[k] = kmp_arena_strdup(arena, model->inputs[k].name);
-    name_outputs(source);
+    name_all(source, model);
     name_elements(source);
     name_discrete(source);
     name_delays(source);

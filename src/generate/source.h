@@ -70,6 +70,10 @@ typedef struct kmp_code_source {
 
 kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model,
                              const kempe_generate_options *generation);
+
+/** The names and numbers alone, without equations: of a system that the library itself simulates. Its parameters are
+ * those of the model that a caller may set. `simulated` has no states and no conditions. */
+kempe_status kmp_source_describe(kmp_code_source *source, const kempe_model *model, const kempe_system *system);
 void kmp_source_free(kmp_code_source *source);
 
 /** The name of symbol k (parameters first, then numbers in the order of reading): a parameter's name, "crank.mass",

@@ -13,6 +13,7 @@
 #include "model/tables/run_settings.h"
 #include "model/tables/signal.h"
 #include <kempe/kempe.h>
+#include <kempe/settings.h>
 #include <stdbool.h>
 
 typedef struct kmp_parameter {
@@ -255,6 +256,11 @@ struct kempe_model {
     const char *document; /* of a model in another format or built in code: in Kempe's language; otherwise NULL */
     const char **files;   /* the file itself, then settings and included files */
     int file_count;
+    const char *
+        *paths; /* of all files that were read, each once, the first one that of the model; with tables, meshes */
+    int path_count;
+    const kempe_setting *settings; /* with which it was read */
+    int setting_count;
     int symbol_count; /* of numbers */
     kmp_number gravity[3];
     kmp_number closure_tolerance; /* m, where it is given */

@@ -7,8 +7,8 @@
 
 #include <stdlib.h>
 
-const kempe_fmu_model kempe_fmu_exported = {&pendulum, "token", KEMPE_FMU_MODEL_EXCHANGE | KEMPE_FMU_CO_SIMULATION,
-                                            1e-10, 1e-10};
+const kempe_fmu_model kempe_fmu_exported = {
+    &pendulum, "token", KEMPE_FMU_MODEL_EXCHANGE | KEMPE_FMU_CO_SIMULATION, 1e-10, 1e-10, NULL, NULL};
 
 #define AT(block, k) ((unsigned)(block)*KEMPE_FMU_BLOCK + (unsigned)(k))
 

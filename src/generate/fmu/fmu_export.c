@@ -15,7 +15,9 @@
 
 struct kempe_fmu_export {
     kempe_context *context;
-    kempe_code *code;
+    kempe_code *code;       /* of a unit of sources */
+    kmp_code_source *named; /* of a unit on the library */
+    kempe_system *system;
     kmp_unit_plan plan;
     kmp_code_files sources; /* beside those of the simulator */
     kmp_code_files files;   /* as they are in the archive; NULL-terminated texts, and the binary */
@@ -23,6 +25,21 @@ struct kempe_fmu_export {
 };
 
 /* -- request ----------------------------------------------------------------------------------------- */
+
+/* Co-simulation alone, by a library of units that is there. */
+static kempe_status read_library(kempe_fmu_export *made, const kempe_fmu_options *o)
+{
+    kmp_unit_plan *plan = &made->plan;
+    plan->library = o->library;
+    if (plan->library && o->kind && plan->exchange)
+        return kmp_fail(made->context, KEMPE_E_ARGUMENT,
+                        "a unit on the library is of co-simulation: leave out the kind me, or export sources");
+    if (plan->library && (o->no_binary || o->compiler))
+        return kmp_fail(made->context, KEMPE_E_ARGUMENT,
+                        "a unit on the library has no sources: leave out the options of a compiler");
+    plan->exchange = plan->exchange && !plan->library;
+    return KEMPE_OK;
+}
 
 static kempe_status read_options(kempe_fmu_export *made, const kempe_fmu_options *o)
 {
@@ -46,7 +63,7 @@ static kempe_status read_options(kempe_fmu_export *made, const kempe_fmu_options
                             words[k]);
     if (!plan->exchange && !plan->simulation)
         return kmp_fail(made->context, KEMPE_E_ARGUMENT, "the kind of unit is missing: me, cs or me,cs");
-    return KEMPE_OK;
+    return read_library(made, o);
 }
 
 /* -- files ------------------------------------------------------------------------------------------- */
@@ -117,7 +134,7 @@ static bool add_texts(kempe_fmu_export *made)
     bool ok = text && kmp_unit_describe(text, plan);
     for (int k = 0; ok && k < made->sources.count; k++)
         ok = add_copy(files, "sources/", made->sources.file[k].name, made->sources.file[k].text.s);
-    if (ok && plan->fmi == 3) {
+    if (ok && plan->fmi == 3 && !plan->library) {
         text = add_file(files, "", "sources/buildDescription.xml");
         ok = text;
         if (ok)
@@ -143,15 +160,39 @@ static kempe_status add_binary(kempe_fmu_export *made, const kempe_fmu_options *
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
+static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *model, const kempe_fmu_options *o)
+{
+    kmp_unit_plan *plan = &made->plan;
+    const char *folder = kmp_unit_binary_folder(plan->fmi);
+    char *bytes = NULL;
+    size_t length = 0;
+    KMP_TRY(kempe_system_new(model, &made->system));
+    made->named = KMP_ARENA_NEW(&made->arena, kmp_code_source, 1);
+    KMP_TRY(kmp_made(made->context, made->named));
+    KMP_TRY(kmp_source_describe(made->named, model, made->system));
+    plan->source = made->named;
+    kmp_unit_token(plan->token, plan);
+    KMP_TRY(kmp_made(made->context, add_texts(made)));
+    KMP_TRY(kmp_unit_add_resources(&made->files, &made->arena, model));
+    KMP_TRY(kmp_file_read(made->context, o->library, &bytes, &length));
+    char *name = kmp_arena_printf(&made->arena, "binaries/%s/%s.so", folder, plan->source->name);
+    kmp_text *binary = name ? add_file(&made->files, "", name) : NULL;
+    if (binary)
+        kmp_text_append(binary, bytes, length);
+    kmp_free(bytes);
+    return kmp_made(made->context, binary && !binary->failed);
+}
+
 static kempe_status make(kempe_fmu_export *made, const kempe_model *model, const kempe_fmu_options *o)
 {
     const kempe_generate_options generation = {.size = sizeof generation, .language = "c", .simulator = 1};
     kmp_unit_plan *plan = &made->plan;
     KMP_TRY(read_options(made, o));
+    if (plan->library)
+        return make_on_library(made, model, o);
     KMP_TRY(kempe_code_new(model, &generation, &made->code));
     plan->source = kmp_code_source_of(made->code);
-    (void)snprintf(plan->token, sizeof plan->token, "kempe-" KEMPE_VERSION "-%s-fmi%d%s%s", plan->source->hash,
-                   plan->fmi, plan->exchange ? "-me" : "", plan->simulation ? "-cs" : "");
+    kmp_unit_token(plan->token, plan);
     KMP_TRY(kmp_made(made->context, add_sources(made) && add_texts(made)));
     for (int k = 0; k < made->files.count; k++)
         KMP_TRY(kmp_made(made->context, made->files.file[k].text.s && !made->files.file[k].text.failed));
@@ -178,6 +219,9 @@ void kempe_fmu_export_free(kempe_fmu_export *made)
     kmp_code_files_free(&made->files);
     kmp_code_files_free(&made->sources);
     kempe_code_free(made->code);
+    if (made->named)
+        kmp_source_free(made->named);
+    kempe_system_free(made->system);
     kmp_arena_free(&made->arena);
     kmp_free(made);
 }
@@ -205,11 +249,11 @@ static void show(kmp_text *text, const void *result)
     const kmp_code_source *s = made->plan.source;
     kmp_text_printf(
         text,
-        "%s as a functional mock-up unit, FMI %d.0%s%s\n\n  token       %s\n  states      %d\n  inputs      "
+        "%s as a functional mock-up unit, FMI %d.0%s%s%s\n\n  token       %s\n  states      %d\n  inputs      "
         "%d\n  outputs     %d\n  parameters  %d\n  conditions  %d\n\n",
         s->title, made->plan.fmi, made->plan.exchange ? ", model exchange" : "",
-        made->plan.simulation ? ", co-simulation" : "", made->plan.token, 2 * s->simulated->freedom, s->input_count,
-        s->output_count, s->parameter_count, s->simulated->condition_count);
+        made->plan.simulation ? ", co-simulation" : "", made->plan.library ? ", on the library" : "", made->plan.token,
+        2 * s->simulated->freedom, s->input_count, s->output_count, s->parameter_count, s->simulated->condition_count);
     for (int k = 0; k < made->files.count; k++)
         kmp_text_printf(text, "  %-36s %8zu bytes\n", made->files.file[k].name, made->files.file[k].text.length);
 }

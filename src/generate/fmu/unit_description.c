@@ -320,7 +320,8 @@ static void add_settings(description *d)
         "relative tolerance of co-simulation", "absolute tolerance of co-simulation, times the size of a coordinate",
         "length of all steps; 0: by the estimated error", "length of the longest step; 0: any"};
     const double start[KEMPE_FMU_SETTINGS_COUNT] = {kmp_unit_rtol(d->source->model), kmp_unit_atol(d->source->model)};
-    for (int k = 0; d->plan->simulation && k < KEMPE_FMU_SETTINGS_COUNT; k++) {
+    const int count = !d->plan->simulation ? 0 : d->plan->library ? 3 : KEMPE_FMU_SETTINGS_COUNT;
+    for (int k = 0; k < count; k++) {
         kmp_unit_variable v = given(KEMPE_FMU_SETTINGS, k, "parameter", "fixed", names[k], texts[k], start[k]);
         v.unit = k > 1 ? take_unit(d, KMP_DIM_TIME, 0) : 0;
         add(d, v);
@@ -404,27 +405,38 @@ static void put_flags(kmp_text *xml, const char *const *flags)
         kmp_text_printf(xml, "\n      %s=\"true\"", *flags);
 }
 
+/* The past of delayed signals has no constant length: such a unit on the library saves no states. */
 static void put_kind(kmp_text *xml, const kmp_unit_plan *plan, bool exchange)
 {
-    static const char *const both[][5] = {
-        {"canGetAndSetFMUstate", "canSerializeFMUstate", "providesDirectionalDerivative", NULL},
-        {"canGetAndSetFMUState", "canSerializeFMUState", "providesDirectionalDerivatives", "providesAdjointDerivatives",
-         NULL}};
-    static const char *const steps[][7] = {{"canHandleVariableCommunicationStepSize", NULL},
-                                           {"canHandleVariableCommunicationStepSize", "providesIntermediateUpdate",
-                                            "mightReturnEarlyFromDoStep", "canReturnEarlyAfterIntermediateUpdate",
-                                            "hasEventMode", NULL}};
+    static const char *const states[][3] = {{"canGetAndSetFMUstate", "canSerializeFMUstate", NULL},
+                                            {"canGetAndSetFMUState", "canSerializeFMUState", NULL}};
+    static const char *const derivatives[][3] = {
+        {"providesDirectionalDerivative", NULL},
+        {"providesDirectionalDerivatives", "providesAdjointDerivatives", NULL}};
+    static const char *const steps[][5] = {{NULL},
+                                           {"providesIntermediateUpdate", "mightReturnEarlyFromDoStep",
+                                            "canReturnEarlyAfterIntermediateUpdate", "hasEventMode", NULL}};
+    static const char *const any_step[] = {"canHandleVariableCommunicationStepSize", NULL};
     const char *name = exchange ? "ModelExchange" : "CoSimulation";
     kmp_text_printf(xml, "  <%s", name);
     put_attribute(xml, "modelIdentifier", plan->source->name);
-    put_flags(xml, both[plan->fmi == 3]);
+    if (!plan->library || plan->source->model->delay_count == 0)
+        put_flags(xml, states[plan->fmi == 3]);
+    if (!plan->library)
+        put_flags(xml, derivatives[plan->fmi == 3]);
     if (exchange && plan->fmi == 3)
         kmp_text_put(xml, "\n      needsCompletedIntegratorStep=\"true\"");
-    if (!exchange) {
+    if (!exchange)
+        put_flags(xml, any_step);
+    if (!exchange && !plan->library) {
         put_flags(xml, steps[plan->fmi == 3]);
         kmp_text_put(xml, "\n      maxOutputDerivativeOrder=\"1\"");
     }
     if (plan->fmi == 3) {
+        kmp_text_put(xml, "/>\n");
+        return;
+    }
+    if (plan->library) {
         kmp_text_put(xml, "/>\n");
         return;
     }

@@ -4,6 +4,7 @@
 #include "generate/languages/language.h"
 #include "generate/runtime/kempe_fmu.h"
 #include "model/model.h"
+#include <stdio.h>
 
 double kmp_unit_rtol(const kempe_model *model)
 {
@@ -13,6 +14,15 @@ double kmp_unit_rtol(const kempe_model *model)
 double kmp_unit_atol(const kempe_model *model)
 {
     return model->run.atol > 0 ? model->run.atol : kmp_unit_rtol(model);
+}
+
+void kmp_unit_token(char token[KMP_UNIT_TOKEN], const kmp_unit_plan *plan)
+{
+    if (plan->library)
+        (void)snprintf(token, KMP_UNIT_TOKEN, "kempe-" KEMPE_VERSION "-%s-library", plan->source->hash);
+    else
+        (void)snprintf(token, KMP_UNIT_TOKEN, "kempe-" KEMPE_VERSION "-%s-fmi%d%s%s", plan->source->hash, plan->fmi,
+                       plan->exchange ? "-me" : "", plan->simulation ? "-cs" : "");
 }
 
 void kmp_unit_table(kmp_text *text, const kmp_unit_plan *plan)
@@ -29,7 +39,7 @@ void kmp_unit_table(kmp_text *text, const kmp_unit_plan *plan)
     kmp_language_number(text, &kmp_language_c, kmp_unit_rtol(s->model));
     kmp_text_put(text, ", ");
     kmp_language_number(text, &kmp_language_c, kmp_unit_atol(s->model));
-    kmp_text_put(text, "};\n");
+    kmp_text_put(text, ", NULL, NULL};\n");
 }
 
 /* A list of names in a cell of a table. */
@@ -66,21 +76,28 @@ void kmp_unit_page(kmp_text *html, const kmp_unit_plan *plan)
     kmp_text_printf(
         html,
         "</h1>\n<p>A multibody mechanism as a functional mock-up unit (FMI %d.0), written by Kempe " KEMPE_VERSION
-        " from the model %s. The unit closes the loops of the mechanism itself. Its sources are C99 and need "
-        "no library.</p>\n<table>\n",
-        plan->fmi, s->hash);
-    kmp_text_printf(html, "<tr><th>degrees of freedom</th><td>%d</td></tr>\n", s->simulated->freedom);
+        " from the model %s. The unit closes the loops of the mechanism itself. %s</p>\n<table>\n",
+        plan->fmi, s->hash,
+        plan->library ? "Its binary contains the library of Kempe, and its resources contain the model."
+                      : "Its sources are C99 and need no library.");
+    if (!plan->library)
+        kmp_text_printf(html, "<tr><th>degrees of freedom</th><td>%d</td></tr>\n", s->simulated->freedom);
     put_list(html, "coordinates", s->n, s->coordinate_names);
     put_list(html, "inputs", s->input_count, s->input_names);
     put_list(html, "outputs", s->output_count, s->output_names);
     put_parameters(html, s, true);
     put_parameters(html, s, false);
-    put_list(html, "conditions of events", s->simulated->condition_count, s->simulated->condition_name);
+    if (!plan->library)
+        put_list(html, "conditions of events", s->simulated->condition_count, s->simulated->condition_name);
+    kmp_text_put(html, "</table>\n");
+    if (!plan->library)
+        kmp_text_put(
+            html, "<h2>States</h2>\n<p>The states x are independent coordinates and their rates. The output choice has "
+                  "the numbers of these coordinates. Where others become better, the unit requests an event and "
+                  "exchanges them: "
+                  "the number of states stays the same, and solver.exchanges counts.</p>\n");
     kmp_text_put(
         html,
-        "</table>\n<h2>States</h2>\n<p>The states x are independent coordinates and their rates. The output choice has "
-        "the numbers of these coordinates. Where others become better, the unit requests an event and exchanges them: "
-        "the number of states stays the same, and solver.exchanges counts.</p>\n"
         "<h2>Start</h2>\n<p>The start values of q and qd may be set before initialisation: the loops are closed near "
         "them. Parameters on which the loops depend are fixed after initialisation.</p>\n"
         "<h2>Inputs</h2>\n<p>An input has a value and two derivatives, with the endings .d and .dd. Drives and other "

@@ -5,15 +5,27 @@
 #include "generate/simulator/simulated.h"
 #include <kempe/generate.h>
 
+enum { KMP_UNIT_TOKEN = 128 };
+
+/** Units on the library: the list of their resources, with the path of the model, then parameters that were set. */
+#define KMP_UNIT_LIST "model.txt"
+
 /** The request, and what all parts say of the unit. */
 typedef struct kmp_unit_plan {
     const kmp_code_source *source;
     int fmi; /* 2, 3 */
     bool exchange, simulation;
-    char token[128]; /* guid, instantiation token */
-    char **sources;  /* names of C files */
+    bool library;               /* the binary is on the library; there are no sources */
+    char token[KMP_UNIT_TOKEN]; /* guid, instantiation token */
+    char **sources;             /* names of C files */
     int source_count;
 } kmp_unit_plan;
+
+/** Writes the token, which a unit on the library makes again from its resources. */
+void kmp_unit_token(char token[KMP_UNIT_TOKEN], const kmp_unit_plan *plan);
+
+/** Adds the files of the model to the archive, below resources/. */
+kempe_status kmp_unit_add_resources(kmp_code_files *files, kmp_arena *arena, const kempe_model *model);
 
 /** Tolerances of co-simulation: those of the model's runs, otherwise 1e-8. */
 double kmp_unit_rtol(const kempe_model *model);

@@ -82,21 +82,26 @@ FMI2(const char *, fmi2GetVersion, void)
 FMI2(fmi2Component, fmi2Instantiate, fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
      const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logs)
 {
-    const kempe_fmu_model *model = &kempe_fmu_exported;
+    char opened[KEMPE_FMU_SENTENCE];
     const int kind = type == fmi2ModelExchange ? KEMPE_FMU_MODEL_EXCHANGE : KEMPE_FMU_CO_SIMULATION;
-    (void)resources, (void)visible;
+    (void)visible;
     if (!functions)
         return NULL;
     if (!name || !name[0])
         return refuse(functions, name, "The name of the instance is missing.");
-    if (!guid || strcmp(guid, model->token) != 0)
-        return refuse(functions, name, "The guid is not that of this unit: it differs from modelDescription.xml.");
-    if (!(model->kinds & (unsigned)kind))
-        return refuse(functions, name, "The unit was exported without this kind of simulation.");
-    const size_t numbers = (size_t)kempe_fmu_memory(model), letters = strlen(name) + 1;
-    kempe_fmi2_instance *instance = take(functions, sizeof *instance + numbers * sizeof(double) + letters);
-    if (!instance)
-        return refuse(functions, name, "There is no memory for the instance.");
+    const kempe_fmu_model *model = kempe_fmu_open(resources, opened);
+    const char *sentence = !model ? opened
+                           : !guid || strcmp(guid, model->token) != 0
+                               ? "The guid is not that of this unit: it differs from modelDescription.xml."
+                           : !(model->kinds & (unsigned)kind) ? "The unit was exported without this kind of simulation."
+                                                              : NULL;
+    const size_t numbers = sentence ? 0 : (size_t)kempe_fmu_memory(model), letters = strlen(name) + 1;
+    kempe_fmi2_instance *instance =
+        sentence ? NULL : take(functions, sizeof *instance + numbers * sizeof(double) + letters);
+    if (!instance) {
+        kempe_fmu_close(model);
+        return refuse(functions, name, sentence ? sentence : "There is no memory for the instance.");
+    }
     memset(instance, 0, sizeof *instance);
     double *memory = (double *)(void *)(instance + 1);
     instance->functions = *functions;
@@ -112,6 +117,7 @@ FMI2(void, fmi2FreeInstance, fmi2Component c)
     kempe_fmi2_instance *instance = c;
     if (instance) {
         const fmi2CallbackFunctions functions = instance->functions;
+        kempe_fmu_close(instance->fmu.model);
         give_back(&functions, instance);
     }
 }

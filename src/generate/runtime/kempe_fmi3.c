@@ -50,19 +50,25 @@ static kempe_fmi3_instance *refuse(fmi3LogMessageCallback log, fmi3InstanceEnvir
 }
 
 static kempe_fmi3_instance *instantiate(int kind, fmi3String name, fmi3String token, fmi3Boolean logs,
-                                        fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
+                                        fmi3String resources, fmi3InstanceEnvironment environment,
+                                        fmi3LogMessageCallback log)
 {
-    const kempe_fmu_model *model = &kempe_fmu_exported;
+    char opened[KEMPE_FMU_SENTENCE];
     if (!name || !name[0])
         return refuse(log, environment, "The name of the instance is missing.");
-    if (!token || strcmp(token, model->token) != 0)
-        return refuse(log, environment,
-                      "The instantiation token is not that of this unit: it differs from modelDescription.xml.");
-    if (!(model->kinds & (unsigned)kind))
-        return refuse(log, environment, "The unit was exported without this kind of simulation.");
-    kempe_fmi3_instance *instance = malloc(sizeof *instance + (size_t)kempe_fmu_memory(model) * sizeof(double));
-    if (!instance)
-        return refuse(log, environment, "There is no memory for the instance.");
+    const kempe_fmu_model *model = kempe_fmu_open(resources, opened);
+    const char *sentence =
+        !model ? opened
+        : !token || strcmp(token, model->token) != 0
+            ? "The instantiation token is not that of this unit: it differs from modelDescription.xml."
+        : !(model->kinds & (unsigned)kind) ? "The unit was exported without this kind of simulation."
+                                           : NULL;
+    kempe_fmi3_instance *instance =
+        sentence ? NULL : malloc(sizeof *instance + (size_t)kempe_fmu_memory(model) * sizeof(double));
+    if (!instance) {
+        kempe_fmu_close(model);
+        return refuse(log, environment, sentence ? sentence : "There is no memory for the instance.");
+    }
     memset(instance, 0, sizeof *instance);
     instance->environment = environment;
     instance->log = log;
@@ -80,8 +86,8 @@ FMI3_RESULT(const char *, fmi3GetVersion, void)
 FMI3_RESULT(fmi3Instance, fmi3InstantiateModelExchange, fmi3String name, fmi3String token, fmi3String resources,
             fmi3Boolean visible, fmi3Boolean logs, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
 {
-    (void)resources, (void)visible;
-    return instantiate(KEMPE_FMU_MODEL_EXCHANGE, name, token, logs, environment, log);
+    (void)visible;
+    return instantiate(KEMPE_FMU_MODEL_EXCHANGE, name, token, logs, resources, environment, log);
 }
 
 FMI3_RESULT(fmi3Instance, fmi3InstantiateCoSimulation, fmi3String name, fmi3String token, fmi3String resources,
@@ -89,8 +95,9 @@ FMI3_RESULT(fmi3Instance, fmi3InstantiateCoSimulation, fmi3String name, fmi3Stri
             const fmi3ValueReference intermediate[], size_t intermediate_count, fmi3InstanceEnvironment environment,
             fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update)
 {
-    kempe_fmi3_instance *instance = instantiate(KEMPE_FMU_CO_SIMULATION, name, token, logs, environment, log);
-    (void)resources, (void)visible, (void)intermediate, (void)intermediate_count;
+    kempe_fmi3_instance *instance =
+        instantiate(KEMPE_FMU_CO_SIMULATION, name, token, logs, resources, environment, log);
+    (void)visible, (void)intermediate, (void)intermediate_count;
     if (instance) {
         instance->update = update;
         instance->has_events = has_events;
@@ -109,6 +116,8 @@ FMI3_RESULT(fmi3Instance, fmi3InstantiateScheduledExecution, fmi3String name, fm
 
 FMI3_RESULT(void, fmi3FreeInstance, fmi3Instance c)
 {
+    if (c)
+        kempe_fmu_close(((kempe_fmi3_instance *)c)->fmu.model);
     free(c);
 }
 

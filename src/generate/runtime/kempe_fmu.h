@@ -42,6 +42,10 @@ typedef struct kempe_fmu_model {
     const char *token; /* guid, instantiationToken */
     unsigned kinds;    /* KEMPE_FMU_MODEL_EXCHANGE, KEMPE_FMU_CO_SIMULATION */
     double rtol, atol; /* of co-simulation where the importer gives no tolerance */
+    /* The mechanism is in the resources of the instance: returns the table of it, for this instance alone, or NULL with
+     * a sentence. NULL: this table is that of the mechanism. */
+    const struct kempe_fmu_model *(*open)(const char *resources, char *sentence, size_t size);
+    void (*close)(const struct kempe_fmu_model *opened);
 } kempe_fmu_model;
 
 /* Names that begin with the prefix of the unit's functions, where the importer compiles them with one. */
@@ -136,6 +140,13 @@ struct kempe_fmu {
         int *choice;
     } part;
 };
+
+enum { KEMPE_FMU_SENTENCE = 640 };
+
+/** The mechanism of an instance; NULL: there is none, for the reason in `sentence`. */
+const kempe_fmu_model *kempe_fmu_open(const char *resources, char sentence[KEMPE_FMU_SENTENCE]);
+/** After the last call for an instance. */
+void kempe_fmu_close(const kempe_fmu_model *model);
 
 /** The number of doubles in the memory of an instance. */
 int kempe_fmu_memory(const kempe_fmu_model *model);

@@ -73,6 +73,12 @@ static kempe_status check_rows(const kmp_code_source *source, const kempe_system
 
 /* -- the start ----------------------------------------------------------------------------------------- */
 
+static void take_inputs(struct kmp_simulated *x, kmp_arena *arena, kmp_evaluator *eval)
+{
+    x->inputs = kmp_arena_copy(arena, kmp_present_inputs_at(&eval->inputs, 0) + 1,
+                               KMP_TIME_NUMBERS * kmp_model_given_inputs(eval->system->model), sizeof *x->inputs);
+}
+
 static kempe_status choose_coordinates(kmp_code_source *source, const kmp_set_choice *choice, kmp_evaluator *eval)
 {
     struct kmp_simulated *x = source->simulated;
@@ -83,8 +89,7 @@ static kempe_status choose_coordinates(kmp_code_source *source, const kmp_set_ch
     KMP_TRY(kmp_partition_init(&part, system, eval->jacobian, NULL, 0));
     x->freedom = part.p;
     x->independent = kmp_arena_copy(arena, part.u, part.p, sizeof *part.u);
-    x->inputs = kmp_arena_copy(arena, kmp_present_inputs_at(&eval->inputs, 0) + 1,
-                               KMP_TIME_NUMBERS * kmp_model_given_inputs(system->model), sizeof *x->inputs);
+    take_inputs(x, arena, eval);
     kempe_status status = kmp_made(system->context, !arena->failed);
     if (status == KEMPE_OK)
         status = kmp_slopes_add(source, choice, eval, &part);
@@ -109,6 +114,26 @@ static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, con
             (start->hold[k] ? KEMPE_START_KEEPS_PLACE : 0) | (start->qd_given[k] ? KEMPE_START_KEEPS_RATE : 0);
     }
     return kmp_made(system->context, !arena->failed);
+}
+
+static void take_kinds(kmp_code_source *source)
+{
+    for (int k = 0; k < source->n; k++)
+        source->simulated->coordinate_kind[k] = kmp_state_of(source->model, k)       ? KEMPE_COORDINATE_STATE
+                                                : source->model->motions[k].rotation ? KEMPE_COORDINATE_ROTATION
+                                                                                     : KEMPE_COORDINATE_TRANSLATION;
+}
+
+kempe_status kmp_simulated_start(kmp_code_source *source, const kempe_system *system)
+{
+    struct kmp_simulated *x = source->simulated;
+    KMP_TRY(take_assembly(x, &source->arena, system));
+    take_kinds(source);
+    kmp_evaluator *eval = kmp_eval_new_of_closures(system);
+    if (eval)
+        take_inputs(x, &source->arena, eval);
+    kmp_eval_free(eval);
+    return kmp_made(source->context, eval && !source->arena.failed);
 }
 
 static kempe_status take_start(kmp_code_source *source, const kmp_set_choice *choice, const kempe_system *system)
@@ -240,10 +265,7 @@ kempe_status kmp_simulated_place(kmp_code_source *source)
             x->symbol[source->place[k]] = k;
             x->fixed[source->place[k]] = reads(closures, KMP_IN_PARAMETER, k) || is_of_start(source, k);
         }
-    for (int k = 0; k < source->n; k++)
-        x->coordinate_kind[k] = kmp_state_of(source->model, k)       ? KEMPE_COORDINATE_STATE
-                                : source->model->motions[k].rotation ? KEMPE_COORDINATE_ROTATION
-                                                                     : KEMPE_COORDINATE_TRANSLATION;
+    take_kinds(source);
     x->switches = reads(closures, KMP_IN_MODE, -1);
     x->loaded = reads(motion, KMP_IN_LAMBDA, -1);
     x->early = !reads(changes, KMP_IN_LAMBDA, -1) && !reads(changes, KMP_IN_QDD, -1);

@@ -45,6 +45,9 @@ kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_set_choice *c
 /** Sets members that depend on the places of the parameters in p. */
 kempe_status kmp_simulated_place(kmp_code_source *source);
 
+/** The start of a system without equations of its own: coordinates and their kinds, inputs. */
+kempe_status kmp_simulated_start(kmp_code_source *source, const kempe_system *system);
+
 /** A routine by name; NULL: there is none. */
 const kmp_code_routine *kmp_simulated_routine(const kmp_code_source *source, const char *name);
 

@@ -41,10 +41,24 @@ kempe_status kmp_reader_load(kmp_reader *r, int number, const char *text, size_t
                              root);
 }
 
+static void note_path(kempe_model *model, const char *path)
+{
+    for (int k = 0; k < model->path_count; k++)
+        if (strcmp(model->paths[k], path) == 0)
+            return;
+    const char **paths = kmp_arena_room(&model->arena, model->paths, model->path_count, sizeof *paths);
+    const char *kept = kmp_arena_strdup(&model->arena, path);
+    if (!paths || !kept)
+        return; /* the arena has failed */
+    model->paths = paths;
+    paths[model->path_count++] = kept;
+}
+
 void kmp_reader_digest(kmp_reader *r, const char *path, const char *text, size_t length)
 {
     if (!r->digests)
         return;
+    note_path(r->model, path);
     kmp_digest_add_text(&r->digest, strrchr(path, '.'));
     kmp_digest_add_part(&r->digest, text, length);
 }

@@ -156,6 +156,17 @@ static kempe_status finish_reading(kmp_reader *r, kempe_status loaded, kempe_mod
     return status;
 }
 
+static bool keep_settings(kempe_model *model, const kempe_setting *list, int count)
+{
+    kempe_setting *kept = KMP_ARENA_NEW(&model->arena, kempe_setting, count);
+    for (int k = 0; kept && k < count; k++)
+        kept[k] = (kempe_setting){kmp_arena_strdup(&model->arena, list[k].name),
+                                  kmp_arena_strdup(&model->arena, list[k].value)};
+    model->settings = kept;
+    model->setting_count = count;
+    return !model->arena.failed;
+}
+
 static void begin_digest(kmp_reader *r, const char *text, size_t length)
 {
     r->digests = true;
@@ -175,7 +186,7 @@ static kempe_status read_model(kempe_context *context, const char *text, size_t 
                                const kempe_setting *list, int count, kempe_model **model)
 {
     kmp_reader r = {.context = context, .model = new_model(context, label), .settings = list, .setting_count = count};
-    if (!r.model || kmp_reader_add_file(&r, label) < 0) {
+    if (!r.model || kmp_reader_add_file(&r, label) < 0 || !keep_settings(r.model, list, count)) {
         kempe_model_free(r.model);
         return kmp_fail_memory(context);
     }

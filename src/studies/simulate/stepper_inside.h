@@ -26,6 +26,9 @@ struct kempe_stepper {
 /** Takes the row at t within the last step; after a failure the old one is unchanged. */
 kempe_status kmp_stepper_stand_at(kempe_stepper *stepper, double t);
 
+/** Takes the row here again, with inputs that were set since. */
+kempe_status kmp_stepper_stand_with_inputs(kempe_stepper *stepper);
+
 /** Keeps the sentence of a failure, and gives it to the context too. */
 kempe_status kmp_stepper_settle(kempe_stepper *stepper, kempe_status status);
 
@@ -38,5 +41,11 @@ kempe_stepper_state *kmp_stepper_record(const kempe_stepper *stepper);
 
 /** Closes a recorded state and continues from it. `*moved` (NULL: not wanted): as in the interface. */
 kempe_status kmp_stepper_continue(kempe_stepper *stepper, kempe_stepper_state *state, double *moved);
+
+/** A state as bytes, for another process with the same system: their number; 0 where delayed signals have a past, whose
+ * length changes. Bytes of a state of the same system come back as it; NULL: no memory. */
+size_t kmp_stepper_packed_size(const kempe_system *system);
+void kmp_stepper_pack(kempe_stepper_state *state, unsigned char *to);
+kempe_stepper_state *kmp_stepper_unpack(const kempe_system *system, const unsigned char *from);
 
 void kmp_stepper_parameters_free(struct kmp_stepper_parameters *parameters);

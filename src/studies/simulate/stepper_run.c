@@ -106,6 +106,15 @@ static kempe_status follow_inputs(kempe_stepper *s, double until)
     return KEMPE_OK;
 }
 
+kempe_status kmp_stepper_stand_with_inputs(kempe_stepper *s)
+{
+    if (!s->given)
+        return KEMPE_OK;
+    s->given = false;
+    KMP_TRY(kmp_runner_cut(s->runner, s->t, s->stop));
+    return kmp_stepper_stand_at(s, s->t);
+}
+
 kempe_status kempe_stepper_step(kempe_stepper *s)
 {
     KMP_WANTED(NULL, s, "stepper");

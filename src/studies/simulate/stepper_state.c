@@ -79,16 +79,16 @@ kempe_status kempe_stepper_set_stop(kempe_stepper *s, double t)
 
 /* -- states ------------------------------------------------------------------------------------------ */
 
-static kempe_stepper_state *state_new(const kempe_stepper *s)
+static kempe_stepper_state *state_new(const kempe_system *system)
 {
-    size_t n = (size_t)s->system->n, modes = (size_t)s->system->events.count;
+    size_t n = (size_t)system->n, modes = (size_t)system->events.count;
     kempe_stepper_state *state = KMP_NEW(kempe_stepper_state, 1);
     if (!state)
         return NULL;
-    state->system = s->system;
+    state->system = system;
     KMP_ARENA_MAKE(&state->arena, KMP_ROOM(double, 2 * n, &state->row), KMP_ROOM(double, n, &state->given),
                    KMP_ROOM(double, modes, &state->mode));
-    if (kmp_present_inputs_init(&state->inputs, &state->arena, s->system->model) && !state->arena.failed)
+    if (kmp_present_inputs_init(&state->inputs, &state->arena, system->model) && !state->arena.failed)
         return state;
     kempe_stepper_state_free(state);
     return NULL;
@@ -152,7 +152,7 @@ kempe_status kempe_stepper_save(kempe_stepper *s, kempe_stepper_state **state)
     KMP_WANTED(s->system->context, state, "state");
     kmp_context_begin(s->system->context);
     KMP_TRY(kmp_runner_pass(s->runner, s->t));
-    kempe_stepper_state *made = state_new(s);
+    kempe_stepper_state *made = state_new(s->system);
     KMP_TRY(kmp_made(s->system->context, made));
     kempe_status status = record(s, made);
     if (status == KEMPE_OK)
@@ -209,11 +209,75 @@ kempe_status kempe_stepper_copy(kempe_stepper *s, kempe_stepper **copy)
     return KMP_GIVE_OR_FREE(status, copy, made, kempe_stepper_free);
 }
 
+/* -- states as bytes ------------------------------------------------------------------------------------ */
+
+enum { MOST_PIECES = 20 };
+
+/* All that a run from the state reads. */
+static int list_pieces(kempe_stepper_state *state, kmp_memory_piece *piece)
+{
+    kmp_present_inputs *inputs = &state->inputs;
+    const size_t n = (size_t)state->system->n, count = (size_t)inputs->count;
+    const kmp_memory_piece all[] = {
+        {&state->t, sizeof state->t},
+        {&state->own_stop, sizeof state->own_stop},
+        {&state->work, sizeof state->work},
+        {&state->step, sizeof state->step},
+        {&state->rate_scale, sizeof state->rate_scale},
+        {&state->samples, sizeof state->samples},
+        {&state->stand_in.active, sizeof state->stand_in.active},
+        {&state->stand_in.returns, sizeof state->stand_in.returns},
+        {state->row, 2 * n * sizeof *state->row},
+        {state->mode, (size_t)state->system->events.count * sizeof *state->mode},
+        {inputs->piece, count * sizeof *inputs->piece},
+        {inputs->replaced, count * sizeof *inputs->replaced},
+        {inputs->given, count * sizeof *inputs->given},
+        {inputs->waits, count * sizeof *inputs->waits},
+        {&inputs->waiting, sizeof inputs->waiting},
+        {inputs->vector, (size_t)kmp_present_inputs_size(inputs) * sizeof *inputs->vector},
+        {&inputs->held, sizeof inputs->held},
+        {&inputs->before, sizeof inputs->before},
+    };
+    memcpy(piece, all, sizeof all);
+    return (int)(sizeof all / sizeof *all);
+}
+
+size_t kmp_stepper_packed_size(const kempe_system *system)
+{
+    kempe_stepper_state *state = system->model->delay_count > 0 ? NULL : state_new(system);
+    kmp_memory_piece piece[MOST_PIECES];
+    size_t size = 0;
+    for (int k = state ? list_pieces(state, piece) : 0; k-- > 0;)
+        size += piece[k].size;
+    kempe_stepper_state_free(state);
+    return size;
+}
+
+void kmp_stepper_pack(kempe_stepper_state *state, unsigned char *to)
+{
+    kmp_memory_piece piece[MOST_PIECES];
+    const int count = list_pieces(state, piece);
+    for (int k = 0; k < count; to += piece[k++].size)
+        if (piece[k].size > 0)
+            memcpy(to, piece[k].at, piece[k].size);
+}
+
+kempe_stepper_state *kmp_stepper_unpack(const kempe_system *system, const unsigned char *from)
+{
+    kmp_memory_piece piece[MOST_PIECES];
+    kempe_stepper_state *state = state_new(system);
+    const int count = state ? list_pieces(state, piece) : 0;
+    for (int k = 0; k < count; from += piece[k++].size)
+        if (piece[k].size > 0)
+            memcpy(piece[k].at, from, piece[k].size);
+    return state;
+}
+
 /* -- another state ------------------------------------------------------------------------------------- */
 
 kempe_stepper_state *kmp_stepper_record(const kempe_stepper *s)
 {
-    kempe_stepper_state *state = state_new(s);
+    kempe_stepper_state *state = state_new(s->system);
     if (!state || record(s, state) == KEMPE_OK)
         return state;
     kempe_stepper_state_free(state);

@@ -41,6 +41,19 @@ static int place(kempe_fmu *fmu, const kempe_equations *e, double *memory)
     return used;
 }
 
+const kempe_fmu_model *kempe_fmu_open(const char *resources, char sentence[KEMPE_FMU_SENTENCE])
+{
+    const kempe_fmu_model *model = &kempe_fmu_exported;
+    sentence[0] = 0;
+    return model->open ? model->open(resources, sentence, KEMPE_FMU_SENTENCE) : model;
+}
+
+void kempe_fmu_close(const kempe_fmu_model *model)
+{
+    if (model && kempe_fmu_exported.close)
+        kempe_fmu_exported.close(model);
+}
+
 int kempe_fmu_memory(const kempe_fmu_model *model)
 {
     return kempe_simulator_memory(model->equations) + place(NULL, model->equations, NULL);

@@ -15,7 +15,7 @@ const char *const kempe_fmu_categories[KEMPE_FMU_LOG_CATEGORIES + 1] = {
 
 kempe_fmu_status kempe_fmu_say(kempe_fmu *fmu, kempe_fmu_status status, int category, const char *format, ...)
 {
-    char sentence[640];
+    char sentence[KEMPE_FMU_SENTENCE];
     va_list arguments;
     if (!fmu->log || (status == KEMPE_FMU_OK && !(fmu->logged & 1u << category)))
         return status;

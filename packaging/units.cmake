@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# kempe_unit.so: the library as a functional mock-up unit, which `kempe fmu --binary` copies into archives. It contains all
+# libraries that it needs but those of C, without UMFPACK (GPL), and exports the functions of the FMI alone.
+set(missing "")
+foreach(name klu btf amd colamd suitesparseconfig yaml expat sundials_ida sundials_kinsol sundials_cvode sundials_arkode
+        sundials_nvecserial sundials_sunmatrixsparse sundials_sunmatrixdense sundials_sunmatrixband
+        sundials_sunlinsoldense sundials_sunlinsolband sundials_sunnonlinsolfixedpoint sundials_sunnonlinsolnewton lapack blas)
+    find_library(STATIC_${name} lib${name}.a)
+    mark_as_advanced(STATIC_${name})
+    if(STATIC_${name})
+        list(APPEND KEMPE_STATIC_LIBS ${STATIC_${name}})
+    else()
+        string(APPEND missing " lib${name}.a")
+    endif()
+endforeach()
+if(missing)
+    message(STATUS "static libraries are not there: kempe fmu --binary will refuse (${missing} )")
+    return()
+endif()
+
+file(GLOB unit_sources CONFIGURE_DEPENDS src/unit/*.c)
+set(runtime ${PROJECT_SOURCE_DIR}/src/generate/runtime)
+add_library(kempe_unit MODULE ${unit_sources} ${PROJECT_BINARY_DIR}/simulator/kempe_fmu.c ${runtime}/kempe_fmi2.c
+    ${runtime}/kempe_fmi3.c integrators/sundials/linear.c)
+set_target_properties(kempe_unit PROPERTIES PREFIX "" OUTPUT_NAME kempe_unit C_VISIBILITY_PRESET hidden)
+target_compile_options(kempe_unit PRIVATE -UKEMPE_UMFPACK)
+target_include_directories(kempe_unit PRIVATE include . src ${runtime})
+target_include_directories(kempe_unit SYSTEM PRIVATE ${SUITESPARSE_INCLUDE} ${SUNDIALS_INCLUDE})
+file(CONFIGURE OUTPUT kempe_unit.map CONTENT "{ global: fmi2*; fmi3*; local: *; };\n")
+add_dependencies(kempe_unit kempe_inside)
+target_link_libraries(kempe_unit PRIVATE $<TARGET_FILE:kempe_inside> -Wl,--start-group ${KEMPE_STATIC_LIBS} -Wl,--end-group
+    m pthread -Wl,--version-script=${PROJECT_BINARY_DIR}/kempe_unit.map -Wl,--gc-sections -Wl,--no-undefined -s)
+set_property(TARGET kempe_unit PROPERTY LINK_DEPENDS $<TARGET_FILE:kempe_inside>)
+if(KEMPE_INSTALL)
+    install(TARGETS kempe_unit LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/kempe)
+endif()
