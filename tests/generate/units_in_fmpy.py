@@ -286,8 +286,34 @@ def evaluate(unit, instance, count, t, x, inputs, u, unknowns):
     return unit.get(instance, unknowns)
 
 
+def check_dependencies(unit, instance):
+    """Directional derivatives are zero where a dependency is not listed, and each list has one that is not zero."""
+    inputs = [v for v in unit.about.modelVariables if v.causality == "input"]
+    states = [unit.reference[name] for name in unit.reference if name.startswith("x[")]
+    knowns = states + [v.valueReference for v in inputs]
+    listed = 0
+    for unknown in unit.about.outputs + unit.about.derivatives + (unit.about.eventIndicators or []):
+        if unknown.dependencies is None or unknown.variable.type not in ("Real", "Float64"):
+            continue
+        depends = [v.valueReference for v in unknown.dependencies]
+        for known in knowns:
+            slope = instance.getDirectionalDerivative([unknown.variable.valueReference], [known], [1.0])[0]
+            check(slope == 0 or known in depends, unit.file.name, unknown.variable.name, "depends on", known, slope)
+            listed += known not in depends
+    check(listed, unit.file.name, "every variable depends on everything")
+
+
 def check_derivatives(unit):
-    instance = unit.started("me")
+    instance = unit.made("me")
+    unit.begin(instance)
+    early = random.Random(3)
+    knowns = unit.named("x[")
+    seed = [early.uniform(-1, 1) for _ in knowns]
+    before = instance.getDirectionalDerivative(unit.named("der("), knowns, seed)  # in Initialization Mode
+    instance.exitInitializationMode()
+    after = instance.getDirectionalDerivative(unit.named("der("), knowns, seed)
+    check(list(before) == list(after), unit.file.name, "derivatives in Initialization Mode differ")
+    check_dependencies(unit, instance)
     count = len(unit.named("x["))
     x = (ctypes.c_double * count)()
     instance.getContinuousStates(x, count)

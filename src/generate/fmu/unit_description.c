@@ -40,6 +40,7 @@ typedef struct description {
     int count, room;
     unit units[MOST_UNITS];
     int unit_count;
+    const kmp_unit_structure *structure; /* NULL: dependencies are unknown */
 } description;
 
 static const char *name_unit(kmp_arena *arena, const kmp_dimension *d, int angle)
@@ -559,18 +560,36 @@ static void put_variables(kmp_text *xml, const description *d)
     kmp_text_put(xml, "  </ModelVariables>\n");
 }
 
+static bool is_known(const kmp_unit_variable *v)
+{
+    const unsigned block = v->reference / KEMPE_FMU_BLOCK;
+    return block == KEMPE_FMU_STATES || block == KEMPE_FMU_INPUTS;
+}
+
+static void put_dependencies(kmp_text *xml, const description *d, unsigned reference)
+{
+    const char *between = "";
+    kmp_text_put(xml, " dependencies=\"");
+    for (int k = 0; k < d->count; k++)
+        if (is_known(&d->variable[k]) && kmp_unit_depends(d->structure, reference, d->variable[k].reference)) {
+            kmp_text_printf(xml, "%s%u", between, d->plan->fmi == 2 ? (unsigned)k + 1 : d->variable[k].reference);
+            between = " ";
+        }
+    kmp_text_put(xml, "\"");
+}
+
 /* An entry of the model structure: by index in version 2, by reference in version 3. */
-static void put_entry(kmp_text *xml, const description *d, const char *element, int k, bool depends)
+static void put_entry(kmp_text *xml, const description *d, const char *element, int k, bool initial)
 {
     const kmp_unit_variable *v = &d->variable[k];
     const unsigned f = (unsigned)d->source->simulated->freedom, at = v->reference % KEMPE_FMU_BLOCK;
     const bool second = d->plan->fmi == 2;
     kmp_text_printf(xml, "    <%s %s=\"%u\"", element, second ? "index" : "valueReference",
                     second ? (unsigned)k + 1 : v->reference);
-    if (depends && at < f) {
-        unsigned rate = v->state + f;
-        kmp_text_printf(xml, " dependencies=\"%u\" dependenciesKind=\"constant\"",
-                        second ? (unsigned)index_of(d, rate) : rate);
+    if (!initial && d->structure && kmp_unit_has_dependencies(v->reference)) {
+        put_dependencies(xml, d, v->reference);
+        if (v->state && at < f)
+            kmp_text_put(xml, " dependenciesKind=\"constant\"");
     }
     kmp_text_put(xml, "/>\n");
 }
@@ -614,7 +633,7 @@ static void put_structure(kmp_text *xml, const description *d)
             if (second && !open)
                 kmp_text_printf(xml, "    <%s>\n", lists[i].list);
             open = true;
-            put_entry(xml, d, second ? "Unknown" : lists[i].element, k, lists[i].has == is_derivative);
+            put_entry(xml, d, second ? "Unknown" : lists[i].element, k, lists[i].has == is_unknown);
         }
         if (second && open)
             kmp_text_printf(xml, "    </%s>\n", lists[i].list);
@@ -649,6 +668,8 @@ bool kmp_unit_describe(kmp_text *xml, const kmp_unit_plan *plan)
 {
     description d = {.plan = plan, .source = plan->source};
     bool ok = list_variables(&d);
+    d.structure = ok && !plan->library ? kmp_unit_structure_new(&d.arena, plan->source) : NULL;
+    ok = ok && (d.structure || plan->library);
     if (ok) {
         put_head(xml, plan);
         if (plan->exchange)

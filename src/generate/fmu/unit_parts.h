@@ -42,6 +42,16 @@ typedef struct kmp_unit_variable {
     unsigned state; /* of a derivative: the reference of its state; 0: none */
 } kmp_unit_variable;
 
+/** Dependencies of computed variables of a unit of sources; NULL: no memory. */
+typedef struct kmp_unit_structure kmp_unit_structure;
+kmp_unit_structure *kmp_unit_structure_new(kmp_arena *arena, const kmp_code_source *source);
+
+/** True for a variable whose dependencies are known, by its reference. */
+bool kmp_unit_has_dependencies(unsigned reference);
+
+/** True where the computed variable may depend on a known one, a state or an input. */
+bool kmp_unit_depends(const kmp_unit_structure *structure, unsigned reference, unsigned known);
+
 /** False: no memory. */
 bool kmp_unit_describe(kmp_text *xml, const kmp_unit_plan *plan);
 
