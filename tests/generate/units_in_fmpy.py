@@ -26,7 +26,7 @@ try:
     from fmpy.validation import validate_fmu
 except ImportError:
     other = os.environ.get("KEMPE_FMPY_PYTHON")
-    if other and os.path.realpath(other) != os.path.realpath(sys.executable):
+    if other and os.path.abspath(other) != os.path.abspath(sys.executable):
         os.execv(other, [other, *sys.argv])
     print("skipped: FMPy is not installed (pip install fmpy, or KEMPE_FMPY_PYTHON)")
     sys.exit(77)
@@ -475,6 +475,12 @@ def check_bytes(kempe, folder):
         check(files[0].read_bytes() == files[1].read_bytes(), "bytes of units differ", fmi)
 
 
+def check_coupling(kempe):
+    """The master of two units."""
+    done = subprocess.run([sys.executable, ROOT / "examples/cart_pole/couple_cart_pole.py", kempe], capture_output=True, text=True)
+    check(done.returncode == 0, "couple_cart_pole.py", done.stdout, done.stderr[-300:])
+
+
 def main():
     kempe = os.path.realpath(sys.argv[1])
     folder = pathlib.Path(tempfile.mkdtemp())
@@ -487,6 +493,7 @@ def main():
             if model in ON_LIBRARY:
                 check_on_library(kempe, folder, model, *ON_LIBRARY[model])
         check_bytes(kempe, folder)
+        check_coupling(kempe)
     finally:
         shutil.rmtree(folder)
     print(f"{len(failures)} failures")
