@@ -7,6 +7,7 @@
 #include "model/model.h"
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static kempe_status add_bytes(kempe_context *context, kmp_code_files *files, const char *name, const char *bytes,
                               size_t length)
@@ -64,7 +65,8 @@ kempe_status kmp_unit_add_resources(kmp_code_files *files, kmp_arena *arena, con
 {
     const char *main_file = "model/model.yaml";
     kmp_text list = {0};
-    if (model->document)
+    const bool has_file = model->path_count > 0 && access(model->paths[0], R_OK) == 0;
+    if (model->document && !has_file) /* built in code, or read from a text */
         KMP_TRY(add_bytes(model->context, files, main_file, model->document, strlen(model->document)));
     else
         KMP_TRY(add_files(files, arena, model, &main_file));
