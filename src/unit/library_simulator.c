@@ -340,6 +340,12 @@ kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed)
     return lacking(s);
 }
 
+double kempe_simulator_next_time(const kempe_simulator *s)
+{
+    (void)s;
+    return INFINITY;
+}
+
 void kempe_simulator_get_choice(const kempe_simulator *s, int *independent)
 {
     (void)s, (void)independent;
