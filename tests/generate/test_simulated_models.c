@@ -2,6 +2,7 @@
 /* Generated simulators of models of the examples, as programs of their own: their motions are those of the library, and
  * the bits do not depend on the times at which a caller looks, nor on saving and restoring. */
 #include "generate/compiled_equations.h"
+#include "generate/models.h"
 #include "model/variant.h"
 #include <kempe/stepper.h>
 #include <math.h>
@@ -183,6 +184,32 @@ static void refusals(void)
     }
 }
 
+/* Each model of the tests and examples is written, or refused with a sentence on its part. */
+static void every_model_has_an_answer(void)
+{
+    static char *paths[MOST_MODELS];
+    const kempe_generate_options g = {.simulator = 1, .language = "c"};
+    const int count = models_list(paths);
+    int written = 0;
+    for (int k = 0; k < count; k++) {
+        kempe_model *model = NULL;
+        kempe_code *code = NULL;
+        if (kempe_model_read(context, paths[k], &model) == KEMPE_OK) {
+            const bool made = kempe_code_new(model, &g, &code) == KEMPE_OK;
+            const char *message = kempe_context_message(context);
+            const bool told = made || strstr(message, "simulators: ") || strstr(message, ".yaml:");
+            written += made;
+            if (!told)
+                printf("  %s: %s\n", paths[k], message);
+            CHECK(told);
+        }
+        kempe_code_free(code);
+        kempe_model_free(model);
+        kmp_free(paths[k]);
+    }
+    CHECK(4 * written > 3 * count);
+}
+
 int main(void)
 {
     context = kempe_context_new();
@@ -191,6 +218,7 @@ int main(void)
     TEST(motions_are_those_of_the_library);
     TEST(starts_move);
     TEST(refusals);
+    TEST(every_model_has_an_answer);
     char command[128];
     snprintf(command, sizeof command, "rm -r %s", folder);
     CHECK(runs(command));

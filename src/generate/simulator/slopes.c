@@ -171,8 +171,10 @@ kempe_status kmp_slopes_add(kmp_code_source *source, const kmp_set_choice *choic
     bool written = false;
     source->simulated->slopes = KMP_ARENA_NEW(&source->arena, struct kmp_slopes_choice, KMP_SLOPES_MOST);
     KMP_TRY(kmp_made(source->context, source->simulated->slopes));
-    if (part->p == 0 || part->p > KMP_FUSED_MOST || system->load_row_count > 0 ||
-        kmp_motion_known(system)->block_count > 0)
+    if (part->p == 0 || part->p > KMP_FUSED_MOST || system->load_row_count > 0)
+        return KEMPE_OK;
+    KMP_TRY(kmp_motion_need(system));
+    if (system->motion->block_count > 0)
         return KEMPE_OK;
     KMP_TRY(derive_motion(source, choice, system, &motion));
     kempe_status status = motion ? write(source, motion, eval, part, &written) : KEMPE_OK;
