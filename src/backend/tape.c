@@ -225,4 +225,5 @@ static void run(void *code, int stage)
     kmp_frame_copies(f, stage);
 }
 
-const kmp_backend kmp_backend_tape = {"tape", prepare, release, kmp_frame_set, run, kmp_frame_outputs, NULL, NULL};
+const kmp_backend kmp_backend_tape = {"tape",          prepare, release, kmp_frame_set, run, kmp_frame_outputs,
+                                      kmp_frame_count, NULL,    NULL};

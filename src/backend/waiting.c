@@ -91,8 +91,16 @@ static const double *outputs(const void *self, int stage)
     return w->now->outputs(w->code, stage);
 }
 
+static void count(const void *self, kmp_block_counts *counts)
+{
+    const waiting *w = self;
+    w->now->count(w->code, counts);
+    if (w->taped)
+        kmp_backend_tape.count(w->taped, counts);
+}
+
 const kmp_backend *kmp_backend_waiting(const kmp_backend *backend)
 {
-    static const kmp_backend either = {"native", prepare, release, set, run, outputs, NULL, NULL};
+    static const kmp_backend either = {"native", prepare, release, set, run, outputs, count, NULL, NULL};
     return backend == &kmp_backend_native ? &either : backend;
 }

@@ -2,6 +2,7 @@
 /* Looking into a system: its equations, its program, its operation counts. */
 #include "base/memory.h"
 #include "dynamics/motion.h"
+#include "generate/block_counts.h"
 #include "generate/gains.h"
 #include "generate/sets.h"
 #include "output/print.h"
@@ -122,7 +123,39 @@ static void show_header(kmp_text *text, const char *what, bool nodes)
     kmp_text_printf(text, nodes ? " | %8s %8s\n" : "\n", "created", "kept");
 }
 
-static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tally t[KMP_EQ_SETS])
+/* Of the stages that each right-hand side runs, with blocks. */
+static kmp_counts count_right_side(const kmp_program *p, const kmp_block_counts *blocks)
+{
+    kmp_counts all = kmp_program_count(p, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+    kmp_counts_add(&all, &blocks->averages, 1);
+    kmp_counts_add(&all, &blocks->equations, 1);
+    return all;
+}
+
+static void show_blocks(kmp_text *text, const kmp_program *p, const kmp_block_counts *blocks)
+{
+    const kmp_counts all = count_right_side(p, blocks);
+    const struct {
+        const char *name;
+        const kmp_counts *counts;
+        int lists;
+    } rows[] = {{"averages over places", &blocks->averages, blocks->average_lists},
+                {"solved by iteration", &blocks->equations, blocks->equation_lists}};
+    if (p->block_count == 0)
+        return;
+    kmp_text_put(text, "\n");
+    show_header(text, "at the start", false);
+    for (int k = 0; k < 2; k++)
+        if (rows[k].lists > 0) {
+            show_counts(text, rows[k].name, rows[k].counts);
+            kmp_text_printf(text, " | %d evaluations\n", rows[k].lists);
+        }
+    show_counts(text, "right-hand side", &all);
+    kmp_text_put(text, "\n");
+}
+
+static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tally t[KMP_EQ_SETS],
+                       const kmp_block_counts *blocks)
 {
     const char *const *names;
     const kmp_program *p = program_of(system, &names);
@@ -136,6 +169,7 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
         show_counts(text, names[s], &c);
         kmp_text_put(text, "\n");
     }
+    show_blocks(text, p, blocks);
     kmp_text_put(text, "\n");
     show_header(text, "set", true);
     for (int k = 0; k < KMP_EQ_SETS; k++)
@@ -150,6 +184,9 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
                      "by articulated bodies: qdd = a + X' lambda, J X lambda = -d, X = M^-1 J', d = J a + jdqd\n");
     kmp_text_put(text, "paper: + - * /   robotran: those and functions   created: nodes of the graph   kept: what the "
                        "program needs\n");
+    if (p->block_count > 0)
+        kmp_text_put(text, "right-hand side: all stages but parameters and power, with the operations of blocks, which "
+                           "the stages count as one function; without linear equations\n");
 }
 
 /* The saving in percent of the original count. */
@@ -228,7 +265,20 @@ static void json_tally(kmp_json *json, const char *key, const kmp_tally *t)
     kmp_json_put(json, "created %ld kept %ld }", t->created, t->kept);
 }
 
-static void json_stats(kmp_json *json, const kempe_system *system, const kmp_tally t[KMP_EQ_SETS])
+static void json_blocks(kmp_json *json, const kmp_program *p, const kmp_block_counts *blocks)
+{
+    const kmp_counts all = count_right_side(p, blocks);
+    kmp_json_object(json, "at_start");
+    json_counts(json, "averages", &blocks->averages);
+    kmp_json_put(json, "evaluations %d }", blocks->average_lists);
+    json_counts(json, "equations", &blocks->equations);
+    kmp_json_put(json, "evaluations %d }", blocks->equation_lists);
+    json_counts(json, "right_hand_side", &all);
+    kmp_json_put(json, "} }");
+}
+
+static void json_stats(kmp_json *json, const kempe_system *system, const kmp_tally t[KMP_EQ_SETS],
+                       const kmp_block_counts *blocks)
 {
     const char *const *names;
     const kmp_program *p = program_of(system, &names);
@@ -239,7 +289,9 @@ static void json_stats(kmp_json *json, const kempe_system *system, const kmp_tal
         json_counts(json, names[s], &c);
         kmp_json_end(json);
     }
-    kmp_json_put(json, "} sets {");
+    kmp_json_put(json, "}");
+    json_blocks(json, p, blocks);
+    kmp_json_put(json, "sets {");
     for (int k = 0; k < KMP_EQ_SETS; k++)
         if (shown & 1u << k)
             json_tally(json, kmp_set_of(NULL, k).name, &t[k]);
@@ -267,20 +319,22 @@ static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe
 {
     kmp_tally t[KMP_EQ_SETS];
     kmp_gains gains;
+    kmp_block_counts blocks;
     KMP_TRY(tally_sets(system, t));
     KMP_TRY(kmp_motion_need_bodies(system));
     if (!system->bodies->program)
         KMP_TRY(kmp_motion_need(system));
     KMP_TRY(kmp_gains_find(system->model, &gains));
+    KMP_TRY(kmp_block_counts_at_start(system, &blocks));
     if (format == KEMPE_TEXT) {
-        show_stats(out, system, t);
+        show_stats(out, system, t, &blocks);
         show_gains(out, &gains);
         return KEMPE_OK;
     }
     kmp_json json = kmp_json_begin(out);
     kmp_print_head(&json, system, KEMPE_OK, "", system->build_s, NULL);
     kmp_json_string(&json, "view", "stats");
-    json_stats(&json, system, t);
+    json_stats(&json, system, t, &blocks);
     json_gains(&json, &gains);
     kmp_json_end(&json);
     return KEMPE_OK;

@@ -72,6 +72,13 @@ kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_run
 kmp_solving *kmp_solving_beside(const kmp_solving *other);
 void kmp_solving_free(kmp_solving *solving);
 
+/** Operations of the block's program since it was made; those of a room count once, for the solving that owns it.
+ * Without the solution of linear equations, and the sums of averages. */
+kmp_counts kmp_solving_count(const kmp_solving *solving);
+
+/** True once it has been solved. */
+bool kmp_solving_is_done(const kmp_solving *solving);
+
 /** The array to write the arguments to. */
 double *kmp_solving_arguments(kmp_solving *solving);
 

@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* KEPT: solutions, of the lists of arguments that are evaluated in turn: those of the lanes of a vector register. */
-enum { KEPT = 8 };
+enum { KEPT = 8, BLOCK_STAGES = 4 };
 
 struct kmp_solving {
     const kmp_program_block *block;
@@ -21,6 +21,7 @@ struct kmp_solving {
     kmp_average *average;
     double *p;                  /* the current arguments */
     double *solved, *component; /* KEPT: arguments, and their solutions */
+    long runs[BLOCK_STAGES];    /* of stages, one by one */
     int known, next;            /* of these: their number, the one that the next solution replaces */
 };
 
@@ -54,6 +55,7 @@ static const kmp_block_runner interpreted = {prepare, release, set, run, outputs
 
 static const double *run_stage(kmp_solving *s, int stage)
 {
+    s->runs[stage]++;
     s->runner->run(s->code, stage);
     return s->runner->outputs(s->code, stage);
 }
@@ -122,6 +124,25 @@ void kmp_solving_free(kmp_solving *s)
     }
     kmp_free(s->p);
     kmp_free(s);
+}
+
+kmp_counts kmp_solving_count(const kmp_solving *s)
+{
+    kmp_counts c = {0};
+    if (s->average && !s->shares)
+        return kmp_average_count(s->average);
+    if (s->scan && !s->shares)
+        c = kmp_scan_count(s->scan);
+    for (int stage = 0; stage < s->block->program->stages; stage++) {
+        const kmp_counts once = kmp_program_count(s->block->program, stage, stage);
+        kmp_counts_add(&c, &once, s->runs[stage]);
+    }
+    return c;
+}
+
+bool kmp_solving_is_done(const kmp_solving *s)
+{
+    return s->known > 0;
 }
 
 double *kmp_solving_arguments(kmp_solving *s)

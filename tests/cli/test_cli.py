@@ -2072,6 +2072,19 @@ class Show(Case):
         self.assertEqual(min(ways.values()), ways["all of them"], "none of the ways costs anything")
         self.assertLess(ways["all of them"], ways["axes that stay"])
 
+    def test_blocks(self):
+        """A right-hand side has the operations of its blocks beside those of its stages."""
+        wheelset = ROOT / "examples/wheelset/wheelset.yaml"
+        found = self.object(0, "show", wheelset, "--stats")
+        blocks, stages = found["at_start"], found["stages"]
+        right_side = sum(stages[name]["paper"] for name in ("closure: h, J, h_t", "mass: M", "bias: C, jdqd"))
+        self.assertGreater(blocks["equations"]["evaluations"], 0)
+        self.assertGreater(blocks["equations"]["paper"], 10 * blocks["equations"]["evaluations"])
+        self.assertEqual(blocks["averages"]["paper"], 0)
+        self.assertEqual(blocks["right_hand_side"]["paper"], right_side + blocks["equations"]["paper"])
+        self.assertRegex(self.expect(0, "show", wheelset, "--stats").stdout, r"solved by iteration .* \d+ evaluations\n")
+        self.assertEqual(self.object(0, "show", ANDREWS, "--stats")["at_start"]["equations"]["paper"], 0)
+
     def test_same_bytes_twice(self):
         for view in ("--equations", "--program"):
             first, second = (self.expect(0, "show", ANDREWS, view).stdout for _ in range(2))

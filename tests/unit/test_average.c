@@ -100,6 +100,26 @@ static void a_gaussian_is_exact(void)
     free_scene(&c);
 }
 
+/* Operations of a flat exponent: 11 groups of eight places, all of which count, after two of the places in their
+ * middle. Sines and squares of the places alone stand. */
+static void operations_are_counted(void)
+{
+    kmp_graph *g = kmp_graph_new();
+    const double arguments[] = {0.3, 0.01, 2, 0.5};
+    const long exponents = 8 * (2 + 11), averages = 8 * 11;
+    kmp_solving *s = kmp_solving_new(kmp_implicit_block(kmp_graph_implicit(g, block_of(g, -100))), NULL);
+    CHECK(!kmp_solving_is_done(s));
+    memcpy(kmp_solving_arguments(s), arguments, sizeof arguments);
+    for (int k = 0; k < VALUES; k++) /* computed once */
+        CHECK(isfinite(kmp_solving_value(s, k)));
+    const kmp_counts c = kmp_solving_count(s);
+    CHECK(kmp_solving_is_done(s));
+    CHECK(c.add == 3 * exponents + 1 && c.mul == 3 * exponents + averages && c.trig == averages);
+    CHECK(c.div == 0 && c.other == 0 && c.paper == c.add + c.mul);
+    kmp_solving_free(s);
+    kmp_graph_free(g);
+}
+
 static void derivatives_agree_with_differences(void)
 {
     scene c = new_scene();
@@ -238,6 +258,7 @@ int main(void)
     TEST(far_below_one_place_will_do);
     TEST(arguments_alone_at_all_places);
     TEST(a_gaussian_is_exact);
+    TEST(operations_are_counted);
     TEST(derivatives_agree_with_differences);
     TEST(all_back_ends_have_the_same_bits);
     return check_report();

@@ -6,6 +6,7 @@
 #include "read_again.h"
 #include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
+#include "symbolic/program/interpreter.h"
 #include <math.h>
 
 /* y^3 + y = p */
@@ -233,6 +234,58 @@ static void test_shared_room(void)
     kmp_graph_free(g);
 }
 
+/* A runner that counts the stages that it runs. */
+static long stage_runs[4];
+
+static void *counted_prepare(const kmp_program *program)
+{
+    return kmp_interpreter_new(program);
+}
+
+static void counted_release(void *code)
+{
+    kmp_interpreter_free(code);
+}
+
+static void counted_set(void *code, kmp_input_kind kind, const double *values)
+{
+    kmp_interpreter_set(code, kind, values);
+}
+
+static void counted_run(void *code, int stage)
+{
+    stage_runs[stage]++;
+    kmp_interpreter_run(code, stage);
+}
+
+static const double *counted_outputs(const void *code, int stage)
+{
+    return kmp_interpreter_outputs(code, stage);
+}
+
+/* The operations of a solution are those of the stages that ran; a kept solution adds none. */
+static void test_operations_are_counted(void)
+{
+    static const kmp_block_runner runner = {counted_prepare, counted_release, counted_set, counted_run,
+                                            counted_outputs};
+    kmp_graph *g = kmp_graph_new();
+    const kmp_program_block *block = kmp_implicit_block(kmp_graph_implicit(g, cubic_block(g)));
+    kmp_solving *s = kmp_solving_new(block, &runner);
+    kmp_counts expected = {0};
+    *kmp_solving_arguments(s) = 2;
+    CHECK_NEAR(kmp_solving_value(s, 0), 1, 1e-14); /* y^3 + y = 2 */
+    CHECK(kmp_solving_value(s, 0) == kmp_solving_value(s, 0) && stage_runs[0] == 1 && stage_runs[2] > 2);
+    for (int stage = 0; stage < block->program->stages; stage++)
+        for (int i = block->program->code[stage]; i < block->program->code[stage + 1]; i++)
+            for (long k = 0; k < stage_runs[stage]; k++)
+                expected.paper += block->program->instruction[i].op == KMP_OP_ADD ||
+                                  block->program->instruction[i].op == KMP_OP_MUL ||
+                                  block->program->instruction[i].op == KMP_OP_DIV;
+    CHECK(expected.paper > 0 && kmp_solving_count(s).paper == expected.paper);
+    kmp_solving_free(s);
+    kmp_graph_free(g);
+}
+
 static void test_lowest_valley(void)
 {
     double candidate[17];
@@ -405,6 +458,7 @@ int main(void)
     TEST(test_no_solution);
     TEST(test_nesting);
     TEST(test_shared_room);
+    TEST(test_operations_are_counted);
     TEST(test_lowest_valley);
     TEST(test_coarse_candidates);
     TEST(test_sides);

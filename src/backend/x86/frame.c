@@ -65,6 +65,17 @@ const double *kmp_frame_outputs(const void *code, int stage)
     return f->v + f->out + f->program->outputs[stage];
 }
 
+void kmp_frame_count(const void *code, kmp_block_counts *counts)
+{
+    const kmp_frame *f = code;
+    for (uint32_t k = 0; f->solving && k < f->solving_count; k++) {
+        const bool averages = f->program->block[f->block_of[k]].averages;
+        const kmp_counts of = kmp_solving_count(f->solving[k]);
+        kmp_counts_add(averages ? &counts->averages : &counts->equations, &of, 1);
+        *(averages ? &counts->average_lists : &counts->equation_lists) += kmp_solving_is_done(f->solving[k]);
+    }
+}
+
 static double run_implicit(const kmp_frame *f, const kmp_special *s, const double *v, size_t width)
 {
     const kmp_instruction *in = &f->program->instruction[s->instruction];

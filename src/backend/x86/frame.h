@@ -103,6 +103,7 @@ static inline void kmp_frame_functions(kmp_frame *f, uint32_t segment)
         kmp_frame_specials(f, segment);
 }
 
-/** The back end's `set` and `outputs`, when the frame is the first member of its code. */
+/** The back end's `set`, `outputs` and `count`, when the frame is the first member of its code. */
 void kmp_frame_set(void *code, kmp_input_kind kind, const double *values);
 const double *kmp_frame_outputs(const void *code, int stage);
+void kmp_frame_count(const void *code, kmp_block_counts *counts);

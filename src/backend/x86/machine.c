@@ -65,6 +65,13 @@ void kmp_machine_set(kmp_machine *machine, kmp_input_kind kind, const double *va
     machine->backend->set(machine->code, kind, values);
 }
 
+kmp_block_counts kmp_machine_count(const kmp_machine *machine)
+{
+    kmp_block_counts counts = {0};
+    machine->backend->count(machine->code, &counts);
+    return counts;
+}
+
 const double *kmp_machine_run(kmp_machine *machine, int stage)
 {
     machine->backend->run(machine->code, stage);

@@ -8,6 +8,13 @@
 
 typedef struct kmp_machine kmp_machine;
 
+/** Operations of implicit blocks: averages over places, and equations that are solved by iteration; and the lists of
+ * arguments, each of one block, that they were made for. */
+typedef struct kmp_block_counts {
+    kmp_counts averages, equations;
+    int average_lists, equation_lists;
+} kmp_block_counts;
+
 typedef struct kmp_backend {
     const char *name;
     void *(*prepare)(const kmp_program *program); /* NULL: no memory */
@@ -15,6 +22,7 @@ typedef struct kmp_backend {
     void (*set)(void *code, kmp_input_kind kind, const double *values);
     void (*run)(void *code, int stage);
     const double *(*outputs)(const void *code, int stage);
+    void (*count)(const void *code, kmp_block_counts *counts);  /* adds those since it was prepared */
     void *(*share)(const kmp_program *program, kmp_team *team); /* for a thread pool; NULL: unused */
     kmp_team *team; /* the thread pool that shares the work of prepared programs: NULL in the table, set in a copy;
                        outlives it */
@@ -33,6 +41,9 @@ void kmp_machine_free(kmp_machine *machine);
 
 /** Sets the values of one input vector; values that the program does not read are ignored. */
 void kmp_machine_set(kmp_machine *machine, kmp_input_kind kind, const double *values);
+
+/** Operations of the machine's blocks since it was made. */
+kmp_block_counts kmp_machine_count(const kmp_machine *machine);
 
 /** Runs one stage, whose earlier stages are up to date, and returns its outputs in order (owned by the machine, valid
  * until the stage runs again). No allocation. */

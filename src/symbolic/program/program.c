@@ -384,32 +384,52 @@ static int count_signs(const kmp_instruction *in)
     return in->op == KMP_OP_LIST ? 0 : signs;
 }
 
+void kmp_counts_take(kmp_counts *c, const kmp_instruction *in, long times)
+{
+    const long signs = times * count_signs(in);
+    c->neg += signs;
+    c->robotran += signs;
+    switch ((kmp_op)in->op) {
+    case KMP_OP_LIST: /* computes nothing */
+        return;
+    case KMP_OP_ADD:
+        c->add += times;
+        c->paper += times;
+        break;
+    case KMP_OP_MUL:
+        c->mul += times;
+        c->paper += times;
+        break;
+    case KMP_OP_DIV:
+        c->div += times;
+        c->paper += times;
+        break;
+    case KMP_OP_SIN:
+    case KMP_OP_COS:
+        c->trig += times;
+        break;
+    default:
+        c->other += times;
+    }
+    c->robotran += times;
+}
+
+void kmp_counts_add(kmp_counts *c, const kmp_counts *more, long times)
+{
+    c->add += times * more->add;
+    c->mul += times * more->mul;
+    c->div += times * more->div;
+    c->neg += times * more->neg;
+    c->trig += times * more->trig;
+    c->other += times * more->other;
+    c->paper += times * more->paper;
+    c->robotran += times * more->robotran;
+}
+
 kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage)
 {
     kmp_counts c = {0};
-    for (int i = p->code[first_stage]; i < p->code[last_stage + 1]; i++) {
-        c.neg += count_signs(&p->instruction[i]);
-        switch ((kmp_op)p->instruction[i].op) {
-        case KMP_OP_ADD:
-            c.add++;
-            break;
-        case KMP_OP_MUL:
-            c.mul++;
-            break;
-        case KMP_OP_DIV:
-            c.div++;
-            break;
-        case KMP_OP_LIST: /* computes nothing */
-            break;
-        case KMP_OP_SIN:
-        case KMP_OP_COS:
-            c.trig++;
-            break;
-        default:
-            c.other++;
-        }
-    }
-    c.paper = c.add + c.mul + c.div;
-    c.robotran = c.paper + c.neg + c.trig + c.other;
+    for (int i = p->code[first_stage]; i < p->code[last_stage + 1]; i++)
+        kmp_counts_take(&c, &p->instruction[i], 1);
     return c;
 }

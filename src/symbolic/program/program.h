@@ -104,7 +104,11 @@ kmp_program *kmp_program_with_room(size_t stages, size_t code, size_t outputs, s
 /** Number of the table in the program, which owns it too; -1: no memory. */
 int kmp_program_add_table(kmp_program *p, struct kmp_table *table);
 
+/** Counts of the instructions of some stages. Implicit blocks count as one function each: kmp_solving_count. */
 kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_stage);
+/** Adds one instruction, or other counts, so many times. */
+void kmp_counts_take(kmp_counts *counts, const kmp_instruction *instruction, long times);
+void kmp_counts_add(kmp_counts *counts, const kmp_counts *more, long times);
 
 /** An independent copy. NULL: no memory. */
 kmp_program *kmp_program_copy(const kmp_program *p);

@@ -221,6 +221,11 @@ void kmp_average_room_free(kmp_average *a)
     kmp_free(a);
 }
 
+kmp_counts kmp_average_count(const kmp_average *a)
+{
+    return kmp_scan_count(a->scan);
+}
+
 const double *kmp_average_values(const kmp_average *a)
 {
     return a->value;

@@ -28,5 +28,7 @@ void kmp_average_room_free(kmp_average *average);
 
 /** The components for these arguments. No allocation. */
 void kmp_average_run(kmp_average *average, const double *arguments);
+/** Operations of the block's program since the room was made (scan.h). */
+kmp_counts kmp_average_count(const kmp_average *average);
 /** The values of the last computation. */
 const double *kmp_average_values(const kmp_average *average);

@@ -41,7 +41,8 @@ struct kmp_scan {
     step *steps;
     int step_start[LAST + 2]; /* by stage */
     int *pieces;
-    size_t *every; /* first of each group of eight */
+    size_t *every;                 /* first of each group of eight */
+    long settings, runs[LAST + 1]; /* sets of arguments; groups that a stage ran in */
 };
 
 static int leaves(const kmp_program *p)
@@ -395,6 +396,7 @@ void kmp_scan_free(kmp_scan *s)
 
 void kmp_scan_set(kmp_scan *s, const double *arguments)
 {
+    s->settings++;
     kmp_interpreter_set(s->first, KMP_IN_PARAMETER, arguments);
     (void)kmp_interpreter_run(s->first, 0);
     const double *values = kmp_interpreter_values(s->first);
@@ -405,7 +407,19 @@ void kmp_scan_set(kmp_scan *s, const double *arguments)
 void kmp_scan_groups(kmp_scan *s, int stage, size_t count, const size_t *first)
 {
     const groups n = {count, first};
+    s->runs[stage] += (long)count;
     run_steps(s->p, s->steps + s->step_start[stage], s->steps + s->step_start[stage + 1], &n);
+}
+
+kmp_counts kmp_scan_count(const kmp_scan *s)
+{
+    kmp_counts c = {0};
+    const kmp_counts common = kmp_program_count(s->p, 0, 0);
+    kmp_counts_add(&c, &common, s->settings);
+    for (int stage = FIRST; stage <= LAST; stage++)
+        for (int k = s->step_start[stage]; k < s->step_start[stage + 1]; k++)
+            kmp_counts_take(&c, &s->p->instruction[s->steps[k].instruction], LANES * s->runs[stage]);
+    return c;
 }
 
 kmp_scan_row kmp_scan_output(const kmp_scan *s, int stage, int k)

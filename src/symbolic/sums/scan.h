@@ -34,6 +34,9 @@ void kmp_scan_set(kmp_scan *scan, const double *arguments);
 void kmp_scan_groups(kmp_scan *scan, int stage, size_t count, const size_t *first);
 kmp_scan_row kmp_scan_output(const kmp_scan *scan, int stage, int k);
 
+/** Operations since the scan was made, of all arguments and places, those that fill groups of eight included. */
+kmp_counts kmp_scan_count(const kmp_scan *scan);
+
 /** The block's merits at its candidates, which are the places, for its arguments; padded to a multiple of eight. No
  * allocation. */
 const double *kmp_scan_run(kmp_scan *scan, const double *arguments);
