@@ -23,15 +23,25 @@ static kmp_program *stage_of(const kmp_program *p, int stage)
     return found;
 }
 
-static bool make_part(kmp_code_source *source, kmp_code_routine *part, const kmp_code_routine *routine, int block,
-                      const char *name, int stage)
+/* For averages with rows of values by place. NULL: no memory. */
+static kmp_program *part_of(const kmp_program_block *block, int stage, kmp_arena *arena, kmp_place_values *rows)
 {
-    const kmp_program *p = routine->program->block[block].program;
+    kmp_program *whole = stage_of(block->program, stage);
+    if (!whole || !block->averages)
+        return whole;
+    kmp_program *part = kmp_place_values_take(whole, arena, block->candidates, block->candidate, rows);
+    kmp_program_free(whole);
+    return part;
+}
+
+static bool make_part(kmp_code_source *source, kmp_code_routine *part, const kmp_code_routine *routine, int block,
+                      const char *name, int stage, kmp_place_values *rows)
+{
     const char *given = kmp_arena_printf(&source->arena, "%s_block%d_%s", routine->name, block, name);
     if (!given)
         return false;
     part->inner = given;
-    part->program = stage_of(p, stage);
+    part->program = part_of(&routine->program->block[block], stage, &source->arena, rows);
     part->arguments = 1u << KMP_IN_Q;
     part->array_count = 1;
     const int count = part->program ? part->program->outputs[2] - part->program->outputs[1] : 0;
@@ -49,9 +59,11 @@ kempe_status kmp_code_blocks_make(kmp_code_source *source, kmp_code_routine *rou
     for (int k = 0; ok && k < p->block_count; k++) {
         struct kmp_code_block *b = &routine->blocks[k];
         b->block = &p->block[k];
-        ok = make_part(source, &b->guess, routine, k, "guess", 1) &&
-             make_part(source, &b->equations, routine, k, "equations", b->block->program->stages - 1) &&
-             (b->block->candidates == 0 || b->block->averages || make_part(source, &b->merit, routine, k, "merit", 2));
+        ok = make_part(source, &b->guess, routine, k, "guess", 1, &b->guess_rows) &&
+             make_part(source, &b->equations, routine, k, "equations", b->block->program->stages - 1,
+                       &b->equations_rows) &&
+             (b->block->candidates == 0 || b->block->averages ||
+              make_part(source, &b->merit, routine, k, "merit", 2, NULL));
     }
     return kmp_made(source->context, ok);
 }

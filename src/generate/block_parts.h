@@ -2,13 +2,15 @@
 /* Implicit blocks of a routine's program, each as routines of its own: for languages that solve them. */
 #pragma once
 
+#include "generate/place_values.h"
 #include "generate/source.h"
 
 struct kmp_code_block {
     const kmp_program_block *block;
     /* Of arguments p and unknowns q; merit: without candidates no program. Of averages `guess` is the exponent at the
-     * place q[0] and the one that is needed, `equations` the averaged values there. */
+     * place q[0] and the one that is needed, `equations` the averaged values there, with further q by place. */
     kmp_code_routine guess, merit, equations;
+    kmp_place_values guess_rows, equations_rows; /* of averages */
 };
 
 /** Makes the blocks of a routine, which owns them. */

@@ -65,16 +65,40 @@ static void put_block_name(kmp_text *text, const kmp_writer *w, int number)
     kmp_text_printf(text, "%s_%s_block%d", w->source->name, w->routine->name, number);
 }
 
+/* The numbers of an array. */
+static void put_numbers(kmp_text *text, int count, const double *x)
+{
+    for (int k = 0; k < count; k++) {
+        kmp_list_item(text, &kmp_language_c.numbers, k);
+        kmp_language_number(text, &kmp_language_c, x[k]);
+    }
+    kmp_text_put(text, "};\n\n");
+}
+
 static void put_candidates(kmp_text *text, const kmp_program_block *block, const char *name)
 {
     if (block->candidates == 0)
         return;
     kmp_text_printf(text, "static const double %s_candidates[] = ", name);
-    for (int k = 0; k < block->candidates; k++) {
-        kmp_list_item(text, &kmp_language_c.numbers, k);
-        kmp_language_number(text, &kmp_language_c, block->candidate[k]);
+    put_numbers(text, block->candidates, block->candidate);
+}
+
+/* A function of kmp_places: a part of the block at a place, with the row of the place. */
+static void put_at_place(kmp_text *text, const struct kmp_code_block *b, const kmp_place_values *rows, const char *name,
+                         const char *function, const char *part, const char *result)
+{
+    if (rows->width > 1) {
+        kmp_text_printf(text, "static const double %s_%s_rows[] = ", name, part);
+        put_numbers(text, rows->width * b->block->candidates, rows->rows);
     }
-    kmp_text_put(text, "};\n\n");
+    kmp_text_printf(text, "static void %s_%s(void *self, const double *place, double *%s)\n{\n    %s_room *r = self;\n",
+                    name, function, result, name);
+    kmp_text_printf(text, "    %s_%s(r->%s, ", name, part, part);
+    if (rows->width > 1)
+        kmp_text_printf(text, "%s_%s_rows + %d * (place - %s_candidates)", name, part, rows->width, name);
+    else
+        kmp_text_put(text, "place");
+    kmp_text_printf(text, ", %s);\n}\n\n", result);
 }
 
 /* The functions that Newton's method calls. */
@@ -109,15 +133,8 @@ static void put_average(kmp_text *text, const struct kmp_code_block *b, const ch
     const int n = block->unknowns, places = block->candidates, groups = (places + 7) / 8;
     kmp_text_printf(text, "typedef struct %s_room {\n    double guess[%d], equations[%d];\n} %s_room;\n\n", name,
                     kept_of(&b->guess), kept_of(&b->equations), name);
-    kmp_text_printf(text,
-                    "static void %s_exponent(void *self, const double *place, double e[2])\n{\n    %s_room *r = self;\n"
-                    "    %s_guess(r->guess, place, e);\n}\n\n",
-                    name, name, name);
-    kmp_text_printf(
-        text,
-        "static void %s_averaged(void *self, const double *place, double *value)\n{\n    %s_room *r = self;\n"
-        "    %s_equations(r->equations, place, value);\n}\n\n",
-        name, name, name);
+    put_at_place(text, b, &b->guess_rows, name, "exponent", "guess", "e");
+    put_at_place(text, b, &b->equations_rows, name, "averaged", "equations", "value");
     kmp_text_printf(text,
                     "/* The logarithm of the sum, and the averages, for the arguments p. */\n"
                     "static void %s(const double *p, double *y)\n{\n    %s_room r;\n    size_t first[%d];\n"

@@ -3,6 +3,14 @@
 #include "symbolic/program/program.h"
 #include <string.h>
 
+/* What is taken over: the first stages. Instructions of `given` (NULL: none) become inputs. */
+typedef struct selection {
+    const kmp_program *p;
+    int stages;
+    const bool *given; /* by instruction */
+    int *list, count;  /* those that the others need */
+} selection;
+
 static int leaves(const kmp_program *p)
 {
     return p->constant_count + p->input_count;
@@ -14,18 +22,21 @@ static void need(uint32_t *number, uint32_t operand)
 }
 
 /* Marks the values that outputs of the stages need, backwards. */
-static void mark(const kmp_program *p, int stages, uint32_t *number)
+static void mark(const selection *s, uint32_t *number)
 {
-    for (int k = 0; k < p->outputs[stages]; k++)
+    const kmp_program *p = s->p;
+    for (int k = 0; k < p->outputs[s->stages]; k++)
         need(number, p->output[k]);
-    for (int i = p->code[stages]; i-- > 0;)
-        for (int k = 0; number[leaves(p) + i] && k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
+    for (int i = p->code[s->stages]; i-- > 0;)
+        for (int k = 0;
+             number[leaves(p) + i] && !(s->given && s->given[i]) && k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
             need(number, kmp_instruction_operand(&p->instruction[i], k));
 }
 
 /* Copies the constants and inputs in use; marks become numbers + 1. */
-static uint32_t take_leaves(const kmp_program *p, uint32_t *number, kmp_program *to)
+static uint32_t take_leaves(selection *s, uint32_t *number, kmp_program *to)
 {
+    const kmp_program *p = s->p;
     uint32_t next = 0;
     for (int k = 0; k < p->constant_count; k++)
         if (number[k]) {
@@ -36,6 +47,12 @@ static uint32_t take_leaves(const kmp_program *p, uint32_t *number, kmp_program 
         if (number[p->constant_count + k]) {
             to->input[to->input_count++] = p->input[k];
             number[p->constant_count + k] = ++next;
+        }
+    for (int i = 0; s->given && i < p->code[s->stages]; i++)
+        if (s->given[i] && number[leaves(p) + i]) {
+            s->list[s->count++] = i;
+            to->input[to->input_count++] = (kmp_program_input){KMP_IN_Q, (uint32_t)s->count};
+            number[leaves(p) + i] = ++next;
         }
     return next;
 }
@@ -74,13 +91,14 @@ static bool take_applied(const kmp_program *p, kmp_instruction *in, int *block, 
     return number >= 0;
 }
 
-static bool take_code(const kmp_program *p, uint32_t *number, uint32_t next, int *block, kmp_program *to)
+static bool take_code(const selection *s, uint32_t *number, uint32_t next, int *block, kmp_program *to)
 {
+    const kmp_program *p = s->p;
     int count = 0;
-    for (int s = 0; s < to->stages; s++) {
-        to->code[s] = count;
-        for (int i = p->code[s]; i < p->code[s + 1]; i++) {
-            if (!number[leaves(p) + i])
+    for (int stage = 0; stage < to->stages; stage++) {
+        to->code[stage] = count;
+        for (int i = p->code[stage]; i < p->code[stage + 1]; i++) {
+            if (!number[leaves(p) + i] || (s->given && s->given[i]))
                 continue;
             kmp_instruction *in = &to->instruction[count++];
             *in = renumber(&p->instruction[i], number);
@@ -93,31 +111,48 @@ static bool take_code(const kmp_program *p, uint32_t *number, uint32_t next, int
     return true;
 }
 
-static bool fill(const kmp_program *p, int stages, uint32_t *number, int *block, kmp_program *to)
+static bool fill(selection *s, uint32_t *number, int *block, kmp_program *to)
 {
-    to->stages = stages;
+    const kmp_program *p = s->p;
+    to->stages = s->stages;
     to->graph_nodes = p->graph_nodes;
-    mark(p, stages, number);
-    uint32_t next = take_leaves(p, number, to);
-    if (!take_code(p, number, next, block, to))
+    mark(s, number);
+    uint32_t next = take_leaves(s, number, to);
+    if (!take_code(s, number, next, block, to))
         return false;
-    memcpy(to->outputs, p->outputs, (size_t)(stages + 1) * sizeof *to->outputs);
-    for (int k = 0; k < to->outputs[stages]; k++)
+    memcpy(to->outputs, p->outputs, (size_t)(s->stages + 1) * sizeof *to->outputs);
+    for (int k = 0; k < to->outputs[s->stages]; k++)
         to->output[k] = renumbered(number, p->output[k]);
     return true;
 }
 
-kmp_program *kmp_program_first(const kmp_program *p, int stages)
+static kmp_program *take(selection *s)
 {
-    kmp_program *to = kmp_program_with_room((size_t)stages, (size_t)p->code[stages], (size_t)p->outputs[stages],
-                                            (size_t)p->constant_count, (size_t)p->input_count);
+    const kmp_program *p = s->p;
+    const size_t code = (size_t)p->code[s->stages], inputs = (size_t)p->input_count + (s->given ? code : 0);
+    kmp_program *to = kmp_program_with_room((size_t)s->stages, code, (size_t)p->outputs[s->stages],
+                                            (size_t)p->constant_count, inputs);
     uint32_t *number = KMP_NEW(uint32_t, leaves(p) + p->code[p->stages]);
     int *block = KMP_NEW(int, p->block_count + 1);
-    bool ok = to && number && block && fill(p, stages, number, block, to);
+    bool ok = to && number && block && fill(s, number, block, to);
     kmp_free(number);
     kmp_free(block);
     if (ok)
         return to;
     kmp_program_free(to);
     return NULL;
+}
+
+kmp_program *kmp_program_first(const kmp_program *p, int stages)
+{
+    selection s = {.p = p, .stages = stages};
+    return take(&s);
+}
+
+kmp_program *kmp_program_given(const kmp_program *p, const bool *given, int *list, int *count)
+{
+    selection s = {.p = p, .stages = p->stages, .given = given, .list = list};
+    kmp_program *to = take(&s);
+    *count = s.count;
+    return to;
 }
