@@ -2,7 +2,7 @@
 /* Text of expressions with the fewest brackets that keep the order of operations. Values used more than once, or too
  * long for a line, become variables; long routines are cut into chunks. */
 #include "generate/scalar.h"
-#include "generate/block_parts.h"
+#include "generate/blocks/block_parts.h"
 
 enum { LONGEST = 90, LEAF_LENGTH = 8 };
 

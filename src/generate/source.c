@@ -6,7 +6,8 @@
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
 #include "dynamics/load_dependent.h"
-#include "generate/block_parts.h"
+#include "generate/blocks/block_parts.h"
+#include "generate/shared_tables.h"
 #include "generate/simulator/simulated.h"
 #include "generate/simulator/slopes.h"
 #include "model/print/model_print.h"
@@ -359,6 +360,7 @@ static kempe_status derive_all(kmp_code_source *source, const kmp_set_choice *ch
     if (source->simulator)
         KMP_TRY(kmp_simulated_find(source, choice));
     KMP_TRY(kmp_made(source->context, place_symbols(source) && (!source->parameters || warn_of_shapes(source->model))));
+    KMP_TRY(kmp_made(source->context, kmp_code_tables_list(source)));
     return source->simulator ? kmp_simulated_place(source) : KEMPE_OK;
 }
 

@@ -65,6 +65,8 @@ typedef struct kmp_code_source {
     char **parameter_name; /* by position, like value */
     kmp_code_routine *routines;
     int count;
+    const struct kmp_table **tables; /* of all routines and of their blocks, each once */
+    int table_count;
     struct kmp_simulated *simulated; /* of a simulator: what it has beside its equations; otherwise NULL */
 } kmp_code_source;
 

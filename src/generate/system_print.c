@@ -2,7 +2,7 @@
 /* Looking into a system: its equations, its program, its operation counts. */
 #include "base/memory.h"
 #include "dynamics/motion.h"
-#include "generate/block_counts.h"
+#include "generate/blocks/block_counts.h"
 #include "generate/gains.h"
 #include "generate/sets.h"
 #include "output/print.h"

@@ -3,7 +3,7 @@
  * computes the bits of the tape. A long routine is a sequence of functions of CHUNK statements. Compile time grows
  * faster than length (gcc -O1, 84 000 operations: 4.6 s by 250, 6.2 s by 1000). Calls are as fast. Values that several
  * functions read are in an array of their caller. */
-#include "generate/block_parts.h"
+#include "generate/blocks/block_parts.h"
 #include "generate/languages/language.h"
 #include <stdio.h>
 #include <string.h>
@@ -262,11 +262,11 @@ static const char body[] =
     "$(if parameters)const char *const $(name)_parameter_names[] = $(parameter names);\n"
     "const double $(name)_parameter_values[] = $(values);\n$(end)\n"
     "$(functions)"
+    "$(each shared table)"
+    "static const double $(name)_x$(shared table)[$(points)] = $(x);\n"
+    "static const double $(name)_y$(shared table)[$(points)] = $(y);\n"
+    "static const double $(name)_c$(shared table)[$(polynomials)][4] = $(pieces);\n\n$(end)"
     "$(each routine)"
-    "$(each table)"
-    "static const double $(name)_$(routine)_x$(table)[$(points)] = $(x);\n"
-    "static const double $(name)_$(routine)_y$(table)[$(points)] = $(y);\n"
-    "static const double $(name)_$(routine)_c$(table)[$(polynomials)][4] = $(pieces);\n\n$(end)"
     "$(blocks)$(prepare)$(function)$(end)";
 
 #define UNUSED "    (void)$(argument);\n$(end)"
@@ -293,13 +293,10 @@ const kmp_language kmp_language_c = {
     .comment_end = " */",
     .mark = " *",
     .routine_mark = " *",
-    .table_call = "kempe_interpolate($(points), $(name)_$(routine)_x$(table), $(name)_$(routine)_y$(table), "
-                  "$(name)_$(routine)_c$(table), $(derivative), ",
+    .table_call = "kempe_interpolate($(points), $(name)_x$(shared table), $(name)_y$(shared table), "
+                  "$(name)_c$(shared table), $(derivative), ",
     .call = call,
     .define = define,
-    .table = "static const double $(name)_$(routine)_x$(table)[$(points)] = $(x);\n"
-             "static const double $(name)_$(routine)_y$(table)[$(points)] = $(y);\n"
-             "static const double $(name)_$(routine)_c$(table)[$(polynomials)][4] = $(pieces);\n\n",
     .block = put_block,
     .solve = "    double $(what)[$(count)];\n"
              "    $(name)_$(routine)_block$(number)((const double[]){$(argument)}, $(what));\n",

@@ -63,10 +63,10 @@ typedef struct kmp_language {
     void (*call)(const kmp_writer *writer, kmp_op op);
     void (*define)(const kmp_writer *writer, kmp_op op);
     const char *prepare, *function; /* of the parameters; of a routine */
-    /* Implicit blocks: the function that solves one, after the functions of its parts; the data of a table; a call of
-     * it for $(argument), which sets the array $(what). NULL: the language lacks them. */
+    /* Implicit blocks: the function that solves one, after the functions of its parts; a call of it for $(argument),
+     * which sets the array $(what). NULL: the language lacks them. */
     void (*block)(const kmp_writer *writer, const struct kmp_code_block *block, int number);
-    const char *table, *solve;
+    const char *solve;
     const char *part, *part_call; /* of a split function */
     kmp_array_spelling arrays;
     kmp_page pages[5], routine_pages[3]; /* up to the first without a text; the others for each routine */

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes the files of any language: fills in its templates. */
-#include "generate/block_parts.h"
+#include "generate/blocks/block_parts.h"
 #include "generate/languages/language.h"
 #include "generate/languages/levels.h"
 #include "generate/runtime_files.h"
 #include "generate/scalar.h"
+#include "generate/shared_tables.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
@@ -66,10 +67,13 @@ static void put_names(const kmp_writer *w, int count, char *const *names)
     kmp_list_end(w->text, &w->language->names, count);
 }
 
+/* Of a routine, otherwise of all of them. */
 static const kmp_table *table_of(const kmp_writer *w)
 {
     static const kmp_table none;
-    return w->routine && w->table < w->routine->program->table_count ? w->routine->program->table[w->table] : &none;
+    if (!w->routine)
+        return w->table < w->source->table_count ? w->source->tables[w->table] : &none;
+    return w->table < w->routine->program->table_count ? w->routine->program->table[w->table] : &none;
 }
 
 static void put_pieces(const kmp_writer *w)
@@ -103,11 +107,12 @@ static bool is_used(const kmp_writer *w, kmp_op op)
 {
     for (int k = 0; k < w->source->count; k++) {
         const kmp_code_routine *r = &w->source->routines[k];
+        const int blocks = r->blocks ? r->program->block_count : 0;
         if (w->routine && w->routine->program != r->program)
             continue;
         if (has(r->program, op))
             return true;
-        for (int b = 0; r->blocks && b < r->program->block_count; b++)
+        for (int b = 0; b < blocks; b++)
             if (has(r->blocks[b].guess.program, op) || has(r->blocks[b].merit.program, op) ||
                 has(r->blocks[b].equations.program, op))
                 return true;
@@ -180,15 +185,13 @@ static void put_prepare(const kmp_writer *w)
         write_stage(w, 0, w->language->prepare);
 }
 
-/* Functions of the parts of a block, with their tables. */
+/* Functions of the parts of a block. */
 static void put_part(const kmp_writer *w, const kmp_code_routine *part)
 {
     kmp_writer in = *w;
     in.routine = part;
     if (!part->program)
         return;
-    for (in.table = 0; in.table < part->program->table_count; in.table++)
-        kmp_fill(&in, w->language->table);
     write_stage(&in, 0, w->language->prepare);
     write_stage(&in, 1, w->language->function);
 }
@@ -535,6 +538,7 @@ static void put_number(const kmp_writer *w, const char *word, size_t length)
                    {"entries", a->rows * (a->cols ? a->cols : 1)},
                    {"has zeros", w->array && w->scalar && kmp_scalar_has_zeros(w->scalar, (int)(a - r->arrays))},
                    {"table", w->table},
+                   {"shared table", kmp_code_table_number(source, table_of(w))}, /* among those of all routines */
                    {"derivative", w->derivative},
                    {"points", table_of(w)->count},
                    {"polynomials", table_of(w)->count - 1},
@@ -594,6 +598,13 @@ static bool take_empty_array(kmp_writer *w, int k)
     return take_array(w, k) && w->array->count == 0;
 }
 
+static bool take_shared_table(kmp_writer *w, int k)
+{
+    w->routine = NULL;
+    w->table = k;
+    return true;
+}
+
 static bool take_table(kmp_writer *w, int k)
 {
     w->table = k;
@@ -641,6 +652,7 @@ static void repeat(const kmp_writer *w, const char *word, size_t length, const c
                  {"each array", r ? r->array_count : 0, take_array},
                  {"each written array", r ? r->array_count : 0, take_written_array},
                  {"each empty array", r ? r->array_count : 0, take_empty_array},
+                 {"each shared table", w->source->table_count, take_shared_table},
                  {"each table", r ? r->program->table_count : 0, take_table},
                  {"each input", KMP_ARGUMENTS, take_input},
                  {"each read input", KMP_ARGUMENTS, take_read_input},

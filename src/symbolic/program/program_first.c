@@ -3,7 +3,7 @@
 #include "symbolic/program/program.h"
 #include <string.h>
 
-/* What is taken over: the first stages. Instructions of `given` (NULL: none) become inputs. */
+/* The first stages of a program are taken over. Instructions of `given` (NULL: none) become inputs. */
 typedef struct selection {
     const kmp_program *p;
     int stages;

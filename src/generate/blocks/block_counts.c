@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "generate/block_counts.h"
+#include "generate/blocks/block_counts.h"
 #include "base/context.h"
 #include "constraints/evaluation/evaluator.h"
 #include "dynamics/motion.h"

@@ -2,7 +2,7 @@
 /* Implicit blocks of a routine's program, each as routines of its own: for languages that solve them. */
 #pragma once
 
-#include "generate/place_values.h"
+#include "generate/blocks/place_values.h"
 #include "generate/source.h"
 
 struct kmp_code_block {

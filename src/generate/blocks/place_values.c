@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "generate/place_values.h"
+#include "generate/blocks/place_values.h"
 #include "base/memory.h"
 #include "symbolic/program/interpreter.h"
 #include <string.h>

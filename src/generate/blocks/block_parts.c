@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "generate/block_parts.h"
+#include "generate/blocks/block_parts.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include <string.h>
