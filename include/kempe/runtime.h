@@ -130,16 +130,14 @@ KEMPE_RUNTIME_UNUSED static inline double kempe_piece_(const double c[4], int de
     }
 }
 
-/* The last knot, except the end knot, that is not to the right of `at`. */
+/* The last knot, except the end knot, that is not to the right of `at`. By halves without a branch, which no processor
+ * would predict. */
 KEMPE_RUNTIME_UNUSED static inline int kempe_find_piece_(int count, const double *x, double at)
 {
-    int low = 0, high = count - 1;
-    while (high - low > 1) {
-        int middle = low + (high - low) / 2;
-        if (x[middle] <= at)
-            low = middle;
-        else
-            high = middle;
+    int low = 0;
+    for (int pieces = count - 1, half; pieces > 1; pieces -= half) {
+        half = pieces / 2;
+        low += x[low + half] <= at ? half : 0;
     }
     return low;
 }

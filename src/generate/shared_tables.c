@@ -11,11 +11,9 @@ static void visit_programs(kmp_code_source *source, visit *each)
     for (int k = 0; k < source->count; k++) {
         const kmp_code_routine *r = &source->routines[k];
         each(source, r->program);
-        for (int b = 0; r->blocks && b < r->program->block_count; b++) {
-            each(source, r->blocks[b].guess.program);
-            each(source, r->blocks[b].merit.program);
-            each(source, r->blocks[b].equations.program);
-        }
+        for (int b = 0; r->blocks && b < r->program->block_count; b++)
+            for (int part = 0; part < KMP_BLOCK_PARTS; part++)
+                each(source, r->blocks[b].part[part].program);
     }
 }
 

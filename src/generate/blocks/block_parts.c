@@ -23,25 +23,44 @@ static kmp_program *stage_of(const kmp_program *p, int stage)
     return found;
 }
 
-/* For averages with rows of values by place. NULL: no memory. */
-static kmp_program *part_of(const kmp_program_block *block, int stage, kmp_arena *arena, kmp_place_values *rows)
+const char *const kmp_block_part_names[KMP_BLOCK_PARTS] = {"guess", "merit", "scan", "equations"};
+
+/* The stage of the block's program; 0: the block lacks the part. *by_place: it is evaluated at the candidates alone. */
+static int stage_of_part(const kmp_program_block *block, kmp_block_part part, bool *by_place)
+{
+    const bool among = block->candidates > 0 && !block->averages;
+    const int stages[KMP_BLOCK_PARTS] = {1, among ? 2 : 0, among ? 2 : 0, block->program->stages - 1};
+    *by_place = block->averages || part == KMP_PART_SCAN;
+    return stages[part];
+}
+
+/* NULL: no memory. */
+static kmp_program *program_of(const kmp_program_block *block, int stage, bool by_place, kmp_arena *arena,
+                               kmp_place_values *rows)
 {
     kmp_program *whole = stage_of(block->program, stage);
-    if (!whole || !block->averages)
+    const int unknowns = block->averages ? 1 : block->unknowns;
+    if (!whole || !by_place)
         return whole;
-    kmp_program *part = kmp_place_values_take(whole, arena, block->candidates, block->candidate, rows);
+    kmp_program *part = kmp_place_values_take(whole, unknowns, arena, block->candidates, block->candidate, rows);
     kmp_program_free(whole);
     return part;
 }
 
-static bool make_part(kmp_code_source *source, kmp_code_routine *part, const kmp_code_routine *routine, int block,
-                      const char *name, int stage, kmp_place_values *rows)
+static bool make_part(kmp_code_source *source, const kmp_code_routine *routine, int block, kmp_block_part number)
 {
-    const char *given = kmp_arena_printf(&source->arena, "%s_block%d_%s", routine->name, block, name);
+    struct kmp_code_block *b = &routine->blocks[block];
+    kmp_code_routine *part = &b->part[number];
+    bool by_place;
+    const int stage = stage_of_part(b->block, number, &by_place);
+    if (stage == 0)
+        return true;
+    const char *given =
+        kmp_arena_printf(&source->arena, "%s_block%d_%s", routine->name, block, kmp_block_part_names[number]);
     if (!given)
         return false;
     part->inner = given;
-    part->program = part_of(&routine->program->block[block], stage, &source->arena, rows);
+    part->program = program_of(b->block, stage, by_place, &source->arena, &b->rows[number]);
     part->arguments = 1u << KMP_IN_Q;
     part->array_count = 1;
     const int count = part->program ? part->program->outputs[2] - part->program->outputs[1] : 0;
@@ -57,24 +76,18 @@ kempe_status kmp_code_blocks_make(kmp_code_source *source, kmp_code_routine *rou
     routine->blocks = KMP_ARENA_NEW(&source->arena, struct kmp_code_block, p->block_count);
     bool ok = routine->blocks;
     for (int k = 0; ok && k < p->block_count; k++) {
-        struct kmp_code_block *b = &routine->blocks[k];
-        b->block = &p->block[k];
-        ok = make_part(source, &b->guess, routine, k, "guess", 1, &b->guess_rows) &&
-             make_part(source, &b->equations, routine, k, "equations", b->block->program->stages - 1,
-                       &b->equations_rows) &&
-             (b->block->candidates == 0 || b->block->averages ||
-              make_part(source, &b->merit, routine, k, "merit", 2, NULL));
+        routine->blocks[k].block = &p->block[k];
+        for (int part = 0; ok && part < KMP_BLOCK_PARTS; part++)
+            ok = make_part(source, routine, k, (kmp_block_part)part);
     }
     return kmp_made(source->context, ok);
 }
 
 void kmp_code_blocks_free(kmp_code_routine *routine)
 {
-    for (int k = 0; routine->blocks && k < routine->program->block_count; k++) {
-        kmp_program_free(routine->blocks[k].guess.program);
-        kmp_program_free(routine->blocks[k].merit.program);
-        kmp_program_free(routine->blocks[k].equations.program);
-    }
+    for (int k = 0; routine->blocks && k < routine->program->block_count; k++)
+        for (int part = 0; part < KMP_BLOCK_PARTS; part++)
+            kmp_program_free(routine->blocks[k].part[part].program);
 }
 
 bool kmp_code_block_source(const kmp_code_source *of, kmp_arena *arena, kmp_code_source *source)

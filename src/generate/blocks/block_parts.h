@@ -5,13 +5,24 @@
 #include "generate/blocks/place_values.h"
 #include "generate/source.h"
 
+/** Programs of a block, each a routine of arguments p and unknowns q. Of averages the guess is the exponent at the
+ * place q[0] and the one that is needed, the equations are the averaged values there. Merit and scan are those of a
+ * block among candidates: at any q, and at one of the candidates. Parts at places have further q by place. */
+typedef enum kmp_block_part {
+    KMP_PART_GUESS,
+    KMP_PART_MERIT,
+    KMP_PART_SCAN,
+    KMP_PART_EQUATIONS,
+    KMP_BLOCK_PARTS
+} kmp_block_part;
+
 struct kmp_code_block {
     const kmp_program_block *block;
-    /* Of arguments p and unknowns q; merit: without candidates no program. Of averages `guess` is the exponent at the
-     * place q[0] and the one that is needed, `equations` the averaged values there, with further q by place. */
-    kmp_code_routine guess, merit, equations;
-    kmp_place_values guess_rows, equations_rows; /* of averages */
+    kmp_code_routine part[KMP_BLOCK_PARTS]; /* without a program: the block lacks it */
+    kmp_place_values rows[KMP_BLOCK_PARTS]; /* width 0: none */
 };
+
+extern const char *const kmp_block_part_names[KMP_BLOCK_PARTS];
 
 /** Makes the blocks of a routine, which owns them. */
 kempe_status kmp_code_blocks_make(kmp_code_source *source, kmp_code_routine *routine);

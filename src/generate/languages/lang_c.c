@@ -49,9 +49,24 @@ static void define(const kmp_writer *w, kmp_op op)
 
 /* -- implicit blocks ----------------------------------------------------------------------------------- */
 
-static int kept_of(const kmp_code_routine *part)
+/* Of each part of a block in its room: "double guess[3], equations[2]". */
+static void put_kept(kmp_text *text, const struct kmp_code_block *b)
 {
-    return part->kept_count > 0 ? part->kept_count : 1;
+    const char *before = "    double ";
+    for (int k = 0; k < KMP_BLOCK_PARTS; k++)
+        if (b->part[k].program) {
+            const int kept = b->part[k].kept_count;
+            kmp_text_printf(text, "%s%s[%d]", before, kmp_block_part_names[k], kept > 0 ? kept : 1);
+            before = ", ";
+        }
+}
+
+static void put_preparation(kmp_text *text, const struct kmp_code_block *b, const char *name)
+{
+    for (int k = 0; k < KMP_BLOCK_PARTS; k++)
+        if (b->part[k].program)
+            kmp_text_printf(text, "    %s_%s_prepare(p, r.%s);\n", name, kmp_block_part_names[k],
+                            kmp_block_part_names[k]);
 }
 
 static int larger(int a, int b)
@@ -83,28 +98,54 @@ static void put_candidates(kmp_text *text, const kmp_program_block *block, const
     put_numbers(text, block->candidates, block->candidate);
 }
 
-/* A function of kmp_places: a part of the block at a place, with the row of the place. */
-static void put_at_place(kmp_text *text, const struct kmp_code_block *b, const kmp_place_values *rows, const char *name,
-                         const char *function, const char *part, const char *result)
+/* Values by place of a part that has some. */
+static void put_rows(kmp_text *text, const struct kmp_code_block *b, kmp_block_part part, const char *name)
 {
-    if (rows->width > 1) {
-        kmp_text_printf(text, "static const double %s_%s_rows[] = ", name, part);
-        put_numbers(text, rows->width * b->block->candidates, rows->rows);
-    }
+    const kmp_place_values *rows = &b->rows[part];
+    if (rows->width <= 1)
+        return;
+    kmp_text_printf(text, "static const double %s_%s_rows[] = ", name, kmp_block_part_names[part]);
+    put_numbers(text, rows->width * b->block->candidates, rows->rows);
+}
+
+/* A function of kmp_places: a part of the block at a place, with the row of the place. */
+static void put_at_place(kmp_text *text, const struct kmp_code_block *b, kmp_block_part number, const char *name,
+                         const char *function, const char *result)
+{
+    const int width = b->rows[number].width;
+    const char *part = kmp_block_part_names[number];
+    put_rows(text, b, number, name);
     kmp_text_printf(text, "static void %s_%s(void *self, const double *place, double *%s)\n{\n    %s_room *r = self;\n",
                     name, function, result, name);
     kmp_text_printf(text, "    %s_%s(r->%s, ", name, part, part);
-    if (rows->width > 1)
-        kmp_text_printf(text, "%s_%s_rows + %d * (place - %s_candidates)", name, part, rows->width, name);
+    if (width > 1)
+        kmp_text_printf(text, "%s_%s_rows + %d * (place - %s_candidates)", name, part, width, name);
     else
         kmp_text_put(text, "place");
     kmp_text_printf(text, ", %s);\n}\n\n", result);
 }
 
-/* The functions that Newton's method calls. */
-static void put_callbacks(kmp_text *text, const kmp_program_block *block, const char *name)
+/* Merits at all candidates: q has the candidate, guesses of the other unknowns, then values by place. */
+static void put_merits(kmp_text *text, const struct kmp_code_block *b, const char *name)
 {
-    const int n = block->unknowns, among = block->candidates > 0;
+    const kmp_program_block *block = b->block;
+    const int n = block->unknowns, more = b->rows[KMP_PART_SCAN].width - 1;
+    put_rows(text, b, KMP_PART_SCAN, name);
+    kmp_text_printf(text, "static const double *%s_merits(void *self)\n{\n    %s_room *r = self;\n", name, name);
+    kmp_text_printf(text, "    for (int k = 0; k < %d; k++) {\n        double q[%d] = {%s_candidates[k]};\n",
+                    block->candidates, n + more, name);
+    if (n > 1)
+        kmp_text_printf(text, "        %s_begin(self, q);\n", name);
+    if (more > 0)
+        kmp_text_printf(text, "        memcpy(q + %d, %s_scan_rows + %d * k + 1, %d * sizeof *q);\n", n, name, more + 1,
+                        more);
+    kmp_text_printf(text, "        %s_scan(r->scan, q, &r->merits[k]);\n    }\n    return r->merits;\n}\n\n", name);
+}
+
+/* The functions that Newton's method calls. */
+static void put_callbacks(kmp_text *text, const struct kmp_code_block *b, const char *name)
+{
+    const int n = b->block->unknowns, among = b->block->candidates > 0;
     const char *type = "_room *r = self;\n";
     kmp_text_printf(text, "static void %s_begin(void *self, double *y)\n{\n    %s%s", name, name, type);
     kmp_text_printf(text, "    %s_guess(r->guess, y, r->f);\n", name);
@@ -116,14 +157,8 @@ static void put_callbacks(kmp_text *text, const kmp_program_block *block, const 
     else
         kmp_text_put(text, "    (void)merit;\n");
     kmp_text_printf(text, "    %s_equations(r->equations, y, r->f);\n    return r->f;\n}\n\n", name);
-    if (!among)
-        return;
-    kmp_text_printf(text, "static const double *%s_scan(void *self)\n{\n    %s%s", name, name, type);
-    kmp_text_printf(text, "    for (int k = 0; k < %d; k++) {\n        double y[%d] = {%s_candidates[k]};\n",
-                    block->candidates, n, name);
-    if (n > 1)
-        kmp_text_printf(text, "        %s_begin(self, y);\n", name);
-    kmp_text_printf(text, "        %s_merit(r->merit, y, &r->merits[k]);\n    }\n    return r->merits;\n}\n\n", name);
+    if (among)
+        put_merits(text, b, name);
 }
 
 /* Sums over places. */
@@ -131,10 +166,11 @@ static void put_average(kmp_text *text, const struct kmp_code_block *b, const ch
 {
     const kmp_program_block *block = b->block;
     const int n = block->unknowns, places = block->candidates, groups = (places + 7) / 8;
-    kmp_text_printf(text, "typedef struct %s_room {\n    double guess[%d], equations[%d];\n} %s_room;\n\n", name,
-                    kept_of(&b->guess), kept_of(&b->equations), name);
-    put_at_place(text, b, &b->guess_rows, name, "exponent", "guess", "e");
-    put_at_place(text, b, &b->equations_rows, name, "averaged", "equations", "value");
+    kmp_text_printf(text, "typedef struct %s_room {\n", name);
+    put_kept(text, b);
+    kmp_text_printf(text, ";\n} %s_room;\n\n", name);
+    put_at_place(text, b, KMP_PART_GUESS, name, "exponent", "e");
+    put_at_place(text, b, KMP_PART_EQUATIONS, name, "averaged", "value");
     kmp_text_printf(text,
                     "/* The logarithm of the sum, and the averages, for the arguments p. */\n"
                     "static void %s(const double *p, double *y)\n{\n    %s_room r;\n    size_t first[%d];\n"
@@ -145,23 +181,22 @@ static void put_average(kmp_text *text, const struct kmp_code_block *b, const ch
         "    const kmp_places s = {%d, %d, %s_candidates, &r, %s_exponent, %s_averaged, first, middle, weight, "
         "value, lanes};\n",
         places, n, name, name, name);
-    kmp_text_printf(text,
-                    "    %s_guess_prepare(p, r.guess);\n    %s_equations_prepare(p, r.equations);\n"
-                    "    kmp_places_run(&s, y);\n}\n\n",
-                    name, name);
+    put_preparation(text, b, name);
+    kmp_text_put(text, "    kmp_places_run(&s, y);\n}\n\n");
 }
 
 /* Newton's method. */
 static void put_solver(kmp_text *text, const struct kmp_code_block *b, const char *name)
 {
     const kmp_program_block *block = b->block;
-    const int n = block->unknowns, among = block->candidates > 0, f = b->equations.arrays[0].count;
-    kmp_text_printf(text, "typedef struct %s_room {\n    double guess[%d], equations[%d], f[%d];\n", name,
-                    kept_of(&b->guess), kept_of(&b->equations), larger(f, n));
+    const int n = block->unknowns, among = block->candidates > 0, f = b->part[KMP_PART_EQUATIONS].arrays[0].count;
+    kmp_text_printf(text, "typedef struct %s_room {\n", name);
+    put_kept(text, b);
+    kmp_text_printf(text, ", f[%d];\n", larger(f, n));
     if (among)
-        kmp_text_printf(text, "    double merit[%d], merits[%d];\n", kept_of(&b->merit), block->candidates);
+        kmp_text_printf(text, "    double merits[%d];\n", block->candidates);
     kmp_text_printf(text, "} %s_room;\n\n", name);
-    put_callbacks(text, block, name);
+    put_callbacks(text, b, name);
     kmp_text_printf(text,
                     "/* The unknowns for the arguments p; NAN without a solution. */\n"
                     "static void %s(const double *p, double *y)\n{\n    %s_room r;\n",
@@ -169,11 +204,9 @@ static void put_solver(kmp_text *text, const struct kmp_code_block *b, const cha
     kmp_text_printf(text, "    kmp_newton s = {.unknowns = %d, .self = &r, .equations = %s_at, .guess = %s_begin};\n",
                     n, name, name);
     if (among)
-        kmp_text_printf(text,
-                        "    s.candidates = %d;\n    s.candidate = %s_candidates;\n    s.merits = %s_scan;\n"
-                        "    %s_merit_prepare(p, r.merit);\n",
-                        block->candidates, name, name, name);
-    kmp_text_printf(text, "    %s_guess_prepare(p, r.guess);\n    %s_equations_prepare(p, r.equations);\n", name, name);
+        kmp_text_printf(text, "    s.candidates = %d;\n    s.candidate = %s_candidates;\n    s.merits = %s_merits;\n",
+                        block->candidates, name, name);
+    put_preparation(text, b, name);
     kmp_text_printf(text,
                     "    bool solved = kmp_newton_solve(&s);\n    for (int i = 0; i < %d; i++)\n"
                     "        y[i] = solved ? s.y[i] : (double)NAN;\n}\n\n",

@@ -113,9 +113,9 @@ static bool is_used(const kmp_writer *w, kmp_op op)
         if (has(r->program, op))
             return true;
         for (int b = 0; b < blocks; b++)
-            if (has(r->blocks[b].guess.program, op) || has(r->blocks[b].merit.program, op) ||
-                has(r->blocks[b].equations.program, op))
-                return true;
+            for (int part = 0; part < KMP_BLOCK_PARTS; part++)
+                if (has(r->blocks[b].part[part].program, op))
+                    return true;
     }
     return false;
 }
@@ -207,9 +207,8 @@ static void put_blocks(const kmp_writer *w)
         w->text->failed = true;
     for (int k = 0; k < count && !w->text->failed; k++) {
         const struct kmp_code_block *b = &w->routine->blocks[k];
-        put_part(&in, &b->guess);
-        put_part(&in, &b->merit);
-        put_part(&in, &b->equations);
+        for (int part = 0; part < KMP_BLOCK_PARTS; part++)
+            put_part(&in, &b->part[part]);
         w->language->block(w, b, k);
     }
     kmp_arena_free(&arena);

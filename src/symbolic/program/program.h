@@ -115,8 +115,8 @@ kmp_program *kmp_program_copy(const kmp_program *p);
 /** The program of the first stages alone, as many as given, with what they need. NULL: no memory. */
 kmp_program *kmp_program_first(const kmp_program *p, int stages);
 /** A program without the instructions that are `given`, as far as the others need them: number list[k] of these is the
- * input KMP_IN_Q[k + 1]. `given` and `list` have an entry for each instruction. NULL: no memory. */
-kmp_program *kmp_program_given(const kmp_program *p, const bool *given, int *list, int *count);
+ * input KMP_IN_Q[first + k]. `given` and `list` have an entry for each instruction. NULL: no memory. */
+kmp_program *kmp_program_given(const kmp_program *p, const bool *given, int first, int *list, int *count);
 /** True if inputs, code, tables and outputs are equal, to the bit; false where there are blocks. */
 bool kmp_program_equal(const kmp_program *a, const kmp_program *b);
 /** Number of a copy of the block in the program; -1: no memory. */

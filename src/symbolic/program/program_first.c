@@ -8,6 +8,7 @@ typedef struct selection {
     const kmp_program *p;
     int stages;
     const bool *given; /* by instruction */
+    int first;         /* of the inputs q that they become */
     int *list, count;  /* those that the others need */
 } selection;
 
@@ -50,8 +51,8 @@ static uint32_t take_leaves(selection *s, uint32_t *number, kmp_program *to)
         }
     for (int i = 0; s->given && i < p->code[s->stages]; i++)
         if (s->given[i] && number[leaves(p) + i]) {
+            to->input[to->input_count++] = (kmp_program_input){KMP_IN_Q, (uint32_t)(s->first + s->count)};
             s->list[s->count++] = i;
-            to->input[to->input_count++] = (kmp_program_input){KMP_IN_Q, (uint32_t)s->count};
             number[leaves(p) + i] = ++next;
         }
     return next;
@@ -149,9 +150,9 @@ kmp_program *kmp_program_first(const kmp_program *p, int stages)
     return take(&s);
 }
 
-kmp_program *kmp_program_given(const kmp_program *p, const bool *given, int *list, int *count)
+kmp_program *kmp_program_given(const kmp_program *p, const bool *given, int first, int *list, int *count)
 {
-    selection s = {.p = p, .stages = p->stages, .given = given, .list = list};
+    selection s = {.p = p, .stages = p->stages, .given = given, .first = first, .list = list};
     kmp_program *to = take(&s);
     *count = s.count;
     return to;
