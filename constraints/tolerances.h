@@ -175,6 +175,8 @@
  * end: a run of ten such times would decide 1e8 times. Impacts that accumulate are a hundred at most. */
 #define KMP_FRICTION_CROWD   1e-4
 #define KMP_FRICTION_CROWDED 1000
+/** Decisions without time between them that alternate. */
+#define KMP_FRICTION_REPEATS 20
 
 /* -- rigid contacts --------------------------------------------------------------------------------------- */
 

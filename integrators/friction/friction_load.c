@@ -7,14 +7,14 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_PASSES = 60, MOST_HALVINGS = 60 };
+enum { MOST_DIVISIONS = 60, MOST_HALVINGS = 60 };
 
-#define FAR    1e6  /* forces beyond this multiple of the largest one that a single element may need: none hold */
-#define NEAR   1e-3 /* a part below the least one by this */
-#define CLOSE  1e-8 /* to a bracket that rounding has ended */
-#define UNIQUE 1e-6 /* a part smaller by this suffices only where forces are not unique */
+#define FAR_OFF    1e6  /* forces beyond this multiple of the largest one that a single element may need: none hold */
+#define JUST_BELOW 1e-3 /* a part below the least one by this */
+#define CLOSE      1e-8 /* to a bracket that rounding has ended */
+#define UNIQUE     1e-6 /* a part smaller by this suffices only where forces are not unique */
 
-static double largest(const kmp_friction_run *x, int i)
+static double largest_of(const kmp_friction_run *x, int i)
 {
     const kmp_friction_element *e = &x->element[x->which[i]];
     return fmax(kmp_friction_at(x, e, KMP_ROLE_STATIC), fmax(kmp_friction_at(x, e, KMP_ROLE_LEVEL), 0));
@@ -27,7 +27,7 @@ static double far_away(const kmp_friction_run *x)
     for (int i = 0; i < x->rest; i++)
         if (x->d[i + i * x->rest] > 0)
             far = fmax(far, fabs(x->a[i]) / x->d[i + i * x->rest]);
-    return FAR * far;
+    return FAR_OFF * far;
 }
 
 /* True for a closed contact without friction of its own: its force may be another one, as no level depends on it. */
@@ -66,7 +66,7 @@ static bool suffices(kmp_friction_run *x, double part)
     return holds;
 }
 
-static double part_of(const kmp_friction_run *x)
+static double part_taken(const kmp_friction_run *x)
 {
     double part = 0;
     for (int i = 0; i < x->rest; i++)
@@ -79,7 +79,7 @@ static double part_of(const kmp_friction_run *x)
  * bounds: its zero is more exact than a bracket, where tolerances of rounding decide. */
 static double refine(kmp_friction_run *x, double part)
 {
-    double at[2] = {part * (1 - NEAR), part * (1 - 2 * NEAR)}, y[2];
+    double at[2] = {part * (1 - JUST_BELOW), part * (1 - 2 * JUST_BELOW)}, y[2];
     int most = 0;
     (void)suffices(x, at[0]);
     for (int i = 0; i < x->rest; i++)
@@ -96,7 +96,7 @@ static double least_part(kmp_friction_run *x)
 {
     if (!suffices(x, INFINITY))
         return INFINITY;
-    double high = part_of(x), low = 0;
+    double high = part_taken(x), low = 0;
     bool unique = high == 0 || !suffices(x, high * (1 - UNIQUE));
     for (int k = 0; !unique && k < MOST_HALVINGS; k++) {
         double part = (low + high) / 2;
@@ -125,7 +125,7 @@ static void spread(kmp_friction_run *x)
     }
 }
 
-void kmp_friction_share(kmp_friction_run *x)
+KMP_LOCAL void kmp_friction_share(kmp_friction_run *x)
 {
     memcpy(x->found, x->f, (size_t)x->rest * sizeof *x->f);
     x->spares = true;
@@ -135,26 +135,25 @@ void kmp_friction_share(kmp_friction_run *x)
         memcpy(x->f, x->found, (size_t)x->rest * sizeof *x->f);
 }
 
-kempe_status kmp_friction_load(kmp_runner *run, double t, const double *q, const double *qd, double *part)
+KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, const double *qd, double *part)
 {
-    kmp_friction_run *x = run->friction;
-    KMP_TRY(kmp_friction_pose(run, t, q, qd, 1 / (run->spec.t_end - run->spec.t_start)));
+    KMP_FRICTION_TRY(kmp_friction_pose(x, t, q, qd, 1 / x->site->numbers(x->site->self).span));
     double change = INFINITY;
     memset(x->f, 0, (size_t)x->count * sizeof *x->f);
     *part = 0;
-    for (int pass = 0; pass < MOST_PASSES && change > KMP_FRICTION_SETTLED && *part < INFINITY; pass++) {
+    for (int pass = 0; pass < MOST_DIVISIONS && change > KMP_FRICTION_SETTLED && *part < INFINITY; pass++) {
         for (int i = 0; i < x->rest; i++)
-            kmp_friction_put(run, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
-        KMP_TRY(kmp_friction_measure(run, t, q, qd));
+            kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
+        KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
         for (int i = 0; i < x->rest; i++)
-            x->upper[i] = largest(x, i);
+            x->upper[i] = largest_of(x, i);
         double before = *part;
         *part = least_part(x);
-        change = pass == 0 && run->loaded_friction ? INFINITY : fabs(*part - before) / *part;
+        change = pass == 0 && x->loads ? INFINITY : fabs(*part - before) / *part;
     }
     for (int i = 0; i < x->rest; i++)
-        kmp_friction_put(run, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
-    KMP_TRY(kmp_friction_measure(run, t, q, qd));
+        kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
+    KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
     spread(x);
-    return KEMPE_OK;
+    return 0;
 }

@@ -3,87 +3,83 @@
  * its solution; where these do not settle, all combinations of modes. */
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_inside.h"
-#include "linalg/dense/disc_minimum.h"
 #include <math.h>
 #include <string.h>
 
 enum {
-    MOST_PASSES = 60, /* of the iteration for levels that depend on multipliers */
+    MOST_LEVELS = 60, /* passes of the iteration for levels that depend on multipliers */
     MOST_TRIED = 6    /* elements whose modes are tried one after the other where it does not end */
 };
 
 /* -- the problem at a state ------------------------------------------------------------------------------ */
 
 /* True if a contact is away from its surface, or leaves it. */
-static bool is_open(const kmp_runner *run, const kmp_friction_element *e, double rate)
+static bool is_open(const kmp_friction_run *x, const kmp_friction_element *e, double rate)
 {
-    if (run->friction->pins)
+    if (x->pins)
         return !e->pinned;
-    double size = kmp_friction_scale(run, e), gap = kmp_friction_at(run->friction, e, KMP_ROLE_PLACE);
-    return gap > KMP_TOUCH_NEAR * size ||
-           kmp_friction_at(run->friction, e, KMP_ROLE_RATE) > KMP_FRICTION_STILL * size * rate;
+    double size = e->size, gap = kmp_friction_at(x, e, KMP_ROLE_PLACE);
+    return gap > KMP_TOUCH_NEAR * size || kmp_friction_at(x, e, KMP_ROLE_RATE) > KMP_FRICTION_STILL * size * rate;
 }
 
-static void list(kmp_runner *run, int i)
+static void list(kmp_friction_run *x, int i)
 {
-    kmp_friction_run *x = run->friction;
-    kmp_friction_set_given(run, &x->element[i], 0, 0);
+    kmp_friction_set_given(x, &x->element[i], 0, 0);
     x->which[x->rest++] = i;
 }
 
-static void list_contact(kmp_runner *run, int i, double rate)
+static void list_contact(kmp_friction_run *x, int i, double rate)
 {
-    kmp_friction_element *e = &run->friction->element[i];
-    if (run->friction->pins)
+    kmp_friction_element *e = &x->element[i];
+    if (x->pins)
         return;
-    if (is_open(run, e, rate)) {
-        kmp_friction_set_moving(run, e, 1, rate);
+    if (is_open(x, e, rate)) {
+        kmp_friction_set_moving(x, e, 1, rate);
     } else {
         e->lift = e->was == KMP_FRICTION_SLIPS ? e->lift : 0;
-        list(run, i);
+        list(x, i);
     }
 }
 
 /* An element of friction. That of a closed contact takes part also where it slips, because its force depends on that of
  * the contact. */
-static void list_friction(kmp_runner *run, int i, double rate)
+static void list_friction(kmp_friction_run *x, int i, double rate)
 {
-    kmp_friction_element *e = &run->friction->element[i], *base = e->base < 0 ? NULL : &run->friction->element[e->base];
-    double v = kmp_friction_at(run->friction, e, KMP_ROLE_RATE);
-    double still = kmp_friction_still(run) * kmp_friction_scale(run, e) * rate;
+    kmp_friction_element *e = &x->element[i], *base = e->base < 0 ? NULL : &x->element[e->base];
+    double v = kmp_friction_at(x, e, KMP_ROLE_RATE);
+    double still = kmp_friction_still(x) * e->size * rate;
     if (e->was == KMP_FRICTION_SLIPS && e->sense != 0) /* at the event its rate is this one against its sense */
         still = fmax(still, (1 + KMP_FRICTION_TIE) * e->back);
-    if (base && is_open(run, base, rate)) {
-        kmp_friction_set_off(run, e);
-    } else if (kmp_friction_stays_smooth(run->friction, e)) {
-        kmp_friction_set_smooth(run, e);
+    if (base && is_open(x, base, rate)) {
+        kmp_friction_set_off(x, e);
+    } else if (kmp_friction_stays_smooth(x, e)) {
+        kmp_friction_set_smooth(x, e);
     } else if (fabs(v) <= still) {
-        list(run, i);
+        list(x, i);
     } else if (base) {
-        list(run, i);
+        list(x, i);
         e->rubs = v > 0 ? 1 : -1;
     } else {
-        kmp_friction_set_moving(run, e, v > 0 ? 1 : -1, rate);
+        kmp_friction_set_moving(x, e, v > 0 ? 1 : -1, rate);
     }
 }
 
 /* Both components of slip in two directions. */
-static void list_across(kmp_runner *run, int i, double rate)
+static void list_across(kmp_friction_run *x, int i, double rate)
 {
-    kmp_friction_run *x = run->friction;
     kmp_friction_element *pair[] = {&x->element[i], &x->element[x->element[i].twin]};
-    double still = kmp_friction_halt(run, pair[0], rate), v[2];
+    double still = kmp_friction_halt(x, pair[0], rate), v[2];
     for (int k = 0; k < 2; k++)
         v[k] = kmp_friction_at(x, pair[k], KMP_ROLE_RATE);
     if (pair[0]->was == KMP_FRICTION_SLIPS && pair[0]->sense != 0) /* at the event it has this rate */
         still = fmax(still, 2 * pair[0]->back);
     double size = hypot(v[0], v[1]);
     for (int k = 0; k < 2; k++) {
-        if (is_open(run, &x->element[pair[k]->base], rate)) {
-            kmp_friction_set_off(run, pair[k]);
+        if (is_open(x, &x->element[pair[k]->base], rate)) {
+            kmp_friction_set_off(x, pair[k]);
             continue;
         }
-        list(run, k == 0 ? i : pair[0]->twin);
+        list(x, k == 0 ? i : pair[0]->twin);
         pair[k]->rubs = size > still;
         pair[k]->along = size > still ? v[k] / size : 0;
     }
@@ -101,84 +97,80 @@ static void find_partners(kmp_friction_run *x)
 }
 
 /* Lists the elements at rest; the others slip on. */
-static void list_resting(kmp_runner *run, double rate)
+static void list_resting(kmp_friction_run *x, double rate)
 {
-    kmp_friction_run *x = run->friction;
     x->rest = 0;
     for (int i = 0; i < x->count; i++) {
         kmp_friction_element *e = &x->element[i];
         e->broken = e->implied = false;
         e->rubs = 0;
-        e->still = KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate * rate;
+        e->still = KMP_FRICTION_STILL * e->size * rate * rate;
     }
     for (int i = 0; i < x->count; i++) {
         const kmp_friction_element *e = &x->element[i];
         if (e->contact)
-            list_contact(run, i, rate);
+            list_contact(x, i, rate);
         else if (e->twin < 0)
-            list_friction(run, i, rate);
+            list_friction(x, i, rate);
         else if (e->twin > i)
-            list_across(run, i, rate);
+            list_across(x, i, rate);
     }
     find_partners(x);
 }
 
-static kempe_status find_implied(kmp_runner *run, double t, const double *q)
+static int find_implied(kmp_friction_run *x, double t, const double *q)
 {
-    kmp_friction_run *x = run->friction;
     bool adds;
     for (int k = 0; k < x->rest; k++) {
         kmp_friction_element *e = &x->element[x->which[k]];
         if (e->rubs)
             continue;
-        KMP_TRY(kmp_friction_is_independent(run, e, t, q, &adds));
+        KMP_FRICTION_TRY(kmp_friction_is_independent(x, e, t, q, &adds));
         e->implied = !adds;
-        kmp_friction_set_given(run, e, 0, 0);
+        kmp_friction_set_given(x, e, 0, 0);
     }
-    return KEMPE_OK;
+    return 0;
 }
 
 /* A force of a size that occurs, by which D is found. Elements that slip with levels that depend on multipliers make
  * accelerations nonlinear in the forces: then it is a small one. */
-static double unit_of(const kmp_runner *run, double level)
+static double unit_of(const kmp_friction_run *x, double level)
 {
-    const kmp_friction_run *x = run->friction;
     int decided = 0;
     for (int i = 0; i < x->count; i++)
         decided += !(x->pins && x->element[i].contact);
-    bool nonlinear = run->loaded_friction && x->rest < decided;
+    bool nonlinear = x->loads && x->rest < decided;
     return (nonlinear ? KMP_FRICTION_UNIT : 1) * (level > 0 ? level : 1);
 }
 
 /* a0 and D, column by column; rounding of what closures imply is removed. */
-static kempe_status find_matrix(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+static int find_matrix(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
-    kmp_friction_run *x = run->friction;
     int n = x->rest;
-    KMP_TRY(kmp_friction_measure(run, t, q, qd));
+    KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
     for (int i = 0; i < n; i++) {
         const kmp_friction_element *e = &x->element[x->which[i]];
-        bool none = e->implied && fabs(kmp_friction_at(x, e, KMP_ROLE_ACCELERATION)) <=
-                                      KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate * rate;
+        bool none = e->implied &&
+                    fabs(kmp_friction_at(x, e, KMP_ROLE_ACCELERATION)) <= KMP_FRICTION_STILL * e->size * rate * rate;
         x->a[i] = none ? 0 : kmp_friction_at(x, e, KMP_ROLE_ACCELERATION);
         x->upper[i] = kmp_friction_at(x, e, KMP_ROLE_LEVEL);
     }
     for (int j = 0; j < n; j++) {
         kmp_friction_element *by = &x->element[x->which[j]];
-        double unit = unit_of(run, x->upper[j]);
-        kmp_friction_set_given(run, by, unit, 0);
-        KMP_TRY(kmp_friction_measure(run, t, q, qd));
+        double unit = unit_of(x, x->upper[j]);
+        kmp_friction_set_given(x, by, unit, 0);
+        KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
         for (int i = 0; i < n; i++) {
             const kmp_friction_element *e = &x->element[x->which[i]];
             bool none = e->implied || by->implied;
             x->d[i + j * n] = none ? 0 : (kmp_friction_at(x, e, KMP_ROLE_ACCELERATION) - x->a[i]) / unit;
         }
-        kmp_friction_set_given(run, by, 0, 0);
+        kmp_friction_set_given(x, by, 0, 0);
     }
     for (int i = 0; i < n; i++)
         for (int j = 0; j < i; j++)
             x->d[i + j * n] = x->d[j + i * n] = (x->d[i + j * n] + x->d[j + i * n]) / 2;
-    return KEMPE_OK;
+    return 0;
 }
 
 /* True if the reserve of an element is used up by a load, which others may take. That of a contact is used up where it
@@ -227,9 +219,8 @@ static void set_bounds(kmp_friction_run *x)
 
 /* The minimum from the guess, and if rounding of D keeps that from an end, from no friction. If neither settles, modes
  * are tried. */
-static kempe_status solve(kmp_runner *run, double t)
+static int find_forces(kmp_friction_run *x, double t)
 {
-    kmp_friction_run *x = run->friction;
     kmp_box_outcome outcome = kmp_friction_minimum(x, x->lower, x->upper);
     if (outcome == KMP_BOX_UNSETTLED) {
         memset(x->f, 0, (size_t)x->rest * sizeof *x->f);
@@ -237,14 +228,11 @@ static kempe_status solve(kmp_runner *run, double t)
     }
     x->open = outcome == KMP_BOX_UNSETTLED && x->rest <= MOST_TRIED;
     if (outcome == KMP_BOX_FOUND || x->open)
-        return KEMPE_OK;
-    if (outcome == KMP_BOX_UNBOUNDED)
-        return kmp_fail(run->s->context, KEMPE_E_FAILED,
-                        "closures or drives force the surfaces of contacts into each other at t = %.9g", t);
-    return kmp_fail(run->s->context, KEMPE_E_FAILED, "the modes of friction at t = %.9g are not determined", t);
+        return 0;
+    return x->site->fail(x->site->self, outcome == KMP_BOX_UNBOUNDED ? KMP_FRICTION_FORCED : KMP_FRICTION_UNDECIDED, t);
 }
 
-double kmp_friction_changed(const kmp_friction_run *x)
+KMP_LOCAL double kmp_friction_changed(const kmp_friction_run *x)
 {
     double most = 0, size = 0;
     for (int i = 0; i < x->rest; i++) {
@@ -269,29 +257,28 @@ static void take_accelerations(kmp_friction_run *x)
 }
 
 /* Solves with levels that fit the multipliers of the solution. */
-static kempe_status solve_levels(kmp_runner *run, double t, const double *q, const double *qd)
+static int solve_levels(kmp_friction_run *x, double t, const double *q, const double *qd)
 {
-    kmp_friction_run *x = run->friction;
     set_bounds(x);
-    KMP_TRY(solve(run, t));
-    for (int pass = 0; pass < MOST_PASSES && run->loaded_friction && !x->open; pass++) {
+    KMP_FRICTION_TRY(find_forces(x, t));
+    for (int pass = 0; pass < MOST_LEVELS && x->loads && !x->open; pass++) {
         memcpy(x->tried, x->f, (size_t)x->rest * sizeof *x->f);
         for (int i = 0; i < x->rest; i++)
-            kmp_friction_put(run, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
-        KMP_TRY(kmp_friction_measure(run, t, q, qd));
+            kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
+        KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
         set_bounds(x);
         take_accelerations(x);
-        KMP_TRY(solve(run, t));
+        KMP_FRICTION_TRY(find_forces(x, t));
         if (!x->open && kmp_friction_changed(x) <= KMP_FRICTION_SETTLED)
-            return KEMPE_OK;
+            return 0;
     }
-    x->open = x->open || run->loaded_friction;
-    return KEMPE_OK;
+    x->open = x->open || x->loads;
+    return 0;
 }
 
 /* -- the decision ---------------------------------------------------------------------------------------- */
 
-double kmp_friction_rounding(const kmp_friction_run *x, int i)
+KMP_LOCAL double kmp_friction_rounding(const kmp_friction_run *x, int i)
 {
     double size = fabs(x->a[i]);
     for (int j = 0; j < x->rest; j++)
@@ -368,9 +355,8 @@ static bool break_across(kmp_friction_run *x, int i)
 }
 
 /* Lets the elements slip that the solution accelerates, or whose reserve is used up. True: there are new ones. */
-static bool break_away(kmp_runner *run)
+static bool break_away(kmp_friction_run *x)
 {
-    kmp_friction_run *x = run->friction;
     bool any = false;
     for (int i = 0; i < x->rest; i++) {
         kmp_friction_element *e = &x->element[x->which[i]];
@@ -412,33 +398,31 @@ static bool is_allowed(const kmp_friction_run *x, int code)
 }
 
 /* Sets the modes of a combination, and computes accelerations with them. */
-static kempe_status try_modes(kmp_runner *run, int code, double t, const double *q, const double *qd)
+static int try_modes(kmp_friction_run *x, int code, double t, const double *q, const double *qd)
 {
-    kmp_friction_run *x = run->friction;
     bool adds;
     for (int k = 0; k < x->rest; k++) {
         kmp_friction_element *e = &x->element[x->which[k]];
-        kmp_friction_set_slip(run, e, direction(e, code, k), 0);
+        kmp_friction_set_slip(x, e, direction(e, code, k), 0);
     }
-    KMP_TRY(kmp_friction_choose(run, t, q));
+    KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
     for (int k = 0; k < x->rest; k++) {
         kmp_friction_element *e = &x->element[x->which[k]];
         if (e->implied || direction(e, code, k) != 0)
             continue;
-        KMP_TRY(kmp_friction_adds_row(run, e, t, q, &adds));
+        KMP_FRICTION_TRY(kmp_friction_adds_row(x, e, t, q, &adds));
         if (!adds)
-            kmp_friction_set_given(run, e, 0, 0);
+            kmp_friction_set_given(x, e, 0, 0);
     }
-    return kmp_friction_measure(run, t, q, qd);
+    return kmp_friction_measure(x, t, q, qd);
 }
 
 /* True if accelerations and forces of the last measurement agree with the modes; keeps the forces. */
-static bool is_consistent(kmp_runner *run, int code, double rate)
+static bool is_consistent(kmp_friction_run *x, int code, double rate)
 {
-    kmp_friction_run *x = run->friction;
     for (int k = 0; k < x->rest; k++) {
         const kmp_friction_element *e = &x->element[x->which[k]];
-        double least = -KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate * rate;
+        double least = -KMP_FRICTION_STILL * e->size * rate * rate;
         int way = direction(e, code, k);
         x->f[k] = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
         x->upper[k] = kmp_friction_at(x, e, way ? KMP_ROLE_LEVEL : KMP_ROLE_STATIC);
@@ -463,7 +447,7 @@ static void take_modes(kmp_friction_run *x, int code)
 
 static bool may_be_smooth(const kmp_friction_element *e)
 {
-    return e->force->has_regularise && e->loaded && !e->smooth;
+    return e->regularise > 0 && e->loaded && !e->smooth;
 }
 
 /* The number of elements at rest that may be regularised, and the first one. */
@@ -481,15 +465,14 @@ static int list_smooth(const kmp_friction_run *x, int *first)
 
 /* Regularises the element at rest whose level grows most with friction, of those that permit it. True: there is one,
  * and the modes of all others are to be set again. */
-static bool make_smooth(kmp_runner *run, double t, const double *q, const double *qd)
+static bool make_smooth(kmp_friction_run *x, double t, const double *q, const double *qd)
 {
-    kmp_friction_run *x = run->friction;
     double growth;
     int chosen, most = -1, count = list_smooth(x, &chosen);
     if (count == 0)
         return false;
-    if (count > 1 && kmp_friction_grow(run, t, q, qd, &growth, &most) != KEMPE_OK)
-        kmp_context_clear(run->s->context);
+    if (count > 1 && kmp_friction_grow(x, t, q, qd, &growth, &most) != 0)
+        x->site->forget(x->site->self);
     for (int k = 0; k < x->rest && count > 1; k++)
         chosen = x->which[k] == most && may_be_smooth(&x->element[most]) ? most : chosen;
     x->element[chosen].smooth = x->again = true;
@@ -498,40 +481,36 @@ static bool make_smooth(kmp_runner *run, double t, const double *q, const double
 }
 
 /* Tries all combinations of modes, and takes the first one that is consistent. */
-static kempe_status enumerate(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+static int enumerate(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
-    kmp_friction_run *x = run->friction;
     int total = 1, first = -1, found = 0;
     for (int k = 0; k < x->rest; k++)
         if (x->partner[k] >= 0) /* their directions are no combinations */
-            return kmp_friction_complain(run, t, q, qd);
+            return kmp_friction_complain(x, t, q, qd);
     for (int k = 0; k < x->rest && k < MOST_TRIED; k++)
         total *= 3;
     for (int code = 0; code < total && x->rest <= MOST_TRIED; code++) {
         if (!is_allowed(x, code))
             continue;
-        kempe_status status = try_modes(run, code, t, q, qd);
-        if (status == KEMPE_E_FAILED)
-            kmp_context_clear(run->s->context); /* no solution with these modes */
+        int status = try_modes(x, code, t, q, qd);
+        if (status == x->site->failed)
+            x->site->forget(x->site->self); /* no solution with these modes */
         else
-            KMP_TRY(status);
-        bool good = status == KEMPE_OK && is_consistent(run, code, rate);
+            KMP_FRICTION_TRY(status);
+        bool good = status == 0 && is_consistent(x, code, rate);
         first = good && first < 0 ? code : first;
         found += good;
     }
-    if (found != 1 && make_smooth(run, t, q, qd))
-        return KEMPE_OK;
+    if (found != 1 && make_smooth(x, t, q, qd))
+        return 0;
     if (first < 0)
-        return kmp_friction_complain(run, t, q, qd);
+        return kmp_friction_complain(x, t, q, qd);
     if (found > 1)
-        kmp_run_log_add(run->log, "solutions", t, found, NAN,
-                        "%d combinations of modes of friction are possible; the run goes on with that nearest to the "
-                        "modes before",
-                        found);
-    KMP_TRY(try_modes(run, first, t, q, qd));
-    (void)is_consistent(run, first, rate);
+        kmp_friction_tell(x, KMP_FRICTION_TELLS_SEVERAL, -1, t, found);
+    KMP_FRICTION_TRY(try_modes(x, first, t, q, qd));
+    (void)is_consistent(x, first, rate);
     take_modes(x, first);
-    return KEMPE_OK;
+    return 0;
 }
 
 /* True if an element that breaks away is accelerated against its slip by the levels of slip. */
@@ -547,13 +526,13 @@ static bool turns_back(const kmp_friction_run *x)
 }
 
 /* Solves, with the level of slip for those that break away. */
-static kempe_status solve_modes(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+static int solve_modes(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
-    run->friction->open = false;
-    KMP_TRY(solve_levels(run, t, q, qd));
-    while (!run->friction->open && break_away(run))
-        KMP_TRY(solve_levels(run, t, q, qd));
-    return run->friction->open || turns_back(run->friction) ? enumerate(run, t, q, qd, rate) : KEMPE_OK;
+    x->open = false;
+    KMP_FRICTION_TRY(solve_levels(x, t, q, qd));
+    while (!x->open && break_away(x))
+        KMP_FRICTION_TRY(solve_levels(x, t, q, qd));
+    return x->open || turns_back(x) ? enumerate(x, t, q, qd, rate) : 0;
 }
 
 /* Friction that slips keeps its direction. */
@@ -566,45 +545,43 @@ static void keep_slips(const kmp_friction_run *x)
     }
 }
 
-kempe_status kmp_friction_pose(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+KMP_LOCAL int kmp_friction_pose(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
-    list_resting(run, rate);
-    KMP_TRY(kmp_friction_choose(run, t, q));
-    KMP_TRY(find_implied(run, t, q));
-    return run->friction->rest > 0 ? find_matrix(run, t, q, qd, rate) : KEMPE_OK;
+    list_resting(x, rate);
+    KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
+    KMP_FRICTION_TRY(find_implied(x, t, q));
+    return x->rest > 0 ? find_matrix(x, t, q, qd, rate) : 0;
 }
 
 /* True if an element may be regularised, and levels grow so much that there may be several solutions. */
-static kempe_status may_be_several(kmp_runner *run, double t, const double *q, const double *qd, double rate, bool *may)
+static int may_be_several(kmp_friction_run *x, double t, const double *q, const double *qd, double rate, bool *may)
 {
-    kmp_friction_run *x = run->friction;
     double growth = 0;
     int first, most;
     *may = list_smooth(x, &first) > 0;
     if (!*may)
-        return KEMPE_OK;
-    kempe_status status = kmp_friction_grow(run, t, q, qd, &growth, &most);
-    if (status == KEMPE_E_FAILED)
-        kmp_context_clear(run->s->context);
+        return 0;
+    int status = kmp_friction_grow(x, t, q, qd, &growth, &most);
+    if (status == x->site->failed)
+        x->site->forget(x->site->self);
     else
-        KMP_TRY(status);
-    *may = (status == KEMPE_E_FAILED || growth >= 1) && x->rest <= MOST_TRIED;
-    return kmp_friction_pose(run, t, q, qd, rate); /* the growth was found without any modes */
+        KMP_FRICTION_TRY(status);
+    *may = (status == x->site->failed || growth >= 1) && x->rest <= MOST_TRIED;
+    return kmp_friction_pose(x, t, q, qd, rate); /* the growth was found without any modes */
 }
 
-kempe_status kmp_friction_decide(kmp_runner *run, double t, const double *q, const double *qd, double rate)
+KMP_LOCAL int kmp_friction_decide(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
-    kmp_friction_run *x = run->friction;
     bool several;
     do {
         x->again = false;
-        KMP_TRY(kmp_friction_pose(run, t, q, qd, rate));
+        KMP_FRICTION_TRY(kmp_friction_pose(x, t, q, qd, rate));
         if (x->rest == 0)
-            return KEMPE_OK;
-        KMP_TRY(may_be_several(run, t, q, qd, rate, &several));
+            return 0;
+        KMP_FRICTION_TRY(may_be_several(x, t, q, qd, rate, &several));
         guess(x);
         keep_slips(x);
-        KMP_TRY((several ? enumerate : solve_modes)(run, t, q, qd, rate));
+        KMP_FRICTION_TRY((several ? enumerate : solve_modes)(x, t, q, qd, rate));
     } while (x->again);
-    return KEMPE_OK;
+    return 0;
 }

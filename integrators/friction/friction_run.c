@@ -1,12 +1,24 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Friction of a run: its elements, the site of a runner, sentences and log. */
 #include "integrators/friction/friction_run.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
+#include "dynamics/kinematics/friction_modes.h"
 #include "integrators/friction/friction_inside.h"
+#include "integrators/run/runner.h"
 #include <math.h>
 #include <string.h>
 
-enum { MOST_REPEATS = 20 }; /* decisions without time between them */
+/* -- the site -------------------------------------------------------------------------------------------- */
+
+/* A dae meets rates, also those of rows, within the tolerance of its steps alone. */
+static kmp_friction_numbers numbers(const void *self)
+{
+    const kmp_runner *run = self;
+    double drift = run->method && run->method->dae ? KMP_FRICTION_DRIFT * run->spec.rtol : 0;
+    return (kmp_friction_numbers){
+        .span = run->spec.t_end - run->spec.t_start, .rtol = run->spec.rtol, .still = fmax(KMP_FRICTION_STILL, drift)};
+}
 
 double kmp_friction_pace(const kmp_runner *run, const double *qd)
 {
@@ -16,93 +28,149 @@ double kmp_friction_pace(const kmp_runner *run, const double *qd)
     return rate;
 }
 
-/* That of a contact is its force, by which it can be relieved. */
-static double reserve(const kmp_friction_run *x, int i)
+static double pace(const void *self, const double *qd)
 {
-    return x->element[x->which[i]].contact ? x->f[i] : x->upper[i] - kmp_friction_size(x, i);
+    return kmp_friction_pace(self, qd);
 }
 
-/* True for a contact with a force. One without would open at once by rounding where friction can hold its place. */
-static bool pushes(const kmp_friction_run *x, int i)
+static void put(void *self, int condition, double input)
 {
-    const kmp_friction_element *e = &x->element[x->which[i]];
-    return e->contact && x->f[i] * x->d[i + i * x->rest] > e->still;
+    kmp_eval_set_kink(((kmp_runner *)self)->eval, condition, input);
 }
 
-/* True if the row of element j comes before that of i: contacts that push first, then by their reserve. */
-static bool is_before(const kmp_friction_run *x, int j, int i)
+static int choose(void *self, double t, const double *q)
 {
-    bool first = pushes(x, j), second = pushes(x, i);
-    double a = reserve(x, j), b = reserve(x, i);
-    return first != second ? first : a > b || (a == b && j < i);
+    kmp_runner *run = self;
+    kmp_partition_free(&run->part);
+    return (int)kmp_runner_choose(run, t, q, -1, NULL, 0);
 }
 
-/* The element at rest with the k-th largest reserve; of equal ones the first. */
-static int with_reserve(const kmp_friction_run *x, int k)
+static int adds_row(void *self, double t, const double *q, bool *adds)
 {
-    for (int i = 0; i < x->rest; i++) {
-        int above = 0;
-        for (int j = 0; j < x->rest; j++)
-            above += is_before(x, j, i);
-        if (above == k)
-            return i;
-    }
+    kmp_runner *run = self;
+    int rank = run->part.r;
+    kmp_partition with;
+    kmp_eval_closure(run->eval, t, q);
+    kempe_status status = kmp_partition_init(&with, run->s, run->eval->jacobian, NULL, 0);
+    if (status != KEMPE_OK)
+        return (int)status;
+    double before = rank > 0 ? run->part.pivots[rank - 1] : with.pivots[0];
+    *adds = with.r > rank && with.pivots[with.r - 1] > KMP_FRICTION_RANK * before;
+    kmp_partition_free(&with);
     return 0;
 }
 
-/* Friction of contacts that open in this decision. */
-static void set_off(kmp_runner *run)
+static int measure(void *self, double t, const double *q, const double *qd, double *change)
+{
+    kmp_runner *run = self;
+    kmp_eval_closure(run->eval, t, q);
+    kempe_status status = kmp_runner_accelerate(run, t, q, qd);
+    if (status == KEMPE_OK)
+        kmp_eval_all_changes(run->eval, t, q, qd, run->qdd, run->lambda, change);
+    return (int)status;
+}
+
+static void look(void *self, double t, const double *q, const double *qd, double *change)
+{
+    const kmp_runner *run = self;
+    const double *now = kmp_eval_changes(run->eval, t, q, qd);
+    memcpy(change, now, (size_t)run->s->events.count * sizeof *now);
+}
+
+static int finish(void *self, double t, double *q, double *qd)
+{
+    kmp_runner *run = self;
+    kempe_status status = kmp_runner_project(run, t, q, qd);
+    return (int)(status == KEMPE_OK ? kmp_runner_accelerate(run, t, q, qd) : status);
+}
+
+static bool is_unsettled(const void *self)
+{
+    return kmp_is_unsettled(((const kmp_runner *)self)->eval);
+}
+
+static void forget(void *self)
+{
+    kmp_context_clear(((const kmp_runner *)self)->s->context);
+}
+
+static void forget_loads(void *self)
+{
+    kmp_load_forget(((kmp_runner *)self)->eval);
+}
+
+/* -- sentences ------------------------------------------------------------------------------------------- */
+
+static const kmp_force *force_of(const kmp_runner *run, const kmp_friction_element *e)
+{
+    return run->s->events.condition[e->slot].of;
+}
+
+static const char *name_of(const kmp_runner *run, const kmp_friction_element *e)
+{
+    return force_of(run, e)->name;
+}
+
+static void put_names(const kmp_runner *run, kmp_text *text)
 {
     const kmp_friction_run *x = run->friction;
-    for (int i = 0; i < x->count; i++) {
-        kmp_friction_element *e = &x->element[i];
-        if (e->base >= 0 && x->element[e->base].broken)
-            kmp_friction_set_off(run, e);
-    }
+    int count = 0;
+    for (int i = 0; i < x->count; i++)
+        if (!x->element[i].contact && (x->rest == 0 || x->element[i].tries))
+            kmp_text_printf(text, "%s'%s'", count++ ? ", " : "", name_of(run, &x->element[i]));
 }
 
-/* The force that element i keeps: rounding of all accelerations would exceed a level that is rounding as well. */
-static double kept_force(const kmp_friction_run *x, int i)
+static kempe_status fail_impossible(const kmp_runner *run, double t)
 {
-    const kmp_friction_element *e = &x->element[x->which[i]];
-    bool none = e->implied || fabs(x->d[i + i * x->rest] * x->f[i]) <= kmp_friction_rounding(x, i);
-    return none ? 0 : x->f[i];
+    const kmp_friction_run *x = run->friction;
+    kmp_text text = {0};
+    put_names(run, &text);
+    kmp_text_printf(&text, " can neither slip nor stick at t = %.9g", t);
+    if (x->growth >= 1)
+        kmp_text_printf(
+            &text,
+            ": the level of '%s' grows by %.4g for each unit of friction, where less than 1 is sure to have "
+            "a solution; reduce it",
+            name_of(run, &x->element[x->most]), x->growth);
+    else
+        kmp_text_put(&text, ": the level depends too much on the friction itself; reduce it");
+    if (x->rest > 0)
+        kmp_text_put(&text, ", or regularise it with a 'speed'");
+    return kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
 }
 
-/* Sets the modes of the elements at rest. Rows that others imply are not added: those of the elements with the largest
- * reserve come first. */
-static kempe_status set_modes(kmp_runner *run, double t, const double *q, double rate)
+static kempe_status fail_alternating(const kmp_runner *run, double t)
 {
-    kmp_friction_run *x = run->friction;
-    if (run->loaded_friction) /* levels may fall below forces that are given */
-        kmp_friction_share(x);
-    for (int k = 0; k < x->rest; k++) {
-        kmp_friction_element *e = &x->element[x->which[k]];
-        if (e->broken)
-            kmp_friction_set_moving(run, e, e->sense, rate);
-        else
-            kmp_friction_set_given(run, e, 0, 0);
-    }
-    set_off(run);
-    KMP_TRY(kmp_friction_choose(run, t, q));
-    for (int k = 0; k < x->rest; k++) {
-        int i = with_reserve(x, k);
-        kmp_friction_element *e = &x->element[x->which[i]];
-        bool adds = false;
-        if (e->broken || (e->base >= 0 && x->element[e->base].broken))
-            continue;
-        if (!e->implied)
-            KMP_TRY(kmp_friction_adds_row(run, e, t, q, &adds));
-        if (adds)
-            continue;
-        kmp_friction_set_given(run, e, kept_force(x, i), kmp_friction_still(run) * kmp_friction_scale(run, e) * rate);
-        e->stance = e->implied ? KMP_FRICTION_IDLE : KMP_FRICTION_CARRIED;
-        KMP_TRY(kmp_friction_choose(run, t, q));
-    }
-    return KEMPE_OK;
+    const kmp_friction_run *x = run->friction;
+    const kmp_friction_element *most = x->element;
+    for (int i = 0; i < x->count; i++)
+        most = x->element[i].changes > most->changes ? &x->element[i] : most;
+    const kmp_friction_element *contact = most->base >= 0 ? &x->element[most->base] : most;
+    const char *help = contact->contact ? "A 'law' makes this contact compliant, and its forces unique"
+                                        : "Regularise this friction with a 'speed'";
+    bool at_once = x->past.repeats >= KMP_FRICTION_REPEATS;
+    return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                    "modes are decided %d times between t = %.9g and %.9g without an end, most often by '%s'. %s",
+                    at_once ? x->past.repeats : x->past.changes, at_once ? t : x->past.since, t, name_of(run, most),
+                    help);
 }
 
-/* -- the log --------------------------------------------------------------------------------------------- */
+static int fail(void *self, kmp_friction_failure failure, double t)
+{
+    const kmp_runner *run = self;
+    switch (failure) {
+    case KMP_FRICTION_IMPOSSIBLE:
+        return (int)fail_impossible(run, t);
+    case KMP_FRICTION_ALTERNATES:
+        return (int)fail_alternating(run, t);
+    case KMP_FRICTION_FORCED:
+        return (int)kmp_fail(run->s->context, KEMPE_E_FAILED,
+                             "closures or drives force the surfaces of contacts into each other at t = %.9g", t);
+    default:
+        return (int)kmp_fail(run->s->context, KEMPE_E_FAILED, "the modes of friction at t = %.9g are not determined",
+                             t);
+    }
+}
 
 static const char *words_of(const kmp_friction_element *e)
 {
@@ -122,105 +190,149 @@ static const char *words_of(const kmp_friction_element *e)
     }
 }
 
-static bool is_as_before(const kmp_friction_element *e)
+static void tell_change(const kmp_runner *run, const kmp_friction_element *e, double t)
 {
-    bool rests = e->stance == KMP_FRICTION_HELD || e->stance == KMP_FRICTION_CARRIED,
-         rested = e->was == KMP_FRICTION_HELD || e->was == KMP_FRICTION_CARRIED;
-    if (e->force->across == 2) /* the first component tells of both */
-        return true;
-    bool off = e->stance == KMP_FRICTION_SLIPS && (e->contact ? !e->known : e->sense == 0);
-    return off || (e->known && (rests ? rested : e->stance == e->was && e->sense == e->before_sense));
+    const kmp_friction_element *named = e->twin < 0 ? e : &run->friction->element[e->base];
+    kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s%s' %s",
+                    name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e));
 }
 
-/* Tells that an element is no longer regularised. */
-static void tell_left(kmp_runner *run, kmp_friction_element *e, double t)
+static void tell(void *self, kmp_friction_fact fact, int element, double t, double number)
 {
-    if (!e->smooth || e->stance == KMP_FRICTION_SMOOTH)
-        return;
-    e->smooth = false;
-    kmp_run_log_add(run->log, "regularised", t, e->smooth_t, e->force->regularise.value,
-                    "'%s' was regularised from t = %.9g to %.9g", e->name, e->smooth_t, t);
-}
-
-static kempe_status settle(kmp_runner *run, double t, double *q, double *qd)
-{
-    kmp_friction_run *x = run->friction;
-    double rate = kmp_friction_pace(run, qd);
-    const double *now = kmp_eval_changes(run->eval, t, q, qd);
-    memcpy(x->change, now, (size_t)run->s->events.count * sizeof *now);
-    KMP_TRY(kmp_friction_decide(run, t, q, qd, rate));
-    if (x->rest > 0)
-        KMP_TRY(set_modes(run, t, q, rate));
-    KMP_TRY(kmp_runner_project(run, t, q, qd));
-    return kmp_runner_accelerate(run, t, q, qd);
-}
-
-/* Notes which elements change in this decision, or have used up their reserve. True: any does. */
-static bool count_changes(kmp_friction_run *x)
-{
-    bool any = false;
-    for (int i = 0; i < x->count; i++) {
-        kmp_friction_element *e = &x->element[i];
-        bool changes = e->fired || !is_as_before(e);
-        e->changes += changes;
-        any = any || changes;
-    }
-    return any;
-}
-
-static void begin_count(kmp_friction_run *x, double t)
-{
-    x->past.since = t;
-    x->past.changes = 0;
-    for (int i = 0; i < x->count; i++)
-        x->element[i].changes = 0;
-}
-
-static kempe_status complain_of_changes(const kmp_runner *run, double t)
-{
-    const kmp_friction_run *x = run->friction;
-    const kmp_friction_element *most = x->element;
-    for (int i = 0; i < x->count; i++)
-        most = x->element[i].changes > most->changes ? &x->element[i] : most;
-    const kmp_friction_element *contact = most->base >= 0 ? &x->element[most->base] : most;
-    const char *help = contact->contact ? "A 'law' makes this contact compliant, and its forces unique"
-                                        : "Regularise this friction with a 'speed'";
-    bool at_once = x->past.repeats >= MOST_REPEATS;
-    return kmp_fail(run->s->context, KEMPE_E_FAILED,
-                    "modes are decided %d times between t = %.9g and %.9g without an end, most often by '%s'. %s",
-                    at_once ? x->past.repeats : x->past.changes, at_once ? t : x->past.since, t, most->name, help);
-}
-
-/* Fails where modes change without progress of time: at one instant, or too often within a short part of the motion. */
-static kempe_status watch(kmp_runner *run, double t, double rate)
-{
-    kmp_friction_run *x = run->friction;
-    x->past.repeats =
-        t - x->past.t <= KMP_FRICTION_INSTANT * (run->spec.t_end - run->spec.t_start) ? x->past.repeats + 1 : 0;
-    x->past.t = t;
-    if (!((t - x->past.since) * rate <= KMP_FRICTION_CROWD))
-        begin_count(x, t);
-    x->past.changes += count_changes(x);
-    bool goes_on = x->past.repeats < MOST_REPEATS && x->past.changes < KMP_FRICTION_CROWDED;
-    return goes_on ? KEMPE_OK : complain_of_changes(run, t);
-}
-
-/* Tells at the start of levels that grow so much with the friction that there may be several solutions or none. */
-static kempe_status tell_growth(kmp_runner *run, double t, const double *q, const double *qd)
-{
-    double growth;
-    int most;
-    kempe_status status = kmp_friction_grow(run, t, q, qd, &growth, &most);
-    if (status == KEMPE_E_FAILED)
-        kmp_context_clear(run->s->context);
-    else
-        KMP_TRY(status);
-    if (status == KEMPE_OK && growth >= 1)
-        kmp_run_log_add(run->log, "growth", t, NAN, growth,
+    const kmp_runner *run = self;
+    const kmp_friction_element *e = element >= 0 ? &run->friction->element[element] : NULL;
+    switch (fact) {
+    case KMP_FRICTION_TELLS_SEVERAL:
+        kmp_run_log_add(run->log, "solutions", t, number, NAN,
+                        "%d combinations of modes of friction are possible; the run goes on with that nearest to the "
+                        "modes before",
+                        (int)number);
+        break;
+    case KMP_FRICTION_TELLS_GROWTH:
+        kmp_run_log_add(run->log, "growth", t, NAN, number,
                         "the level of '%s' grows by %.4g for each unit of friction: from 1 on there may be several "
                         "solutions, or none",
-                        run->friction->element[most].name, growth);
-    return KEMPE_OK;
+                        name_of(run, e), number);
+        break;
+    case KMP_FRICTION_TELLS_LEFT:
+        kmp_run_log_add(run->log, "regularised", t, e->smooth_t, number, "'%s' was regularised from t = %.9g to %.9g",
+                        name_of(run, e), e->smooth_t, t);
+        break;
+    default:
+        tell_change(run, e, t);
+    }
+}
+
+/* -- making ---------------------------------------------------------------------------------------------- */
+
+/* The element of a force; -1: none. */
+static int element_with(const kmp_runner *run, const kmp_friction_run *x, const kmp_force *force)
+{
+    for (int i = 0; i < x->count; i++)
+        if (force_of(run, &x->element[i]) == force)
+            return i;
+    return -1;
+}
+
+static int row_of(const kempe_system *s, const kmp_force *force)
+{
+    for (int r = 0; r < s->m; r++)
+        if (s->rows[r].closure == force->closure)
+            return r;
+    return -1;
+}
+
+static kmp_friction_element element_of(const kmp_runner *run, int slot)
+{
+    const kmp_force *force = run->s->events.condition[slot].of;
+    int row = row_of(run->s, force);
+    return (kmp_friction_element){.slot = slot,
+                                  .row = row < 0 ? 0 : row,
+                                  .size = row < 0 ? 1 : run->s->row_scale[row],
+                                  .regularise = force->has_regularise ? force->regularise.value : 0,
+                                  .restitution = force->restitution.value,
+                                  .ratio = force->level.value,
+                                  .contact = force->kind == KMP_FORCE_TOUCH,
+                                  .across = force->across,
+                                  .loaded = kmp_force_lambda(force)};
+}
+
+static kmp_friction_site site_of(kmp_runner *run)
+{
+    return (kmp_friction_site){.self = run,
+                               .failed = KEMPE_E_FAILED,
+                               .numbers = numbers,
+                               .pace = pace,
+                               .put = put,
+                               .choose = choose,
+                               .adds = adds_row,
+                               .measure = measure,
+                               .look = look,
+                               .finish = finish,
+                               .is_unsettled = is_unsettled,
+                               .forget = forget,
+                               .forget_loads = forget_loads,
+                               .fail = fail,
+                               .tell = tell};
+}
+
+kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
+{
+    const kmp_events *events = &run->s->events;
+    kmp_arena *a = &run->arena;
+    kmp_friction_run *x = KMP_ARENA_NEW(a, kmp_friction_run, 1);
+    kmp_friction_site *site = KMP_ARENA_NEW(a, kmp_friction_site, 1);
+    int count = 0;
+    for (int k = 0; k < events->count; k++)
+        count += events->condition[k].role == KMP_ROLE_SENSE;
+    *none = count == 0;
+    if (!x || !site || *none)
+        return NULL;
+    if (!KMP_ARENA_MAKE(
+            a, KMP_ROOM(kmp_friction_element, count, &x->element),
+            KMP_ROOM(int, count, &x->which, &x->side, &x->partner), KMP_ROOM(double, events->count, &x->change),
+            KMP_ROOM(double, count *count, &x->d), KMP_ROOM(double, kmp_disc_room(count), &x->room),
+            KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried, &x->aside, &x->found)))
+        return NULL;
+    *site = site_of(run);
+    x->site = site;
+    x->loads = kmp_friction_is_loaded(run->s->model);
+    kmp_friction_begin(x);
+    for (int k = 0; k < events->count; k++)
+        if (events->condition[k].role == KMP_ROLE_SENSE)
+            x->element[x->count++] = element_of(run, k);
+    for (int i = 0; i < x->count; i++) {
+        const kmp_force *force = force_of(run, &x->element[i]);
+        x->element[i].base = force->contact > 0 ? element_with(run, x, &run->s->model->forces[force->contact - 1]) : -1;
+        x->element[i].twin = force->across > 0 ? element_with(run, x, kmp_friction_twin(force)) : -1;
+    }
+    return x;
+}
+
+int kmp_friction_memory(kmp_friction_run *x, kmp_memory_piece *piece)
+{
+    if (!x)
+        return 0;
+    piece[0] = (kmp_memory_piece){x->element, (size_t)x->count * sizeof *x->element};
+    piece[1] = (kmp_memory_piece){&x->past, sizeof x->past};
+    return 2;
+}
+
+bool kmp_friction_is_loaded(const kempe_model *model)
+{
+    bool loaded = false;
+    for (int k = 0; k < model->force_count; k++)
+        loaded = loaded || model->forces[k].contact > 0 ||
+                 (kmp_force_sticks(&model->forces[k]) && kmp_force_lambda(&model->forces[k]));
+    return loaded;
+}
+
+bool kmp_friction_is_smooth(const kmp_friction_run *x)
+{
+    bool any = false;
+    for (int i = 0; x && i < x->count; i++)
+        any = any || x->element[i].smooth;
+    return any;
 }
 
 long kmp_friction_count(const kmp_friction_run *x)
@@ -228,31 +340,34 @@ long kmp_friction_count(const kmp_friction_run *x)
     return x->past.total;
 }
 
+/* -- in a run ---------------------------------------------------------------------------------------------- */
+
+void kmp_friction_note(kmp_runner *run)
+{
+    memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
+    kmp_friction_note_values(run->friction);
+}
+
+void kmp_friction_release(kmp_runner *run)
+{
+    kmp_friction_let_go(run->friction);
+}
+
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)
 {
+    return (kempe_status)kmp_friction_settle_modes(run->friction, t, q, qd);
+}
+
+void kmp_friction_show(kmp_runner *run, double t, double *row)
+{
+    const kempe_system *s = run->s;
     kmp_friction_run *x = run->friction;
-    for (int i = 0; i < x->count; i++) {
-        x->element[i].was = x->element[i].stance;
-        x->element[i].before_sense = x->element[i].sense;
+    double *lambda = row + 3 * s->n;
+    kmp_eval_all_changes(run->eval, t, row, row + s->n, row + 2 * s->n, lambda, x->change);
+    for (int r = 0; r < s->m; r++) {
+        const kmp_closure *closure = &s->model->closures[s->rows[r].closure];
+        for (int i = 0; i < x->count && kmp_closure_is_friction(closure); i++)
+            if (force_of(run, &x->element[i]) == &s->model->forces[closure->force])
+                lambda[r] = kmp_friction_at(x, &x->element[i], KMP_ROLE_GIVEN);
     }
-    KMP_TRY(x->past.known || !run->loaded_friction ? KEMPE_OK : tell_growth(run, t, q, qd));
-    kempe_status status = settle(run, t, q, qd);
-    if (status == KEMPE_E_FAILED && kmp_is_unsettled(run->eval))
-        return kmp_friction_complain(run, t, q, qd);
-    KMP_TRY(status);
-    x->past.known = true;
-    status = watch(run, t, kmp_friction_pace(run, qd));
-    for (int i = 0; i < x->count; i++) {
-        kmp_friction_element *e = &x->element[i];
-        x->past.total += !is_as_before(e);
-        tell_left(run, e, t);
-        if (!is_as_before(e))
-            kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s%s' %s",
-                            e->twin < 0 ? e->name : x->element[e->base].name, e->twin < 0 ? "" : "_friction",
-                            words_of(e));
-        e->known = true;
-        e->struck = false;
-        e->fired = false;
-    }
-    return status;
 }

@@ -18,6 +18,9 @@ typedef struct kmp_friction_run kmp_friction_run;
 /** Makes the workspace in the run's arena. NULL: no memory, or the system has no such elements (*none). */
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none);
 
+/** 1/s: the rate of the motion. */
+double kmp_friction_pace(const kmp_runner *run, const double *qd);
+
 /** True if a level of friction that sticks depends on multipliers. */
 bool kmp_friction_is_loaded(const kempe_model *model);
 

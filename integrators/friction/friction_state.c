@@ -4,6 +4,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "integrators/friction/friction_inside.h"
+#include "integrators/run/runner.h"
 #include <math.h>
 #include <string.h>
 
@@ -26,8 +27,8 @@ static kempe_status make_site(kmp_friction_state *x, kmp_evaluator *eval, bool *
     x->count = run->friction->count;
     for (int i = 0; i < x->count; i++) {
         const kmp_friction_element *e = &run->friction->element[i];
-        x->view[i] =
-            (kmp_friction_view){.element = e->force, .contact = e->contact, .size = kmp_friction_scale(run, e)};
+        x->view[i] = (kmp_friction_view){
+            .element = run->s->events.condition[e->slot].of, .contact = e->contact, .size = e->size};
     }
     return KEMPE_OK;
 }
@@ -151,7 +152,7 @@ static void take_views(kmp_friction_state *x, double t)
         x->view[i].off = e->base >= 0 && f->element[e->base].stance == KMP_FRICTION_SLIPS;
         if (e->contact || e->stance == KMP_FRICTION_SLIPS || e->stance == KMP_FRICTION_SMOOTH || x->view[i].largest > 0)
             continue;
-        kmp_friction_set_slip(run, e, 0, 0);
+        kmp_friction_set_slip(run->friction, e, 0, 0);
         x->view[i].word = KMP_FRICTION_WORD_SLIPS;
     }
 }
@@ -261,14 +262,14 @@ static kempe_status hold(kmp_friction_state *x, int i, double t, double place)
     kmp_runner *run = x->site;
     kmp_friction_element *e = &run->friction->element[i];
     bool adds;
-    KMP_TRY(kmp_friction_adds_row(run, e, t, run->state, &adds));
+    KMP_TRY((kempe_status)kmp_friction_adds_row(run->friction, e, t, run->state, &adds));
     x->view[i].word = adds ? KMP_FRICTION_WORD_STICKS : KMP_FRICTION_WORD_SHARES;
     if (adds) {
-        kmp_friction_set_held(run, e, place);
+        kmp_friction_set_held(run->friction, e, place);
         return KEMPE_OK;
     }
-    kmp_friction_set_given(run, e, 0, 0);
-    return kmp_friction_choose(run, t, run->state);
+    kmp_friction_set_given(run->friction, e, 0, 0);
+    return (kempe_status)kmp_friction_choose(run->friction, t, run->state);
 }
 
 /* Closes contact i by its row, or by those of others; `implied`: not by its row. */
@@ -278,11 +279,11 @@ static kempe_status close_contact(kmp_friction_state *x, int i, double t, bool i
     kmp_friction_element *e = &run->friction->element[i];
     KMP_TRY(hold(x, i, t, 0));
     if (x->view[i].word == KMP_FRICTION_WORD_SHARES) {
-        kmp_friction_put(run, e, KMP_ROLE_SENSE, KMP_FRICTION_CARRIES);
+        kmp_friction_put(run->friction, e, KMP_ROLE_SENSE, KMP_FRICTION_CARRIES);
     } else if (implied) {
-        kmp_friction_set_slip(run, e, 0, 0);
+        kmp_friction_set_slip(run->friction, e, 0, 0);
         x->view[i].word = KMP_FRICTION_WORD_SLIPS;
-        return kmp_friction_choose(run, t, run->state);
+        return (kempe_status)kmp_friction_choose(run->friction, t, run->state);
     }
     return KEMPE_OK;
 }
@@ -292,7 +293,7 @@ kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const
     kmp_runner *run = state->site;
     memcpy(run->state, q, (size_t)run->s->n * sizeof *q);
     kmp_friction_state_open(run->eval);
-    KMP_TRY(kmp_friction_choose(run, t, run->state));
+    KMP_TRY((kempe_status)kmp_friction_choose(run->friction, t, run->state));
     for (int i = 0; i < state->count; i++)
         if (state->view[i].contact)
             state->view[i].word = KMP_FRICTION_WORD_SLIPS;
@@ -318,7 +319,7 @@ kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const 
         bool wanted = !state->view[i].off && (which ? which[i] : level || run->loaded_friction);
         if (e->contact)
             continue;
-        kmp_friction_set_slip(run, e, 0, 0);
+        kmp_friction_set_slip(run->friction, e, 0, 0);
         state->view[i].word = KMP_FRICTION_WORD_SLIPS;
         if (wanted)
             KMP_TRY(hold(state, i, t, place ? place[i] : at));
@@ -332,7 +333,7 @@ kempe_status kmp_friction_state_load(kmp_friction_state *state, double t, const 
     kmp_friction_run *f = run->friction;
     visit(state, t, q, NULL);
     kmp_partition_free(&run->part);
-    KMP_TRY(kmp_friction_load(run, t, run->state, run->state + run->s->n, &state->part));
+    KMP_TRY((kempe_status)kmp_friction_load(run->friction, t, run->state, run->state + run->s->n, &state->part));
     for (int i = 0; i < state->count; i++) {
         kmp_friction_element *e = &f->element[i];
         state->view[i].force = e->contact ? kmp_friction_at(f, e, KMP_ROLE_GIVEN) : f->f[i];

@@ -3,6 +3,7 @@
 #include "constraints/closing/saddle.h"
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_inside.h"
+#include "integrators/run/runner.h"
 #include "linalg/dense/disc_minimum.h"
 #include <math.h>
 #include <string.h>
@@ -36,7 +37,7 @@ kmp_impact_run *kmp_impact_new(kmp_runner *run, bool *none)
     kmp_arena *a = &run->arena;
     int contacts = 0, n = run->s->n, most = x ? x->count : 0;
     for (int i = 0; i < most; i++)
-        contacts += x->element[i].force->kind == KMP_FORCE_TOUCH;
+        contacts += x->element[i].contact;
     *none = contacts == 0;
     kmp_impact_run *p = *none ? NULL : KMP_ARENA_NEW(a, kmp_impact_run, 1);
     if (!p || !KMP_ARENA_MAKE(a, KMP_ROOM(int, most, &p->which, &p->side, &p->partner), KMP_ROOM(bool, most, &p->held),
@@ -76,12 +77,16 @@ static kmp_friction_element *element_of(const kmp_runner *run, int k)
     return &run->friction->element[run->impacts->which[k]];
 }
 
+static const char *name_of(const kmp_runner *run, const kmp_friction_element *e)
+{
+    return ((const kmp_force *)run->s->events.condition[e->slot].of)->name;
+}
+
 /* -- who takes part -------------------------------------------------------------------------------------- */
 
 static bool touches(const kmp_runner *run, const kmp_friction_element *e)
 {
-    return e->contact &&
-           kmp_friction_at(run->friction, e, KMP_ROLE_PLACE) <= KMP_TOUCH_NEAR * kmp_friction_scale(run, e);
+    return e->contact && kmp_friction_at(run->friction, e, KMP_ROLE_PLACE) <= KMP_TOUCH_NEAR * e->size;
 }
 
 /* The places of both components of friction in two directions. */
@@ -105,12 +110,12 @@ static bool list_touching(kmp_runner *run, double rate)
     p->count = 0;
     for (int i = 0; i < x->count; i++) {
         const kmp_friction_element *e = &x->element[i], *base = e->base >= 0 ? &x->element[e->base] : e;
-        double v = kmp_friction_at(x, e, KMP_ROLE_RATE), still = KMP_FRICTION_STILL * kmp_friction_scale(run, e) * rate;
+        double v = kmp_friction_at(x, e, KMP_ROLE_RATE), still = KMP_FRICTION_STILL * e->size * rate;
         if (!touches(run, base))
             continue;
         bool hits = e->contact && v < -still;
         p->v[p->count] = v;
-        p->e[p->count] = hits ? e->force->restitution.value : 0;
+        p->e[p->count] = hits ? e->restitution : 0;
         p->which[p->count++] = i;
         strikes = strikes || hits;
     }
@@ -120,28 +125,20 @@ static bool list_touching(kmp_runner *run, double rate)
 
 /* -- the impulses ------------------------------------------------------------------------------------------ */
 
-static int row_of(const kempe_system *s, int closure)
-{
-    for (int r = 0; r < s->m; r++)
-        if (s->rows[r].closure == closure)
-            return r;
-    return 0;
-}
-
 /* The rows of all that take part. */
 static void find_rows(kmp_runner *run, double t, const double *q)
 {
     const kempe_system *s = run->s;
     kmp_impact_run *p = run->impacts;
     for (int k = 0; k < p->count; k++)
-        kmp_friction_put(run, element_of(run, k), KMP_ROLE_HELD, 1);
+        kmp_friction_put(run->friction, element_of(run, k), KMP_ROLE_HELD, 1);
     kmp_eval_closure(run->eval, t, q);
     kmp_eval_dense_jacobian(run->eval, p->jacobian);
     for (int k = 0; k < p->count; k++) {
-        int r = row_of(s, element_of(run, k)->force->closure);
+        int r = element_of(run, k)->row;
         for (int i = 0; i < s->n; i++)
             p->row[k * s->n + i] = p->jacobian[r + i * s->m];
-        kmp_friction_put(run, element_of(run, k), KMP_ROLE_HELD, 0);
+        kmp_friction_put(run->friction, element_of(run, k), KMP_ROLE_HELD, 0);
     }
 }
 
@@ -149,13 +146,13 @@ static void find_rows(kmp_runner *run, double t, const double *q)
 static kempe_status find_implied(kmp_runner *run, int k, double t, const double *q, bool *implied)
 {
     kmp_partition with;
-    kmp_friction_put(run, element_of(run, k), KMP_ROLE_HELD, 1);
+    kmp_friction_put(run->friction, element_of(run, k), KMP_ROLE_HELD, 1);
     kmp_eval_closure(run->eval, t, q);
     kempe_status status = kmp_partition_init(&with, run->s, run->eval->jacobian, NULL, 0);
     *implied = status == KEMPE_OK && with.r <= run->part.r;
     if (status == KEMPE_OK)
         kmp_partition_free(&with);
-    kmp_friction_put(run, element_of(run, k), KMP_ROLE_HELD, 0);
+    kmp_friction_put(run->friction, element_of(run, k), KMP_ROLE_HELD, 0);
     return status;
 }
 
@@ -224,7 +221,7 @@ static void set_bounds(kmp_runner *run, double part)
         const kmp_friction_element *e = element_of(run, k);
         bool rubs = e->base >= 0;
         if (rubs) { /* a contact that is held may pull */
-            double next = e->force->level.value * fmax(p->f[under(run, k)], 0);
+            double next = e->ratio * fmax(p->f[under(run, k)], 0);
             p->most_friction[k] += part * (next - p->most_friction[k]);
         }
         double most = rubs ? p->most_friction[k] : INFINITY;
@@ -240,7 +237,7 @@ static kempe_status complain(const kmp_runner *run, double t, const char *what)
     kmp_text text = {0};
     for (int k = 0; k < p->count; k++)
         if (element_of(run, k)->contact)
-            kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", element_of(run, k)->name);
+            kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", name_of(run, element_of(run, k)));
     kmp_text_printf(&text, ": %s at t = %.9g", what, t);
     return kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
 }
@@ -309,7 +306,7 @@ static double part_surfaces(kmp_runner *run, double t, double *q)
         p->lower[k] = 0;
         p->upper[k] = e->contact ? INFINITY : 0;
         p->deep[p->which[k]] = fmax(-p->a[k], 0);
-        most = fmax(most, -p->a[k] / kmp_friction_scale(run, e));
+        most = fmax(most, -p->a[k] / e->size);
     }
     const kmp_box box = {p->count, p->d, p->a, p->lower, p->upper};
     if (kmp_disc_minimum(&box, p->partner, p->f, p->y, p->side, p->room) != KMP_BOX_FOUND)
@@ -341,13 +338,12 @@ static void end_sequences(kmp_runner *run, double t, double rate)
     for (int k = 0; k < p->count; k++) {
         const kmp_friction_element *element = element_of(run, k);
         double e = p->e[k], since = t - p->last[p->which[k]];
-        p->held[k] =
-            element->contact && since < least && fabs(p->v[k]) < least * kmp_friction_scale(run, element) * rate * rate;
+        p->held[k] = element->contact && since < least && fabs(p->v[k]) < least * element->size * rate * rate;
         if (!is_last(p, k, since, least))
             continue;
         double end = e < 1 ? t + e * since / (1 - e) : t;
         kmp_run_log_add(run->log, "accumulation", t, since, end,
-                        "impacts of '%s' accumulate at t = %.9g; the contact closes", element->name, end);
+                        "impacts of '%s' accumulate at t = %.9g; the contact closes", name_of(run, element), end);
         p->e[k] = 0;
     }
 }
@@ -360,7 +356,7 @@ static void note_impacts(kmp_runner *run, double t, double gain)
     for (int k = 0; k < p->count; k++) {
         if (p->f[k] == 0 || !element_of(run, k)->contact)
             continue;
-        kmp_text_printf(&names, "%s'%s' at %.4g", names.length ? ", " : "", element_of(run, k)->name, -p->v[k]);
+        kmp_text_printf(&names, "%s'%s' at %.4g", names.length ? ", " : "", name_of(run, element_of(run, k)), -p->v[k]);
         p->since = fmin(p->since, t - p->last[p->which[k]]);
         p->last[p->which[k]] = t;
         element_of(run, k)->struck = true;
@@ -422,10 +418,11 @@ kempe_status kmp_impact_check_start(kmp_runner *run, double t, const double *q, 
     for (int i = 0; i < x->count; i++) {
         const kmp_friction_element *e = &x->element[i];
         double gap = kmp_friction_at(x, e, KMP_ROLE_PLACE);
-        if (e->contact && gap < -KMP_TOUCH_NEAR * kmp_friction_scale(run, e))
+        if (e->contact && gap < -KMP_TOUCH_NEAR * e->size)
             return kmp_fail(run->s->context, KEMPE_E_FAILED,
-                            "contact '%s' overlaps by %.6g %s at the start; begin with its surfaces apart", e->name,
-                            -gap, e->force->turns ? "rad" : "m");
+                            "contact '%s' overlaps by %.6g %s at the start; begin with its surfaces apart",
+                            name_of(run, e), -gap,
+                            ((const kmp_force *)run->s->events.condition[e->slot].of)->turns ? "rad" : "m");
     }
     return KEMPE_OK;
 }

@@ -16,7 +16,7 @@ static bool is_monotonic(double xi, double phi)
 }
 
 /* The part of the bracket from its last point a to its other end b; c is the point that a has replaced. */
-static double part_of(const kmp_bracket *b)
+static double part_to(const kmp_bracket *b)
 {
     double xa = b->last_is_far ? b->far : b->near, fa = b->last_is_far ? b->f_far : b->f_near;
     double xb = b->last_is_far ? b->near : b->far, fb = b->last_is_far ? b->f_near : b->f_far;
@@ -35,7 +35,7 @@ KMP_LOCAL bool kmp_bracket_next(const kmp_bracket *b, double tolerance, double *
     double from = b->last_is_far ? b->far : b->near, width = b->last_is_far ? b->near - b->far : b->far - b->near;
     if (!(fabs(width) > tolerance) || b->points >= MOST_POINTS)
         return false;
-    double part = part_of(b), edge = 0.5 * tolerance / fabs(width);
+    double part = part_to(b), edge = 0.5 * tolerance / fabs(width);
     part = isfinite(part) ? part : 0.5;
     *x = from + width * fmin(fmax(part, edge), 1 - edge);
     return true;

@@ -8,19 +8,8 @@
  * its share of the level, opposite to the direction of the slip, and the size of both forces is within the level. */
 #pragma once
 
+#include "dynamics/kinematics/friction_roles.h"
 #include "dynamics/kinematics/link_tree.h"
-
-/** A given force that exceeds the static level by less than this part does not. */
-#define KMP_FRICTION_SLACK 1e-9
-/** The input KMP_ROLE_SENSE of an element that is regularised for a time. */
-#define KMP_FRICTION_REGULARISED 2
-/** The same input of a contact that a study keeps closed by the rows of others. */
-#define KMP_FRICTION_CARRIES (-1)
-
-/** Slip in two directions that begins: its input KMP_ROLE_RATE is a rate in each direction. It has begun where its rate
- * is so many times that one, and comes back where its rate is this part of it against its direction. */
-#define KMP_FRICTION_BEGUN 100
-#define KMP_FRICTION_BACK  0.1
 
 /** The number of the element's condition KMP_ROLE_SENSE, which those of the other roles follow; -1: conditions are
  * evaluated in place, or there is no memory. */

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "dynamics/kinematics/composite.h"
+#include "dynamics/kinematics/friction_roles.h"
 #include "model/model.h"
 
 typedef struct kmp_link {
@@ -45,22 +46,6 @@ typedef struct kmp_mount {
     double r[3][3]; /* v_own = r v_body: model axes of the link's own body, from this body's */
     kmp_vec p;      /* from the link's origin to the body's, link axes */
 } kmp_mount;
-
-/** Numbers of a friction element that sticks (dynamics/kinematics/friction_modes.h): each is a condition whose input is
- * not 1 or 0, and whose value is not that of a comparison. The first two are events where their values become
- * negative. */
-typedef enum kmp_role {
-    KMP_ROLE_NONE,
-    KMP_ROLE_SENSE,        /* input: direction of slip, 1 or -1; 0: none. Value: rate in that direction */
-    KMP_ROLE_HELD,         /* input: 1 while its row counts. Value: static level less the size of the friction */
-    KMP_ROLE_PLACE,        /* input: where it is held; otherwise a rate that is none. Value: place */
-    KMP_ROLE_GIVEN,        /* input: a force. Value: the friction */
-    KMP_ROLE_RATE,         /* value: rate of the place */
-    KMP_ROLE_ACCELERATION, /* value: second rate of the place */
-    KMP_ROLE_LEVEL,        /* value: size of the friction in slip */
-    KMP_ROLE_STATIC,       /* value: bound of the friction in stick */
-    KMP_ROLE_END
-} kmp_role;
 
 /** A condition: a comparison or a sign in an expression, or one of an element. */
 typedef struct kmp_condition {

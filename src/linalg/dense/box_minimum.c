@@ -28,7 +28,7 @@ typedef struct search {
     double *pivots; /* order of the pivots, as numbers */
 } search;
 
-static double slope(const kmp_box *box, const double *x, int i)
+static double slope_in_box(const kmp_box *box, const double *x, int i)
 {
     double sum = box->a[i];
     for (int j = 0; j < box->n; j++)
@@ -49,7 +49,7 @@ static void begin(search *s)
 {
     int n = s->box->n;
     for (int i = 0; i < n; i++) {
-        s->y[i] = slope(s->box, s->x, i);
+        s->y[i] = slope_in_box(s->box, s->x, i);
         s->rest[i] = s->side[i] == 0 ? -s->y[i] / s->scale[i] : 0;
         s->part[i] = s->step[i] = 0;
         for (int j = 0; j < n; j++)
@@ -156,7 +156,7 @@ static int find_leaving(search *s, bool largest)
     int best = -1;
     double most = s->flat;
     for (int i = 0; i < box->n && (best < 0 || largest); i++) {
-        s->y[i] = slope(box, s->x, i);
+        s->y[i] = slope_in_box(box, s->x, i);
         double off = s->side[i] * s->y[i] / s->scale[i];
         if (box->lower[i] < box->upper[i] && off > most) {
             best = i;
@@ -188,7 +188,7 @@ static void set_scales(search *s)
     }
 }
 
-static kmp_box_outcome run(search *s)
+static kmp_box_outcome visit_faces(search *s)
 {
     int n = s->box->n;
     bool finite = true;
@@ -206,7 +206,7 @@ static kmp_box_outcome run(search *s)
     return KMP_BOX_UNSETTLED;
 }
 
-kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double *y, int *side, double *room)
+KMP_LOCAL kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double *y, int *side, double *room)
 {
     int n = box->n;
     search s = {.box = box,
@@ -221,8 +221,8 @@ kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double *y, int *s
                 .pivots = room + n * n + 4 * n};
     put_inside(box, x, side);
     set_scales(&s);
-    kmp_box_outcome outcome = run(&s);
+    kmp_box_outcome outcome = visit_faces(&s);
     for (int i = 0; i < n; i++)
-        y[i] = side[i] == 0 && outcome == KMP_BOX_FOUND ? 0 : slope(box, x, i);
+        y[i] = side[i] == 0 && outcome == KMP_BOX_FOUND ? 0 : slope_in_box(box, x, i);
     return outcome;
 }

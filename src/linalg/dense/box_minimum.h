@@ -6,7 +6,13 @@
  * section 1.2).
  *
  * y is unique. x is unique unless D is singular on the entries inside. */
-#pragma once
+#ifndef KMP_BOX_MINIMUM_H
+#define KMP_BOX_MINIMUM_H
+
+/* Linkage; static where one file contains all of a generated simulator. */
+#ifndef KMP_LOCAL
+#define KMP_LOCAL
+#endif
 
 typedef struct kmp_box {
     int n;
@@ -29,4 +35,6 @@ static inline int kmp_box_room(int n)
 
 /** x: a guess, then the minimum; y: D x + a there; side: -1 at the lower bound, 1 at the upper one, 0 inside. If there
  * are several x, the guess alone decides between them. Does not allocate. */
-kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double *y, int *side, double *room);
+KMP_LOCAL kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double *y, int *side, double *room);
+
+#endif

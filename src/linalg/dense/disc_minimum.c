@@ -36,7 +36,7 @@ static bool is_disc(const discs *w, int i)
 }
 
 /* |x| of a pair over its radius, less 1. */
-static double beyond(const discs *w, int i)
+static double beyond_disc(const discs *w, int i)
 {
     return hypot(w->x[i], w->x[w->partner[i]]) / w->box->upper[i] - 1;
 }
@@ -47,7 +47,7 @@ static double own(const discs *w, int i)
     return fmax(w->box->d[i + i * w->box->n], w->box->d[w->partner[i] * (w->box->n + 1)]);
 }
 
-static void solve(discs *w)
+static void solve_box(discs *w)
 {
     if (w->outcome == KMP_BOX_FOUND)
         w->outcome = kmp_box_minimum(&w->with, w->x, w->y, w->side, w->room);
@@ -60,12 +60,12 @@ static double solve_with(discs *w, int i, double s)
     w->s[i] = s;
     w->d[i + i * n] = w->box->d[i + i * n] + w->near * w->box->d[i + i * n] + s;
     w->d[j + j * n] = w->box->d[j + j * n] + w->near * w->box->d[j + j * n] + s;
-    solve(w);
-    double ratio = 1 + beyond(w, i);
+    solve_box(w);
+    double ratio = 1 + beyond_disc(w, i);
     return ratio > 0 ? 1 / ratio - 1 : 1;
 }
 
-static double slope(const discs *w, int i)
+static double slope_of_disc(const discs *w, int i)
 {
     double sum = w->box->a[i];
     for (int k = 0; k < w->box->n; k++)
@@ -76,7 +76,7 @@ static double slope(const discs *w, int i)
 /* The multiplier of a pair that lies beyond its circle with the multiplier `low`. */
 static void find_multiplier(discs *w, int i, double low, double guess)
 {
-    double f_low = 1 / (1 + beyond(w, i)) - 1, high = guess, f_high = solve_with(w, i, high), next;
+    double f_low = 1 / (1 + beyond_disc(w, i)) - 1, high = guess, f_high = solve_with(w, i, high), next;
     for (int k = 0; k < MOST_DOUBLINGS && f_high < 0; k++) {
         low = high;
         f_low = f_high;
@@ -84,7 +84,7 @@ static void find_multiplier(discs *w, int i, double low, double guess)
         f_high = solve_with(w, i, high);
     }
     kmp_bracket bracket = kmp_bracket_of(low, f_low, high, f_high);
-    while (fabs(beyond(w, i)) > ROUND && w->outcome == KMP_BOX_FOUND &&
+    while (fabs(beyond_disc(w, i)) > ROUND && w->outcome == KMP_BOX_FOUND &&
            kmp_bracket_next(&bracket, FINE * high, &next)) {
         double f = solve_with(w, i, next);
         kmp_bracket_take(&bracket, next, f, f >= 0);
@@ -94,19 +94,19 @@ static void find_multiplier(discs *w, int i, double low, double guess)
 /* Begins inside the disc: where D is singular the minimum that is found depends on the guess. */
 static void go_inside(discs *w, int i)
 {
-    double far = 1 + beyond(w, i);
+    double far = 1 + beyond_disc(w, i);
     for (int k = 0; k < 2 && far > 1; k++)
         w->x[k ? w->partner[i] : i] /= far;
 }
 
 /* Settles one pair with the others as they are. */
-static void settle(discs *w, int i)
+static void settle_disc(discs *w, int i)
 {
     double last = w->s[i], radius = w->box->upper[i];
     go_inside(w, i);
     if (solve_with(w, i, 0) >= -ROUND)
         return;
-    double guess = hypot(slope(w, i), slope(w, w->partner[i])) / radius;
+    double guess = hypot(slope_of_disc(w, i), slope_of_disc(w, w->partner[i])) / radius;
     find_multiplier(w, i, 0, last > 0 ? last : fmax(guess, LEAST * own(w, i)));
 }
 
@@ -115,7 +115,7 @@ static bool agree(const discs *w)
     bool all = true;
     for (int i = 0; i < w->box->n; i++)
         if (is_disc(w, i))
-            all = all && (w->s[i] > 0 ? fabs(beyond(w, i)) : beyond(w, i)) <= 4 * ROUND;
+            all = all && (w->s[i] > 0 ? fabs(beyond_disc(w, i)) : beyond_disc(w, i)) <= 4 * ROUND;
     return all;
 }
 
@@ -125,15 +125,15 @@ static void finish(discs *w)
     for (int i = 0; i < w->box->n; i++)
         if (is_disc(w, i)) {
             int j = w->partner[i];
-            bool on = w->s[i] > 0 || beyond(w, i) >= -ROUND;
+            bool on = w->s[i] > 0 || beyond_disc(w, i) >= -ROUND;
             w->side[i] = w->side[j] = on ? 1 : 0;
-            w->y[i] = on ? slope(w, i) : 0;
-            w->y[j] = on ? slope(w, j) : 0;
+            w->y[i] = on ? slope_of_disc(w, i) : 0;
+            w->y[j] = on ? slope_of_disc(w, j) : 0;
         }
 }
 
 /* Settles all pairs. */
-static void run(discs *w, int most)
+static void sweep(discs *w, int most)
 {
     int n = w->box->n;
     w->outcome = KMP_BOX_FOUND;
@@ -143,12 +143,12 @@ static void run(discs *w, int most)
         w->d[i + i * n] += w->near * w->box->d[i + i * n];
         w->a[i] = w->box->a[i] - w->near * w->box->d[i + i * n] * w->last[i];
     }
-    solve(w);
+    solve_box(w);
     for (int sweep = 0; w->outcome == KMP_BOX_FOUND && !agree(w); sweep++) {
         w->outcome = sweep == most ? KMP_BOX_UNSETTLED : KMP_BOX_FOUND;
         for (int i = 0; i < n; i++)
             if (is_disc(w, i))
-                settle(w, i);
+                settle_disc(w, i);
     }
 }
 
@@ -170,13 +170,14 @@ static void approach(discs *w)
     memset(w->last, 0, (size_t)w->box->n * sizeof *w->last);
     w->near = NEAR;
     for (int k = 0; k < MOST_MOVES; k++) {
-        run(w, MOST_SWEEPS);
+        sweep(w, MOST_SWEEPS);
         if (w->outcome != KMP_BOX_FOUND || move(w) <= ROUND)
             return;
     }
 }
 
-kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partner, double *x, double *y, int *side, double *room)
+KMP_LOCAL kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partner, double *x, double *y, int *side,
+                                           double *room)
 {
     int n = box->n, count = 0;
     discs w = {.box = box, .partner = partner, .x = x, .y = y, .side = side, .room = room};
@@ -192,7 +193,7 @@ kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partner, double 
     w.with.d = w.d;
     w.with.a = w.a;
     memset(w.last, 0, (size_t)n * sizeof *w.last);
-    run(&w, SWEEPS);
+    sweep(&w, SWEEPS);
     if (w.outcome == KMP_BOX_UNSETTLED)
         approach(&w);
     if (w.outcome == KMP_BOX_FOUND)

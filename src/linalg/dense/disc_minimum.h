@@ -2,7 +2,8 @@
 /* The minimum of a convex quadratic function (box_minimum.h) where some pairs of entries lie in discs about zero, as
  * the components of a friction force within Coulomb's cone do: |x_i, x_j| <= upper_i. Inside its disc a pair has y = 0;
  * on the circle y is opposite to x. */
-#pragma once
+#ifndef KMP_DISC_MINIMUM_H
+#define KMP_DISC_MINIMUM_H
 
 #include "linalg/dense/box_minimum.h"
 
@@ -15,4 +16,7 @@ static inline int kmp_disc_room(int n)
 /** As kmp_box_minimum. `partner` (n): the other entry of a disc, whose radius is the upper bound of both and whose
  * lower bounds are opposite; -1: an entry of its own. Pairs with equal bounds are fixed. side: 1 for both entries of a
  * pair on its circle. */
-kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partner, double *x, double *y, int *side, double *room);
+KMP_LOCAL kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partner, double *x, double *y, int *side,
+                                           double *room);
+
+#endif
