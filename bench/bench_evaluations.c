@@ -1,56 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* ns of one evaluation of a right-hand side, back to back over states of the motion: by parts, and by the one program
  * that the formulation writes; ms of making that; and ns of a lane where the solved program runs in 4 and 8 lanes. */
-#include "bench.h"
 #include "constraints/written/solved.h"
 #include "integrators/formulations/formulation.h"
-#include "integrators/run/run.h"
-#include <math.h>
-#include <string.h>
+#include "motion.h"
 
-enum { STATES = 16, SAMPLES = 7, MANY = 5000 };
-
-typedef struct motion {
-    int n, count;
-    double t[STATES], *q, *qd; /* STATES x n */
-} motion;
-
-static int keep(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
-                double work)
-{
-    motion *m = user;
-    size_t n = (size_t)m->n;
-    (void)qdd, (void)lambda, (void)work;
-    m->t[m->count] = t;
-    memcpy(m->q + (size_t)m->count * n, q, n * sizeof *q);
-    memcpy(m->qd + (size_t)m->count * n, qd, n * sizeof *qd);
-    m->count++;
-    return 0;
-}
-
-static void fail(const bench *b, const char *name)
-{
-    fprintf(stderr, "%s: %s\n", name, kempe_context_message(b->context));
-    exit(1);
-}
-
-static motion follow(const bench *b, const char *name)
-{
-    motion m = {.n = b->system->n};
-    double times[STATES];
-    kmp_run_report report = {0};
-    kmp_run_spec spec = {.formulation = "projected", .rtol = 1e-8, .time_count = STATES, .times = times};
-    m.q = calloc(2 * STATES * (size_t)m.n, sizeof *m.q);
-    m.qd = m.q + STATES * m.n;
-    if (kmp_run_resolve(b->system, &spec) != KEMPE_OK)
-        fail(b, name);
-    spec.t_end = fmin(spec.t_end, 0.2);
-    for (int k = 0; k < STATES; k++)
-        times[k] = spec.t_end * k / STATES;
-    if (kmp_run(b->system, &spec, NULL, keep, &m, &report) != KEMPE_OK)
-        fail(b, name);
-    return m;
-}
+enum { MANY = 5000 };
 
 /* -- formulations -------------------------------------------------------------------------------------- */
 
@@ -70,12 +25,12 @@ static void make(way *w, const bench *b, const motion *m, const char *formulatio
     const kmp_formulation_kind *kind = kmp_formulation_find(formulation, form);
     *w = (way){.eval = kmp_eval_new(s, "native")};
     if (kmp_eval_add_articulated(w->eval) != KEMPE_OK)
-        fail(b, formulation);
+        bench_fail(b, formulation);
     kmp_eval_take(w->eval, kind->by_bodies);
     kmp_eval_closure(w->eval, m->t[0], m->q);
     kmp_eval_freeze(w->eval, m->t[0], m->q, m->qd);
     if (kmp_partition_init(&w->part, s, w->eval->jacobian, NULL, 0) != KEMPE_OK)
-        fail(b, formulation);
+        bench_fail(b, formulation);
     const kmp_formulation_start start = {.system = s,
                                          .eval = w->eval,
                                          .part = &w->part,
@@ -90,14 +45,14 @@ static void make(way *w, const bench *b, const motion *m, const char *formulatio
     w->formulation = kind->create(kind, &start);
     w->made = bench_now() - from;
     if (!w->formulation)
-        fail(b, formulation);
+        bench_fail(b, formulation);
     size_t size = (size_t)w->formulation->size, n = (size_t)m->n;
     w->y = calloc((STATES + 1) * size, sizeof *w->y);
     w->dy = w->y + STATES * size;
     for (int k = 0; k < m->count; k++)
         if (w->formulation->resume(w->formulation, m->t[k], m->q + (size_t)k * n, m->qd + (size_t)k * n,
                                    w->y + (size_t)k * size, NULL) != KMP_GO)
-            fail(b, formulation);
+            bench_fail(b, formulation);
 }
 
 /* Evaluates until the formulation makes its program, if it has not yet. */
@@ -118,26 +73,6 @@ static void drop(way *w)
     kmp_partition_free(&w->part);
     kmp_eval_free(w->eval);
     free(w->y);
-}
-
-/* Returns ns of a call of `once` with the number of the call: the least of samples of some milliseconds. */
-static double least_time(void (*once)(void *self, int k), void *self)
-{
-    double best = INFINITY;
-    int times = STATES;
-    for (int sample = 0; sample < SAMPLES;) {
-        double from = bench_now(), took;
-        for (int k = 0; k < times; k++)
-            once(self, k);
-        took = bench_now() - from;
-        if (took < 2e-3) {
-            times *= 2;
-            continue;
-        }
-        best = fmin(best, 1e9 * took / times);
-        sample++;
-    }
-    return best;
 }
 
 typedef struct evaluated {
@@ -204,7 +139,7 @@ static void measure_lanes(const bench *b, const motion *m)
     make(&w, b, m, "projected", NULL, true);
     kmp_solved *solved = NULL;
     if (kmp_solved_new(&solved, w.eval, &w.part) != KEMPE_OK)
-        fail(b, "solved");
+        bench_fail(b, "solved");
     if (solved)
         printf("  solved program%s: %ld operations; all lanes of 1 %.0f, of 4 %.0f, of 8 %.0f ns\n",
                kmp_solved_by_bodies(solved) ? " by articulated bodies" : "", kmp_solved_count(solved).paper,
@@ -227,7 +162,7 @@ int main(int count, char **paths)
     for (int k = 0; k < models; k++) {
         const char *path = count > 1 ? paths[k + 1] : usual[k];
         bench b = bench_load(path);
-        motion m = follow(&b, path);
+        motion m = motion_follow(&b, path);
         printf("%s: n %d, m %d\n", path, b.system->n, b.system->m);
         measure(&b, &m, "projected", NULL);
         measure(&b, &m, "reduced", "integrated");
