@@ -20,7 +20,7 @@ OPTIONAL = {"kempe_system_new_with_algorithm.dynamics", "kempe_model_new.name", 
             "kempe_values_new.rows", "kempe_ensemble_run_rows.rows", "kempe_context_set_cache.folder", "kempe_context_set_base.base"}
 OPTIONS = ("_options",)
 # Sizes of the caller's arrays, which cannot be checked: only negative ones are wrong.
-SIZES = {"kempe_workspace_evaluate_states.count", "kempe_workspace_forward_states.count"}
+SIZES = {"kempe_workspace_evaluate_states.count", "kempe_workspace_forward_states.count", "kempe_contact_conicity.count"}
 WRONG = ["-1", "1 << 30", "INT_MAX", "INT_MIN"]
 
 

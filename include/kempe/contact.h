@@ -105,6 +105,22 @@ KEMPE_API kempe_status kempe_contact_flexibility(const kempe_creep *creep, doubl
 KEMPE_API kempe_status kempe_contact_fastsim(const kempe_creep *creep, const double flexibility[3],
                                              kempe_creep_force *force);
 
+/* -- the kinematic motion of a wheelset ------------------------------------------------------------ */
+
+typedef struct kempe_conicity {
+    double conicity;  /* tan gamma_e; 0: the wheelset does not oscillate, its radii are equal */
+    double low, high; /* ends of the motion, m: twice the amplitude apart, around the place of equal radii */
+} kempe_conicity;
+
+/** Equivalent conicity of a wheelset (EN 15302): the slope of the cone whose kinematic motion has the same wavelength,
+ * at an amplitude (m, > 0). `difference` is the rolling radius of the left wheel less that of the right one, in m. It
+ * is given at `count` (>= 2) ascending lateral places y of the wheelset, positive to the left, and linear between them.
+ * The motion is integrated without further error. The wavelength is 2 pi sqrt(e r / (2 conicity)), with the distance e
+ * of the contacts and the mean radius r. Of several motions the one whose middle is nearest to y = 0 is taken.
+ * KEMPE_E_FAILED: no motion of the amplitude is inside the places. */
+KEMPE_API kempe_status kempe_contact_conicity(int count, const double *y, const double *difference, double amplitude,
+                                              kempe_conicity *conicity);
+
 KEMPE_END
 
 #endif

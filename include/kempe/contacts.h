@@ -30,10 +30,14 @@ typedef struct kempe_contact_options {
     const char *hold;  /* "NAME,..": coordinates fixed at their assembled values */
     const char *solve_for; /* "NAME,..": moving coordinates without a drive: their rates are solved for; default: those
                             * that turn; "-": none */
-    const char *law;     /* "linear", "shen", "polach", "tanh", "fastsim", "fastsim1" (contact.h): a second law for the
-                          * forces, in addition to the wheel's own, at the same normal force, creepages and spin */
-    int points;          /* number of values; default: N of the first range that has one, or 21 */
-    const char *backend; /* as in kempe_run_options */
+    const char *law;      /* "linear", "shen", "polach", "tanh", "fastsim", "fastsim1" (contact.h): a second law for the
+                           * forces, in addition to the wheel's own, at the same normal force, creepages and spin */
+    int points;           /* number of values; default: N of the first range that has one, or 21 */
+    const char *backend;  /* as in kempe_run_options */
+    const char *conicity; /* "A:B:N" or "A", as "1 mm:7 mm:13" (13 when N is absent): amplitudes at which the equivalent
+                           * conicity is computed. The first swept quantity then moves the wheels of a wheelset
+                           * laterally by its value */
+    const char *pair;     /* "LEFT,RIGHT": the wheels of that wheelset; default: the only left and the only right one */
 } kempe_contact_options;
 
 /** The contact patch of a zone of a wheel. Without contact, normal is 0 and the geometry is that of the closest
@@ -75,12 +79,18 @@ KEMPE_API const kempe_contact_patch *kempe_contacts_patch(const kempe_contacts *
 
 KEMPE_API kempe_status kempe_contacts_print(const kempe_contacts *table, kempe_format format, char **text);
 
+/** Nonlinearity parameter of the pair, 1/m: half the increase of its equivalent conicity from an amplitude of 2 mm to
+ * one of 4 mm, over 1 mm. NaN: a conicity is not requested, or unknown at one of them. */
+KEMPE_API double kempe_contacts_nonlinearity(const kempe_contacts *table);
+
 /** The tables "rows", a row for each value, wheel and zone with the numbers of its patch, and "states", a row for each
- * value with q and qd, SI. Free a table with kempe_table_free. KEMPE_E_ARGUMENT: another name. */
+ * value with q and qd, SI. With conicity also "conicity", a row for each amplitude, and "radii", a row for each value
+ * with the difference of the rolling radii. Free a table with kempe_table_free. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_contacts_table(const kempe_contacts *contacts, const char *name, kempe_table **table);
 
 /** Writes a picture, .svg or .png (table.h). It shows the profile of each wheel on the rail, with the points that touch
- * joined at every value. Rolling radius, contact angle, normal force and forces are plotted over the values. */
+ * joined at every value. Rolling radius, contact angle, normal force and forces are plotted over the values, the
+ * difference of the rolling radii and the conicity below them. */
 KEMPE_API kempe_status kempe_contacts_write_picture(const kempe_contacts *table, const char *path);
 
 KEMPE_END

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rolling contact of two bodies, without a model: Hertz's ellipse and the laws of creep, in SI."""
+"""Rolling contact of two bodies, without a model: Hertz's ellipse, the laws of creep, equivalent conicity, in SI."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ._native import ffi, lib
 from .arrays import Array, vector
-from .errors import ArgumentError
+from .errors import ArgumentError, FailedError
 from .lazy import np
 from .options import members_of, options, unknown
 
@@ -85,4 +85,22 @@ def fastsim(flexibility: ArrayLike, **given: Any) -> dict[str, Any]:
     struct, _ = options("kempe_creep", given)
     made = ffi.new("kempe_creep_force *")
     _check(lib.kempe_contact_fastsim(struct, vector(flexibility, 3, "flexibility"), made))
+    return members_of(made[0])
+
+
+def conicity(y: ArrayLike, difference: ArrayLike, amplitude: float) -> dict[str, float]:
+    """Equivalent conicity (EN 15302) at an amplitude (m): conicity, and the ends low and high of the motion (m). Given is the
+    rolling radius of the left wheel less that of the right one at ascending lateral places y of the wheelset, positive to the left.
+
+    >>> f"{conicity([-0.01, 0.01], [-0.001, 0.001], 0.005)['conicity']:.3f}"
+    '0.050'
+    """
+    places = np.asarray(y, dtype=float)
+    made = ffi.new("kempe_conicity *")
+    status = lib.kempe_contact_conicity(
+        len(places), vector(places, len(places), "y"), vector(difference, len(places), "difference"), amplitude, made
+    )
+    if status == lib.KEMPE_E_FAILED:
+        raise FailedError("no motion of the amplitude is inside the places")
+    _check(status)
     return members_of(made[0])

@@ -18,6 +18,14 @@ class Contacts(Judged, Drawn):
     rows: TableOf = TableOf("A row for each value, wheel and zone: the numbers of its patch.")
     states: TableOf = TableOf("A row for each value: q and qd.")
 
+    conicity: TableOf = TableOf("A row for each amplitude: the equivalent conicity, its error, the wavelength and the ends of the motion.")
+    radii: TableOf = TableOf("A row for each value: lateral place, difference of the rolling radii, both empty without conicity.")
+
+    @property
+    def nonlinearity(self) -> float:
+        """Nonlinearity parameter of the equivalent conicity, 1/m."""
+        return float(lib.kempe_contacts_nonlinearity(self._pointer))
+
     def zone_count(self, wheel: int) -> int:
         """Zones of a wheel."""
         return int(lib.kempe_contacts_zone_count(self._pointer, wheel))

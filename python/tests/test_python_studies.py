@@ -632,6 +632,21 @@ def test_contact_laws():
         kempe.contact.creep("none of these", **creep)
 
 
+def test_conicity():
+    places = np.linspace(-0.008, 0.008, 81)
+    found = kempe.contact.conicity(places, 2 * 0.025 * (places - 0.001), 0.003)
+    assert found["conicity"] == pytest.approx(0.025, abs=1e-12) and found["low"] == pytest.approx(-0.002, abs=1e-12)
+    with pytest.raises(kempe.FailedError, match="no motion of the amplitude"):
+        kempe.contact.conicity(places, -places, 0.003)
+    with pytest.raises(kempe.ArgumentError):
+        kempe.contact.conicity(places[::-1], places, 0.003)
+    system = kempe.Model(EXAMPLES / "conicity/conicity.yaml").system()
+    table = system.contact(sweep="shift=-9 mm:9 mm:181", conicity="1 mm:7 mm:7", pair="L,R")
+    assert table.conicity["conicity"][2] == pytest.approx(0.188, abs=0.001)  # EN 15302, case E1
+    assert table.radii.row_count == 181 and table.nonlinearity > 0
+    assert np.isnan(system.contact(sweep="shift=0:1 mm:2").nonlinearity)
+
+
 def test_contact_table():
     model = kempe.Model(EXAMPLES / "manchester/manchester.yaml")
     table = model.system().contact(sweep="shift=0:2 mm:2")

@@ -80,7 +80,14 @@ static kempe_status kempe_trajectory_rows(const cli_job *j, const void *trajecto
 
 TABLE(kempe_kinematics, "rows")
 WRITER(kempe_kinematics_write_picture)
-TABLE(kempe_contacts, "rows")
+
+/* The conicities, where they are requested. */
+static kempe_status kempe_contacts_rows(const cli_job *j, const void *contacts, bool drawn, kempe_table **table)
+{
+    (void)drawn;
+    return kempe_contacts_table(contacts, j->settings->contact.conicity ? "conicity" : "rows", table);
+}
+
 WRITER(kempe_contacts_write_picture)
 TABLE(kempe_inverse, "rows")
 TABLE(kempe_comparison, "runs")
@@ -562,7 +569,8 @@ const cli_command cli_commands[] = {
     {CLI_CONTACT, "contact", "wheel-rail contact table: contact positions, creepages and forces over a sweep",
      "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\"\n"
      "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\" --law fastsim --svg "
-     "contact.svg\n",
+     "contact.svg\n"
+     "  kempe contact examples/conicity/conicity.yaml --sweep \"shift=-9 mm:9 mm:181\" --conicity \"1 mm:7 mm:13\"\n",
      .usage = "FILE --sweep NAME=A:B:N[,NAME=A:B..] [options]", .lacks = contact_lacks, .dynamics = "plain",
      .study = &contact_study},
     {CLI_SIMULATE, "simulate", "simulate with one formulation; accuracy checks of the result",

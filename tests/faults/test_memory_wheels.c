@@ -51,7 +51,7 @@ static kempe_status roll_shared(scene *s)
 /* The contacts of wheels over a shift, printed in all ways. */
 static kempe_status shift_wheels(scene *s)
 {
-    const kempe_contact_options options = {.sweep = "y=-0.001:0.001:2", .law = "fastsim"};
+    const kempe_contact_options options = {.sweep = "y=-0.001:0.001:2", .law = "fastsim", .conicity = "0.5 mm:1 mm:2"};
     kempe_contacts *table = NULL;
     kempe_status status = kempe_contacts_new(s->system, &options, &table);
     untouched(status, table);

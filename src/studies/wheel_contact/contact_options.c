@@ -117,5 +117,6 @@ kempe_status kmp_contact_request(kempe_contacts *t, const kempe_contact_options 
     KMP_TRY(read_over(t));
     KMP_TRY(count_values(t, options->points));
     KMP_TRY(read_hold(t, options->hold));
-    return read_law(t, options->law);
+    KMP_TRY(read_law(t, options->law));
+    return kmp_contact_conicity_request(t, options);
 }

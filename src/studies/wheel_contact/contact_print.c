@@ -119,6 +119,53 @@ static bool has_other_patches(const kempe_contacts *t)
     return false;
 }
 
+/* Why some amplitudes have no conicity. */
+static void say_unknown(kmp_text *text, const kempe_contacts *t)
+{
+    const kmp_conicities *c = &t->conicities;
+    for (int k = 0; k < c->count; k++)
+        if (isnan(c->at[k].conicity)) {
+            kmp_text_printf(text, "  no motion with an amplitude of %.6g mm is inside ", c->at[k].amplitude * 1e3);
+            if (c->points > 1)
+                kmp_text_printf(text,
+                                "y = %.6g to %.6g mm, where both wheels touch: sweep '%s' farther to both sides\n",
+                                c->y[0] * 1e3, c->y[c->points - 1] * 1e3, t->over.range[0].name);
+            else
+                kmp_text_printf(text, "the table: fewer than two values have contact at both wheels\n");
+            return;
+        }
+}
+
+static void show_conicities(kmp_text *text, const kempe_contacts *t)
+{
+    const kmp_conicities *c = &t->conicities;
+    if (c->count == 0)
+        return;
+    kmp_text_printf(text,
+                    "\nequivalent conicity of %s and %s (EN 15302), contacts %.6g mm apart, mean radius %.6g mm\n",
+                    wheel_name(t, c->wheel[0]), wheel_name(t, c->wheel[1]), c->base * 1e3, c->radius * 1e3);
+    say_unknown(text, t);
+    kmp_text_printf(text, "%13s  %10s  %10s  %13s  %10s  %10s\n", "amplitude, mm", "conicity", "error", "wavelength, m",
+                    "from, mm", "to, mm");
+    for (int k = 0; k < c->count; k++) {
+        const kmp_conicity *at = &c->at[k];
+        kmp_text_printf(text, "%13.6g", at->amplitude * 1e3);
+        put(text, at->conicity);
+        put(text, at->error);
+        kmp_text_put(text, "   ");
+        put(text, at->wavelength);
+        put(text, at->low * 1e3);
+        put(text, at->high * 1e3);
+        kmp_text_put(text, "\n");
+    }
+    if (!isnan(c->nonlinearity))
+        kmp_text_printf(text, "nonlinearity parameter (conicity at 4 mm less that at 2 mm, over 2 mm): %.4g 1/mm\n",
+                        c->nonlinearity * 1e-3);
+    kmp_text_put(text,
+                 "error: the difference from the conicity of every second value; from, to: the ends of the motion, "
+                 "positive to\nthe left\n");
+}
+
 static void show_all(kmp_text *text, const void *result)
 {
     const kempe_contacts *t = result;
@@ -136,6 +183,7 @@ static void show_all(kmp_text *text, const void *result)
     if (has_other_patches(t))
         kmp_text_put(text, "no ellipse: the contact patch is not the ellipse assumed for a, b and the creep forces; "
                            "pressures may be several\ntimes 3 N / (2 pi a b) (docs/contact.md)\n");
+    show_conicities(text, t);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
@@ -172,6 +220,22 @@ static void put_row(kmp_json *json, const kempe_contacts *t, int row)
     kmp_json_put(json, "} }");
 }
 
+static void put_conicities(kmp_json *json, const kempe_contacts *t)
+{
+    const kmp_conicities *c = &t->conicities;
+    if (c->count == 0)
+        return;
+    kmp_json_put(json, "conicity { left %s right %s base %g radius %g nonlinearity %g", wheel_name(t, c->wheel[0]),
+                 wheel_name(t, c->wheel[1]), c->base, c->radius, c->nonlinearity);
+    kmp_json_numbers(json, "y", c->points, c->y);
+    kmp_json_numbers(json, "difference", c->points, c->difference);
+    kmp_json_array(json, "rows");
+    for (int k = 0; k < c->count; k++)
+        kmp_json_put(json, "{ amplitude %g conicity %g error %g wavelength %g low %g high %g }", c->at[k].amplitude,
+                     c->at[k].conicity, c->at[k].error, c->at[k].wavelength, c->at[k].low, c->at[k].high);
+    kmp_json_put(json, "] }");
+}
+
 static void show_json(kmp_text *text, const void *result)
 {
     const kempe_contacts *t = result;
@@ -182,7 +246,9 @@ static void show_json(kmp_text *text, const void *result)
                  t->cpu_s);
     for (int row = 0; row < t->count; row++)
         put_row(&json, t, row);
-    kmp_json_put(&json, "] }");
+    kmp_json_put(&json, "]");
+    put_conicities(&json, t);
+    kmp_json_put(&json, "}");
 }
 
 KMP_PRINT(kempe_contacts, contacts, contacts->given->context, show_json, show_all)
@@ -231,4 +297,27 @@ static void fill_states(kempe_table *to, const void *result)
     }
 }
 
-KMP_TABLES(kempe_contacts, contacts, contacts->given->context, {"rows", fill_rows}, {"states", fill_states})
+static void fill_conicities(kempe_table *to, const void *result)
+{
+    const kempe_contacts *t = result;
+    kmp_tabulate_columns(to, "amplitude[m] conicity error wavelength[m] low[m] high[m]");
+    for (int k = 0; k < t->conicities.count; k++) {
+        const kmp_conicity *at = &t->conicities.at[k];
+        kmp_tabulate_row(to);
+        kmp_tabulate_cells(to, "%g %g %g %g %g %g", at->amplitude, at->conicity, at->error, at->wavelength, at->low,
+                           at->high);
+    }
+}
+
+static void fill_radii(kempe_table *to, const void *result)
+{
+    const kmp_conicities *c = &((const kempe_contacts *)result)->conicities;
+    kmp_tabulate_columns(to, "y[m] difference[m]");
+    for (int k = 0; k < c->points; k++) {
+        kmp_tabulate_row(to);
+        kmp_tabulate_cells(to, "%g %g", c->y[k], c->difference[k]);
+    }
+}
+
+KMP_TABLES(kempe_contacts, contacts, contacts->given->context, {"rows", fill_rows}, {"states", fill_states},
+           {"conicity", fill_conicities}, {"radii", fill_radii})

@@ -170,6 +170,32 @@ static void put_panel(kmp_text *text, const kempe_contacts *t, const panel *of, 
     kmp_plot_end(&plot);
 }
 
+/* The difference of the rolling radii over the lateral place, or the conicity over the amplitude. */
+static void put_conicities(kmp_text *text, const kempe_contacts *t, bool radii, double x, double y, double width)
+{
+    const kmp_conicities *c = &t->conicities;
+    kmp_plot plot = kmp_plot_inside(text, x, y, width, PANEL);
+    int count = radii ? c->points : c->count;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int k = 0; k < count; k++) {
+            double across = (radii ? c->y[k] : c->at[k].amplitude) * 1e3;
+            double up = radii ? c->difference[k] * 1e3 : c->at[k].conicity;
+            if (pass == 0)
+                kmp_plot_reach(&plot, across, up);
+            else
+                kmp_curve_to(&plot, across, up);
+        }
+        if (pass == 0) {
+            plot.axis[0].name = radii ? "y, positive to the left" : "amplitude";
+            plot.axis[0].unit = "mm";
+            kmp_plot_begin(&plot, radii ? "left rolling radius less right one, mm" : "equivalent conicity");
+            kmp_curve_begin(&plot, "curve", kmp_plot_colour(0));
+        }
+    }
+    kmp_curve_end(&plot);
+    kmp_plot_end(&plot);
+}
+
 /* In the last panel's place: the legend of the wheels' colours. */
 static void put_legend(kmp_text *text, const kempe_contacts *t, double x, double y)
 {
@@ -191,7 +217,8 @@ kempe_status kempe_contacts_write_picture(const kempe_contacts *t, const char *p
     kempe_context *context = t->given->context;
     kmp_text text = {0};
     int lines = (t->wheel_count + 1) / 2, columns = t->wheel_count > 1 ? 2 : 1;
-    int height = lines * SECTION + (PANELS + 1 + PANELS_A_LINE - 1) / PANELS_A_LINE * PANEL;
+    int below = lines * SECTION + (PANELS + 1 + PANELS_A_LINE - 1) / PANELS_A_LINE * PANEL;
+    int height = below + (t->conicities.count > 0 ? PANEL : 0);
     double width = WIDTH / (double)columns, narrow = WIDTH / (double)PANELS_A_LINE;
     kmp_context_clear(context);
     kmp_picture_begin(&text, WIDTH, height, style);
@@ -203,7 +230,9 @@ kempe_status kempe_contacts_write_picture(const kempe_contacts *t, const char *p
         int line = k / PANELS_A_LINE;
         put_panel(&text, t, &panels[k], k % PANELS_A_LINE * narrow, lines * SECTION + line * PANEL, narrow);
     }
-    put_legend(&text, t, WIDTH - narrow + 4 * LINE, height - PANEL + 3 * LINE);
+    put_legend(&text, t, WIDTH - narrow + 4 * LINE, below - PANEL + 3 * LINE);
+    for (int k = 0; k < 2 && t->conicities.count > 0; k++)
+        put_conicities(&text, t, k == 0, k * WIDTH / 2.0, below, WIDTH / 2.0);
     kmp_picture_end(&text);
     return kmp_picture_write(context, path, &text);
 }

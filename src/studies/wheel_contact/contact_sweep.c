@@ -172,6 +172,35 @@ static kempe_status try_point(job *j, const double *point)
     return status;
 }
 
+/* Takes the model assembled with the parameters of a point, as at the start. */
+static kempe_status assemble_at(job *j, const double *point)
+{
+    kmp_operating *start = NULL;
+    KMP_TRY(set_parameters(j, point));
+    kempe_status status = kmp_operating_new(j->t->system, "start", NULL, &start);
+    if (status == KEMPE_OK && start->chart)
+        kmp_eval_set_charts(j->linear.eval, start->chart);
+    if (status == KEMPE_OK)
+        memcpy(j->q, start->inner_q, (size_t)j->t->system->n * sizeof *j->q);
+    kmp_operating_free(start);
+    return status;
+}
+
+/* Finds the state at a point from the assembled model: across a jump of a contact no short step closes the loops. */
+static kempe_status begin_again(job *j, const double *point)
+{
+    const char *reason = kmp_arena_printf(&j->arena, "%s", kempe_context_message(context_of(j)));
+    KMP_TRY(kmp_made(context_of(j), reason != NULL));
+    kmp_context_clear(context_of(j));
+    kempe_status status = assemble_at(j, point);
+    if (status == KEMPE_OK)
+        status = try_point(j, point);
+    if (status != KEMPE_E_FAILED)
+        return status;
+    kmp_context_clear(context_of(j));
+    return kmp_fail(context_of(j), KEMPE_E_FAILED, "%s", reason);
+}
+
 /* Goes straight from the current state to `point`, by parts where that is too far. */
 static kempe_status go(job *j, const double *point)
 {
@@ -189,7 +218,7 @@ static kempe_status go(job *j, const double *point)
             return status;
         kmp_parts_take(&parts, status == KEMPE_OK);
     }
-    return status;
+    return status == KEMPE_E_FAILED ? begin_again(j, point) : status;
 }
 
 /* Rejects a state at which a run would end, such as off the rails. */
@@ -274,6 +303,8 @@ kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_
         status = make_table(t);
     if (status == KEMPE_OK)
         status = run(&j, options);
+    kempe_status known = status >= 0 && t->conicities.count > 0 ? kmp_contact_conicity(t) : KEMPE_OK;
+    status = known == KEMPE_OK ? status : known;
     kmp_arena_free(&j.arena);
     kmp_operating_free(j.start);
     kmp_linear_free(&j.linear);
@@ -303,6 +334,8 @@ void kempe_contacts_free(kempe_contacts *t)
 
 KMP_GETTER(const char *kempe_contacts_status(const kempe_contacts *t), t, t->status == KEMPE_OK ? "ok" : "stopped", "")
 KMP_GETTER(const char *kempe_contacts_reason(const kempe_contacts *t), t, t->reason ? t->reason : "", "")
+KMP_GETTER(double kempe_contacts_nonlinearity(const kempe_contacts *t), t,
+           t->conicities.count > 0 ? t->conicities.nonlinearity : NAN, NAN)
 KMP_GETTER_AT(int kempe_contacts_zone_count(const kempe_contacts *t, int wheel), t, wheel, t->wheel_count,
               t->first[wheel + 1] - t->first[wheel], 0)
 

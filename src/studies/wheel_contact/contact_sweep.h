@@ -14,6 +14,26 @@ typedef struct kmp_contact_lead {
     int parameter, hold; /* one of them is -1 */
 } kmp_contact_lead;
 
+/** The equivalent conicity of a pair of wheels at one amplitude; NaN: unknown. */
+typedef struct kmp_conicity {
+    double amplitude, conicity;
+    double error;      /* the difference from the conicity of every second row */
+    double wavelength; /* of the kinematic motion */
+    double low, high;  /* its ends */
+} kmp_conicity;
+
+/** Those of all amplitudes, and the difference of the rolling radii that they follow from. */
+typedef struct kmp_conicities {
+    int count; /* 0: not requested */
+    kmp_conicity *at;
+    int wheel[2]; /* left, right */
+    int points;   /* rows in which both wheels touch, by ascending place */
+    double *y, *difference;
+    double direction;    /* 1: the first swept quantity is positive to the left, -1: to the right */
+    double base, radius; /* the distance of the contacts in the middle, and the mean radius */
+    double nonlinearity;
+} kmp_conicities;
+
 struct kempe_contacts {
     kmp_arena arena; /* of all arrays */
     const kempe_system *given;
@@ -37,6 +57,7 @@ struct kempe_contacts {
     int wheel_count;
     int *first; /* wheel_count + 1: patches of a value, before each wheel's */
     kempe_contact_patch *patch;
+    kmp_conicities conicities;
     double cpu_s;
 };
 
@@ -46,6 +67,10 @@ kempe_status kmp_contact_request(kempe_contacts *table, const kempe_contact_opti
 /** The SI unit of swept quantity k; "" for a parameter. Its form in results, and the unit of an angle. */
 const char *kmp_contact_unit(const kempe_contacts *table, int k);
 kmp_shown kmp_contact_shown(const kempe_contacts *table, const char *unit);
+
+/** Reads the amplitudes and the pair of wheels; then computes their conicities from the rows of the table. */
+kempe_status kmp_contact_conicity_request(kempe_contacts *table, const kempe_contact_options *options);
+kempe_status kmp_contact_conicity(kempe_contacts *table);
 
 /** The index of a coordinate among the fixed ones; -1: it is not fixed. */
 int kmp_contact_hold_of(const kempe_contacts *table, int coordinate);

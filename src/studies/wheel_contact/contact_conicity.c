@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The equivalent conicity of a pair of wheels, from the rolling radii of a table of contacts (contact/klingel.c). */
+#include "model/tables/nearest.h"
+#include "studies/wheel_contact/contact_sweep.h"
+#include <kempe/contact.h>
+#include <kempe/contacts.h>
+#include <math.h>
+#include <string.h>
+
+enum { USUAL_AMPLITUDES = 13, MOST_AMPLITUDES = 100000 };
+
+/* Largest difference of the wheels' lateral displacement from the swept value, as a part of it: the roll of an axle
+ * that rests on its rails moves its contacts a little. */
+#define SIDEWAYS 0.2
+
+/* -- options ----------------------------------------------------------------------------------------------- */
+
+static kempe_status take_amplitudes(kempe_contacts *t, const kmp_ranges *ranges)
+{
+    kempe_context *context = t->given->context;
+    const kmp_range *r = ranges->range;
+    if (ranges->count != 1)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "--conicity: one range of amplitudes is expected, as in '1 mm:7 mm:13'");
+    KMP_TRY(kmp_range_fits_motion(context, "--conicity", r, false, 0));
+    int count = r->from == r->to ? 1 : r->count > 0 ? r->count : USUAL_AMPLITUDES;
+    if (!(fmin(r->from, r->to) > 0) || count > MOST_AMPLITUDES)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "--conicity: amplitudes are lengths above 0, at most %d, as in '1 mm:7 mm:13'",
+                        MOST_AMPLITUDES);
+    t->conicities.count = count;
+    t->conicities.at = KMP_ARENA_NEW(&t->arena, kmp_conicity, count);
+    KMP_TRY(kmp_made(context, t->conicities.at));
+    for (int k = 0; k < count; k++)
+        t->conicities.at[k].amplitude = kmp_range_value(r, k, count);
+    return KEMPE_OK;
+}
+
+static kempe_status read_amplitudes(kempe_contacts *t, const char *words)
+{
+    kmp_text text = {0};
+    kmp_ranges ranges = {0};
+    kmp_text_printf(&text, "amplitude=%s", words);
+    kempe_status status = kmp_made(t->given->context, text.s != NULL);
+    if (status == KEMPE_OK)
+        status = kmp_ranges_read(t->given->context, text.s, &ranges);
+    if (status == KEMPE_OK)
+        status = take_amplitudes(t, &ranges);
+    kmp_text_free(&text);
+    kmp_ranges_free(&ranges);
+    return status;
+}
+
+static kempe_status find_wheel(const kempe_model *model, const char *word, size_t length, int *wheel)
+{
+    kmp_text name = {0}, complaint = {0};
+    kmp_text_printf(&name, "%.*s", (int)length, word);
+    KMP_TRY(kmp_made(model->context, name.s != NULL));
+    kmp_text_put(&complaint, "--pair: ");
+    *wheel = kmp_word_find(name.s, KMP_NAMES(model->wheels, model->wheel_count), "wheel", &complaint);
+    kmp_text_free(&name);
+    if (*wheel == model->wheel_count)
+        return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &complaint);
+    kmp_text_free(&complaint);
+    return KEMPE_OK;
+}
+
+static kempe_status read_pair(const kempe_model *model, const char *words, int wheel[2])
+{
+    const char *comma = strchr(words, ',');
+    if (!comma || strchr(comma + 1, ','))
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT, "--pair: two wheels are expected, as in 'L,R'");
+    KMP_TRY(find_wheel(model, words, (size_t)(comma - words), &wheel[0]));
+    KMP_TRY(find_wheel(model, comma + 1, strlen(comma + 1), &wheel[1]));
+    const kmp_wheel *left = &model->wheels[wheel[0]], *right = &model->wheels[wheel[1]];
+    if (left->side != KMP_TRACK_LEFT || right->side != KMP_TRACK_RIGHT || left->track != right->track)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "--pair: '%s' must be a wheel on the left rail of a track, and '%s' one on its right rail",
+                        left->name, right->name);
+    return KEMPE_OK;
+}
+
+/* The only wheel of a side; -1: there are none or several. */
+static int only_wheel(const kempe_model *model, kmp_track_side side)
+{
+    int found = -1;
+    for (int k = 0; k < model->wheel_count; k++) {
+        if (model->wheels[k].side == side && found >= 0)
+            return -1;
+        found = model->wheels[k].side == side ? k : found;
+    }
+    return found;
+}
+
+static kempe_status find_pair(const kempe_model *model, int wheel[2])
+{
+    wheel[0] = only_wheel(model, KMP_TRACK_LEFT);
+    wheel[1] = only_wheel(model, KMP_TRACK_RIGHT);
+    if (wheel[0] < 0 || wheel[1] < 0 || model->wheels[wheel[0]].track != model->wheels[wheel[1]].track)
+        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                        "--conicity: the model does not have exactly one left and one right wheel on a track: name the "
+                        "wheels of a wheelset by --pair LEFT,RIGHT");
+    return KEMPE_OK;
+}
+
+kempe_status kmp_contact_conicity_request(kempe_contacts *t, const kempe_contact_options *options)
+{
+    kmp_conicities *c = &t->conicities;
+    c->nonlinearity = c->base = c->radius = NAN;
+    if (!options->conicity || !*options->conicity)
+        return options->pair
+                   ? kmp_fail(t->given->context, KEMPE_E_ARGUMENT,
+                              "--pair: the pair of wheels is for the equivalent conicity: give --conicity too")
+                   : KEMPE_OK;
+    KMP_TRY(read_amplitudes(t, options->conicity));
+    return options->pair ? read_pair(t->given->model, options->pair, c->wheel) : find_pair(t->given->model, c->wheel);
+}
+
+/* -- the difference of the rolling radii --------------------------------------------------------------------- */
+
+/* The patch of a wheel that carries the most; NULL: the wheel does not touch. */
+static const kempe_contact_patch *patch_of(const kempe_contacts *t, int row, int wheel)
+{
+    const kempe_contact_patch *most = NULL;
+    for (int z = 0; z < kempe_contacts_zone_count(t, wheel); z++) {
+        const kempe_contact_patch *p = kempe_contacts_patch(t, row, wheel, z);
+        if (p->touches && (!most || p->normal > most->normal))
+            most = p;
+    }
+    return most;
+}
+
+static bool touch_both(const kempe_contacts *t, int row)
+{
+    return patch_of(t, row, t->conicities.wheel[0]) && patch_of(t, row, t->conicities.wheel[1]);
+}
+
+/* The displacement of the wheels to the left in a row, up to a constant. */
+static double displacement(const kempe_contacts *t, int row)
+{
+    const kempe_contact_patch *left = patch_of(t, row, t->conicities.wheel[0]);
+    const kempe_contact_patch *right = patch_of(t, row, t->conicities.wheel[1]);
+    return ((left->y - left->s) - (right->y - right->s)) / 2;
+}
+
+/* The longest sequence of rows in which both wheels touch. */
+static int longest(const kempe_contacts *t, int *first)
+{
+    int most = 0;
+    *first = 0;
+    for (int row = 0, begin = 0; row < t->count; row++) {
+        begin = touch_both(t, row) ? begin : row + 1;
+        if (row + 1 - begin > most) {
+            most = row + 1 - begin;
+            *first = begin;
+        }
+    }
+    return most;
+}
+
+/* Fills y and difference; the direction of the sweep tells the left from the right. */
+static kempe_status take_radii(kempe_contacts *t)
+{
+    kmp_conicities *c = &t->conicities;
+    int first, count = longest(t, &first), last = first + count - 1;
+    if (count < 2 || t->value[last] == t->value[first])
+        return KEMPE_OK;
+    double ratio = (displacement(t, last) - displacement(t, first)) / (t->value[last] - t->value[first]);
+    if (!(fabs(fabs(ratio) - 1) <= SIDEWAYS))
+        return kmp_fail(
+            t->given->context, KEMPE_E_ARGUMENT,
+            "--conicity: '%s' must move both wheels laterally by its value; it moves them by %.3g m for 1 m",
+            t->over.range[0].name, ratio);
+    bool backwards = ratio * (t->value[last] - t->value[first]) < 0;
+    c->direction = ratio < 0 ? -1 : 1;
+    c->points = count;
+    KMP_TRY(kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, count, &c->y, &c->difference))));
+    for (int k = 0; k < count; k++) {
+        int row = backwards ? last - k : first + k;
+        c->y[k] = c->direction * t->value[row];
+        c->difference[k] = patch_of(t, row, c->wheel[0])->radius - patch_of(t, row, c->wheel[1])->radius;
+    }
+    return KEMPE_OK;
+}
+
+/* The distance of the contacts where the wheels are nearest to the middle of the track, and the mean radius. */
+static void take_sizes(kempe_contacts *t)
+{
+    kmp_conicities *c = &t->conicities;
+    const kmp_wheel *wheels = t->system->model->wheels;
+    double least = INFINITY;
+    for (int row = 0; row < t->count; row++)
+        if (touch_both(t, row) && fabs(t->value[row]) < least) {
+            least = fabs(t->value[row]);
+            c->base = patch_of(t, row, c->wheel[0])->y + patch_of(t, row, c->wheel[1])->y;
+        }
+    c->radius = (wheels[c->wheel[0]].radius.value + wheels[c->wheel[1]].radius.value) / 2;
+}
+
+/* -- conicities ------------------------------------------------------------------------------------------- */
+
+static kempe_conicity conicity_of(int count, const double *y, const double *difference, double amplitude)
+{
+    kempe_conicity found = {NAN, NAN, NAN};
+    if (count >= 2)
+        (void)kempe_contact_conicity(count, y, difference, amplitude, &found);
+    return found;
+}
+
+kempe_status kmp_contact_conicity(kempe_contacts *t)
+{
+    kmp_conicities *c = &t->conicities;
+    double *y, *difference;
+    KMP_TRY(take_radii(t));
+    take_sizes(t);
+    KMP_TRY(
+        kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, c->points / 2 + 1, &y, &difference))));
+    int half = 0; /* every second point, and the last one */
+    for (int k = 0; k < c->points; k += k == c->points - 2 ? 1 : 2) {
+        y[half] = c->y[k];
+        difference[half++] = c->difference[k];
+    }
+    for (int k = 0; k < c->count; k++) {
+        double amplitude = c->at[k].amplitude;
+        kempe_conicity found = conicity_of(c->points, c->y, c->difference, amplitude);
+        kempe_conicity coarse = conicity_of(half, y, difference, amplitude);
+        c->at[k] =
+            (kmp_conicity){.amplitude = amplitude,
+                           .conicity = found.conicity,
+                           .error = fabs(found.conicity - coarse.conicity),
+                           .wavelength = 2 * 3.14159265358979323846 * sqrt(c->base * c->radius / (2 * found.conicity)),
+                           .low = found.low,
+                           .high = found.high};
+    }
+    c->nonlinearity = (conicity_of(c->points, c->y, c->difference, 4e-3).conicity -
+                       conicity_of(c->points, c->y, c->difference, 2e-3).conicity) /
+                      (2 * 1e-3);
+    return KEMPE_OK;
+}
