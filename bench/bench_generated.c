@@ -4,8 +4,8 @@
  * largest one of its array, and the least time of an evaluation. */
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "followed_motion.h"
 #include "generate/runtime/kempe_simulator.h"
-#include "motion.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <unistd.h>

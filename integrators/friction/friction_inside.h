@@ -60,7 +60,7 @@ typedef struct kmp_friction_past {
     bool known;   /* a decision has been made */
 } kmp_friction_past;
 
-typedef struct kmp_friction_run {
+struct kmp_friction_run {
     const kmp_friction_site *site;
     int count;
     kmp_friction_element *element;
@@ -81,7 +81,7 @@ typedef struct kmp_friction_run {
     bool open;   /* levels do not settle: modes are tried */
     bool again;  /* an element is regularised from now on: the others are decided again */
     bool pins;   /* contacts are open or closed as a study has set them: only friction is decided */
-} kmp_friction_run;
+};
 
 /* Returns a status that is not zero. */
 #define KMP_FRICTION_TRY(call)                                                                                         \

@@ -245,16 +245,30 @@ static int row_of(const kempe_system *s, const kmp_force *force)
 static kmp_friction_element element_of(const kmp_runner *run, int slot)
 {
     const kmp_force *force = run->s->events.condition[slot].of;
-    int row = row_of(run->s, force);
     return (kmp_friction_element){.slot = slot,
-                                  .row = row < 0 ? 0 : row,
-                                  .size = row < 0 ? 1 : run->s->row_scale[row],
-                                  .regularise = force->has_regularise ? force->regularise.value : 0,
-                                  .restitution = force->restitution.value,
-                                  .ratio = force->level.value,
                                   .contact = force->kind == KMP_FORCE_TOUCH,
                                   .across = force->across,
                                   .loaded = kmp_force_lambda(force)};
+}
+
+static void take_numbers(const kmp_runner *run, kmp_friction_run *x)
+{
+    for (int i = 0; i < x->count; i++) {
+        kmp_friction_element *e = &x->element[i];
+        const kmp_force *force = force_of(run, e);
+        int row = row_of(run->s, force);
+        e->row = row < 0 ? 0 : row;
+        e->size = row < 0 ? 1 : run->s->row_scale[row];
+        e->regularise = force->has_regularise ? force->regularise.value : 0;
+        e->restitution = force->restitution.value;
+        e->ratio = force->level.value;
+    }
+}
+
+void kmp_friction_renew(kmp_runner *run)
+{
+    if (run->friction)
+        take_numbers(run, run->friction);
 }
 
 static kmp_friction_site site_of(kmp_runner *run)
@@ -306,6 +320,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
         x->element[i].base = force->contact > 0 ? element_with(run, x, &run->s->model->forces[force->contact - 1]) : -1;
         x->element[i].twin = force->across > 0 ? element_with(run, x, kmp_friction_twin(force)) : -1;
     }
+    take_numbers(run, x);
     return x;
 }
 

@@ -10,10 +10,8 @@
  * theirs: it slips, or rests without a force. */
 #pragma once
 
+#include "integrators/friction/friction_site.h"
 #include "integrators/run/run.h"
-#include <stdbool.h>
-
-typedef struct kmp_friction_run kmp_friction_run;
 
 /** Makes the workspace in the run's arena. NULL: no memory, or the system has no such elements (*none). */
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none);
@@ -40,6 +38,10 @@ kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *q
 
 /** Lists what friction knows of its past; returns the number of pieces. */
 int kmp_friction_memory(kmp_friction_run *x, kmp_memory_piece *piece);
+
+/** Takes the numbers of the elements from the model and the system: after the memory of a motion with other parameters.
+ * Also without elements. */
+void kmp_friction_renew(kmp_runner *run);
 
 /** The number of changes of modes so far. */
 long kmp_friction_count(const kmp_friction_run *x);

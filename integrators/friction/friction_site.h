@@ -34,6 +34,8 @@ typedef struct kmp_friction_numbers {
     double still; /* a rate of friction that counts as none, in sizes of its place and rates of the motion */
 } kmp_friction_numbers;
 
+typedef struct kmp_friction_run kmp_friction_run;
+
 typedef struct kmp_friction_site {
     void *self;
     int failed;

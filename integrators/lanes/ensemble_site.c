@@ -110,9 +110,9 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_pool *from, int i, bool event,
     memcpy(site->state, e->state, 2 * (size_t)e->n * sizeof *site->state);
     site->crossing = kmp_instance_crossing(e, x);
     site->rate_scale = x->rate_scale;
-    kmp_runner_take_memory(site, x->memory);
     kempe_status status = kmp_instance_take_values(e, i); /* impacts have those of the model */
     kmp_constants_take(e->s, &x->constants);
+    kmp_runner_take_memory(site, x->memory);
     if (status == KEMPE_OK)
         status = take_rows(e, from, x->t);
     if (status == KEMPE_OK)

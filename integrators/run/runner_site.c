@@ -59,4 +59,5 @@ void kmp_runner_take_memory(kmp_runner *run, const void *memory)
     int count = list_pieces(run, piece);
     for (int k = 0; k < count; from += piece[k++].size)
         memcpy(piece[k].at, from, piece[k].size);
+    kmp_friction_renew(run);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* States of a model's motion, at which timed programs evaluate it, and the least time of a call. */
-#ifndef KEMPE_BENCH_MOTION_H
-#define KEMPE_BENCH_MOTION_H
+#ifndef KEMPE_BENCH_FOLLOWED_MOTION_H
+#define KEMPE_BENCH_FOLLOWED_MOTION_H
 
 #include "bench.h"
 #include "integrators/run/run.h"
