@@ -37,6 +37,9 @@ MODELS = {"four_bar": 0.5, "slider_crank": 1.0, "delta_robot": 0.5, "loose_slide
 # On the library: end, and the largest difference from kempe simulate: friction that sticks, sampled control, contact.
 ON_LIBRARY = {"four_bar": (0.5, 1e-7), "stick_slip": (2.0, 1e-7), "hydraulic_excavator": (0.5, 1e-7),
               "toggle_press": (0.1, 1e-7), "cart_pole": (1.0, 1e-7), "loose_pin": (0.05, 1e-6)}
+# Ends of the motions whose states are saved on the way, with changes on both sides.
+SAVED = {("four_bar", "cs"): (3.0, "solver.exchanges"), ("delta_robot", "me"): (3.0, "solver.exchanges"),
+         ("loose_slider", "cs"): (0.01, "solver.events"), ("loose_slider", "me"): (0.01, "solver.events")}
 failures = []
 
 
@@ -115,6 +118,10 @@ class Unit:
 
     def place(self, instance):
         return tuple(self.get(instance, self.named("q.") + self.named("qd.") + self.named("qdd.")))
+
+    def count(self, instance, name):
+        """A number of changes: solver.exchanges, solver.events."""
+        return (instance.getInteger if self.fmi == 2 else instance.getInt32)([self.reference[name]])[0]
 
     def refused(self, what, word, call):
         """The call is an error or is discarded, with a sentence that has the word."""
@@ -204,57 +211,110 @@ def check_steps(unit, end):
         check(len(places) == 1, unit.file.name, "communication steps change bits", len(places))
 
 
-STEPS = 10  # before a state is saved, and after it
+STEPS, SUBSTEPS = 10, 30  # communication steps before a state is saved, and after it; steps of model exchange in each
 
 
-def go(unit, instance, end):
-    for k in range(STEPS, 2 * STEPS):
-        instance.doStep(k * end / 20, end / 20)
+def slopes(unit, instance, t, x):
+    rates = (ctypes.c_double * len(x))()
+    instance.setTime(t)
+    instance.setContinuousStates((ctypes.c_double * len(x))(*x), len(x))
+    (instance.getDerivatives if unit.fmi == 2 else instance.getContinuousStateDerivatives)(rates, len(x))
+    return list(rates)
+
+
+def march(unit, instance, begin, end, steps):
+    """Model exchange by classical Runge-Kutta steps of one length, with event mode after each."""
+    h, count = (end - begin) / steps, len(unit.named("x["))
+    for k in range(steps):
+        t, x = begin + k * h, (ctypes.c_double * count)()
+        instance.getContinuousStates(x, count)
+        x = list(x)
+        a = slopes(unit, instance, t, x)
+        b = slopes(unit, instance, t + h / 2, [v + h / 2 * s for v, s in zip(x, a)])
+        c = slopes(unit, instance, t + h / 2, [v + h / 2 * s for v, s in zip(x, b)])
+        d = slopes(unit, instance, t + h, [v + h * s for v, s in zip(x, c)])
+        slopes(unit, instance, t + h, [v + h / 6 * (p + 2 * q + 2 * r + s) for v, p, q, r, s in zip(x, a, b, c, d)])
+        instance.completedIntegratorStep()
+        instance.enterEventMode()
+        decide_events(unit, instance)
+
+
+def decide_events(unit, instance):
+    while (instance.newDiscreteStates if unit.fmi == 2 else instance.updateDiscreteStates)()[0]:
+        pass
+    instance.enterContinuousTimeMode()
+
+
+def go(unit, instance, kind, first, end):
+    """Ten communication steps from the step `first` of twenty on; the place afterwards."""
+    for k in range(first, first + STEPS):
+        if kind == "cs":
+            instance.doStep(k * end / 20, end / 20)
+        else:
+            march(unit, instance, k * end / 20, (k + 1) * end / 20, SUBSTEPS)
     return unit.place(instance)
 
 
-def restored(unit, bytes_of_it):
+def restored(unit, kind, bytes_of_it):
     """Another instance at a state, and the state."""
-    other = unit.made("cs")
-    loaded = other.deserializeFMUState(bytes_of_it) if unit.fmi == 3 else other.deSerializeFMUstate(bytes_of_it)
+    other = unit.made(kind)
+    loaded = unpacked(unit, other, bytes_of_it)
     (other.setFMUState if unit.fmi == 3 else other.setFMUstate)(loaded)
     return other, loaded
 
 
-def continue_saved(fmi, file, state, end):
+def unpacked(unit, instance, bytes_of_it):
+    return (instance.deserializeFMUState if unit.fmi == 3 else instance.deSerializeFMUstate)(bytes_of_it)
+
+
+def continue_saved(fmi, kind, file, state, end):
     """The motion from a state of another process, printed in full digits."""
     with tempfile.TemporaryDirectory() as folder:
         unit = Unit(int(fmi), pathlib.Path(file), folder)
-        other, _ = restored(unit, pathlib.Path(state).read_bytes())
-        print(" ".join(x.hex() for x in go(unit, other, float(end))))
+        other, _ = restored(unit, kind, pathlib.Path(state).read_bytes())
+        print(" ".join(x.hex() for x in go(unit, other, kind, STEPS, float(end))))
 
 
-def check_saved(unit, end):
-    step, n = end / 20, STEPS
-    instance = unit.started("cs")
-    for k in range(n):
-        instance.doStep(k * step, step)
+def check_wrong_bytes(unit, instance, bytes_of_it):
+    """Bytes that are no state, or no longer one, are errors, wherever they differ."""
+    wrong = [b"", bytes_of_it[:-1], bytes_of_it[: len(bytes_of_it) // 2], bytes_of_it + b"0", b"x" * len(bytes_of_it)]
+    for at in (0, 30, 50, len(bytes_of_it) // 2, len(bytes_of_it) - 1):
+        wrong.append(bytes_of_it[:at] + bytes([bytes_of_it[at] ^ 1]) + bytes_of_it[at + 1:])
+    for damaged in wrong:
+        unit.refused("a damaged state", "not a state", lambda: unpacked(unit, instance, damaged))
+
+
+def check_saved(unit, kind, end, counted=None):
+    """A saved state goes on with the same bits here, in another instance, and in another process; `counted` is a number of
+    changes, of which some are before it and some after it."""
+    instance = unit.started(kind)
+    if kind == "me":
+        decide_events(unit, instance)
+    go(unit, instance, kind, 0, end)
     save = instance.getFMUState if unit.fmi == 3 else instance.getFMUstate
     restore = instance.setFMUState if unit.fmi == 3 else instance.setFMUstate
     state = save()
     pack = instance.serializeFMUState if unit.fmi == 3 else instance.serializeFMUstate
     bytes_of_it, before = pack(state), unit.place(instance)
+    counts = [unit.count(instance, counted)] if counted else []
 
-    first = go(unit, instance, end)
+    first = go(unit, instance, kind, STEPS, end)
+    if counted:
+        counts.append(unit.count(instance, counted))
+        check(0 < counts[0] < counts[1], unit.file.name, kind, counted, "before and after a saved state:", counts)
     restore(state)
-    check(unit.place(instance) == before, unit.file.name, "a restored state has other bits")
-    check(go(unit, instance, end) == first, unit.file.name, "the motion after a restored state has other bits")
-    other, loaded = restored(unit, bytes_of_it)
-    check(go(unit, other, end) == first, unit.file.name, "the motion of another instance after a restored state has other bits")
+    check(unit.place(instance) == before, unit.file.name, kind, "a restored state has other bits")
+    check(go(unit, instance, kind, STEPS, end) == first, unit.file.name, kind, "the motion after a restored state has other bits")
+    other, loaded = restored(unit, kind, bytes_of_it)
+    check(go(unit, other, kind, STEPS, end) == first, unit.file.name, kind,
+          "the motion of another instance after a restored state has other bits")
     kept = unit.file.with_suffix(".state")
     kept.write_bytes(bytes_of_it)
-    done = subprocess.run([sys.executable, __file__, "--continue", str(unit.fmi), unit.file, kept, str(end)],
+    done = subprocess.run([sys.executable, __file__, "--continue", str(unit.fmi), kind, unit.file, kept, str(end)],
                           capture_output=True, text=True)
     far = tuple(float.fromhex(word) for word in done.stdout.split())
-    check(far == first, unit.file.name, "the motion in another process has other bits", done.stderr[-300:])
-    unit.refused("a damaged state", "not a state", lambda: (
-        other.deserializeFMUState(b"x" * len(bytes_of_it)) if unit.fmi == 3 else
-        other.deSerializeFMUstate(b"x" * len(bytes_of_it))))
+    check(far == first, unit.file.name, kind, "the motion in another process has other bits", done.stderr[-300:])
+    check_wrong_bytes(unit, other, bytes_of_it)
     (instance.freeFMUState if unit.fmi == 3 else instance.freeFMUstate)(state)
     (other.freeFMUState if unit.fmi == 3 else other.freeFMUstate)(loaded)
     instance.freeInstance()
@@ -317,8 +377,7 @@ def check_derivatives(unit):
     count = len(unit.named("x["))
     x = (ctypes.c_double * count)()
     instance.getContinuousStates(x, count)
-    (instance.newDiscreteStates if unit.fmi == 2 else instance.updateDiscreteStates)()
-    instance.enterContinuousTimeMode()
+    decide_events(unit, instance)
     states, inputs = unit.named("x["), [v.valueReference for v in unit.about.modelVariables if v.causality == "input"]
     unknowns = unit.named("der(") + unit.named("q.") + unit.named("qd.") + unit.named("lambda.")
     knowns, base, u = states + inputs, list(x), unit.get(instance, inputs) if inputs else []
@@ -419,7 +478,7 @@ def check_event_mode(unit, end):
     plain = end_place(unit, [end])
     q = len(unit.named("q."))
     error = max(abs(a - b) for a, b in zip(unit.place(instance)[:q], plain[:q]))
-    counted = instance.getInt32([unit.reference["solver.events"]])[0]
+    counted = unit.count(instance, "solver.events")
     check(events > 5 and counted >= events, unit.file.name, "events", events, counted)
     check(error < 1e-6, unit.file.name, "event mode changes the motion by", error)
     instance.freeInstance()
@@ -437,7 +496,7 @@ def check_on_library(kempe, folder, model, end, allowed):
         check_exports(unit)
         check_motions(unit, expected, end, [("CoSimulation", allowed)])
         check_steps(unit, end)
-        check_saved(unit, end)
+        check_saved(unit, "cs", *SAVED.get((model, "cs"), (end,)))
         if model == "four_bar":
             check_misuse(unit)
             check_threads(unit, end)
@@ -454,8 +513,9 @@ def check_model(kempe, folder, model, end):
         check_exports(unit)
         check_motions(unit, expected, end)
         check_steps(unit, end)
-        check_saved(unit, end)
+        check_saved(unit, "cs", *SAVED.get((model, "cs"), (end,)))
         if unit.named("x["):
+            check_saved(unit, "me", *SAVED.get((model, "me"), (end,)))
             check_derivatives(unit)
         if model == "four_bar":
             check_misuse(unit)

@@ -5,10 +5,11 @@
 
 #include "generate/runtime/fmu/fmu_variables.h"
 
-/* A saved state: hash of the model, its bytes, then the pieces below. */
+/* A saved state: hash of the model, its bytes, then the pieces below, whose sum is checked. */
 typedef struct kempe_fmu_head {
     char hash[24];
     size_t bytes;
+    unsigned long sum;
     int kind;
 } kempe_fmu_head;
 
@@ -46,12 +47,30 @@ size_t kempe_fmu_state_bytes(kempe_fmu *fmu)
     return bytes;
 }
 
-static kempe_fmu_head head_of(kempe_fmu *fmu)
+/* Adler's sum of the bytes after the head. */
+static unsigned long sum_of(const unsigned char *state, size_t size)
+{
+    unsigned long a = 1, b = 0;
+    for (size_t i = sizeof(kempe_fmu_head); i < size;) {
+        const size_t end = size - i > 5000 ? i + 5000 : size; /* no overflow of 32 bits before the remainder */
+        for (; i < end; i++) {
+            a += state[i];
+            b += a;
+        }
+        a %= 65521;
+        b %= 65521;
+    }
+    return b << 16 | a;
+}
+
+/* The head of a state of this unit with the bytes after it. */
+static kempe_fmu_head head_of(kempe_fmu *fmu, const unsigned char *state)
 {
     kempe_fmu_head head;
     memset(&head, 0, sizeof head);
     (void)snprintf(head.hash, sizeof head.hash, "%s", fmu->model->equations->hash);
     head.bytes = kempe_fmu_state_bytes(fmu);
+    head.sum = sum_of(state, head.bytes);
     head.kind = fmu->kind;
     return head;
 }
@@ -59,22 +78,26 @@ static kempe_fmu_head head_of(kempe_fmu *fmu)
 void kempe_fmu_save(kempe_fmu *fmu, unsigned char *to)
 {
     kempe_fmu_piece piece[KEMPE_FMU_PIECES];
-    const kempe_fmu_head head = head_of(fmu);
+    unsigned char *state = to;
     list_pieces(fmu, piece);
-    memcpy(to, &head, sizeof head);
-    to += sizeof head;
+    to += sizeof(kempe_fmu_head);
     kempe_simulator_save(&fmu->simulator, fmu->part.kept);
     memcpy(to, fmu->part.kept, simulator_bytes(fmu));
     to += simulator_bytes(fmu);
     for (int i = 0; i < KEMPE_FMU_PIECES; to += piece[i++].bytes)
         if (piece[i].bytes)
             memcpy(to, piece[i].at, piece[i].bytes);
+    const kempe_fmu_head head = head_of(fmu, state);
+    memcpy(state, &head, sizeof head);
 }
 
 kempe_fmu_status kempe_fmu_check_state(kempe_fmu *fmu, const unsigned char *bytes, size_t size)
 {
-    const kempe_fmu_head head = head_of(fmu);
-    if (!bytes || size != head.bytes || memcmp(bytes, &head, sizeof head) != 0)
+    const int fits = bytes && size == kempe_fmu_state_bytes(fmu);
+    kempe_fmu_head head;
+    if (fits)
+        head = head_of(fmu, bytes);
+    if (!fits || memcmp(bytes, &head, sizeof head) != 0)
         return FAIL("The %lu bytes are not a state of this unit: a state belongs to the model and the kind of instance "
                     "that it was taken from.",
                     (unsigned long)size);
