@@ -3,7 +3,7 @@
  * fewer frames, the largest ones are drawn in part. */
 #include "report/motion_picture.h"
 #include "model/pose.h"
-#include "report/drawing.h"
+#include "output/mechanism/drawing.h"
 #include "report/drawn_shapes.h"
 #include "report/railway.h"
 #include <math.h>

@@ -7,6 +7,8 @@ The exit code is 77 where FMPy is absent: pip install fmpy (another Python than 
 
 import csv
 import ctypes
+import ctypes.util
+import math
 import os
 import pathlib
 import random
@@ -16,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import xml.etree.ElementTree as ElementTree
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -40,6 +43,7 @@ ON_LIBRARY = {"four_bar": (0.5, 1e-7), "stick_slip": (2.0, 1e-7), "hydraulic_exc
 # Ends of the motions whose states are saved on the way, with changes on both sides.
 SAVED = {("four_bar", "cs"): (3.0, "solver.exchanges"), ("delta_robot", "me"): (3.0, "solver.exchanges"),
          ("loose_slider", "cs"): (0.01, "solver.events"), ("loose_slider", "me"): (0.01, "solver.events")}
+HAS_RSVG = ctypes.util.find_library("rsvg-2") is not None
 failures = []
 
 
@@ -150,6 +154,45 @@ def check_description(unit):
         done = subprocess.run(["xmllint", "--noout", "--schema", schema / name, pathlib.Path(unit.folder) / document],
                               capture_output=True, text=True)
         check(done.returncode == 0, unit.file.name, document, done.stderr[:300])
+
+
+def check_terminals(unit):
+    """Members of terminals are variables, each of one terminal; coordinates have all their variables there."""
+    folder = pathlib.Path(unit.folder) / "terminalsAndIcons"
+    seen = []
+    for terminal in ElementTree.parse(folder / "terminalsAndIcons.xml").iter("Terminal"):
+        members = [(member.get("memberName"), member.get("variableName")) for member in terminal]
+        check(len({name for name, _ in members}) == len(members) > 1, unit.file.name, terminal.get("name"), members)
+        seen += [variable for _, variable in members]
+    check(len(set(seen)) == len(seen) and set(seen) <= set(unit.reference), unit.file.name, "terminals", seen)
+    check(set(seen) >= {name for name in unit.reference if name.startswith(("q.", "qd."))}, unit.file.name, "terminals lack coordinates")
+
+
+def check_picture(unit, lengths=()):
+    """The icon; distances of the joints, in their order, are as the given lengths of links."""
+    folder = pathlib.Path(unit.folder)
+    bitmaps = [folder / "model.png"] if unit.fmi == 2 else [folder / "terminalsAndIcons/icon.png"]
+    check(not HAS_RSVG or bitmaps[0].read_bytes()[:8] == b"\x89PNG\r\n\x1a\n", unit.file.name, "has no bitmap")
+    if unit.fmi == 2:
+        return
+    picture = ElementTree.parse(folder / "terminalsAndIcons/icon.svg")
+    joints = [(float(c.get("cx")), float(c.get("cy"))) for c in picture.iter("{http://www.w3.org/2000/svg}circle")]
+    check(all(0 < x < 256 and 0 < y < 256 for x, y in joints), unit.file.name, "joints outside of the picture", joints)
+    if lengths:
+        drawn = sorted({round(math.dist(a, b), 1) for a in joints for b in joints})
+        scale = max(drawn) / diagonal(lengths)
+        for length in lengths:
+            check(any(abs(d - scale * length) < 0.6 for d in drawn), unit.file.name, "no link of", length, "in", drawn)
+
+
+def diagonal(lengths):
+    """The largest distance of two joints of the four-bar, whose crank is upright and whose ground link is level."""
+    crank, coupler, rocker, base = lengths
+    across = math.hypot(crank, base)  # from the crank's tip to the rocker's foot
+    along = (coupler**2 - rocker**2 + across**2) / (2 * across)
+    high = math.sqrt(coupler**2 - along**2)
+    x, y = along / across * base + high / across * crank, crank - along / across * crank + high / across * base
+    return max(lengths + (across, math.hypot(x, y)))
 
 
 def check_exports(unit):
@@ -510,6 +553,9 @@ def check_model(kempe, folder, model, end):
     for fmi in (2, 3):
         unit = Unit.of_model(kempe, folder, model, fmi)
         check_description(unit)
+        check_picture(unit, (0.3, 0.8, 0.7, 0.9) if model == "four_bar" else ())
+        if fmi == 3:
+            check_terminals(unit)
         check_exports(unit)
         check_motions(unit, expected, end)
         check_steps(unit, end)

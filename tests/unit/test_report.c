@@ -7,7 +7,7 @@
 #include "loaded.h"
 #include "model/pose.h"
 #include "random.h"
-#include "report/drawing.h"
+#include "output/mechanism/drawing.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
 #include "symbolic/program/interpreter.h"

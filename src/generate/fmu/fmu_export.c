@@ -7,7 +7,9 @@
 #include "generate/fmu/unit_lines.h"
 #include "generate/fmu/unit_parts.h"
 #include "model/model.h"
+#include "output/formats/picture_file.h"
 #include "output/formats/zip_archive.h"
+#include "output/mechanism/mechanism_picture.h"
 #include "output/print.h"
 #include <kempe/generate.h>
 #include <stdio.h>
@@ -126,12 +128,52 @@ static bool add_sources(kempe_fmu_export *made)
     return plan->sources;
 }
 
+/* The mechanism at its start: icon.svg and icon.png, or model.png in version 2. A .png needs librsvg; without it the
+ * unit has none. */
+static bool add_picture(kempe_fmu_export *made)
+{
+    const kmp_code_source *source = made->plan.source;
+    const bool second = made->plan.fmi == 2;
+    kmp_text svg = {0}, png = {0};
+    bool ok = kmp_mechanism_picture(&svg, source->model, source->simulated->q, KMP_UNIT_ICON);
+    kmp_text *text = ok && !second ? add_file(&made->files, "", "terminalsAndIcons/icon.svg") : NULL;
+    if (text)
+        kmp_text_append(text, svg.s, svg.length);
+    ok = ok && (second || text);
+    if (ok && kmp_picture_png(&svg, &png)) {
+        text = add_file(&made->files, "", second ? "model.png" : "terminalsAndIcons/icon.png");
+        ok = text;
+        if (text)
+            kmp_text_append(text, png.s, png.length);
+    }
+    kmp_text_free(&svg);
+    kmp_text_free(&png);
+    return ok;
+}
+
+static bool add_description(kempe_fmu_export *made)
+{
+    kmp_text xml = {0}, terminals = {0};
+    bool ok = kmp_unit_describe(&xml, &terminals, &made->plan);
+    kmp_text *text = ok ? add_file(&made->files, "", "modelDescription.xml") : NULL;
+    if (text)
+        kmp_text_append(text, xml.s, xml.length);
+    if (text && made->plan.fmi == 3) {
+        text = add_file(&made->files, "", "terminalsAndIcons/terminalsAndIcons.xml");
+        if (text)
+            kmp_text_append(text, terminals.s, terminals.length);
+    }
+    kmp_text_free(&xml);
+    kmp_text_free(&terminals);
+    return text && add_picture(made);
+}
+
 static bool add_texts(kempe_fmu_export *made)
 {
     const kmp_unit_plan *plan = &made->plan;
     kmp_code_files *files = &made->files;
-    kmp_text *text = add_file(files, "", "modelDescription.xml");
-    bool ok = text && kmp_unit_describe(text, plan);
+    kmp_text *text = NULL;
+    bool ok = add_description(made);
     for (int k = 0; ok && k < made->sources.count; k++)
         ok = add_copy(files, "sources/", made->sources.file[k].name, made->sources.file[k].text.s);
     if (ok && plan->fmi == 3 && !plan->library) {

@@ -380,7 +380,7 @@ static bool list_variables(description *d)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static void put_attribute(kmp_text *xml, const char *name, const char *value)
+void kmp_unit_attribute(kmp_text *xml, const char *name, const char *value)
 {
     kmp_text_printf(xml, " %s=\"", name);
     for (; value && *value; value++)
@@ -420,7 +420,7 @@ static void put_kind(kmp_text *xml, const kmp_unit_plan *plan, bool exchange)
     static const char *const any_step[] = {"canHandleVariableCommunicationStepSize", NULL};
     const char *name = exchange ? "ModelExchange" : "CoSimulation";
     kmp_text_printf(xml, "  <%s", name);
-    put_attribute(xml, "modelIdentifier", plan->source->name);
+    kmp_unit_attribute(xml, "modelIdentifier", plan->source->name);
     if (!plan->library || plan->source->model->delay_count == 0)
         put_flags(xml, states[plan->fmi == 3]);
     if (!plan->library)
@@ -444,7 +444,7 @@ static void put_kind(kmp_text *xml, const kmp_unit_plan *plan, bool exchange)
     kmp_text_put(xml, ">\n    <SourceFiles>\n");
     for (int k = 0; k < plan->source_count; k++) {
         kmp_text_put(xml, "      <File");
-        put_attribute(xml, "name", plan->sources[k]);
+        kmp_unit_attribute(xml, "name", plan->sources[k]);
         kmp_text_put(xml, "/>\n");
     }
     kmp_text_printf(xml, "    </SourceFiles>\n  </%s>\n", name);
@@ -457,7 +457,7 @@ static void put_units(kmp_text *xml, const description *d)
     for (int k = 0; k < d->unit_count; k++) {
         const unit *u = &d->units[k];
         kmp_text_put(xml, "    <Unit");
-        put_attribute(xml, "name", u->name);
+        kmp_unit_attribute(xml, "name", u->name);
         kmp_text_put(xml, "><BaseUnit");
         for (int i = 0; i < 3; i++)
             if (u->power[i])
@@ -468,7 +468,7 @@ static void put_units(kmp_text *xml, const description *d)
         for (size_t i = 0; i < sizeof displays / sizeof *displays; i++)
             if (strcmp(displays[i].unit, u->name) == 0) {
                 kmp_text_put(xml, "<DisplayUnit");
-                put_attribute(xml, "name", displays[i].name);
+                kmp_unit_attribute(xml, "name", displays[i].name);
                 put_number(xml, "factor", displays[i].factor);
                 kmp_text_put(xml, "/>");
             }
@@ -506,12 +506,12 @@ static void put_experiment(kmp_text *xml, const kempe_model *model)
 /* Causality, variability and initial value, the same in both versions. */
 static void put_roles(kmp_text *xml, const kmp_unit_variable *v)
 {
-    put_attribute(xml, "name", v->name);
+    kmp_unit_attribute(xml, "name", v->name);
     kmp_text_printf(xml, " valueReference=\"%u\"", v->reference);
     kmp_text_printf(xml, " causality=\"%s\" variability=\"%s\"", v->causality, v->variability);
     if (v->initial)
         kmp_text_printf(xml, " initial=\"%s\"", v->initial);
-    put_attribute(xml, "description", v->description);
+    kmp_unit_attribute(xml, "description", v->description);
 }
 
 static int index_of(const description *d, unsigned wanted)
@@ -527,9 +527,9 @@ static void put_value(kmp_text *xml, const description *d, const kmp_unit_variab
     if (v->unit && !v->whole) {
         const char *name = d->units[v->unit - 1].name;
         const display *shown = shown_as(name);
-        put_attribute(xml, "unit", name);
+        kmp_unit_attribute(xml, "unit", name);
         if (shown)
-            put_attribute(xml, "displayUnit", shown->name);
+            kmp_unit_attribute(xml, "displayUnit", shown->name);
     }
     if (v->has_start)
         put_number(xml, "start", v->start);
@@ -653,18 +653,18 @@ static void put_head(kmp_text *xml, const kmp_unit_plan *plan)
 {
     kmp_text_printf(xml, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"%s\"",
                     plan->fmi == 2 ? "2.0" : "3.0");
-    put_attribute(xml, "modelName", plan->source->title);
-    put_attribute(xml, plan->fmi == 2 ? "guid" : "instantiationToken", plan->token);
-    put_attribute(xml, "description", "multibody mechanism with its loops closed inside");
-    put_attribute(xml, "license", "documentation/licenses/license.txt holds for the runtime");
-    put_attribute(xml, "generationTool", "Kempe " KEMPE_VERSION);
+    kmp_unit_attribute(xml, "modelName", plan->source->title);
+    kmp_unit_attribute(xml, plan->fmi == 2 ? "guid" : "instantiationToken", plan->token);
+    kmp_unit_attribute(xml, "description", "multibody mechanism with its loops closed inside");
+    kmp_unit_attribute(xml, "license", "documentation/licenses/license.txt holds for the runtime");
+    kmp_unit_attribute(xml, "generationTool", "Kempe " KEMPE_VERSION);
     kmp_text_put(xml, " variableNamingConvention=\"structured\"");
     if (plan->fmi == 2)
         kmp_text_printf(xml, " numberOfEventIndicators=\"%d\"", indicators(plan->source->simulated));
     kmp_text_put(xml, ">\n");
 }
 
-bool kmp_unit_describe(kmp_text *xml, const kmp_unit_plan *plan)
+bool kmp_unit_describe(kmp_text *xml, kmp_text *terminals, const kmp_unit_plan *plan)
 {
     description d = {.plan = plan, .source = plan->source};
     bool ok = list_variables(&d);
@@ -682,20 +682,22 @@ bool kmp_unit_describe(kmp_text *xml, const kmp_unit_plan *plan)
         put_variables(xml, &d);
         put_structure(xml, &d);
         kmp_text_put(xml, "</fmiModelDescription>\n");
+        if (plan->fmi == 3)
+            kmp_unit_terminals(terminals, d.variable, d.count);
     }
     kmp_arena_free(&d.arena);
-    return ok && !xml->failed;
+    return ok && !xml->failed && !terminals->failed;
 }
 
 void kmp_unit_build_description(kmp_text *xml, const kmp_unit_plan *plan)
 {
     kmp_text_put(xml, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
                       "  <BuildConfiguration");
-    put_attribute(xml, "modelIdentifier", plan->source->name);
+    kmp_unit_attribute(xml, "modelIdentifier", plan->source->name);
     kmp_text_put(xml, ">\n    <SourceFileSet language=\"C99\">\n");
     for (int k = 0; k < plan->source_count; k++) {
         kmp_text_put(xml, "      <SourceFile");
-        put_attribute(xml, "name", plan->sources[k]);
+        kmp_unit_attribute(xml, "name", plan->sources[k]);
         kmp_text_put(xml, "/>\n");
     }
     kmp_text_put(xml, "    </SourceFileSet>\n    <Library name=\"m\" external=\"true\"/>\n  </BuildConfiguration>\n"

@@ -52,8 +52,17 @@ bool kmp_unit_has_dependencies(unsigned reference);
 /** True where the computed variable may depend on a known one, a state or an input. */
 bool kmp_unit_depends(const kmp_unit_structure *structure, unsigned reference, unsigned known);
 
-/** False: no memory. */
-bool kmp_unit_describe(kmp_text *xml, const kmp_unit_plan *plan);
+/** Writes modelDescription.xml, and the terminals of version 3. False: no memory. */
+bool kmp_unit_describe(kmp_text *xml, kmp_text *terminals, const kmp_unit_plan *plan);
+
+/** An attribute whose value is escaped. */
+void kmp_unit_attribute(kmp_text *xml, const char *name, const char *value);
+
+/** terminalsAndIcons.xml: terminals for variables that belong together, and the place of the icon. */
+void kmp_unit_terminals(kmp_text *xml, const kmp_unit_variable *variables, int count);
+
+/** The size of the icon, pixels. */
+enum { KMP_UNIT_ICON = 256 };
 
 /** sources/buildDescription.xml (FMI 3), NAME_fmu.c, documentation/index.html. */
 void kmp_unit_build_description(kmp_text *xml, const kmp_unit_plan *plan);

@@ -89,6 +89,17 @@ static kempe_status write_png(kempe_context *context, const char *path, const km
     return kmp_fail(context, KEMPE_E_FAILED, "%s: librsvg could not draw the picture; write it as .svg", path);
 }
 
+bool kmp_picture_png(const kmp_text *svg, kmp_text *png)
+{
+    library l;
+    kmp_text drawn = {0};
+    bool ok = !svg->failed && load(&l) && draw(&l, svg, &drawn) && !drawn.failed;
+    if (ok)
+        kmp_text_append(png, drawn.s, drawn.length);
+    kmp_text_free(&drawn);
+    return ok && !png->failed;
+}
+
 kempe_status kmp_picture_write(kempe_context *context, const char *path, kmp_text *svg)
 {
     if (strcmp(kmp_file_ending(path), ".png") != 0)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Points that coincide in the drawing are one: all marks are combined on it. */
-#include "report/drawing.h"
+#include "output/mechanism/drawing.h"
 #include "model/reactions/carried.h"
 #include "model/tables/force_table.h"
 #include <math.h>
