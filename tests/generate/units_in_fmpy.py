@@ -406,6 +406,67 @@ def check_dependencies(unit, instance):
     check(listed, unit.file.name, "every variable depends on everything")
 
 
+def check_slope(unit, what, exact, values_at):
+    """A derivative is that of central differences: 1e-7, and their error decreases with the square of the step."""
+    size, errors = 1 + max(abs(e) for e in exact), []
+    for h in (1e-3, 5e-4, 1e-5):
+        far = [values_at(s * h) for s in (1, -1)]
+        errors.append(max(abs((a - b) / (2 * h) - e) for a, b, e in zip(*far, exact)) / size)
+    check(errors[2] < 1e-7, unit.file.name, what, "derivatives differ from differences by", errors)
+    check(errors[0] < 1e-9 or 3.3 < errors[0] / errors[1] < 4.7, unit.file.name, what, "slope of differences", errors)
+
+
+def check_transpose(unit, what, instance, unknowns, knowns, way, exact):
+    if unit.fmi == 3:
+        seed = [random.Random(5).uniform(-1, 1) for _ in unknowns]
+        back = instance.getAdjointDerivative(unknowns, knowns, seed, len(knowns))
+        left, right = sum(a * b for a, b in zip(seed, exact)), sum(a * b for a, b in zip(back, way))
+        check(abs(left - right) <= 1e-12 * (1 + abs(left)), unit.file.name, what, "adjoint", left, right)
+
+
+def input_references(unit):
+    return [v.valueReference for v in unit.about.modelVariables if v.causality == "input"]
+
+
+def check_set_derivatives(unit, what, instance, knowns, unknowns):
+    """Along knowns that may be set in the mode of the instance, each in proportion to its size."""
+    if not knowns:
+        return
+    base, chance = unit.get(instance, knowns), random.Random(4)
+    way = [chance.uniform(-0.5, 0.5) * (abs(value) or 1) for value in base]
+    exact = instance.getDirectionalDerivative(unknowns, knowns, way)
+    check_transpose(unit, what, instance, unknowns, knowns, way, exact)
+
+    def values_at(h):
+        unit.set(instance, knowns, [a + h * w for a, w in zip(base, way)])
+        return unit.get(instance, unknowns)
+
+    check_slope(unit, what, exact, values_at)
+    unit.set(instance, knowns, base)
+
+
+def check_derivatives_of_modes(unit):
+    """Initialization Mode, where the start follows from parameters; Event Mode; Step Mode; after the end."""
+    unknowns = [r for start in ("x[", "der(", "q.", "qd.", "qdd.", "lambda.") for r in unit.named(start)]
+    tunable = input_references(unit) + parameters(unit, "tunable")
+    for kind in ("me", "cs"):
+        instance = unit.made(kind)
+        unit.refused("a derivative before initialisation", "is not allowed",
+                     lambda: instance.getDirectionalDerivative(unknowns[:1], tunable[:1] or [0], [1.0]))
+        unit.begin(instance)
+        check_set_derivatives(unit, f"{kind} in Initialization Mode", instance, tunable + parameters(unit, "fixed"), unknowns)
+        instance.exitInitializationMode()
+        if kind == "cs":
+            instance.doStep(0.0, 0.01)
+        check_set_derivatives(unit, "Event Mode" if kind == "me" else "Step Mode", instance, tunable, unknowns)
+        knowns = unit.named("x[")
+        before = instance.getDirectionalDerivative(unknowns, knowns, [1.0] * len(knowns))
+        instance.terminate()
+        after = instance.getDirectionalDerivative(unknowns, knowns, [1.0] * len(knowns))
+        check(list(before) == list(after), unit.file.name, kind, "derivatives after the end differ")
+        instance.freeInstance()
+
+
 def check_derivatives(unit):
     instance = unit.made("me")
     unit.begin(instance)
@@ -415,35 +476,28 @@ def check_derivatives(unit):
     before = instance.getDirectionalDerivative(unit.named("der("), knowns, seed)  # in Initialization Mode
     instance.exitInitializationMode()
     after = instance.getDirectionalDerivative(unit.named("der("), knowns, seed)
-    check(list(before) == list(after), unit.file.name, "derivatives in Initialization Mode differ")
+    error = max(abs(a - b) / (1 + abs(a)) for a, b in zip(before, after))
+    check(error < 1e-12, unit.file.name, "derivatives in Initialization Mode differ by", error)
     check_dependencies(unit, instance)
     count = len(unit.named("x["))
     x = (ctypes.c_double * count)()
     instance.getContinuousStates(x, count)
     decide_events(unit, instance)
-    states, inputs = unit.named("x["), [v.valueReference for v in unit.about.modelVariables if v.causality == "input"]
+    states, inputs = unit.named("x["), input_references(unit)
     unknowns = unit.named("der(") + unit.named("q.") + unit.named("qd.") + unit.named("lambda.")
-    knowns, base, u = states + inputs, list(x), unit.get(instance, inputs) if inputs else []
+    time = [unit.reference["time"]]
+    knowns, base, u = states + inputs + time, list(x), unit.get(instance, inputs) if inputs else []
     chance = random.Random(2)
     way = [chance.uniform(-1, 1) for _ in knowns]
     evaluate(unit, instance, count, 0.0, base, inputs, u, unknowns)
     exact = instance.getDirectionalDerivative(unknowns, knowns, way)
-    errors = []
-    for h in (1e-3, 5e-4, 1e-5):
-        far = [evaluate(unit, instance, count, 0.0, [a + s * h * w for a, w in zip(base, way)], inputs,
-                        [a + s * h * w for a, w in zip(u, way[count:])], unknowns) for s in (1, -1)]
-        size = 1 + max(abs(e) for e in exact)
-        errors.append(max(abs((a - b) / (2 * h) - e) for a, b, e in zip(*far, exact)) / size)
-    check(errors[2] < 1e-7, unit.file.name, "directional derivatives differ from differences by", errors)
-    check(errors[0] < 1e-9 or 3.3 < errors[0] / errors[1] < 4.7, unit.file.name, "slope of differences", errors)
-    if unit.fmi == 3:
-        evaluate(unit, instance, count, 0.0, base, inputs, u, unknowns)
-        seed = [chance.uniform(-1, 1) for _ in unknowns]
-        back = instance.getAdjointDerivative(unknowns, knowns, seed, len(knowns))
-        left, right = sum(a * b for a, b in zip(seed, exact)), sum(a * b for a, b in zip(back, way))
-        check(abs(left - right) <= 1e-12 * (1 + abs(left)), unit.file.name, "adjoint", left, right)
+    check_transpose(unit, "Continuous-Time Mode", instance, unknowns, knowns, way, exact)
+    check_slope(unit, "Continuous-Time Mode", exact, lambda h: evaluate(
+        unit, instance, count, h * way[-1], [a + h * w for a, w in zip(base, way)], inputs,
+        [a + h * w for a, w in zip(u, way[count:])], unknowns))
     instance.terminate()
     instance.freeInstance()
+    check_derivatives_of_modes(unit)
 
 
 # -- misuse ----------------------------------------------------------------------------------------------------------

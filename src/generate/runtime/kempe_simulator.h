@@ -240,10 +240,16 @@ kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed);
 /** The independent coordinates: f numbers. */
 void kempe_simulator_get_choice(const kempe_simulator *s, int *independent);
 
+/** What the states do along a change of parameters: they stay as they are, or they are those of a start of the model,
+ * or of a start from given coordinates, which follow from t, parameters and inputs. */
+enum { KEMPE_CHANGE_HERE, KEMPE_CHANGE_START, KEMPE_CHANGE_START_FROM };
+
 /** Exact changes of the derivatives dx and outputs y (and of q, qd, qdd, lambda; each may be NULL) along a change of t,
- * states x (2 f), parameters, inputs u (3 each; each of these may be NULL: 0), at the present state. FAILED: equations
- * without `along`. */
+ * states x (2 f; in addition to those of a start), parameters, inputs u (3 each; each of these may be NULL: 0), at the
+ * present state. Start values that are expressions of parameters are differentiated by differences of sixth order.
+ * FAILED: equations without `along`. */
 typedef struct kempe_simulator_change {
+    int start; /* KEMPE_CHANGE_HERE, .. */
     double t;
     const double *x, *p, *u;
     double *dx, *q, *qd, *qdd, *lambda, *y, *value;

@@ -41,6 +41,98 @@ static void solve_along(kempe_simulator *s)
     }
 }
 
+/* -- changes of a start -------------------------------------------------------------------------------------- */
+
+/* Largest relative change of a parameter between two of the differences. */
+#define START_DIFFERENCE 3e-3
+
+/* True if parameters that move the start change, or have changed. */
+static bool moves_start(const kempe_simulator *s, const kempe_simulator_change *change)
+{
+    const kempe_equations *e = s->equations;
+    bool moves = false;
+    for (int k = 0; change->start == KEMPE_CHANGE_START && e->start_keeps && e->parameter_fixed && k < e->parameters;
+         k++)
+        moves =
+            moves || (e->parameter_fixed[k] && ((change->p && change->p[k] != 0) || s->p[k] != e->parameter_values[k]));
+    return moves;
+}
+
+/* The changes of the given start values, in pairs q, qd. The simulator is saved in `backup`. */
+static void change_given(kempe_simulator *s, const double *dp, double *change)
+{
+    static const double weights[] = {45, -9, 1};
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    const double *p = part->backup + (s->p - part->state);
+    double *given = part->stages, largest = 0;
+    clear(2 * e->coordinates, change);
+    for (int k = 0; k < e->parameters; k++)
+        largest = fmax(largest, fabs(dp[k]) / (p[k] != 0 ? fabs(p[k]) : 1));
+    for (int i = -3; e->start && largest > 0 && i <= 3; i++) {
+        const double step = START_DIFFERENCE / largest;
+        if (i == 0)
+            continue;
+        for (int k = 0; k < e->parameters; k++)
+            s->p[k] = p[k] + i * step * dp[k];
+        if (e->prepare)
+            e->prepare(s->p, part->k);
+        kempe_arguments at = arguments_at(s, s->t);
+        e->start(&at, given);
+        for (int j = 0; j < 2 * e->coordinates; j++)
+            change[j] += (i < 0 ? -1 : 1) * weights[(i < 0 ? -i : i) - 1] * given[j] / (60 * step);
+    }
+    copy(e->parameters, p, s->p);
+    if (e->prepare)
+        e->prepare(s->p, part->k);
+}
+
+/* Chooses with the marked coordinates as independent ones, and factors Jv. */
+static outcome choose_marked(kempe_simulator *s)
+{
+    outcome said = evaluate_loops(s, s->t);
+    if (said != GOOD)
+        return said;
+    choose(s, s->part.fixed);
+    return evaluate_loops(s, s->t);
+}
+
+/* dq and dqd of a start that is closed anew: coordinates that are kept move as their given values do. */
+static outcome change_start(kempe_simulator *s, const kempe_simulator_change *change, const kempe_direction *direction)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    const int n = e->coordinates, f = e->freedom, r = rank_of(e);
+    const bool moves = moves_start(s, change);
+    double *given = part->stages + 2 * n;
+    kempe_simulator_save(s, part->backup);
+    clear(2 * n, given);
+    if (moves && change->p)
+        change_given(s, change->p, given);
+    int kept = moves ? mark_kept(s, KEMPE_START_KEEPS_PLACE) : 0;
+    for (int j = 0; !moves && j < n; j++)
+        part->fixed[j] = 0;
+    for (int k = 0; kept == 0 && e->independent && k < f; k++)
+        part->fixed[e->independent[k]] = 1;
+    outcome said = choose_marked(s);
+    for (int k = 0; k < f; k++)
+        part->dq[part->column[r + k]] = given[2 * part->column[r + k]];
+    if (said == GOOD && r > 0) {
+        call_along(s, direction);
+        add_dependent(s, part->dh, part->dq);
+    }
+    if (said == GOOD && moves && mark_kept(s, KEMPE_START_KEEPS_RATE) > 0)
+        said = choose_marked(s);
+    for (int k = 0; k < f; k++)
+        part->dqd[part->column[r + k]] = given[2 * part->column[r + k] + 1];
+    if (said == GOOD && r > 0) {
+        call_along(s, direction);
+        add_dependent(s, part->drates, part->dqd);
+    }
+    put_back(s, part->backup);
+    return said == GOOD ? refresh(s) : said;
+}
+
 static void hand_out(int count, const double *from, double *to)
 {
     if (to)
@@ -72,9 +164,15 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
     clear(n, part->dqd);
     clear(n, part->dqdd);
     clear(m, part->dlambda);
+    if (change->start != KEMPE_CHANGE_HERE)
+        said = change_start(s, change, &direction);
+    if (said != GOOD)
+        return explain(s, said, s->t);
+    for (int i = 0; i < r; i++)
+        part->dq[part->column[i]] = part->dqd[part->column[i]] = 0;
     for (int k = 0; change->x && k < f; k++) {
-        part->dq[part->column[r + k]] = change->x[k];
-        part->dqd[part->column[r + k]] = change->x[f + k];
+        part->dq[part->column[r + k]] += change->x[k];
+        part->dqd[part->column[r + k]] += change->x[f + k];
     }
     if (r > 0) {
         call_along(s, &direction);

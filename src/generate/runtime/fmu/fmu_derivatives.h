@@ -21,6 +21,8 @@ static kempe_simulator_change no_change(kempe_fmu *fmu)
     clear(fmu->part.along_p, e->parameters);
     clear(fmu->part.along_u, 3 * e->inputs);
     change.t = 0;
+    if (fmu->now.mode == KEMPE_FMU_INITIALIZATION) /* the start follows from what the importer sets */
+        change.start = fmu->now.placed ? KEMPE_CHANGE_START_FROM : KEMPE_CHANGE_START;
     change.x = fmu->part.along_x;
     change.p = fmu->part.along_p;
     change.u = fmu->part.along_u;
@@ -60,7 +62,8 @@ static const double *change_of(kempe_fmu *fmu, const kempe_simulator_change *cha
     const int block = block_of(fmu, reference, &at);
     switch (block) {
     case KEMPE_FMU_STATES:
-        return change->x + at;
+        return at < fmu->model->equations->freedom ? change->q + fmu->part.choice[at]
+                                                   : change->qd + fmu->part.choice[at - fmu->model->equations->freedom];
     case KEMPE_FMU_RATES:
         return change->dx + at;
     case KEMPE_FMU_Q:
@@ -95,6 +98,7 @@ static kempe_fmu_status begin_derivatives(kempe_fmu *fmu, const unsigned *unknow
 {
     kempe_fmu_status status = kempe_fmu_refresh(fmu);
     kempe_simulator_change change = no_change(fmu);
+    kempe_simulator_get_choice(&fmu->simulator, fmu->part.choice);
     for (size_t i = 0; i < known_count && status == KEMPE_FMU_OK; i++)
         status = add_known(fmu, &change, knowns[i], 0);
     for (size_t i = 0; i < unknown_count && status == KEMPE_FMU_OK; i++)
