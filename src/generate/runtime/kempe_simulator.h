@@ -240,7 +240,7 @@ kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed);
 /** The independent coordinates: f numbers. */
 void kempe_simulator_get_choice(const kempe_simulator *s, int *independent);
 
-/** What the states do along a change of parameters: they stay as they are, or they are those of a start of the model,
+/** The states along a change of parameters: they stay as they are, or they are those of a start of the model,
  * or of a start from given coordinates, which follow from t, parameters and inputs. */
 enum { KEMPE_CHANGE_HERE, KEMPE_CHANGE_START, KEMPE_CHANGE_START_FROM };
 
