@@ -65,12 +65,13 @@ static int compare(const kmp_program *p, kmp_lanes *lanes, kmp_machine *machine,
 
 static int mismatches(const kmp_program *p, const double *x, int width, bool plain)
 {
-    double q[GRAPH_INPUTS * KMP_LANES_MOST], parameters[PARAMETERS * KMP_LANES_MOST], nans[64];
+    enum { NANS = (GRAPH_INPUTS + PARAMETERS) * KMP_LANES_MOST };
+    double q[GRAPH_INPUTS * KMP_LANES_MOST], parameters[PARAMETERS * KMP_LANES_MOST], nans[NANS];
     kmp_lanes *lanes = kmp_lanes_new(p, width, plain);
     kmp_machine *machine = kmp_machine_new(p, kmp_backend_find("tape"));
     int bad = 0;
     CHECK(lanes && machine);
-    for (int k = 0; k < 64; k++)
+    for (int k = 0; k < NANS; k++)
         nans[k] = NAN;
     for (int k = 0; k < GRAPH_INPUTS * width; k++)
         q[k] = x[k / width] + between(-0.1, 0.1);

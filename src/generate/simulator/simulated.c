@@ -100,10 +100,13 @@ static kempe_status choose_coordinates(kmp_code_source *source, const kmp_set_ch
 static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, const kempe_system *system)
 {
     kempe_assembly *assembly = NULL;
-    KMP_TRY(kempe_assembly_new(system, &assembly));
-    x->q = kmp_arena_copy(arena, assembly->q, system->n, sizeof *x->q);
-    x->qd = kmp_arena_copy(arena, assembly->qd, system->n, sizeof *x->qd);
+    kempe_status status = kempe_assembly_new(system, &assembly); /* given also where the loops do not close */
+    if (status == KEMPE_OK) {
+        x->q = kmp_arena_copy(arena, assembly->q, system->n, sizeof *x->q);
+        x->qd = kmp_arena_copy(arena, assembly->qd, system->n, sizeof *x->qd);
+    }
     kempe_assembly_free(assembly);
+    KMP_TRY(status);
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, 2 * system->n, &x->given), KMP_ROOM(int, system->n, &x->keeps)))
         return kmp_fail_memory(system->context);
     const kmp_start *start = &system->model->start;
