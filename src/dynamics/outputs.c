@@ -106,6 +106,26 @@ static void show_contacts(kmp_equations *eq, int number)
     }
 }
 
+/* Y/Q is zero where no load is. */
+static void show_guidance(kmp_equations *eq, int number)
+{
+    const kmp_wheel *wheel = &eq->model->wheels[number];
+    kmp_graph *g = eq->graph;
+    kmp_guidance sum = {KMP_ZERO, KMP_ZERO, KMP_ZERO};
+    kmp_wheel_pose pose;
+    kmp_wheel_find(&eq->tree, wheel, &pose);
+    for (int k = 0; k < kmp_wheel_contacts(wheel); k++) {
+        kmp_contact contact;
+        kmp_wheel_contact(&eq->tree, wheel, &pose, k, &contact);
+        kmp_guidance_add(&eq->tree, &pose, &contact, &sum);
+    }
+    const kmp_ref loaded = kmp_less(g, KMP_ZERO, sum.load), load = kmp_select(g, loaded, sum.load, KMP_ONE);
+    const kmp_ref shown[] = {sum.load, sum.lateral, kmp_select(g, loaded, kmp_div(g, sum.lateral, load), KMP_ZERO),
+                             sum.wear};
+    for (size_t k = 0; k < sizeof shown / sizeof *shown; k++)
+        eq->shown[eq->shown_count++] = shown[k];
+}
+
 static void show_axes(kmp_equations *eq, int point)
 {
     kmp_vec axes[3];
@@ -132,6 +152,8 @@ static void show_all(kmp_equations *eq, const kmp_forces *forces)
     for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
         if (eq->model->outputs[o].kind == KMP_OUTPUT_CONTACT)
             show_contacts(eq, eq->model->outputs[o].index);
+        else if (eq->model->outputs[o].kind == KMP_OUTPUT_GUIDANCE)
+            show_guidance(eq, eq->model->outputs[o].index);
         else if (eq->model->outputs[o].kind == KMP_OUTPUT_AXES)
             show_axes(eq, eq->model->outputs[o].index);
         else

@@ -49,6 +49,7 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
     case KMP_OUTPUT_FORCE:
         return is_loaded(model, output->index);
     case KMP_OUTPUT_CONTACT:
+    case KMP_OUTPUT_GUIDANCE:
         return model->wheels[output->index].form == KMP_CONTACT_RIGID;
     case KMP_OUTPUT_SENSOR:
         return kmp_expr_lambda(model->sensors[output->index].expr);

@@ -66,6 +66,17 @@ void kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_w
     creep(tree, wheel, pose, contact);
 }
 
+void kmp_guidance_add(const kmp_tree *tree, const kmp_wheel_pose *pose, const kmp_contact *c, kmp_guidance *sum)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_vec force = kmp_vec_add(g, c->pressed, c->force);
+    const kmp_ref along = kmp_mul(g, c->creep.force[0], c->slip.along),
+                  across = kmp_mul(g, c->creep.force[1], c->slip.across);
+    sum->load = kmp_add(g, sum->load, kmp_vec_dot(g, force, pose->axis[2]));
+    sum->lateral = kmp_sub(g, sum->lateral, kmp_vec_dot(g, force, pose->axis[1]));
+    sum->wear = kmp_add(g, sum->wear, kmp_add(g, kmp_unary(g, KMP_OP_ABS, along), kmp_unary(g, KMP_OP_ABS, across)));
+}
+
 void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, const kmp_contact *c,
                         kmp_ref *value)
 {

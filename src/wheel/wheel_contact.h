@@ -20,6 +20,15 @@ typedef struct kmp_contact {
 void kmp_wheel_contact(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose, int k,
                        kmp_contact *contact);
 
+/** Numbers of a wheel on its rail. */
+typedef struct kmp_guidance {
+    kmp_ref load, lateral; /* Q down, Y outwards in the plane of the track, N: forces on the rail */
+    kmp_ref wear;          /* |along creep_along| + |across creep_across|, N: energy for each metre, without spin */
+} kmp_guidance;
+
+/** Adds a contact. */
+void kmp_guidance_add(const kmp_tree *tree, const kmp_wheel_pose *pose, const kmp_contact *contact, kmp_guidance *sum);
+
 /** The values of a contact that outputs show (KMP_CONTACT_SHOWN values; names in model/tables/output_table.c): place on
  * wheel and track, angle, N, creepages and spin. Then forces along and across, moment, semi-axes of the patch and its
  * fit to one ellipse (kmp_patch_fit). */

@@ -2052,6 +2052,27 @@ class Compare(Case):
         self.assertLess(abs(errors[0] - errors[1]), 1e-2 * errors[0])
 
 
+class Guidance(Case):
+    def test_sums_of_contacts(self):
+        """Q and Y are components of the total force, Y outwards on both sides; the wear number is a sum over contacts."""
+        for name in ("curving", "profiles"):
+            shutil.copytree(ROOT / "examples" / name, self.folder / name)
+        model = self.folder / "curving/curving.yaml"
+        model.write_text(model.read_text().replace("outputs: [q, qd,", "outputs: [guidance(FL), guidance(FR), q, qd,"))
+        self.expect(0, "simulate", model, "--t-end", "3", "--no-convergence-check", "-o", "rows.csv")
+        with open(self.folder / "rows.csv", newline="") as table:
+            last = {name: float(x) for name, x in list(csv.DictReader(table))[-1].items() if x}
+        for wheel, outwards in (("FL", 1), ("FR", -1)):
+            load, lateral = last[f"guidance.{wheel}.Q"], last[f"guidance.{wheel}.Y"]
+            self.assertAlmostEqual(load, last[f"force.{wheel}.z"], delta=1e-9 * load)
+            self.assertAlmostEqual(lateral, -outwards * last[f"force.{wheel}.y"], delta=1e-9 * load)
+            self.assertAlmostEqual(last[f"guidance.{wheel}.YQ"], lateral / load, delta=1e-12)
+            wear = sum(abs(last[f"contact.{wheel}.{k}.{way}"] * last[f"contact.{wheel}.{k}.creep_{way}"])
+                       for k in range(1, 9) if f"contact.{wheel}.{k}.N" in last for way in ("along", "across"))
+            self.assertAlmostEqual(last[f"guidance.{wheel}.wear"], wear, delta=1e-9 * wear)
+            self.assertGreater(lateral, 0.1 * load, "both wheels of the front axle are pressed outwards by their creep")
+
+
 class Show(Case):
     def test_views(self):
         for view in ("--model", "--equations", "--program", "--stats"):

@@ -138,6 +138,10 @@ static const struct {
                                         {"across", "N"},     {"moment", "N m"},    {"a", "m"},       {"b", "m"},
                                         {"ellipse", ""}};
 
+/* Those of a wheel on its rail. */
+static const char *const guidance_words[] = {"Q", "Y", "YQ", "wear"};
+static const char *const guidance_units[] = {"N", "N", "", "N"};
+
 static bool is_rigid_journal(const kempe_model *model, const kmp_output *output)
 {
     const kmp_force *force = output->kind == KMP_OUTPUT_FORCE ? &model->forces[output->index] : NULL;
@@ -160,6 +164,8 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
         kmp_text_printf(text, ".%s", axes[k]);
     else if (output->kind == KMP_OUTPUT_CONTACT)
         kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact_numbers[k % KMP_CONTACT_SHOWN].word);
+    else if (output->kind == KMP_OUTPUT_GUIDANCE)
+        kmp_text_printf(text, ".%s", guidance_words[k]);
     else if (output->kind == KMP_OUTPUT_FORCE && model->forces[output->index].kind == KMP_FORCE_COMPLIANT)
         kmp_text_printf(text, ".%s", pressing_number(&model->forces[output->index], k)->word);
     else if (is_rigid_journal(model, output))
@@ -189,5 +195,7 @@ const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, 
         return model->forces[output->index].turns ? "rad" : "m";
     if (output->kind == KMP_OUTPUT_CONTACT)
         return contact_numbers[k % KMP_CONTACT_SHOWN].unit;
+    if (output->kind == KMP_OUTPUT_GUIDANCE)
+        return guidance_units[k];
     return kmp_output_rows[output->kind].unit;
 }
