@@ -197,30 +197,36 @@ static void tell_change(const kmp_runner *run, const kmp_friction_element *e, do
                     name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e));
 }
 
-static void tell(void *self, kmp_friction_fact fact, int element, double t, double number)
+static void tell_several(const kmp_runner *run, double t, double number)
 {
-    const kmp_runner *run = self;
-    const kmp_friction_element *e = element >= 0 ? &run->friction->element[element] : NULL;
-    switch (fact) {
-    case KMP_FRICTION_TELLS_SEVERAL:
-        kmp_run_log_add(run->log, "solutions", t, number, NAN,
-                        "%d combinations of modes of friction are possible; the run goes on with that nearest to the "
-                        "modes before",
-                        (int)number);
-        break;
-    case KMP_FRICTION_TELLS_GROWTH:
+    kmp_run_log_add(run->log, "solutions", t, number, NAN,
+                    "%d combinations of modes of friction are possible; the run goes on with that nearest to the "
+                    "modes before",
+                    (int)number);
+}
+
+static void tell_of_element(const kmp_runner *run, kmp_friction_fact fact, const kmp_friction_element *e, double t,
+                            double number)
+{
+    if (fact == KMP_FRICTION_TELLS_CHANGE)
+        tell_change(run, e, t);
+    else if (fact == KMP_FRICTION_TELLS_LEFT)
+        kmp_run_log_add(run->log, "regularised", t, e->smooth_t, number, "'%s' was regularised from t = %.9g to %.9g",
+                        name_of(run, e), e->smooth_t, t);
+    else
         kmp_run_log_add(run->log, "growth", t, NAN, number,
                         "the level of '%s' grows by %.4g for each unit of friction: from 1 on there may be several "
                         "solutions, or none",
                         name_of(run, e), number);
-        break;
-    case KMP_FRICTION_TELLS_LEFT:
-        kmp_run_log_add(run->log, "regularised", t, e->smooth_t, number, "'%s' was regularised from t = %.9g to %.9g",
-                        name_of(run, e), e->smooth_t, t);
-        break;
-    default:
-        tell_change(run, e, t);
-    }
+}
+
+static void tell(void *self, kmp_friction_fact fact, int element, double t, double number)
+{
+    const kmp_runner *run = self;
+    if (element < 0)
+        tell_several(run, t, number);
+    else
+        tell_of_element(run, fact, &run->friction->element[element], t, number);
 }
 
 /* -- making ---------------------------------------------------------------------------------------------- */
