@@ -67,13 +67,13 @@ KEMPE_API kempe_status kempe_code_print(const kempe_code *code, kempe_format for
 /** Options of functional mock-up units: models as parts of other simulation programs, by the Functional Mock-up
  * Interface (docs/fmu.md). NULL and 0 take the default. */
 typedef struct kempe_fmu_options {
-    size_t size;          /* sizeof this struct, or 0: that of version 0.1 */
-    int fmi;              /* version: 2 or 3 (default) */
-    const char *kind;     /* me (model exchange), cs (co-simulation), me,cs (default: both) */
-    int no_binary;        /* sources alone, which importers can compile */
-    const char *compiler; /* C compiler of the binary (default: cc) */
-    const char *library;  /* the file kempe_unit.so: a unit of co-simulation on the library, with all formulations and
-                           * integrators and the files of the model; without sources (default: a unit of sources) */
+    size_t size;           /* sizeof this struct, or 0: that of version 0.1 */
+    int fmi;               /* version: 2 or 3 (default) */
+    const char *kind;      /* me (model exchange), cs (co-simulation), me,cs (default: both) */
+    int no_binary;         /* sources alone, which importers can compile */
+    const char *compiler;  /* C compiler of the binary (default: cc) */
+    const char *unit_file; /* the file kempe_unit.so: a unit of co-simulation on the library, with all formulations and
+                            * integrators and the files of the model; without sources (default: a unit of sources) */
 } kempe_fmu_options;
 
 typedef struct kempe_fmu_export kempe_fmu_export;

@@ -444,10 +444,10 @@ static char *find_library(void)
 static kempe_status export_unit(const kempe_model *model, const cli_settings *s, kempe_fmu_export **made)
 {
     kempe_fmu_options options = s->fmu;
-    char *library = s->unit_on_library ? find_library() : NULL;
-    options.library = library;
+    char *file = s->unit_on_library ? find_library() : NULL;
+    options.unit_file = file;
     kempe_status status = kempe_fmu_export_new(model, &options, made);
-    free(library);
+    free(file);
     return status;
 }
 

@@ -123,7 +123,7 @@ static void show_header(kmp_text *text, const char *what, bool nodes)
     kmp_text_printf(text, nodes ? " | %8s %8s\n" : "\n", "created", "kept");
 }
 
-/* Of the stages that each right-hand side runs, with blocks. */
+/* The operations of a right-hand side: those of its stages and of the blocks that it evaluates. */
 static kmp_counts count_right_side(const kmp_program *p, const kmp_block_counts *blocks)
 {
     kmp_counts all = kmp_program_count(p, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);

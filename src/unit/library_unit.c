@@ -110,7 +110,7 @@ static void fill_table(kmp_library_unit *unit)
                                         .input_values = x->inputs,
                                         .start_q = x->q,
                                         .start_qd = x->qd};
-    kmp_unit_token(unit->token, &(const kmp_unit_plan){.source = s, .library = true});
+    kmp_unit_token(unit->token, &(const kmp_unit_plan){.source = s, .on_library = true});
     unit->table = (kempe_fmu_model){.equations = &unit->equations,
                                     .token = unit->token,
                                     .kinds = KEMPE_FMU_CO_SIMULATION,

@@ -3,6 +3,7 @@
  * until none is left: nothing crashes or leaks (under the address sanitizer), the stage says that there is no memory,
  * and leaves its outputs untouched. A stage may also do without what it did not get, and then it is done. */
 #include "exhaust.h"
+#include "javascript_folder.h"
 #include <kempe/build.h>
 #include <kempe/check.h>
 #include <kempe/compare.h>
@@ -674,29 +675,6 @@ static kempe_status print_comparison(scene *s)
 static kempe_status write_report(scene *s)
 {
     return kempe_comparison_write_report(s->comparison, csv);
-}
-
-static bool make_libraries(kempe_context *context)
-{
-    static char folder[] = "/tmp/kempe_memory_js_XXXXXX";
-    static const char *const names[] = {"three.min.js", "chart.min.js"};
-    char file[64];
-    bool ok = mkdtemp(folder) && setenv("KEMPE_JAVASCRIPT", folder, 1) == 0;
-    for (int k = 0; k < 2 && ok; k++) {
-        snprintf(file, sizeof file, "%s/%s", folder, names[k]);
-        ok = kempe_write_file(context, file, "/* </script> */\n") == KEMPE_OK;
-    }
-    return ok;
-}
-
-static void remove_libraries(void)
-{
-    static const char *const names[] = {"/three.min.js", "/chart.min.js", ""};
-    char file[64];
-    for (int k = 0; k < 3; k++) {
-        snprintf(file, sizeof file, "%s%s", getenv("KEMPE_JAVASCRIPT"), names[k]);
-        (void)remove(file);
-    }
 }
 
 /* Values, instances in lanes and by themselves, the table that comes out. */

@@ -2,6 +2,7 @@
 /* Equivalent conicity: against the reference values of EN 15302, from its differences of the rolling radii and from its
  * profiles; against closed forms of cones, of a jump and of arcs; and the sentences of wrong requests. */
 #include "loaded.h"
+#include "refused_contacts.h"
 #include <kempe/contact.h>
 #include <kempe/contacts.h>
 #include <math.h>
@@ -382,15 +383,6 @@ static void arcs(void)
 }
 
 /* -- words --------------------------------------------------------------------------------------------------- */
-
-static void refuses(const loaded *l, kempe_contact_options options, const char *words)
-{
-    kempe_contacts *table = NULL;
-    CHECK(kempe_contacts_new(l->system, &options, &table) == KEMPE_E_ARGUMENT);
-    CHECK(table == NULL);
-    if (!strstr(kempe_context_message(l->context), words))
-        CHECK_TEXT(kempe_context_message(l->context), words);
-}
 
 static void wrong_words(void)
 {

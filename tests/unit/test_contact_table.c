@@ -3,6 +3,7 @@
  * depth that is found so, and what is told of words that are wrong. */
 #include "loaded.h"
 #include "model/model.h"
+#include "refused_contacts.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table_function.h"
 #include <kempe/contact.h>
@@ -201,15 +202,6 @@ static void states_are_balanced(void)
 }
 
 /* -- words ---------------------------------------------------------------------------------------------------- */
-
-static void refuses(const loaded *l, kempe_contact_options options, const char *words)
-{
-    kempe_contacts *table = NULL;
-    CHECK(kempe_contacts_new(l->system, &options, &table) == KEMPE_E_ARGUMENT);
-    CHECK(table == NULL);
-    if (!strstr(kempe_context_message(l->context), words))
-        CHECK_TEXT(kempe_context_message(l->context), words);
-}
 
 static void wrong_words_are_told(void)
 {

@@ -32,14 +32,14 @@ struct kempe_fmu_export {
 static kempe_status read_library(kempe_fmu_export *made, const kempe_fmu_options *o)
 {
     kmp_unit_plan *plan = &made->plan;
-    plan->library = o->library;
-    if (plan->library && o->kind && plan->exchange)
+    plan->on_library = o->unit_file;
+    if (plan->on_library && o->kind && plan->exchange)
         return kmp_fail(made->context, KEMPE_E_ARGUMENT,
                         "a unit on the library is of co-simulation: leave out the kind me, or export sources");
-    if (plan->library && (o->no_binary || o->compiler))
+    if (plan->on_library && (o->no_binary || o->compiler))
         return kmp_fail(made->context, KEMPE_E_ARGUMENT,
                         "a unit on the library has no sources: leave out the options of a compiler");
-    plan->exchange = plan->exchange && !plan->library;
+    plan->exchange = plan->exchange && !plan->on_library;
     return KEMPE_OK;
 }
 
@@ -176,7 +176,7 @@ static bool add_texts(kempe_fmu_export *made)
     bool ok = add_description(made);
     for (int k = 0; ok && k < made->sources.count; k++)
         ok = add_copy(files, "sources/", made->sources.file[k].name, made->sources.file[k].text.s);
-    if (ok && plan->fmi == 3 && !plan->library) {
+    if (ok && plan->fmi == 3 && !plan->on_library) {
         text = add_file(files, "", "sources/buildDescription.xml");
         ok = text;
         if (ok)
@@ -216,7 +216,7 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
     kmp_unit_token(plan->token, plan);
     KMP_TRY(kmp_made(made->context, add_texts(made)));
     KMP_TRY(kmp_unit_add_resources(&made->files, &made->arena, model));
-    KMP_TRY(kmp_file_read(made->context, o->library, &bytes, &length));
+    KMP_TRY(kmp_file_read(made->context, o->unit_file, &bytes, &length));
     char *name = kmp_arena_printf(&made->arena, "binaries/%s/%s.so", folder, plan->source->name);
     kmp_text *binary = name ? add_file(&made->files, "", name) : NULL;
     if (binary)
@@ -230,7 +230,7 @@ static kempe_status make(kempe_fmu_export *made, const kempe_model *model, const
     const kempe_generate_options generation = {.size = sizeof generation, .language = "c", .simulator = 1};
     kmp_unit_plan *plan = &made->plan;
     KMP_TRY(read_options(made, o));
-    if (plan->library)
+    if (plan->on_library)
         return make_on_library(made, model, o);
     KMP_TRY(kempe_code_new(model, &generation, &made->code));
     plan->source = kmp_code_source_of(made->code);
@@ -294,8 +294,9 @@ static void show(kmp_text *text, const void *result)
         "%s as a functional mock-up unit, FMI %d.0%s%s%s\n\n  token       %s\n  states      %d\n  inputs      "
         "%d\n  outputs     %d\n  parameters  %d\n  conditions  %d\n\n",
         s->title, made->plan.fmi, made->plan.exchange ? ", model exchange" : "",
-        made->plan.simulation ? ", co-simulation" : "", made->plan.library ? ", on the library" : "", made->plan.token,
-        2 * s->simulated->freedom, s->input_count, s->output_count, s->parameter_count, s->simulated->condition_count);
+        made->plan.simulation ? ", co-simulation" : "", made->plan.on_library ? ", on the library" : "",
+        made->plan.token, 2 * s->simulated->freedom, s->input_count, s->output_count, s->parameter_count,
+        s->simulated->condition_count);
     for (int k = 0; k < made->files.count; k++)
         kmp_text_printf(text, "  %-36s %8zu bytes\n", made->files.file[k].name, made->files.file[k].text.length);
 }

@@ -321,7 +321,7 @@ static void add_settings(description *d)
         "relative tolerance of co-simulation", "absolute tolerance of co-simulation, times the size of a coordinate",
         "length of all steps; 0: by the estimated error", "length of the longest step; 0: any"};
     const double start[KEMPE_FMU_SETTINGS_COUNT] = {kmp_unit_rtol(d->source->model), kmp_unit_atol(d->source->model)};
-    const int count = !d->plan->simulation ? 0 : d->plan->library ? 3 : KEMPE_FMU_SETTINGS_COUNT;
+    const int count = !d->plan->simulation ? 0 : d->plan->on_library ? 3 : KEMPE_FMU_SETTINGS_COUNT;
     for (int k = 0; k < count; k++) {
         kmp_unit_variable v = given(KEMPE_FMU_SETTINGS, k, "parameter", "fixed", names[k], texts[k], start[k]);
         v.unit = k > 1 ? take_unit(d, KMP_DIM_TIME, 0) : 0;
@@ -421,15 +421,15 @@ static void put_kind(kmp_text *xml, const kmp_unit_plan *plan, bool exchange)
     const char *name = exchange ? "ModelExchange" : "CoSimulation";
     kmp_text_printf(xml, "  <%s", name);
     kmp_unit_attribute(xml, "modelIdentifier", plan->source->name);
-    if (!plan->library || plan->source->model->delay_count == 0)
+    if (!plan->on_library || plan->source->model->delay_count == 0)
         put_flags(xml, states[plan->fmi == 3]);
-    if (!plan->library)
+    if (!plan->on_library)
         put_flags(xml, derivatives[plan->fmi == 3]);
     if (exchange && plan->fmi == 3)
         kmp_text_put(xml, "\n      needsCompletedIntegratorStep=\"true\"");
     if (!exchange)
         put_flags(xml, any_step);
-    if (!exchange && !plan->library) {
+    if (!exchange && !plan->on_library) {
         put_flags(xml, steps[plan->fmi == 3]);
         kmp_text_put(xml, "\n      maxOutputDerivativeOrder=\"1\"");
     }
@@ -437,7 +437,7 @@ static void put_kind(kmp_text *xml, const kmp_unit_plan *plan, bool exchange)
         kmp_text_put(xml, "/>\n");
         return;
     }
-    if (plan->library) {
+    if (plan->on_library) {
         kmp_text_put(xml, "/>\n");
         return;
     }
@@ -668,8 +668,8 @@ bool kmp_unit_describe(kmp_text *xml, kmp_text *terminals, const kmp_unit_plan *
 {
     description d = {.plan = plan, .source = plan->source};
     bool ok = list_variables(&d);
-    d.structure = ok && !plan->library ? kmp_unit_structure_new(&d.arena, plan->source) : NULL;
-    ok = ok && (d.structure || plan->library);
+    d.structure = ok && !plan->on_library ? kmp_unit_structure_new(&d.arena, plan->source) : NULL;
+    ok = ok && (d.structure || plan->on_library);
     if (ok) {
         put_head(xml, plan);
         if (plan->exchange)

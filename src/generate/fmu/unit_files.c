@@ -18,7 +18,7 @@ double kmp_unit_atol(const kempe_model *model)
 
 void kmp_unit_token(char token[KMP_UNIT_TOKEN], const kmp_unit_plan *plan)
 {
-    if (plan->library)
+    if (plan->on_library)
         (void)snprintf(token, KMP_UNIT_TOKEN, "kempe-" KEMPE_VERSION "-%s-library", plan->source->hash);
     else
         (void)snprintf(token, KMP_UNIT_TOKEN, "kempe-" KEMPE_VERSION "-%s-fmi%d%s%s", plan->source->hash, plan->fmi,
@@ -78,19 +78,19 @@ void kmp_unit_page(kmp_text *html, const kmp_unit_plan *plan)
         "</h1>\n<p>A multibody mechanism as a functional mock-up unit (FMI %d.0), written by Kempe " KEMPE_VERSION
         " from the model %s. The unit closes the loops of the mechanism itself. %s</p>\n<table>\n",
         plan->fmi, s->hash,
-        plan->library ? "Its binary contains the library of Kempe, and its resources contain the model."
-                      : "Its sources are C99 and need no library.");
-    if (!plan->library)
+        plan->on_library ? "Its binary contains the library of Kempe, and its resources contain the model."
+                         : "Its sources are C99 and need no library.");
+    if (!plan->on_library)
         kmp_text_printf(html, "<tr><th>degrees of freedom</th><td>%d</td></tr>\n", s->simulated->freedom);
     put_list(html, "coordinates", s->n, s->coordinate_names);
     put_list(html, "inputs", s->input_count, s->input_names);
     put_list(html, "outputs", s->output_count, s->output_names);
     put_parameters(html, s, true);
     put_parameters(html, s, false);
-    if (!plan->library)
+    if (!plan->on_library)
         put_list(html, "conditions of events", s->simulated->condition_count, s->simulated->condition_name);
     kmp_text_put(html, "</table>\n");
-    if (!plan->library)
+    if (!plan->on_library)
         kmp_text_put(
             html, "<h2>States</h2>\n<p>The states x are independent coordinates and their rates. The output choice has "
                   "the numbers of these coordinates. Where others become better, the unit requests an event and "

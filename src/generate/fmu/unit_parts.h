@@ -15,7 +15,7 @@ typedef struct kmp_unit_plan {
     const kmp_code_source *source;
     int fmi; /* 2, 3 */
     bool exchange, simulation;
-    bool library;               /* the binary is on the library; there are no sources */
+    bool on_library;            /* the binary is on the library; there are no sources */
     char token[KMP_UNIT_TOKEN]; /* guid, instantiation token */
     char **sources;             /* names of C files */
     int source_count;
