@@ -172,6 +172,7 @@ typedef struct kempe_simulator {
         double *dq, *dqd, *dqdd, *dlambda, *dynamics, *dh, *drates, *daccelerations, *dy, *dvalue, *zero;
         int *pivot, *joint_pivot, *new_row, *new_column, *fixed;
         int *block, *touch_begin, *touch, *mass_begin, *mass_at, *row_mark, *column_mark;
+        int rank;                   /* rows of the choice */
         int blocks;                 /* of the loops of the choice */
         const kempe_slopes *slopes; /* for the choice; NULL: the equations have none */
         double *end_of_memory;

@@ -18,16 +18,15 @@ static void add_dependent(kempe_simulator *s, const double *rows, double *dx)
 {
     const struct kempe_simulator_parts *part = &s->part;
     solve_rows(s, rows, part->correction);
-    for (int i = 0; i < rank_of(s->equations); i++)
+    for (int i = 0; i < rank_of(s); i++)
         dx[part->column[i]] = part->correction[i];
 }
 
 /* The changes of accelerations and multipliers, by the factors of the motion. */
 static void solve_along(kempe_simulator *s)
 {
-    const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int f = e->freedom, r = rank_of(e);
+    int f = freedom_of(s), r = rank_of(s);
     add_constant(s, part->dynamics, part->daccelerations, part->load);
     solve_motion(s, part->load, part->udd, part->correction);
     for (int k = 0; k < f; k++)
@@ -102,7 +101,7 @@ static outcome change_start(kempe_simulator *s, const kempe_simulator_change *ch
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    const int n = e->coordinates, f = e->freedom, r = rank_of(e);
+    const int n = e->coordinates, f = freedom_of(s), r = rank_of(s);
     const bool moves = moves_start(s, change);
     double *given = part->stages + 2 * n;
     kempe_simulator_save(s, part->backup);
@@ -112,7 +111,7 @@ static outcome change_start(kempe_simulator *s, const kempe_simulator_change *ch
     int kept = moves ? mark_kept(s, KEMPE_START_KEEPS_PLACE) : 0;
     for (int j = 0; !moves && j < n; j++)
         part->fixed[j] = 0;
-    for (int k = 0; kept == 0 && e->independent && k < f; k++)
+    for (int k = 0; kept == 0 && e->independent && k < e->freedom; k++)
         part->fixed[e->independent[k]] = 1;
     outcome said = choose_marked(s);
     for (int k = 0; k < f; k++)
@@ -143,7 +142,7 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, m = e->rows, f = e->freedom, r = rank_of(e);
+    int n = e->coordinates, m = e->rows, f = freedom_of(s), r = rank_of(s);
     if (!(part->state[AT_STARTED] > 0))
         return refuse_before_start(s);
     if (!e->along) {
@@ -171,8 +170,8 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
     for (int i = 0; i < r; i++)
         part->dq[part->column[i]] = part->dqd[part->column[i]] = 0;
     for (int k = 0; change->x && k < f; k++) {
-        part->dq[part->column[r + k]] += change->x[k];
-        part->dqd[part->column[r + k]] += change->x[f + k];
+        part->dq[part->column[r + k]] += change->x[e->freedom - f + k];
+        part->dqd[part->column[r + k]] += change->x[2 * e->freedom - f + k];
     }
     if (r > 0) {
         call_along(s, &direction);
@@ -184,9 +183,9 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
     solve_along(s);
     if (change->y || change->value)
         call_along(s, &direction);
-    for (int k = 0; change->dx && k < f; k++) {
-        change->dx[k] = part->dqd[part->column[r + k]];
-        change->dx[f + k] = part->dqdd[part->column[r + k]];
+    for (int k = 0; change->dx && k < e->freedom; k++) {
+        change->dx[k] = part->dqd[part->column[least_rank(e) + k]];
+        change->dx[e->freedom + k] = part->dqdd[part->column[least_rank(e) + k]];
     }
     hand_out(n, part->dq, change->q);
     hand_out(n, part->dqd, change->qd);

@@ -9,7 +9,7 @@ static void set_weights(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    int f = e->freedom, r = rank_of(e);
+    int f = freedom_of(s), r = rank_of(s);
     for (int k = 0; k < f; k++) {
         int c = part->column[r + k];
         bool state = e->coordinate_kind[c] == KEMPE_COORDINATE_STATE;
@@ -46,7 +46,7 @@ static outcome improve_choice(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int f = e->freedom, r = rank_of(e);
+    int f = freedom_of(s), r = rank_of(s);
     if (evaluate_loops(s, t) != GOOD)
         return SINGULAR_LOOPS;
     evaluate_rates(s);
@@ -98,7 +98,7 @@ static int open_row(const kempe_simulator *s)
 {
     double allowed =
         fmax(DROPPED_WEIGHTS * (s->settings.atol + s->settings.rtol), DROPPED_OVER * s->part.state[AT_LOOSE]);
-    for (int i = rank_of(s->equations); i < s->equations->rows; i++)
+    for (int i = rank_of(s); i < s->equations->rows; i++)
         if (!(opening(s, s->part.row[i]) <= allowed))
             return s->part.row[i];
     return -1;

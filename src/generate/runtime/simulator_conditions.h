@@ -140,7 +140,7 @@ static outcome jump(kempe_simulator *s, double t, const double *before, double *
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, f = e->freedom, r = rank_of(e);
+    int n = e->coordinates, f = freedom_of(s), r = rank_of(s);
     double worst = 0, fastest = 0;
     for (int j = 0; j < n; j++) {
         worst = fmax(worst, fabs(part->qd[j] - before[j]) / e->scale[j]);

@@ -8,14 +8,14 @@
 static void list_stages(const kempe_simulator *s, double **k)
 {
     for (int i = 0; i < KMP_RK_MAX_STAGES; i++)
-        k[i + 1] = s->part.stages + (ptrdiff_t)i * size_of_y(s->equations);
+        k[i + 1] = s->part.stages + (ptrdiff_t)i * size_of_y(s);
     k[0] = NULL;
 }
 
 static void list_vectors(const kempe_simulator *s, double **r)
 {
     for (int i = 0; i < KMP_RK_MAX_INTERPOLANTS; i++)
-        r[i] = s->part.vectors + (ptrdiff_t)i * size_of_y(s->equations);
+        r[i] = s->part.vectors + (ptrdiff_t)i * size_of_y(s);
 }
 
 /* k[number] = f(t + c h, y + h sum a k), within a function that has s, size, y, h, t, k and C. */
@@ -31,7 +31,7 @@ static void list_vectors(const kempe_simulator *s, double **r)
 static outcome prepare_dense(kempe_simulator *s)
 {
     struct kempe_simulator_parts *part = &s->part;
-    int size = size_of_y(s->equations);
+    int size = size_of_y(s);
     double *state = part->state, *k[KMP_RK_MAX_STAGES + 1], *r[KMP_RK_MAX_INTERPOLANTS];
     double t = state[AT_BEGIN], h = state[AT_TAKEN];
     const double *y = part->y_old, *const C = kmp_dop853_c;
@@ -68,7 +68,7 @@ static outcome interpolate(kempe_simulator *s, double t, double *y)
 {
     struct kempe_simulator_parts *part = &s->part;
     const double *state = part->state;
-    int size = size_of_y(s->equations);
+    int size = size_of_y(s);
     double *r[KMP_RK_MAX_INTERPOLANTS];
     bool ends = !(t < state[AT_END]) || !(state[AT_TAKEN] > 0);
     if (ends || !(t > state[AT_BEGIN])) {

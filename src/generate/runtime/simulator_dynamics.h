@@ -21,7 +21,7 @@ static void add_moved(const kempe_simulator *s, int from, int end, const double 
 /* Row k of T' c. */
 static double project_on(const kempe_simulator *s, int k, const double *c)
 {
-    int r = rank_of(s->equations);
+    int r = rank_of(s);
     const double *b = s->part.tangent + (ptrdiff_t)k * r;
     const int *column = s->part.column, *block = s->part.block;
     double sum = c[column[r + k]];
@@ -34,7 +34,7 @@ static double project_on(const kempe_simulator *s, int k, const double *c)
 /* T' c. */
 static void project(const kempe_simulator *s, const double *c, double *out)
 {
-    for (int k = 0; k < s->equations->freedom; k++)
+    for (int k = 0; k < freedom_of(s); k++)
         out[k] = project_on(s, k, c);
 }
 
@@ -43,7 +43,7 @@ static void reduce_mass(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, f = e->freedom, r = rank_of(e);
+    int n = e->coordinates, f = freedom_of(s), r = rank_of(s);
     for (int l = 0; l < f; l++) {
         double *moved = part->moved + (ptrdiff_t)l * n;
         copy(n, part->mass + (ptrdiff_t)part->column[r + l] * n, moved);
@@ -61,7 +61,7 @@ static void evaluate_loads(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, r = rank_of(e);
+    int n = e->coordinates, r = rank_of(s);
     kempe_arguments at = arguments_at(s, t);
     e->loads(&at, part->pick);
     for (int j = 0; j < r; j++)
@@ -78,7 +78,7 @@ static double take_multipliers(kempe_simulator *s, const double *found)
 {
     struct kempe_simulator_parts *part = &s->part;
     double change = 0, size = 0;
-    for (int j = 0; j < rank_of(s->equations); j++) {
+    for (int j = 0; j < rank_of(s); j++) {
         double *lambda = &part->lambda[part->row[j]];
         double size_of_row = s->equations->row_scale[part->row[j]];
         change = fmax(change, fabs(found[j] - *lambda) * size_of_row);
@@ -93,7 +93,7 @@ static outcome factor_joint(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, f = e->freedom, r = rank_of(e);
+    int n = e->coordinates, f = freedom_of(s), r = rank_of(s);
     for (int l = 0; l < f; l++) {
         for (int k = 0; k < f; k++)
             part->joint[k + l * n] = part->reduced[k > l ? k + l * f : l + k * f];
@@ -113,7 +113,7 @@ static outcome factor_joint(kempe_simulator *s)
 static outcome factor_mass(kempe_simulator *s)
 {
     struct kempe_simulator_parts *part = &s->part;
-    int f = s->equations->freedom;
+    int f = freedom_of(s);
     for (int k = 0; k < f; k++)
         part->diagonal[k] = part->reduced[k + k * f];
     int bad = kmp_cholesky_factor(f, part->reduced);
@@ -129,7 +129,7 @@ static void solve_motion(kempe_simulator *s, const double *c, double *udd, doubl
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, f = e->freedom, r = rank_of(e);
+    int n = e->coordinates, f = freedom_of(s), r = rank_of(s);
     if (e->loads && r > 0) {
         project(s, c, part->right);
         for (int i = 0; i < r; i++)
@@ -164,7 +164,7 @@ static void add_constant(kempe_simulator *s, const double *bias, const double *r
 {
     solve_rows(s, rows, s->part.constant);
     copy(s->equations->coordinates, bias, c);
-    add_moved(s, 0, rank_of(s->equations), s->part.constant, c);
+    add_moved(s, 0, rank_of(s), s->part.constant, c);
 }
 
 /* By M and C alone. */
@@ -214,10 +214,10 @@ static outcome accelerate(kempe_simulator *s, double t)
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     clear(e->rows, part->lambda);
-    outcome said = e->loads && rank_of(e) > 0 ? accelerate_loaded(s, t) : accelerate_once(s, t);
+    outcome said = e->loads && rank_of(s) > 0 ? accelerate_loaded(s, t) : accelerate_once(s, t);
     if (said != GOOD)
         return said;
-    for (int k = 0; k < e->freedom; k++)
+    for (int k = 0; k < freedom_of(s); k++)
         if (!(fabs(part->udd[k]) <= DBL_MAX))
             return NOT_FINITE;
     return said;
@@ -226,9 +226,8 @@ static outcome accelerate(kempe_simulator *s, double t)
 /* qdd and lambda at the place of the last evaluation. */
 static void complete(kempe_simulator *s)
 {
-    const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int f = e->freedom, r = rank_of(e);
+    int f = freedom_of(s), r = rank_of(s);
     solve_motion(s, part->load, part->udd, part->correction);
     for (int k = 0; k < f; k++)
         part->qdd[part->column[r + k]] = part->udd[k];
@@ -245,9 +244,8 @@ static void complete(kempe_simulator *s)
 
 static void place_y(kempe_simulator *s, const double *y)
 {
-    const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    int f = e->freedom, r = rank_of(e);
+    int f = freedom_of(s), r = rank_of(s);
     for (int k = 0; k < f; k++) {
         part->q[part->column[r + k]] = y[k];
         part->qd[part->column[r + k]] = y[f + k];
@@ -258,9 +256,8 @@ static void place_y(kempe_simulator *s, const double *y)
 
 static void pack_y(const kempe_simulator *s, const double *q, const double *qd, double *y)
 {
-    const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    int f = e->freedom, r = rank_of(e);
+    int f = freedom_of(s), r = rank_of(s);
     for (int k = 0; k < f; k++) {
         y[k] = q[part->column[r + k]];
         y[f + k] = qd[part->column[r + k]];
@@ -272,9 +269,8 @@ static void pack_y(const kempe_simulator *s, const double *q, const double *qd, 
 /* dy at the placed q and ud, with factored loops. */
 static outcome slopes_here(kempe_simulator *s, double t, double *dy)
 {
-    const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    int f = e->freedom, r = rank_of(e);
+    int f = freedom_of(s), r = rank_of(s);
     evaluate_rates(s);
     outcome said = accelerate(s, t);
     for (int k = 0; dy && k < f; k++) {
@@ -296,9 +292,8 @@ static outcome slopes(kempe_simulator *s, double t, const double *y, double *dy)
 /* dy at the placed q and ud by `slopes` of the equations. False: these are not good there. */
 static bool written_slopes(kempe_simulator *s, double t, double *dy)
 {
-    const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    const int f = e->freedom, r = rank_of(e);
+    const int f = freedom_of(s), r = rank_of(s);
     const kempe_arguments at = arguments_at(s, t);
     double *udd = part->dynamics, *vd = udd + f, *by_coordinate = part->dqdd, checks[2];
     *factors_are_present(s) = 0;

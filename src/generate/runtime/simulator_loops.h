@@ -68,7 +68,7 @@ static void solve_loops_transposed(const kempe_simulator *s, double *x)
 static void solve_rows(const kempe_simulator *s, const double *rows, double *x)
 {
     const struct kempe_simulator_parts *part = &s->part;
-    for (int i = 0; i < rank_of(s->equations); i++)
+    for (int i = 0; i < rank_of(s); i++)
         x[i] = -rows[part->row[i]] * part->inverse_row[part->row[i]];
     solve_loops(s, x);
 }
@@ -82,7 +82,7 @@ static double opening(const kempe_simulator *s, int row)
 static double residual(const kempe_simulator *s)
 {
     double worst = 0;
-    for (int i = 0; i < rank_of(s->equations); i++) {
+    for (int i = 0; i < rank_of(s); i++) {
         double open = opening(s, s->part.row[i]);
         worst = open <= worst ? worst : open <= DBL_MAX ? open : INFINITY;
     }
@@ -93,7 +93,7 @@ static double residual(const kempe_simulator *s)
 static double correction_size(const kempe_simulator *s)
 {
     double size = 0;
-    for (int i = 0; i < rank_of(s->equations); i++) {
+    for (int i = 0; i < rank_of(s); i++) {
         double d = fabs(s->part.correction[i]) / s->equations->scale[s->part.column[i]];
         size = d <= size ? size : d <= DBL_MAX ? d : INFINITY;
     }
@@ -103,7 +103,7 @@ static double correction_size(const kempe_simulator *s)
 static double rounding_of_v(const kempe_simulator *s)
 {
     double size = 1;
-    for (int i = 0; i < rank_of(s->equations); i++)
+    for (int i = 0; i < rank_of(s); i++)
         size = fmax(size, fabs(s->part.q[s->part.column[i]]) / s->equations->scale[s->part.column[i]]);
     return 16 * DBL_EPSILON * size;
 }
@@ -111,7 +111,7 @@ static double rounding_of_v(const kempe_simulator *s)
 static void correct(kempe_simulator *s, double part_of_it)
 {
     const struct kempe_simulator_parts *part = &s->part;
-    for (int i = 0; i < rank_of(s->equations); i++)
+    for (int i = 0; i < rank_of(s); i++)
         part->q[part->column[i]] += part_of_it * part->correction[i];
 }
 
@@ -145,7 +145,7 @@ static void evaluate_tangent(kempe_simulator *s, int k, double *restrict vd)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, r = rank_of(e), at = part->column[r + k], block = 0;
+    int n = e->coordinates, r = rank_of(s), at = part->column[r + k], block = 0;
     double *restrict x = part->tangent + (ptrdiff_t)k * r, rate = part->qd[at];
     const double *loop = part->loop;
     for (int t = part->touch_begin[k]; t < part->touch_begin[k + 1]; t++) {
@@ -164,9 +164,8 @@ static void evaluate_tangent(kempe_simulator *s, int k, double *restrict vd)
 /* B, and vd = B ud - Jv^-1 h_t into the placed qd, which has ud. */
 static void evaluate_rates(kempe_simulator *s)
 {
-    const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int f = e->freedom, r = rank_of(e);
+    int f = freedom_of(s), r = rank_of(s);
     double *vd = part->tangent + (ptrdiff_t)f * r;
     bool moves = false;
     for (int i = 0; i < r; i++) {
@@ -186,9 +185,9 @@ static double growth(const kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    int r = rank_of(e);
+    int r = rank_of(s);
     double most = 0;
-    for (int k = 0; k < e->freedom; k++) {
+    for (int k = 0; k < freedom_of(s); k++) {
         double size = e->scale[part->column[r + k]];
         for (int i = 0; i < r; i++)
             most = fmax(most, fabs(part->tangent[k * r + i]) * size / e->scale[part->column[i]]);
@@ -201,7 +200,7 @@ static double share_of_rows(const kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, r = rank_of(e);
+    int n = e->coordinates, r = rank_of(s);
     double most = 0;
     for (int i = r; i < e->rows; i++) {
         const double *row = part->jacobian + (ptrdiff_t)part->row[i] * n;

@@ -18,12 +18,35 @@ static int *take_indices(double **at, int count)
     return (int *)(void *)take(at, count);
 }
 
-static int rank_of(const kempe_equations *e)
+/* Rows that are kept, and coordinates that are free. */
+static int rank_of(const kempe_simulator *s)
+{
+    return s->part.rank;
+}
+
+static int freedom_of(const kempe_simulator *s)
+{
+    return s->equations->coordinates - s->part.rank;
+}
+
+static int size_of_y(const kempe_simulator *s)
+{
+    return s->equations->coordinates + freedom_of(s);
+}
+
+/* The rank without rows that conditions add: that of the states of callers. */
+static int least_rank(const kempe_equations *e)
 {
     return e->coordinates - e->freedom;
 }
 
-static int size_of_y(const kempe_equations *e)
+static int most_rank(const kempe_equations *e)
+{
+    return least_rank(e);
+}
+
+/* At the least rank. */
+static int most_of_y(const kempe_equations *e)
 {
     return e->coordinates + e->freedom;
 }
@@ -32,7 +55,7 @@ static void place_state(kempe_simulator *s, double **at)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, m = e->rows, size = size_of_y(e);
+    int n = e->coordinates, m = e->rows, size = most_of_y(e);
     part->state = take(at, HEADER);
     s->p = take(at, e->parameters);
     s->u = take(at, 3 * e->inputs);
@@ -68,14 +91,14 @@ static void place_state(kempe_simulator *s, double **at)
 /* The arrays of a step from y_old to the stages. */
 static int numbers_of_step(const kempe_equations *e)
 {
-    return (4 + KMP_RK_MAX_STAGES) * size_of_y(e);
+    return (4 + KMP_RK_MAX_STAGES) * most_of_y(e);
 }
 
 static void place_equations(kempe_simulator *s, double **at)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, m = e->rows, f = e->freedom, r = rank_of(e);
+    int n = e->coordinates, m = e->rows, f = e->freedom, r = most_rank(e);
     part->q = take(at, n);
     part->qd = take(at, n);
     part->qdd = take(at, n);
@@ -169,6 +192,7 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     s->equations = e;
     s->memory = memory;
     s->numbers = kempe_simulator_memory(e);
+    s->part.rank = least_rank(e);
     memset(memory, 0, (size_t)s->numbers * sizeof *memory);
     double *at = memory;
     place_state(s, &at);
@@ -176,9 +200,9 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     s->part.scratch = take(&at, 1);
     s->part.x = take(&at, 2 * e->freedom);
     s->part.rates = take(&at, 2 * e->freedom);
-    s->part.stage = take(&at, size_of_y(e));
-    s->part.candidate = take(&at, size_of_y(e));
-    s->part.probe = take(&at, size_of_y(e));
+    s->part.stage = take(&at, most_of_y(e));
+    s->part.candidate = take(&at, most_of_y(e));
+    s->part.probe = take(&at, most_of_y(e));
     s->part.aside = take(&at, HEADER + numbers_of_step(e));
     place_equations(s, &at);
     place_directions(s, &at);
@@ -218,6 +242,7 @@ static void pack(const kempe_simulator *s, double *state)
     state[AT_CLOSINGS] = s->work.closings;
     state[AT_EXCHANGES] = s->work.exchanges;
     state[AT_EVENTS] = s->work.events;
+    state[AT_RANK] = s->part.rank;
 }
 
 static void unpack(kempe_simulator *s, const double *state)
@@ -236,6 +261,7 @@ static void unpack(kempe_simulator *s, const double *state)
     s->work.closings = state[AT_CLOSINGS];
     s->work.exchanges = state[AT_EXCHANGES];
     s->work.events = state[AT_EVENTS];
+    s->part.rank = (int)state[AT_RANK];
 }
 
 /* The factors in the scratch are those of the present state. */
@@ -259,17 +285,23 @@ static void put_back(kempe_simulator *s, const double *from)
     find_structure(s);
 }
 
-void kempe_simulator_restore(kempe_simulator *s, const double *from)
+/* The states of callers: those of the least rank, of which the first are dependent where it is larger. */
+static void take_states(kempe_simulator *s)
 {
-    put_back(s, from);
-    s->message[0] = 0;
     const kempe_equations *e = s->equations;
     for (int k = 0; k < e->freedom; k++) {
-        int c = s->part.column[rank_of(e) + k];
+        int c = s->part.column[least_rank(e) + k];
         s->part.x[k] = s->q[c];
         s->part.x[e->freedom + k] = s->part.rates[k] = s->qd[c];
         s->part.rates[e->freedom + k] = s->qdd[c];
     }
+}
+
+void kempe_simulator_restore(kempe_simulator *s, const double *from)
+{
+    put_back(s, from);
+    s->message[0] = 0;
+    take_states(s);
 }
 
 #endif

@@ -63,7 +63,7 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
         snprintf(
             s->message, sizeof s->message,
             "%s: the motion of coordinate '%s' moves no mass at t = %.9g: give a body that it moves mass or inertia",
-            e->name, e->coordinate_names[s->part.column[rank_of(e) + bad]], t);
+            e->name, e->coordinate_names[s->part.column[rank_of(s) + bad]], t);
         break;
     case UNSETTLED:
         snprintf(s->message, sizeof s->message,

@@ -78,6 +78,7 @@ enum {
     AT_CLOSINGS,
     AT_EXCHANGES,
     AT_EVENTS,
+    AT_RANK,
     HEADER = 48
 };
 

@@ -10,7 +10,7 @@ static void show_place(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, f = e->freedom;
+    int n = e->coordinates;
     copy(n, part->q, s->q);
     copy(n, part->qd, s->qd);
     copy(n, part->qdd, s->qdd);
@@ -20,12 +20,7 @@ static void show_place(kempe_simulator *s, double t)
         e->changes(&at, part->value);
     if (e->outputs > 0)
         e->show(&at, s->y);
-    for (int k = 0; k < f; k++) {
-        int c = part->column[rank_of(e) + k];
-        part->x[k] = s->q[c];
-        part->x[f + k] = part->rates[k] = s->qd[c];
-        part->rates[f + k] = s->qdd[c];
-    }
+    take_states(s);
     s->t = t;
     part->state[AT_BAD] = is_choice_bad(s, GROWTH_OF_CALLERS);
     *factors_are_present(s) = 1;
@@ -72,7 +67,7 @@ static outcome close_start(kempe_simulator *s, double t, const int *fixed)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int r = rank_of(e);
+    int r = rank_of(s);
     for (int i = 0; i < e->rows; i++)
         part->row[i] = i;
     for (int j = 0; j < e->coordinates; j++)
@@ -169,6 +164,7 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_m
     double *state = part->state;
     int *fixed = e->independent ? part->fixed : NULL;
     clear(HEADER, state);
+    part->rank = least_rank(e);
     clear(3 * e->coordinates + e->rows, part->begin);
     state[AT_RATE] = 1;
     state[AT_END] = t;
@@ -193,7 +189,7 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_m
         said = close_start(s, t, fixed);
     if (said != GOOD)
         return explain(s, said, t);
-    for (int i = rank_of(e); i < e->rows; i++)
+    for (int i = rank_of(s); i < e->rows; i++)
         state[AT_LOOSE] = fmax(state[AT_LOOSE], opening(s, part->row[i]));
     if (state[AT_LOOSE] > DROPPED_START)
         return explain(s, OPEN, t);

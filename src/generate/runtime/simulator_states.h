@@ -18,7 +18,7 @@ void kempe_simulator_get_rates(const kempe_simulator *s, double *dx)
 void kempe_simulator_get_choice(const kempe_simulator *s, int *independent)
 {
     for (int k = 0; k < s->equations->freedom; k++)
-        independent[k] = s->part.column[rank_of(s->equations) + k];
+        independent[k] = s->part.column[least_rank(s->equations) + k];
 }
 
 void kempe_simulator_get_changes(const kempe_simulator *s, double *value)
@@ -37,7 +37,7 @@ static outcome follow(kempe_simulator *s, double t0, double t1, const double *u,
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int f = e->freedom, r = rank_of(e);
+    int f = freedom_of(s), r = rank_of(s);
     double *from = part->probe;
     for (int k = 0; k < f; k++)
         from[k] = part->q[part->column[r + k]];
@@ -68,7 +68,7 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, f = e->freedom, r = rank_of(e);
+    int n = e->coordinates, f = freedom_of(s), r = rank_of(s), held = e->freedom - f;
     if (!(part->state[AT_STARTED] > 0))
         return refuse_before_start(s);
     s->message[0] = 0;
@@ -80,10 +80,10 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
     for (int parts = 1; parts <= MOST_PARTS && (said != GOOD || first > TRUSTED_CORRECTION); parts *= 4) {
         first = 0;
         copy(n, s->q, part->q);
-        said = follow(s, s->t, t, x, parts, &first);
+        said = follow(s, s->t, t, x + held, parts, &first);
     }
     for (int k = 0; k < f; k++)
-        part->qd[part->column[r + k]] = x[f + k];
+        part->qd[part->column[r + k]] = x[e->freedom + held + k];
     if (said == GOOD)
         said = slopes_here(s, t, NULL);
     if (said != GOOD) {

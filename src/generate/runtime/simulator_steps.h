@@ -9,7 +9,7 @@
 static outcome run_stages(kempe_simulator *s, double h, double *error)
 {
     struct kempe_simulator_parts *part = &s->part;
-    int size = size_of_y(s->equations);
+    int size = size_of_y(s);
     double *k[KMP_RK_MAX_STAGES + 1], t = part->state[AT_END];
     const double *y = part->y_new, *C;
     list_stages(s, k);
@@ -36,8 +36,8 @@ static double closing_of(const kempe_simulator *s)
     const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
     double worst = 0;
-    for (int i = 0; i < rank_of(e); i++) {
-        int at = 2 * e->freedom + i, c = part->column[i];
+    for (int i = 0; i < rank_of(s); i++) {
+        int at = 2 * freedom_of(s) + i, c = part->column[i];
         double dv = fabs(part->q[c] - part->candidate[at]);
         if (!(dv <= fmin(part->weight[at], CORRECTION_ROUNDING * e->scale[c])))
             worst = fmax(worst, dv / part->weight[at]);
@@ -64,11 +64,11 @@ static attempt_result attempt(kempe_simulator *s, double h, double t_new, double
     *said = close_loops(s, t_new, NULL);
     if (*said != GOOD)
         return BAD_STAGE;
-    double limit = e->rows > rank_of(e) ? CORRECTION_REDUNDANT : CORRECTION_LIMIT;
+    double limit = e->rows > rank_of(s) ? CORRECTION_REDUNDANT : CORRECTION_LIMIT;
     if (signs_of_loops(s) != part->state[AT_SIGN] || (!fixed && closing_of(s) > limit))
         return BAD_STEP;
-    for (int i = 0; i < rank_of(e); i++)
-        part->candidate[2 * e->freedom + i] = part->q[part->column[i]];
+    for (int i = 0; i < rank_of(s); i++)
+        part->candidate[2 * freedom_of(s) + i] = part->q[part->column[i]];
     *said = slopes_here(s, t_new, k[methods[s->settings.method].end]);
     return *said == GOOD ? TAKEN : BAD_STAGE;
 }
@@ -94,7 +94,7 @@ static bool step_within(kempe_simulator *s, double t, double *y)
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     double *state = part->state, *k[KMP_RK_MAX_STAGES + 1];
-    int size = size_of_y(e), count = numbers_of_step(e);
+    int size = size_of_y(s), count = numbers_of_step(e);
     const kempe_simulator_work work = s->work;
     copy(HEADER, state, part->aside);
     copy(count, part->y_old, part->aside + HEADER);
@@ -129,7 +129,7 @@ static bool step_within(kempe_simulator *s, double t, double *y)
 static outcome choose_first_step(kempe_simulator *s)
 {
     struct kempe_simulator_parts *part = &s->part;
-    int size = size_of_y(s->equations);
+    int size = size_of_y(s);
     double *k[KMP_RK_MAX_STAGES + 1], t = part->state[AT_END], longest = last_time(s) - t;
     list_stages(s, k);
     for (int i = 0; i < size; i++)
@@ -182,7 +182,7 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
     }
     set_weights(s);
     if (!(state[AT_FRESH] > 0)) {
-        copy(size_of_y(e), k[methods[(int)state[AT_METHOD_TAKEN]].end], k[1]);
+        copy(size_of_y(s), k[methods[(int)state[AT_METHOD_TAKEN]].end], k[1]);
         copy(3 * e->coordinates + e->rows, part->end, part->begin);
         return KEMPE_SIMULATOR_GOES;
     }
@@ -201,10 +201,9 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
 /* Takes an attempt: the state at its end and what is to be done there. */
 static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_new, double error)
 {
-    const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     double *state = part->state;
-    int size = size_of_y(e);
+    int size = size_of_y(s);
     state[AT_NEXT] = longer(s, h, error);
     state[AT_ERROR] = fmax(error, KMP_RK_ERROR_FLOOR);
     state[AT_REJECTED] = 0;

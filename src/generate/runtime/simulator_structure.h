@@ -29,7 +29,7 @@ static void mark_loops(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int r = rank_of(e);
+    int r = rank_of(s);
     for (int i = 0; i < r; i++) {
         part->row_mark[i] = i;
         part->column_mark[i] = r;
@@ -81,7 +81,7 @@ static bool contains(int count, const int *list, int entry)
 /* The slopes of the equations for the choice; NULL: there are none. */
 static const kempe_slopes *find_slopes(const kempe_simulator *s)
 {
-    const int r = rank_of(s->equations);
+    const int r = rank_of(s);
     for (int k = 0; k < s->equations->slopes_count; k++) {
         const kempe_slopes *slopes = &s->equations->slopes[k];
         bool fits = true;
@@ -99,7 +99,7 @@ static void find_structure(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int f = e->freedom, r = rank_of(e), count = 0;
+    int f = freedom_of(s), r = rank_of(s), count = 0;
     mark_loops(s);
     sort_by_marks(r, part->row_mark, part->row);
     sort_by_marks(r, part->column_mark, part->column);
