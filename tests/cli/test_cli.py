@@ -2052,6 +2052,94 @@ class Compare(Case):
         self.assertLess(abs(errors[0] - errors[1]), 1e-2 * errors[0])
 
 
+class ProfileFiles(Case):
+    """Profiles of measuring instruments and other programs: the same cross-section in each format."""
+    MODEL = """kempe: 1
+profiles: {p: {%s}}
+bodies: {a: {joint: {revolute: z, at: ground}}}
+"""
+
+    def profile(self, name, text, more=""):
+        (self.folder / name).write_text(text)
+        (self.folder / "model.yaml").write_text(self.MODEL % f"file: {name}{more}")
+        made = self.object(0, "show", "model.yaml", "--model")["profiles"]["p"]
+        return list(zip(made["y"], made["z"]))
+
+    def refused(self, name, text, said):
+        (self.folder / name).write_text(text)
+        (self.folder / "model.yaml").write_text(self.MODEL % f"file: {name}")
+        self.assertIn(said, self.expect(2, "show", "model.yaml", "--model").stderr)
+
+    def same(self, points, wanted):
+        self.assertEqual(len(points), len(wanted), points)
+        for a, b in zip(points, wanted):
+            self.assertAlmostEqual(a[0], b[0] / 1000, delta=1e-12)
+            self.assertAlmostEqual(a[1], b[1] / 1000, delta=1e-12)
+
+    # y outwards, z upwards, mm: a wheel with its flange at -50, a rail that is worn on its gauge side.
+    WHEEL = [(-70, -12), (-60, -26), (-50, -28), (-40, -18), (-30, -4), (0, 0), (30, 1), (60, 2)]
+    RAIL = [(-34, -16), (-30, -9), (-20, -3), (0, 0), (20, -1), (30, -6), (36, -16)]
+
+    @staticmethod
+    def rows(points, change, behind=""):
+        return "".join("%.6f   %.6f%s\n" % (*change(*point), behind) for point in points)
+
+    @staticmethod
+    def simpack(kind, rows, options=""):
+        return ("! profile\nheader.begin\n  version = 1\n  type = %d ! kind\nheader.end\nspline.begin\n"
+                "  units.len.f = +1.0E+03\n  comment = 'one'\n%s  point.begin\n! y z\n%s  point.end\nspline.end\n" % (kind, options, rows))
+
+    def test_miniprof(self):
+        head = "Chars=Win\n\"RefPoint1=\"\nXYPoints=%d\nXOffset=0.0000\nColumnDef=%s\n\n"
+        rail = self.rows(self.RAIL, lambda y, z: (-y, z), " 0.1 0.2")
+        self.same(self.profile("up.ban", head % (7, "X,Y,A,C") + rail), self.RAIL)
+        self.same(self.profile("down.BAN", head % (8, "Y,X") + '"0 0\n' + self.rows(self.RAIL, lambda y, z: (-z, -y))), self.RAIL)
+        wheel = self.rows(self.WHEEL, lambda y, z: (y + 70, -z))
+        self.same(self.profile("wheel.whl", head % (8, "X,Y") + wheel, ", origin: 70 mm"), self.WHEEL)
+        self.same(self.profile("old.whl", "#MINIWHEELPROF\nx.whl\nMINIPROF 2020\nStock.......:\n\" 32.58 37.11\n(Sd/Sh/qR)\n\n" + wheel),
+                  [(y + 70, z) for y, z in self.WHEEL])
+
+    def test_simpack(self):
+        self.same(self.profile("r.prr", self.simpack(0, self.rows(self.RAIL, lambda y, z: (y, -z), " 1.0"))), self.RAIL)
+        mirrored = self.rows(reversed(self.WHEEL), lambda y, z: (-y - 1, -z + 2))
+        self.same(self.profile("w.prw", self.simpack(1, mirrored, "  shift.y = 1\n  shift.z = -2.\n  mirror.y = 1 ! 0 or 1\n")), self.WHEEL)
+        self.same(self.profile("m.prw", self.simpack(1, self.rows(self.WHEEL, lambda y, z: (-z, -y)),
+                                                     "  rotate = 90\n  units.ang.f = 57.295779513082323\n")
+                               ), self.WHEEL)
+        bounds = "  bound.y.min = -31\n  bound.y.max = 31\n"
+        self.same(self.profile("b.prr", self.simpack(0, self.rows(self.RAIL, lambda y, z: (y, -z)), bounds)), self.RAIL[1:-1])
+
+    def test_parts_that_cannot_touch(self):
+        """The side of a rail below its widest place, the back of a flange that overhangs, a point twice."""
+        rail = [(-33, -30), (-34, -20), *self.RAIL[:3], self.RAIL[2], *self.RAIL[3:], (36, -25), (35, -30)]
+        self.same(self.profile("r.prr", self.simpack(0, self.rows(rail, lambda y, z: (y, -z)))), self.RAIL)
+        wheel = [(-69, 0), (-70, -5), *self.WHEEL]
+        self.same(self.profile("w.prw", self.simpack(1, self.rows(wheel, lambda y, z: (y, -z)))), self.WHEEL)
+
+    def test_an_origin_between_points_lies_on_the_profile(self):
+        parabola = [(y, -y * y / 100) for y in range(-30, 31)]
+        points = self.profile("r.prr", self.simpack(0, self.rows(parabola, lambda y, z: (y, -z))), ", origin: 10.5 mm")
+        for y, z in points:
+            self.assertAlmostEqual(z, -((1000 * y + 10.5) ** 2 - 10.5 ** 2) / 1e5, delta=1e-9)
+
+    def test_refused(self):
+        rail = self.rows(self.RAIL, lambda y, z: (y, -z))
+        self.refused("a.prr", self.simpack(0, rail.replace("-30.000000", "-3x")), "a.prr:12:1: profile 'p': a number is expected here")
+        self.refused("b.prr", self.simpack(1, rail), "b.prr:4:3: profile 'p': type is 0 for a rail (.prr) and 1 for a wheel (.prw)")
+        self.refused("c.prr", self.simpack(0, rail).replace("units.len.f", "units.len"), "profile 'p': the file needs units.len.f")
+        self.refused("d.prr", self.simpack(0, rail).partition("  point.end")[0], "profile 'p': the file ends without point.end")
+        self.refused("e.ban", "XYPoints=9\n\n1 2\n2 3 4\n", "e.ban:4:1: profile 'p': XYPoints is 9, but the file ends after 2 points")
+        self.refused("f.ban", "XYPoints=2\n\n1 2\n2 \n", "f.ban:4:3: profile 'p': a number is expected here")
+        self.refused("g.ban", "ColumnDef=X,Z\n\n1 2\n", "g.ban:1:1: profile 'p': ColumnDef must name X and Y")
+        self.refused("h.ban", "\n", "model.yaml:2:15: profile 'p': a profile needs at least four points, not 0")
+        self.refused("i.txt", rail, "model.yaml:2:22: profile 'p': the ending of 'i.txt' must be .ban or .whl (MiniProf), .prr or .prw (Simpack)")
+        (self.folder / "model.yaml").write_text(self.MODEL % "file: a.prr, unit: mm")
+        self.assertIn("model.yaml:2:35: profile 'p': 'unit' does not go with 'file'", self.expect(2, "show", "model.yaml", "--model").stderr)
+        (self.folder / "k.prr").write_text(self.simpack(0, rail))
+        (self.folder / "model.yaml").write_text(self.MODEL % "file: k.prr, origin: 40 mm")
+        self.assertIn("model.yaml:2:37: profile 'p': the origin must be between -0.034 m and 0.036 m", self.expect(2, "show", "model.yaml", "--model").stderr)
+
+
 class Guidance(Case):
     def test_sums_of_contacts(self):
         """Q and Y are components of the total force, Y outwards on both sides; the wear number is a sum over contacts."""

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Profiles: cross-sections of wheels and rails, by points. */
+#include "model/rail/profile_files.h"
 #include "model/read/reading.h"
 #include "symbolic/table_function.h"
 #include <math.h>
@@ -21,20 +22,6 @@ static bool read_unit(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_
     if (word && (!kmp_unit_find(word, strlen(word), unit) || !kmp_dimension_fits(unit->dimension, KMP_DIM_LENGTH)))
         return kmp_reader_complain(r, node->place, "%s: the unit must be a length such as mm, not '%s'", what, word);
     return word;
-}
-
-static void reverse(kmp_points *p)
-{
-    for (int i = 0, k = p->count - 1; i < k; i++, k--) {
-        double x = p->x[i], y = p->y[i];
-        kmp_place place = p->place[i];
-        p->x[i] = p->x[k];
-        p->y[i] = p->y[k];
-        p->place[i] = p->place[k];
-        p->x[k] = x;
-        p->y[k] = y;
-        p->place[k] = place;
-    }
 }
 
 /* A height over each y: y ascends, or descends, from the first point to the last. */
@@ -92,6 +79,44 @@ static bool check_spline(const kmp_points *p, const kmp_table *t)
     return true;
 }
 
+/* A file in a known format says all about its points. */
+static bool check_source(const kmp_points *p, const kmp_yaml *file)
+{
+    static const char *const others[] = {"y", "z", "csv", "unit"};
+    for (size_t k = 0; file && k < sizeof others / sizeof *others; k++) {
+        const kmp_yaml *node = kmp_yaml_get(p->map, others[k]);
+        if (node)
+            return kmp_reader_complain(
+                p->r, node->place, "%s: '%s' does not go with 'file', whose format has both coordinates and their unit",
+                p->what, others[k]);
+    }
+    return true;
+}
+
+/* The point of the profile at the coordinate `origin` becomes its origin. */
+static bool move_origin(const kmp_points *p, kmp_table **height)
+{
+    const kmp_yaml *node = kmp_yaml_get(p->map, "origin");
+    double at;
+    if (!node)
+        return true;
+    if (!kmp_read_fixed(p->r, node, kmp_reader_say(p->r, "origin of %s", p->what), KMP_DIM_LENGTH, &at))
+        return false;
+    if (!(at >= p->x[0] && at <= p->x[p->count - 1]))
+        return kmp_reader_complain(p->r, node->place,
+                                   "%s: the origin must be between %.9g m and %.9g m, the ends of the profile", p->what,
+                                   p->x[0], p->x[p->count - 1]);
+    double up = kmp_table_value(*height, 0, at);
+    for (int k = 0; k < p->count; k++) {
+        p->x[k] -= at;
+        p->y[k] -= up;
+    }
+    kmp_table_free(*height);
+    *height = kmp_table_new(KMP_TABLE_CUBIC, p->count, p->x, p->y);
+    p->r->scratch.failed = p->r->scratch.failed || !*height;
+    return *height;
+}
+
 static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profile)
 {
     static const kmp_key keys[] = {
@@ -102,14 +127,16 @@ static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profil
                     .what = kmp_reader_say(r, "profile '%s'", profile->name),
                     .key = {"y", "z"},
                     .dimension = kmp_key_dimension(keys, "y")};
+    const kmp_yaml *file = kmp_yaml_get(map, "file");
     kmp_unit unit;
     if (!kmp_read_map(r, map, p.what, keys))
         return;
     bool good = read_unit(r, map, p.what, &unit);
-    if (!kmp_read_points(&p) || !good || !check_points(&p))
+    if (!check_source(&p, file) || !(file ? kmp_read_profile_file(&p, file) : kmp_read_points(&p)) || !good ||
+        !check_points(&p))
         return;
     if (p.x[0] > p.x[1])
-        reverse(&p);
+        kmp_points_reverse(&p);
     for (int k = 0; k < p.count; k++) {
         p.x[k] = p.x[k] * unit.factor / unit.divisor;
         p.y[k] = p.y[k] * unit.factor / unit.divisor;
@@ -121,7 +148,7 @@ static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profil
     kmp_table *height = bad >= 0 ? NULL : kmp_table_new(KMP_TABLE_CUBIC, p.count, p.x, p.y);
     if (bad < 0 && !height)
         r->scratch.failed = true;
-    if (height && check_spline(&p, height))
+    if (height && check_spline(&p, height) && move_origin(&p, &height))
         profile->height = height;
     else
         kmp_table_free(height);

@@ -311,6 +311,9 @@ typedef struct kmp_points {
 /** Reads the points; members up to `dimension` are set by the caller. False after an error. */
 bool kmp_read_points(kmp_points *p);
 
+/** Turns the order of the points round. */
+void kmp_points_reverse(kmp_points *p);
+
 /** The path of a file that another one names, beside that one. */
 const char *kmp_path_beside(kmp_reader *r, int file, const char *name);
 
