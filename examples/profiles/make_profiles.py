@@ -170,6 +170,12 @@ def main():
             f.write(f"# {words}; made by make_profiles.py\n# y outwards, z upwards, m\ny,z\n")
             for y, z in make():
                 f.write(f"{y / 1000:.12g},{z / 1000:.12g}\n")
+    # The same wheel as an instrument of the MiniProf format measures it: from 70 mm inside, flange upwards.
+    with open(os.path.join(folder, "s1002.whl"), "w", encoding="ascii", newline="\n") as f:
+        points = s1002()
+        f.write(f"Comment=S1002; made by make_profiles.py\nXYPoints={len(points)}\nColumnDef=X,Y\n\n")
+        for y, z in points:
+            f.write(f"{y + 70:.4f} {-z:.4f}\n")
 
 
 if __name__ == "__main__":

@@ -2116,6 +2116,14 @@ bodies: {a: {joint: {revolute: z, at: ground}}}
         wheel = [(-69, 0), (-70, -5), *self.WHEEL]
         self.same(self.profile("w.prw", self.simpack(1, self.rows(wheel, lambda y, z: (y, -z)))), self.WHEEL)
 
+    def test_the_example(self):
+        points = self.profile("s1002.whl", (ROOT / "examples/profiles/s1002.whl").read_text(), ", origin: 70 mm")
+        with open(ROOT / "examples/profiles/s1002.csv", newline="") as file:
+            wanted = [(float(row["y"]), float(row["z"])) for row in csv.DictReader(line for line in file if line[0] != "#")]
+        self.assertEqual(len(points), len(wanted))
+        for a, b in zip(points, wanted):
+            self.assertLess(max(abs(a[0] - b[0]), abs(a[1] - b[1])), 1.1e-7, "four decimals of a mm")
+
     def test_an_origin_between_points_lies_on_the_profile(self):
         parabola = [(y, -y * y / 100) for y in range(-30, 31)]
         points = self.profile("r.prr", self.simpack(0, self.rows(parabola, lambda y, z: (y, -z))), ", origin: 10.5 mm")
