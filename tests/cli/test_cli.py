@@ -2169,6 +2169,33 @@ class Guidance(Case):
             self.assertGreater(lateral, 0.1 * load, "both wheels of the front axle are pressed outwards by their creep")
 
 
+    def test_limits_of_a_run(self):
+        """Extremes, means and limits of Q, Y/Q and the wear number as quantities, against the rows of the same run."""
+        model, names = ROOT / "examples/curving/curving.yaml", "Q Y YQ wear".split()
+        text = model.read_text().replace("examples/", str(ROOT / "examples") + "/").replace("../", str(ROOT / "examples") + "/")
+        (self.folder / "model.yaml").write_text(text.replace("outputs: [q, qd,", "outputs: [guidance(FL), q, qd,"))
+        common = ("model.yaml", "--t-end", "0.5", "--no-convergence-check")
+        self.expect(0, "simulate", *common, "--output-step", "0.00002", "-o", "rows.csv")
+        with open(self.folder / "rows.csv", newline="") as table:
+            rows = [{name: float(row[f"guidance.FL.{name}"]) for name in names} for row in csv.DictReader(table)]
+        (self.folder / "values.csv").write_text("V\n15\n")
+        self.expect(0, "ensemble", *common, "--values", "values.csv", "-o", "ends.csv",
+                    "--quantity", "end = guidance(FL).Y, load = min(guidance(FL).Q), wear = mean(guidance(FL).wear)",
+                    "--limit", "at(guidance(FL).YQ, 0.25) < 0.8, load > 900 kN")
+        with open(self.folder / "ends.csv", newline="") as table:
+            found = next(csv.DictReader(table))
+        least, load = min(row["Q"] for row in rows), rows[-1]["Q"]
+        self.assertGreater(load, 1e4)
+        self.assertAlmostEqual(float(found["end"]), rows[-1]["Y"], delta=1e-5 * load)
+        self.assertAlmostEqual(float(found["at(guidance(FL).YQ, 0.25)"]), rows[(len(rows) - 1) // 2]["YQ"], delta=1e-5)
+        self.assertAlmostEqual(float(found["load"]), least, delta=1e-4 * load)
+        mean = sum((a["wear"] + b["wear"]) / 2 for a, b in zip(rows, rows[1:])) / (len(rows) - 1)
+        self.assertAlmostEqual(float(found["wear"]), mean, delta=1e-3 * mean)
+        self.assertEqual((found["limits"], found["broken"]), ("fail", "load > 900 kN"))
+        said = self.expect(3, "ensemble", *common, "--values", "values.csv", "--quantity", "guidance(FL).X").stderr
+        self.assertIn("'guidance(FL).X': guidance has no such component", said)
+
+
 class Show(Case):
     def test_views(self):
         for view in ("--model", "--equations", "--program", "--stats"):

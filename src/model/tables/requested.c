@@ -55,7 +55,7 @@ static bool stands_alone(const char *word, size_t length)
     return false;
 }
 
-/* A component of a force, by the name of its column: found when the force is known. */
+/* A component of a force or of a wheel's guidance, by the name of its column: found when the object is known. */
 enum { NAMED = -2 };
 
 /* Removes ".x" from "position(b.P).x", ".total" from "energy.total". The component, -1 for all of them. */
@@ -66,7 +66,7 @@ static int cut_component(char *word)
     char *dot = strrchr(word, '.');
     bool energy = strncmp(word, "energy.", 7) == 0;
     bool whole = dot && dot > word && (dot[-1] == ')' || stands_alone(word, (size_t)(dot - word)));
-    if (whole && strncmp(word, "force(", 6) == 0) {
+    if (whole && (strncmp(word, "force(", 6) == 0 || strncmp(word, "guidance(", 9) == 0)) {
         *dot = '\0';
         return NAMED;
     }
@@ -95,7 +95,7 @@ static bool list_words(asking *a, kmp_yaml *list, int *component)
     return node && items;
 }
 
-/* The component of a force whose column ends with a word; its width: there is none. */
+/* The component of an output whose column ends with a word; its width: there is none. */
 static int component_named(const kempe_model *model, const kmp_output *output, const char *word)
 {
     int width = kmp_output_width(model, output), found = -1;
@@ -116,8 +116,8 @@ static void check_components(asking *a, int *component)
         if (component[k] == NAMED)
             component[k] = component_named(&a->model, output, strrchr(a->word[k], '.') + 1);
         if (component[k] >= kmp_output_width(&a->model, output))
-            kmp_reader_complain(&a->r, nowhere, "'%s': %s has no components", a->word[k],
-                                kmp_output_rows[output->kind].word);
+            kmp_reader_complain(&a->r, nowhere, "'%s': %s has no %s", a->word[k], kmp_output_rows[output->kind].word,
+                                kmp_output_width(&a->model, output) > 1 ? "such component" : "components");
     }
 }
 
