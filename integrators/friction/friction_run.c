@@ -231,11 +231,25 @@ static void tell(void *self, kmp_friction_fact fact, int element, double t, doub
 
 /* -- making ---------------------------------------------------------------------------------------------- */
 
-/* The element of a force; -1: none. */
-static int element_with(const kmp_runner *run, const kmp_friction_run *x, const kmp_force *force)
+int kmp_friction_elements(const kmp_events *events)
 {
-    for (int i = 0; i < x->count; i++)
-        if (force_of(run, &x->element[i]) == force)
+    int count = 0;
+    for (int k = 0; k < events->count; k++)
+        count += events->condition[k].role == KMP_ROLE_SENSE;
+    return count;
+}
+
+static const kmp_force *force_at(const kmp_events *events, const kmp_friction_element *e)
+{
+    return events->condition[e->slot].of;
+}
+
+/* The element of a force; -1: none. */
+static int element_with(const kmp_events *events, int count, const kmp_friction_element *element,
+                        const kmp_force *force)
+{
+    for (int i = 0; i < count; i++)
+        if (force_at(events, &element[i]) == force)
             return i;
     return -1;
 }
@@ -248,33 +262,48 @@ static int row_of(const kempe_system *s, const kmp_force *force)
     return -1;
 }
 
-static kmp_friction_element element_of(const kmp_runner *run, int slot)
+static kmp_friction_element element_of(const kmp_events *events, int slot)
 {
-    const kmp_force *force = run->s->events.condition[slot].of;
+    const kmp_force *force = events->condition[slot].of;
     return (kmp_friction_element){.slot = slot,
                                   .contact = force->kind == KMP_FORCE_TOUCH,
                                   .across = force->across,
                                   .loaded = kmp_force_lambda(force)};
 }
 
-static void take_numbers(const kmp_runner *run, kmp_friction_run *x)
+static void take_numbers(const kempe_system *s, const kmp_events *events, int count, kmp_friction_element *element)
 {
-    for (int i = 0; i < x->count; i++) {
-        kmp_friction_element *e = &x->element[i];
-        const kmp_force *force = force_of(run, e);
-        int row = row_of(run->s, force);
+    for (int i = 0; i < count; i++) {
+        kmp_friction_element *e = &element[i];
+        const kmp_force *force = force_at(events, e);
+        int row = row_of(s, force);
         e->row = row < 0 ? 0 : row;
-        e->size = row < 0 ? 1 : run->s->row_scale[row];
+        e->size = row < 0 ? 1 : s->row_scale[row];
         e->regularise = force->has_regularise ? force->regularise.value : 0;
         e->restitution = force->restitution.value;
         e->ratio = force->level.value;
     }
 }
 
+void kmp_friction_list(const kempe_system *s, const kmp_events *events, kmp_friction_element *element)
+{
+    int count = 0;
+    for (int k = 0; k < events->count; k++)
+        if (events->condition[k].role == KMP_ROLE_SENSE)
+            element[count++] = element_of(events, k);
+    for (int i = 0; i < count; i++) {
+        const kmp_force *force = force_at(events, &element[i]);
+        const kmp_force *contact = force->contact > 0 ? &s->model->forces[force->contact - 1] : NULL;
+        element[i].base = contact ? element_with(events, count, element, contact) : -1;
+        element[i].twin = force->across > 0 ? element_with(events, count, element, kmp_friction_twin(force)) : -1;
+    }
+    take_numbers(s, events, count, element);
+}
+
 void kmp_friction_renew(kmp_runner *run)
 {
     if (run->friction)
-        take_numbers(run, run->friction);
+        take_numbers(run->s, &run->s->events, run->friction->count, run->friction->element);
 }
 
 static kmp_friction_site site_of(kmp_runner *run)
@@ -302,9 +331,7 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     kmp_arena *a = &run->arena;
     kmp_friction_run *x = KMP_ARENA_NEW(a, kmp_friction_run, 1);
     kmp_friction_site *site = KMP_ARENA_NEW(a, kmp_friction_site, 1);
-    int count = 0;
-    for (int k = 0; k < events->count; k++)
-        count += events->condition[k].role == KMP_ROLE_SENSE;
+    const int count = kmp_friction_elements(events);
     *none = count == 0;
     if (!x || !site || *none)
         return NULL;
@@ -318,15 +345,8 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     x->site = site;
     x->loads = kmp_friction_is_loaded(run->s->model);
     kmp_friction_begin(x);
-    for (int k = 0; k < events->count; k++)
-        if (events->condition[k].role == KMP_ROLE_SENSE)
-            x->element[x->count++] = element_of(run, k);
-    for (int i = 0; i < x->count; i++) {
-        const kmp_force *force = force_of(run, &x->element[i]);
-        x->element[i].base = force->contact > 0 ? element_with(run, x, &run->s->model->forces[force->contact - 1]) : -1;
-        x->element[i].twin = force->across > 0 ? element_with(run, x, kmp_friction_twin(force)) : -1;
-    }
-    take_numbers(run, x);
+    x->count = count;
+    kmp_friction_list(run->s, events, x->element);
     return x;
 }
 

@@ -13,6 +13,14 @@
 #include "integrators/friction/friction_site.h"
 #include "integrators/run/run.h"
 
+struct kmp_friction_element;
+
+/** The number of elements among conditions. */
+int kmp_friction_elements(const kmp_events *events);
+
+/** Lists the elements: their conditions, rows, numbers, and relations to each other. */
+void kmp_friction_list(const kempe_system *s, const kmp_events *events, struct kmp_friction_element *element);
+
 /** Makes the workspace in the run's arena. NULL: no memory, or the system has no such elements (*none). */
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none);
 

@@ -9,6 +9,7 @@ typedef enum kmp_runtime_file {
     KMP_RUNTIME_NEWTON,    /* kempe_newton.h: implicit blocks */
     KMP_RUNTIME_SIMULATOR_HEADER,
     KMP_RUNTIME_SIMULATOR,
+    KMP_RUNTIME_FRICTION, /* kempe_friction.c: friction that sticks, of simulators */
     KMP_RUNTIME_FILES
 } kmp_runtime_file;
 
@@ -17,4 +18,6 @@ void kmp_runtime_put(kmp_text *text, kmp_runtime_file file);
 
 /** Lines of the files; NULL ends each. */
 extern const char *const kmp_runtime_lines[], *const kmp_kempe_newton_h[], *const kmp_kempe_simulator_h[],
-                                                                               *const kmp_kempe_simulator_c[];
+                                                                               *const kmp_kempe_simulator_c[],
+                                                                                   *const kmp_kempe_friction_h[],
+                                                                                       *const kmp_kempe_friction_c[];

@@ -39,7 +39,7 @@ static double slopes_off(const kempe_simulator *s)
     double most = 0, checks[2], size = 0;
     for (int k = 0; k < e->coordinates; k++)
         size = fmax(size, fmax(fabs(s->qdd[k]), fabs(s->qd[k])));
-    for (int k = 0; k < e->slopes_count; k++) {
+    for (int k = 0; s->part.rank == r && k < e->slopes_count; k++) { /* none with rows that are held */
         e->slopes[k].evaluate(&at, udd, vd, checks);
         if (!(checks[0] > 0 && checks[1] <= 1))
             continue;

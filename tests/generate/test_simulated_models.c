@@ -16,7 +16,8 @@
 /* Folder of the examples (NULL: the models of tests), name, time in s, slopes: redundant rows, exchanges of
  * coordinates, conditions, drives and locks, spatial loops, states, forces that depend on reactions, wheels on rails,
  * algebraic unknowns, several loops, a robot's links, samples of states, events of states, both with events that follow
- * others at one time, kinks. */
+ * others at one time, kinks; friction that sticks: with a screw and a control, at rest under a load that varies, in two
+ * loops that are redundant, with a level by reactions, in a guide, of several elements, on a driven belt. */
 static const struct {
     const char *folder, *name;
     double time;
@@ -38,7 +39,15 @@ static const struct {
               {"hydraulic_excavator", "hydraulic_excavator", 0.4, 1},
               {"loose_pin", "loose_pin", 0.002, 1},
               {NULL, "discrete_slide", 3, 1},
-              {NULL, "kinks", 10, 1}};
+              {NULL, "kinks", 10, 1},
+              {"stick_slip", "stick_slip", 2, 1},
+              {NULL, "friction_incline", 2, 1},
+              {NULL, "friction_pair", 2, 0},
+              {NULL, "friction_pin", 2, 0},
+              {NULL, "friction_guide_mu", 2, 0},
+              {NULL, "friction_rod", 2, 0},
+              {NULL, "friction_stack", 2, 0},
+              {NULL, "friction_belt", 2, 0}};
 
 static bool exists(const char *path)
 {
@@ -58,6 +67,14 @@ static kempe_model *model_of(const char *in, const char *name)
     return model;
 }
 
+static bool has_file(const kempe_code *code, const char *name)
+{
+    for (int k = 0; k < kempe_code_file_count(code); k++)
+        if (strcmp(kempe_code_file_name(code, k), name) == 0)
+            return true;
+    return false;
+}
+
 /* The simulator's program; the name of the model as an identifier. */
 static bool build(const kempe_model *model, char name[256])
 {
@@ -69,14 +86,15 @@ static bool build(const kempe_model *model, char name[256])
         kempe_code_free(code);
         return false;
     }
+    const bool sticks = has_file(code, "kempe_friction.c");
     snprintf(name, 256, "%.*s", (int)strcspn(kempe_code_file_name(code, 0), "."), kempe_code_file_name(code, 0));
     kempe_code_free(code);
     snprintf(
         command, sizeof command,
         "cd %s && %s -std=c99 -O1 -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I. "
         "-DMODEL=%s -DMODEL_HEADER='\"%s_simulator.h\"' -o run %s/tests/generate/simulated_run.c %s.c %s_simulator.c "
-        "kempe_simulator.c -lm",
-        folder, KEMPE_CC, name, name, KEMPE_ROOT, name, name);
+        "kempe_simulator.c %s -lm",
+        folder, KEMPE_CC, name, name, KEMPE_ROOT, name, name, sticks ? "kempe_friction.c" : "");
     return runs(command);
 }
 
@@ -172,7 +190,7 @@ static void starts_move(void)
 /* Models with parts that simulators lack are refused with the name of the part. */
 static void refusals(void)
 {
-    static const char *const refused[][2] = {{"stick_slip", "guide"}, {"toggle_press", "anvil"}};
+    static const char *const refused[][2] = {{"toggle_press", "anvil"}};
     const kempe_generate_options g = {.simulator = 1, .language = "c"};
     for (size_t k = 0; k < sizeof refused / sizeof *refused; k++) {
         kempe_code *code = NULL;

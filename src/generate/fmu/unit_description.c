@@ -348,7 +348,7 @@ static void add_conditions(description *d)
 {
     const struct kmp_simulated *x = d->source->simulated;
     for (int k = 0, number = 1; k < x->condition_count; k++)
-        if (x->condition_kind[k] != KEMPE_CONDITION_KINK)
+        if (KEMPE_CONDITION_IS_EVENT(x->condition_kind[k]))
             add(d, computed(KEMPE_FMU_CONDITIONS, k, "local", kmp_arena_printf(&d->arena, "condition[%d]", number++),
                             kmp_arena_printf(&d->arena, "an event is its change of sign: %s", x->condition_name[k])));
 }
@@ -645,7 +645,7 @@ static int indicators(const struct kmp_simulated *x)
 {
     int count = 0;
     for (int k = 0; k < x->condition_count; k++)
-        count += x->condition_kind[k] != KEMPE_CONDITION_KINK;
+        count += KEMPE_CONDITION_IS_EVENT(x->condition_kind[k]);
     return count;
 }
 

@@ -27,8 +27,13 @@ extern "C" {
 enum {
     KEMPE_CONDITION_SWITCHES, /* its change is an event; the equations read it in `modes` */
     KEMPE_CONDITION_ENDS,     /* the motion ends where it holds */
-    KEMPE_CONDITION_KINK      /* of min, max, abs: where its mode is 0 the equations follow it by themselves */
+    KEMPE_CONDITION_KINK,     /* of min, max, abs: where its mode is 0 the equations follow it by themselves */
+    KEMPE_CONDITION_PASSES,   /* of friction that sticks: that it holds is an event, at which modes are decided anew */
+    KEMPE_CONDITION_NUMBER    /* of friction that sticks: a number for these decisions; its mode is an input of them */
 };
+
+/** True for a kind whose change of sign is an event for an integrator of the caller. */
+#define KEMPE_CONDITION_IS_EVENT(kind) ((kind) != KEMPE_CONDITION_KINK && (kind) != KEMPE_CONDITION_NUMBER)
 
 /** Parts of its given start that a coordinate keeps when loops are closed. */
 enum { KEMPE_START_KEEPS_PLACE = 1, KEMPE_START_KEEPS_RATE = 2 };
@@ -62,6 +67,37 @@ typedef struct kempe_slopes {
      * results are good where the first is positive and the second at most 1. */
     void (*evaluate)(const kempe_arguments *at, double *udd, double *vd, double *checks);
 } kempe_slopes;
+
+struct kmp_friction_site;
+
+/** Friction that sticks, by elements: forces in one direction each, with a row of h that holds their place at rest. The
+ * functions are those of kempe_friction.c, which models without such friction do not need. */
+typedef struct kempe_friction {
+    int elements;
+    const int *slot;          /* the first of its eight conditions */
+    const int *row;           /* of h */
+    const int *base;          /* friction of a contact: the element of the contact; -1: none */
+    const int *across, *twin; /* 1 and 2: components of slip in two directions, and the other one; 0 and -1: none */
+    const int *loaded;        /* 1 where its level depends on multipliers */
+    const double *size;       /* of its place */
+    const double *regularise; /* a speed by which it may be regularised; 0: it may not */
+    int loads;                /* 1 where levels depend on multipliers, or forces on contacts */
+    /** In the memory of a simulator: `kept` of its state, `room` between calls. Starts the decisions. */
+    void (*begin)(const struct kempe_friction *friction, double *kept);
+    /** Notes the values of all conditions at an event. */
+    void (*note)(const struct kempe_friction *friction, double *kept, const double *value);
+    /** Lets go of all rows. */
+    void (*let_go)(const struct kempe_friction *friction, double *kept, const struct kmp_friction_site *site);
+    /** Decides at t, q, qd; 0, or a status of the site. */
+    int (*settle)(const struct kempe_friction *friction, double *kept, double *room,
+                  const struct kmp_friction_site *site, double t, double *q, double *qd);
+} kempe_friction;
+
+void kempe_friction_begin(const kempe_friction *friction, double *kept);
+void kempe_friction_note(const kempe_friction *friction, double *kept, const double *value);
+void kempe_friction_let_go(const kempe_friction *friction, double *kept, const struct kmp_friction_site *site);
+int kempe_friction_settle(const kempe_friction *friction, double *kept, double *room,
+                          const struct kmp_friction_site *site, double t, double *q, double *qd);
 
 /** The equations of a mechanism, generated; all names and pointers are constant. */
 typedef struct kempe_equations {
@@ -121,6 +157,8 @@ typedef struct kempe_equations {
     const int *discrete_settles;   /* 1: a state changes at the start too, where its condition holds there */
     /** Their next values at t, q, qd, u. NULL: there are none. */
     void (*next)(const kempe_arguments *at, double *value);
+
+    const kempe_friction *friction; /* NULL: there is none */
 } kempe_equations;
 
 typedef enum kempe_simulator_status {
@@ -165,11 +203,13 @@ typedef struct kempe_simulator {
         double *held, *flip, *last, *repeats, *largest, *most, *number, *was, *due, *begin, *end, *y_old, *y_new,
             *weight, *atol, *stages, *vectors;
         int *row, *column;
+        double *decisions; /* on friction */
         /* scratch */
         double *backup, *stage, *candidate, *probe, *aside, *q, *qd, *qdd, *lambda, *changes, *next;
         double *h, *h_t, *jdqd, *jacobian, *mass, *bias, *loop, *tangent, *constant, *correction;
         double *moved, *reduced, *diagonal, *udd, *load, *pick, *pivots, *loads, *joint, *right, *inverse_row;
         double *dq, *dqd, *dqdd, *dlambda, *dynamics, *dh, *drates, *daccelerations, *dy, *dvalue, *zero;
+        double *site_q, *site_qd, *site_room, *last_pivot;
         int *pivot, *joint_pivot, *new_row, *new_column, *fixed;
         int *block, *touch_begin, *touch, *mass_begin, *mass_at, *row_mark, *column_mark;
         int rank;                   /* rows of the choice */
@@ -190,6 +230,15 @@ typedef struct kempe_simulator {
      20 * ((n) + (f)) + 4 * (f) + (discrete) + 3 * ((n) + (f)) + (outputs) + 8 * (conditions) + 3 * (inputs) +         \
      (parameters) + 17 * (n) + 12 * (m) + 2 + 2 * (m) * (n) + 3 * (n) * (n) + (n) * (f) + (f) * (f) + 3 * (f) + 1 +    \
      (n) * ((n) - (f)) + ((n) - (f)) * ((n) - (f)) + ((n) - (f)) * (2 * (f) + 3))
+
+/* Friction that sticks: numbers of its state, past and present; numbers of a decision. */
+#define KEMPE_SIMULATOR_FRICTION_STATE(elements)            (8 + 24 * (elements))
+#define KEMPE_SIMULATOR_FRICTION_ROOM(conditions, elements) ((elements) * (3 * (elements) + 20) + (conditions))
+
+/** Numbers that friction that sticks adds to the memory of a simulator: its state twice, rows held, and decisions. */
+#define KEMPE_SIMULATOR_FRICTION(n, m, f, conditions, elements)                                                        \
+    (2 * KEMPE_SIMULATOR_FRICTION_STATE(elements) + KEMPE_SIMULATOR_FRICTION_ROOM(conditions, elements) + 2 * (n) +    \
+     1 + (elements) * ((n) + 2 * ((n) - (f)) + (elements) + 2 * (f) + 3))
 
 /** The same of equations: the number of doubles in the memory of a simulator. */
 int kempe_simulator_memory(const kempe_equations *equations);

@@ -89,7 +89,7 @@ static kempe_simulator_status continue_here(kempe_simulator *s)
     copy(s->equations->coordinates, s->qd, part->qd);
     bool event = part->state[AT_EVENT] > 0 && !(t < part->state[AT_END]);
     restart(s, t);
-    kempe_simulator_status status = pass_instant(s, t, part->y_new, event, &changed);
+    kempe_simulator_status status = pass_instant(s, t, part->y_new, (occasion){event, 0}, &changed);
     if (status != KEMPE_SIMULATOR_GOES)
         return status;
     part->state[AT_EXCHANGE] = is_choice_bad(s, GROWTH);

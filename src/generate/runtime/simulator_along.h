@@ -181,8 +181,13 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
     }
     call_along(s, &direction);
     solve_along(s);
-    if (change->y || change->value)
+    if (change->y || change->value || e->friction)
         call_along(s, &direction);
+    if (e->friction) { /* outputs read it as multipliers of its rows: show_friction */
+        for (int i = 0; i < e->friction->elements; i++)
+            part->dlambda[e->friction->row[i]] = part->dvalue[e->friction->slot[i] + KMP_ROLE_GIVEN - KMP_ROLE_SENSE];
+        call_along(s, &direction);
+    }
     for (int k = 0; change->dx && k < e->freedom; k++) {
         change->dx[k] = part->dqd[part->column[least_rank(e) + k]];
         change->dx[e->freedom + k] = part->dqdd[part->column[least_rank(e) + k]];

@@ -21,9 +21,9 @@ static void set_weights(kempe_simulator *s)
         part->atol[2 * f + i] = s->settings.atol * e->scale[part->column[i]];
 }
 
-/* Chooses rows and dependent coordinates by complete pivoting of the scaled J, which is evaluated. Coordinates marked
- * as fixed (NULL: none) stay independent as far as they can. */
-static void choose(kempe_simulator *s, const int *fixed)
+/* Rows and columns of the scaled J, which is evaluated, in the order of complete pivoting, and the pivots. Coordinates
+ * marked as fixed (NULL: none) come last. */
+static void order_pivots(kempe_simulator *s, const int *fixed)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
@@ -33,11 +33,24 @@ static void choose(kempe_simulator *s, const int *fixed)
             part->pick[i + (ptrdiff_t)j * m] =
                 part->jacobian[(ptrdiff_t)i * n + j] * e->scale[j] * part->inverse_row[i];
     kmp_lu_complete(m, n, part->pick, fixed, part->new_row, part->new_column, part->pivots);
-    for (int i = 0; i < m; i++)
+}
+
+static void take_order(kempe_simulator *s)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    for (int i = 0; i < s->equations->rows; i++)
         part->row[i] = part->new_row[i];
-    for (int j = 0; j < n; j++)
+    for (int j = 0; j < s->equations->coordinates; j++)
         part->column[j] = part->new_column[j];
     find_structure(s);
+}
+
+/* Chooses rows and dependent coordinates, as many as before. Coordinates marked as fixed stay independent as far as
+ * they can. */
+static void choose(kempe_simulator *s, const int *fixed)
+{
+    order_pivots(s, fixed);
+    take_order(s);
 }
 
 /* Exchanges dependent and independent coordinates, largest entry of the scaled B first, until none exceeds GROWTH. J is
@@ -91,6 +104,16 @@ static outcome exchange_choice(kempe_simulator *s, double t)
 static bool is_choice_bad(const kempe_simulator *s, double limit)
 {
     return growth(s) > limit || share_of_rows(s) > ROWS_OUT;
+}
+
+/* Rows of friction that are not held: they are zero. */
+static int rows_let_go(const kempe_simulator *s)
+{
+    const kempe_friction *friction = s->equations->friction;
+    int count = 0;
+    for (int i = 0; friction && i < friction->elements; i++)
+        count += !(s->part.modes[friction->slot[i] + 1] > 0);
+    return count;
 }
 
 /* The first redundant row that does not close with the others; -1: none. */

@@ -5,12 +5,21 @@
 
 #include "generate/runtime/simulator_choice.h"
 
+static bool is_of_friction(const kempe_equations *e, int k)
+{
+    return e->condition_kind[k] == KEMPE_CONDITION_PASSES || e->condition_kind[k] == KEMPE_CONDITION_NUMBER;
+}
+
 /* The distance of condition k beyond its change: above 0 it has changed. */
 static double beyond(const kempe_simulator *s, int k, double value)
 {
     const kempe_equations *e = s->equations;
     if (e->condition_kind[k] == KEMPE_CONDITION_KINK && s->part.modes[k] == 0)
         return -INFINITY;
+    if (e->condition_kind[k] == KEMPE_CONDITION_NUMBER)
+        return -INFINITY;
+    if (e->condition_kind[k] == KEMPE_CONDITION_PASSES)
+        return -value;
     return (s->part.modes[k] > 0 ? value : -value) - (e->lag ? e->lag[k] : 0);
 }
 
@@ -169,6 +178,19 @@ static outcome jump(kempe_simulator *s, double t, const double *before, double *
     return slopes_closed(s, t, y, NULL);
 }
 
+/* The rate of the motion, 1/s: of the tolerances of rates. */
+static double rate_of_motion(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    const struct kempe_simulator_parts *part = &s->part;
+    double left = s->settings.end - part->state[AT_END], rate = left > 0 && left <= DBL_MAX ? 1 / left : 0;
+    for (int i = 0; i < e->coordinates; i++) {
+        rate = fmax(rate, fabs(part->qd[i]) / e->scale[i]);
+        rate = fmax(rate, sqrt(fabs(part->qdd[i]) / e->scale[i]));
+    }
+    return rate > 0 && rate <= DBL_MAX ? rate : 1;
+}
+
 /* Changes modes at the state y until all conditions agree with them; *changed: some have. At the start lags do not
  * count. The state is placed and complete. */
 static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double *y, bool lags, bool *changed)
@@ -190,6 +212,8 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
         evaluate_changes(s, t, part->value);
         last = -1;
         for (int k = 0; k < e->conditions; k++) {
+            if (is_of_friction(e, k))
+                continue;
             double lag = e->lag && !lags ? e->lag[k] : 0;
             double past = beyond(s, k, part->value[k]) + lag;
             if (!(past > 0 || (past == 0 && part->modes[k] > 0))) /* a value of zero is not negative */

@@ -48,37 +48,79 @@ static outcome look_at(kempe_simulator *s, double t, double *value)
     return GOOD;
 }
 
+/* A part of the last step in which conditions are sampled: by estimates, or exactly. */
+typedef struct window {
+    double from, to;
+    bool exact;
+} window;
+
+/* The values at part x of the step. */
+static outcome sample(kempe_simulator *s, const window *in, double x, double *value)
+{
+    const double *state = s->part.state;
+    if (in->exact)
+        return look_at(s, x < 1 ? state[AT_BEGIN] + x * state[AT_TAKEN] : state[AT_END], value);
+    estimate_changes(s, x, value);
+    return GOOD;
+}
+
+static double sample_place(const window *in, int at)
+{
+    return in->from + (in->to - in->from) * at / SAMPLES;
+}
+
 typedef struct glance {
     kempe_simulator *s;
+    const window *in;
     int condition;
 } glance;
 
-static double estimated_distance(void *self, double x)
+static double distance_before(void *self, double x)
 {
     const glance *g = self;
     double *value = g->s->part.changes + (ptrdiff_t)(SAMPLES + 1) * g->s->equations->conditions;
-    estimate_changes(g->s, x, value);
-    return -beyond(g->s, g->condition, value[g->condition]);
+    return sample(g->s, g->in, x, value) == GOOD ? -beyond(g->s, g->condition, value[g->condition]) : INFINITY;
 }
 
 /* A part of the step within a sample length of sample `at` where a condition changes for a short time alone; 0: none.
  * The top of a parabola through three samples tells where to look closer. */
-static double find_peak(kempe_simulator *s, int at)
+static double find_peak(kempe_simulator *s, const window *in, int at)
 {
     int count = s->equations->conditions;
-    const double *value = s->part.changes + (ptrdiff_t)at * count, step = 1.0 / SAMPLES;
+    const double *value = s->part.changes + (ptrdiff_t)at * count;
     for (int k = 0; k < count; k++) {
         double before = beyond(s, k, value[k - count]), here = beyond(s, k, value[k]);
         double after = beyond(s, k, value[k + count]), bend = before - 2 * here + after, rise = 0.5 * (after - before);
         bool none = !(fmax(here, fmax(before, after)) <= 0) || !(bend < 0 && fabs(rise) <= -bend);
         if (none || here - 0.5 * rise * rise / bend - 0.25 * bend <= 0)
             continue;
-        glance g = {s, k};
-        double x = kmp_bracket_least(estimated_distance, &g, (at - 1) * step, (at + 1) * step, 1e-4);
-        if (estimated_distance(&g, x) < 0)
+        glance g = {s, in, k};
+        double x = kmp_bracket_least(distance_before, &g, sample_place(in, at - 1), sample_place(in, at + 1),
+                                     1e-4 * (in->to - in->from));
+        if (distance_before(&g, x) < 0)
             return x;
     }
     return 0;
+}
+
+/* True where the sample in the middle shows that events of friction change too much between samples: it is far from the
+ * cubic polynomial through the others. */
+static bool is_coarse(const kempe_simulator *s)
+{
+    const int count = s->equations->conditions;
+    const double *value = s->part.changes;
+    for (int k = 0; k < count; k++) {
+        const double *f = value + k;
+        double size = 0;
+        if (s->equations->condition_kind[k] != KEMPE_CONDITION_PASSES)
+            continue;
+        for (int j = 0; j <= SAMPLES; j++)
+            size = fmax(size, fabs(f[(ptrdiff_t)j * count]));
+        const double middle = (4 * (f[count] + f[3 * (ptrdiff_t)count]) - f[0] - f[4 * (ptrdiff_t)count]) / 6;
+        if (fabs(f[2 * (ptrdiff_t)count] - middle) > RESOLVED * size)
+            return true;
+    }
+    return false;
 }
 
 /* Narrows the first change between parts `near` and `far` of the step to *t, where it has happened, with the values
@@ -147,27 +189,42 @@ static outcome try_window(kempe_simulator *s, double from, double x, bool *found
     return said;
 }
 
-/* Finds the first change of a condition within the last step, whose ends are complete. */
-static outcome find_event(kempe_simulator *s)
+/* Finds the first change of a condition in a part of the step, which is halved as long as samples are too coarse. */
+static outcome search_window(kempe_simulator *s, const window *in, bool *found)
 {
     struct kempe_simulator_parts *part = &s->part;
-    int count = s->equations->conditions;
-    bool found = false;
+    const int count = s->equations->conditions;
     outcome said = GOOD;
-    for (int j = 0; j <= SAMPLES; j++)
-        estimate_changes(s, (double)j / SAMPLES, part->changes + (ptrdiff_t)j * count);
-    for (int j = 1; j <= SAMPLES && !found && said == GOOD; j++) {
-        double peak = j < SAMPLES ? find_peak(s, j) : 0, here = (double)j / SAMPLES, from = here - 1.0 / SAMPLES;
+    for (int j = 0; j <= SAMPLES && said == GOOD; j++)
+        said = sample(s, in, sample_place(in, j), part->changes + (ptrdiff_t)j * count);
+    if (said == GOOD && in->exact && in->to - in->from > SHORTEST_WINDOW && is_coarse(s)) {
+        const double middle = 0.5 * (in->from + in->to);
+        const window first = {in->from, middle, true}, second = {middle, in->to, true};
+        said = search_window(s, &first, found);
+        return said == GOOD && !*found ? search_window(s, &second, found) : said;
+    }
+    for (int j = 1; j <= SAMPLES && !*found && said == GOOD; j++) {
+        double peak = j < SAMPLES ? find_peak(s, in, j) : 0, here = sample_place(in, j), from = sample_place(in, j - 1);
         bool changed = most_beyond(s, part->changes + (ptrdiff_t)j * count) > 0;
         if (peak > 0)
-            said = try_window(s, fmin(from, 0.5 * peak), peak, &found);
-        if (changed && !found && said == GOOD)
-            said = try_window(s, from, here, &found);
-        if (!found)
+            said = try_window(s, fmin(from, 0.5 * (in->from + peak)), peak, found);
+        if (changed && !*found && said == GOOD)
+            said = try_window(s, from, here, found);
+        if (!*found)
             note_sizes(s, part->changes + (ptrdiff_t)j * count);
     }
+    return said;
+}
+
+/* Finds the first change of a condition within the last step, whose ends are complete. Friction at rest follows
+ * multipliers, whose course does not bound the step: its conditions are evaluated, not estimated. */
+static outcome find_event(kempe_simulator *s)
+{
+    const window whole = {0, 1, friction_rests(s)};
+    bool found = false;
+    outcome said = search_window(s, &whole, &found);
     if (!found && said == GOOD)
-        note_branches(s, part->changes + (ptrdiff_t)SAMPLES * count);
+        note_branches(s, s->part.changes + (ptrdiff_t)SAMPLES * s->equations->conditions);
     return said;
 }
 

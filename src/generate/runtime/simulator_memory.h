@@ -42,13 +42,19 @@ static int least_rank(const kempe_equations *e)
 
 static int most_rank(const kempe_equations *e)
 {
-    return least_rank(e);
+    return least_rank(e) + (e->friction ? e->friction->elements : 0);
 }
 
 /* At the least rank. */
 static int most_of_y(const kempe_equations *e)
 {
     return e->coordinates + e->freedom;
+}
+
+/* Numbers of the state. */
+static int numbers_of_friction(const kempe_equations *e)
+{
+    return e->friction ? KEMPE_SIMULATOR_FRICTION_STATE(e->friction->elements) : 0;
 }
 
 static void place_state(kempe_simulator *s, double **at)
@@ -86,6 +92,7 @@ static void place_state(kempe_simulator *s, double **at)
     part->vectors = take(at, KMP_RK_MAX_INTERPOLANTS * size);
     part->row = take_indices(at, m);
     part->column = take_indices(at, n);
+    part->decisions = take(at, numbers_of_friction(e));
 }
 
 /* The arrays of a step from y_old to the stages. */
@@ -158,17 +165,33 @@ static void place_directions(kempe_simulator *s, double **at)
     part->zero = take(at, e->parameters + 3 * e->inputs);
 }
 
+static void place_friction(kempe_simulator *s, double **at)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    if (!e->friction)
+        return;
+    part->site_q = take(at, e->coordinates);
+    part->site_qd = take(at, e->coordinates);
+    part->site_room = take(at, KEMPE_SIMULATOR_FRICTION_ROOM(e->conditions, e->friction->elements));
+    part->last_pivot = take(at, 1);
+}
+
 int kempe_simulator_memory(const kempe_equations *e)
 {
-    return KEMPE_SIMULATOR_MEMORY(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept, e->conditions,
-                                  e->outputs, e->discrete);
+    int numbers = KEMPE_SIMULATOR_MEMORY(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept,
+                                         e->conditions, e->outputs, e->discrete);
+    return !e->friction ? numbers
+                        : numbers + KEMPE_SIMULATOR_FRICTION(e->coordinates, e->rows, e->freedom, e->conditions,
+                                                             e->friction->elements);
 }
 
 int kempe_simulator_saved_numbers(const kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     return KEMPE_SIMULATOR_STATE(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept, e->conditions,
-                                 e->outputs, e->discrete);
+                                 e->outputs, e->discrete) +
+           numbers_of_friction(e);
 }
 
 static void copy(int count, const double *from, double *to)
@@ -206,6 +229,7 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     s->part.aside = take(&at, HEADER + numbers_of_step(e));
     place_equations(s, &at);
     place_directions(s, &at);
+    place_friction(s, &at);
     s->part.end_of_memory = at;
     s->settings.method = KEMPE_METHOD_DOP853;
     s->settings.rtol = s->settings.atol = 1e-8;

@@ -41,6 +41,8 @@ enum {
 #define NO_MASS              1e-13 /* pivot of the reduced mass over its diagonal */
 #define JUMP                 1e-9  /* of rates where modes change, over the fastest one */
 #define KINK                 100.0 /* tolerances of its largest value beyond which a kink is fixed */
+#define RESOLVED             0.02  /* of the largest value in samples: their distance from a cubic polynomial */
+#define SHORTEST_WINDOW      1e-3  /* of a step, in which conditions are sampled */
 #define INSTANT              1e-11 /* of the time of the motion: events within it are at one time */
 
 /* Places in the header of the state. */

@@ -4,7 +4,7 @@
 #ifndef SIMULATOR_SAMPLES_H
 #define SIMULATOR_SAMPLES_H
 
-#include "generate/runtime/simulator_conditions.h"
+#include "generate/runtime/simulator_friction.h"
 
 static double next_sample_of(const kempe_simulator *s, int k)
 {
@@ -83,42 +83,81 @@ static bool take_samples(kempe_simulator *s, double t)
 
 /* -- an instant -------------------------------------------------------------------------------------------- */
 
+/* An instant: whether it is the event of the last step; a rate of friction that counts as none because an integrator
+ * of the caller is not more exact, in sizes of its place and rates of the motion. */
+typedef struct occasion {
+    bool event;
+    double still;
+} occasion;
+
 /* Changes the modes that change at the end of the last step. False after a message. */
 static bool flip_modes(kempe_simulator *s, double t)
 {
     for (int k = 0; k < s->equations->conditions; k++)
-        if (s->part.flip[k] > 0 && !change_mode(s, k, t))
+        if (s->part.flip[k] > 0 && !is_of_friction(s->equations, k) && !change_mode(s, k, t))
             return false;
     clear(s->equations->conditions, s->part.flip);
     return true;
 }
 
-/* Decides at t, at the placed state before: the event of the last step, conditions, states that are due, and the
- * conditions that these change, which may be events of other states. *changed: the state or its modes. The state after,
- * in y too, is placed and complete. */
-static kempe_simulator_status pass_instant(kempe_simulator *s, double t, double *y, bool event, bool *changed)
+/* Conditions, states that are due, and the conditions that these change, which may be events of other states. */
+static kempe_simulator_status settle_states(kempe_simulator *s, double t, double *y, bool *changed)
+{
+    kempe_simulator_status status = settle_modes(s, t, y, true, changed);
+    bool more = meets_events(s) || kmp_sample_is_due(next_sample(s), t);
+    for (int pass = 0; status == KEMPE_SIMULATOR_GOES && more && pass <= s->equations->discrete; pass++) {
+        bool any = false;
+        *changed = take_samples(s, t) || *changed;
+        pack_y(s, s->part.q, s->part.qd, y);
+        status = settle_modes(s, t, y, true, &any);
+        more = meets_events(s);
+    }
+    return status;
+}
+
+/* The modes of friction after all others, which are decided again without the rows that it holds. Modes stay
+ * where nothing has changed. */
+static kempe_simulator_status decide_friction(kempe_simulator *s, double t, double *y, const occasion *at,
+                                              bool *changed)
+{
+    kempe_simulator_status status = KEMPE_SIMULATOR_GOES;
+    if (s->part.state[AT_ENDED] > 0 || !(*changed || passes_friction(s)))
+        return status;
+    if (!at->event) {
+        bool any = false;
+        pack_y(s, s->part.q, s->part.qd, y);
+        status = release_friction(s, t, y);
+        if (status == KEMPE_SIMULATOR_GOES)
+            status = settle_modes(s, t, y, true, &any);
+    }
+    *changed = true;
+    return status == KEMPE_SIMULATOR_GOES ? settle_friction(s, t, y, at->still) : status;
+}
+
+/* Decides at t, at the placed state before: the event of the last step, conditions, states that are due, friction.
+ * *changed: the state or its modes. The state after, in y too, is placed and complete. */
+static kempe_simulator_status pass_instant(kempe_simulator *s, double t, double *y, occasion at, bool *changed)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    *changed = event;
-    if (!event)
+    kempe_simulator_status status = KEMPE_SIMULATOR_GOES;
+    *changed = at.event;
+    if (!at.event)
         clear(e->conditions, part->flip);
+    if (e->friction && at.event)
+        status = release_friction(s, t, y);
+    if (status != KEMPE_SIMULATOR_GOES)
+        return status;
     if (e->switches && take_samples(s, t)) {
         *changed = true;
         pack_y(s, part->q, part->qd, y);
     }
     copy(e->coordinates, part->qd, part->dqd);
-    if (event && !flip_modes(s, t))
+    if (at.event && !flip_modes(s, t))
         return KEMPE_SIMULATOR_FAILED;
-    kempe_simulator_status status = settle_modes(s, t, y, true, changed);
-    bool more = meets_events(s) || kmp_sample_is_due(next_sample(s), t);
-    for (int pass = 0; status == KEMPE_SIMULATOR_GOES && more && pass <= e->discrete; pass++) {
-        bool any = false;
-        *changed = take_samples(s, t) || *changed;
-        pack_y(s, part->q, part->qd, y);
-        status = settle_modes(s, t, y, true, &any);
-        more = meets_events(s);
-    }
+    status = settle_states(s, t, y, changed);
+    if (e->friction && status == KEMPE_SIMULATOR_GOES)
+        status = decide_friction(s, t, y, &at, changed);
     pack_y(s, part->q, part->qd, y);
     return status;
 }
@@ -144,6 +183,11 @@ static kempe_simulator_status pass_start(kempe_simulator *s, double t, double *y
         (void)take_samples(s, t);
         pack_y(s, part->q, part->qd, y);
         status = settle_modes(s, t, y, false, &changed);
+    }
+    if (e->friction && status == KEMPE_SIMULATOR_GOES && !(part->state[AT_ENDED] > 0)) {
+        part->state[AT_RATE] = rate_of_motion(s);
+        e->friction->begin(e->friction, part->decisions);
+        status = settle_friction(s, t, y, 0);
     }
     note_events(s);
     note_branches(s, part->value);

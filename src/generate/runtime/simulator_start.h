@@ -14,10 +14,11 @@ static void show_place(kempe_simulator *s, double t)
     copy(n, part->q, s->q);
     copy(n, part->qd, s->qd);
     copy(n, part->qdd, s->qdd);
-    copy(e->rows, part->lambda, s->lambda);
     kempe_arguments at = arguments_at(s, t);
     if (e->conditions > 0)
         e->changes(&at, part->value);
+    show_friction(s, part->value);
+    copy(e->rows, part->lambda, s->lambda);
     if (e->outputs > 0)
         e->show(&at, s->y);
     take_states(s);
@@ -86,19 +87,6 @@ static outcome close_start(kempe_simulator *s, double t, const int *fixed)
     }
     said = close_loops(s, t, NULL);
     return said == GOOD && !fixed ? improve_choice(s, t) : said;
-}
-
-/* The rate of the motion, 1/s: of the tolerances of rates. */
-static double rate_of_motion(const kempe_simulator *s)
-{
-    const kempe_equations *e = s->equations;
-    const struct kempe_simulator_parts *part = &s->part;
-    double left = s->settings.end - part->state[AT_END], rate = left > 0 && left <= DBL_MAX ? 1 / left : 0;
-    for (int i = 0; i < e->coordinates; i++) {
-        rate = fmax(rate, fabs(part->qd[i]) / e->scale[i]);
-        rate = fmax(rate, sqrt(fabs(part->qdd[i]) / e->scale[i]));
-    }
-    return rate > 0 && rate <= DBL_MAX ? rate : 1;
 }
 
 /* -- a start that moves with parameters ---------------------------------------------------------------------- */

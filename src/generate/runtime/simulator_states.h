@@ -26,8 +26,9 @@ void kempe_simulator_get_changes(const kempe_simulator *s, double *value)
     const kempe_equations *e = s->equations;
     for (int k = 0; k < e->conditions; k++) {
         double lag = e->lag ? e->lag[k] : 0;
-        value[k] =
-            e->condition_kind[k] == KEMPE_CONDITION_KINK ? 1 : s->part.value[k] + (s->part.modes[k] > 0 ? -lag : lag);
+        bool numbers = e->condition_kind[k] == KEMPE_CONDITION_KINK || e->condition_kind[k] == KEMPE_CONDITION_NUMBER;
+        bool passes = e->condition_kind[k] == KEMPE_CONDITION_PASSES;
+        value[k] = numbers ? 1 : passes ? s->part.value[k] : s->part.value[k] + (s->part.modes[k] > 0 ? -lag : lag);
     }
 }
 
@@ -111,6 +112,7 @@ static outcome refresh(kempe_simulator *s)
         said = slopes_here(s, s->t, NULL);
     if (said == GOOD) {
         complete(s);
+        show_friction(s, s->part.value);
         *factors_are_present(s) = 1;
     }
     return said;
@@ -126,6 +128,28 @@ int kempe_simulator_wants_exchange(const kempe_simulator *s)
     return s->part.state[AT_BAD] > 0;
 }
 
+/* Notes the events of friction that the caller has located: by the values that it has seen, because other ones may
+ * differ by rounding. A value of zero is such an event too. The caller may have passed the end of a slip: rates that
+ * are not larger than the one against it count as none. */
+static occasion passed_by_caller(kempe_simulator *s)
+{
+    const kempe_friction *friction = s->equations->friction;
+    const struct kempe_simulator_parts *part = &s->part;
+    occasion at = {false, KMP_FRICTION_DRIFT * s->settings.rtol};
+    const double pace = pace_of_rates(s, s->qd);
+    for (int i = 0; friction && i < friction->elements; i++) {
+        const int slip = friction->slot[i], stick = slip + KMP_ROLE_HELD - KMP_ROLE_SENSE;
+        part->flip[slip] = part->value[slip] <= 0;
+        part->flip[stick] = part->value[stick] <= 0;
+        at.event = at.event || part->flip[slip] > 0 || part->flip[stick] > 0;
+        if (part->flip[slip] > 0)
+            at.still =
+                fmax(at.still, (1 + KMP_FRICTION_TIE) * fabs(part->value[slip + KMP_ROLE_RATE - KMP_ROLE_SENSE]) /
+                                   (friction->size[i] * pace));
+    }
+    return at;
+}
+
 kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed)
 {
     struct kempe_simulator_parts *part = &s->part;
@@ -138,7 +162,7 @@ kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed)
     copy(s->equations->coordinates, s->q, part->q);
     copy(s->equations->coordinates, s->qd, part->qd);
     restart(s, s->t);
-    kempe_simulator_status status = pass_instant(s, s->t, part->y_new, false, &any);
+    kempe_simulator_status status = pass_instant(s, s->t, part->y_new, passed_by_caller(s), &any);
     if (status == KEMPE_SIMULATOR_GOES && is_choice_bad(s, GROWTH_OF_CALLERS)) {
         outcome said = exchange_choice(s, s->t);
         if (said == GOOD)

@@ -64,7 +64,7 @@ static attempt_result attempt(kempe_simulator *s, double h, double t_new, double
     *said = close_loops(s, t_new, NULL);
     if (*said != GOOD)
         return BAD_STAGE;
-    double limit = e->rows > rank_of(s) ? CORRECTION_REDUNDANT : CORRECTION_LIMIT;
+    double limit = e->rows > rank_of(s) + rows_let_go(s) ? CORRECTION_REDUNDANT : CORRECTION_LIMIT;
     if (signs_of_loops(s) != part->state[AT_SIGN] || (!fixed && closing_of(s) > limit))
         return BAD_STEP;
     for (int i = 0; i < rank_of(s); i++)
@@ -162,7 +162,7 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
         place_y(s, part->y_new);
         if (evaluate_loops(s, t) == GOOD)
             evaluate_rates(s);
-        kempe_simulator_status status = pass_instant(s, t, part->y_new, state[AT_EVENT] > 0, &changed);
+        kempe_simulator_status status = pass_instant(s, t, part->y_new, (occasion){state[AT_EVENT] > 0, 0}, &changed);
         if (status != KEMPE_SIMULATOR_GOES)
             return status;
         state[AT_EVENT] = 0;

@@ -82,7 +82,7 @@ static bool contains(int count, const int *list, int entry)
 static const kempe_slopes *find_slopes(const kempe_simulator *s)
 {
     const int r = rank_of(s);
-    for (int k = 0; k < s->equations->slopes_count; k++) {
+    for (int k = 0; r == least_rank(s->equations) && k < s->equations->slopes_count; k++) {
         const kempe_slopes *slopes = &s->equations->slopes[k];
         bool fits = true;
         for (int i = 0; i < r && fits; i++)

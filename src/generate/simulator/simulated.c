@@ -9,6 +9,8 @@
 #include "dynamics/load_dependent.h"
 #include "generate/runtime/kempe_simulator.h"
 #include "generate/simulator/slopes.h"
+#include "integrators/friction/friction_inside.h"
+#include "integrators/friction/friction_run.h"
 #include "model/tables/output_table.h"
 #include <string.h>
 
@@ -50,7 +52,6 @@ void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice)
 kempe_status kmp_simulated_check(const kempe_model *model)
 {
     static const char what[] = "generated simulators";
-    KMP_TRY(kmp_refuse_friction(model, what));
     KMP_TRY(kmp_refuse_contacts(model, what));
     return kmp_refuse_delays(model, what, KMP_INSTEAD_OF_DELAY);
 }
@@ -158,6 +159,13 @@ static kempe_status take_start(kmp_code_source *source, const kmp_set_choice *ch
 
 /* -- conditions and parameters ------------------------------------------------------------------------- */
 
+static int kind_of(const kmp_condition *c)
+{
+    if (c->role != KMP_ROLE_NONE)
+        return c->role == KMP_ROLE_SENSE || c->role == KMP_ROLE_HELD ? KEMPE_CONDITION_PASSES : KEMPE_CONDITION_NUMBER;
+    return c->ends ? KEMPE_CONDITION_ENDS : c->kink ? KEMPE_CONDITION_KINK : KEMPE_CONDITION_SWITCHES;
+}
+
 static kempe_status take_conditions(kmp_code_source *source, kempe_system *system, const kmp_events *events)
 {
     struct kmp_simulated *x = source->simulated;
@@ -168,14 +176,52 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
     for (int k = 0; k < count; k++) {
         const kmp_condition *c = &events->condition[k];
         const char *text = kmp_system_event_text(system, c);
-        x->condition_name[k] = kmp_arena_strdup(&source->arena, text ? text : "");
+        x->condition_name[k] = kmp_arena_printf(&source->arena, "%s%s", text ? text : "",
+                                                c->role == KMP_ROLE_SENSE  ? ": its slip ends"
+                                                : c->role == KMP_ROLE_HELD ? ": its static level is reached"
+                                                                           : "");
         x->advice[k] = kmp_arena_strdup(&source->arena, c->advice ? c->advice : "");
-        x->condition_kind[k] = c->ends   ? KEMPE_CONDITION_ENDS
-                               : c->kink ? KEMPE_CONDITION_KINK
-                                         : KEMPE_CONDITION_SWITCHES;
+        x->condition_kind[k] = kind_of(c);
         x->lag[k] = c->lag;
     }
     return kmp_made(source->context, !source->arena.failed);
+}
+
+/* A speed that depends on parameters of the simulator would be another one after their change. */
+static kempe_status check_speeds(const kempe_model *model)
+{
+    for (int k = 0; k < model->force_count; k++)
+        if (kmp_force_sticks(&model->forces[k]) && model->forces[k].has_regularise && model->forces[k].regularise.expr)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "generated simulators: the speed by which friction '%s' may be regularised is an "
+                            "expression, which is not supported there; give a number",
+                            model->forces[k].name);
+    return KEMPE_OK;
+}
+
+static kempe_status take_friction(kmp_code_source *source, const kempe_system *system, const kmp_events *events)
+{
+    struct kmp_simulated *x = source->simulated;
+    struct kmp_simulated_friction *f = &x->friction;
+    const int count = x->friction_count = kmp_friction_elements(events);
+    kmp_friction_element *element = KMP_ARENA_NEW(&source->arena, kmp_friction_element, count);
+    if (!element || !KMP_ARENA_MAKE(&source->arena,
+                                    KMP_ROOM(int, count, &f->slot, &f->row, &f->base, &f->across, &f->twin, &f->loaded),
+                                    KMP_ROOM(double, count, &f->size, &f->regularise)))
+        return kmp_fail_memory(source->context);
+    kmp_friction_list(system, events, element);
+    for (int i = 0; i < count; i++) {
+        f->slot[i] = element[i].slot;
+        f->row[i] = element[i].row;
+        f->base[i] = element[i].base;
+        f->across[i] = element[i].across;
+        f->twin[i] = element[i].twin;
+        f->loaded[i] = element[i].loaded;
+        f->size[i] = element[i].size;
+        f->regularise[i] = element[i].regularise;
+    }
+    f->loads = kmp_friction_is_loaded(source->model);
+    return check_speeds(source->model);
 }
 
 /* The condition whose change is the event of a state: the comparison of its rate, or the contact that changes it. */
@@ -288,6 +334,8 @@ kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_set_choice *c
         status = take_conditions(source, system, &choice->modes);
     if (status == KEMPE_OK)
         status = take_discrete(source, &choice->modes);
+    if (status == KEMPE_OK)
+        status = take_friction(source, system, &choice->modes);
     kempe_system_free(system);
     return status;
 }

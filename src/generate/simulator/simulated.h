@@ -23,13 +23,19 @@ struct kmp_simulated {
     char **condition_name, **advice; /* advice: "" without one */
     int *condition_kind;             /* of kempe_simulator.h */
     double *lag;
-    int *event, *sense, *settles;        /* of states with next values: kempe_simulator.h */
-    int *coordinate_kind;                /* n */
-    int *symbol;                         /* by position in p: the parameter of the model */
-    int *fixed;                          /* by position in p: 1 where the closures depend on it */
-    bool loaded;                         /* C depends on multipliers */
-    bool switches;                       /* closures depend on conditions */
-    bool early;                          /* conditions depend on neither accelerations nor multipliers */
+    int *event, *sense, *settles; /* of states with next values: kempe_simulator.h */
+    int *coordinate_kind;         /* n */
+    int *symbol;                  /* by position in p: the parameter of the model */
+    int *fixed;                   /* by position in p: 1 where the closures depend on it */
+    bool loaded;                  /* C depends on multipliers */
+    bool switches;                /* closures depend on conditions */
+    bool early;                   /* conditions depend on neither accelerations nor multipliers */
+    int friction_count;           /* elements of friction that sticks: kempe_simulator.h */
+    struct kmp_simulated_friction {
+        int *slot, *row, *base, *across, *twin, *loaded;
+        double *size, *regularise;
+        bool loads;
+    } friction;
     char **jacobian_zeros, **mass_zeros; /* m and n strings of n characters: '0' where an entry of J or M is zero */
 };
 

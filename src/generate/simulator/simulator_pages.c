@@ -148,6 +148,27 @@ static void put_tables(kmp_text *text, const kmp_code_source *s)
     kmp_text_put(text, "\n");
 }
 
+static void put_friction(kmp_text *text, const kmp_code_source *s)
+{
+    const struct kmp_simulated_friction *f = &s->simulated->friction;
+    const int count = s->simulated->friction_count;
+    if (count == 0)
+        return;
+    put_ints(text, "friction_slot", count, f->slot);
+    put_ints(text, "friction_row", count, f->row);
+    put_ints(text, "friction_base", count, f->base);
+    put_ints(text, "friction_across", count, f->across);
+    put_ints(text, "friction_twin", count, f->twin);
+    put_ints(text, "friction_loaded", count, f->loaded);
+    put_doubles(text, "friction_size", count, f->size);
+    put_doubles(text, "friction_regularise", count, f->regularise);
+    kmp_text_printf(text,
+                    "static const kempe_friction friction = {%d, friction_slot, friction_row, friction_base,\n"
+                    "    friction_across, friction_twin, friction_loaded, friction_size, friction_regularise, %d,\n"
+                    "    kempe_friction_begin, kempe_friction_note, kempe_friction_let_go, kempe_friction_settle};\n\n",
+                    count, f->loads);
+}
+
 static void put_number(kmp_text *text, const char *name, double x)
 {
     kmp_text_printf(text, "    .%s = ", name);
@@ -208,6 +229,8 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
         kmp_text_printf(text, "    .slopes_count = %d,\n    .slopes = slopes,\n", x->slopes_count);
     if (x->starts)
         kmp_text_put(text, "    .start = start,\n");
+    if (x->friction_count > 0)
+        kmp_text_put(text, "    .friction = &friction,\n");
     for (size_t k = 0; k < sizeof same / sizeof *same; k++)
         kmp_text_printf(text, "    .%s = %s%s\n", same[k], same[k], k + 1 < sizeof same / sizeof *same ? "," : "};");
 }
@@ -222,9 +245,13 @@ static void put_header(kmp_text *text, const kmp_code_source *s)
                     "#ifndef KEMPE_%s_SIMULATOR_H\n#define KEMPE_%s_SIMULATOR_H\n\n#include \"kempe_simulator.h\"\n\n"
                     "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n/** Doubles in the memory of a simulator. */\n",
                     s->hash, name, name);
-    kmp_text_printf(text, "enum { %s_memory = KEMPE_SIMULATOR_MEMORY(%d, %d, %d, %d, %d, %d, %d, %d, %d) };\n\n", name,
-                    s->n, s->m, x->freedom, s->input_count, s->parameter_count, place_in_k(s, NULL), x->condition_count,
+    kmp_text_printf(text, "enum { %s_memory = KEMPE_SIMULATOR_MEMORY(%d, %d, %d, %d, %d, %d, %d, %d, %d)", name, s->n,
+                    s->m, x->freedom, s->input_count, s->parameter_count, place_in_k(s, NULL), x->condition_count,
                     s->output_count, s->discrete_count);
+    if (x->friction_count > 0)
+        kmp_text_printf(text, " +\n    KEMPE_SIMULATOR_FRICTION(%d, %d, %d, %d, %d)", s->n, s->m, x->freedom,
+                        x->condition_count, x->friction_count);
+    kmp_text_put(text, " };\n\n");
     kmp_text_printf(text, "extern const kempe_equations %s_equations;\n\n#ifdef __cplusplus\n}\n#endif\n#endif\n",
                     name);
 }
@@ -253,12 +280,13 @@ static void put_slopes(kmp_text *text, const kmp_code_source *s)
 
 static void put_source(kmp_text *text, const kmp_code_source *s)
 {
-    kmp_text_printf(
-        text,
-        "/* Simulator of the model %s, written by Kempe " KEMPE_VERSION ".\n *\n"
-        " * To compile: cc -std=c99 -O2 -ffp-contract=off -c %s_simulator.c %s.c kempe_simulator.c (libm to link). */\n"
-        "#include \"%s_simulator.h\"\n#include \"%s.h\"\n#include <math.h>\n#include <stddef.h>\n\n",
-        s->hash, s->name, s->name, s->name, s->name);
+    kmp_text_printf(text,
+                    "/* Simulator of the model %s, written by Kempe " KEMPE_VERSION ".\n *\n"
+                    " * To compile: cc -std=c99 -O2 -ffp-contract=off -c %s_simulator.c %s.c kempe_simulator.c%s (libm "
+                    "to link). */\n"
+                    "#include \"%s_simulator.h\"\n#include \"%s.h\"\n#include <math.h>\n#include <stddef.h>\n\n",
+                    s->hash, s->name, s->name, s->simulated->friction_count ? " kempe_friction.c" : "", s->name,
+                    s->name);
     put_tables(text, s);
     put_prepare(text, s);
     put_function(text, s, "closures", "double *h, double *J, double *h_t", "h, J, h_t");
@@ -272,6 +300,7 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
     put_function(text, s, "changes", "double *value", "value");
     put_function(text, s, "next", "double *value", "value");
     put_along(text, s);
+    put_friction(text, s);
     put_equations(text, s);
 }
 
@@ -293,7 +322,8 @@ bool kmp_simulator_pages(const kmp_code_source *s, kmp_code_files *files)
     if (source)
         put_source(source, s);
     bool ok = source;
-    for (int k = KMP_RUNTIME_SIMULATOR_HEADER; ok && k <= KMP_RUNTIME_SIMULATOR; k++) {
+    const int last = s->simulated->friction_count > 0 ? KMP_RUNTIME_FRICTION : KMP_RUNTIME_SIMULATOR;
+    for (int k = KMP_RUNTIME_SIMULATOR_HEADER; ok && k <= last; k++) {
         kmp_text *text = add(files, kmp_runtime_name((kmp_runtime_file)k), "");
         if (text)
             kmp_runtime_put(text, (kmp_runtime_file)k);

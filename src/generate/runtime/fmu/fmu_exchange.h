@@ -61,7 +61,7 @@ int kempe_fmu_indicators(const kempe_fmu *fmu)
     const kempe_equations *e = fmu->model->equations;
     int count = 0;
     for (int i = 0; i < e->conditions; i++)
-        count += e->condition_kind[i] != KEMPE_CONDITION_KINK;
+        count += KEMPE_CONDITION_IS_EVENT(e->condition_kind[i]);
     return count;
 }
 
@@ -75,7 +75,7 @@ kempe_fmu_status kempe_fmu_get_indicators(kempe_fmu *fmu, double *value, size_t 
         return status;
     const double *all = values_of(fmu, KEMPE_FMU_CONDITIONS);
     for (int i = 0; i < e->conditions; i++)
-        if (e->condition_kind[i] != KEMPE_CONDITION_KINK)
+        if (KEMPE_CONDITION_IS_EVENT(e->condition_kind[i]))
             *value++ = all[i];
     return KEMPE_FMU_OK;
 }
@@ -100,9 +100,15 @@ static void tell_events(kempe_fmu *fmu, int exchanged)
     const kempe_equations *e = fmu->model->equations;
     const kempe_simulator *s = &fmu->simulator;
     for (int i = 0; i < e->conditions; i++)
-        if (e->condition_kind[i] != KEMPE_CONDITION_KINK && (s->part.modes[i] > 0.5) != (fmu->part.held[i] > 0.5))
+        if (e->condition_kind[i] <= KEMPE_CONDITION_ENDS && (s->part.modes[i] > 0.5) != (fmu->part.held[i] > 0.5))
             (void)kempe_fmu_say(fmu, KEMPE_FMU_OK, KEMPE_FMU_LOG_EVENTS, "The condition '%s' %s at t = %.9g s.",
                                 e->condition_names[i], s->part.modes[i] > 0.5 ? "holds" : "ends", s->t);
+    for (int i = 0; e->friction && i < e->friction->elements; i++) {
+        const int slot = e->friction->slot[i]; /* its second number is 1 where it is held; the name of the third */
+        if ((s->part.modes[slot + 1] > 0.5) != (fmu->part.held[slot + 1] > 0.5))
+            (void)kempe_fmu_say(fmu, KEMPE_FMU_OK, KEMPE_FMU_LOG_EVENTS, "The %s %s at t = %.9g s.",
+                                e->condition_names[slot + 2], s->part.modes[slot + 1] > 0.5 ? "sticks" : "slips", s->t);
+    }
     kempe_simulator_get_choice(s, fmu->part.choice);
     for (int i = 0; i < e->freedom && exchanged; i++)
         (void)kempe_fmu_say(fmu, KEMPE_FMU_OK, KEMPE_FMU_LOG_EVENTS,
