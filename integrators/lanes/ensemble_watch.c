@@ -168,6 +168,8 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x,
     kmp_lane_room *room = &e->room;
     kmp_instance *y = &e->instances[room->who[l]];
     size_t w = room->w;
+    x->margin[l] = INFINITY;
+    x->rows[l] = 0;
     if (e->r == 0)
         return true;
     if (!(x->residual[l] < KMP_CLOSED)) {
