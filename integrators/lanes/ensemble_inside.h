@@ -44,31 +44,34 @@ typedef struct kmp_lane_signs {
 
 /** An instance between its steps, outside the lanes. */
 typedef struct kmp_instance {
-    int next;             /* in the queue of its pool; -1: the last one */
+    /* each step has these */
+    bool rejected;        /* as in struct kmp_rk */
+    bool again;           /* the present step is made again up to an event */
     bool has_slope;       /* dy is f(t, y) */
     bool has_step;        /* h is the next step, otherwise it is chosen */
-    bool again;           /* the present step is made again up to an event */
-    bool rejected;        /* members as in struct kmp_rk */
+    int tries;            /* failed attempts since the last accepted step */
+    int hopeless;         /* as in struct kmp_rk */
+    int next;             /* in the queue of its pool; -1: the last one */
     kmp_lane_signs signs; /* of the blocks of Jv since the start or the last exchange */
-    int hopeless;
-    double corrected, corrected_t; /* the last correction of v in weights, and the beginning of its step */
     kmp_work_bound bound;
-    int tries; /* failed attempts since the last accepted step */
-    double t, h, error_old;
-    double rate_scale, limit;   /* limit: |Bvu| at which an exchange is due */
+    double limit;               /* |Bvu| at which an exchange is due */
     double pivot, usual;        /* largest values so far of the least pivots of Jv and of the last pivots of J */
     double seen_margin, seen_t; /* of the last step's end; seen_t -1: none */
-    double kinetic, potential;  /* at the start */
-    double pace;                /* the proposed step, if steps that end at samples are shorter; 0: they are not */
-    kmp_present_inputs inputs;  /* during its present step */
-    double *y, *dy;             /* size */
-    double *vdd;                /* n + m: accelerations of v there and multipliers, where conditions need them */
-    double *nu;                 /* m: multipliers there, where forces depend on them */
-    double *mode;               /* of each condition */
-    kmp_condition_past *past;   /* the same */
-    void *memory;               /* of its past at the site (kmp_runner_keep_memory) */
-    bool stood;                 /* it has begun there */
     double next_sample;         /* of its states; INFINITY: none */
+    double pace;                /* the proposed step, if steps that end at samples are shorter; 0: they are not */
+
+    double corrected, corrected_t; /* the last correction of v in weights, and the beginning of its step */
+    double t, h, error_old;
+    double rate_scale;
+    double kinetic, potential; /* at the start */
+    kmp_present_inputs inputs; /* during its present step */
+    double *y, *dy;            /* size */
+    double *vdd;               /* n + m: accelerations of v there and multipliers, where conditions need them */
+    double *nu;                /* m: multipliers there, where forces depend on them */
+    double *mode;              /* of each condition */
+    kmp_condition_past *past;  /* the same */
+    void *memory;              /* of its past at the site (kmp_runner_keep_memory) */
+    bool stood;                /* it has begun there */
     kmp_system_constants constants;
 } kmp_instance;
 
@@ -333,14 +336,16 @@ typedef struct kmp_lane_watched {
     double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST], least[KMP_LANES_MOST];
     double margin[KMP_LANES_MOST]; /* over its usual size; infinite: far from any change point */
     double rows[KMP_LANES_MOST];   /* largest dependence of a dropped row on the kept ones; 0: small */
+    uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST]; /* signs of the blocks of Jv (kmp_lanes_signs) */
 } kmp_lane_watched;
 
 /** Runs the last stage of a pool, and measures it. */
 void kmp_lanes_watch(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *x);
 
-/** The pivots of Jv among the outputs of the last stage; their signs in a lane. */
+/** The pivots of Jv among the outputs of the last stage. */
 const double *kmp_lanes_pivots(const kmp_engine *e, const kmp_pool *pool, const double *end);
-kmp_lane_signs kmp_lane_signs_of(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l);
+/** The signs of a lane (kmp_lanes_signs). */
+kmp_lane_signs kmp_lane_signs_of(const kmp_engine *e, const uint64_t *negative, size_t l);
 
 /** True if the formulation accepts a step (accept of reduced.c): the closures corrected, the choice of u and the margin
  * good. */
@@ -512,5 +517,6 @@ typedef struct kmp_lanes_end {
 
 void kmp_lanes_measure(size_t width, const kmp_lanes_end *end);
 
-/** to = from in the lanes where `which` is not 0. */
-void kmp_lanes_take(size_t width, size_t size, const double *which, const double *from, double *to);
+/** Finds the signs of blocks from those of their pivots: in each lane KMP_SIGN_WORDS words, word k of lane l at k width
+ * + l. block: that of each pivot. */
+void kmp_lanes_signs(size_t width, int pivots, const unsigned char *block, const double *pivot, uint64_t *negative);

@@ -342,24 +342,35 @@ void kmp_lanes_measure(size_t width, const kmp_lanes_end *end)
         measure_closures(width, end);
 }
 
-/* In parts of so many lanes. */
-KMP_INLINE void take_lanes(size_t w, size_t lanes, size_t size, const double *restrict which,
-                           const double *restrict from, double *restrict to)
+/* -- signs of pivots --------------------------------------------------------------------------------- */
+
+KMP_INLINE void find_signs(size_t w, int pivots, const unsigned char *block, const double *pivot, uint64_t *negative)
 {
-    for (size_t i = 0; i < size * w; i += lanes)
-        for (size_t l = 0; l < lanes; l++)
-            to[i + l] = which[(lanes < w ? i & (w - 1) : 0) + l] > 0 ? from[i + l] : to[i + l];
+    for (size_t l = 0; l < KMP_SIGN_WORDS * w; l++)
+        negative[l] = 0;
+    for (int k = 0; k < pivots; k++) {
+        uint64_t bit = (uint64_t)1 << block[k] % 64, *word = negative + block[k] / 64 * w;
+        for (size_t l = 0; l < w; l++)
+            word[l] ^= pivot[(size_t)k * w + l] < 0 ? bit : 0;
+    }
 }
 
-KMP_CLONES static void take_eights(size_t w, size_t size, const double *which, const double *from, double *to)
+KMP_CLONES static void signs_8(int pivots, const unsigned char *block, const double *pivot, uint64_t *negative)
 {
-    take_lanes(w, 8, size, which, from, to);
+    find_signs(8, pivots, block, pivot, negative);
 }
 
-void kmp_lanes_take(size_t width, size_t size, const double *which, const double *from, double *to)
+KMP_CLONES static void signs_16(int pivots, const unsigned char *block, const double *pivot, uint64_t *negative)
 {
-    if (width % 8 == 0)
-        take_eights(width, size, which, from, to);
+    find_signs(16, pivots, block, pivot, negative);
+}
+
+void kmp_lanes_signs(size_t width, int pivots, const unsigned char *block, const double *pivot, uint64_t *negative)
+{
+    if (width == 8)
+        signs_8(pivots, block, pivot, negative);
+    else if (width == 16)
+        signs_16(pivots, block, pivot, negative);
     else
-        take_lanes(width, width, size, which, from, to);
+        find_signs(width, pivots, block, pivot, negative);
 }

@@ -308,6 +308,8 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
     set_times(room, 0);
     evaluate(e, pool, room->y, room->k[2]);
     const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_END), *pivot = kmp_lanes_pivots(e, pool, end);
+    uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST];
+    kmp_lanes_signs(room->w, pool->layout.pivots, pool->pivot_block, pivot, negative);
     if (room->vdd)
         find_accelerations(e, pool, end, room->k[2], room->vdd_new);
     for (size_t l = 0; l < room->w; l++) {
@@ -318,7 +320,7 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
             expel(e, l, "a right-hand side that cannot be evaluated");
             continue;
         }
-        x->signs = kmp_lane_signs_of(e, pool, pivot, l);
+        x->signs = kmp_lane_signs_of(e, negative, l);
         x->pivot = 0;
         for (size_t k = l; room->vdd && k < ((size_t)e->n + (size_t)e->m) * room->w; k += room->w)
             room->vdd[k] = room->vdd_new[k];
@@ -695,12 +697,37 @@ static kempe_status pass_event(kmp_engine *e, kmp_pool *pool, size_t l)
     return known && !slow && !e->site ? kmp_instance_resume(e, pool, i) : status;
 }
 
+/* Exchanges two arrays of the room, but for the lanes whose steps are not taken. */
+static void exchange_taken(const kmp_lane_room *room, size_t size, const outcome *what, double **a, double **b)
+{
+    double *from = *b, *to = *a;
+    *a = from;
+    *b = to;
+    for (size_t l = 0; l < room->w; l++)
+        for (size_t k = l; what[l] != TAKEN && k < size * room->w; k += room->w) {
+            double x = to[k];
+            to[k] = from[k];
+            from[k] = x;
+        }
+}
+
+/* The ends of the steps that are taken become the beginnings of the next ones. */
+static void pass_on(kmp_engine *e, const outcome *what)
+{
+    kmp_lane_room *room = &e->room;
+    exchange_taken(room, (size_t)e->size, what, &room->y, &room->y_new);
+    exchange_taken(room, (size_t)e->size, what, &room->k[1], &room->k[13]);
+    if (room->vdd)
+        exchange_taken(room, (size_t)e->n + (size_t)e->m, what, &room->vdd, &room->vdd_new);
+    if (room->nu)
+        exchange_taken(room, (size_t)e->m, what, &room->nu, &room->nu_end);
+}
+
 /* Makes one attempt in all lanes. */
 static kempe_status step(kmp_engine *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
     outcome what[KMP_LANES_MOST] = {EMPTY};
-    double taken[KMP_LANES_MOST];
     kmp_lane_watched seen;
     kempe_status status = KEMPE_OK;
     choose_tries(e);
@@ -732,14 +759,7 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     bool dense = e->conditions && watch_conditions(e, pool, &seen, what, searched);
     if (kmp_measures_steps(e))
         measure(e, pool, dense ? searched : NULL, what);
-    for (size_t l = 0; l < room->w; l++)
-        taken[l] = what[l] == TAKEN ? 1 : 0;
-    kmp_lanes_take(room->w, (size_t)e->size, taken, room->y_new, room->y);
-    kmp_lanes_take(room->w, (size_t)e->size, taken, room->k[13], room->k[1]);
-    if (room->vdd)
-        kmp_lanes_take(room->w, ((size_t)e->n + (size_t)e->m), taken, room->vdd_new, room->vdd);
-    if (room->nu)
-        kmp_lanes_take(room->w, (size_t)e->m, taken, room->nu_end, room->nu);
+    pass_on(e, what);
     for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
         if (what[l] == TAKEN)
             status = take(e, pool, &seen, l);

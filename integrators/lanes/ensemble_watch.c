@@ -9,31 +9,19 @@
 
 enum { MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
 
-/* The signs of 64 blocks. */
-static uint64_t signs_of_word(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l, int word)
-{
-    uint64_t negative = 0;
-    for (int k = 0; k < pool->layout.pivots; k++)
-        if (pool->pivot_block[k] / 64 == word)
-            negative ^= (uint64_t)(pivot[(size_t)k * e->room.w + l] < 0) << pool->pivot_block[k] % 64;
-    return negative;
-}
-
-kmp_lane_signs kmp_lane_signs_of(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l)
+kmp_lane_signs kmp_lane_signs_of(const kmp_engine *e, const uint64_t *negative, size_t l)
 {
     kmp_lane_signs signs = {.known = true};
-    for (int word = 0; word < KMP_SIGN_WORDS; word++)
-        signs.negative[word] = signs_of_word(e, pool, pivot, l, word);
+    for (size_t word = 0; word < KMP_SIGN_WORDS; word++)
+        signs.negative[word] = negative[word * e->room.w + l];
     return signs;
 }
 
-/* Compared word by word in registers. */
-static bool keeps_signs(const kmp_engine *e, const kmp_pool *pool, const double *pivot, size_t l,
-                        const kmp_lane_signs *before)
+static bool keeps_signs(const kmp_engine *e, const uint64_t *negative, size_t l, const kmp_lane_signs *before)
 {
     bool same = before->known;
-    for (int word = 0; same && 64 * word < e->r; word++)
-        same = signs_of_word(e, pool, pivot, l, word) == before->negative[word];
+    for (size_t word = 0; same && word < KMP_SIGN_WORDS; word++)
+        same = negative[word * e->room.w + l] == before->negative[word];
     return same;
 }
 
@@ -70,6 +58,7 @@ void kmp_lanes_watch(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *x)
                                .pivot = x->pivot,
                                .least = x->least};
     kmp_lanes_measure(w, &end);
+    kmp_lanes_signs(w, pool->layout.pivots, pool->pivot_block, x->pivot, x->negative);
 }
 
 /* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */
@@ -178,7 +167,7 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x,
         for (int i = 0; i < e->r; i++)
             room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
     }
-    if (!keeps_signs(e, pool, x->pivot, l, &y->signs))
+    if (!keeps_signs(e, x->negative, l, &y->signs))
         return false;
     bool well = looks_well(e, x, l);
     x->margin[l] = well ? INFINITY : margin_of(e, x, l);
