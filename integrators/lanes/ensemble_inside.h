@@ -83,6 +83,9 @@ typedef struct kmp_pool {
     kmp_program *program;
     kmp_lanes *lanes;
     kmp_fused_layout layout;
+    int slopes;                 /* the stage that has them */
+    kmp_lanes_output *output;   /* of that stage */
+    double **place;             /* of each unknown in the program; NULL: it does not have it */
     kmp_eliminated *row;        /* of multipliers */
     unsigned char *pivot_block; /* block of each pivot of Jv */
     int *load_row;              /* layout.loads: rows whose multipliers forces depend on */
@@ -472,9 +475,10 @@ kempe_status kmp_pool_run(kmp_engine *e, kmp_pool *pool);
 
 /* ensemble_kernels.c: the arithmetic of DOP853 on vectors of lanes, in the order of operations of dop853.c */
 
-/** out = y + h sum a[j] k[j] for vectors of `size` components; h has one value per lane. */
+/** out = y + h sum a[j] k[j] for vectors of `size` components; h has one value per lane. A component with a place is
+ * written there, too. */
 void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
-                       const double *const *k, double *out);
+                       const double *const *k, double *out, double *const *place);
 
 /** Computes the solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
 void kmp_lanes_solution(size_t width, size_t size, const struct kmp_dop853_step *step);
@@ -494,8 +498,9 @@ void kmp_lanes_next_steps(size_t width, const kmp_rk_method *method, const doubl
 typedef struct kmp_lanes_slopes {
     size_t p, r;
     bool power;
-    const double *y, *end; /* end: p + r slopes, p pivots, the power */
-    double *k, *bad;       /* bad grows where the slopes are not finite or a pivot is not positive */
+    const double *y;
+    const kmp_lanes_output *end; /* p + r slopes, p pivots, the power */
+    double *k, *bad;             /* bad grows where the slopes are not finite or a pivot is not positive */
 } kmp_lanes_slopes;
 
 void kmp_lanes_publish(size_t width, const kmp_lanes_slopes *slopes);

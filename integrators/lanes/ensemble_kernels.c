@@ -19,42 +19,50 @@ typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
 
 #define COMBINE(name, vector, lanes)                                                                                   \
     KMP_INLINE void name##_terms(size_t w, size_t size, const double *y, const double *h, int terms, const double *a,  \
-                                 const double *const *k, double *out)                                                  \
+                                 const double *const *k, double *out, double *const *place)                            \
     {                                                                                                                  \
-        for (size_t i = 0; i < size * w; i += (lanes)) {                                                               \
-            vector sum = a[0] * *(const vector *)(k[0] + i);                                                           \
-            for (int j = 1; j < terms; j++)                                                                            \
-                sum += a[j] * *(const vector *)(k[j] + i);                                                             \
-            *(vector *)(out + i) = *(const vector *)(y + i) + *(const vector *)(h + (i & (w - 1))) * sum;              \
+        const double *slope[KMP_RK_MAX_STAGES];                                                                        \
+        for (int j = 0; j < terms; j++) /* kept in registers */                                                        \
+            slope[j] = k[j];                                                                                           \
+        for (size_t c = 0, i = 0; c < size; c++) {                                                                     \
+            double *also = place[c] ? place[c] : out + i;                                                              \
+            for (size_t l = 0; l < w; l += (lanes), i += (lanes)) {                                                    \
+                vector sum = a[0] * *(const vector *)(slope[0] + i);                                                   \
+                for (int j = 1; j < terms; j++)                                                                        \
+                    sum += a[j] * *(const vector *)(slope[j] + i);                                                     \
+                sum = *(const vector *)(y + i) + *(const vector *)(h + l) * sum;                                       \
+                *(vector *)(out + i) = sum;                                                                            \
+                *(vector *)(also + l) = sum;                                                                           \
+            }                                                                                                          \
         }                                                                                                              \
     }                                                                                                                  \
     KMP_CLONES static void name(size_t w, size_t size, const double *y, const double *h, int terms, const double *a,   \
-                                const double *const *k, double *out)                                                   \
+                                const double *const *k, double *out, double *const *place)                             \
     {                                                                                                                  \
         switch (terms) { /* those of DOP853: loops over a constant number are unrolled */                              \
         case 3:                                                                                                        \
-            name##_terms(w, size, y, h, 3, a, k, out);                                                                 \
+            name##_terms(w, size, y, h, 3, a, k, out, place);                                                          \
             break;                                                                                                     \
         case 4:                                                                                                        \
-            name##_terms(w, size, y, h, 4, a, k, out);                                                                 \
+            name##_terms(w, size, y, h, 4, a, k, out, place);                                                          \
             break;                                                                                                     \
         case 5:                                                                                                        \
-            name##_terms(w, size, y, h, 5, a, k, out);                                                                 \
+            name##_terms(w, size, y, h, 5, a, k, out, place);                                                          \
             break;                                                                                                     \
         case 6:                                                                                                        \
-            name##_terms(w, size, y, h, 6, a, k, out);                                                                 \
+            name##_terms(w, size, y, h, 6, a, k, out, place);                                                          \
             break;                                                                                                     \
         case 7:                                                                                                        \
-            name##_terms(w, size, y, h, 7, a, k, out);                                                                 \
+            name##_terms(w, size, y, h, 7, a, k, out, place);                                                          \
             break;                                                                                                     \
         case 8:                                                                                                        \
-            name##_terms(w, size, y, h, 8, a, k, out);                                                                 \
+            name##_terms(w, size, y, h, 8, a, k, out, place);                                                          \
             break;                                                                                                     \
         case 9:                                                                                                        \
-            name##_terms(w, size, y, h, 9, a, k, out);                                                                 \
+            name##_terms(w, size, y, h, 9, a, k, out, place);                                                          \
             break;                                                                                                     \
         default:                                                                                                       \
-            name##_terms(w, size, y, h, terms, a, k, out);                                                             \
+            name##_terms(w, size, y, h, terms, a, k, out, place);                                                      \
             break;                                                                                                     \
         }                                                                                                              \
     }
@@ -63,14 +71,14 @@ COMBINE(combine_eights, eight, 8)
 COMBINE(combine_fours, kmp_four, 4)
 
 void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
-                       const double *const *k, double *out)
+                       const double *const *k, double *out, double *const *place)
 {
     if (width % 8 == 0) {
-        combine_eights(width, size, y, h, terms, a, k, out);
+        combine_eights(width, size, y, h, terms, a, k, out, place);
         return;
     }
     if (width == 4) {
-        combine_fours(width, size, y, h, terms, a, k, out);
+        combine_fours(width, size, y, h, terms, a, k, out, place);
         return;
     }
     for (size_t i = 0; i < size * width; i++) {
@@ -78,6 +86,8 @@ void kmp_lanes_combine(size_t width, size_t size, const double *y, const double 
         for (int j = 1; j < terms; j++)
             sum += a[j] * k[j][i];
         out[i] = y[i] + h[i % width] * sum;
+        if (place[i / width])
+            place[i / width][i % width] = out[i];
     }
 }
 
@@ -241,22 +251,33 @@ void kmp_lanes_next_steps(size_t width, const kmp_rk_method *method, const doubl
 
 /* -- the right-hand side ----------------------------------------------------------------------------- */
 
+KMP_INLINE void copy_times(size_t w, const double *restrict from, double factor, double *restrict to)
+{
+    for (size_t l = 0; l < w; l++)
+        to[l] = from[l] * factor;
+}
+
+KMP_INLINE void count_bad(size_t w, const double *restrict rate, const double *restrict pivot, double factor,
+                          double *restrict bad)
+{
+    for (size_t l = 0; l < w; l++) {
+        double good = pivot[l] * factor > 0 ? 0 : 1;
+        bad[l] += fabs(rate[l]) <= DBL_MAX ? good : 1;
+    }
+}
+
 KMP_INLINE void publish(size_t w, const kmp_lanes_slopes *s)
 {
-    size_t p = s->p * w, slopes = p + s->r * w;
-    for (size_t i = 0; i < p; i += w)
-        for (size_t l = 0; l < w; l++)
-            s->k[i + l] = s->y[p + i + l];
-    for (size_t i = 0; i < slopes; i += w)
-        for (size_t l = 0; l < w; l++)
-            s->k[p + i + l] = s->end[i + l];
-    for (size_t l = 0; l < w && s->power; l++)
-        s->k[p + slopes + l] = s->end[slopes + p + l];
-    for (size_t i = 0; i < p; i += w)
-        for (size_t l = 0; l < w; l++) {
-            double good = s->end[slopes + i + l] > 0 ? 0 : 1;
-            s->bad[l] += fabs(s->end[i + l]) <= DBL_MAX ? good : 1;
-        }
+    size_t p = s->p, slopes = p + s->r;
+    const kmp_lanes_output *end = s->end;
+    for (size_t i = 0; i < p; i++)
+        copy_times(w, s->y + (p + i) * w, 1, s->k + i * w);
+    for (size_t i = 0; i < slopes; i++)
+        copy_times(w, end[i].value, end[i].factor, s->k + (p + i) * w);
+    if (s->power)
+        copy_times(w, end[slopes + p].value, end[slopes + p].factor, s->k + (p + slopes) * w);
+    for (size_t i = 0; i < p; i++)
+        count_bad(w, end[i].value, end[slopes + i].value, end[slopes + i].factor, s->bad);
 }
 
 KMP_CLONES static void publish_8(const kmp_lanes_slopes *slopes)

@@ -119,18 +119,24 @@ static void settle_loads(kmp_engine *e, kmp_pool *pool)
         room->bad[l] += !settled[l];
 }
 
-/* k = f(at, y) in all lanes; failed evaluations are marked in `bad`. */
-static void evaluate(kmp_engine *e, kmp_pool *pool, const double *y, double *k)
+/* k = f(at, y) in all lanes, whose unknowns the program has; failed evaluations are marked in `bad`. */
+static void evaluate_placed(kmp_engine *e, kmp_pool *pool, const double *y, double *k)
 {
     kmp_lane_room *room = &e->room;
     put_inputs(e);
     kmp_lanes_set(pool->lanes, KMP_IN_TIME, room->at);
-    kmp_lanes_set(pool->lanes, KMP_IN_Q, y);
     if (room->nu)
         settle_loads(e, pool);
-    const double *end = kmp_lanes_run(pool->lanes, room->nu ? KMP_FUSED_ACCELERATIONS : KMP_FUSED_RATES);
-    const kmp_lanes_slopes slopes = {(size_t)e->p, (size_t)e->r, e->s->dissipative, y, end, k, room->bad};
+    kmp_lanes_run_in_place(pool->lanes, pool->slopes);
+    const kmp_lanes_slopes slopes = {(size_t)e->p, (size_t)e->r, e->s->dissipative, y, pool->output, k, room->bad};
     kmp_lanes_publish(room->w, &slopes);
+}
+
+/* The same where the program does not have them yet. */
+static void evaluate(kmp_engine *e, kmp_pool *pool, const double *y, double *k)
+{
+    kmp_lanes_set(pool->lanes, KMP_IN_Q, y);
+    evaluate_placed(e, pool, y, k);
 }
 
 static void set_times(kmp_lane_room *room, double c)
@@ -345,9 +351,9 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
 #define STAGE(number, a, ...)                                                                                          \
     do {                                                                                                               \
         kmp_lanes_combine(room->w, (size_t)e->size, room->y, room->step, TERMS(a), a,                                  \
-                          (const double *const[]){__VA_ARGS__}, room->stage);                                          \
+                          (const double *const[]){__VA_ARGS__}, room->stage, pool->place);                             \
         set_times(room, kmp_dop853_c[number]);                                                                         \
-        evaluate(e, pool, room->stage, k[number]);                                                                     \
+        evaluate_placed(e, pool, room->stage, k[number]);                                                              \
     } while (0)
 
 static void run_stages(kmp_engine *e, kmp_pool *pool)

@@ -19,6 +19,8 @@ void kmp_pool_free(kmp_pool *pool)
     kmp_free(pool->pivot_block);
     kmp_free(pool->row);
     kmp_free(pool->load_row);
+    kmp_free(pool->output);
+    kmp_free(pool->place);
     kmp_free(pool);
 }
 
@@ -75,6 +77,20 @@ static int *load_rows_of(const kmp_engine *e, const kmp_pool *pool)
     return row;
 }
 
+/* Finds where the program takes the unknowns, and where it leaves their slopes. false: no memory. */
+static bool find_places(const kmp_engine *e, kmp_pool *pool)
+{
+    const int *outputs = pool->program->outputs, size = kmp_lane_most(e);
+    pool->slopes = e->s->load_row_count > 0 ? KMP_FUSED_ACCELERATIONS : KMP_FUSED_RATES;
+    pool->output = KMP_NEW(kmp_lanes_output, outputs[pool->slopes + 1] - outputs[pool->slopes] + 1);
+    pool->place = KMP_NEW(double *, size);
+    if (!pool->output || !pool->place)
+        return false;
+    kmp_lanes_outputs(pool->lanes, pool->slopes, pool->output);
+    kmp_lanes_places(pool->lanes, KMP_IN_Q, size, pool->place);
+    return true;
+}
+
 /* Makes a pool. KEMPE_E_FAILED: its program cannot be written. */
 static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *pool)
 {
@@ -99,7 +115,7 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *poo
     pool->load_row = load_rows_of(e, pool);
     if (pool->program && pool->pivot_block && pool->load_row)
         pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->execution.plain);
-    if (pool->lanes && kmp_pool_complete(e, pool))
+    if (pool->lanes && find_places(e, pool) && kmp_pool_complete(e, pool))
         return KEMPE_OK;
     return kmp_memory_failures() != failures ? kmp_fail_memory(e->context) : KEMPE_E_FAILED;
 }

@@ -128,6 +128,15 @@ void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const do
         lanes->v[f->feeds[k].slot * w + (size_t)lane] = values[f->feeds[k].index];
 }
 
+void kmp_lanes_places(kmp_lanes *lanes, kmp_input_kind kind, int count, double **place)
+{
+    const kmp_frame *f = &lanes->frame;
+    for (int k = 0; k < count; k++)
+        place[k] = NULL;
+    for (int k = f->feed_start[kind]; k < f->feed_start[kind + 1]; k++)
+        place[f->feeds[k].index] = lanes->v + f->feeds[k].slot * (size_t)lanes->width;
+}
+
 /* -- run --------------------------------------------------------------------------------------------- */
 
 /* One operation on all lanes; the loops run over `w` alone, so that the compiler vectorises them. */
@@ -237,7 +246,23 @@ static void run_copies(kmp_lanes *lanes, int stage)
             lanes->v[f->copies[k].to * w + l] = lanes->v[f->copies[k].from * w + l] * f->copies[k].factor;
 }
 
-const double *kmp_lanes_run(kmp_lanes *lanes, int stage)
+/* The slot of the first output of a stage. */
+static size_t first_output(const kmp_frame *f, int stage)
+{
+    return f->out + (size_t)f->program->outputs[stage];
+}
+
+void kmp_lanes_outputs(const kmp_lanes *lanes, int stage, kmp_lanes_output *output)
+{
+    const kmp_frame *f = &lanes->frame;
+    size_t w = (size_t)lanes->width, first = first_output(f, stage), end = first_output(f, stage + 1);
+    for (size_t slot = first; slot < end; slot++)
+        output[slot - first] = (kmp_lanes_output){lanes->v + slot * w, 1};
+    for (uint32_t k = f->copy_start[stage]; k < f->copy_start[stage + 1]; k++)
+        output[f->copies[k].to - first] = (kmp_lanes_output){lanes->v + f->copies[k].from * w, f->copies[k].factor};
+}
+
+void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage)
 {
     const kmp_frame *f = &lanes->frame;
     for (uint32_t g = f->stage[stage]; g < f->stage[stage + 1]; g++) {
@@ -249,7 +274,11 @@ const double *kmp_lanes_run(kmp_lanes *lanes, int stage)
             for (size_t l = 0; l < (size_t)lanes->width; l++)
                 kmp_frame_special(f, &f->specials[i], lanes->v + l, (size_t)lanes->width);
     }
+}
+
+const double *kmp_lanes_run(kmp_lanes *lanes, int stage)
+{
+    kmp_lanes_run_in_place(lanes, stage);
     run_copies(lanes, stage);
-    size_t first = f->out + (size_t)f->program->outputs[stage];
-    return lanes->v + first * (size_t)lanes->width;
+    return lanes->v + first_output(&lanes->frame, stage) * (size_t)lanes->width;
 }

@@ -29,9 +29,23 @@ bool kmp_lanes_native(const kmp_lanes *lanes);
 void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values);
 void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const double *values);
 
+/** Finds where each value of an input vector is, for callers that write `width` numbers there themselves; NULL: the
+ * program does not have it. */
+void kmp_lanes_places(kmp_lanes *lanes, kmp_input_kind kind, int count, double **place);
+
 /** Runs one stage, whose earlier stages are up to date. Output k of lane l is at k width + l, owned by the lanes, valid
  * until the stage runs again. No allocation. */
 const double *kmp_lanes_run(kmp_lanes *lanes, int stage);
+
+/** An output where a stage leaves it: its value is that of all lanes there, times the factor 1 or -1. */
+typedef struct kmp_lanes_output {
+    const double *value;
+    double factor;
+} kmp_lanes_output;
+
+/** Finds where a stage leaves each of its outputs; runs a stage without their copies, which kmp_lanes_run makes. */
+void kmp_lanes_outputs(const kmp_lanes *lanes, int stage, kmp_lanes_output *output);
+void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage);
 
 /** Copies one value of all lanes. */
 static inline void kmp_lanes_copy(size_t width, double *to, const double *from)
