@@ -52,9 +52,9 @@ bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots)
 
 /* -- exchanges of columns ------------------------------------------------------------------------------ */
 
-/* The tableau of exchanges between the first r columns and the others, on the first r rows. */
+/* The tableau of exchanges between the first r columns and the others, on the first r rows; its arrays are in the arena
+ * of the choice. */
 typedef struct tableau {
-    kmp_arena arena;
     int r, p;
     double *b;    /* r x p: Bvu */
     double *most; /* p: the largest entry of each column, and its row */
@@ -67,11 +67,11 @@ typedef struct tableau {
     kmp_sparse *sparse;
 } tableau;
 
-static bool tableau_init(tableau *t, const kmp_pick *c, int r)
+static bool tableau_init(tableau *t, kmp_pick *c, int r)
 {
     size_t rows = (size_t)r, p = (size_t)(c->n - r), nz = c->dense ? 0 : (size_t)c->nz;
     *t = (tableau){.r = r, .p = c->n - r};
-    return KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, rows *p, &t->b), KMP_ROOM(double, p, &t->most),
+    return KMP_ARENA_MAKE(&c->arena, KMP_ROOM(double, rows *p, &t->b), KMP_ROOM(double, p, &t->most),
                           KMP_ROOM(int, p, &t->at), KMP_ROOM(double, rows, &t->moved), KMP_ROOM(int, c->m, &t->row_at),
                           KMP_ROOM(int, c->n, &t->col_at), KMP_ROOM(double, c->dense ? rows *rows : nz, &t->jv),
                           KMP_ROOM(int, rows, &t->pivot), KMP_ROOM(int, nz, &t->jv_row, &t->jv_col));
@@ -224,6 +224,5 @@ kmp_pick_outcome kmp_pick_improve(kmp_pick *c, int r, int most, int *exchanges, 
     if (outcome == KMP_PICK_MADE)
         *cond = condition(&t, c);
     kmp_sparse_free(t.sparse);
-    kmp_arena_free(&t.arena);
     return outcome;
 }

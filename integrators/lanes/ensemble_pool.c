@@ -172,9 +172,8 @@ static kempe_status add(kmp_engine *e, const kmp_partition *part, kmp_pool **add
 
 kempe_status kmp_pool_find(kmp_engine *e, const kmp_partition *part, kmp_pool **found)
 {
-    int *order = KMP_NEW(int, part->r);
+    int order[KMP_LANE_ROWS];
     *found = NULL;
-    KMP_TRY(kmp_made(e->context, order));
     for (int k = 0; k < e->pool_count && !*found; k++) {
         kmp_pool *pool = e->pools[k];
         if (!same_choice(pool, part))
@@ -183,7 +182,6 @@ kempe_status kmp_pool_find(kmp_engine *e, const kmp_partition *part, kmp_pool **
         if (memcmp(pool->order, order, (size_t)part->r * sizeof *order) == 0)
             *found = pool;
     }
-    kmp_free(order);
     kempe_status status = *found ? KEMPE_OK : add(e, part, found);
     if (*found)
         (*found)->used = ++e->finds;
