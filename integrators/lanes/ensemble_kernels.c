@@ -21,8 +21,8 @@ typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
     KMP_INLINE void name##_terms(size_t w, size_t size, const double *y, const double *h, int terms, const double *a,  \
                                  const double *const *k, double *out, double *const *place)                            \
     {                                                                                                                  \
-        const double *slope[KMP_RK_MAX_STAGES];                                                                        \
-        for (int j = 0; j < terms; j++) /* kept in registers */                                                        \
+        const double *slope[KMP_RK_MAX_STAGES] = {k[0]};                                                               \
+        for (int j = 1; j < terms; j++) /* kept in registers */                                                        \
             slope[j] = k[j];                                                                                           \
         for (size_t c = 0, i = 0; c < size; c++) {                                                                     \
             double *also = place[c] ? place[c] : out + i;                                                              \

@@ -77,16 +77,18 @@ static int *load_rows_of(const kmp_engine *e, const kmp_pool *pool)
     return row;
 }
 
-/* Finds where the program takes the unknowns, and where it leaves their slopes. false: no memory. */
-static bool find_places(const kmp_engine *e, kmp_pool *pool)
+/* Makes the lanes of the program, and finds where it takes the unknowns and leaves their slopes. false: no memory. */
+static bool prepare(const kmp_engine *e, kmp_pool *pool)
 {
-    const int *outputs = pool->program->outputs, size = kmp_lane_most(e);
-    pool->slopes = e->s->load_row_count > 0 ? KMP_FUSED_ACCELERATIONS : KMP_FUSED_RATES;
-    pool->output = KMP_NEW(kmp_lanes_output, outputs[pool->slopes + 1] - outputs[pool->slopes] + 1);
+    const kmp_program *program = pool->program;
+    int size = kmp_lane_most(e), stage = e->s->load_row_count > 0 ? KMP_FUSED_ACCELERATIONS : KMP_FUSED_RATES;
+    pool->slopes = stage;
+    pool->lanes = kmp_lanes_new(program, (int)e->room.w, e->execution.plain);
+    pool->output = KMP_NEW(kmp_lanes_output, program->outputs[stage + 1] - program->outputs[stage] + 1);
     pool->place = KMP_NEW(double *, size);
-    if (!pool->output || !pool->place)
+    if (!pool->lanes || !pool->output || !pool->place)
         return false;
-    kmp_lanes_outputs(pool->lanes, pool->slopes, pool->output);
+    kmp_lanes_outputs(pool->lanes, stage, pool->output);
     kmp_lanes_places(pool->lanes, KMP_IN_Q, size, pool->place);
     return true;
 }
@@ -113,9 +115,8 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *poo
     pool->row = written.row;
     pool->pivot_block = blocks_of_pivots(pool);
     pool->load_row = load_rows_of(e, pool);
-    if (pool->program && pool->pivot_block && pool->load_row)
-        pool->lanes = kmp_lanes_new(pool->program, (int)e->room.w, e->execution.plain);
-    if (pool->lanes && find_places(e, pool) && kmp_pool_complete(e, pool))
+    bool made = pool->program && pool->pivot_block && pool->load_row && prepare(e, pool);
+    if (made && kmp_pool_complete(e, pool))
         return KEMPE_OK;
     return kmp_memory_failures() != failures ? kmp_fail_memory(e->context) : KEMPE_E_FAILED;
 }
