@@ -9,7 +9,8 @@
  * It runs to 5 s with a relative tolerance of 1e-9, in 7 parts, and prints time, coordinates, rates, accelerations,
  * multipliers and outputs; to stderr the largest difference of slopes from these accelerations and
  * rates, the work and, at a failure, the reason. With the further argument "exchange" it saves its state
- * after each part, and another simulator goes on from there; NAME=VALUE sets a parameter. */
+ * after each part, and another simulator goes on from there; NAME=VALUE sets a parameter. With "table" it prints the
+ * names of the columns, and a row at the start and after each part, separated by commas. */
 #include MODEL_HEADER
 #include <math.h>
 #include <stdio.h>
@@ -26,6 +27,18 @@ static void show(int count, const double *x)
 {
     for (int k = 0; k < count; k++)
         printf(" %.17g", x[k]);
+}
+
+static void show_place(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    printf("%.17g", s->t);
+    show(e->coordinates, s->q);
+    show(e->coordinates, s->qd);
+    show(e->coordinates, s->qdd);
+    show(e->rows, s->lambda);
+    show(e->outputs, s->y);
+    printf("\n");
 }
 
 /* The largest relative difference of the slopes for each choice from the accelerations and rates, which are solved for.
@@ -61,11 +74,47 @@ static void set(kempe_simulator *s, const char *word)
     kempe_simulator_set_parameters(s);
 }
 
+static void put_names(const char *start, int count, const char *const *names)
+{
+    for (int k = 0; k < count; k++)
+        printf(",%s%s", start, names[k]);
+}
+
+static void put_values(int count, const double *x)
+{
+    for (int k = 0; k < count; k++)
+        printf(",%.17g", x[k]);
+}
+
+static void put_head(const kempe_equations *e)
+{
+    printf("t");
+    put_names("q.", e->coordinates, e->coordinate_names);
+    put_names("qd.", e->coordinates, e->coordinate_names);
+    put_names("qdd.", e->coordinates, e->coordinate_names);
+    put_names("lambda.", e->rows, e->row_names);
+    put_names("", e->outputs, e->output_names);
+    printf("\n");
+}
+
+static void put_row(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    printf("%.17g", s->t);
+    put_values(e->coordinates, s->q);
+    put_values(e->coordinates, s->qd);
+    put_values(e->coordinates, s->qdd);
+    put_values(e->rows, s->lambda);
+    put_values(e->outputs, s->y);
+    printf("\n");
+}
+
 int main(int argc, char **argv)
 {
     const kempe_equations *e = &IN(MODEL, _equations);
     const double end = atof(argv[1]), tolerance = atof(argv[2]);
     const int parts = atoi(argv[3]), exchange = argc > 4 && strcmp(argv[4], "exchange") == 0;
+    const int table = argc > 4 && strcmp(argv[4], "table") == 0;
     kempe_simulator s[2];
     for (int k = 0; k < 2; k++) {
         kempe_simulator_init(&s[k], e, memory[k]);
@@ -76,8 +125,14 @@ int main(int argc, char **argv)
     kempe_simulator_status status = kempe_simulator_start(&s[0], 0);
     const clock_t begin = clock();
     int at = 0;
+    if (table) {
+        put_head(e);
+        put_row(&s[0]);
+    }
     for (int k = 1; k <= parts && status == KEMPE_SIMULATOR_GOES; k++) {
         status = kempe_simulator_advance(&s[at], k < parts ? end * k / parts : end);
+        if (table && status == KEMPE_SIMULATOR_GOES)
+            put_row(&s[at]);
         if (exchange) {
             kempe_simulator_save(&s[at], saved);
             at = !at;
@@ -85,13 +140,8 @@ int main(int argc, char **argv)
         }
     }
     const double seconds = (double)(clock() - begin) / (double)CLOCKS_PER_SEC;
-    printf("%.17g", s[at].t);
-    show(e->coordinates, s[at].q);
-    show(e->coordinates, s[at].qd);
-    show(e->coordinates, s[at].qdd);
-    show(e->rows, s[at].lambda);
-    show(e->outputs, s[at].y);
-    printf("\n");
+    if (!table)
+        show_place(&s[at]);
     fprintf(stderr, "%d slopes, %.3g off\n", e->slopes_count, slopes_off(&s[at]));
     fprintf(stderr, "%.0f steps, %.0f evaluations, %.0f exchanges, %.0f events, %.7f s\n%s\n", s[at].work.steps,
             s[at].work.evaluations, s[at].work.exchanges, s[at].work.events, seconds, s[at].message);

@@ -56,7 +56,8 @@ static void reduce_mass(kempe_simulator *s)
 }
 
 /* Column j: the change of C by multiplier j at the placed multipliers. Subtracts these changes from C: `bias` is that
- * of the tangent at zero multipliers. */
+ * of the tangent at zero multipliers. A slope that is not finite, as that of a root of squares at zero, counts as none:
+ * this step is then one of a fixed-point iteration. */
 static void evaluate_loads(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
@@ -67,6 +68,7 @@ static void evaluate_loads(kempe_simulator *s, double t)
     for (int j = 0; j < r; j++)
         for (int i = 0; i < n; i++) {
             double slope = part->pick[i * e->rows + part->row[j]];
+            slope = fabs(slope) <= DBL_MAX ? slope : 0;
             part->loads[i + j * n] = slope;
             part->bias[i] -= slope * part->lambda[part->row[j]];
         }
@@ -124,12 +126,24 @@ static outcome factor_mass(kempe_simulator *s)
     return bad ? SINGULAR_MASS : GOOD;
 }
 
-/* M qdd - J' lambda + c = 0 for qdd = T udd, where c does not depend on the multipliers: udd, and these (r; NULL: not
- * wanted). */
-static void solve_unloaded(kempe_simulator *s, const double *c, double *udd, double *lambda)
+/* M qdd - J' lambda + c = 0 for qdd = T udd: udd, and the multipliers (r; NULL: not wanted). */
+static void solve_motion(kempe_simulator *s, const double *c, double *udd, double *lambda)
 {
-    const struct kempe_simulator_parts *part = &s->part;
-    int n = s->equations->coordinates, f = freedom_of(s), r = rank_of(s);
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, f = freedom_of(s), r = rank_of(s);
+    if (e->loads && r > 0) {
+        project(s, c, part->right);
+        for (int i = 0; i < r; i++)
+            part->right[f + i] = c[part->column[i]];
+        for (int i = 0; i < n; i++)
+            part->right[i] = -part->right[i];
+        kmp_lu_solve(n, part->joint, part->joint_pivot, 1, part->right);
+        copy(f, part->right, udd);
+        if (lambda)
+            copy(r, part->right + f, lambda);
+        return;
+    }
     project(s, c, udd);
     for (int k = 0; k < f; k++)
         udd[k] = -udd[k];
@@ -145,26 +159,6 @@ static void solve_unloaded(kempe_simulator *s, const double *c, double *udd, dou
         for (int i = 0; i < r; i++)
             lambda[i] *= part->inverse_row[part->row[i]];
     }
-}
-
-/* The same; where C depends on multipliers, with its slopes by them. */
-static void solve_motion(kempe_simulator *s, const double *c, double *udd, double *lambda)
-{
-    struct kempe_simulator_parts *part = &s->part;
-    int n = s->equations->coordinates, f = freedom_of(s), r = rank_of(s);
-    if (!s->equations->loads || r == 0) {
-        solve_unloaded(s, c, udd, lambda);
-        return;
-    }
-    project(s, c, part->right);
-    for (int i = 0; i < r; i++)
-        part->right[f + i] = c[part->column[i]];
-    for (int i = 0; i < n; i++)
-        part->right[i] = -part->right[i];
-    kmp_lu_solve(n, part->joint, part->joint_pivot, 1, part->right);
-    copy(f, part->right, udd);
-    if (lambda)
-        copy(r, part->right + f, lambda);
 }
 
 /* c = C + M a for the accelerations a of v at udd = 0, -Jv^-1 of `rows`. */
@@ -191,8 +185,8 @@ static outcome accelerate_once(kempe_simulator *s, double t)
     return GOOD;
 }
 
-/* C depends on the multipliers: Newton's method from the placed ones, of which one step is exact where C is linear. */
-static outcome settle_loads(kempe_simulator *s, double t)
+/* C depends on the multipliers: Newton's method from zero, of which one step is exact where C is linear in them. */
+static outcome accelerate_loaded(kempe_simulator *s, double t)
 {
     struct kempe_simulator_parts *part = &s->part;
     kempe_arguments at = arguments_at(s, t);
@@ -216,33 +210,6 @@ static outcome settle_loads(kempe_simulator *s, double t)
         before = change;
     }
     return UNSETTLED;
-}
-
-/* The multipliers that follow from C at zero ones. */
-static outcome start_loads(kempe_simulator *s, double t)
-{
-    struct kempe_simulator_parts *part = &s->part;
-    kempe_arguments at = arguments_at(s, t);
-    clear(s->equations->rows, part->lambda);
-    s->equations->motion(&at, part->mass, part->bias, part->jdqd);
-    s->work.evaluations++;
-    reduce_mass(s);
-    outcome said = factor_mass(s);
-    if (said != GOOD)
-        return said;
-    add_constant(s, part->bias, part->jdqd, part->load);
-    solve_unloaded(s, part->load, part->udd, part->correction);
-    (void)take_multipliers(s, part->correction);
-    return GOOD;
-}
-
-/* From zero multipliers, or, where C has no derivative there (a root of squares), from those that follow from it. */
-static outcome accelerate_loaded(kempe_simulator *s, double t)
-{
-    outcome said = settle_loads(s, t);
-    if (said == GOOD || start_loads(s, t) != GOOD)
-        return said;
-    return settle_loads(s, t);
 }
 
 /* udd at the placed q and qd. */
