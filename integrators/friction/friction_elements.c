@@ -15,6 +15,11 @@ KMP_LOCAL double kmp_friction_at(const kmp_friction_run *x, const kmp_friction_e
     return x->change[e->slot + (int)role - KMP_ROLE_SENSE];
 }
 
+KMP_LOCAL double kmp_friction_level_at(const kmp_friction_run *x, const kmp_friction_element *e, kmp_role role)
+{
+    return e->contact ? 0 : kmp_friction_at(x, e, role);
+}
+
 KMP_LOCAL void kmp_friction_put(kmp_friction_run *x, const kmp_friction_element *e, kmp_role role, double input)
 {
     x->site->put(x->site->self, e->slot + (int)role - KMP_ROLE_SENSE, input);
@@ -144,6 +149,8 @@ KMP_LOCAL void kmp_friction_begin(kmp_friction_run *x)
 {
     memset(&x->past, 0, sizeof x->past);
     x->past.t = x->past.since = -INFINITY;
+    for (int i = 0; i < x->count; i++)
+        x->element[i].last = -INFINITY;
 }
 
 KMP_LOCAL void kmp_friction_note_values(kmp_friction_run *x)

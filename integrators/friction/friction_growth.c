@@ -7,7 +7,7 @@
 
 static double level_of(const kmp_friction_run *x, int i)
 {
-    return kmp_friction_at(x, &x->element[i], KMP_ROLE_LEVEL);
+    return kmp_friction_level_at(x, &x->element[i], KMP_ROLE_LEVEL);
 }
 
 static int add_column(kmp_friction_run *x, int j, double t, const double *q, const double *qd)

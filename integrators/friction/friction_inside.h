@@ -20,23 +20,23 @@ typedef enum kmp_friction_stance {
 } kmp_friction_stance;
 
 typedef struct kmp_friction_element {
-    int slot;                  /* its condition KMP_ROLE_SENSE */
-    int row;                   /* of J */
-    double size;               /* of its place: the scale of its row */
-    double regularise;         /* speed by which it may be regularised; 0: it may not */
-    double restitution, ratio; /* contact: e of Newton's law; friction of a contact: its coefficient */
-    bool contact;              /* a rigid contact: it slips where it is open, and its force is not negative */
-    int base;                  /* friction of a contact: the element of the contact; -1: none */
-    int across;                /* 1 and 2: the components of slip in two directions; 0: it has one */
-    int twin;                  /* slip in two directions: the element of the other component; -1: none */
-    double along;              /* of these while it slips: the component of the direction */
-    int rubs;     /* friction of a closed contact that slips, 1 or -1: its force takes part in the decision, not
-                   * its mode; 0: none */
-    double lift;  /* contact: an overlap that is none while it is open; 0: it is closed */
-    bool struck;  /* contact: an impact at this instant has acted on it */
-    bool pinned;  /* contact: closed by a study that decides on contacts itself */
-    double still; /* an acceleration of its place that is none, in this decision */
-    double back;  /* friction that slips: a rate against its sense that counts as none */
+    int slot;          /* its condition KMP_ROLE_SENSE */
+    int row;           /* of J */
+    double size;       /* of its place: the scale of its row */
+    double regularise; /* speed by which it may be regularised; 0: it may not */
+    bool contact;      /* a rigid contact: it slips where it is open, and its force is not negative */
+    int base;          /* friction of a contact: the element of the contact; -1: none */
+    int across;        /* 1 and 2: the components of slip in two directions; 0: it has one */
+    int twin;          /* slip in two directions: the element of the other component; -1: none */
+    double along;      /* of these while it slips: the component of the direction */
+    int rubs;          /* friction of a closed contact that slips, 1 or -1: its force takes part in the decision, not
+                        * its mode; 0: none */
+    double lift;       /* contact: an overlap that is none while it is open; 0: it is closed */
+    bool struck;       /* contact: an impact at this instant has acted on it */
+    double last;       /* contact: time of its last impact; -INFINITY: none yet */
+    bool pinned;       /* contact: closed by a study that decides on contacts itself */
+    double still;      /* an acceleration of its place that is none, in this decision */
+    double back;       /* friction that slips: a rate against its sense that counts as none */
     kmp_friction_stance stance, was; /* now, and before the decision */
     double sense, before_sense;      /* of slip */
     bool fired, known;               /* its reserve was used up at the event; it has been decided before */
@@ -93,6 +93,10 @@ struct kmp_friction_run {
 
 /** The value of a role at the last measurement. */
 KMP_LOCAL double kmp_friction_at(const kmp_friction_run *x, const kmp_friction_element *e, kmp_role role);
+
+/** The level of friction in slip (KMP_ROLE_LEVEL) or at rest (KMP_ROLE_STATIC); 0 for a contact, whose values of these
+ * roles are its restitution and its coefficient of friction. */
+KMP_LOCAL double kmp_friction_level_at(const kmp_friction_run *x, const kmp_friction_element *e, kmp_role role);
 
 /** Sets the input of a role. */
 KMP_LOCAL void kmp_friction_put(kmp_friction_run *x, const kmp_friction_element *e, kmp_role role, double input);
@@ -169,7 +173,7 @@ KMP_LOCAL void kmp_friction_share(kmp_friction_run *x);
  * in x->f, static levels in x->upper, by element. */
 KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, const double *qd, double *part);
 
-/** Begins the past of all elements; x->element has their numbers. */
+/** Begins the past of all elements, which are listed. */
 KMP_LOCAL void kmp_friction_begin(kmp_friction_run *x);
 
 /** Notes the elements whose events are passed at the conditions in x->change, and the present friction. */

@@ -17,7 +17,7 @@ enum { MOST_DIVISIONS = 60, MOST_HALVINGS = 60 };
 static double largest_of(const kmp_friction_run *x, int i)
 {
     const kmp_friction_element *e = &x->element[x->which[i]];
-    return fmax(kmp_friction_at(x, e, KMP_ROLE_STATIC), fmax(kmp_friction_at(x, e, KMP_ROLE_LEVEL), 0));
+    return fmax(kmp_friction_level_at(x, e, KMP_ROLE_STATIC), fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL), 0));
 }
 
 /* A bound on forces that are not bounded by levels. */
@@ -55,7 +55,7 @@ static bool suffices(kmp_friction_run *x, double part)
         }
         bool free = e->implied || !(x->upper[i] > 0) || (x->spares && e->loaded);
         double most = free ? 0 : part < INFINITY ? part * x->upper[i] : far;
-        double slip = -e->sense * fmax(kmp_friction_at(x, e, KMP_ROLE_LEVEL), 0);
+        double slip = -e->sense * fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL), 0);
         x->lower[i] = e->broken ? slip : -most;
         x->tried[i] = e->broken ? slip : most;
         x->f[i] = 0;
@@ -120,7 +120,7 @@ static void spread(kmp_friction_run *x)
     for (int i = x->count - 1, k = x->rest - 1; i >= 0; i--) {
         bool rests = k >= 0 && x->which[k] == i;
         x->f[i] = rests ? x->f[k] : 0;
-        x->upper[i] = rests ? x->upper[k] : fmax(kmp_friction_at(x, &x->element[i], KMP_ROLE_STATIC), 0);
+        x->upper[i] = rests ? x->upper[k] : fmax(kmp_friction_level_at(x, &x->element[i], KMP_ROLE_STATIC), 0);
         k -= rests;
     }
 }

@@ -153,7 +153,7 @@ static int find_matrix(kmp_friction_run *x, double t, const double *q, const dou
         bool none = e->implied &&
                     fabs(kmp_friction_at(x, e, KMP_ROLE_ACCELERATION)) <= KMP_FRICTION_STILL * e->size * rate * rate;
         x->a[i] = none ? 0 : kmp_friction_at(x, e, KMP_ROLE_ACCELERATION);
-        x->upper[i] = kmp_friction_at(x, e, KMP_ROLE_LEVEL);
+        x->upper[i] = kmp_friction_level_at(x, e, KMP_ROLE_LEVEL);
     }
     for (int j = 0; j < n; j++) {
         kmp_friction_element *by = &x->element[x->which[j]];
@@ -207,8 +207,8 @@ static void set_bounds(kmp_friction_run *x)
 {
     for (int i = 0; i < x->rest; i++) {
         const kmp_friction_element *e = &x->element[x->which[i]];
-        double slip = fmax(kmp_friction_at(x, e, KMP_ROLE_LEVEL), 0),
-               most = fmax(kmp_friction_at(x, e, KMP_ROLE_STATIC), slip);
+        double slip = fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL), 0),
+               most = fmax(kmp_friction_level_at(x, e, KMP_ROLE_STATIC), slip);
         if (e->contact)
             most = e->broken ? 0 : INFINITY;
         bool slips = e->broken && !turns(e);
@@ -425,7 +425,7 @@ static bool is_consistent(kmp_friction_run *x, int code, double rate)
         double least = -KMP_FRICTION_STILL * e->size * rate * rate;
         int way = direction(e, code, k);
         x->f[k] = kmp_friction_at(x, e, KMP_ROLE_GIVEN);
-        x->upper[k] = kmp_friction_at(x, e, way ? KMP_ROLE_LEVEL : KMP_ROLE_STATIC);
+        x->upper[k] = kmp_friction_level_at(x, e, way ? KMP_ROLE_LEVEL : KMP_ROLE_STATIC);
         double most = (e->fired ? 1 - KMP_FRICTION_TIE : 1 + KMP_FRICTION_TIE) * x->upper[k];
         if (e->rubs || (e->contact && !way && x->f[k] * x->d[k + k * x->rest] >= (e->fired ? e->still : 0)))
             continue;

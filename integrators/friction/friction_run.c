@@ -280,8 +280,6 @@ static void take_numbers(const kempe_system *s, const kmp_events *events, int co
         e->row = row < 0 ? 0 : row;
         e->size = row < 0 ? 1 : s->row_scale[row];
         e->regularise = force->has_regularise ? force->regularise.value : 0;
-        e->restitution = force->restitution.value;
-        e->ratio = force->level.value;
     }
 }
 
@@ -344,9 +342,9 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     *site = site_of(run);
     x->site = site;
     x->loads = kmp_friction_is_loaded(run->s->model);
-    kmp_friction_begin(x);
     x->count = count;
     kmp_friction_list(run->s, events, x->element);
+    kmp_friction_begin(x);
     return x;
 }
 

@@ -147,7 +147,7 @@ static void take_views(kmp_friction_state *x, double t)
         kmp_friction_element *e = &f->element[i];
         x->view[i].force = kmp_friction_at(f, e, KMP_ROLE_GIVEN);
         x->view[i].largest =
-            fmax(kmp_friction_at(f, e, KMP_ROLE_STATIC), fmax(kmp_friction_at(f, e, KMP_ROLE_LEVEL), 0));
+            fmax(kmp_friction_level_at(f, e, KMP_ROLE_STATIC), fmax(kmp_friction_level_at(f, e, KMP_ROLE_LEVEL), 0));
         x->view[i].word = word_of(e);
         x->view[i].off = e->base >= 0 && f->element[e->base].stance == KMP_FRICTION_SLIPS;
         if (e->contact || e->stance == KMP_FRICTION_SLIPS || e->stance == KMP_FRICTION_SMOOTH || x->view[i].largest > 0)
@@ -315,7 +315,8 @@ kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const 
     for (int i = 0; i < state->count; i++) {
         kmp_friction_element *e = &f->element[i];
         double at = kmp_friction_at(f, e, KMP_ROLE_PLACE);
-        bool level = fmax(kmp_friction_at(f, e, KMP_ROLE_LEVEL), kmp_friction_at(f, e, KMP_ROLE_STATIC)) > 0;
+        bool level =
+            fmax(kmp_friction_level_at(f, e, KMP_ROLE_LEVEL), kmp_friction_level_at(f, e, KMP_ROLE_STATIC)) > 0;
         bool wanted = !state->view[i].off && (which ? which[i] : level || run->loaded_friction);
         if (e->contact)
             continue;

@@ -62,7 +62,7 @@ struct kmp_runner {
     kmp_crossing *crossing;     /* NULL without conditions */
     kmp_friction_run *friction; /* NULL without friction that sticks */
     bool loaded_friction;       /* some level depends on multipliers */
-    kmp_impact_run *impacts;    /* NULL without rigid contacts */
+    kmp_impacts *impacts;       /* NULL without rigid contacts */
     bool at_event;
     double event_t;       /* the end of the last step if at_event */
     double stop;          /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it

@@ -14,8 +14,8 @@ typedef enum kmp_role {
     KMP_ROLE_GIVEN,        /* input: a force. Value: the friction */
     KMP_ROLE_RATE,         /* value: rate of the place */
     KMP_ROLE_ACCELERATION, /* value: second rate of the place */
-    KMP_ROLE_LEVEL,        /* value: size of the friction in slip */
-    KMP_ROLE_STATIC,       /* value: bound of the friction in stick */
+    KMP_ROLE_LEVEL,        /* value: size of the friction in slip; of a contact: e of Newton's law */
+    KMP_ROLE_STATIC,       /* value: bound of the friction in stick; of a contact: the coefficient of its friction */
     KMP_ROLE_END
 } kmp_role;
 

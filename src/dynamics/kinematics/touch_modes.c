@@ -40,9 +40,18 @@ static kmp_ref load_left(const kmp_tree *tree, const kmp_force *contact)
                       kmp_tree_multiplier(tree, contact->closure, 0), KMP_ONE);
 }
 
-static kmp_ref none(const kmp_tree *tree, const kmp_force *contact)
+static kmp_ref restitution_of(const kmp_tree *tree, const kmp_force *contact)
 {
-    (void)tree, (void)contact;
+    return kmp_tree_number(tree, &contact->restitution);
+}
+
+/* The coefficient of its friction; zero without. */
+static kmp_ref ratio_of(const kmp_tree *tree, const kmp_force *contact)
+{
+    const kempe_model *model = tree->model;
+    for (const kmp_force *f = model->forces; f < model->forces + model->force_count; f++)
+        if (kmp_force_sticks(f) && f->contact > 0 && &model->forces[f->contact - 1] == contact)
+            return kmp_tree_number(tree, &f->level);
     return KMP_ZERO;
 }
 
@@ -51,6 +60,6 @@ kmp_ref kmp_touch_value(const kmp_tree *tree, const kmp_condition *condition)
     static kmp_ref (*const values[KMP_ROLE_END])(const kmp_tree *, const kmp_force *) = {
         [KMP_ROLE_SENSE] = distance_left,  [KMP_ROLE_HELD] = load_left, [KMP_ROLE_PLACE] = gap_of,
         [KMP_ROLE_GIVEN] = kmp_touch_push, [KMP_ROLE_RATE] = rate_of,   [KMP_ROLE_ACCELERATION] = acceleration_of,
-        [KMP_ROLE_LEVEL] = none,           [KMP_ROLE_STATIC] = none};
+        [KMP_ROLE_LEVEL] = restitution_of, [KMP_ROLE_STATIC] = ratio_of};
     return values[condition->role](tree, condition->of);
 }

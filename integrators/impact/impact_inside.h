@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Impacts of rigid contacts on plain arrays. All contacts that are closed or touch at an instant are decided together.
+ * Their normal impulses f and the rates v of their distances after the impact are related by v+ = v- + D f with
+ * D = G P G', P the inverse inertia with the closures. Newton's law asks for v+ + e v- >= 0, f >= 0, with one of them
+ * zero: the minimum of f'Df/2 + ((1 + e) v-)'f over f >= 0 (Glocker 2001, chapter 8). Friction joins with impulses of
+ * at most mu times the normal one against the slip after the impact; its bounds are iterated.
+ *
+ * An impact whose next one would follow within KMP_IMPACT_SPACING of the run ends a sequence: it takes the rate away,
+ * and the contact closes. The mechanism is that of a site: a run of the library, or a generated simulator. */
+#ifndef KMP_IMPACT_INSIDE_H
+#define KMP_IMPACT_INSIDE_H
+
+#include "integrators/friction/friction_inside.h"
+
+/* Reasons of an impact that has no solution. */
+typedef enum kmp_impact_failure {
+    KMP_IMPACT_FORCED,    /* closures force surfaces into each other */
+    KMP_IMPACT_UNDECIDED, /* rounding prevents a decision */
+    KMP_IMPACT_ALTERNATES /* the bounds of friction do not settle */
+} kmp_impact_failure;
+
+typedef struct kmp_impact_run kmp_impact_run;
+
+/* The mechanism, beside the site of friction, which has the same `self` and statuses. Rows of friction are not held. */
+typedef struct kmp_impact_site {
+    bool driven; /* closures depend on time: their impulses do work */
+    /** Rows of J at (t, q), count x n, with the present inputs. */
+    void (*rows)(void *self, double t, const double *q, int count, const int *row, double *g);
+    /** Changes of the rates by impulses along rows: P g for each, count x n. Inertia is then that at q. */
+    int (*ways)(void *self, double t, const double *q, int count, const double *g, double *way);
+    /** Inertia at q. */
+    void (*weigh)(void *self, double t, const double *q);
+    /** The kinetic energy with this inertia. */
+    double (*kinetic)(const void *self, const double *qd);
+    /** Returns a status of failure, with a sentence. */
+    int (*fail)(void *self, const kmp_impact_run *p, kmp_impact_failure failure, double t);
+    /** Notes for a log; NULL: nobody reads them. The impacts of element k of those that take part accumulate at the
+     * time `end`; an impact of the gain of energy, J; one that would gain this energy is taken without restitution. */
+    void (*tell_sequence)(void *self, const kmp_impact_run *p, int k, double t, double since, double end);
+    void (*tell_impact)(void *self, const kmp_impact_run *p, double t, double before, double gain);
+    void (*tell_plastic)(void *self, double t, double gain);
+} kmp_impact_site;
+
+struct kmp_impact_run {
+    const kmp_impact_site *site;
+    kmp_friction_run *friction;
+    int n;             /* coordinates */
+    int count, *which; /* the elements that take part, by number */
+    int *partner;      /* the other component of friction in two directions; -1: none */
+    double *row, *way; /* elements x n: their rows of J; changes of the rates by unit impulses */
+    double *d, *v, *a, *e, *lower, *upper, *f, *y, *tried, *room;
+    double *most_friction; /* bound of the impulse of friction, in this pass */
+    int *side, *rows;
+    bool *held;     /* it takes its rate away, in both directions */
+    double *deep;   /* overlap of an element at this impact, which the located time leaves */
+    double *before; /* n: rates before the impact */
+    double since;   /* the shortest time since the impact before of the same contact; INFINITY: none strikes twice */
+    long total;     /* impacts so far */
+};
+
+/** The element of number k of those that take part. */
+KMP_LOCAL kmp_friction_element *kmp_impact_element(const kmp_impact_run *p, int k);
+
+/** Changes rates at t where open contacts strike, and parts surfaces that overlap by rounding, with the rows of the
+ * closures alone. *gain: change of the kinetic energy, J. */
+KMP_LOCAL int kmp_impact_decide(kmp_impact_run *p, double t, double *q, double *qd, double *gain);
+
+/** The first contact whose surfaces overlap at (t, q, qd) by more than rounding; -1: none. */
+KMP_LOCAL int kmp_impact_overlap(kmp_impact_run *p, double t, const double *q, const double *qd);
+
+#endif

@@ -1,0 +1,303 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/tolerances.h"
+#include "integrators/impact/impact_inside.h"
+#include <math.h>
+#include <string.h>
+
+enum {
+    MOST_PASSES = 600, /* of the iteration for bounds of friction */
+    PATIENCE = 60      /* passes after which bounds that alternate follow by half as much */
+};
+
+KMP_LOCAL kmp_friction_element *kmp_impact_element(const kmp_impact_run *p, int k)
+{
+    return &p->friction->element[p->which[k]];
+}
+
+static void *self_of(const kmp_impact_run *p)
+{
+    return p->friction->site->self;
+}
+
+/* -- who takes part -------------------------------------------------------------------------------------- */
+
+static bool touches(const kmp_impact_run *p, const kmp_friction_element *e)
+{
+    return e->contact && kmp_friction_at(p->friction, e, KMP_ROLE_PLACE) <= KMP_TOUCH_NEAR * e->size;
+}
+
+/* The places of both components of friction in two directions. */
+static void find_pairs(kmp_impact_run *p)
+{
+    for (int k = 0; k < p->count; k++) {
+        p->partner[k] = -1;
+        for (int i = 0; i < p->count; i++)
+            if (kmp_impact_element(p, k)->twin == p->which[i])
+                p->partner[k] = i;
+    }
+}
+
+/* Contacts whose surfaces touch, and their friction. True: one of them strikes. */
+static bool list_touching(kmp_impact_run *p, double rate)
+{
+    const kmp_friction_run *x = p->friction;
+    bool strikes = false;
+    p->count = 0;
+    for (int i = 0; i < x->count; i++) {
+        const kmp_friction_element *e = &x->element[i], *base = e->base >= 0 ? &x->element[e->base] : e;
+        double v = kmp_friction_at(x, e, KMP_ROLE_RATE), still = KMP_FRICTION_STILL * e->size * rate;
+        if (!touches(p, base))
+            continue;
+        bool hits = e->contact && v < -still;
+        p->v[p->count] = v;
+        p->e[p->count] = hits ? kmp_friction_at(x, e, KMP_ROLE_LEVEL) : 0;
+        p->which[p->count++] = i;
+        strikes = strikes || hits;
+    }
+    find_pairs(p);
+    return strikes;
+}
+
+/* -- the impulses ------------------------------------------------------------------------------------------ */
+
+/* The rows of all that take part. */
+static void find_rows(kmp_impact_run *p, double t, const double *q)
+{
+    for (int k = 0; k < p->count; k++) {
+        p->rows[k] = kmp_impact_element(p, k)->row;
+        kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 1);
+    }
+    p->site->rows(self_of(p), t, q, p->count, p->rows, p->row);
+    for (int k = 0; k < p->count; k++)
+        kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 0);
+}
+
+/* The closures imply some rows: no impulse along these changes a rate. */
+static int clear_implied(kmp_impact_run *p, double t, const double *q)
+{
+    for (int k = 0; k < p->count; k++) {
+        bool adds;
+        kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 1);
+        int status = p->friction->site->adds(self_of(p), t, q, &adds);
+        kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 0);
+        KMP_FRICTION_TRY(status);
+        for (int i = 0; i < p->n && !adds; i++)
+            p->row[k * p->n + i] = 0;
+    }
+    return 0;
+}
+
+static double product(int n, const double *a, const double *b)
+{
+    double sum = 0;
+    for (int i = 0; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+static int find_inverse_inertia(kmp_impact_run *p, double t, const double *q)
+{
+    int n = p->n;
+    find_rows(p, t, q);
+    KMP_FRICTION_TRY(clear_implied(p, t, q));
+    KMP_FRICTION_TRY(p->site->ways(self_of(p), t, q, p->count, p->row, p->way));
+    for (int i = 0; i < p->count; i++)
+        for (int j = 0; j <= i; j++)
+            p->d[i + j * p->count] = p->d[j + i * p->count] =
+                (product(n, p->row + i * n, p->way + j * n) + product(n, p->row + j * n, p->way + i * n)) / 2;
+    return 0;
+}
+
+/* The number among those that take part of the contact under element k of friction. */
+static int under(const kmp_impact_run *p, int k)
+{
+    int i = 0;
+    while (p->which[i] != kmp_impact_element(p, k)->base)
+        i++;
+    return i;
+}
+
+/* Bounds by the impulses of the last pass, which those of friction follow by a part. */
+static void bound_impulses(kmp_impact_run *p, double part)
+{
+    for (int k = 0; k < p->count; k++) {
+        const kmp_friction_element *e = kmp_impact_element(p, k);
+        bool rubs = e->base >= 0;
+        if (rubs) { /* a contact that is held may pull */
+            double ratio = kmp_friction_at(p->friction, &p->friction->element[e->base], KMP_ROLE_STATIC);
+            p->most_friction[k] += part * (ratio * fmax(p->f[under(p, k)], 0) - p->most_friction[k]);
+        }
+        double most = rubs ? p->most_friction[k] : INFINITY;
+        p->a[k] = p->v[k] + p->e[k] * p->v[k];
+        p->lower[k] = rubs || p->held[k] ? -most : 0;
+        p->upper[k] = most;
+    }
+}
+
+static kmp_box_outcome find_minimum(kmp_impact_run *p)
+{
+    const kmp_box box = {p->count, p->d, p->a, p->lower, p->upper};
+    return kmp_disc_minimum(&box, p->partner, p->f, p->y, p->side, p->room);
+}
+
+/* One minimum; *changed: by how much impulses differ from the last ones, relative to the largest. */
+static int solve_once(kmp_impact_run *p, double t, double part, double *changed)
+{
+    double most = 0, size = 0;
+    bound_impulses(p, part);
+    memcpy(p->tried, p->f, (size_t)p->count * sizeof *p->f);
+    kmp_box_outcome outcome = find_minimum(p);
+    for (int k = 0; k < p->count; k++) {
+        most = fmax(most, fabs(p->f[k] - p->tried[k]));
+        size = fmax(size, fmax(fabs(p->f[k]), fabs(p->tried[k])));
+    }
+    *changed = size > 0 ? most / size / part : 0;
+    if (outcome == KMP_BOX_FOUND)
+        return 0;
+    return p->site->fail(self_of(p), p, outcome == KMP_BOX_UNBOUNDED ? KMP_IMPACT_FORCED : KMP_IMPACT_UNDECIDED, t);
+}
+
+static int solve_impulses(kmp_impact_run *p, double t)
+{
+    double changed = 1;
+    bool rubs = false;
+    for (int k = 0; k < p->count; k++) {
+        rubs = rubs || kmp_impact_element(p, k)->base >= 0;
+        p->f[k] = p->most_friction[k] = 0;
+    }
+    KMP_FRICTION_TRY(solve_once(p, t, 1, &changed));
+    for (int pass = 1; rubs && pass < MOST_PASSES && changed > KMP_FRICTION_SETTLED; pass++)
+        KMP_FRICTION_TRY(solve_once(p, t, ldexp(1, -(pass / PATIENCE)), &changed));
+    return rubs && changed > KMP_FRICTION_TIE ? p->site->fail(self_of(p), p, KMP_IMPACT_ALTERNATES, t) : 0;
+}
+
+/* -- after it ------------------------------------------------------------------------------------------------ */
+
+/* Sets the rates, and returns the change of the kinetic energy. */
+static double apply(const kmp_impact_run *p, double *qd)
+{
+    double before = p->site->kinetic(self_of(p), p->before);
+    memcpy(qd, p->before, (size_t)p->n * sizeof *qd);
+    for (int k = 0; k < p->count; k++)
+        for (int i = 0; i < p->n; i++)
+            qd[i] += p->f[k] * p->way[k * p->n + i];
+    return p->site->kinetic(self_of(p), qd) - before;
+}
+
+/* Moves the surfaces apart by what the located time of the impact lies behind it, in the inverse inertia: the next
+ * flight begins at the surface. Returns the largest overlap, in sizes. */
+static double part_surfaces(kmp_impact_run *p, double t, double *q)
+{
+    double most = 0;
+    for (int k = 0; k < p->count; k++) {
+        const kmp_friction_element *e = kmp_impact_element(p, k);
+        p->f[k] = 0;
+        p->a[k] = e->contact ? kmp_friction_at(p->friction, e, KMP_ROLE_PLACE) : 0;
+        p->lower[k] = 0;
+        p->upper[k] = e->contact ? INFINITY : 0;
+        p->deep[p->which[k]] = fmax(-p->a[k], 0);
+        most = fmax(most, -p->a[k] / e->size);
+    }
+    if (find_minimum(p) != KMP_BOX_FOUND)
+        return 0; /* they stay as they are */
+    for (int k = 0; k < p->count; k++)
+        for (int i = 0; i < p->n; i++)
+            q[i] += p->f[k] * p->way[k * p->n + i];
+    p->site->weigh(self_of(p), t, q);
+    return most;
+}
+
+/* True if the next impact of element k with restitution e < 1 would follow at once, or if the height that this one
+ * takes from its flight is not larger than the overlap, by which surfaces are parted: then the rebounds would not
+ * become lower. A flight of the time T that ends with the rate v has the height v T / 4. */
+static bool is_last(const kmp_impact_run *p, int k, double since, double least)
+{
+    double e = p->e[k], lost = (1 - e * e) * fabs(p->v[k]) * since / 4;
+    return e > 0 && (e * since < least || (e < 1 && lost < KMP_IMPACT_DEEP * p->deep[p->which[k]]));
+}
+
+/* Ends sequences of impacts whose next one would follow at once. A contact that rebounds takes its rate away. When
+ * contacts strike in turn, each throws the others off by a rate that is no more than that of a fall in this time: they
+ * stay. */
+static void end_sequences(kmp_impact_run *p, double t, double rate)
+{
+    double least = KMP_IMPACT_SPACING * p->friction->site->numbers(self_of(p)).span;
+    for (int k = 0; k < p->count; k++) {
+        const kmp_friction_element *element = kmp_impact_element(p, k);
+        double e = p->e[k], since = t - element->last;
+        p->held[k] = element->contact && since < least && fabs(p->v[k]) < least * element->size * rate * rate;
+        if (!is_last(p, k, since, least))
+            continue;
+        if (p->site->tell_sequence)
+            p->site->tell_sequence(self_of(p), p, k, t, since, e < 1 ? t + e * since / (1 - e) : t);
+        p->e[k] = 0;
+    }
+}
+
+static void note_impacts(kmp_impact_run *p, double t, double gain)
+{
+    if (p->site->tell_impact)
+        p->site->tell_impact(self_of(p), p, t, p->site->kinetic(self_of(p), p->before), gain);
+    for (int k = 0; k < p->count; k++) {
+        kmp_friction_element *e = kmp_impact_element(p, k);
+        if (p->f[k] == 0 || !e->contact)
+            continue;
+        p->since = fmin(p->since, t - e->last);
+        e->last = t;
+        e->struck = true;
+    }
+    p->total++;
+}
+
+/* Newton's law may gain energy where friction and several contacts take part: such an impact is plastic. */
+static int keep_from_gaining(kmp_impact_run *p, double t, double *qd, double *gain)
+{
+    if (p->site->driven || *gain <= KMP_IMPACT_GAIN * p->site->kinetic(self_of(p), p->before))
+        return 0;
+    if (p->site->tell_plastic)
+        p->site->tell_plastic(self_of(p), t, *gain);
+    memset(p->e, 0, (size_t)p->count * sizeof *p->e);
+    KMP_FRICTION_TRY(solve_impulses(p, t));
+    *gain = apply(p, qd);
+    return 0;
+}
+
+static void evaluate_contacts(kmp_impact_run *p, double t, const double *q, const double *qd)
+{
+    p->friction->site->look(self_of(p), t, q, qd, p->friction->change);
+}
+
+KMP_LOCAL int kmp_impact_decide(kmp_impact_run *p, double t, double *q, double *qd, double *gain)
+{
+    *gain = 0;
+    p->since = INFINITY;
+    evaluate_contacts(p, t, q, qd);
+    double rate = p->friction->site->pace(self_of(p), qd);
+    if (!list_touching(p, rate))
+        return 0;
+    memcpy(p->before, qd, (size_t)p->n * sizeof *qd);
+    KMP_FRICTION_TRY(find_inverse_inertia(p, t, q));
+    if (part_surfaces(p, t, q) > KMP_TOUCH_LIFT) { /* otherwise rows and rates are the same but for rounding */
+        evaluate_contacts(p, t, q, qd);
+        (void)list_touching(p, rate);
+        KMP_FRICTION_TRY(find_inverse_inertia(p, t, q));
+    }
+    end_sequences(p, t, rate);
+    KMP_FRICTION_TRY(solve_impulses(p, t));
+    *gain = apply(p, qd);
+    KMP_FRICTION_TRY(keep_from_gaining(p, t, qd, gain));
+    note_impacts(p, t, *gain);
+    return 0;
+}
+
+KMP_LOCAL int kmp_impact_overlap(kmp_impact_run *p, double t, const double *q, const double *qd)
+{
+    const kmp_friction_run *x = p->friction;
+    evaluate_contacts(p, t, q, qd);
+    for (int i = 0; i < x->count; i++) {
+        const kmp_friction_element *e = &x->element[i];
+        if (e->contact && kmp_friction_at(x, e, KMP_ROLE_PLACE) < -KMP_TOUCH_NEAR * e->size)
+            return i;
+    }
+    return -1;
+}
