@@ -59,26 +59,28 @@ static const kmp_force *force_of(const kmp_runner *run, const kmp_friction_eleme
     return run->s->events.condition[e->slot].of;
 }
 
-static int fail(void *self, const kmp_impact_run *p, kmp_impact_failure failure, double t)
+static int fail(void *self, kmp_impact_failure failure, double t, int count, const int *which)
 {
     static const char *const reasons[] = {[KMP_IMPACT_FORCED] = "closures or drives force the surfaces into each other",
                                           [KMP_IMPACT_UNDECIDED] = "the impulses are not determined",
                                           [KMP_IMPACT_ALTERNATES] = "the impulses of friction are not determined"};
     const kmp_runner *run = self;
     kmp_text text = {0};
-    for (int k = 0; k < p->count; k++)
-        if (kmp_impact_element(p, k)->contact)
-            kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", force_of(run, kmp_impact_element(p, k))->name);
+    for (int k = 0; k < count; k++) {
+        const kmp_friction_element *e = &run->friction->element[which[k]];
+        if (e->contact)
+            kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", force_of(run, e)->name);
+    }
     kmp_text_printf(&text, ": %s at t = %.9g", reasons[failure], t);
     return (int)kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
 }
 
-static void tell_sequence(void *self, const kmp_impact_run *p, int k, double t, double since, double end)
+static void tell_sequence(void *self, int element, double t, double since, double end)
 {
     const kmp_runner *run = self;
     kmp_run_log_add(run->log, "accumulation", t, since, end,
                     "impacts of '%s' accumulate at t = %.9g; the contact closes",
-                    force_of(run, kmp_impact_element(p, k))->name, end);
+                    force_of(run, &run->friction->element[element])->name, end);
 }
 
 static void tell_impact(void *self, const kmp_impact_run *p, double t, double before, double gain)

@@ -154,7 +154,8 @@ static int solve_once(kmp_impact_run *p, double t, double part, double *changed)
     *changed = size > 0 ? most / size / part : 0;
     if (outcome == KMP_BOX_FOUND)
         return 0;
-    return p->site->fail(self_of(p), p, outcome == KMP_BOX_UNBOUNDED ? KMP_IMPACT_FORCED : KMP_IMPACT_UNDECIDED, t);
+    return p->site->fail(self_of(p), outcome == KMP_BOX_UNBOUNDED ? KMP_IMPACT_FORCED : KMP_IMPACT_UNDECIDED, t,
+                         p->count, p->which);
 }
 
 static int solve_impulses(kmp_impact_run *p, double t)
@@ -168,7 +169,8 @@ static int solve_impulses(kmp_impact_run *p, double t)
     KMP_FRICTION_TRY(solve_once(p, t, 1, &changed));
     for (int pass = 1; rubs && pass < MOST_PASSES && changed > KMP_FRICTION_SETTLED; pass++)
         KMP_FRICTION_TRY(solve_once(p, t, ldexp(1, -(pass / PATIENCE)), &changed));
-    return rubs && changed > KMP_FRICTION_TIE ? p->site->fail(self_of(p), p, KMP_IMPACT_ALTERNATES, t) : 0;
+    return rubs && changed > KMP_FRICTION_TIE ? p->site->fail(self_of(p), KMP_IMPACT_ALTERNATES, t, p->count, p->which)
+                                              : 0;
 }
 
 /* -- after it ------------------------------------------------------------------------------------------------ */
@@ -229,7 +231,7 @@ static void end_sequences(kmp_impact_run *p, double t, double rate)
         if (!is_last(p, k, since, least))
             continue;
         if (p->site->tell_sequence)
-            p->site->tell_sequence(self_of(p), p, k, t, since, e < 1 ? t + e * since / (1 - e) : t);
+            p->site->tell_sequence(self_of(p), p->which[k], t, since, e < 1 ? t + e * since / (1 - e) : t);
         p->e[k] = 0;
     }
 }

@@ -28,8 +28,8 @@ enum {
     KEMPE_CONDITION_SWITCHES, /* its change is an event; the equations read it in `modes` */
     KEMPE_CONDITION_ENDS,     /* the motion ends where it holds */
     KEMPE_CONDITION_KINK,     /* of min, max, abs: where its mode is 0 the equations follow it by themselves */
-    KEMPE_CONDITION_PASSES,   /* of friction that sticks: that it holds is an event, at which modes are decided anew */
-    KEMPE_CONDITION_NUMBER    /* of friction that sticks: a number for these decisions; its mode is an input of them */
+    KEMPE_CONDITION_PASSES,   /* of friction and contacts: that it holds is an event, at which modes are decided anew */
+    KEMPE_CONDITION_NUMBER    /* of these: a number for the decisions; its mode is an input of them */
 };
 
 /** True for a kind whose change of sign is an event for an integrator of the caller. */
@@ -69,9 +69,11 @@ typedef struct kempe_slopes {
 } kempe_slopes;
 
 struct kmp_friction_site;
+struct kmp_impact_site;
 
-/** Friction that sticks, by elements: forces in one direction each, with a row of h that holds their place at rest. The
- * functions are those of kempe_friction.c, which models without such friction do not need. */
+/** Friction that sticks and rigid contacts, by elements: forces in one direction each, with a row of h that holds their
+ * place at rest, or keeps surfaces together. The functions are those of kempe_friction.c, which other models do not
+ * need. */
 typedef struct kempe_friction {
     int elements;
     const int *slot;          /* the first of its eight conditions */
@@ -82,6 +84,9 @@ typedef struct kempe_friction {
     const double *size;       /* of its place */
     const double *regularise; /* a speed by which it may be regularised; 0: it may not */
     int loads;                /* 1 where levels depend on multipliers, or forces on contacts */
+    const int *contact;       /* 1 of a rigid contact */
+    int contacts;             /* their number */
+    int driven;               /* 1 where closures depend on time */
     /** In the memory of a simulator: `kept` of its state, `room` between calls. Starts the decisions. */
     void (*begin)(const struct kempe_friction *friction, double *kept);
     /** Notes the values of all conditions at an event. */
@@ -91,6 +96,14 @@ typedef struct kempe_friction {
     /** Decides at t, q, qd; 0, or a status of the site. */
     int (*settle)(const struct kempe_friction *friction, double *kept, double *room,
                   const struct kmp_friction_site *site, double t, double *q, double *qd);
+    /** Changes rates where contacts strike; *since: the time since the impact before of a contact that strikes twice,
+     * or INFINITY. 0, or a status of the sites. NULL without contacts. */
+    int (*strike)(const struct kempe_friction *friction, double *kept, double *room,
+                  const struct kmp_friction_site *site, const struct kmp_impact_site *impacts, int n, double t,
+                  double *q, double *qd, double *since);
+    /** The first contact whose surfaces overlap; -1: none. NULL without contacts. */
+    int (*overlap)(const struct kempe_friction *friction, double *kept, double *room,
+                   const struct kmp_friction_site *site, int n, double t, const double *q, const double *qd);
 } kempe_friction;
 
 void kempe_friction_begin(const kempe_friction *friction, double *kept);
@@ -98,6 +111,11 @@ void kempe_friction_note(const kempe_friction *friction, double *kept, const dou
 void kempe_friction_let_go(const kempe_friction *friction, double *kept, const struct kmp_friction_site *site);
 int kempe_friction_settle(const kempe_friction *friction, double *kept, double *room,
                           const struct kmp_friction_site *site, double t, double *q, double *qd);
+int kempe_friction_strike(const kempe_friction *friction, double *kept, double *room,
+                          const struct kmp_friction_site *site, const struct kmp_impact_site *impacts, int n, double t,
+                          double *q, double *qd, double *since);
+int kempe_friction_overlap(const kempe_friction *friction, double *kept, double *room,
+                           const struct kmp_friction_site *site, int n, double t, const double *q, const double *qd);
 
 /** The equations of a mechanism, generated; all names and pointers are constant. */
 typedef struct kempe_equations {
@@ -239,6 +257,9 @@ typedef struct kempe_simulator {
 #define KEMPE_SIMULATOR_FRICTION(n, m, f, conditions, elements)                                                        \
     (2 * KEMPE_SIMULATOR_FRICTION_STATE(elements) + KEMPE_SIMULATOR_FRICTION_ROOM(conditions, elements) + 2 * (n) +    \
      1 + (elements) * ((n) + 2 * ((n) - (f)) + (elements) + 2 * (f) + 3))
+
+/** Numbers that rigid contacts add to it. */
+#define KEMPE_SIMULATOR_CONTACTS(n, elements) ((elements) * (2 * (n) + 3) + (n))
 
 /** The same of equations: the number of doubles in the memory of a simulator. */
 int kempe_simulator_memory(const kempe_equations *equations);

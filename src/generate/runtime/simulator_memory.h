@@ -165,6 +165,13 @@ static void place_directions(kempe_simulator *s, double **at)
     part->zero = take(at, e->parameters + 3 * e->inputs);
 }
 
+/* Numbers of decisions on impacts, which lie in the room of those on friction. */
+static int numbers_of_contacts(const kempe_equations *e)
+{
+    return e->friction && e->friction->contacts > 0 ? KEMPE_SIMULATOR_CONTACTS(e->coordinates, e->friction->elements)
+                                                    : 0;
+}
+
 static void place_friction(kempe_simulator *s, double **at)
 {
     const kempe_equations *e = s->equations;
@@ -173,7 +180,8 @@ static void place_friction(kempe_simulator *s, double **at)
         return;
     part->site_q = take(at, e->coordinates);
     part->site_qd = take(at, e->coordinates);
-    part->site_room = take(at, KEMPE_SIMULATOR_FRICTION_ROOM(e->conditions, e->friction->elements));
+    part->site_room =
+        take(at, KEMPE_SIMULATOR_FRICTION_ROOM(e->conditions, e->friction->elements) + numbers_of_contacts(e));
     part->last_pivot = take(at, 1);
 }
 
@@ -182,8 +190,10 @@ int kempe_simulator_memory(const kempe_equations *e)
     int numbers = KEMPE_SIMULATOR_MEMORY(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept,
                                          e->conditions, e->outputs, e->discrete);
     return !e->friction ? numbers
-                        : numbers + KEMPE_SIMULATOR_FRICTION(e->coordinates, e->rows, e->freedom, e->conditions,
-                                                             e->friction->elements);
+                        : numbers +
+                              KEMPE_SIMULATOR_FRICTION(e->coordinates, e->rows, e->freedom, e->conditions,
+                                                       e->friction->elements) +
+                              numbers_of_contacts(e);
 }
 
 int kempe_simulator_saved_numbers(const kempe_simulator *s)

@@ -4,7 +4,7 @@
 #ifndef SIMULATOR_SAMPLES_H
 #define SIMULATOR_SAMPLES_H
 
-#include "generate/runtime/simulator_friction.h"
+#include "generate/runtime/friction/simulator_impact.h"
 
 static double next_sample_of(const kempe_simulator *s, int k)
 {
@@ -115,8 +115,8 @@ static kempe_simulator_status settle_states(kempe_simulator *s, double t, double
     return status;
 }
 
-/* The modes of friction after all others, which are decided again without the rows that it holds. Modes stay
- * where nothing has changed. */
+/* Impacts and the modes of friction after all others, which are decided again without the rows that it holds. Modes
+ * stay where nothing has changed. */
 static kempe_simulator_status decide_friction(kempe_simulator *s, double t, double *y, const occasion *at,
                                               bool *changed)
 {
@@ -131,6 +131,8 @@ static kempe_simulator_status decide_friction(kempe_simulator *s, double t, doub
             status = settle_modes(s, t, y, true, &any);
     }
     *changed = true;
+    if (status == KEMPE_SIMULATOR_GOES)
+        status = strike_contacts(s, t);
     return status == KEMPE_SIMULATOR_GOES ? settle_friction(s, t, y, at->still) : status;
 }
 
@@ -187,7 +189,11 @@ static kempe_simulator_status pass_start(kempe_simulator *s, double t, double *y
     if (e->friction && status == KEMPE_SIMULATOR_GOES && !(part->state[AT_ENDED] > 0)) {
         part->state[AT_RATE] = rate_of_motion(s);
         e->friction->begin(e->friction, part->decisions);
-        status = settle_friction(s, t, y, 0);
+        status = check_overlap(s, t);
+        if (status == KEMPE_SIMULATOR_GOES)
+            status = strike_contacts(s, t);
+        if (status == KEMPE_SIMULATOR_GOES)
+            status = settle_friction(s, t, y, 0);
     }
     note_events(s);
     note_branches(s, part->value);

@@ -142,7 +142,7 @@ static occasion passed_by_caller(kempe_simulator *s)
         part->flip[slip] = part->value[slip] <= 0;
         part->flip[stick] = part->value[stick] <= 0;
         at.event = at.event || part->flip[slip] > 0 || part->flip[stick] > 0;
-        if (part->flip[slip] > 0)
+        if (part->flip[slip] > 0 && !friction->contact[i])
             at.still =
                 fmax(at.still, (1 + KMP_FRICTION_TIE) * fabs(part->value[slip + KMP_ROLE_RATE - KMP_ROLE_SENSE]) /
                                    (friction->size[i] * pace));

@@ -52,7 +52,6 @@ void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice)
 kempe_status kmp_simulated_check(const kempe_model *model)
 {
     static const char what[] = "generated simulators";
-    KMP_TRY(kmp_refuse_contacts(model, what));
     return kmp_refuse_delays(model, what, KMP_INSTEAD_OF_DELAY);
 }
 
@@ -166,6 +165,16 @@ static int kind_of(const kmp_condition *c)
     return c->ends ? KEMPE_CONDITION_ENDS : c->kink ? KEMPE_CONDITION_KINK : KEMPE_CONDITION_SWITCHES;
 }
 
+/* The event of an element of friction or of a contact. */
+static const char *event_of(const kmp_condition *c)
+{
+    if (c->role != KMP_ROLE_SENSE && c->role != KMP_ROLE_HELD)
+        return "";
+    if (((const kmp_force *)c->of)->kind == KMP_FORCE_TOUCH)
+        return c->role == KMP_ROLE_SENSE ? ": its surfaces meet" : ": its surfaces part";
+    return c->role == KMP_ROLE_SENSE ? ": its slip ends" : ": its static level is reached";
+}
+
 static kempe_status take_conditions(kmp_code_source *source, kempe_system *system, const kmp_events *events)
 {
     struct kmp_simulated *x = source->simulated;
@@ -176,10 +185,7 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
     for (int k = 0; k < count; k++) {
         const kmp_condition *c = &events->condition[k];
         const char *text = kmp_system_event_text(system, c);
-        x->condition_name[k] = kmp_arena_printf(&source->arena, "%s%s", text ? text : "",
-                                                c->role == KMP_ROLE_SENSE  ? ": its slip ends"
-                                                : c->role == KMP_ROLE_HELD ? ": its static level is reached"
-                                                                           : "");
+        x->condition_name[k] = kmp_arena_printf(&source->arena, "%s%s", text ? text : "", event_of(c));
         x->advice[k] = kmp_arena_strdup(&source->arena, c->advice ? c->advice : "");
         x->condition_kind[k] = kind_of(c);
         x->lag[k] = c->lag;
@@ -206,7 +212,8 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
     const int count = x->friction_count = kmp_friction_elements(events);
     kmp_friction_element *element = KMP_ARENA_NEW(&source->arena, kmp_friction_element, count);
     if (!element || !KMP_ARENA_MAKE(&source->arena,
-                                    KMP_ROOM(int, count, &f->slot, &f->row, &f->base, &f->across, &f->twin, &f->loaded),
+                                    KMP_ROOM(int, count, &f->slot, &f->row, &f->base, &f->across, &f->twin, &f->loaded,
+                                             &f->contact),
                                     KMP_ROOM(double, count, &f->size, &f->regularise)))
         return kmp_fail_memory(source->context);
     kmp_friction_list(system, events, element);
@@ -217,10 +224,13 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
         f->across[i] = element[i].across;
         f->twin[i] = element[i].twin;
         f->loaded[i] = element[i].loaded;
+        f->contact[i] = element[i].contact;
+        f->contacts += element[i].contact;
         f->size[i] = element[i].size;
         f->regularise[i] = element[i].regularise;
     }
     f->loads = kmp_friction_is_loaded(source->model);
+    f->driven = system->rheonomic;
     return check_speeds(source->model);
 }
 

@@ -30,11 +30,12 @@ struct kmp_simulated {
     bool loaded;                  /* C depends on multipliers */
     bool switches;                /* closures depend on conditions */
     bool early;                   /* conditions depend on neither accelerations nor multipliers */
-    int friction_count;           /* elements of friction that sticks: kempe_simulator.h */
+    int friction_count;           /* elements of friction that sticks and of contacts: kempe_simulator.h */
     struct kmp_simulated_friction {
-        int *slot, *row, *base, *across, *twin, *loaded;
+        int *slot, *row, *base, *across, *twin, *loaded, *contact;
         double *size, *regularise;
-        bool loads;
+        int contacts; /* rigid ones */
+        bool loads, driven;
     } friction;
     char **jacobian_zeros, **mass_zeros; /* m and n strings of n characters: '0' where an entry of J or M is zero */
 };

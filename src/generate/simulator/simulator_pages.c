@@ -160,13 +160,17 @@ static void put_friction(kmp_text *text, const kmp_code_source *s)
     put_ints(text, "friction_across", count, f->across);
     put_ints(text, "friction_twin", count, f->twin);
     put_ints(text, "friction_loaded", count, f->loaded);
+    put_ints(text, "friction_contact", count, f->contact);
     put_doubles(text, "friction_size", count, f->size);
     put_doubles(text, "friction_regularise", count, f->regularise);
-    kmp_text_printf(text,
-                    "static const kempe_friction friction = {%d, friction_slot, friction_row, friction_base,\n"
-                    "    friction_across, friction_twin, friction_loaded, friction_size, friction_regularise, %d,\n"
-                    "    kempe_friction_begin, kempe_friction_note, kempe_friction_let_go, kempe_friction_settle};\n\n",
-                    count, f->loads);
+    kmp_text_printf(
+        text,
+        "static const kempe_friction friction = {%d, friction_slot, friction_row, friction_base,\n"
+        "    friction_across, friction_twin, friction_loaded, friction_size, friction_regularise, %d,\n"
+        "    friction_contact, %d, %d,\n"
+        "    kempe_friction_begin, kempe_friction_note, kempe_friction_let_go, kempe_friction_settle%s};\n\n",
+        count, f->loads, f->contacts, f->driven,
+        f->contacts > 0 ? ",\n    kempe_friction_strike, kempe_friction_overlap" : ", 0, 0");
 }
 
 static void put_number(kmp_text *text, const char *name, double x)
@@ -251,6 +255,8 @@ static void put_header(kmp_text *text, const kmp_code_source *s)
     if (x->friction_count > 0)
         kmp_text_printf(text, " +\n    KEMPE_SIMULATOR_FRICTION(%d, %d, %d, %d, %d)", s->n, s->m, x->freedom,
                         x->condition_count, x->friction_count);
+    if (x->friction.contacts > 0)
+        kmp_text_printf(text, " +\n    KEMPE_SIMULATOR_CONTACTS(%d, %d)", s->n, x->friction_count);
     kmp_text_put(text, " };\n\n");
     kmp_text_printf(text, "extern const kempe_equations %s_equations;\n\n#ifdef __cplusplus\n}\n#endif\n#endif\n",
                     name);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Decisions on friction that sticks, in the memory of a simulator: the functions of kempe_friction in
- * kempe_simulator.h. The site is that of simulator_friction.h. */
+/* Decisions on friction that sticks and on impacts, in the memory of a simulator: the functions of kempe_friction in
+ * kempe_simulator.h. The sites are those of simulator_friction.h and simulator_impact.h. */
 #include "generate/runtime/kempe_simulator.h"
-#include "integrators/friction/friction_inside.h"
+#include "integrators/impact/impact_inside.h"
 #include <stddef.h>
 #include <string.h>
 
@@ -36,6 +36,11 @@ static double *take_room(double **at, int count)
     return room;
 }
 
+static int *take_indices(double **at, int count)
+{
+    return (int *)(void *)take_room(at, count);
+}
+
 void kempe_friction_begin(const kempe_friction *friction, double *kept)
 {
     kmp_friction_run x;
@@ -53,6 +58,7 @@ void kempe_friction_begin(const kempe_friction *friction, double *kept)
         e->across = friction->across[i];
         e->twin = friction->twin[i];
         e->loaded = friction->loaded[i] != 0;
+        e->contact = friction->contact[i] != 0;
     }
 }
 
@@ -77,13 +83,58 @@ int kempe_friction_settle(const kempe_friction *friction, double *kept, double *
     double **const arrays[] = {&x.a, &x.lower, &x.upper, &x.f, &x.y, &x.tried, &x.aside, &x.found};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         *arrays[k] = take_room(&room, n);
-    x.which = (int *)(void *)take_room(&room, n);
-    x.side = (int *)(void *)take_room(&room, n);
-    x.partner = (int *)(void *)take_room(&room, n);
+    x.which = take_indices(&room, n);
+    x.side = take_indices(&room, n);
+    x.partner = take_indices(&room, n);
     x.d = take_room(&room, n * n);
     x.room = take_room(&room, kmp_disc_room(n));
     x.change = room;
     int status = kmp_friction_settle_modes(&x, t, q, qd);
     memcpy(kept, &x.past, sizeof x.past);
     return status;
+}
+
+/* -- impacts --------------------------------------------------------------------------------------------------- */
+
+static kmp_impact_run impacts_in(kmp_friction_run *x, double *room, const kmp_impact_site *site, int n)
+{
+    const int most = x->count;
+    kmp_impact_run p;
+    memset(&p, 0, sizeof p);
+    p.site = site;
+    p.friction = x;
+    p.n = n;
+    double **const arrays[] = {&p.v, &p.a, &p.e, &p.lower, &p.upper, &p.f, &p.y, &p.tried, &p.most_friction, &p.deep};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
+        *arrays[k] = take_room(&room, most);
+    int **const indices[] = {&p.which, &p.partner, &p.side, &p.rows};
+    for (size_t k = 0; k < sizeof indices / sizeof *indices; k++)
+        *indices[k] = take_indices(&room, most);
+    p.held = (bool *)(void *)take_room(&room, most);
+    p.row = take_room(&room, most * n);
+    p.way = take_room(&room, most * n);
+    p.d = take_room(&room, most * most);
+    p.room = take_room(&room, kmp_disc_room(most));
+    p.before = take_room(&room, n);
+    x->change = room;
+    return p;
+}
+
+int kempe_friction_strike(const kempe_friction *friction, double *kept, double *room, const kmp_friction_site *site,
+                          const kmp_impact_site *impacts, int n, double t, double *q, double *qd, double *since)
+{
+    kmp_friction_run x = run_in(friction, kept, site);
+    kmp_impact_run p = impacts_in(&x, room, impacts, n);
+    double gain;
+    int status = kmp_impact_decide(&p, t, q, qd, &gain);
+    *since = p.since;
+    return status;
+}
+
+int kempe_friction_overlap(const kempe_friction *friction, double *kept, double *room, const kmp_friction_site *site,
+                           int n, double t, const double *q, const double *qd)
+{
+    kmp_friction_run x = run_in(friction, kept, site);
+    kmp_impact_run p = impacts_in(&x, room, NULL, n);
+    return kmp_impact_overlap(&p, t, q, qd);
 }

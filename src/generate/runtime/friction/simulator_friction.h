@@ -155,10 +155,10 @@ static void forget(void *self)
     ((decider *)self)->said = GOOD;
 }
 
-/* The first element, by the name of one of its numbers. */
-static const char *name_of_friction(const kempe_simulator *s)
+/* The name of an element, by that of one of its numbers. */
+static const char *name_of_element(const kempe_simulator *s, int element)
 {
-    return s->equations->condition_names[s->equations->friction->slot[0] + KMP_ROLE_PLACE - KMP_ROLE_SENSE];
+    return s->equations->condition_names[s->equations->friction->slot[element] + KMP_ROLE_PLACE - KMP_ROLE_SENSE];
 }
 
 static int fail(void *self, kmp_friction_failure failure, double t)
@@ -171,7 +171,7 @@ static int fail(void *self, kmp_friction_failure failure, double t)
     decider *d = self;
     const kempe_simulator *s = d->s;
     const bool more = s->equations->friction->elements > 1;
-    snprintf(d->s->message, sizeof d->s->message, "%s: %s%s at t = %.9g: %s", s->equations->name, name_of_friction(s),
+    snprintf(d->s->message, sizeof d->s->message, "%s: %s%s at t = %.9g: %s", s->equations->name, name_of_element(s, 0),
              more ? ", or another one," : "", t, sentences[failure]);
     return NO_SOLUTION;
 }

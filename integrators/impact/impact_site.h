@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The mechanism for which impacts are decided, beside the site of friction (friction_site.h), which has the same `self`
+ * and statuses. Rows of friction and contacts are not held. Generated simulators have this file too. */
+#ifndef KMP_IMPACT_SITE_H
+#define KMP_IMPACT_SITE_H
+
+#include <stdbool.h>
+
+/* Reasons of an impact that has no solution. */
+typedef enum kmp_impact_failure {
+    KMP_IMPACT_FORCED,    /* closures force surfaces into each other */
+    KMP_IMPACT_UNDECIDED, /* rounding prevents a decision */
+    KMP_IMPACT_ALTERNATES /* the bounds of friction do not settle */
+} kmp_impact_failure;
+
+struct kmp_impact_run;
+
+typedef struct kmp_impact_site {
+    bool driven; /* closures depend on time: their impulses do work */
+    /** Rows of J at (t, q), count x n, with the present inputs. */
+    void (*rows)(void *self, double t, const double *q, int count, const int *row, double *g);
+    /** Changes of the rates by impulses along rows: P g for each, count x n. Inertia is then that at q. */
+    int (*ways)(void *self, double t, const double *q, int count, const double *g, double *way);
+    /** Inertia at q. */
+    void (*weigh)(void *self, double t, const double *q);
+    /** The kinetic energy with this inertia. */
+    double (*kinetic)(const void *self, const double *qd);
+    /** Returns a status of failure, with a sentence. `which`: the elements that take part. */
+    int (*fail)(void *self, kmp_impact_failure failure, double t, int count, const int *which);
+    /** Notes for a log; NULL: nobody reads them. The impacts of an element accumulate at the time `end`; an impact of
+     * the gain of energy, J; one that would gain this energy is taken without restitution. */
+    void (*tell_sequence)(void *self, int element, double t, double since, double end);
+    void (*tell_impact)(void *self, const struct kmp_impact_run *p, double t, double before, double gain);
+    void (*tell_plastic)(void *self, double t, double gain);
+} kmp_impact_site;
+
+#endif
