@@ -87,6 +87,7 @@ typedef struct kempe_friction {
     const int *contact;       /* 1 of a rigid contact */
     int contacts;             /* their number */
     int driven;               /* 1 where closures depend on time */
+    int rolls;                /* rows between rates, whose h is zero */
     /** In the memory of a simulator: `kept` of its state, `room` between calls. Starts the decisions. */
     void (*begin)(const struct kempe_friction *friction, double *kept);
     /** Notes the values of all conditions at an event. */

@@ -13,13 +13,13 @@ static void call_along(kempe_simulator *s, const kempe_direction *direction)
     e->along(&at, direction, part->dynamics, part->dh, part->drates, part->daccelerations, part->dy, part->dvalue);
 }
 
-/* dx of v from `rows`: -Jv^-1 rows. */
+/* Adds the change of v from `rows` to dx: -Jv^-1 rows. */
 static void add_dependent(kempe_simulator *s, const double *rows, double *dx)
 {
     const struct kempe_simulator_parts *part = &s->part;
     solve_rows(s, rows, part->correction);
     for (int i = 0; i < rank_of(s); i++)
-        dx[part->column[i]] = part->correction[i];
+        dx[part->column[i]] += part->correction[i];
 }
 
 /* The changes of accelerations and multipliers, by the factors of the motion. */
@@ -173,6 +173,8 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
         part->dq[part->column[r + k]] += change->x[e->freedom - f + k];
         part->dqd[part->column[r + k]] += change->x[2 * e->freedom - f + k];
     }
+    for (int k = 0; change->x && k < states_that_roll(s); k++)
+        part->dq[part->column[least_rank(e) + k]] = change->x[k];
     if (r > 0) {
         call_along(s, &direction);
         add_dependent(s, part->dh, part->dq);

@@ -32,16 +32,28 @@ void kempe_simulator_get_changes(const kempe_simulator *s, double *value)
     }
 }
 
-/* Moves the placed, closed q to the independent coordinates u and time t1 in equal parts, each along the tangent of the
- * one before. */
-static outcome follow(kempe_simulator *s, double t0, double t1, const double *u, int parts, double *first)
+/* The number of states of callers that are dependent now, and begin at their values: rows between rates that are held
+ * determine no coordinate, only its rate, which the caller integrates. */
+static int states_that_roll(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    return e->friction && e->friction->rolls > 0 ? rank_of(s) - least_rank(e) : 0;
+}
+
+/* Moves the placed, closed q to the states x of a caller and time t1 in equal parts, each along the tangent of the one
+ * before. */
+static outcome follow(kempe_simulator *s, double t0, double t1, const double *x, int parts, double *first)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int f = freedom_of(s), r = rank_of(s);
-    double *from = part->probe;
+    const int f = freedom_of(s), r = rank_of(s), rolling = states_that_roll(s);
+    const int *held = part->column + least_rank(e);
+    const double *u = x + r - least_rank(e);
+    double *from = part->probe, *rolled = from + f;
     for (int k = 0; k < f; k++)
         from[k] = part->q[part->column[r + k]];
+    for (int k = 0; k < rolling; k++)
+        rolled[k] = part->q[held[k]];
     for (int i = 1; i <= parts; i++) {
         double share = (double)i / parts, dt = (t1 - t0) / parts;
         outcome said = evaluate_loops(s, t0 + (share - 1.0 / parts) * (t1 - t0));
@@ -54,6 +66,8 @@ static outcome follow(kempe_simulator *s, double t0, double t1, const double *u,
         evaluate_rates(s);
         for (int j = 0; j < r; j++)
             part->q[part->column[j]] += part->qd[part->column[j]] * (dt != 0 ? dt : 1);
+        for (int k = 0; k < rolling; k++)
+            part->q[held[k]] = rolled[k] + share * (x[k] - rolled[k]);
         for (int k = 0; k < f; k++)
             part->q[part->column[r + k]] = i == parts ? u[k] : from[k] + share * (u[k] - from[k]);
         double size = 0;
@@ -81,7 +95,7 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
     for (int parts = 1; parts <= MOST_PARTS && (said != GOOD || first > TRUSTED_CORRECTION); parts *= 4) {
         first = 0;
         copy(n, s->q, part->q);
-        said = follow(s, s->t, t, x + held, parts, &first);
+        said = follow(s, s->t, t, x, parts, &first);
     }
     for (int k = 0; k < f; k++)
         part->qd[part->column[r + k]] = x[e->freedom + held + k];

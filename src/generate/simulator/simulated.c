@@ -62,12 +62,6 @@ static kempe_status check_rows(const kmp_code_source *source, const kempe_system
         equal = strcmp(system->row_names[r], source->row_names[r]) == 0;
     if (!equal)
         return kmp_fail(source->context, KEMPE_E_BUG, "the rows of the closures differ from those of the system");
-    for (int r = 0; r < system->m; r++)
-        if (system->rows[r].of_rates)
-            return kmp_fail(source->context, KEMPE_E_ARGUMENT,
-                            "generated simulators: the closure '%s' constrains rates alone, which is not supported "
-                            "there; use kempe simulate",
-                            source->model->closures[system->rows[r].closure].name);
     return KEMPE_OK;
 }
 
@@ -231,6 +225,8 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
     }
     f->loads = kmp_friction_is_loaded(source->model);
     f->driven = system->rheonomic;
+    for (int r = 0; r < system->m; r++) /* those of friction alone: constraints/kinds/friction_row.c */
+        f->rolls += system->rows[r].of_rates;
     return check_speeds(source->model);
 }
 

@@ -34,7 +34,7 @@ struct kmp_simulated {
     struct kmp_simulated_friction {
         int *slot, *row, *base, *across, *twin, *loaded, *contact;
         double *size, *regularise;
-        int contacts; /* rigid ones */
+        int contacts, rolls; /* rigid contacts; rows between rates */
         bool loads, driven;
     } friction;
     char **jacobian_zeros, **mass_zeros; /* m and n strings of n characters: '0' where an entry of J or M is zero */

@@ -167,9 +167,9 @@ static void put_friction(kmp_text *text, const kmp_code_source *s)
         text,
         "static const kempe_friction friction = {%d, friction_slot, friction_row, friction_base,\n"
         "    friction_across, friction_twin, friction_loaded, friction_size, friction_regularise, %d,\n"
-        "    friction_contact, %d, %d,\n"
+        "    friction_contact, %d, %d, %d,\n"
         "    kempe_friction_begin, kempe_friction_note, kempe_friction_let_go, kempe_friction_settle%s};\n\n",
-        count, f->loads, f->contacts, f->driven,
+        count, f->loads, f->contacts, f->driven, f->rolls,
         f->contacts > 0 ? ",\n    kempe_friction_strike, kempe_friction_overlap" : ", 0, 0");
 }
 
