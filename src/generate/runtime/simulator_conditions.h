@@ -192,7 +192,8 @@ static double rate_of_motion(const kempe_simulator *s)
 }
 
 /* Changes modes at the state y until all conditions agree with them; *changed: some have. At the start lags do not
- * count. The state is placed and complete. */
+ * count, and where no acceleration is finite with the modes that are none yet, conditions are those at rest. The state
+ * is placed and complete. */
 static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double *y, bool lags, bool *changed)
 {
     const kempe_equations *e = s->equations;
@@ -204,9 +205,15 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
         outcome said = slopes_closed(s, t, y, NULL);
         if (said == GOOD && lags && *changed)
             said = jump(s, t, part->dqd, y);
-        if (said != GOOD)
+        const bool at_rest = said == NOT_FINITE && !lags && pass == 0 && has_changes(s);
+        if (said != GOOD && !at_rest)
             return explain(s, said, t);
-        complete(s);
+        if (at_rest) {
+            clear(e->coordinates, part->qdd);
+            clear(e->rows, part->lambda);
+        } else {
+            complete(s);
+        }
         if (!has_changes(s))
             return KEMPE_SIMULATOR_GOES;
         evaluate_changes(s, t, part->value);
@@ -228,7 +235,7 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
             last = k;
         }
         if (last < 0)
-            return KEMPE_SIMULATOR_GOES;
+            return at_rest ? explain(s, said, t) : KEMPE_SIMULATOR_GOES;
     }
     snprintf(s->message, sizeof s->message, "%s: %s contradicts another condition at t = %.9g", e->name,
              e->condition_names[last], t);
