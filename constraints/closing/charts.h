@@ -8,9 +8,8 @@
  * (a, R_a b, R_a R_b c) is the sine of the angle between them, since b is perpendicular to a and c. */
 #pragma once
 
+#include "constraints/closing/chart_joint.h"
 #include "dynamics/system.h"
-
-enum { KMP_CHART_SIZE = 9 }; /* numbers of one C, row by row */
 
 /** The number of joints that may be centred: 0 while a user-defined force sees the coordinates. */
 int kmp_charts_count(const kempe_system *system);
@@ -50,11 +49,6 @@ double kmp_chart_show(const kempe_system *system, int c, const double *chart, co
  * followed and are not exact at a touch. */
 double kmp_chart_follow(const kempe_system *system, int c, const double *chart, const double near[3], bool sided,
                         const double *q, double angles[3]);
-
-/** A motion in some charts: coordinates, rates and accelerations (n each; qdd may be NULL). */
-typedef struct kmp_chart_motion {
-    const double *chart, *q, *qd, *qdd;
-} kmp_chart_motion;
 
 /** Converts small changes dq, dqd and dqdd (n each; the last may be NULL) of the coordinates of joint c from one chart
  * to those of the same motion in another. Both charts are unchanged. */

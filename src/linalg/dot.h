@@ -2,6 +2,7 @@
 /* Products of two vectors and other loops over vectors, in line. */
 #pragma once
 
+#include "linalg/three.h"
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
@@ -27,15 +28,4 @@ static inline bool kmp_all_finite(int n, const double *x)
     for (int i = 0; i < n; i++)
         bad |= !(fabs(x[i]) <= DBL_MAX);
     return !bad;
-}
-
-static inline double kmp_dot3(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static inline void kmp_cross3(const double a[3], const double b[3], double c[3])
-{
-    for (int i = 0; i < 3; i++)
-        c[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }

@@ -106,18 +106,6 @@ kmp_flops kmp_cholesky_solve_flops(int n)
 
 /* -- null vector ------------------------------------------------------------------------------------ */
 
-void kmp_lu_null_vector(int m, int n, const double *lu, const int *c, int rank, int one, double *x)
-{
-    memset(x, 0, (size_t)n * sizeof *x);
-    x[c[one]] = 1;
-    for (int i = rank - 1; i >= 0; i--) {
-        double sum = lu[i + one * m];
-        for (int j = i + 1; j < rank; j++)
-            sum += lu[i + j * m] * x[c[j]];
-        x[c[i]] = -sum / lu[i + i * m];
-    }
-}
-
 /* -- pivots alone ------------------------------------------------------------------------------------- */
 
 /* Replaces row i of a column by row `first`, for elimination without row i. Returns the replaced entry. */

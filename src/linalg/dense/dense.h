@@ -26,10 +26,6 @@ kmp_flops kmp_lu_flops(int n);
 kmp_flops kmp_cholesky_factor_flops(int n);
 kmp_flops kmp_cholesky_solve_flops(int n);
 
-/** x (n) with A x = 0 as far as the first `rank` pivots of kmp_lu_complete determine it: 1 in the column of pivot `one`
- * (>= rank). It is 0 in the columns of all other pivots after `rank`. */
-void kmp_lu_null_vector(int m, int n, const double *lu, const int *c, int rank, int one, double *x);
-
 /** The r, c and pivots of kmp_lu_complete to the last bit where no column is fixed, in less time. `a` and `largest` (n)
  * are left as scratch. */
 void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots);

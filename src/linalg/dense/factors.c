@@ -300,6 +300,19 @@ KMP_LOCAL void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r
 
 /* -- exchange of columns ----------------------------------------------------------------------------- */
 
+KMP_LOCAL void kmp_lu_null_vector(int m, int n, const double *lu, const int *c, int rank, int one, double *x)
+{
+    for (int j = 0; j < n; j++)
+        x[j] = 0;
+    x[c[one]] = 1;
+    for (int i = rank - 1; i >= 0; i--) {
+        double sum = lu[i + one * m];
+        for (int j = i + 1; j < rank; j++)
+            sum += lu[i + j * m] * x[c[j]];
+        x[c[i]] = -sum / lu[i + i * m];
+    }
+}
+
 KMP_LOCAL bool kmp_exchange_column(int r, int i, const double *restrict leaving, double *restrict column)
 {
     double part = column[i] / leaving[i];

@@ -52,6 +52,10 @@ KMP_LOCAL void kmp_cholesky_backward(int n, const double *l, double *b);
  * pivoted last of all (NULL: none). The rank is the caller's decision, relative to pivots[0]. */
 KMP_LOCAL void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, double *pivots);
 
+/** x (n) with A x = 0 as far as the first `rank` pivots of kmp_lu_complete determine it: 1 in the column of pivot `one`
+ * (>= rank). It is 0 in the columns of all other pivots after `rank`. */
+KMP_LOCAL void kmp_lu_null_vector(int m, int n, const double *lu, const int *c, int rank, int one, double *x);
+
 /** Of v = B u, B r x p, v_i and u_k are exchanged: `leaving` is column k of B, and `column` another one, which the
  * first function updates; false: it stays as it is. The second one then updates column k. */
 KMP_LOCAL bool kmp_exchange_column(int r, int i, const double *restrict leaving, double *restrict column);
