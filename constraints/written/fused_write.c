@@ -436,8 +436,9 @@ static kmp_program *schedule(maker *k, const kmp_ref *end)
 static kmp_program *schedule_slopes(maker *k, const kmp_ref *end)
 {
     kmp_written *w = &k->w;
+    const int count = k->p + k->r + 2;
     kmp_ref least = k->p > 0 ? end[k->p] : KMP_ONE, excess = kmp_written_blocks_excess(&k->jv);
-    if (w->load || !kmp_written_room(w, k->p + k->r + 2))
+    if (w->load || !kmp_written_room(w, count))
         return NULL;
     for (int c = 1; c < k->p; c++)
         least = kmp_binary(k->g, KMP_OP_MIN, least, end[k->p + c]);
@@ -446,7 +447,7 @@ static kmp_program *schedule_slopes(maker *k, const kmp_ref *end)
     kmp_written_put(w, k->r, k->rate);
     kmp_written_put(w, 1, &least);
     kmp_written_put(w, 1, &excess);
-    return kmp_graph_failed(k->g) ? NULL : kmp_program_new(k->g, 1, w->count, w->group);
+    return kmp_graph_failed(k->g) ? NULL : kmp_program_of_parameters(k->g, count, w->group[0]);
 }
 
 static kmp_program *write_program(maker *k)

@@ -133,6 +133,7 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
                                          .loops_alone = !g->drives && !g->simulator && !kmp_uses_drives(model),
                                          .events = &choice->modes,
                                          .given_delays = true,
+                                         .charted = g->simulator,
                                          .modes_alone = !g->simulator}};
     KMP_TRY(read_scheme(context, g->scheme, choice));
     if (g->simulator) {

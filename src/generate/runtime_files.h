@@ -10,6 +10,7 @@ typedef enum kmp_runtime_file {
     KMP_RUNTIME_SIMULATOR_HEADER,
     KMP_RUNTIME_SIMULATOR,
     KMP_RUNTIME_FRICTION, /* kempe_friction.c: friction that sticks, of simulators */
+    KMP_RUNTIME_CHARTS,   /* kempe_charts.c: charts of spherical joints, of simulators */
     KMP_RUNTIME_FILES
 } kmp_runtime_file;
 
@@ -17,7 +18,5 @@ const char *kmp_runtime_name(kmp_runtime_file file);
 void kmp_runtime_put(kmp_text *text, kmp_runtime_file file);
 
 /** Lines of the files; NULL ends each. */
-extern const char *const kmp_runtime_lines[], *const kmp_kempe_newton_h[], *const kmp_kempe_simulator_h[],
-                                                                               *const kmp_kempe_simulator_c[],
-                                                                                   *const kmp_kempe_friction_h[],
-                                                                                       *const kmp_kempe_friction_c[];
+extern const char *const kmp_runtime_lines[], *const kmp_kempe_newton_h[], *const kmp_kempe_simulator_h[];
+extern const char *const kmp_kempe_simulator_c[], *const kmp_kempe_friction_c[], *const kmp_kempe_charts_c[];

@@ -132,7 +132,7 @@ kmp_program *kmp_sets_program(const kmp_equations *eq, unsigned wanted)
     kmp_ref *outputs = kmp_sets_outputs(eq, wanted);
     kmp_program *program = NULL;
     if (outputs && kmp_equations_shorten(eq, count, outputs))
-        program = kmp_program_new(eq->graph, 1, &count, (const kmp_ref *const *)&outputs);
+        program = kmp_program_of_parameters(eq->graph, count, outputs);
     kmp_free(outputs);
     return program;
 }

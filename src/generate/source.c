@@ -16,9 +16,9 @@
 #include <string.h>
 
 const char *const kmp_argument_names[KMP_ARGUMENTS] = {
-    [KMP_IN_PARAMETER] = "k",   [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",           [KMP_IN_QD] = "qd",
-    [KMP_IN_QDD] = "qdd",       [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_MODE] = "modes",    [KMP_IN_FORCE] = "force",
-    [KMP_IN_TORQUE] = "torque", [KMP_IN_ALONG] = "way",      [KMP_ARGUMENT_INPUTS] = "u"};
+    [KMP_IN_PARAMETER] = "k",   [KMP_IN_TIME] = "t",         [KMP_IN_Q] = "q",         [KMP_IN_QD] = "qd",
+    [KMP_IN_QDD] = "qdd",       [KMP_IN_LAMBDA] = "lambda_", [KMP_IN_MODE] = "modes",  [KMP_IN_FORCE] = "force",
+    [KMP_IN_TORQUE] = "torque", [KMP_IN_ALONG] = "way",      [KMP_IN_CHART] = "chart", [KMP_ARGUMENT_INPUTS] = "u"};
 
 int kmp_argument_of(const kmp_program_input *input)
 {

@@ -94,7 +94,7 @@ enum { KMP_ARGUMENT_INPUTS = KMP_IN_COUNT, KMP_ARGUMENTS };
 /** All routines of a simulator have the same arguments, but for the direction. */
 enum {
     KMP_SIMULATOR_ARGUMENTS = 1 << KMP_IN_TIME | 1 << KMP_IN_Q | 1 << KMP_IN_QD | 1 << KMP_IN_QDD | 1 << KMP_IN_LAMBDA |
-                              1 << KMP_IN_MODE | 1 << KMP_ARGUMENT_INPUTS
+                              1 << KMP_IN_MODE | 1 << KMP_IN_CHART | 1 << KMP_ARGUMENT_INPUTS
 };
 
 /** The names of arguments: k, t, q .. u */

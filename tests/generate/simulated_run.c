@@ -46,20 +46,22 @@ static void show_place(const kempe_simulator *s)
 static double slopes_off(const kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
-    const kempe_arguments at = {s->t, s->part.k, s->q, s->qd, s->qdd, s->lambda, s->part.modes, s->part.held};
+    const double *qd = s->part.inner_qd, *qdd = s->part.inner_qdd;
+    const kempe_arguments at = {s->t,      s->part.k,     s->part.inner_q, qd,           qdd,
+                                s->lambda, s->part.modes, s->part.held,    s->part.chart};
     const int r = e->coordinates - e->freedom;
     static double udd[IN(MODEL, _memory)], vd[IN(MODEL, _memory)];
     double most = 0, checks[2], size = 0;
     for (int k = 0; k < e->coordinates; k++)
-        size = fmax(size, fmax(fabs(s->qdd[k]), fabs(s->qd[k])));
+        size = fmax(size, fmax(fabs(qdd[k]), fabs(qd[k])));
     for (int k = 0; s->part.rank == r && k < e->slopes_count; k++) { /* none with rows that are held */
         e->slopes[k].evaluate(&at, udd, vd, checks);
         if (!(checks[0] > 0 && checks[1] <= 1))
             continue;
         for (int i = 0; i < e->freedom; i++)
-            most = fmax(most, fabs(udd[i] - s->qdd[e->slopes[k].independent[i]]));
+            most = fmax(most, fabs(udd[i] - qdd[e->slopes[k].independent[i]]));
         for (int i = 0; i < r; i++)
-            most = fmax(most, fabs(vd[i] - s->qd[e->slopes[k].dependent[i]]));
+            most = fmax(most, fabs(vd[i] - qd[e->slopes[k].dependent[i]]));
     }
     return size > 0 ? most / size : most;
 }

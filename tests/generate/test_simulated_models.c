@@ -97,15 +97,16 @@ static bool build(const kempe_model *model, char name[256])
         kempe_code_free(code);
         return false;
     }
-    const bool sticks = has_file(code, "kempe_friction.c");
+    const bool sticks = has_file(code, "kempe_friction.c"), turns = has_file(code, "kempe_charts.c");
     snprintf(name, 256, "%.*s", (int)strcspn(kempe_code_file_name(code, 0), "."), kempe_code_file_name(code, 0));
     kempe_code_free(code);
     snprintf(
         command, sizeof command,
         "cd %s && %s -std=c99 -O1 -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I. "
         "-DMODEL=%s -DMODEL_HEADER='\"%s_simulator.h\"' -o run %s/tests/generate/simulated_run.c %s.c %s_simulator.c "
-        "kempe_simulator.c %s -lm",
-        folder, KEMPE_CC, name, name, KEMPE_ROOT, name, name, sticks ? "kempe_friction.c" : "");
+        "kempe_simulator.c %s %s -lm",
+        folder, KEMPE_CC, name, name, KEMPE_ROOT, name, name, sticks ? "kempe_friction.c" : "",
+        turns ? "kempe_charts.c" : "");
     return runs(command);
 }
 

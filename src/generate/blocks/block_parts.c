@@ -16,7 +16,7 @@ static kmp_program *stage_of(const kmp_program *p, int stage)
     if (g && out && kmp_program_import(p, g, &whole, out)) {
         const kmp_ref *first = out + p->outputs[stage];
         const int count = p->outputs[stage + 1] - p->outputs[stage];
-        found = kmp_program_new(g, 1, &count, &first);
+        found = kmp_program_of_parameters(g, count, first);
     }
     kmp_free(out);
     kmp_graph_free(g);

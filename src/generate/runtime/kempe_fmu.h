@@ -133,10 +133,10 @@ struct kempe_fmu {
         int event;   /* co-simulation has stopped at an event, which is not decided yet */
     } now;
     struct kempe_fmu_numbers {
-        double *x, *start;                                     /* 2 f; 2 n */
-        double *held, *value, *kept;                           /* conditions that held, their values; a saved state */
-        double *along_x, *along_p, *along_u;                   /* a direction */
-        double *dx, *q, *qd, *qdd, *lambda, *y, *dvalue, *row; /* changes along it; 2 f */
+        double *x, *start;                   /* 2 f; 2 n */
+        double *held, *value, *kept;         /* conditions that held, their values; a saved state */
+        double *along_x, *along_p, *along_u; /* a direction */
+        double *dx, *states, *q, *qd, *qdd, *lambda, *y, *dvalue, *row; /* changes along it; 2 f */
         int *choice;
     } part;
 };

@@ -51,6 +51,7 @@ typedef struct kempe_arguments {
     const double *lambda; /* rows: multipliers of h */
     const double *modes;  /* conditions: 1 where one holds, otherwise 0; of kinks 1, -1, or 0: not fixed */
     const double *u;      /* three an input: value, first and second derivative */
+    const double *chart;  /* nine a spherical joint: the orientation from which its angles count, row by row */
 } kempe_arguments;
 
 /** A direction in the space of the arguments; `p` has an entry for each parameter. */
@@ -118,6 +119,38 @@ int kempe_friction_strike(const kempe_friction *friction, double *kept, double *
 int kempe_friction_overlap(const kempe_friction *friction, double *kept, double *room,
                            const struct kmp_friction_site *site, int n, double t, const double *q, const double *qd);
 
+/** Spherical joints whose angles count from an orientation that changes between steps, before they become singular:
+ * the coordinates of the motion. Those of the caller count from the model's. The functions are those of kempe_charts.c,
+ * which models without such joints do not need. */
+typedef struct kempe_charts {
+    int joints;
+    const int *first;   /* coordinate of each, of three */
+    const int *before;  /* 1: the orientation comes before the three rotations */
+    const double *axes; /* three unit vectors each */
+    /** 1 in the middle of the second angle's range, 0 where the axes are singular. */
+    double (*regular)(const struct kempe_charts *charts, int c, const double *q);
+    /** Begins a new chart at q, qd, which are changed. */
+    void (*center)(const struct kempe_charts *charts, int c, double *chart, double *q, double *qd);
+    /** The caller's angles, nearest to near[3]; their distance. `sided`: on the same side of the singular position. */
+    double (*follow)(const struct kempe_charts *charts, int c, const double *chart, const double *near, int sided,
+                     const double *q, double *angles);
+    /** Makes q, qd, qdd those of the caller, with angles nearest to near[3]. */
+    void (*show)(const struct kempe_charts *charts, int c, const double *chart, const double *near, double *q,
+                 double *qd, double *qdd);
+    /** Makes small changes of q, qd, qdd those of the caller's coordinates. */
+    void (*carry)(const struct kempe_charts *charts, int c, const double *chart, const double *const inner[3],
+                  const double *const shown[3], double *const change[3]);
+} kempe_charts;
+
+double kempe_chart_regular(const kempe_charts *charts, int c, const double *q);
+void kempe_chart_center(const kempe_charts *charts, int c, double *chart, double *q, double *qd);
+double kempe_chart_follow(const kempe_charts *charts, int c, const double *chart, const double *near, int sided,
+                          const double *q, double *angles);
+void kempe_chart_show(const kempe_charts *charts, int c, const double *chart, const double *near, double *q, double *qd,
+                      double *qdd);
+void kempe_chart_carry(const kempe_charts *charts, int c, const double *chart, const double *const inner[3],
+                       const double *const shown[3], double *const change[3]);
+
 /** The equations of a mechanism, generated; all names and pointers are constant. */
 typedef struct kempe_equations {
     const char *name, *hash; /* of the model */
@@ -178,6 +211,7 @@ typedef struct kempe_equations {
     void (*next)(const kempe_arguments *at, double *value);
 
     const kempe_friction *friction; /* NULL: there is none */
+    const kempe_charts *charts;     /* NULL: there are none */
 } kempe_equations;
 
 typedef enum kempe_simulator_status {
@@ -222,13 +256,14 @@ typedef struct kempe_simulator {
         double *held, *flip, *last, *repeats, *largest, *most, *number, *was, *due, *begin, *end, *y_old, *y_new,
             *weight, *atol, *stages, *vectors;
         int *row, *column;
-        double *decisions; /* on friction */
+        double *decisions;                                              /* on friction */
+        double *chart, *seen, *seen_t, *inner_q, *inner_qd, *inner_qdd; /* of spherical joints */
         /* scratch */
         double *backup, *stage, *candidate, *probe, *aside, *q, *qd, *qdd, *lambda, *changes, *next;
         double *h, *h_t, *jdqd, *jacobian, *mass, *bias, *loop, *tangent, *constant, *correction;
         double *moved, *reduced, *diagonal, *udd, *load, *pick, *pivots, *loads, *joint, *right, *inverse_row;
         double *dq, *dqd, *dqdd, *dlambda, *dynamics, *dh, *drates, *daccelerations, *dy, *dvalue, *zero;
-        double *site_q, *site_qd, *site_room, *last_pivot;
+        double *site_q, *site_qd, *site_room, *last_pivot, *next_seen;
         int *pivot, *joint_pivot, *new_row, *new_column, *fixed;
         int *block, *touch_begin, *touch, *mass_begin, *mass_at, *row_mark, *column_mark;
         int rank;                   /* rows of the choice */
@@ -261,6 +296,9 @@ typedef struct kempe_simulator {
 
 /** Numbers that rigid contacts add to it. */
 #define KEMPE_SIMULATOR_CONTACTS(n, elements) ((elements) * (2 * (n) + 3) + (n))
+
+/** Numbers that spherical joints add to it: their charts, the angles seen, and the motion in the charts, twice. */
+#define KEMPE_SIMULATOR_CHARTS(n, joints) (2 * (12 * (joints) + 1 + 3 * (n)) + 3 * (joints))
 
 /** The same of equations: the number of doubles in the memory of a simulator. */
 int kempe_simulator_memory(const kempe_equations *equations);
@@ -316,15 +354,15 @@ void kempe_simulator_get_choice(const kempe_simulator *s, int *independent);
  * or of a start from given coordinates, which follow from t, parameters and inputs. */
 enum { KEMPE_CHANGE_HERE, KEMPE_CHANGE_START, KEMPE_CHANGE_START_FROM };
 
-/** Exact changes of the derivatives dx and outputs y (and of q, qd, qdd, lambda; each may be NULL) along a change of t,
- * states x (2 f; in addition to those of a start), parameters, inputs u (3 each; each of these may be NULL: 0), at the
- * present state. Start values that are expressions of parameters are differentiated by differences of sixth order.
- * FAILED: equations without `along`. */
+/** Exact changes of the states, their derivatives dx and outputs y (and of q, qd, qdd, lambda; each may be NULL) along
+ * a change of t, states x (2 f; in addition to those of a start), parameters, inputs u (3 each; each of these may be
+ * NULL: 0), at the present state. Start values that are expressions of parameters are differentiated by differences of
+ * sixth order. FAILED: equations without `along`, or a start where angles of a spherical joint are near to singular. */
 typedef struct kempe_simulator_change {
     int start; /* KEMPE_CHANGE_HERE, .. */
     double t;
     const double *x, *p, *u;
-    double *dx, *q, *qd, *qdd, *lambda, *y, *value;
+    double *dx, *q, *qd, *qdd, *lambda, *y, *value, *states;
 } kempe_simulator_change;
 kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_simulator_change *change);
 

@@ -103,6 +103,8 @@ static outcome change_start(kempe_simulator *s, const kempe_simulator_change *ch
     struct kempe_simulator_parts *part = &s->part;
     const int n = e->coordinates, f = freedom_of(s), r = rank_of(s);
     const bool moves = moves_start(s, change);
+    if (charts_have_moved(s)) /* start values are those of other angles */
+        return MOVED_ANGLES;
     double *given = part->stages + 2 * n;
     kempe_simulator_save(s, part->backup);
     clear(2 * n, given);
@@ -194,6 +196,11 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
         change->dx[k] = part->dqd[part->column[least_rank(e) + k]];
         change->dx[e->freedom + k] = part->dqdd[part->column[least_rank(e) + k]];
     }
+    for (int k = 0; change->states && k < e->freedom; k++) {
+        change->states[k] = part->dq[part->column[least_rank(e) + k]];
+        change->states[e->freedom + k] = part->dqd[part->column[least_rank(e) + k]];
+    }
+    carry_changes(s);
     hand_out(n, part->dq, change->q);
     hand_out(n, part->dqd, change->qd);
     hand_out(n, part->dqdd, change->qdd);

@@ -86,9 +86,69 @@ static outcome improve_choice(kempe_simulator *s, double t)
     return GOOD;
 }
 
-/* Exchanges the choice at the placed, closed q; qd is placed too. */
+/* -- charts of spherical joints ----------------------------------------------------------------------------------- */
+
+static double *chart_of(const kempe_simulator *s, int c)
+{
+    return s->part.chart + 9 * (ptrdiff_t)c;
+}
+
+/* True where angles count from the model's orientation. */
+static bool is_own(const double *chart)
+{
+    bool own = true;
+    for (int k = 0; k < 9; k++)
+        own = own && chart[k] == (k % 4 == 0);
+    return own;
+}
+
+static bool charts_have_moved(const kempe_simulator *s)
+{
+    bool moved = false;
+    for (int c = 0; s->equations->charts && c < s->equations->charts->joints; c++)
+        moved = moved || !is_own(chart_of(s, c));
+    return moved;
+}
+
+static void reset_charts(kempe_simulator *s)
+{
+    for (int k = 0; s->equations->charts && k < 9 * s->equations->charts->joints; k++)
+        s->part.chart[k] = k % 9 % 4 == 0;
+}
+
+/* True where the angles of a joint are near to singular at the placed q. */
+static bool charts_are_due(const kempe_simulator *s)
+{
+    const kempe_charts *charts = s->equations->charts;
+    bool due = false;
+    for (int c = 0; charts && c < charts->joints; c++)
+        due = due || charts->regular(charts, c, s->part.q) < KMP_AXES_CENTRED;
+    return due;
+}
+
+/* Gives the joints that are due new angles at the placed q and qd, and others with them: each time ends steps. */
+static void center_charts(kempe_simulator *s, double t)
+{
+    const kempe_charts *charts = s->equations->charts;
+    struct kempe_simulator_parts *part = &s->part;
+    if (!charts_are_due(s))
+        return;
+    for (int c = 0; c < charts->joints; c++) {
+        if (charts->regular(charts, c, part->q) > ALONG_WITH)
+            continue;
+        if (is_own(chart_of(s, c)))
+            copy(3, part->q + charts->first[c], part->seen + 3 * (ptrdiff_t)c);
+        charts->center(charts, c, chart_of(s, c), part->q, part->qd);
+    }
+    *part->seen_t = t;
+}
+
+/* -- exchanges ---------------------------------------------------------------------------------------------------- */
+
+/* Exchanges the choice at the placed, closed q, and angles that are near to singular; qd is placed too. */
 static outcome exchange_choice(kempe_simulator *s, double t)
 {
+    center_charts(s, t);
     if (evaluate_loops(s, t) != GOOD || share_of_rows(s) > ROWS_OUT)
         choose(s, NULL);
     outcome said = improve_choice(s, t);
@@ -103,7 +163,7 @@ static outcome exchange_choice(kempe_simulator *s, double t)
 /* True where the choice at the place of the last evaluation is bad. */
 static bool is_choice_bad(const kempe_simulator *s, double limit)
 {
-    return growth(s) > limit || share_of_rows(s) > ROWS_OUT;
+    return growth(s) > limit || share_of_rows(s) > ROWS_OUT || charts_are_due(s);
 }
 
 /* Rows of friction that are not held: they are zero. */

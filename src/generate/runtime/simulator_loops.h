@@ -8,7 +8,7 @@
 static kempe_arguments arguments_at(const kempe_simulator *s, double t)
 {
     const struct kempe_simulator_parts *part = &s->part;
-    kempe_arguments at = {t, part->k, part->q, part->qd, part->qdd, part->lambda, part->modes, part->held};
+    kempe_arguments at = {t, part->k, part->q, part->qd, part->qdd, part->lambda, part->modes, part->held, part->chart};
     return at;
 }
 

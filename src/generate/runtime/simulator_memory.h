@@ -57,6 +57,29 @@ static int numbers_of_friction(const kempe_equations *e)
     return e->friction ? KEMPE_SIMULATOR_FRICTION_STATE(e->friction->elements) : 0;
 }
 
+static int numbers_of_charts(const kempe_equations *e)
+{
+    return e->charts ? 12 * e->charts->joints + 1 + 3 * e->coordinates : 0;
+}
+
+/* Without charts the coordinates of the motion are those of the caller. */
+static void place_charts(kempe_simulator *s, double **at)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    part->inner_q = s->q;
+    part->inner_qd = s->qd;
+    part->inner_qdd = s->qdd;
+    if (!e->charts)
+        return;
+    part->chart = take(at, 9 * e->charts->joints);
+    part->seen = take(at, 3 * e->charts->joints);
+    part->seen_t = take(at, 1);
+    part->inner_q = take(at, e->coordinates);
+    part->inner_qd = take(at, e->coordinates);
+    part->inner_qdd = take(at, e->coordinates);
+}
+
 static void place_state(kempe_simulator *s, double **at)
 {
     const kempe_equations *e = s->equations;
@@ -93,6 +116,7 @@ static void place_state(kempe_simulator *s, double **at)
     part->row = take_indices(at, m);
     part->column = take_indices(at, n);
     part->decisions = take(at, numbers_of_friction(e));
+    place_charts(s, at);
 }
 
 /* The arrays of a step from y_old to the stages. */
@@ -201,7 +225,7 @@ int kempe_simulator_saved_numbers(const kempe_simulator *s)
     const kempe_equations *e = s->equations;
     return KEMPE_SIMULATOR_STATE(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept, e->conditions,
                                  e->outputs, e->discrete) +
-           numbers_of_friction(e);
+           numbers_of_friction(e) + numbers_of_charts(e);
 }
 
 static void copy(int count, const double *from, double *to)
@@ -240,6 +264,7 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     place_equations(s, &at);
     place_directions(s, &at);
     place_friction(s, &at);
+    s->part.next_seen = take(&at, e->charts ? 3 * e->charts->joints : 0);
     s->part.end_of_memory = at;
     s->settings.method = KEMPE_METHOD_DOP853;
     s->settings.rtol = s->settings.atol = 1e-8;
@@ -325,9 +350,9 @@ static void take_states(kempe_simulator *s)
     const kempe_equations *e = s->equations;
     for (int k = 0; k < e->freedom; k++) {
         int c = s->part.column[least_rank(e) + k];
-        s->part.x[k] = s->q[c];
-        s->part.x[e->freedom + k] = s->part.rates[k] = s->qd[c];
-        s->part.rates[e->freedom + k] = s->qdd[c];
+        s->part.x[k] = s->part.inner_q[c];
+        s->part.x[e->freedom + k] = s->part.rates[k] = s->part.inner_qd[c];
+        s->part.rates[e->freedom + k] = s->part.inner_qdd[c];
     }
 }
 

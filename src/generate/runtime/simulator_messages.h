@@ -71,6 +71,12 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
                  "such friction locks or has several solutions; reduce the force",
                  e->name, t);
         break;
+    case MOVED_ANGLES:
+        snprintf(s->message, sizeof s->message,
+                 "%s: the angles of a spherical joint are near to singular at the start: derivatives with respect to "
+                 "start values are not defined there; start from other angles",
+                 e->name);
+        break;
     default:
         snprintf(s->message, sizeof s->message,
                  "%s: accelerations are not finite at t = %.9g: a force or an input there is not a number", e->name, t);

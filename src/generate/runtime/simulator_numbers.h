@@ -19,6 +19,7 @@ enum {
     MOST_PASSES = 20,
     MOST_PARTS = 256,
     MOST_FINER = 100,
+    MOST_HALVINGS = 24,
     SAMPLES = 4
 };
 
@@ -43,6 +44,8 @@ enum {
 #define KINK                 100.0 /* tolerances of its largest value beyond which a kink is fixed */
 #define RESOLVED             0.02  /* of the largest value in samples: their distance from a cubic polynomial */
 #define SHORTEST_WINDOW      1e-3  /* of a step, in which conditions are sampled */
+#define NEAR_BY              1.0   /* rad: angles that change by less are continuous */
+#define ALONG_WITH           0.8   /* regularity below which joints get new angles together with a due one */
 #define INSTANT              1e-11 /* of the time of the motion: events within it are at one time */
 
 /* Places in the header of the state. */
@@ -85,7 +88,7 @@ enum {
 };
 
 /* Results of an evaluation. */
-typedef enum outcome { GOOD, OPEN, SINGULAR_LOOPS, SINGULAR_MASS, NOT_FINITE, UNSETTLED } outcome;
+typedef enum outcome { GOOD, OPEN, SINGULAR_LOOPS, SINGULAR_MASS, NOT_FINITE, UNSETTLED, MOVED_ANGLES } outcome;
 
 static const kmp_rk_numbers methods[] = {KMP_DOP853_NUMBERS, KMP_DOPRI5_NUMBERS};
 

@@ -10,10 +10,7 @@ static void show_place(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates;
-    copy(n, part->q, s->q);
-    copy(n, part->qd, s->qd);
-    copy(n, part->qdd, s->qdd);
+    show_coordinates(s, t);
     kempe_arguments at = arguments_at(s, t);
     if (e->conditions > 0)
         e->changes(&at, part->value);
@@ -40,6 +37,7 @@ static outcome show_state(kempe_simulator *s, double t, const double *y)
 
 static kempe_simulator_status show_at(kempe_simulator *s, double t)
 {
+    follow_angles(s, t);
     outcome said = interpolate(s, t, s->part.probe);
     if (said == GOOD)
         said = show_state(s, t, s->part.probe);
@@ -153,6 +151,7 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_m
     int *fixed = e->independent ? part->fixed : NULL;
     clear(HEADER, state);
     part->rank = least_rank(e);
+    reset_charts(s);
     clear(3 * e->coordinates + e->rows, part->begin);
     state[AT_RATE] = 1;
     state[AT_END] = t;
@@ -184,6 +183,14 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_m
     kempe_simulator_status status = pass_start(s, t, part->y_new);
     if (status != KEMPE_SIMULATOR_GOES)
         return status;
+    if (charts_are_due(s)) {
+        said = exchange_choice(s, t);
+        if (said == GOOD)
+            said = slopes_here(s, t, NULL);
+        if (said != GOOD)
+            return explain(s, said, t);
+        complete(s);
+    }
     state[AT_RATE] = rate_of_motion(s);
     set_weights(s);
     double ended = state[AT_ENDED];

@@ -94,7 +94,7 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
     double first = INFINITY;
     for (int parts = 1; parts <= MOST_PARTS && (said != GOOD || first > TRUSTED_CORRECTION); parts *= 4) {
         first = 0;
-        copy(n, s->q, part->q);
+        copy(n, part->inner_q, part->q);
         said = follow(s, s->t, t, x, parts, &first);
     }
     for (int k = 0; k < f; k++)
@@ -119,8 +119,8 @@ static outcome refresh(kempe_simulator *s)
     struct kempe_simulator_parts *part = &s->part;
     if (*factors_are_present(s) > 0)
         return GOOD;
-    copy(s->equations->coordinates, s->q, part->q);
-    copy(s->equations->coordinates, s->qd, part->qd);
+    copy(s->equations->coordinates, part->inner_q, part->q);
+    copy(s->equations->coordinates, part->inner_qd, part->qd);
     outcome said = evaluate_loops(s, s->t);
     if (said == GOOD)
         said = slopes_here(s, s->t, NULL);
@@ -150,7 +150,7 @@ static occasion passed_by_caller(kempe_simulator *s)
     const kempe_friction *friction = s->equations->friction;
     const struct kempe_simulator_parts *part = &s->part;
     occasion at = {false, KMP_FRICTION_DRIFT * s->settings.rtol};
-    const double pace = pace_of_rates(s, s->qd);
+    const double pace = pace_of_rates(s, part->inner_qd);
     for (int i = 0; friction && i < friction->elements; i++) {
         const int slip = friction->slot[i], stick = slip + KMP_ROLE_HELD - KMP_ROLE_SENSE;
         part->flip[slip] = part->value[slip] <= 0;
@@ -173,8 +173,8 @@ kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed)
         return refuse_before_start(s);
     s->message[0] = 0;
     kempe_simulator_save(s, part->backup);
-    copy(s->equations->coordinates, s->q, part->q);
-    copy(s->equations->coordinates, s->qd, part->qd);
+    copy(s->equations->coordinates, part->inner_q, part->q);
+    copy(s->equations->coordinates, part->inner_qd, part->qd);
     restart(s, s->t);
     kempe_simulator_status status = pass_instant(s, s->t, part->y_new, passed_by_caller(s), &any);
     if (status == KEMPE_SIMULATOR_GOES && is_choice_bad(s, GROWTH_OF_CALLERS)) {

@@ -3,6 +3,7 @@
 #ifndef SIMULATOR_STEPS_H
 #define SIMULATOR_STEPS_H
 
+#include "generate/runtime/charts/simulator_charts.h"
 #include "generate/runtime/simulator_events.h"
 
 /* Stages, solution, weights and error of a step h from y_new to `candidate`, whose loops are closed. */
@@ -155,6 +156,7 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
     struct kempe_simulator_parts *part = &s->part;
     double *state = part->state, t = state[AT_END], *k[KMP_RK_MAX_STAGES + 1];
     bool changed = false;
+    follow_angles(s, t);
     list_stages(s, k);
     if (!(state[AT_EVENT] > 0))
         take_branches(s);

@@ -2,6 +2,7 @@
 #include "generate/simulator/simulated.h"
 #include "base/context.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/charts.h"
 #include "constraints/partition/partition.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
@@ -230,6 +231,23 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
     return check_speeds(source->model);
 }
 
+static kempe_status take_charts(kmp_code_source *source, const kempe_system *system)
+{
+    struct kmp_simulated *x = source->simulated;
+    const int count = x->chart_count = kmp_charts_count(system);
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, count, &x->chart_first, &x->chart_before),
+                        KMP_ROOM(double, 9 * count, &x->chart_axes)))
+        return kmp_fail_memory(source->context);
+    for (int c = 0; c < count; c++) {
+        x->chart_first[c] = system->chart_first[c];
+        x->chart_before[c] = system->chart_before[c];
+        for (int k = 0; k < 3; k++)
+            memcpy(x->chart_axes + 9 * (ptrdiff_t)c + 3 * (ptrdiff_t)k,
+                   system->model->motions[system->chart_first[c] + k].axis, 3 * sizeof(double));
+    }
+    return KEMPE_OK;
+}
+
 /* The condition whose change is the event of a state: the comparison of its rate, or the contact that changes it. */
 static void find_event(struct kmp_simulated *x, const kempe_model *model, const kmp_events *events, int k, int place)
 {
@@ -342,6 +360,8 @@ kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_set_choice *c
         status = take_discrete(source, &choice->modes);
     if (status == KEMPE_OK)
         status = take_friction(source, system, &choice->modes);
+    if (status == KEMPE_OK)
+        status = take_charts(source, system);
     kempe_system_free(system);
     return status;
 }

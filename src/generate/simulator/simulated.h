@@ -37,6 +37,9 @@ struct kmp_simulated {
         int contacts, rolls; /* rigid contacts; rows between rates */
         bool loads, driven;
     } friction;
+    int chart_count; /* spherical joints whose angles may count from another orientation */
+    int *chart_first, *chart_before;
+    double *chart_axes;                  /* three unit vectors each */
     char **jacobian_zeros, **mass_zeros; /* m and n strings of n characters: '0' where an entry of J or M is zero */
 };
 

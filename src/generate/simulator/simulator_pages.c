@@ -67,8 +67,9 @@ static void put_call(kmp_text *text, const kmp_code_source *s, const char *name,
 {
     if (!kmp_simulated_routine(s, name))
         return;
-    kmp_text_printf(text, "    %s_%s(at->k + %d, at->t, at->q, at->qd, at->qdd, at->lambda, at->modes%s, at->u, %s);\n",
-                    s->name, name, place_in_k(s, name), way, results);
+    kmp_text_printf(
+        text, "    %s_%s(at->k + %d, at->t, at->q, at->qd, at->qdd, at->lambda, at->modes, at->chart%s, at->u, %s);\n",
+        s->name, name, place_in_k(s, name), way, results);
 }
 
 static void put_function(kmp_text *text, const kmp_code_source *s, const char *name, const char *parameters,
@@ -173,6 +174,21 @@ static void put_friction(kmp_text *text, const kmp_code_source *s)
         f->contacts > 0 ? ",\n    kempe_friction_strike, kempe_friction_overlap" : ", 0, 0");
 }
 
+static void put_charts(kmp_text *text, const kmp_code_source *s)
+{
+    const struct kmp_simulated *x = s->simulated;
+    if (x->chart_count == 0)
+        return;
+    put_ints(text, "chart_first", x->chart_count, x->chart_first);
+    put_ints(text, "chart_before", x->chart_count, x->chart_before);
+    put_doubles(text, "chart_axes", 9 * x->chart_count, x->chart_axes);
+    kmp_text_printf(text,
+                    "static const kempe_charts charts = {%d, chart_first, chart_before, chart_axes,\n"
+                    "    kempe_chart_regular, kempe_chart_center, kempe_chart_follow, kempe_chart_show, "
+                    "kempe_chart_carry};\n\n",
+                    x->chart_count);
+}
+
 static void put_number(kmp_text *text, const char *name, double x)
 {
     kmp_text_printf(text, "    .%s = ", name);
@@ -235,6 +251,8 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
         kmp_text_put(text, "    .start = start,\n");
     if (x->friction_count > 0)
         kmp_text_put(text, "    .friction = &friction,\n");
+    if (x->chart_count > 0)
+        kmp_text_put(text, "    .charts = &charts,\n");
     for (size_t k = 0; k < sizeof same / sizeof *same; k++)
         kmp_text_printf(text, "    .%s = %s%s\n", same[k], same[k], k + 1 < sizeof same / sizeof *same ? "," : "};");
 }
@@ -257,6 +275,8 @@ static void put_header(kmp_text *text, const kmp_code_source *s)
                         x->condition_count, x->friction_count);
     if (x->friction.contacts > 0)
         kmp_text_printf(text, " +\n    KEMPE_SIMULATOR_CONTACTS(%d, %d)", s->n, x->friction_count);
+    if (x->chart_count > 0)
+        kmp_text_printf(text, " +\n    KEMPE_SIMULATOR_CHARTS(%d, %d)", s->n, x->chart_count);
     kmp_text_put(text, " };\n\n");
     kmp_text_printf(text, "extern const kempe_equations %s_equations;\n\n#ifdef __cplusplus\n}\n#endif\n#endif\n",
                     name);
@@ -286,13 +306,14 @@ static void put_slopes(kmp_text *text, const kmp_code_source *s)
 
 static void put_source(kmp_text *text, const kmp_code_source *s)
 {
-    kmp_text_printf(text,
-                    "/* Simulator of the model %s, written by Kempe " KEMPE_VERSION ".\n *\n"
-                    " * To compile: cc -std=c99 -O2 -ffp-contract=off -c %s_simulator.c %s.c kempe_simulator.c%s (libm "
-                    "to link). */\n"
-                    "#include \"%s_simulator.h\"\n#include \"%s.h\"\n#include <math.h>\n#include <stddef.h>\n\n",
-                    s->hash, s->name, s->name, s->simulated->friction_count ? " kempe_friction.c" : "", s->name,
-                    s->name);
+    kmp_text_printf(
+        text,
+        "/* Simulator of the model %s, written by Kempe " KEMPE_VERSION ".\n *\n"
+        " * To compile: cc -std=c99 -O2 -ffp-contract=off -c %s_simulator.c %s.c kempe_simulator.c%s%s (libm "
+        "to link). */\n"
+        "#include \"%s_simulator.h\"\n#include \"%s.h\"\n#include <math.h>\n#include <stddef.h>\n\n",
+        s->hash, s->name, s->name, s->simulated->friction_count ? " kempe_friction.c" : "",
+        s->simulated->chart_count ? " kempe_charts.c" : "", s->name, s->name);
     put_tables(text, s);
     put_prepare(text, s);
     put_function(text, s, "closures", "double *h, double *J, double *h_t", "h, J, h_t");
@@ -307,6 +328,7 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
     put_function(text, s, "next", "double *value", "value");
     put_along(text, s);
     put_friction(text, s);
+    put_charts(text, s);
     put_equations(text, s);
 }
 
@@ -328,12 +350,13 @@ bool kmp_simulator_pages(const kmp_code_source *s, kmp_code_files *files)
     if (source)
         put_source(source, s);
     bool ok = source;
-    const int last = s->simulated->friction_count > 0 ? KMP_RUNTIME_FRICTION : KMP_RUNTIME_SIMULATOR;
-    for (int k = KMP_RUNTIME_SIMULATOR_HEADER; ok && k <= last; k++) {
-        kmp_text *text = add(files, kmp_runtime_name((kmp_runtime_file)k), "");
+    const bool needed[] = {true, true, s->simulated->friction_count > 0, s->simulated->chart_count > 0};
+    for (int k = 0; ok && k < (int)(sizeof needed / sizeof *needed); k++) {
+        const kmp_runtime_file file = (kmp_runtime_file)(KMP_RUNTIME_SIMULATOR_HEADER + k);
+        kmp_text *text = needed[k] ? add(files, kmp_runtime_name(file), "") : NULL;
         if (text)
-            kmp_runtime_put(text, (kmp_runtime_file)k);
-        ok = text;
+            kmp_runtime_put(text, file);
+        ok = text || !needed[k];
     }
     return ok;
 }

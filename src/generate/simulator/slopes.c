@@ -53,7 +53,7 @@ static kempe_status derive_motion(kmp_code_source *source, const kmp_set_choice 
 static bool reads_others(const kmp_program *p)
 {
     for (int k = 0; k < p->input_count; k++)
-        if (p->input[k].kind == KMP_IN_CHART || p->input[k].kind == KMP_IN_LAMBDA)
+        if (p->input[k].kind == KMP_IN_LAMBDA)
             return true;
     return p->block_count > 0;
 }

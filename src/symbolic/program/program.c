@@ -14,6 +14,7 @@ enum { PARAMETER_STAGE = 1 }; /* marks are stage + 1 */
 /* The nodes of a graph that a program needs, in order. Arrays by node, in which those of others have no meaning. */
 typedef struct needed {
     const kmp_graph *graph;
+    unsigned still; /* kinds of inputs that are constant during steps */
     uint32_t *id, count;
     uint8_t *mark;    /* stage + 1; 0: not needed */
     uint32_t *number; /* of the value, + 1 */
@@ -23,9 +24,8 @@ typedef struct needed {
 /* Moves nodes that are constant during steps to stage 0, whatever stages need them. */
 static void hoist_parameters(needed *n)
 {
-    const unsigned still = 1u << KMP_IN_PARAMETER | 1u << KMP_IN_CHART;
     for (uint32_t k = 0; k < n->count; k++)
-        if ((kmp_graph_node(n->graph, n->id[k])->depends & ~still) == 0)
+        if ((kmp_graph_node(n->graph, n->id[k])->depends & ~n->still) == 0)
             n->mark[n->id[k]] = PARAMETER_STAGE;
 }
 
@@ -215,10 +215,10 @@ static uint8_t *mark_groups(const kmp_graph *g, kmp_arena *room, int groups, con
     return mark;
 }
 
-kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs)
+static kmp_program *make(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs, unsigned still)
 {
     int total = 0;
-    needed n = {.graph = g};
+    needed n = {.graph = g, .still = still};
     kmp_program *p = NULL;
     for (int k = 0; k < groups; k++)
         total += count[k];
@@ -239,6 +239,16 @@ kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const k
         p = schedule(g, &n, groups, count, all);
     free_needed(&n);
     return p;
+}
+
+kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs)
+{
+    return make(g, groups, count, outputs, 1u << KMP_IN_PARAMETER | 1u << KMP_IN_CHART);
+}
+
+kmp_program *kmp_program_of_parameters(kmp_graph *g, int count, const kmp_ref *outputs)
+{
+    return make(g, 1, &count, &outputs, 1u << KMP_IN_PARAMETER);
 }
 
 void kmp_program_free(kmp_program *p)

@@ -27,6 +27,7 @@ static kempe_simulator_change no_change(kempe_fmu *fmu)
     change.p = fmu->part.along_p;
     change.u = fmu->part.along_u;
     change.dx = fmu->part.dx;
+    change.states = fmu->part.states;
     change.q = fmu->part.q;
     change.qd = fmu->part.qd;
     change.qdd = fmu->part.qdd;
@@ -62,8 +63,7 @@ static const double *change_of(kempe_fmu *fmu, const kempe_simulator_change *cha
     const int block = block_of(fmu, reference, &at);
     switch (block) {
     case KEMPE_FMU_STATES:
-        return at < fmu->model->equations->freedom ? change->q + fmu->part.choice[at]
-                                                   : change->qd + fmu->part.choice[at - fmu->model->equations->freedom];
+        return change->states + at;
     case KEMPE_FMU_RATES:
         return change->dx + at;
     case KEMPE_FMU_Q:

@@ -23,6 +23,7 @@ static int place(kempe_fmu *fmu, const kempe_equations *e, double *memory)
                   {&part->along_p, e->parameters},
                   {&part->along_u, 3 * e->inputs},
                   {&part->dx, 2 * f},
+                  {&part->states, 2 * f},
                   {&part->q, n},
                   {&part->qd, n},
                   {&part->qdd, n},
