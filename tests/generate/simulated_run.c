@@ -51,10 +51,12 @@ static double slopes_off(const kempe_simulator *s)
                                 s->lambda, s->part.modes, s->part.held,    s->part.chart};
     const int r = e->coordinates - e->freedom;
     static double udd[IN(MODEL, _memory)], vd[IN(MODEL, _memory)];
-    double most = 0, checks[2], size = 0;
+    double most = 0, checks[2], size = 0, turned = 0; /* the orientation from which angles count */
+    for (int k = 0; e->charts && k < 9 * e->charts->joints; k++)
+        turned = fmax(turned, fabs(s->part.chart[k] - (k % 9 % 4 == 0)));
     for (int k = 0; k < e->coordinates; k++)
         size = fmax(size, fmax(fabs(qdd[k]), fabs(qd[k])));
-    for (int k = 0; s->part.rank == r && k < e->slopes_count; k++) { /* none with rows that are held */
+    for (int k = 0; s->part.rank == r && turned == 0 && k < e->slopes_count; k++) { /* none with rows that are held */
         e->slopes[k].evaluate(&at, udd, vd, checks);
         if (!(checks[0] > 0 && checks[1] <= 1))
             continue;

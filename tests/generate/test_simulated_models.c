@@ -58,7 +58,8 @@ static const struct {
               {NULL, "contact_loop", 1, 0},
               {NULL, "contact_slider_crank", 1, 0},
               {NULL, "contact_coin", 1, 0},
-              {NULL, "contact_wall", 2, 0}};
+              {NULL, "contact_wall", 2, 0},
+              {NULL, "closed_arm", 2, 1}};
 
 static bool exists(const char *path)
 {

@@ -88,34 +88,6 @@ static outcome improve_choice(kempe_simulator *s, double t)
 
 /* -- charts of spherical joints ----------------------------------------------------------------------------------- */
 
-static double *chart_of(const kempe_simulator *s, int c)
-{
-    return s->part.chart + 9 * (ptrdiff_t)c;
-}
-
-/* True where angles count from the model's orientation. */
-static bool is_own(const double *chart)
-{
-    bool own = true;
-    for (int k = 0; k < 9; k++)
-        own = own && chart[k] == (k % 4 == 0);
-    return own;
-}
-
-static bool charts_have_moved(const kempe_simulator *s)
-{
-    bool moved = false;
-    for (int c = 0; s->equations->charts && c < s->equations->charts->joints; c++)
-        moved = moved || !is_own(chart_of(s, c));
-    return moved;
-}
-
-static void reset_charts(kempe_simulator *s)
-{
-    for (int k = 0; s->equations->charts && k < 9 * s->equations->charts->joints; k++)
-        s->part.chart[k] = k % 9 % 4 == 0;
-}
-
 /* True where the angles of a joint are near to singular at the placed q. */
 static bool charts_are_due(const kempe_simulator *s)
 {

@@ -240,6 +240,34 @@ static void clear(int count, double *x)
         x[i] = 0;
 }
 
+static double *chart_of(const kempe_simulator *s, int c)
+{
+    return s->part.chart + 9 * (ptrdiff_t)c;
+}
+
+/* True where angles count from the model's orientation. */
+static bool is_own(const double *chart)
+{
+    bool own = true;
+    for (int k = 0; k < 9; k++)
+        own = own && chart[k] == (k % 4 == 0);
+    return own;
+}
+
+static bool charts_have_moved(const kempe_simulator *s)
+{
+    bool moved = false;
+    for (int c = 0; s->equations->charts && c < s->equations->charts->joints; c++)
+        moved = moved || !is_own(chart_of(s, c));
+    return moved;
+}
+
+static void reset_charts(kempe_simulator *s)
+{
+    for (int k = 0; s->equations->charts && k < 9 * s->equations->charts->joints; k++)
+        s->part.chart[k] = k % 9 % 4 == 0;
+}
+
 static void list_mass(kempe_simulator *s);
 static void find_structure(kempe_simulator *s);
 
@@ -280,6 +308,7 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
         s->part.row[i] = i;
     for (int j = 0; j < e->coordinates; j++)
         s->part.column[j] = j;
+    reset_charts(s);
     list_mass(s);
     find_structure(s);
 }

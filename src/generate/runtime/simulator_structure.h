@@ -78,10 +78,12 @@ static bool contains(int count, const int *list, int entry)
     return false;
 }
 
-/* The slopes of the equations for the choice; NULL: there are none. */
+/* The slopes of the equations for the choice, which hold in the model's own angles; NULL: there are none. */
 static const kempe_slopes *find_slopes(const kempe_simulator *s)
 {
     const int r = rank_of(s);
+    if (charts_have_moved(s))
+        return NULL;
     for (int k = 0; r == least_rank(s->equations) && k < s->equations->slopes_count; k++) {
         const kempe_slopes *slopes = &s->equations->slopes[k];
         bool fits = true;
