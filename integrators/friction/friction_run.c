@@ -11,13 +11,19 @@
 
 /* -- the site -------------------------------------------------------------------------------------------- */
 
+double kmp_friction_span(const kmp_runner *run)
+{
+    double span = run->spec.t_end - run->spec.t_start;
+    return run->rate_scale > 0 ? fmin(span, KMP_FRICTION_SPAN / run->rate_scale) : span;
+}
+
 /* A dae meets rates, also those of rows, within the tolerance of its steps alone. */
 static kmp_friction_numbers numbers(const void *self)
 {
     const kmp_runner *run = self;
     double drift = run->method && run->method->dae ? KMP_FRICTION_DRIFT * run->spec.rtol : 0;
     return (kmp_friction_numbers){
-        .span = run->spec.t_end - run->spec.t_start, .rtol = run->spec.rtol, .still = fmax(KMP_FRICTION_STILL, drift)};
+        .span = kmp_friction_span(run), .rtol = run->spec.rtol, .still = fmax(KMP_FRICTION_STILL, drift)};
 }
 
 double kmp_friction_pace(const kmp_runner *run, const double *qd)

@@ -24,6 +24,9 @@ void kmp_friction_list(const kempe_system *s, const kmp_events *events, struct k
 /** Makes the workspace in the run's arena. NULL: no memory, or the system has no such elements (*none). */
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none);
 
+/** s: the span of the run of which instants are parts. */
+double kmp_friction_span(const kmp_runner *run);
+
 /** 1/s: the rate of the motion. */
 double kmp_friction_pace(const kmp_runner *run, const double *qd);
 

@@ -301,7 +301,7 @@ static kempe_status switch_here(kmp_runner *run, double t, double *energy, doubl
 static double step_after_event(const kmp_runner *run, double t)
 {
     const kmp_solver *solver = run->solver;
-    bool apart = t - solver->t_old > KMP_FRICTION_INSTANT * (run->spec.t_end - run->spec.t_start);
+    bool apart = t - solver->t_old > KMP_FRICTION_INSTANT * kmp_friction_span(run);
     return apart ? solver->t - solver->t_old : 0;
 }
 
