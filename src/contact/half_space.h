@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The normal contact of two half-spaces whose gap is given in strips: the complete equations of elasticity, on a grid
+ * of rectangles. */
+#pragma once
+
+#include "base/arena.h"
+#include "contact/gap.h"
+
+typedef enum kmp_half_space_result {
+    KMP_HALF_SPACE_SOLVED,
+    KMP_HALF_SPACE_MEMORY,
+    KMP_HALF_SPACE_LARGE,   /* the contact reaches the first or the last strip */
+    KMP_HALF_SPACE_UNSOLVED /* the pressures did not converge */
+} kmp_half_space_result;
+
+/** A solution, with its pressures: rectangles of dx by the gap's step, row by row. The centre of the first one is at x
+ * = first. */
+typedef struct kmp_half_space {
+    int columns, iterations;
+    double first, dx;
+    double *pressure; /* gap->count rows; in the arena */
+} kmp_half_space;
+
+/** The contact under a normal force (N, > 0); modulus = G / (1 - poisson), Pa. `strip` has gap->count members: on entry
+ * an approximation, in rows that may be in contact, then the solution; likewise pressed->approach. `cells` along the
+ * longest strip. */
+kmp_half_space_result kmp_half_space_press(const kmp_gap *gap, double modulus, double normal, int cells,
+                                           kmp_arena *arena, kmp_strip *strip, kmp_pressed *pressed,
+                                           kmp_half_space *solution);
