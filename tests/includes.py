@@ -53,6 +53,7 @@ LAYERS["output"] = CORE
 LAYERS["derivatives"] = CORE
 for study, others in STUDIES.items():
     LAYERS[f"studies/{study}"] = " ".join([CORE, "output derivatives contact", *(f"studies/{name}" for name in others.split())])
+LAYERS["studies/wheel_contact"] += " wheel"
 LAYERS["report"] = " ".join([CORE, "output", *(f"studies/{study}" for study in STUDIES)])
 LAYERS["generate"] = f"{CORE} output"
 LAYERS["unit"] = f"{CORE} output generate studies/simulate"

@@ -12,7 +12,8 @@ import pathlib
 import re
 import sys
 
-FIGURES = ("y", "angle", "normal", "slip.x", "slip.y", "spin", "force.x", "force.y")
+FIGURES = ("y", "angle", "normal", "slip.x", "slip.y", "spin", "force.x", "force.y", "pressure", "area", "approach")
+ELEMENT = 0.2 * 0.2  # mm^2, of the grid: an area is a number of elements
 
 
 def after(text, *names):
@@ -25,7 +26,9 @@ def contact(case):
     x, y, _, angle = after(case, "XCP(TR)", "YCP(TR)")[:4]
     creep = after(case, "CHI", "DQ")[3:6]
     normal, fx, fs = after(case, "FN", "FX", "FS")[:3]
-    return abs(y) / 1000, abs(angle), normal, -creep[0], creep[1], 1000 * creep[2], -fx, fs
+    approach, pressure = after(case, "FN/G", "FX/FSTAT/FN")[3:5]
+    patch = 1e6 * pressure, 1e-6 * after(case, "NPOT", "NCON")[1] * ELEMENT, 1e-3 * approach
+    return abs(y) / 1000, abs(angle), normal, -creep[0], creep[1], 1000 * creep[2], -fx, fs, *patch
 
 
 def contacts(path, wheel):
@@ -45,6 +48,7 @@ if __name__ == "__main__":
         print("shift,roll,rate")
         table = wheelsets(folder / "mbench_a22_left.inp")
     else:
+        print("# Areas are counted in elements of 0.2 mm by 0.2 mm.")
         print(f"shift,wheel,{','.join(FIGURES)}")
         table = sorted((row for side in ("left", "right") for row in contacts(folder / f"mbench_a22_{side}.ref_out", side[0].upper())),
                        key=lambda row: (float(row[0]), row[1]))

@@ -21,7 +21,11 @@
 
 KEMPE_BEGIN
 
-/** NULL and 0: the default. Coordinates that move at the start keep their rates; all others are at rest. */
+/** NULL and 0: the default. Coordinates that move at the start keep their rates; all others are at rest.
+ *
+ * `pressure`: pressure, area, approach and outline of each patch, for any shape of the gap. Two methods approximate in
+ * strips (Kik and Piotrowski 1996; Sichani, Enblom and Berg 2014), "half-space" solves on a grid. "half-space:2" to
+ * "half-space:4" divide its rectangles by that number both ways. docs/contact.md has errors and costs. */
 typedef struct kempe_contact_options {
     size_t size;       /* sizeof this struct, or 0: that of version 0.1 */
     const char *sweep; /* "NAME=A:B:N" or "NAME=A:B", comma-separated if several: they vary together, each evenly from
@@ -38,6 +42,7 @@ typedef struct kempe_contact_options {
                            * conicity is computed. The first swept quantity then moves the wheels of a wheelset
                            * laterally by its value */
     const char *pair;     /* "LEFT,RIGHT": the wheels of that wheelset; default: the only left and the only right one */
+    const char *pressure; /* "kik-piotrowski", "analyn", "half-space": a method for the pressures of each patch */
 } kempe_contact_options;
 
 /** The contact patch of a zone of a wheel. Without contact, normal is 0 and the geometry is that of the closest
@@ -58,6 +63,11 @@ typedef struct kempe_contact_patch {
                        * is no ellipse (for example it has two lobes), and a and b are valid for creep forces alone:
                        * pressures may be several times those of the ellipse. -1: unknown (a rigid wheel, or no
                        * contact) */
+    double pressure;  /* largest pressure, Pa, by the method in the options; NaN without one, without contact, or if the
+                       * contact reaches the end of its zone. The same for the two below */
+    double area;      /* of all lobes, m^2 */
+    double approach;  /* of wheel and rail along the normal, m */
+    int lobes;        /* separate parts of the contact; 0: unknown */
 } kempe_contact_patch;
 
 typedef struct kempe_contacts kempe_contacts;
@@ -85,7 +95,9 @@ KEMPE_API double kempe_contacts_nonlinearity(const kempe_contacts *table);
 
 /** The tables "rows", a row for each value, wheel and zone with the numbers of its patch, and "states", a row for each
  * value with q and qd, SI. With conicity also "conicity", a row for each amplitude, and "radii", a row for each value
- * with the difference of the rolling radii. Free a table with kempe_table_free. KEMPE_E_ARGUMENT: another name. */
+ * with the difference of the rolling radii. With pressures also "outline", a row for each strip of a patch: its lobe,
+ * its lateral place on the track, its ends forwards from the wheel's centre, its largest pressure. Free a table with
+ * kempe_table_free. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_contacts_table(const kempe_contacts *contacts, const char *name, kempe_table **table);
 
 /** Writes a picture, .svg or .png (table.h). It shows the profile of each wheel on the rail, with the points that touch

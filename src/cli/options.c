@@ -116,6 +116,8 @@ static const option options[] = {
      "coordinates whose rate is found so that no torque is needed (default: rotating wheels; -: none)"},
     {CLI_CONTACT, IN_RUN, "law", TEXT(contact.law), "NAME",
      "also compute the creep forces by this law: linear, shen, polach, tanh, fastsim, fastsim1"},
+    {CLI_CONTACT, IN_RUN, "pressure", TEXT(contact.pressure), "NAME",
+     "also compute the pressures of each patch: half-space, analyn, kik-piotrowski (default: none)"},
     {CLI_CONTACT, IN_RUN, "conicity", TEXT(contact.conicity), "A:B:N",
      "also compute the equivalent conicity of a wheelset (EN 15302) at N amplitudes from A to B (default: 13); -o "
      "writes it"},

@@ -68,7 +68,7 @@ static bool make_grid(grid *g, double modulus, kmp_arena *arena, kmp_half_space 
 {
     size_t cells = (size_t)g->rows * (size_t)g->columns;
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, cells, &g->free, &g->p, &g->turn, &g->way, &g->deflection),
-                        KMP_ROOM(double, (size_t)g->rows * (size_t)(2 * g->columns - 1), &g->love)))
+                        KMP_ROOM(double, (size_t)g->rows *(size_t)(2 * g->columns - 1), &g->love)))
         return false;
     double step = g->gap->step;
     for (int j = 0; j < g->rows; j++)
@@ -221,8 +221,7 @@ static bool reaches_border(const grid *g)
 }
 
 kmp_half_space_result kmp_half_space_press(const kmp_gap *gap, double modulus, double normal, int cells,
-                                           kmp_arena *arena, kmp_strip *strip, kmp_pressed *pressed,
-                                           kmp_half_space *s)
+                                           kmp_arena *arena, kmp_strip *strip, kmp_pressed *pressed, kmp_half_space *s)
 {
     double low, high, longest = range_of(gap, DEEPER * pressed->approach, &low, &high);
     *s = (kmp_half_space){.dx = longest / cells};

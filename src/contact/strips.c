@@ -71,8 +71,8 @@ static double analyn(const press *p, double approach)
         const hertz_strip *h = &p->hertz[k];
         double root = sqrt(fmax(approach - h->loss * p->gap->gap[k], 0)), half = root * h->half;
         double x = p->gap->centre[k], pressure = root * h->pressure;
-        p->strip[k] = root > 0 ? (kmp_strip){x - half, x + half, pressure, pi / 2 * pressure * half}
-                               : (kmp_strip){.load = 0};
+        p->strip[k] =
+            root > 0 ? (kmp_strip){x - half, x + half, pressure, pi / 2 * pressure * half} : (kmp_strip){.load = 0};
     }
     return load_of(p);
 }

@@ -126,6 +126,15 @@ static void show_guidance(kmp_equations *eq, int number)
         eq->shown[eq->shown_count++] = shown[k];
 }
 
+static void show_pose(kmp_equations *eq, int number)
+{
+    kmp_wheel_pose pose;
+    kmp_wheel_find(&eq->tree, &eq->model->wheels[number], &pose);
+    const kmp_ref shown[KMP_POSE_SHOWN] = {pose.out, pose.up, pose.axle[0], pose.axle[1], pose.axle[2]};
+    for (int k = 0; k < KMP_POSE_SHOWN; k++)
+        eq->shown[eq->shown_count++] = shown[k];
+}
+
 static void show_axes(kmp_equations *eq, int point)
 {
     kmp_vec axes[3];
@@ -154,6 +163,8 @@ static void show_all(kmp_equations *eq, const kmp_forces *forces)
             show_contacts(eq, eq->model->outputs[o].index);
         else if (eq->model->outputs[o].kind == KMP_OUTPUT_GUIDANCE)
             show_guidance(eq, eq->model->outputs[o].index);
+        else if (eq->model->outputs[o].kind == KMP_OUTPUT_POSE)
+            show_pose(eq, eq->model->outputs[o].index);
         else if (eq->model->outputs[o].kind == KMP_OUTPUT_AXES)
             show_axes(eq, eq->model->outputs[o].index);
         else

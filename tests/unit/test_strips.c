@@ -19,8 +19,13 @@ typedef struct body {
 /* A gap with constant curvatures in strips over -width..width; `skew` moves the centres of the strips. */
 static void fill(body *b, int strips, double width, double along, double across, double skew)
 {
-    b->in = (kmp_gap){.count = strips, .first = -width, .step = 2 * width / (strips - 1),
-                      .gap = b->gap, .bend = b->bend, .centre = b->centre, .along = b->along};
+    b->in = (kmp_gap){.count = strips,
+                      .first = -width,
+                      .step = 2 * width / (strips - 1),
+                      .gap = b->gap,
+                      .bend = b->bend,
+                      .centre = b->centre,
+                      .along = b->along};
     for (int k = 0; k < strips; k++) {
         double y = b->in.first + k * b->in.step;
         b->gap[k] = 0.5 * across * y * y;

@@ -8,7 +8,7 @@
 
 struct kmp_table;
 
-enum { KMP_TRACK_SIDES = 2, KMP_WHEEL_ZONES = 8, KMP_CONTACT_SHOWN = 13, KMP_WHEEL_PLACES = 800 };
+enum { KMP_TRACK_SIDES = 2, KMP_WHEEL_ZONES = 8, KMP_CONTACT_SHOWN = 13, KMP_POSE_SHOWN = 5, KMP_WHEEL_PLACES = 800 };
 
 typedef enum kmp_track_side { KMP_TRACK_LEFT, KMP_TRACK_RIGHT } kmp_track_side;
 

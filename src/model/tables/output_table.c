@@ -142,6 +142,9 @@ static const struct {
 static const char *const guidance_words[] = {"Q", "Y", "YQ", "wear"};
 static const char *const guidance_units[] = {"N", "N", "", "N"};
 
+/* Those of the place of a wheel. */
+static const char *const pose_words[KMP_POSE_SHOWN] = {"out", "up", "axle_x", "axle_y", "axle_z"};
+
 static bool is_rigid_journal(const kempe_model *model, const kmp_output *output)
 {
     const kmp_force *force = output->kind == KMP_OUTPUT_FORCE ? &model->forces[output->index] : NULL;
@@ -166,6 +169,8 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
         kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact_numbers[k % KMP_CONTACT_SHOWN].word);
     else if (output->kind == KMP_OUTPUT_GUIDANCE)
         kmp_text_printf(text, ".%s", guidance_words[k]);
+    else if (output->kind == KMP_OUTPUT_POSE)
+        kmp_text_printf(text, ".%s", pose_words[k]);
     else if (output->kind == KMP_OUTPUT_FORCE && model->forces[output->index].kind == KMP_FORCE_COMPLIANT)
         kmp_text_printf(text, ".%s", pressing_number(&model->forces[output->index], k)->word);
     else if (is_rigid_journal(model, output))
@@ -197,5 +202,7 @@ const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, 
         return contact_numbers[k % KMP_CONTACT_SHOWN].unit;
     if (output->kind == KMP_OUTPUT_GUIDANCE)
         return guidance_units[k];
+    if (output->kind == KMP_OUTPUT_POSE)
+        return k < 2 ? "m" : "";
     return kmp_output_rows[output->kind].unit;
 }

@@ -97,13 +97,14 @@ static kempe_status list_all(kmp_observed *o, int most)
                                             KMP_OUTPUT_ACCELERATION,
                                             KMP_OUTPUT_CONTACT,
                                             KMP_OUTPUT_GUIDANCE,
+                                            KMP_OUTPUT_POSE,
                                             KMP_OUTPUT_MOMENTUM,
                                             KMP_OUTPUT_ANGULAR_MOMENTUM,
                                             KMP_OUTPUT_ANGULAR_VELOCITY,
                                             KMP_OUTPUT_AXES};
     kempe_model *model = kmp_variant_model(o->variant);
     int room = model->output_count + 8 + model->sensor_count + 2 * model->force_count + 2 * model->closure_count +
-               5 * model->point_count + 2 * model->wheel_count;
+               5 * model->point_count + 3 * model->wheel_count;
     listing l = {.model = model, .list = KMP_ARENA_NEW(&model->arena, kmp_output, room), .most = most};
     KMP_TRY(kmp_made(model->context, l.list));
     for (int k = 0; k < model->output_count; k++)

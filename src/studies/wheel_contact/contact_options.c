@@ -118,5 +118,6 @@ kempe_status kmp_contact_request(kempe_contacts *t, const kempe_contact_options 
     KMP_TRY(count_values(t, options->points));
     KMP_TRY(read_hold(t, options->hold));
     KMP_TRY(read_law(t, options->law));
+    KMP_TRY(kmp_contact_pressure_request(t, options->pressure));
     return kmp_contact_conicity_request(t, options);
 }

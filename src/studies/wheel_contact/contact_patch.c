@@ -45,7 +45,10 @@ void kmp_contact_patch(const kempe_contacts *t, int wheel, const double *shown, 
                                .b = touches ? shown[11] : NAN,
                                .one_ellipse = w->form == KMP_CONTACT_RIGID || !touches ? -1
                                               : fabs(shown[12] - 1) <= ROUND_ABOUT     ? 1
-                                                                                       : 0};
+                                                                                       : 0,
+                               .pressure = NAN,
+                               .area = NAN,
+                               .approach = NAN};
     p->radius = w->radius.value - kmp_table_value(w->profile->height, 0, p->s);
     take_law(t, w, p);
 }

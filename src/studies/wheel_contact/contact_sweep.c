@@ -32,15 +32,18 @@ static kempe_context *context_of(const job *j)
 
 /* -- the system ---------------------------------------------------------------------------------------- */
 
-/* Replaces the model's outputs by those of its wheels. */
-static kempe_status add_outputs(kempe_model *copy)
+/* Replaces the model's outputs by those of its wheels: the contacts of all, then their poses. */
+static kempe_status add_outputs(kempe_model *copy, bool poses)
 {
-    kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, copy->wheel_count);
+    int count = copy->wheel_count;
+    kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, 2 * count);
     KMP_TRY(kmp_made(copy->context, outputs));
-    for (int k = 0; k < copy->wheel_count; k++)
+    for (int k = 0; k < count; k++) {
         outputs[k] = (kmp_output){.kind = KMP_OUTPUT_CONTACT, .index = k};
+        outputs[count + k] = (kmp_output){.kind = KMP_OUTPUT_POSE, .index = k};
+    }
     copy->outputs = outputs;
-    copy->output_count = copy->wheel_count;
+    copy->output_count = poses ? 2 * count : count;
     return KEMPE_OK;
 }
 
@@ -52,7 +55,7 @@ static kempe_status make_system(kempe_contacts *t)
         if (t->lead[k].parameter >= 0)
             names[t->lead[k].parameter] = t->over.range[k].name;
     KMP_TRY(kmp_variant_new(t->given->model, t->parameter_count, names, &t->variant));
-    KMP_TRY(add_outputs(kmp_variant_model(t->variant)));
+    KMP_TRY(add_outputs(kmp_variant_model(t->variant), t->pressure != KMP_PRESSURE_NONE));
     return kmp_system_of_variant(t->variant, &t->system);
 }
 
@@ -66,6 +69,10 @@ static kempe_status make_table(kempe_contacts *t)
     for (int k = 0; k < t->wheel_count; k++)
         t->first[k + 1] = t->first[k] + kmp_wheel_contacts(&model->wheels[k]);
     t->patch = KMP_ARENA_NEW(&t->arena, kempe_contact_patch, rows * t->first[t->wheel_count]);
+    if (t->pressure != KMP_PRESSURE_NONE) {
+        t->outline = KMP_ARENA_NEW(&t->arena, kmp_outline, rows * t->first[t->wheel_count]);
+        KMP_TRY(kmp_made(t->given->context, t->outline));
+    }
     return kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, rows, &t->value),
                                                       KMP_ROOM(double, rows * t->system->n, &t->q, &t->qd)));
 }
@@ -252,10 +259,16 @@ static kempe_status take_row(job *j)
     if (t->system->chart_count > 0)
         kmp_charts_show(t->system, l->eval->chart, l->q, q, qd);
     const double *shown = kmp_eval_shown(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda);
-    kempe_contact_patch *patch = t->patch + row * (size_t)t->first[t->wheel_count];
+    int patches = t->first[t->wheel_count];
+    kempe_contact_patch *patch = t->patch + row * (size_t)patches;
     for (int w = 0; w < t->wheel_count; w++)
-        for (int z = t->first[w]; z < t->first[w + 1]; z++)
+        for (int z = t->first[w]; z < t->first[w + 1]; z++) {
             kmp_contact_patch(t, w, shown + (ptrdiff_t)KMP_CONTACT_SHOWN * z, &patch[z]);
+            if (t->pressure != KMP_PRESSURE_NONE)
+                KMP_TRY(kmp_contact_pressure(t, w, z - t->first[w],
+                                             shown + (ptrdiff_t)KMP_CONTACT_SHOWN * patches + KMP_POSE_SHOWN * w,
+                                             &patch[z], &t->outline[row * (size_t)patches + (size_t)z]));
+        }
     return KEMPE_OK;
 }
 

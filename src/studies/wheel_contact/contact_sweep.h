@@ -34,6 +34,26 @@ typedef struct kmp_conicities {
     double nonlinearity;
 } kmp_conicities;
 
+/** A strip of a patch, along the direction of rolling. */
+typedef struct kmp_outline_strip {
+    int lobe;        /* from 1 */
+    double y;        /* lateral place on the track, outwards */
+    double from, to; /* its ends, forwards from the wheel's centre */
+    double pressure; /* largest in it */
+} kmp_outline_strip;
+
+typedef struct kmp_outline {
+    int count;
+    kmp_outline_strip *strip;
+} kmp_outline;
+
+typedef enum kmp_pressure_method {
+    KMP_PRESSURE_NONE,
+    KMP_PRESSURE_KP,
+    KMP_PRESSURE_ANALYN,
+    KMP_PRESSURE_HALF_SPACE
+} kmp_pressure_method;
+
 struct kempe_contacts {
     kmp_arena arena; /* of all arrays */
     const kempe_system *given;
@@ -57,6 +77,10 @@ struct kempe_contacts {
     int wheel_count;
     int *first; /* wheel_count + 1: patches of a value, before each wheel's */
     kempe_contact_patch *patch;
+    kmp_pressure_method pressure;
+    int finer;            /* rectangles of the grid are divided by this number in both directions */
+    kmp_outline *outline; /* of each patch; NULL: not requested */
+    int unknown_pressures;
     kmp_conicities conicities;
     double cpu_s;
 };
@@ -74,6 +98,15 @@ kempe_status kmp_contact_conicity(kempe_contacts *table);
 
 /** The index of a coordinate among the fixed ones; -1: it is not fixed. */
 int kmp_contact_hold_of(const kempe_contacts *table, int coordinate);
+
+/** Reads the method, and the division of a grid; kmp_pressure_word is the word of a method, NULL for none. */
+kempe_status kmp_contact_pressure_request(kempe_contacts *table, const char *word);
+const char *kmp_pressure_word(kmp_pressure_method method);
+
+/** Evaluates the pressures of a patch, from the pose of its wheel; the outline is allocated in the arena of the table.
+ */
+kempe_status kmp_contact_pressure(kempe_contacts *table, int wheel, int zone, const double *pose,
+                                  kempe_contact_patch *patch, kmp_outline *outline);
 
 /** A patch from the KMP_CONTACT_SHOWN values of the wheel's output in a zone; its radius from the profile. */
 void kmp_contact_patch(const kempe_contacts *table, int wheel, const double *shown, kempe_contact_patch *patch);
