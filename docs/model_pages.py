@@ -260,7 +260,8 @@ def written_by_hand(body):
     for block in re.finditer(r"(?:^\|.*\n)+", body, re.M):
         rows = [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in block.group().rstrip("\n").split("\n")]
         role, column = {"dimension": ("unit", 1), "function": ("function", 0), "contact value": ("value of `contact(WHEEL)`", 0),
-                        "guidance value": ("value of `guidance(WHEEL)`", 0)}.get(rows[0][0], ("", 0))
+                        "guidance value": ("value of `guidance(WHEEL)`", 0),
+                        "pose value": ("value of `pose(WHEEL)`", 0)}.get(rows[0][0], ("", 0))
         for row in rows[2:] if role else ():
             for word in re.findall(r"`(\w+)", row[column]):
                 yield word, role

@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes reference.csv and wheelset.csv: figures of CONTACT's own outputs for the benchmark, in the signs used here.
+"""Writes reference.csv, wheelset.csv and approximations.csv: figures of CONTACT's own outputs for the benchmark, in the signs
+used here.
 
     python3 reference_manchester.py CONTACT > reference.csv
     python3 reference_manchester.py CONTACT wheelset > wheelset.csv
+    python3 reference_manchester.py CONTACT approximations > approximations.csv
 
 CONTACT: the folder `examples` of https://github.com/eve70a/CONTACT with mbench_a22_left.ref_out and
-mbench_a22_right.ref_out, and mbench_a22_left.inp, whose roll and rates have all digits.
+mbench_a22_right.ref_out, mbench_a22_left.inp, whose roll and rates have all digits, and mbench_a22_kpec.ref_out.
 """
 import pathlib
 import re
@@ -36,6 +38,15 @@ def contacts(path, wheel):
         yield [f"{abs(after(case, 'S_WS', 'Y_WS')[1]) / 1000:g}", wheel, *(f"{x:.8g}" for x in contact(case))]
 
 
+def approximations(path):
+    """Pressure, area and approach on the right by the approximations that CONTACT has."""
+    for case in re.split(r"^ Case ", path.read_text(), flags=re.M)[1:]:
+        method = re.search(r"APPROXIMATE (\w+) SOLUTION", case)
+        if method:
+            shift = f"{abs(after(case, 'S_WS', 'Y_WS')[1]) / 1000:g}"
+            yield [shift, method.group(1).lower(), *(f"{x:.8g}" for x in contact(case)[-3:])]
+
+
 def wheelsets(path):
     for place, rates in re.findall(r"^(.*) S, Y, FZ, ROLL.*\n(.*) VS,VY,VZ", path.read_text(), re.M):
         yield [f"{float(place.split()[1]) / 1000:g}", f"{float(place.split()[3]):.8g}", f"{-float(rates.split()[5]):.8g}"]
@@ -47,6 +58,10 @@ if __name__ == "__main__":
     if sys.argv[2:] == ["wheelset"]:
         print("shift,roll,rate")
         table = wheelsets(folder / "mbench_a22_left.inp")
+    elif sys.argv[2:] == ["approximations"]:
+        print("# The right wheel; areas are counted in elements of 0.2 mm by 0.2 mm.")
+        print("shift,method,pressure,area,approach")
+        table = approximations(folder / "mbench_a22_kpec.ref_out")
     else:
         print("# Areas are counted in elements of 0.2 mm by 0.2 mm.")
         print(f"shift,wheel,{','.join(FIGURES)}")

@@ -25,7 +25,10 @@ KEMPE_BEGIN
  *
  * `pressure`: pressure, area, approach and outline of each patch, for any shape of the gap. Two methods approximate in
  * strips (Kik and Piotrowski 1996; Sichani, Enblom and Berg 2014), "half-space" solves on a grid. "half-space:2" to
- * "half-space:4" divide its rectangles by that number both ways. docs/contact.md has errors and costs. */
+ * "half-space:4" divide its rectangles by that number both ways. docs/contact.md has errors and costs.
+ *
+ * `law` "half-space" solves for the creep forces of steady rolling on such a grid (Kalker 1990). The pressures are then
+ * those of "half-space". */
 typedef struct kempe_contact_options {
     size_t size;       /* sizeof this struct, or 0: that of version 0.1 */
     const char *sweep; /* "NAME=A:B:N" or "NAME=A:B", comma-separated if several: they vary together, each evenly from
@@ -34,10 +37,11 @@ typedef struct kempe_contact_options {
     const char *hold;  /* "NAME,..": coordinates fixed at their assembled values */
     const char *solve_for; /* "NAME,..": moving coordinates without a drive: their rates are solved for; default: those
                             * that turn; "-": none */
-    const char *law;      /* "linear", "shen", "polach", "tanh", "fastsim", "fastsim1" (contact.h): a second law for the
-                           * forces, in addition to the wheel's own, at the same normal force, creepages and spin */
-    int points;           /* number of values; default: N of the first range that has one, or 21 */
-    const char *backend;  /* as in kempe_run_options */
+    const char *law;       /* "linear", "shen", "polach", "tanh", "fastsim", "fastsim1" (contact.h) or "half-space": a
+                            * second law for the forces, in addition to the wheel's own, at the same normal force,
+                            * creepages and spin */
+    int points;            /* number of values; default: N of the first range that has one, or 21 */
+    const char *backend;   /* as in kempe_run_options */
     const char *conicity; /* "A:B:N" or "A", as "1 mm:7 mm:13" (13 when N is absent): amplitudes at which the equivalent
                            * conicity is computed. The first swept quantity then moves the wheels of a wheelset
                            * laterally by its value */

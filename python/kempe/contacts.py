@@ -16,6 +16,7 @@ class Contacts(Judged, Drawn):
     _noun = "contacts"
     _options = "kempe_contact_options"
     rows: TableOf = TableOf("A row for each value, wheel and zone: the numbers of its patch.")
+    outline: TableOf = TableOf("A row for each strip of a patch: its lobe, lateral place, ends and largest pressure; empty without `pressure`.")
     states: TableOf = TableOf("A row for each value: q and qd.")
 
     conicity: TableOf = TableOf("A row for each amplitude: the equivalent conicity, its error, the wavelength and the ends of the motion.")

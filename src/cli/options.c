@@ -115,7 +115,7 @@ static const option options[] = {
     {CLI_CONTACT, IN_MODEL, "solve-for", TEXT(contact.solve_for), "NAME,..",
      "coordinates whose rate is found so that no torque is needed (default: rotating wheels; -: none)"},
     {CLI_CONTACT, IN_RUN, "law", TEXT(contact.law), "NAME",
-     "also compute the creep forces by this law: linear, shen, polach, tanh, fastsim, fastsim1"},
+     "also compute the creep forces by this law: linear, shen, polach, tanh, fastsim, fastsim1, half-space"},
     {CLI_CONTACT, IN_RUN, "pressure", TEXT(contact.pressure), "NAME",
      "also compute the pressures of each patch: half-space, analyn, kik-piotrowski (default: none)"},
     {CLI_CONTACT, IN_RUN, "conicity", TEXT(contact.conicity), "A:B:N",

@@ -26,7 +26,7 @@ static const double pi = 3.14159265358979323846;
 enum { MOST_ITERATIONS = 500 };
 
 typedef struct grid {
-    const kmp_gap *gap;
+    const kmp_strip_gap *gap;
     int rows, columns;
     double cell, normal; /* area of a rectangle; force */
     double *love;        /* deflection at a distance of rows (0..) and columns (-columns + 1..), 2 columns - 1 a row */
@@ -48,7 +48,7 @@ static double love(double x, double y, double dx, double dy)
 }
 
 /* The range of x within which bodies may touch at an approach, and the longest strip there. */
-static double range_of(const kmp_gap *gap, double approach, double *low, double *high)
+static double range_of(const kmp_strip_gap *gap, double approach, double *low, double *high)
 {
     double longest = 0;
     *low = INFINITY;
@@ -220,8 +220,9 @@ static bool reaches_border(const grid *g)
     return any;
 }
 
-kmp_half_space_result kmp_half_space_press(const kmp_gap *gap, double modulus, double normal, int cells,
-                                           kmp_arena *arena, kmp_strip *strip, kmp_pressed *pressed, kmp_half_space *s)
+kmp_half_space_result kmp_half_space_press(const kmp_strip_gap *gap, double modulus, double normal, int cells,
+                                           kmp_arena *arena, kmp_strip *strip, kmp_pressed_patch *pressed,
+                                           kmp_half_space *s)
 {
     double low, high, longest = range_of(gap, DEEPER * pressed->approach, &low, &high);
     *s = (kmp_half_space){.dx = longest / cells};

@@ -24,6 +24,6 @@ typedef struct kmp_half_space {
 /** The contact under a normal force (N, > 0); modulus = G / (1 - poisson), Pa. `strip` has gap->count members: on entry
  * an approximation, in rows that may be in contact, then the solution; likewise pressed->approach. `cells` along the
  * longest strip. */
-kmp_half_space_result kmp_half_space_press(const kmp_gap *gap, double modulus, double normal, int cells,
-                                           kmp_arena *arena, kmp_strip *strip, kmp_pressed *pressed,
+kmp_half_space_result kmp_half_space_press(const kmp_strip_gap *gap, double modulus, double normal, int cells,
+                                           kmp_arena *arena, kmp_strip *strip, kmp_pressed_patch *pressed,
                                            kmp_half_space *solution);

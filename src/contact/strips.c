@@ -39,7 +39,7 @@ typedef struct hertz_strip {
 } hertz_strip;
 
 typedef struct press {
-    const kmp_gap *gap;
+    const kmp_strip_gap *gap;
     double modulus;
     hertz_strip *hertz; /* of each strip */
     kmp_strip *strip;
@@ -89,7 +89,7 @@ static double pull(double half, double away, double step)
     return 2 * half * half / far * D * step;
 }
 
-static int nearest(const kmp_gap *gap)
+static int nearest(const kmp_strip_gap *gap)
 {
     int least = 0;
     for (int k = 1; k < gap->count; k++)
@@ -99,7 +99,7 @@ static int nearest(const kmp_gap *gap)
 
 static double overlap(const press *p, double approach)
 {
-    const kmp_gap *gap = p->gap;
+    const kmp_strip_gap *gap = p->gap;
     int point = nearest(gap);
     double sum = 0, pulled = 0;
     for (int k = 0; k < gap->count; k++) {
@@ -121,7 +121,7 @@ static double overlap(const press *p, double approach)
 
 /* -- both ------------------------------------------------------------------------------------------------- */
 
-double kmp_strips_sum(const kmp_gap *gap, const kmp_strip *strip, kmp_pressed *pressed)
+double kmp_strips_sum(const kmp_strip_gap *gap, const kmp_strip *strip, kmp_pressed_patch *pressed)
 {
     double load = 0, moment = 0;
     pressed->area = pressed->pressure = 0;
@@ -143,8 +143,8 @@ static double reaches(kmp_strip_method method, const press *p, int k)
     return method == KMP_STRIPS_KP ? p->gap->gap[k] / OVERLAP : p->gap->gap[k] * p->hertz[k].loss;
 }
 
-bool kmp_strips_press(kmp_strip_method method, const kmp_gap *gap, double modulus, double normal, kmp_arena *arena,
-                      kmp_strip *strip, kmp_pressed *pressed)
+bool kmp_strips_press(kmp_strip_method method, const kmp_strip_gap *gap, double modulus, double normal,
+                      kmp_arena *arena, kmp_strip *strip, kmp_pressed_patch *pressed)
 {
     double (*const load)(const press *, double) = method == KMP_STRIPS_KP ? overlap : analyn;
     const press p = {gap, modulus, KMP_ARENA_NEW(arena, hertz_strip, gap->count), strip};

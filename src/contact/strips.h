@@ -13,8 +13,8 @@ typedef enum kmp_strip_method {
 /** The contact under a normal force (N, > 0); modulus = G / (1 - poisson), Pa. `strip` has gap->count members, and is
  * overwritten in any case. False: no memory, or the contact would reach the first or the last strip. `pressed` is then
  * unchanged. */
-bool kmp_strips_press(kmp_strip_method method, const kmp_gap *gap, double modulus, double normal, kmp_arena *arena,
-                      kmp_strip *strip, kmp_pressed *pressed);
+bool kmp_strips_press(kmp_strip_method method, const kmp_strip_gap *gap, double modulus, double normal,
+                      kmp_arena *arena, kmp_strip *strip, kmp_pressed_patch *pressed);
 
 /** All of `pressed` but the approach, from the strips. Returns the sum of their loads, N. */
-double kmp_strips_sum(const kmp_gap *gap, const kmp_strip *strip, kmp_pressed *pressed);
+double kmp_strips_sum(const kmp_strip_gap *gap, const kmp_strip *strip, kmp_pressed_patch *pressed);

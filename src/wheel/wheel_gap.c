@@ -162,6 +162,11 @@ void kmp_wheel_gap_free(kmp_wheel_gap *w)
     kmp_free(w);
 }
 
+double kmp_wheel_gap_centre(const kmp_wheel_gap *w)
+{
+    return begin(w).value[X];
+}
+
 /* -- the gap ------------------------------------------------------------------------------------------- */
 
 bool kmp_wheel_gap_range(const kmp_wheel_gap *w, double step, int most, double *low, double *high)
@@ -180,7 +185,7 @@ bool kmp_wheel_gap_range(const kmp_wheel_gap *w, double step, int most, double *
     return true;
 }
 
-static void fill(const kmp_wheel_gap *w, const place *p, int k, kmp_gap *strips, double *y)
+static void fill(const kmp_wheel_gap *w, const place *p, int k, kmp_strip_gap *strips, double *y)
 {
     const double *v = p->value;
     double c = w->cosine, sine = w->sine, height = kmp_table_value(w->rail, 0, p->y);
@@ -195,7 +200,7 @@ static void fill(const kmp_wheel_gap *w, const place *p, int k, kmp_gap *strips,
     y[k] = v[Y];
 }
 
-bool kmp_wheel_gap_sample(const kmp_wheel_gap *w, kmp_gap *strips, double *y)
+bool kmp_wheel_gap_sample(const kmp_wheel_gap *w, kmp_strip_gap *strips, double *y)
 {
     place p = begin(w);
     double least = INFINITY, at = p.value[Y];

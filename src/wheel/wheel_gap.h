@@ -15,10 +15,13 @@ kmp_wheel_gap *kmp_wheel_gap_new(const kmp_wheel *wheel, const kmp_track *track,
                                  double angle, double s);
 void kmp_wheel_gap_free(kmp_wheel_gap *gap);
 
+/** x of the point at s: the gap along x is least there. */
+double kmp_wheel_gap_centre(const kmp_wheel_gap *gap);
+
 /** The extent of the places, across, where both surfaces are functions over the plane: multiples of `step`, at most
  * `most` to either side. False: the point at s is not there. */
 bool kmp_wheel_gap_range(const kmp_wheel_gap *gap, double step, int most, double *low, double *high);
 
 /** Fills in the strips: count, first and step are given, within the range, and arrays with room. Lateral places on the
  * track are in `y`, less that of the point at s. False: a strip is not within the range. */
-bool kmp_wheel_gap_sample(const kmp_wheel_gap *gap, kmp_gap *strips, double *y);
+bool kmp_wheel_gap_sample(const kmp_wheel_gap *gap, kmp_strip_gap *strips, double *y);

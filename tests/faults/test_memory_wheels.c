@@ -49,9 +49,9 @@ static kempe_status roll_shared(scene *s)
 }
 
 /* The contacts of wheels over a shift, printed in all ways. */
-static kempe_status shift_wheels(scene *s)
+static kempe_status shift_by(scene *s, const char *law)
 {
-    const kempe_contact_options options = {.sweep = "y=-0.001:0.001:2", .law = "fastsim", .conicity = "0.5 mm:1 mm:2"};
+    const kempe_contact_options options = {.sweep = "y=-0.001:0.001:2", .law = law, .conicity = "0.5 mm:1 mm:2"};
     kempe_contacts *table = NULL;
     kempe_status status = kempe_contacts_new(s->system, &options, &table);
     untouched(status, table);
@@ -73,11 +73,22 @@ static kempe_status shift_wheels(scene *s)
     return status;
 }
 
+static kempe_status shift_wheels(scene *s)
+{
+    return shift_by(s, "fastsim");
+}
+
+static kempe_status shift_pressures(scene *s)
+{
+    return shift_by(s, "half-space");
+}
+
 static const struct {
     const char *name;
     stage_fn *stage;
-} stages[] = {{"read", read_wheels}, {"print model", print_model}, {"derive", derive},     {"reduced", roll_reduced},
-              {"dae", roll_dae},     {"shared", roll_shared},      {"shift", shift_wheels}};
+} stages[] = {
+    {"read", read_wheels}, {"print model", print_model}, {"derive", derive},      {"reduced", roll_reduced},
+    {"dae", roll_dae},     {"shared", roll_shared},      {"shift", shift_wheels}, {"pressures", shift_pressures}};
 
 static void every_allocation_fails(void)
 {

@@ -186,7 +186,7 @@ static const struct {
      "q, qd, qdd, lambda, position(coupler.Q), velocity(coupler.Q), acceleration(coupler.Q), axes(coupler.Q), "
      "angular_velocity(coupler.Q), reaction(q), moment(q), force(motor), force(spring), energy, "
      "momentum, momentum(crank), angular_momentum(crank about ground.B), power, sensor(power)"},
-    {"tests/models/one_wheel.yaml", "force(L), contact(L), guidance(L), axes(wheel.C), energy"},
+    {"tests/models/one_wheel.yaml", "force(L), contact(L), guidance(L), pose(L), axes(wheel.C), energy"},
     {"kempe: 1\nstates: {y: {start: 1, rate: -y}}\nbodies: {m: {joint: {prismatic: x, at: ground}, mass: 1}}\n"
      "forces: {f: {joint: m, force: y}}\n",
      "state, q, qd, qdd, energy, momentum, momentum(m)"},

@@ -211,6 +211,11 @@ static void wrong_words_are_told(void)
     refuses(&l, (kempe_contact_options){.sweep = "shaft=0:1"}, "shaft");
     refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .hold = "nothing"}, "hold");
     refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .law = "coulomb"}, "unknown creep law 'coulomb'");
+    refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .pressure = "hertz"}, "unknown method 'hertz'");
+    refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .pressure = "half-space:9"}, "'half-space:9'");
+    refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .pressure = "analyn:2"}, "'analyn:2'");
+    refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .law = "half-space", .pressure = "analyn"},
+            "--law half-space");
     refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .solve_for = "left.1"},
             "solve-for: 'left.1' does not move");
     refuses(&l, (kempe_contact_options){.sweep = "shift=0:1 mm", .points = 1}, "1 values");

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Contact patches strip by strip, and on a grid, against closed forms. */
-#include "contact/half_space.h"
+#include "contact/half_space_rolling.h"
 #include "contact/strips.h"
 #include "testing.h"
 #include <kempe/contact.h>
@@ -13,19 +13,19 @@ enum { STRIPS = 401 };
 typedef struct body {
     double gap[STRIPS], bend[STRIPS], centre[STRIPS], along[STRIPS];
     kmp_strip strip[STRIPS];
-    kmp_gap in;
+    kmp_strip_gap in;
 } body;
 
 /* A gap with constant curvatures in strips over -width..width; `skew` moves the centres of the strips. */
 static void fill(body *b, int strips, double width, double along, double across, double skew)
 {
-    b->in = (kmp_gap){.count = strips,
-                      .first = -width,
-                      .step = 2 * width / (strips - 1),
-                      .gap = b->gap,
-                      .bend = b->bend,
-                      .centre = b->centre,
-                      .along = b->along};
+    b->in = (kmp_strip_gap){.count = strips,
+                            .first = -width,
+                            .step = 2 * width / (strips - 1),
+                            .gap = b->gap,
+                            .bend = b->bend,
+                            .centre = b->centre,
+                            .along = b->along};
     for (int k = 0; k < strips; k++) {
         double y = b->in.first + k * b->in.step;
         b->gap[k] = 0.5 * across * y * y;
@@ -49,7 +49,7 @@ static void test_analyn(void)
     static body b;
     for (double across = 0.3; across < 100; across *= 3) {
         kmp_arena arena = {0};
-        kmp_pressed p;
+        kmp_pressed_patch p;
         kempe_ellipse e = hertz(2.1, across, 60e3);
         fill(&b, STRIPS, 1.3 * e.b, 2.1, across, 0.3);
         CHECK(kmp_strips_press(KMP_STRIPS_ANALYN, &b.in, modulus, 60e3, &arena, b.strip, &p));
@@ -68,7 +68,7 @@ static void test_overlap(void)
 {
     static body b;
     kmp_arena arena = {0};
-    kmp_pressed p;
+    kmp_pressed_patch p;
     const double normal = 60e3, curvature = 2;
     double d = cbrt(pow(0.75 * normal / modulus, 2) * curvature / 2 / 0.55), r = sqrt(0.55 * d / (curvature / 2));
     fill(&b, STRIPS, 1.3 * r, curvature, curvature, 0);
@@ -85,7 +85,7 @@ static void check_grid(double along, double across, int rows, double width, doub
     static body b;
     kmp_arena arena = {0};
     kempe_ellipse e = hertz(along, across, 60e3);
-    kmp_pressed p = {0};
+    kmp_pressed_patch p = {0};
     kmp_half_space s;
     fill(&b, rows, width * e.b, along, across, 0);
     CHECK(kmp_strips_press(KMP_STRIPS_ANALYN, &b.in, modulus, 60e3, &arena, b.strip, &p));
@@ -117,7 +117,7 @@ static void test_two_lobes(void)
     kmp_arena arena = {0};
     const double curvature = 20, apart = 12e-3, normal = 20e3;
     kempe_ellipse e = hertz(curvature, curvature, normal / 2);
-    kmp_pressed p;
+    kmp_pressed_patch p;
     kmp_half_space s;
     fill(&b, 151, 12e-3, curvature, curvature, 0);
     for (int k = 0; k < 151; k++) {
@@ -135,12 +135,48 @@ static void test_two_lobes(void)
     kmp_arena_free(&arena);
 }
 
+/* Rolling on Hertz's ellipse, 1.5 to 1: for small creepages and spin the linear theory with Kalker's coefficients, for
+ * large ones friction times the load against the slip. */
+static void test_rolling(void)
+{
+    static body b;
+    kmp_arena arena = {0};
+    kempe_ellipse e = hertz(2, 2 * 1.9, 60e3);
+    kmp_pressed_patch p;
+    kmp_half_space s;
+    fill(&b, 31, 1.45 * e.b, 2, 2 * 1.9, 0);
+    CHECK(kmp_strips_press(KMP_STRIPS_ANALYN, &b.in, modulus, 60e3, &arena, b.strip, &p));
+    CHECK(kmp_half_space_press(&b.in, modulus, 60e3, 30, &arena, b.strip, &p, &s) == KMP_HALF_SPACE_SOLVED);
+    for (int k = 0; k < 3; k++) {
+        kmp_rolling r = {.shear_modulus = 82e9, .poisson = 0.28, .friction = 0.3};
+        kempe_creep linear = {
+            .a = e.a, .b = e.b, .shear_modulus = 82e9, .poisson = 0.28, .normal = 60e3, .friction = 0.3};
+        kempe_creep_force found, expected;
+        r.slip[0] = linear.slip[0] = k == 0 ? 1e-5 : 0;
+        r.slip[1] = linear.slip[1] = k == 1 ? -1e-5 : 0;
+        r.spin = linear.spin = k == 2 ? 2e-3 : 0;
+        CHECK(kempe_contact_creep(KEMPE_CREEP_LINEAR, &linear, &expected) == KEMPE_OK);
+        CHECK(kmp_half_space_roll(&b.in, &s, &r, &arena, &found) == KMP_HALF_SPACE_SOLVED);
+        int main_one = k == 0 ? 0 : 1;
+        CHECK(fabs(found.force[main_one] / expected.force[main_one] - 1) <= (k == 2 ? 0.08 : 0.02));
+        CHECK(fabs(found.force[1 - main_one]) <= 1e-9 * fabs(expected.force[main_one]) && found.sticking > 0.9);
+    }
+    const kmp_rolling sliding = {
+        .shear_modulus = 82e9, .poisson = 0.28, .friction = 0.3, .slip = {-3e-2, 4e-2}, .spin = 0};
+    kempe_creep_force force;
+    CHECK(kmp_half_space_roll(&b.in, &s, &sliding, &arena, &force) == KMP_HALF_SPACE_SOLVED);
+    CHECK_NEAR(force.force[0] / (0.6 * 18e3), 1, 1e-3);
+    CHECK_NEAR(force.force[1] / (-0.8 * 18e3), 1, 1e-3);
+    CHECK(force.sticking == 0);
+    kmp_arena_free(&arena);
+}
+
 /* A load that presses the contact to the border of the strips is refused by both. */
 static void test_beyond(void)
 {
     static body b;
     kmp_arena arena = {0};
-    kmp_pressed p = {.lobes = -1}, small;
+    kmp_pressed_patch p = {.lobes = -1}, small;
     kmp_half_space s;
     kempe_ellipse e = hertz(2, 2, 60e3);
     fill(&b, 31, 0.8 * e.b, 2, 2, 0);
@@ -156,6 +192,7 @@ int main(void)
     TEST(test_overlap);
     TEST(test_grid);
     TEST(test_two_lobes);
+    TEST(test_rolling);
     TEST(test_beyond);
     return check_report();
 }

@@ -80,6 +80,13 @@ static kempe_status read_hold(kempe_contacts *t, const char *words)
     return KEMPE_OK;
 }
 
+static const char rolling_word[] = "half-space";
+
+const char *kmp_contact_law_word(const kempe_contacts *t)
+{
+    return t->rolls ? rolling_word : t->has_law ? kempe_contact_law_name(t->law) : NULL;
+}
+
 static kempe_status read_law(kempe_contacts *t, const char *word)
 {
     kmp_text sentence = {0};
@@ -94,6 +101,9 @@ static kempe_status read_law(kempe_contacts *t, const char *word)
         else
             kmp_text_printf(&sentence, ", %s", name);
     }
+    kmp_text_printf(&sentence, ", %s", rolling_word);
+    t->rolls = word && strcmp(word, rolling_word) == 0;
+    t->has_law = t->has_law || t->rolls;
     if (word && !t->has_law)
         return kmp_fail_text(context_of(t), KEMPE_E_ARGUMENT, &sentence);
     kmp_text_free(&sentence);
@@ -118,6 +128,11 @@ kempe_status kmp_contact_request(kempe_contacts *t, const kempe_contact_options 
     KMP_TRY(count_values(t, options->points));
     KMP_TRY(read_hold(t, options->hold));
     KMP_TRY(read_law(t, options->law));
-    KMP_TRY(kmp_contact_pressure_request(t, options->pressure));
+    KMP_TRY(kmp_contact_pressure_request(t, options->pressure ? options->pressure : t->rolls ? "half-space" : NULL));
+    if (t->rolls && t->pressure != KMP_PRESSURE_HALF_SPACE)
+        return kmp_fail(
+            context, KEMPE_E_ARGUMENT,
+            "--law half-space: the forces belong to the pressures of a grid: give --pressure half-space, or "
+            "no --pressure");
     return kmp_contact_conicity_request(t, options);
 }

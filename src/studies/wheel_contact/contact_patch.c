@@ -22,9 +22,9 @@ static void take_law(const kempe_contacts *t, const kmp_wheel *wheel, kempe_cont
                          .slip = {p->slip[0], p->slip[1]},
                          .spin = p->spin};
     kempe_creep_force force = {{0, 0}, 0, 0};
-    bool known = !p->touches || kempe_contact_creep(t->law, &creep, &force) == KEMPE_OK;
+    bool known = !p->touches || t->rolls || kempe_contact_creep(t->law, &creep, &force) == KEMPE_OK;
     for (int k = 0; k < 2; k++)
-        p->by_law[k] = t->has_law && known ? force.force[k] : NAN;
+        p->by_law[k] = t->has_law && known && !t->rolls ? force.force[k] : NAN;
 }
 
 void kmp_contact_patch(const kempe_contacts *t, int wheel, const double *shown, kempe_contact_patch *p)

@@ -2,7 +2,7 @@
 /* The pressures of a patch in a state that is found: the gap over the plane of the contact, then its contact under the
  * normal force of the patch, by strips, and from that on a grid. The equilibrium does not depend on it: normal force,
  * place and angle are those of the ellipse. */
-#include "contact/half_space.h"
+#include "contact/half_space_rolling.h"
 #include "contact/strips.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include "wheel/wheel_gap.h"
@@ -16,19 +16,28 @@ enum { MOST_COARSE = 2000 };
 /* The strips of the second pass cover the places with gaps up to this part of the approach of the first. */
 #define REACH 1.8
 
-/* Strips of the second pass; of these every fourth is in outlines. On the grid: rectangles along the longest strip,
- * rows across the narrowest lobe, and rows altogether (bench/results/zones.txt has the effect of finer grids). */
-enum { FINE = 401, THINNED = 4, CELLS = 30, ROWS = 14, FEWEST_ROWS = 40, MOST_ROWS = 140, FINEST = 4 };
+/* Strips of the second pass; of these every fourth is in outlines. */
+enum { FINE = 401, THINNED = 4, FINEST = 4 };
+
+/* A grid: rectangles along the longest strip, rows across the narrowest lobe, and rows altogether
+ * (bench/results/zones.txt has the effect of finer grids). Rolling takes a thousand times longer than pressing: its
+ * grid is coarser. */
+typedef struct fineness {
+    int cells, lobe_rows, fewest_rows, most_rows;
+} fineness;
+
+static const fineness pressing_grid = {30, 14, 40, 140}, rolling_grid = {22, 9, 30, 90};
 
 typedef struct zone {
     kmp_arena arena;
     kmp_wheel_gap *over;
-    kmp_gap gap;
+    kmp_strip_gap gap;
     double *y; /* lateral places */
     kmp_strip *strip;
-    kmp_pressed pressed;
+    kmp_pressed_patch pressed;
     double modulus, normal;
     double low, high; /* the range of places */
+    double narrowest; /* width of a lobe */
     kmp_strip_method method;
     int finer;
 } zone;
@@ -72,7 +81,7 @@ typedef enum answer { KNOWN, UNKNOWN, NO_MEMORY } answer;
 /* Samples the gap in `count` strips from `first` on. */
 static answer sample(zone *z, double first, double step, int count)
 {
-    z->gap = (kmp_gap){.count = count, .first = first, .step = step};
+    z->gap = (kmp_strip_gap){.count = count, .first = first, .step = step};
     if (!KMP_ARENA_MAKE(&z->arena,
                         KMP_ROOM(double, count, &z->gap.gap, &z->gap.bend, &z->gap.centre, &z->gap.along, &z->y),
                         KMP_ROOM(kmp_strip, count, &z->strip)))
@@ -99,21 +108,6 @@ static void narrow(zone *z)
     z->high = fmin(high, z->high);
 }
 
-static answer by_strips(zone *z, double step)
-{
-    if (!kmp_wheel_gap_range(z->over, step, MOST_COARSE, &z->low, &z->high))
-        return UNKNOWN;
-    int count = (int)lround((z->high - z->low) / step) + 1;
-    answer found = count < 3 ? UNKNOWN : sample(z, z->low, step, count);
-    if (found == KNOWN)
-        found = press(z);
-    if (found != KNOWN)
-        return found;
-    narrow(z);
-    found = sample(z, z->low, (z->high - z->low) / (FINE - 1), FINE);
-    return found == KNOWN ? press(z) : found;
-}
-
 /* The width of the narrowest lobe. */
 static double narrowest(const zone *z)
 {
@@ -126,20 +120,65 @@ static double narrowest(const zone *z)
     return least * z->gap.step;
 }
 
-static answer on_grid(zone *z)
+static answer by_strips(zone *z, double step)
 {
-    double range = z->high - z->low, step = fmin(narrowest(z) / ROWS, range / FEWEST_ROWS);
-    step = fmax(step, range / (MOST_ROWS - 1)) / z->finer;
+    if (!kmp_wheel_gap_range(z->over, step, MOST_COARSE, &z->low, &z->high))
+        return UNKNOWN;
+    int count = (int)lround((z->high - z->low) / step) + 1;
+    answer found = count < 3 ? UNKNOWN : sample(z, z->low, step, count);
+    if (found == KNOWN)
+        found = press(z);
+    if (found != KNOWN)
+        return found;
+    narrow(z);
+    found = sample(z, z->low, (z->high - z->low) / (FINE - 1), FINE);
+    if (found == KNOWN)
+        found = press(z);
+    if (found == KNOWN)
+        z->narrowest = narrowest(z);
+    return found;
+}
+
+static answer answer_of(kmp_half_space_result result)
+{
+    return result == KMP_HALF_SPACE_SOLVED ? KNOWN : result == KMP_HALF_SPACE_MEMORY ? NO_MEMORY : UNKNOWN;
+}
+
+static answer on_grid(zone *z, const fineness *grid, kmp_half_space *s)
+{
+    double range = z->high - z->low, step = fmin(z->narrowest / grid->lobe_rows, range / grid->fewest_rows);
+    step = fmax(step, range / (grid->most_rows - 1)) / z->finer;
     int count = (int)floor(range / step) + 1;
     answer found = sample(z, (z->low + z->high - (count - 1) * step) / 2, step, count);
     if (found == KNOWN)
         found = press(z);
     if (found != KNOWN)
         return found;
+    return answer_of(kmp_half_space_press(&z->gap, z->modulus, z->normal, grid->cells * z->finer, &z->arena, z->strip,
+                                          &z->pressed, s));
+}
+
+/* Creep forces on a grid. Strips are counted outwards: on the right side lateral signs change. */
+static answer roll(zone *z, const kmp_wheel *w, kempe_contact_patch *p)
+{
+    double left = w->side == KMP_TRACK_LEFT ? 1 : -1;
     kmp_half_space s;
-    kmp_half_space_result result =
-        kmp_half_space_press(&z->gap, z->modulus, z->normal, CELLS * z->finer, &z->arena, z->strip, &z->pressed, &s);
-    return result == KMP_HALF_SPACE_SOLVED ? KNOWN : result == KMP_HALF_SPACE_MEMORY ? NO_MEMORY : UNKNOWN;
+    kempe_creep_force force;
+    answer found = on_grid(z, &rolling_grid, &s);
+    if (found != KNOWN)
+        return found;
+    const kmp_rolling rolling = {.shear_modulus = w->shear_modulus.value,
+                                 .poisson = w->poisson,
+                                 .friction = w->friction.value,
+                                 .slip = {p->slip[0], left * p->slip[1]},
+                                 .spin = left * p->spin,
+                                 .origin = {kmp_wheel_gap_centre(z->over), 0}};
+    found = answer_of(kmp_half_space_roll(&z->gap, &s, &rolling, &z->arena, &force));
+    if (found == KNOWN) {
+        p->by_law[0] = force.force[0];
+        p->by_law[1] = left * force.force[1];
+    }
+    return found;
 }
 
 /* -- the patch --------------------------------------------------------------------------------------------- */
@@ -189,9 +228,15 @@ kempe_status kmp_contact_pressure(kempe_contacts *t, int wheel, int number, cons
               .method = t->pressure == KMP_PRESSURE_KP ? KMP_STRIPS_KP : KMP_STRIPS_ANALYN};
     z.over = kmp_wheel_gap_new(w, &model->tracks[w->track], number, pose, p->angle, p->s);
     answer found = z.over ? by_strips(&z, COARSE * w->scale) : NO_MEMORY;
+    kmp_half_space solution;
     if (found == KNOWN && t->pressure == KMP_PRESSURE_HALF_SPACE)
-        found = on_grid(&z);
+        found = on_grid(&z, &pressing_grid, &solution);
     kempe_status status = take(t, &z, found, p, outline);
+    if (status == KEMPE_OK && found == KNOWN && t->rolls)
+        found = roll(&z, w, p);
+    t->unknown_forces += t->rolls && found == UNKNOWN;
+    if (found == NO_MEMORY)
+        status = kmp_fail_memory(t->given->context);
     kmp_wheel_gap_free(z.over);
     kmp_arena_free(&z.arena);
     return status;

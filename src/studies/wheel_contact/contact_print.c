@@ -96,7 +96,7 @@ static void show_rows(kmp_text *text, const kempe_contacts *t)
     for (size_t k = 0; k < sizeof heads / sizeof *heads; k++)
         kmp_text_printf(text, "  %10s", heads[k]);
     if (t->has_law)
-        kmp_text_printf(text, "  by %s: Fx, Fy", kempe_contact_law_name(t->law));
+        kmp_text_printf(text, "  by %s: Fx, Fy", kmp_contact_law_word(t));
     if (t->pressure != KMP_PRESSURE_NONE)
         kmp_text_printf(text, "  %10s  %10s  %10s  %5s", "p, MPa", "area, mm2", "approach", "lobes");
     kmp_text_put(text, "\n");
@@ -199,6 +199,9 @@ static void say_pressures(kmp_text *text, const kempe_contacts *t)
         kmp_text_printf(text,
                         "-: no pressure for %d patches, which would reach the end of their zone or of a profile\n",
                         t->unknown_pressures);
+    if (t->unknown_forces > 0)
+        kmp_text_printf(text, "-: no forces by half-space for %d patches: their tractions do not become steady\n",
+                        t->unknown_forces);
 }
 
 static void show_all(kmp_text *text, const void *result)
@@ -280,8 +283,8 @@ static void show_json(kmp_text *text, const void *result)
     kmp_json json = kmp_json_begin(text);
     kmp_print_head(&json, t->system, t->status, t->reason, t->system->build_s, t->warnings);
     kmp_json_put(&json, "over %s unit %s law %s pressure %s residual %g iterations %d cpu_s %g rows [",
-                 t->over.range[0].name, kmp_contact_unit(t, 0), t->has_law ? kempe_contact_law_name(t->law) : NULL,
-                 kmp_pressure_word(t->pressure), t->residual, t->iterations, t->cpu_s);
+                 t->over.range[0].name, kmp_contact_unit(t, 0), kmp_contact_law_word(t), kmp_pressure_word(t->pressure),
+                 t->residual, t->iterations, t->cpu_s);
     for (int row = 0; row < t->count; row++)
         put_row(&json, t, row);
     kmp_json_put(&json, "]");

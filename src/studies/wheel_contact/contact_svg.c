@@ -202,7 +202,7 @@ static void put_legend(kmp_text *text, const kempe_contacts *t, double x, double
     for (int w = 0; w < t->wheel_count; w++, y += LINE)
         kmp_picture_entry(text, x, y, "curve", kmp_plot_colour(w), "%s", t->system->model->wheels[w].name);
     if (t->has_law)
-        kmp_picture_entry(text, x, y, "dashed", "#222", "by %s", kempe_contact_law_name(t->law));
+        kmp_picture_entry(text, x, y, "dashed", "#222", "by %s", kmp_contact_law_word(t));
     kmp_picture_words(text, x, y + 1.5 * LINE, "", "lines join what touches, from");
     kmp_picture_entry(text, x, y + 2.5 * LINE, "curve", shade_of(t, 0).words, "%.6g to", swept(t, 0));
     const char *unit = kmp_contact_shown(t, kmp_contact_unit(t, 0)).unit;

@@ -68,6 +68,7 @@ struct kempe_contacts {
     kmp_steady *hold; /* coordinates with swept or steady values */
     int hold_count;
     bool has_law;
+    bool rolls; /* the second law is the solution on the grid of the pressures */
     kempe_creep_law law;
     int requested, count;
     double *value; /* of the first range */
@@ -78,9 +79,9 @@ struct kempe_contacts {
     int *first; /* wheel_count + 1: patches of a value, before each wheel's */
     kempe_contact_patch *patch;
     kmp_pressure_method pressure;
-    int finer;            /* rectangles of the grid are divided by this number in both directions */
-    kmp_outline *outline; /* of each patch; NULL: not requested */
-    int unknown_pressures;
+    int finer;                             /* rectangles of the grid are divided by this number in both directions */
+    kmp_outline *outline;                  /* of each patch; NULL: not requested */
+    int unknown_pressures, unknown_forces; /* patches without, numbers of the table */
     kmp_conicities conicities;
     double cpu_s;
 };
@@ -98,6 +99,9 @@ kempe_status kmp_contact_conicity(kempe_contacts *table);
 
 /** The index of a coordinate among the fixed ones; -1: it is not fixed. */
 int kmp_contact_hold_of(const kempe_contacts *table, int coordinate);
+
+/** The word of the second law; NULL: there is none. */
+const char *kmp_contact_law_word(const kempe_contacts *table);
 
 /** Reads the method, and the division of a grid; kmp_pressure_word is the word of a method, NULL for none. */
 kempe_status kmp_contact_pressure_request(kempe_contacts *table, const char *word);
