@@ -201,6 +201,36 @@ static void states_are_balanced(void)
     CHECK_NEAR(normal[2], normal[0], 1e-6);
 }
 
+/* Rigid cones on round rails: Hertz's ellipse, for which a cone is straight and a rail an arc. Left and right are
+ * mirror images, and small creepages give the forces of the linear theory. */
+static void pressures_of_cones_are_those_of_hertz(void)
+{
+    static const char *const methods[] = {"analyn", "half-space"};
+    loaded l = load("examples/rolling_wheel/rolling_wheel.yaml");
+    for (int m = 0; m < 2; m++) {
+        const kempe_contact_options options = {
+            .sweep = "y=-3 mm:3 mm:2", .hold = "yaw", .pressure = methods[m], .law = m ? "half-space" : NULL};
+        kempe_contacts *table = NULL;
+        CHECK(kempe_contacts_new(l.system, &options, &table) == KEMPE_OK);
+        for (int row = 0; table && row < 2; row++)
+            for (int w = 0; w < 2; w++) {
+                const kempe_contact_patch *p = kempe_contacts_patch(table, row, w, 0);
+                const kempe_contact_patch *other = kempe_contacts_patch(table, 1 - row, 1 - w, 0);
+                double area = acos(-1) * p->a * p->b;
+                CHECK_NEAR(p->pressure / (1.5 * p->normal / area), 1, 2e-3);
+                CHECK_NEAR(p->area / area, 1, 5e-3);
+                CHECK(p->lobes == 1 && p->one_ellipse == -1);
+                CHECK(!m || fabs(p->by_law[0] / p->force[0] - 1) <= 0.03);
+                CHECK(!m || fabs(p->by_law[1] / p->force[1] - 1) <= 0.06);
+                CHECK_NEAR(other->pressure / p->pressure, 1, 1e-9);
+                CHECK(!m || fabs(other->by_law[0] / p->by_law[0] - 1) <= 1e-6);
+                CHECK(!m || fabs(other->by_law[1] / p->by_law[1] + 1) <= 1e-6);
+            }
+        kempe_contacts_free(table);
+    }
+    unload(&l);
+}
+
 /* -- words ---------------------------------------------------------------------------------------------------- */
 
 static void wrong_words_are_told(void)
@@ -244,6 +274,7 @@ int main(void)
 {
     TEST(contacts_are_where_surfaces_lie_on_each_other);
     TEST(states_are_balanced);
+    TEST(pressures_of_cones_are_those_of_hertz);
     TEST(wrong_words_are_told);
     TEST(beside_the_rails);
     return check_report();

@@ -175,8 +175,8 @@ static answer roll(zone *z, const kmp_wheel *w, kempe_contact_patch *p)
                                  .origin = {kmp_wheel_gap_centre(z->over), 0}};
     found = answer_of(kmp_half_space_roll(&z->gap, &s, &rolling, &z->arena, &force));
     if (found == KNOWN) {
-        p->by_law[0] = force.force[0];
-        p->by_law[1] = left * force.force[1];
+        p->by_law[0] = force.force[0] + 0.0;
+        p->by_law[1] = left * force.force[1] + 0.0; /* no negative zero */
     }
     return found;
 }

@@ -227,6 +227,24 @@ static void show_all(kmp_text *text, const void *result)
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
+static const kmp_outline *outline_of(const kempe_contacts *t, const kempe_contact_patch *p)
+{
+    return &t->outline[p - t->patch];
+}
+
+/* The numbers of a patch for the method of the options, and its outline. */
+static void put_pressures(kmp_json *json, const kempe_contacts *t, const kempe_contact_patch *p)
+{
+    const kmp_outline *of = outline_of(t, p);
+    kmp_json_put(json, "pressure %g area %g approach %g lobes %i", p->pressure, p->area, p->approach, p->lobes);
+    kmp_json_array(json, "outline");
+    for (int k = 0; k < of->count; k++) {
+        const kmp_outline_strip *s = &of->strip[k];
+        kmp_json_put(json, "{ lobe %d y %g from %g to %g pressure %g }", s->lobe, s->y, s->from, s->to, s->pressure);
+    }
+    kmp_json_end(json);
+}
+
 static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_contact_patch *p)
 {
     kmp_json_put(json, "{ touches %i s %g y %g angle %g radius %g normal %g", p->touches, p->s, p->y, p->angle,
@@ -242,7 +260,7 @@ static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_conta
     if (t->has_law)
         kmp_json_numbers(json, "by_law", 2, p->by_law);
     if (t->pressure != KMP_PRESSURE_NONE)
-        kmp_json_put(json, "pressure %g area %g approach %g lobes %i", p->pressure, p->area, p->approach, p->lobes);
+        put_pressures(json, t, p);
     kmp_json_end(json);
 }
 
@@ -335,7 +353,7 @@ static void fill_outline(kempe_table *to, const void *result)
     for (int row = 0; t->outline && row < t->count; row++)
         for (int w = 0; w < t->wheel_count; w++)
             for (int z = t->first[w]; z < t->first[w + 1]; z++) {
-                const kmp_outline *of = &t->outline[(ptrdiff_t)row * t->first[t->wheel_count] + z];
+                const kmp_outline *of = outline_of(t, kempe_contacts_patch(t, row, w, z - t->first[w]));
                 for (int k = 0; k < of->count; k++) {
                     const kmp_outline_strip *s = &of->strip[k];
                     kmp_tabulate_row(to);
