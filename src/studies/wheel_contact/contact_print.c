@@ -236,7 +236,7 @@ static const kmp_outline *outline_of(const kempe_contacts *t, const kempe_contac
 static void put_pressures(kmp_json *json, const kempe_contacts *t, const kempe_contact_patch *p)
 {
     const kmp_outline *of = outline_of(t, p);
-    kmp_json_put(json, "pressure %g area %g approach %g lobes %i", p->pressure, p->area, p->approach, p->lobes);
+    kmp_json_put(json, "pressure %g area %g approach %g lobes %d", p->pressure, p->area, p->approach, p->lobes);
     kmp_json_array(json, "outline");
     for (int k = 0; k < of->count; k++) {
         const kmp_outline_strip *s = &of->strip[k];
