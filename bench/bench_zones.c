@@ -77,7 +77,7 @@ static const kempe_contact_patch *patch_of(const kempe_contacts *t, int row, int
     return most;
 }
 
-/* Relative errors in per cent of pressure, area, approach. Of the ellipse: with Hertz's approach for its axes. */
+/* Relative errors in per cent of pressure, area, approach. The table has no approach of the ellipse. */
 static void errors_of(const kempe_contact_patch *p, const reference *r, bool ellipse, double error[FIGURES])
 {
     double figure[FIGURES] = {p->pressure, p->area, p->approach};
@@ -129,8 +129,11 @@ static void print_largest(const method *list, int count)
             for (int i = 0; i < FIGURES; i++)
                 most[i] = fmax(most[i], fabs(error[i]));
         }
-        printf("%-24s pressure %6.1f  area %5.1f  approach %5.1f  time %7.2f\n",
-               list[m].pressure ? list[m].pressure : "ellipse", most[0], most[1], most[2],
+        char approach[16] = "-"; /* an average, and none of the table */
+        if (list[m].pressure)
+            (void)snprintf(approach, sizeof approach, "%.1f", most[2]);
+        printf("%-24s pressure %6.1f  area %5.1f  approach %5s  time %7.2f\n",
+               list[m].pressure ? list[m].pressure : "ellipse", most[0], most[1], approach,
                1e3 * list[m].seconds / (VALUES * WHEELS));
     }
 }
