@@ -24,8 +24,8 @@ KEMPE_BEGIN
 /** NULL and 0: the default. Coordinates that move at the start keep their rates; all others are at rest.
  *
  * `pressure`: pressure, area, approach and outline of each patch, for any shape of the gap. Two methods approximate in
- * strips (Kik and Piotrowski 1996; Sichani, Enblom and Berg 2014), "half-space" solves on a grid. "half-space:2" to
- * "half-space:4" divide its rectangles by that number both ways. docs/contact.md has errors and costs.
+ * strips (Kik and Piotrowski 1996; Sichani, Enblom and Berg 2014), "half-space" solves on a grid. "half-space:2" and
+ * "half-space:3" divide its rectangles by that number both ways. docs/contact.md has errors and costs.
  *
  * `law` "half-space" solves for the creep forces of steady rolling on such a grid (Kalker 1990). The pressures are then
  * those of "half-space". */
@@ -62,7 +62,7 @@ typedef struct kempe_contact_patch {
     double force[2];  /* on the wheel, N, by its own law */
     double moment;    /* N m */
     double a, b;      /* semi-axes of Hertz's ellipse along and across, m */
-    double by_law[2]; /* the force by the law in the options; NaN without one */
+    double by_law[2]; /* the force by the law in the options; NaN without one, or if "half-space" does not converge */
     int one_ellipse;  /* 1: the patch is that ellipse, and the largest pressure is 3 normal / (2 pi a b). 0: the patch
                        * is no ellipse (for example it has two lobes), and a and b are valid for creep forces alone:
                        * pressures may be several times those of the ellipse. -1: unknown (a rigid wheel, or no

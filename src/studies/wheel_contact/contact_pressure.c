@@ -17,7 +17,7 @@ enum { MOST_COARSE = 2000 };
 #define REACH 1.8
 
 /* Strips of the second pass; of these every fourth is in outlines. */
-enum { FINE = 401, THINNED = 4, FINEST = 4 };
+enum { FINE = 401, THINNED = 4, FINEST = 3 };
 
 /* A grid: rectangles along the longest strip, rows across the narrowest lobe, and rows altogether
  * (bench/results/zones.txt has the effect of finer grids). Rolling takes a thousand times longer than pressing: its
@@ -70,8 +70,8 @@ kempe_status kmp_contact_pressure_request(kempe_contacts *t, const char *word)
         return KEMPE_OK;
     return kmp_fail(t->given->context, KEMPE_E_ARGUMENT,
                     "--pressure: unknown method '%s'; available: none, kik-piotrowski, analyn, half-space, and "
-                    "half-space:2 to half-space:%d with a finer grid",
-                    word, FINEST);
+                    "half-space:2 and half-space:3 with finer grids",
+                    word);
 }
 
 /* -- passes -------------------------------------------------------------------------------------------- */

@@ -196,11 +196,11 @@ static void say_pressures(kmp_text *text, const kempe_contacts *t)
         "um;\n%s (docs/contact.md)\n",
         kmp_pressure_word(t->pressure), trust_of(t->pressure));
     if (t->unknown_pressures > 0)
-        kmp_text_printf(text,
-                        "-: no pressure for %d patches, which would reach the end of their zone or of a profile\n",
-                        t->unknown_pressures);
+        kmp_text_printf(
+            text, "-: patches without pressure: %d; their contact would reach the end of a zone or of a profile\n",
+            t->unknown_pressures);
     if (t->unknown_forces > 0)
-        kmp_text_printf(text, "-: no forces by half-space for %d patches: their tractions do not become steady\n",
+        kmp_text_printf(text, "-: patches without forces by half-space: %d; their tractions do not become steady\n",
                         t->unknown_forces);
 }
 
