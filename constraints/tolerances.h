@@ -166,8 +166,8 @@
 /** An element that is regularised for a time has left when its rate is this many of its speeds: its friction then
  * differs from the level by 5e-5. */
 #define KMP_FRICTION_LEFT 100
-/** Parts of a run, of the two next kinds, are those of at most so many times of its motion (the inverse of its rate at the
- * start): the end of a run may be unknown, or far away. */
+/** Parts of a run, of the two next kinds, are those of at most so many times of its motion (the inverse of its rate at
+ * the start): the end of a run may be unknown, or far away. */
 #define KMP_FRICTION_SPAN 20
 /** Part of a run: decisions within it are simultaneous. */
 #define KMP_FRICTION_INSTANT 1e-13
