@@ -2099,6 +2099,16 @@ bodies: {a: {joint: {revolute: z, at: ground}}}
         self.same(self.profile("old.whl", "#MINIWHEELPROF\nx.whl\nMINIPROF 2020\nStock.......:\n\" 32.58 37.11\n(Sd/Sh/qR)\n\n" + wheel),
                   [(y + 70, z) for y, z in self.WHEEL])
 
+    def test_comments_of_miniprof(self):
+        """Behind a percent sign, an exclamation mark or a quotation mark, in headers and behind rows."""
+        wheel = self.rows(self.WHEEL, lambda y, z: (y + 70, -z), " % worn")
+        wanted = [(y + 70, z) for y, z in self.WHEEL]
+        for name, head in {"new": "% MINIPROF, made by hand\nXYPoints=8 % points\n! 3 = 4\nColumnDef=X,Y\n\n% rows\n",
+                           "no header": "% MINIPROF\n% a = b\n% c\n% d\n",
+                           "old": "% one\n% two\n#MINIWHEELPROF\n% three\nMINIPROF 2020\n% four\nStock....:\n! five\n(Sd)\n\n% six\n"}.items():
+            with self.subTest(name):
+                self.same(self.profile("p.whl", head + wheel), wanted)
+
     def test_simpack(self):
         self.same(self.profile("r.prr", self.simpack(0, self.rows(self.RAIL, lambda y, z: (y, -z), " 1.0"))), self.RAIL)
         mirrored = self.rows(reversed(self.WHEEL), lambda y, z: (-y - 1, -z + 2))

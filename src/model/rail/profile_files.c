@@ -116,22 +116,34 @@ static bool read_row(source *s, const int column[2])
     return good;
 }
 
-/* An old file has MINIPROF within its first lines, and words until an empty line; others have NAME=VALUE until rows
- * begin. A row behind a quotation mark is switched off. */
+static const char MINIPROF_COMMENTS[] = "\"!%\n";
+
+/* An old file has MINIPROF in one of its first three lines; comments do not count. */
+static bool is_old_miniprof(const char *text)
+{
+    source lines = {0};
+    for (int k = 0; k < 3 && next_line(&lines, &text, MINIPROF_COMMENTS);) {
+        const char *mark = strstr(lines.text, "MINIPROF");
+        if (mark && mark < lines.end)
+            return true;
+        k += skip_blank(&lines, lines.text) < lines.end;
+    }
+    return false;
+}
+
+/* An old file has words until an empty line; others have NAME=VALUE until rows begin. A row behind a quotation mark is
+ * switched off. */
 static bool read_miniprof(source *s, const char *text)
 {
     const char *rest = text, *behind;
     int column[2] = {0, 1}, rows = 0;
-    const char *mark = strstr(text, "MINIPROF"), *third = text;
     bool header = true, good = true;
-    for (int k = 0; k < 3; k++)
-        third += strcspn(third, "\n") + (strchr(third, '\n') != NULL);
-    const bool old = mark && mark < third;
+    const bool old = is_old_miniprof(text);
     double announced = 0;
-    while (good && next_line(s, &rest, "\"!%\n")) {
+    while (good && next_line(s, &rest, MINIPROF_COMMENTS)) {
         const char *first = skip_blank(s, s->text);
         if (first == s->end) {
-            header = header && (!old || *first == '"');
+            header = header && (!old || (*first && strchr("\"!%", *first)));
             rows += *first == '"' && !memchr(first, '=', strcspn(first, "\n"));
         } else if (begins_with(s, "ColumnDef=", &behind))
             good = find_columns(s, behind, column);
