@@ -76,7 +76,7 @@ typedef struct kempe_ensemble_options {
     const char *limits; /* separated by commas: QUANTITY < VALUE, or <=, >, >=; the name of one, or one as above */
 } kempe_ensemble_options;
 
-/** The same with quantities. KEMPE_E_ARGUMENT: a quantity or a limit is wrong; the message has its column. */
+/** The same with quantities. KEMPE_E_INPUT: a quantity or a limit is wrong; the message has its column. */
 KEMPE_API kempe_status kempe_ensemble_new_with(const kempe_model *model, const kempe_values *values,
                                                const kempe_ensemble_options *options, kempe_ensemble **ensemble);
 KEMPE_API void kempe_ensemble_free(kempe_ensemble *ensemble);

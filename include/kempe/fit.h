@@ -117,8 +117,8 @@ typedef struct kempe_optimum kempe_optimum;
 
 /** Searches. The model must outlive the optimum. A trial at which the model does not run shortens the step; such trials
  * are counted. Warnings are logged: limits that are not kept, a search that has not converged. KEMPE_E_ARGUMENT: a
- * name, quantity or number is wrong. KEMPE_E_FAILED: the model runs at no start. KEMPE_STOPPED: an interrupt; the best
- * place so far is given, after the first run. */
+ * name or number is wrong. KEMPE_E_INPUT: a quantity or a limit is wrong. KEMPE_E_FAILED: the model runs at no start.
+ * KEMPE_STOPPED: an interrupt; the best place so far is given, after the first run. */
 KEMPE_API kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_options *options,
                                          kempe_optimum **optimum);
 KEMPE_API void kempe_optimum_free(kempe_optimum *optimum);

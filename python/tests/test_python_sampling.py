@@ -169,7 +169,7 @@ start: {q: {x: a}}
     assert np.allclose(found["down"][:3], np.pi / 2 / rate, rtol=1e-8)
     assert all(np.isnan(values[3]) for values in found.values())
     assert batch.limits == ["fail", "fail", "pass", ""]
-    with pytest.raises(kempe.ArgumentError, match="quantity:1:7: unknown coordinate 'y'"):
+    with pytest.raises(kempe.InputError, match="quantity:1:7: unknown coordinate 'y'"):
         model.ensemble({"m": masses}, quantities="max(q(y))")
 
 

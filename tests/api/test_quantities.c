@@ -331,7 +331,7 @@ static void refuse(const char *quantities, const char *limits, const char *messa
     static const char *const names[] = {"m"};
     const double row[] = {1};
     study s = begin(OSCILLATOR, 1, names, 1, row, quantities, limits);
-    CHECK(s.status == KEMPE_E_ARGUMENT);
+    CHECK(s.status == KEMPE_E_INPUT);
     CHECK_TEXT(kempe_context_message(s.context), message);
     end(&s);
 }
@@ -342,6 +342,9 @@ static void test_mistakes(void)
     refuse("q(x), first(q(x))", NULL,
            "quantity:1:17: an operator, '<', '<=', '>' or '>=' is expected, but the expression ends");
     refuse("energy", NULL, "quantity:1:1: 'energy' is not one number: give one component of it");
+    refuse("1 + q(x), energy.totl", NULL,
+           "quantity:1:11: 'energy.totl': unknown component of energy 'totl'; available: kinetic, potential, total; "
+           "did you mean 'total'?");
     refuse("at(q(x))", NULL, "quantity:1:1: 'at(q(x))': at(EXPRESSION, TIME) is expected");
     refuse("at(q(x), 2 m)", NULL, "quantity:1:10: the time: expected s, got m");
     refuse("at(q(x), -2 s)", NULL, "quantity:1:10: '-2 s': the time must not be negative");

@@ -73,7 +73,7 @@ static bool is_output(const char *text)
 static kempe_status add_output(kempe_model *copy, const char *label, kmp_added_value *v, kmp_output *output, int *part)
 {
     unsigned *parts = NULL;
-    KMP_TRY(kmp_requested_outputs(copy, v->text, &parts));
+    KMP_TRY(kmp_requested_outputs_at(copy, label, (kmp_place){1, v->column, 0}, v->text, &parts));
     int width = copy->output_count == 1 ? kmp_output_width(copy, copy->outputs) : 0;
     *part = 0;
     while (width > 1 && *part < width && parts[0] != 1u << *part)

@@ -12,6 +12,7 @@ typedef struct asking {
     kmp_reader r;
     kempe_model model; /* a copy, except for the names of its files, and its arena */
     const char *label[1];
+    kmp_place place; /* of the words; no line: they are named by the label alone */
     int count;
     char **word;
 } asking;
@@ -55,27 +56,17 @@ static bool stands_alone(const char *word, size_t length)
     return false;
 }
 
-/* A component of a force or of a wheel's guidance, by the name of its column: found when the object is known. */
+/* A component by the end of its column's name: found when the object is known. */
 enum { NAMED = -2 };
 
-/* Removes ".x" from "position(b.P).x", ".total" from "energy.total". The component, -1 for all of them. */
+/* Removes ".x" from "position(b.P).x", ".total" from "energy.total". -1: the output has all its components. */
 static int cut_component(char *word)
 {
-    static const char *const energies[] = {"kinetic", "potential", "total"};
-    static const char *const axes[] = {"x", "y", "z", "mx", "my", "mz"}; /* as kmp_output_column calls them */
     char *dot = strrchr(word, '.');
-    bool energy = strncmp(word, "energy.", 7) == 0;
-    bool whole = dot && dot > word && (dot[-1] == ')' || stands_alone(word, (size_t)(dot - word)));
-    if (whole && (strncmp(word, "force(", 6) == 0 || strncmp(word, "guidance(", 9) == 0)) {
-        *dot = '\0';
-        return NAMED;
-    }
-    for (int k = 0; whole && k < (energy ? 3 : 6); k++)
-        if (strcmp(dot + 1, energy ? energies[k] : axes[k]) == 0) {
-            *dot = '\0';
-            return k;
-        }
-    return -1;
+    if (!dot || dot == word || (dot[-1] != ')' && !stands_alone(word, (size_t)(dot - word))))
+        return -1;
+    *dot = '\0';
+    return NAMED;
 }
 
 /* The words as the list of the file that they might be, and the component of each. */
@@ -88,25 +79,35 @@ static bool list_words(asking *a, kmp_yaml *list, int *component)
         if (!word)
             return false;
         component[k] = cut_component(word);
-        node[k] = (kmp_yaml){.kind = KMP_YAML_SCALAR, .text = word};
+        node[k] = (kmp_yaml){.kind = KMP_YAML_SCALAR, .place = a->place, .text_place = a->place, .text = word};
         items[k] = &node[k];
     }
     *list = (kmp_yaml){.kind = KMP_YAML_LIST, .count = a->count, .items = items, .text = ""};
     return node && items;
 }
 
-/* The component of an output whose column ends with a word; its width: there is none. */
-static int component_named(const kempe_model *model, const kmp_output *output, const char *word)
+/* The component of an output whose column ends with a word; -1 after a message. */
+static int component_named(asking *a, const kmp_output *output, const char *whole, const char *word)
 {
-    int width = kmp_output_width(model, output), found = -1;
-    for (int k = 0; k < width && width > 1 && found < 0; k++) {
-        kmp_text column = {0};
-        kmp_output_column(&column, model, output, k);
-        const char *dot = column.failed ? NULL : strrchr(column.s, '.');
-        found = dot && strcmp(dot + 1, word) == 0 ? k : -1;
-        kmp_text_free(&column);
+    int width = kmp_output_width(&a->model, output);
+    const char *output_word = kmp_output_rows[output->kind].word;
+    if (width < 2) {
+        kmp_reader_complain(&a->r, a->place, "'%s': %s has no components", whole, output_word);
+        return -1;
     }
-    return found < 0 ? width : found;
+    const char **names = KMP_ARENA_NEW(&a->r.scratch, const char *, width);
+    for (int k = 0; names && k < width; k++) {
+        kmp_text column = {0};
+        kmp_output_column(&column, &a->model, output, k);
+        const char *name = kmp_reader_take(&a->r, &column), *dot = strrchr(name, '.');
+        names[k] = dot ? dot + 1 : name;
+    }
+    kmp_text why = {0};
+    const char *kind = kmp_reader_say(&a->r, "component of %s", output_word);
+    int found = names ? kmp_word_find(word, KMP_NAMES(names, width), kind, &why) : width;
+    if (names && found == width)
+        kmp_reader_complain(&a->r, a->place, "'%s': %s", whole, kmp_reader_take(&a->r, &why));
+    return found < width ? found : -1;
 }
 
 static void check_components(asking *a, int *component)
@@ -114,10 +115,7 @@ static void check_components(asking *a, int *component)
     for (int k = 0; k < a->count && !a->r.wrong; k++) {
         const kmp_output *output = &a->model.outputs[k];
         if (component[k] == NAMED)
-            component[k] = component_named(&a->model, output, strrchr(a->word[k], '.') + 1);
-        if (component[k] >= kmp_output_width(&a->model, output))
-            kmp_reader_complain(&a->r, nowhere, "'%s': %s has no %s", a->word[k], kmp_output_rows[output->kind].word,
-                                kmp_output_width(&a->model, output) > 1 ? "such component" : "components");
+            component[k] = component_named(a, output, a->word[k], strrchr(a->word[k], '.') + 1);
     }
 }
 
@@ -141,12 +139,19 @@ static bool gather(kempe_model *model, const int *component, unsigned **parts)
 
 kempe_status kmp_requested_outputs(kempe_model *copy, const char *words, unsigned **parts)
 {
+    return kmp_requested_outputs_at(copy, "outputs", nowhere, words, parts);
+}
+
+kempe_status kmp_requested_outputs_at(kempe_model *copy, const char *label, kmp_place place, const char *words,
+                                      unsigned **parts)
+{
     asking a;
     kmp_yaml list;
     int *component = NULL;
-    kempe_status status = begin(&a, copy, "outputs", words);
+    kempe_status status = begin(&a, copy, label, words);
     if (status != KEMPE_OK)
         return end(&a, status);
+    a.place = place;
     component = KMP_ARENA_NEW(&a.r.scratch, int, a.count);
     a.model.outputs = NULL;
     a.model.output_count = 0;

@@ -10,6 +10,10 @@
  * for every component. KEMPE_E_ARGUMENT: the word, and the valid ones. */
 kempe_status kmp_requested_outputs(kempe_model *copy, const char *words, unsigned **parts);
 
+/** The same for words at a place of a text (its file is number 0), with the name of that text in messages. */
+kempe_status kmp_requested_outputs_at(kempe_model *copy, const char *label, kmp_place place, const char *words,
+                                      unsigned **parts);
+
 /** Makes room for one more output of such a copy, the position of a point, without requested components; its number,
  * -1: no memory. */
 int kmp_requested_position(kempe_model *copy, int point, unsigned **parts);

@@ -315,7 +315,7 @@ kempe_status kmp_quantity_list_init(kmp_quantity_list *list, const kempe_model *
         status = read_all(list, model, quantities, limits);
     if (status != KEMPE_OK)
         kmp_quantity_list_free(list);
-    return status;
+    return status == KEMPE_E_ARGUMENT ? KEMPE_E_INPUT : status; /* the texts are read as files are, with places */
 }
 
 void kmp_quantity_list_free(kmp_quantity_list *list)

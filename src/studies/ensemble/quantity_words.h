@@ -26,7 +26,7 @@ typedef struct kmp_quantity_list {
 
 /** Reads quantities and limits, each a list separated by commas or semicolons (NULL:
  * none), for a model, which must outlive them.
- * KEMPE_E_ARGUMENT: sentences with the column. */
+ * KEMPE_E_INPUT: sentences with the column. */
 kempe_status kmp_quantity_list_init(kmp_quantity_list *list, const kempe_model *model, const char *quantities,
                                     const char *limits);
 void kmp_quantity_list_free(kmp_quantity_list *list);
