@@ -414,6 +414,12 @@
 /** Times that differ by this part are one time: multiples of two sample times that are decimal numbers differ there by
  * some roundings of 1.1e-16 each. */
 #define KMP_SAME_TIME 4e-15
+/** The length of a run that falls short of whole windows of comfort by this part of a window has them: it is a sum of
+ * rounded times. */
+#define KMP_WINDOW_SLACK 1e-9
+/** With every other sample a value of ride comfort may differ by this part without a warning: such values are given to
+ * two or three digits. */
+#define KMP_COMFORT_HOLDS 0.01
 /** The past of a delayed signal is a polynomial whose last coefficient is this part of the tolerance of a step: its
  * error, which is smaller still, then adds nothing to that of the steps. Rounding of closed positions, relative. */
 #define KMP_PAST_PART     0.1

@@ -98,6 +98,9 @@ static const kempe_fit_options of_motion = {
 static const kempe_optimum_options least_base = {
     .minimize = "q(rocker)", .parameters = "base:0.89:0.91", .most = 2, .run = &(kempe_run_options){.t_end = 0.01}};
 static const kempe_response_options push = {.inputs = "effort(crank)", .outputs = "q(crank)"};
+static const kempe_comfort_options shaken = {
+    .vertical = "acceleration(rocker.Q).y",
+    .run = &(kempe_run_options){.t_end = 5, .output_step = 1, .no_convergence_check = 1}};
 static const kempe_linearize_options push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_inverse_options by_motor = {.actuators = "crank", .independent = "crank"};
 static const kempe_modes_options from_start = {.at = "start"};
@@ -121,6 +124,7 @@ SOME(kempe_equilibrium, kempe_equilibrium_new, some_kempe_system(0), NULL)
 SOME(kempe_inverse, kempe_inverse_new, some_kempe_system(0), &by_motor)
 SOME(kempe_linearization, kempe_linearization_new, some_kempe_system(0), &push_start)
 SOME(kempe_response, kempe_response_new, some_kempe_system(0), &push)
+SOME(kempe_comfort, kempe_comfort_new, some_kempe_system(0), &shaken)
 SOME(kempe_modes, kempe_modes_new, some_kempe_system(0), &from_start)
 SOME(kempe_sensitivity, kempe_sensitivity_new, some_kempe_model(0), &by_crank)
 SOME(kempe_fit, kempe_fit_new, some_kempe_model(0), &of_motion)
@@ -144,6 +148,7 @@ ZERO(kempe_equilibrium_options)
 ZERO(kempe_inverse_options)
 ZERO(kempe_linearize_options)
 ZERO(kempe_response_options)
+ZERO(kempe_comfort_options)
 ZERO(kempe_modes_options)
 ZERO(kempe_sensitivity_options)
 ZERO(kempe_gradient_options)

@@ -47,6 +47,7 @@ STUDIES = {  # a study: the others that it uses
     "fit": "simulate sensitivity ensemble",
     "optimize": "simulate sensitivity ensemble fit",
     "compare": "",
+    "comfort": "simulate",
     "wheel_contact": "equilibrium",
 }
 LAYERS["output"] = CORE

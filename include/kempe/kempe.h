@@ -15,7 +15,7 @@
  *     settings.h      models with other parameters, tolerances and algorithms; build.h: models made in code
  *     table.h         results of all studies as tables: read by name, printed, written as CSV, JSON, NPZ
  *     stepper.h       a run advanced step by step; extend.h: user-defined forces
- *     output_handles.h outputs at any state, and their Jacobians
+ *     output_handles.h outputs at any state, and their Jacobians; ride comfort of a run
  *     workspace.h     M, C, h, J at a given state; forward and inverse dynamics
  *     compare.h       many formulations and tolerances against a reference
  *     ensemble.h      many instances of one mechanism with different parameters

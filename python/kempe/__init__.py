@@ -19,6 +19,7 @@ from ._native import lib as _lib
 from .about import about
 from .builder import Builder
 from .check import Assembly, Branches, Check
+from .comfort import Comfort
 from .compare import Comparison
 from .contacts import Contacts
 from .ensemble import Batch, Ensemble, Folder, Function, Statistics, Values
@@ -66,6 +67,7 @@ __all__ = [
     "Builder",
     "Check",
     "Code",
+    "Comfort",
     "Comparison",
     "Contacts",
     "Count",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from ._native import ffi, lib
 from .arrays import Array
 from .check import Assembly, Branches, Check
+from .comfort import Comfort
 from .compare import Comparison
 from .contacts import Contacts
 from .context import Fixed, T, constant, failed, string
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ._options import (
+        ComfortOptions,
         CompareOptions,
         ContactOptions,
         EquilibriumOptions,
@@ -234,6 +236,15 @@ class System(Fixed):
         ('frequency', 50)
         """
         return study(Response, self, options)
+
+    def comfort(self, **options: Unpack[ComfortOptions]) -> Comfort:
+        """Ride comfort of a run: weighted accelerations, mean comfort, Sperling's ride index.
+
+        >>> comfort = kempe.Model("quarter_car.yaml").system().comfort(vertical="qdd(body)", t_end=10)
+        >>> comfort.signals["weighting"][0], comfort.windows.row_count
+        ('Wb', 2)
+        """
+        return study(Comfort, self, options)
 
     def contact(self, **options: Unpack[ContactOptions]) -> Contacts:
         """Wheels on their rails over a range."""

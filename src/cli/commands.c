@@ -97,6 +97,7 @@ TABLE(kempe_modes, "rows")
 WRITER(kempe_modes_write_picture)
 WRITER(kempe_modes_write_report)
 TABLE(kempe_response, "rows")
+TABLE(kempe_comfort, "windows")
 WRITER(kempe_response_write_picture)
 TABLE(kempe_sensitivity, "rows")
 WRITER(kempe_comparison_write_report)
@@ -155,6 +156,13 @@ static kempe_status linearize_about(const cli_job *j, kempe_linearization **resu
     return kempe_linearization_new(j->system, &options, result);
 }
 
+static kempe_status judge_comfort(const cli_job *j, kempe_comfort **result)
+{
+    kempe_comfort_options options = j->settings->comfort;
+    options.run = &j->settings->run;
+    return kempe_comfort_new(j->system, &options, result);
+}
+
 static kempe_status differentiate(const cli_job *j, kempe_sensitivity **result)
 {
     kempe_sensitivity_options options = j->settings->sensitivity;
@@ -166,6 +174,7 @@ STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), .table = NULL
       .files = {{AT(report), any_kempe_equilibrium_write_report}})
 STUDY(linearize, kempe_linearization, linearize_about(j, result), .table = NULL,
       .files = {{AT(output), any_kempe_linearization_write}})
+STUDY(comfort, kempe_comfort, judge_comfort(j, result), .table = kempe_comfort_rows)
 STUDY(sensitivity, kempe_sensitivity, differentiate(j, result), .table = kempe_sensitivity_rows)
 
 static kempe_status fit_parameters(const cli_job *j, kempe_fit **result)
@@ -600,6 +609,10 @@ const cli_command cli_commands[] = {
      "  kempe response examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' \\\n"
      "      --outputs 'position(chassis.R).z' --frequencies 0.2:20 --svg car.svg\n",
      .usage = "FILE --inputs NAME,.. [options]", .dynamics = "plain", .study = &response_study},
+    {CLI_COMFORT, "comfort", "ride comfort of a run: weighted accelerations (EN 12299), Sperling's ride index",
+     "  kempe comfort examples/limousine/limousine.yaml --vertical 'acceleration(chassis.seat).z' --t-end 60\n"
+     "  kempe comfort examples/tram/tram.yaml --t-end 30 --from 10 -o windows.csv\n",
+     .study = &comfort_study},
     {CLI_SENSITIVITY, "sensitivity", "exact sensitivities with respect to parameters of the model",
      "  kempe sensitivity examples/four_bar/four_bar.yaml --parameters crank,base --t-end 1 -o by_lengths.csv\n"
      "  kempe sensitivity examples/stewart/stewart.yaml --method adjoint --outputs 'position(platform.P1).z'\n",

@@ -12,6 +12,7 @@
 #include <kempe/kempe.h>
 #include <kempe/kinematics.h>
 #include <kempe/modes.h>
+#include <kempe/output_handles.h>
 #include <kempe/response.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
@@ -41,9 +42,11 @@ enum {
     CLI_FIT = 262144,
     CLI_OPTIMIZE = 524288,
     CLI_FMU = 1048576,
-    CLI_ALL = 2097151,
+    CLI_COMFORT = 2097152,
+    CLI_ALL = 4194303,
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
-                 CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE /* with a table of results */
+                 CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE |
+                 CLI_COMFORT /* with a table of results */
 };
 
 /* The user's settings. Texts point into argv; NULL and 0 mean not given. */
@@ -74,6 +77,7 @@ typedef struct cli_settings {
     kempe_optimum_options optimize;        /* likewise */
     kempe_modes_options modes;
     kempe_response_options response; /* and of state spaces */
+    kempe_comfort_options comfort;   /* in addition to those in `run` */
     const char *svg, *plot, *x, *y, *values;
     const char *angle_unit, *base;
     const char *out, *from; /* result folders */

@@ -2207,6 +2207,95 @@ class Guidance(Case):
                          "did you mean 'wear'?\n")
 
 
+class Comfort(Case):
+    """Weighted accelerations and ride indices against closed forms and another program's filters."""
+
+    SINE = """kempe: 1
+gravity: [0, 0, -9.81]
+parameters: {A: 1, f: 8}
+bodies: {car: {joint: {name: z, prismatic: z, at: ground}, mass: 1, points: {P: [0, 0, 0]}}}
+drives: {d: {joint: z, displacement: "-A/(2*pi*f)^2*sin(2*pi*f*t)"}}
+sensors: {worse: 2*sin(2*pi*f*t)}
+run: {t_end: 20, outputs: [q, acceleration(car.P), sensor(worse)]}
+"""
+
+    @staticmethod
+    def gain(f, f4, step=None):
+        """The modulus of a weighting, from the formula of EN 12299 in complex numbers."""
+        s, (w1, w2, w4) = 2j * math.pi * f, (2 * math.pi * x for x in (0.4, 100, f4))
+        h = s**2 / (s**2 + 2**0.5 * w1 * s + w1**2) * w2**2 / (s**2 + 2**0.5 * w2 * s + w2**2)
+        h *= (1 + s / w4) / (1 + s / (0.63 * w4) + (s / w4) ** 2)
+        if step:
+            w5, w6 = 2 * math.pi * 2.5, 2 * math.pi * 4
+            h *= 0.4 * (1 + s / (0.8 * w5) + (s / w5) ** 2) / (1 + s / (0.8 * w6) + (s / w6) ** 2)
+        return abs(h)
+
+    def judge(self, *options):
+        text = self.expect(0, "comfort", "model.yaml", *options, "--json", "-").stdout
+        return json.loads(text)
+
+    def setUp(self):
+        super().setUp()
+        (self.folder / "model.yaml").write_text(self.SINE)
+
+    def test_sines(self):
+        axis = "acceleration(car.P).z"
+        for f in (0.6, 1, 2, 8, 16, 40):
+            found = self.judge("--set", f"f={f}", "--from", 10, "--vertical", axis, "--lateral", axis, "--seat-back", axis)
+            signals = {s["direction"]: s for s in found["signals"]}
+            for direction, weight in (("vertical", self.gain(f, 16, True)), ("lateral", self.gain(f, 2)), ("seat back", self.gain(f, 8))):
+                for value in ("weighted", "median", "percentile_95", "largest"):
+                    self.assertAlmostEqual(signals[direction][value] / (weight / 2**0.5), 1, delta=1e-4 if f < 30 else 3e-3, msg=f"{direction} at {f} Hz")
+                self.assertAlmostEqual(signals[direction]["rms"], 2**-0.5, delta=1e-6)
+            if f < 30:
+                for direction, c in (("vertical", 0.588), ("lateral", 0.737)):
+                    b = c * ((1.911 * f**2 + (0.25 * f**2) ** 2) / ((1 - 0.277 * f**2) ** 2 + (1.563 * f - 0.0368 * f**3) ** 2)) ** 0.5
+                    self.assertAlmostEqual(signals[direction]["Wz"], (100 * b / 2**0.5) ** (2 / 6.67), delta=1e-4)
+
+    def test_published_factors(self):
+        """Wd at third octaves from 0.5 to 10 Hz in thousandths, from ISO 2631-1:1997, table 3, as others have copied it."""
+        nominal = (0.5, 0.63, 0.8, 1, 1.25, 1.6, 2, 2.5, 3.15, 4, 5, 6.3, 8, 10)
+        for f, factor in zip(nominal, (853, 944, 992, 1011, 1008, 968, 890, 776, 642, 512, 409, 323, 253, 201)):
+            self.assertAlmostEqual(1000 * self.gain(f, 2), factor, delta=1, msg=f"{f} Hz")
+
+    def test_another_program(self):
+        model, axes = ROOT / "examples/ride/shaken_seat.yaml", {"longitudinal": "x", "lateral": "y", "vertical": "z", "seat-back": "x"}
+        options = [word for name, axis in axes.items() for word in (f"--{name}", f"acceleration(seat.floor).{axis}")]
+        self.expect(0, "comfort", model, *options, "--from", 5, "--rate", 2000, "-o", "windows.csv")
+        with open(self.folder / "windows.csv", newline="") as table:
+            found = [list(map(float, row)) for row in list(csv.reader(table))[1:]]
+        with open(ROOT / "examples/ride/shaken_seat.csv", newline="") as table:
+            wanted = list(csv.DictReader(line for line in table if line[0] != "#"))
+        self.assertEqual([row[0] for row in found], [float(row["t"]) for row in wanted])
+        for row, known in zip(found, wanted):
+            for value, name in zip(row[1:], ("along_Wd", "across_Wd", "up_Wb", "along_Wc")):
+                self.assertAlmostEqual(value, float(known[name]), delta=2e-6)
+        whole = json.loads(self.expect(0, "comfort", model, "--from", 5, "--json", "-").stdout)
+        self.assertEqual([s["direction"] for s in whole["signals"]], ["longitudinal", "lateral", "vertical"])
+        squares = [s["percentile_95"] ** 2 for s in whole["signals"]]
+        self.assertAlmostEqual(whole["mean_comfort"][0], 6 * sum(squares) ** 0.5, delta=1e-12)
+
+    def test_a_sensor_and_percentiles(self):
+        found = self.judge("--vertical", "sensor(worse)", "--from", 10)["signals"][0]
+        self.assertAlmostEqual(found["weighted"], 2 * self.gain(8, 16, True) / 2**0.5, delta=1e-4)
+        (self.folder / "model.yaml").write_text(self.SINE.replace("worse: 2*sin", "worse: t*sin"))
+        found = self.judge("--vertical", "sensor(worse)", "--t-end", 25)["signals"][0]
+        known = sorted(found["windows"])
+        self.assertEqual(len(known), 5)
+        self.assertAlmostEqual(found["median"], known[2], delta=1e-12)
+        self.assertAlmostEqual(found["percentile_95"], known[3] + 0.8 * (known[4] - known[3]), delta=1e-12)
+
+    def test_mistakes(self):
+        for options, said in {("--t-end", 3): "windows of 5 s, but the run has 3 s",
+                              ("--vertical", "q(z)"): "vertical: 'q.z' has the unit m; an acceleration in m/s^2 is needed",
+                              ("--lateral", "acceleration(car.P)"): "lateral: 'acceleration(car.P)' has 3 values",
+                              ("--vertical", "acceleration(car.Q).z"): "body 'car' has no point 'Q'",
+                              ("--rate", 100): "it must be between 400 and 20000"}.items():
+            self.assertIn(said, self.expect(3, "comfort", "model.yaml", *options).stderr)
+        (self.folder / "model.yaml").write_text(self.SINE.replace("acceleration(car.P), ", ""))
+        self.assertIn("there is no acceleration to judge", self.expect(3, "comfort", "model.yaml").stderr)
+
+
 class Show(Case):
     def test_views(self):
         for view in ("--model", "--equations", "--program", "--stats"):

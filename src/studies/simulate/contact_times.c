@@ -2,30 +2,16 @@
 #include "studies/simulate/contact_times.h"
 #include "base/memory.h"
 #include "model/compliant/compliant.h"
+#include "output/vibration/weighting.h"
 #include <math.h>
-#include <stdlib.h>
 
 #define TURN 6.283185307179586477
-
-static int by_size(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 double kmp_contact_time_depth(const kempe_trajectory *t, int k)
 {
     const kmp_contact_time *contact = &t->log.contacts[k];
     const kempe_model *model = t->system->model;
     return kmp_compliant_depth(model, &model->forces[contact->force], contact->most);
-}
-
-/* Depths that are sorted, by straight lines between them. */
-static double quantile(int count, const double *sorted, double part)
-{
-    double at = part * (count - 1);
-    int k = (int)at;
-    return k + 1 < count ? sorted[k] + (at - k) * (sorted[k + 1] - sorted[k]) : sorted[count - 1];
 }
 
 /* The driven rotation with the largest angle between the first and the last row. */
@@ -63,9 +49,9 @@ kempe_status kmp_contact_times_find(const kempe_trajectory *t, int force, kmp_co
         if (!isnan(contact->most))
             depth[times->ended++] = kmp_contact_time_depth(t, k);
     }
-    qsort(depth, (size_t)times->ended, sizeof *depth, by_size);
+    kmp_order(times->ended, depth);
     for (int k = 0; k < KMP_DEPTHS; k++)
-        times->depth[k] = times->ended > 0 ? quantile(times->ended, depth, 0.25 * k) : NAN;
+        times->depth[k] = kmp_ordered_quantile(times->ended, depth, 0.25 * k);
     times->touching = touching > 0 ? touching / (t->report.t - t->spec.t_start) : 0;
     find_turns(t, times);
     kmp_free(depth);
