@@ -99,7 +99,7 @@ static const kempe_optimum_options least_base = {
     .minimize = "q(rocker)", .parameters = "base:0.89:0.91", .most = 2, .run = &(kempe_run_options){.t_end = 0.01}};
 static const kempe_response_options push = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_comfort_options shaken = {
-    .vertical = "acceleration(rocker.Q).y",
+    .vertical = "acceleration(rocker.C).y",
     .run = &(kempe_run_options){.t_end = 5, .output_step = 1, .no_convergence_check = 1}};
 static const kempe_linearize_options push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_inverse_options by_motor = {.actuators = "crank", .independent = "crank"};

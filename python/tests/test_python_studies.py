@@ -496,6 +496,17 @@ def test_modes():
     assert slow.sum() == 18 and sampled.is_unstable and "unstable" in sampled._repr_html_()
 
 
+def test_comfort():
+    system = kempe.Model(EXAMPLES / "ride/shaken_seat.yaml").system()
+    comfort = system.comfort(from_=5, t_end=10)
+    known = np.genfromtxt(EXAMPLES / "ride/shaken_seat.csv", delimiter=",", names=True)
+    assert list(comfort.signals["direction"]) == ["longitudinal", "lateral", "vertical"]
+    windows = [comfort.windows[name][0] for name in comfort.windows.names[1:]]
+    np.testing.assert_allclose(windows, [known[name][0] for name in ("along_Wd", "across_Wd", "up_Wb")], rtol=2e-5)
+    assert comfort.mean_comfort == pytest.approx((6 * np.hypot(np.hypot(*windows[:2]), windows[2]),), rel=1e-12)
+    assert "N_MV" in str(comfort)
+
+
 def test_response():
     model = kempe.Model(EXAMPLES / "quarter_car/quarter_car.yaml")
     system = model.system()
