@@ -35,7 +35,7 @@ LAYERS = {
 CORE = "base linalg symbolic model kinematics kinds dynamics backend constraints integrators"
 STUDIES = {  # a study: the others that it uses
     "assembly": "",
-    "simulate": "",
+    "simulate": "equilibrium",
     "equilibrium": "",
     "kinematics": "simulate",
     "inverse": "",

@@ -2207,6 +2207,74 @@ class Guidance(Case):
                          "did you mean 'wear'?\n")
 
 
+class RunningSafety(Case):
+    """Values of running safety against the rows of the same run, and against formulas."""
+
+    def run_curve(self, *options):
+        text = (ROOT / "examples/curving/curving.yaml").read_text().replace("../", str(ROOT / "examples") + "/")
+        outputs = "outputs: [guidance(FL), guidance(FR), velocity(front.L), velocity(front.R), q, qd,"
+        (self.folder / "model.yaml").write_text(text.replace("outputs: [q, qd,", outputs))
+        done = self.expect(0, "simulate", "model.yaml", "--no-convergence-check", "--json", "run.json", *options)
+        with open(self.folder / "run.json") as file:
+            return done.stdout, json.load(file)["running_safety"]
+
+    @staticmethod
+    def mean_over(length, way, force, at):
+        """Of a force over the way before a row, by the trapezoidal rule on the rows."""
+        total, k = 0, at
+        while way[at] - way[k - 1] <= length:
+            total += (way[k] - way[k - 1]) * (force[k] + force[k - 1]) / 2
+            k -= 1
+        part = way[k] - (way[at] - length)
+        slope = (force[k] - force[k - 1]) / (way[k] - way[k - 1])
+        return (total + part * (force[k] - part * slope / 2)) / length
+
+    def test_against_rows(self):
+        text, safety = self.run_curve("--t-end", 4, "--output-step", 0.001, "-o", "rows.csv")
+        with open(self.folder / "rows.csv", newline="") as file:
+            rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+        across, ways, axle = {}, {}, safety["axles"][0]
+        for number, (wheel, point) in enumerate((("FL", "front.L"), ("FR", "front.R"))):
+            speed = [sum(row[f"velocity.{point}.{x}"] ** 2 for x in "xyz") ** 0.5 for row in rows]
+            way = ways[wheel] = [0.0]
+            for a, b, before, after in zip(speed, speed[1:], rows, rows[1:]):
+                way.append(way[-1] + (after["t"] - before["t"]) * (a + b) / 2)
+            ratio = [row[f"guidance.{wheel}.YQ"] for row in rows]
+            across[wheel] = [row[f"guidance.{wheel}.Y"] for row in rows]
+            found = safety["wheels"][number]
+            means = [self.mean_over(2, way, ratio, k) for k in range(200, len(rows))]
+            self.assertEqual(found["name"], wheel)
+            self.assertAlmostEqual(found["YQ_mean"]["value"], max(means), delta=2e-4)
+            self.assertAlmostEqual(found["YQ"]["value"], max(ratio), delta=5e-3)
+            self.assertAlmostEqual(found["nadal"], (math.tan(found["flange_angle"]) - 0.3) / (1 + 0.3 * math.tan(found["flange_angle"])), delta=1e-12)
+            self.assertAlmostEqual(math.degrees(found["flange_angle"]), 70, delta=0.1)
+            self.assertAlmostEqual(found["Q0"], 22400 * 9.81 / 4, delta=1)
+            least = min(row[f"guidance.{wheel}.Q"] for row in rows)
+            self.assertAlmostEqual(found["unloading"]["value"], 1 - least / found["Q0"], delta=1e-3)
+            self.assertEqual(found["kept"], True)
+        total = [left - right for left, right in zip(across["FL"], across["FR"])]
+        means = [abs(self.mean_over(2, ways["FL"], total, k)) for k in range(200, len(rows))]
+        self.assertAlmostEqual(axle["Y_mean"]["value"], max(means), delta=2e-4 * 1e5)
+        self.assertGreater(max(means), 5000)
+        self.assertAlmostEqual(axle["prudhomme"], 10e3 + 22400 * 9.81 / 2 / 3, delta=1)
+        self.assertAlmostEqual(safety["way"], 60, delta=0.1)
+        self.assertEqual(safety["Q0_at"], "equilibrium")
+        self.assertAlmostEqual(safety["carried"], 1, delta=1e-6)
+        self.assertLess(safety["difference"], 0.01)
+        self.assertIn("Prud'homme's limit 46.624 kN", text)
+
+    def test_too_short(self):
+        text, safety = self.run_curve("--t-end", 0.1)
+        self.assertIn("the way is too short for means over 2 m", text)
+        self.assertEqual((safety["wheels"][0]["YQ_mean"]["value"], safety["wheels"][0]["kept"]), (None, None))
+
+    def test_a_limit_that_is_not_kept(self):
+        text, safety = self.run_curve("--t-end", 3.1, "--set", "R=120", "--set", "V=22", "--set", "cant=0")
+        self.assertEqual([axle["kept"] for axle in safety["axles"]], [False, False])
+        self.assertEqual([wheel["kept"] for wheel in safety["wheels"]], [True] * 4)
+        self.assertEqual(text.count("above the limit"), 2)
+
+
 class Comfort(Case):
     """Weighted accelerations and ride indices against closed forms and another program's filters."""
 

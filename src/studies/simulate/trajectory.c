@@ -35,6 +35,7 @@ typedef struct job {
     kmp_times times;
     kmp_samples before; /* rows of the checkpoint to continue from */
     kempe_assembly start;
+    double *static_loads; /* of wheels */
 } job;
 
 /* -- options ----------------------------------------------------------------------------------------- */
@@ -360,7 +361,8 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
         kmp_samples_init(&j->before, j->system->n, j->system->m);
     }
     j->spec.log = &t->log;
-    if (j->run->keep_dense && !(j->spec.recording = t->recording = kmp_recording_new()))
+    if ((j->run->keep_dense || j->system->model->wheel_count > 0) &&
+        !(j->spec.recording = t->recording = kmp_recording_new()))
         return kmp_fail_memory(j->context);
     kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
     j->spec.recording = NULL;
@@ -386,6 +388,19 @@ static kempe_status run_again(kempe_trajectory *t, const job *j)
     return status;
 }
 
+/* Of wheels on rails, from the dense output, which is then kept for the caller alone. */
+static kempe_status judge_safety(kempe_trajectory *t, const job *j)
+{
+    if (!t->recording || !j->static_loads)
+        return KEMPE_OK;
+    kempe_status status = kmp_running_safety_of(t->system, t->recording, j->static_loads, &t->arena, &t->safety);
+    if (!j->run->keep_dense) {
+        kmp_recording_free(t->recording);
+        t->recording = NULL;
+    }
+    return status;
+}
+
 static kempe_status run(job *j, kempe_trajectory **trajectory)
 {
     kempe_trajectory *t = trajectory_new(j);
@@ -397,6 +412,8 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
         status = settle_reason(t, j->context);
     }
     kempe_status judged = kmp_has_result(status) ? judge(t, j) : KEMPE_OK;
+    if (judged == KEMPE_OK && kmp_has_result(status))
+        judged = judge_safety(t, j);
     status = judged == KEMPE_OK ? status : judged;
     if (status == KEMPE_OK && !j->run->no_convergence_check)
         status = run_again(t, j);
@@ -408,6 +425,17 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     return status;
 }
 
+/* Before the run, whose messages remain. */
+static kempe_status find_static_loads(job *j)
+{
+    int wheels = j->system->model->wheel_count;
+    if (wheels == 0)
+        return KEMPE_OK;
+    j->static_loads = KMP_ARENA_NEW(&j->arena, double, wheels);
+    KMP_TRY(kmp_made(j->context, j->static_loads));
+    return kmp_static_loads(j->system, j->static_loads);
+}
+
 kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options *options, kempe_trajectory **trajectory)
 {
     KMP_WANTED_BOTH(system, trajectory);
@@ -415,7 +443,11 @@ kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options 
     job j = {.system = system, .context = system->context, .run = options};
     kmp_context_begin(j.context);
     kmp_samples_init(&j.before, system->n, system->m);
-    kempe_status status = prepare(&j);
+    kempe_status status = find_static_loads(&j);
+    if (status == KEMPE_OK) {
+        kmp_context_begin(j.context); /* without the messages of that search */
+        status = prepare(&j);
+    }
     if (status == KEMPE_OK)
         status = run(&j, trajectory);
     release(&j);

@@ -266,6 +266,7 @@ static void show(kmp_text *text, const void *result)
     show_verdict(text, t);
     show_mode(text, t);
     show_contacts(text, t);
+    kmp_running_safety_show(text, t->system->model, &t->safety);
     show_log(text, t);
 }
 
@@ -427,6 +428,7 @@ static void json(kmp_text *text, const void *result)
     json_log(&j, &t->log);
     if (t->log.contact_count > 0)
         json_contacts(&j, t);
+    kmp_running_safety_json(&j, t->system->model, &t->safety);
     kmp_json_put(&j, "mode_changes %d cpu_s %g", t->mode_changes, t->report.cpu_s);
     if (t->report.wall_s > 0)
         kmp_json_number(&j, "wall_s", t->report.wall_s);

@@ -1,0 +1,471 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Forces are samples of the dense output, at equal steps of time. Integrals over the way are trapezoidal; a mean is the
+ * difference of two values of the integral, 2 m apart (EN 14363:2016: sliding mean of Y/Q and of the sum of Y). */
+#include "studies/simulate/running_safety.h"
+#include "base/json.h"
+#include "model/tables/output_table.h"
+#include "studies/equilibrium/balances.h"
+#include "studies/simulate/observed.h"
+#include "symbolic/table_function.h"
+#include <kempe/equilibrium.h>
+#include <math.h>
+#include <string.h>
+
+/* Way and time between samples, and their largest number; places where the flange is looked at. */
+static const double SAMPLE_WAY = 0.05, SAMPLE_TIME = 5e-3;
+enum { MOST_SAMPLES = 40000, SPEEDS = 20, FLANGE_PLACES = 4000 };
+
+typedef struct judging {
+    const kempe_model *model;
+    kmp_recording *recording;
+    const double *static_loads;
+    kmp_running_safety *safety;
+    kmp_observed observed;
+    kmp_arena room;
+    double from, until;
+    int *speed_at;                    /* of each wheel: its first column of velocity */
+    double *row, *value;              /* of an instant */
+    double *way, *load, *across, *of; /* way, Q, Y, Y/Q of wheel w at sample k: [w * samples + k] */
+    double *mean, *sum, *integral;
+} judging;
+
+/* -- limits ------------------------------------------------------------------------------------------- */
+
+double kmp_flange_angle(const kmp_wheel *wheel)
+{
+    const kmp_table *height = wheel->profile->height;
+    double steepest = 0;
+    int tip = 0;
+    for (int k = 1; k < height->count && height->x[k] < 0; k++)
+        tip = height->y[k] < height->y[tip] ? k : tip;
+    const double from = height->x[tip];
+    for (int k = 0; k <= FLANGE_PLACES && from < 0; k++)
+        steepest = fmax(steepest, kmp_table_value(height, 1, from * (1 - (double)k / FLANGE_PLACES)));
+    return atan(steepest);
+}
+
+/* Nadal, Annales des Mines 9 (1896) 413. */
+double kmp_nadal_limit(double flange, double friction)
+{
+    double slope = tan(flange);
+    return slope > friction ? (slope - friction) / (1 + friction * slope) : NAN;
+}
+
+/* Prud'homme, Revue Generale des Chemins de Fer 86 (1967) 89; EN 14363 with the factor 1. */
+static double prudhomme_limit(double axle_load)
+{
+    return axle_load > 0 ? 10e3 + axle_load / 3 : NAN;
+}
+
+/* -- samples ------------------------------------------------------------------------------------------ */
+
+static kempe_status observe(judging *j)
+{
+    const kempe_model *model = j->model;
+    kmp_text words = {0}, column = {0};
+    for (int w = 0; w < model->wheel_count; w++)
+        kmp_text_printf(&words, "%sguidance(%s)", w > 0 ? "," : "", model->wheels[w].name);
+    for (int w = 0; w < model->wheel_count; w++) {
+        kmp_text_put(&words, ",");
+        kmp_output_print(&words, model, &(kmp_output){.kind = KMP_OUTPUT_VELOCITY, .index = model->wheels[w].point});
+    }
+    kempe_status status = words.failed ? kmp_fail_memory(model->context)
+                                       : kmp_observed_init(&j->observed, j->observed.system, words.s, 0, NULL);
+    kmp_text_free(&words);
+    KMP_TRY(status);
+    bool made = KMP_ARENA_MAKE(&j->room, KMP_ROOM(int, model->wheel_count, &j->speed_at),
+                               KMP_ROOM(double, j->observed.columns.count, &j->value));
+    for (int w = 0; made && w < model->wheel_count; w++) {
+        kmp_text_free(&column);
+        kmp_output_column(&column, model, &(kmp_output){.kind = KMP_OUTPUT_VELOCITY, .index = model->wheels[w].point},
+                          0);
+        for (int k = 1; !column.failed && k < j->observed.columns.count; k++)
+            if (strcmp(j->observed.columns.name[k], column.s) == 0)
+                j->speed_at[w] = k - 1;
+    }
+    made = made && !column.failed;
+    kmp_text_free(&column);
+    return kmp_made(model->context, made);
+}
+
+static kempe_status look(judging *j, double t)
+{
+    int n = j->observed.system->n;
+    KMP_TRY(kmp_recording_row(j->recording, t, j->row));
+    kmp_observed_at(&j->observed, t, j->row, j->row + n, j->row + 2 * n, j->row + 3 * n, j->value);
+    return KEMPE_OK;
+}
+
+static double speed_of(const judging *j, int wheel)
+{
+    const double *v = j->value + j->speed_at[wheel];
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/* An even number of steps. */
+static kempe_status choose_samples(judging *j)
+{
+    double fastest = 0, span = j->until - j->from;
+    for (int k = 0; k <= SPEEDS; k++) {
+        KMP_TRY(look(j, j->from + span * k / SPEEDS));
+        for (int w = 0; w < j->model->wheel_count; w++)
+            fastest = fmax(fastest, speed_of(j, w));
+    }
+    double steps = fmax(span / SAMPLE_TIME, span * fastest / SAMPLE_WAY);
+    j->safety->samples = 2 * (int)ceil(fmin(fmax(steps, 2), MOST_SAMPLES) / 2) + 1;
+    return KEMPE_OK;
+}
+
+static kempe_status take_samples(judging *j, double *time)
+{
+    const int samples = j->safety->samples;
+    double step = (j->until - j->from) / (samples - 1);
+    for (int k = 0; k < samples; k++) {
+        time[k] = k + 1 < samples ? j->from + step * k : j->until;
+        KMP_TRY(look(j, time[k]));
+        for (int w = 0; w < j->model->wheel_count; w++) {
+            ptrdiff_t at = (ptrdiff_t)w * samples + k;
+            j->load[at] = j->value[4 * w];
+            j->across[at] = j->value[4 * w + 1];
+            j->of[at] = j->value[4 * w + 2];
+            j->way[at] = speed_of(j, w); /* integrated below */
+        }
+    }
+    for (int w = 0; w < j->model->wheel_count; w++) {
+        double *way = j->way + (ptrdiff_t)w * samples, before = way[0];
+        way[0] = 0;
+        for (int k = 1; k < samples; k++) {
+            double speed = way[k];
+            way[k] = way[k - 1] + step * (before + speed) / 2;
+            before = speed;
+        }
+        j->safety->way = fmax(j->safety->way, way[samples - 1]);
+    }
+    return KEMPE_OK;
+}
+
+/* -- values ------------------------------------------------------------------------------------------- */
+
+static void take_largest(kmp_safety_value *largest, double value, double t)
+{
+    if (isfinite(value) && !(value <= largest->value))
+        *largest = (kmp_safety_value){value, t};
+}
+
+/* mean of x over the way before every stride-th sample; NaN where the way is too short. */
+static void slide(const judging *j, int stride, const double *way, const double *x, double *mean)
+{
+    const int samples = j->safety->samples;
+    double *integral = j->integral;
+    integral[0] = 0;
+    for (int k = 0, back = 0; k < samples; k += stride) {
+        if (k > 0)
+            integral[k] = integral[k - stride] + (way[k] - way[k - stride]) * (x[k] + x[k - stride]) / 2;
+        double begin = way[k] - KMP_SAFETY_LENGTH;
+        mean[k] = NAN;
+        if (begin < 0)
+            continue;
+        while (way[back + stride] <= begin && back + stride < k)
+            back += stride;
+        double part = (begin - way[back]) / (way[back + stride] - way[back]);
+        double first = x[back] + part * (x[back + stride] - x[back]);
+        double before = integral[back] + (begin - way[back]) * (x[back] + first) / 2;
+        mean[k] = (integral[k] - before) / KMP_SAFETY_LENGTH;
+    }
+}
+
+static void judge_wheel(const judging *j, int w, int stride, kmp_safety_wheel *out)
+{
+    const int samples = j->safety->samples;
+    const ptrdiff_t at = (ptrdiff_t)w * samples;
+    const double *load = j->load + at, *of = j->of + at, *t = j->safety->t;
+    double *mean = j->mean + at;
+    out->unloading = out->ratio = out->mean = (kmp_safety_value){NAN, NAN};
+    slide(j, stride, j->way + at, of, mean);
+    for (int k = 0; k < samples; k += stride) {
+        take_largest(&out->unloading, out->load > 0 ? (out->load - load[k]) / out->load : NAN, t[k]);
+        take_largest(&out->ratio, of[k], t[k]);
+        take_largest(&out->mean, mean[k], t[k]);
+    }
+}
+
+/* The sum of the forces to the left. */
+static void judge_axle(const judging *j, int number, int stride, kmp_safety_axle *out)
+{
+    const int samples = j->safety->samples;
+    const ptrdiff_t left = (ptrdiff_t)out->left * samples, right = (ptrdiff_t)out->right * samples;
+    double *sum = j->sum + (ptrdiff_t)number * samples, *force = j->integral + samples;
+    for (int k = 0; k < samples; k++)
+        force[k] = j->across[left + k] - j->across[right + k];
+    slide(j, stride, j->way + left, force, sum);
+    out->mean = (kmp_safety_value){NAN, NAN};
+    for (int k = 0; k < samples; k += stride)
+        take_largest(&out->mean, fabs(sum[k]), j->safety->t[k]);
+}
+
+static double change(kmp_safety_value fine, kmp_safety_value coarse, double least)
+{
+    return isfinite(fine.value) && isfinite(coarse.value)
+               ? fabs(fine.value - coarse.value) / fmax(fabs(fine.value), least)
+               : 0;
+}
+
+/* First with every other sample, then with all. Ratios are compared with 1, forces with the load. */
+static void judge_all(judging *j)
+{
+    kmp_running_safety *s = j->safety;
+    for (int w = 0; w < s->wheels; w++) {
+        kmp_safety_wheel *out = &s->wheel[w], coarse = *out;
+        judge_wheel(j, w, 2, &coarse);
+        judge_wheel(j, w, 1, out);
+        s->difference = fmax(fmax(s->difference, change(out->unloading, coarse.unloading, 1)),
+                             fmax(change(out->ratio, coarse.ratio, 1), change(out->mean, coarse.mean, 1)));
+    }
+    for (int k = 0; k < s->axles; k++) {
+        kmp_safety_axle *out = &s->axle[k], coarse = *out;
+        double load = s->wheel[out->left].load + s->wheel[out->right].load;
+        judge_axle(j, k, 2, &coarse);
+        judge_axle(j, k, 1, out);
+        s->difference = fmax(s->difference, change(out->mean, coarse.mean, fmax(load, 1)));
+    }
+}
+
+/* -- the model ---------------------------------------------------------------------------------------- */
+
+/* The other wheel of the body; -1: none, or several. */
+static int partner_of(const kempe_model *model, int wheel)
+{
+    int found = -1, count = 0;
+    for (int w = 0; w < model->wheel_count; w++)
+        if (model->points[model->wheels[w].point].body == model->points[model->wheels[wheel].point].body &&
+            model->wheels[w].track == model->wheels[wheel].track && model->wheels[w].side == KMP_TRACK_RIGHT) {
+            found = w;
+            count++;
+        }
+    return count == 1 ? found : -1;
+}
+
+static void find_axles(judging *j)
+{
+    kmp_running_safety *s = j->safety;
+    for (int w = 0; w < s->wheels; w++) {
+        int right = j->model->wheels[w].side == KMP_TRACK_LEFT ? partner_of(j->model, w) : -1;
+        if (right < 0)
+            continue;
+        double load = s->wheel[w].load + s->wheel[right].load;
+        s->axle[s->axles++] = (kmp_safety_axle){.left = w, .right = right, .limit = prudhomme_limit(load)};
+    }
+}
+
+/* By descent, then by Newton's method. */
+static kempe_status loads_at_rest(const kempe_system *system, kmp_observed *o, kmp_arena *room, double *loads)
+{
+    kempe_equilibrium *e = NULL;
+    double *value = KMP_ARENA_NEW(room, double, o->columns.count), least = INFINITY;
+    kempe_status status = kmp_made(system->context, value);
+    for (int newton = 0; newton < 2 && !e && status != KEMPE_E_MEMORY && status != KEMPE_STOPPED; newton++) {
+        const kempe_equilibrium_options options = {.size = sizeof options, .newton = newton};
+        status = kempe_equilibrium_new(system, &options, &e);
+    }
+    if (status == KEMPE_OK && e->count > 0 && !e->averaged) {
+        const kmp_balance *b = &e->balance[0];
+        kmp_observed_at(o, 0, b->q, b->qd, NULL, b->lambda, value);
+        for (int w = 0; w < system->model->wheel_count; w++)
+            least = fmin(least, loads[w] = value[4 * w]);
+    }
+    for (int w = 0; w < system->model->wheel_count && !(isfinite(least) && least > 0); w++)
+        loads[w] = NAN;
+    kempe_equilibrium_free(e);
+    return status == KEMPE_E_MEMORY || status == KEMPE_STOPPED ? status : KEMPE_OK;
+}
+
+kempe_status kmp_static_loads(const kempe_system *system, double *loads)
+{
+    kmp_observed o;
+    kmp_text words = {0};
+    kmp_arena room = {0};
+    for (int w = 0; w < system->model->wheel_count; w++)
+        kmp_text_printf(&words, "%sguidance(%s)", w > 0 ? "," : "", system->model->wheels[w].name);
+    kmp_context_quiet(system->context, true);
+    kempe_status status =
+        words.failed ? kmp_fail_memory(system->context) : kmp_observed_init(&o, system, words.s, 0, NULL);
+    if (status == KEMPE_OK) {
+        status = loads_at_rest(system, &o, &room, loads);
+        kmp_observed_free(&o);
+    }
+    kmp_context_quiet(system->context, false);
+    if (status == KEMPE_OK)
+        kmp_context_clear(system->context);
+    kmp_text_free(&words);
+    kmp_arena_free(&room);
+    return status;
+}
+
+static void take_loads(judging *j)
+{
+    kmp_running_safety *s = j->safety;
+    const kempe_model *model = j->model;
+    double loads = 0, mass = 0, g = 0;
+    s->at_rest = isfinite(j->static_loads[0]);
+    for (int w = 0; w < s->wheels; w++) {
+        kmp_safety_wheel *wheel = &s->wheel[w];
+        wheel->load = s->at_rest ? j->static_loads[w] : j->load[(ptrdiff_t)w * s->samples];
+        wheel->flange = kmp_flange_angle(&model->wheels[w]);
+        wheel->nadal = kmp_nadal_limit(wheel->flange, model->wheels[w].friction.value);
+        loads += wheel->load;
+    }
+    for (int b = 1; b < model->body_count; b++)
+        mass += model->bodies[b].mass.value;
+    for (int i = 0; i < 3; i++)
+        g = hypot(g, model->gravity[i].value);
+    s->carried = mass * g > 0 ? loads / (mass * g) : NAN;
+}
+
+static kempe_status judge(judging *j, kmp_arena *arena)
+{
+    kmp_running_safety *s = j->safety;
+    const ptrdiff_t wheels = j->model->wheel_count;
+    double *time = NULL;
+    KMP_TRY(observe(j));
+    j->row = KMP_ARENA_NEW(&j->room, double, 3 * j->observed.system->n + j->observed.system->m);
+    KMP_TRY(kmp_made(j->model->context, j->row));
+    KMP_TRY(choose_samples(j));
+    bool made = KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, wheels * s->samples, &j->way, &j->load, &j->across, &j->of),
+                               KMP_ROOM(double, 2 * (ptrdiff_t)s->samples, &j->integral)) &&
+                KMP_ARENA_MAKE(arena, KMP_ROOM(double, wheels * s->samples, &j->mean, &j->sum),
+                               KMP_ROOM(double, s->samples, &time), KMP_ROOM(kmp_safety_wheel, wheels, &s->wheel),
+                               KMP_ROOM(kmp_safety_axle, wheels, &s->axle));
+    KMP_TRY(kmp_made(j->model->context, made));
+    s->t = time;
+    s->mean = j->mean;
+    s->sum = j->sum;
+    KMP_TRY(take_samples(j, time));
+    s->wheels = (int)wheels;
+    take_loads(j);
+    find_axles(j);
+    judge_all(j);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_running_safety_of(const kempe_system *system, kmp_recording *recording, const double *static_loads,
+                                   kmp_arena *arena, kmp_running_safety *safety)
+{
+    kmp_running_safety found = {.carried = NAN};
+    judging j = {.model = system->model,
+                 .recording = recording,
+                 .static_loads = static_loads,
+                 .safety = &found,
+                 .observed = {.system = system}};
+    *safety = (kmp_running_safety){.carried = NAN};
+    if (system->model->wheel_count == 0 || !kmp_recording_ends(recording, &j.from, &j.until) || !(j.until > j.from))
+        return KEMPE_OK;
+    kempe_status status = judge(&j, arena);
+    kmp_observed_free(&j.observed);
+    kmp_arena_free(&j.room);
+    if (status == KEMPE_OK)
+        *safety = found;
+    return status;
+}
+
+/* -- words -------------------------------------------------------------------------------------------- */
+
+static const double degrees = 57.295779513082320876798154814105;
+
+static void put_cell(kmp_text *text, int width, int digits, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "  %*.*f", width, digits, x);
+    else
+        kmp_text_printf(text, "  %*s", width, "-");
+}
+
+void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp_running_safety *s)
+{
+    int width = 5;
+    if (s->wheels == 0)
+        return;
+    for (int w = 0; w < s->wheels; w++)
+        width = (int)fmax(width, (double)strlen(model->wheels[w].name));
+    kmp_text_printf(
+        text, "running   %-*s  Q0, kN  (Q0-Q)/Q0      t, s  largest Y/Q  over 2 m      t, s  Nadal  flange, deg\n",
+        width, "");
+    for (int w = 0; w < s->wheels; w++) {
+        const kmp_safety_wheel *wheel = &s->wheel[w];
+        kmp_text_printf(text, "          %-*s", width, model->wheels[w].name);
+        put_cell(text, 6, 2, wheel->load / 1e3);
+        put_cell(text, 9, 3, wheel->unloading.value);
+        put_cell(text, 8, 3, wheel->unloading.t);
+        put_cell(text, 11, 3, wheel->ratio.value);
+        put_cell(text, 8, 3, wheel->mean.value);
+        put_cell(text, 8, 3, wheel->mean.t);
+        put_cell(text, 5, 3, wheel->nadal);
+        put_cell(text, 11, 2, degrees * wheel->flange);
+        kmp_text_put(text, wheel->mean.value > wheel->nadal ? "  above the limit\n" : "\n");
+    }
+    for (int k = 0; k < s->axles; k++) {
+        const kmp_safety_axle *axle = &s->axle[k];
+        kmp_text_printf(text, "          '%s' and '%s': ", model->wheels[axle->left].name,
+                        model->wheels[axle->right].name);
+        if (isfinite(axle->mean.value))
+            kmp_text_printf(text, "sum of Y over 2 m %.3f kN at t = %.6g s", axle->mean.value / 1e3, axle->mean.t);
+        else
+            kmp_text_put(text, "sum of Y over 2 m: unknown");
+        if (isfinite(axle->limit))
+            kmp_text_printf(text, ", Prud'homme's limit %.3f kN%s", axle->limit / 1e3,
+                            axle->mean.value > axle->limit ? ", above the limit" : "");
+        kmp_text_put(text, "\n");
+    }
+    kmp_text_printf(text, "          %.6g m of way; Q0 at the %s", s->way, s->at_rest ? "equilibrium" : "start");
+    if (isfinite(s->carried))
+        kmp_text_printf(text, ", together %.3f of the weight", s->carried);
+    kmp_text_printf(text, "; with every other of %d samples values differ by %.1e\n", s->samples, s->difference);
+    if (s->way < KMP_SAFETY_LENGTH)
+        kmp_text_put(text, "          the way is too short for means over 2 m\n");
+}
+
+static void json_value(kmp_json *json, const char *key, kmp_safety_value x)
+{
+    kmp_json_object(json, key);
+    kmp_json_number(json, "value", x.value);
+    kmp_json_number(json, "t", x.t);
+    kmp_json_end(json);
+}
+
+/* true, false, or null where one of both is unknown. */
+static void json_kept(kmp_json *json, double value, double limit)
+{
+    if (isfinite(value) && isfinite(limit))
+        kmp_json_boolean(json, "kept", value <= limit);
+    else
+        kmp_json_string(json, "kept", NULL);
+}
+
+void kmp_running_safety_json(kmp_json *json, const kempe_model *model, const kmp_running_safety *s)
+{
+    if (s->wheels == 0)
+        return;
+    kmp_json_put(json, "running_safety { way %g mean_over %g Q0_at %s samples %d difference %g carried %g wheels [",
+                 s->way, KMP_SAFETY_LENGTH, s->at_rest ? "equilibrium" : "start", s->samples, s->difference,
+                 s->carried);
+    for (int w = 0; w < s->wheels; w++) {
+        const kmp_safety_wheel *wheel = &s->wheel[w];
+        kmp_json_put(json, "{ name %s Q0 %g", model->wheels[w].name, wheel->load);
+        json_value(json, "unloading", wheel->unloading);
+        json_value(json, "YQ", wheel->ratio);
+        json_value(json, "YQ_mean", wheel->mean);
+        kmp_json_put(json, "flange_angle %g friction %g nadal %g", wheel->flange, model->wheels[w].friction.value,
+                     wheel->nadal);
+        json_kept(json, wheel->mean.value, wheel->nadal);
+        kmp_json_end(json);
+    }
+    kmp_json_put(json, "] axles [");
+    for (int k = 0; k < s->axles; k++) {
+        const kmp_safety_axle *axle = &s->axle[k];
+        kmp_json_put(json, "{ left %s right %s", model->wheels[axle->left].name, model->wheels[axle->right].name);
+        json_value(json, "Y_mean", axle->mean);
+        kmp_json_number(json, "prudhomme", axle->limit);
+        json_kept(json, axle->mean.value, axle->limit);
+        kmp_json_end(json);
+    }
+    kmp_json_put(json, "] }");
+}

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Running safety of a run whose model has wheels on rails: Y/Q against Nadal's limit, wheel unloading, the sum of the
+ * lateral forces of a wheelset against Prud'homme's limit (EN 14363). */
+#pragma once
+
+#include "base/json.h"
+#include "integrators/run/recording.h"
+#include "model/model.h"
+
+/** A value with its time, s. NaN: unknown. */
+typedef struct kmp_safety_value {
+    double value, t;
+} kmp_safety_value;
+
+typedef struct kmp_safety_wheel {
+    double load;                /* Q0, N */
+    double flange, nadal;       /* the steepest slope of the flange, rad; NaN: Nadal's formula gives no limit */
+    kmp_safety_value unloading; /* the largest (Q0 - Q)/Q0 */
+    kmp_safety_value ratio;     /* the largest Y/Q */
+    kmp_safety_value mean;      /* the largest mean of Y/Q over KMP_SAFETY_LENGTH of way */
+} kmp_safety_wheel;
+
+/** Wheels on both rails that one body carries. */
+typedef struct kmp_safety_axle {
+    int left, right;       /* wheels of the model */
+    double limit;          /* Prud'homme's: 10 kN and a third of the static axle load; NaN: unknown */
+    kmp_safety_value mean; /* the largest |sum of Y|, as a mean over that way, N */
+} kmp_safety_axle;
+
+typedef struct kmp_running_safety {
+    int wheels, axles, samples;
+    double way;        /* of the wheel that came farthest, m */
+    bool at_rest;      /* Q0 is that of the equilibrium; otherwise that of the start of the run */
+    double carried;    /* sum of Q0 over the weight of the model; NaN: no gravity */
+    double difference; /* the largest relative change of the values with every other sample */
+    kmp_safety_wheel *wheel;
+    kmp_safety_axle *axle;
+    const double *t, *mean, *sum; /* of each sample: its time; means of Y/Q by wheels, sums of Y by axles, one wheel
+                                     after the other; NaN before the way is long enough */
+} kmp_running_safety;
+
+/** The way over which forces are averaged, m (EN 14363). */
+#define KMP_SAFETY_LENGTH 2.0
+
+/** Wheel loads (one a wheel) at the equilibrium that is found from the start; NaN: there is none, or a wheel has no
+ * load there. Ends messages and warnings of the context. KEMPE_E_MEMORY, KEMPE_STOPPED. */
+kempe_status kmp_static_loads(const kempe_system *system, double *loads);
+
+/** Judges a recorded run from samples of its dense output. Without wheels, or without two recorded times, wheels is 0.
+ * Arrays are in the arena. KEMPE_E_MEMORY; other statuses of outputs. */
+kempe_status kmp_running_safety_of(const kempe_system *system, kmp_recording *recording, const double *static_loads,
+                                   kmp_arena *arena, kmp_running_safety *safety);
+
+/** The steepest angle of a wheel's flange, rad. */
+double kmp_flange_angle(const kmp_wheel *wheel);
+
+/** Nadal's limit of Y/Q; NaN where the flange is not steeper than the cone of friction. */
+double kmp_nadal_limit(double flange, double friction);
+
+/** Puts a paragraph, and the member running_safety; nothing without wheels. */
+void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp_running_safety *safety);
+void kmp_running_safety_json(kmp_json *json, const kempe_model *model, const kmp_running_safety *safety);
