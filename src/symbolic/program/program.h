@@ -74,7 +74,8 @@ typedef struct kmp_program {
 /** A program with one group of outputs per stage, from stage 1 on; addition theorems are applied to all together. NULL:
  * no memory. */
 kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs);
-/** The same of one stage, in which charts of joints are inputs as all others: generated code prepares parameters alone. */
+/** The same of one stage, in which charts of joints are inputs as all others: generated code prepares parameters alone.
+ */
 kmp_program *kmp_program_of_parameters(kmp_graph *g, int count, const kmp_ref *outputs);
 void kmp_program_free(kmp_program *p);
 

@@ -35,7 +35,8 @@ static kmp_friction_numbers numbers_of(const void *self)
 {
     const decider *d = self;
     const kempe_simulator *s = d->s;
-    return (kmp_friction_numbers){KMP_FRICTION_SPAN / s->part.state[AT_RATE], s->settings.rtol, fmax(KMP_FRICTION_STILL, d->still)};
+    return (kmp_friction_numbers){KMP_FRICTION_SPAN / s->part.state[AT_RATE], s->settings.rtol,
+                                  fmax(KMP_FRICTION_STILL, d->still)};
 }
 
 static double pace_of_rates(const kempe_simulator *s, const double *qd)
