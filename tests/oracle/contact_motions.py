@@ -4,7 +4,9 @@
 stop. Judges each row of a run by numbers that follow from the positions alone:
 
     python3 tests/oracle/contact_motions.py PATH/TO/kempe [COUNT [FIRST [FORMULATION [INTEGRATOR]]]]
+    python3 tests/oracle/contact_motions.py PATH/TO/kempe COUNT FIRST simulators
 
+The second runs simulators in C99 of these models, compiled by cc.
 No point is below the floor, no contact pulls, a contact pushes only where it touches, friction is within its cone, and the
 energy balance closes. A run that stops, or takes more than 20 s of processor time, is an error.
 """
@@ -19,7 +21,10 @@ import subprocess
 import sys
 import tempfile
 
+from simulated_models import table_of
+
 BELOW, PULLS, TOUCHES, DRIFT = 1e-8, 1e-9, 1e-7, 1e-6
+END, STEPS = 3, 600
 MOST = 20  # s of processor time
 
 
@@ -102,7 +107,7 @@ def model(seed):
     text = ["kempe: 1", "gravity: [0, -9.81, 0]", f"ground: {{points: {ground}}}", "bodies:", *bodies, *more[:1], "contacts:", *contacts, *more[1:],
             "sensors:", *(f'  height{k}: "position({foot}).y"' for k, foot in enumerate(feet)),
             f"start: {{q: {{{', '.join(q)}}}, qd: {{{', '.join(qd)}}}{', hold: [A]' if more else ''}}}",
-            f"run: {{t_end: 3, rtol: 1e-9, output_step: 5 ms, outputs: [q, qd, {', '.join(shown)}]}}"]
+            f"run: {{t_end: {END}, rtol: 1e-9, output_step: {1000 * END // STEPS} ms, outputs: [q, qd, {', '.join(shown)}, energy]}}"]
     return "\n".join(text) + "\n", floor
 
 
@@ -121,10 +126,29 @@ def faults(rows, floor):
                 yield f"the friction of {name} leaves its cone at {row['t']}"
 
 
+def limited(command):
+    return subprocess.run(command, capture_output=True, text=True, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (MOST, MOST)))
+
+
+def judge_simulator(kempe, path, floor, folder):
+    """The same of a simulator, whose energy does not grow: contacts take it away."""
+    text, reason, _ = table_of(kempe, path, folder, END, 1e-9, STEPS, limited)
+    if reason:
+        return reason
+    rows = list(csv.DictReader(text.splitlines()))
+    energy = [float(row["energy.total"]) for row in rows]
+    most = max(after - before for before, after in zip(energy, energy[1:]))
+    if most > DRIFT * max(map(abs, energy)):
+        return f"the energy grows by {most:.2g} J"
+    return next(faults(rows, floor), None)
+
+
 def judge(kempe, seed, method, folder):
     text, floor = model(seed)
     path, table = folder / f"contacts{seed}.yaml", folder / f"contacts{seed}.csv"
     path.write_text(text)
+    if method is None:
+        return judge_simulator(kempe, path, floor, folder)
     done = subprocess.run([kempe, "simulate", path, *method, "--json", "-", "-o", table], capture_output=True, text=True,
                           preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (MOST, MOST)))
     if done.returncode < 0:
@@ -141,7 +165,7 @@ def judge(kempe, seed, method, folder):
 def main():
     kempe, count, first = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 20, int(sys.argv[3]) if len(sys.argv) > 3 else 0
     formulation, wrong = sys.argv[4] if len(sys.argv) > 4 else "reduced", 0
-    method = ["--formulation", formulation] + (["--integrator", sys.argv[5]] if len(sys.argv) > 5 else [])
+    method = None if formulation == "simulators" else ["--formulation", formulation] + (["--integrator", sys.argv[5]] if len(sys.argv) > 5 else [])
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(first, first + count):
             fault = judge(kempe, seed, method, pathlib.Path(folder))
