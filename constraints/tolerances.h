@@ -417,6 +417,9 @@
 /** The length of a run that falls short of whole windows of comfort by this part of a window has them: it is a sum of
  * rounded times. */
 #define KMP_WINDOW_SLACK 1e-9
+/** Wheels at the start of a run that press with more than this part of the weight of all bodies are no static loads: an
+ * elastic contact that begins with a wrong depth has many times as much. */
+#define KMP_CARRIED_MOST 1.1
 /** With every other sample a value of ride comfort may differ by this part without a warning: such values are given to
  * two or three digits. */
 #define KMP_COMFORT_HOLDS 0.01

@@ -320,6 +320,22 @@ document.documentElement.dataset.said = JSON.stringify([m.barrels.length, m.guid
                 path = next(a["d"] for tag, a in drawn.tags if tag == "path" and a.get("class") == "touching")
                 self.assertGreater(path.count("M"), 15)
 
+    def test_wheels_on_rails(self):
+        """Tables of running safety and comfort, and pictures whose points are those of the run."""
+        text = (ROOT / "examples/curving/curving.yaml").read_text().replace("../", str(ROOT / "examples") + "/")
+        text = text.replace("    course:", "    irregularities: {spectrum: low, seed: 3, to: 200}\n    course:")
+        model = self.folder / "curving.yaml"
+        model.write_text(text.replace("outputs: [q, qd,", "outputs: [acceleration(wagon.front), q, qd,"))
+        page = Page(self.make("simulate", model, "--t-end", "5", "--no-convergence-check", "--json", self.folder / "run.json").read_text())
+        vehicle, safety = json.loads(page.data)["vehicle"], json.loads((self.folder / "run.json").read_text())["running_safety"]
+        self.assertEqual([w["mean"] for w in vehicle["wheels"]], [w["YQ_mean"]["value"] for w in safety["wheels"]])
+        self.assertEqual([a["limit"] for a in vehicle["axles"]], [a["prudhomme"] for a in safety["axles"]])
+        self.assertEqual([c["direction"] for c in vehicle["comfort"]], ["longitudinal", "lateral", "vertical"])
+        self.assertEqual(sorted(vehicle["tracks"][0]), ["alignment", "cant", "cross", "curvature", "from", "level", "name", "to"])
+        self.assertAlmostEqual(max(vehicle["tracks"][0]["curvature"]), 1 / 300, delta=1e-6)
+        self.assertLess(max(abs(x) for axle in vehicle["axles"] for x in axle["aside"]), 0.02)
+        self.assertEqual(len(vehicle["t"]), len(vehicle["wheels"][0]["Q"]))
+
     def test_same_bytes(self):
         first = self.make("simulate", "tests/models/pendulum.yaml").read_bytes()
         again = self.make("simulate", "tests/models/pendulum.yaml").read_bytes()

@@ -12,8 +12,10 @@ extern const char *const kmp_solids_js[],
     *const kmp_shapes_js[], *const kmp_scene_webgl_js[], *const kmp_scene_canvas_js[], *const kmp_animation_js[];
 extern const char *const kmp_comparison_js[], *const kmp_modes_view_js[];
 extern const char *const kmp_result_html[],
-    *const kmp_journal_paths_js[],
-        *const kmp_quantities_js[], *const kmp_result_js[], *const kmp_records_js[], *const kmp_comparison_plots_js[];
+    *const kmp_journal_paths_js[], *const kmp_quantities_js[], *const kmp_running_vehicle_js[],
+                                                                   *const kmp_result_js[],
+                                                                       *const kmp_records_js[],
+                                                                           *const kmp_comparison_plots_js[];
 
 /** The scripts of the moving picture, in order. */
 #define KMP_PICTURE_SCRIPTS kmp_solids_js, kmp_shapes_js, kmp_scene_webgl_js, kmp_scene_canvas_js, kmp_animation_js

@@ -9,6 +9,7 @@
 #include "report/contact_drawing.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
+#include "report/vehicle_drawing.h"
 #include "studies/ensemble/statistics/statistics.h"
 #include <math.h>
 #include <stdio.h>
@@ -329,6 +330,7 @@ static void put_data(kmp_text *text, const kmp_result_page *page)
     kmp_json_end(&json);
     put_stopped_at(&json, page);
     kmp_contact_drawing(&json, page->contacts, page->record ? &page->record->row : NULL);
+    kmp_vehicle_drawing(&json, page->contacts, page->comfort);
     kmp_json_put(&json, "separate %i locked %i", page->separate, page->locked);
     kmp_statistics_put(&json, "statistics", page->statistics);
     put_parameters(&json, page->system->model);
@@ -340,9 +342,9 @@ static void put_data(kmp_text *text, const kmp_result_page *page)
 
 kempe_status kmp_result_page_write(const kmp_result_page *page, const char *path)
 {
-    static const char *const *const scripts[] = {
-        kmp_phrases_js,       kmp_plots_js,      kmp_records_js, KMP_PICTURE_SCRIPTS,
-        kmp_journal_paths_js, kmp_quantities_js, kmp_result_js,  NULL};
+    static const char *const *const scripts[] = {kmp_phrases_js,         kmp_plots_js,         kmp_records_js,
+                                                 KMP_PICTURE_SCRIPTS,    kmp_journal_paths_js, kmp_quantities_js,
+                                                 kmp_running_vehicle_js, kmp_result_js,        NULL};
     kmp_text data = {0};
     put_data(&data, page);
     return kmp_sheet_write(page->system->context,

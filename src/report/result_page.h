@@ -5,6 +5,7 @@
 
 #include "report/step_record.h"
 #include <kempe/ensemble.h>
+#include <kempe/output_handles.h>
 
 /** A number with a name, in words. */
 typedef struct kmp_page_fact {
@@ -37,6 +38,7 @@ typedef struct kmp_result_page {
     const double *frame_x;              /* x of each frame; NULL: their times */
     const kmp_record *record;           /* NULL: none */
     const kempe_statistics *statistics; /* of an ensemble; NULL: none */
+    const kempe_comfort *comfort;       /* of that run; NULL: none */
     const kempe_trajectory *contacts;   /* the run whose contacts are drawn, by the rows of the record; NULL: none */
 } kmp_result_page;
 

@@ -6,6 +6,7 @@
 #include "report/contact_drawing.h"
 #include "report/motion_picture.h"
 #include "report/result_page.h"
+#include "report/vehicle_drawing.h"
 #include "studies/simulate/observed.h"
 #include <kempe/compare.h>
 #include <math.h>
@@ -21,6 +22,7 @@ typedef struct maker {
     kmp_observed observed;
     kmp_columns own; /* of the model's own outputs */
     kempe_table *table;
+    kempe_comfort *comfort; /* of a vehicle; NULL: none */
     const char *first[KMP_PAGE_FIRST];
     int first_count;
     char *text;
@@ -146,6 +148,7 @@ static kempe_status choose_first(maker *w)
 static kempe_status make(maker *w)
 {
     const kempe_system *system = w->t->system;
+    KMP_TRY(kmp_vehicle_comfort(w->t, &w->comfort));
     KMP_TRY(record_run(w));
     KMP_TRY(kmp_observed_init(&w->observed, system, NULL, MOST_COLUMNS, NULL));
     KMP_TRY(fill_table(w));
@@ -163,6 +166,7 @@ static void release(maker *w)
     kmp_observed_free(&w->observed);
     kmp_columns_free(&w->own);
     kempe_table_free(w->table);
+    kempe_comfort_free(w->comfort);
     kempe_text_free(w->text);
 }
 
@@ -231,6 +235,7 @@ static kempe_status write_page(maker *w, kmp_arena *arena, const char *path)
                             .left_out = w->observed.left_out,
                             .frames = w->record.row.rows > 0 ? &w->record.row : &w->start.row,
                             .record = &w->record,
+                            .comfort = w->comfort,
                             .contacts = t};
     add_facts(&page, t, arena);
     return arena->failed ? kmp_fail_memory(t->system->context) : kmp_result_page_write(&page, path);

@@ -328,6 +328,7 @@ const recordColour = () => curveColour(0);
 function drawAll() {
     if (series) drawCurves();
     if (data.shown.length > 0) drawRecords(range);
+    drawVehicle();
 }
 
 function beginCurves() {
@@ -357,6 +358,7 @@ function begin() {
     tellModel();
     tellContacts();
     tellQuantities();
+    tellVehicle();
     beginSpeeds();
     beginCurves();
     stage = beginPicture();

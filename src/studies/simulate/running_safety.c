@@ -3,6 +3,7 @@
  * difference of two values of the integral, 2 m apart (EN 14363:2016: sliding mean of Y/Q and of the sum of Y). */
 #include "studies/simulate/running_safety.h"
 #include "base/json.h"
+#include "constraints/tolerances.h"
 #include "model/tables/output_table.h"
 #include "studies/equilibrium/balances.h"
 #include "studies/simulate/observed.h"
@@ -13,7 +14,7 @@
 
 /* Way and time between samples, and their largest number; places where the flange is looked at. */
 static const double SAMPLE_WAY = 0.05, SAMPLE_TIME = 5e-3;
-enum { MOST_SAMPLES = 40000, SPEEDS = 20, FLANGE_PLACES = 4000 };
+enum { MOST_SAMPLES = 40000, SPEEDS = 20, FLANGE_PLACES = 4000, COURSE_PLACES = 1000, PROJECTIONS = 6 };
 
 typedef struct judging {
     const kempe_model *model;
@@ -23,10 +24,10 @@ typedef struct judging {
     kmp_observed observed;
     kmp_arena room;
     double from, until;
-    int *speed_at;                    /* of each wheel: its first column of velocity */
+    int *motion_at;                   /* of each wheel: its first columns of velocity and of position */
     double *row, *value;              /* of an instant */
     double *way, *load, *across, *of; /* way, Q, Y, Y/Q of wheel w at sample k: [w * samples + k] */
-    double *mean, *sum, *integral;
+    double *mean, *sum, *integral, *along, *aside;
 } judging;
 
 /* -- limits ------------------------------------------------------------------------------------------- */
@@ -61,27 +62,28 @@ static double prudhomme_limit(double axle_load)
 
 static kempe_status observe(judging *j)
 {
+    static const kmp_output_kind kind_of[] = {KMP_OUTPUT_VELOCITY, KMP_OUTPUT_POSITION};
     const kempe_model *model = j->model;
     kmp_text words = {0}, column = {0};
     for (int w = 0; w < model->wheel_count; w++)
         kmp_text_printf(&words, "%sguidance(%s)", w > 0 ? "," : "", model->wheels[w].name);
-    for (int w = 0; w < model->wheel_count; w++) {
+    for (int w = 0; w < 2 * model->wheel_count; w++) {
         kmp_text_put(&words, ",");
-        kmp_output_print(&words, model, &(kmp_output){.kind = KMP_OUTPUT_VELOCITY, .index = model->wheels[w].point});
+        kmp_output_print(&words, model, &(kmp_output){.kind = kind_of[w % 2], .index = model->wheels[w / 2].point});
     }
     kempe_status status = words.failed ? kmp_fail_memory(model->context)
                                        : kmp_observed_init(&j->observed, j->observed.system, words.s, 0, NULL);
     kmp_text_free(&words);
     KMP_TRY(status);
-    bool made = KMP_ARENA_MAKE(&j->room, KMP_ROOM(int, model->wheel_count, &j->speed_at),
+    bool made = KMP_ARENA_MAKE(&j->room, KMP_ROOM(int, 2 * model->wheel_count, &j->motion_at),
                                KMP_ROOM(double, j->observed.columns.count, &j->value));
-    for (int w = 0; made && w < model->wheel_count; w++) {
+    for (int w = 0; made && w < 2 * model->wheel_count; w++) {
         kmp_text_free(&column);
-        kmp_output_column(&column, model, &(kmp_output){.kind = KMP_OUTPUT_VELOCITY, .index = model->wheels[w].point},
+        kmp_output_column(&column, model, &(kmp_output){.kind = kind_of[w % 2], .index = model->wheels[w / 2].point},
                           0);
         for (int k = 1; !column.failed && k < j->observed.columns.count; k++)
             if (strcmp(j->observed.columns.name[k], column.s) == 0)
-                j->speed_at[w] = k - 1;
+                j->motion_at[w] = k - 1;
     }
     made = made && !column.failed;
     kmp_text_free(&column);
@@ -98,7 +100,7 @@ static kempe_status look(judging *j, double t)
 
 static double speed_of(const judging *j, int wheel)
 {
-    const double *v = j->value + j->speed_at[wheel];
+    const double *v = j->value + j->motion_at[2 * wheel];
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
@@ -116,6 +118,52 @@ static kempe_status choose_samples(judging *j)
     return KEMPE_OK;
 }
 
+/* The middle line and its direction at an arc length. */
+static void middle_line(const kmp_track *track, double s, double at[2], double along[2])
+{
+    at[0] = track->curved ? kmp_table_value(track->x, 0, s) : s;
+    at[1] = track->curved ? kmp_table_value(track->y, 0, s) : 0;
+    along[0] = track->curved ? kmp_table_value(track->x, 1, s) : 1;
+    along[1] = track->curved ? kmp_table_value(track->y, 1, s) : 0;
+}
+
+/* The nearest of many places. */
+static double nearest_place(const kmp_track *track, const double p[2])
+{
+    double best = p[0], least = INFINITY, at[2], along[2];
+    for (int k = 0; track->curved && k <= COURSE_PLACES; k++) {
+        double s = track->length * k / COURSE_PLACES;
+        middle_line(track, s, at, along);
+        double far = hypot(p[0] - at[0], p[1] - at[1]);
+        best = far < least ? s : best;
+        least = fmin(least, far);
+    }
+    return best;
+}
+
+/* The arc length below the centre of a wheel, by Newton's method without the curvature, and the place across, in the
+ * plane of the canted track. */
+static void place_on_track(const judging *j, int wheel, double guess, double *arc, double *aside)
+{
+    const kmp_track *track = &j->model->tracks[j->model->wheels[wheel].track];
+    const kmp_point *point = &j->model->points[track->point];
+    const double *position = j->value + j->motion_at[2 * wheel + 1];
+    double p[3] = {0, 0, 0}, at[2], along[2];
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < 3; i++)
+            p[k] += (point->turned ? point->axes[i][k] : i == k) * (position[i] - point->at[i].value);
+    double s = isfinite(guess) ? guess : nearest_place(track, p);
+    for (int k = 0; k < PROJECTIONS; k++) {
+        middle_line(track, s, at, along);
+        s += (p[0] - at[0]) * along[0] + (p[1] - at[1]) * along[1];
+    }
+    middle_line(track, s, at, along);
+    double cant = track->curved && track->cant ? kmp_table_value(track->cant, 0, s) : 0;
+    double left = (p[1] - at[1]) * along[0] - (p[0] - at[0]) * along[1];
+    *arc = s;
+    *aside = left * cos(cant) + p[2] * sin(cant);
+}
+
 static kempe_status take_samples(judging *j, double *time)
 {
     const int samples = j->safety->samples;
@@ -129,6 +177,7 @@ static kempe_status take_samples(judging *j, double *time)
             j->across[at] = j->value[4 * w + 1];
             j->of[at] = j->value[4 * w + 2];
             j->way[at] = speed_of(j, w); /* integrated below */
+            place_on_track(j, w, k > 0 ? j->along[at - 1] : NAN, &j->along[at], &j->aside[at]);
         }
     }
     for (int w = 0; w < j->model->wheel_count; w++) {
@@ -226,7 +275,7 @@ static void judge_all(judging *j)
         double load = s->wheel[out->left].load + s->wheel[out->right].load;
         judge_axle(j, k, 2, &coarse);
         judge_axle(j, k, 1, out);
-        s->difference = fmax(s->difference, change(out->mean, coarse.mean, fmax(load, 1)));
+        s->difference = fmax(s->difference, change(out->mean, coarse.mean, isfinite(load) ? fmax(load, 1) : 1e4));
     }
 }
 
@@ -279,24 +328,63 @@ static kempe_status loads_at_rest(const kempe_system *system, kmp_observed *o, k
     return status == KEMPE_E_MEMORY || status == KEMPE_STOPPED ? status : KEMPE_OK;
 }
 
-kempe_status kmp_static_loads(const kempe_system *system, double *loads)
+static bool has_irregularities(const kempe_model *model)
+{
+    bool any = false;
+    for (int k = 0; k < model->track_count; k++)
+        for (int i = 0; i < KMP_IRREGULARITIES; i++)
+            any = any || model->tracks[k].irregularities.named[i] || model->tracks[k].irregularities.made[i];
+    return any;
+}
+
+/* A copy whose tracks are ideal, with the parts of the given one. */
+static bool copy_without_irregularities(const kempe_model *given, kmp_arena *arena, kempe_model *ideal)
+{
+    *ideal = *given;
+    ideal->has_digest = false; /* its equations are others */
+    ideal->tracks = KMP_ARENA_NEW(arena, kmp_track, given->track_count);
+    for (int k = 0; ideal->tracks && k < given->track_count; k++) {
+        ideal->tracks[k] = given->tracks[k];
+        ideal->tracks[k].irregularities = (kmp_irregularities){.spectrum = {.kind = -1}};
+    }
+    return ideal->tracks;
+}
+
+static kempe_status loads_of(const kempe_system *system, kmp_arena *room, double *loads)
 {
     kmp_observed o;
     kmp_text words = {0};
-    kmp_arena room = {0};
     for (int w = 0; w < system->model->wheel_count; w++)
         kmp_text_printf(&words, "%sguidance(%s)", w > 0 ? "," : "", system->model->wheels[w].name);
-    kmp_context_quiet(system->context, true);
     kempe_status status =
         words.failed ? kmp_fail_memory(system->context) : kmp_observed_init(&o, system, words.s, 0, NULL);
-    if (status == KEMPE_OK) {
-        status = loads_at_rest(system, &o, &room, loads);
-        kmp_observed_free(&o);
+    kmp_text_free(&words);
+    KMP_TRY(status);
+    status = loads_at_rest(system, &o, room, loads);
+    kmp_observed_free(&o);
+    return status;
+}
+
+kempe_status kmp_static_loads(const kempe_system *system, double *loads)
+{
+    kempe_model ideal;
+    kempe_system *level = NULL;
+    kmp_arena room = {0};
+    kempe_status status = KEMPE_OK;
+    kmp_context_quiet(system->context, true);
+    if (has_irregularities(system->model)) {
+        status = kmp_made(system->context, copy_without_irregularities(system->model, &room, &ideal));
+        if (status == KEMPE_OK)
+            status = kempe_system_new(&ideal, &level);
+        if (status == KEMPE_OK)
+            kempe_system_set_force(level, system->force, system->force_user);
     }
+    if (status == KEMPE_OK)
+        status = loads_of(level ? level : system, &room, loads);
+    kempe_system_free(level);
     kmp_context_quiet(system->context, false);
     if (status == KEMPE_OK)
         kmp_context_clear(system->context);
-    kmp_text_free(&words);
     kmp_arena_free(&room);
     return status;
 }
@@ -305,7 +393,7 @@ static void take_loads(judging *j)
 {
     kmp_running_safety *s = j->safety;
     const kempe_model *model = j->model;
-    double loads = 0, mass = 0, g = 0;
+    double loads = 0, least = INFINITY, mass = 0, g = 0;
     s->at_rest = isfinite(j->static_loads[0]);
     for (int w = 0; w < s->wheels; w++) {
         kmp_safety_wheel *wheel = &s->wheel[w];
@@ -313,12 +401,16 @@ static void take_loads(judging *j)
         wheel->flange = kmp_flange_angle(&model->wheels[w]);
         wheel->nadal = kmp_nadal_limit(wheel->flange, model->wheels[w].friction.value);
         loads += wheel->load;
+        least = fmin(least, wheel->load);
     }
     for (int b = 1; b < model->body_count; b++)
         mass += model->bodies[b].mass.value;
     for (int i = 0; i < 3; i++)
         g = hypot(g, model->gravity[i].value);
     s->carried = mass * g > 0 ? loads / (mass * g) : NAN;
+    s->loaded = s->at_rest || (least > 0 && !(s->carried > KMP_CARRIED_MOST));
+    for (int w = 0; w < s->wheels && !s->loaded; w++)
+        s->wheel[w].load = NAN;
 }
 
 static kempe_status judge(judging *j, kmp_arena *arena)
@@ -330,15 +422,21 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     j->row = KMP_ARENA_NEW(&j->room, double, 3 * j->observed.system->n + j->observed.system->m);
     KMP_TRY(kmp_made(j->model->context, j->row));
     KMP_TRY(choose_samples(j));
-    bool made = KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, wheels * s->samples, &j->way, &j->load, &j->across, &j->of),
-                               KMP_ROOM(double, 2 * (ptrdiff_t)s->samples, &j->integral)) &&
-                KMP_ARENA_MAKE(arena, KMP_ROOM(double, wheels * s->samples, &j->mean, &j->sum),
-                               KMP_ROOM(double, s->samples, &time), KMP_ROOM(kmp_safety_wheel, wheels, &s->wheel),
-                               KMP_ROOM(kmp_safety_axle, wheels, &s->axle));
+    bool made =
+        KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, wheels * s->samples, &j->way, &j->of),
+                       KMP_ROOM(double, 2 * (ptrdiff_t)s->samples, &j->integral)) &&
+        KMP_ARENA_MAKE(
+            arena, KMP_ROOM(double, wheels * s->samples, &j->load, &j->across, &j->mean, &j->sum, &j->along, &j->aside),
+            KMP_ROOM(double, s->samples, &time), KMP_ROOM(kmp_safety_wheel, wheels, &s->wheel),
+            KMP_ROOM(kmp_safety_axle, wheels, &s->axle));
     KMP_TRY(kmp_made(j->model->context, made));
     s->t = time;
     s->mean = j->mean;
     s->sum = j->sum;
+    s->load = j->load;
+    s->across = j->across;
+    s->along = j->along;
+    s->aside = j->aside;
     KMP_TRY(take_samples(j, time));
     s->wheels = (int)wheels;
     take_loads(j);
@@ -379,6 +477,13 @@ static void put_cell(kmp_text *text, int width, int digits, double x)
         kmp_text_printf(text, "  %*s", width, "-");
 }
 
+const char *kmp_safety_loads_from(const kmp_running_safety *s)
+{
+    return s->at_rest  ? "at the equilibrium"
+           : s->loaded ? "at the start"
+                       : "unknown: no equilibrium is found, and at the start the wheels do not carry the weight";
+}
+
 void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp_running_safety *s)
 {
     int width = 5;
@@ -415,8 +520,8 @@ void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp
                             axle->mean.value > axle->limit ? ", above the limit" : "");
         kmp_text_put(text, "\n");
     }
-    kmp_text_printf(text, "          %.6g m of way; Q0 at the %s", s->way, s->at_rest ? "equilibrium" : "start");
-    if (isfinite(s->carried))
+    kmp_text_printf(text, "          %.6g m of way; Q0 %s", s->way, kmp_safety_loads_from(s));
+    if (isfinite(s->carried) && s->loaded)
         kmp_text_printf(text, ", together %.3f of the weight", s->carried);
     kmp_text_printf(text, "; with every other of %d samples values differ by %.1e\n", s->samples, s->difference);
     if (s->way < KMP_SAFETY_LENGTH)
@@ -445,8 +550,11 @@ void kmp_running_safety_json(kmp_json *json, const kempe_model *model, const kmp
     if (s->wheels == 0)
         return;
     kmp_json_put(json, "running_safety { way %g mean_over %g Q0_at %s samples %d difference %g carried %g wheels [",
-                 s->way, KMP_SAFETY_LENGTH, s->at_rest ? "equilibrium" : "start", s->samples, s->difference,
-                 s->carried);
+                 s->way, KMP_SAFETY_LENGTH,
+                 s->at_rest  ? "equilibrium"
+                 : s->loaded ? "start"
+                             : "unknown",
+                 s->samples, s->difference, s->carried);
     for (int w = 0; w < s->wheels; w++) {
         const kmp_safety_wheel *wheel = &s->wheel[w];
         kmp_json_put(json, "{ name %s Q0 %g", model->wheels[w].name, wheel->load);

@@ -31,19 +31,24 @@ typedef struct kmp_running_safety {
     int wheels, axles, samples;
     double way;        /* of the wheel that came farthest, m */
     bool at_rest;      /* Q0 is that of the equilibrium; otherwise that of the start of the run */
+    bool loaded;       /* Q0 is known */
     double carried;    /* sum of Q0 over the weight of the model; NaN: no gravity */
     double difference; /* the largest relative change of the values with every other sample */
     kmp_safety_wheel *wheel;
     kmp_safety_axle *axle;
-    const double *t, *mean, *sum; /* of each sample: its time; means of Y/Q by wheels, sums of Y by axles, one wheel
-                                     after the other; NaN before the way is long enough */
+    /* Samples; of wheel w, or of axle w, number k is at w * samples + k: */
+    const double *t, *load, *across; /* time; Q and Y */
+    const double *mean, *sum;        /* means over the way of Y/Q and of the sum of Y; NaN where it is too short */
+    const double *along,
+        *aside; /* place of the wheel's centre on the track: arc length, and m to the left in its plane */
 } kmp_running_safety;
 
 /** The way over which forces are averaged, m (EN 14363). */
 #define KMP_SAFETY_LENGTH 2.0
 
-/** Wheel loads (one a wheel) at the equilibrium that is found from the start; NaN: there is none, or a wheel has no
- * load there. Ends messages and warnings of the context. KEMPE_E_MEMORY, KEMPE_STOPPED. */
+/** Wheel loads (one a wheel) at the equilibrium that is found from the start, on tracks without irregularities; NaN:
+ * there is none, or a wheel has no load there. Ends messages and warnings of the context. KEMPE_E_MEMORY,
+ * KEMPE_STOPPED. */
 kempe_status kmp_static_loads(const kempe_system *system, double *loads);
 
 /** Judges a recorded run from samples of its dense output. Without wheels, or without two recorded times, wheels is 0.
@@ -56,6 +61,9 @@ double kmp_flange_angle(const kmp_wheel *wheel);
 
 /** Nadal's limit of Y/Q; NaN where the flange is not steeper than the cone of friction. */
 double kmp_nadal_limit(double flange, double friction);
+
+/** The state that Q0 is from, in words. */
+const char *kmp_safety_loads_from(const kmp_running_safety *safety);
 
 /** Puts a paragraph, and the member running_safety; nothing without wheels. */
 void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp_running_safety *safety);

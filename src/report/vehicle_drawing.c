@@ -1,0 +1,194 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "report/vehicle_drawing.h"
+#include "base/memory.h"
+#include "model/tables/output_table.h"
+#include "studies/comfort/comfort_study.h"
+#include "symbolic/table_function.h"
+#include <math.h>
+
+/* Points of a curve, and digits of a number, that a picture shows. */
+enum { POINTS = 800, DIGITS = 6 };
+
+static int stride_of(const kmp_running_safety *s)
+{
+    return 1 + (s->samples - 1) / POINTS;
+}
+
+/* Every stride-th sample; null where it is unknown. */
+static void put_samples(kmp_json *json, const char *key, const kmp_running_safety *s, const double *x)
+{
+    kmp_json_array(json, key);
+    for (int k = 0; k < s->samples; k += stride_of(s))
+        kmp_json_rounded(json, NULL, x[k], DIGITS);
+    kmp_json_end(json);
+}
+
+static void put_wheels(kmp_json *json, const kempe_model *model, const kmp_running_safety *s)
+{
+    kmp_json_array(json, "wheels");
+    for (int w = 0; w < s->wheels; w++) {
+        const kmp_safety_wheel *wheel = &s->wheel[w];
+        const ptrdiff_t at = (ptrdiff_t)w * s->samples;
+        kmp_json_put(json, "{ name %s load %g nadal %g flange %g friction %g unloading %g unloading_t %g ratio %g",
+                     model->wheels[w].name, wheel->load, wheel->nadal, wheel->flange, model->wheels[w].friction.value,
+                     wheel->unloading.value, wheel->unloading.t, wheel->ratio.value);
+        kmp_json_put(json, "mean %g mean_t %g", wheel->mean.value, wheel->mean.t);
+        put_samples(json, "Q", s, s->load + at);
+        put_samples(json, "Y", s, s->across + at);
+        put_samples(json, "means", s, s->mean + at);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+/* Lateral positions are those of the middle between the wheels. */
+static void put_axles(kmp_json *json, const kempe_model *model, const kmp_running_safety *s, double *room)
+{
+    kmp_json_array(json, "axles");
+    for (int a = 0; a < s->axles; a++) {
+        const kmp_safety_axle *axle = &s->axle[a];
+        const double *left = s->aside + (ptrdiff_t)axle->left * s->samples;
+        const double *right = s->aside + (ptrdiff_t)axle->right * s->samples;
+        const kempe_model *m = model;
+        for (int k = 0; k < s->samples; k++)
+            room[k] = (left[k] + right[k]) / 2;
+        kmp_json_put(json, "{ name %s limit %g mean %g mean_t %g",
+                     m->bodies[m->points[m->wheels[axle->left].point].body].name, axle->limit, axle->mean.value,
+                     axle->mean.t);
+        put_samples(json, "sums", s, s->sum + (ptrdiff_t)a * s->samples);
+        put_samples(json, "aside", s, room);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+/* -- the track ---------------------------------------------------------------------------------------- */
+
+static const kmp_table *irregularity(const kmp_track *track, int k)
+{
+    const kmp_named_table *named = track->irregularities.named[k];
+    return named ? named->table : track->irregularities.made[k];
+}
+
+static double curvature(const kmp_track *track, double s)
+{
+    return kmp_table_value(track->x, 1, s) * kmp_table_value(track->y, 2, s) -
+           kmp_table_value(track->y, 1, s) * kmp_table_value(track->x, 2, s);
+}
+
+static void put_curve(kmp_json *json, const char *key, const kmp_track *track, const kmp_table *table, double from,
+                      double to)
+{
+    kmp_json_array(json, key);
+    for (int k = 0; k <= POINTS; k++) {
+        double s = from + (to - from) * k / POINTS;
+        kmp_json_rounded(json, NULL, table ? kmp_table_value(table, 0, s) : curvature(track, s), DIGITS);
+    }
+    kmp_json_end(json);
+}
+
+/* The part of a track on which wheels ran, of each track of the model. */
+static void put_tracks(kmp_json *json, const kempe_model *model, const kmp_running_safety *s)
+{
+    kmp_json_array(json, "tracks");
+    for (int number = 0; number < model->track_count; number++) {
+        const kmp_track *track = &model->tracks[number];
+        double from = INFINITY, to = -INFINITY;
+        for (int w = 0; w < s->wheels; w++)
+            for (int k = 0; model->wheels[w].track == number && k < s->samples; k++) {
+                from = fmin(from, s->along[(ptrdiff_t)w * s->samples + k]);
+                to = fmax(to, s->along[(ptrdiff_t)w * s->samples + k]);
+            }
+        if (!(from < to))
+            continue;
+        kmp_json_put(json, "{ name %s from %g to %g", track->name, from, to);
+        for (int k = 0; k < KMP_IRREGULARITIES; k++)
+            if (irregularity(track, k))
+                put_curve(json, kmp_irregularity_words[k], track, irregularity(track, k), from, to);
+        if (track->curved)
+            put_curve(json, "curvature", track, NULL, from, to);
+        if (track->curved && track->cant)
+            put_curve(json, "cant", track, track->cant, from, to);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+/* -- comfort ------------------------------------------------------------------------------------------ */
+
+static void put_comfort(kmp_json *json, const kempe_comfort *c)
+{
+    kmp_json_array(json, "comfort");
+    for (int k = 0; c && k < c->count; k++) {
+        const kmp_comfort_signal *s = &c->signal[k];
+        kmp_json_put(json, "{ direction %s name %s weighting %s rms %g weighted %g percentile %g largest %g Wz %g",
+                     kmp_comfort_rows[s->direction].name, s->name,
+                     kmp_weighting_name(kmp_comfort_rows[s->direction].weighting), s->raw, s->weighted, s->percentile,
+                     s->largest, s->sperling);
+        kmp_json_numbers(json, "windows", c->windows, s->window);
+        kmp_json_end(json);
+    }
+    kmp_json_put(json, "] mean_comfort [");
+    for (int k = 0; c && k < c->places; k++)
+        kmp_json_number(json, NULL, kempe_comfort_mean_comfort(c, k));
+    kmp_json_end(json);
+}
+
+kempe_status kmp_vehicle_comfort(const kempe_trajectory *t, kempe_comfort **comfort)
+{
+    const kempe_model *model = t->system->model;
+    const kmp_run_spec *spec = &t->spec;
+    bool any = false;
+    *comfort = NULL;
+    for (int k = 0; k < model->output_count; k++)
+        any = any || model->outputs[k].kind == KMP_OUTPUT_ACCELERATION;
+    if (!any || model->wheel_count == 0 || t->status != KEMPE_OK || t->report.ended || spec->t_start > 0 ||
+        spec->t_end < KMP_COMFORT_WINDOW)
+        return KEMPE_OK;
+    const kempe_run_options run = {.size = sizeof run,
+                                   .formulation = spec->formulation,
+                                   .form = spec->form,
+                                   .integrator = spec->integrator,
+                                   .linear = spec->linear,
+                                   .backend = spec->backend,
+                                   .change_points = spec->change_points,
+                                   .rtol = spec->rtol,
+                                   .atol = spec->atol,
+                                   .t_end = spec->t_end,
+                                   .max_steps = spec->max_steps,
+                                   .fixed_step = spec->fixed_step,
+                                   .no_convergence_check = 1};
+    const kempe_comfort_options options = {.size = sizeof options, .run = &run};
+    kmp_context_quiet(model->context, true);
+    kempe_status status = kempe_comfort_new(t->system, &options, comfort);
+    kmp_context_quiet(model->context, false);
+    if (status == KEMPE_E_MEMORY || status == KEMPE_STOPPED)
+        return status;
+    kmp_context_clear(model->context);
+    return KEMPE_OK;
+}
+
+/* -- all ---------------------------------------------------------------------------------------------- */
+
+void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kempe_comfort *comfort)
+{
+    const kmp_running_safety *s = run ? &run->safety : NULL;
+    if (!s || s->wheels == 0) {
+        kmp_json_string(json, "vehicle", NULL);
+        return;
+    }
+    const kempe_model *model = run->system->model;
+    double *room = KMP_NEW(double, s->samples);
+    json->text->failed = json->text->failed || !room;
+    kmp_json_put(json, "vehicle { way %g loads %s carried %g samples %d stride %d difference %g mean_over %g", s->way,
+                 kmp_safety_loads_from(s), s->carried, s->samples, stride_of(s), s->difference, KMP_SAFETY_LENGTH);
+    if (room) {
+        put_samples(json, "t", s, s->t);
+        put_wheels(json, model, s);
+        put_axles(json, model, s, room);
+        put_tracks(json, model, s);
+        put_comfort(json, comfort);
+    }
+    kmp_json_end(json);
+    kmp_free(room);
+}

@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Data of a run with wheels on rails for its page: the track below the vehicle, forces of wheels with their limits,
+ * lateral positions, ride comfort. */
+#pragma once
+
+#include "base/json.h"
+#include "studies/simulate/trajectory.h"
+#include <kempe/output_handles.h>
+
+/** Puts the member `vehicle`: null where the run (NULL: none) has no wheels. comfort: NULL for none. */
+void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kempe_comfort *comfort);
+
+/** Ride comfort of the accelerations that the model requests, by a run of the same settings; NULL where it has none, or
+ * is too short for a window. KEMPE_E_MEMORY, KEMPE_STOPPED. */
+kempe_status kmp_vehicle_comfort(const kempe_trajectory *run, kempe_comfort **comfort);
