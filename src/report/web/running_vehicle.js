@@ -26,7 +26,7 @@ function vehicleFigure(place, id, title, note, unit, over, curves) {
     vehicleFigures.push({ id, unit, over, curves });
 }
 
-/* Where a few values are far from all others, as in the first instants of a run, the axis is that of the others. */
+/* The axis leaves out a few values that are far from all others, as those of the first instants of a run. */
 function shownRange(curves) {
     const values = curves.filter((curve) => !curve.dashed).flatMap((curve) => curve.points.map((p) => p.y)).filter(isFinite).sort((a, b) => a - b);
     if (values.length < 200 || curves.some((curve) => curve.dashed)) return [undefined, undefined];
