@@ -614,6 +614,34 @@ static kempe_status respond(scene *s)
     return status;
 }
 
+static kempe_status ride(scene *s)
+{
+    const kempe_run_options run = {.t_end = 5, .output_step = 5, .rtol = 1e-3, .no_convergence_check = 1};
+    const kempe_comfort_options options = {
+        .lateral = "acceleration(b.P).x", .vertical = "qdd(a)", .rate = 400, .run = &run};
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_table *table = NULL;
+    kempe_comfort *c = NULL;
+    char *text = NULL;
+    kempe_status status = read_pendulum(s, &model, &system);
+    if (status == KEMPE_OK) {
+        status = kempe_comfort_new(system, &options, &c);
+        untouched(status, c);
+    }
+    if (status == KEMPE_OK)
+        status = kempe_comfort_print(c, KEMPE_JSON, &text);
+    if (status == KEMPE_OK)
+        status = write_table(kempe_comfort_table(c, "signals", &table), &table);
+    if (status == KEMPE_OK)
+        status = write_table(kempe_comfort_table(c, "windows", &table), &table);
+    kempe_text_free(text);
+    kempe_comfort_free(c);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    return status;
+}
+
 static kempe_status print_trajectory(scene *s)
 {
     kempe_status status = KEMPE_OK;
@@ -834,6 +862,7 @@ static const struct {
               {"step", step},
               {"linearize", linearize},
               {"response", respond},
+              {"comfort", ride},
               {"print trajectory", print_trajectory},
               {"write csv", write_csv},
               {"inverse dynamics", invert},
