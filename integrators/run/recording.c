@@ -30,6 +30,8 @@ struct kmp_recording {
     int stretch_count, step_count;
     int present; /* the stretch that the runner stands in; -1: another one */
     kmp_runner *runner;
+    double held, most; /* bytes of numbers; most 0: any */
+    bool over;
 };
 
 kmp_recording *kmp_recording_new(void)
@@ -40,14 +42,32 @@ kmp_recording *kmp_recording_new(void)
     return recording;
 }
 
+static void forget(kmp_recording *recording)
+{
+    for (int k = 0; k < recording->stretch_count; k++)
+        kmp_partition_free(&recording->stretches[k].part);
+    recording->stretch_count = recording->step_count = 0;
+    recording->stretches = NULL;
+    recording->steps = NULL;
+    kmp_arena_free(&recording->arena);
+}
+
+void kmp_recording_limit(kmp_recording *recording, double bytes)
+{
+    recording->most = bytes;
+}
+
+bool kmp_recording_is_over(const kmp_recording *recording)
+{
+    return recording->over;
+}
+
 void kmp_recording_free(kmp_recording *recording)
 {
     if (!recording)
         return;
-    for (int k = 0; k < recording->stretch_count; k++)
-        kmp_partition_free(&recording->stretches[k].part);
     kmp_runner_free(recording->runner);
-    kmp_arena_free(&recording->arena);
+    forget(recording);
     kmp_free(recording);
 }
 
@@ -168,10 +188,17 @@ static bool add_step(kmp_recording *r, kmp_runner *run)
 
 kempe_status kmp_recording_add(kmp_recording *r, kmp_runner *run)
 {
+    if (r->over)
+        return KEMPE_OK;
     if (r->step_count > 0 && !(kmp_runner_t(run) > r->steps[r->step_count - 1].to))
         return KEMPE_OK;
     bool goes_on = r->stretch_count > 0 && is_same(&r->stretches[r->stretch_count - 1], run);
-    return kmp_made(run->s->context, (goes_on || add_stretch(r, run)) && add_step(r, run));
+    KMP_TRY(kmp_made(run->s->context, (goes_on || add_stretch(r, run)) && add_step(r, run)));
+    r->held += (double)r->steps[r->step_count - 1].count * sizeof(double);
+    r->over = r->most > 0 && r->held > r->most;
+    if (r->over)
+        forget(r);
+    return KEMPE_OK;
 }
 
 void kmp_recording_take(kmp_recording *r, kmp_runner *run)

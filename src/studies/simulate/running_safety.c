@@ -455,6 +455,7 @@ kempe_status kmp_running_safety_of(const kempe_system *system, kmp_recording *re
                  .safety = &found,
                  .observed = {.system = system}};
     *safety = (kmp_running_safety){.carried = NAN};
+    safety->too_long = system->model->wheel_count > 0 && kmp_recording_is_over(recording);
     if (system->model->wheel_count == 0 || !kmp_recording_ends(recording, &j.from, &j.until) || !(j.until > j.from))
         return KEMPE_OK;
     kempe_status status = judge(&j, arena);
@@ -487,6 +488,9 @@ const char *kmp_safety_loads_from(const kmp_running_safety *s)
 void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp_running_safety *s)
 {
     int width = 5;
+    if (s->too_long)
+        kmp_text_put(text, "running   safety is not judged: the dense output of the run takes too much memory; use a "
+                           "shorter run, or a larger rtol\n");
     if (s->wheels == 0)
         return;
     for (int w = 0; w < s->wheels; w++)
@@ -547,6 +551,8 @@ static void json_kept(kmp_json *json, double value, double limit)
 
 void kmp_running_safety_json(kmp_json *json, const kempe_model *model, const kmp_running_safety *s)
 {
+    if (s->too_long)
+        kmp_json_put(json, "running_safety { too_long %i }", true);
     if (s->wheels == 0)
         return;
     kmp_json_put(json, "running_safety { way %g mean_over %g Q0_at %s samples %d difference %g carried %g wheels [",

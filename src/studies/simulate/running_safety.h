@@ -28,6 +28,7 @@ typedef struct kmp_safety_axle {
 } kmp_safety_axle;
 
 typedef struct kmp_running_safety {
+    bool too_long; /* the run has more dense output than is kept: nothing is judged */
     int wheels, axles, samples;
     double way;        /* of the wheel that came farthest, m */
     bool at_rest;      /* Q0 is that of the equilibrium; otherwise that of the start of the run */

@@ -18,6 +18,9 @@ enum { CHECKPOINT_SECONDS = 10 };
 /* Machine code for the judgement of fewer rows takes longer to write than the tape to run, which has the same bits. */
 enum { MANY_ROWS = 200 };
 
+/* Bytes of the dense output from which running safety is judged: that of some minutes of a vehicle. */
+#define DENSE_OF_WHEELS 5e8
+
 /* Part of the energy's size; coarse runs keep it too. */
 #define TRUSTED_DRIFT 0.05
 /* Times the tolerances; forms that let positions drift keep it. */
@@ -364,6 +367,8 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
     if ((j->run->keep_dense || j->system->model->wheel_count > 0) &&
         !(j->spec.recording = t->recording = kmp_recording_new()))
         return kmp_fail_memory(j->context);
+    if (t->recording && !j->run->keep_dense)
+        kmp_recording_limit(t->recording, DENSE_OF_WHEELS);
     kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
     j->spec.recording = NULL;
     if (t->recording)
