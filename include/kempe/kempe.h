@@ -80,11 +80,11 @@ KEMPE_API const char *kempe_version(void);
 
 typedef enum kempe_status {
     KEMPE_OK = 0,
-    KEMPE_STOPPED = 1,     /* stopped early by an event (a lock, an interrupt): see the reason */
-    KEMPE_E_MEMORY = -1,   /* out of memory */
-    KEMPE_E_INPUT = -2,    /* the model or reference file is wrong: the message has file:line:column */
-    KEMPE_E_FAILED = -3,   /* the computation is impossible as requested: the message has the reason */
-    KEMPE_E_IO = -4,       /* a file could not be read or written */
+    KEMPE_STOPPED = 1,   /* stopped early by an event (a lock, an interrupt): see the reason */
+    KEMPE_E_MEMORY = -1, /* out of memory */
+    KEMPE_E_INPUT = -2,  /* the model, a reference, a quantity or a limit is wrong: the message has file:line:column */
+    KEMPE_E_FAILED = -3, /* the computation is impossible as requested: the message has the reason */
+    KEMPE_E_IO = -4,     /* a file could not be read or written */
     KEMPE_E_ARGUMENT = -5, /* the name or value of an option does not exist */
     KEMPE_E_BUG = -6       /* a defect of Kempe: please report it */
 } kempe_status;
