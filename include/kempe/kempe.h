@@ -230,6 +230,8 @@ typedef struct kempe_run_options {
     double fixed_step; /* s: length of all steps of dop853 and dopri5, without error control; 0: by the tolerances */
     int keep_dense;    /* 1: the trajectory keeps the dense output of every step, for kempe_trajectory_at
                         * (output_handles.h) */
+    int judge_safety;  /* 1: kempe_simulate judges the running safety of wheels on rails, from the dense output and the
+                        * static loads of an equilibrium (docs/model/wheels.md) */
 } kempe_run_options;
 
 typedef struct kempe_trajectory kempe_trajectory;

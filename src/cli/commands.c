@@ -116,6 +116,14 @@ static int seed_of(const cli_settings *s)
     return s->seed > 0 && s->seed < 1000000000 ? s->seed : 1;
 }
 
+/* With the running safety of vehicles. */
+static kempe_status simulate_judged(const kempe_system *system, const kempe_run_options *run, kempe_trajectory **result)
+{
+    kempe_run_options judged = *run;
+    judged.judge_safety = 1;
+    return kempe_simulate(system, &judged, result);
+}
+
 STUDY(check, kempe_check, kempe_check_new(j->system, result), .table = NULL)
 STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), .table = NULL,
       .files = {{AT(report), any_kempe_assembly_write_report}})
@@ -125,7 +133,7 @@ STUDY(kinematics, kempe_kinematics, kempe_kinematics_new(j->system, &s->kinemati
       .files = {{AT(svg), any_kempe_kinematics_write_picture}, {AT(report), any_kempe_kinematics_write_report}})
 STUDY(contact, kempe_contacts, kempe_contacts_new(j->system, &s->contact, result), .table = kempe_contacts_rows,
       .files = {{AT(svg), any_kempe_contacts_write_picture}})
-STUDY(simulate, kempe_trajectory, kempe_simulate(j->system, &s->run, result), .table = kempe_trajectory_rows,
+STUDY(simulate, kempe_trajectory, simulate_judged(j->system, &s->run, result), .table = kempe_trajectory_rows,
       .files = {{AT(report), any_kempe_trajectory_write_report}})
 STUDY(inverse, kempe_inverse, kempe_inverse_new(j->system, &s->inverse, result), .table = kempe_inverse_rows,
       .files = {{AT(report), any_kempe_inverse_write_report}})

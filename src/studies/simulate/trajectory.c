@@ -364,8 +364,7 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
         kmp_samples_init(&j->before, j->system->n, j->system->m);
     }
     j->spec.log = &t->log;
-    if ((j->run->keep_dense || j->system->model->wheel_count > 0) &&
-        !(j->spec.recording = t->recording = kmp_recording_new()))
+    if ((j->run->keep_dense || j->static_loads) && !(j->spec.recording = t->recording = kmp_recording_new()))
         return kmp_fail_memory(j->context);
     if (t->recording && !j->run->keep_dense)
         kmp_recording_limit(t->recording, DENSE_OF_WHEELS);
@@ -434,7 +433,7 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
 static kempe_status find_static_loads(job *j)
 {
     int wheels = j->system->model->wheel_count;
-    if (wheels == 0)
+    if (wheels == 0 || !j->run->judge_safety)
         return KEMPE_OK;
     j->static_loads = KMP_ARENA_NEW(&j->arena, double, wheels);
     KMP_TRY(kmp_made(j->context, j->static_loads));
