@@ -19,7 +19,8 @@ KEMPE_BEGIN
 /** Options. Texts are comma-separated lists; NULL and 0: none. */
 typedef struct kempe_equilibrium_options {
     size_t size;           /* sizeof this struct, or 0: that of version 0.1 */
-    const char *rates;     /* "shaft=60 rpm": coordinates with constant rates; all others are at rest */
+    const char *rates;     /* "shaft=60 rpm": coordinates with constant rates; all others are at rest. NULL:
+                            * rates of a steady motion are those to which the start leads */
     const char *hold;      /* "slider=0.6": coordinates fixed at these values */
     const char *target;    /* "position(b.P).z=0.3": prescribed values of outputs; written as `outputs` of a model, each
                             * with one component */
@@ -33,7 +34,8 @@ typedef struct kempe_equilibrium_options {
 
 typedef struct kempe_equilibrium kempe_equilibrium;
 
-/** Finds an equilibrium from the assembled start. `options` NULL: a static equilibrium. The system must outlive it.
+/** Finds an equilibrium from the assembled start. `options` NULL: the steady motion of a start that gives rates to
+ * coordinates on which nothing depends, otherwise a static equilibrium. The system must outlive it.
  * KEMPE_E_ARGUMENT: a name or number in the options is wrong. KEMPE_E_FAILED: the model does not assemble, or no
  * equilibrium is found; the message has the reason. KEMPE_STOPPED: interrupted before one was found. */
 KEMPE_API kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equilibrium_options *options,

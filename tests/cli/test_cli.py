@@ -467,7 +467,7 @@ parameters: {drag: 0.5}
 forces: {motor: {joint: a, torque: "3 - drag*qd(a)"}}
 """)
         text = self.expect(0, "equilibrium", path).stdout
-        self.assertIn("found      qd(a) = 6 rad/s\n           there is no equilibrium at rest; these rates", text)
+        self.assertIn("found      qd(a) = 6 rad/s\n\nsteady     'a' at 6 rad/s\n           cyclic coordinates: no force", text)
         for words in ((), ("--global",), ("--rates", "a=5", "--solve-for", "qd(a)")):
             found = self.object(0, "equilibrium", path, *words)
             self.assertAlmostEqual(found["qd"]["a"], 6, 9)

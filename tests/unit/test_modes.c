@@ -528,6 +528,101 @@ static void a_rotor_splits_its_frequencies(void)
     unload(&m);
 }
 
+/* Real and imaginary part of the eigenvalue k of a result that is neither zero nor in the lower half plane. */
+static int nonzero(const kempe_modes *modes, double *re, double *im)
+{
+    int count = 0;
+    for (int k = kempe_modes_zero_count(modes); k < modes->modes.count; k++)
+        if (modes->modes.spectrum.im[k] >= 0) {
+            re[count] = modes->modes.spectrum.re[k];
+            im[count++] = modes->modes.spectrum.im[k];
+        }
+    return count;
+}
+
+/* A start that moves leads to the steady motion: the shaft keeps the rate of the start, which no force decides, and the
+ * arm stands as in the test of the steady height. A sweep of the start follows it. */
+static void a_start_that_goes_round_is_steady(void)
+{
+    double l = 0.3, g = 9.81;
+    loaded a = load_text("kempe: 1\ngravity: [0, 0, -9.81]\nparameters: {W: 7}\nbodies:\n"
+                         "  shaft: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 0.02}}\n"
+                         "  arm: {joint: {revolute: -y, at: shaft}, mass: 0.4, com: [0, 0, -0.3]}\n"
+                         "start: {q: {arm: 1}, qd: {shaft: W}}\n");
+    kempe_modes *modes = modes_of(&a, (kempe_modes_options){.sweep = "W=7:20:14"});
+    kempe_modes *named = modes_of(&a, (kempe_modes_options){.rates = "shaft=7"});
+    double re[2][8], im[2][8];
+    CHECK_NEAR(modes->qd[0], 7, 0);
+    CHECK_NEAR(fabs(modes->q[1]), acos(g / (l * 49)), 1e-10);
+    CHECK(modes->locus.reached == 14);
+    for (int k = 0; k < modes->locus.reached; k++) {
+        double W = modes->locus.value[k];
+        CHECK_NEAR(fabs(modes->locus.q[2 * k + 1]), acos(g / (l * W * W)), 1e-9);
+    }
+    int count = nonzero(modes, re[0], im[0]);
+    CHECK(count == 1 && nonzero(named, re[1], im[1]) == 1);
+    CHECK_NEAR(im[0][0], im[1][0], 1e-9);
+    kempe_modes_free(named);
+    kempe_modes_free(modes);
+    modes = modes_of(&a, (kempe_modes_options){.rates = "shaft=0"});
+    CHECK(modes->qd[0] == 0 && modes->q[1] == 0); /* a rest is found where it is named */
+    kempe_modes_free(modes);
+    unload(&a);
+}
+
+static double rate_of(const kempe_modes *modes, const char *name)
+{
+    for (int i = 0; i < modes->system->n; i++)
+        if (strcmp(modes->system->model->motions[i].name, name) == 0)
+            return modes->qd[i];
+    return NAN;
+}
+
+/* A wagon that rolls freely: its speed is that of the start, and its spins follow. A sweep of the speed has the
+ * critical one. */
+static void a_wagon_that_rolls_is_steady(void)
+{
+    loaded a = load("examples/curving/curving.yaml");
+    kempe_modes *modes = modes_of(&a, (kempe_modes_options){.sweep = "V=30:50:3"});
+    CHECK(rate_of(modes, "x") == 15);
+    CHECK_NEAR(rate_of(modes, "fspin"), 15 / 0.46, 1e-3 * 15 / 0.46);
+    CHECK(kempe_modes_zero_count(modes) == 4); /* three positions, and the speed */
+    CHECK(modes->locus.critical_count == 1 && modes->locus.critical[0].grows_above);
+    kempe_modes_free(modes);
+    unload(&a);
+}
+
+/* The tram on its straight track: eigenvalues do not depend on the car whose way is the independent one. */
+static void a_tram_runs_with_any_choice_of_its_way(void)
+{
+    static const char *const ways[] = {"a_x", "b_x", "c_x"};
+    loaded a = load("examples/tram/tram.yaml");
+    double re[3][96], im[3][96];
+    int count[3];
+    kempe_modes *first = modes_of(&a, (kempe_modes_options){0});
+    for (int k = 0; k < 3; k++) {
+        char list[1024] = "";
+        for (int i = 0; i < first->modes.moving; i++) {
+            const char *name = a.model->motions[first->modes.u[i]].name;
+            size_t used = strlen(list);
+            (void)snprintf(list + used, sizeof list - used, "%s%s", i ? "," : "",
+                           strcmp(name, "c_x") == 0 ? ways[k] : name);
+        }
+        CHECK(strstr(list, ways[k]) != NULL);
+        kempe_modes *modes = modes_of(&a, (kempe_modes_options){.independent = list});
+        CHECK_NEAR(rate_of(modes, ways[k]), 10, 0.01);
+        CHECK(kempe_modes_zero_count(modes) == 13);
+        count[k] = nonzero(modes, re[k], im[k]);
+        kempe_modes_free(modes);
+    }
+    kempe_modes_free(first);
+    CHECK(count[0] > 20 && count[1] == count[0] && count[2] == count[0]);
+    for (int k = 1; k < 3; k++)
+        for (int i = 0; i < count[0] && i < count[k]; i++)
+            CHECK(hypot(re[k][i] - re[0][i], im[k][i] - im[0][i]) <= 1e-7 * hypot(re[0][i], im[0][i]));
+    unload(&a);
+}
+
 /* A bob of mass m on an arm of length l that a shaft of moment J carries round with W, freely: it stands where
  * cos = g / (l W^2), and swings there with p = (J + m l^2 sin^2) W kept, s^2 = -U'' / (m l^2),
  * U = p^2 / (2 (J + m l^2 sin^2)) - m g l cos. */
@@ -678,6 +773,9 @@ int main(void)
     TEST(a_wheelset_hunts_above_its_critical_speed);
     TEST(a_rotor_splits_its_frequencies);
     TEST(a_governor_swings_about_its_steady_height);
+    TEST(a_start_that_goes_round_is_steady);
+    TEST(a_wagon_that_rolls_is_steady);
+    TEST(a_tram_runs_with_any_choice_of_its_way);
     TEST(curves_that_cross_go_on_as_themselves);
     TEST(buckling_is_found_by_halves);
     TEST(what_is_asked_wrongly_is_told);

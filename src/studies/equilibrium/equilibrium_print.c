@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `equilibrium`, as text and as JSON. */
+#include "base/memory.h"
 #include "output/print.h"
 #include "studies/equilibrium/balances.h"
 #include <kempe/equilibrium.h>
@@ -139,6 +140,36 @@ static void show_path(kmp_text *text, const kmp_balance *b)
     }
 }
 
+/* The coordinates that nothing depends on and that move, among those that move steadily: in `found`, with room for all.
+ * Their number. */
+static int find_cyclic(const kempe_equilibrium *e, const kmp_balance *b, kmp_steady *found)
+{
+    int count = 0;
+    for (int i = 0; i < e->rate_count; i++)
+        for (int k = 0; k < b->idle_count; k++)
+            if (b->idle[k] == e->rates[i].coordinate && b->qd[b->idle[k]] != 0)
+                found[count++] = e->rates[i];
+    return count;
+}
+
+static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    kmp_steady *found = KMP_NEW(kmp_steady, e->rate_count);
+    int count = found ? find_cyclic(e, b, found) : 0;
+    bool kept = false;
+    if (!found)
+        text->failed = true;
+    for (int i = 0; i < count; i++)
+        kept = kept || found[i].how == KMP_RATE_KEPT;
+    if (count > 0) {
+        kmp_text_put(text, "\nsteady     ");
+        kmp_steady_list(text, e->system->model, count, found, b->qd);
+        kmp_text_put(text, "\n           cyclic coordinates: no force, closure or mass depends on these positions");
+        kmp_text_put(text, kept ? "; no force decides the rates as at the start\n" : "\n");
+    }
+    kmp_free(found);
+}
+
 static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
 {
     const kmp_balance *b = &e->balance[k];
@@ -154,9 +185,7 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
         kmp_text_printf(text, "%s%s = %.15g%s%s\n", i ? "           " : "\nfound      ", e->freed_name[i],
                         as.factor * b->freed[i], *as.unit ? " " : "", as.unit);
     }
-    if (e->freed_count > 0 && !e->exchange)
-        kmp_text_put(text, "           there is no equilibrium at rest; these rates of a steady motion were found from "
-                           "those of the start\n");
+    show_cyclic(text, e, b);
     show_reactions(text, e, b);
     show_contacts(text, b);
     show_friction(text, b);
@@ -225,6 +254,16 @@ static void json_contacts(kmp_json *j, const kmp_balance *b)
     kmp_json_end(j);
 }
 
+static void json_cyclic(kmp_json *j, const kempe_equilibrium *e, const kmp_balance *b)
+{
+    kmp_json_object(j, "cyclic");
+    for (int i = 0; i < e->rate_count; i++)
+        for (int k = 0; k < b->idle_count; k++)
+            if (b->idle[k] == e->rates[i].coordinate && b->qd[b->idle[k]] != 0)
+                kmp_json_number(j, e->system->model->motions[b->idle[k]].name, b->qd[b->idle[k]]);
+    kmp_json_end(j);
+}
+
 static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_balance *b)
 {
     const kempe_model *model = e->system->model;
@@ -239,6 +278,7 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_json_put(j, "stability %s growing %d", kmp_stability_text(b->stability.word), b->stability.growing);
     kmp_print_names(j, "neutral", e->system, kmp_name_of_coordinate, b->stability.still, b->stability.along);
     kmp_print_names(j, "left_out", e->system, kmp_name_of_coordinate, b->idle_count, b->idle);
+    json_cyclic(j, e, b);
     kmp_json_object(j, "free");
     for (int i = 0; i < e->freed_count; i++)
         kmp_json_number(j, e->freed_name[i], b->freed[i]);

@@ -16,7 +16,6 @@
 
 enum { MOST_HALVINGS = 40, MOST_PUSHES = 12, MOST_DOWN = KMP_MOST_ITERATIONS - 40 };
 
-enum { MOST_TOLD = 12 };
 #define NEAR          0.003 /* Newton's step at a stable equilibrium, rad or characteristic lengths */
 #define STILL         1e-6  /* at any other */
 #define FIRST_BOUND   0.3   /* rad, or characteristic lengths */
@@ -414,75 +413,5 @@ kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_s
     kempe_status status =
         rates ? find_with_states(linear, t, q, search, rates) : kmp_fail_memory(linear->system->context);
     kmp_free(rates);
-    return status;
-}
-
-/* -- steady motion -------------------------------------------------------------------------------------- */
-
-/* Finds coordinates that may move steadily at rates to be found, at first those of the start (n): nothing depends on
- * their positions, but a resistance depends on their rates. */
-static kempe_status find_going_on(kmp_linear *l, double t, const double *q, const double *qd, kmp_search *search)
-{
-    double *work = KMP_NEW(double, l->n), most;
-    kempe_status status = work ? kmp_linear_choose(l, t, q, NULL, 0) : kmp_fail_memory(l->system->context);
-    if (status == KEMPE_OK && kmp_linear_at_rates(l, t, q, qd, false) == KEMPE_OK) {
-        kmp_linear_matrices(l);
-        (void)kmp_descent_measure(l, work, &most);
-        for (int k = 0; k < l->p; k++)
-            if (kmp_descent_is_idle(l, k, work) && l->damping[k + k * l->p] > 0)
-                search->rates[search->rate_count++] = (kmp_steady){l->part.u[k], qd[l->part.u[k]], KMP_RATE_FREED};
-    }
-    kmp_free(work);
-    return status;
-}
-
-static void report_names(const kempe_model *model, const kmp_search *search, kmp_text *text)
-{
-    for (int k = 0; k < search->rate_count && k < MOST_TOLD; k++)
-        kmp_text_printf(text, "%s%s", k ? ", " : "", model->motions[search->rates[k].coordinate].name);
-    if (search->rate_count > MOST_TOLD)
-        kmp_text_printf(text, " and %d more", search->rate_count - MOST_TOLD);
-}
-
-/* Searches a steady motion where no rest was found, for the reason `why`. */
-static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady, const char *why)
-{
-    kempe_context *context = l->system->context;
-    kmp_text names = {0};
-    report_names(l->system->model, steady, &names);
-    kempe_status status = kmp_equilibrium_find(l, t, q, steady);
-    if (status == KEMPE_OK)
-        kmp_log(context, KEMPE_LOG_INFO,
-                "there is no equilibrium at rest: a steady motion is found, with the rates of %s", names.s);
-    else if (status == KEMPE_E_FAILED) {
-        char *last = kmp_strdup(kempe_context_message(context));
-        kmp_context_clear(context);
-        (void)kmp_fail(context, status,
-                       "%s; and no steady motion is found from the start with the rates of %s unknown: %s; give rates "
-                       "that are nearer (--rates 'NAME=RATE,..', --solve-for 'qd(NAME),..')",
-                       why, names.s, last ? last : "no memory");
-        kmp_free(last);
-    }
-    kmp_text_free(&names);
-    return status;
-}
-
-kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search)
-{
-    if (search->rate_count > 0 || search->newton || search->quiet || search->exchange)
-        return kmp_equilibrium_find(linear, t, q, search);
-    kmp_search steady = {.newton = true, .rates = search->rates};
-    kempe_context *context = linear->system->context;
-    KMP_TRY(find_going_on(linear, t, q, qd, &steady));
-    search->quiet = steady.rate_count > 0;
-    kempe_status status = kmp_equilibrium_find(linear, t, q, search);
-    if (status != KEMPE_E_FAILED || steady.rate_count == 0)
-        return status;
-    char *why = kmp_strdup(kempe_context_message(context));
-    kmp_context_clear(context);
-    status = why ? go_on(linear, t, q, &steady, why) : kmp_fail_memory(context);
-    kmp_free(why);
-    if (status == KEMPE_OK)
-        *search = steady;
     return status;
 }

@@ -15,6 +15,7 @@ typedef struct kmp_search {
     bool newton;   /* Newton's method from the guess, to any equilibrium nearby; otherwise a descent, to a stable one */
     bool balanced; /* descent in short steps, to any balanced state */
     bool quiet;    /* failures give no further message */
+    bool told;     /* warnings of a steady motion were given before */
     bool keeps;    /* rigid contacts stay open or closed as they are in the evaluator */
     struct kmp_exchange *exchange; /* other unknowns and equations (exchange.h); NULL: none */
     int iterations;
@@ -29,9 +30,10 @@ typedef struct kmp_search {
  * reason: there is none, or it is not found; q and rates are then restored. */
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search);
 
-/** Searches an equilibrium; if there is none, and no other quantity is requested, the steady motion that a start with
- * the rates qd (n) leads to. Coordinates that nothing depends on then move at the rates at which R = 0. These rates are
- * then in search->rates, and a note reports them. Errors as kmp_equilibrium_find. */
+/** Searches the steady motion that a start with the rates qd (n) leads to (running_state.c), if nothing depends on
+ * coordinates that move there, and no other quantity is requested. Otherwise it searches an equilibrium at rest, and a
+ * steady motion if there is none. Rates at which R = 0 are then in search->rates, and those that no force decides.
+ * Errors as kmp_equilibrium_find. */
 kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search);
 
 /** Coordinates that nothing depends on, at the state and near it, in `idle` (p); returns their number, -1: no memory.

@@ -16,7 +16,8 @@ static bool make_room(kmp_operating *o)
     int n = o->system->n, charts = o->system->chart_count;
     if (charts > 0)
         o->chart = KMP_ARENA_NEW(&o->arena, double, KMP_CHART_SIZE *charts);
-    return KMP_ARENA_EACH(&o->arena, double, n, &o->q, &o->qd, &o->inner_q, &o->inner_qd, &o->trial);
+    return KMP_ARENA_EACH(&o->arena, int, n, &o->kept) &&
+           KMP_ARENA_EACH(&o->arena, double, n, &o->q, &o->qd, &o->inner_q, &o->inner_qd, &o->trial);
 }
 
 /* Takes the assembled start in its charts, none of them singular. */
@@ -99,6 +100,10 @@ kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *s
     memcpy(o->qd, l->qd, n);
     o->equilibrium = true;
     o->residual = search->residual;
+    o->kept_count = 0;
+    for (int i = 0; i < search->rate_count; i++)
+        if (search->rates[i].how == KMP_RATE_KEPT)
+            o->kept[o->kept_count++] = search->rates[i].coordinate;
     if (o->chart) {
         memcpy(o->chart, l->eval->chart, (size_t)(KMP_CHART_SIZE * l->system->chart_count) * sizeof *o->chart);
         kmp_charts_show(l->system, o->chart, o->inner_q, o->q, o->qd);

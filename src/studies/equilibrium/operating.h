@@ -11,6 +11,7 @@ typedef struct kmp_operating {
     double t, *q, *qd;          /* n: in the user's coordinates */
     double *inner_q, *inner_qd; /* the state in these charts */
     double *trial;              /* of a search */
+    int *kept, kept_count;      /* coordinates whose constant rates are those of the start (steady.h) */
     double *chart;              /* NULL: no joint is spherical */
     bool equilibrium;
     bool told;       /* of friction that sticks */

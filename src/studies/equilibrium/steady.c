@@ -48,6 +48,18 @@ kempe_status kmp_steady_read(const kempe_model *model, const char *text, kmp_are
     return status;
 }
 
+void kmp_steady_list(kmp_text *text, const kempe_model *model, int count, const kmp_steady *rates, const double *qd)
+{
+    const char *between = "";
+    for (int i = 0; i < count; i++) {
+        const kmp_motion *motion = &model->motions[rates[i].coordinate];
+        kmp_shown as = kmp_shown_as(model->context, motion->rotation ? "rad/s" : "m/s");
+        kmp_text_printf(text, "%s'%s' at %.10g %s%s", between, motion->name, as.factor * qd[rates[i].coordinate],
+                        as.unit, rates[i].how == KMP_RATE_KEPT ? " as at the start" : "");
+        between = ", ";
+    }
+}
+
 kempe_status kmp_steady_complain(const kempe_model *model, const kmp_steady *steady)
 {
     const kmp_motion *motion = &model->motions[steady->coordinate];

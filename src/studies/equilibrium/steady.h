@@ -8,7 +8,8 @@
 typedef enum kmp_steady_how {
     KMP_RATE_GIVEN, /* and R = 0 along it */
     KMP_RATE_HELD,  /* given, by any necessary load; the position is fixed */
-    KMP_RATE_FREED  /* found, so that R = 0 along it; it stays where it is */
+    KMP_RATE_FREED, /* found, so that R = 0 along it; it stays where it is */
+    KMP_RATE_KEPT   /* that of the start, which no force decides; R = 0 along it */
 } kmp_steady_how;
 
 typedef struct kmp_steady {
@@ -26,6 +27,10 @@ kempe_status kmp_steady_read(const kempe_model *model, const char *text, kmp_are
  * two ends, -1: none; NULL: none is allowed. Errors as kmp_steady_read. */
 kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, kmp_arena *arena, int *varies,
                              kmp_steady **rates);
+
+/** Appends "x at 15 m/s as at the start, spin at 32.6 rad/s", with the rates of qd (n): the coordinates that move
+ * steadily. */
+void kmp_steady_list(kmp_text *text, const kempe_model *model, int count, const kmp_steady *rates, const double *qd);
 
 /** KEMPE_E_FAILED: forces depend on a coordinate that is to move at a constant rate. */
 kempe_status kmp_steady_complain(const kempe_model *model, const kmp_steady *steady);

@@ -283,6 +283,11 @@ static void show_state(kmp_text *text, const kempe_modes *m)
         list_coordinates(text, m, true);
     }
     kmp_text_put(text, "\n");
+    if (m->family->rate_count > 0) {
+        kmp_text_put(text, "steady    ");
+        kmp_steady_list(text, m->system->model, m->family->rate_count, m->family->rates, m->qd);
+        kmp_text_put(text, " (cyclic coordinates)\n");
+    }
     kmp_print_held(text, "held      ", m->system, m->qd);
     kmp_text_put(text, "\n");
 }
@@ -386,6 +391,10 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, m->system, m->status, m->reason, m->system->build_s, m->warnings);
     kmp_json_string(&j, "at", m->family->state->equilibrium ? "equilibrium" : "start");
+    kmp_json_object(&j, "cyclic");
+    for (int i = 0; i < m->family->rate_count; i++)
+        kmp_json_number(&j, name_of(m, m->family->rates[i].coordinate), m->qd[m->family->rates[i].coordinate]);
+    kmp_json_end(&j);
     kmp_print_entries(&j, "q", m->system, KMP_QUANTITY_Q, m->q);
     kmp_print_entries(&j, "qd", m->system, KMP_QUANTITY_QD, m->qd);
     kmp_print_names(&j, "u", m->system, kmp_name_of_coordinate, m->modes.moving, m->modes.u);

@@ -46,18 +46,48 @@ void kmp_operating_family_free(kmp_operating_family *family)
 /* `nearest`: any equilibrium nearby, so that one that is no longer stable is followed, too. */
 static kempe_status settle(kmp_operating_family *s, bool nearest)
 {
-    kmp_search search = {.newton = nearest, .rates = s->rates, .rate_count = s->rate_count};
+    kmp_search search = {.newton = nearest, .told = s->options.told, .rates = s->rates, .rate_count = s->rate_count};
     kempe_status status = kmp_operating_settle(s->state, &s->linear, &search);
     if (status == KEMPE_OK)
         s->rate_count = search.rate_count; /* of a steady motion that was found where there is no rest */
     return status;
 }
 
+static bool moves(const kmp_operating *o)
+{
+    for (int i = 0; i < o->system->n; i++)
+        if (o->inner_qd[i] != 0)
+            return true;
+    return false;
+}
+
+/* Takes the rates of the start at the value that varies, if those of a steady motion are found from it. *anew: the last
+ * state is at rest, but the start moves now, so that a steady motion may be found. */
+static kempe_status follow_start(kmp_operating_family *s, bool *anew)
+{
+    bool follows = s->rate_count == 0 && !moves(s->state);
+    *anew = false;
+    for (int i = s->options.rate_count; i < s->rate_count; i++)
+        follows = follows || s->rates[i].how == KMP_RATE_KEPT;
+    if (!s->variant || !follows)
+        return KEMPE_OK;
+    kmp_operating *start;
+    KMP_TRY(kmp_operating_new(s->linear.system, "start", NULL, &start));
+    *anew = s->rate_count == 0 && moves(start);
+    for (int i = s->options.rate_count; i < s->rate_count; i++)
+        s->rates[i].rate = start->inner_qd[s->rates[i].coordinate];
+    kmp_operating_free(start);
+    return KEMPE_OK;
+}
+
 static kempe_status find_state(kmp_operating_family *s)
 {
     kempe_context *context = s->base->context;
     bool settles = !s->options.word || strcmp(s->options.word, "equilibrium") == 0;
-    if (s->state && s->state->equilibrium) {
+    bool anew = false;
+    if (settles && s->state && s->state->equilibrium)
+        KMP_TRY(follow_start(s, &anew));
+    if (s->state && s->state->equilibrium && !anew) {
         kempe_status status = settle(s, true);
         if (status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_MEMORY)
             return status;

@@ -18,6 +18,7 @@ typedef struct kmp_operating_family_options {
     const kmp_steady *rates; /* constant rates of an equilibrium */
     int rate_count;
     const kmp_steady *varies;     /* the one that varies; NULL: none */
+    bool told;                    /* warnings of a steady motion were given before */
     const kmp_averaged *averaged; /* whose system it is; NULL: the system is no averaged one */
 } kmp_operating_family_options;
 

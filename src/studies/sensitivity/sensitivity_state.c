@@ -25,10 +25,27 @@ static kempe_status take_start(kmp_sensitivity_state *x)
     return kmp_state_sensitivity_at(&x->sensitivity_of_state, l, x->slopes, KMP_KEEP_RATES, x->dq, x->dqd);
 }
 
+/* Rates that are those of the start are constants here: they must not change with a parameter. */
+static kempe_status check_kept(kmp_sensitivity_state *x)
+{
+    int n = x->s->system->n;
+    KMP_TRY(x->at->kept_count > 0 ? kmp_varied_start(&x->varied, x->q, x->qd, x->dq, x->dqd) : KEMPE_OK);
+    for (int i = 0; i < x->at->kept_count; i++)
+        for (int k = 0; k < x->s->count; k++)
+            if (x->dqd[x->at->kept[i] + k * n] != 0)
+                return kmp_fail(x->s->context, KEMPE_E_FAILED,
+                                "the steady motion keeps the rate of '%s' as at the start, which depends on '%s': "
+                                "derivatives of such a rate are not supported; omit the parameter, or vary it by "
+                                "'modes --sweep'",
+                                x->s->system->model->motions[x->at->kept[i]].name, x->s->name[k]);
+    return KEMPE_OK;
+}
+
 static kempe_status take_equilibrium(kmp_sensitivity_state *x)
 {
     kmp_linear *l = &x->varied.linear;
     KMP_TRY(kmp_operating_new(x->s->system, x->s->options->at, l, &x->at));
+    KMP_TRY(check_kept(x));
     KMP_TRY(kmp_operating_take(x->at, l, NULL, 0));
     KMP_TRY(kmp_averaged_judge(x->s->averaged, l));
     memcpy(x->q, x->at->q, (size_t)l->n * sizeof *x->q);
