@@ -277,8 +277,9 @@ static void warn_of_rest(const kmp_linear *l, const double *qd, const kmp_search
     kmp_shown as = kmp_shown_as(model->context, "m/s");
     kmp_log(
         model->context, KEMPE_LOG_WARNING,
-        "the equilibrium is at rest, although the start moves ('%s' at %.4g %s): no steady motion is found from it, "
-        "because forces change with the position (a curve, irregularities) or the rates are too far from rolling",
+        "the equilibrium is at rest, although the start moves ('%s' at %.4g %s): no steady motion is found from it; "
+        "possible reasons are a curve or irregularities, a resistance without a drive, or rates far from rolling; take "
+        "--at start in modes, or give a drive",
         model->motions[fastest].name, as.factor * qd[fastest], as.unit);
 }
 
