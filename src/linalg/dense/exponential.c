@@ -102,13 +102,15 @@ static void taylor(int n, const double *a, double *e, double *work)
 int kmp_exponential(int n, const double *a, double h, double *e)
 {
     size_t size = (size_t)n * (size_t)n;
-    double *scaled = KMP_NEW(double, 2 * size + (size_t)n), *work = scaled + size, *factors = work + size;
+    double *scaled = KMP_NEW(double, 2 * size + (size_t)n);
     int squarings = 0;
-    for (size_t i = 0; scaled && i < size; i++)
+    if (!scaled)
+        return -1;
+    double *work = scaled + size, *factors = work + size;
+    for (size_t i = 0; i < size; i++)
         scaled[i] = a[i] * h;
-    if (scaled)
-        balance(n, scaled, factors);
-    double norm = scaled ? norm_of(n, scaled) : INFINITY;
+    balance(n, scaled, factors);
+    double norm = norm_of(n, scaled);
     if (!isfinite(norm)) {
         kmp_free(scaled);
         return -1;
