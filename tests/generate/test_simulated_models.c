@@ -200,6 +200,17 @@ static void starts_move(void)
     kempe_model_free(model);
 }
 
+/* Models with parts that simulators lack are refused with the name of the part. */
+static void refusals(void)
+{
+    const kempe_generate_options g = {.simulator = 1, .language = "c"};
+    kempe_code *code = NULL;
+    kempe_model *model = model_of(NULL, "delayed_slides");
+    CHECK(kempe_code_new(model, &g, &code) == KEMPE_E_ARGUMENT && strstr(kempe_context_message(context), "'seen'"));
+    kempe_code_free(code);
+    kempe_model_free(model);
+}
+
 /* Each model of the tests and examples is written, or refused with a sentence on its part. */
 static void every_model_has_an_answer(void)
 {
@@ -233,6 +244,7 @@ int main(void)
         return 1;
     TEST(motions_are_those_of_the_library);
     TEST(starts_move);
+    TEST(refusals);
     TEST(every_model_has_an_answer);
     char command[128];
     snprintf(command, sizeof command, "rm -r %s", folder);
