@@ -473,12 +473,20 @@ bool kmp_lane_room_init(kmp_engine *e, int width);
 /** Runs a pool until it is empty, or until another has more to do. */
 kempe_status kmp_pool_run(kmp_engine *e, kmp_pool *pool);
 
-/* ensemble_kernels.c: the arithmetic of DOP853 on vectors of lanes, in the order of operations of dop853.c */
+/* ensemble_kernels.c: the arithmetic of DOP853 on vectors of lanes, in the order of operations of dop853.c, with fused
+ * multiply-adds */
 
-/** out = y + h sum a[j] k[j] for vectors of `size` components; h has one value per lane. A component with a place is
- * written there, too. */
-void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
-                       const double *const *k, double *out, double *const *place);
+/** out = y + h sum a[j] k[j]; h has one value per lane. A component with a place is written there, too. */
+typedef struct kmp_lanes_sum {
+    const double *y, *h;
+    int terms;
+    const double *a;
+    const double *const *k;
+    double *out, *const *place;
+} kmp_lanes_sum;
+
+/** For vectors of `size` components. */
+void kmp_lanes_combine(size_t width, size_t size, const kmp_lanes_sum *sum);
 
 /** Computes the solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
 void kmp_lanes_solution(size_t width, size_t size, const struct kmp_dop853_step *step);

@@ -14,108 +14,103 @@ typedef struct kmp_lanes_control {
     double *next;
 } kmp_lanes_control;
 
-/* Eight doubles, in memory of any alignment. */
-typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
+/* -- sums of slopes ---------------------------------------------------------------------------------- */
 
-#define COMBINE(name, vector, lanes)                                                                                   \
-    KMP_INLINE void name##_terms(size_t w, size_t size, const double *y, const double *h, int terms, const double *a,  \
-                                 const double *const *k, double *out, double *const *place)                            \
-    {                                                                                                                  \
-        const double *slope[KMP_RK_MAX_STAGES] = {k[0]};                                                               \
-        for (int j = 1; j < terms; j++) /* kept in registers */                                                        \
-            slope[j] = k[j];                                                                                           \
-        for (size_t c = 0, i = 0; c < size; c++) {                                                                     \
-            double *also = place[c] ? place[c] : out + i;                                                              \
-            for (size_t l = 0; l < w; l += (lanes), i += (lanes)) {                                                    \
-                vector sum = a[0] * *(const vector *)(slope[0] + i);                                                   \
-                for (int j = 1; j < terms; j++)                                                                        \
-                    sum += a[j] * *(const vector *)(slope[j] + i);                                                     \
-                sum = *(const vector *)(y + i) + *(const vector *)(h + l) * sum;                                       \
-                *(vector *)(out + i) = sum;                                                                            \
-                *(vector *)(also + l) = sum;                                                                           \
-            }                                                                                                          \
-        }                                                                                                              \
-    }                                                                                                                  \
-    KMP_CLONES static void name(size_t w, size_t size, const double *y, const double *h, int terms, const double *a,   \
-                                const double *const *k, double *out, double *const *place)                             \
-    {                                                                                                                  \
-        switch (terms) { /* those of DOP853: loops over a constant number are unrolled */                              \
-        case 3:                                                                                                        \
-            name##_terms(w, size, y, h, 3, a, k, out, place);                                                          \
-            break;                                                                                                     \
-        case 4:                                                                                                        \
-            name##_terms(w, size, y, h, 4, a, k, out, place);                                                          \
-            break;                                                                                                     \
-        case 5:                                                                                                        \
-            name##_terms(w, size, y, h, 5, a, k, out, place);                                                          \
-            break;                                                                                                     \
-        case 6:                                                                                                        \
-            name##_terms(w, size, y, h, 6, a, k, out, place);                                                          \
-            break;                                                                                                     \
-        case 7:                                                                                                        \
-            name##_terms(w, size, y, h, 7, a, k, out, place);                                                          \
-            break;                                                                                                     \
-        case 8:                                                                                                        \
-            name##_terms(w, size, y, h, 8, a, k, out, place);                                                          \
-            break;                                                                                                     \
-        case 9:                                                                                                        \
-            name##_terms(w, size, y, h, 9, a, k, out, place);                                                          \
-            break;                                                                                                     \
-        default:                                                                                                       \
-            name##_terms(w, size, y, h, terms, a, k, out, place);                                                      \
-            break;                                                                                                     \
-        }                                                                                                              \
-    }
-
-COMBINE(combine_eights, eight, 8)
-COMBINE(combine_fours, kmp_four, 4)
-
-void kmp_lanes_combine(size_t width, size_t size, const double *y, const double *h, int terms, const double *a,
-                       const double *const *k, double *out, double *const *place)
+/* The sums of all lanes are made before any is stored, which might be one that is read. */
+KMP_INLINE void combine_terms(size_t w, size_t size, int terms, const kmp_lanes_sum *s)
 {
-    if (width % 8 == 0) {
-        combine_eights(width, size, y, h, terms, a, k, out, place);
-        return;
-    }
-    if (width == 4) {
-        combine_fours(width, size, y, h, terms, a, k, out, place);
-        return;
-    }
-    for (size_t i = 0; i < size * width; i++) {
-        double sum = a[0] * k[0][i];
-        for (int j = 1; j < terms; j++)
-            sum += a[j] * k[j][i];
-        out[i] = y[i] + h[i % width] * sum;
-        if (place[i / width])
-            place[i / width][i % width] = out[i];
+    const double *slope[KMP_RK_MAX_STAGES] = {s->k[0]};
+    for (int j = 1; j < terms; j++) /* kept in registers */
+        slope[j] = s->k[j];
+    for (size_t c = 0, i = 0; c < size; c++, i += w) {
+        double sum[KMP_LANES_MOST], *also = s->place[c] ? s->place[c] : s->out + i;
+        for (size_t l = 0; l < w; l++) {
+            double x = s->a[0] * slope[0][i + l];
+            for (int j = 1; j < terms; j++)
+                x = fma(s->a[j], slope[j][i + l], x);
+            sum[l] = fma(s->h[l], x, s->y[i + l]);
+        }
+        for (size_t l = 0; l < w; l++)
+            s->out[i + l] = sum[l];
+        for (size_t l = 0; l < w; l++)
+            also[l] = sum[l];
     }
 }
 
-KMP_CLONES static void solution_8(size_t size, const kmp_dop853_step *step)
+/* Loops over the constant numbers of terms of DOP853 are unrolled. */
+KMP_INLINE void combine_lanes(size_t w, size_t size, const kmp_lanes_sum *s)
 {
-    kmp_dop853_solution(8, size, step);
+    switch (s->terms) {
+    case 1:
+        combine_terms(w, size, 1, s);
+        break;
+    case 2:
+        combine_terms(w, size, 2, s);
+        break;
+    case 3:
+        combine_terms(w, size, 3, s);
+        break;
+    case 4:
+        combine_terms(w, size, 4, s);
+        break;
+    case 5:
+        combine_terms(w, size, 5, s);
+        break;
+    case 6:
+        combine_terms(w, size, 6, s);
+        break;
+    case 7:
+        combine_terms(w, size, 7, s);
+        break;
+    case 8:
+        combine_terms(w, size, 8, s);
+        break;
+    case 9:
+        combine_terms(w, size, 9, s);
+        break;
+    default:
+        combine_terms(w, size, s->terms, s);
+        break;
+    }
 }
 
-KMP_CLONES static void solution_16(size_t size, const kmp_dop853_step *step)
+KMP_FUSED_TWINS(combine_4, (size_t size, const kmp_lanes_sum *s), (size, s), combine_lanes(4, size, s))
+KMP_FUSED_TWINS(combine_8, (size_t size, const kmp_lanes_sum *s), (size, s), combine_lanes(8, size, s))
+KMP_FUSED_TWINS(combine_16, (size_t size, const kmp_lanes_sum *s), (size, s), combine_lanes(16, size, s))
+KMP_FUSED_TWINS(combine_any, (size_t w, size_t size, const kmp_lanes_sum *s), (w, size, s),
+                combine_terms(w, size, s->terms, s))
+
+void kmp_lanes_combine(size_t width, size_t size, const kmp_lanes_sum *sum)
 {
-    kmp_dop853_solution(16, size, step);
+    if (width == 16)
+        combine_16(size, sum);
+    else if (width == 8)
+        combine_8(size, sum);
+    else if (width == 4)
+        combine_4(size, sum);
+    else
+        combine_any(width, size, sum);
 }
 
-KMP_CLONES static void solution_4(size_t size, const kmp_dop853_step *step)
-{
-    kmp_dop853_solution(4, size, step);
-}
+KMP_FUSED_TWINS(solution_4, (size_t size, const kmp_dop853_step *step), (size, step),
+                kmp_dop853_solution(4, true, size, step))
+KMP_FUSED_TWINS(solution_8, (size_t size, const kmp_dop853_step *step), (size, step),
+                kmp_dop853_solution(8, true, size, step))
+KMP_FUSED_TWINS(solution_16, (size_t size, const kmp_dop853_step *step), (size, step),
+                kmp_dop853_solution(16, true, size, step))
+KMP_FUSED_TWINS(solution_any, (size_t w, size_t size, const kmp_dop853_step *step), (w, size, step),
+                kmp_dop853_solution(w, true, size, step))
 
 void kmp_lanes_solution(size_t width, size_t size, const kmp_dop853_step *step)
 {
-    if (width == 8)
-        solution_8(size, step);
-    else if (width == 16)
+    if (width == 16)
         solution_16(size, step);
+    else if (width == 8)
+        solution_8(size, step);
     else if (width == 4)
         solution_4(size, step);
     else
-        kmp_dop853_solution(width, size, step);
+        solution_any(width, size, step);
 }
 
 /* -- within a step ----------------------------------------------------------------------------------- */

@@ -350,8 +350,9 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
 
 #define STAGE(number, a, ...)                                                                                          \
     do {                                                                                                               \
-        kmp_lanes_combine(room->w, (size_t)e->size, room->y, room->step, TERMS(a), a,                                  \
-                          (const double *const[]){__VA_ARGS__}, room->stage, pool->place);                             \
+        const kmp_lanes_sum sum = {room->y,     room->step, TERMS(a), a, (const double *const[]){__VA_ARGS__},         \
+                                   room->stage, pool->place};                                                          \
+        kmp_lanes_combine(room->w, (size_t)e->size, &sum);                                                             \
         set_times(room, kmp_dop853_c[number]);                                                                         \
         evaluate_placed(e, pool, room->stage, k[number]);                                                              \
     } while (0)

@@ -19,7 +19,7 @@ static double solution_and_error(kmp_rk *s, double h)
     double error;
     const kmp_dop853_step step = {s->y, &h,    s->base.tolerance.atol, s->k, s->base.tolerance.rtol, s->y_old,
                                   s->w, &error};
-    kmp_dop853_solution(1, (size_t)s->base.ode.n, &step);
+    kmp_dop853_solution(1, false, (size_t)s->base.ode.n, &step);
     return error;
 }
 

@@ -375,8 +375,14 @@ typedef struct kmp_dop853_step {
 
 enum { KMP_DOP853_WIDEST = 16 };
 
+/* a b + c, fused or not. */
+KMP_INLINE double kmp_dop853_term(bool fused, double a, double b, double c)
+{
+    return fused ? fma(a, b, c) : a * b + c;
+}
+
 /* Adds the squares of both errors of the component that begins at i. */
-KMP_INLINE void kmp_dop853_add_errors(size_t w, size_t i, const kmp_dop853_step *s, double *restrict e5,
+KMP_INLINE void kmp_dop853_add_errors(size_t w, bool fused, size_t i, const kmp_dop853_step *s, double *restrict e5,
                                       double *restrict e3)
 {
     double *const *k = s->k;
@@ -385,17 +391,21 @@ KMP_INLINE void kmp_dop853_add_errors(size_t w, size_t i, const kmp_dop853_step 
     for (size_t l = 0; l < w; l++) { /* without stores to vectors, which might be those that are read */
         double slope = kmp_dop853_b[0] * g[0][l], five = kmp_dop853_e5[0] * g[0][l];
         for (int j = 1; j < 8; j++) {
-            slope += kmp_dop853_b[j] * g[j][l];
-            five += kmp_dop853_e5[j] * g[j][l];
+            slope = kmp_dop853_term(fused, kmp_dop853_b[j], g[j][l], slope);
+            five = kmp_dop853_term(fused, kmp_dop853_e5[j], g[j][l], five);
         }
-        double three = slope - kmp_dop853_b3[0] * g[0][l] - kmp_dop853_b3[1] * g[4][l] - kmp_dop853_b3[2] * g[7][l];
-        double y0 = s->y[i + l], y = y0 + s->h[l] * slope, larger = fabs(y0) > fabs(y) ? fabs(y0) : fabs(y);
+        double three = kmp_dop853_term(fused, -kmp_dop853_b3[0], g[0][l], slope);
+        three = kmp_dop853_term(fused, -kmp_dop853_b3[1], g[4][l], three);
+        three = kmp_dop853_term(fused, -kmp_dop853_b3[2], g[7][l], three);
+        double y0 = s->y[i + l], y = kmp_dop853_term(fused, s->h[l], slope, y0);
+        double larger = fabs(y0) > fabs(y) ? fabs(y0) : fabs(y);
         y1[l] = y;
-        weight[l] = s->atol[i + l] + s->rtol * larger;
-        five /= weight[l];
-        three /= weight[l];
-        e5[l] += five * five;
-        e3[l] += three * three;
+        weight[l] = kmp_dop853_term(fused, s->rtol, larger, s->atol[i + l]);
+        double part = 1.0 / weight[l];
+        five *= part;
+        three *= part;
+        e5[l] = kmp_dop853_term(fused, five, five, e5[l]);
+        e3[l] = kmp_dop853_term(fused, three, three, e3[l]);
     }
     for (size_t l = 0; l < w; l++)
         s->y_new[i + l] = y1[l];
@@ -404,12 +414,12 @@ KMP_INLINE void kmp_dop853_add_errors(size_t w, size_t i, const kmp_dop853_step 
 }
 
 /* The solution of order 8, the error weights, and the combined error estimate |h| e5^2 / sqrt((e5^2 + 0.01 e3^2) n)
- * (II.10): 1 is at the tolerance. */
-KMP_INLINE void kmp_dop853_solution(size_t w, size_t n, const kmp_dop853_step *s)
+ * (II.10): 1 is at the tolerance. Fused: by fma(). */
+KMP_INLINE void kmp_dop853_solution(size_t w, bool fused, size_t n, const kmp_dop853_step *s)
 {
     double e5[KMP_DOP853_WIDEST] = {0}, e3[KMP_DOP853_WIDEST] = {0};
     for (size_t i = 0; i < n * w; i += w)
-        kmp_dop853_add_errors(w, i, s, e5, e3);
+        kmp_dop853_add_errors(w, fused, i, s, e5, e3);
     for (size_t l = 0; l < w; l++) {
         double both = e5[l] + 0.01 * e3[l]; /* zero error: avoids 0 times infinity */
         s->error[l] = both < 1e-300 ? 0.0 : fabs(s->h[l]) * e5[l] * sqrt(1.0 / (both * (double)n));

@@ -12,8 +12,7 @@ struct kmp_lanes {
     kmp_code code;               /* operations, where there is no machine code */
     kmp_routine *const *segment; /* machine code; NULL: there is none */
     int width;
-    double *v;    /* slots x width */
-    double *lane; /* 3 x angles x width */
+    double *v; /* slots x width */
 };
 
 int kmp_lanes_best(void)
@@ -38,7 +37,6 @@ static bool add_room(kmp_lanes *lanes)
 {
     size_t w = (size_t)lanes->width, slots = lanes->frame.slots;
     lanes->v = kmp_arena_aligned(&lanes->frame.arena, slots * w);
-    lanes->lane = KMP_ARENA_NEW(&lanes->frame.arena, double, 3 * w * lanes->frame.angles);
     return !lanes->frame.arena.failed;
 }
 
@@ -205,25 +203,6 @@ static void run_arithmetic(kmp_lanes *lanes, uint32_t segment)
         operations + code->start[segment], operations + code->start[segment + 1], (size_t)lanes->width, lanes->v);
 }
 
-/* All angles of all lanes together. */
-static void run_angles(kmp_lanes *lanes, uint32_t first, uint32_t end)
-{
-    const kmp_frame *f = &lanes->frame;
-    size_t w = (size_t)lanes->width, n = (end - first) * w;
-    if (w % 8 == 0) {
-        kmp_sincos_lanes((int)(end - first), (int)w, lanes->v, f->angle + first, f->sine + first, f->cosine + first);
-        return;
-    }
-    double *x = lanes->lane, *s = x + n, *c = s + n, *v = lanes->v;
-    for (uint32_t k = first; k < end; k++)
-        kmp_lanes_copy(w, x + (k - first) * w, v + f->angle[k] * w);
-    kmp_sincos_many((int)n, x, s, c);
-    for (uint32_t k = first; k < end; k++) {
-        kmp_lanes_copy(w, v + f->sine[k] * w, s + (k - first) * w);
-        kmp_lanes_copy(w, v + f->cosine[k] * w, c + (k - first) * w);
-    }
-}
-
 static KMP_CLONES void copy_eights(size_t w, const kmp_frame *f, uint32_t first, uint32_t end, double *v)
 {
     for (uint32_t k = first; k < end; k++)
@@ -269,7 +248,8 @@ void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage)
         const kmp_segment *here = &f->segments[g], *next = here + 1;
         run_arithmetic(lanes, g);
         if (here->angles > 0)
-            run_angles(lanes, here->angle, here->angle + here->angles);
+            kmp_sincos_lanes((int)here->angles, lanes->width, lanes->v, f->angle + here->angle, f->sine + here->angle,
+                             f->cosine + here->angle);
         for (uint32_t i = here->special; i < next->special; i++)
             for (size_t l = 0; l < (size_t)lanes->width; l++)
                 kmp_frame_special(f, &f->specials[i], lanes->v + l, (size_t)lanes->width);

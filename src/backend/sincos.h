@@ -13,6 +13,7 @@ void kmp_sincos_many(int n, const double *x, double *s, double *c);
  */
 void kmp_sincos_slots(uint32_t n, const uint32_t *angle, const double *v, double *out);
 
-/** Sines and cosines of `width` lanes, a multiple of eight, of n values in slots: values of slot x[k] at v + width
- * x[k], results in slots s[k] and c[k]. No slot is both read and written. */
+/** Sines and cosines of `width` lanes, at most 16, of n values in slots: values of slot x[k] at v + width x[k], results
+ * in slots s[k] and c[k]. No slot is both read and written. Within 1.5 ulp, with other roundings than kempe_sincos; the
+ * bits of a lane do not depend on the width. */
 void kmp_sincos_lanes(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c);

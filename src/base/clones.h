@@ -25,6 +25,15 @@
 #define KMP_MULTIPLY_ADD
 #endif
 
+/* Twins with fma() for registers of four doubles, and of eight. */
+#if defined(__x86_64__) && defined(__GNUC__)
+#define KMP_FUSED_FOURS  __attribute__((target("avx2,fma")))
+#define KMP_FUSED_EIGHTS __attribute__((target("avx512f")))
+#else
+#define KMP_FUSED_FOURS
+#define KMP_FUSED_EIGHTS
+#endif
+
 /** True if functions with KMP_MULTIPLY_ADD run here. */
 static inline bool kmp_has_multiply_add(void)
 {
@@ -32,6 +41,16 @@ static inline bool kmp_has_multiply_add(void)
     return __builtin_cpu_supports("fma");
 #else
     return true;
+#endif
+}
+
+/** True if functions with KMP_FUSED_FOURS run here. */
+static inline bool kmp_has_four(void)
+{
+#if defined(__x86_64__) && defined(__GNUC__)
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+#else
+    return false;
 #endif
 }
 
@@ -47,3 +66,23 @@ static inline bool kmp_has_eight(void)
 
 /** A function that clones call: it is inlined into each, for its vectors. */
 #define KMP_INTO_CLONES inline __attribute__((always_inline))
+
+/** A function with fma() in three twins: for registers of eight doubles, of four, and for any processor. The bits are
+ * the same. `call` is inlined into each. */
+#define KMP_FUSED_TWINS(name, parameters, arguments, call)                                                             \
+    KMP_FUSED_EIGHTS static void name##_in_eights parameters                                                           \
+    {                                                                                                                  \
+        call;                                                                                                          \
+    }                                                                                                                  \
+    KMP_FUSED_FOURS static void name##_in_fours parameters                                                             \
+    {                                                                                                                  \
+        call;                                                                                                          \
+    }                                                                                                                  \
+    static void name##_in_any parameters                                                                               \
+    {                                                                                                                  \
+        call;                                                                                                          \
+    }                                                                                                                  \
+    static void name parameters                                                                                        \
+    {                                                                                                                  \
+        (kmp_has_eight() ? name##_in_eights : kmp_has_four() ? name##_in_fours : name##_in_any) arguments;             \
+    }

@@ -194,6 +194,93 @@ static void test_slots_are_the_scalar_form(void)
     CHECK(beyond == 0);
 }
 
+/* Lanes have an arithmetic of their own. */
+static void measure_lanes(const double *x)
+{
+    static const uint32_t from = 0, to = 1, beside = 2;
+    double v[48];
+    memcpy(v, x, 16 * sizeof *x);
+    kmp_sincos_lanes(1, 16, v, &from, &to, &beside);
+    for (int l = 0; l < 16; l++)
+        worst =
+            check_max(worst, fmax(ulps(v[16 + l], sinl((long double)x[l])), ulps(v[32 + l], cosl((long double)x[l]))));
+}
+
+static void lanes_over(double low, double high, int points)
+{
+    worst = 0;
+    for (int i = 0; i < points; i++) {
+        double x[16];
+        for (int l = 0; l < 16; l++)
+            x[l] = (l % 2 ? -1 : 1) * (low + (high - low) * uniform());
+        measure_lanes(x);
+    }
+    printf("  lanes over [%g, %g]: %.3f ulp\n", low, high, worst);
+    CHECK(worst > 0.5 && worst < 1.5);
+}
+
+static void test_accuracy_of_lanes(void)
+{
+    if (LDBL_MANT_DIG < 64)
+        return;
+    lanes_over(0, 0.8, 20000);
+    lanes_over(0, 7, 20000);
+    lanes_over(0, 1000, 10000);
+    lanes_over(9e4, 1.1e5, 10000);
+    worst = 0;
+    for (int k = 0; k <= 63000; k++) {
+        double at = (double)((long double)k * 1.57079632679489661923132169163975144L / 2.0L);
+        const double x[16] = {at,
+                              -at,
+                              nextafter(at, -1),
+                              nextafter(at, 1e9),
+                              -nextafter(at, 1e9),
+                              at + 1e-9 * uniform(),
+                              at - 1e-9 * uniform(),
+                              0.5 * at,
+                              at + 1e-5 * uniform(),
+                              at - 1e-3 * uniform(),
+                              0x1.6c6cbc45dc8dep+5,
+                              -0x1.6c6cbc45dc8dep+5,
+                              ldexp(uniform(), -k % 1000),
+                              -ldexp(uniform(), -k % 1000),
+                              1e9 * uniform(),
+                              1e-9 * uniform()};
+        measure_lanes(x);
+    }
+    printf("  lanes near multiples of pi/4: %.3f ulp\n", worst);
+    CHECK(worst < 1.5);
+}
+
+/* Each width, and single values among those beyond the limit. */
+static void test_lanes_of_any_width(void)
+{
+    static const double odd[] = {0.0, -0.0, INFINITY, -INFINITY, NAN, 5e-324, 1e300, -1e5, 1e5, 1e5 + 1, M_PI_2};
+    static const uint32_t from[] = {1, 5}, to[] = {0, 3}, beside[] = {4, 2};
+    int differ = 0;
+    for (int trial = 0; trial < 400; trial++)
+        for (int width = 1; width <= 16; width++) {
+            double v[6 * 16], single[6];
+            for (int k = 0; k < 6 * width; k++)
+                v[k] = trial % 3 == 0 && uniform() < 0.3 ? odd[(int)(uniform() * 11)] : 20 * (uniform() - 0.5);
+            kmp_sincos_lanes(2, width, v, from, to, beside);
+            for (int l = 0; l < width; l++) {
+                for (int k = 0; k < 6; k++)
+                    single[k] = v[k * width + l];
+                kmp_sincos_lanes(2, 1, single, from, to, beside);
+                for (int k = 0; k < 6; k++)
+                    differ += !same(single[k], v[k * width + l]);
+            }
+        }
+    CHECK(differ == 0);
+    for (int k = 0; k < 11; k++) {
+        double v[] = {odd[k], 7, 7}, s = sin(odd[k]), c = cos(odd[k]);
+        kmp_sincos_lanes(1, 1, v, (const uint32_t[]){0}, (const uint32_t[]){1}, (const uint32_t[]){2});
+        CHECK(fabs(odd[k]) <= 1e5 ? fabs(v[1] - s) <= 1e-15 && fabs(v[2] - c) <= 1e-15 && !signbit(v[1]) == !signbit(s)
+                                  : same(v[1], s) && same(v[2], c));
+    }
+}
+
 int main(void)
 {
     TEST(test_accuracy);
@@ -204,5 +291,7 @@ int main(void)
     TEST(test_lanes_are_the_scalar_form_near_quadrants);
     TEST(test_many_is_the_scalar_form);
     TEST(test_slots_are_the_scalar_form);
+    TEST(test_accuracy_of_lanes);
+    TEST(test_lanes_of_any_width);
     return check_report();
 }

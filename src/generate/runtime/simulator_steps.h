@@ -18,7 +18,7 @@ static outcome run_stages(kempe_simulator *s, double h, double *error)
         const kmp_dop853_step step = {y, &h, part->atol, k, s->settings.rtol, part->candidate, part->weight, error};
         C = kmp_dop853_c;
         KMP_DOP853_STAGES(STAGE, k);
-        kmp_dop853_solution(1, (size_t)size, &step);
+        kmp_dop853_solution(1, false, (size_t)size, &step);
     } else {
         C = kmp_dopri5_c;
         KMP_DOPRI5_STAGES(STAGE, k);

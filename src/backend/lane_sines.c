@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Sines and cosines of lanes by fused multiply-adds, with half the operations of kempe_sincos.
+ *
+ * |x| = n pi/2 + r with pi/2 in three doubles. The difference of |x| and n times the first is exact: it is a multiple
+ * of the last place of one of them, and below 1. (Muller et al., Handbook of Floating-Point Arithmetic, 2018, 10.2.) r
+ * has the rounding of its last digit, and no tail. The polynomials are those of <kempe/runtime.h>, in the order of
+ * Estrin. The results are within 1.5 ulp, and are the same for any width and on any machine. */
+#include "backend/sincos.h"
+#include "base/clones.h"
+
+#include <kempe/runtime.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { WIDEST = 16 };
+
+/* r = x - n pi/2 for 0 <= x <= limit; n is in the low bits of the result. */
+static KMP_INTO_CLONES uint64_t reduce(double x, double *r)
+{
+    const double round = 6755399441055744.0; /* 1.5 2^52: adding it leaves an integer in the low bits */
+    double t = fma(x, 0.6366197723675814, round), n = t - round;
+    *r = fma(-n, -1.4973849048591698e-33, fma(-n, 6.123233995736766e-17, fma(-n, 1.5707963267948966, x)));
+    return kempe_bits_(t);
+}
+
+static KMP_INTO_CLONES double sine(double r, double z, double zz)
+{
+    double first = fma(z, 0.008333333333322403, -0.16666666666666632);
+    double second = fma(z, 2.7557313688616807e-06, -0.00019841269829798703);
+    double third = fma(z, 1.589676339107077e-10, -2.505075757784455e-08);
+    return fma(z * r, fma(zz, fma(zz, third, second), first), r);
+}
+
+static KMP_INTO_CLONES double cosine(double z, double zz)
+{
+    double first = fma(z, -0.001388888888887411, 0.0416666666666666);
+    double second = fma(z, -2.755731434942884e-07, 2.4801587289472582e-05);
+    double third = fma(z, -1.1359625713513941e-11, 2.0875722862049195e-09);
+    double head = fma(-0.5, z, 1.0), tail = fma(-0.5, z, 1.0 - head);
+    return head + fma(zz, fma(zz, fma(zz, third, second), first), tail);
+}
+
+/* Each part for all lanes before the next part: the chains of two registers overlap. Where |x| is beyond the limit or
+ * NaN, beyond[l] becomes negative. */
+static KMP_INTO_CLONES void angle(size_t w, const double *restrict x, double *restrict s, double *restrict c,
+                                  int64_t *restrict beyond)
+{
+    const int64_t limit = 0x40f86a0000000000; /* KEMPE_SINCOS_LIMIT */
+    double r[WIDEST], z[WIDEST], zz[WIDEST], a[WIDEST], b[WIDEST];
+    uint64_t quadrant[WIDEST];
+    for (size_t l = 0; l < w; l++)
+        beyond[l] |= limit - (int64_t)kempe_bits_(fabs(x[l]));
+    for (size_t l = 0; l < w; l++)
+        quadrant[l] = reduce(fabs(x[l]), &r[l]);
+    for (size_t l = 0; l < w; l++)
+        z[l] = r[l] * r[l];
+    for (size_t l = 0; l < w; l++)
+        zz[l] = z[l] * z[l];
+    for (size_t l = 0; l < w; l++)
+        a[l] = sine(r[l], z[l], zz[l]);
+    for (size_t l = 0; l < w; l++)
+        b[l] = cosine(z[l], zz[l]);
+    for (size_t l = 0; l < w; l++)
+        kempe_place_(x[l], quadrant[l], a[l], b[l], &s[l], &c[l]);
+}
+
+/* The limit is tested once for all angles: their computations then overlap. */
+static KMP_INTO_CLONES bool angles(size_t w, int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
+{
+    int64_t beyond[WIDEST] = {0}, any = 0;
+    for (int k = 0; k < n; k++)
+        angle(w, v + w * x[k], v + w * s[k], v + w * c[k], beyond);
+    for (size_t l = 0; l < w; l++)
+        any |= beyond[l];
+    return any >= 0;
+}
+
+#define OF_ANY_WIDTH(name, target)                                                                                     \
+    target static bool name(size_t w, int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)       \
+    {                                                                                                                  \
+        return w == 16  ? angles(16, n, v, x, s, c)                                                                    \
+               : w == 8 ? angles(8, n, v, x, s, c)                                                                     \
+               : w == 4 ? angles(4, n, v, x, s, c)                                                                     \
+                        : angles(w, n, v, x, s, c);                                                                    \
+    }
+
+OF_ANY_WIDTH(with_eights, KMP_FUSED_EIGHTS)
+OF_ANY_WIDTH(with_fours, KMP_FUSED_FOURS)
+OF_ANY_WIDTH(without, )
+
+void kmp_sincos_lanes(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
+{
+    size_t w = (size_t)width;
+    bool within = (kmp_has_eight() ? with_eights : kmp_has_four() ? with_fours : without)(w, n, v, x, s, c);
+    for (int k = 0; k < n && !within; k++)
+        for (size_t l = 0; l < w; l++) {
+            double at = v[w * x[k] + l];
+            if (!(fabs(at) <= KEMPE_SINCOS_LIMIT)) {
+                v[w * s[k] + l] = sin(at);
+                v[w * c[k] + l] = cos(at);
+            }
+        }
+}
