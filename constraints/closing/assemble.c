@@ -2,8 +2,8 @@
 /* Assembly from a distant guess: Gauss-Newton by least changes of the free coordinates
  * (constraints/closing/least_change.h), damped by |h| and by a bound on the step. If it stalls with h open, the state
  * is perturbed a few times, because a straight guess may be a saddle. The smallest |h| is the gap to report. Near a
- * solution: KINSOL with line search on the chosen rows and dependent coordinates, a square system. Gauss-Newton without
- * a bound then converges to round-off. */
+ * solution: Newton's method on the chosen rows and dependent coordinates, a square system, or KINSOL with line search
+ * where that does not contract. Gauss-Newton without a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/charts.h"
 #include "constraints/closing/kinsol.h"
@@ -11,6 +11,7 @@
 #include "constraints/diagnosis/diagnosis_walk.h"
 #include "constraints/kinds/kind.h"
 #include "constraints/partition/partition.h"
+#include "constraints/partition/reduction.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include <math.h>
@@ -98,7 +99,7 @@ static void from_afar(work *w)
     evaluate(w);
 }
 
-/* -- near: KINSOL on the chosen rows and v ----------------------------------------------------------- */
+/* -- near: Newton's method on the chosen rows and v -------------------------------------------------- */
 
 static int dependent_rows(void *self, const double *v, double *out)
 {
@@ -145,17 +146,29 @@ static bool choose_dependent(work *w)
     return true;
 }
 
-/* Solves for the dependent coordinates. The independent ones keep the values of the guess: a start that is closed to
- * its digits keeps them, and with them the forces of stiff springs. */
-static void close_dependent(work *w)
+/* Newton's method as between the steps of a run. false: corrections do not contract, and q is restored. */
+static bool close_by_newton(work *w)
+{
+    kmp_reduction red;
+    bool closed = kmp_reduction_init(&red, w->eval, &w->part) == KEMPE_OK &&
+                  !kmp_reduction_close(&red, 0, w->a->q, NULL, 0) && residual(w) <= KMP_CLOSED_ENOUGH;
+    w->a->iterations += (int)red.newton;
+    kmp_reduction_free(&red);
+    kmp_context_clear(w->s->context);
+    if (!closed)
+        copy(w, w->a->q, w->best);
+    return closed;
+}
+
+/* KINSOL searches along each of its corrections. */
+static void close_by_search(work *w)
 {
     const kmp_partition *part = &w->part;
     double *v, *scale_v, *scale_h;
     int iterations = 0;
-    if (!choose_dependent(w) || !KMP_ARENA_EACH(&w->arena, double, part->r, &v, &scale_v, &scale_h) ||
+    if (!KMP_ARENA_EACH(&w->arena, double, part->r, &v, &scale_v, &scale_h) ||
         !(w->jacobian = KMP_ARENA_NEW(&w->arena, double, w->m * w->n)))
         return;
-    copy(w, w->best, w->a->q);
     for (int i = 0; i < part->r; i++) {
         v[i] = w->a->q[part->v[i]];
         scale_v[i] = 1 / w->s->scale[part->v[i]];
@@ -167,6 +180,17 @@ static void close_dependent(work *w)
     else
         copy(w, w->a->q, w->best);
     w->a->iterations += iterations;
+}
+
+/* Solves for the dependent coordinates. The independent ones keep the values of the guess: a start that is closed to
+ * its digits keeps them, and with them the forces of stiff springs. */
+static void close_dependent(work *w)
+{
+    if (!choose_dependent(w))
+        return;
+    copy(w, w->best, w->a->q);
+    if (!close_by_newton(w))
+        close_by_search(w);
     evaluate(w);
 }
 

@@ -124,6 +124,7 @@ static kempe_status examine_at(kempe_check *check, kmp_evaluator *eval, const do
     const kmp_run_settings *run = &check->system->model->run;
     kmp_eval_closure(eval, 0, q);
     KMP_TRY(kmp_partition_init(&check->part, check->system, eval->jacobian, run->independent, run->independent_count));
+    KMP_TRY(kmp_partition_condition(&check->part, check->system, eval->jacobian, &check->condition));
     KMP_TRY(count_driven(check, eval));
     KMP_TRY(foresee(check, eval, q));
     return examine_closures(check, eval, q);

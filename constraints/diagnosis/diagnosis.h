@@ -126,7 +126,8 @@ struct kempe_check {
     kempe_system *own; /* and its system, which is examined; NULL: there are none */
     kempe_assembly *assembly;
     bool assembled;          /* false: only `obstacle` is set */
-    kmp_partition part;      /* n, m, p (dof), r (rank), u, v, rows, redundant, cond, max_b */
+    kmp_partition part;      /* n, m, p (dof), r (rank), u, v, rows, redundant, max_b */
+    double condition;        /* of Jv */
     int driven;              /* degrees of freedom of the drives: the decrease of the rank without them */
     char *undetermined;      /* reason of accelerations that are undetermined or not finite; NULL: none */
     int body_count;          /* number of bodies without the ground */

@@ -4,6 +4,7 @@
 #include "constraints/partition/pick.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -37,10 +38,10 @@ void kmp_partition_sort(kmp_partition *part)
     sort(part->redundant, part->m - part->r);
 }
 
-static bool choice_init(kmp_pick *c, const kempe_system *s, const double *jacobian)
+static bool choice_init(kmp_pick *c, kmp_arena_lent *room, const kempe_system *s, const double *jacobian)
 {
     const kmp_pattern *j = &s->jacobian;
-    if (!kmp_pick_init(c, s->m, s->n, j->count))
+    if (!kmp_pick_init(c, s->m, s->n, j->count, room))
         return false;
     for (int e = 0; e < j->count; e++)
         kmp_pick_add(c, j->row[e], j->col[e], jacobian[e] * s->scale[j->col[e]] / s->row_scale[j->row[e]]);
@@ -52,31 +53,37 @@ static const char *coordinate(const kempe_system *s, int k)
     return s->model->motions[k].name;
 }
 
+/* Reports that a choice is not possible, with p coordinates that are. */
+static kempe_status complain_wish(const kempe_system *s, int p, int r, const int *best, const int *wish, int count,
+                                  const double *pivots)
+{
+    kmp_text names = {0};
+    for (int k = 0; k < p; k++)
+        kmp_text_printf(&names, "%s%s", k ? ", " : "", coordinate(s, best[k]));
+    char *would = kmp_text_take(&names);
+    KMP_TRY(kmp_made(s->context, would));
+    if (count != p)
+        (void)kmp_fail(
+            s->context, KEMPE_E_FAILED,
+            "the mechanism has %d degree%s of freedom, but %d independent coordinate%s given; possible choice: %s", p,
+            p == 1 ? "" : "s", count, count == 1 ? " was" : "s were", p ? would : "none");
+    else
+        (void)kmp_fail(s->context, KEMPE_E_FAILED,
+                       "'%s' cannot be independent here: the others do not follow from it (smallest pivot of Jv "
+                       "%.2g of the largest); possible choice: %s",
+                       coordinate(s, wish[0]), pivots[r - 1] / pivots[0], would);
+    kmp_free(would);
+    return KEMPE_E_FAILED;
+}
+
 /* Checks a user's choice: one coordinate per degree of freedom, and Jv regular. `best` is Kempe's own choice. */
 static kempe_status check_wish(const kempe_system *s, int p, int r, const int *best, const int *wish, int count,
                                const double *pivots)
 {
-    kmp_text names = {0};
-    int states = s->model->state_count;
-    p -= states; /* the last ones of `best` */
-    count -= states;
-    for (int k = 0; k < p; k++)
-        kmp_text_printf(&names, "%s%s", k ? ", " : "", coordinate(s, best[k]));
-    char *would = kmp_text_take(&names);
-    kempe_status status = KEMPE_OK;
-    KMP_TRY(kmp_made(s->context, would));
-    if (count != p)
-        status = kmp_fail(
-            s->context, KEMPE_E_FAILED,
-            "the mechanism has %d degree%s of freedom, but %d independent coordinate%s given; possible choice: %s", p,
-            p == 1 ? "" : "s", count, count == 1 ? " was" : "s were", p ? would : "none");
-    else if (r > 0 && !(pivots[r - 1] * KMP_GROWTH_WISH > pivots[0]))
-        status = kmp_fail(s->context, KEMPE_E_FAILED,
-                          "'%s' cannot be independent here: the others do not follow from it (smallest pivot of Jv "
-                          "%.2g of the largest); possible choice: %s",
-                          coordinate(s, wish[0]), pivots[r - 1] / pivots[0], would);
-    kmp_free(would);
-    return status;
+    p -= s->model->state_count; /* the last ones of `best` */
+    count -= s->model->state_count;
+    bool possible = count == p && (r == 0 || pivots[r - 1] * KMP_GROWTH_WISH > pivots[0]);
+    return possible ? KEMPE_OK : complain_wish(s, p, r, best, wish, count, pivots);
 }
 
 static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_system *s, const int *wish, int count)
@@ -100,8 +107,7 @@ static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_sy
 /* Allocates the lists of coordinates and rows in one block. */
 static bool allocate(kmp_partition *part, int n, int m)
 {
-    *part =
-        (kmp_partition){.n = n, .m = m, .cond = 1, .u = KMP_NEW(int, 2 * (n + m)), .pivots = KMP_NEW(double, m + n)};
+    *part = (kmp_partition){.n = n, .m = m, .u = KMP_NEW(int, 2 * (n + m)), .pivots = KMP_NEW(double, m + n)};
     if (!part->u || !part->pivots)
         return false;
     part->v = part->u + n;
@@ -124,13 +130,12 @@ static void keep(const kmp_pick *c, kmp_partition *part)
 static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system *s, bool fixed)
 {
     int exchanges = 0;
-    double max_b, cond;
-    kmp_pick_outcome outcome = kmp_pick_improve(c, part->r, fixed ? 0 : 4 * s->n, &exchanges, &max_b, &cond);
+    double max_b;
+    kmp_pick_outcome outcome = kmp_pick_improve(c, part->r, fixed ? 0 : 4 * s->n, &exchanges, &max_b);
     if (outcome != KMP_PICK_MADE)
         return outcome == KMP_PICK_SINGULAR ? KEMPE_E_FAILED : kmp_fail_memory(s->context);
     part->exchanges += exchanges;
     part->max_b = max_b;
-    part->cond = cond;
     keep(c, part);
     return KEMPE_OK;
 }
@@ -160,8 +165,9 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
                                    const int *wish, int wish_count)
 {
     kmp_pick c;
+    kmp_arena_lent room;
     bool made = allocate(part, system->n, system->m);
-    made = choice_init(&c, system, jacobian) && made;
+    made = choice_init(&c, &room, system, jacobian) && made;
     kempe_status status = made ? choose(&c, part, system, rank, wish, wish_count) : kmp_fail_memory(system->context);
     kmp_pick_free(&c);
     if (status != KEMPE_OK)
@@ -172,8 +178,10 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
 int kmp_partition_prefer(const kempe_system *system, const double *jacobian, const bool *liked, int *u)
 {
     kmp_pick c;
+    kmp_arena_lent room;
     int count = -1;
-    double *pivots = choice_init(&c, system, jacobian) ? KMP_ARENA_NEW(&c.arena, double, system->m + system->n) : NULL;
+    double *pivots =
+        choice_init(&c, &room, system, jacobian) ? KMP_ARENA_NEW(&c.arena, double, system->m + system->n) : NULL;
     for (int k = 0; pivots && k < system->n; k++)
         c.fixed[k] = liked[k];
     if (pivots && kmp_pick_pivot(&c, c.fixed, pivots)) {
@@ -188,7 +196,8 @@ int kmp_partition_prefer(const kempe_system *system, const double *jacobian, con
 bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, double *pivots)
 {
     kmp_pick c;
-    bool ok = choice_init(&c, system, jacobian) && kmp_pick_pivot(&c, NULL, pivots);
+    kmp_arena_lent room;
+    bool ok = choice_init(&c, &room, system, jacobian) && kmp_pick_pivot(&c, NULL, pivots);
     kmp_pick_free(&c);
     return ok;
 }
@@ -218,19 +227,42 @@ bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from)
     return true;
 }
 
+/* Orders rows and columns as a partition has them. */
+static void begin_with(kmp_pick *c, const kmp_partition *part)
+{
+    memcpy(c->row, part->rows, (size_t)part->r * sizeof(int));
+    memcpy(c->row + part->r, part->redundant, (size_t)(part->m - part->r) * sizeof(int));
+    memcpy(c->col, part->v, (size_t)part->r * sizeof(int));
+    memcpy(c->col + part->r, part->u, (size_t)part->p * sizeof(int));
+}
+
+kempe_status kmp_partition_condition(const kmp_partition *part, const kempe_system *system, const double *jacobian,
+                                     double *cond)
+{
+    kmp_pick c;
+    kmp_arena_lent room;
+    kmp_pick_outcome outcome = KMP_PICK_NO_MEMORY;
+    if (choice_init(&c, &room, system, jacobian)) {
+        begin_with(&c, part);
+        outcome = kmp_pick_condition(&c, part->r, cond);
+    }
+    kmp_pick_free(&c);
+    if (outcome == KMP_PICK_SINGULAR)
+        *cond = INFINITY;
+    return kmp_made(system->context, outcome != KMP_PICK_NO_MEMORY);
+}
+
 kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian,
                                     double growth)
 {
     kmp_pick c;
-    if (!choice_init(&c, system, jacobian)) {
+    kmp_arena_lent room;
+    if (!choice_init(&c, &room, system, jacobian)) {
         kmp_pick_free(&c);
         return kmp_fail_memory(system->context);
     }
     c.growth = growth;
-    memcpy(c.row, part->rows, (size_t)part->r * sizeof(int));
-    memcpy(c.row + part->r, part->redundant, (size_t)(part->m - part->r) * sizeof(int));
-    memcpy(c.col, part->v, (size_t)part->r * sizeof(int));
-    memcpy(c.col + part->r, part->u, (size_t)part->p * sizeof(int));
+    begin_with(&c, part);
     kempe_status status = improve(&c, part, system, false);
     part->user = part->user && status != KEMPE_OK;
     kmp_pick_free(&c);

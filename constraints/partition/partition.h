@@ -13,7 +13,6 @@ typedef struct kmp_partition {
     int *rows;      /* r independent rows, ascending */
     int *redundant; /* m - r dropped rows, ascending */
     double *pivots; /* min(m, n): absolute pivots of the scaled J, in order */
-    double cond;    /* 1-norm condition number of the scaled Jv; for a large one a lower estimate */
     double max_b;   /* max |Bvu|, scaled */
     int exchanges;  /* number of exchanges that reduced max_b to 1.5 */
     bool user;      /* u is the user's choice */
@@ -37,6 +36,10 @@ int kmp_partition_prefer(const kempe_system *system, const double *jacobian, con
 /** Computes the min(m, n) pivots alone. false: no memory. */
 bool kmp_partition_pivots(const kempe_system *system, const double *jacobian, double *pivots);
 
+/** The 1-norm condition number of the scaled Jv at J; for a large one a lower estimate; infinite if it is singular. */
+kempe_status kmp_partition_condition(const kmp_partition *part, const kempe_system *system, const double *jacobian,
+                                     double *cond);
+
 void kmp_partition_free(kmp_partition *part);
 
 /** Puts the lists of coordinates and rows in ascending order. */
@@ -53,7 +56,7 @@ int kmp_partition_rank(const kempe_system *system, const double *pivots);
 bool kmp_partition_copy(kmp_partition *to, const kmp_partition *from);
 
 /** Exchanges u and v of a partition until no scaled |Bvu| of J (its non-zeros) exceeds `growth`. Each exchange takes
- * the largest and multiplies |det Jv| by it, so that they end. Rows are unchanged. Sets max_b and cond of the new
- * choice. KEMPE_E_FAILED without message when Jv is singular; part is then untouched. */
+ * the largest and multiplies |det Jv| by it, so that they end. Rows are unchanged. Sets max_b of the new choice.
+ * KEMPE_E_FAILED without message when Jv is singular; part is then untouched. */
 kempe_status kmp_partition_exchange(kmp_partition *part, const kempe_system *system, const double *jacobian,
                                     double growth);

@@ -13,11 +13,13 @@ enum { SPARSE_FROM = 256, SPARSE_BELOW = 6, DENSE_MOST = 1 << 14 };
 /* B is computed again after an exchange of an entry of this size. */
 #define LONG_DUE 100.0
 
-bool kmp_pick_init(kmp_pick *c, int m, int n, int nz)
+bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, kmp_arena_lent *room)
 {
     double places = (double)m * n;
     bool large = places > DENSE_MOST || (places > SPARSE_FROM && nz * SPARSE_BELOW < places);
     *c = (kmp_pick){.m = m, .n = n, .dense = !large, .growth = KMP_PICK_GROWTH};
+    if (room)
+        kmp_arena_lend(&c->arena, room);
     return KMP_ARENA_MAKE(&c->arena, KMP_ROOM(int, m, &c->row), KMP_ROOM(int, n, &c->col, &c->fixed),
                           KMP_ROOM(int, nz, &c->entry_row, &c->entry_col), KMP_ROOM(double, nz, &c->value));
 }
@@ -41,12 +43,11 @@ bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots)
         kmp_entries a = {c->m, c->n, c->nz, c->entry_row, c->entry_col, c->value};
         return kmp_sparse_complete(&a, fixed, c->row, c->col, pivots, NULL);
     }
-    double *a = KMP_NEW(double, c->m * c->n);
+    double *a = KMP_ARENA_NEW(&c->arena, double, c->m * c->n);
     for (int e = 0; a && e < c->nz; e++)
         a[c->entry_row[e] + c->entry_col[e] * c->m] = c->value[e];
     if (a)
         kmp_lu_complete(c->m, c->n, a, fixed, c->row, c->col, pivots);
-    kmp_free(a);
     return a;
 }
 
@@ -211,16 +212,26 @@ static kmp_pick_outcome exchange_all(tableau *t, kmp_pick *c, int most, int *exc
     }
 }
 
-kmp_pick_outcome kmp_pick_improve(kmp_pick *c, int r, int most, int *exchanges, double *max_b, double *cond)
+kmp_pick_outcome kmp_pick_improve(kmp_pick *c, int r, int most, int *exchanges, double *max_b)
 {
     tableau t = {0};
-    kmp_pick_outcome outcome = KMP_PICK_MADE;
     *exchanges = 0;
     *max_b = 0;
+    if (r == 0)
+        return KMP_PICK_MADE;
+    kmp_pick_outcome outcome =
+        tableau_init(&t, c, r) ? exchange_all(&t, c, most, exchanges, max_b) : KMP_PICK_NO_MEMORY;
+    kmp_sparse_free(t.sparse);
+    return outcome;
+}
+
+kmp_pick_outcome kmp_pick_condition(kmp_pick *c, int r, double *cond)
+{
+    tableau t = {0};
     *cond = 1;
     if (r == 0)
         return KMP_PICK_MADE;
-    outcome = tableau_init(&t, c, r) ? exchange_all(&t, c, most, exchanges, max_b) : KMP_PICK_NO_MEMORY;
+    kmp_pick_outcome outcome = tableau_init(&t, c, r) ? factor(&t, c) : KMP_PICK_NO_MEMORY;
     if (outcome == KMP_PICK_MADE)
         *cond = condition(&t, c);
     kmp_sparse_free(t.sparse);

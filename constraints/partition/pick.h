@@ -19,8 +19,9 @@ typedef struct kmp_pick {
     double *value;
 } kmp_pick;
 
-/** Allocates for up to nz entries, initially none; false: no memory; it must be freed also then. */
-bool kmp_pick_init(kmp_pick *c, int m, int n, int nz);
+/** Allocates for up to nz entries, initially none, in `room` as far as it suffices (NULL: none). false: no memory; it
+ * must be freed also then. */
+bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, kmp_arena_lent *room);
 void kmp_pick_free(kmp_pick *c);
 void kmp_pick_add(kmp_pick *c, int row, int col, double value);
 
@@ -30,6 +31,8 @@ bool kmp_pick_pivot(kmp_pick *c, const int *fixed, double *pivots);
 
 typedef enum kmp_pick_outcome { KMP_PICK_MADE, KMP_PICK_SINGULAR, KMP_PICK_NO_MEMORY } kmp_pick_outcome;
 
-/** Makes at most `most` exchanges between the first r columns and the others. Returns their number, max |Bvu| and
- * the 1-norm condition number of Jv, for a large Jv a lower estimate. */
-kmp_pick_outcome kmp_pick_improve(kmp_pick *c, int r, int most, int *exchanges, double *max_b, double *cond);
+/** Makes at most `most` exchanges between the first r columns and the others. Returns their number and max |Bvu|. */
+kmp_pick_outcome kmp_pick_improve(kmp_pick *c, int r, int most, int *exchanges, double *max_b);
+
+/** The 1-norm condition number of Jv, the first r rows and columns; for a large one a lower estimate. */
+kmp_pick_outcome kmp_pick_condition(kmp_pick *c, int r, double *cond);

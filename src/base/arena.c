@@ -11,6 +11,7 @@ enum { FIRST_SIZE = 1024, MOST_SIZE = 16 * 1024 }; /* many arenas hold a few sma
 struct kmp_arena_block {
     struct kmp_arena_block *before;
     size_t used, size;
+    bool lent; /* the caller's, which is not zeroed */
     alignas(max_align_t) unsigned char bytes[];
 };
 
@@ -19,11 +20,22 @@ void kmp_arena_free(kmp_arena *arena)
     struct kmp_arena_block *block = arena->last;
     while (block) {
         struct kmp_arena_block *before = block->before;
-        kmp_free(block);
+        if (!block->lent)
+            kmp_free(block);
         block = before;
     }
     arena->last = NULL;
     arena->failed = false;
+}
+
+void kmp_arena_lend(kmp_arena *arena, kmp_arena_lent *room)
+{
+    struct kmp_arena_block *block = (struct kmp_arena_block *)(void *)room->bytes;
+    block->before = NULL;
+    block->used = 0;
+    block->size = sizeof room->bytes - sizeof *block;
+    block->lent = true;
+    *arena = (kmp_arena){.last = block};
 }
 
 static void *fail(kmp_arena *arena)
@@ -34,7 +46,8 @@ static void *fail(kmp_arena *arena)
 
 static struct kmp_arena_block *add_block(kmp_arena *arena, size_t need)
 {
-    size_t twice = arena->last ? 2 * arena->last->size : FIRST_SIZE, usual = twice < MOST_SIZE ? twice : MOST_SIZE;
+    size_t twice = arena->last && !arena->last->lent ? 2 * arena->last->size : FIRST_SIZE,
+           usual = twice < MOST_SIZE ? twice : MOST_SIZE;
     size_t size = need > usual ? need : usual;
     struct kmp_arena_block *block = kmp_calloc(1, sizeof *block + size);
     if (!block)
@@ -61,7 +74,7 @@ void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size)
         return fail(arena);
     void *p = block->bytes + block->used;
     block->used += need;
-    return p;
+    return block->lent ? memset(p, 0, need) : p;
 }
 
 double *kmp_arena_aligned(kmp_arena *arena, size_t n)

@@ -2,6 +2,7 @@
 /* An arena: many small blocks with one lifetime. Failure is sticky: kmp_arena_failed reports it once at the end. */
 #pragma once
 
+#include <stdalign.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -11,6 +12,14 @@ typedef struct kmp_arena {
 } kmp_arena;
 
 void kmp_arena_free(kmp_arena *arena);
+
+/** Room of the caller, for an arena that is made and freed often: its first blocks are then not allocated. */
+typedef struct kmp_arena_lent {
+    alignas(max_align_t) unsigned char bytes[4096];
+} kmp_arena_lent;
+
+/** Begins an arena in the room, which must outlive it. */
+void kmp_arena_lend(kmp_arena *arena, kmp_arena_lent *room);
 
 /** Zeroed, aligned for any type; NULL (and failed set) when there is no memory. */
 void *kmp_arena_alloc(kmp_arena *arena, size_t n, size_t size);

@@ -243,7 +243,7 @@ static void blocks_are_chosen_as_the_whole(void)
             shuffle[k] = shuffle[j];
             shuffle[j] = t;
         }
-        CHECK(kmp_pick_init(&whole, m, n, m * (rows + 1)) && kmp_pick_init(&parts, m, n, m * (rows + 1)));
+        CHECK(kmp_pick_init(&whole, m, n, m * (rows + 1), NULL) && kmp_pick_init(&parts, m, n, m * (rows + 1), NULL));
         whole.dense = true;
         parts.dense = false;
         fill_blocks(&whole, shuffle, blocks, rows);
@@ -256,8 +256,10 @@ static void blocks_are_chosen_as_the_whole(void)
                 whole.col[b * rows + k] = parts.col[b * rows + k] = shuffle[b * (rows + 1) + k];
             whole.col[m + b] = parts.col[m + b] = shuffle[b * (rows + 1) + rows];
         }
-        CHECK(kmp_pick_improve(&whole, m, 100, &made, &max_b, &cond) == KMP_PICK_MADE);
-        CHECK(kmp_pick_improve(&parts, m, 100, &made_parts, &max_parts, &cond_parts) == KMP_PICK_MADE);
+        CHECK(kmp_pick_improve(&whole, m, 100, &made, &max_b) == KMP_PICK_MADE);
+        CHECK(kmp_pick_improve(&parts, m, 100, &made_parts, &max_parts) == KMP_PICK_MADE);
+        CHECK(kmp_pick_condition(&whole, m, &cond) == KMP_PICK_MADE);
+        CHECK(kmp_pick_condition(&parts, m, &cond_parts) == KMP_PICK_MADE);
         CHECK(same_columns(&whole, &parts, m) && made == made_parts);
         CHECK_NEAR(max_parts, max_b, 1e-10);
         CHECK(cond_parts <= cond * (1 + 1e-9) && cond_parts >= cond / 3);
@@ -276,7 +278,7 @@ static void a_long_block_is_exchanged_as_well(void)
     double max_b, cond, max_parts, cond_parts;
     int made, made_parts;
     random_seed(17);
-    CHECK(kmp_pick_init(&whole, N, N + 4, 5 * N) && kmp_pick_init(&parts, N, N + 4, 5 * N));
+    CHECK(kmp_pick_init(&whole, N, N + 4, 5 * N, NULL) && kmp_pick_init(&parts, N, N + 4, 5 * N, NULL));
     whole.dense = true;
     parts.dense = false;
     for (int i = 0; i < N; i++)
@@ -291,8 +293,10 @@ static void a_long_block_is_exchanged_as_well(void)
     }
     for (int i = 0; i < N; i++)
         whole.row[i] = parts.row[i] = i;
-    CHECK(kmp_pick_improve(&whole, N, 1000, &made, &max_b, &cond) == KMP_PICK_MADE);
-    CHECK(kmp_pick_improve(&parts, N, 1000, &made_parts, &max_parts, &cond_parts) == KMP_PICK_MADE);
+    CHECK(kmp_pick_improve(&whole, N, 1000, &made, &max_b) == KMP_PICK_MADE);
+    CHECK(kmp_pick_improve(&parts, N, 1000, &made_parts, &max_parts) == KMP_PICK_MADE);
+    CHECK(kmp_pick_condition(&whole, N, &cond) == KMP_PICK_MADE);
+    CHECK(kmp_pick_condition(&parts, N, &cond_parts) == KMP_PICK_MADE);
     CHECK(made > 2 && made == made_parts && same_columns(&whole, &parts, N));
     CHECK(max_b <= 1.5 && max_parts <= 1.5);
     CHECK_NEAR(max_parts, max_b, 1e-9);
@@ -306,14 +310,15 @@ static void a_singular_choice_is_told(void)
     kmp_pick p;
     double max_b, cond;
     int made;
-    CHECK(kmp_pick_init(&p, 2, 3, 3));
+    CHECK(kmp_pick_init(&p, 2, 3, 3, NULL));
     p.dense = false;
     kmp_pick_add(&p, 0, 0, 1); /* v = 0, 1; row 1 has column 2 alone */
     kmp_pick_add(&p, 1, 2, 1);
     for (int k = 0; k < 3; k++)
         p.col[k] = k;
     p.row[1] = 1;
-    CHECK(kmp_pick_improve(&p, 2, 10, &made, &max_b, &cond) == KMP_PICK_SINGULAR);
+    CHECK(kmp_pick_improve(&p, 2, 10, &made, &max_b) == KMP_PICK_SINGULAR);
+    CHECK(kmp_pick_condition(&p, 2, &cond) == KMP_PICK_SINGULAR);
     kmp_pick_free(&p);
 }
 

@@ -34,7 +34,7 @@ static void json_partition(kmp_json *json, const kempe_check *check)
     json_rows(json, "redundant", check, part->m - part->r, part->redundant);
     kmp_print_names(json, "u", check->system, kmp_name_of_coordinate, part->p, part->u);
     kmp_print_names(json, "v", check->system, kmp_name_of_coordinate, part->r, part->v);
-    kmp_json_put(json, "cond_Jv %g max_B %g exchanges %d", part->cond, part->max_b, part->exchanges);
+    kmp_json_put(json, "cond_Jv %g max_B %g exchanges %d", check->condition, part->max_b, part->exchanges);
     kmp_json_numbers(json, "pivots", part->m < part->n ? part->m : part->n, part->pivots);
 }
 

@@ -262,7 +262,7 @@ static void show_choice(kmp_text *text, const kempe_check *check)
     kmp_text_put(text, "\n");
     show_why(text, part);
     show_pivots(text, part);
-    line(text, "condition of Jv", "%.3g", part->cond);
+    line(text, "condition of Jv", "%.3g", check->condition);
     line(text, "max |Bvu|", "%.3g", part->max_b);
     show_alternatives(text, check, true, "alternatives (|Bvu|)");
     show_alternatives(text, check, false, "cannot be u here");

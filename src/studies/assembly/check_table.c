@@ -15,7 +15,7 @@ static void fill_mobility(kempe_table *table, const void *result)
     kmp_tabulate_cells(table, "%d %d %d %d", check->body_count, check->system->n, check->loop_count, check->system->m);
     if (check->assembled)
         kmp_tabulate_cells(table, "%d %d %d %g %g %g %g", part->r, part->p, check->driven,
-                           generic ? (double)(part->n - d->generic_rank) : (double)NAN, part->cond, part->max_b,
+                           generic ? (double)(part->n - d->generic_rank) : (double)NAN, check->condition, part->max_b,
                            d->margin);
 }
 
