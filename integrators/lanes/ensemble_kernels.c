@@ -187,23 +187,33 @@ KMP_INLINE double log2_of(double x)
     double exponent = of_bits(bits_of(round) + power) - round;
     exponent = exponent > 2048 ? exponent - 4096 : exponent; /* negative ones, in 12 bits */
     double sum = 1.0 / 17;
-    sum = 1.0 / 15 + z * sum;
-    sum = 1.0 / 13 + z * sum;
-    sum = 1.0 / 11 + z * sum;
-    sum = 1.0 / 9 + z * sum;
-    sum = 1.0 / 7 + z * sum;
-    sum = 1.0 / 5 + z * sum;
-    sum = 1.0 / 3 + z * sum;
-    return exponent + 2.8853900817779268 * (f + f * (z * sum));
+    sum = fma(z, sum, 1.0 / 15);
+    sum = fma(z, sum, 1.0 / 13);
+    sum = fma(z, sum, 1.0 / 11);
+    sum = fma(z, sum, 1.0 / 9);
+    sum = fma(z, sum, 1.0 / 7);
+    sum = fma(z, sum, 1.0 / 5);
+    sum = fma(z, sum, 1.0 / 3);
+    return fma(2.8853900817779268, fma(f, z * sum, f), exponent);
 }
 
 /* 2^y for |y| < 1000, to some 1e-15: by the exponential series beyond the nearest integer. */
 KMP_INLINE double exp2_of(double y)
 {
     const double round = 6755399441055744.0;
-    double t = y + round, x = (y - (t - round)) * 0.6931471805599453, sum = 1 + x / 13;
-    for (int k = 12; k > 0; k--)
-        sum = 1 + x * sum * (1.0 / k);
+    double t = y + round, x = (y - (t - round)) * 0.6931471805599453, sum = 1.0 / 6227020800;
+    sum = fma(x, sum, 1.0 / 479001600);
+    sum = fma(x, sum, 1.0 / 39916800);
+    sum = fma(x, sum, 1.0 / 3628800);
+    sum = fma(x, sum, 1.0 / 362880);
+    sum = fma(x, sum, 1.0 / 40320);
+    sum = fma(x, sum, 1.0 / 5040);
+    sum = fma(x, sum, 1.0 / 720);
+    sum = fma(x, sum, 1.0 / 120);
+    sum = fma(x, sum, 1.0 / 24);
+    sum = fma(x, sum, 1.0 / 6);
+    sum = fma(x, sum, 0.5);
+    sum = fma(x, fma(x, sum, 1.0), 1.0);
     return of_bits(bits_of(sum) + (bits_of(t) << 52));
 }
 
@@ -222,26 +232,25 @@ KMP_INLINE void next_steps(size_t w, double exponent, const kmp_lanes_control *c
     }
 }
 
-KMP_CLONES static void next_steps_8(double exponent, const kmp_lanes_control *control)
-{
-    next_steps(8, exponent, control);
-}
-
-KMP_CLONES static void next_steps_16(double exponent, const kmp_lanes_control *control)
-{
-    next_steps(16, exponent, control);
-}
+KMP_FUSED_TWINS(next_steps_4, (double exponent, const kmp_lanes_control *c), (exponent, c), next_steps(4, exponent, c))
+KMP_FUSED_TWINS(next_steps_8, (double exponent, const kmp_lanes_control *c), (exponent, c), next_steps(8, exponent, c))
+KMP_FUSED_TWINS(next_steps_16, (double exponent, const kmp_lanes_control *c), (exponent, c),
+                next_steps(16, exponent, c))
+KMP_FUSED_TWINS(next_steps_any, (size_t w, double exponent, const kmp_lanes_control *c), (w, exponent, c),
+                next_steps(w, exponent, c))
 
 void kmp_lanes_next_steps(size_t width, const kmp_rk_method *method, const double *h, const double *error,
                           const double *error_old, double *next)
 {
     const kmp_lanes_control control = {h, error, error_old, method->numbers.shrink, method->numbers.grow, next};
-    if (width == 8)
-        next_steps_8(method->numbers.exponent, &control);
-    else if (width == 16)
+    if (width == 16)
         next_steps_16(method->numbers.exponent, &control);
+    else if (width == 8)
+        next_steps_8(method->numbers.exponent, &control);
+    else if (width == 4)
+        next_steps_4(method->numbers.exponent, &control);
     else
-        next_steps(width, method->numbers.exponent, &control);
+        next_steps_any(width, method->numbers.exponent, &control);
 }
 
 /* -- the right-hand side ----------------------------------------------------------------------------- */
@@ -252,12 +261,13 @@ KMP_INLINE void copy_times(size_t w, const double *restrict from, double factor,
         to[l] = from[l] * factor;
 }
 
-KMP_INLINE void count_bad(size_t w, const double *restrict rate, const double *restrict pivot, double factor,
-                          double *restrict bad)
+/* 0 times a number that is not finite is NaN, and stays so in a sum. */
+KMP_INLINE void look_for_bad(size_t w, const double *restrict rate, const double *restrict pivot, double factor,
+                             double *restrict bad)
 {
     for (size_t l = 0; l < w; l++) {
         double good = pivot[l] * factor > 0 ? 0 : 1;
-        bad[l] += fabs(rate[l]) <= DBL_MAX ? good : 1;
+        bad[l] += good + 0 * rate[l];
     }
 }
 
@@ -272,7 +282,7 @@ KMP_INLINE void publish(size_t w, const kmp_lanes_slopes *s)
     if (s->power)
         copy_times(w, end[slopes + p].value, end[slopes + p].factor, s->k + (p + slopes) * w);
     for (size_t i = 0; i < p; i++)
-        count_bad(w, end[i].value, end[slopes + i].value, end[slopes + i].factor, s->bad);
+        look_for_bad(w, end[i].value, end[slopes + i].value, end[slopes + i].factor, s->bad);
 }
 
 KMP_CLONES static void publish_8(const kmp_lanes_slopes *slopes)
