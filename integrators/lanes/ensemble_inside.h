@@ -112,6 +112,8 @@ typedef struct kmp_lane_room {
         limit[KMP_LANES_MOST]; /* ends of the inputs' pieces; times that no step goes beyond */
     double error_old[KMP_LANES_MOST], next[KMP_LANES_MOST]; /* of the last accepted step; the step after this one */
     double bad[KMP_LANES_MOST];                             /* not 0: the right-hand side cannot be evaluated */
+    double pivot[KMP_LANES_MOST], exchange[KMP_LANES_MOST]; /* those of the instances: pivot, limit */
+    uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST];     /* theirs, word by word */
     double *y, *y_new, *stage, *weight, *atol;              /* size: room for the largest */
     double *k[17];                                          /* size, as published: 1 to 13; for dense output to 16 */
     double *scale;                                          /* n */
@@ -336,10 +338,13 @@ void kmp_lanes_evaluate_within(kmp_engine *e, kmp_pool *pool, double place);
 /** Values of a pool's last stage at the end of the present steps, by lanes. */
 typedef struct kmp_lane_watched {
     const double *multiplier, *pivot, *h, *jacobian, *b, *dv;
+    bool has_jacobian; /* J is there, too */
     double residual[KMP_LANES_MOST], correction[KMP_LANES_MOST], growth[KMP_LANES_MOST], least[KMP_LANES_MOST];
     double margin[KMP_LANES_MOST]; /* over its usual size; infinite: far from any change point */
     double rows[KMP_LANES_MOST];   /* largest dependence of a dropped row on the kept ones; 0: small */
     uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST]; /* signs of the blocks of Jv (kmp_lanes_signs) */
+    int64_t
+        quiet[KMP_LANES_MOST]; /* v is corrected, and neither pivots nor |Bvu| nor a limit of time need a decision */
 } kmp_lane_watched;
 
 /** Runs the last stage of a pool, and measures it. */
@@ -529,6 +534,35 @@ typedef struct kmp_lanes_end {
 } kmp_lanes_end;
 
 void kmp_lanes_measure(size_t width, const kmp_lanes_end *end);
+
+/** Tests of the ends of steps, one number for each lane. */
+typedef struct kmp_lanes_ends {
+    const double *error, *bad, *t_new, *limit;
+    const double *residual, *correction, *least, *growth; /* as measured */
+    const double *exchange;
+    const uint64_t *negative, *before; /* signs: now, at the start */
+    int sign_words;
+    double *pivot;
+    double most; /* correction of v in weights */
+    size_t r;
+    const double *dv; /* r */
+    double *v;        /* r: corrected in quiet lanes */
+    int64_t *quiet;
+} kmp_lanes_ends;
+
+void kmp_lanes_find_quiet(size_t width, const kmp_lanes_ends *ends);
+
+/** Exchanges the numbers of some lanes of two vectors of `size` components. */
+void kmp_lanes_exchange(size_t width, size_t size, const int64_t *lanes, double *a, double *b);
+
+/** The steps to try, up to limit at most (kmp_step_next); 0: it is too short, or the lane has no instance. */
+typedef struct kmp_lanes_tries {
+    const int *who;
+    const double *t, *limit, *h;
+    double *step, *t_new;
+} kmp_lanes_tries;
+
+void kmp_lanes_choose_tries(size_t width, const kmp_lanes_tries *tries);
 
 /** Finds the signs of blocks from those of their pivots: in each lane KMP_SIGN_WORDS words, word k of lane l at k width
  * + l. block: that of each pivot. */

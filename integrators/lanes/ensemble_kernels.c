@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "base/clones.h"
 #include "base/simd4.h"
+#include "constraints/tolerances.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "integrators/steppers/rk.h"
 #include <float.h>
@@ -217,19 +218,24 @@ KMP_INLINE double exp2_of(double y)
     return of_bits(bits_of(sum) + (bits_of(t) << 52));
 }
 
-/* kmp_rk_after_accepted, but for rounding of its powers. */
+/* kmp_rk_after_accepted and kmp_rk_after_rejected, but for rounding of their powers. */
 KMP_INLINE void next_steps(size_t w, double exponent, const kmp_lanes_control *c)
 {
-    double factor[KMP_LANES_MOST];
+    double factor[KMP_LANES_MOST], next[KMP_LANES_MOST];
     for (size_t l = 0; l < w; l++) {
         double error = c->error[l] > 1e-300 ? c->error[l] : 1e-300;
+        double before = KMP_RK_BETA * log2_of(c->error_old[l]);
         error = error < 1e300 ? error : 1e300;
-        factor[l] = exp2_of(exponent * log2_of(error) - KMP_RK_BETA * log2_of(c->error_old[l])) / KMP_RK_SAFETY;
+        factor[l] = exp2_of(exponent * log2_of(error) - (c->error[l] <= 1 ? before : 0)) / KMP_RK_SAFETY;
     }
     for (size_t l = 0; l < w; l++) {
-        double most = factor[l] < c->shrink ? factor[l] : c->shrink, least = 1.0 / c->grow;
-        c->next[l] = c->h[l] / (most > least ? most : least);
+        double longest = c->error[l] <= 1 ? 1.0 / c->grow : 0;
+        double shortest = c->error[l] <= 1 || !(c->error[l] <= DBL_MAX) ? c->shrink : KMP_RK_SHORTEST;
+        double most = factor[l] < shortest ? factor[l] : shortest;
+        next[l] = c->h[l] / (most > longest ? most : longest);
     }
+    for (size_t l = 0; l < w; l++)
+        c->next[l] = next[l];
 }
 
 KMP_FUSED_TWINS(next_steps_4, (double exponent, const kmp_lanes_control *c), (exponent, c), next_steps(4, exponent, c))
@@ -366,6 +372,120 @@ void kmp_lanes_measure(size_t width, const kmp_lanes_end *end)
         measure_16(end);
     else
         measure_closures(width, end);
+}
+
+KMP_INLINE void find_quiet(size_t w, const kmp_lanes_ends *e)
+{
+    uint64_t turned[KMP_LANES_MOST] = {0};
+    double largest[KMP_LANES_MOST];
+    int64_t quiet[KMP_LANES_MOST];
+    for (int k = 0; k < e->sign_words; k++)
+        for (size_t l = 0; l < w; l++)
+            turned[l] |= e->negative[(size_t)k * w + l] ^ e->before[(size_t)k * w + l];
+    for (size_t l = 0; l < w; l++)
+        largest[l] = larger_of(e->pivot[l], e->least[l]);
+    for (size_t l = 0; l < w; l++) {
+        int64_t closed = (e->residual[l] < KMP_CLOSED) | (e->correction[l] <= e->most);
+        int64_t regular = (e->pivot[l] > 0) & (e->least[l] > KMP_MARGIN_CALLS * largest[l]) & (turned[l] == 0);
+        int64_t good = (e->error[l] <= 1) & (e->bad[l] == 0);
+        quiet[l] = closed & regular & good & (e->t_new[l] < e->limit[l]) & (e->growth[l] <= e->exchange[l]);
+    }
+    for (size_t l = 0; l < w; l++)
+        e->pivot[l] = quiet[l] ? largest[l] : e->pivot[l];
+    for (size_t l = 0; l < w; l++)
+        e->quiet[l] = quiet[l];
+    for (size_t i = 0; i < e->r; i++) {
+        double *v = e->v + i * w;
+        const double *dv = e->dv + i * w;
+        for (size_t l = 0; l < w; l++)
+            v[l] = quiet[l] && !(e->residual[l] < KMP_CLOSED) ? v[l] + dv[l] : v[l];
+    }
+}
+
+KMP_CLONES static void find_quiet_8(const kmp_lanes_ends *ends)
+{
+    find_quiet(8, ends);
+}
+
+KMP_CLONES static void find_quiet_16(const kmp_lanes_ends *ends)
+{
+    find_quiet(16, ends);
+}
+
+void kmp_lanes_find_quiet(size_t width, const kmp_lanes_ends *ends)
+{
+    if (width == 8)
+        find_quiet_8(ends);
+    else if (width == 16)
+        find_quiet_16(ends);
+    else
+        find_quiet(width, ends);
+}
+
+KMP_INLINE void exchange(size_t w, size_t size, const int64_t *lanes, double *a, double *b)
+{
+    for (size_t i = 0; i < size * w; i += w) {
+        double x[KMP_LANES_MOST], y[KMP_LANES_MOST];
+        for (size_t l = 0; l < w; l++) {
+            x[l] = lanes[l] ? b[i + l] : a[i + l];
+            y[l] = lanes[l] ? a[i + l] : b[i + l];
+        }
+        for (size_t l = 0; l < w; l++)
+            a[i + l] = x[l];
+        for (size_t l = 0; l < w; l++)
+            b[i + l] = y[l];
+    }
+}
+
+KMP_CLONES static void exchange_8(size_t size, const int64_t *lanes, double *a, double *b)
+{
+    exchange(8, size, lanes, a, b);
+}
+
+KMP_CLONES static void exchange_16(size_t size, const int64_t *lanes, double *a, double *b)
+{
+    exchange(16, size, lanes, a, b);
+}
+
+void kmp_lanes_exchange(size_t width, size_t size, const int64_t *lanes, double *a, double *b)
+{
+    if (width == 8)
+        exchange_8(size, lanes, a, b);
+    else if (width == 16)
+        exchange_16(size, lanes, a, b);
+    else
+        exchange(width, size, lanes, a, b);
+}
+
+KMP_INLINE void choose_tries(size_t w, const kmp_lanes_tries *s)
+{
+    double step[KMP_LANES_MOST], t_new[KMP_LANES_MOST];
+    for (size_t l = 0; l < w; l++)
+        step[l] = kmp_step_next(s->t[l], s->limit[l], s->h[l], &t_new[l]);
+    for (size_t l = 0; l < w; l++)
+        s->t_new[l] = t_new[l];
+    for (size_t l = 0; l < w; l++)
+        s->step[l] = s->who[l] < 0 ? 0 : step[l];
+}
+
+KMP_CLONES static void choose_tries_8(const kmp_lanes_tries *tries)
+{
+    choose_tries(8, tries);
+}
+
+KMP_CLONES static void choose_tries_16(const kmp_lanes_tries *tries)
+{
+    choose_tries(16, tries);
+}
+
+void kmp_lanes_choose_tries(size_t width, const kmp_lanes_tries *tries)
+{
+    if (width == 8)
+        choose_tries_8(tries);
+    else if (width == 16)
+        choose_tries_16(tries);
+    else
+        choose_tries(width, tries);
 }
 
 /* -- signs of pivots --------------------------------------------------------------------------------- */

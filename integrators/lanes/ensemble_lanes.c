@@ -157,6 +157,10 @@ static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     room->t[l] = x->t;
     room->h[l] = x->h;
     room->error_old[l] = x->error_old;
+    room->pivot[l] = x->pivot;
+    room->exchange[l] = x->limit;
+    for (size_t k = 0; k < KMP_SIGN_WORDS; k++)
+        room->negative[k * w + l] = x->signs.negative[k];
     find_limit(e, l);
     for (int k = 0; k < e->size; k++) {
         room->y[(size_t)k * w + l] = x->y[k];
@@ -191,6 +195,7 @@ static void store(kmp_engine *e, size_t l)
     x->t = room->t[l];
     x->h = room->h[l];
     x->error_old = room->error_old[l];
+    x->pivot = room->pivot[l];
     for (int k = 0; k < e->size; k++) {
         x->y[k] = room->y[(size_t)k * room->w + l];
         x->dy[k] = room->k[1][(size_t)k * room->w + l];
@@ -327,7 +332,9 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
             continue;
         }
         x->signs = kmp_lane_signs_of(e, negative, l);
-        x->pivot = 0;
+        for (size_t k = 0; k < KMP_SIGN_WORDS; k++)
+            room->negative[k * room->w + l] = x->signs.negative[k];
+        room->pivot[l] = 0;
         for (size_t k = l; room->vdd && k < ((size_t)e->n + (size_t)e->m) * room->w; k += room->w)
             room->vdd[k] = room->vdd_new[k];
         for (size_t k = l; room->nu && k < (size_t)e->m * room->w; k += room->w)
@@ -368,14 +375,11 @@ static void run_stages(kmp_engine *e, kmp_pool *pool)
 static void choose_tries(kmp_engine *e)
 {
     kmp_lane_room *room = &e->room;
+    const kmp_lanes_tries tries = {room->who, room->t, room->limit, room->h, room->step, room->t_new};
+    kmp_lanes_choose_tries(room->w, &tries);
     for (size_t l = 0; l < room->w; l++) {
-        room->step[l] = room->bad[l] = 0;
-        if (room->who[l] < 0)
-            continue;
-        double h = kmp_step_next(room->t[l], room->limit[l], room->h[l], &room->t_new[l]);
-        if (h > 0)
-            room->step[l] = h;
-        else
+        room->bad[l] = 0;
+        if (room->step[l] == 0 && room->who[l] >= 0)
             expel(e, l, "a step size that becomes too small");
     }
 }
@@ -392,9 +396,7 @@ static void refuse(kmp_engine *e, size_t l, outcome what)
         result->rejected++;
     else
         result->refused++;
-    room->h[l] = what == BAD_ERROR   ? kmp_rk_after_rejected(&kmp_dop853.numbers, h, room->error[l])
-                 : what == BAD_STAGE ? h / 4
-                                     : h / 2;
+    room->h[l] = what == BAD_ERROR ? room->next[l] : what == BAD_STAGE ? h / 4 : h / 2;
     x->rejected = true;
     if (++x->tries >= MOST_TRIES)
         expel(e, l, "a step size that becomes too small");
@@ -634,7 +636,7 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *
     int i = room->who[l];
     kmp_instance *x = &e->instances[i];
     double h = room->step[l], error = room->error[l];
-    bool collapsed = kmp_solver_collapsed(&x->hopeless, h, room->t_new[l]);
+    bool collapsed = kmp_step_collapsed(&x->hopeless, h, room->t_new[l]);
     kmp_ensemble_result *result = &e->results[i];
     result->steps++;
     room->h[l] = x->rejected && h < room->next[l] ? h : room->next[l];
@@ -643,10 +645,16 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *
     x->tries = 0;
     room->t[l] = room->t_new[l];
     bool through = !(room->t[l] < e->spec.t_end), meets = false;
-    const char *jump = through ? NULL : pass_sample(e, l, &meets);
     bool slow = kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, room->t[l],
                                       e->spec.t_end, NULL);
-    bool reorders = !through && kmp_lane_order_is_bad(e, pool, seen, l);
+    bool reorders = !through && pool->layout.multipliers > 0 && kmp_lane_order_is_bad(e, pool, seen, l);
+    if (seen->quiet[l] && !collapsed && !slow && !reorders) {
+        x->pace = 0;
+        x->seen_margin = INFINITY;
+        x->seen_t = -1;
+        return KEMPE_OK;
+    }
+    const char *jump = through ? NULL : pass_sample(e, l, &meets);
     const char *why =
         through                                                    ? NULL
         : jump                                                     ? jump
@@ -710,12 +718,11 @@ static void exchange_taken(const kmp_lane_room *room, size_t size, const outcome
     double *from = *b, *to = *a;
     *a = from;
     *b = to;
+    int64_t stays[KMP_LANES_MOST], any = 0;
     for (size_t l = 0; l < room->w; l++)
-        for (size_t k = l; what[l] != TAKEN && k < size * room->w; k += room->w) {
-            double x = to[k];
-            to[k] = from[k];
-            from[k] = x;
-        }
+        any |= stays[l] = what[l] != TAKEN;
+    if (any)
+        kmp_lanes_exchange(room->w, size, stays, to, from);
 }
 
 /* The ends of the steps that are taken become the beginnings of the next ones. */
@@ -752,6 +759,8 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
             e->work.lane_steps++;
             e->results[room->who[l]].rhs += 11 + (what[l] == TAKEN);
         }
+        if (what[l] == BAD_STAGE)
+            room->error[l] = INFINITY;
     }
     evaluate(e, pool, room->y_new, room->k[13]);
     if (room->nu)
@@ -759,7 +768,10 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     kmp_lanes_watch(e, pool, &seen);
     for (size_t l = 0; l < room->w; l++) {
         if (what[l] == TAKEN)
-            what[l] = room->bad[l] != 0 ? BAD_STAGE : kmp_lane_consents(e, pool, &seen, l) ? TAKEN : BAD_STEP;
+            what[l] = seen.quiet[l]                          ? TAKEN
+                      : room->bad[l] != 0                    ? BAD_STAGE
+                      : kmp_lane_consents(e, pool, &seen, l) ? TAKEN
+                                                             : BAD_STEP;
         room->bad[l] = 0;
     }
     bool searched[KMP_LANES_MOST] = {false};

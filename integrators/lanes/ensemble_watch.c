@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tests of the lanes at the end of their steps, as those of reduced.c, margin.c and runner_change.c for one run. */
+#include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include "integrators/lanes/ensemble_inside.h"
 #include "linalg/dense/dense.h"
@@ -34,12 +35,17 @@ void kmp_lanes_watch(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *x)
 {
     kmp_lane_room *room = &e->room;
     size_t w = room->w;
-    x->multiplier = kmp_lanes_run(pool->lanes, KMP_FUSED_END);
+    x->multiplier = kmp_lanes_values(pool->lanes, KMP_FUSED_END);
     x->pivot = kmp_lanes_pivots(e, pool, x->multiplier);
     x->h = x->pivot + (size_t)pool->layout.pivots * w;
     x->jacobian = x->h + (size_t)e->m * w;
     x->b = x->jacobian + (size_t)(e->s->jacobian.count + (e->s->rheonomic ? e->m : 0)) * w;
     x->dv = x->b + (size_t)(e->r * e->p) * w;
+    x->has_jacobian = false;
+    kmp_lanes_run_in_place(pool->lanes, KMP_FUSED_END);
+    kmp_lanes_gather(pool->lanes, KMP_FUSED_END, 0, (int)((x->jacobian - x->multiplier) / (ptrdiff_t)w));
+    kmp_lanes_gather(pool->lanes, KMP_FUSED_END, (int)((x->b - x->multiplier) / (ptrdiff_t)w),
+                     pool->program->outputs[KMP_FUSED_END + 1] - pool->program->outputs[KMP_FUSED_END]);
     const kmp_lanes_end end = {.p = e->p,
                                .r = e->r,
                                .m = e->m,
@@ -59,15 +65,46 @@ void kmp_lanes_watch(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *x)
                                .least = x->least};
     kmp_lanes_measure(w, &end);
     kmp_lanes_signs(w, pool->layout.pivots, pool->pivot_block, x->pivot, x->negative);
+    memset(x->quiet, 0, sizeof x->quiet);
+    if (e->r == 0 || e->m > e->r || kmp_charts_count(e->s) > 0)
+        return;
+    const kmp_lanes_ends ends = {.error = room->error,
+                                 .bad = room->bad,
+                                 .t_new = room->t_new,
+                                 .limit = room->limit,
+                                 .residual = x->residual,
+                                 .correction = x->correction,
+                                 .least = x->least,
+                                 .growth = x->growth,
+                                 .exchange = room->exchange,
+                                 .negative = x->negative,
+                                 .before = room->negative,
+                                 .sign_words = (pool->layout.pivots + 63) / 64,
+                                 .pivot = room->pivot,
+                                 .most = KMP_CORRECTION_LIMIT,
+                                 .r = (size_t)e->r,
+                                 .dv = x->dv,
+                                 .v = room->y_new + (size_t)(2 * e->p) * w,
+                                 .quiet = x->quiet};
+    kmp_lanes_find_quiet(w, &ends);
 }
 
 /* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */
 static bool looks_well(kmp_engine *e, const kmp_lane_watched *x, size_t l)
 {
-    kmp_instance *y = &e->instances[e->room.who[l]];
-    double least = x->least[l], before = y->pivot;
-    y->pivot = least > before ? least : before;
-    return before > 0 && least > KMP_MARGIN_CALLS * y->pivot;
+    double least = x->least[l], before = e->room.pivot[l];
+    e->room.pivot[l] = least > before ? least : before;
+    return before > 0 && least > KMP_MARGIN_CALLS * e->room.pivot[l];
+}
+
+/* J is gathered where a lane needs it. */
+static void need_jacobian(const kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x)
+{
+    ptrdiff_t w = (ptrdiff_t)e->room.w;
+    if (!x->has_jacobian)
+        kmp_lanes_gather(pool->lanes, KMP_FUSED_END, (int)((x->jacobian - x->multiplier) / w),
+                         (int)((x->b - x->multiplier) / w));
+    x->has_jacobian = true;
 }
 
 /* The last pivot of the scaled J under complete pivoting, over the largest so far. */
@@ -159,7 +196,7 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x,
     size_t w = room->w;
     x->margin[l] = INFINITY;
     x->rows[l] = 0;
-    if (e->r == 0)
+    if (e->r == 0 || x->quiet[l])
         return true;
     if (!(x->residual[l] < KMP_CLOSED)) {
         if (!corrects_little(e, pool, x, l))
@@ -170,6 +207,8 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x,
     if (!keeps_signs(e, x->negative, l, &y->signs))
         return false;
     bool well = looks_well(e, x, l);
+    if (!well)
+        need_jacobian(e, pool, x);
     x->margin[l] = well ? INFINITY : margin_of(e, x, l);
     x->rows[l] = well || e->m == e->r ? 0 : dependence_of(e, pool, x, l);
     return x->margin[l] >= KMP_MARGIN_DEEP && x->rows[l] <= KMP_ROWS_LOST;

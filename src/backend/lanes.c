@@ -211,24 +211,31 @@ static KMP_CLONES void copy_eights(size_t w, const kmp_frame *f, uint32_t first,
                 KMP_EIGHT_CONST(v + w * f->copies[k].from + l) * f->copies[k].factor;
 }
 
-static void run_copies(kmp_lanes *lanes, int stage)
-{
-    const kmp_frame *f = &lanes->frame;
-    size_t w = (size_t)lanes->width;
-    if (w % 8 == 0) {
-        if (f->copy_start[stage] < f->copy_start[stage + 1])
-            copy_eights(w, f, f->copy_start[stage], f->copy_start[stage + 1], lanes->v);
-        return;
-    }
-    for (uint32_t k = f->copy_start[stage]; k < f->copy_start[stage + 1]; k++)
-        for (size_t l = 0; l < w; l++)
-            lanes->v[f->copies[k].to * w + l] = lanes->v[f->copies[k].from * w + l] * f->copies[k].factor;
-}
-
 /* The slot of the first output of a stage. */
 static size_t first_output(const kmp_frame *f, int stage)
 {
     return f->out + (size_t)f->program->outputs[stage];
+}
+
+void kmp_lanes_gather(kmp_lanes *lanes, int stage, int first, int end)
+{
+    const kmp_frame *f = &lanes->frame;
+    size_t w = (size_t)lanes->width, from = first_output(f, stage) + (size_t)first, to = from + (size_t)(end - first);
+    uint32_t begin = f->copy_start[stage], past = f->copy_start[stage + 1];
+    while (begin < past && f->copies[begin].to < from)
+        begin++;
+    while (past > begin && f->copies[past - 1].to >= to)
+        past--;
+    if (w % 8 == 0 && begin < past)
+        copy_eights(w, f, begin, past, lanes->v);
+    for (uint32_t k = begin; k < past && w % 8 != 0; k++)
+        for (size_t l = 0; l < w; l++)
+            lanes->v[f->copies[k].to * w + l] = lanes->v[f->copies[k].from * w + l] * f->copies[k].factor;
+}
+
+const double *kmp_lanes_values(const kmp_lanes *lanes, int stage)
+{
+    return lanes->v + first_output(&lanes->frame, stage) * (size_t)lanes->width;
 }
 
 void kmp_lanes_outputs(const kmp_lanes *lanes, int stage, kmp_lanes_output *output)
@@ -258,7 +265,8 @@ void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage)
 
 const double *kmp_lanes_run(kmp_lanes *lanes, int stage)
 {
+    const kmp_program *program = lanes->frame.program;
     kmp_lanes_run_in_place(lanes, stage);
-    run_copies(lanes, stage);
-    return lanes->v + first_output(&lanes->frame, stage) * (size_t)lanes->width;
+    kmp_lanes_gather(lanes, stage, 0, program->outputs[stage + 1] - program->outputs[stage]);
+    return kmp_lanes_values(lanes, stage);
 }

@@ -47,6 +47,12 @@ typedef struct kmp_lanes_output {
 void kmp_lanes_outputs(const kmp_lanes *lanes, int stage, kmp_lanes_output *output);
 void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage);
 
+/** Brings the outputs [first, end) of a stage that was run in place to kmp_lanes_values. */
+void kmp_lanes_gather(kmp_lanes *lanes, int stage, int first, int end);
+
+/** Where the outputs of a stage are that have been gathered: width numbers for each. */
+const double *kmp_lanes_values(const kmp_lanes *lanes, int stage);
+
 /** Copies one value of all lanes. */
 static inline void kmp_lanes_copy(size_t width, double *to, const double *from)
 {
