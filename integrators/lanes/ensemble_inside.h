@@ -118,6 +118,7 @@ typedef struct kmp_lane_room {
     double *k[17];                                          /* size, as published: 1 to 13; for dense output to 16 */
     double *scale;                                          /* n */
     double *row_scale;                                      /* m */
+    double *per_scale, *per_row_scale;                      /* n, m: reciprocal */
     double *square;                                         /* m x n, of one lane */
     double *vdd, *vdd_new, *vdd_middle;                     /* n + m, where conditions need them */
     bool late;                                              /* conditions depend on accelerations or multipliers */
@@ -521,14 +522,14 @@ void kmp_lanes_publish(size_t width, const kmp_lanes_slopes *slopes);
 /** Measurements at the end of a step, by lanes. */
 typedef struct kmp_lanes_end {
     int p, r, m;
-    const int *u, *v;         /* of the choice of u */
-    const double *h, *dv, *b; /* m; r; r x p, column-major */
-    const double *weight;     /* r: of the dependent coordinates */
-    const double *scale, *row_scale;
-    double *residual;   /* max |h|, scaled */
-    double *correction; /* max |dv| in weights, of those beyond rounding */
-    double *growth;     /* max |Bvu|, scaled */
-    int pivots;         /* of Jv */
+    const int *u, *v;                                /* of the choice of u */
+    const double *h, *dv, *b;                        /* m; r; r x p, column-major */
+    const double *weight;                            /* r: of the dependent coordinates */
+    const double *scale, *per_scale, *per_row_scale; /* the last two: reciprocal */
+    double *residual;                                /* max |h|, scaled */
+    double *correction;                              /* max |dv| in weights, of those beyond rounding */
+    double *growth;                                  /* max |Bvu|, scaled */
+    int pivots;                                      /* of Jv */
     const double *pivot;
     double *least; /* min |pivot| */
 } kmp_lanes_end;

@@ -226,7 +226,7 @@ KMP_INLINE void next_steps(size_t w, double exponent, const kmp_lanes_control *c
         double error = c->error[l] > 1e-300 ? c->error[l] : 1e-300;
         double before = KMP_RK_BETA * log2_of(c->error_old[l]);
         error = error < 1e300 ? error : 1e300;
-        factor[l] = exp2_of(exponent * log2_of(error) - (c->error[l] <= 1 ? before : 0)) / KMP_RK_SAFETY;
+        factor[l] = exp2_of(exponent * log2_of(error) - (c->error[l] <= 1 ? before : 0)) * (1 / KMP_RK_SAFETY);
     }
     for (size_t l = 0; l < w; l++) {
         double longest = c->error[l] <= 1 ? 1.0 / c->grow : 0;
@@ -330,7 +330,7 @@ KMP_INLINE void measure_closures(size_t w, const kmp_lanes_end *e)
         e->residual[l] = e->correction[l] = e->growth[l] = 0;
     for (size_t i = 0; i < (size_t)e->m * w; i += w)
         for (size_t l = 0; l < w; l++)
-            e->residual[l] = larger_of(e->residual[l], or_infinite(fabs(e->h[i + l]) / e->row_scale[i + l]));
+            e->residual[l] = larger_of(e->residual[l], or_infinite(fabs(e->h[i + l]) * e->per_row_scale[i + l]));
     for (size_t l = 0; l < w; l++)
         e->least[l] = INFINITY;
     for (size_t i = 0; i < (size_t)e->pivots * w; i += w)
@@ -348,9 +348,9 @@ KMP_INLINE void measure_closures(size_t w, const kmp_lanes_end *e)
     for (int i = 0; i < e->r; i++)
         for (int c = 0; c < e->p; c++) {
             const double *b = e->b + (size_t)(c * e->r + i) * w, *u = e->scale + (size_t)e->u[c] * w,
-                         *v = e->scale + (size_t)e->v[i] * w;
+                         *per_v = e->per_scale + (size_t)e->v[i] * w;
             for (size_t l = 0; l < w; l++)
-                e->growth[l] = larger_of(e->growth[l], or_infinite(fabs(b[l]) * u[l] / v[l]));
+                e->growth[l] = larger_of(e->growth[l], or_infinite(fabs(b[l]) * u[l] * per_v[l]));
         }
 }
 

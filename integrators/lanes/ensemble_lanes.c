@@ -45,6 +45,8 @@ bool kmp_lane_room_init(kmp_engine *e, int width)
         room->nu_end = kmp_arena_aligned(a, w * m);
     }
     room->row_scale = kmp_arena_aligned(a, w * m);
+    room->per_scale = kmp_arena_aligned(a, w * n);
+    room->per_row_scale = kmp_arena_aligned(a, w * m);
     room->square = KMP_ARENA_NEW(a, double, m *n);
     room->at = kmp_arena_aligned(a, w * (1 + KMP_TIME_NUMBERS * (size_t)e->s->model->input_count));
     return !a->failed;
@@ -168,8 +170,12 @@ static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     }
     for (int k = 0; k < e->n; k++)
         room->scale[(size_t)k * w + l] = scale[k];
+    for (int k = 0; k < e->n; k++)
+        room->per_scale[(size_t)k * w + l] = 1 / scale[k];
     for (int k = 0; k < e->m; k++)
         room->row_scale[(size_t)k * w + l] = row_scale[k];
+    for (int k = 0; k < e->m; k++)
+        room->per_row_scale[(size_t)k * w + l] = 1 / row_scale[k];
     double *atol = room->atol + l;
     for (int k = 0; k < e->p; k++)
         kmp_formulation_tolerances(e->s, pool->part.u[k], e->spec.atol * scale[pool->part.u[k]], x->rate_scale,

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sines and cosines of lanes by fused multiply-adds, with half the operations of kempe_sincos.
  *
- * |x| = n pi/2 + r with pi/2 in three doubles. The difference of |x| and n times the first is exact: it is a multiple
+ * x = n pi/2 + r with pi/2 in three doubles. The difference of x and n times the first is exact: it is a multiple
  * of the last place of one of them, and below 1. (Muller et al., Handbook of Floating-Point Arithmetic, 2018, 10.2.) r
  * has the rounding of its last digit, and no tail. The polynomials are those of <kempe/runtime.h>, in the order of
- * Estrin. The results are within 1.5 ulp, and are the same for any width and on any machine. */
+ * Estrin. The results are within 1.5 ulp, and are the same for any width and on any machine. The sine of -0 is 0. */
 #include "backend/sincos.h"
 #include "base/clones.h"
 
@@ -15,11 +15,13 @@
 
 enum { WIDEST = 16 };
 
-/* r = x - n pi/2 for 0 <= x <= limit; n is in the low bits of the result. */
+/* Adding it leaves an integer in the low bits: 1.5 2^52. */
+static const double WHOLE = 6755399441055744.0;
+
+/* r = x - n pi/2; n is in the low bits of the result. */
 static KMP_INTO_CLONES uint64_t reduce(double x, double *r)
 {
-    const double round = 6755399441055744.0; /* 1.5 2^52: adding it leaves an integer in the low bits */
-    double t = fma(x, 0.6366197723675814, round), n = t - round;
+    double t = fma(x, 0.6366197723675814, WHOLE), n = t - WHOLE;
     *r = fma(-n, -1.4973849048591698e-33, fma(-n, 6.123233995736766e-17, fma(-n, 1.5707963267948966, x)));
     return kempe_bits_(t);
 }
@@ -37,8 +39,15 @@ static KMP_INTO_CLONES double cosine(double z, double zz)
     double first = fma(z, -0.001388888888887411, 0.0416666666666666);
     double second = fma(z, -2.755731434942884e-07, 2.4801587289472582e-05);
     double third = fma(z, -1.1359625713513941e-11, 2.0875722862049195e-09);
-    double head = fma(-0.5, z, 1.0), tail = fma(-0.5, z, 1.0 - head);
-    return head + fma(zz, fma(zz, fma(zz, third, second), first), tail);
+    return fma(z, fma(z, fma(zz, fma(zz, third, second), first), -0.5), 1.0);
+}
+
+/* Puts the sine and cosine of r into the quadrant q: odd ones exchange the two. */
+static KMP_INTO_CLONES void place(uint64_t q, double sine, double cosine, double *s, double *c)
+{
+    uint64_t a = kempe_bits_(sine), b = kempe_bits_(cosine), swap = (a ^ b) & (0 - (q & 1));
+    *s = kempe_unbits_((a ^ swap) ^ ((q & 2) << 62));
+    *c = kempe_unbits_((b ^ swap) ^ (((q + 1) & 2) << 62));
 }
 
 /* Each part for all lanes before the next part: the chains of two registers overlap. Where |x| is beyond the limit or
@@ -52,7 +61,7 @@ static KMP_INTO_CLONES void angle(size_t w, const double *restrict x, double *re
     for (size_t l = 0; l < w; l++)
         beyond[l] |= limit - (int64_t)kempe_bits_(fabs(x[l]));
     for (size_t l = 0; l < w; l++)
-        quadrant[l] = reduce(fabs(x[l]), &r[l]);
+        quadrant[l] = reduce(x[l], &r[l]);
     for (size_t l = 0; l < w; l++)
         z[l] = r[l] * r[l];
     for (size_t l = 0; l < w; l++)
@@ -62,7 +71,7 @@ static KMP_INTO_CLONES void angle(size_t w, const double *restrict x, double *re
     for (size_t l = 0; l < w; l++)
         b[l] = cosine(z[l], zz[l]);
     for (size_t l = 0; l < w; l++)
-        kempe_place_(x[l], quadrant[l], a[l], b[l], &s[l], &c[l]);
+        place(quadrant[l], a[l], b[l], &s[l], &c[l]);
 }
 
 /* The limit is tested once for all angles: their computations then overlap. */
