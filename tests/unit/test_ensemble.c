@@ -171,28 +171,46 @@ static void test_measures(void)
 {
     enum { R = 3, P = 2, N = R + P, W = 16 };
     static const int u[] = {1, 3}, v[] = {0, 2, 4};
-    double h[R * W], dv[R * W], b[R * P * W], weight[R * W], scale[N * W], row_scale[R * W];
+    double h[R * W], dv[R * W], b[R * P * W], weight[R * W], scale[N * W], per_scale[N * W], per_row_scale[R * W];
     random_seed(9);
     for (size_t width = 1; width <= W; width++) {
         double residual[W], correction[W], growth[W];
         double least[W];
-        kmp_lanes_end end = {P,     R,         R,        u,          v,      h, dv, b,    weight,
-                             scale, row_scale, residual, correction, growth, R, h,  least};
-        double *const vectors[] = {h, dv, weight, row_scale, b, scale};
+        const kmp_lanes_end end = {.p = P,
+                                   .r = R,
+                                   .m = R,
+                                   .u = u,
+                                   .v = v,
+                                   .h = h,
+                                   .dv = dv,
+                                   .b = b,
+                                   .weight = weight,
+                                   .scale = scale,
+                                   .per_scale = per_scale,
+                                   .per_row_scale = per_row_scale,
+                                   .residual = residual,
+                                   .correction = correction,
+                                   .growth = growth,
+                                   .pivots = R,
+                                   .pivot = h,
+                                   .least = least};
+        double *const vectors[] = {h, dv, weight, per_row_scale, b, scale};
         const size_t sizes[] = {R, R, R, R, R * P, N};
         for (int k = 0; k < 6; k++)
             for (size_t i = 0; i < sizes[k] * width; i++)
                 vectors[k][i] = k < 2 || k == 4 ? between(-1, 1) : between(0.5, 2);
+        for (size_t i = 0; i < N * width; i++)
+            per_scale[i] = 1 / scale[i];
         kmp_lanes_measure(width, &end);
         for (size_t l = 0; l < width; l++) {
             double most_h = 0, most_dv = 0, most_b = 0, least_h = INFINITY;
             for (size_t i = 0; i < R; i++) {
-                most_h = check_max(most_h, fabs(h[i * width + l]) / row_scale[i * width + l]);
+                most_h = check_max(most_h, fabs(h[i * width + l]) * per_row_scale[i * width + l]);
                 least_h = fmin(least_h, fabs(h[i * width + l]));
                 most_dv = check_max(most_dv, fabs(dv[i * width + l]) / weight[i * width + l]);
                 for (size_t c = 0; c < P; c++)
-                    most_b = check_max(most_b, fabs(b[(c * R + i) * width + l]) * scale[(size_t)u[c] * width + l] /
-                                                   scale[(size_t)v[i] * width + l]);
+                    most_b = check_max(most_b, fabs(b[(c * R + i) * width + l]) * scale[(size_t)u[c] * width + l] *
+                                                   per_scale[(size_t)v[i] * width + l]);
             }
             CHECK(residual[l] == most_h && correction[l] == most_dv && growth[l] == most_b && least[l] == least_h);
         }
