@@ -537,7 +537,7 @@ typedef struct kmp_lanes_end {
 void kmp_lanes_measure(size_t width, const kmp_lanes_end *end);
 
 /** Tests of the ends of steps, one number for each lane. */
-typedef struct kmp_lanes_ends {
+typedef struct kmp_lanes_tests {
     const double *error, *bad, *t_new, *limit;
     const double *residual, *correction, *least, *growth; /* as measured */
     const double *exchange;
@@ -549,9 +549,9 @@ typedef struct kmp_lanes_ends {
     const double *dv; /* r */
     double *v;        /* r: corrected in quiet lanes */
     int64_t *quiet;
-} kmp_lanes_ends;
+} kmp_lanes_tests;
 
-void kmp_lanes_find_quiet(size_t width, const kmp_lanes_ends *ends);
+void kmp_lanes_find_quiet(size_t width, const kmp_lanes_tests *ends);
 
 /** Exchanges the numbers of some lanes of two vectors of `size` components. */
 void kmp_lanes_exchange(size_t width, size_t size, const int64_t *lanes, double *a, double *b);

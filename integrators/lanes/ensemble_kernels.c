@@ -374,7 +374,7 @@ void kmp_lanes_measure(size_t width, const kmp_lanes_end *end)
         measure_closures(width, end);
 }
 
-KMP_INLINE void find_quiet(size_t w, const kmp_lanes_ends *e)
+KMP_INLINE void find_quiet(size_t w, const kmp_lanes_tests *e)
 {
     uint64_t turned[KMP_LANES_MOST] = {0};
     double largest[KMP_LANES_MOST];
@@ -402,17 +402,17 @@ KMP_INLINE void find_quiet(size_t w, const kmp_lanes_ends *e)
     }
 }
 
-KMP_CLONES static void find_quiet_8(const kmp_lanes_ends *ends)
+KMP_CLONES static void find_quiet_8(const kmp_lanes_tests *ends)
 {
     find_quiet(8, ends);
 }
 
-KMP_CLONES static void find_quiet_16(const kmp_lanes_ends *ends)
+KMP_CLONES static void find_quiet_16(const kmp_lanes_tests *ends)
 {
     find_quiet(16, ends);
 }
 
-void kmp_lanes_find_quiet(size_t width, const kmp_lanes_ends *ends)
+void kmp_lanes_find_quiet(size_t width, const kmp_lanes_tests *ends)
 {
     if (width == 8)
         find_quiet_8(ends);

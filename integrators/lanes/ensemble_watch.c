@@ -69,24 +69,24 @@ void kmp_lanes_watch(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *x)
     memset(x->quiet, 0, sizeof x->quiet);
     if (e->r == 0 || e->m > e->r || kmp_charts_count(e->s) > 0)
         return;
-    const kmp_lanes_ends ends = {.error = room->error,
-                                 .bad = room->bad,
-                                 .t_new = room->t_new,
-                                 .limit = room->limit,
-                                 .residual = x->residual,
-                                 .correction = x->correction,
-                                 .least = x->least,
-                                 .growth = x->growth,
-                                 .exchange = room->exchange,
-                                 .negative = x->negative,
-                                 .before = room->negative,
-                                 .sign_words = (pool->layout.pivots + 63) / 64,
-                                 .pivot = room->pivot,
-                                 .most = KMP_CORRECTION_LIMIT,
-                                 .r = (size_t)e->r,
-                                 .dv = x->dv,
-                                 .v = room->y_new + (size_t)(2 * e->p) * w,
-                                 .quiet = x->quiet};
+    const kmp_lanes_tests ends = {.error = room->error,
+                                  .bad = room->bad,
+                                  .t_new = room->t_new,
+                                  .limit = room->limit,
+                                  .residual = x->residual,
+                                  .correction = x->correction,
+                                  .least = x->least,
+                                  .growth = x->growth,
+                                  .exchange = room->exchange,
+                                  .negative = x->negative,
+                                  .before = room->negative,
+                                  .sign_words = (pool->layout.pivots + 63) / 64,
+                                  .pivot = room->pivot,
+                                  .most = KMP_CORRECTION_LIMIT,
+                                  .r = (size_t)e->r,
+                                  .dv = x->dv,
+                                  .v = room->y_new + (size_t)(2 * e->p) * w,
+                                  .quiet = x->quiet};
     kmp_lanes_find_quiet(w, &ends);
 }
 
