@@ -66,6 +66,12 @@ void kmp_account_begin(const kmp_run_quantities *q, double *account)
     }
 }
 
+/* True if a quantity takes part in an interval that has no begin or end of a span inside. */
+static bool covers(const kmp_run_quantity *q, double from, double to)
+{
+    return !q->spanned || (from >= q->begin && to <= q->end);
+}
+
 /* -- one quantity on one piece ------------------------------------------------------------------------- */
 
 static void take_largest(const kmp_piece *piece, double sign, double *value, double *time)
@@ -203,15 +209,21 @@ static bool sample(const measuring *m, const part *at)
            sample_points(m, at, 1, LAST - 1);
 }
 
+static kmp_piece piece_through(const double values[KMP_PIECE_POINTS], bool square, const part *at)
+{
+    double squares[KMP_PIECE_POINTS];
+    for (int k = 0; k < KMP_PIECE_POINTS; k++)
+        squares[k] = values[k] * values[k];
+    return kmp_piece_of(at->from, at->to, square ? squares : values);
+}
+
 /* The values of a channel, or their squares, as a polynomial. */
 static kmp_piece piece_of(const measuring *m, int channel, bool square, const part *at)
 {
     double values[KMP_PIECE_POINTS];
-    for (int k = 0; k < KMP_PIECE_POINTS; k++) {
-        double x = values_at(m, at, k)[channel];
-        values[k] = square ? x * x : x;
-    }
-    return kmp_piece_of(at->from, at->to, values);
+    for (int k = 0; k < KMP_PIECE_POINTS; k++)
+        values[k] = values_at(m, at, k)[channel];
+    return piece_through(values, square, at);
 }
 
 static void note_sizes(const measuring *m, const part *at)
@@ -222,31 +234,57 @@ static void note_sizes(const measuring *m, const part *at)
             size[c] = fmax(size[c], fabs(values_at(m, at, k)[c]));
 }
 
+/* True for a quantity that depends on all values in a part. */
+static bool takes_part(const kmp_run_quantity *q, const part *at)
+{
+    return q->kind != KMP_TAKE_END && q->kind != KMP_TAKE_AT && covers(q, at->from, at->to);
+}
+
+static bool is_smooth_for(const measuring *m, const kmp_run_quantity *q, const part *at)
+{
+    bool square = q->kind == KMP_TAKE_RMS;
+    const kmp_piece piece = piece_of(m, q->channel, square, at);
+    double most = m->account[(ptrdiff_t)NUMBERS * m->q->count + q->channel];
+    return kmp_piece_error(&piece) <= m->step->rtol * (square ? most * most : most);
+}
+
 static bool is_smooth(const measuring *m, const part *at)
 {
-    const double *size = m->account + (ptrdiff_t)NUMBERS * m->q->count;
-    for (int k = 0; k < m->q->count; k++) {
-        const kmp_run_quantity *q = &m->q->of[k];
-        bool square = q->kind == KMP_TAKE_RMS;
-        if (q->kind == KMP_TAKE_END || q->kind == KMP_TAKE_AT)
-            continue;
-        const kmp_piece piece = piece_of(m, q->channel, square, at);
-        double most = size[q->channel];
-        if (!(kmp_piece_error(&piece) <= m->step->rtol * (square ? most * most : most)))
+    for (int k = 0; k < m->q->count; k++)
+        if (takes_part(&m->q->of[k], at) && !is_smooth_for(m, &m->q->of[k], at))
             return false;
-    }
     return true;
+}
+
+/* A jump: straight lines between the points, since a polynomial through all of them passes beyond the values. */
+static void take_lines(const measuring *m, const kmp_run_quantity *q, const part *at, double *x)
+{
+    for (int j = 0; j + 1 < KMP_PIECE_POINTS; j++) {
+        double size = 0.5 * (at->to - at->from), line[KMP_PIECE_POINTS];
+        double a = values_at(m, at, j)[q->channel], b = values_at(m, at, j + 1)[q->channel];
+        const part between = {.from = at->from + size * (1 + kmp_piece_point(j)),
+                              .to = at->from + size * (1 + kmp_piece_point(j + 1))};
+        for (int k = 0; k < KMP_PIECE_POINTS; k++)
+            line[k] = a + 0.5 * (1 + kmp_piece_point(k)) * (b - a);
+        const kmp_piece piece = piece_through(line, false, &between), square = piece_through(line, true, &between);
+        take_piece(q, &piece, &square, x);
+    }
 }
 
 static void take(const measuring *m, const part *at)
 {
     for (int k = 0; k < m->q->count; k++) {
         const kmp_run_quantity *q = &m->q->of[k];
-        if (q->kind == KMP_TAKE_END || q->kind == KMP_TAKE_AT)
+        double *x = m->account + (ptrdiff_t)NUMBERS * k;
+        if (!takes_part(q, at))
             continue;
+        if (at->halvings == MOST_HALVINGS && !is_smooth_for(m, q, at)) {
+            take_lines(m, q, at, x);
+            continue;
+        }
         const kmp_piece piece = piece_of(m, q->channel, false, at),
                         square = q->kind == KMP_TAKE_RMS ? piece_of(m, q->channel, true, at) : piece;
-        take_piece(q, &piece, &square, m->account + (ptrdiff_t)NUMBERS * k);
+        take_piece(q, &piece, &square, x);
     }
 }
 
@@ -284,14 +322,46 @@ static bool take_times(const measuring *m, double from, double to)
     return true;
 }
 
+/* The first begin or end of a span between two times, or the later one of them. */
+static double next_cut(const kmp_run_quantities *q, double from, double to)
+{
+    double cut = to;
+    for (int k = 0; k < q->count; k++) {
+        const double at[] = {q->of[k].begin, q->of[k].end};
+        for (int i = 0; i < 2; i++)
+            if (q->of[k].spanned && at[i] > from && at[i] < cut)
+                cut = at[i];
+    }
+    return cut;
+}
+
+/* From one cut of the step to the next; known points belong to the whole step alone. */
+static bool measure_between(const kmp_run_quantities *q, double *account, double *room, const kmp_measured_step *step)
+{
+    for (double from = step->from, to; from < step->to; from = to) {
+        to = next_cut(q, from, step->to);
+        kmp_measured_step between = *step;
+        if (from > step->from || to < step->to) {
+            between.from = from;
+            between.to = to;
+            between.sampled = NULL;
+            between.parts = NULL;
+        }
+        measuring m = {q, account, room, &between, 0};
+        const part whole = {.from = from, .to = to};
+        bool needed = false;
+        for (int k = 0; k < q->count; k++)
+            needed = needed || takes_part(&q->of[k], &whole);
+        if (needed && !measure(&m, &whole))
+            return false;
+    }
+    return true;
+}
+
 bool kmp_account_step(const kmp_run_quantities *q, double *account, double *room, const kmp_measured_step *step)
 {
-    measuring m = {q, account, room, step, 0};
-    bool pieces = false;
-    for (int k = 0; k < q->count; k++)
-        pieces = pieces || (q->of[k].kind != KMP_TAKE_END && q->of[k].kind != KMP_TAKE_AT);
-    return take_times(&m, step->from, step->to) &&
-           (!pieces || !(step->to > step->from) || measure(&m, &(part){.from = step->from, .to = step->to}));
+    const measuring m = {q, account, room, step, 0};
+    return take_times(&m, step->from, step->to) && measure_between(q, account, room, step);
 }
 
 /* -- steps that change nothing --------------------------------------------------------------------------- */
@@ -308,6 +378,10 @@ bool kmp_quantities_may_pass(const kmp_run_quantities *q)
 static bool stays(const kmp_run_quantity *q, const kmp_measured_step *step, double low, double high, const double *x)
 {
     bool known = !isnan(x[TIME]), never = low > 0, always = high < 0;
+    if (q->spanned && (step->to <= q->begin || step->from >= q->end))
+        return true;
+    if (!covers(q, step->from, step->to))
+        return false;
     switch (q->kind) {
     case KMP_TAKE_END:
         return true;
@@ -331,6 +405,8 @@ static bool stays(const kmp_run_quantity *q, const kmp_measured_step *step, doub
 
 static void pass(const kmp_run_quantity *q, const kmp_measured_step *step, double *x)
 {
+    if (!covers(q, step->from, step->to))
+        return;
     if (q->kind == KMP_TAKE_DURATION && x[OTHER] > 0)
         x[VALUE] += step->to - x[TIME];
     if (q->kind == KMP_TAKE_FIRST || q->kind == KMP_TAKE_COUNT || q->kind == KMP_TAKE_DURATION)
@@ -364,9 +440,12 @@ void kmp_account_values(const kmp_run_quantities *q, const double *account, doub
     for (int k = 0; k < q->count; k++) {
         const kmp_run_quantity *of = &q->of[k];
         const double *x = account + (ptrdiff_t)NUMBERS * k;
-        double *v = values + of->first_value, span = t_end - t_start;
+        double *v = values + of->first_value;
+        double span = of->spanned ? fmin(of->end, t_end) - fmax(of->begin, t_start) : t_end - t_start;
         v[0] = x[VALUE];
-        if (of->kind == KMP_TAKE_END)
+        if (of->spanned && !(span > 0))
+            v[0] = NAN;
+        else if (of->kind == KMP_TAKE_END)
             v[0] = end[of->channel];
         else if (of->kind == KMP_TAKE_RANGE)
             v[0] = x[VALUE] - x[OTHER];
@@ -374,7 +453,7 @@ void kmp_account_values(const kmp_run_quantities *q, const double *account, doub
             v[0] = x[VALUE] / span;
         else if (of->kind == KMP_TAKE_RMS)
             v[0] = sqrt(fmax(x[VALUE] / span, 0));
-        else if (kmp_run_quantity_width(of->kind) == 2)
+        if (kmp_run_quantity_width(of->kind) == 2)
             v[1] = x[TIME];
     }
 }

@@ -24,9 +24,11 @@ typedef enum kmp_run_quantity_kind {
 
 typedef struct kmp_run_quantity {
     kmp_run_quantity_kind kind;
-    int channel;     /* of a condition: it holds where the value is negative */
-    bool or_equal;   /* or zero */
-    double time;     /* of KMP_TAKE_AT */
+    int channel;   /* of a condition: it holds where the value is negative */
+    bool or_equal; /* or zero */
+    double time;   /* of KMP_TAKE_AT */
+    bool spanned;  /* it is taken between begin and end, not over the whole run */
+    double begin, end;
     int first_value; /* among the values of all quantities */
 } kmp_run_quantity;
 

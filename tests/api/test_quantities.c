@@ -324,6 +324,59 @@ static void test_bounces(void)
     end(&s);
 }
 
+/* -- spans of time: of the oscillator, with all that begins and ends within steps ------------------------- */
+
+static const char *const spanned =
+    "top = max(q(x)) from 0.31 s to 0.35 s, low = min(q(x)) from 0.3 to 0.7, wide = range(q(x)) from 100 ms to 150 ms, "
+    "middle = mean(q(x)) from 0.25 s, size = rms(q(x)) from 0.2 s to 0.6 s, area = integral(q(x)) from 0 to 0.4 s, "
+    "down = first(q(x) < 0) from 0.5 s, already = first(q(x) < 0) from 0.32 s, "
+    "often = count(q(x) < 0) from 0.32 s to 0.9 s, below = duration(q(x) < 0) from 0.3 s to 0.8 s, "
+    "sign = max(if(q(x) < 0, -1, 1)), other = min(if(q(x) < 0, -1, 1)) from 0.1 s, "
+    "turns = count(if(q(x) < 0, -1, 0.01) < 0), negative = mean(if(q(x) < 0, -1, 1))";
+
+/* w = 10/s: x falls to a cos(3.5) from 0.31 s to 0.35 s, is negative from pi/20 s to 3 pi/20 s and from pi/4 s
+ * on. */
+static void check_spans(const kempe_batch *b, int i, double a)
+{
+    double w = 10, root = a * a / 2 + a * a * (sin(2 * w * 0.6) - sin(2 * w * 0.2)) / (4 * w * 0.4);
+    CHECK_NEAR(value(b, i, "top"), a * cos(3.5), 1e-8);
+    CHECK_NEAR(value(b, i, "top.time"), 0.35, 1e-12);
+    CHECK_NEAR(value(b, i, "low"), -a, 1e-8);
+    CHECK_NEAR(value(b, i, "low.time"), PI / 10, 1e-5);
+    CHECK_NEAR(value(b, i, "wide"), a * (cos(1) - cos(1.5)), 1e-8);
+    CHECK_NEAR(value(b, i, "middle"), a * (sin(10) - sin(2.5)) / w / 0.75, 1e-8);
+    CHECK_NEAR(value(b, i, "size"), sqrt(root), 1e-8);
+    CHECK_NEAR(value(b, i, "area"), a * sin(4) / w, 1e-8);
+    CHECK_NEAR(value(b, i, "down"), PI / 4, 1e-8);
+    CHECK_NEAR(value(b, i, "already"), 0.32, 1e-12);
+    CHECK(value(b, i, "often") == 1);
+    CHECK_NEAR(value(b, i, "below"), 3 * PI / 20 - 0.3 + 0.8 - PI / 4, 1e-8);
+    CHECK(value(b, i, "sign") == 1 && value(b, i, "other") == -1 && value(b, i, "turns") == 2);
+    CHECK_NEAR(value(b, i, "negative"), 1 - 2 * (PI / 10 + 1 - PI / 4), 1e-4);
+}
+
+static void test_spans(void)
+{
+    static const char *const names[] = {"m", "a"};
+    const double rows[][2] = {{1, 0.1}, {1, 0.15}, {1, 0.12}, {1, 0.2}, {1, 0.05}};
+    study s = begin(OSCILLATOR, 2, names, 5, rows[0], spanned, NULL);
+    if (s.status != KEMPE_OK)
+        printf("%s\n", kempe_context_message(s.context));
+    CHECK(s.status == KEMPE_OK);
+    kempe_batch *b[] = {run(&s, 1, 0, 1), run(&s, 1, 1, 2), run(&s, 1, -1, 1)};
+    for (int k = 0; k < 3; k++) {
+        for (int i = 0; i < 5; i++) {
+            check_spans(b[k], i, rows[i][1]);
+            for (int v = 0; v < kempe_batch_quantity_count(b[0]); v++) { /* the same bits in lanes */
+                double first = kempe_batch_quantity(b[0], i, v), other = kempe_batch_quantity(b[k], i, v);
+                CHECK(k == 2 || memcmp(&first, &other, sizeof first) == 0);
+            }
+        }
+        kempe_batch_free(b[k]);
+    }
+    end(&s);
+}
+
 /* -- mistakes ------------------------------------------------------------------------------------------- */
 
 static void refuse(const char *quantities, const char *limits, const char *message)
@@ -349,6 +402,13 @@ static void test_mistakes(void)
     refuse("at(q(x), 2 m)", NULL, "quantity:1:10: the time: expected s, got m");
     refuse("at(q(x), -2 s)", NULL, "quantity:1:10: '-2 s': the time must not be negative");
     refuse("a = q(x), a = qd(x)", NULL, "quantity:1:11: 'a = qd(x)': a quantity of this name is there already");
+    refuse("max(q(x)) from 2 s to 1 s", NULL,
+           "quantity:1:1: 'max(q(x)) from 2 s to 1 s': the span ends before it begins");
+    refuse("a = q(x) from 1 s", NULL,
+           "quantity:1:5: 'q(x) from 1 s': a span of time is for max(..), min(..), range(..), mean(..), rms(..), "
+           "integral(..), first(..), count(..) or duration(..)");
+    refuse("max(q(x)) from 1 m", NULL, "quantity:1:16: the time: expected s, got m");
+    refuse("max(q(x)) from 1 s to two", NULL, "quantity:1:23: unknown parameter 'two'");
     refuse("a = ", NULL, "quantity:1:4: '': an expression is missing");
     refuse("q(x), 1 m + 1 s", NULL, "quantity:1:11: a quantity: s cannot be added to m");
     refuse(NULL, "max(q(x))", "limit:1:1: 'max(q(x))': QUANTITY < VALUE is expected, or one of <=, >, >=");
@@ -483,6 +543,7 @@ int main(void)
     TEST(test_limits);
     TEST(test_motion);
     TEST(test_bounces);
+    TEST(test_spans);
     TEST(test_mistakes);
     TEST(test_late);
     TEST(test_passed);

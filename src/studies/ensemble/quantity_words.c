@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A quantity is [NAME =] WORD(EXPRESSION), or an expression alone: its value at the end. */
+/* A quantity is [NAME =] WORD(EXPRESSION) [from TIME [to TIME]], or an expression alone: its value at the end. */
 #include "studies/ensemble/quantity_words.h"
 #include "model/tables/added_values.h"
 #include "model/tables/nearest.h"
@@ -184,6 +184,46 @@ static kempe_status read_time(reading *r, part text, double *time)
     return KEMPE_OK;
 }
 
+/* The place of a word between spaces outside parentheses; the length of the text: there is none. */
+static size_t find_apart(part p, const char *word)
+{
+    size_t length = strlen(word);
+    int depth = 0;
+    for (size_t k = 0; k + length < p.length; k++) {
+        depth += (p.s[k] == '(') - (p.s[k] == ')');
+        if (depth == 0 && k > 0 && isspace((unsigned char)p.s[k - 1]) && strncmp(p.s + k, word, length) == 0 &&
+            isspace((unsigned char)p.s[k + length]))
+            return k;
+    }
+    return p.length;
+}
+
+/* Takes "from TIME" or "from TIME to TIME" from the end of an item. */
+static kempe_status take_span(reading *r, part *item, kmp_run_quantity *q)
+{
+    enum { FROM = 4, TO = 2 };
+    const part written = *item;
+    size_t from = find_apart(written, "from");
+    if (from == written.length)
+        return KEMPE_OK;
+    const part behind = part_of(written, from + FROM, written.length - from - FROM);
+    size_t to = find_apart(behind, "to");
+    bool ends = to < behind.length;
+    *item = part_of(written, 0, from);
+    part inside;
+    int row = find_word(*item, &inside);
+    if (row < 0 || words[row].kind == KMP_TAKE_AT)
+        return complain(r, written,
+                        "a span of time is for max(..), min(..), range(..), mean(..), rms(..), integral(..), "
+                        "first(..), count(..) or duration(..)");
+    q->spanned = true;
+    q->end = INFINITY;
+    KMP_TRY(read_time(r, part_of(behind, 0, to), &q->begin));
+    if (ends)
+        KMP_TRY(read_time(r, part_of(behind, to + TO, behind.length - to - TO), &q->end));
+    return q->end > q->begin ? KEMPE_OK : complain(r, written, "the span ends before it begins");
+}
+
 static int value_named(const reading *r, part name)
 {
     for (int k = 0; k < r->list->run.values; k++)
@@ -196,9 +236,11 @@ static kempe_status add_quantity(reading *r, part item)
 {
     kmp_run_quantities *run = &r->list->run;
     const part written = item, name = take_name(&item);
+    kmp_run_quantity q = {.first_value = run->values};
+    KMP_TRY(take_span(r, &item, &q));
     part inside = item;
     int row = find_word(item, &inside);
-    kmp_run_quantity q = {.kind = row < 0 ? KMP_TAKE_END : words[row].kind, .first_value = run->values};
+    q.kind = row < 0 ? KMP_TAKE_END : words[row].kind;
     if (value_named(r, name) >= 0)
         return complain(r, written, "a quantity of this name is there already");
     if (q.kind == KMP_TAKE_AT) {
