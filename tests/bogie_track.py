@@ -6,6 +6,8 @@ a closed form and for several choices of u, what a clearance of 6.5 mm and one o
     python3 tests/bogie_track.py build/dev/kempe
 """
 import cmath
+import contextlib
+import io
 import json
 import math
 import pathlib
@@ -19,7 +21,10 @@ import runs
 from runs import ROOT, kempe, rows
 
 HERE = ROOT / "examples/bogie_track"
+RECORDED = ROOT / "bench/results/bogie_regimes.csv"
 sys.path.insert(0, str(HERE))
+import draw_regimes  # noqa: E402
+import map_bogie_track as regimes  # noqa: E402
 import reference_bogie_track as reference  # noqa: E402
 
 SPINS = ("spin_FL", "spin_FR", "spin_RL", "spin_RR")
@@ -105,7 +110,7 @@ class SlowMode(unittest.TestCase):
     def test_closed_form(self):
         """Frequency, and what of growth goes with the direction, are those of a stiff frame that two axles steer, with the yaw damper and
         without: within 0.23 % and 2.2 %, which is how axles roll on their cones, weight and spin, at 20 m/s masses."""
-        table = rows(HERE / "reference.csv")
+        table = [row for row in rows(HERE / "reference.csv") if row["motors"] > 0]
         self.assertEqual(len(table), 8)
         for row in table if runs.FULL else table[::3]:  # 5 and 20 m/s with the damper, 15 m/s without
             v, damper = row["speed"], row["yaw_damper"]
@@ -114,6 +119,20 @@ class SlowMode(unittest.TestCase):
                 self.assertLess(abs((there.imag + back.imag) / 2 / row["im"] - 1), 3e-3)
                 self.assertLess(abs((there.real - back.real) / 2 / row["re"] - 1), 0.025)
                 self.assertTrue(there.real > 0 > back.real or v == 20)
+
+    def test_braked(self):
+        """Without motors the forces of brakes alone let the bogie oscillate, as in closed form: squares of frequencies within 1.5 %, and of
+        growth the part that goes with the direction within 1.5e-3 1/s, which is how axles roll on their cones, weight and spin."""
+        table = [row for row in rows(HERE / "reference.csv") if row["torque"] < 0]
+        self.assertEqual(len(table), 6)
+        for row in table if runs.FULL else table[::3]:
+            v, torque = row["speed"], row["torque"]
+            there, back = (slow(HERE / "bogie_on_rails.yaml", *runs.settings(speed=way * v, yaw_damper=row["yaw_damper"], motors=0,
+                                                                             wheel_torque=-way * torque)) for way in (1, -1))
+            with self.subTest(damper=row["yaw_damper"], torque=torque):
+                self.assertLess(abs((there.imag**2 + back.imag**2) / 2 / row["im"]**2 - 1), 0.015)
+                self.assertLess(abs((there.real - back.real) / 2 - row["re"]), 1.5e-3)
+                self.assertTrue(row["yaw_damper"] < 20000 or back.real > 0.015)
 
     def test_choices(self):
         """Eigenvalues do not depend on the choice of u, at the steady motion itself."""
@@ -166,6 +185,44 @@ class Clearance(unittest.TestCase):
         way = [row for row in simulated(40, "--set", "worn=0", "--set", "speed=-10")]
         self.assertLess(max(abs(row["q.y"]) for row in way if row["t"] > 30), 0.7 * max(abs(row["q.y"]) for row in way if row["t"] < 10))
 
+class Regimes(unittest.TestCase):
+    def test_pairs(self):
+        """2 mm and 6.5 mm give two regimes, and the recorded ones: with a worn wheel and coupled wheels, with brakes and neither of
+        these, and no such pair without any of them."""
+        recorded = regimes.table(RECORDED)
+        for name, x, value, expected in (("wear", "0.25", 0.25e-3, ("leans left", "left rail")), ("torque", "-0.5", -500, ("leans left", "left rail")),
+                                         ("plain", "10", 10, ("no rail", "no rail"))):
+            _, _, ((varied, *_),), others, _ = regimes.MAPS[name]
+            for clearance, regime in zip(regimes.PAIR, expected):
+                with self.subTest(map=name, clearance=clearance), tempfile.TemporaryDirectory() as folder:
+                    values = pathlib.Path(folder) / "values.csv"
+                    values.write_text(f"{varied}\n{value}\n")
+                    (row,), old = (regimes.instances(runs.command, ["--values", values], others, clearance), recorded[name, x, "", f"{clearance:g}"])
+                    self.assertEqual((regimes.regime(row), old["regime"]), (regime, regime))
+                    if name == "plain":
+                        continue
+                    top, low = 1e3 * float(row["top"]), 1e3 * float(row["low"])
+                    self.assertTrue(clearance - 0.2 < top < clearance)  # leaning, an axle stays there; rebounding, it leaves by millimetres
+                    self.assertTrue(low > clearance - 0.15 if clearance == 2 else low < clearance - 5)
+
+    def test_position_of_the_centre(self):
+        """The bogie with coupled wheels leans where a worn wheel displaces the centre of its oscillation beyond the rail, in all cells."""
+        found = [row for row in regimes.table(RECORDED).values() if row["map"] == "wear"]
+        self.assertEqual(len(found), 99)
+        for row in found:
+            beyond = float(row["x"]) / (2 * 0.05) > float(row["clearance"]) - 0.06  # where flanges touch
+            self.assertEqual(row["regime"] == "leans left", beyond, row)
+            self.assertTrue(beyond or regimes.rebounds(row["regime"]))
+
+    def test_picture(self):
+        """The maps are drawn from the recorded table."""
+        drawn = io.StringIO()
+        with contextlib.redirect_stdout(drawn):
+            draw_regimes.main(RECORDED)
+        self.assertEqual(drawn.getvalue(), (HERE / "regimes.svg").read_text())
+
+
+class Formulations(unittest.TestCase):
     def test_formulations(self):
         ways = [simulated(0.7, "--rtol", rtol, "--output-step", 0.05, *words)
                 for rtol, words in ((1e-8, ()), (1e-8, ("--formulation", "dae", "--integrator", "ida")))]

@@ -33,7 +33,7 @@ def missing():
 
 
 def pages():
-    return [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md")), *sorted(ROOT.glob("examples/*/README.md")),
+    return [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md")), *sorted(ROOT.glob("examples/*/*.md")),
             *sorted(ROOT.glob("examples/*/*.ipynb")), ROOT / "examples/README.md", ROOT / "bench/README.md",
             ROOT / "bench/results/million.md"]
 

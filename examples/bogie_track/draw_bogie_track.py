@@ -7,13 +7,17 @@
     kempe simulate bogie_track.yaml --no-convergence-check --t-end 30 --output-step 0.1 --set worn=0 -o alike.csv
     python3 draw_bogie_track.py runs wide.csv narrow.csv alike.csv > yaw.svg
 
+    python3 draw_bogie_track.py cases kempe > figure_11.svg
+
     kempe modes bogie_on_rails.yaml --at start --sweep speed=0.5:20:40 -o behind.csv
     kempe modes bogie_on_rails.yaml --at start --sweep speed=-0.5:-20:40 -o before.csv
     kempe modes bogie_on_rails.yaml --at start --sweep speed=0.5:20:40 --set motors=0 -o alone.csv
     python3 draw_bogie_track.py modes behind.csv before.csv alone.csv > modes.svg
 """
 import pathlib
+import subprocess
 import sys
+import tempfile
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
@@ -49,6 +53,27 @@ def runs(wide, narrow, alike):
          (0, 30), 5, "t, s")
 
 
+BRAKED = {"worn": 0, "motors": 0, "speed": -10, "yaw_damper": "20 kN*m*s", "wheel_torque": "-600 N*m", "cross_level": "-1.5 mm", "turn": 0.5e-3}
+CASES = (("A: coupling and a worn wheel", {}), ("B: coupling and a cross level of 10 mm", {"worn": 0, "cross_level": "10 mm"}),
+         ("C: brakes, driven axle in front, yaw damper of 20 kN m s, cross level of 1.5 mm", BRAKED), ("D: none of them", {"worn": 0, "motors": 0}))
+
+
+def simulated(kempe, values, folder):
+    out = pathlib.Path(folder) / "run.csv"
+    words = [word for name, value in values.items() for word in ("--set", f"{name}={value}")]
+    subprocess.run([kempe, "simulate", pathlib.Path(__file__).with_name("bogie_track.yaml"), "--no-convergence-check", "--t-end", "60",
+                    "--output-step", "0.1", "--rtol", "1e-8", *words, "-o", out], check=True, stdout=subprocess.DEVNULL)
+    return [(row["t"], 1e3 * row["q.psi"]) for row in rows(out)]
+
+
+def cases(kempe):
+    """Yaw of the car body over time, as in the paper's Figure 11, for each set of assumptions."""
+    with tempfile.TemporaryDirectory() as folder:
+        draw([(f"{title}; yaw of the car body, mrad", (-1.5, -1, -0.5, 0, 0.5, 1, 1.5),
+               [(name, colour, simulated(kempe, {"sigma": sigma, **values}, folder))
+                for name, sigma, colour in (("6.5 mm", "6.5 mm", BLUE), ("2 mm", "2 mm", RED))]) for title, values in CASES], (0, 60), 10, "t, s")
+
+
 def slow(path):
     """Speed and eigenvalue of the slowest mode that is not still."""
     for row in rows(path):
@@ -65,4 +90,4 @@ def modes(behind, before, alone):
 
 
 if __name__ == "__main__":
-    {"runs": runs, "modes": modes}[sys.argv[1]](*sys.argv[2:])
+    {"runs": runs, "cases": cases, "modes": modes}[sys.argv[1]](*sys.argv[2:])

@@ -13,6 +13,10 @@ pulled together by the motors, +-f (b psi'/V + slope y/r0) along the driven one,
 Besides the damper c against the car body's yaw, which is -(y + a psi)/p: the ball is a ahead of the driven axle, P another p. It takes
 c (psi' + (y' + a psi')/p) as a moment, and what of it goes through ball and P.
 
+A torque T on each driven wheel gives forces T/r0 along rails, whose middle does not move with the bogie: X = 2 T/r0 turns it by X y, and
+its reaction at the ball, along the car body, pushes it aside by X (psi + (y + a psi)/p). Of the wheel on the larger radius the force is
+smaller. With braking, T < 0, these forces alone let the bogie oscillate, without motors that couple its wheels.
+
 Weight on the slopes and creep by spin nearly balance each other and are left out, as are masses and how axles roll on their cones.
 Hertz's ellipses and Kalker's coefficients: ../rolling_contact.py.
 """
@@ -43,21 +47,24 @@ def creep(load, radius):
     return SHEAR * a * b * c11, SHEAR * a * b * c22
 
 
-def mode(speed, damper):
+def mode(speed, damper, motors=MOTORS, torque=0.0):
     """Of forces across and moments about the driven axle by (y, psi) and their rates, all of which are lengths and angles forwards."""
     (f11, f22), (_, other) = (creep(*given) for given in zip(LOADS, RADII))
     v, way, r0 = abs(speed), math.copysign(1, speed), RADII[0]
-    f = f11 / (1 + f11 * r0**2 / (MOTORS * v))
+    f = f11 / (1 + f11 * r0**2 / (motors * v)) if motors else 0.0
+    x = 2 * torque / r0
     c0, c1 = [[0.0, 0.0], [2 * B * f * SLOPE / r0, 0.0]], [[0.0, 0.0], [0.0, 2 * B * f * B / v]]
     turns = way / PIVOT, 1 + BALL / PIVOT  # of the bogie against the car body, by y and psi
     for i in (0, 1):
-        for x, f22_ in ((0, f22), (way * L, other)):
-            arm = (1, x)
+        for ahead, f22_ in ((0, f22), (way * L, other)):
+            arm = (1, ahead)
             c0[i][1] -= arm[i] * 2 * f22_
             for k in (0, 1):
                 c1[i][k] += arm[i] * 2 * f22_ / v * arm[k]
         for k in (0, 1):
             c1[i][k] += damper * turns[i] * turns[k]
+            c0[i][k] -= (1, way * BALL)[i] * x * turns[k]
+    c0[1][0] -= x + 2 * B * torque * SLOPE / r0**2
     square = c1[0][0] * c1[1][1] - c1[0][1] * c1[1][0]
     linear = c0[0][0] * c1[1][1] + c1[0][0] * c0[1][1] - c0[0][1] * c1[1][0] - c1[0][1] * c0[1][0]
     last = c0[0][0] * c0[1][1] - c0[0][1] * c0[1][0]
@@ -65,9 +72,10 @@ def mode(speed, damper):
 
 
 if __name__ == "__main__":
-    print("# of bogie_on_rails.yaml: eigenvalue of its slow mode, 1/s; backwards it is the same but for the sign of re\nspeed,yaw_damper,re,im")
-    for c in (5000, 0):
-        for v in (5, 10, 15, 20):
-            s = mode(v, c)
-            assert abs(mode(-v, c) + s.conjugate()) < 1e-12 * abs(s)
-            print("%g,%g,%.6g,%.6g" % (v, c, s.real, s.imag))
+    print("# of bogie_on_rails.yaml: eigenvalue of its slow mode, 1/s; backwards it is the same but for the sign of re\nspeed,yaw_damper,motors,torque,re,im")
+    coupled = [(v, c, MOTORS, 0.0) for c in (5000, 0) for v in (5, 10, 15, 20)]
+    braked = [(10, c, 0.0, torque) for c in (0, 5000, 20000) for torque in (-600.0, -1200.0)]
+    for given in coupled + braked:
+        s, back = mode(*given), mode(-given[0], *given[1:])
+        assert abs(back + s.conjugate()) < 1e-12 * abs(s)
+        print(",".join("%.6g" % x for x in (*given, s.real, s.imag)))

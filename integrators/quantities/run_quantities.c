@@ -338,7 +338,8 @@ static double next_cut(const kmp_run_quantities *q, double from, double to)
 /* From one cut of the step to the next; known points belong to the whole step alone. */
 static bool measure_between(const kmp_run_quantities *q, double *account, double *room, const kmp_measured_step *step)
 {
-    for (double from = step->from, to; from < step->to; from = to) {
+    double from = step->from, to;
+    while (from < step->to) {
         to = next_cut(q, from, step->to);
         kmp_measured_step between = *step;
         if (from > step->from || to < step->to) {
@@ -354,6 +355,7 @@ static bool measure_between(const kmp_run_quantities *q, double *account, double
             needed = needed || takes_part(&q->of[k], &whole);
         if (needed && !measure(&m, &whole))
             return false;
+        from = to;
     }
     return true;
 }
