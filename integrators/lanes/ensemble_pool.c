@@ -88,6 +88,7 @@ static bool prepare(const kmp_engine *e, kmp_pool *pool)
     pool->place = KMP_NEW(double *, size);
     if (!pool->lanes || !pool->output || !pool->place)
         return false;
+    kmp_lanes_fuse_sines(pool->lanes);
     kmp_lanes_outputs(pool->lanes, stage, pool->output);
     kmp_lanes_places(pool->lanes, KMP_IN_Q, size, pool->place);
     return true;

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sines and cosines of lanes by fused multiply-adds, with half the operations of kempe_sincos.
+/* Sines and cosines of lanes: with the bits of kempe_sincos, or by fused multiply-adds, with half the operations.
  *
  * x = n pi/2 + r with pi/2 in three doubles. The difference of x and n times the first is exact: it is a multiple
  * of the last place of one of them, and below 1. (Muller et al., Handbook of Floating-Point Arithmetic, 2018, 10.2.) r
  * has the rounding of its last digit, and no tail. The polynomials are those of <kempe/runtime.h>, in the order of
- * Estrin. The results are within 1.5 ulp, and are the same for any width and on any machine. The sine of -0 is 0. */
+ * Estrin. The fused results are within 1.5 ulp. All are the same for any width and on any machine. */
 #include "backend/sincos.h"
 #include "base/clones.h"
 
@@ -50,58 +50,84 @@ static KMP_INTO_CLONES void place(uint64_t q, double sine, double cosine, double
     *c = kempe_unbits_((b ^ swap) ^ (((q + 1) & 2) << 62));
 }
 
-/* Each part for all lanes before the next part: the chains of two registers overlap. Where |x| is beyond the limit or
- * NaN, beyond[l] becomes negative. */
-static KMP_INTO_CLONES void angle(size_t w, const double *restrict x, double *restrict s, double *restrict c,
-                                  int64_t *restrict beyond)
+static KMP_INTO_CLONES uint64_t reduce_either(bool fused, double x, double *r, double *y)
+{
+    *y = 0;
+    return fused ? reduce(x, r) : kempe_reduce_(fabs(x), r, y);
+}
+
+/* Each part for all lanes before the next part: the chains of two registers overlap. Numbers |x| beyond the limit and
+ * NaN make beyond[l] negative. */
+static KMP_INTO_CLONES void angle(size_t w, bool fused, const double *restrict x, double *restrict s,
+                                  double *restrict c, int64_t *restrict beyond)
 {
     const int64_t limit = 0x40f86a0000000000; /* KEMPE_SINCOS_LIMIT */
-    double r[WIDEST], z[WIDEST], zz[WIDEST], a[WIDEST], b[WIDEST];
+    double r[WIDEST], y[WIDEST], z[WIDEST], zz[WIDEST], a[WIDEST], b[WIDEST];
     uint64_t quadrant[WIDEST];
     for (size_t l = 0; l < w; l++)
         beyond[l] |= limit - (int64_t)kempe_bits_(fabs(x[l]));
     for (size_t l = 0; l < w; l++)
-        quadrant[l] = reduce(x[l], &r[l]);
+        quadrant[l] = reduce_either(fused, x[l], &r[l], &y[l]);
     for (size_t l = 0; l < w; l++)
         z[l] = r[l] * r[l];
-    for (size_t l = 0; l < w; l++)
+    for (size_t l = 0; l < w && fused; l++)
         zz[l] = z[l] * z[l];
     for (size_t l = 0; l < w; l++)
-        a[l] = sine(r[l], z[l], zz[l]);
+        a[l] = fused ? sine(r[l], z[l], zz[l]) : kempe_sine_(r[l], y[l], z[l]);
     for (size_t l = 0; l < w; l++)
-        b[l] = cosine(z[l], zz[l]);
-    for (size_t l = 0; l < w; l++)
+        b[l] = fused ? cosine(z[l], zz[l]) : kempe_cosine_(r[l], y[l], z[l]);
+    for (size_t l = 0; l < w && fused; l++)
         place(quadrant[l], a[l], b[l], &s[l], &c[l]);
+    for (size_t l = 0; l < w && !fused; l++)
+        kempe_place_(x[l], quadrant[l], a[l], b[l], &s[l], &c[l]);
 }
 
+/* The angles of a call: their lanes, and their slots. */
+typedef struct call {
+    size_t w;
+    int n;
+    double *v;
+    const uint32_t *x, *s, *c;
+} call;
+
 /* The limit is tested once for all angles: their computations then overlap. */
-static KMP_INTO_CLONES bool angles(size_t w, int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
+static KMP_INTO_CLONES bool angles(size_t w, bool fused, const call *all)
 {
     int64_t beyond[WIDEST] = {0}, any = 0;
-    for (int k = 0; k < n; k++)
-        angle(w, v + w * x[k], v + w * s[k], v + w * c[k], beyond);
+    for (int k = 0; k < all->n; k++)
+        angle(w, fused, all->v + w * all->x[k], all->v + w * all->s[k], all->v + w * all->c[k], beyond);
     for (size_t l = 0; l < w; l++)
         any |= beyond[l];
     return any >= 0;
 }
 
-#define OF_ANY_WIDTH(name, target)                                                                                     \
-    target static bool name(size_t w, int n, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)       \
+#define OF_ANY_WIDTH(name, target, fused)                                                                              \
+    target static bool name(const call *all)                                                                           \
     {                                                                                                                  \
-        return w == 16  ? angles(16, n, v, x, s, c)                                                                    \
-               : w == 8 ? angles(8, n, v, x, s, c)                                                                     \
-               : w == 4 ? angles(4, n, v, x, s, c)                                                                     \
-                        : angles(w, n, v, x, s, c);                                                                    \
+        return all->w == 16  ? angles(16, fused, all)                                                                  \
+               : all->w == 8 ? angles(8, fused, all)                                                                   \
+               : all->w == 4 ? angles(4, fused, all)                                                                   \
+                             : angles(all->w, fused, all);                                                             \
     }
 
-OF_ANY_WIDTH(with_eights, KMP_FUSED_EIGHTS)
-OF_ANY_WIDTH(with_fours, KMP_FUSED_FOURS)
-OF_ANY_WIDTH(without, )
+OF_ANY_WIDTH(with_eights, KMP_FUSED_EIGHTS, false)
+OF_ANY_WIDTH(with_fours, KMP_FUSED_FOURS, false)
+OF_ANY_WIDTH(without, , false)
+OF_ANY_WIDTH(fused_with_eights, KMP_FUSED_EIGHTS, true)
+OF_ANY_WIDTH(fused_with_fours, KMP_FUSED_FOURS, true)
+OF_ANY_WIDTH(fused_without, , true)
 
-void kmp_sincos_lanes(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
+static bool run(bool fused, const call *all)
+{
+    if (fused)
+        return (kmp_has_eight() ? fused_with_eights : kmp_has_four() ? fused_with_fours : fused_without)(all);
+    return (kmp_has_eight() ? with_eights : kmp_has_four() ? with_fours : without)(all);
+}
+
+void kmp_sincos_lanes(bool fused, int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c)
 {
     size_t w = (size_t)width;
-    bool within = (kmp_has_eight() ? with_eights : kmp_has_four() ? with_fours : without)(w, n, v, x, s, c);
+    bool within = run(fused, &(call){w, n, v, x, s, c});
     for (int k = 0; k < n && !within; k++)
         for (size_t l = 0; l < w; l++) {
             double at = v[w * x[k] + l];

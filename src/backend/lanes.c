@@ -12,7 +12,8 @@ struct kmp_lanes {
     kmp_code code;               /* operations, where there is no machine code */
     kmp_routine *const *segment; /* machine code; NULL: there is none */
     int width;
-    double *v; /* slots x width */
+    bool fused; /* sines by fused multiply-adds */
+    double *v;  /* slots x width */
 };
 
 int kmp_lanes_best(void)
@@ -92,6 +93,11 @@ void kmp_lanes_free(kmp_lanes *lanes)
     kmp_frame_free(&lanes->frame);
     kmp_code_free(&lanes->code);
     kmp_free(lanes);
+}
+
+void kmp_lanes_fuse_sines(kmp_lanes *lanes)
+{
+    lanes->fused = true;
 }
 
 bool kmp_lanes_native(const kmp_lanes *lanes)
@@ -255,8 +261,8 @@ void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage)
         const kmp_segment *here = &f->segments[g], *next = here + 1;
         run_arithmetic(lanes, g);
         if (here->angles > 0)
-            kmp_sincos_lanes((int)here->angles, lanes->width, lanes->v, f->angle + here->angle, f->sine + here->angle,
-                             f->cosine + here->angle);
+            kmp_sincos_lanes(lanes->fused, (int)here->angles, lanes->width, lanes->v, f->angle + here->angle,
+                             f->sine + here->angle, f->cosine + here->angle);
         for (uint32_t i = here->special; i < next->special; i++)
             for (size_t l = 0; l < (size_t)lanes->width; l++)
                 kmp_frame_special(f, &f->specials[i], lanes->v + l, (size_t)lanes->width);

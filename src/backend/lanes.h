@@ -20,6 +20,10 @@ int kmp_lanes_best(void);
  * there are loops over the lanes. The program must outlive it. NULL: no memory. Stage 0 must be run after parameters
  * are set. */
 kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain);
+
+/** Sines and cosines by fused multiply-adds, in half the time. Outputs then have other roundings than those of a
+ * machine, otherwise the same bits. */
+void kmp_lanes_fuse_sines(kmp_lanes *lanes);
 void kmp_lanes_free(kmp_lanes *lanes);
 
 /** True if it runs as machine code. */
@@ -50,7 +54,7 @@ void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage);
 /** Brings the outputs [first, end) of a stage that was run in place to kmp_lanes_values. */
 void kmp_lanes_gather(kmp_lanes *lanes, int stage, int first, int end);
 
-/** Where the outputs of a stage are that have been gathered: width numbers for each. */
+/** The outputs of a stage that have been gathered: width numbers for each. */
 const double *kmp_lanes_values(const kmp_lanes *lanes, int stage);
 
 /** Copies one value of all lanes. */

@@ -200,7 +200,7 @@ static void measure_lanes(const double *x)
     static const uint32_t from = 0, to = 1, beside = 2;
     double v[48];
     memcpy(v, x, 16 * sizeof *x);
-    kmp_sincos_lanes(1, 16, v, &from, &to, &beside);
+    kmp_sincos_lanes(true, 1, 16, v, &from, &to, &beside);
     for (int l = 0; l < 16; l++)
         worst =
             check_max(worst, fmax(ulps(v[16 + l], sinl((long double)x[l])), ulps(v[32 + l], cosl((long double)x[l]))));
@@ -263,19 +263,25 @@ static void test_lanes_of_any_width(void)
             double v[6 * 16], single[6];
             for (int k = 0; k < 6 * width; k++)
                 v[k] = trial % 3 == 0 && uniform() < 0.3 ? odd[(int)(uniform() * 11)] : 20 * (uniform() - 0.5);
-            kmp_sincos_lanes(2, width, v, from, to, beside);
+            bool fused = trial % 2;
+            kmp_sincos_lanes(fused, 2, width, v, from, to, beside);
             for (int l = 0; l < width; l++) {
                 for (int k = 0; k < 6; k++)
                     single[k] = v[k * width + l];
-                kmp_sincos_lanes(2, 1, single, from, to, beside);
+                kmp_sincos_lanes(fused, 2, 1, single, from, to, beside);
                 for (int k = 0; k < 6; k++)
                     differ += !same(single[k], v[k * width + l]);
+                for (int k = 0; k < 2 && !fused; k++) {
+                    kempe_sincos(single[from[k]], &single[to[k]], &single[beside[k]]);
+                    differ += !same(single[to[k]], v[(int)to[k] * width + l]) ||
+                              !same(single[beside[k]], v[(int)beside[k] * width + l]);
+                }
             }
         }
     CHECK(differ == 0);
     for (int k = 0; k < 11; k++) {
         double v[] = {odd[k], 7, 7}, s = sin(odd[k]), c = cos(odd[k]);
-        kmp_sincos_lanes(1, 1, v, (const uint32_t[]){0}, (const uint32_t[]){1}, (const uint32_t[]){2});
+        kmp_sincos_lanes(true, 1, 1, v, (const uint32_t[]){0}, (const uint32_t[]){1}, (const uint32_t[]){2});
         CHECK(fabs(odd[k]) <= 1e5 ? fabs(v[1] - s) <= 1e-15 && fabs(v[2] - c) <= 1e-15
                                   : same(v[1], s) && same(v[2], c));
     }
