@@ -403,6 +403,47 @@
  * a hundred tolerances. */
 #define KMP_OPTIMUM_KEPT 1e-6
 
+/* -- limit cycles -------------------------------------------------------------------------------------- */
+
+/** Relative tolerance of runs over a period; the absolute one is this part of the largest motion of the cycle.
+ * Multipliers and values of the parameter then have eight digits or more. */
+#define KMP_CYCLE_RTOL 1e-10
+/** The first cycle from a Hopf point: its largest motion in characteristic sizes. It is small against clearances, and
+ * errors of closed positions are small against it. A branch ends in a Hopf point at this part of that amplitude. */
+#define KMP_CYCLE_FIRST 1e-4
+#define KMP_CYCLE_LAST  0.9
+/** A correction of this part of the cycle ends Newton's method, whose next correction would be of the order of its
+ * square: below the error of the runs. */
+#define KMP_CYCLE_CORRECTED 1e-7
+/** Part of the largest motion in a unit below which the motion of a coordinate does not count in convergence. */
+#define KMP_CYCLE_STILL 1e-3
+/** Multipliers this near to the unit circle are on it: some hundred errors of a run. The distance of the multiplier
+ * that is 1 from 1, times the other number, counts where it is larger. */
+#define KMP_CYCLE_ON_CIRCLE 1e-7
+#define KMP_CYCLE_ERRORS    10.0
+/** Steps along a branch, over the size of the last cycle and, for the parameter, this part of its range: the longest,
+ * the first and the shortest one; the largest angle between two tangents, rad, also of the deviation from the first
+ * one, unless a step is as short as at a corner of the branch, where a contact begins. A longer step than SURE that
+ * leads to another number of growing multipliers may have led to another part of the branch. */
+#define KMP_CYCLE_RANGE    0.1
+#define KMP_CYCLE_LONGEST  0.5
+#define KMP_CYCLE_BEGIN    0.2
+#define KMP_CYCLE_SHORTEST 1e-6
+#define KMP_CYCLE_ANGLE    0.35
+#define KMP_CYCLE_CORNER   2e-3
+#define KMP_CYCLE_SURE     0.05
+/** A fold, and a change of stability, are found to this part of a step. */
+#define KMP_CYCLE_LOCATED 1e-9
+#define KMP_CYCLE_CHANGED 1e-6
+/** Part of the range of a parameter that is no difference: cycles of a conservative motion have one value, known to the
+ * error of the runs, up to this many times the first amplitude. Elsewhere the parameter changes as the square of the
+ * amplitude, or as its fourth power. */
+#define KMP_CYCLE_LEVEL  1e-9
+#define KMP_CYCLE_CENTRE 1000.0
+/** An output whose values at both ends of a period differ by this part of its range is not periodic, such as the
+ * distance that a vehicle travels. */
+#define KMP_CYCLE_ADVANCES 1e-5
+
 /* -- error control ------------------------------------------------------------------------------------- */
 
 /** Absolute tolerance of an entry that is integrated with the others and does not limit the step: the work of forces,

@@ -64,8 +64,8 @@ static kempe_model *some_kempe_model(int open)
     return *model;
 }
 
-typedef kempe_model manchester_model;
-typedef kempe_system manchester_system;
+typedef kempe_model manchester_model, oscillating_model;
+typedef kempe_system manchester_system, oscillating_system;
 
 /* A type with a function that makes one of a system, or of a model, and options. */
 #define SOME(type, make, ...)                                                                                          \
@@ -150,6 +150,7 @@ ZERO(kempe_linearize_options)
 ZERO(kempe_response_options)
 ZERO(kempe_comfort_options)
 ZERO(kempe_modes_options)
+ZERO(kempe_limit_cycles_options)
 ZERO(kempe_sensitivity_options)
 ZERO(kempe_gradient_options)
 ZERO(kempe_fit_options)
@@ -201,6 +202,10 @@ SOME(kempe_statistics, new_statistics, some_kempe_batch(0))
 static const kempe_contact_options shift = {.sweep = "shift=0:1 mm:2"};
 SOME(manchester_model, kempe_model_read, some_kempe_context(0), KEMPE_ROOT "/examples/manchester/manchester.yaml")
 SOME(manchester_system, kempe_system_new, some_manchester_model(0))
+SOME(oscillating_model, kempe_model_read, some_kempe_context(0), KEMPE_ROOT "/tests/models/bautin.yaml")
+SOME(oscillating_system, kempe_system_new, some_oscillating_model(0))
+static const kempe_limit_cycles_options few_cycles = {.sweep = "mu=-0.1:0.1:3", .most = 3};
+SOME(kempe_limit_cycles, kempe_limit_cycles_new, some_oscillating_system(0), &few_cycles)
 SOME(kempe_contacts, kempe_contacts_new, some_manchester_system(0), &shift)
 
 typedef struct row {

@@ -43,6 +43,7 @@ STUDIES = {  # a study: the others that it uses
     "response": "linearize",
     "modes": "assembly equilibrium",
     "sensitivity": "simulate equilibrium modes",
+    "limit_cycles": "simulate equilibrium modes sensitivity",
     "ensemble": "simulate",
     "fit": "simulate sensitivity ensemble",
     "optimize": "simulate sensitivity ensemble fit",

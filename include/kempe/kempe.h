@@ -23,7 +23,7 @@
  *     equilibrium.h   static and steady-state equilibria
  *     inverse.h       actuator forces of a prescribed motion
  *     linearize.h     state spaces about a state; response.h: frequency response
- *     modes.h         eigenvalues and mode shapes, also over the values of a parameter
+ *     modes.h         eigenvalues and mode shapes, also over the values of a parameter; limit cycles
  *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
  *     fit.h           parameters from measured motions
  *     contacts.h wheels on their rails over a range; contact.h: rolling contact without a model

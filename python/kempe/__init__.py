@@ -44,7 +44,7 @@ from .inverse import Inverse
 from .kinematics import Kinematics
 from .linearize import Linearization
 from .model import Model
-from .modes import Modes
+from .modes import LimitCycles, Modes
 from .output_handles import Outputs
 from .progress import Progress
 from .response import Response
@@ -88,6 +88,7 @@ __all__ = [
     "Inverse",
     "KempeWarning",
     "Kinematics",
+    "LimitCycles",
     "Linearization",
     "Model",
     "Modes",

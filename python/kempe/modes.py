@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Eigenvalues and mode shapes."""
+"""Eigenvalues and mode shapes; limit cycles."""
 
 from __future__ import annotations
 
@@ -58,3 +58,27 @@ class Modes(Reported, Drawn):
 
     def _shown(self) -> str:
         return modes_html(self) + self._picture()
+
+
+class LimitCycles(Reported, Drawn):
+    """Limit cycles over a parameter: branches, folds, Hopf points, stability."""
+
+    _noun = "limit_cycles"
+    _kept = ("branch_count",)
+    rows: TableOf = TableOf(
+        "A row for each cycle: branch, the parameter, period (s), point, stability, multiplier, along, residual, "
+        "OUTPUT.amplitude, OUTPUT.max and OUTPUT.min."
+    )
+    multipliers: TableOf = TableOf("A row for each multiplier of each cycle: cycle, re, im.")
+    states: TableOf = TableOf("A state of each cycle: the parameter, period (s), q.NAME, qd.NAME, state.NAME.")
+    equilibria: TableOf = TableOf("At each value of the sweep: the parameter, growth (1/s).")
+    critical: TableOf = TableOf("Hopf points: the parameter, frequency (Hz), branch.")
+
+    @property
+    def branch_count(self) -> int:
+        """The number of branches."""
+        return int(lib.kempe_limit_cycles_branch_count(self._pointer))
+
+    def count(self, branch: int = 0) -> int:
+        """The number of cycles on a branch."""
+        return int(lib.kempe_limit_cycles_count(self._pointer, branch))

@@ -18,7 +18,7 @@ from .inverse import Inverse
 from .kinematics import Kinematics
 from .lazy import np
 from .linearize import Linearization
-from .modes import Modes
+from .modes import LimitCycles, Modes
 from .options import text_of
 from .output_handles import Outputs
 from .response import Response
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         EquilibriumOptions,
         InverseOptions,
         KinematicsOptions,
+        LimitCyclesOptions,
         LinearizeOptions,
         ModesOptions,
         ResponseOptions,
@@ -227,6 +228,18 @@ class System(Fixed):
         ['1.121 Hz', '10.822 Hz']
         """
         return study(Modes, self, options)
+
+    def limit_cycles(self, **options: Unpack[LimitCyclesOptions]) -> LimitCycles:
+        """Limit cycles over the values of a parameter, and their stability.
+
+        >>> x = {"joint": {"name": "x", "prismatic": "x", "at": "ground"}, "mass": 1}
+        >>> law = {"joint": "x", "force": "(a - q(x)^2)*qd(x) - q(x)"}
+        >>> model = {"kempe": 1, "parameters": {"a": 0.1}, "bodies": {"m": x}, "forces": {"f": law}}
+        >>> cycles = kempe.Model.from_dict(model).system().limit_cycles(sweep="a=-1:2:4")
+        >>> f"{cycles.rows['period'][-1]:.6f} s", cycles.rows["stability"][-1]
+        ('7.629874 s', 'stable')
+        """
+        return study(LimitCycles, self, options)
 
     def response(self, **options: Unpack[ResponseOptions]) -> Response:
         """Frequency response near an equilibrium.

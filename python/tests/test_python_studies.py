@@ -496,6 +496,21 @@ def test_modes():
     assert slow.sum() == 18 and sampled.is_unstable and "unstable" in sampled._repr_html_()
 
 
+def test_limit_cycles(tmp_path):
+    """r' = r (mu + r^2 - r^4)."""
+    cycles = kempe.Model(EXAMPLES.parent / "tests/models/bautin.yaml").system().limit_cycles(sweep="mu=-0.5:0.25:4", outputs="state(x)")
+    rows = cycles.rows
+    assert cycles.branch_count == 1 and cycles.count() == rows.row_count == cycles.states.row_count
+    r = rows["state.x.amplitude"][1:]
+    np.testing.assert_allclose(r**2 * (1 - r**2), -rows["mu"][1:], atol=1e-8)
+    assert list(rows["point"]).count("fold") == 1 and "fold" in str(cycles)
+    assert cycles.equilibria.row_count == 4 and cycles.critical.row_count == 1
+    assert cycles.multipliers.row_count == 3 * (rows.row_count - 1)
+    cycles.write_picture(tmp_path / "diagram.svg")
+    cycles.write_report(tmp_path / "diagram.html")
+    assert "Amplitude" in (tmp_path / "diagram.svg").read_text() and (tmp_path / "diagram.html").stat().st_size > 1000
+
+
 def test_comfort():
     system = kempe.Model(EXAMPLES / "ride/shaken_seat.yaml").system()
     comfort = system.comfort(from_=5, t_end=10)

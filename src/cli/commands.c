@@ -96,6 +96,9 @@ WRITER(kempe_linearization_write)
 TABLE(kempe_modes, "rows")
 WRITER(kempe_modes_write_picture)
 WRITER(kempe_modes_write_report)
+TABLE(kempe_limit_cycles, "rows")
+WRITER(kempe_limit_cycles_write_picture)
+WRITER(kempe_limit_cycles_write_report)
 TABLE(kempe_response, "rows")
 TABLE(kempe_comfort, "windows")
 WRITER(kempe_response_write_picture)
@@ -178,6 +181,16 @@ static kempe_status differentiate(const cli_job *j, kempe_sensitivity **result)
     return kempe_sensitivity_new(j->model, &options, result);
 }
 
+static kempe_status follow_cycles(const cli_job *j, kempe_limit_cycles **result)
+{
+    kempe_limit_cycles_options options = j->settings->cycles;
+    options.size = sizeof options;
+    options.run = &j->settings->run;
+    return kempe_limit_cycles_new(j->system, &options, result);
+}
+
+STUDY(cycles, kempe_limit_cycles, follow_cycles(j, result), .table = kempe_limit_cycles_rows,
+      .files = {{AT(svg), any_kempe_limit_cycles_write_picture}, {AT(report), any_kempe_limit_cycles_write_report}})
 STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), .table = NULL,
       .files = {{AT(report), any_kempe_equilibrium_write_report}})
 STUDY(linearize, kempe_linearization, linearize_about(j, result), .table = NULL,
@@ -491,6 +504,11 @@ static const char *modes_lack(const cli_settings *s)
     return sweeps || !s->svg ? NULL : "--svg draws a sweep: give --sweep NAME=A:B:N or --rates NAME=A:B:N";
 }
 
+static const char *cycles_lack(const cli_settings *s)
+{
+    return s->cycles.sweep ? NULL : "the parameter and its range are missing: give --sweep NAME=A:B:N";
+}
+
 static const char *ensemble_lacks(const cli_settings *s)
 {
     if (!s->values == !s->sample.ranges)
@@ -613,6 +631,10 @@ const cli_command cli_commands[] = {
      "  kempe modes examples/quarter_car/quarter_car.yaml --sweep \"damper=0:6000:61\" --svg locus.svg\n"
      "  kempe modes examples/suspension/suspension.yaml --report modes.html\n",
      .lacks = modes_lack, .dynamics = "plain", .study = &modes_study},
+    {CLI_CYCLES, "cycles", "limit cycles over a parameter, their stability, folds and Hopf points",
+     "  kempe cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75:16 --outputs 'q(y1)'\n"
+     "  kempe cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75 --svg diagram.svg\n",
+     .usage = "FILE --sweep NAME=A:B:N [options]", .lacks = cycles_lack, .dynamics = "plain", .study = &cycles_study},
     {CLI_RESPONSE, "response", "frequency response: amplitude and phase of outputs for harmonic inputs, resonances",
      "  kempe response examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' \\\n"
      "      --outputs 'position(chassis.R).z' --frequencies 0.2:20 --svg car.svg\n",

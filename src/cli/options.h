@@ -43,10 +43,11 @@ enum {
     CLI_OPTIMIZE = 524288,
     CLI_FMU = 1048576,
     CLI_COMFORT = 2097152,
-    CLI_ALL = 4194303,
+    CLI_CYCLES = 4194304,
+    CLI_ALL = 8388607,
     CLI_TABLES = CLI_SIMULATE | CLI_KINEMATICS | CLI_INVERSE | CLI_RESPONSE | CLI_MODES | CLI_SENSITIVITY |
-                 CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE |
-                 CLI_COMFORT /* with a table of results */
+                 CLI_ENSEMBLE | CLI_CONTACT | CLI_COMPARE | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT |
+                 CLI_CYCLES /* with a table of results */
 };
 
 /* The user's settings. Texts point into argv; NULL and 0 mean not given. */
@@ -76,8 +77,9 @@ typedef struct cli_settings {
     const char *data_files[CLI_MOST_SETS]; /* of a fit, behind the first; fit.file_count */
     kempe_optimum_options optimize;        /* likewise */
     kempe_modes_options modes;
-    kempe_response_options response; /* and of state spaces */
-    kempe_comfort_options comfort;   /* in addition to those in `run` */
+    kempe_limit_cycles_options cycles; /* in addition to those in `run` */
+    kempe_response_options response;   /* and of state spaces */
+    kempe_comfort_options comfort;     /* in addition to those in `run` */
     const char *svg, *plot, *x, *y, *values;
     const char *angle_unit, *base;
     const char *out, *from; /* result folders */

@@ -137,7 +137,7 @@ static double scale_of(const kempe_system *s, int k)
 
 static void set_scales(kempe_system *s)
 {
-    s->length = kmp_system_length(s->model);
+    s->length = s->kept_length > 0 ? s->kept_length : kmp_system_length(s->model);
     for (int k = 0; k < s->n; k++)
         s->scale[k] = scale_of(s, k);
     for (int r = 0; r < s->m; r++)

@@ -120,6 +120,7 @@ struct kempe_system {
     int *chart_first;      /* their first rotations */
     bool *chart_before;    /* the chart comes before them, otherwise after */
     double length;         /* characteristic length, m */
+    double kept_length;    /* of a run whose start values are no lengths of the model; 0: none */
     double reach;   /* the largest distance of a closed point from the origin, m: the rounding of h is relative to it */
     int *load_rows; /* rows whose multipliers forces depend on, ascending: C is a function of those too */
     int load_row_count;       /* 0: M qdd + C = J' lambda is linear in lambda */

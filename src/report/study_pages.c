@@ -12,6 +12,7 @@
 #include "studies/fit/fit_study.h"
 #include "studies/inverse/inverse_study.h"
 #include "studies/kinematics/position_sweep.h"
+#include "studies/limit_cycles/limit_cycles_study.h"
 #include "studies/optimize/optimize_study.h"
 #include "studies/response/response_study.h"
 #include <kempe/check.h>
@@ -484,6 +485,50 @@ kempe_status kempe_optimum_write_report(kempe_optimum *optimum, const char *path
     kempe_status status = write_page(system, "optimize", "optimum", fill_optimum, optimum, path);
     kempe_system_free(system);
     return status;
+}
+
+/* -- limit cycles ------------------------------------------------------------------------------------ */
+
+/* The first special cycles of a branch as facts. */
+static void add_special_cycles(study_page *s, const kempe_limit_cycles *c, const kmp_cycle_branch *branch)
+{
+    kmp_shown as = kmp_limit_cycles_shown(c);
+    for (int k = 0; k < branch->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
+        if (branch->cycle[k]->word != KMP_CYCLE_REGULAR)
+            s->page.fact[s->page.fact_count++] =
+                (kmp_page_fact){kmp_arena_printf(&s->arena, "%s at %s", kmp_cycle_text(branch->cycle[k]), c->name),
+                                kmp_arena_printf(&s->arena, "%.6g%s%s", as.factor * branch->cycle[k]->value,
+                                                 as.unit[0] ? " " : "", as.unit)};
+}
+
+static kempe_status fill_limit_cycles(study_page *s, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    static const char *const first[] = {"*.amplitude", NULL};
+    int count = 0;
+    for (int b = 0; b < c->branches; b++) {
+        count += c->branch[b].count;
+        add_special_cycles(s, c, &c->branch[b]);
+    }
+    s->page.status = c->status;
+    s->page.reason = c->reason ? c->reason : "";
+    s->page.warnings = c->warnings;
+    s->page.scene = scene_of(s, "limit cycles");
+    s->page.answer = kmp_arena_printf(&s->arena, "%d limit cycle%s on %d branch%s", count, count == 1 ? "" : "s",
+                                      c->branches, c->branches == 1 ? "" : "es");
+    KMP_TRY(kempe_limit_cycles_print(c, KEMPE_TEXT, &s->text));
+    KMP_TRY(kempe_limit_cycles_table(c, "rows", &s->table));
+    s->page.x = c->name;
+    s->page.scattered = true;
+    choose_first(s, first, KMP_PAGE_FIRST);
+    return c->locus.reached > 0 ? add_frames(s, 1, c->locus.q, 0, NULL) : KEMPE_OK;
+}
+
+kempe_status kempe_limit_cycles_write_report(kempe_limit_cycles *cycles, const char *path)
+{
+    KMP_WANTED(NULL, cycles, "cycles");
+    KMP_WANTED(cycles->system->context, path, "path");
+    return write_page(cycles->system, "cycles", "limit cycles", fill_limit_cycles, cycles, path);
 }
 
 /* -- the assembled start ----------------------------------------------------------------------------- */

@@ -774,6 +774,36 @@ static kempe_status invert_nothing(scene *s)
     return status == KEMPE_E_ARGUMENT ? KEMPE_OK : status;
 }
 
+/* A few limit cycles of a model of its own. */
+static kempe_status find_limit_cycles(scene *s)
+{
+    kempe_limit_cycles *cycles = NULL;
+    kempe_table *table = NULL;
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    const kempe_limit_cycles_options ask = {.size = sizeof ask, .sweep = "mu=-0.1:0.1:3", .most = 3};
+    kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/models/bautin.yaml", &model);
+    if (status == KEMPE_OK)
+        status = kempe_system_new(model, &system);
+    if (status == KEMPE_OK)
+        status = kempe_limit_cycles_new(system, &ask, &cycles);
+    untouched(status, cycles);
+    for (int format = KEMPE_TEXT; format <= KEMPE_JSON && status == KEMPE_OK; format++) {
+        char *text = NULL;
+        status = kempe_limit_cycles_print(cycles, (kempe_format)format, &text);
+        untouched(status, text);
+        kempe_text_free(text);
+    }
+    if (status == KEMPE_OK)
+        status = write_table(kempe_limit_cycles_table(cycles, "rows", &table), &table);
+    if (status == KEMPE_OK)
+        status = kempe_limit_cycles_write_picture(cycles, csv);
+    kempe_limit_cycles_free(cycles);
+    kempe_system_free(system);
+    kempe_model_free(model);
+    return status;
+}
+
 /* Modes over a parameter, with all that is written of them; the page with libraries of a line each. */
 static kempe_status find_modes(scene *s)
 {
@@ -842,6 +872,7 @@ static const struct {
               {"kinematics", lead_rocker},
               {"ensemble", run_ensemble},
               {"modes", find_modes},
+              {"limit cycles", find_limit_cycles},
               {"modes at rest", settle_modes},
               {"integrated", simulate_integrated},
               {"newton", simulate_newton},

@@ -7,6 +7,7 @@
 #include "derivatives/parameter_slopes.h"
 #include "model/variant.h"
 #include "output/convergence.h"
+#include "studies/sensitivity/forward.h"
 #include "studies/simulate/columns.h"
 #include <kempe/sensitivity.h>
 
@@ -108,8 +109,17 @@ kempe_status kmp_slope_runs_new(const kempe_model *model, const kempe_sensitivit
                                 const double *t, bool differences, kmp_slope_runs **runs);
 void kmp_slope_runs_free(kmp_slope_runs *runs);
 
-/** Other times of the rows, no more than before; the last one is the end of the runs as before. */
+/** Other times of the rows, no more than before; the last one is the end of the runs. */
 void kmp_slope_runs_set_times(kmp_slope_runs *runs, int count, const double *t);
+
+/** Calls `row` with each row of the runs, with all coordinates and their derivatives; NULL: no more. */
+void kmp_slope_runs_watch(kmp_slope_runs *runs, int (*row)(void *user, const kmp_varied_row *row), void *user);
+
+/** The characteristic length from now on, also where it would be a start value that varies. */
+void kmp_slope_runs_keep_length(kmp_slope_runs *runs, double length);
+
+/** Another absolute tolerance of an angle, and other sizes of the parameters (count). */
+void kmp_slope_runs_weigh(kmp_slope_runs *runs, double atol, const double *sizes);
 
 /** Runs. KEMPE_E_FAILED: the model cannot have these values, or does not reach the last time; the message has the
  * reason. KEMPE_STOPPED: an interrupt. */

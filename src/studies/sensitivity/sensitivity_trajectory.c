@@ -34,6 +34,8 @@ typedef struct work {
     double *other, *size;      /* a row, and its sizes */
     int row;                   /* to be compared next */
     kmp_convergence *found;    /* of a repeat run relative to the first; NULL: it is the first */
+    int (*watch)(void *user, const kmp_varied_row *row);
+    void *watcher;
 } work;
 
 /* -- options ----------------------------------------------------------------------------------------- */
@@ -158,7 +160,7 @@ static int take_row(void *user, const kmp_varied_row *row)
                                                    {row->dq, row->dqd, row->dqdd, row->dlambda, row->dshown},
                                                    w->slopes->shown},
                          w->other);
-    return !take(w, row->t);
+    return !take(w, row->t) || (w->watch && w->watch(w->watcher, row));
 }
 
 static kempe_status find_rows(work *w, int count, const double *t)
@@ -437,6 +439,24 @@ void kmp_slope_runs_set_times(kmp_slope_runs *runs, int count, const double *t)
 {
     runs->count = count;
     memcpy(runs->t, t, (size_t)count * sizeof *t);
+    runs->w.spec.t_end = t[count - 1];
+}
+
+void kmp_slope_runs_watch(kmp_slope_runs *runs, int (*row)(void *user, const kmp_varied_row *row), void *user)
+{
+    runs->w.watch = row;
+    runs->w.watcher = user;
+}
+
+void kmp_slope_runs_keep_length(kmp_slope_runs *runs, double length)
+{
+    runs->s->system->kept_length = length;
+}
+
+void kmp_slope_runs_weigh(kmp_slope_runs *runs, double atol, const double *sizes)
+{
+    runs->w.spec.atol = atol;
+    memcpy(runs->s->size, sizes, (size_t)runs->s->count * sizeof *sizes);
 }
 
 void kmp_slope_runs_bound(kmp_slope_runs *runs, long times, long least)

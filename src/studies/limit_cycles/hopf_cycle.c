@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The first cycle of a branch, by the eigenvector of the mode that begins to oscillate. */
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "studies/limit_cycles/limit_cycles_study.h"
+#include <math.h>
+#include <string.h>
+
+/* -- start values ---------------------------------------------------------------------------------------- */
+
+static bool contains(const int *list, int count, int x)
+{
+    for (int k = 0; k < count; k++)
+        if (list[k] == x)
+            return true;
+    return false;
+}
+
+/* A rate that no force decides differs from period to period by losses alone. */
+static kempe_status check_rates(const kmp_operating_family *family)
+{
+    const kempe_model *model = family->linear.system->model;
+    for (int k = 0; k < family->rate_count; k++)
+        if (family->rates[k].how == KMP_RATE_KEPT)
+            return kmp_fail(model->context, KEMPE_E_FAILED,
+                            "the rate of '%s' is that of the start, which no force decides, so that no motion is "
+                            "exactly periodic; drive it at a constant rate (drives:), or give it a force that depends "
+                            "on its rate",
+                            model->motions[family->rates[k].coordinate].name);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_periodic_entries(kempe_limit_cycles *cycles, int *count, kmp_flow_entry *entry)
+{
+    kmp_linear *l = &cycles->family->linear;
+    const kempe_model *model = l->system->model;
+    kempe_status status = check_rates(cycles->family);
+    int *idle = KMP_NEW(int, l->p), idles = idle ? kmp_equilibrium_idle(l, idle) : -1;
+    *count = 0;
+    if (status == KEMPE_OK)
+        status = kmp_made(model->context, idles >= 0);
+    for (int k = 0; status == KEMPE_OK && k < 2 * l->p; k++) {
+        int motion = l->part.u[k % l->p];
+        bool rate = k >= l->p, state = kmp_state_of(model, motion);
+        if (rate || !(state || contains(idle, idles, motion)))
+            entry[(*count)++] = (kmp_flow_entry){motion, state  ? KMP_FLOW_STATE
+                                                         : rate ? KMP_FLOW_RATE
+                                                                : KMP_FLOW_POSITION};
+    }
+    kmp_free(idle);
+    return status;
+}
+
+/* -- the mode -------------------------------------------------------------------------------------------- */
+
+/* The eigenvalue above the real axis that is nearest to i w. */
+static int find_mode(const kmp_modes *modes, double w)
+{
+    int best = -1;
+    double least = INFINITY;
+    for (int k = 0; k < modes->count; k++) {
+        double away = hypot(modes->spectrum.re[k], modes->spectrum.im[k] - w);
+        if (away < least) {
+            least = away;
+            best = k;
+        }
+    }
+    return best;
+}
+
+/* The part of a start value in the mode at its phase 0, and its change per time. */
+static void take_mode(const kempe_limit_cycles *cycles, const kmp_modes *modes, int mode, double *x, double *rate)
+{
+    const kmp_flow *f = cycles->flow;
+    double w = modes->spectrum.im[mode];
+    for (int i = 0; i < f->size; i++) {
+        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
+        double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
+        x[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * im : re;
+        rate[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * w * re : -w * im;
+    }
+}
+
+/* Half the range of each start value in the mode. */
+static void take_reach(const kempe_limit_cycles *cycles, const kmp_modes *modes, int mode, double *reach)
+{
+    const kmp_flow *f = cycles->flow;
+    double w = modes->spectrum.im[mode];
+    for (int i = 0; i < f->size; i++) {
+        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
+        reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) *
+                   (f->entry[i].kind == KMP_FLOW_RATE ? w : 1);
+    }
+}
+
+/* -- the cycles ------------------------------------------------------------------------------------------ */
+
+/* The Hopf point, with the mode as its tangent. */
+static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *critical, const kmp_modes *modes, int mode)
+{
+    kmp_shooting *s = &cycles->shooting;
+    const kmp_operating *state = cycles->family->state;
+    kmp_cycle *c = kmp_shooting_room(s);
+    if (!c)
+        return NULL;
+    c->word = KMP_CYCLE_HOPF;
+    c->stability = KMP_CYCLE_UNDECIDED;
+    c->value = critical->value;
+    c->period = 2 * acos(-1) / critical->im;
+    take_mode(cycles, modes, mode, c->tangent, c->rate);
+    take_reach(cycles, modes, mode, c->reach);
+    for (int i = 0; i < s->size; i++) {
+        const kmp_flow_entry *e = &s->flow->entry[i];
+        c->x[i] = (e->kind != KMP_FLOW_POSITION ? state->qd : state->q)[e->motion];
+    }
+    return c;
+}
+
+static kempe_status find_first(kempe_limit_cycles *cycles, const kmp_cycle *hopf, kmp_cycle **first)
+{
+    kmp_shooting *s = &cycles->shooting;
+    double *border = KMP_NEW(double, s->width), *guess = KMP_NEW(double, s->width);
+    kempe_status status = kmp_made(cycles->system->context, border && guess);
+    if (status == KEMPE_OK) {
+        kmp_shooting_weigh(s, hopf->reach, hopf->period, KMP_CYCLE_RANGE * fabs(cycles->to - cycles->from));
+        for (int i = 0; i < s->size; i++) {
+            guess[i] = hopf->x[i] + hopf->tangent[i];
+            border[i] = hopf->tangent[i] / s->scale[i];
+        }
+        guess[s->size] = hopf->period;
+        guess[s->size + 1] = hopf->value;
+        kmp_shooting_refer(s, guess, hopf->rate);
+        status = kmp_shooting_correct(s, guess, border);
+    }
+    if (status == KEMPE_OK)
+        status = kmp_shooting_finish(s, border, first);
+    kmp_free(border);
+    kmp_free(guess);
+    return status;
+}
+
+kempe_status kmp_hopf_cycles(kempe_limit_cycles *cycles, const kmp_critical *critical, kmp_cycle **hopf,
+                             kmp_cycle **first)
+{
+    kempe_context *context = cycles->system->context;
+    kmp_modes modes;
+    KMP_TRY(kmp_operating_family_go(cycles->family, critical->value, &modes));
+    int mode = find_mode(&modes, critical->im);
+    *hopf = mode >= 0 ? make_hopf(cycles, critical, &modes, mode) : NULL;
+    kmp_modes_free(&modes);
+    KMP_TRY(kmp_made(context, *hopf));
+    KMP_TRY(find_first(cycles, *hopf, first));
+    /* x moves along the branch, and neither the period nor the parameter are known to change to first order */
+    return KEMPE_OK;
+}

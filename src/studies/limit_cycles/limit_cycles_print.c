@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Output of `cycles`: Hopf points, and the cycles of each branch. */
+#include "output/print.h"
+#include "studies/limit_cycles/limit_cycles_study.h"
+#include <math.h>
+
+enum { MOST_OUTPUTS = 4, MOST_ROWS = 200 };
+
+static const double two_pi = 6.283185307179586476925286766559;
+
+/* -- text ---------------------------------------------------------------------------------------------------- */
+
+static int hopf_points(const kempe_limit_cycles *c)
+{
+    int count = 0;
+    for (int k = 0; k < c->locus.critical_count; k++)
+        count += c->locus.critical[k].im > 0;
+    return count;
+}
+
+static void show_critical(kmp_text *text, const kempe_limit_cycles *c)
+{
+    kmp_shown as = kmp_limit_cycles_shown(c);
+    const char *gap = as.unit[0] ? " " : "";
+    if (hopf_points(c) == 0)
+        kmp_text_put(text, "\nHopf points: none in the range, so that no branch begins at an equilibrium\n");
+    for (int k = 0; k < c->locus.critical_count; k++) {
+        const kmp_critical *at = &c->locus.critical[k];
+        if (at->im > 0)
+            kmp_text_printf(text, "\nHopf point at %s = %.11g%s%s, %.9g Hz: the equilibrium is unstable %s it\n",
+                            c->name, as.factor * at->value, gap, as.unit, at->im / two_pi,
+                            at->grows_above ? "above" : "below");
+    }
+}
+
+static int shown_outputs(const kempe_limit_cycles *c)
+{
+    int columns = c->flow->rows->columns;
+    return columns < MOST_OUTPUTS ? columns : MOST_OUTPUTS;
+}
+
+static void show_head(kmp_text *text, const kempe_limit_cycles *c)
+{
+    const kempe_sensitivity *rows = c->flow->rows;
+    kmp_shown as = kmp_limit_cycles_shown(c);
+    kmp_text_printf(text, "  %-9s  %14s  %13s  %-9s  %11s", "", c->name, "period, s", "stability", "multiplier");
+    for (int k = 0; k < shown_outputs(c); k++)
+        kmp_text_printf(text, "  %13s", rows->column[k]);
+    kmp_text_printf(text, "\n  %-9s  %14s  %13s  %-9s  %11s", "", as.unit, "", "", "");
+    for (int k = 0; k < shown_outputs(c); k++)
+        kmp_text_printf(text, "  %13s", kmp_shown_as(c->system->context, rows->unit[k]).unit);
+    kmp_text_put(text, "\n");
+}
+
+static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cycle *x)
+{
+    const kempe_sensitivity *rows = c->flow->rows;
+    bool hopf = x->word == KMP_CYCLE_HOPF;
+    kmp_text_printf(text, "  %-9s  %14.10g  %13.9g  %-9s  ", kmp_cycle_text(x),
+                    kmp_limit_cycles_shown(c).factor * x->value, x->period, hopf ? "" : kmp_cycle_stability_text(x));
+    if (hopf)
+        kmp_text_printf(text, "%11s", "");
+    else
+        kmp_text_printf(text, "%11.7f", x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
+    for (int k = 0; k < shown_outputs(c); k++) {
+        double amplitude = kmp_shown_as(c->system->context, rows->unit[k]).factor * kmp_cycle_amplitude(x, k);
+        if (isfinite(amplitude))
+            kmp_text_printf(text, "  %13.8g", amplitude);
+        else
+            kmp_text_printf(text, "  %13s", "-");
+    }
+    kmp_text_put(text, "\n");
+}
+
+static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch)
+{
+    const kmp_cycle_branch *b = &c->branch[branch];
+    kmp_text_printf(text, "\nbranch %d: %d cycles; %s\n", branch + 1, b->count, b->end ? b->end : "interrupted");
+    show_head(text, c);
+    for (int k = 0; k < b->count && k < MOST_ROWS; k++)
+        show_cycle(text, c, b->cycle[k]);
+    if (b->count > MOST_ROWS)
+        kmp_text_printf(text, "  and %d more, in --output\n", b->count - MOST_ROWS);
+}
+
+static void show(kmp_text *text, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    kmp_shown as = kmp_limit_cycles_shown(c);
+    kmp_text_printf(text, "%s: limit cycles over %s from %.6g to %.6g%s%s\n", c->system->model->name, c->name,
+                    as.factor * c->from, as.factor * c->to, as.unit[0] ? " " : "", as.unit);
+    show_critical(text, c);
+    for (int b = 0; b < c->branches; b++)
+        show_branch(text, c, b);
+    if (c->branches > 0)
+        kmp_text_put(text, "\nnote  amplitudes are half the range over a period; the multiplier is the largest one, "
+                           "without that of the motion along the cycle\n");
+    if (c->reason)
+        kmp_text_printf(text, "\nstopped: %s\n", c->reason);
+}
+
+/* -- JSON ---------------------------------------------------------------------------------------------------- */
+
+static void json_critical(kmp_json *j, const kempe_limit_cycles *c)
+{
+    kmp_json_array(j, "hopf");
+    for (int k = 0; k < c->locus.critical_count; k++) {
+        const kmp_critical *at = &c->locus.critical[k];
+        if (at->im > 0)
+            kmp_json_put(j, "{ value %g frequency %g grows %s branch %d }", at->value, at->im / two_pi,
+                         at->grows_above ? "above" : "below", c->branch_of[k]);
+    }
+    kmp_json_end(j);
+}
+
+static void json_outputs(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
+{
+    kmp_json_object(j, "outputs");
+    for (int k = 0; k < c->flow->rows->columns; k++)
+        kmp_json_put(j, "%s { amplitude %g max %g min %g }", c->flow->rows->column[k], kmp_cycle_amplitude(x, k),
+                     x->high[k], x->low[k]);
+    kmp_json_end(j);
+}
+
+static void json_cycle(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
+{
+    bool hopf = x->word == KMP_CYCLE_HOPF;
+    kmp_json_object(j, NULL);
+    kmp_json_put(j, "value %g period %g point %s", x->value, x->period, x->word ? kmp_cycle_text(x) : NULL);
+    if (!hopf) {
+        kmp_json_put(j, "stability %s along %g residual %g", kmp_cycle_stability_text(x), x->along, x->residual);
+        kmp_json_array(j, "multipliers");
+        for (int k = 0; k < x->multipliers; k++)
+            kmp_json_numbers(j, NULL, 2, (double[]){x->re[k], x->im[k]});
+        kmp_json_end(j);
+        json_outputs(j, c, x);
+    }
+    kmp_json_end(j);
+}
+
+static void json(kmp_text *text, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, c->system, c->status, c->reason ? c->reason : "", 0, c->warnings);
+    kmp_json_put(&j, "parameter %s from %g to %g cpu_s %g", c->name, c->from, c->to, c->cpu_s);
+    json_critical(&j, c);
+    kmp_json_array(&j, "branches");
+    for (int b = 0; b < c->branches; b++) {
+        kmp_json_put(&j, "{ end %s cycles [", c->branch[b].end);
+        for (int k = 0; k < c->branch[b].count; k++)
+            json_cycle(&j, c, c->branch[b].cycle[k]);
+        kmp_json_put(&j, "] }");
+    }
+    kmp_json_put(&j, "] }");
+}
+
+KMP_PRINT(kempe_limit_cycles, cycles, cycles->system->context, json, show)

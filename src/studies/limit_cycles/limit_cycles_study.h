@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Results of the study of limit cycles. */
+#pragma once
+
+#include "studies/limit_cycles/cycle_branch.h"
+#include "studies/modes/locus.h"
+#include <kempe/modes.h>
+
+struct kempe_limit_cycles {
+    const kempe_system *system;
+    kmp_arena arena; /* of cycles, names and sentences */
+    kempe_status status;
+    char *reason;   /* of KEMPE_STOPPED; NULL: none */
+    char *warnings; /* one per line */
+    char *name;     /* of the parameter */
+    double from, to;
+    int values;
+    kmp_operating_family *family;
+    kmp_locus locus; /* of the equilibria; empty from a start */
+    kmp_flow *flow;  /* of the last branch: its outputs name the columns */
+    kmp_shooting shooting;
+    int branches;
+    kmp_cycle_branch *branch;
+    int *branch_of; /* of each critical value, from 1 on; 0: none */
+    double cpu_s;
+};
+
+/** The form in which results show values of the parameter. */
+static inline kmp_shown kmp_limit_cycles_shown(const kempe_limit_cycles *c)
+{
+    return kmp_shown_as(c->system->context, kmp_quantity_unit_of(c->system, c->name));
+}
+
+/** Half the range of output k of a cycle, NaN where it is not periodic; 0 of a Hopf point. */
+static inline double kmp_cycle_amplitude(const kmp_cycle *cycle, int k)
+{
+    return (cycle->high[k] - cycle->low[k]) / 2;
+}
+
+/** The growth of the equilibrium at value k of the locus, and whether it is above rounding. */
+double kmp_limit_cycles_growth(const kempe_limit_cycles *cycles, int k);
+
+/** Puts a start on the cycle near a Hopf point into the shooting, and finds it. (hopf_cycle.c) */
+kempe_status kmp_hopf_cycles(kempe_limit_cycles *cycles, const kmp_critical *critical, kmp_cycle **hopf,
+                             kmp_cycle **first);
+
+/** Start values that a periodic motion repeats, at the state of the family: `entry` has room for 2 n. KEMPE_E_FAILED: a
+ * rate is decided by no force. */
+kempe_status kmp_periodic_entries(kempe_limit_cycles *cycles, int *count, kmp_flow_entry *entry);

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Limit cycles by shooting: Newton's method for a start x, a period T and a value p of the parameter with
+ *
+ *     y(T; x, p) = x        f(x_0) . (x - x_0) = 0        one more condition on (x, T, p)
+ *
+ * where f(x_0) is the direction of motion in a cycle nearby, so that x does not move along the cycle. The derivatives
+ * are exact (flow.h). Eigenvalues of dy/dx, Floquet's multipliers, decide stability: one is 1, and all others are
+ * inside the unit circle if the cycle attracts (Seydel, Practical Bifurcation and Stability Analysis, 2010, chapter 7).
+ */
+#pragma once
+
+#include "studies/limit_cycles/flow.h"
+
+/** The place of a cycle in a diagram. */
+typedef enum kmp_cycle_word {
+    KMP_CYCLE_REGULAR,
+    KMP_CYCLE_HOPF,     /* of no amplitude, where the equilibrium changes its stability */
+    KMP_CYCLE_FOLD,     /* the parameter has an extreme value on the branch */
+    KMP_CYCLE_DOUBLING, /* a multiplier is -1 */
+    KMP_CYCLE_TORUS,    /* a pair of multipliers is on the unit circle */
+    KMP_CYCLE_BRANCHING /* a multiplier is 1 without a fold */
+} kmp_cycle_word;
+
+typedef enum kmp_cycle_stability { KMP_CYCLE_STABLE, KMP_CYCLE_UNSTABLE, KMP_CYCLE_UNDECIDED } kmp_cycle_stability;
+
+typedef struct kmp_cycle {
+    kmp_cycle_word word;
+    kmp_cycle_stability stability;
+    double *x;            /* size: a state of the cycle */
+    double *rate;         /* size: its change with time there */
+    double period, value; /* s; of the parameter */
+    double *tangent;      /* size + 2: of the branch, for (x, T, p) */
+    double *re, *im;      /* size - 1: multipliers, the largest first, without that of the motion along the cycle */
+    int multipliers;      /* their number; 0: of a Hopf point */
+    double along;         /* |m - 1| of that one, which is 1 */
+    int growing;          /* multipliers outside the unit circle */
+    double *reach;        /* size: half the range of each part of the state */
+    double amplitude;     /* the largest of those of positions and states, over their characteristic sizes */
+    double *high, *low;   /* of each output; NaN where it is not periodic */
+    double residual;      /* |y(T) - x|, over the reach */
+} kmp_cycle;
+
+typedef struct kmp_shooting {
+    kmp_flow *flow;
+    kmp_arena *cycles;             /* of the cycles */
+    kmp_arena arena;               /* of all other arrays */
+    int size, width;               /* of the state, of the unknowns: 2 more */
+    double *z;                     /* unknowns: state, period, parameter */
+    double *scale;                 /* width */
+    double *reference, *direction; /* size: x_0, f(x_0) */
+    double *matrix, *right;        /* width x width, width */
+    double *copy, *vectors;        /* size x size; four times that */
+    double *re, *im;               /* size */
+    int *order, *pivot;
+    int iterations; /* of the last correction */
+} kmp_shooting;
+
+/** `cycles`: where cycles are kept. KEMPE_E_MEMORY. */
+kempe_status kmp_shooting_init(kmp_shooting *shooting, kmp_flow *flow, kmp_arena *cycles);
+void kmp_shooting_free(kmp_shooting *shooting);
+
+/** Sets the sizes of the unknowns, which decide on convergence and lengths: those of the state (size), of the period
+ * and of the parameter. Tolerances of runs follow. */
+void kmp_shooting_weigh(kmp_shooting *shooting, const double *reach, double period, double parameter);
+
+/** The state near which a cycle begins, and its change with time (size each). */
+void kmp_shooting_refer(kmp_shooting *shooting, const double *x, const double *rate);
+
+/** Finds the cycle near the guess (width) on the plane border . (z - guess) = 0, both over the sizes. KEMPE_E_FAILED:
+ * no convergence. */
+kempe_status kmp_shooting_correct(kmp_shooting *shooting, const double *guess, const double *border);
+
+/** Makes a cycle of the unknowns, with a tangent whose product with `border` is positive. KEMPE_E_FAILED,
+ * KEMPE_E_MEMORY.
+ */
+kempe_status kmp_shooting_finish(kmp_shooting *shooting, const double *border, kmp_cycle **cycle);
+
+/** An empty cycle; NULL: no memory. */
+kmp_cycle *kmp_shooting_room(kmp_shooting *shooting);
+
+/** "stable", "unstable", "undecided"; "", "Hopf", "fold", "doubling", "torus", "branching". */
+const char *kmp_cycle_stability_text(const kmp_cycle *cycle);
+const char *kmp_cycle_text(const kmp_cycle *cycle);

@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Limit cycles through the public header: tables of a normal form with a closed form, pictures, and wrong options. */
+#include "loaded.h"
+#include <kempe/modes.h>
+#include <kempe/table.h>
+#include <stdlib.h>
+
+static double number(const kempe_table *table, int row, const char *name)
+{
+    return kempe_table_number(table, row, kempe_table_find(table, name));
+}
+
+static kempe_table *table_of(const kempe_limit_cycles *cycles, const char *name)
+{
+    kempe_table *table = NULL;
+    CHECK(kempe_limit_cycles_table(cycles, name, &table) == KEMPE_OK);
+    return table;
+}
+
+/* r' = r (mu + r^2 - r^4): r^2 = (1 -+ sqrt(1 + 4 mu)) / 2. */
+static void check_rows(const kempe_limit_cycles *cycles)
+{
+    kempe_table *rows = table_of(cycles, "rows"), *states = table_of(cycles, "states");
+    int count = kempe_table_row_count(rows);
+    CHECK(count == kempe_limit_cycles_count(cycles, 0) && kempe_table_row_count(states) == count);
+    for (int k = 1; k < count; k++) {
+        double mu = number(rows, k, "mu"), r = number(rows, k, "state.x.amplitude");
+        double x = number(states, k, "state.x"), y = number(states, k, "state.y");
+        CHECK_NEAR(r * r * (1 - r * r), -mu, 1e-8);
+        CHECK_NEAR(x * x + y * y, r * r, 1e-8);
+        CHECK_NEAR(number(rows, k, "state.x.max"), r, 1e-8);
+        CHECK_NEAR(number(rows, k, "period"), 2 * acos(-1) / 3, 1e-8);
+    }
+    kempe_table_free(states);
+    kempe_table_free(rows);
+}
+
+static void normal_form(void)
+{
+    loaded l = load("tests/models/bautin.yaml");
+    kempe_limit_cycles_options ask = {.size = sizeof ask, .sweep = "mu=-0.5:0.25:7"};
+    kempe_limit_cycles *cycles = NULL;
+    CHECK(l.system && kempe_limit_cycles_new(l.system, &ask, &cycles) == KEMPE_OK);
+    CHECK(kempe_limit_cycles_branch_count(cycles) == 1);
+    if (cycles) {
+        kempe_table *critical = table_of(cycles, "critical"), *equilibria = table_of(cycles, "equilibria");
+        CHECK(kempe_table_row_count(critical) == 1 && kempe_table_row_count(equilibria) == 7);
+        CHECK_NEAR(number(critical, 0, "mu"), 0, 1e-12);
+        CHECK_NEAR(number(critical, 0, "frequency"), 3 / (2 * acos(-1)), 1e-12);
+        CHECK_NEAR(number(equilibria, 0, "growth"), -0.5, 1e-12);
+        kempe_table_free(critical);
+        kempe_table_free(equilibria);
+        check_rows(cycles);
+        kempe_table *none = NULL;
+        CHECK(kempe_limit_cycles_table(cycles, "points", &none) == KEMPE_E_ARGUMENT && !none);
+        char *text = NULL;
+        CHECK(kempe_limit_cycles_print(cycles, KEMPE_TEXT, &text) == KEMPE_OK && text && strstr(text, "fold"));
+        kempe_text_free(text);
+        kempe_limit_cycles_free(cycles);
+    }
+    unload(&l);
+}
+
+/* Rates of a conservative motion: cycles of all amplitudes at one value. */
+static void centre(void)
+{
+    static const char text[] = "kempe: 1\n"
+                               "name: centre\n"
+                               "parameters: {d: 0}\n"
+                               "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                               "forces: {f: {joint: x, force: \"-q(x) - q(x)^3 + d*qd(x)\"}}\n";
+    loaded l = load_text(text);
+    kempe_limit_cycles_options ask = {.size = sizeof ask, .sweep = "d=-0.1:0.1:3"};
+    kempe_limit_cycles *cycles = NULL;
+    CHECK(l.system && kempe_limit_cycles_new(l.system, &ask, &cycles) == KEMPE_OK);
+    if (cycles) {
+        char *said = NULL;
+        CHECK(kempe_limit_cycles_print(cycles, KEMPE_TEXT, &said) == KEMPE_OK && strstr(said, "conservative"));
+        kempe_text_free(said);
+    }
+    kempe_limit_cycles_free(cycles);
+    unload(&l);
+}
+
+static void refused(void)
+{
+    static const struct {
+        const char *sweep, *outputs, *words;
+    } wrong[] = {{NULL, NULL, "--sweep"},          {"nu=0:1:3", NULL, "nu"},
+                 {"mu=0:0:3", NULL, "two ends"},   {"mu=0:1:3,w=1:2", NULL, "only one"},
+                 {"q.s=0:1:3", NULL, "parameter"}, {"mu=-0.1:0.1:3", "state(z)", "z"}};
+    loaded l = load("tests/models/bautin.yaml");
+    for (size_t k = 0; l.system && k < sizeof wrong / sizeof *wrong; k++) {
+        kempe_limit_cycles_options ask = {.size = sizeof ask, .sweep = wrong[k].sweep, .outputs = wrong[k].outputs};
+        kempe_limit_cycles *cycles = NULL;
+        kempe_status status = kempe_limit_cycles_new(l.system, &ask, &cycles);
+        CHECK(status == KEMPE_E_ARGUMENT || status == KEMPE_E_INPUT);
+        CHECK(!cycles && strstr(kempe_context_message(l.context), wrong[k].words));
+    }
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(normal_form);
+    TEST(centre);
+    TEST(refused);
+    return check_report();
+}
