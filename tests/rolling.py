@@ -162,6 +162,38 @@ class Hunting(unittest.TestCase):
         self.assertEqual(len(found), 12)
 
 
+class HeldSpeed(unittest.TestCase):
+    """The wheelset on rails has resistances and no drive: a load holds its speed."""
+
+    def test_load(self):
+        """The power of spin creep on two circular patches, C33 G (a b)^2 spin^2 V each, with spin sin(slope)/r0; Kalker 1990, table
+        E.3: C33 = 1.19 at nu 1/4. The patches' loads and curvatures across are those of the model within a percent."""
+        found = kempe("equilibrium", SPRINGS / "wheelset_on_rails.yaml")
+        G, nu, r0, load, slope = 82e9, 0.25, 0.45, 75e3, math.atan(0.05)
+        patch = (3 * load * r0 / (4 * G / (1 - nu))) ** (2 / 3)  # Hertz: a^2 of equal curvatures 1/r0
+        known = 2 * 1.19 * G * patch**2 * (math.sin(slope) / r0) ** 2
+        self.assertLess(abs(found["loads"]["x"] / known - 1), 0.01)
+        self.assertLess(abs(found["qd"]["x"] - 80), 1e-12)
+
+    def test_drive(self):
+        """With this load as a force of the model the motion is steady without a held speed, at the same rates."""
+        held = kempe("equilibrium", SPRINGS / "wheelset_on_rails.yaml")
+        text = (SPRINGS / "wheelset_on_rails.yaml").read_text()
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "driven.yaml"
+            path.write_text(text.replace("forces:\n", f"forces:\n  drive: {{joint: x, force: {held['loads']['x']!r}}}\n"))
+            driven = kempe("equilibrium", path)
+        self.assertFalse(driven["loads"])
+        for name in ("x", "spin"):
+            self.assertLess(abs(driven["qd"][name] / held["qd"][name] - 1), 1e-6)
+
+    def test_critical_speed(self):
+        """Without names of rates: rails.py has 103.5373 m/s at the rates of the start, which differ from rolling by 1e-7."""
+        critical, = kempe("modes", SPRINGS / "wheelset_on_rails.yaml", "--sweep", "V=80:130:6")["locus"]["critical"]
+        self.assertLess(abs(critical["value"] / 103.5373 - 1), 1e-5)
+        self.assertEqual(critical["grows"], "above")
+
+
 def kinked(angle, step):
     """A profile of two straight lines, a cone of 1:20 and a flange, by points so far apart, mm."""
     y = [step * k for k in range(-math.floor(46 / step), math.floor(46 / step) + 1)]

@@ -25,7 +25,7 @@ static void a_roller_sinks_in_and_turns(void)
     loaded l = load_text(roller);
     kmp_linear linear;
     int x = coordinate_named(&l, "go.2"), z = coordinate_named(&l, "go.1"), spin = coordinate_named(&l, "go.3");
-    kmp_steady rates[] = {{x, 4, KMP_RATE_HELD}, {spin, 1, KMP_RATE_FREED}};
+    kmp_steady rates[] = {{x, 4, KMP_RATE_HELD, 0}, {spin, 1, KMP_RATE_FREED, 0}};
     kmp_search search = {.rates = rates, .rate_count = 2, .balanced = true};
     double q[3] = {0};
     q[x] = 2;

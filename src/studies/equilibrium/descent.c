@@ -103,15 +103,16 @@ bool kmp_descent_is_idle(const kmp_linear *l, int k, const double *work)
     return true;
 }
 
-/* True if R is unchanged when u_k moves: q and ud are the state's. */
-static bool stays(kmp_linear *l, const double *q, const double *ud, int k, const double *work, double *moved)
+/* True if R is unchanged when u_k moves: q, ud and R, zero except along held coordinates, are the state's. */
+static bool stays(kmp_linear *l, const double *q, const double *ud, const double *residual, int k, const double *work,
+                  double *moved)
 {
     int c = l->part.u[k];
     memcpy(moved, q, (size_t)l->n * sizeof *moved);
     moved[c] += ELSEWHERE * l->system->scale[c];
     bool same = kmp_linear_at(l, l->t, moved, ud, NULL) == KEMPE_OK;
     for (int i = 0; same && i < l->p; i++)
-        same = fabs(l->residual[i]) * kmp_descent_scale(l, i) <= UNCHANGED * work[i];
+        same = fabs(l->residual[i] - residual[i]) * kmp_descent_scale(l, i) <= UNCHANGED * work[i];
     return same;
 }
 
@@ -119,19 +120,20 @@ int kmp_equilibrium_idle(kmp_linear *linear, int *idle)
 {
     kmp_linear *l = linear;
     int n = l->n, count = 0, candidates = 0;
-    double *q = KMP_NEW(double, 4 * n), most;
+    double *q = KMP_NEW(double, 5 * n), most;
     if (!q)
         return -1;
-    double *ud = q + n, *work = ud + n, *moved = work + n;
+    double *ud = q + n, *work = ud + n, *moved = work + n, *residual = moved + n;
     (void)kmp_descent_measure(l, work, &most);
     memcpy(q, l->q, (size_t)n * sizeof *q);
+    memcpy(residual, l->residual, (size_t)l->p * sizeof *residual);
     for (int k = 0; k < l->p; k++) {
         ud[k] = l->qd[l->part.u[k]];
         if (kmp_descent_is_idle(l, k, work))
             idle[candidates++] = k;
     }
     for (int i = 0; i < candidates; i++)
-        if (stays(l, q, ud, idle[i], work, moved))
+        if (stays(l, q, ud, residual, idle[i], work, moved))
             idle[count++] = l->part.u[idle[i]];
     bool back = candidates == 0 || kmp_linear_at(l, l->t, q, ud, NULL) == KEMPE_OK;
     if (candidates > 0)

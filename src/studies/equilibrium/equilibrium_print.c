@@ -156,16 +156,19 @@ static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_ba
 {
     kmp_steady *found = KMP_NEW(kmp_steady, e->rate_count);
     int count = found ? find_cyclic(e, b, found) : 0;
-    bool kept = false;
+    bool kept = false, held = false;
     if (!found)
         text->failed = true;
     for (int i = 0; i < count; i++)
-        kept = kept || found[i].how == KMP_RATE_KEPT;
+        kept = kept || found[i].how == KMP_RATE_KEPT, held = held || found[i].how == KMP_RATE_HELD;
     if (count > 0) {
         kmp_text_put(text, "\nsteady     ");
         kmp_steady_list(text, e->system->model, count, found, b->qd);
         kmp_text_put(text, "\n           cyclic coordinates: no force, closure or mass depends on these positions");
         kmp_text_put(text, kept ? "; no force decides the rates as at the start\n" : "\n");
+        if (held)
+            kmp_text_put(text, "           resistances would end the motion: the named load, which is no part of the "
+                               "model, holds the speed of the start\n");
     }
     kmp_free(found);
 }
@@ -261,6 +264,11 @@ static void json_cyclic(kmp_json *j, const kempe_equilibrium *e, const kmp_balan
         for (int k = 0; k < b->idle_count; k++)
             if (b->idle[k] == e->rates[i].coordinate && b->qd[b->idle[k]] != 0)
                 kmp_json_number(j, e->system->model->motions[b->idle[k]].name, b->qd[b->idle[k]]);
+    kmp_json_end(j);
+    kmp_json_object(j, "loads");
+    for (int i = 0; i < e->rate_count; i++)
+        if (e->rates[i].how == KMP_RATE_HELD)
+            kmp_json_number(j, e->system->model->motions[e->rates[i].coordinate].name, e->rates[i].load);
     kmp_json_end(j);
 }
 

@@ -337,6 +337,15 @@ static kempe_status find(kmp_descent *w)
     return KEMPE_OK;
 }
 
+/* The loads along held coordinates, of R = M qdd + C there. */
+static void take_loads(const kmp_linear *l, kmp_search *search)
+{
+    for (int i = 0; i < search->rate_count; i++) {
+        int k = kmp_linear_place(l, search->rates[i].coordinate);
+        search->rates[i].load = search->rates[i].how == KMP_RATE_HELD && k >= 0 ? l->residual[k] : 0;
+    }
+}
+
 static kempe_status find_balance(kmp_linear *linear, double t, double *q, kmp_search *search)
 {
     kmp_descent w = {.l = linear, .search = search, .t = t, .n = linear->n, .reported = NAN};
@@ -350,10 +359,12 @@ static kempe_status find_balance(kmp_linear *linear, double t, double *q, kmp_se
             status = KEMPE_STOPPED;
         search->residual = w.residual;
     }
-    if (status == KEMPE_OK)
+    if (status == KEMPE_OK) {
         memcpy(q, w.q, (size_t)w.n * sizeof *q);
-    else
+        take_loads(linear, search);
+    } else {
         kmp_descent_give_up(&w);
+    }
     kmp_contact_set_end(w.contacts);
     kmp_arena_free(&w.arena);
     return status;
@@ -364,7 +375,8 @@ static void add_states(const kempe_model *model, int count, kmp_steady *rates)
 {
     for (int k = 0; k < model->state_count; k++) {
         int motion = kmp_model_coordinates(model) + k;
-        rates[count + k] = (kmp_steady){motion, model->start.qd[motion].value, KMP_RATE_FREED};
+        rates[count + k] =
+            (kmp_steady){.coordinate = motion, .rate = model->start.qd[motion].value, .how = KMP_RATE_FREED};
     }
 }
 

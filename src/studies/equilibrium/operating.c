@@ -101,8 +101,11 @@ kempe_status kmp_operating_settle(kmp_operating *o, kmp_linear *l, kmp_search *s
     o->equilibrium = true;
     o->residual = search->residual;
     o->kept_count = 0;
+    o->held = false;
     for (int i = 0; i < search->rate_count; i++)
-        if (search->rates[i].how == KMP_RATE_KEPT)
+        o->held = o->held || search->rates[i].how == KMP_RATE_HELD;
+    for (int i = 0; i < search->rate_count; i++)
+        if (search->rates[i].how == KMP_RATE_KEPT || search->rates[i].how == KMP_RATE_HELD)
             o->kept[o->kept_count++] = search->rates[i].coordinate;
     if (o->chart) {
         memcpy(o->chart, l->eval->chart, (size_t)(KMP_CHART_SIZE * l->system->chart_count) * sizeof *o->chart);

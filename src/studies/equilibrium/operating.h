@@ -14,6 +14,7 @@ typedef struct kmp_operating {
     int *kept, kept_count;      /* coordinates whose constant rates are those of the start (steady.h) */
     double *chart;              /* NULL: no joint is spherical */
     bool equilibrium;
+    bool held;       /* a load holds a rate (steady.h) */
     bool told;       /* of friction that sticks */
     double residual; /* of an equilibrium, relative */
 } kmp_operating;

@@ -37,7 +37,7 @@ const char *kmp_rest_text(kmp_rest_word word)
 /* Takes w->tried, from w->q, to a value of the coordinate; *part: what friction needs there. False: impossible. */
 static bool go(walk *w, double value, double *part)
 {
-    kmp_steady held = {w->coordinate, 0, KMP_RATE_HELD};
+    kmp_steady held = {.coordinate = w->coordinate, .how = KMP_RATE_HELD};
     kmp_search search = {.rates = &held, .rate_count = 1, .newton = true, .quiet = true, .keeps = true};
     memcpy(w->tried, w->q, (size_t)w->n * sizeof *w->q);
     kempe_status status = kmp_friction_state_lock(w->friction, w->t, w->tried, w->which, w->place);

@@ -40,10 +40,13 @@ static kempe_status find_cyclic(kmp_linear *l, double t, const double *q, const 
             if (!kmp_descent_is_idle(l, k, work))
                 continue;
             if (l->damping[k + k * l->p] > 0)
-                steady->rates[steady->rate_count++] = (kmp_steady){c, qd[c], KMP_RATE_FREED};
+                steady->rates[steady->rate_count++] =
+                    (kmp_steady){.coordinate = c, .rate = qd[c], .how = KMP_RATE_FREED};
             if (is_resisted(l, k, qd[c], work) || qd[c] != 0)
                 running->rates[running->rate_count++] =
-                    (kmp_steady){c, qd[c], is_resisted(l, k, qd[c], work) ? KMP_RATE_FREED : KMP_RATE_KEPT};
+                    (kmp_steady){.coordinate = c,
+                                 .rate = qd[c],
+                                 .how = is_resisted(l, k, qd[c], work) ? KMP_RATE_FREED : KMP_RATE_KEPT};
             moves = moves || qd[c] != 0;
         }
     }
@@ -53,6 +56,14 @@ static kempe_status find_cyclic(kmp_linear *l, double t, const double *q, const 
 }
 
 /* -- rates that no force decides ----------------------------------------------------------------------- */
+
+static bool is_held(const kmp_search *search, int coordinate)
+{
+    for (int i = 0; i < search->rate_count; i++)
+        if (search->rates[i].coordinate == coordinate)
+            return search->rates[i].how == KMP_RATE_HELD;
+    return false;
+}
 
 /* The scaled derivatives of R by the unknowns, without those rates that are kept; `rate` (p): the entry of
  * search->rates of each unknown, -1: a position. Returns their number. */
@@ -70,6 +81,10 @@ static int fill_derivatives(const kmp_linear *l, const kmp_search *search, const
         double unit = kmp_descent_scale(l, k), *column = matrix + count * p;
         unit = freed ? fmax(unit, fabs(search->rates[entry].rate)) : unit;
         for (int i = 0; i < p; i++) {
+            if (is_held(search, l->part.u[i])) { /* any load is there */
+                column[i] = 0;
+                continue;
+            }
             double change = (freed ? l->damping : l->stiffness)[i + k * p] * unit * kmp_descent_scale(l, i);
             column[i] = work[i] > 0 ? change / work[i] : 0;
         }
@@ -163,7 +178,7 @@ static bool goes_on(kmp_linear *l, const double *qd, const kmp_search *search, i
 
 /* The distance of u_k in the direction of its rate at which R is found changed; 0: R is unchanged at all of them. */
 static double find_change(kmp_linear *l, double t, const double *q, const double *ud, int k, const double *way,
-                          const double *work, double *moved)
+                          const double *residual, const double *work, double *moved)
 {
     static const double distances[] = {1, 3, 10, 30, 100};
     for (size_t d = 0; d < sizeof distances / sizeof *distances; d++) {
@@ -173,7 +188,7 @@ static double find_change(kmp_linear *l, double t, const double *q, const double
         if (kmp_linear_at(l, t, moved, ud, NULL) != KEMPE_OK)
             return 0;
         for (int i = 0; i < l->p; i++)
-            if (!(fabs(l->residual[i]) * kmp_descent_scale(l, i) <= UNCHANGED * work[i]))
+            if (!(fabs(l->residual[i] - residual[i]) * kmp_descent_scale(l, i) <= UNCHANGED * work[i]))
                 return far;
     }
     return 0;
@@ -183,10 +198,11 @@ static double find_change(kmp_linear *l, double t, const double *q, const double
 static kempe_status warn_of_changes(kmp_linear *l, double t, const kmp_search *search, kmp_arena *arena)
 {
     const kempe_model *model = l->system->model;
-    double *q, *ud, *way, *work, *moved, most;
-    KMP_TRY(kmp_made(model->context, KMP_ARENA_EACH(arena, double, l->n, &q, &ud, &way, &work, &moved)));
+    double *q, *ud, *way, *residual, *work, *moved, most;
+    KMP_TRY(kmp_made(model->context, KMP_ARENA_EACH(arena, double, l->n, &q, &ud, &way, &residual, &work, &moved)));
     (void)kmp_descent_measure(l, work, &most);
     memcpy(q, l->q, (size_t)l->n * sizeof *q);
+    memcpy(residual, l->residual, (size_t)l->p * sizeof *residual);
     for (int k = 0; k < l->p; k++)
         ud[k] = l->qd[l->part.u[k]];
     for (int i = 0; i < search->rate_count; i++) {
@@ -194,7 +210,7 @@ static kempe_status warn_of_changes(kmp_linear *l, double t, const kmp_search *s
         if (k < 0 || ud[k] == 0)
             continue;
         memcpy(way, l->red.x + (ptrdiff_t)k * l->n, (size_t)l->n * sizeof *way);
-        double far = find_change(l, t, q, ud, k, way, work, moved);
+        double far = find_change(l, t, q, ud, k, way, residual, work, moved);
         kmp_shown as = kmp_shown_as(model->context, model->motions[c].rotation ? "rad" : "m");
         if (far != 0)
             kmp_log(model->context, KEMPE_LOG_WARNING,
@@ -209,8 +225,8 @@ static kempe_status warn_of_changes(kmp_linear *l, double t, const kmp_search *s
 }
 
 /* Searches a steady motion from a start that moves; *found: there is one, in q and search. */
-static kempe_status run_on(kmp_linear *l, double t, double *q, const double *qd, kmp_search *search, kmp_arena *arena,
-                           bool *found)
+static kempe_status run_once(kmp_linear *l, double t, double *q, const double *qd, kmp_search *search, kmp_arena *arena,
+                             bool *found)
 {
     size_t n = (size_t)l->n;
     double *at = KMP_ARENA_NEW(arena, double, n);
@@ -229,6 +245,36 @@ static kempe_status run_on(kmp_linear *l, double t, double *q, const double *qd,
     if (status == KEMPE_E_FAILED)
         kmp_context_clear(l->system->context);
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}
+
+/* The coordinate along which a vehicle on rails moves fastest at the start, among `rates`: its entry; -1: none. */
+static int find_travel(const kempe_model *model, const kmp_search *search, const double *qd)
+{
+    int fastest = -1;
+    for (int i = 0; model->wheel_count > 0 && i < search->rate_count; i++) {
+        int c = search->rates[i].coordinate;
+        if (!model->motions[c].rotation && qd[c] != 0 &&
+            (fastest < 0 || fabs(qd[c]) > fabs(qd[search->rates[fastest].coordinate])))
+            fastest = i;
+    }
+    return fastest;
+}
+
+/* Searches a steady motion from a start that moves. A vehicle that resistances would stop has its speed held. */
+static kempe_status run_on(kmp_linear *l, double t, double *q, const double *qd, kmp_search *search, kmp_arena *arena,
+                           bool *found)
+{
+    size_t count = (size_t)search->rate_count;
+    kmp_steady *given = KMP_ARENA_NEW(arena, kmp_steady, count);
+    int travel = find_travel(l->system->model, search, qd);
+    KMP_TRY(kmp_made(l->system->context, given));
+    memcpy(given, search->rates, count * sizeof *given);
+    KMP_TRY(run_once(l, t, q, qd, search, arena, found));
+    if (*found || travel < 0)
+        return KEMPE_OK;
+    memcpy(search->rates, given, count * sizeof *given);
+    search->rates[travel].how = KMP_RATE_HELD;
+    return run_once(l, t, q, qd, search, arena, found);
 }
 
 /* -- from a start at rest ------------------------------------------------------------------------------ */
@@ -278,8 +324,8 @@ static void warn_of_rest(const kmp_linear *l, const double *qd, const kmp_search
     kmp_log(
         model->context, KEMPE_LOG_WARNING,
         "the equilibrium is at rest, although the start moves ('%s' at %.4g %s): no steady motion is found from it; "
-        "possible reasons are a curve or irregularities, a resistance without a drive, or rates far from rolling; take "
-        "--at start in modes, or give a drive",
+        "possible reasons are a curve or irregularities, or rates far from rolling; take --at start in modes, or "
+        "give a drive",
         model->motions[fastest].name, as.factor * qd[fastest], as.unit);
 }
 

@@ -54,8 +54,13 @@ void kmp_steady_list(kmp_text *text, const kempe_model *model, int count, const 
     for (int i = 0; i < count; i++) {
         const kmp_motion *motion = &model->motions[rates[i].coordinate];
         kmp_shown as = kmp_shown_as(model->context, motion->rotation ? "rad/s" : "m/s");
-        kmp_text_printf(text, "%s'%s' at %.10g %s%s", between, motion->name, as.factor * qd[rates[i].coordinate],
-                        as.unit, rates[i].how == KMP_RATE_KEPT ? " as at the start" : "");
+        double rate = qd[rates[i].coordinate];
+        kmp_text_printf(text, "%s'%s' at %.10g %s%s", between, motion->name, as.factor * rate, as.unit,
+                        rates[i].how == KMP_RATE_KEPT ? " as at the start" : "");
+        if (rates[i].how == KMP_RATE_HELD)
+            kmp_text_printf(text,
+                            motion->rotation ? " by a torque of %.6g N m (%.6g W)" : " by a force of %.6g N (%.6g W)",
+                            rates[i].load, rates[i].load * rate);
         between = ", ";
     }
 }

@@ -16,6 +16,7 @@ typedef struct kmp_steady {
     int coordinate;
     double rate;
     kmp_steady_how how;
+    double load; /* of KMP_RATE_HELD, at the state that was found: N or N m */
 } kmp_steady;
 
 /** Reads a list (NULL: an empty one) into an array of `arena` with room for all coordinates. KEMPE_E_ARGUMENT: the
@@ -28,8 +29,8 @@ kempe_status kmp_steady_read(const kempe_model *model, const char *text, kmp_are
 kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, kmp_arena *arena, int *varies,
                              kmp_steady **rates);
 
-/** Appends "x at 15 m/s as at the start, spin at 32.6 rad/s", with the rates of qd (n): the coordinates that move
- * steadily. */
+/** Appends "x at 15 m/s as at the start, spin at 32.6 rad/s" or "x at 15 m/s by a force of 40 N (600 W)", with the
+ * rates of qd (n): the coordinates that move steadily. */
 void kmp_steady_list(kmp_text *text, const kempe_model *model, int count, const kmp_steady *rates, const double *qd);
 
 /** KEMPE_E_FAILED: forces depend on a coordinate that is to move at a constant rate. */

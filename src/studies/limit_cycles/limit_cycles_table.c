@@ -69,7 +69,8 @@ static void put_state(kempe_table *table, const kempe_limit_cycles *c, int branc
     (void)branch, (void)row;
     kmp_tabulate_row(table);
     kmp_tabulate_cells(table, "%g %g", x->value, x->period);
-    kmp_tabulate_numbers(table, c->flow->size, x->x);
+    if (c->flow) /* there are no cycles without it */
+        kmp_tabulate_numbers(table, c->flow->size, x->x);
 }
 
 static void fill_states(kempe_table *table, const void *result)

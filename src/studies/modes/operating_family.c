@@ -68,7 +68,7 @@ static kempe_status follow_start(kmp_operating_family *s, bool *anew)
     bool follows = s->rate_count == 0 && !moves(s->state);
     *anew = false;
     for (int i = s->options.rate_count; i < s->rate_count; i++)
-        follows = follows || s->rates[i].how == KMP_RATE_KEPT;
+        follows = follows || s->rates[i].how == KMP_RATE_KEPT || s->rates[i].how == KMP_RATE_HELD;
     if (!s->variant || !follows)
         return KEMPE_OK;
     kmp_operating *start;

@@ -45,6 +45,10 @@ static kempe_status take_equilibrium(kmp_sensitivity_state *x)
 {
     kmp_linear *l = &x->varied.linear;
     KMP_TRY(kmp_operating_new(x->s->system, x->s->options->at, l, &x->at));
+    if (x->at->held)
+        return kmp_fail(x->s->context, KEMPE_E_FAILED,
+                        "the speed of the steady motion is held by a load, whose derivatives are not supported; drive "
+                        "the vehicle in the model (drives:), or vary a parameter by 'modes --sweep'");
     KMP_TRY(check_kept(x));
     KMP_TRY(kmp_operating_take(x->at, l, NULL, 0));
     KMP_TRY(kmp_averaged_judge(x->s->averaged, l));
