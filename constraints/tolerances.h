@@ -440,6 +440,13 @@
  * amplitude, or as its fourth power. */
 #define KMP_CYCLE_LEVEL  1e-9
 #define KMP_CYCLE_CENTRE 1000.0
+/** A simulated motion has settled if its amplitudes in two windows, the third and the last quarter of the simulation,
+ * differ by this part: the accuracy to which a diagram is read. One of less than this part of the largest is at rest.
+ */
+#define KMP_CYCLE_SETTLED 1e-3
+#define KMP_CYCLE_RESTS   1e-6
+/** One that decays, of less than this part of the largest, is at rest soon. */
+#define KMP_CYCLE_DECAYED 1e-2
 /** An output whose values at both ends of a period differ by this part of its range is not periodic, such as the
  * distance that a vehicle travels. */
 #define KMP_CYCLE_ADVANCES 1e-5

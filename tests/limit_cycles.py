@@ -162,6 +162,16 @@ class Bogie(unittest.TestCase):
         self.assertGreater(len(between), 2)
         self.assertGreater(min(largest(c) for c in between[:-3]), 1.2)
 
+    def test_simulations(self):
+        """The parameter in steps: no cycle upwards below the critical speed from 5 mm, and the stable one downwards to the fold."""
+        found = cycles(BOGIE / "cooperrider.yaml", "V=66.5:70:8", "--outputs", "q(y1),q(y2),q(y3)", "--settle", "40 s")
+        up, down = ({c["value"]: c for c in branch["cycles"]} for branch in found["branches"])
+        self.assertEqual((up[67]["point"], up[68]["point"], down[66.5]["point"]), ("rest", "rest", "rest"))
+        for branch, speed, y1 in ((up, 70, 10.1939), (down, 70, 10.1939), (down, 67, 9.4855)):
+            self.assertEqual((branch[speed]["point"], branch[speed]["stability"]), (None, "stable"))
+            self.assertLess(abs(1e3 * branch[speed]["outputs"]["q.y1"]["amplitude"] - y1), 1e-3)
+        self.assertLess(abs(down[70]["period"] - 0.2510051), 1e-6)
+
     def test_table(self):
         """Rows of the table of SciPy at their speeds, to their digits: the speeds have six decimals, the lengths four in mm."""
         with open(BOGIE / "cycles.csv", newline="") as file:

@@ -90,7 +90,9 @@ typedef struct kempe_limit_cycles_options {
     const char *sweep;            /* "NAME=A:B" or "NAME=A:B:N" (default: 31 values): a parameter; required */
     const char *outputs;          /* "q(y1),position(b.P).y": those whose extremes are found; NULL: all coordinates */
     int most;                     /* cycles of a branch; 0: 1000 */
-    const kempe_run_options *run; /* rtol (default 1e-10), integrator, t_end, back end */
+    const kempe_run_options *run; /* rtol (default 1e-10), integrator, back end */
+    double settle; /* s: not Newton's method, but simulations of this length at each value, from A to B and back, each
+                    * from the end of the last one: cycles that attract, of any model. 0: Newton's method */
 } kempe_limit_cycles_options;
 
 typedef struct kempe_limit_cycles kempe_limit_cycles;
@@ -111,10 +113,10 @@ KEMPE_API kempe_status kempe_limit_cycles_print(const kempe_limit_cycles *cycles
 
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
  * "rows", a row for each cycle in the order of its branch: branch, from 1; the parameter; period, s; point (Hopf, fold,
- * doubling, torus, branching; empty: none of these); stability (stable, unstable, undecided; of a Hopf point empty).
- * Then multiplier, the largest absolute value, and along, the distance from 1 of the multiplier of the motion along the
- * cycle, which is left out there. residual is |y(T) - x| over the size of the motion. Each output has
- * OUTPUT.amplitude, half its range, OUTPUT.max and OUTPUT.min, unknown where it advances from period to period.
+ * doubling, torus, branching, with `settle` rest; empty: none of these); stability (stable, unstable, undecided; of a
+ * Hopf point empty). Then multiplier, the largest absolute value, and along, the distance from 1 of the multiplier of
+ * the motion along the cycle, which is left out there. residual is |y(T) - x| over the size of the motion. Each output
+ * has OUTPUT.amplitude, half its range, OUTPUT.max and OUTPUT.min, unknown where it advances from period to period.
  * "multipliers", a row for each multiplier of each cycle: cycle, its row from 1; re; im.
  * "states", a row for each cycle: the parameter; period; q.NAME, qd.NAME, state.NAME of one state of the cycle.
  * "equilibria", a row for each value of the sweep: the parameter; growth, the largest real part of an eigenvalue, 1/s.

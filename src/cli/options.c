@@ -231,6 +231,9 @@ static const option options[] = {
      "parameter from A to B: branches of cycles are followed, and pass N values (default: 31)"},
     {CLI_CYCLES, IN_MODEL, "outputs", TEXT(cycles.outputs), "OUTPUT,..",
      "outputs whose extremes are found: q(A), 'position(b.P).y' (default: all coordinates)"},
+    {CLI_CYCLES, IN_RUN, "settle", VALUE(TIME, cycles.settle), "T",
+     "simulate for T at each value, from A to B and back: motions that are reached, of any model (default: Newton's "
+     "method)"},
     {CLI_CYCLES, IN_RUN, "most", VALUE(WHOLE, cycles.most), "N", "cycles of a branch at most (default: 1000)"},
     {CLI_SIMULATE | CLI_COMFORT, IN_RUN, "formulation", TEXT(run.formulation), "NAME",
      "formulation: reduced (default), projected, dae"},

@@ -100,8 +100,36 @@ static void refused(void)
     unload(&l);
 }
 
+/* Simulations of each value: no cycle below the Hopf point, that of van der Pol's oscillator above it. */
+static void settled(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "name: oscillator\n"
+                         "parameters: {a: 0.1}\n"
+                         "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                         "forces: {f: {joint: x, force: \"(a - q(x)^2)*qd(x) - q(x)\"}}\n"
+                         "start: {q: {x: 0.1}}\n");
+    kempe_limit_cycles_options ask = {.size = sizeof ask, .sweep = "a=-1:1:3", .settle = 200};
+    kempe_limit_cycles *cycles = NULL;
+    CHECK(l.system && kempe_limit_cycles_new(l.system, &ask, &cycles) == KEMPE_OK);
+    CHECK(kempe_limit_cycles_branch_count(cycles) == 2 && kempe_limit_cycles_count(cycles, 1) == 3);
+    if (cycles) {
+        kempe_table *rows = table_of(cycles, "rows"), *states = table_of(cycles, "states");
+        CHECK(kempe_table_row_count(rows) == 6);
+        CHECK_TEXT(kempe_table_word(rows, 0, kempe_table_find(rows, "point")), "rest");
+        CHECK_TEXT(kempe_table_word(rows, 2, kempe_table_find(rows, "stability")), "stable");
+        CHECK_NEAR(number(rows, 2, "q.x.amplitude"), 2.00861987, 1e-4);
+        CHECK_NEAR(number(rows, 2, "period"), 6.66328686, 1e-4);
+        kempe_table_free(rows);
+        kempe_table_free(states);
+    }
+    kempe_limit_cycles_free(cycles);
+    unload(&l);
+}
+
 int main(void)
 {
+    TEST(settled);
     TEST(normal_form);
     TEST(centre);
     TEST(refused);

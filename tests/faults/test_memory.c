@@ -774,14 +774,14 @@ static kempe_status invert_nothing(scene *s)
     return status == KEMPE_E_ARGUMENT ? KEMPE_OK : status;
 }
 
-/* A few limit cycles of a model of its own. */
-static kempe_status find_limit_cycles(scene *s)
+/* A few limit cycles of a model of its own, by Newton's method or by simulations of a length. */
+static kempe_status find_cycles_within(scene *s, double settle)
 {
     kempe_limit_cycles *cycles = NULL;
     kempe_table *table = NULL;
     kempe_model *model = NULL;
     kempe_system *system = NULL;
-    const kempe_limit_cycles_options ask = {.size = sizeof ask, .sweep = "mu=-0.1:0.1:3", .most = 3};
+    const kempe_limit_cycles_options ask = {.size = sizeof ask, .sweep = "mu=-0.1:0.1:2", .most = 2, .settle = settle};
     kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/models/bautin.yaml", &model);
     if (status == KEMPE_OK)
         status = kempe_system_new(model, &system);
@@ -802,6 +802,16 @@ static kempe_status find_limit_cycles(scene *s)
     kempe_system_free(system);
     kempe_model_free(model);
     return status;
+}
+
+static kempe_status find_limit_cycles(scene *s)
+{
+    return find_cycles_within(s, 0);
+}
+
+static kempe_status find_settled_cycles(scene *s)
+{
+    return find_cycles_within(s, 0.1);
 }
 
 /* Modes over a parameter, with all that is written of them; the page with libraries of a line each. */
@@ -873,6 +883,7 @@ static const struct {
               {"ensemble", run_ensemble},
               {"modes", find_modes},
               {"limit cycles", find_limit_cycles},
+              {"settled cycles", find_settled_cycles},
               {"modes at rest", settle_modes},
               {"integrated", simulate_integrated},
               {"newton", simulate_newton},

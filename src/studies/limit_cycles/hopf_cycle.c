@@ -21,34 +21,37 @@ static kempe_status check_rates(const kmp_operating_family *family)
 {
     const kempe_model *model = family->linear.system->model;
     for (int k = 0; k < family->rate_count; k++)
-        if (family->rates[k].how == KMP_RATE_KEPT)
+        if (family->rates[k].how == KMP_RATE_KEPT || family->rates[k].how == KMP_RATE_HELD)
             return kmp_fail(model->context, KEMPE_E_FAILED,
                             "the rate of '%s' is that of the start, which no force decides, so that no motion is "
-                            "exactly periodic; drive it at a constant rate (drives:), or give it a force that depends "
-                            "on its rate",
+                            "exactly periodic; drive it at a constant rate (drives:), or find the motions that "
+                            "simulations reach (--settle T)",
                             model->motions[family->rates[k].coordinate].name);
     return KEMPE_OK;
 }
 
-kempe_status kmp_periodic_entries(kempe_limit_cycles *cycles, int *count, kmp_flow_entry *entry)
+kempe_status kmp_moving_entries(kmp_linear *linear, int keeps, int *count, kmp_flow_entry *entry)
 {
-    kmp_linear *l = &cycles->family->linear;
+    kmp_linear *l = linear;
     const kempe_model *model = l->system->model;
-    kempe_status status = check_rates(cycles->family);
     int *idle = KMP_NEW(int, l->p), idles = idle ? kmp_equilibrium_idle(l, idle) : -1;
     *count = 0;
-    if (status == KEMPE_OK)
-        status = kmp_made(model->context, idles >= 0);
-    for (int k = 0; status == KEMPE_OK && k < 2 * l->p; k++) {
+    for (int k = 0; idles >= 0 && k < 2 * l->p; k++) {
         int motion = l->part.u[k % l->p];
         bool rate = k >= l->p, state = kmp_state_of(model, motion);
-        if (rate || !(state || contains(idle, idles, motion)))
+        if (rate ? motion != keeps : !(state || contains(idle, idles, motion)))
             entry[(*count)++] = (kmp_flow_entry){motion, state  ? KMP_FLOW_STATE
                                                          : rate ? KMP_FLOW_RATE
                                                                 : KMP_FLOW_POSITION};
     }
     kmp_free(idle);
-    return status;
+    return kmp_made(model->context, idles >= 0);
+}
+
+kempe_status kmp_periodic_entries(kempe_limit_cycles *cycles, int *count, kmp_flow_entry *entry)
+{
+    KMP_TRY(check_rates(cycles->family));
+    return kmp_moving_entries(&cycles->family->linear, -1, count, entry);
 }
 
 /* -- the mode -------------------------------------------------------------------------------------------- */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `cycles`: Hopf points, and the cycles of each branch. */
+#include "constraints/tolerances.h"
 #include "output/print.h"
 #include "studies/limit_cycles/limit_cycles_study.h"
 #include <math.h>
@@ -22,7 +23,7 @@ static void show_critical(kmp_text *text, const kempe_limit_cycles *c)
 {
     kmp_shown as = kmp_limit_cycles_shown(c);
     const char *gap = as.unit[0] ? " " : "";
-    if (hopf_points(c) == 0)
+    if (hopf_points(c) == 0 && c->settle == 0)
         kmp_text_put(text, "\nHopf points: none in the range, so that no branch begins at an equilibrium\n");
     for (int k = 0; k < c->locus.critical_count; k++) {
         const kmp_critical *at = &c->locus.critical[k];
@@ -35,35 +36,33 @@ static void show_critical(kmp_text *text, const kempe_limit_cycles *c)
 
 static int shown_outputs(const kempe_limit_cycles *c)
 {
-    int columns = c->flow->rows->columns;
+    int columns = c->outputs;
     return columns < MOST_OUTPUTS ? columns : MOST_OUTPUTS;
 }
 
 static void show_head(kmp_text *text, const kempe_limit_cycles *c)
 {
-    const kempe_sensitivity *rows = c->flow->rows;
     kmp_shown as = kmp_limit_cycles_shown(c);
     kmp_text_printf(text, "  %-9s  %14s  %13s  %-9s  %11s", "", c->name, "period, s", "stability", "multiplier");
     for (int k = 0; k < shown_outputs(c); k++)
-        kmp_text_printf(text, "  %13s", rows->column[k]);
+        kmp_text_printf(text, "  %13s", c->output[k]);
     kmp_text_printf(text, "\n  %-9s  %14s  %13s  %-9s  %11s", "", as.unit, "", "", "");
     for (int k = 0; k < shown_outputs(c); k++)
-        kmp_text_printf(text, "  %13s", kmp_shown_as(c->system->context, rows->unit[k]).unit);
+        kmp_text_printf(text, "  %13s", kmp_shown_as(c->system->context, c->unit[k]).unit);
     kmp_text_put(text, "\n");
 }
 
 static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cycle *x)
 {
-    const kempe_sensitivity *rows = c->flow->rows;
     bool hopf = x->word == KMP_CYCLE_HOPF;
     kmp_text_printf(text, "  %-9s  %14.10g  %13.9g  %-9s  ", kmp_cycle_text(x),
                     kmp_limit_cycles_shown(c).factor * x->value, x->period, hopf ? "" : kmp_cycle_stability_text(x));
     if (hopf)
         kmp_text_printf(text, "%11s", "");
     else
-        kmp_text_printf(text, "%11.7f", x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
+        kmp_print_cell(text, 11, 7, x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
     for (int k = 0; k < shown_outputs(c); k++) {
-        double amplitude = kmp_shown_as(c->system->context, rows->unit[k]).factor * kmp_cycle_amplitude(x, k);
+        double amplitude = kmp_shown_as(c->system->context, c->unit[k]).factor * kmp_cycle_amplitude(x, k);
         if (isfinite(amplitude))
             kmp_text_printf(text, "  %13.8g", amplitude);
         else
@@ -75,7 +74,8 @@ static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cy
 static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch)
 {
     const kmp_cycle_branch *b = &c->branch[branch];
-    kmp_text_printf(text, "\nbranch %d: %d cycles; %s\n", branch + 1, b->count, b->end ? b->end : "interrupted");
+    kmp_text_printf(text, c->settle > 0 ? "\nbranch %d: %d simulations; %s\n" : "\nbranch %d: %d cycles; %s\n",
+                    branch + 1, b->count, b->end ? b->end : "interrupted");
     show_head(text, c);
     for (int k = 0; k < b->count && k < MOST_ROWS; k++)
         show_cycle(text, c, b->cycle[k]);
@@ -92,7 +92,12 @@ static void show(kmp_text *text, const void *result)
     show_critical(text, c);
     for (int b = 0; b < c->branches; b++)
         show_branch(text, c, b);
-    if (c->branches > 0)
+    if (c->settle > 0)
+        kmp_text_printf(
+            text,
+            "\nnote  motions that simulations of %g s reach; undecided: amplitudes still change by more than %g\n",
+            c->settle, KMP_CYCLE_SETTLED);
+    else if (c->branches > 0)
         kmp_text_put(text, "\nnote  amplitudes are half the range over a period; the multiplier is the largest one, "
                            "without that of the motion along the cycle\n");
     if (c->reason)
@@ -116,9 +121,9 @@ static void json_critical(kmp_json *j, const kempe_limit_cycles *c)
 static void json_outputs(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
 {
     kmp_json_object(j, "outputs");
-    for (int k = 0; k < c->flow->rows->columns; k++)
-        kmp_json_put(j, "%s { amplitude %g max %g min %g }", c->flow->rows->column[k], kmp_cycle_amplitude(x, k),
-                     x->high[k], x->low[k]);
+    for (int k = 0; k < c->outputs; k++)
+        kmp_json_put(j, "%s { amplitude %g max %g min %g }", c->output[k], kmp_cycle_amplitude(x, k), x->high[k],
+                     x->low[k]);
     kmp_json_end(j);
 }
 

@@ -90,18 +90,37 @@ double kmp_limit_cycles_growth(const kempe_limit_cycles *cycles, int k)
     return most;
 }
 
+kempe_status kmp_limit_cycles_name(kempe_limit_cycles *cycles, int count, char *const *names, char *const *units)
+{
+    kempe_limit_cycles *c = cycles;
+    c->output = KMP_ARENA_NEW(&c->arena, char *, count);
+    c->unit = KMP_ARENA_NEW(&c->arena, char *, count);
+    for (int k = 0; !c->arena.failed && k < count; k++) {
+        c->output[k] = kmp_arena_strdup(&c->arena, names[k]);
+        c->unit[k] = kmp_arena_strdup(&c->arena, units[k]);
+    }
+    c->outputs = c->arena.failed ? 0 : count;
+    return kmp_made(c->system->context, !c->arena.failed);
+}
+
 /* -- branches ----------------------------------------------------------------------------------------------- */
+
+static const char *usual_outputs(const kempe_limit_cycles *c)
+{
+    return c->system->model->state_count > 0 ? "q,state" : "q";
+}
 
 /* The equations of the cycles, at the state of the family. */
 static kempe_status make_flow(kempe_limit_cycles *c, const kempe_limit_cycles_options *options)
 {
     kmp_flow_entry *entry = KMP_ARENA_NEW(&c->arena, kmp_flow_entry, 2 * c->system->n);
     const kempe_run_options none = {0}, *run = options->run ? options->run : &none;
-    const char *usual = c->system->model->state_count > 0 ? "q,state" : "q";
+    const char *usual = usual_outputs(c);
     int count;
     KMP_TRY(kmp_made(c->system->context, entry));
     KMP_TRY(kmp_periodic_entries(c, &count, entry));
     KMP_TRY(kmp_flow_new(c->system, c->name, options->outputs ? options->outputs : usual, run, count, entry, &c->flow));
+    KMP_TRY(kmp_limit_cycles_name(c, c->flow->rows->columns, c->flow->rows->column, c->flow->rows->unit));
     return kmp_shooting_init(&c->shooting, c->flow, &c->arena);
 }
 
@@ -164,8 +183,11 @@ static kempe_status follow_all(kempe_limit_cycles *c, const kempe_limit_cycles_o
 
 static kempe_status make(kempe_limit_cycles *c, const kempe_limit_cycles_options *options)
 {
-    KMP_TRY(check_model(c->system->model));
     KMP_TRY(read_sweep(c, options->sweep));
+    c->settle = options->settle;
+    if (c->settle > 0)
+        return kmp_settled_cycles(c, options->outputs ? options->outputs : usual_outputs(c), options->run);
+    KMP_TRY(check_model(c->system->model));
     KMP_TRY(find_equilibria(c));
     return follow_all(c, options);
 }

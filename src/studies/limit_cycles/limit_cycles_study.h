@@ -17,7 +17,10 @@ struct kempe_limit_cycles {
     int values;
     kmp_operating_family *family;
     kmp_locus locus; /* of the equilibria; empty from a start */
-    kmp_flow *flow;  /* of the last branch: its outputs name the columns */
+    int outputs;     /* their names and SI units */
+    char **output, **unit;
+    double settle;  /* s: cycles are those that simulations of this length reach; 0: by Newton's method */
+    kmp_flow *flow; /* NULL: no branch was followed by Newton's method */
     kmp_shooting shooting;
     int branches;
     kmp_cycle_branch *branch;
@@ -44,6 +47,17 @@ double kmp_limit_cycles_growth(const kempe_limit_cycles *cycles, int k);
 kempe_status kmp_hopf_cycles(kempe_limit_cycles *cycles, const kmp_critical *critical, kmp_cycle **hopf,
                              kmp_cycle **first);
 
+/** The names of the outputs of the cycles. KEMPE_E_MEMORY. */
+kempe_status kmp_limit_cycles_name(kempe_limit_cycles *cycles, int count, char *const *names, char *const *units);
+
+/** Simulates at each value of the sweep, up and down, each time from the last state: a branch for each direction.
+ * (settled_cycles.c) */
+kempe_status kmp_settled_cycles(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run);
+
 /** Start values that a periodic motion repeats, at the state of the family: `entry` has room for 2 n. KEMPE_E_FAILED: a
  * rate is decided by no force. */
 kempe_status kmp_periodic_entries(kempe_limit_cycles *cycles, int *count, kmp_flow_entry *entry);
+
+/** The parts of them that are not at rest or idle, at the state of `linear`; `keeps`: a rate that stays that of the
+ * start, -1: none. KEMPE_E_MEMORY. */
+kempe_status kmp_moving_entries(kmp_linear *linear, int keeps, int *count, kmp_flow_entry *entry);

@@ -80,8 +80,8 @@ static void put_equilibria(drawing *d)
 
 static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, int place)
 {
-    const kempe_sensitivity *rows = c->flow ? c->flow->rows : NULL;
-    kmp_shown by = kmp_limit_cycles_shown(c), as = kmp_shown_as(c->system->context, rows ? rows->unit[output] : "");
+    kmp_shown by = kmp_limit_cycles_shown(c),
+              as = kmp_shown_as(c->system->context, output < c->outputs ? c->unit[output] : "");
     drawing d = {c, kmp_plot_inside(text, 0, HEIGHT * place, WIDTH, HEIGHT), output, by.factor, as.factor};
     kmp_plot_reach(&d.plot, by.factor * c->from, 0);
     kmp_plot_reach(&d.plot, by.factor * c->to, 0);
@@ -90,7 +90,7 @@ static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, in
             kmp_plot_reach(&d.plot, by.factor * c->branch[b].cycle[k]->value, height(&d, c->branch[b].cycle[k]));
     d.plot.axis[0].name = c->name;
     d.plot.axis[0].unit = by.unit;
-    d.plot.axis[1].name = rows ? rows->column[output] : "amplitude";
+    d.plot.axis[1].name = output < c->outputs ? c->output[output] : "amplitude";
     d.plot.axis[1].unit = as.unit;
     kmp_plot_begin(&d.plot, "Amplitude of limit cycles: solid stable, dashed unstable");
     put_equilibria(&d);

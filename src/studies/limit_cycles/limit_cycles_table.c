@@ -28,7 +28,7 @@ static void put_row(kempe_table *table, const kempe_limit_cycles *c, int branch,
     kmp_tabulate_cells(table, "%d %g %g %s %s %g %g %g", branch, x->value, x->period, kmp_cycle_text(x),
                        hopf ? "" : kmp_cycle_stability_text(x), x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN,
                        hopf ? NAN : x->along, hopf ? NAN : x->residual);
-    for (int k = 0; k < c->flow->rows->columns; k++)
+    for (int k = 0; k < c->outputs; k++)
         kmp_tabulate_cells(table, "%g %g %g", kmp_cycle_amplitude(x, k), hopf ? NAN : x->high[k],
                            hopf ? NAN : x->low[k]);
 }
@@ -39,11 +39,10 @@ static void fill_rows(kempe_table *table, const void *result)
     kmp_tabulate_columns(table, "branch");
     add_parameter(table, c);
     kmp_tabulate_columns(table, "period[s] point[words] stability[words] multiplier along residual");
-    for (int k = 0; c->flow && k < c->flow->rows->columns; k++) {
-        const kempe_sensitivity *rows = c->flow->rows;
-        kmp_tabulate_column(table, rows->unit[k], "%s.amplitude", rows->column[k]);
-        kmp_tabulate_column(table, rows->unit[k], "%s.max", rows->column[k]);
-        kmp_tabulate_column(table, rows->unit[k], "%s.min", rows->column[k]);
+    for (int k = 0; k < c->outputs; k++) {
+        kmp_tabulate_column(table, c->unit[k], "%s.amplitude", c->output[k]);
+        kmp_tabulate_column(table, c->unit[k], "%s.max", c->output[k]);
+        kmp_tabulate_column(table, c->unit[k], "%s.min", c->output[k]);
     }
     each_cycle(table, c, put_row);
 }

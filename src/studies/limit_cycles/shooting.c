@@ -22,7 +22,7 @@ const char *kmp_cycle_stability_text(const kmp_cycle *cycle)
 
 const char *kmp_cycle_text(const kmp_cycle *cycle)
 {
-    static const char *const words[] = {"", "Hopf", "fold", "doubling", "torus", "branching"};
+    static const char *const words[] = {"", "Hopf", "fold", "doubling", "torus", "branching", "rest"};
     return words[cycle->word];
 }
 

@@ -14,11 +14,12 @@
 /** The place of a cycle in a diagram. */
 typedef enum kmp_cycle_word {
     KMP_CYCLE_REGULAR,
-    KMP_CYCLE_HOPF,     /* of no amplitude, where the equilibrium changes its stability */
-    KMP_CYCLE_FOLD,     /* the parameter has an extreme value on the branch */
-    KMP_CYCLE_DOUBLING, /* a multiplier is -1 */
-    KMP_CYCLE_TORUS,    /* a pair of multipliers is on the unit circle */
-    KMP_CYCLE_BRANCHING /* a multiplier is 1 without a fold */
+    KMP_CYCLE_HOPF,      /* of no amplitude, where the equilibrium changes its stability */
+    KMP_CYCLE_FOLD,      /* the parameter has an extreme value on the branch */
+    KMP_CYCLE_DOUBLING,  /* a multiplier is -1 */
+    KMP_CYCLE_TORUS,     /* a pair of multipliers is on the unit circle */
+    KMP_CYCLE_BRANCHING, /* a multiplier is 1 without a fold */
+    KMP_CYCLE_REST       /* no cycle: a simulated motion that has decayed */
 } kmp_cycle_word;
 
 typedef enum kmp_cycle_stability { KMP_CYCLE_STABLE, KMP_CYCLE_UNSTABLE, KMP_CYCLE_UNDECIDED } kmp_cycle_stability;
@@ -78,6 +79,6 @@ kempe_status kmp_shooting_finish(kmp_shooting *shooting, const double *border, k
 /** An empty cycle; NULL: no memory. */
 kmp_cycle *kmp_shooting_room(kmp_shooting *shooting);
 
-/** "stable", "unstable", "undecided"; "", "Hopf", "fold", "doubling", "torus", "branching". */
+/** "stable", "unstable", "undecided"; "", "Hopf", "fold", "doubling", "torus", "branching", "rest". */
 const char *kmp_cycle_stability_text(const kmp_cycle *cycle);
 const char *kmp_cycle_text(const kmp_cycle *cycle);
