@@ -187,6 +187,15 @@ class HeldSpeed(unittest.TestCase):
         for name in ("x", "spin"):
             self.assertLess(abs(driven["qd"][name] / held["qd"][name] - 1), 1e-6)
 
+    def test_wheels_apart(self):
+        """A wheelset that begins 0.14 mm above its rails: it presses, and rolls at the radius of its contacts, near 0.46 m."""
+        found = kempe("equilibrium", ROOT / "examples/manchester/manchester_wheelset.yaml")
+        q, qd = found["q"], found["qd"]
+        self.assertLess(abs(qd["axle.2"] - 10), 1e-12)
+        self.assertLess(abs(10 / qd["axle.6"] - 0.46), 2e-4)
+        self.assertTrue(0 < 0.46 - q["axle.1"] < 0.3e-3)
+        self.assertLess(max(abs(q[name]) for name in ("axle.3", "axle.4", "axle.5")), 1e-9)
+
     def test_critical_speed(self):
         """Without names of rates: rails.py has 103.5373 m/s at the rates of the start, which differ from rolling by 1e-7."""
         critical, = kempe("modes", SPRINGS / "wheelset_on_rails.yaml", "--sweep", "V=80:130:6")["locus"]["critical"]

@@ -406,6 +406,47 @@ static kempe_status run_from_rest(kmp_linear *l, double t, double *q, const doub
     return kmp_equilibrium_find(l, t, q, &again);
 }
 
+/* Lets the wheels of a vehicle press at the rates of its start (qd): coordinates that move are fixed, by any load. */
+static kempe_status press_wheels(kmp_linear *l, double t, double *q, const double *qd)
+{
+    const kempe_model *model = l->system->model;
+    kmp_steady *rates = KMP_NEW(kmp_steady, l->n);
+    kmp_search search = {.balanced = true, .quiet = true, .rates = rates};
+    KMP_TRY(kmp_made(model->context, rates));
+    kempe_status status = kmp_linear_choose(l, t, q, NULL, 0);
+    for (int k = 0; status == KEMPE_OK && k < l->p; k++) {
+        int c = l->part.u[k];
+        if (c < kmp_model_coordinates(model) && qd[c] != 0)
+            rates[search.rate_count++] = (kmp_steady){.coordinate = c, .rate = qd[c], .how = KMP_RATE_HELD};
+    }
+    if (status == KEMPE_OK)
+        status = search.rate_count > 0 ? kmp_equilibrium_find(l, t, q, &search) : KEMPE_E_FAILED;
+    kmp_free(rates);
+    return status;
+}
+
+/* Searches a steady motion of a vehicle without a rest, whose wheels do not press at the start; the context has the
+ * reason why no rest is found. Creep forces at rest may have no balance. */
+static kempe_status run_pressed(kmp_linear *l, double t, double *q, const double *qd, kmp_search *search,
+                                kmp_search *steady)
+{
+    kempe_context *context = l->system->context;
+    char *why = kmp_strdup(kempe_context_message(context));
+    bool found = false;
+    KMP_TRY(kmp_made(context, why));
+    kmp_context_clear(context);
+    search->rate_count = steady->rate_count = 0;
+    kempe_status status = press_wheels(l, t, q, qd);
+    if (status == KEMPE_OK)
+        status = run_from(l, t, q, qd, search, steady, &found);
+    if (status == KEMPE_E_FAILED || (status == KEMPE_OK && !found)) {
+        kmp_context_clear(context);
+        status = kmp_fail(context, KEMPE_E_FAILED, "%s", why);
+    }
+    kmp_free(why);
+    return status;
+}
+
 kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search)
 {
     if (search->rate_count > 0 || search->newton || search->quiet || search->exchange)
@@ -416,10 +457,13 @@ kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, 
     kempe_status status = kmp_made(linear->system->context, room);
     if (status == KEMPE_OK)
         status = run_from(linear, t, q, qd, search, &steady, &found);
-    if (status == KEMPE_OK && !found)
+    if (status == KEMPE_OK && !found) {
         status = rest_or_go_on(linear, t, q, search, &steady);
-    if (status == KEMPE_OK && !found)
-        status = run_from_rest(linear, t, q, qd, search);
+        if (status == KEMPE_E_FAILED && linear->system->model->wheel_count > 0)
+            status = run_pressed(linear, t, q, qd, search, &steady);
+        else if (status == KEMPE_OK)
+            status = run_from_rest(linear, t, q, qd, search);
+    }
     kmp_free(room);
     return status;
 }
