@@ -59,8 +59,10 @@ static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cy
                     kmp_limit_cycles_shown(c).factor * x->value, x->period, hopf ? "" : kmp_cycle_stability_text(x));
     if (hopf)
         kmp_text_printf(text, "%11s", "");
+    else if (x->multipliers > 0)
+        kmp_text_printf(text, "%11.7f", hypot(x->re[0], x->im[0]));
     else
-        kmp_print_cell(text, 11, 7, x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
+        kmp_text_printf(text, "%11s", "-");
     for (int k = 0; k < shown_outputs(c); k++) {
         double amplitude = kmp_shown_as(c->system->context, c->unit[k]).factor * kmp_cycle_amplitude(x, k);
         if (isfinite(amplitude))
