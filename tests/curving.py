@@ -131,7 +131,7 @@ class Wagon(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.table = simulate(model("examples/curving/curving.yaml"), "--rtol", 1e-8)
+        cls.table = simulate(model("examples/curving/curving.yaml"), "--rtol", 1e-9)  # at 1e-8 a row within a long step may be off by 0.5 kN
 
     def frames(self, row):
         """Of the wagon and its axles, by own kinematics."""
@@ -175,7 +175,7 @@ class Wagon(unittest.TestCase):
             self.assertLess(abs(one / other - 1), near)
 
     def test_goes_over(self):
-        """No contact goes out at once where another one takes over: 1.4 kN at most, once the start has died away."""
+        """No contact goes out at once where another one takes over: 1.2 kN at most, once the start has died away."""
         for wheel in self.WHEELS:
             loads = [(row["q.x"], row[f"force.{wheel}.z"]) for row in self.table if row["q.x"] > 8]
             changes = [abs(after[1] - before[1]) for before, after in zip(loads, loads[1:]) if not self.at_a_corner(before[0])]

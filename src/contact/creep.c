@@ -75,19 +75,25 @@ static void by_tanh(const kempe_creep *c, const kempe_kalker *k, kempe_creep_for
  *     d = (8/3) G b sqrt(a b) C23 |y'| / (bound k),  k = 1 + 6.3 (1 - exp(-a/b)),
  *     of spin: F_y = -(9/16) a bound k K spin / s,
  *
- * where his K of delta = (d^2 - 1)/(d^2 + 1) is 2/3 d / (1 + d^2)^2: put in and multiplied out. */
+ * where his K of delta = (d^2 - 1)/(d^2 + 1) is 2/3 d / (1 + d^2)^2: put in and multiplied out.
+ *
+ * C of small creep depends on the direction alone, so that the law as printed has no derivatives without creep. Within
+ * n = KMP_POLACH_NEAR, C^2 is ((C11 x)^2 + (C22 y)^2 + (Cii n)^2) / (x^2 + y^2 + n^2) with C11 for F_x and C22 for F_y:
+ * the derivatives without creep are those of the linear theory. */
 static void polach(const kempe_creep *c, const kempe_kalker *k, kempe_creep_force *out)
 {
     double x = c->slip[0], y = c->slip[1], turned = y + c->a * c->spin, bound = c->friction * c->normal;
-    double reach = fmax(fabs(y), fabs(turned)), s = hypot(x, reach), size = hypot(x, y);
+    double reach = fmax(fabs(y), fabs(turned)), s = hypot(x, reach), near = KMP_POLACH_NEAR;
     *out = (kempe_creep_force){0};
     if (s == 0 || bound == 0)
         return;
-    double g = c->shear_modulus * c->b / bound, slope = size > 0 ? hypot(k->c11 * x, k->c22 * y) / size : 0;
+    double g = c->shear_modulus * c->b / bound, weighted = hypot(k->c11 * x, k->c22 * y);
+    double of_x = hypot(weighted, k->c11 * near), of_y = hypot(weighted, k->c22 * near);
+    double slope = of_y / hypot(hypot(x, y), near);
     double e = 0.25 * pi * g * c->a * slope * s, along = bound * 2 / pi * (e / (1 + e * e) + atan(e)) / s;
     double far = 1 + 6.3 * -expm1(-c->a / c->b), d = 8.0 / 3 * g * sqrt(c->a * c->b) * k->c23 * reach / far;
     double spin = 9.0 / 16 * c->a * bound * far * (2.0 / 3) * d / ((1 + d * d) * (1 + d * d)) / s;
-    out->force[0] = -along * x;
+    out->force[0] = -along * x * of_x / of_y;
     out->force[1] = -along * y - spin * c->spin;
 }
 

@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* FASTSIM for arguments that are already checked. */
+/* What laws of numbers and of expressions share; FASTSIM for arguments that are already checked. */
 #pragma once
 
 #include <kempe/contact.h>
+
+/** Creepage within which Polach's law has Kalker's coefficient of each axis for itself: above the creepages that
+ * rounding leaves in a steady motion, 1e-16 to 1e-12, and far below those at which forces matter. */
+#define KMP_POLACH_NEAR 1e-9
 
 void kmp_fastsim_flexibilities(const kempe_creep *creep, const kempe_kalker *coefficients, double flexibility[3]);
 

@@ -8,6 +8,7 @@
  * coefficients those of kempe_contact_kalker. Beyond their ends they are straight: powers. Forces are N times a factor
  * that stays finite with N = 0: q = a b / N varies with N^(-1/3). */
 #include "wheel/laws.h"
+#include "contact/creep.h"
 #include "contact/hertz.h"
 #include "contact/kalker.h"
 #include "symbolic/table_function.h"
@@ -211,10 +212,12 @@ static void polach(kmp_graph *g, const kmp_creep *creep, const ellipse *e, kmp_r
     kmp_ref tiny_2 = number(g, creep_floor * creep_floor);
     kmp_ref reach = kmp_sqrt(g, kmp_add(g, reach_2, tiny_2)), s = size_of(g, x, reach, 0);
     kmp_ref c11 = kalker(g, &points, e, C11), c22 = kalker(g, &points, e, C22), c23 = kalker(g, &points, e, C23);
-    kmp_ref y_2 = kmp_add(g, square(g, y), tiny_2), x_2 = square(g, x);
-    kmp_ref weighted =
-        kmp_add(g, kmp_mul(g, exp_of(g, scaled(g, 2, c11)), x_2), kmp_mul(g, exp_of(g, scaled(g, 2, c22)), y_2));
-    kmp_ref slope = kmp_sqrt(g, kmp_div(g, weighted, kmp_add(g, x_2, y_2)));
+    kmp_ref y_2 = square(g, y), x_2 = square(g, x), near_2 = number(g, KMP_POLACH_NEAR * KMP_POLACH_NEAR);
+    kmp_ref c11_2 = exp_of(g, scaled(g, 2, c11)), c22_2 = exp_of(g, scaled(g, 2, c22));
+    kmp_ref weighted = kmp_add(g, kmp_mul(g, c11_2, x_2), kmp_mul(g, c22_2, y_2));
+    kmp_ref of_x = kmp_add(g, weighted, kmp_mul(g, c11_2, near_2)),
+            of_y = kmp_add(g, weighted, kmp_mul(g, c22_2, near_2));
+    kmp_ref slope = kmp_sqrt(g, kmp_div(g, of_y, kmp_add(g, kmp_add(g, x_2, y_2), near_2)));
     kmp_ref gain = kmp_mul(g, modulus, exp_of(g, e->log_q));
     kmp_ref ep = kmp_mul(g, scaled(g, 0.25 * pi, gain), kmp_mul(g, slope, s));
     kmp_ref part = kmp_add(g, kmp_div(g, ep, kmp_add(g, KMP_ONE, square(g, ep))), kmp_unary(g, KMP_OP_ATAN, ep));
@@ -226,7 +229,7 @@ static void polach(kmp_graph *g, const kmp_creep *creep, const ellipse *e, kmp_r
     kmp_ref d = kmp_div(g, kmp_mul(g, reach_gain, reach), far);
     kmp_ref fall = square(g, kmp_add(g, KMP_ONE, square(g, d)));
     kmp_ref spin = kmp_div(g, kmp_mul(g, scaled(g, 3.0 / 8, kmp_mul(g, a, far)), d), kmp_mul(g, fall, s));
-    out->force[0] = kmp_neg(kmp_mul(g, along, x));
+    out->force[0] = kmp_neg(kmp_mul(g, kmp_mul(g, along, kmp_sqrt(g, kmp_div(g, of_x, of_y))), x));
     out->force[1] = kmp_neg(kmp_add(g, kmp_mul(g, along, y), kmp_mul(g, spin, creep->spin)));
     out->moment = KMP_ZERO;
 }

@@ -230,6 +230,13 @@ static void test_small(void)
     check_within("Polach across", force_of(KEMPE_CREEP_POLACH, 0, y, 0).force[1], linear.force[1] - turned.force[1],
                  1e-5);
     check_within("Polach spin", force_of(KEMPE_CREEP_POLACH, 0, 0, spin).force[1], turned.force[1], 1e-5);
+    for (int k = -1; k <= 1; k++) { /* still less creep: no direction of it decides */
+        kempe_creep_force tiny = force_of(KEMPE_CREEP_POLACH, 3e-12, k * 5e-12, 0),
+                          ruled = force_of(KEMPE_CREEP_LINEAR, 3e-12, k * 5e-12, 0);
+        check_within("Polach along without creep", tiny.force[0], ruled.force[0], 1e-5);
+        if (k != 0)
+            check_within("Polach across without creep", tiny.force[1], ruled.force[1], 1e-5);
+    }
     CHECK_NEAR(force_of(KEMPE_CREEP_FASTSIM, x, y, spin).sticking, 1, 0.05);
 }
 

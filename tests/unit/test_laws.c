@@ -221,6 +221,25 @@ static void test_finite(void)
     }
 }
 
+/* Without creep, and with the creep that rounding leaves, every law has the derivatives of the linear theory. */
+static void test_rolling(void)
+{
+    static const double table[][2] = {{0, 0}, {2e-15, -3e-15}, {-4e-14, 1e-16}, {1e-15, 5e-14}};
+    scene linear = made(KMP_CREEP_LINEAR);
+    for (int law = KMP_CREEP_SHEN; law < KMP_CREEP_LAWS; law++) {
+        scene s = made((kmp_creep_law)law);
+        for (size_t row = 0; row < sizeof table / sizeof *table; row++) {
+            double at[INPUTS] = {2.2, 0.9, 82e9, 8e4, 0.3, table[row][0], table[row][1], 0}, out[OUTPUTS];
+            evaluate(&linear, at, out), evaluate(&s, at, out);
+            CHECK_NEAR(valued(&s, s.slope[FORCE_X][SLIP_X]) / valued(&linear, linear.slope[FORCE_X][SLIP_X]), 1, 1e-6);
+            CHECK_NEAR(valued(&s, s.slope[FORCE_Y][SLIP_Y]) / valued(&linear, linear.slope[FORCE_Y][SLIP_Y]), 1, 1e-6);
+            CHECK_NEAR(valued(&s, s.slope[FORCE_X][SLIP_Y]) / valued(&linear, linear.slope[FORCE_X][SLIP_X]), 0, 1e-6);
+        }
+        release(&s);
+    }
+    release(&linear);
+}
+
 /* No friction from the start: nothing is in the graph. */
 static void test_none(void)
 {
@@ -246,6 +265,7 @@ int main(void)
     TEST(test_sweeps);
     TEST(test_derivatives);
     TEST(test_finite);
+    TEST(test_rolling);
     TEST(test_none);
     return check_report();
 }
