@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What laws of numbers and of expressions share; FASTSIM for arguments that are already checked. */
+/* Numbers shared by laws of numbers and laws of expressions; FASTSIM for arguments that are already checked. */
 #pragma once
 
 #include <kempe/contact.h>
