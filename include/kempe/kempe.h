@@ -232,6 +232,8 @@ typedef struct kempe_run_options {
                         * (output_handles.h) */
     int judge_safety;  /* 1: kempe_simulate judges the running safety of wheels on rails, from the dense output and the
                         * static loads of an equilibrium (docs/model/wheels.md) */
+    double max_step;   /* s: no step is longer, so that none passes a short disturbance unseen, such as a fault of a
+                        * track; 0: the model's, or by the tolerances */
 } kempe_run_options;
 
 typedef struct kempe_trajectory kempe_trajectory;

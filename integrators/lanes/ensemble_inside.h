@@ -559,6 +559,7 @@ void kmp_lanes_exchange(size_t width, size_t size, const int64_t *lanes, double 
 /** The steps to try, up to limit at most (kmp_step_next); 0: it is too short, or the lane has no instance. */
 typedef struct kmp_lanes_tries {
     const int *who;
+    double longest;
     const double *t, *limit, *h;
     double *step, *t_new;
 } kmp_lanes_tries;

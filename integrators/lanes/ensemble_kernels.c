@@ -461,7 +461,7 @@ KMP_INLINE void choose_tries(size_t w, const kmp_lanes_tries *s)
 {
     double step[KMP_LANES_MOST], t_new[KMP_LANES_MOST];
     for (size_t l = 0; l < w; l++)
-        step[l] = kmp_step_next(s->t[l], s->limit[l], s->h[l], &t_new[l]);
+        step[l] = kmp_step_next(s->t[l], s->limit[l], s->h[l] < s->longest ? s->h[l] : s->longest, &t_new[l]);
     for (size_t l = 0; l < w; l++)
         s->t_new[l] = t_new[l];
     for (size_t l = 0; l < w; l++)

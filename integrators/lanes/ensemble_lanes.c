@@ -381,7 +381,8 @@ static void run_stages(kmp_engine *e, kmp_pool *pool)
 static void choose_tries(kmp_engine *e)
 {
     kmp_lane_room *room = &e->room;
-    const kmp_lanes_tries tries = {room->who, room->t, room->limit, room->h, room->step, room->t_new};
+    double longest = e->spec.max_step > 0 ? e->spec.max_step : INFINITY;
+    const kmp_lanes_tries tries = {room->who, longest, room->t, room->limit, room->h, room->step, room->t_new};
     kmp_lanes_choose_tries(room->w, &tries);
     for (size_t l = 0; l < room->w; l++) {
         room->bad[l] = 0;

@@ -248,6 +248,7 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
                         "integrator '%s' cannot make steps of constant length; dop853 and dopri5 can",
                         spec->integrator);
     spec->t_end = first_positive(spec->t_end, model->t_end, 1);
+    spec->max_step = first_positive(spec->max_step, model->max_step, 0);
     spec->max_steps = spec->max_steps ? spec->max_steps : model->max_steps;
     if (spec->u_count == 0) {
         spec->u = model->independent;

@@ -220,7 +220,7 @@ kempe_status kmp_runner_step(kmp_runner *run)
         if (status == KEMPE_E_FAILED)
             status = kmp_runner_rescue(run, t);
     }
-    if (status == KEMPE_OK && run->solver->t < kmp_runner_limit(run))
+    if (status == KEMPE_OK && run->solver->t < kmp_runner_pause(run))
         run->pace = 0;
     if (status == KEMPE_OK && run->crossing)
         status = find_event(run);

@@ -68,6 +68,7 @@ typedef struct kmp_run_spec {
     double first_step;                       /* of a one-step method; 0: of its own choice */
     kmp_stand_in stand_in;                   /* zero: the integrator itself begins */
     double fixed_step;                       /* s: length of all steps; 0: chosen by the error */
+    double max_step;                         /* s: of no step beyond it; 0: chosen by the error */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
     bool

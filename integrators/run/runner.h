@@ -155,7 +155,10 @@ int kmp_runner_sampler_memory(kmp_runner *run, kmp_memory_piece *piece);
 
 /** The end of the integrator's steps: the caller's, or the next sample of an input or a state. Times that are equal up
  * to rounding are one. */
-double kmp_runner_limit(const kmp_runner *run);
+double kmp_runner_pause(const kmp_runner *run);
+
+/** The end of the step that begins at t: that of the integrator's steps, or t and the longest step that is allowed. */
+double kmp_runner_limit(const kmp_runner *run, double t);
 
 /** The last time whose row belongs to a step that ends at t: beyond t by rounding where a sample is due, so that the
  * row has the values before it. */

@@ -43,9 +43,8 @@ kempe_status kmp_runner_take_conditions(kmp_runner *run, double t)
     return run->crossing->end >= 0 ? kmp_runner_end(run, t, run->crossing->end) : KEMPE_OK;
 }
 
-static kempe_status extend(kmp_runner *run)
+static kempe_status extend(kmp_runner *run, double limit)
 {
-    double limit = kmp_runner_limit(run);
     if (run->kind->extend)
         return run->kind->extend(run->solver, limit);
     run->solver->t_end = limit;
@@ -67,7 +66,8 @@ kempe_status kmp_runner_pass_samples(kmp_runner *run, double t)
         run->anew = true;
         kmp_delays_jump(run, 0);
     }
-    return run->anew || run->solver->t_end == kmp_runner_limit(run) ? KEMPE_OK : extend(run);
+    double limit = kmp_runner_limit(run, t);
+    return run->anew || run->solver->t_end == limit ? KEMPE_OK : extend(run, limit);
 }
 
 void kmp_runner_stop_at(kmp_runner *run, double stop)

@@ -28,7 +28,7 @@ kmp_stand_in kmp_runner_stand_in(const kmp_runner *run)
 /* At the start of a run, a limit of steps before its end announces the first restart. */
 static bool is_frequent(const kmp_runner *run, long steps)
 {
-    return steps > 0 ? steps < FREQUENT : kmp_runner_limit(run) < run->spec.t_end;
+    return steps > 0 ? steps < FREQUENT : kmp_runner_pause(run) < run->spec.t_end;
 }
 
 bool kmp_runner_relieve(kmp_runner *run, double t)

@@ -284,7 +284,7 @@ static double first_step_of(const kmp_runner *run)
 
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h)
 {
-    double end = kmp_runner_limit(run);
+    double end = kmp_runner_limit(run, t);
     double first = run->kind->corrects ? fmin(h, end - t) : first_step_of(run);
     return run->kind->start(run->solver, t, y, yp, end, first);
 }

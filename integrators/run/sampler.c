@@ -39,9 +39,15 @@ bool kmp_runner_sample_is_due(const kmp_runner *run, double t)
     return kmp_sample_is_due(kmp_runner_next_sample(run), t);
 }
 
-double kmp_runner_limit(const kmp_runner *run)
+double kmp_runner_pause(const kmp_runner *run)
 {
     return kmp_first_limit(kmp_runner_next_sample(run), kmp_present_inputs_until(&run->eval->inputs), run->stop);
+}
+
+double kmp_runner_limit(const kmp_runner *run, double t)
+{
+    double pause = kmp_runner_pause(run), longest = t + run->spec.max_step;
+    return run->spec.max_step > 0 && kmp_last_equal(longest) < pause ? longest : pause;
 }
 
 double kmp_runner_reach(const kmp_runner *run, double t)

@@ -259,6 +259,8 @@ static const option options[] = {
      "keep the given independent coordinates; fail if they become singular"},
     {CLI_SIMULATE | CLI_COMFORT, IN_RUN, "change-points", TEXT(run.change_points), "WORD",
      "change points (bifurcations): cross (default) detects and crosses them; ignore"},
+    {CLI_SIMULATE | CLI_COMFORT, IN_RUN, "max-step", VALUE(TIME, run.max_step), "H",
+     "longest step of the integrator, s (default: by the tolerances)"},
     {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT, IN_RUN, "max-steps",
      VALUE(LONG, run.max_steps), "N",
      "fail after N steps (default: fail when the remaining time would take 1e8 steps)"},

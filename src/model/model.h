@@ -231,6 +231,7 @@ typedef struct kmp_run_settings {
     double t_end, rtol, atol, output_step; /* 0 where not given */
     kmp_place every_place;
     long max_steps;                              /* 0 where not given */
+    double max_step;                             /* 0 where not given */
     const char *formulation, *form, *integrator; /* NULL where not given */
     kmp_dynamics dynamics;
     kmp_change_points change_points;

@@ -1693,6 +1693,32 @@ run: {t_end: 1}
         self.assertIn("too much work", hopeless["reason"])
         self.assertLess(hopeless["work"]["steps"], 300000)
 
+    PULSE = """kempe: 1
+parameters: {F: 100}
+bodies: {mass: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}
+forces: {pulse: {joint: x, force: "F*exp(-((t - 5)/(10 ms))^2)"}}
+run: {t_end: 6, output_step: 1, outputs: [q, qd]%s}
+"""
+
+    def test_a_longest_step(self):
+        """A pulse of 10 ms after 5 s of rest: steps grow at rest and pass it, but not with a longest step of 5 ms."""
+        impulse = 100 * 0.01 * math.pi**0.5 / 2
+        path = self.model(self.PULSE % "")
+        for integrator in ("dop853", "dopri5", "radau5", "radau", "bdf", "adams"):
+            words = ("simulate", path, "--integrator", integrator, "--no-convergence-check")
+            for longest, known in (((), 0), (("--max-step", "5 ms"), impulse)):
+                found = self.object(0, *words, *longest)
+                self.assertAlmostEqual(found["qd"]["x"], known, 5, (integrator, longest))
+                self.assertEqual(found["work"]["steps"] >= 1200, bool(longest), integrator)
+        path = self.model(self.PULSE % ", max_step: 5 ms")
+        self.assertGreaterEqual(self.object(0, "simulate", path, "--no-convergence-check")["work"]["steps"], 1200)
+        self.assertGreaterEqual(self.object(0, "simulate", path, "--formulation", "dae", "--no-convergence-check")["work"]["steps"], 1200)
+        found = self.object(0, "ensemble", path, "--sample", "F=50:150", "--instances", 4, "--quantity", "at(qd(x), 6)", "-o", "runs.csv")
+        with open(self.folder / "runs.csv", newline="") as file:
+            for row in csv.DictReader(line for line in file if line[0] != "#"):
+                self.assertAlmostEqual(float(row["at(qd(x), 6)"]), float(row["F"]) / 100 * impulse, 5)
+        self.assertIn("--max-step needs a positive time", self.expect(3, "simulate", path, "--max-step", "0").stderr)
+
     def test_an_absurd_force_ends(self):
         path = self.model(FOUR_BAR.read_text() + "forces: {push: {joint: crank, torque: 1e200}}\n")
         self.assertIn("too much work", self.object(1, "simulate", path, "--no-convergence-check")["reason"])

@@ -44,6 +44,7 @@ void kmp_model_settings(const kmp_run_settings *run, kmp_shown_setting list[KMP_
         {"output_step", false, run->output_step, NULL},
         {"rtol", false, run->rtol, NULL},
         {"atol", false, run->atol, NULL},
+        {"max_step", false, run->max_step, NULL},
         {"max_steps", false, (double)run->max_steps, NULL},
         {"formulation", true, 0, run->formulation},
         {"form", true, 0, run->form},

@@ -55,7 +55,7 @@ extern const char *const kmp_axis_names[3];
 extern const char *const kmp_inertia_names[6];
 
 /** The settings of a run that are a word or a number, with their keys. */
-enum { KMP_SETTINGS = 10 };
+enum { KMP_SETTINGS = 11 };
 typedef struct kmp_shown_setting {
     const char *key;
     bool is_word;

@@ -176,6 +176,7 @@ void kmp_read_run(kmp_reader *r)
     read_positive(r, map, "rtol", &run->rtol);
     read_positive(r, map, "atol", &run->atol);
     read_every(r, map);
+    read_positive(r, map, "max_step", &run->max_step);
     read_max_steps(r, map);
     read_choice(r, map, "formulation", &run->formulation);
     read_choice(r, map, "form", &run->form);

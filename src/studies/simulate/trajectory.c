@@ -59,7 +59,8 @@ static kempe_status check_numbers(kempe_context *context, const kempe_run_option
                    {"atol", run->atol},
                    {"t_end", run->t_end},
                    {"output_step", run->output_step},
-                   {"fixed_step", run->fixed_step}};
+                   {"fixed_step", run->fixed_step},
+                   {"max_step", run->max_step}};
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
         KMP_TRY(check_number(context, numbers[k].name, numbers[k].value));
     if (run->max_steps < 0)
@@ -89,6 +90,7 @@ kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *ru
                            .change_points = run->change_points,
                            .max_steps = run->max_steps,
                            .fixed_step = run->fixed_step,
+                           .max_step = run->max_step,
                            .threads = run->threads};
     return kmp_run_resolve(system, spec);
 }
