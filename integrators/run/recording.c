@@ -28,7 +28,8 @@ struct kmp_recording {
     stretch *stretches;
     step *steps;
     int stretch_count, step_count;
-    int present; /* the stretch that the runner stands in; -1: another one */
+    int present;    /* the stretch that the runner stands in; -1: another one */
+    const step *at; /* the step whose polynomial the integrator has; NULL: another one */
     kmp_runner *runner;
     double held, most; /* bytes of numbers; most 0: any */
     bool over;
@@ -49,6 +50,7 @@ static void forget(kmp_recording *recording)
     recording->stretch_count = recording->step_count = 0;
     recording->stretches = NULL;
     recording->steps = NULL;
+    recording->at = NULL;
     kmp_arena_free(&recording->arena);
 }
 
@@ -265,12 +267,14 @@ static kempe_status stand_in(kmp_runner *run, const stretch *s)
     return kmp_runner_make(run, s->t, run->state, run->state + n, s->work);
 }
 
-/* Returns to a step. */
+/* Returns to a step. The polynomial of the present one is kept. */
 static kempe_status stand_at(kmp_recording *r, const step *at)
 {
     kmp_runner *run = r->runner;
     const stretch *s = &r->stretches[at->stretch];
     kmp_number_stream stream = {.at = at->numbers, .back = true};
+    bool stays = r->at == at;
+    r->at = NULL;
     if (!s->known)
         return KEMPE_E_FAILED;
     transfer_surroundings(run, &stream);
@@ -282,13 +286,14 @@ static kempe_status stand_at(kmp_recording *r, const step *at)
         stream.count = 0;
         transfer_surroundings(run, &stream);
     }
-    bool good = transfer_polynomial(run, &stream) && stream.count == at->count;
+    bool good = stays || (transfer_polynomial(run, &stream) && stream.count == at->count);
     run->at_event = true;
     run->event_t = at->to;
+    r->at = good ? at : NULL;
     return good ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
-kempe_status kmp_recording_row(kmp_recording *r, double t, double *row)
+static kempe_status row_at(kmp_recording *r, double t, bool whole, double *row)
 {
     kmp_runner *run = r->runner;
     double work;
@@ -298,9 +303,20 @@ kempe_status kmp_recording_row(kmp_recording *r, double t, double *row)
     run->memory_failures = kmp_memory_failures();
     kempe_status status = stand_at(r, step_at(r, t));
     if (status == KEMPE_OK)
-        status = kmp_runner_row(run, t, row, &work);
+        status = whole ? kmp_runner_row(run, t, row, &work) : kmp_runner_motion(run, t, row);
+    r->at = status == KEMPE_OK ? r->at : NULL;
     status = kmp_runner_give_up(run, status, "the step cannot be taken up again", t);
     if (status == KEMPE_OK || status == KEMPE_E_MEMORY)
         return status;
     return kmp_fail(run->s->context, KEMPE_E_FAILED, "the state at t = %.9g s cannot be completed: %s", t, run->reason);
+}
+
+kempe_status kmp_recording_row(kmp_recording *r, double t, double *row)
+{
+    return row_at(r, t, true, row);
+}
+
+kempe_status kmp_recording_motion(kmp_recording *r, double t, double *row)
+{
+    return row_at(r, t, false, row);
 }

@@ -7,6 +7,7 @@
 #include "integrators/run/recording.h"
 #include "integrators/run/runner.h"
 #include <math.h>
+#include <string.h>
 
 long kmp_runner_tried(const kmp_runner *run)
 {
@@ -244,18 +245,37 @@ kempe_status kmp_runner_cut(kmp_runner *run, double t, double stop)
     return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", t);
 }
 
-kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *row, double *work)
+/* `whole`: with accelerations and multipliers. */
+static kempe_status inner_row(kmp_runner *run, double t, bool whole, double *row, double *work)
 {
+    const int n = run->s->n;
     kempe_status status = integrate_work(run, t);
     *work = 0;
     if (status != KEMPE_OK)
         return kmp_runner_give_up(run, status, "the state cannot be interpolated", t);
     if ((run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
-         kmp_formulation_row(run->formulation, t, run->y, row, work) != KMP_GO) &&
+         run->formulation->row(run->formulation, t, run->y, row, row + n, whole ? row + 2 * n : NULL,
+                               whole ? row + 3 * n : NULL, work) != KMP_GO) &&
         !kmp_runner_bridge(run, t, row, work))
         return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be completed", t);
     if (run->yp && run->method->dae)
         *work = run->work;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *row, double *work)
+{
+    return inner_row(run, t, true, row, work);
+}
+
+kempe_status kmp_runner_motion(kmp_runner *run, double t, double *row)
+{
+    const int n = run->s->n;
+    double work;
+    memset(row + 2 * n, 0, (size_t)(n + run->s->m) * sizeof *row);
+    kmp_runner_follow(run, t);
+    KMP_TRY(inner_row(run, t, false, row, &work));
+    kmp_runner_show(run, row, row + n, row + 2 * n);
     return KEMPE_OK;
 }
 

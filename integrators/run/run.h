@@ -154,6 +154,9 @@ bool kmp_runner_ended(const kmp_runner *runner);
 /** Row at a time within the last step, rows of one step in ascending order: q, qd, qdd (n each), lambda (m); work. */
 kempe_status kmp_runner_row(kmp_runner *runner, double t, double *row, double *work);
 
+/** The same without accelerations and multipliers, whose places have no meaning; q and qd have the same bits. */
+kempe_status kmp_runner_motion(kmp_runner *runner, double t, double *row);
+
 /** The unknowns of the formulation at a time within the last step, valid until the next call; NULL: not available. */
 const double *kmp_runner_unknowns(kmp_runner *runner, double t);
 

@@ -137,7 +137,10 @@ static kmp_ref *values_of(const kmp_observed *o, const kmp_equations *eq)
 static kempe_status make_program(kmp_observed *o, const kmp_equations *eq, const kmp_observed_stages *more)
 {
     int count = o->columns.count - 1, counts[1 + KMP_OBSERVED_ADDED] = {count};
+    const unsigned late = 1u << KMP_IN_QDD | 1u << KMP_IN_LAMBDA;
     const kmp_ref *value = values_of(o, eq), *groups[1 + KMP_OBSERVED_ADDED] = {value};
+    for (int i = 0; value && i < count; i++)
+        o->late = o->late || kmp_graph_node(eq->graph, kmp_id(value[i]))->depends & late;
     if (value && more)
         more->make(more->user, eq, count, value, counts + 1, groups + 1);
     if (!kmp_graph_failed(eq->graph))

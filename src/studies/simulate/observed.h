@@ -21,6 +21,7 @@ typedef struct kmp_observed {
     kmp_present_inputs inputs;
     kmp_arena arena;
     double *zero; /* n + m */
+    bool late;    /* a value depends on accelerations or multipliers */
     int left_out; /* outputs of the model that are not observed */
 } kmp_observed;
 

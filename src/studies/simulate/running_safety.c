@@ -93,7 +93,8 @@ static kempe_status observe(judging *j)
 static kempe_status look(judging *j, double t)
 {
     int n = j->observed.system->n;
-    KMP_TRY(kmp_recording_row(j->recording, t, j->row));
+    KMP_TRY(j->observed.late ? kmp_recording_row(j->recording, t, j->row)
+                             : kmp_recording_motion(j->recording, t, j->row));
     kmp_observed_at(&j->observed, t, j->row, j->row + n, j->row + 2 * n, j->row + 3 * n, j->value);
     return KEMPE_OK;
 }
