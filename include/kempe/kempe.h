@@ -234,6 +234,8 @@ typedef struct kempe_run_options {
                         * static loads of an equilibrium (docs/model/wheels.md) */
     double max_step;   /* s: no step is longer, so that none passes a short disturbance unseen, such as a fault of a
                         * track; 0: the model's, or by the tolerances */
+    int full_convergence_check; /* 1: the whole run is repeated; 0: long runs of vehicles on rails are repeated in
+                                 * parts, if these are clearly accurate (docs/theory.md) */
 } kempe_run_options;
 
 typedef struct kempe_trajectory kempe_trajectory;

@@ -230,6 +230,16 @@ bool kmp_recording_ends(const kmp_recording *r, double *from, double *until)
     return true;
 }
 
+int kmp_recording_steps(const kmp_recording *r)
+{
+    return r->step_count;
+}
+
+double kmp_recording_step_end(const kmp_recording *r, int k)
+{
+    return r->steps[k].to;
+}
+
 /* The step in which the run delivered rows at t: the first that ends there or later. */
 static const step *step_at(const kmp_recording *r, double t)
 {

@@ -29,6 +29,10 @@ void kmp_recording_keep_spec(kmp_recording *recording, const kmp_run_spec *spec)
 /** The recorded times; false: there are none. */
 bool kmp_recording_ends(const kmp_recording *recording, double *from, double *until);
 
+/** The number of recorded steps, and the end of step k. */
+int kmp_recording_steps(const kmp_recording *recording);
+double kmp_recording_step_end(const kmp_recording *recording, int k);
+
 /** Row at a recorded time: q, qd, qdd (n each), lambda (m). KEMPE_E_FAILED: it cannot be completed, as in the run. */
 kempe_status kmp_recording_row(kmp_recording *recording, double t, double *row);
 

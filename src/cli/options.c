@@ -267,6 +267,8 @@ static const option options[] = {
     {CLI_SIMULATE | CLI_SENSITIVITY | CLI_ENSEMBLE | CLI_COMFORT, IN_RUN, "no-convergence-check",
      FLAG(run.no_convergence_check), "do not repeat the run at another tolerance"},
     {CLI_CYCLES, IN_RUN, "rtol", VALUE(NUMBER, run.rtol), "X", "relative tolerance of runs (default: 1e-10)"},
+    {CLI_SIMULATE, IN_RUN, "full-convergence-check", FLAG(run.full_convergence_check),
+     "repeat the whole run of a vehicle on rails, of which otherwise parts are repeated"},
     {CLI_INVERSE, IN_RUN, "no-convergence-check", FLAG(inverse.no_convergence_check),
      "do not repeat the run with every other row of the table"},
     {CLI_SIMULATE, IN_RUN, "reference", TEXT(run.reference), "CSV", "reference solution for measuring errors"},

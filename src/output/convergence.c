@@ -236,9 +236,37 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     return KEMPE_OK;
 }
 
-kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
-                                    const kmp_samples *table, kmp_convergence *convergence)
+/* Parts of the run at the finer tolerance. */
+static kempe_status try_parts(const kempe_system *system, const kmp_run_spec *spec, const kmp_samples *table,
+                              const kmp_step_counts *counts, kmp_convergence *convergence, bool *decided)
 {
+    kmp_run_spec other = *spec;
+    other.log = NULL;
+    other.rtol = fmax(spec->rtol / OTHER, FINEST);
+    other.atol *= other.rtol / spec->rtol;
+    kmp_convergence found = {
+        .known = true, .rtol = other.rtol, .limit = PROMISED * spec->rtol, .t = spec->t_start, .stopped = NAN};
+    *decided = false;
+    if (!counts || !(FINER * other.rtol < spec->rtol) || !kmp_convergence_has_parts(system, counts))
+        return KEMPE_OK;
+    kmp_context_quiet(system->context, true);
+    kempe_status status = kmp_convergence_in_parts(system, &other, table, counts, &found, decided);
+    kmp_context_quiet(system->context, false);
+    if (status != KEMPE_E_MEMORY)
+        kmp_context_clear(system->context);
+    if (*decided)
+        *convergence = found;
+    return status;
+}
+
+kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
+                                    const kmp_samples *table, const kmp_step_counts *counts,
+                                    kmp_convergence *convergence)
+{
+    bool decided;
+    kempe_status in_parts = try_parts(system, spec, table, counts, convergence, &decided);
+    if (in_parts == KEMPE_E_MEMORY || decided)
+        return in_parts;
     beside b = {.system = system, .spec = spec, .start = start, .table = table};
     b.doubts = KMP_NEW(doubt, system->model->state_count + 1);
     KMP_TRY(kmp_made(system->context, b.doubts));
@@ -294,10 +322,15 @@ void kmp_convergence_show(kmp_text *text, const kmp_convergence *c, const char *
 {
     if (!c->known)
         return;
-    kmp_text_printf(text, "repeat    at rtol %.3g %s %s by %.2e", c->rtol, what,
-                    kmp_convergence_holds(c) ? "differs at most" : "DIFFERS", c->difference);
+    kmp_text_printf(text, "repeat    at rtol %.3g", c->rtol);
+    if (c->parts > 0)
+        kmp_text_printf(text, " of %d parts, together %.2g s,", c->parts, c->checked);
+    kmp_text_printf(text, " %s %s by %.2e", what, kmp_convergence_holds(c) ? "differs at most" : "DIFFERS",
+                    c->difference);
     if (c->difference > 0)
         kmp_text_printf(text, ", '%s' at t = %.6g s", name, c->t);
+    if (c->parts > 0)
+        kmp_text_printf(text, "; errors of all steps together %.2e, if the motion does not amplify them", c->total);
     if (!isnan(c->stopped))
         kmp_text_printf(text, "; the repeat ended at t = %.6g s", c->stopped);
     kmp_text_put(text, "\n");
@@ -309,6 +342,9 @@ void kmp_convergence_json(kmp_json *json, const kmp_convergence *c, const char *
         kmp_json_string(json, "convergence", NULL);
         return;
     }
-    kmp_json_put(json, "convergence { rtol %g difference %g limit %g coordinate %s t %g trusted_until %g result %s }",
+    kmp_json_put(json, "convergence { rtol %g difference %g limit %g coordinate %s t %g trusted_until %g result %s",
                  c->rtol, c->difference, c->limit, name, c->t, c->until, kmp_convergence_word(c));
+    if (c->parts > 0)
+        kmp_json_put(json, "parts %d checked %g total %g", c->parts, c->checked, c->total);
+    kmp_json_end(json);
 }

@@ -19,6 +19,9 @@ typedef struct kmp_convergence {
     double limit;    /* the largest difference of an accepted run */
     double reported; /* a smaller difference that still gives a warning; 0: none does */
     double stopped;  /* time at which the repeat run ended, NaN when it was complete */
+    int parts;       /* of the run that were repeated; 0: the whole of it */
+    double checked;  /* s: all parts together */
+    double total;    /* the errors of all steps together, by those of the parts */
 } kmp_convergence;
 
 /** A computation that can be repeated, in one or several cases, each of which converges or does not. */
@@ -46,10 +49,33 @@ void kmp_convergence_row(kmp_convergence *found, double t, int count, const doub
 void kmp_convergence_state(kmp_convergence *found, double t, const kempe_system *system, const double *q,
                            const double *qd, const double *other_q, const double *other_qd);
 
+/** Steps of a run between its rows. */
+typedef struct kmp_step_counts {
+    int rows, row; /* row: that of the last step's end, or the next one */
+    const double *time;
+    long *steps;  /* rows: from each to the next */
+    bool changes; /* conditions or modes have changed during the run */
+} kmp_step_counts;
+
+/** Counts a step, in their order. */
+void kmp_step_counts_add(kmp_step_counts *counts, double from, double to);
+
+/** True where a run may be checked by parts of it: that of a vehicle on rails without states, which has many
+ * steps and no changes of conditions. */
+bool kmp_convergence_has_parts(const kempe_system *system, const kmp_step_counts *counts);
+
+/** Repeats parts of a run at the tolerance of `spec`. *decided: the errors of all steps together are clearly below the
+ * limit of `convergence`, which is then complete; otherwise it is as it was, and the whole run is to be repeated.
+ * KEMPE_OK, KEMPE_E_MEMORY, or KEMPE_STOPPED by the user. */
+kempe_status kmp_convergence_in_parts(const kempe_system *system, const kmp_run_spec *spec, const kmp_samples *table,
+                                      const kmp_step_counts *counts, kmp_convergence *convergence, bool *decided);
+
 /** kmp_convergence_of for a run: `spec` from `start` (NULL: assembles), compared in q and states with the rows of
- * `table`, whose last are those of spec->times. A state that changes at events may differ in single rows. */
+ * `table`, whose last are those of spec->times. A state that changes at events may differ in single rows. `counts`: of
+ * the run, whose parts are repeated if they may be; NULL: the whole run is. */
 kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
-                                    const kmp_samples *table, kmp_convergence *convergence);
+                                    const kmp_samples *table, const kmp_step_counts *counts,
+                                    kmp_convergence *convergence);
 
 bool kmp_convergence_holds(const kmp_convergence *convergence);
 

@@ -4,6 +4,7 @@
 #include "testing.h"
 #include <kempe/kempe.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct scene {
@@ -253,8 +254,49 @@ static void a_structure_at_rest_keeps_silent(void)
     close_scene(&s);
 }
 
+/* -- parts of a run ---------------------------------------------------------------------------------- */
+
+/* Number after a key of the convergence check, 0 where there is none. */
+static double of_check(const kempe_trajectory *trajectory, const char *key)
+{
+    char *text = NULL;
+    CHECK(kempe_trajectory_print(trajectory, KEMPE_JSON, &text) == KEMPE_OK);
+    const char *check = text ? strstr(text, "\"convergence\": {") : NULL, *end = check ? strchr(check, '}') : NULL,
+               *at = check ? strstr(check, key) : NULL;
+    double value = at && at < end ? strtod(at + strlen(key) + 3, NULL) : 0;
+    kempe_text_free(text);
+    return value;
+}
+
+/* The errors of parts of a run, added up, are about the difference of the whole one; a run that parts do not accept is
+ * repeated as a whole. */
+static void long_runs_on_rails_are_checked_by_parts(void)
+{
+    scene s;
+    kempe_trajectory *parts = NULL, *whole = NULL, *doubtful = NULL;
+    open_scene(&s, NULL, "examples/bogie_track/bogie_track.yaml");
+    kempe_run_options options = {.t_end = 12};
+    CHECK(run(&s, &options, &parts) == KEMPE_OK && s.warnings == 0);
+    options.full_convergence_check = 1;
+    CHECK(run(&s, &options, &whole) == KEMPE_OK && s.warnings == 0);
+    const double total = of_check(parts, "total"), difference = of_check(whole, "difference");
+    CHECK(of_check(parts, "parts") > 2 && of_check(parts, "checked") > 0 && of_check(parts, "checked") < 3);
+    CHECK(of_check(parts, "rtol") == of_check(whole, "rtol"));
+    CHECK(total >= of_check(parts, "difference") && total > difference / 30 && total < 30 * difference);
+    CHECK(of_check(whole, "parts") == 0);
+    check_json(parts, "\"result\": \"converged\"");
+    options = (kempe_run_options){.t_end = 0.3, .rtol = 3e-13}; /* a finer run is impossible */
+    CHECK(run(&s, &options, &doubtful) == KEMPE_OK);
+    CHECK(of_check(doubtful, "parts") == 0 && of_check(doubtful, "rtol") > 1e-11);
+    kempe_trajectory_free(parts);
+    kempe_trajectory_free(whole);
+    kempe_trajectory_free(doubtful);
+    close_scene(&s);
+}
+
 int main(void)
 {
+    TEST(long_runs_on_rails_are_checked_by_parts);
     TEST(chaos_is_told);
     TEST(a_short_run_keeps_silent);
     TEST(coarse_runs_are_checked_by_finer_ones);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Forces are samples of the dense output, at equal steps of time. Integrals over the way are trapezoidal; a mean is the
- * difference of two values of the integral, 2 m apart (EN 14363:2016: sliding mean of Y/Q and of the sum of Y). */
+/* Forces are samples of the dense output: at the ends of steps, between them, and more where forces change quickly.
+ * Integrals over the way are trapezoidal; a mean is the difference of two values of the integral, 2 m apart
+ * (EN 14363:2016: sliding mean of Y/Q and of the sum of Y). */
 #include "studies/simulate/running_safety.h"
 #include "base/json.h"
 #include "constraints/tolerances.h"
@@ -12,9 +13,17 @@
 #include <math.h>
 #include <string.h>
 
-/* Way and time between samples, and their largest number; places where the flange is looked at. */
-static const double SAMPLE_WAY = 0.05, SAMPLE_TIME = 5e-3;
-enum { MOST_SAMPLES = 40000, SPEEDS = 20, FLANGE_PLACES = 4000, COURSE_PLACES = 1000, PROJECTIONS = 6 };
+/* Way and time between samples of a step, which are halved HALVINGS times at most, where a sample between them is more
+ * than STRAIGHT of the wheel's load off the line through both; on tracks with irregularities samples are that near
+ * from the beginning. */
+static const double SAMPLE_WAY = 0.4, SAMPLE_TIME = 0.04, STRAIGHT = 1e-2;
+/* Steps that are shorter by this are sampled together. */
+static const double SHORT = 1.0 / 16;
+enum { HALVINGS = 5, ROUGH_HALVINGS = 3 };
+/* The largest number of samples; places where the flange is looked at. */
+enum { MOST_SAMPLES = 40000, FLANGE_PLACES = 4000, COURSE_PLACES = 1000, PROJECTIONS = 6 };
+/* Values of a wheel in a sample. */
+enum { LOAD, ACROSS, RATIO, SPEED, ALONG, ASIDE, OF_WHEEL };
 
 typedef struct judging {
     const kempe_model *model;
@@ -24,8 +33,10 @@ typedef struct judging {
     kmp_observed observed;
     kmp_arena room;
     double from, until;
-    int *motion_at;                   /* of each wheel: its first columns of velocity and of position */
-    double *row, *value;              /* of an instant */
+    int *motion_at;         /* of each wheel: its first columns of velocity and of position */
+    double *row, *value;    /* of an instant */
+    double *kept, *scratch; /* samples: their time, OF_WHEEL values of each wheel */
+    int count;
     double *way, *load, *across, *of; /* way, Q, Y, Y/Q of wheel w at sample k: [w * samples + k] */
     double *mean, *sum, *integral, *along, *aside;
 } judging;
@@ -105,20 +116,6 @@ static double speed_of(const judging *j, int wheel)
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* An even number of steps. */
-static kempe_status choose_samples(judging *j)
-{
-    double fastest = 0, span = j->until - j->from;
-    for (int k = 0; k <= SPEEDS; k++) {
-        KMP_TRY(look(j, j->from + span * k / SPEEDS));
-        for (int w = 0; w < j->model->wheel_count; w++)
-            fastest = fmax(fastest, speed_of(j, w));
-    }
-    double steps = fmax(span / SAMPLE_TIME, span * fastest / SAMPLE_WAY);
-    j->safety->samples = 2 * (int)ceil(fmin(fmax(steps, 2), MOST_SAMPLES) / 2) + 1;
-    return KEMPE_OK;
-}
-
 /* The middle line and its direction at an arc length. */
 static void middle_line(const kmp_track *track, double s, double at[2], double along[2])
 {
@@ -165,33 +162,127 @@ static void place_on_track(const judging *j, int wheel, double guess, double *ar
     *aside = left * cos(cant) + p[2] * sin(cant);
 }
 
-static kempe_status take_samples(judging *j, double *time)
+static int sample_size(const judging *j)
 {
-    const int samples = j->safety->samples;
-    double step = (j->until - j->from) / (samples - 1);
-    for (int k = 0; k < samples; k++) {
-        time[k] = k + 1 < samples ? j->from + step * k : j->until;
-        KMP_TRY(look(j, time[k]));
-        for (int w = 0; w < j->model->wheel_count; w++) {
-            ptrdiff_t at = (ptrdiff_t)w * samples + k;
-            j->load[at] = j->value[4 * w];
-            j->across[at] = j->value[4 * w + 1];
-            j->of[at] = j->value[4 * w + 2];
-            j->way[at] = speed_of(j, w); /* integrated below */
-            place_on_track(j, w, k > 0 ? j->along[at - 1] : NAN, &j->along[at], &j->aside[at]);
+    return 1 + OF_WHEEL * j->model->wheel_count;
+}
+
+/* A sample at t; `before`: one nearby, NULL: there is none. */
+static kempe_status take_sample(judging *j, double t, const double *before, double *sample)
+{
+    KMP_TRY(look(j, t));
+    sample[0] = t;
+    for (int w = 0; w < j->model->wheel_count; w++) {
+        double *of = sample + 1 + OF_WHEEL * w;
+        for (int k = LOAD; k <= RATIO; k++)
+            of[k] = j->value[4 * w + k];
+        of[SPEED] = speed_of(j, w);
+        place_on_track(j, w, before ? before[1 + OF_WHEEL * w + ALONG] : NAN, &of[ALONG], &of[ASIDE]);
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status keep(judging *j, const double *sample)
+{
+    const size_t size = (size_t)sample_size(j) * sizeof *sample;
+    double *room = kmp_arena_room(&j->room, j->kept, j->count, size);
+    KMP_TRY(kmp_made(j->model->context, room));
+    j->kept = room;
+    memcpy(room + (ptrdiff_t)j->count++ * sample_size(j), sample, size);
+    return KEMPE_OK;
+}
+
+/* True if a sample is on the lines between two others, as many of the wheels as touch the rail. */
+static bool is_straight(const judging *j, const double *a, const double *middle, const double *b)
+{
+    for (int w = 0; w < j->model->wheel_count; w++) {
+        const int at = 1 + OF_WHEEL * w;
+        double load = j->static_loads[w];
+        load = isfinite(load) && load > 0 ? load : fmax(fabs(j->kept[at + LOAD]), 1);
+        for (int k = at; k <= at + RATIO; k++) {
+            double off = fabs(middle[k] - (a[k] + b[k]) / 2), size = k == at + RATIO ? 1 : load;
+            if (off > STRAIGHT * size)
+                return false;
         }
     }
+    return true;
+}
+
+/* Keeps the samples after `a` up to `b`, with those between where values are not straight. */
+static kempe_status refine(judging *j, const double *a, const double *b, int halvings, double *scratch)
+{
+    double *middle = scratch;
+    KMP_TRY(take_sample(j, a[0] + (b[0] - a[0]) / 2, a, middle));
+    bool straight = halvings == 0 || j->count > MOST_SAMPLES || is_straight(j, a, middle, b);
+    if (straight) {
+        KMP_TRY(keep(j, middle));
+        return keep(j, b);
+    }
+    KMP_TRY(refine(j, a, middle, halvings - 1, scratch + sample_size(j)));
+    return refine(j, middle, b, halvings - 1, scratch + sample_size(j));
+}
+
+/* Parts of a time, each of which begins with a sample. */
+static double parts_of(const judging *j, double span, const double *sample)
+{
+    double fastest = 0;
+    for (int w = 0; w < j->model->wheel_count; w++)
+        fastest = fmax(fastest, sample[1 + OF_WHEEL * w + SPEED]);
+    return span * fmax(1 / SAMPLE_TIME, fastest / SAMPLE_WAY);
+}
+
+/* The samples of a step, after the one at its start. */
+static kempe_status sample_step(judging *j, double to, double finer, int halvings)
+{
+    double *before = j->scratch, *after = before + sample_size(j), from = before[0];
+    double parts = ceil(fmin(finer * parts_of(j, to - from, before), MOST_SAMPLES));
+    for (int k = 1; k <= fmax(parts, 1); k++) {
+        KMP_TRY(take_sample(j, k < parts ? from + (to - from) * k / parts : to, before, after));
+        KMP_TRY(refine(j, before, after, halvings, after + sample_size(j)));
+        memcpy(before, after, (size_t)sample_size(j) * sizeof *before);
+    }
+    return KEMPE_OK;
+}
+
+/* An odd number of samples, so that every other one ends where all do. */
+static kempe_status take_samples(judging *j, bool rough)
+{
+    const int steps = kmp_recording_steps(j->recording), halvings = rough ? HALVINGS - ROUGH_HALVINGS : HALVINGS;
+    double finer = rough ? 1 << ROUGH_HALVINGS : 1;
+    j->scratch = KMP_ARENA_NEW(&j->room, double, (HALVINGS + 3) * sample_size(j));
+    KMP_TRY(kmp_made(j->model->context, j->scratch));
+    KMP_TRY(take_sample(j, j->from, NULL, j->scratch));
+    KMP_TRY(keep(j, j->scratch));
+    finer = fmin(finer, MOST_SAMPLES / (4 * parts_of(j, j->until - j->from, j->scratch)));
+    for (int k = 0; k < steps; k++) {
+        double to = kmp_recording_step_end(j->recording, k);
+        if (k + 1 == steps || to - j->scratch[0] > SHORT * SAMPLE_TIME)
+            KMP_TRY(sample_step(j, to, finer, halvings));
+    }
+    return KEMPE_OK;
+}
+
+/* By wheels, with the way, which is the integral of the speed. */
+static void sort_samples(judging *j, double *time)
+{
+    const int samples = j->safety->samples;
+    for (int k = 0; k < samples; k++)
+        time[k] = j->kept[(ptrdiff_t)k * sample_size(j)];
     for (int w = 0; w < j->model->wheel_count; w++) {
-        double *way = j->way + (ptrdiff_t)w * samples, before = way[0];
-        way[0] = 0;
-        for (int k = 1; k < samples; k++) {
-            double speed = way[k];
-            way[k] = way[k - 1] + step * (before + speed) / 2;
-            before = speed;
+        double *way = j->way + (ptrdiff_t)w * samples, before = 0;
+        for (int k = 0; k < samples; k++) {
+            const double *of = j->kept + (ptrdiff_t)k * sample_size(j) + 1 + OF_WHEEL * w;
+            const ptrdiff_t at = (ptrdiff_t)w * samples + k;
+            j->load[at] = of[LOAD];
+            j->across[at] = of[ACROSS];
+            j->of[at] = of[RATIO];
+            j->along[at] = of[ALONG];
+            j->aside[at] = of[ASIDE];
+            way[k] = k > 0 ? way[k - 1] + (time[k] - time[k - 1]) * (before + of[SPEED]) / 2 : 0;
+            before = of[SPEED];
         }
         j->safety->way = fmax(j->safety->way, way[samples - 1]);
     }
-    return KEMPE_OK;
 }
 
 /* -- values ------------------------------------------------------------------------------------------- */
@@ -422,7 +513,8 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     KMP_TRY(observe(j));
     j->row = KMP_ARENA_NEW(&j->room, double, 3 * j->observed.system->n + j->observed.system->m);
     KMP_TRY(kmp_made(j->model->context, j->row));
-    KMP_TRY(choose_samples(j));
+    KMP_TRY(take_samples(j, has_irregularities(j->model)));
+    s->samples = j->count;
     bool made =
         KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, wheels * s->samples, &j->way, &j->of),
                        KMP_ROOM(double, 2 * (ptrdiff_t)s->samples, &j->integral)) &&
@@ -438,7 +530,7 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     s->across = j->across;
     s->along = j->along;
     s->aside = j->aside;
-    KMP_TRY(take_samples(j, time));
+    sort_samples(j, time);
     s->wheels = (int)wheels;
     take_loads(j);
     find_axles(j);

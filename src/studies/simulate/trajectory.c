@@ -39,6 +39,7 @@ typedef struct job {
     kmp_samples before; /* rows of the checkpoint to continue from */
     kempe_assembly start;
     double *static_loads; /* of wheels */
+    kmp_step_counts counts;
 } job;
 
 /* -- options ----------------------------------------------------------------------------------------- */
@@ -357,8 +358,28 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     return kmp_checkpoint_write(s->t->system, &s->t->table, s->checkpoint) != KEMPE_OK;
 }
 
+static int count_step(void *user, kmp_runner *runner, double from, double to)
+{
+    (void)runner;
+    kmp_step_counts_add(user, from, to);
+    return 0;
+}
+
+/* Counts steps for a check of parts. */
+static kempe_status prepare_counts(job *j)
+{
+    if (j->run->no_convergence_check || j->run->full_convergence_check || j->spec.time_count == 0)
+        return KEMPE_OK;
+    j->counts = (kmp_step_counts){
+        .rows = j->spec.time_count, .time = j->spec.times, .steps = KMP_ARENA_NEW(&j->arena, long, j->spec.time_count)};
+    j->spec.step = count_step;
+    j->spec.user = &j->counts;
+    return kmp_made(j->context, j->counts.steps);
+}
+
 static kempe_status integrate(job *j, kempe_trajectory *t)
 {
+    KMP_TRY(prepare_counts(j));
     sink s = {t, j->run->checkpoint, time(NULL)};
     if (j->before.rows > 0) {
         kmp_samples_free(&t->table);
@@ -372,6 +393,8 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
         kmp_recording_limit(t->recording, DENSE_OF_WHEELS);
     kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
     j->spec.recording = NULL;
+    j->spec.step = NULL;
+    j->spec.user = NULL;
     if (t->recording)
         kmp_recording_keep_spec(t->recording, &t->spec);
     if (t->report.integrator)
@@ -384,10 +407,12 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
 }
 
 /* The convergence check: an error of a complete run shows at another tolerance. */
-static kempe_status run_again(kempe_trajectory *t, const job *j)
+static kempe_status run_again(kempe_trajectory *t, job *j)
 {
-    kempe_status status =
-        kmp_convergence_of_run(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table, &t->again);
+    j->spec.rate_scale = t->report.rate_scale;
+    j->counts.changes = t->report.events > 0 || t->report.impacts > 0 || t->report.changes > 0;
+    kempe_status status = kmp_convergence_of_run(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table,
+                                                 j->counts.steps ? &j->counts : NULL, &t->again);
     if (status == KEMPE_OK && j->system->n > 0)
         kmp_convergence_warn(j->context, &t->again, j->system->model->motions[t->again.index].name,
                              "use a smaller rtol, or compare formulations");
