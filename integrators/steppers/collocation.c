@@ -109,7 +109,8 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     kmp_collocation_begin_with(s, s->method->cheapest);
     choose_limits(s);
     allocate(s);
-    (void)(kmp_collocation_allocate_newton(s) && kmp_collocation_allocate_coupled(s));
+    (void)(kmp_collocation_allocate_newton(s) && kmp_collocation_allocate_coupled(s) &&
+           kmp_collocation_allocate_mixing(s));
     if (!s->base.arena.failed)
         set_constants(s);
     return kmp_solver_made(s);

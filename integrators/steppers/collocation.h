@@ -12,6 +12,19 @@
 #include "integrators/steppers/solver.h"
 
 /* Iterations for the stages, by growing cost. */
+/* Corrections that are combined, at most, less one. */
+enum { KMP_COLLOCATION_MIXED = 6 };
+
+/* Anderson's mixing of the corrections of an iteration (collocation_mixing.c). Arrays have inner x w numbers. */
+typedef struct kmp_mixing {
+    double *by[KMP_COLLOCATION_MIXED]; /* differences of corrections, orthonormal */
+    double *to[KMP_COLLOCATION_MIXED]; /* those of the places that the corrections lead to */
+    double *change, *place, *open;     /* the last correction, where it leads, what combinations leave of it */
+    double size;                       /* the weighted square of the last correction */
+    int count;                         /* of differences */
+    bool on;
+} kmp_mixing;
+
 typedef enum kmp_iteration {
     KMP_ITERATION_PICARD,
     KMP_ITERATION_NEWTON,  /* with one Jacobian for all stages */
@@ -68,8 +81,10 @@ typedef struct kmp_collocation {
     double *coupled; /* the system of all stages, then its inverse; column-major */
     double *joint, *open, *at_prediction;
     int *coupled_pivot;
+    kmp_mixing mixing;
     double h_matrix;        /* step size of the factors */
     double contraction;     /* of the last iteration */
+    double unmixed;         /* the same of its first two corrections, which are not combined */
     double tried, expected; /* its step; the contraction in this attempt, by that of the one before */
     double picard;          /* estimate of the contraction of Picard's iteration by a correction of Newton's */
     double ready;           /* bound of the remainder of a correction, over its size */
@@ -100,6 +115,19 @@ typedef enum kmp_collocation_outcome {
     KMP_COLLOCATION_BAD_STEP,
     KMP_COLLOCATION_HALTED
 } kmp_collocation_outcome;
+
+/** Room for mixing; false: no memory. */
+bool kmp_collocation_allocate_mixing(kmp_collocation *s);
+
+/** Begins an iteration, whose corrections are not combined at first. */
+void kmp_collocation_begin_mixing(kmp_collocation *s);
+
+/** Takes a correction s->change of g in a sweep, and combines it with those before where they fall slowly. Returns the
+ * larger weighted square of the correction and of the combination. */
+double kmp_collocation_mix(kmp_collocation *s, bool first);
+
+/** The weighted square of x (inner x w). */
+double kmp_collocation_square(const kmp_collocation *s, const double *x);
 
 /** Evaluates f of s->stage at s->at in `count` lanes at least. */
 int kmp_collocation_evaluate(kmp_collocation *s, int count);

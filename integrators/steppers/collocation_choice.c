@@ -65,11 +65,18 @@ double kmp_collocation_jacobian_cost(const kmp_collocation *s)
 
 /* -- choice -------------------------------------------------------------------------------------------- */
 
+/* The length at which an iteration contracts well, from its contraction in a step h. */
+static double length_of(const kmp_collocation *s, double h, double contraction)
+{
+    double fresh = s->iteration == KMP_ITERATION_NEWTON ? contraction / (2 * s->age + 1) : contraction;
+    bool measured = s->iteration != KMP_ITERATION_COUPLED && fresh > 0;
+    return measured ? h * fmax(0.5, sqrt(CONTRACTS / fresh)) : INFINITY;
+}
+
 double kmp_collocation_longest(kmp_collocation *s, double h)
 {
     double fresh = s->iteration == KMP_ITERATION_NEWTON ? s->contraction / (2 * s->age + 1) : s->contraction;
-    bool measured = s->iteration != KMP_ITERATION_COUPLED && fresh > 0;
-    double most = measured ? h * fmax(0.5, sqrt(CONTRACTS / fresh)) : INFINITY;
+    double most = length_of(s, h, s->contraction);
     if (s->ceiling > 0) {
         most = fmin(most, s->ceiling);
         s->ceiling *= fresh < SURE ? RECOVERS_SURELY : RECOVERS;
@@ -155,6 +162,8 @@ void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, doubl
 {
     measure_pace(s, h);
     s->far -= s->far > 0;
+    if (s->mixing.on)
+        by_iteration = fmin(by_iteration, length_of(s, h, s->unmixed));
     bool held = by_iteration < HELD * h && is_worth(s, by_error, by_iteration);
     s->limited = held ? s->limited + 1 : 0;
     s->free = s->iteration > s->method->cheapest && !s->whole && s->picard < EASY ? s->free + 1 : 0;

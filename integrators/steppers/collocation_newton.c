@@ -100,9 +100,14 @@ double kmp_collocation_copy_stage(const kmp_collocation *s, int i, double *y)
     return s->at[i];
 }
 
+/* At the predicted middle stage; after an attempt that failed, when predictions are not to be trusted, at the start. */
 static int renew_jacobian(kmp_collocation *s)
 {
     double t = kmp_collocation_copy_stage(s, s->s / 2, s->place);
+    if (s->rejected) {
+        t = s->base.t;
+        memcpy(s->place, s->y, (size_t)s->n * sizeof *s->y);
+    }
     s->base.work.matrices++;
     s->factored = false;
     int said = s->whole ? kmp_collocation_take_exact(s, t, s->place, s->jacobian) : differentiate(s, t, s->place);

@@ -15,6 +15,10 @@ static const double LESS = 0.6, LEAST = 0.3, CONTRACTS = 0.3;
 /* An attempt ends as soon as its error is surely too large: above TOO_LARGE, and above MANY corrections. */
 static const double TOO_LARGE = 2, MANY = 5;
 static const double ERROR_FLOOR = 1e-10;
+/* An iteration with mixed corrections may fail to contract up to sweep TURNS, while the correction is less than so many
+ * times the first one: in the second sweep, and later. */
+enum { TURNS = 3 };
+static const double GROWS_AT_ONCE = 100, GROWS = 2;
 
 /* -- evaluation ---------------------------------------------------------------------------------------- */
 
@@ -194,22 +198,10 @@ void kmp_collocation_end(kmp_collocation *s, double h)
 
 /* -- iteration ----------------------------------------------------------------------------------------- */
 
-/* The weighted square of `change`. */
-static double square(const kmp_collocation *s)
-{
-    double sum = 0;
-    for (int k = 0; k < s->inner; k++)
-        for (int j = 0; j < s->s; j++) {
-            double e = s->weight[k] * s->change[k * s->w + j];
-            sum += e * e;
-        }
-    return sum;
-}
-
 /* Newton's correction. Picard's iteration would contract by about the part that it adds to the first residual. */
 static void correct(kmp_collocation *s, bool first)
 {
-    double residual = first ? square(s) : 0;
+    double residual = first ? kmp_collocation_square(s, s->change) : 0;
     if (first)
         memcpy(s->g_before, s->change, (size_t)(s->inner * s->w) * sizeof *s->change);
     s->base.cycles += kmp_collocation_correction_cost(s, s->iteration);
@@ -220,9 +212,7 @@ static void correct(kmp_collocation *s, bool first)
     if (!first)
         return;
     kmp_lanes_subtract(s->w, s->inner, s->change, s->g_before, s->g_before);
-    kmp_solver_swap(&s->change, &s->g_before);
-    s->picard = sqrt(square(s) / fmax(residual, DBL_MIN));
-    kmp_solver_swap(&s->change, &s->g_before);
+    s->picard = sqrt(kmp_collocation_square(s, s->g_before) / fmax(residual, DBL_MIN));
 }
 
 /* Makes one sweep; returns the weighted size of its correction, or a negative result of f. */
@@ -237,9 +227,13 @@ static kmp_collocation_outcome sweep(kmp_collocation *s, bool first, double *siz
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
     kmp_lanes_subtract(s->w, s->inner, s->f + s->p * s->w, s->g, s->change);
+    double mixed = 0;
     if (s->iteration != KMP_ITERATION_PICARD)
         correct(s, first);
+    if (s->iteration != KMP_ITERATION_PICARD && !s->near)
+        mixed = kmp_collocation_mix(s, first);
     double sum = kmp_lanes_advance(s->w, s->inner, s->s, s->weight, s->change, s->g);
+    sum = s->mixing.on ? fmax(sum, mixed) : sum;
     *size = sqrt(sum / fmax(s->inner * s->s, 1));
     s->near = first ? kmp_collocation_is_near(s, *size) : s->near;
     s->base.work.newton++;
@@ -259,10 +253,17 @@ static bool is_hopeful(kmp_collocation *s, int k, double size, double *shorter)
     return k < 4 || last < s->limit;
 }
 
+/* True where mixing may still make an iteration converge that does not by itself, after sweep k; `grown`: the last
+ * correction over the first one. */
+static bool may_turn(const kmp_collocation *s, int k, double grown)
+{
+    return s->mixing.on && !(s->contraction < SLOW) && k <= TURNS && grown < (k == 2 ? GROWS_AT_ONCE : GROWS);
+}
+
 static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *error, double *shorter)
 {
     *shorter = 0.5;
-    double before = 0, size = 0, rate_before = 0;
+    double before = 0, size = 0, rate_before = 0, began = 0;
     for (int k = 1; k <= s->most_sweeps; k++) {
         kmp_collocation_outcome what = sweep(s, k == 1, &size);
         s->sweeps = k;
@@ -272,11 +273,13 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
             double rate = size / before;
             s->contraction = k == 2 ? rate : sqrt(rate * rate_before);
             rate_before = rate;
-            if (!is_hopeful(s, k, size, shorter))
+            s->unmixed = k == 2 ? rate : s->unmixed;
+            if (!may_turn(s, k, size / began) && !is_hopeful(s, k, size, shorter))
                 return KMP_COLLOCATION_BAD_ITERATION;
         }
         before = fmax(size, DBL_MIN);
-        if (s->ready * size <= s->limit)
+        began = k == 1 ? before : began;
+        if (s->contraction < SLOW && s->ready * size <= s->limit)
             return KMP_COLLOCATION_TAKEN;
         if (k == 2 || k == 4) {
             *error = estimate(s, h);
@@ -295,6 +298,7 @@ static void begin(kmp_collocation *s, double h)
     s->ready = 1;
     s->contraction = 0;
     s->evaluated = s->near = false;
+    kmp_collocation_begin_mixing(s);
     set_columns(s, h);
     predict(s, h);
 }
