@@ -166,6 +166,83 @@ static bool put_whole(kmp_text *text, double x)
     return true;
 }
 
+/* DIGITS: of a double that any other differs in. 10^TEN is the largest power of ten that is a double. */
+enum { DIGITS = 17, TEN = 22 };
+
+/* The integer of `places` fewer digits nearest to whole + part, and its distance; -1: they are as far from two. */
+static int64_t shorter(int64_t whole, double part, int64_t unit, double *distance)
+{
+    double rest = (double)(whole % unit) + part, half = (double)unit / 2;
+    int64_t down = whole - whole % unit;
+    *distance = rest < half ? rest : (double)unit - rest;
+    return rest < half ? down : rest > half ? down + unit : -1;
+}
+
+/* Writes `count` digits of |x| as "%.*g" does, without zeros at the end; 10^power is the value of the first one. */
+static void put_digits(kmp_text *text, bool minus, int64_t number, int count, int power)
+{
+    char digit[DIGITS], written[2 * DIGITS + 8], *to = written;
+    const bool fixed = power >= -4 && power < count;
+    for (int k = count; k-- > 0; number /= 10)
+        digit[k] = (char)('0' + number % 10);
+    while (count > 1 && digit[count - 1] == '0')
+        count--;
+    if (minus)
+        *to++ = '-';
+    if (fixed && power < 0) {
+        *to++ = '0';
+        *to++ = '.';
+        for (int k = -1; k > power; k--)
+            *to++ = '0';
+    }
+    const int point = !fixed ? 0 : power < 0 ? count : power;
+    for (int k = 0; k < count || (fixed && k <= power); k++) {
+        *to++ = k < count ? digit[k] : '0';
+        if (k == point && k + 1 < count)
+            *to++ = '.';
+    }
+    if (!fixed) {
+        int size = power < 0 ? -power : power;
+        *to++ = 'e';
+        *to++ = power < 0 ? '-' : '+';
+        *to++ = (char)('0' + size / 10);
+        *to++ = (char)('0' + size % 10);
+    }
+    kmp_text_append(text, written, (size_t)(to - written));
+}
+
+/* The digits of a number of usual size by exact arithmetic: x 10^power is a sum of two doubles, the first an integer.
+ * Rounded digits read as x if they are within half of the distance of doubles there. false, and nothing is written,
+ * beyond these sizes and wherever two numbers of digits are about as near. */
+static bool put_usual(kmp_text *text, double x)
+{
+    static const double ten[TEN + 1] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                                        1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+    const double size = fabs(x);
+    int exponent, power = -(TEN - DIGITS + 1);
+    if (!(size >= 1e-6 && size < 1e15) || frexp(size, &exponent) == 0.5)
+        return false;
+    while (power < 0 ? size * ten[-power - 1] >= 1 : size >= ten[power + 1])
+        power++;
+    const double by = ten[DIGITS - 1 - power], high = size * by, low = fma(size, by, -high), down = floor(low);
+    const int64_t whole = (int64_t)high + (int64_t)down;
+    const double half = ldexp(by, exponent - 54);
+    if (whole < (int64_t)1e16)
+        return false;
+    int64_t unit = 100;
+    for (int count = DIGITS - 2; count <= DIGITS; count++, unit /= 10) {
+        double distance;
+        int64_t number = shorter(whole, low - down, unit, &distance);
+        if (number < 0 || number >= (int64_t)1e17 || fabs(distance - half) < 1e-6 * half)
+            return false;
+        if (distance > half)
+            continue;
+        put_digits(text, x < 0, number / unit, count, power);
+        return true;
+    }
+    return false;
+}
+
 void kmp_text_number(kmp_text *text, double x)
 {
     char digits[64];
@@ -173,7 +250,7 @@ void kmp_text_number(kmp_text *text, double x)
         kmp_text_put(text, "null");
         return;
     }
-    if (put_whole(text, x))
+    if (put_whole(text, x) || put_usual(text, x))
         return;
     for (int precision = 15; precision <= 17; precision++) {
         snprintf(digits, sizeof digits, "%.*g", precision, x);

@@ -3,7 +3,11 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "testing.h"
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 static void test_escapes(void)
@@ -46,9 +50,44 @@ static void test_written(void)
     kempe_context_free(context);
 }
 
+/* The fewest of 15 to 17 digits that read as x, by the C library. */
+static void check_number(double x)
+{
+    char digits[64] = "";
+    kmp_text text = {0};
+    for (int precision = 15; precision <= 17 && !(strtod(digits, NULL) == x); precision++)
+        snprintf(digits, sizeof digits, "%.*g", precision, x);
+    kmp_text_number(&text, x);
+    CHECK(text.s && strcmp(text.s, digits) == 0);
+    kmp_text_free(&text);
+}
+
+/* Numbers of all sizes, and those beside powers of ten, two and short decimals. */
+static void numbers_are_the_fewest_digits_that_read_back(void)
+{
+    uint64_t state = 88172645463325252u;
+    for (int k = 0; k < 100000; k++) {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        const double part = (double)(state >> 11) / 9007199254740992.0 - 0.5;
+        const double tens = pow(10, (double)(state % 29) - 9);
+        check_number(part * tens);
+        check_number(nextafter(tens, part) + 0.5 / 1024);
+        check_number(nextafter(ldexp(1, (int)(state % 60) - 70), part));
+        check_number(((double)(state % 100000) + 0.5) / 1000);
+    }
+    check_number(0.1);
+    check_number(-1e-6);
+    check_number(123456789012345.6);
+    check_number(999999999999999.9);
+    check_number(5e-324);
+}
+
 int main(void)
 {
     TEST(test_escapes);
     TEST(test_written);
+    TEST(numbers_are_the_fewest_digits_that_read_back);
     return check_report();
 }
