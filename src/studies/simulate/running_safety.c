@@ -19,7 +19,7 @@
 static const double SAMPLE_WAY = 0.4, SAMPLE_TIME = 0.04, STRAIGHT = 1e-2;
 /* Steps that are shorter by this are sampled together. */
 static const double SHORT = 1.0 / 16;
-enum { HALVINGS = 5, ROUGH_HALVINGS = 3 };
+enum { HALVINGS = 4, ROUGH_HALVINGS = 3 };
 /* The largest number of samples; places where the flange is looked at. */
 enum { MOST_SAMPLES = 40000, FLANGE_PLACES = 4000, COURSE_PLACES = 1000, PROJECTIONS = 6 };
 /* Values of a wheel in a sample. */
