@@ -13,7 +13,8 @@ enum { PARTS = 6 };
 static const double STEPS = 0.01, ROWS = 0.02;
 /* A run with fewer steps is repeated as a whole: a part needs some steps to begin. */
 enum { FEWEST_STEPS = 50 };
-/* Parts decide where all errors together are this much below the limit. Their sum, without signs, is above the error. */
+/* Parts decide where all errors together are this much below the limit. Their sum, without signs, is above the error.
+ */
 static const double CLEARLY = 0.3;
 
 /* A part from row `first` to row `last`, with the steps of the run between. */
