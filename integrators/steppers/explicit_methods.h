@@ -401,9 +401,9 @@ KMP_INLINE void kmp_dop853_add_errors(size_t w, bool fused, size_t i, const kmp_
         double larger = fabs(y0) > fabs(y) ? fabs(y0) : fabs(y);
         y1[l] = y;
         weight[l] = kmp_dop853_term(fused, s->rtol, larger, s->atol[i + l]);
-        double part = 1.0 / weight[l];
-        five *= part;
-        three *= part;
+        double part = 1.0 / weight[l]; /* one quotient where several lanes wait for it */
+        five = fused ? five * part : five / weight[l];
+        three = fused ? three * part : three / weight[l];
         e5[l] = kmp_dop853_term(fused, five, five, e5[l]);
         e3[l] = kmp_dop853_term(fused, three, three, e3[l]);
     }
