@@ -372,8 +372,9 @@ static void test_spans(void)
                 CHECK(k == 2 || memcmp(&first, &other, sizeof first) == 0);
             }
         }
-        kempe_batch_free(b[k]);
     }
+    for (int k = 0; k < 3; k++)
+        kempe_batch_free(b[k]);
     end(&s);
 }
 
