@@ -191,7 +191,7 @@ class Folder(Result):
         texts = {name: string(getattr(run, name)) for name in ("formulation", "integrator", "independent")}
         numbers = {
             name: getattr(run, name)
-            for name in ("rtol", "atol", "t_end", "output_step", "max_steps", "no_convergence_check")
+            for name in ("rtol", "atol", "t_end", "output_step", "max_step", "max_steps", "no_convergence_check")
         }
         return {name: value for name, value in {**texts, **numbers}.items() if value}
 

@@ -118,7 +118,7 @@ static void settled(void)
         CHECK(kempe_table_row_count(rows) == 6);
         CHECK_TEXT(kempe_table_word(rows, 0, kempe_table_find(rows, "point")), "rest");
         CHECK_TEXT(kempe_table_word(rows, 2, kempe_table_find(rows, "stability")), "stable");
-        CHECK_NEAR(number(rows, 2, "q.x.amplitude"), 2.00861987, 1e-4);
+        CHECK_NEAR(number(rows, 2, "q.x.amplitude"), 2.00861986, 1e-4);
         CHECK_NEAR(number(rows, 2, "period"), 6.66328686, 1e-4);
         kempe_table_free(rows);
         kempe_table_free(states);

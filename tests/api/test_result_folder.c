@@ -296,6 +296,10 @@ static void test_refusals(void)
     CHECK(kempe_ensemble_run_folder(s.ensemble, &run, 0, path_of(&s, "a"), &options, &folder) == KEMPE_E_INPUT);
     CHECK(strstr(kempe_context_message(s.context), "rtol is 1e-08 in the folder and 1e-07 in this run"));
     run.rtol = 1e-8;
+    run.max_step = 0.01;
+    CHECK(kempe_ensemble_run_folder(s.ensemble, &run, 0, path_of(&s, "a"), &options, &folder) == KEMPE_E_INPUT);
+    CHECK(strstr(kempe_context_message(s.context), "max_step is 0 in the folder and 0.01 in this run"));
+    run.max_step = 0;
     options.chunk = CHUNK + 1;
     CHECK(kempe_ensemble_run_folder(s.ensemble, &run, 0, path_of(&s, "a"), &options, &folder) == KEMPE_E_INPUT);
     CHECK(strstr(kempe_context_message(s.context), "the number of instances of a part is 8 in the folder and 9 in"));

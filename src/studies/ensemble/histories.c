@@ -143,6 +143,7 @@ static kempe_status resolve(history *h, const kempe_run_options *run, kmp_arena 
     h->run.rtol = spec.rtol;
     h->run.atol = spec.atol;
     h->run.t_end = spec.t_end;
+    h->run.max_step = spec.max_step;
     h->run.max_steps = spec.max_steps;
     h->run.threads = 0;
     h->run.reference = h->run.checkpoint = h->run.resume = NULL;

@@ -118,9 +118,9 @@ static void put_values(kmp_json *json, const kempe_values *values)
 static void put_run(kmp_json *json, const kmp_run_spec *spec, const kempe_run_options *run, int lanes,
                     const char *history)
 {
-    kmp_json_put(json, "formulation %s integrator %s independent %s rtol %g atol %g t_end %g max_steps %ld",
+    kmp_json_put(json, "formulation %s integrator %s independent %s rtol %g atol %g t_end %g max_step %g max_steps %ld",
                  run->formulation ? run->formulation : "", spec->integrator, run->independent ? run->independent : "",
-                 spec->rtol, spec->atol, spec->t_end, spec->max_steps);
+                 spec->rtol, spec->atol, spec->t_end, spec->max_step, spec->max_steps);
     kmp_json_put(json, "convergence_check %i separate_runs %i", !run->no_convergence_check, lanes < 0);
     if (history && *history)
         kmp_json_put(json, "history %s output_step %g", history, run->output_step);
@@ -293,6 +293,7 @@ static const struct {
                 {"rtol", NULL},
                 {"atol", NULL},
                 {"t_end", NULL},
+                {"max_step", NULL},
                 {"max_steps", NULL},
                 {"convergence_check", "the convergence check"},
                 {"separate_runs", "the choice of separate runs"},

@@ -174,6 +174,7 @@ void kempe_folder_run_options(const kempe_folder *folder, kempe_run_options *run
     (void)kmp_manifest_double(folder->manifest, "rtol", &run->rtol);
     (void)kmp_manifest_double(folder->manifest, "atol", &run->atol);
     (void)kmp_manifest_double(folder->manifest, "t_end", &run->t_end);
+    (void)kmp_manifest_double(folder->manifest, "max_step", &run->max_step);
     (void)kmp_manifest_double(folder->manifest, "output_step", &run->output_step); /* of histories */
     if (kmp_manifest_int(folder->manifest, "max_steps", 0, INT_MAX, &steps))
         run->max_steps = steps;
