@@ -167,6 +167,7 @@ static kempe_status begin(kempe_simulator *s)
                                    .rtol = s->settings.rtol,
                                    .atol = s->settings.atol,
                                    .fixed_step = s->settings.fixed_step,
+                                   .max_step = s->settings.longest > 0 ? s->settings.longest : end,
                                    .t_end = end};
     kmp_library_unit_stop(unit);
     memcpy(unit->given, s->equations->input_values, 3 * (size_t)s->equations->inputs * sizeof(double));

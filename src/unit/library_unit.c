@@ -115,7 +115,8 @@ static void fill_table(kmp_library_unit *unit)
                                     .token = unit->token,
                                     .kinds = KEMPE_FMU_CO_SIMULATION,
                                     .rtol = kmp_unit_rtol(unit->model),
-                                    .atol = kmp_unit_atol(unit->model)};
+                                    .atol = kmp_unit_atol(unit->model),
+                                    .longest = kmp_unit_longest_step(unit->model)};
 }
 
 static kempe_status make(kmp_library_unit *unit, const char *resources)

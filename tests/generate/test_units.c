@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 const kempe_fmu_model kempe_fmu_exported = {
-    &pendulum, "token", KEMPE_FMU_MODEL_EXCHANGE | KEMPE_FMU_CO_SIMULATION, 1e-10, 1e-10, NULL, NULL};
+    &pendulum, "token", KEMPE_FMU_MODEL_EXCHANGE | KEMPE_FMU_CO_SIMULATION, 1e-10, 1e-10, 0.02, NULL, NULL};
 
 #define AT(block, k) ((unsigned)(block)*KEMPE_FMU_BLOCK + (unsigned)(k))
 
@@ -67,6 +67,31 @@ static void step(fmi3Instance c, double t, double h)
     fmi3Float64 reached;
     FINE(fmi3DoStep(c, t, h, true, &event, &terminate, &early, &reached));
     CHECK(!event && !terminate && !early && fabs(reached - t - h) < 1e-12);
+}
+
+/* -- settings ---------------------------------------------------------------------------------------- */
+
+/* The longest step of the model, one of the importer, and any, as numbers of steps over one second. */
+static void steps_are_bounded(void)
+{
+    const unsigned longest = AT(KEMPE_FMU_SETTINGS, 3), steps = AT(KEMPE_FMU_WORK, 2);
+    const double given[] = {0.02, 0.005, 0};
+    fmi3Int32 taken[3] = {0};
+    for (int k = 0; k < 3; k++) {
+        fmi3Instance c = simulation();
+        fmi3Float64 usual = -1;
+        FINE(fmi3GetFloat64(c, &longest, 1, &usual, 1));
+        CHECK(usual == 0.02);
+        if (k > 0)
+            FINE(fmi3SetFloat64(c, &longest, 1, given + k, 1));
+        begin(c);
+        step(c, 0, 1);
+        FINE(fmi3GetInt32(c, &steps, 1, taken + k, 1));
+        fmi3FreeInstance(c);
+    }
+    CHECK(taken[0] >= 50 && taken[0] < 75);
+    CHECK(taken[1] >= 200 && taken[1] < 225);
+    CHECK(taken[2] < 50);
 }
 
 /* -- misuse ------------------------------------------------------------------------------------------ */
@@ -353,6 +378,7 @@ static void any_order_of_calls_has_a_status(void)
 
 int main(void)
 {
+    TEST(steps_are_bounded);
     TEST(tokens_are_compared);
     TEST(no_instance_is_an_error);
     TEST(calls_out_of_order_are_errors);

@@ -320,8 +320,9 @@ static void add_settings(description *d)
     static const char *const texts[KEMPE_FMU_SETTINGS_COUNT] = {
         "relative tolerance of co-simulation", "absolute tolerance of co-simulation, times the size of a coordinate",
         "length of all steps; 0: by the estimated error", "length of the longest step; 0: any"};
-    const double start[KEMPE_FMU_SETTINGS_COUNT] = {kmp_unit_rtol(d->source->model), kmp_unit_atol(d->source->model)};
-    const int count = !d->plan->simulation ? 0 : d->plan->on_library ? 3 : KEMPE_FMU_SETTINGS_COUNT;
+    const double start[KEMPE_FMU_SETTINGS_COUNT] = {kmp_unit_rtol(d->source->model), kmp_unit_atol(d->source->model), 0,
+                                                    kmp_unit_longest_step(d->source->model)};
+    const int count = d->plan->simulation ? KEMPE_FMU_SETTINGS_COUNT : 0;
     for (int k = 0; k < count; k++) {
         kmp_unit_variable v = given(KEMPE_FMU_SETTINGS, k, "parameter", "fixed", names[k], texts[k], start[k]);
         v.unit = k > 1 ? take_unit(d, KMP_DIM_TIME, 0) : 0;

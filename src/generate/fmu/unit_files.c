@@ -16,6 +16,11 @@ double kmp_unit_atol(const kempe_model *model)
     return model->run.atol > 0 ? model->run.atol : kmp_unit_rtol(model);
 }
 
+double kmp_unit_longest_step(const kempe_model *model)
+{
+    return model->run.max_step;
+}
+
 void kmp_unit_token(char token[KMP_UNIT_TOKEN], const kmp_unit_plan *plan)
 {
     if (plan->on_library)
@@ -39,6 +44,8 @@ void kmp_unit_table(kmp_text *text, const kmp_unit_plan *plan)
     kmp_language_number(text, &kmp_language_c, kmp_unit_rtol(s->model));
     kmp_text_put(text, ", ");
     kmp_language_number(text, &kmp_language_c, kmp_unit_atol(s->model));
+    kmp_text_put(text, ", ");
+    kmp_language_number(text, &kmp_language_c, kmp_unit_longest_step(s->model));
     kmp_text_put(text, ", NULL, NULL};\n");
 }
 

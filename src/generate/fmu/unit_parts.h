@@ -30,6 +30,7 @@ kempe_status kmp_unit_add_resources(kmp_code_files *files, kmp_arena *arena, con
 /** Tolerances of co-simulation: those of the model's runs, otherwise 1e-8. */
 double kmp_unit_rtol(const kempe_model *model);
 double kmp_unit_atol(const kempe_model *model);
+double kmp_unit_longest_step(const kempe_model *model); /* s; 0: any */
 
 /** A variable as modelDescription.xml has it. */
 typedef struct kmp_unit_variable {

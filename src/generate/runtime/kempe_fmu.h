@@ -42,6 +42,7 @@ typedef struct kempe_fmu_model {
     const char *token; /* guid, instantiationToken */
     unsigned kinds;    /* KEMPE_FMU_MODEL_EXCHANGE, KEMPE_FMU_CO_SIMULATION */
     double rtol, atol; /* of co-simulation where the importer gives no tolerance */
+    double longest;    /* step of co-simulation where the importer gives none, s; 0: any */
     /* The mechanism is in the resources of the instance: returns the table of it, for this instance alone, or NULL with
      * a sentence. NULL: this table is that of the mechanism. */
     const struct kempe_fmu_model *(*open)(const char *resources, char *sentence, size_t size);

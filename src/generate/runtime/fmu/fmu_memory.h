@@ -68,6 +68,7 @@ void kempe_fmu_reset(kempe_fmu *fmu)
     kempe_simulator_init(s, e, s->memory);
     s->settings.rtol = fmu->model->rtol;
     s->settings.atol = fmu->model->atol;
+    s->settings.longest = fmu->model->longest;
     memset(&fmu->now, 0, sizeof fmu->now);
     fmu->now.mode = KEMPE_FMU_INSTANTIATED;
     fmu->now.stop = INFINITY;
