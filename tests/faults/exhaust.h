@@ -11,6 +11,8 @@
 #include <kempe/compare.h>
 #include <kempe/kempe.h>
 #include <stdbool.h>
+#include <stdlib.h>
+#include <unistd.h>
 
 /* Objects of earlier stages, and of the present stage. */
 typedef struct scene {
@@ -20,6 +22,7 @@ typedef struct scene {
     kempe_trajectory *trajectory;
     kempe_comparison *comparison;
     kempe_check *check;
+    char csv[40], mat[40]; /* paths of files that stages write over each other */
 } scene;
 
 /* A stage: does one thing, frees what it made, and says KEMPE_OK, or why not. Outputs that were touched on failure are
@@ -86,6 +89,27 @@ static inline kempe_status simulate_run(const scene *s, const kempe_run_options 
     return status;
 }
 
+/* Writes a table that was given with `status`, and frees it. */
+static inline kempe_status write_table(const scene *s, kempe_status status, kempe_table **table)
+{
+    untouched(status, *table);
+    if (status == KEMPE_OK)
+        status = kempe_table_write(*table, s->csv);
+    if (status == KEMPE_OK)
+        status = kempe_table_write(*table, s->mat);
+    kempe_table_free(*table);
+    *table = NULL;
+    return status;
+}
+
+/* The last table is left in the files. */
+static inline kempe_status write_rows(scene *s)
+{
+    kempe_table *table = NULL;
+    kempe_status status = write_table(s, kempe_trajectory_table(s->trajectory, "log", &table), &table);
+    return status == KEMPE_OK ? write_table(s, kempe_trajectory_table(s->trajectory, "rows", &table), &table) : status;
+}
+
 /* -- the loop ------------------------------------------------------------------------------------------ */
 
 /* Lets the stage derive again what an earlier one has left with the system. */
@@ -113,6 +137,27 @@ static void exhaust(scene *s, const char *name, stage_fn *stage, unsigned stride
     }
     CHECK(stage(s) == KEMPE_OK); /* nothing is left broken */
     printf("%-20s %5lu allocations failed, %lu of them were not needed\n", name, count, done);
+}
+
+typedef struct named_stage {
+    const char *name;
+    stage_fn *stage;
+} named_stage;
+
+/* Each stage of a list, with files for what it writes. */
+static inline void exhaust_all(scene *s, const named_stage *stages, size_t count, unsigned stride)
+{
+    strcpy(s->csv, "/tmp/kempe_memory_XXXXXX.csv");
+    strcpy(s->mat, "/tmp/kempe_memory_XXXXXX.mat");
+    const int files[] = {mkstemps(s->csv, 4), mkstemps(s->mat, 4)};
+    CHECK(files[0] >= 0 && files[1] >= 0);
+    for (size_t k = 0; k < count; k++)
+        exhaust(s, stages[k].name, stages[k].stage, stride);
+    for (int k = 0; k < 2; k++)
+        if (files[k] >= 0)
+            close(files[k]);
+    unlink(s->csv);
+    unlink(s->mat);
 }
 
 #endif
