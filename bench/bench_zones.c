@@ -7,7 +7,7 @@
  *     bench_zones finer   also grids of rectangles divided by 2 and 3 (two minutes) */
 #include "bench.h"
 #include <kempe/contact.h>
-#include <kempe/contacts.h>
+#include <kempe/vehicle.h>
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>

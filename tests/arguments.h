@@ -8,7 +8,6 @@
 #include <kempe/check.h>
 #include <kempe/compare.h>
 #include <kempe/contact.h>
-#include <kempe/contacts.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/fit.h>
@@ -25,6 +24,7 @@
 #include <kempe/settings.h>
 #include <kempe/stepper.h>
 #include <kempe/table.h>
+#include <kempe/vehicle.h>
 #include <kempe/workspace.h>
 #include <limits.h>
 #include <stdio.h>

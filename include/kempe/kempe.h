@@ -15,7 +15,7 @@
  *     settings.h      models with other parameters, tolerances and algorithms; build.h: models made in code
  *     table.h         results of all studies as tables: read by name, printed, written as CSV, JSON, NPZ
  *     stepper.h       a run advanced step by step; extend.h: user-defined forces
- *     output_handles.h outputs at any state, and their Jacobians; ride comfort of a run
+ *     output_handles.h outputs at any state, and their Jacobians
  *     workspace.h     M, C, h, J at a given state; forward and inverse dynamics
  *     compare.h       many formulations and tolerances against a reference
  *     ensemble.h      many instances of one mechanism with different parameters
@@ -26,7 +26,7 @@
  *     modes.h         eigenvalues and mode shapes, also over the values of a parameter; limit cycles
  *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
  *     fit.h           parameters from measured motions
- *     contacts.h wheels on their rails over a range; contact.h: rolling contact without a model
+ *     vehicle.h       wheels on their rails over a range, ride comfort; contact.h: laws of rolling contact
  *     generate.h      operation counts, equations in other languages, functional mock-up units
  *     cache.h         a folder that keeps derived equations for the next time
  *

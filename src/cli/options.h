@@ -3,7 +3,6 @@
 #pragma once
 
 #include <kempe/compare.h>
-#include <kempe/contacts.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/fit.h>
@@ -12,10 +11,10 @@
 #include <kempe/kempe.h>
 #include <kempe/kinematics.h>
 #include <kempe/modes.h>
-#include <kempe/output_handles.h>
 #include <kempe/response.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
+#include <kempe/vehicle.h>
 #include <stdbool.h>
 #include <stdio.h>
 

@@ -5,7 +5,7 @@
 
 #include "report/step_record.h"
 #include <kempe/ensemble.h>
-#include <kempe/output_handles.h>
+#include <kempe/vehicle.h>
 
 /** A number with a name, in words. */
 typedef struct kmp_page_fact {

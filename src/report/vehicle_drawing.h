@@ -5,7 +5,7 @@
 
 #include "base/json.h"
 #include "studies/simulate/trajectory.h"
-#include <kempe/output_handles.h>
+#include <kempe/vehicle.h>
 
 /** Puts the member `vehicle`: null where the run (NULL: none) has no wheels. comfort: NULL for none. */
 void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kempe_comfort *comfort);

@@ -4,8 +4,8 @@
  * from one place to another are told apart by what is seen in them, not by how well they do. */
 #include "testing.h"
 #include <kempe/contact.h>
-#include <kempe/contacts.h>
 #include <kempe/kempe.h>
+#include <kempe/vehicle.h>
 #include <stdbool.h>
 #include <stdlib.h>
 

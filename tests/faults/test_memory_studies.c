@@ -9,9 +9,9 @@
 #include <kempe/kinematics.h>
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
-#include <kempe/output_handles.h>
 #include <kempe/response.h>
 #include <kempe/sensitivity.h>
+#include <kempe/vehicle.h>
 
 /* A rocker that comes to both dead centres, told in all ways. */
 static kempe_status lead_rocker(scene *s)

@@ -2,7 +2,7 @@
 /* Every allocation fails once (test_memory.c), of what is done with wheels on rails, unknowns, and forces that depend
  * on multipliers. */
 #include "exhaust.h"
-#include <kempe/contacts.h>
+#include <kempe/vehicle.h>
 
 /* An axle with a rigid and an elastic wheel in a curve, unknowns, a force that goes with a load. */
 #define CORPUS KEMPE_ROOT "/tests/fuzz/corpus/model/"

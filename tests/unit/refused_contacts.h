@@ -4,7 +4,7 @@
 #define KEMPE_TESTS_REFUSED_CONTACTS_H
 
 #include "loaded.h"
-#include <kempe/contacts.h>
+#include <kempe/vehicle.h>
 #include <string.h>
 
 static inline void refuses(const loaded *l, kempe_contact_options options, const char *words)

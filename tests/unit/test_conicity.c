@@ -4,7 +4,7 @@
 #include "loaded.h"
 #include "refused_contacts.h"
 #include <kempe/contact.h>
-#include <kempe/contacts.h>
+#include <kempe/vehicle.h>
 #include <math.h>
 #include <stdlib.h>
 

@@ -7,7 +7,7 @@
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table_function.h"
 #include <kempe/contact.h>
-#include <kempe/contacts.h>
+#include <kempe/vehicle.h>
 #include <stdlib.h>
 
 static const char manchester[] = "examples/manchester/manchester.yaml";

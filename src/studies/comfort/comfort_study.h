@@ -3,7 +3,7 @@
 
 #include "model/model.h"
 #include "output/vibration/weighting.h"
-#include <kempe/output_handles.h>
+#include <kempe/vehicle.h>
 
 typedef enum kmp_comfort_direction {
     KMP_COMFORT_LONGITUDINAL,

@@ -3,7 +3,7 @@
 #include "model/tables/nearest.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include <kempe/contact.h>
-#include <kempe/contacts.h>
+#include <kempe/vehicle.h>
 #include <math.h>
 #include <string.h>
 

@@ -3,7 +3,7 @@
 #include "model/tables/coordinates.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include <kempe/contact.h>
-#include <kempe/contacts.h>
+#include <kempe/vehicle.h>
 #include <string.h>
 
 enum { USUAL_VALUES = 21, MOST_VALUES = 100000 };

@@ -3,7 +3,7 @@
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table_function.h"
 #include <kempe/contact.h>
-#include <kempe/contacts.h>
+#include <kempe/vehicle.h>
 #include <math.h>
 
 /* Largest relative difference of the curvature at the contact from that of the patch, which is an average. Below it the

@@ -4,7 +4,7 @@
 #include "output/result_table.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include <kempe/contact.h>
-#include <kempe/contacts.h>
+#include <kempe/vehicle.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

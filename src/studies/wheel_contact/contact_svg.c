@@ -6,7 +6,7 @@
 #include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table_function.h"
 #include <kempe/contact.h>
-#include <kempe/contacts.h>
+#include <kempe/vehicle.h>
 #include <math.h>
 #include <stdio.h>
 

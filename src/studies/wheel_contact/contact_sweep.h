@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A table of contacts (kempe/contacts.h): its values, and the states and patches at each. */
+/* A table of contacts (kempe/vehicle.h): its values, and the states and patches at each. */
 #pragma once
 
 #include "model/expressions/ranges.h"
@@ -7,7 +7,7 @@
 #include "model/variant.h"
 #include "studies/equilibrium/operating.h"
 #include <kempe/contact.h>
-#include <kempe/contacts.h>
+#include <kempe/vehicle.h>
 
 /** A range of `over`: a parameter of the variant, or a coordinate with fixed value. */
 typedef struct kmp_contact_lead {
